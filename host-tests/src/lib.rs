@@ -1,0 +1,1 @@
+//! Helpers of the tests: seeded benches and tolerances with their reasons.

@@ -1,0 +1,18 @@
+//! # servo: a brushed-DC servo that learns its own dead zone
+//!
+//! One control tick, top to bottom (see [`axis::Axis::step`]):
+//!
+//! ```text
+//! encoder → speed → identify → control → compensate → PWM
+//! ```
+//!
+//! Every stage has the same shape: a [`config::Config`] in SI units is checked and turned into fixed-point
+//! `Params` once, a small `State` changes, and `step(&self, &mut State, input) -> output` does bounded integer work.
+//! The library holds no pin, no clock, no logger and no chip, and it is `no_std` on the host too, so the host and the
+//! chip compute the same bits.
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod axis;
+pub mod config;
+pub mod protocol;

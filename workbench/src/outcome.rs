@@ -1,0 +1,211 @@
+//! The one result of the gap workflow. Every report (terminal, HTML, JSON, model file) is written from it; a report
+//! computes nothing. The serialised part is `truing-gap/1`; the curves for plots are not serialised.
+
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What the workflow concluded. The first that holds, in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Nothing could be tested: the log does not move enough.
+    InsufficientExcitation,
+    /// Something is missing that the library does not know.
+    Unexplained,
+    /// Several explanations fit equally; an experiment tells them apart.
+    Tie,
+    /// The missing effects are named.
+    Named,
+    /// Simulation and data agree to the noise.
+    NothingMissing,
+}
+
+/// A fitted number with its standard deviation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Value {
+    /// The estimate.
+    pub value: f64,
+    /// One standard deviation; `None`: not determined.
+    pub std: Option<f64>,
+    /// Unit as text.
+    pub unit: String,
+}
+
+/// One accepted effect.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NamedEffect {
+    /// Its name in the library.
+    pub name: String,
+    /// Its parameters by name.
+    pub parameters: BTreeMap<String, Value>,
+    /// Root mean square of the held-out residual without it (and without those named after it).
+    pub gap_before: f64,
+    /// … and with it.
+    pub gap_after: f64,
+    /// One sentence a person understands.
+    pub evidence: String,
+    /// Index into [`Outcome::ties`], if it is the first rival of a tie.
+    pub tie: Option<usize>,
+}
+
+/// Explanations that the data cannot tell apart.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Tie {
+    /// Each rival is a set of names.
+    pub rivals: Vec<Vec<String>>,
+    /// The experiment that would tell.
+    pub separated_by: String,
+}
+
+/// How well the model predicts data that were not fitted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HoldOut {
+    /// The compared column.
+    pub signal: String,
+    /// RMSE of the model as given.
+    pub rmse_before: f64,
+    /// RMSE of the extended model.
+    pub rmse_after: f64,
+    /// RMSE of a perfect model: the sensor's noise.
+    pub noise_floor: f64,
+    /// 100·(1 − ‖y−ŷ‖/‖y−ȳ‖) of the model as given.
+    pub fit_percent_before: f64,
+    /// … of the extended model.
+    pub fit_percent_after: f64,
+}
+
+/// A base parameter that moved within its tolerance.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Shift {
+    /// Key in the model file.
+    pub parameter: String,
+    /// Fitted against nominal, %.
+    pub shift_percent: f64,
+    /// Standard deviation of the shift, %.
+    pub std_percent: f64,
+}
+
+/// A region that holds a share of the gap.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Where {
+    /// The region in words, e.g. `0 < |u| < 1.2 V`.
+    pub region: String,
+    /// Its share of the squared error, 0 … 1.
+    pub share_of_squared_error: f64,
+}
+
+/// What is left at the end.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Unexplained {
+    /// Share of the first gap (squared, above the noise), 0 … 1.
+    pub share_of_gap: f64,
+    /// `none`, or its structure in words.
+    pub structure: String,
+}
+
+/// One piece of a suggested experiment.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Segment {
+    /// 0 open, 1 driven, 2 shorted.
+    pub bridge: u8,
+    /// Voltage, V; absent when the bridge is open.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub u_v: Option<f64>,
+    /// Duration, s.
+    pub seconds: f64,
+}
+
+/// What to measure next.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Experiment {
+    /// What it would tell.
+    pub why: String,
+    /// What to apply.
+    pub profile: Vec<Segment>,
+}
+
+/// A sampled curve for plots.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Curve {
+    /// Abscissa.
+    pub x: Vec<f64>,
+    /// Ordinate.
+    pub y: Vec<f64>,
+}
+
+/// A named curve on axes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Plot {
+    /// Title.
+    pub title: String,
+    /// Abscissa with unit.
+    pub x_label: String,
+    /// Ordinate with unit.
+    pub y_label: String,
+    /// Legend entry, curve, and whether it is drawn as points.
+    pub series: Vec<(String, Curve, bool)>,
+    /// A horizontal band ±this around zero (residual plots): the noise.
+    pub noise_band: Option<f64>,
+}
+
+/// The gap after one more effect.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// What was added.
+    pub label: String,
+    /// Held-out RMSE after it.
+    pub gap: f64,
+}
+
+/// An explanation that was considered and why it lost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rival {
+    /// Set of names.
+    pub names: Vec<String>,
+    /// Held-out RMSE with it in place of the winner.
+    pub gap: f64,
+    /// Why it lost, in a sentence.
+    pub reason: String,
+}
+
+/// The result of the gap workflow.
+#[derive(Clone, Debug, Serialize)]
+pub struct Outcome {
+    /// `truing-gap/1`.
+    pub schema: &'static str,
+    /// What holds.
+    pub verdict: Verdict,
+    /// The accepted set in the order of naming.
+    pub effects: Vec<NamedEffect>,
+    /// Explanations that cannot be told apart.
+    pub ties: Vec<Tie>,
+    /// Names that resemble the unexplained rest.
+    pub closest_known: Vec<String>,
+    /// Prediction of data that were not fitted.
+    pub holdout: HoldOut,
+    /// Base parameters that moved within tolerance.
+    pub within_tolerance: Vec<Shift>,
+    /// Where simulation and data disagree.
+    #[serde(rename = "where")]
+    pub places: Vec<Where>,
+    /// What is left.
+    pub unexplained: Unexplained,
+    /// What to measure next.
+    pub next_experiment: Option<Experiment>,
+    /// Wall time, s.
+    pub runtime_s: f64,
+    /// Things the reader must know: what was held out, warnings about the input.
+    pub notes: Vec<String>,
+    /// The gap from the given model to the final one, first entry: the given model.
+    #[serde(skip)]
+    pub steps: Vec<Step>,
+    /// Explanations that lost.
+    #[serde(skip)]
+    pub rivals: Vec<Rival>,
+    /// Steady curve, traces before and after, residual over the axis that localises it, …
+    #[serde(skip)]
+    pub plots: Vec<Plot>,
+    /// Unit of the gap.
+    #[serde(skip)]
+    pub gap_unit: String,
+}

@@ -1,0 +1,5 @@
+//! `cargo xtask …`
+
+fn main() {
+    println!("xtask");
+}
