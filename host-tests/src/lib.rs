@@ -1,1 +1,3 @@
-//! Helpers of the tests: seeded benches and tolerances with their reasons.
+//! Helpers of the tests: measured data that may be absent, skips that are counted, tolerances with their reasons.
+
+pub mod measured;

@@ -1,5 +1,59 @@
-//! `cargo xtask …`
+//! `cargo xtask …`: what a newcomer types. Sets up what is missing, then runs the main job or every test.
 
-fn main() {
-    println!("xtask");
+mod image;
+mod process;
+mod setup;
+mod test;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Set-up, demo, tests and measurements of Truing.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Install what is missing: the chip's Rust target and QEMU.
+    Setup,
+    /// Run the main job: firmware in QEMU, commissioning, compensation, gap workflow, report.
+    Demo {
+        /// Passed on to `truing demo`, e.g. `--seed 7`.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
+    /// Build the firmware images for the board and for QEMU into target/images/.
+    Images,
+    /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
+    Test,
+}
+
+fn main() -> ExitCode {
+    match run(Arguments::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(command: Command) -> Result<()> {
+    match command {
+        Command::Setup => setup::everything(),
+        Command::Demo { arguments } => demo(&arguments),
+        Command::Images => setup::everything().and_then(|()| image::build_all()),
+        Command::Test => test::everything(),
+    }
+}
+
+fn demo(arguments: &[String]) -> Result<()> {
+    setup::everything()?;
+    let mut truing = process::cargo(&["run", "--quiet", "--package", "truing", "--", "demo"]);
+    process::run(truing.args(arguments))
 }

@@ -1,0 +1,38 @@
+//! Measured data are published elsewhere and are not part of the project. Tests that need them look for a folder, and
+//! say that they were skipped where it is absent; `cargo xtask test` counts and lists those skips.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+/// The measured file `relative` (e.g. `emps/emps_id.csv`), or `None` after having reported the skip.
+///
+/// The folder is `$TRUING_SHARED/data`, or `../shared/data` beside the project; `docs/measured-data.md` tells where each
+/// set is published.
+pub fn measured(relative: &str) -> Option<PathBuf> {
+    let root = std::env::var_os("TRUING_SHARED")
+        .map(PathBuf::from)
+        .unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"));
+    let path = root.join("data").join(relative);
+    if path.is_file() {
+        return Some(path);
+    }
+    skip(&format!(
+        "measured data {relative} not present, see docs/measured-data.md"
+    ));
+    None
+}
+
+/// Reports that the calling test is skipped, and why.
+pub fn skip(reason: &str) {
+    eprintln!("skipped: {reason}");
+    if let Some(file) = std::env::var_os("TRUING_SKIP_LOG") {
+        let mut log = std::fs::OpenOptions::new()
+            .create(true)
+            .append(true)
+            .open(&file)
+            .unwrap_or_else(|error| panic!("cannot open {}: {error}", file.display()));
+        // One write per line: tests run side by side.
+        log.write_all(format!("{reason}\n").as_bytes())
+            .expect("skip log is writable");
+    }
+}

@@ -1,0 +1,41 @@
+//! The two firmware images.
+
+use crate::process::{cargo, root, run};
+use crate::setup::TARGET;
+use anyhow::{Context, Result};
+use std::path::PathBuf;
+
+/// Builds the image of each board into `target/images/`.
+pub fn build_all() -> Result<()> {
+    for board in ["stm32f405", "qemu"] {
+        build(board)?;
+    }
+    Ok(())
+}
+
+/// Builds one image and returns where it lies. Both boards share Cargo's output name, so the file is copied.
+pub fn build(board: &str) -> Result<PathBuf> {
+    let mut command = cargo(&[
+        "build",
+        "--quiet",
+        "--package",
+        "servo",
+        "--bin",
+        "firmware",
+        "--target",
+        TARGET,
+        "--profile",
+        "firmware",
+    ]);
+    if board == "qemu" {
+        command.args(["--features", "qemu"]);
+    }
+    run(&mut command)?;
+    let folder = root().join("target/images");
+    std::fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    let image = folder.join(format!("{board}.elf"));
+    let built = root().join("target").join(TARGET).join("firmware/firmware");
+    std::fs::copy(&built, &image)
+        .with_context(|| format!("cannot copy {} to {}", built.display(), image.display()))?;
+    Ok(image)
+}

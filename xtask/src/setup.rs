@@ -1,0 +1,87 @@
+//! What the project needs beyond Rust itself: the chip's target and QEMU. Installs what it may, else says in one
+//! sentence what to type.
+
+use crate::process::{find, run};
+use anyhow::{Context, Result, bail};
+use std::path::Path;
+use std::process::Command;
+
+/// The Cortex-M4F with its floating-point unit.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+const QEMU: &str = "qemu-system-arm";
+
+/// Installs everything that is missing.
+pub fn everything() -> Result<()> {
+    rust_target()?;
+    qemu()
+}
+
+fn rust_target() -> Result<()> {
+    if target_is_installed()? {
+        return Ok(());
+    }
+    println!("set-up: installing the Rust target {TARGET}");
+    let added = run(Command::new("rustup")
+        .args(["target", "add", TARGET])
+        .current_dir(crate::process::root()));
+    if added.is_err() || !target_is_installed()? {
+        bail!(
+            "the Rust target {TARGET} is missing and could not be installed: type `rustup target add {TARGET}` (rustup: https://rustup.rs)"
+        );
+    }
+    Ok(())
+}
+
+/// Asks the compiler, not rustup: a distribution's Rust brings its targets without it.
+fn target_is_installed() -> Result<bool> {
+    let output = Command::new("rustc")
+        .args(["--print", "target-libdir", "--target", TARGET])
+        .current_dir(crate::process::root())
+        .output()
+        .context("`rustc` cannot be started: install Rust from https://rustup.rs")?;
+    let folder = String::from_utf8_lossy(&output.stdout).trim().to_string();
+    Ok(output.status.success() && Path::new(&folder).is_dir())
+}
+
+fn qemu() -> Result<()> {
+    if find(QEMU).is_some() {
+        return Ok(());
+    }
+    if find("apt-get").is_none() {
+        bail!(
+            "{QEMU} is missing: install QEMU for Arm with your system's package manager (https://www.qemu.org/download)"
+        );
+    }
+    if !is_root() {
+        bail!(
+            "{QEMU} is missing: type `sudo apt-get install --yes qemu-system-arm` and run this command again"
+        );
+    }
+    println!("set-up: installing {QEMU}");
+    apt(&["update", "--quiet=2"])?;
+    apt(&[
+        "install",
+        "--yes",
+        "--quiet=2",
+        "--no-install-recommends",
+        "qemu-system-arm",
+    ])?;
+    if find(QEMU).is_none() {
+        bail!(
+            "{QEMU} is missing although apt-get reported success: install the package qemu-system-arm by hand"
+        );
+    }
+    Ok(())
+}
+
+fn apt(arguments: &[&str]) -> Result<()> {
+    run(Command::new("apt-get")
+        .args(arguments)
+        .env("DEBIAN_FRONTEND", "noninteractive"))
+    .context("QEMU could not be installed: type `apt-get install --yes qemu-system-arm` and see what it says")
+}
+
+fn is_root() -> bool {
+    let output = Command::new("id").arg("-u").output();
+    output.is_ok_and(|output| String::from_utf8_lossy(&output.stdout).trim() == "0")
+}

@@ -1,0 +1,160 @@
+//! Every test, in the order in which a person wants to hear of a failure: cheap and local first.
+
+use crate::process::{cargo, root, run, text};
+use crate::setup;
+use anyhow::{Context, Result, bail};
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+/// Runs them all and closes with the count of passed and skipped tests.
+pub fn everything() -> Result<()> {
+    let begin = Instant::now();
+    setup::everything()?;
+    step("formatting", &mut cargo(&["fmt", "--all", "--check"]))?;
+    step(
+        "lints, host",
+        &mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]),
+    )?;
+    for board in ["stm32f405", "qemu"] {
+        step(
+            &format!("lints, image for {board}"),
+            &mut image("clippy", board, &["--", "-D", "warnings"]),
+        )?;
+    }
+    heading("images");
+    crate::image::build_all()?;
+    let tally = host_tests()?;
+    step(
+        "documentation",
+        cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"),
+    )?;
+    close(&tally, begin);
+    Ok(())
+}
+
+/// A Cargo command on the image for one board.
+fn image(verb: &str, board: &str, rest: &[&str]) -> Command {
+    let mut command = cargo(&[
+        verb,
+        "--package",
+        "servo",
+        "--bin",
+        "firmware",
+        "--target",
+        setup::TARGET,
+        "--profile",
+        "firmware",
+    ]);
+    if board == "qemu" {
+        command.args(["--features", "qemu"]);
+    }
+    command.args(rest);
+    command
+}
+
+fn heading(title: &str) {
+    println!("── {title}");
+}
+
+fn step(title: &str, command: &mut Command) -> Result<()> {
+    heading(title);
+    run(command)
+}
+
+/// What the test runner reported.
+#[derive(Default)]
+struct Tally {
+    passed: usize,
+    failed: usize,
+    /// Reason of a skip → how often.
+    skipped: BTreeMap<String, usize>,
+}
+
+/// `cargo test` over the workspace: unit, numeric, closed-loop, command-line and QEMU tests.
+fn host_tests() -> Result<Tally> {
+    heading("tests on the host and in QEMU");
+    let skip_log = root().join("target").join("skipped-tests.txt");
+    std::fs::write(&skip_log, "").with_context(|| format!("cannot write {}", skip_log.display()))?;
+    let mut command = cargo(&["test", "--workspace", "--no-fail-fast"]);
+    command
+        .env("TRUING_SKIP_LOG", &skip_log)
+        .env("TRUING_REQUIRE_QEMU", "1")
+        .stdout(Stdio::piped());
+    let mut child = command
+        .spawn()
+        .with_context(|| format!("cannot start `{}`", text(&command)))?;
+    let mut tally = Tally::default();
+    for line in BufReader::new(child.stdout.take().expect("piped")).lines() {
+        let line = line.context("the output of `cargo test` is not text")?;
+        println!("{line}");
+        tally.count(&line);
+    }
+    tally.read_skips(&skip_log)?;
+    if !child.wait()?.success() || tally.failed > 0 {
+        bail!("{} tests failed, {} passed", tally.failed, tally.passed);
+    }
+    if tally.passed == 0 {
+        bail!("no test ran");
+    }
+    Ok(tally)
+}
+
+impl Tally {
+    /// Adds a line such as `test result: ok. 12 passed; 0 failed; 1 ignored; …`.
+    fn count(&mut self, line: &str) {
+        let Some(counts) = line.strip_prefix("test result: ") else {
+            return;
+        };
+        for part in counts.split([';', '.']) {
+            let mut words = part.split_whitespace();
+            let (Some(number), Some(what)) = (
+                words.next().and_then(|word| word.parse::<usize>().ok()),
+                words.next(),
+            ) else {
+                continue;
+            };
+            match what {
+                "passed" => self.passed += number,
+                "failed" => self.failed += number,
+                "ignored" if number > 0 => {
+                    *self.skipped.entry("marked #[ignore]".into()).or_default() += number
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// A skipped test returns early, so the runner counted it as passed: it is moved to the skipped ones.
+    fn read_skips(&mut self, log: &Path) -> Result<()> {
+        let text = std::fs::read_to_string(log).with_context(|| format!("cannot read {}", log.display()))?;
+        let by_test: BTreeMap<&str, &str> = text.lines().filter_map(|line| line.split_once('\t')).collect();
+        for reason in by_test.into_values() {
+            *self.skipped.entry(reason.to_string()).or_default() += 1;
+            self.passed = self.passed.saturating_sub(1);
+        }
+        Ok(())
+    }
+}
+
+fn close(tally: &Tally, begin: Instant) {
+    let skipped: usize = tally.skipped.values().sum();
+    let reasons = tally
+        .skipped
+        .iter()
+        .map(|(reason, times)| format!("{times} × {reason}"))
+        .collect::<Vec<_>>();
+    println!("── all checks passed in {:.0} s", begin.elapsed().as_secs_f64());
+    println!(
+        "{} passed, {} failed, {skipped} skipped",
+        tally.passed, tally.failed
+    );
+    let why = if reasons.is_empty() {
+        "nothing left out".to_string()
+    } else {
+        reasons.join("; ")
+    };
+    println!("{} passed, {skipped} skipped ({why})", tally.passed);
+}
