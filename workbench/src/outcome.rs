@@ -133,19 +133,62 @@ pub struct Curve {
     pub y: Vec<f64>,
 }
 
-/// A named curve on axes.
+/// The three stages of nonlinear identification, which are the chapters of a report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stage {
+    /// Is something missing, and where does it show?
+    #[default]
+    Detection,
+    /// What is it?
+    Characterisation,
+    /// How large is it, and what does that explain?
+    Extraction,
+}
+
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Style {
+    /// A solid line: a simulation.
+    #[default]
+    Line,
+    /// A dashed line: the model as given, or a reference.
+    Dashed,
+    /// Points: a measurement.
+    Points,
+    /// Hollow points: measured, but held out.
+    Hollow,
+}
+
+/// One curve of a plot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Series {
+    /// Legend entry.
+    pub label: String,
+    /// The samples. A value that is not finite leaves a break in the line.
+    pub curve: Curve,
+    /// How it is drawn.
+    pub style: Style,
+}
+
+/// Curves on axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Plot {
     /// Title.
     pub title: String,
+    /// What a reader should see in it, in a sentence.
+    pub caption: String,
+    /// The chapter it belongs to.
+    pub stage: Stage,
     /// Abscissa with unit.
     pub x_label: String,
     /// Ordinate with unit.
     pub y_label: String,
-    /// Legend entry, curve, and whether it is drawn as points.
-    pub series: Vec<(String, Curve, bool)>,
-    /// A horizontal band ±this around zero (residual plots): the noise.
+    /// The curves.
+    pub series: Vec<Series>,
+    /// A horizontal band of this half-width around zero (residual plots): the noise.
     pub noise_band: Option<f64>,
+    /// Vertical marks with a label: the edge of a dead zone, a knee.
+    pub marks: Vec<(f64, String)>,
 }
 
 /// The gap after one more effect.
