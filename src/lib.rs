@@ -16,3 +16,4 @@
 pub mod axis;
 pub mod config;
 pub mod protocol;
+pub mod units;

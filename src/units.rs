@@ -1,0 +1,114 @@
+//! Quantities of the control tick as integers, each with its least significant bit (LSB).
+//!
+//! | type | unit | LSB | range |
+//! |---|---|---|---|
+//! | [`Position`] | encoder counts | 2⁻³² | ±2³¹, wraps with the counter |
+//! | [`Speed`] | counts per tick | 2⁻²⁰ | ±2,048, saturates |
+//! | [`Acceleration`] | counts per tick² | 2⁻²⁴ | ±128, saturates |
+//! | [`Voltage`] | nominal supply voltages | 2⁻²⁰ | ±2,048, saturates |
+//!
+//! A position is always used as a difference, so wrapping is exact. Everything else saturates: an actuator at its
+//! limit is a state that the loops know, a number that turned its sign is not.
+
+/// Fraction bits of [`Voltage`].
+pub const VOLTAGE_BITS: u32 = 20;
+/// Fraction bits of [`Speed`].
+pub const SPEED_BITS: u32 = 20;
+/// Fraction bits of [`Acceleration`].
+pub const ACCELERATION_BITS: u32 = 24;
+/// Fraction bits of the position error that the loops multiply (see [`Position::minus`]).
+pub const ERROR_BITS: u32 = 12;
+
+/// Angle in encoder counts, Q32, wrapping with the 32-bit counter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Position(pub i64);
+
+impl Position {
+    /// The middle of the interval in which a counter that reads `count` can be: `count + ½`.
+    #[must_use]
+    pub const fn of_count(count: i32) -> Self {
+        Self(((count as i64) << 32) | (1 << 31))
+    }
+
+    /// Moved on by `counts`, given in Q32.
+    #[must_use]
+    pub const fn plus(self, counts_q32: i64) -> Self {
+        Self(self.0.wrapping_add(counts_q32))
+    }
+
+    /// `self − other` in counts, Q12, saturating at ±2¹⁹ counts.
+    #[must_use]
+    pub fn minus(self, other: Self) -> i32 {
+        saturate(self.0.wrapping_sub(other.0) >> (32 - ERROR_BITS))
+    }
+}
+
+/// Speed in counts per tick, Q20.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Speed(pub i32);
+
+impl Speed {
+    /// Travel of one tick at this speed, counts Q32.
+    #[must_use]
+    pub const fn per_tick(self) -> i64 {
+        (self.0 as i64) << (32 - SPEED_BITS)
+    }
+}
+
+/// Acceleration in counts per tick², Q24.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Acceleration(pub i32);
+
+/// Voltage in units of the nominal supply, Q20.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Voltage(pub i32);
+
+impl Voltage {
+    /// No voltage.
+    pub const ZERO: Self = Self(0);
+    /// The nominal supply voltage.
+    pub const NOMINAL: Self = Self(1 << VOLTAGE_BITS);
+
+    /// Sum, saturating.
+    #[must_use]
+    pub const fn plus(self, other: Self) -> Self {
+        Self(self.0.saturating_add(other.0))
+    }
+
+    /// Difference, saturating.
+    #[must_use]
+    pub const fn minus(self, other: Self) -> Self {
+        Self(self.0.saturating_sub(other.0))
+    }
+
+    /// In Q14 of the nominal supply, rounded to nearest: the identifier's format.
+    #[must_use]
+    pub const fn q14(self) -> i32 {
+        self.0.saturating_add(1 << (VOLTAGE_BITS - 15)) >> (VOLTAGE_BITS - 14)
+    }
+
+    /// From Q14 of the nominal supply.
+    #[must_use]
+    pub const fn from_q14(value: i32) -> Self {
+        Self(value.saturating_mul(1 << (VOLTAGE_BITS - 14)))
+    }
+}
+
+/// `value` cut to 32 bits.
+#[must_use]
+pub fn saturate(value: i64) -> i32 {
+    value.clamp(i32::MIN as i64, i32::MAX as i64) as i32
+}
+
+/// `value · gain / 2^shift`, rounded to nearest, saturating. One `SMULL` and a shift; `shift` is 1 … 62.
+#[must_use]
+pub fn mul_shift(value: i32, gain: i32, shift: u32) -> i32 {
+    saturate(((value as i64 * gain as i64) + (1i64 << (shift - 1))) >> shift)
+}
+
+/// `value · 2^bits` as the nearest integer that fits in 32 bits, for parameters that are set up once.
+#[must_use]
+pub fn to_fixed(value: f32, bits: u32) -> i32 {
+    let scaled = value * (1u64 << bits) as f32;
+    (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
+}
