@@ -38,6 +38,9 @@ pub struct NamedEffect {
     pub name: String,
     /// Its parameters by name.
     pub parameters: BTreeMap<String, Value>,
+    /// Figures that follow from the parameters and the rest of the model, e.g. the command at which a knee lies.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub derived: BTreeMap<String, Value>,
     /// Root mean square of the held-out residual without it (and without those named after it).
     pub gap_before: f64,
     /// … and with it.
