@@ -1,4 +1,7 @@
 //! What the firmware may know about its axis before it has moved, in SI units, and the check that every value can be.
+//!
+//! `Config` (SI) → [`Config::build`] → [`Scale`] (fixed point): the one place where a volt, a radian and a second turn
+//! into machine units. Every stage derives its own `Params` from the [`Scale`].
 
 use serde::{Deserialize, Serialize};
 
@@ -35,4 +38,185 @@ pub struct Config {
     pub vbus_v_per_lsb: f32,
     /// Amperes per count of the current converter.
     pub current_a_per_lsb: f32,
+}
+
+/// Why a [`Config`] cannot be: names the field as `axis.toml` spells it, and the range.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConfigError {
+    /// The field.
+    pub field: Field,
+    /// Smallest value allowed.
+    pub minimum: f32,
+    /// Largest value allowed.
+    pub maximum: f32,
+}
+
+/// A field of [`Config`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Field {
+    /// [`Config::supply_nominal_v`].
+    SupplyNominal,
+    /// [`Config::counts_per_rev`].
+    CountsPerRev,
+    /// [`Config::rated_speed_rad_s`].
+    RatedSpeed,
+    /// [`Config::tick_hz`].
+    TickHz,
+    /// [`Config::time_constant_hint_s`].
+    TimeConstantHint,
+    /// [`Config::gear_ratio`].
+    GearRatio,
+    /// [`Config::travel_limit_rad`].
+    TravelLimit,
+    /// [`Config::current_limit_a`].
+    CurrentLimit,
+    /// [`Config::energy_limit_j`].
+    EnergyLimit,
+    /// [`Config::speed_limit_rad_s`].
+    SpeedLimit,
+    /// [`Config::pwm_delay_ticks`].
+    PwmDelay,
+    /// [`Config::pwm_full_scale`].
+    PwmFullScale,
+    /// [`Config::vbus_v_per_lsb`].
+    VbusPerLsb,
+    /// [`Config::current_a_per_lsb`].
+    CurrentPerLsb,
+    /// Rated speed × counts per revolution ÷ control rate: counts that one tick sees at rated speed.
+    CountsPerTick,
+}
+
+impl Field {
+    /// The key, as `axis.toml` spells it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Field::SupplyNominal => "supply.nominal_v",
+            Field::CountsPerRev => "encoder.counts_per_rev",
+            Field::RatedSpeed => "axis.rated_speed_rad_s",
+            Field::TickHz => "axis.tick_hz",
+            Field::TimeConstantHint => "axis.time_constant_hint_s",
+            Field::GearRatio => "axis.gear_ratio",
+            Field::TravelLimit => "axis.travel_limit_rad",
+            Field::CurrentLimit => "limits.current_a",
+            Field::EnergyLimit => "limits.energy_j",
+            Field::SpeedLimit => "limits.speed_rad_s",
+            Field::PwmDelay => "axis.pwm_delay_ticks",
+            Field::PwmFullScale => "axis.pwm_full_scale",
+            Field::VbusPerLsb => "supply.vbus_v_per_lsb",
+            Field::CurrentPerLsb => "limits.current_a_per_lsb",
+            Field::CountsPerTick => {
+                "axis.rated_speed_rad_s x encoder.counts_per_rev / axis.tick_hz (counts per tick)"
+            }
+        }
+    }
+}
+
+/// Machine units of one axis. Voltages inside the tick are [`Scale::VOLTAGE_ONE`] = nominal supply.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// The configuration it was built from.
+    pub config: Config,
+    /// Counts of the encoder per tick at rated speed, Q16 (LSB 2⁻¹⁶ counts per tick).
+    pub rated_counts_per_tick_q16: u32,
+    /// Supply converter count → voltage: `(raw · this) >> 16` is Q14 of nominal supply.
+    pub supply_per_raw_q16: i32,
+    /// End stops in counts from power-up, `[lower, upper]`; the extremes of `i32` when the axis turns freely.
+    pub travel_counts: [i32; 2],
+}
+
+impl Scale {
+    /// Nominal supply voltage in the unit of all voltages of the tick: Q14, range ±2 (regenerating supply included).
+    pub const VOLTAGE_ONE: i32 = 1 << 14;
+
+    /// Volts of a Q14 voltage.
+    pub fn volts(&self, voltage_q14: i32) -> f32 {
+        voltage_q14 as f32 * self.config.supply_nominal_v / Self::VOLTAGE_ONE as f32
+    }
+
+    /// Supply in Q14 of nominal from the converter's count; nominal when it is not measured.
+    #[inline]
+    pub fn supply(&self, vbus_raw: u16) -> i32 {
+        match vbus_raw {
+            crate::axis::Sample::VBUS_NOT_MEASURED => Self::VOLTAGE_ONE,
+            raw => (i32::from(raw).wrapping_mul(self.supply_per_raw_q16)) >> 16,
+        }
+    }
+}
+
+const TWO_PI: f32 = 6.283_185_5;
+
+impl Config {
+    /// Checks every field and turns the configuration into machine units.
+    pub fn build(&self) -> Result<Scale, ConfigError> {
+        self.check()?;
+        let counts_per_rad = self.counts_per_rev as f32 / TWO_PI;
+        let per_tick = self.rated_speed_rad_s * counts_per_rad / self.tick_hz as f32;
+        within(Field::CountsPerTick, per_tick, 0.002, 2000.0)?;
+        let stop = |limit: f32| (limit * self.gear_ratio * counts_per_rad) as i32;
+        Ok(Scale {
+            config: *self,
+            rated_counts_per_tick_q16: (per_tick * 65536.0) as u32,
+            supply_per_raw_q16: (self.vbus_v_per_lsb / self.supply_nominal_v * 1_073_741_824.0) as i32,
+            travel_counts: self
+                .travel_limit_rad
+                .map_or([i32::MIN, i32::MAX], |limit| limit.map(stop)),
+        })
+    }
+
+    fn check(&self) -> Result<(), ConfigError> {
+        within(Field::SupplyNominal, self.supply_nominal_v, 1.0, 80.0)?;
+        within(Field::CountsPerRev, self.counts_per_rev as f32, 4.0, 1e6)?;
+        within(Field::RatedSpeed, self.rated_speed_rad_s, 0.05, 5e3)?;
+        within(Field::TickHz, self.tick_hz as f32, 1e3, 2e4)?;
+        within(
+            Field::TimeConstantHint,
+            self.time_constant_hint_s.unwrap_or(0.1),
+            2e-3,
+            10.0,
+        )?;
+        within(Field::GearRatio, self.gear_ratio, 1e-3, 1e4)?;
+        within(
+            Field::CurrentLimit,
+            self.current_limit_a.unwrap_or(1.0),
+            1e-3,
+            1e3,
+        )?;
+        within(Field::EnergyLimit, self.energy_limit_j.unwrap_or(1.0), 1e-3, 1e6)?;
+        within(
+            Field::SpeedLimit,
+            self.speed_limit_rad_s.unwrap_or(1.0),
+            1e-3,
+            1e4,
+        )?;
+        within(Field::PwmDelay, f32::from(self.pwm_delay_ticks), 0.0, 3.0)?;
+        within(
+            Field::PwmFullScale,
+            f32::from(self.pwm_full_scale),
+            100.0,
+            32767.0,
+        )?;
+        within(
+            Field::VbusPerLsb,
+            self.vbus_v_per_lsb,
+            1e-5,
+            self.supply_nominal_v / 16.0,
+        )?;
+        within(Field::CurrentPerLsb, self.current_a_per_lsb, 1e-6, 10.0)?;
+        let [lower, upper] = self.travel_limit_rad.unwrap_or([-1.0, 1.0]);
+        within(Field::TravelLimit, lower, -1e5, 0.0)?;
+        within(Field::TravelLimit, upper, 0.0, 1e5)
+    }
+}
+
+/// NaN is never within.
+fn within(field: Field, value: f32, minimum: f32, maximum: f32) -> Result<(), ConfigError> {
+    if value >= minimum && value <= maximum {
+        Ok(())
+    } else {
+        Err(ConfigError {
+            field,
+            minimum,
+            maximum,
+        })
+    }
 }

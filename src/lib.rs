@@ -14,6 +14,8 @@
 #![forbid(unsafe_code)]
 
 pub mod axis;
+pub mod commission;
 pub mod config;
+pub mod identify;
 pub mod protocol;
 pub mod units;

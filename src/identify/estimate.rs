@@ -1,0 +1,242 @@
+//! What the identifier knows, each number with its uncertainty and with the reason when it must not be used.
+//!
+//! All numbers are relative: voltages to the nominal supply, speeds to the rated speed of the configuration, times to
+//! the control tick. [`Estimates::report`] turns them into SI, outside the control tick.
+
+use crate::config::Scale;
+use serde::{Deserialize, Serialize};
+
+/// Why a number is missing or must not be used, or why a whole commissioning was refused. The texts that say what to
+/// do live in the workbench; the codes are stable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[repr(u8)]
+pub enum Reason {
+    /// Nothing was learned yet.
+    NotIdentified,
+    /// The regression is not solvable, or speed did not vary enough.
+    NotExcited,
+    /// Half width of the 95 % interval above the trust limit.
+    TooUncertain,
+    /// The verification segment disagrees with the model, or could not be run.
+    NotVerified,
+    /// No saturation up to the highest voltage applied.
+    NotSeen,
+    /// What was learned is older than its life.
+    Aged,
+    /// The dead zone came out negative: a load pulls, or the encoder misses counts.
+    Implausible,
+    /// Friction or load moved during commissioning.
+    LoadChanged,
+    /// The supply moved more than the commissioning tolerates.
+    SupplyMoved,
+    /// Travel between the end stops is too short for this part.
+    TravelTooShort,
+    /// Counts per time constant too few.
+    EncoderTooSlow,
+    /// The time budget is too short for this motor's time constant.
+    TooShort,
+    /// Voltage was applied, nothing moved: stalled, or encoder unplugged; the data are the same.
+    NoMotion,
+    /// Positive voltage moves the count down: motor or encoder reversed.
+    Reversed,
+    /// The motion stopped while driven: stalled, or encoder unplugged.
+    MotionLost,
+    /// Speed limit reached.
+    Overspeed,
+    /// Energy budget spent.
+    EnergySpent,
+    /// Travel limit reached although the excitation turned back.
+    TravelExceeded,
+    /// Stopped by the user.
+    Aborted,
+    /// The clip, not the motor, limited the voltage (supply far below nominal).
+    SupplyTooLow,
+}
+
+impl Reason {
+    /// The code as it stands in JSON.
+    pub const fn code(self) -> &'static str {
+        match self {
+            Reason::NotIdentified => "not_identified",
+            Reason::NotExcited => "not_excited",
+            Reason::TooUncertain => "too_uncertain",
+            Reason::NotVerified => "not_verified",
+            Reason::NotSeen => "not_seen",
+            Reason::Aged => "aged",
+            Reason::Implausible => "implausible",
+            Reason::LoadChanged => "load_changed",
+            Reason::SupplyMoved => "supply_moved",
+            Reason::TravelTooShort => "travel_too_short",
+            Reason::EncoderTooSlow => "encoder_too_slow",
+            Reason::TooShort => "too_short",
+            Reason::NoMotion => "no_motion",
+            Reason::Reversed => "reversed",
+            Reason::MotionLost => "motion_lost",
+            Reason::Overspeed => "overspeed",
+            Reason::EnergySpent => "energy_spent",
+            Reason::TravelExceeded => "travel_exceeded",
+            Reason::Aborted => "aborted",
+            Reason::SupplyTooLow => "supply_too_low",
+        }
+    }
+}
+
+/// What causes the dead zone; decides the sign source of the compensation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[repr(u8)]
+pub enum Mechanism {
+    /// Not tested, or neither.
+    #[default]
+    Unclear,
+    /// Friction: it acts against the motion, whatever the voltage. The compensation takes the sign of the speed.
+    Friction,
+    /// Dead zone at the input: it swallows the command. The compensation takes the sign of the command.
+    InputDeadZone,
+}
+
+/// May a number be used?
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Standing {
+    /// Yes.
+    Trusted,
+    /// There is a number, but it must not be used.
+    Doubtful(Reason),
+    /// There is no number.
+    Missing(Reason),
+}
+
+/// One number. The unit stands at its field in [`Estimates`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The number; 0 when missing.
+    pub value: i32,
+    /// Half width of the 95 % interval, same unit; 0 when missing.
+    pub u95: i32,
+    /// May it be used?
+    pub standing: Standing,
+}
+
+impl Estimate {
+    /// No number, and why.
+    pub const fn missing(reason: Reason) -> Self {
+        Estimate {
+            value: 0,
+            u95: 0,
+            standing: Standing::Missing(reason),
+        }
+    }
+
+    /// The number if it may be used.
+    pub fn trusted(&self) -> Option<i32> {
+        (self.standing == Standing::Trusted).then_some(self.value)
+    }
+
+    /// The number, trusted or not.
+    pub fn known(&self) -> Option<i32> {
+        (!matches!(self.standing, Standing::Missing(_))).then_some(self.value)
+    }
+
+    /// Why it is missing or doubtful.
+    pub fn reason(&self) -> Option<Reason> {
+        match self.standing {
+            Standing::Trusted => None,
+            Standing::Doubtful(reason) | Standing::Missing(reason) => Some(reason),
+        }
+    }
+}
+
+impl Default for Estimate {
+    fn default() -> Self {
+        Estimate::missing(Reason::NotIdentified)
+    }
+}
+
+/// Index of the positive direction in every `[_; 2]` here.
+pub const POSITIVE: usize = 0;
+/// Index of the negative direction; its values are positive magnitudes.
+pub const NEGATIVE: usize = 1;
+/// Fractional bits of voltages (LSB = nominal supply · 2⁻²⁰ ≈ 11 µV at 12 V; range ±2048).
+pub const VOLTAGE_FRAC: u32 = 20;
+/// Fractional bits of the gain (LSB = 2⁻²⁰ rated speeds per nominal supply).
+pub const GAIN_FRAC: u32 = 20;
+/// Fractional bits of the time constant (LSB = 2⁻¹² control ticks; up to 524,287 ticks = 26 s at 20 kHz).
+pub const TIME_FRAC: u32 = 12;
+
+/// All that is known about one motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Estimates {
+    /// Kinetic dead zone, `[positive, negative]` magnitudes, nominal supply, Q20.
+    pub dead_zone: [Estimate; 2],
+    /// Terminal voltage beyond which more command brings no more speed, `[positive, negative]`, nominal supply, Q20.
+    pub saturation: [Estimate; 2],
+    /// Slope of speed over voltage beyond the dead zone, rated speeds per nominal supply, Q20.
+    pub gain: Estimate,
+    /// Sum of the linear part's time constants, control ticks, Q12.
+    pub time_constant: Estimate,
+    /// Friction or input dead zone.
+    pub mechanism: Mechanism,
+}
+
+/// One number in SI.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reported {
+    /// `None`: missing.
+    pub value: Option<f32>,
+    /// Half width of the 95 % interval; `None`: missing.
+    pub u95: Option<f32>,
+    /// May it be used?
+    pub trusted: bool,
+    /// Why it is missing or doubtful.
+    pub reason: Option<Reason>,
+}
+
+/// [`Estimates`] in SI units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EstimatesReport {
+    /// V.
+    pub dead_zone_pos_v: Reported,
+    /// V, positive magnitude.
+    pub dead_zone_neg_v: Reported,
+    /// V.
+    pub saturation_pos_v: Reported,
+    /// V, positive magnitude.
+    pub saturation_neg_v: Reported,
+    /// rad/s/V at low speed, at the controlled shaft.
+    pub gain_rad_s_per_v: Reported,
+    /// s.
+    pub time_constant_s: Reported,
+    /// Friction or input dead zone.
+    pub mechanism: Mechanism,
+}
+
+impl Estimates {
+    /// In SI units; not for the control tick (single-precision divisions).
+    pub fn report(&self, scale: &Scale) -> EstimatesReport {
+        let config = &scale.config;
+        let volt = config.supply_nominal_v / (1 << VOLTAGE_FRAC) as f32;
+        let gain = config.rated_speed_rad_s / config.supply_nominal_v / (1 << GAIN_FRAC) as f32;
+        let second = 1.0 / (config.tick_hz as f32 * (1 << TIME_FRAC) as f32);
+        EstimatesReport {
+            dead_zone_pos_v: self.dead_zone[POSITIVE].report(volt),
+            dead_zone_neg_v: self.dead_zone[NEGATIVE].report(volt),
+            saturation_pos_v: self.saturation[POSITIVE].report(volt),
+            saturation_neg_v: self.saturation[NEGATIVE].report(volt),
+            gain_rad_s_per_v: self.gain.report(gain),
+            time_constant_s: self.time_constant.report(second),
+            mechanism: self.mechanism,
+        }
+    }
+}
+
+impl Estimate {
+    fn report(&self, unit: f32) -> Reported {
+        Reported {
+            value: self.known().map(|value| value as f32 * unit),
+            u95: self.known().map(|_| self.u95 as f32 * unit),
+            trusted: self.trusted().is_some(),
+            reason: self.reason(),
+        }
+    }
+}
