@@ -6,4 +6,6 @@
 //! log → simulate → residual → localise → name → extend → report
 //! ```
 
+pub mod exhibit;
 pub mod outcome;
+pub mod report;

@@ -1,0 +1,345 @@
+//! The reports: what they must contain, that they are self-contained, and that a failed write leaves the earlier file.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use truing::exhibit::{Check, Exhibit, Table};
+use truing::outcome::*;
+use truing::report::html::{Document, Html};
+use truing::report::json::Json;
+use truing::report::model_file::ModelFile;
+use truing::report::terminal::{Terminal, WIDTH};
+use truing::report::{Exporter, write_atomically};
+
+fn value(value: f64, std: f64, unit: &str) -> Value {
+    Value {
+        value,
+        std: Some(std),
+        unit: unit.into(),
+    }
+}
+
+fn effect(name: &str, parameter: (&str, Value), tie: Option<usize>) -> NamedEffect {
+    NamedEffect {
+        name: name.into(),
+        parameters: BTreeMap::from([(parameter.0.to_string(), parameter.1)]),
+        derived: BTreeMap::new(),
+        gap_before: 6.4,
+        gap_after: 0.09,
+        evidence: "82 % of the missing torque sits at |u| below 1.3 V, on both sides of zero and in both directions.".into(),
+        tie,
+    }
+}
+
+fn curve(f: impl Fn(f64) -> f64) -> Curve {
+    let x: Vec<f64> = (0..400).map(|k| k as f64 * 0.01).collect();
+    Curve {
+        y: x.iter().map(|x| f(*x)).collect(),
+        x,
+    }
+}
+
+fn traces() -> Plot {
+    let series = |label: &str, style, curve| Series {
+        label: label.into(),
+        curve,
+        style,
+    };
+    Plot {
+        title: "Speed before and after".into(),
+        caption: "The extended model follows the measurement.".into(),
+        stage: Stage::Extraction,
+        x_label: "time, s".into(),
+        y_label: "speed, rad/s".into(),
+        series: vec![
+            series("measured", Style::Points, curve(|t| 40.0 * (3.0 * t).sin())),
+            series("model as given", Style::Dashed, curve(|t| 50.0 * (3.0 * t).sin())),
+            series("extended model", Style::Line, curve(|t| 40.3 * (3.0 * t).sin())),
+        ],
+        noise_band: None,
+        marks: vec![(1.2, "dead zone 1.2 V".into())],
+    }
+}
+
+fn outcome() -> Outcome {
+    Outcome {
+        schema: "truing-gap/1",
+        verdict: Verdict::Tie,
+        effects: vec![
+            effect("dead_zone", ("half_width_v", value(1.1, 0.01, "V")), None),
+            effect("drive_gain", ("ratio", value(1.31, 0.004, "1")), Some(0)),
+        ],
+        ties: vec![Tie {
+            rivals: vec![vec!["drive_gain".into()], vec!["encoder_scale".into()]],
+            separated_by: "the winding current at 6 V".into(),
+        }],
+        closest_known: vec![],
+        holdout: HoldOut {
+            signal: "omega_rad_s".into(),
+            rmse_before: 6.4,
+            rmse_after: 0.09,
+            noise_floor: 0.087,
+            fit_percent_before: 80.1,
+            fit_percent_after: 99.7,
+        },
+        within_tolerance: vec![Shift {
+            parameter: "J_kgm2".into(),
+            shift_percent: 2.0,
+            std_percent: 0.4,
+        }],
+        places: vec![Where {
+            region: "0 < |u| < 1.2 V".into(),
+            share_of_squared_error: 0.83,
+        }],
+        unexplained: Unexplained {
+            share_of_gap: 0.01,
+            structure: "none".into(),
+        },
+        next_experiment: Some(Experiment {
+            why: "A logged current tells a drive gain from a sensor scale.".into(),
+            profile: vec![
+                Segment {
+                    bridge: 1,
+                    u_v: Some(6.0),
+                    seconds: 1.0,
+                },
+                Segment {
+                    bridge: 0,
+                    u_v: None,
+                    seconds: 2.0,
+                },
+            ],
+        }),
+        runtime_s: 3.2,
+        notes: vec!["Every second row was held out.".into()],
+        steps: vec![
+            Step {
+                label: "model as given".into(),
+                gap: 6.4,
+            },
+            Step {
+                label: "+ dead_zone".into(),
+                gap: 1.9,
+            },
+            Step {
+                label: "+ drive_gain".into(),
+                gap: 0.09,
+            },
+        ],
+        rivals: vec![Rival {
+            names: vec!["coulomb_friction".into()],
+            gap: 3.1,
+            reason: "acts in coast too <b>".into(),
+        }],
+        plots: vec![traces()],
+        gap_unit: "rad/s".into(),
+    }
+}
+
+#[test]
+fn the_terminal_summary_fits_80_columns_and_says_everything() {
+    let text = Terminal.export(&outcome()).unwrap();
+    assert!(text.lines().all(|l| l.chars().count() <= WIDTH), "{text}");
+    for piece in [
+        "tie",
+        "dead_zone",
+        "1.100 ± 0.010 V",
+        "drive_gain | encoder_scale",
+        "noise floor",
+        "80.1 % → 99.7 %",
+        "J_kgm2 +2.0 %",
+        "6 V for 1 s, bridge open for 2 s",
+        "83 %",
+        "Every second row",
+    ] {
+        assert!(text.contains(piece), "{piece:?} is missing in\n{text}");
+    }
+}
+
+#[test]
+fn bars_grow_with_the_gap() {
+    let text = Terminal.export(&outcome()).unwrap();
+    let bar = |label: &str| {
+        text.lines()
+            .find(|l| l.contains(label))
+            .unwrap()
+            .matches('█')
+            .count()
+    };
+    let lengths = ["model as given", "  + dead_zone", "  + drive_gain", "noise floor"].map(bar);
+    assert!(
+        lengths.is_sorted_by(|a, b| a > b || (a >= b && lengths[2] <= lengths[3] + 1)),
+        "{lengths:?}"
+    );
+    assert!(lengths[0] > 3 * lengths[3]);
+}
+
+#[test]
+fn json_has_exactly_the_keys_of_the_schema() {
+    let parsed: serde_json::Value = serde_json::from_str(&Json.export(&outcome()).unwrap()).unwrap();
+    let keys: Vec<&str> = parsed.as_object().unwrap().keys().map(String::as_str).collect();
+    let mut expected = vec![
+        "schema",
+        "verdict",
+        "effects",
+        "ties",
+        "closest_known",
+        "holdout",
+        "within_tolerance",
+        "where",
+        "unexplained",
+        "next_experiment",
+        "runtime_s",
+        "notes",
+    ];
+    let mut found = keys.clone();
+    expected.sort_unstable();
+    found.sort_unstable();
+    assert_eq!(found, expected);
+    assert_eq!(parsed["verdict"], "tie");
+    assert_eq!(parsed["effects"][0]["parameters"]["half_width_v"]["std"], 0.01);
+    assert_eq!(parsed["effects"][0]["tie"], serde_json::Value::Null);
+    assert_eq!(parsed["effects"][1]["tie"], 0);
+    assert_eq!(parsed["ties"][0]["rivals"][1][0], "encoder_scale");
+    assert_eq!(
+        parsed["next_experiment"]["profile"][1],
+        serde_json::json!({ "bridge": 0, "seconds": 2.0 })
+    );
+    assert_eq!(parsed["where"][0]["share_of_squared_error"], 0.83);
+}
+
+#[test]
+fn html_is_self_contained_escaped_and_tells_the_three_stages() {
+    let page = Html {
+        title: "A gap",
+        subtitle: "model against log",
+    }
+    .export(&outcome())
+    .unwrap();
+    for stage in [
+        "Detection",
+        "Characterisation",
+        "Parameter extraction",
+        "Next experiment",
+        "Considered and rejected",
+    ] {
+        assert!(page.contains(stage), "{stage}");
+    }
+    assert_eq!(page.matches("<svg").count(), 2, "traces and waterfall");
+    assert!(page.contains("acts in coast too &lt;b&gt;"));
+    for outside in ["<script", "<link", "<img", "src=", "url(", "@import"] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    assert!(!page.replace("http://www.w3.org/2000/svg", "").contains("http"));
+}
+
+#[test]
+fn a_document_of_several_parts_has_a_table_of_contents() {
+    let exhibit = Exhibit {
+        title: "Closing table".into(),
+        text: vec!["Estimates beside the truth.".into()],
+        plots: vec![traces()],
+        tables: vec![Table {
+            caption: "Errors".into(),
+            header: vec!["quantity".into(), "chip".into()],
+            rows: vec![vec!["dead zone".into(), "1.2 V".into()]],
+        }],
+        checks: vec![Check {
+            claim: "9 V become 7.8 V".into(),
+            found: "7.80 V".into(),
+            holds: true,
+        }],
+    };
+    let document = Document::new("Demo", "two parts")
+        .gap("The case", &["An introduction."], &outcome())
+        .exhibit(exhibit);
+    let page = document.render();
+    for piece in [
+        "href=\"#part-2\"",
+        "id=\"part-2\"",
+        "Closing table",
+        "9 V become 7.8 V",
+        "holds",
+        "An introduction.",
+    ] {
+        assert!(page.contains(piece), "{piece}");
+    }
+    document
+        .write(&PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("report.html"))
+        .unwrap();
+}
+
+#[test]
+fn an_outcome_that_could_not_be_tested_claims_no_figures() {
+    let mut untested = outcome();
+    untested.verdict = Verdict::InsufficientExcitation;
+    untested.effects.clear();
+    untested.steps.clear();
+    let page = Html {
+        title: "A gap",
+        subtitle: "",
+    }
+    .export(&untested)
+    .unwrap();
+    assert!(
+        page.contains("insufficient excitation") && !page.contains("noise floor") && !page.contains("NaN")
+    );
+    let text = Terminal.export(&untested).unwrap();
+    assert!(text.contains("insufficient excitation") && !text.contains("noise floor"));
+}
+
+const MODEL: &str = r#"# a motor of the workshop
+schema = "truing-model/1"
+[motor]
+R_ohm = 1.5
+J_kgm2 = 0.001 # total, measured by coasting
+[known.coulomb_friction]
+level_nm = 0.008
+"#;
+
+#[test]
+fn the_extended_model_keeps_the_text_and_holds_the_accepted_set() {
+    let text = ModelFile {
+        original: MODEL,
+        origin: "truing gap on run.csv",
+    }
+    .export(&outcome())
+    .unwrap();
+    assert!(text.starts_with("# a motor of the workshop"));
+    assert!(
+        text.contains("J_kgm2 = 0.00102 # total, measured by coasting"),
+        "{text}"
+    );
+    assert!(!text.contains("[known]"), "{text}");
+    for piece in [
+        "[known.coulomb_friction]\nlevel_nm = 0.008",
+        "[known.dead_zone]\nhalf_width_v = 1.1\nhalf_width_v_std = 0.01",
+        "[known.drive_gain]\nratio = 1.31",
+        "origin = \"truing gap on run.csv\"",
+    ] {
+        assert!(text.contains(piece), "{piece:?} is missing in\n{text}");
+    }
+    assert!(
+        !text.contains("encoder_scale"),
+        "a rival that was not accepted is not part of the model"
+    );
+}
+
+#[test]
+fn a_failed_write_leaves_the_earlier_report_and_names_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out/report.json");
+    write_atomically(&path, "earlier").unwrap();
+    Json.write(&outcome(), &path).unwrap();
+    let written = std::fs::read_to_string(&path).unwrap();
+    assert!(written.contains("truing-gap/1"));
+    // A folder in the place of the file cannot be replaced.
+    let blocked = folder.path().join("out");
+    let error = write_atomically(&blocked, "later").unwrap_err();
+    assert!(
+        format!("{error:#}").contains("out: cannot be written"),
+        "{error:#}"
+    );
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), written);
+    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
+    assert_eq!(left.len(), 1, "no draft is left behind");
+}

@@ -1,0 +1,135 @@
+//! Numbers and names as text.
+
+use crate::outcome::{NamedEffect, Outcome, Segment, Tie, Value, Verdict};
+
+/// Four significant digits, without trailing zeros; powers of ten where plain digits would not be readable.
+pub fn figure(x: f64) -> String {
+    significant(x, 4)
+}
+
+/// `digits` significant digits, without trailing zeros.
+pub fn significant(x: f64, digits: usize) -> String {
+    if x == 0.0 {
+        return "0".into();
+    }
+    if !x.is_finite() {
+        return "–".into();
+    }
+    let magnitude = x.abs().log10().floor() as i32;
+    if !(-4..6).contains(&magnitude) {
+        return format!("{:.*e}", digits.saturating_sub(1), x);
+    }
+    let decimals = (digits as i32 - 1 - magnitude).max(0) as usize;
+    without_trailing_zeros(format!("{x:.decimals$}"))
+}
+
+fn without_trailing_zeros(text: String) -> String {
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
+        false => text,
+    }
+}
+
+/// `6.790 ± 0.012 V`: the deviation with two significant digits, the value to the same decimal place.
+pub fn value(v: &Value) -> String {
+    let unit = if v.unit.is_empty() || v.unit == "1" {
+        String::new()
+    } else {
+        format!(" {}", v.unit)
+    };
+    match v.std.filter(|s| s.is_finite() && *s > 0.0) {
+        Some(std) => format!("{}{unit}", with_deviation(v.value, std)),
+        None => format!("{}{unit}", significant(v.value, 5)),
+    }
+}
+
+fn with_deviation(value: f64, std: f64) -> String {
+    let decimals = 1 - std.log10().floor() as i32;
+    let largest = value.abs().max(std);
+    if decimals > 7 || largest >= 1e6 || largest < 1e-3 {
+        return format!("{value:.4e} ± {std:.1e}");
+    }
+    let decimals = decimals.max(0) as usize;
+    format!("{value:.decimals$} ± {std:.decimals$}")
+}
+
+/// `half_width_v = 1.10 ± 0.01 V, …`
+pub fn parameters(effect: &NamedEffect) -> String {
+    let named = |(name, v): (&String, &Value)| format!("{name} = {}", value(v));
+    effect.parameters.iter().map(named).collect::<Vec<_>>().join(", ")
+}
+
+/// A set of names: `motor_gain + viscous_friction`.
+pub fn set(names: &[String]) -> String {
+    names.join(" + ")
+}
+
+/// `drive_gain | encoder_scale | motor_gain + viscous_friction`
+pub fn rivals(tie: &Tie) -> String {
+    tie.rivals.iter().map(|r| set(r)).collect::<Vec<_>>().join(" | ")
+}
+
+/// One word or two for the verdict.
+pub fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::InsufficientExcitation => "insufficient excitation",
+        Verdict::Unexplained => "unexplained",
+        Verdict::Tie => "tie",
+        Verdict::Named => "named",
+        Verdict::NothingMissing => "nothing missing",
+    }
+}
+
+/// The verdict as a sentence.
+pub fn headline(outcome: &Outcome) -> String {
+    let names: Vec<_> = outcome.effects.iter().map(|e| e.name.clone()).collect();
+    let names = listing(&names);
+    match outcome.verdict {
+        Verdict::InsufficientExcitation => {
+            "The data cannot test the model: they do not excite what would have to be seen.".into()
+        }
+        Verdict::Unexplained if outcome.effects.is_empty() => {
+            format!(
+                "Something is missing that no known effect explains: {}.",
+                outcome.unexplained.structure
+            )
+        }
+        Verdict::Unexplained => format!(
+            "Found: {names}; something else is left: {}.",
+            outcome.unexplained.structure
+        ),
+        Verdict::Tie => format!(
+            "Found: {names}. Other names fit these data equally well; an experiment tells them apart."
+        ),
+        Verdict::Named => format!("The model lacks {names}."),
+        Verdict::NothingMissing => "Nothing is missing: simulation and data agree to the noise.".into(),
+    }
+}
+
+fn listing(names: &[String]) -> String {
+    match names {
+        [] => "nothing".into(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// `6 V for 1 s`, `bridge open for 2 s`.
+pub fn segment(s: &Segment) -> String {
+    let seconds = figure(s.seconds);
+    match (s.bridge, s.u_v) {
+        (0, _) => format!("bridge open for {seconds} s"),
+        (2, _) => format!("terminals shorted for {seconds} s"),
+        (_, u) => format!("{} V for {seconds} s", figure(u.unwrap_or(0.0))),
+    }
+}
+
+/// `48 %`; small shares keep a digit.
+pub fn percent(share: f64) -> String {
+    let p = 100.0 * share;
+    if p.abs() < 10.0 {
+        format!("{} %", significant(p, 2))
+    } else {
+        format!("{p:.0} %")
+    }
+}

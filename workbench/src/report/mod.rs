@@ -1,0 +1,64 @@
+//! Reports of one [`Outcome`]: terminal, HTML, JSON and the extended model, each behind the [`Exporter`] trait.
+//!
+//! A report computes nothing; it writes what the outcome says. Every file is written beside its destination and renamed
+//! into place, so that an earlier report survives whatever goes wrong.
+
+mod format;
+pub mod html;
+pub mod json;
+pub mod model_file;
+pub mod plot;
+pub mod terminal;
+
+use crate::outcome::Outcome;
+use anyhow::{Context, Result};
+use std::io::Write;
+use std::path::Path;
+
+/// Turns an outcome into the text of one format.
+pub trait Exporter {
+    /// The whole document.
+    fn export(&self, outcome: &Outcome) -> Result<String>;
+
+    /// Exports to a file that appears complete or not at all.
+    fn write(&self, outcome: &Outcome, path: &Path) -> Result<()> {
+        write_atomically(path, &self.export(outcome)?)
+    }
+}
+
+/// Writes `text` to `path` by way of a temporary file in the same folder; an earlier file stays until the new one is
+/// complete. The folder is made if it is missing.
+pub fn write_atomically(path: &Path, text: &str) -> Result<()> {
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let complaint = || {
+        format!(
+            "{}: cannot be written; check the folder and its permissions",
+            path.display()
+        )
+    };
+    std::fs::create_dir_all(folder).with_context(complaint)?;
+    let mut draft = tempfile::Builder::new()
+        .prefix(".truing-")
+        .tempfile_in(folder)
+        .with_context(complaint)?;
+    draft.write_all(text.as_bytes()).with_context(complaint)?;
+    readable_by_all(draft.as_file()).with_context(complaint)?;
+    // The error of `persist` owns the draft; only its cause is passed on, so that the draft is removed.
+    draft.persist(path).map_err(|e| e.error).with_context(complaint)?;
+    Ok(())
+}
+
+/// A temporary file is private to its owner; a report is not.
+#[cfg(unix)]
+fn readable_by_all(file: &std::fs::File) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn readable_by_all(_file: &std::fs::File) -> std::io::Result<()> {
+    Ok(())
+}

@@ -1,0 +1,79 @@
+//! The extended model: the model file as the user wrote it, comments and all, with every accepted effect under
+//! `[known.<effect>]` and every base parameter moved by the shift that the data ask for within its tolerance.
+
+use super::Exporter;
+use crate::outcome::{NamedEffect, Outcome, Shift};
+use anyhow::{Context, Result, anyhow};
+use toml_edit::{DocumentMut, Item, Table, Value, value};
+
+/// Sections that hold base parameters.
+const BASE_SECTIONS: [&str; 2] = ["motor", "model"];
+
+/// Writes the extended model.
+pub struct ModelFile<'a> {
+    /// The text of the model that was analysed.
+    pub original: &'a str,
+    /// Where the effects come from, e.g. the name of the log.
+    pub origin: &'a str,
+}
+
+impl Exporter for ModelFile<'_> {
+    fn export(&self, outcome: &Outcome) -> Result<String> {
+        let mut document: DocumentMut = self.original.parse().context("the model is not valid TOML")?;
+        for shift in &outcome.within_tolerance {
+            apply(&mut document, shift);
+        }
+        let known = document.entry("known").or_insert_with(implicit_table);
+        let known = known
+            .as_table_mut()
+            .ok_or_else(|| anyhow!("model: `known` is not a table; write [known.<effect>]"))?;
+        for effect in &outcome.effects {
+            known.insert(&effect.name, Item::Table(self.table(effect)));
+        }
+        Ok(document.to_string())
+    }
+}
+
+impl ModelFile<'_> {
+    fn table(&self, effect: &NamedEffect) -> Table {
+        let mut table = Table::new();
+        for (name, v) in &effect.parameters {
+            table.insert(name, value(v.value));
+            if let Some(std) = v.std.filter(|s| s.is_finite()) {
+                table.insert(&format!("{name}_std"), value(std));
+            }
+        }
+        table.insert("origin", value(self.origin));
+        table
+    }
+}
+
+/// `[known]` itself has no keys, so its heading is not written.
+fn implicit_table() -> Item {
+    let mut table = Table::new();
+    table.set_implicit(true);
+    Item::Table(table)
+}
+
+/// Moves a base parameter; a name that is no key of the file has nothing to move.
+fn apply(document: &mut DocumentMut, shift: &Shift) {
+    for section in BASE_SECTIONS {
+        let entry = document
+            .get_mut(section)
+            .and_then(|s| s.get_mut(&shift.parameter))
+            .and_then(Item::as_value_mut);
+        if let Some(entry) = entry {
+            scale(entry, 1.0 + shift.shift_percent / 100.0);
+        }
+    }
+}
+
+/// Scales a number in place; the comment behind it stays.
+fn scale(entry: &mut Value, factor: f64) {
+    let Some(number) = entry.as_float().or(entry.as_integer().map(|i| i as f64)) else {
+        return;
+    };
+    let decor = entry.decor().clone();
+    *entry = Value::from(number * factor);
+    *entry.decor_mut() = decor;
+}

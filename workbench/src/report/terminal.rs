@@ -1,0 +1,211 @@
+//! The summary for a terminal of 80 columns.
+
+use super::{Exporter, format};
+use crate::outcome::{Outcome, Verdict};
+use anyhow::Result;
+use std::fmt::Write;
+
+/// Width of every line, characters.
+pub const WIDTH: usize = 80;
+/// Column at which the text beside a heading starts.
+const INDENT: usize = 12;
+/// Length of the longest bar, characters.
+const BAR: usize = 26;
+
+/// Plain text, no colour, no line beyond 80 columns.
+pub struct Terminal;
+
+impl Exporter for Terminal {
+    fn export(&self, outcome: &Outcome) -> Result<String> {
+        let mut text = String::new();
+        verdict(&mut text, outcome)?;
+        gap(&mut text, outcome)?;
+        effects(&mut text, outcome)?;
+        ties(&mut text, outcome)?;
+        rest(&mut text, outcome)?;
+        next(&mut text, outcome)?;
+        notes(&mut text, outcome)?;
+        Ok(text)
+    }
+}
+
+fn verdict(text: &mut String, outcome: &Outcome) -> Result<()> {
+    block(
+        text,
+        "Verdict",
+        &format!(
+            "{}. {}",
+            format::verdict(outcome.verdict),
+            format::headline(outcome)
+        ),
+    );
+    for (place, head) in outcome.places.iter().zip(["Where", "", ""]) {
+        let share = format::percent(place.share_of_squared_error);
+        block(
+            text,
+            head,
+            &format!("{share} of the squared error: {}", place.region),
+        );
+    }
+    Ok(())
+}
+
+fn gap(text: &mut String, outcome: &Outcome) -> Result<()> {
+    if outcome.verdict == Verdict::InsufficientExcitation {
+        return Ok(());
+    }
+    let held = &outcome.holdout;
+    let unit = &outcome.gap_unit;
+    writeln!(
+        text,
+        "\n{:INDENT$}rms of {} in {unit}, on data held out",
+        "Gap", held.signal
+    )?;
+    let floor = held.noise_floor;
+    let bars: Vec<(&str, f64)> = outcome.steps.iter().map(|s| (s.label.as_str(), s.gap)).collect();
+    let scale = Scale::of(bars.iter().map(|b| b.1).chain([floor]));
+    for (label, gap) in bars.into_iter().chain([("noise floor", floor)]) {
+        let label = truncated(label, 28);
+        writeln!(
+            text,
+            "{:INDENT$}{label:28} {:>9}  {}",
+            "",
+            format::figure(gap),
+            "█".repeat(scale.length(gap))
+        )?;
+    }
+    let (before, after) = (held.fit_percent_before, held.fit_percent_after);
+    writeln!(
+        text,
+        "{:INDENT$}fit {} % → {} %",
+        "",
+        format::figure(before),
+        format::figure(after)
+    )?;
+    Ok(())
+}
+
+/// Bars on a logarithmic scale, because a gap falls by orders of magnitude.
+struct Scale {
+    low: f64,
+    high: f64,
+}
+
+impl Scale {
+    fn of(gaps: impl Iterator<Item = f64>) -> Self {
+        let positive: Vec<f64> = gaps.filter(|g| g.is_finite() && *g > 0.0).collect();
+        let high = positive.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let low = positive.iter().copied().fold(high, f64::min).max(high * 1e-6);
+        Scale { low: low / 1.5, high }
+    }
+
+    fn length(&self, gap: f64) -> usize {
+        let share = (gap.max(self.low) / self.low).ln() / (self.high / self.low).ln();
+        (share * BAR as f64).round().max(1.0) as usize
+    }
+}
+
+fn effects(text: &mut String, outcome: &Outcome) -> Result<()> {
+    if !outcome.effects.is_empty() {
+        writeln!(text)?;
+    }
+    for (k, effect) in outcome.effects.iter().enumerate() {
+        let head = if k == 0 { "Effects" } else { "" };
+        let tie = effect.tie.map_or(String::new(), |t| format!(" (tie {})", t + 1));
+        block(
+            text,
+            head,
+            &format!("{}. {}{tie}: {}", k + 1, effect.name, format::parameters(effect)),
+        );
+        block(text, "", &effect.evidence);
+    }
+    Ok(())
+}
+
+fn ties(text: &mut String, outcome: &Outcome) -> Result<()> {
+    for (k, tie) in outcome.ties.iter().enumerate() {
+        if k == 0 {
+            writeln!(text)?;
+        }
+        block(
+            text,
+            if k == 0 { "Ties" } else { "" },
+            &format!("{}. {}", k + 1, format::rivals(tie)),
+        );
+        block(text, "", &format!("separated by: {}", tie.separated_by));
+    }
+    Ok(())
+}
+
+fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
+    let left = &outcome.unexplained;
+    if !outcome.within_tolerance.is_empty() || left.structure != "none" || !outcome.closest_known.is_empty() {
+        writeln!(text)?;
+    }
+    for (k, shift) in outcome.within_tolerance.iter().enumerate() {
+        let head = if k == 0 { "Tolerances" } else { "" };
+        let (name, by, std) = (&shift.parameter, shift.shift_percent, shift.std_percent);
+        block(
+            text,
+            head,
+            &format!("{name} {by:+.1} % ± {std:.1} %: within what the model allows"),
+        );
+    }
+    if left.structure != "none" {
+        let share = format::percent(left.share_of_gap);
+        block(
+            text,
+            "Left",
+            &format!("{share} of the gap (squared): {}", left.structure),
+        );
+    }
+    if !outcome.closest_known.is_empty() {
+        block(
+            text,
+            "Closest",
+            &format!("{} (not a name)", outcome.closest_known.join(", ")),
+        );
+    }
+    Ok(())
+}
+
+fn next(text: &mut String, outcome: &Outcome) -> Result<()> {
+    let Some(experiment) = &outcome.next_experiment else {
+        return Ok(());
+    };
+    writeln!(text)?;
+    block(text, "Next", &experiment.why);
+    let pieces: Vec<_> = experiment.profile.iter().map(format::segment).collect();
+    if !pieces.is_empty() {
+        block(text, "", &pieces.join(", "));
+    }
+    Ok(())
+}
+
+fn notes(text: &mut String, outcome: &Outcome) -> Result<()> {
+    for (k, note) in outcome.notes.iter().enumerate() {
+        if k == 0 {
+            writeln!(text)?;
+        }
+        block(text, if k == 0 { "Notes" } else { "" }, note);
+    }
+    Ok(())
+}
+
+/// A heading in the margin and its text beside it, wrapped.
+fn block(text: &mut String, head: &str, body: &str) {
+    let first = format!("{head:INDENT$}");
+    let later = " ".repeat(INDENT);
+    let options = textwrap::Options::new(WIDTH)
+        .initial_indent(&first)
+        .subsequent_indent(&later);
+    text.push_str(&textwrap::fill(body, options));
+    text.push('\n');
+}
+
+fn truncated(label: &str, length: usize) -> String {
+    match label.chars().count() > length {
+        true => label.chars().take(length - 1).chain(['…']).collect(),
+        false => label.into(),
+    }
+}
