@@ -16,6 +16,7 @@
 pub mod axis;
 pub mod commission;
 pub mod config;
+pub mod drivers;
 pub mod identify;
 pub mod protocol;
 pub mod units;

@@ -1,0 +1,534 @@
+//! The drivers against mocked lines: what each wiring sees, in which order, and what happens when a line refuses.
+
+use embedded_hal_mock::eh1::MockError;
+use embedded_hal_mock::eh1::digital::{Mock as Pin, State as Level, Transaction as PinDo};
+use embedded_hal_mock::eh1::pwm::{Mock as Pwm, Transaction as PwmDo};
+use proptest::prelude::*;
+use servo::axis::{Bridge, Output, Sample};
+use servo::drivers::bridge::{Config, Decay, Error, HBridge, Levels, NotConnected, Wiring};
+use servo::drivers::encoder::{Counter, Encoder};
+use servo::drivers::joint::Joint;
+use servo::drivers::permit::{Permit, PermitLines};
+use servo::drivers::sense::{
+    Converter, CurrentKind, CurrentSense, Divider, OffsetError, OffsetLimits, OffsetState, Scale, SupplySense,
+};
+use std::cell::Cell;
+use std::io::ErrorKind;
+use std::rc::Rc;
+
+const FULL: u16 = 4200;
+
+fn config(wiring: Wiring, decay: Decay) -> Config {
+    Config {
+        wiring,
+        decay,
+        duty_limit: FULL,
+    }
+}
+
+fn driven(duty: i16) -> Output {
+    Output {
+        bridge: Bridge::Driven,
+        duty,
+    }
+}
+
+fn resting(bridge: Bridge) -> Output {
+    // A duty left over from motion must not matter while the bridge does not drive.
+    Output { bridge, duty: 1234 }
+}
+
+fn lines(a: u16, b: u16, enable: bool) -> Levels {
+    Levels { a, b, enable }
+}
+
+// ── H-bridge: levels ────────────────────────────────────────────────────────────────────────────────────────────────
+
+#[test]
+fn two_inputs_follow_the_truth_table_of_the_driver_ic() {
+    let bridge = config(Wiring::TwoInputs, Decay::Slow);
+    // DRV8871 data sheet, table 1: 0 0 coast, 1 0 forward, 0 1 reverse, 1 1 brake.
+    assert_eq!(bridge.levels(FULL, resting(Bridge::Open)), lines(0, 0, true));
+    assert_eq!(
+        bridge.levels(FULL, resting(Bridge::Shorted)),
+        lines(FULL, FULL, true)
+    );
+    assert_eq!(bridge.levels(FULL, driven(4200)), lines(FULL, 0, true));
+    assert_eq!(bridge.levels(FULL, driven(-4200)), lines(0, FULL, true));
+    // A quarter forward: IN1 stays high, IN2 is high (brake) for three quarters.
+    assert_eq!(bridge.levels(FULL, driven(1050)), lines(4200, 3150, true));
+    assert_eq!(bridge.levels(FULL, driven(-1050)), lines(3150, 4200, true));
+    assert_eq!(bridge.levels(FULL, driven(0)), lines(FULL, FULL, true));
+}
+
+#[test]
+fn half_bridges_brake_with_both_lines_low_and_open_only_by_enable() {
+    let bridge = config(Wiring::HalfBridges, Decay::Slow);
+    assert_eq!(bridge.levels(FULL, resting(Bridge::Open)), lines(0, 0, false));
+    assert_eq!(bridge.levels(FULL, resting(Bridge::Shorted)), lines(0, 0, true));
+    assert_eq!(bridge.levels(FULL, driven(1050)), lines(1050, 0, true));
+    assert_eq!(bridge.levels(FULL, driven(-1050)), lines(0, 1050, true));
+}
+
+#[test]
+fn locked_anti_phase_rests_at_one_half_and_reverses_for_the_rest_of_the_period() {
+    for wiring in [Wiring::TwoInputs, Wiring::HalfBridges] {
+        let bridge = config(wiring, Decay::LockedAntiPhase);
+        assert_eq!(bridge.levels(FULL, driven(0)), lines(2100, 2100, true));
+        assert_eq!(bridge.levels(FULL, driven(4200)), lines(4200, 0, true));
+        assert_eq!(bridge.levels(FULL, driven(-4200)), lines(0, 4200, true));
+        assert_eq!(bridge.levels(FULL, driven(1050)), lines(2625, 1575, true));
+    }
+}
+
+#[test]
+fn duty_beyond_the_limit_is_clipped_so_that_a_bootstrap_capacitor_is_recharged() {
+    let bridge = Config {
+        duty_limit: 4000,
+        ..config(Wiring::HalfBridges, Decay::Slow)
+    };
+    assert_eq!(bridge.levels(FULL, driven(4200)), lines(4000, 0, true));
+    assert_eq!(bridge.levels(FULL, driven(i16::MIN)), lines(0, 4000, true));
+}
+
+proptest! {
+    /// Mean voltage over supply = (level a − level b) / full scale, whatever the wiring and the decay: the motor sees the
+    /// commanded duty, to one count in locked anti-phase (a count there is two counts of duty).
+    #[test]
+    fn mean_voltage_is_the_commanded_duty(
+        duty in -4200i16..=4200, full in 100u16..=8400, limit in 0u16..=8400,
+        wiring in prop_oneof![Just(Wiring::TwoInputs), Just(Wiring::HalfBridges)],
+        decay in prop_oneof![Just(Decay::Slow), Just(Decay::LockedAntiPhase)],
+    ) {
+        let levels = Config { wiring, decay, duty_limit: limit }.levels(full, driven(duty));
+        let bound = i32::from(limit.min(full));
+        let expected = i32::from(duty).clamp(-bound, bound);
+        let got = i32::from(levels.a) - i32::from(levels.b);
+        let tolerance = if decay == Decay::LockedAntiPhase { 1 } else { 0 };
+        prop_assert!((got - expected).abs() <= tolerance, "{got} instead of {expected}");
+        prop_assert!(levels.a <= full && levels.b <= full && levels.enable);
+    }
+
+    /// Opposite duties swap the lines: no direction is favoured.
+    #[test]
+    fn opposite_duties_mirror(duty in 0i16..=4200, wiring in prop_oneof![Just(Wiring::TwoInputs), Just(Wiring::HalfBridges)]) {
+        let bridge = config(wiring, Decay::Slow);
+        let (forward, reverse) = (bridge.levels(FULL, driven(duty)), bridge.levels(FULL, driven(-duty)));
+        // Zero has one representation only where both lines agree anyway.
+        prop_assert_eq!((forward.a, forward.b), (reverse.b, reverse.a));
+    }
+}
+
+// ── H-bridge: lines ─────────────────────────────────────────────────────────────────────────────────────────────────
+
+fn pwm(levels: &[u16]) -> Pwm {
+    Pwm::new(
+        &levels
+            .iter()
+            .map(|level| PwmDo::set_duty_cycle(*level))
+            .collect::<Vec<_>>(),
+    )
+}
+
+/// Line a also tells full scale once.
+fn pwm_a(levels: &[u16]) -> Pwm {
+    let mut expected = vec![PwmDo::max_duty_cycle(FULL)];
+    expected.extend(levels.iter().map(|level| PwmDo::set_duty_cycle(*level)));
+    Pwm::new(&expected)
+}
+
+fn pin(states: &[Level]) -> Pin {
+    Pin::new(&states.iter().map(|state| PinDo::set(*state)).collect::<Vec<_>>())
+}
+
+fn close(bridge: HBridge<Pwm, Pwm, Pin>) {
+    let (mut a, mut b, mut enable) = bridge.release();
+    a.done();
+    b.done();
+    enable.done();
+}
+
+#[test]
+fn a_new_bridge_is_off_and_asleep_before_anything_else_happens() {
+    let bridge = HBridge::new(
+        config(Wiring::TwoInputs, Decay::Slow),
+        pwm_a(&[0]),
+        pwm(&[0]),
+        pin(&[Level::Low]),
+    )
+    .unwrap();
+    assert_eq!(bridge.full_scale(), FULL);
+    close(bridge);
+}
+
+#[test]
+fn a_run_of_outputs_sets_every_line_once_a_tick() {
+    let mut bridge = HBridge::new(
+        config(Wiring::HalfBridges, Decay::Slow),
+        pwm_a(&[0, 0, 0, 300, 0]),
+        pwm(&[0, 0, 0, 0, 0]),
+        pin(&[Level::Low, Level::Low, Level::High, Level::High, Level::Low]),
+    )
+    .unwrap();
+    for output in [
+        resting(Bridge::Open),
+        resting(Bridge::Shorted),
+        driven(300),
+        Output::default(),
+    ] {
+        bridge.apply(output).unwrap();
+    }
+    close(bridge);
+}
+
+#[test]
+fn an_enable_line_that_refuses_leaves_both_pwm_lines_low() {
+    let refused = MockError::Io(ErrorKind::NotConnected);
+    let enable = Pin::new(&[
+        PinDo::set(Level::Low),
+        PinDo::set(Level::High).with_error(refused.clone()),
+        PinDo::set(Level::Low).with_error(refused),
+    ]);
+    let mut bridge = HBridge::new(
+        config(Wiring::HalfBridges, Decay::Slow),
+        pwm_a(&[0, 300, 0]),
+        pwm(&[0, 0, 0]),
+        enable,
+    )
+    .unwrap();
+    let error = bridge.apply(driven(300)).unwrap_err();
+    assert!(matches!(error, Error::Enable(_)), "{error:?}");
+    close(bridge);
+}
+
+#[test]
+fn a_pwm_line_that_refuses_pulls_enable_low_and_still_clears_the_other() {
+    let refused = MockError::Io(ErrorKind::NotConnected);
+    let a = Pwm::new(&[
+        PwmDo::max_duty_cycle(FULL),
+        PwmDo::set_duty_cycle(0),
+        PwmDo::set_duty_cycle(300).with_error(refused.clone()),
+        PwmDo::set_duty_cycle(0).with_error(refused),
+    ]);
+    let mut bridge = HBridge::new(
+        config(Wiring::HalfBridges, Decay::Slow),
+        a,
+        pwm(&[0, 0]),
+        pin(&[Level::Low, Level::Low]),
+    )
+    .unwrap();
+    assert!(matches!(bridge.apply(driven(300)), Err(Error::Pwm(_))));
+    close(bridge);
+}
+
+#[test]
+fn a_bridge_without_enable_line_works_with_its_two_inputs_alone() {
+    let mut bridge = HBridge::new(
+        config(Wiring::TwoInputs, Decay::Slow),
+        pwm_a(&[0, FULL, 0]),
+        pwm(&[0, 3150, 0]),
+        NotConnected,
+    )
+    .unwrap();
+    bridge.apply(driven(1050)).unwrap();
+    bridge.apply(Output::default()).unwrap();
+    let (mut a, mut b, _) = bridge.release();
+    a.done();
+    b.done();
+}
+
+// ── Encoder ─────────────────────────────────────────────────────────────────────────────────────────────────────────
+
+/// A counter of `bits` bits whose true position the test moves.
+#[derive(Clone)]
+struct Shaft {
+    bits: u32,
+    position: Rc<Cell<i64>>,
+}
+
+impl Shaft {
+    fn at(bits: u32, position: i64) -> Self {
+        Self {
+            bits,
+            position: Rc::new(Cell::new(position)),
+        }
+    }
+
+    fn turn(&self, counts: i64) {
+        self.position.set(self.position.get() + counts);
+    }
+}
+
+impl Counter for Shaft {
+    fn bits(&self) -> u32 {
+        self.bits
+    }
+
+    fn count(&self) -> u32 {
+        // What a timer of 16 bits delivers when read as a 32-bit register: upper half zero.
+        (self.position.get() as u64 & ((1u64 << self.bits) - 1)) as u32
+    }
+}
+
+#[test]
+fn sixteen_bits_are_extended_across_both_ends() {
+    let shaft = Shaft::at(16, 65_530);
+    let mut encoder = Encoder::new(shaft.clone());
+    assert_eq!(
+        encoder.read(),
+        0,
+        "the count starts at zero wherever the counter stands"
+    );
+    shaft.turn(10);
+    assert_eq!(encoder.read(), 10, "across 65,535 → 0");
+    shaft.turn(-15);
+    assert_eq!(encoder.read(), -5, "and back across 0 → 65,535");
+    for _ in 0..100 {
+        shaft.turn(32_767);
+        encoder.read();
+    }
+    assert_eq!(encoder.read(), 3_276_700 - 5, "fifty turns of the counter");
+}
+
+#[test]
+fn the_fastest_motion_is_half_the_range_and_the_limit_is_sharp() {
+    for (step, expected) in [(32_767, 32_767), (-32_768, -32_768), (32_768, -32_768)] {
+        let shaft = Shaft::at(16, 100);
+        let mut encoder = Encoder::new(shaft.clone());
+        shaft.turn(step);
+        assert_eq!(encoder.read(), expected);
+    }
+}
+
+#[test]
+fn a_32_bit_counter_wraps_with_the_count() {
+    let shaft = Shaft::at(32, 0);
+    let mut encoder = Encoder::new(shaft.clone());
+    shaft.turn(i64::from(i32::MAX));
+    assert_eq!(encoder.read(), i32::MAX);
+    shaft.turn(1);
+    assert_eq!(encoder.read(), i32::MIN);
+}
+
+proptest! {
+    /// Whatever the width, start and path, the count is the true motion modulo 2³².
+    #[test]
+    fn the_count_is_the_true_motion(bits in prop_oneof![Just(16u32), Just(24), Just(32)], start: u32,
+                                    path in prop::collection::vec(-32_768i64..=32_767, 1..200)) {
+        let shaft = Shaft::at(bits, i64::from(start));
+        let mut encoder = Encoder::new(shaft.clone());
+        for step in &path {
+            shaft.turn(*step);
+            encoder.read();
+        }
+        prop_assert_eq!(encoder.read(), path.iter().sum::<i64>() as i32);
+    }
+}
+
+// ── Permission ──────────────────────────────────────────────────────────────────────────────────────────────────────
+
+fn reading(state: Level) -> Pin {
+    Pin::new(&[PinDo::get(state)])
+}
+
+#[test]
+fn both_lines_must_be_high_and_the_contact_is_named_first() {
+    for (enable, fault_n, expected) in [
+        (Level::High, Level::High, Permit::Granted),
+        (Level::High, Level::Low, Permit::BridgeFault),
+        (Level::Low, Level::High, Permit::Disabled),
+        (Level::Low, Level::Low, Permit::Disabled),
+    ] {
+        let (mut fault_pin, mut enable_pin) = (reading(fault_n), reading(enable));
+        let verdict = PermitLines::new(fault_pin.clone(), enable_pin.clone()).read();
+        assert_eq!(verdict, expected);
+        fault_pin.done();
+        enable_pin.done();
+    }
+}
+
+#[test]
+fn a_line_that_cannot_be_read_forbids() {
+    let broken = || Pin::new(&[PinDo::get(Level::High).with_error(MockError::Io(ErrorKind::NotConnected))]);
+    let (mut good, mut bad) = (reading(Level::High), broken());
+    assert_eq!(
+        PermitLines::new(good.clone(), bad.clone()).read(),
+        Permit::Disabled
+    );
+    good.done();
+    bad.done();
+    let (mut good, mut bad) = (reading(Level::High), broken());
+    assert_eq!(
+        PermitLines::new(bad.clone(), good.clone()).read(),
+        Permit::BridgeFault
+    );
+    good.done();
+    bad.done();
+}
+
+// ── Current and supply ──────────────────────────────────────────────────────────────────────────────────────────────
+
+/// A converter whose reading the test sets.
+#[derive(Clone, Default)]
+struct Channel(Rc<Cell<u16>>);
+
+impl Channel {
+    fn reading(raw: u16) -> Self {
+        Self(Rc::new(Cell::new(raw)))
+    }
+}
+
+impl Converter for Channel {
+    fn sample(&self) -> u16 {
+        self.0.get()
+    }
+}
+
+#[test]
+fn a_signed_sensor_reads_zero_at_its_offset_and_both_signs_around_it() {
+    let channel = Channel::reading(2050);
+    let mut sense = CurrentSense::new(CurrentKind::Signed, channel.clone());
+    sense.set_offset(2050);
+    assert_eq!(sense.read(), 0);
+    channel.0.set(2150);
+    assert_eq!(sense.read(), 100);
+    channel.0.set(0);
+    assert_eq!(sense.read(), -2050);
+}
+
+#[test]
+fn a_magnitude_sensor_takes_the_sign_of_the_last_driven_duty() {
+    let channel = Channel::reading(310);
+    let mut sense = CurrentSense::new(CurrentKind::Magnitude, channel.clone());
+    sense.set_offset(10);
+    sense.follow(driven(500));
+    assert_eq!(sense.read(), 300);
+    sense.follow(driven(-500));
+    assert_eq!(sense.read(), -300);
+    sense.follow(resting(Bridge::Shorted));
+    sense.follow(driven(0));
+    assert_eq!(
+        sense.read(),
+        -300,
+        "braking and zero duty keep the last direction"
+    );
+    channel.0.set(3);
+    assert_eq!(
+        sense.read(),
+        0,
+        "noise below the offset is no current, least of all a negative one"
+    );
+}
+
+#[test]
+fn the_marks_of_what_is_not_measured_are_never_produced_by_a_reading() {
+    let none: SupplySense<Channel> = SupplySense::new(None);
+    assert_eq!(none.read(), Sample::VBUS_NOT_MEASURED);
+    assert_eq!(SupplySense::new(Some(Channel::reading(4095))).read(), 4095);
+    let absent = CurrentSense::new(CurrentKind::Absent, Channel::reading(77));
+    assert_eq!(absent.read(), Sample::CURRENT_NOT_SENSED);
+    let mut deepest = CurrentSense::new(CurrentKind::Signed, Channel::reading(0));
+    deepest.set_offset(u16::MAX);
+    assert_eq!(deepest.read(), -i16::MAX);
+}
+
+#[test]
+fn si_values_of_one_count_follow_from_the_circuit() {
+    let scale = Scale {
+        reference_v: 3.3,
+        bits: 12,
+    };
+    // 3.3 V / 4096 = 805.66 µV.
+    assert!((scale.volt_per_lsb() - 805.664e-6).abs() < 1e-9);
+    // 100 kΩ over 10 kΩ: 11 · 805.66 µV = 8.862 mV, full scale 36.3 V.
+    let divider = Divider {
+        upper_ohm: 100e3,
+        lower_ohm: 10e3,
+    };
+    assert!((scale.supply_volt_per_lsb(divider) - 8.862_305e-3).abs() < 1e-8);
+    // 450 µA/A into 2.49 kΩ is 1.1205 V/A: 719 µA per count.
+    assert!((scale.ampere_per_lsb(1.1205) - 719.022e-6).abs() < 1e-9);
+}
+
+const LIMITS: OffsetLimits = OffsetLimits {
+    readings_log2: 4,
+    window: (1900, 2200),
+    spread: 12,
+};
+
+fn calibrate(readings: impl IntoIterator<Item = u16>) -> Option<Result<u16, OffsetError>> {
+    let mut state = OffsetState::default();
+    readings.into_iter().find_map(|raw| LIMITS.step(&mut state, raw))
+}
+
+#[test]
+fn the_offset_is_the_rounded_mean_of_exactly_the_agreed_readings() {
+    assert_eq!(calibrate([2050; 15]), None, "one reading is missing");
+    assert_eq!(calibrate([2050; 16]), Some(Ok(2050)));
+    // Fourteen readings of 2050 and two of 2056: mean 2050.75.
+    let uneven = (0..16).map(|k| if k < 2 { 2056 } else { 2050 });
+    assert_eq!(calibrate(uneven), Some(Ok(2051)));
+}
+
+#[test]
+fn a_missing_sensor_and_a_turning_motor_are_refused_by_name() {
+    assert_eq!(calibrate([40; 16]), Some(Err(OffsetError::OutsideWindow(40))));
+    assert_eq!(calibrate([4095; 16]), Some(Err(OffsetError::OutsideWindow(4095))));
+    let swinging = (0..16u16).map(|k| 2040 + 2 * k);
+    assert_eq!(calibrate(swinging), Some(Err(OffsetError::Unsteady(30))));
+}
+
+// ── The axis as a value ─────────────────────────────────────────────────────────────────────────────────────────────
+
+#[test]
+fn two_axes_in_one_array_keep_their_own_counts_currents_and_offsets() {
+    let shafts = [Shaft::at(16, 0), Shaft::at(32, 7)];
+    let currents = [Channel::reading(2048), Channel::reading(2060)];
+    let mut joints: Vec<_> = (0..2)
+        .map(|n| Joint {
+            bridge: HBridge::new(
+                config(Wiring::TwoInputs, Decay::Slow),
+                pwm_a(&[0, FULL]),
+                pwm(&[0, FULL - 100 * (n as u16 + 1)]),
+                NotConnected,
+            )
+            .unwrap(),
+            encoder: Encoder::new(shafts[n].clone()),
+            current: CurrentSense::new(CurrentKind::Signed, currents[n].clone()),
+            supply: SupplySense::new(Some(Channel::reading(1354))),
+        })
+        .collect();
+    for joint in &mut joints {
+        let mut state = OffsetState::default();
+        let verdict = (0..16).find_map(|_| joint.calibrate(&LIMITS, &mut state));
+        assert!(matches!(verdict, Some(Ok(2048 | 2060))));
+    }
+    shafts[0].turn(-5);
+    shafts[1].turn(9);
+    currents[1].0.set(2000);
+    let samples: Vec<Sample> = joints.iter_mut().map(Joint::sample).collect();
+    assert_eq!(
+        samples[0],
+        Sample {
+            count: -5,
+            vbus_raw: 1354,
+            current_raw: 0
+        }
+    );
+    assert_eq!(
+        samples[1],
+        Sample {
+            count: 9,
+            vbus_raw: 1354,
+            current_raw: -60
+        }
+    );
+    for (n, joint) in joints.iter_mut().enumerate() {
+        joint.apply(driven(100 * (n as i16 + 1))).unwrap();
+    }
+    for joint in joints {
+        let (mut a, mut b, _) = joint.bridge.release();
+        a.done();
+        b.done();
+    }
+}

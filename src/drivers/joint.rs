@@ -1,0 +1,61 @@
+//! One axis of a board as a value: what is read at the start of a control tick and what is set at its end.
+
+use super::bridge::{Error, HBridge};
+use super::encoder::{Counter, Encoder};
+use super::sense::{Converter, CurrentSense, OffsetError, OffsetLimits, OffsetState, SupplySense};
+use crate::axis::{Output, Sample};
+use embedded_hal::digital::OutputPin;
+use embedded_hal::pwm::SetDutyCycle;
+
+/// Bridge, encoder and sensors of one axis. Boards with several axes hold an array of them.
+pub struct Joint<A, B, E, C, I, V> {
+    /// The power stage.
+    pub bridge: HBridge<A, B, E>,
+    /// The position sensor.
+    pub encoder: Encoder<C>,
+    /// The winding current.
+    pub current: CurrentSense<I>,
+    /// The supply voltage.
+    pub supply: SupplySense<V>,
+}
+
+impl<A, B, E, C, I, V> Joint<A, B, E, C, I, V>
+where
+    A: SetDutyCycle,
+    B: SetDutyCycle,
+    E: OutputPin,
+    C: Counter,
+    I: Converter,
+    V: Converter,
+{
+    /// The raw integers of this moment.
+    pub fn sample(&mut self) -> Sample {
+        Sample {
+            count: self.encoder.read(),
+            vbus_raw: self.supply.read(),
+            current_raw: self.current.read(),
+        }
+    }
+
+    /// Sets the bridge.
+    ///
+    /// # Errors
+    /// A line that refused; the bridge is then off as far as the other lines allow.
+    pub fn apply(&mut self, output: Output) -> Result<(), Error> {
+        self.current.follow(output);
+        self.bridge.apply(output)
+    }
+
+    /// One reading towards the current sensor's zero. To be called with the bridge open and the motor at rest.
+    pub fn calibrate(
+        &mut self,
+        limits: &OffsetLimits,
+        state: &mut OffsetState,
+    ) -> Option<Result<u16, OffsetError>> {
+        let verdict = limits.step(state, self.current.raw());
+        if let Some(Ok(offset)) = verdict {
+            self.current.set_offset(offset);
+        }
+        verdict
+    }
+}

@@ -1,0 +1,41 @@
+//! The two lines that may forbid motion: the driver's fault output and the enable (emergency stop) input.
+//!
+//! Both are wired so that a broken wire forbids: the fault output is open drain and pulled *down* to low by a fault,
+//! the enable input has a pull-down and must be driven high by the user's closed contact.
+
+use embedded_hal::digital::InputPin;
+
+/// What the lines say at this moment. A line that cannot be read counts as forbidding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Permit {
+    /// Enable is high and the driver reports no fault.
+    Granted,
+    /// The user's enable contact is open.
+    Disabled,
+    /// The bridge driver reports a fault (over-current, over-temperature, under-voltage).
+    BridgeFault,
+}
+
+/// The two lines of one bridge.
+pub struct PermitLines<F, E> {
+    fault_n: F,
+    enable: E,
+}
+
+impl<F: InputPin, E: InputPin> PermitLines<F, E> {
+    /// `fault_n` is low in case of fault, `enable` is high for permission.
+    pub fn new(fault_n: F, enable: E) -> Self {
+        Self { fault_n, enable }
+    }
+
+    /// Reads both lines; an open enable contact is named first, since the person who opened it knows why.
+    pub fn read(&mut self) -> Permit {
+        let enabled = self.enable.is_high().unwrap_or(false);
+        let healthy = self.fault_n.is_high().unwrap_or(false);
+        match (enabled, healthy) {
+            (false, _) => Permit::Disabled,
+            (true, false) => Permit::BridgeFault,
+            (true, true) => Permit::Granted,
+        }
+    }
+}
