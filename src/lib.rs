@@ -15,8 +15,16 @@
 
 pub mod axis;
 pub mod commission;
+pub mod compensate;
 pub mod config;
+pub mod control;
+pub mod design;
 pub mod drivers;
+pub mod encoder;
 pub mod identify;
+pub mod protect;
 pub mod protocol;
+pub mod pwm;
+pub mod record;
+pub mod trajectory;
 pub mod units;

@@ -36,6 +36,18 @@ impl Position {
         Self(self.0.wrapping_add(counts_q32))
     }
 
+    /// The count that contains this position.
+    #[must_use]
+    pub const fn count(self) -> i32 {
+        (self.0 >> 32) as i32
+    }
+
+    /// Relative to the counter reading `zero`, counts Q8, saturating at ±2²³ counts.
+    #[must_use]
+    pub fn relative_q8(self, zero: i32) -> i32 {
+        saturate(self.0.wrapping_sub((zero as i64) << 32) >> 24)
+    }
+
     /// `self − other` in counts, Q12, saturating at ±2¹⁹ counts.
     #[must_use]
     pub fn minus(self, other: Self) -> i32 {
@@ -64,6 +76,8 @@ pub struct Acceleration(pub i32);
 pub struct Voltage(pub i32);
 
 impl Voltage {
+    /// Fraction bits.
+    pub const BITS: u32 = VOLTAGE_BITS;
     /// No voltage.
     pub const ZERO: Self = Self(0);
     /// The nominal supply voltage.
@@ -103,7 +117,12 @@ pub fn saturate(value: i64) -> i32 {
 /// `value · gain / 2^shift`, rounded to nearest, saturating. One `SMULL` and a shift; `shift` is 1 … 62.
 #[must_use]
 pub fn mul_shift(value: i32, gain: i32, shift: u32) -> i32 {
-    saturate(((value as i64 * gain as i64) + (1i64 << (shift - 1))) >> shift)
+    saturate(
+        (value as i64)
+            .wrapping_mul(gain as i64)
+            .wrapping_add(1i64 << (shift - 1))
+            >> shift,
+    )
 }
 
 /// `value · 2^bits` as the nearest integer that fits in 32 bits, for parameters that are set up once.

@@ -1,0 +1,170 @@
+//! Dead zone: the model and its exact inverse, and the compensator that the loops use.
+//!
+//! Model, smooth near zero over the width ε so that neither it nor its inverse jumps:
+//!
+//! ```text
+//! inverse   u = v + d·sat(v/ε)                          v: wanted behind the dead zone, u: at the terminals
+//! forward   v = u·ε/(ε + d)      for |u| ≤ ε + d        exactly the inverse function of the line above
+//!               u − d·sign(u)    beyond
+//! ```
+//!
+//! with `d` = `d₊` for positive and `d₋` for negative signs. ε is 1/128 of the nominal supply (0.09 V of 12 V): below
+//! a tenth of ordinary dead zones, above the ripple that the loops leave on the voltage.
+//!
+//! An *input* dead zone (driver, dead time) acts on the sign of the command, so its compensation does too. *Friction*
+//! acts on the sign of the motion; fed with the command's sign it would fight the motion during every deceleration.
+//! Its compensation follows the reference speed, and the command only while the reference rests.
+//! Adaptive dead-zone inverses: G. Tao, P. V. Kokotović, *Adaptive Control of Systems with Actuator and Sensor
+//! Nonlinearities*, Wiley 1996, ch. 3.
+
+use crate::units::{Voltage, mul_shift, to_fixed};
+
+/// ε as a power of two: nominal supply / 2⁷.
+const SMOOTHING_BITS: u32 = 7;
+/// ε.
+pub const SMOOTHING: Voltage = Voltage(Voltage::NOMINAL.0 >> SMOOTHING_BITS);
+/// Share of a friction level that is compensated. Below 1: over-compensated friction pushes the axis on by itself.
+pub const KAPPA_FRICTION: f32 = 0.9;
+/// Share of an input dead zone that is compensated.
+pub const KAPPA_INPUT: f32 = 0.95;
+
+/// One direction of the dead zone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Side {
+    /// `d`, ≥ 0.
+    width: i32,
+    /// `ε/(ε + d)`, Q30.
+    inner_slope: i32,
+}
+
+impl Side {
+    fn new(width: Voltage) -> Self {
+        let (width, smoothing) = (width.0.max(0), SMOOTHING.0 as f32);
+        Self {
+            width,
+            inner_slope: to_fixed(smoothing / (smoothing + width as f32), 30),
+        }
+    }
+
+    /// `d·sat(v/ε)` for v ≥ 0.
+    fn push(self, v: i32) -> i32 {
+        mul_shift(self.width, v.min(SMOOTHING.0), Voltage::BITS - SMOOTHING_BITS)
+    }
+
+    fn forward(self, u: i32) -> i32 {
+        let knee = self.width.saturating_add(SMOOTHING.0);
+        if u > knee {
+            u.saturating_sub(self.width)
+        } else {
+            mul_shift(u, self.inner_slope, 30)
+        }
+    }
+}
+
+/// An asymmetric dead zone, smooth near zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DeadZone {
+    positive: Side,
+    negative: Side,
+}
+
+impl DeadZone {
+    /// From both widths as positive magnitudes. `DeadZone::default()` has none.
+    #[must_use]
+    pub fn new(positive: Voltage, negative: Voltage) -> Self {
+        Self {
+            positive: Side::new(positive),
+            negative: Side::new(negative),
+        }
+    }
+
+    fn side(&self, sign_of: Voltage) -> Side {
+        if sign_of.0 < 0 {
+            self.negative
+        } else {
+            self.positive
+        }
+    }
+
+    /// What is left of the terminal voltage `u` behind the dead zone.
+    #[must_use]
+    pub fn forward(&self, u: Voltage) -> Voltage {
+        let magnitude = self.side(u).forward(u.0.saturating_abs());
+        Voltage(if u.0 < 0 { -magnitude } else { magnitude })
+    }
+
+    /// The terminal voltage that leaves `v` behind the dead zone: `forward(inverse(v)) = v` within
+    /// [`DeadZone::ROUND_TRIP_LSB`].
+    #[must_use]
+    pub fn inverse(&self, v: Voltage) -> Voltage {
+        v.plus(self.push(v))
+    }
+
+    /// The signed part of the dead zone that acts for the sign of `z`: `d·sat(z/ε)`.
+    #[must_use]
+    pub fn push(&self, z: Voltage) -> Voltage {
+        let magnitude = self.side(z).push(z.0.saturating_abs());
+        Voltage(if z.0 < 0 { -magnitude } else { magnitude })
+    }
+
+    /// Bound of the round trip's error in either order, in LSB of [`Voltage`]; the slope inside ε is up to 129.
+    pub const ROUND_TRIP_LSB: i32 = 130;
+}
+
+/// Where the compensation takes its sign from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SignSource {
+    /// The reference speed; the command while the reference rests. For friction.
+    #[default]
+    Reference,
+    /// The command. For an input dead zone.
+    Command,
+}
+
+/// The inverse that stands between the loops and the clip, both in volts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Compensator {
+    dead_zone: DeadZone,
+    sign: SignSource,
+}
+
+impl Compensator {
+    /// Compensates the share κ of the identified widths that suits the mechanism.
+    #[must_use]
+    pub fn new(positive: Voltage, negative: Voltage, sign: SignSource) -> Self {
+        let kappa = to_fixed(
+            if sign == SignSource::Command {
+                KAPPA_INPUT
+            } else {
+                KAPPA_FRICTION
+            },
+            16,
+        );
+        let share = |width: Voltage| Voltage(mul_shift(width.0, kappa, 16));
+        Self {
+            dead_zone: DeadZone::new(share(positive), share(negative)),
+            sign,
+        }
+    }
+
+    /// The voltage whose sign counts, if it is not the command itself.
+    fn fixed_sign(&self, reference: Option<Voltage>) -> Option<Voltage> {
+        reference.filter(|_| self.sign == SignSource::Reference)
+    }
+
+    /// Terminal voltage for the wanted `linear` one. `reference` is the steady voltage of the reference speed behind
+    /// the dead zone; `None` while the reference rests.
+    #[must_use]
+    pub fn apply(&self, linear: Voltage, reference: Option<Voltage>) -> Voltage {
+        linear.plus(self.dead_zone.push(self.fixed_sign(reference).unwrap_or(linear)))
+    }
+
+    /// Inverse of [`Compensator::apply`]: what a terminal voltage, e.g. a clipped one, means to the loops.
+    #[must_use]
+    pub fn undo(&self, terminal: Voltage, reference: Option<Voltage>) -> Voltage {
+        match self.fixed_sign(reference) {
+            Some(sign) => terminal.minus(self.dead_zone.push(sign)),
+            None => self.dead_zone.forward(terminal),
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! The loops: position → speed → voltage, with feed-forward from the identified motor.
+//!
+//! Behind a compensated dead zone the motor is `τω̇ = −ω + ω₀v` (`ω₀`: steady speed per nominal voltage). The loops are
+//!
+//! ```text
+//! ω*  = ω_ref + k_p·(θ_ref − θ)                               position loop
+//! v   = (ω_ref + τ·ω̇_ref)/ω₀ + k_v·(ω* − ω) + I              speed loop and feed-forward
+//! İ   = k_i·(θ_ref − θ) + (v_clipped − v)/T_t                 integrator, back-calculated
+//! ```
+//!
+//! Both poles of the position loop lie at −ω_c (critically damped): `(1 + ω₀k_v)/τ = 2ω_c` and `ω₀k_v·k_p/τ = ω_c²`.
+//! The one knob is the bandwidth in units of 1/τ, ω_c = [`Tuning::bandwidth`]/τ. The integrator adds a slow pole at
+//! about [`INTEGRAL_SHARE`]·ω_c. Back-calculation: K. J. Åström, T. Hägglund, *Advanced PID Control*, ISA 2006, sec. 3.5.
+
+use crate::encoder::Motor;
+use crate::units::{Acceleration, Position, Speed, Voltage, mul_shift, saturate, to_fixed};
+
+/// Pole of the integrator in units of the loops' bandwidth.
+pub const INTEGRAL_SHARE: f32 = 0.25;
+/// Smallest bandwidth times time constant: below it the critically damped loop would need a negative speed gain.
+const SMALLEST_BANDWIDTH: f32 = 0.6;
+/// Largest bandwidth, radians per tick: a twentieth of the control rate keeps the delay's phase loss below 30°.
+const LARGEST_BANDWIDTH: f32 = 0.3;
+/// Fraction bits of the integrator, nominal voltages.
+const INTEGRATOR_BITS: u32 = 52;
+/// Share by which the integrator approaches what the clip allows, per tick: 2⁻⁶.
+const BACK_CALCULATION_BITS: u32 = 6;
+
+/// What the user may choose about the loops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tuning {
+    /// Bandwidth of the position loop in units of 1/τ. 0.6 … 20.
+    pub bandwidth: f32,
+    /// Removes a steady position error.
+    pub integral: bool,
+}
+
+impl Default for Tuning {
+    fn default() -> Self {
+        Self {
+            bandwidth: 1.5,
+            integral: true,
+        }
+    }
+}
+
+/// Where the axis is to be now.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reference {
+    /// Position.
+    pub position: Position,
+    /// Its rate of change.
+    pub speed: Speed,
+    /// The rate of change of that.
+    pub acceleration: Acceleration,
+}
+
+impl Reference {
+    /// A position to stay at.
+    #[must_use]
+    pub const fn rest(position: Position) -> Self {
+        Self {
+            position,
+            speed: Speed(0),
+            acceleration: Acceleration(0),
+        }
+    }
+
+    /// True while it does not move.
+    #[must_use]
+    pub fn rests(&self) -> bool {
+        self.speed.0 == 0 && self.acceleration.0 == 0
+    }
+}
+
+/// Fixed-point gains of the loops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Params {
+    /// k_p, counts per tick per count, Q28.
+    position: i32,
+    /// k_v, voltage per speed, Q20.
+    speed: i32,
+    /// k_i, voltage per count and tick, Q40.
+    integral: i32,
+    /// 1/ω₀, voltage per speed, Q20.
+    feed_speed: i32,
+    /// τ/ω₀, voltage per acceleration, Q12.
+    feed_acceleration: i32,
+}
+
+impl Params {
+    /// Gains for a motor. Runs once after an identification, in single precision, whose `+ − × ÷` are the same bits
+    /// on every machine.
+    #[must_use]
+    pub fn new(motor: &Motor, tuning: &Tuning) -> Self {
+        let tau = motor.tau_ticks;
+        let bandwidth = tuning
+            .bandwidth
+            .max(SMALLEST_BANDWIDTH)
+            .min(LARGEST_BANDWIDTH * tau)
+            / tau;
+        let damping = 2.0 * bandwidth * tau - 1.0;
+        let position = bandwidth * bandwidth * tau / damping;
+        let stiffness = bandwidth * bandwidth * tau / motor.full_speed;
+        let integral = if tuning.integral {
+            stiffness * INTEGRAL_SHARE * bandwidth
+        } else {
+            0.0
+        };
+        Self {
+            position: to_fixed(position, 28),
+            speed: to_fixed(damping / motor.full_speed, 20),
+            integral: to_fixed(integral, 40),
+            feed_speed: to_fixed(1.0 / motor.full_speed, 20),
+            feed_acceleration: to_fixed(tau / motor.full_speed, 12),
+        }
+    }
+}
+
+/// What the loops remember.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct State {
+    /// Q52 of nominal voltage.
+    integrator: i64,
+}
+
+impl State {
+    /// The integrator's voltage.
+    #[must_use]
+    pub fn integral(&self) -> Voltage {
+        Voltage(saturate(self.integrator >> (INTEGRATOR_BITS - Voltage::BITS)))
+    }
+
+    /// Takes over at `voltage` without a step.
+    pub fn preset(&mut self, voltage: Voltage) {
+        self.integrator = (voltage.0 as i64) << (INTEGRATOR_BITS - Voltage::BITS);
+    }
+}
+
+impl Params {
+    /// Steady voltage behind the dead zone that keeps `speed`.
+    #[must_use]
+    pub fn steady_voltage(&self, speed: Speed) -> Voltage {
+        Voltage(mul_shift(speed.0, self.feed_speed, 20))
+    }
+
+    /// Position error → wanted speed, within ±`limit`; true if the limit acts.
+    #[must_use]
+    pub fn position_loop(&self, error: i32, reference: Speed, limit: Speed) -> (Speed, bool) {
+        let wanted = reference.0.saturating_add(mul_shift(error, self.position, 20));
+        let allowed = wanted.clamp(-limit.0, limit.0);
+        (Speed(allowed), allowed != wanted)
+    }
+
+    /// Wanted speed → voltage behind the dead zone, before the clip.
+    #[must_use]
+    pub fn speed_loop(&self, state: &State, reference: &Reference, wanted: Speed, speed: Speed) -> Voltage {
+        let lack = wanted.0.saturating_sub(speed.0);
+        self.steady_voltage(reference.speed)
+            .plus(Voltage(mul_shift(
+                reference.acceleration.0,
+                self.feed_acceleration,
+                16,
+            )))
+            .plus(Voltage(mul_shift(lack, self.speed, 20)))
+            .plus(state.integral())
+    }
+
+    /// The integrator's tick: position error in, and back what the clip took (`clipped − wanted`, zero without clip).
+    pub fn integrate(&self, state: &mut State, error: i32, taken: Voltage) {
+        const LIMIT: i64 = 1 << INTEGRATOR_BITS;
+        if self.integral != 0 {
+            let back = (taken.0 as i64) << (INTEGRATOR_BITS - Voltage::BITS - BACK_CALCULATION_BITS);
+            let step = (error as i64)
+                .wrapping_mul(self.integral as i64)
+                .saturating_add(back);
+            state.integrator = state.integrator.saturating_add(step).clamp(-LIMIT, LIMIT);
+        }
+    }
+}

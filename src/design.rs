@@ -1,0 +1,197 @@
+//! From what was identified to the gains of every stage: the one place where the loops learn about the motor.
+//!
+//! Only trusted numbers are taken. A number that has lost its trust keeps its last trusted value, and the record says
+//! so ([`Source`]). Gain and time constant that were never trusted come from the configuration (rated speed and hint).
+
+use crate::compensate::{Compensator, DeadZone, SignSource};
+use crate::config::Scale;
+use crate::control::{self, Tuning};
+use crate::encoder::{self, Motor};
+use crate::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, NEGATIVE, POSITIVE, TIME_FRAC};
+use crate::protect::Expectation;
+use crate::record::Source;
+use crate::units::{Speed, Voltage, to_fixed};
+
+/// Time constant when neither hint nor estimate is there, s: the middle of small geared motors. The loops then stay
+/// closed to motion commands; only the observer runs with it.
+const USUAL_TAU_S: f32 = 0.05;
+/// Friction is spread over this many bits more of speed in the observer than in the compensator, so that its
+/// slope stays stable in a forward-Euler step of a fifth of τ.
+const FRICTION_SPREAD: u32 = 2;
+
+/// One number with its source.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Held {
+    value: i32,
+    source: Source,
+}
+
+impl Held {
+    /// Takes a trusted estimate, or keeps what was trusted before.
+    fn adopt(&mut self, estimate: &Estimate) {
+        match estimate.trusted() {
+            Some(value) => {
+                *self = Self {
+                    value,
+                    source: Source::Trusted,
+                }
+            }
+            None if self.source == Source::Trusted => self.source = Source::LastTrusted,
+            None => {}
+        }
+    }
+
+    fn value(&self) -> Option<i32> {
+        (self.source != Source::None).then_some(self.value)
+    }
+}
+
+/// The last trusted value of everything the loops use.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Knowledge {
+    dead_zone: [Held; 2],
+    saturation: [Held; 2],
+    gain: Held,
+    time_constant: Held,
+    mechanism: Mechanism,
+}
+
+impl Knowledge {
+    /// Takes what is trusted.
+    pub fn adopt(&mut self, estimates: &Estimates) {
+        for side in [POSITIVE, NEGATIVE] {
+            self.dead_zone[side].adopt(&estimates.dead_zone[side]);
+            self.saturation[side].adopt(&estimates.saturation[side]);
+        }
+        self.gain.adopt(&estimates.gain);
+        self.time_constant.adopt(&estimates.time_constant);
+        if estimates.mechanism != Mechanism::Unclear {
+            self.mechanism = estimates.mechanism;
+        }
+    }
+
+    fn sign_source(&self) -> SignSource {
+        match self.mechanism {
+            Mechanism::InputDeadZone => SignSource::Command,
+            Mechanism::Friction | Mechanism::Unclear => SignSource::Reference,
+        }
+    }
+
+    fn widths(&self) -> [Voltage; 2] {
+        self.dead_zone.map(|held| Voltage(held.value().unwrap_or(0)))
+    }
+}
+
+/// Everything that follows from [`Knowledge`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Design {
+    /// The linear motor.
+    pub motor: Motor,
+    /// Observer.
+    pub observer: encoder::Params,
+    /// Loops.
+    pub loops: control::Params,
+    /// Compensator with κ below 1.
+    pub compensator: Compensator,
+    /// The whole dead zone, for the observer.
+    dead_zone: DeadZone,
+    sign: SignSource,
+    /// Terminal voltage beyond which more brings nothing, `[positive, negative]`; the maximum when not known.
+    pub saturation: [Voltage; 2],
+    /// The least that the motor must do.
+    pub expectation: Expectation,
+    /// Speed that the position loop may ask for.
+    pub speed_limit: Speed,
+    /// Where gain and time constant come from; `None`: there is no time constant, no loop may close.
+    pub gain_source: Source,
+    /// Where the dead zones come from.
+    pub dead_zone_source: [Source; 2],
+}
+
+impl Design {
+    /// All gains. Runs once after an identification.
+    #[must_use]
+    pub fn new(scale: &Scale, tuning: &Tuning, knowledge: &Knowledge) -> Self {
+        let (motor, gain_source) = motor(scale, knowledge);
+        let sign = knowledge.sign_source();
+        let [positive, negative] = knowledge.widths();
+        Self {
+            motor,
+            observer: encoder::Params::new(&motor),
+            loops: control::Params::new(&motor, tuning),
+            compensator: Compensator::new(positive, negative, sign),
+            dead_zone: DeadZone::new(positive, negative),
+            sign,
+            saturation: knowledge
+                .saturation
+                .map(|held| Voltage(held.value().unwrap_or(i32::MAX))),
+            expectation: Expectation::new(&motor, knowledge.dead_zone.map(|held| held.value().map(Voltage))),
+            speed_limit: speed_limit(scale),
+            gain_source,
+            dead_zone_source: knowledge.dead_zone.map(|held| held.source),
+        }
+    }
+
+    /// What the dead zone leaves of a terminal voltage while the shaft turns at `speed`.
+    #[must_use]
+    pub fn behind_dead_zone(&self, terminal: Voltage, speed: Speed) -> Voltage {
+        match self.sign {
+            SignSource::Command => self.dead_zone.forward(terminal),
+            SignSource::Reference => {
+                let steady = self.loops.steady_voltage(speed);
+                terminal.minus(self.dead_zone.push(Voltage(steady.0 >> FRICTION_SPREAD)))
+            }
+        }
+    }
+}
+
+/// The identified motor, or the configured one.
+fn motor(scale: &Scale, knowledge: &Knowledge) -> (Motor, Source) {
+    let config = &scale.config;
+    let rated = config.rated_speed_rad_s * counts_per_tick(scale);
+    let hint = config.time_constant_hint_s;
+    match (knowledge.gain.value(), knowledge.time_constant.value()) {
+        (Some(gain), Some(tau)) => {
+            let motor = Motor {
+                full_speed: gain as f32 / (1u32 << GAIN_FRAC) as f32 * rated,
+                tau_ticks: tau as f32 / (1u32 << TIME_FRAC) as f32,
+            };
+            (motor, knowledge.gain.source.min(knowledge.time_constant.source))
+        }
+        _ => {
+            let tau_ticks = hint.unwrap_or(USUAL_TAU_S) * config.tick_hz as f32;
+            let source = if hint.is_some() {
+                Source::Configured
+            } else {
+                Source::None
+            };
+            (
+                Motor {
+                    full_speed: rated,
+                    tau_ticks,
+                },
+                source,
+            )
+        }
+    }
+}
+
+/// 1 rad/s in counts per tick.
+#[must_use]
+pub fn counts_per_tick(scale: &Scale) -> f32 {
+    counts_per_rad(scale) / scale.config.tick_hz as f32
+}
+
+/// 1 rad in counts.
+#[must_use]
+pub fn counts_per_rad(scale: &Scale) -> f32 {
+    scale.config.counts_per_rev as f32 / (2.0 * core::f32::consts::PI)
+}
+
+/// 90 % of the configured limit, so that ordinary overshoot is no fault.
+fn speed_limit(scale: &Scale) -> Speed {
+    let limit = scale.config.speed_limit_rad_s;
+    Speed(limit.map_or(i32::MAX, |limit| {
+        to_fixed(0.9 * limit * counts_per_tick(scale), 20)
+    }))
+}

@@ -1,0 +1,224 @@
+//! Faults: found from duty, count, current and supply alone, latched, and answered by opening the bridge.
+//!
+//! Motion is judged against what the identified motor must do *at least*: a model without load, driven by what the
+//! acting voltage leaves behind [`STATIC_MARGIN`] dead zones (static friction and load changes are not faults).
+//! Once it has travelled [`EXPECTED_COUNTS`] while the encoder has not followed, something is wrong.
+
+use crate::encoder::Motor;
+use crate::units::{Speed, Voltage, mul_shift, to_fixed};
+use serde::{Deserialize, Serialize};
+
+/// Dead zones that the voltage must exceed before motion is demanded: break-away friction reaches 1.6 times the
+/// kinetic level, and an asymmetric load adds to one side.
+pub const STATIC_MARGIN: f32 = 2.0;
+/// Counts that the model must have travelled alone before a missing motion is a fault.
+pub const EXPECTED_COUNTS: i32 = 16;
+/// Counts in the demanded direction that prove that the encoder follows.
+const PROOF_COUNTS: i32 = 2;
+/// Counts against the demanded direction that prove a reversed motor or encoder.
+const REVERSED_COUNTS: i32 = 4;
+
+/// Why the bridge was switched off. Numbers as in the record; stable.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Fault {
+    /// None.
+    #[default]
+    None = 0,
+    /// Voltage is applied, nothing moves: stalled, or the encoder is unplugged; without a current sensor the data are
+    /// the same.
+    NoMotion = 1,
+    /// The motor moves against the voltage: motor or encoder reversed.
+    WrongDirection = 2,
+    /// Faster than the speed limit.
+    Overspeed = 3,
+    /// Winding current above its limit.
+    OverCurrent = 4,
+    /// Supply below half of nominal.
+    SupplyLow = 5,
+    /// Supply above 1.5 times nominal, e.g. while braking into a supply that cannot take it.
+    SupplyHigh = 6,
+}
+
+/// Thresholds of one axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Params {
+    /// Supply below it is a fault, when it lasts.
+    lowest_supply: Voltage,
+    /// Supply above it is a fault, when it lasts.
+    highest_supply: Voltage,
+    /// Speed above it is a fault, when it lasts.
+    highest_speed: Speed,
+    /// Current above it is a fault, converter counts; `None`: not limited.
+    highest_current: Option<u16>,
+    /// Ticks that a condition of supply, speed or current must last: 5 ms.
+    persistence: u32,
+}
+
+/// What the motor must do at least.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Expectation {
+    /// Speed per voltage, Q20.
+    full_speed: i32,
+    /// 1/τ per tick, Q24.
+    inverse_tau: i32,
+    /// Voltage to exceed, by direction.
+    margin: [Voltage; 2],
+}
+
+impl Expectation {
+    /// From the motor and its dead zone. `None` for the dead zone: nothing is demanded.
+    #[must_use]
+    pub fn new(motor: &Motor, dead_zone: [Option<Voltage>; 2]) -> Self {
+        let margin = |width: Option<Voltage>| {
+            width.map_or(Voltage(i32::MAX), |width| {
+                Voltage(mul_shift(width.0, to_fixed(STATIC_MARGIN, 16), 16))
+            })
+        };
+        Self {
+            full_speed: to_fixed(motor.full_speed, 20),
+            inverse_tau: to_fixed(1.0 / motor.tau_ticks, 24),
+            margin: dead_zone.map(margin),
+        }
+    }
+
+    /// What the voltage leaves behind the margin.
+    fn drive(&self, voltage: Voltage) -> i32 {
+        let [positive, negative] = self.margin;
+        if voltage.0 >= 0 {
+            voltage.0.saturating_sub(positive.0).max(0)
+        } else {
+            voltage.0.saturating_add(negative.0).min(0)
+        }
+    }
+}
+
+/// What protection remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct State {
+    latched: Fault,
+    supply_low: u32,
+    supply_high: u32,
+    fast: u32,
+    over_current: u32,
+    /// Speed that the motor must have at least, Q20.
+    expected_speed: i32,
+    /// Travel that it must have made since the last proof, counts Q20.
+    expected_travel: i32,
+    /// Counter at the last proof.
+    proof: i32,
+}
+
+/// What protection looks at.
+#[derive(Clone, Copy, Debug)]
+pub struct Input {
+    /// Raw counter.
+    pub count: i32,
+    /// Measured supply; `None`: not measured.
+    pub supply: Option<Voltage>,
+    /// Raw current; `None`: not sensed.
+    pub current: Option<i16>,
+    /// Speed estimate.
+    pub speed: Speed,
+    /// Terminal voltage that acted since the last tick; `None`: bridge open.
+    pub voltage: Option<Voltage>,
+}
+
+impl State {
+    /// The latched fault.
+    #[must_use]
+    pub fn fault(&self) -> Fault {
+        self.latched
+    }
+
+    /// Forgets the fault and all half-grown suspicions.
+    pub fn clear(&mut self, count: i32) {
+        *self = Self {
+            proof: count,
+            ..Self::default()
+        };
+    }
+}
+
+impl Params {
+    /// Thresholds from the configuration.
+    #[must_use]
+    pub fn new(scale: &crate::config::Scale) -> Self {
+        let config = &scale.config;
+        let counts = config.counts_per_rev as f32 / (2.0 * core::f32::consts::PI * config.tick_hz as f32);
+        let fastest = config.speed_limit_rad_s.unwrap_or(2.5 * config.rated_speed_rad_s);
+        Self {
+            lowest_supply: Voltage(Voltage::NOMINAL.0 / 2),
+            highest_supply: Voltage(Voltage::NOMINAL.0 / 2 * 3),
+            highest_speed: Speed(to_fixed(fastest * counts, 20)),
+            highest_current: config
+                .current_limit_a
+                .map(|limit| (limit / config.current_a_per_lsb) as u16),
+            persistence: config.tick_hz / 200,
+        }
+    }
+
+    /// One tick: the latched fault, or the first that is found now.
+    pub fn step(&self, state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
+        let found = self.limits(state, input);
+        let motion = motion(state, expectation, input);
+        if state.latched == Fault::None {
+            state.latched = if found == Fault::None { motion } else { found };
+        }
+        state.latched
+    }
+
+    fn limits(&self, state: &mut State, input: &Input) -> Fault {
+        let supply = input.supply.unwrap_or(Voltage::NOMINAL);
+        let current = input.current.map_or(0, i16::unsigned_abs);
+        let lasting = |count: &mut u32, holds: bool| {
+            *count = if holds { count.saturating_add(1) } else { 0 };
+            *count >= self.persistence
+        };
+        let over_current = self.highest_current.is_some_and(|limit| current > limit);
+        let fast = input.speed.0.unsigned_abs() > self.highest_speed.0.unsigned_abs();
+        let found = [
+            (lasting(&mut state.over_current, over_current), Fault::OverCurrent),
+            (
+                lasting(&mut state.supply_low, supply < self.lowest_supply),
+                Fault::SupplyLow,
+            ),
+            (
+                lasting(&mut state.supply_high, supply > self.highest_supply),
+                Fault::SupplyHigh,
+            ),
+            (lasting(&mut state.fast, fast), Fault::Overspeed),
+        ];
+        found
+            .iter()
+            .find(|(holds, _)| *holds)
+            .map_or(Fault::None, |(_, fault)| *fault)
+    }
+}
+
+/// Compares the motion with the least that must be.
+fn motion(state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
+    let drive = input.voltage.map_or(0, |voltage| expectation.drive(voltage));
+    let steady = mul_shift(drive, expectation.full_speed, 20);
+    let step = mul_shift(
+        steady.saturating_sub(state.expected_speed),
+        expectation.inverse_tau,
+        24,
+    );
+    state.expected_speed = state.expected_speed.saturating_add(step);
+    let moved = input.count.wrapping_sub(state.proof);
+    let followed = moved.saturating_mul(state.expected_speed.signum());
+    if drive == 0 || followed >= PROOF_COUNTS || (state.expected_travel ^ state.expected_speed) < 0 {
+        state.expected_travel = 0;
+        state.proof = input.count;
+        state.expected_speed = if drive == 0 { 0 } else { state.expected_speed };
+        return Fault::None;
+    }
+    state.expected_travel = state.expected_travel.saturating_add(state.expected_speed);
+    let demanded = state.expected_travel.saturating_abs() >> 20 >= EXPECTED_COUNTS;
+    match (demanded, followed <= -REVERSED_COUNTS) {
+        (false, _) => Fault::None,
+        (true, true) => Fault::WrongDirection,
+        (true, false) => Fault::NoMotion,
+    }
+}

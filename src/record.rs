@@ -1,0 +1,98 @@
+//! The telemetry record: what one control tick saw, thought and did. One struct for image, host and tests.
+
+use crate::axis::Bridge;
+use crate::protect::Fault;
+use serde::{Deserialize, Serialize};
+
+/// Version of [`Record`]; changes whenever a field does.
+pub const VERSION: u8 = 1;
+
+/// What the axis is doing. Numbers as in the log column `mode`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Activity {
+    /// Bridge open, no torque.
+    #[default]
+    Idle = 0,
+    /// Exciting and identifying.
+    Commissioning = 1,
+    /// Following a set-point that moves.
+    Tracking = 2,
+    /// Keeping a position.
+    Holding = 3,
+    /// A fault is latched; bridge open.
+    Faulted = 4,
+}
+
+/// The limit that acted in this tick; the first in this order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Limit {
+    /// None.
+    #[default]
+    None = 0,
+    /// The measured supply.
+    Supply = 1,
+    /// The identified saturation level.
+    Saturation = 2,
+    /// The speed limit.
+    Speed = 3,
+}
+
+/// Where the numbers that the loops use come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Source {
+    /// Nothing is known: not used.
+    #[default]
+    None = 0,
+    /// From the configuration (rated speed, hint).
+    Configured = 1,
+    /// The last trusted value; the present one is not trusted.
+    LastTrusted = 2,
+    /// The present trusted value.
+    Trusted = 3,
+}
+
+/// One control tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Record {
+    /// [`VERSION`].
+    pub version: u8,
+    /// Tick number, wraps.
+    pub tick: u32,
+    /// Raw encoder counter at the start of the tick.
+    pub count: i32,
+    /// Raw supply.
+    pub vbus_raw: u16,
+    /// Raw winding current.
+    pub current_raw: i16,
+    /// Bridge state that acts from this tick to the next: after the PWM's delay.
+    pub bridge: Bridge,
+    /// Duty that acts from this tick to the next, PWM counts.
+    pub duty: i16,
+    /// Bridge state computed in this tick; acts `pwm_delay_ticks` later.
+    pub command_bridge: Bridge,
+    /// Duty computed in this tick, PWM counts; acts `pwm_delay_ticks` later.
+    pub command_duty: i16,
+    /// Reference position, counts relative to power-up, Q8.
+    pub reference_q8: i32,
+    /// Reference speed, counts per tick, Q20.
+    pub reference_speed_q20: i32,
+    /// Estimated speed, counts per tick, Q20.
+    pub speed_q20: i32,
+    /// What the axis is doing.
+    pub activity: Activity,
+    /// Phase of the commissioning, as a number.
+    pub phase: u8,
+    /// The limit that acts.
+    pub limit: Limit,
+    /// The latched fault.
+    pub fault: Fault,
+    /// Source of gain and time constant in the loops.
+    pub gain_source: Source,
+    /// Source of the compensated dead zone, positive and negative.
+    pub dead_zone_source: [Source; 2],
+    /// Is the compensation switched on?
+    pub compensation: bool,
+}
