@@ -1,0 +1,31 @@
+//! One file a subcommand: its arguments and a recipe of a dozen lines. A new subcommand is one file, one variant of
+//! [`Command`] and one arm of [`Cli::run`].
+
+pub mod gap;
+
+use clap::{Parser, Subcommand};
+
+/// Finds where a motor model and measured data disagree, names the missing effect, adds it and shows the gap shrink.
+#[derive(Debug, Parser)]
+#[command(name = "truing", version)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Compare a model with a log, name what is missing, extend the model.
+    Gap(gap::Arguments),
+}
+
+impl Cli {
+    /// Runs the chosen subcommand. An error is one sentence for the user; the program then ends with status 2.
+    pub fn run(self) -> anyhow::Result<()> {
+        match self.command {
+            Command::Gap(arguments) => gap::run(&arguments),
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! A base parameter of the model that is wrong by more than its tolerance allows. As a candidate it is freed from
+//! its prior.
+
+use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+
+/// The resistance is not what the model says.
+pub const RESISTANCE: Effect = Effect {
+    name: "resistance",
+    summary: "the resistance is not what the model says",
+    equation: "R = ratio·R_model",
+    source: "Krishnan: Electric Motor Drives, 2001",
+    signature: "missing torque follows the current",
+    confusable_with: &["inertia", "motor_gain", "supply_sag", "drive_gain"],
+    separated_by: "log the current",
+    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.1, 10.0)],
+    starts: Starts::Grid(&[&[0.5], &[0.7], &[0.85], &[1.15], &[1.4], &[2.0]]),
+    axis: Axis::Voltage,
+    family: Family::Own("resistance"),
+    apply: |p, plant| plant.resistance *= p[0],
+};
+
+/// The motor constant is not what the model says (Kt and Ke together).
+pub const MOTOR_GAIN: Effect = Effect {
+    name: "motor_gain",
+    summary: "the motor constant is not what the model says (Kt and Ke together)",
+    equation: "Kt = ratio·Kt_model, Ke = ratio·Ke_model",
+    source: "Krishnan: Electric Motor Drives, 2001",
+    signature: "gain and time constant move oppositely",
+    confusable_with: &["drive_gain", "viscous_friction", "resistance"],
+    separated_by: "square reversals and coast-downs; log the current",
+    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.1, 10.0)],
+    starts: Starts::Grid(&[&[0.5], &[0.7], &[0.85], &[1.15], &[1.4], &[2.0]]),
+    axis: Axis::Voltage,
+    family: Family::Own("motor_gain"),
+    apply: |p, plant| {
+        plant.kt *= p[0];
+        plant.ke *= p[0];
+    },
+};
+
+/// The inertia is not what the model says.
+pub const INERTIA: Effect = Effect {
+    name: "inertia",
+    summary: "the inertia is not what the model says",
+    equation: "J = ratio·J_model",
+    source: "Krishnan: Electric Motor Drives, 2001",
+    signature: "residual follows the acceleration",
+    confusable_with: &["resistance", "transport_delay", "actuator_lag"],
+    separated_by: "coast-downs against driven accelerations; log the current",
+    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.1, 10.0)],
+    starts: Starts::Grid(&[&[0.5], &[0.7], &[0.85], &[1.15], &[1.4], &[2.0]]),
+    axis: Axis::Any,
+    family: Family::Own("inertia"),
+    apply: |p, plant| plant.inertia *= p[0],
+};
+
+/// The viscous friction is not what the model says.
+pub const VISCOUS: Effect = Effect {
+    name: "viscous_friction",
+    summary: "the viscous friction is not what the model says",
+    equation: "b = ratio·b_model",
+    source: "Krishnan: Electric Motor Drives, 2001",
+    signature: "missing torque linear in speed",
+    confusable_with: &["motor_gain", "quadratic_drag", "coulomb_friction"],
+    separated_by: "square reversals and coast-downs",
+    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.01, 50.0)],
+    starts: Starts::Grid(&[&[0.1], &[0.5], &[2.0], &[5.0], &[15.0]]),
+    axis: Axis::Any,
+    family: Family::Own("viscous_friction"),
+    apply: |p, plant| plant.viscous *= p[0],
+};

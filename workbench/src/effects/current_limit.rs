@@ -1,0 +1,19 @@
+//! Current limit of the drive.
+
+use super::{Axis, Effect, Family, Parameter, Scale, Signal, Starts};
+
+/// The effect.
+pub const EFFECT: Effect = Effect {
+    name: "current_limit",
+    summary: "the drive limits the current",
+    equation: "|i| ≤ limit",
+    source: "Krishnan: Electric Motor Drives, 2001",
+    signature: "missing torque only where the model's current is high: starts and reversals",
+    confusable_with: &["voltage_saturation", "inertia", "kt_saturation"],
+    separated_by: "square reversals at full voltage; log the current",
+    parameters: &[Parameter::new("limit_a", "A", Scale::Current, 0.02, 2.5)],
+    starts: Starts::Quantiles(Signal::Current, &[]),
+    axis: Axis::Any,
+    family: Family::Own("current_limit"),
+    apply: |p, plant| plant.current_limit = plant.current_limit.min(p[0]),
+};

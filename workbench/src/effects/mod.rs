@@ -1,0 +1,261 @@
+//! The library of physical effects: one file each, one line in [`LIBRARY`].
+//!
+//! An effect knows its name, equation, published source, bounded parameters, the values from which a fit starts, the
+//! trace it leaves in the residual, what it is confused with, and the experiment that separates them. It turns its
+//! parameters into [`Physics`]; it knows nothing of the search.
+
+use crate::plant::physics::{Drive, Physics};
+
+mod actuator_lag;
+mod backlash;
+mod base_parameter;
+mod cogging;
+mod constant_load;
+mod coulomb_asymmetric;
+mod coulomb_friction;
+mod current_limit;
+mod dead_zone;
+mod drive_gain;
+mod encoder_scale;
+mod flexible_coupling;
+mod gravity;
+mod kt_saturation;
+mod load_dependent_friction;
+mod periodic_load;
+mod quadratic_drag;
+mod sensor_lag;
+mod sensor_offset;
+mod sensor_rectified;
+mod speed_saturation;
+mod stribeck_friction;
+mod supply_sag;
+mod thermal_resistance;
+mod transport_delay;
+mod viscous_asymmetric;
+mod voltage_drop;
+mod voltage_offset;
+mod voltage_saturation;
+
+/// Every effect. The order is the order of the plant: input, winding, friction, torques, load, sensor.
+pub static LIBRARY: &[Effect] = &[
+    dead_zone::SYMMETRIC,
+    dead_zone::ASYMMETRIC,
+    voltage_saturation::EFFECT,
+    drive_gain::EFFECT,
+    voltage_offset::EFFECT,
+    transport_delay::EFFECT,
+    actuator_lag::EFFECT,
+    voltage_drop::EFFECT,
+    supply_sag::EFFECT,
+    current_limit::EFFECT,
+    base_parameter::RESISTANCE,
+    base_parameter::MOTOR_GAIN,
+    base_parameter::INERTIA,
+    base_parameter::VISCOUS,
+    thermal_resistance::EFFECT,
+    kt_saturation::EFFECT,
+    coulomb_friction::EFFECT,
+    coulomb_asymmetric::EFFECT,
+    stribeck_friction::EFFECT,
+    load_dependent_friction::EFFECT,
+    viscous_asymmetric::EFFECT,
+    quadratic_drag::EFFECT,
+    constant_load::EFFECT,
+    gravity::EFFECT,
+    cogging::EFFECT,
+    periodic_load::EFFECT,
+    backlash::EFFECT,
+    flexible_coupling::EFFECT,
+    encoder_scale::EFFECT,
+    speed_saturation::EFFECT,
+    sensor_lag::EFFECT,
+    sensor_rectified::EFFECT,
+    sensor_offset::EFFECT,
+];
+
+/// One physical effect.
+#[derive(Debug)]
+pub struct Effect {
+    /// Published name; never changes.
+    pub name: &'static str,
+    /// What it is, in one sentence.
+    pub summary: &'static str,
+    /// The equation, in the symbols of the model file.
+    pub equation: &'static str,
+    /// Where the equation is published.
+    pub source: &'static str,
+    /// The trace it leaves in the residual.
+    pub signature: &'static str,
+    /// Names it is confused with.
+    pub confusable_with: &'static [&'static str],
+    /// The experiment that separates it from them.
+    pub separated_by: &'static str,
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+    /// Where fits start.
+    pub starts: Starts,
+    /// On which axes it is offered.
+    pub axis: Axis,
+    /// Effects of one family replace each other; they are never added to each other.
+    pub family: Family,
+    /// Puts the parameters into the plant.
+    pub apply: fn(&[f64], &mut Physics),
+}
+
+/// One parameter of an effect.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Key in model file and JSON.
+    pub name: &'static str,
+    /// Unit as text.
+    pub unit: &'static str,
+    /// What one unit of `lower`, `upper` and the starts means for a given motor.
+    pub scale: Scale,
+    /// Smallest value, in units of `scale`.
+    pub lower: f64,
+    /// Largest value, in units of `scale`.
+    pub upper: f64,
+    /// Value when the key is absent; `None`: the key is required.
+    pub default: Option<f64>,
+}
+
+impl Parameter {
+    /// A required parameter.
+    pub const fn new(name: &'static str, unit: &'static str, scale: Scale, lower: f64, upper: f64) -> Self {
+        Self {
+            name,
+            unit,
+            scale,
+            lower,
+            upper,
+            default: None,
+        }
+    }
+
+    /// A parameter that may be absent.
+    pub const fn optional(mut self, default: f64) -> Self {
+        self.default = Some(default);
+        self
+    }
+}
+
+/// What a parameter is measured by: the natural magnitudes of a motor and its log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// A plain number.
+    One,
+    /// The largest input in the log.
+    Input,
+    /// Torque at the largest input and standstill.
+    Torque,
+    /// Steady speed at the largest input.
+    Speed,
+    /// Mechanical time constant.
+    Time,
+    /// Current at the largest input and standstill.
+    Current,
+    /// The winding's resistance.
+    Resistance,
+    /// Torque over speed.
+    Viscous,
+    /// Torque over speed squared.
+    Drag,
+    /// Speed times time constant: the angle of one time constant.
+    Angle,
+    /// One over the time constant, in Hz.
+    Frequency,
+    /// Inverse of the largest copper loss.
+    PerPower,
+    /// Inertia over time constant squared.
+    Stiffness,
+}
+
+/// Where the fits of an effect start, in units of the parameters' scales.
+#[derive(Clone, Copy, Debug)]
+pub enum Starts {
+    /// These.
+    Grid(&'static [&'static [f64]]),
+    /// The first parameter at quantiles of a signal of the simulation (a threshold has no gradient where it is not
+    /// reached); the others at these values.
+    Quantiles(Signal, &'static [f64]),
+    /// One sine per turn of the load, fitted to the missing torque, gives amplitude and phase.
+    GravityScan,
+    /// One scan of the missing torque over periods per turn finds period, amplitude and phase.
+    PositionScan,
+    /// One scan of the missing torque over frequency finds frequency, amplitude and phase.
+    TimeScan,
+}
+
+/// A signal of the simulation whose quantiles start a threshold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signal {
+    /// |input|.
+    Input,
+    /// |speed|.
+    Speed,
+    /// |current|.
+    Current,
+}
+
+/// The axes on which an effect makes sense.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// Every axis.
+    Any,
+    /// Only where a voltage drives a winding.
+    Voltage,
+    /// Only where the axis turns (no sine of a position on a linear axis).
+    Rotary,
+}
+
+/// Effects that describe the same place of the plant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Stands alone.
+    Own(&'static str),
+    /// Dead zones of the input.
+    DeadZone,
+    /// Friction that does not grow with speed.
+    DryFriction,
+}
+
+impl Effect {
+    /// Whether the effect is offered on such an axis.
+    pub fn fits(&self, drive: Drive, linear: bool) -> bool {
+        match self.axis {
+            Axis::Any => true,
+            Axis::Voltage => drive == Drive::Voltage,
+            Axis::Rotary => !linear,
+        }
+    }
+
+    /// True if the effect frees a base parameter from its tolerance instead of adding something.
+    pub fn is_base_parameter(&self) -> bool {
+        matches!(
+            self.name,
+            "resistance" | "motor_gain" | "inertia" | "viscous_friction"
+        )
+    }
+}
+
+/// The effect of that name. `coulomb`, `stribeck`, `viscous` and `gravity_arm` are read as aliases.
+pub fn find(name: &str) -> Option<&'static Effect> {
+    let name = match name {
+        "coulomb" => "coulomb_friction",
+        "stribeck" => "stribeck_friction",
+        "viscous" => "viscous_friction",
+        "gravity_arm" => "gravity",
+        other => other,
+    };
+    LIBRARY.iter().find(|effect| effect.name == name)
+}
+
+/// A parameter's or effect's key on a linear axis: `_nm` reads `_n`, `_rad` reads `_m`.
+pub fn linear_key(name: &str) -> String {
+    name.replace("_nm", "_n").replace("_rad", "_m")
+}
+
+/// A unit on a linear axis.
+pub fn linear_unit(unit: &str) -> String {
+    unit.replace("N m", "N").replace("rad", "m")
+}

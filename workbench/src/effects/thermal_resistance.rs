@@ -1,0 +1,25 @@
+//! The winding heats up and its resistance grows.
+
+use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+
+/// The effect.
+pub const EFFECT: Effect = Effect {
+    name: "thermal_resistance",
+    summary: "the resistance grows as the winding heats up",
+    equation: "R = R0·(1 + rise·P), T dP/dt = i²R − P",
+    source: "Hughes, Drury: Electric Motors and Drives, 4th ed., 2013",
+    signature: "missing torque follows the current, and grows with the heating history",
+    confusable_with: &["resistance", "supply_sag"],
+    separated_by: "the same segment early and late in a run",
+    parameters: &[
+        Parameter::new("rise_per_w", "1/W", Scale::PerPower, 0.0, 5.0),
+        Parameter::new("time_constant_s", "s", Scale::Time, 1.0, 1000.0),
+    ],
+    starts: Starts::Grid(&[&[0.2, 10.0], &[0.2, 60.0], &[0.5, 300.0]]),
+    axis: Axis::Voltage,
+    family: Family::Own("thermal"),
+    apply: |p, plant| {
+        plant.heat_rise_per_w += p[0];
+        plant.heat_time_s = p[1];
+    },
+};

@@ -1,0 +1,26 @@
+//! Limit of the input behind the dead zone. `softness` 0 is a hard knee; above it the knee is rounded
+//! (compression).
+
+use super::{Axis, Effect, Family, Parameter, Scale, Signal, Starts};
+
+/// The effect.
+pub const EFFECT: Effect = Effect {
+    name: "voltage_saturation",
+    summary: "the input is clamped to a limit, hard or with a rounded knee",
+    equation: "v = clamp(u, ±limit); soft: v = u/(1 + |u/limit|^(1/s))^s",
+    source: "Tao, Kokotović: Adaptive Control of Systems with Actuator and Sensor Nonlinearities, 1996; rounded knee: Rapp, ESA SP-332, 1991",
+    signature: "missing torque only at |u| above the limit",
+    confusable_with: &["current_limit", "speed_saturation", "supply_sag", "drive_gain"],
+    separated_by: "sine or chirp at full amplitude; a release from full input to half: a clamped sensor stays flat for a while",
+    parameters: &[
+        Parameter::new("limit_v", "V", Scale::Input, 0.03, 1.5),
+        Parameter::new("softness", "1", Scale::One, 0.0, 1.0).optional(0.0),
+    ],
+    starts: Starts::Quantiles(Signal::Input, &[0.0]),
+    axis: Axis::Any,
+    family: Family::Own("limit"),
+    apply: |p, plant| {
+        plant.limit = plant.limit.min(p[0]);
+        plant.limit_softness = plant.limit_softness.max(p[1]);
+    },
+};

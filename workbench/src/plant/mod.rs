@@ -1,0 +1,2 @@
+//! The plant.
+pub mod physics;
