@@ -113,6 +113,8 @@ pub struct Sensors {
 pub struct Model {
     /// File name, for messages.
     pub source: String,
+    /// The file's text: an extended model keeps its comments.
+    pub source_text: String,
     /// The base.
     pub kind: Kind,
     /// Turns of the encoder's shaft per turn of the load.

@@ -26,6 +26,7 @@ pub fn parse(source: &str, text: &str) -> Result<Model, InputError> {
     let supply = file.section(&root, "supply")?;
     Ok(Model {
         source: source.to_owned(),
+        source_text: text.to_owned(),
         kind,
         gear_ratio,
         default_tolerance,
