@@ -4,10 +4,10 @@ use embedded_hal_mock::eh1::MockError;
 use embedded_hal_mock::eh1::digital::{Mock as Pin, State as Level, Transaction as PinDo};
 use embedded_hal_mock::eh1::pwm::{Mock as Pwm, Transaction as PwmDo};
 use proptest::prelude::*;
-use servo::axis::{Bridge, Output, Sample};
+use servo::axis::{Bridge, Sample};
 use servo::drivers::bridge::{Config, Decay, Error, HBridge, Levels, NotConnected, Wiring};
 use servo::drivers::encoder::{Counter, Encoder};
-use servo::drivers::joint::Joint;
+use servo::drivers::hardware::AxisHardware;
 use servo::drivers::permit::{Permit, PermitLines};
 use servo::drivers::sense::{
     Converter, CurrentKind, CurrentSense, Divider, OffsetError, OffsetLimits, OffsetState, Scale, SupplySense,
@@ -26,16 +26,21 @@ fn config(wiring: Wiring, decay: Decay) -> Config {
     }
 }
 
-fn driven(duty: i16) -> Output {
-    Output {
-        bridge: Bridge::Driven,
-        duty,
-    }
+/// Bridge state and duty.
+type Command = (Bridge, i16);
+const OPEN: Command = (Bridge::Open, 0);
+
+fn driven(duty: i16) -> Command {
+    (Bridge::Driven, duty)
 }
 
-fn resting(bridge: Bridge) -> Output {
+fn resting(bridge: Bridge) -> Command {
     // A duty left over from motion must not matter while the bridge does not drive.
-    Output { bridge, duty: 1234 }
+    (bridge, 1234)
+}
+
+fn levels(config: Config, full: u16, (bridge, duty): Command) -> Levels {
+    config.levels(full, bridge, duty)
 }
 
 fn lines(a: u16, b: u16, enable: bool) -> Levels {
@@ -48,36 +53,36 @@ fn lines(a: u16, b: u16, enable: bool) -> Levels {
 fn two_inputs_follow_the_truth_table_of_the_driver_ic() {
     let bridge = config(Wiring::TwoInputs, Decay::Slow);
     // DRV8871 data sheet, table 1: 0 0 coast, 1 0 forward, 0 1 reverse, 1 1 brake.
-    assert_eq!(bridge.levels(FULL, resting(Bridge::Open)), lines(0, 0, true));
+    assert_eq!(levels(bridge, FULL, resting(Bridge::Open)), lines(0, 0, true));
     assert_eq!(
-        bridge.levels(FULL, resting(Bridge::Shorted)),
+        levels(bridge, FULL, resting(Bridge::Shorted)),
         lines(FULL, FULL, true)
     );
-    assert_eq!(bridge.levels(FULL, driven(4200)), lines(FULL, 0, true));
-    assert_eq!(bridge.levels(FULL, driven(-4200)), lines(0, FULL, true));
+    assert_eq!(levels(bridge, FULL, driven(4200)), lines(FULL, 0, true));
+    assert_eq!(levels(bridge, FULL, driven(-4200)), lines(0, FULL, true));
     // A quarter forward: IN1 stays high, IN2 is high (brake) for three quarters.
-    assert_eq!(bridge.levels(FULL, driven(1050)), lines(4200, 3150, true));
-    assert_eq!(bridge.levels(FULL, driven(-1050)), lines(3150, 4200, true));
-    assert_eq!(bridge.levels(FULL, driven(0)), lines(FULL, FULL, true));
+    assert_eq!(levels(bridge, FULL, driven(1050)), lines(4200, 3150, true));
+    assert_eq!(levels(bridge, FULL, driven(-1050)), lines(3150, 4200, true));
+    assert_eq!(levels(bridge, FULL, driven(0)), lines(FULL, FULL, true));
 }
 
 #[test]
 fn half_bridges_brake_with_both_lines_low_and_open_only_by_enable() {
     let bridge = config(Wiring::HalfBridges, Decay::Slow);
-    assert_eq!(bridge.levels(FULL, resting(Bridge::Open)), lines(0, 0, false));
-    assert_eq!(bridge.levels(FULL, resting(Bridge::Shorted)), lines(0, 0, true));
-    assert_eq!(bridge.levels(FULL, driven(1050)), lines(1050, 0, true));
-    assert_eq!(bridge.levels(FULL, driven(-1050)), lines(0, 1050, true));
+    assert_eq!(levels(bridge, FULL, resting(Bridge::Open)), lines(0, 0, false));
+    assert_eq!(levels(bridge, FULL, resting(Bridge::Shorted)), lines(0, 0, true));
+    assert_eq!(levels(bridge, FULL, driven(1050)), lines(1050, 0, true));
+    assert_eq!(levels(bridge, FULL, driven(-1050)), lines(0, 1050, true));
 }
 
 #[test]
 fn locked_anti_phase_rests_at_one_half_and_reverses_for_the_rest_of_the_period() {
     for wiring in [Wiring::TwoInputs, Wiring::HalfBridges] {
         let bridge = config(wiring, Decay::LockedAntiPhase);
-        assert_eq!(bridge.levels(FULL, driven(0)), lines(2100, 2100, true));
-        assert_eq!(bridge.levels(FULL, driven(4200)), lines(4200, 0, true));
-        assert_eq!(bridge.levels(FULL, driven(-4200)), lines(0, 4200, true));
-        assert_eq!(bridge.levels(FULL, driven(1050)), lines(2625, 1575, true));
+        assert_eq!(levels(bridge, FULL, driven(0)), lines(2100, 2100, true));
+        assert_eq!(levels(bridge, FULL, driven(4200)), lines(4200, 0, true));
+        assert_eq!(levels(bridge, FULL, driven(-4200)), lines(0, 4200, true));
+        assert_eq!(levels(bridge, FULL, driven(1050)), lines(2625, 1575, true));
     }
 }
 
@@ -87,8 +92,8 @@ fn duty_beyond_the_limit_is_clipped_so_that_a_bootstrap_capacitor_is_recharged()
         duty_limit: 4000,
         ..config(Wiring::HalfBridges, Decay::Slow)
     };
-    assert_eq!(bridge.levels(FULL, driven(4200)), lines(4000, 0, true));
-    assert_eq!(bridge.levels(FULL, driven(i16::MIN)), lines(0, 4000, true));
+    assert_eq!(levels(bridge, FULL, driven(4200)), lines(4000, 0, true));
+    assert_eq!(levels(bridge, FULL, driven(i16::MIN)), lines(0, 4000, true));
 }
 
 proptest! {
@@ -100,20 +105,20 @@ proptest! {
         wiring in prop_oneof![Just(Wiring::TwoInputs), Just(Wiring::HalfBridges)],
         decay in prop_oneof![Just(Decay::Slow), Just(Decay::LockedAntiPhase)],
     ) {
-        let levels = Config { wiring, decay, duty_limit: limit }.levels(full, driven(duty));
+        let lines = levels(Config { wiring, decay, duty_limit: limit }, full, driven(duty));
         let bound = i32::from(limit.min(full));
         let expected = i32::from(duty).clamp(-bound, bound);
-        let got = i32::from(levels.a) - i32::from(levels.b);
+        let got = i32::from(lines.a) - i32::from(lines.b);
         let tolerance = if decay == Decay::LockedAntiPhase { 1 } else { 0 };
         prop_assert!((got - expected).abs() <= tolerance, "{got} instead of {expected}");
-        prop_assert!(levels.a <= full && levels.b <= full && levels.enable);
+        prop_assert!(lines.a <= full && lines.b <= full && lines.enable);
     }
 
     /// Opposite duties swap the lines: no direction is favoured.
     #[test]
     fn opposite_duties_mirror(duty in 0i16..=4200, wiring in prop_oneof![Just(Wiring::TwoInputs), Just(Wiring::HalfBridges)]) {
         let bridge = config(wiring, Decay::Slow);
-        let (forward, reverse) = (bridge.levels(FULL, driven(duty)), bridge.levels(FULL, driven(-duty)));
+        let (forward, reverse) = (levels(bridge, FULL, driven(duty)), levels(bridge, FULL, driven(-duty)));
         // Zero has one representation only where both lines agree anyway.
         prop_assert_eq!((forward.a, forward.b), (reverse.b, reverse.a));
     }
@@ -170,13 +175,8 @@ fn a_run_of_outputs_sets_every_line_once_a_tick() {
         pin(&[Level::Low, Level::Low, Level::High, Level::High, Level::Low]),
     )
     .unwrap();
-    for output in [
-        resting(Bridge::Open),
-        resting(Bridge::Shorted),
-        driven(300),
-        Output::default(),
-    ] {
-        bridge.apply(output).unwrap();
+    for output in [resting(Bridge::Open), resting(Bridge::Shorted), driven(300), OPEN] {
+        bridge.apply(output.0, output.1).unwrap();
     }
     close(bridge);
 }
@@ -196,7 +196,7 @@ fn an_enable_line_that_refuses_leaves_both_pwm_lines_low() {
         enable,
     )
     .unwrap();
-    let error = bridge.apply(driven(300)).unwrap_err();
+    let error = bridge.apply(Bridge::Driven, 300).unwrap_err();
     assert!(matches!(error, Error::Enable(_)), "{error:?}");
     close(bridge);
 }
@@ -217,7 +217,7 @@ fn a_pwm_line_that_refuses_pulls_enable_low_and_still_clears_the_other() {
         pin(&[Level::Low, Level::Low]),
     )
     .unwrap();
-    assert!(matches!(bridge.apply(driven(300)), Err(Error::Pwm(_))));
+    assert!(matches!(bridge.apply(Bridge::Driven, 300), Err(Error::Pwm(_))));
     close(bridge);
 }
 
@@ -230,8 +230,8 @@ fn a_bridge_without_enable_line_works_with_its_two_inputs_alone() {
         NotConnected,
     )
     .unwrap();
-    bridge.apply(driven(1050)).unwrap();
-    bridge.apply(Output::default()).unwrap();
+    bridge.apply(Bridge::Driven, 1050).unwrap();
+    bridge.apply(Bridge::Open, 0).unwrap();
     let (mut a, mut b, _) = bridge.release();
     a.done();
     b.done();
@@ -401,12 +401,12 @@ fn a_magnitude_sensor_takes_the_sign_of_the_last_driven_duty() {
     let channel = Channel::reading(310);
     let mut sense = CurrentSense::new(CurrentKind::Magnitude, channel.clone());
     sense.set_offset(10);
-    sense.follow(driven(500));
+    sense.follow(Bridge::Driven, 500);
     assert_eq!(sense.read(), 300);
-    sense.follow(driven(-500));
+    sense.follow(Bridge::Driven, -500);
     assert_eq!(sense.read(), -300);
-    sense.follow(resting(Bridge::Shorted));
-    sense.follow(driven(0));
+    sense.follow(Bridge::Shorted, 1234);
+    sense.follow(Bridge::Driven, 0);
     assert_eq!(
         sense.read(),
         -300,
@@ -485,7 +485,7 @@ fn two_axes_in_one_array_keep_their_own_counts_currents_and_offsets() {
     let shafts = [Shaft::at(16, 0), Shaft::at(32, 7)];
     let currents = [Channel::reading(2048), Channel::reading(2060)];
     let mut joints: Vec<_> = (0..2)
-        .map(|n| Joint {
+        .map(|n| AxisHardware {
             bridge: HBridge::new(
                 config(Wiring::TwoInputs, Decay::Slow),
                 pwm_a(&[0, FULL]),
@@ -506,7 +506,7 @@ fn two_axes_in_one_array_keep_their_own_counts_currents_and_offsets() {
     shafts[0].turn(-5);
     shafts[1].turn(9);
     currents[1].0.set(2000);
-    let samples: Vec<Sample> = joints.iter_mut().map(Joint::sample).collect();
+    let samples: Vec<Sample> = joints.iter_mut().map(AxisHardware::sample).collect();
     assert_eq!(
         samples[0],
         Sample {
@@ -524,7 +524,7 @@ fn two_axes_in_one_array_keep_their_own_counts_currents_and_offsets() {
         }
     );
     for (n, joint) in joints.iter_mut().enumerate() {
-        joint.apply(driven(100 * (n as i16 + 1))).unwrap();
+        joint.apply(Bridge::Driven, 100 * (n as i16 + 1)).unwrap();
     }
     for joint in joints {
         let (mut a, mut b, _) = joint.bridge.release();

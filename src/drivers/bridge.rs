@@ -1,4 +1,4 @@
-//! The H-bridge: an [`Output`] becomes the levels of two PWM lines and an enable line.
+//! The H-bridge: a bridge state and a duty become the levels of two PWM lines and an enable line.
 //!
 //! A *level* is the share of the PWM period for which a line is high, in PWM counts from 0 to full scale F. With the
 //! duty d in −F … F the mean terminal voltage is V · d / F in both ways of switching:
@@ -16,9 +16,9 @@
 //! which looks like a dead zone. The truth table of the two-input driver is that of the DRV8871 and DRV8874 data sheets
 //! (PWM mode); that of the half bridge is the BTS7960 data sheet's.
 
-use crate::axis::{Bridge, Output};
+use crate::axis::Bridge;
 use embedded_hal::digital::{self, Error as _, OutputPin};
-use embedded_hal::pwm::{self, Error as _, SetDutyCycle};
+use embedded_hal::pwm::{self, SetDutyCycle};
 
 /// How the bridge reads its two lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,12 +72,12 @@ pub struct Levels {
 }
 
 impl Config {
-    /// Lines for one output at full scale `full`. A duty beyond the limit is clipped to it.
-    pub fn levels(&self, full: u16, output: Output) -> Levels {
-        match output.bridge {
+    /// Lines for one command at full scale `full`; the duty counts while driven only. A duty beyond the limit is clipped to it.
+    pub fn levels(&self, full: u16, bridge: Bridge, duty: i16) -> Levels {
+        match bridge {
             Bridge::Open => self.open(),
             Bridge::Shorted => self.shorted(full),
-            Bridge::Driven => self.driven(full, output.duty),
+            Bridge::Driven => self.driven(full, duty),
         }
     }
 
@@ -164,13 +164,13 @@ impl<A: SetDutyCycle, B: SetDutyCycle, E: OutputPin> HBridge<A, B, E> {
         self.full
     }
 
-    /// Sets the lines for one output. The PWM levels take effect when the timer next loads its compare registers, the
+    /// Sets the lines. The PWM levels take effect when the timer next loads its compare registers, the
     /// enable line at once: a bridge of [`Wiring::HalfBridges`] opens up to one period earlier than it closes.
     ///
     /// # Errors
     /// The first line that refused; the bridge is then switched off as far as the other lines allow.
-    pub fn apply(&mut self, output: Output) -> Result<(), Error> {
-        let wanted = self.config.levels(self.full, output);
+    pub fn apply(&mut self, bridge: Bridge, duty: i16) -> Result<(), Error> {
+        let wanted = self.config.levels(self.full, bridge, duty);
         self.set(wanted).inspect_err(|_| {
             // The first error is the one to report: a second refusal adds nothing.
             let _ = self.off();

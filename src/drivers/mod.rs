@@ -11,6 +11,6 @@
 
 pub mod bridge;
 pub mod encoder;
-pub mod joint;
+pub mod hardware;
 pub mod permit;
 pub mod sense;

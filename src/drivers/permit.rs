@@ -4,16 +4,19 @@
 //! the enable input has a pull-down and must be driven high by the user's closed contact.
 
 use embedded_hal::digital::InputPin;
+use serde::{Deserialize, Serialize};
 
 /// What the lines say at this moment. A line that cannot be read counts as forbidding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
 pub enum Permit {
     /// Enable is high and the driver reports no fault.
-    Granted,
+    #[default]
+    Granted = 0,
     /// The user's enable contact is open.
-    Disabled,
+    Disabled = 1,
     /// The bridge driver reports a fault (over-current, over-temperature, under-voltage).
-    BridgeFault,
+    BridgeFault = 2,
 }
 
 /// The two lines of one bridge.

@@ -4,7 +4,7 @@
 //! are computed once, in SI units, for [`crate::config::Config`]. The offset is measured at rest with the bridge open,
 //! where the current is zero by construction.
 
-use crate::axis::{Bridge, Output, Sample};
+use crate::axis::{Bridge, Sample};
 
 /// The last completed conversion of one analogue channel.
 pub trait Converter {
@@ -89,9 +89,9 @@ impl<C: Converter> CurrentSense<C> {
     }
 
     /// Remembers the direction in which the bridge is being driven.
-    pub fn follow(&mut self, output: Output) {
-        if output.bridge == Bridge::Driven && output.duty != 0 {
-            self.reverse = output.duty < 0;
+    pub fn follow(&mut self, bridge: Bridge, duty: i16) {
+        if bridge == Bridge::Driven && duty != 0 {
+            self.reverse = duty < 0;
         }
     }
 

@@ -3,12 +3,12 @@
 use super::bridge::{Error, HBridge};
 use super::encoder::{Counter, Encoder};
 use super::sense::{Converter, CurrentSense, OffsetError, OffsetLimits, OffsetState, SupplySense};
-use crate::axis::{Output, Sample};
+use crate::axis::{Bridge, Sample};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
 
 /// Bridge, encoder and sensors of one axis. Boards with several axes hold an array of them.
-pub struct Joint<A, B, E, C, I, V> {
+pub struct AxisHardware<A, B, E, C, I, V> {
     /// The power stage.
     pub bridge: HBridge<A, B, E>,
     /// The position sensor.
@@ -19,7 +19,7 @@ pub struct Joint<A, B, E, C, I, V> {
     pub supply: SupplySense<V>,
 }
 
-impl<A, B, E, C, I, V> Joint<A, B, E, C, I, V>
+impl<A, B, E, C, I, V> AxisHardware<A, B, E, C, I, V>
 where
     A: SetDutyCycle,
     B: SetDutyCycle,
@@ -41,9 +41,9 @@ where
     ///
     /// # Errors
     /// A line that refused; the bridge is then off as far as the other lines allow.
-    pub fn apply(&mut self, output: Output) -> Result<(), Error> {
-        self.current.follow(output);
-        self.bridge.apply(output)
+    pub fn apply(&mut self, bridge: Bridge, duty: i16) -> Result<(), Error> {
+        self.current.follow(bridge, duty);
+        self.bridge.apply(bridge, duty)
     }
 
     /// One reading towards the current sensor's zero. To be called with the bridge open and the motor at rest.
