@@ -1,8 +1,23 @@
 //! Commissioning: the state machine that excites the motor, lets the identifier learn, verifies, and decides on trust.
+//!
+//! ```text
+//! settle → break away (both directions) → [learn high, low, middle → coast] × directions × repeats
+//!        → [saturate → verify] × directions → decide → done
+//! ```
+//!
+//! The voltage rises from zero until the motor moves, so the first motion is gentle and tells which voltages are safe.
+//! A long segment per direction beats many short ones: each reversal costs four blocks of valid windows. What the ramps
+//! leave of the budget goes to the segments. The bridge opens when the commissioning ends, for whatever reason.
 
 use crate::axis::Bridge;
 use crate::config::Scale;
-use crate::identify::estimate::{Estimates, EstimatesReport, Reason};
+use crate::identify::estimate::{Estimates, EstimatesReport, Mechanism, Reason};
+use crate::identify::saturation;
+use crate::identify::solve::{COEFFICIENT_FRAC, Coefficients, Progress, Solution, Solver, Structure};
+use crate::identify::spline::{ROW_FRAC, Window};
+use crate::identify::timescale;
+use crate::identify::trust::{Check, Evidence};
+use crate::identify;
 use serde::{Deserialize, Serialize};
 
 /// What the axis hands over in every tick.
@@ -93,4 +108,474 @@ impl Outcome {
             travel_rev: self.travel_counts as f32 / scale.config.counts_per_rev as f32,
         }
     }
+}
+
+/// Highest voltage of the linear segments, Q14 of nominal: 0.62, just below the gate's limit.
+const HIGH: i32 = 10_158;
+/// Break-away voltage above which there is no room for a linear segment, Q14: 0.45.
+const MOST_BREAK_AWAY: i32 = 7_373;
+/// Low voltage above break-away, Q14: 6 %.
+const LOW_ABOVE_BREAK_AWAY: i32 = 983;
+/// Voltage of the verification, Q14: 0.5.
+const VERIFY: i32 = 8_192;
+/// Full voltage, Q14.
+const FULL: i32 = Scale::VOLTAGE_ONE;
+/// Counts that are motion, not a jittering edge.
+const MOTION: i32 = 4;
+/// Residual of coasting below which it is an input dead zone, above which friction, in 1/1024 of the dead zone.
+const COAST_UNCLEAR_1024: [i64; 2] = [-614, -410];
+/// Windows that the coast test needs.
+const COAST_WINDOWS: u32 = 3;
+/// Time constants that a budget must hold, in quarters: 3.5.
+const LEAST_TIME_CONSTANTS_QUARTERS: u64 = 14;
+
+/// Fixed numbers of one commissioning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Params {
+    scale: Scale,
+    identify: identify::Params,
+    budget: u32,
+    first: usize,
+    repeats: u8,
+}
+
+impl Params {
+    /// `budget_ms`: length of the whole, `seed`: orders the directions.
+    pub fn new(scale: &Scale, budget_ms: u32, seed: u32) -> Self {
+        let budget = (u64::from(budget_ms) * u64::from(scale.config.tick_hz) / 1000).min(1 << 24) as u32;
+        Params {
+            scale: *scale,
+            identify: identify::Params::new(scale),
+            budget,
+            first: (seed & 1) as usize,
+            repeats: if budget_ms > 8_000 { 2 } else { 1 },
+        }
+    }
+
+    fn share(&self, of_256: u32) -> u32 {
+        (self.budget >> 8) * of_256
+    }
+}
+
+/// Sums of the coast test, mirrored to the direction of motion.
+#[derive(Clone, Copy, Debug, Default)]
+struct CoastSums {
+    speed: i64,
+    acceleration: i64,
+    jerk: i64,
+    windows: u32,
+}
+
+/// What the commissioning carries from tick to tick.
+#[derive(Clone, Copy, Debug)]
+pub struct State {
+    phase: Phase,
+    /// 0 positive, 1 negative.
+    direction: usize,
+    stroke: u8,
+    elapsed: u32,
+    total: u32,
+    remaining: u32,
+    start_count: i32,
+    last_count: i32,
+    travel: u32,
+    still: u32,
+    level: i32,
+    break_away: [i32; 2],
+    timescale: timescale::State,
+    identify: identify::State,
+    solver: Solver,
+    solution: Option<Solution>,
+    inverse_beta: [i32; 2],
+    coast: [CoastSums; 2],
+    coast_shift: u32,
+    saturation: [saturation::State; 2],
+    checks: [Check; 2],
+    mechanism: Mechanism,
+    outcome: Outcome,
+}
+
+impl State {
+    /// Ready to start at this count.
+    pub fn new(params: &Params, count: i32) -> Self {
+        State {
+            phase: Phase::Settle,
+            direction: params.first,
+            stroke: 0,
+            elapsed: 0,
+            total: 0,
+            remaining: 0,
+            start_count: count,
+            last_count: count,
+            travel: 0,
+            still: 0,
+            level: 0,
+            break_away: [0; 2],
+            timescale: timescale::State::default(),
+            identify: identify::State::new(&params.identify, count),
+            solver: Solver::default(),
+            solution: None,
+            inverse_beta: [0; 2],
+            coast: [CoastSums::default(); 2],
+            coast_shift: 0,
+            saturation: [saturation::State::default(); 2],
+            checks: [Check::default(); 2],
+            mechanism: Mechanism::Unclear,
+            outcome: Outcome::default(),
+        }
+    }
+
+    /// Where it stands.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// The result, once it ended.
+    pub fn outcome(&self) -> Option<&Outcome> {
+        self.ended().then_some(&self.outcome)
+    }
+
+    /// Ended, with or without estimates.
+    pub fn ended(&self) -> bool {
+        matches!(self.phase, Phase::Done | Phase::Refused)
+    }
+
+    /// Ends it now; the bridge opens with the next request.
+    pub fn refuse(&mut self, reason: Reason) {
+        if !self.ended() {
+            self.phase = Phase::Refused;
+            self.outcome.refused = Some(reason);
+            self.outcome.duration_ticks = self.total;
+            self.outcome.travel_counts = self.travel;
+        }
+    }
+
+    /// Ends it on the user's wish.
+    pub fn abort(&mut self) {
+        self.refuse(Reason::Aborted);
+    }
+
+    /// Progress for people, 0 … 255.
+    pub fn progress(&self, params: &Params) -> u8 {
+        (self.total / (params.budget / 256).max(1)).min(255) as u8
+    }
+
+    fn enter(&mut self, phase: Phase, count: i32) {
+        self.phase = phase;
+        self.elapsed = 0;
+        self.still = 0;
+        self.start_count = count;
+    }
+
+    fn sign(&self) -> i32 {
+        if self.direction == 0 { 1 } else { -1 }
+    }
+
+    /// Counts since the phase began, in its direction.
+    fn displacement(&self, count: i32) -> i32 {
+        count.wrapping_sub(self.start_count).wrapping_mul(self.sign())
+    }
+}
+
+impl Params {
+    /// One control tick. Call it until [`State::ended`]; the bridge request then is open.
+    pub fn step(&self, state: &mut State, input: &Input) -> Request {
+        if state.ended() || state.phase == Phase::Idle {
+            return Request::default();
+        }
+        self.bookkeeping(state, input);
+        match self
+            .identify
+            .observe(&mut state.identify, input.count, input.voltage)
+        {
+            Some(window) => self.use_window(state, &window),
+            None => self.solve(state),
+        }
+        self.advance(state, input);
+        self.request(state)
+    }
+
+    fn bookkeeping(&self, state: &mut State, input: &Input) {
+        let moved = input.count.wrapping_sub(state.last_count);
+        state.last_count = input.count;
+        state.travel = state.travel.saturating_add(moved.unsigned_abs());
+        state.still = if moved == 0 {
+            state.still.saturating_add(1)
+        } else {
+            0
+        };
+        state.elapsed = state.elapsed.saturating_add(1);
+        state.total = state.total.saturating_add(1);
+    }
+
+    /// Which voltage, now.
+    fn request(&self, state: &State) -> Request {
+        let magnitude = match state.phase {
+            Phase::Settle | Phase::Coast => 0,
+            Phase::BreakAway | Phase::Learn | Phase::Saturate | Phase::Verify => state.level,
+            Phase::Idle | Phase::Decide | Phase::Done | Phase::Refused => return Request::default(),
+        };
+        Request {
+            bridge: Bridge::Driven,
+            voltage: magnitude * state.sign(),
+        }
+    }
+
+    /// What happens next.
+    fn advance(&self, state: &mut State, input: &Input) {
+        match state.phase {
+            Phase::Settle => self.settle(state, input),
+            Phase::BreakAway => self.break_away(state, input),
+            Phase::Learn => self.learn(state, input),
+            Phase::Coast => self.coast(state, input),
+            Phase::Saturate => self.saturate(state, input),
+            Phase::Verify => self.verify(state, input),
+            Phase::Decide => self.decide(state),
+            Phase::Idle | Phase::Done | Phase::Refused => {}
+        }
+    }
+
+    fn settle(&self, state: &mut State, input: &Input) {
+        let at_rest = state.still >= self.share(3) || state.elapsed >= self.share(10);
+        if !at_rest {
+            return;
+        }
+        if state.break_away[state.direction] == 0 {
+            state.enter(Phase::BreakAway, input.count);
+        } else {
+            state.direction = self.first;
+            state.remaining = self.budget.saturating_sub(state.total);
+            state.enter(Phase::Learn, input.count);
+        }
+    }
+
+    fn break_away(&self, state: &mut State, input: &Input) {
+        let ramp = self.share(20).max(1);
+        // Q14 per tick would be too coarse for a long ramp: 64-bit product, 32-bit quotient.
+        state.level = (MOST_BREAK_AWAY as u32 * (state.elapsed >> 4).min(ramp) / (ramp >> 4).max(1)) as i32;
+        let displacement = state.displacement(input.count);
+        if displacement >= MOTION {
+            state.break_away[state.direction] = state.level.max(1);
+            self.moved(state, input);
+        } else if displacement <= -MOTION && state.stroke == 0 {
+            state.refuse(Reason::Reversed);
+        } else if state.elapsed > ramp {
+            state.refuse(Reason::NoMotion);
+        }
+    }
+
+    fn moved(&self, state: &mut State, input: &Input) {
+        state.stroke = state.stroke.saturating_add(1);
+        if state.stroke < 2 {
+            state.direction ^= 1;
+        } else {
+            state.stroke = 0;
+            state.identify.break_away = 0;
+        }
+        state.enter(Phase::Settle, input.count);
+    }
+
+    fn learn(&self, state: &mut State, input: &Input) {
+        let length = (state.remaining >> 8) * 160 / (2 * u32::from(self.repeats));
+        let low = (state.break_away[state.direction] + LOW_ABOVE_BREAK_AWAY).min(MOST_BREAK_AWAY);
+        let part = (state.elapsed << 8) / length.max(256);
+        state.level = match part {
+            0..92 => HIGH,
+            92..184 => low,
+            _ => (low + HIGH) / 2,
+        };
+        if state.stroke == 0
+            && part < 92
+            && state
+                .timescale
+                .note(state.elapsed, state.displacement(input.count))
+        {
+            self.choose_block(state);
+        }
+        if state.elapsed >= length {
+            self.begin_coast(state, input);
+        }
+    }
+
+    /// A slower motor wants longer blocks; what was learned with the shorter ones does not fit and goes.
+    fn choose_block(&self, state: &mut State) {
+        let lengths = self.identify.lengths_for(state.timescale.at_least);
+        if lengths.block > state.identify.lengths.block {
+            state.identify.relength(lengths);
+            state.identify.forget();
+        }
+    }
+
+    /// Blocks for coasting: four of them within 0.7 time constants.
+    fn begin_coast(&self, state: &mut State, input: &Input) {
+        let lengths = state.identify.lengths;
+        let time_constant = state.timescale.found.unwrap_or(state.timescale.at_least);
+        let mut shift = 0;
+        while lengths.block > 3 + shift && self.identify.block_ticks(&lengths) >> shift > time_constant / 6 {
+            shift += 1;
+        }
+        state.coast_shift = shift;
+        state.identify.relength(self.shortened(&lengths, shift));
+        state.enter(Phase::Coast, input.count);
+    }
+
+    fn shortened(&self, lengths: &identify::spline::Lengths, shift: u32) -> identify::spline::Lengths {
+        let mut shorter = *lengths;
+        shorter.block -= shift;
+        shorter.counts = shorter.counts.saturating_sub(shift);
+        shorter
+    }
+
+    fn coast(&self, state: &mut State, input: &Input) {
+        let block = self.identify.block_ticks(&state.identify.lengths);
+        let stopped = state.still > block;
+        if state.elapsed < 6 * block && !stopped {
+            return;
+        }
+        let mut lengths = state.identify.lengths;
+        lengths.block += state.coast_shift;
+        lengths = self.identify.lengths(lengths.block);
+        state.identify.relength(lengths);
+        state.direction ^= 1;
+        state.stroke = state.stroke.saturating_add(1);
+        if state.stroke < 2 * self.repeats {
+            state.enter(Phase::Learn, input.count);
+        } else {
+            state.solver.start(Structure::Shared);
+            state.stroke = 0;
+            state.enter(Phase::Saturate, input.count);
+        }
+    }
+
+    fn saturate(&self, state: &mut State, input: &Input) {
+        state.level = FULL;
+        if state.elapsed >= (state.remaining >> 8) * 21 {
+            state.enter(Phase::Verify, input.count);
+        }
+    }
+
+    fn verify(&self, state: &mut State, input: &Input) {
+        state.level = VERIFY;
+        if state.elapsed < (state.remaining >> 8) * 9 {
+            return;
+        }
+        state.direction ^= 1;
+        state.stroke = state.stroke.saturating_add(1);
+        let next = if state.stroke < 2 {
+            Phase::Saturate
+        } else {
+            Phase::Decide
+        };
+        state.enter(next, input.count);
+    }
+
+    fn use_window(&self, state: &mut State, window: &Window) {
+        match state.phase {
+            Phase::Learn => {
+                self.identify.learn(&mut state.identify, window);
+            }
+            Phase::Coast => self.note_coast(state, window),
+            Phase::Saturate | Phase::Verify => self.compare(state, window),
+            _ => {}
+        }
+    }
+
+    fn note_coast(&self, state: &mut State, window: &Window) {
+        let direction = state.direction;
+        if !(state.identify.gate.still() && state.identify.gate.moving(direction)) {
+            return;
+        }
+        let sign = i64::from(state.sign());
+        let sums = &mut state.coast[direction];
+        // Shorter blocks by 2^k: acceleration is smaller by 2^k, jerk by 4^k, in these units.
+        let k = state.coast_shift;
+        sums.speed += sign * i64::from(window.speed);
+        sums.acceleration += sign * (i64::from(window.acceleration) << k);
+        sums.jerk += sign * (i64::from(window.jerk) << (2 * k));
+        sums.windows += 1;
+    }
+
+    /// Applied against needed voltage: above the linear range a sample of the saturation, within it the verification.
+    fn compare(&self, state: &mut State, window: &Window) {
+        let Some(solution) = state.solution else { return };
+        let direction = state.direction;
+        let applied = window.voltage * state.sign();
+        let effective = solution.effective_voltage(window, direction, state.inverse_beta[direction]);
+        let needed = effective.saturating_add(solution.dead_zone[direction]);
+        let sigma = solution.dead_zone_sigma[direction];
+        let gate = &state.identify.gate;
+        if gate.high(direction) {
+            state.saturation[direction].note(applied, needed, sigma);
+        } else if gate.linear(direction) && gate.moving(direction) && state.phase == Phase::Verify {
+            state.checks[direction].note(applied.saturating_sub(needed));
+        }
+    }
+
+    fn solve(&self, state: &mut State) {
+        if !state.solver.busy() {
+            return;
+        }
+        match state.solver.step(&[&state.identify.core, &state.identify.outer]) {
+            Progress::Idle | Progress::Busy => {}
+            Progress::Singular => state.refuse(Reason::NotExcited),
+            Progress::Solved => self.solved(state),
+        }
+    }
+
+    fn solved(&self, state: &mut State) {
+        let solution = *state.solver.solution();
+        state.solution = Some(solution);
+        state.inverse_beta = [0, 1].map(|direction| solution.inverse_beta(direction));
+        state.mechanism = mechanism(&state.coast, &solution);
+    }
+
+    fn decide(&self, state: &mut State) {
+        if state.solver.busy() {
+            return;
+        }
+        let Some(solution) = state.solution else {
+            return state.refuse(Reason::NotExcited);
+        };
+        let evidence = Evidence {
+            saturation: &state.saturation,
+            checks: &state.checks,
+            mechanism: state.mechanism,
+            short_of_travel: false,
+        };
+        let estimates = self.identify.estimates(&state.identify, &solution, &evidence);
+        let time_constant = (estimates.time_constant.value >> identify::estimate::TIME_FRAC) as u64;
+        if time_constant * LEAST_TIME_CONSTANTS_QUARTERS > u64::from(self.budget) * 4 {
+            return state.refuse(Reason::TooShort);
+        }
+        state.outcome = Outcome {
+            estimates,
+            refused: None,
+            duration_ticks: state.total,
+            travel_counts: state.travel,
+        };
+        state.phase = Phase::Done;
+    }
+}
+
+/// While the terminals are shorted friction goes on braking, −γ; an input dead zone does not, 0.
+fn mechanism(coast: &[CoastSums; 2], solution: &Solution) -> Mechanism {
+    let (mut residual, mut reference, mut windows) = (0i64, 0i64, 0u32);
+    for (sums, c) in coast.iter().zip(&solution.coefficients) {
+        residual += coast_residual(sums, c);
+        reference += (i64::from(c.gamma) >> (COEFFICIENT_FRAC - ROW_FRAC)) * i64::from(sums.windows);
+        windows += sums.windows;
+    }
+    match () {
+        () if windows < COAST_WINDOWS || reference <= 0 => Mechanism::Unclear,
+        () if residual * 1024 < COAST_UNCLEAR_1024[0] * reference => Mechanism::Friction,
+        () if residual * 1024 > COAST_UNCLEAR_1024[1] * reference => Mechanism::InputDeadZone,
+        () => Mechanism::Unclear,
+    }
+}
+
+/// Σ (a + α·w + δ·j), Q20.
+fn coast_residual(sums: &CoastSums, c: &Coefficients) -> i64 {
+    let product =
+        |coefficient: i32, sum: i64| (i64::from(coefficient) * (sum >> 6)) >> (COEFFICIENT_FRAC - 6);
+    sums.acceleration + product(c.alpha, sums.speed) + product(c.delta, sums.jerk)
 }

@@ -30,7 +30,7 @@ pub struct Config {
     pub energy_limit_j: Option<f32>,
     /// Speed never to be exceeded, rad/s; `None`: no limit.
     pub speed_limit_rad_s: Option<f32>,
-    /// Ticks between a command and its effect at the bridge (1: preloaded PWM compare register).
+    /// Ticks between a command and its effect at the bridge, 1 … 3 (1: preloaded PWM compare register).
     pub pwm_delay_ticks: u8,
     /// PWM counts of full duty: the timer's reload value.
     pub pwm_full_scale: u16,
@@ -188,7 +188,7 @@ impl Config {
             1e-3,
             1e4,
         )?;
-        within(Field::PwmDelay, f32::from(self.pwm_delay_ticks), 0.0, 3.0)?;
+        within(Field::PwmDelay, f32::from(self.pwm_delay_ticks), 1.0, 3.0)?;
         within(
             Field::PwmFullScale,
             f32::from(self.pwm_full_scale),

@@ -1,3 +1,185 @@
 //! Dead zone, saturation, gain and time constant from count and voltage alone, learned incrementally in integers.
+//!
+//! ```text
+//! count, voltage → spline (averages) → gate (usable?) → regression (sums) → solve (LDLᵀ) → trust → estimates
+//! ```
+//!
+//! [`Params::observe`] does the per-tick part; what a window is used for is decided by the caller: the
+//! [`crate::commission`] state machine, or the passive identification in ordinary motion.
 
 pub mod estimate;
+pub mod gate;
+pub mod ldl;
+pub mod positive;
+pub mod regression;
+pub mod saturation;
+pub mod solve;
+pub mod spline;
+pub mod timescale;
+pub mod trust;
+
+use crate::config::Scale;
+use regression::{Row, Sums};
+use spline::{Lengths, Window};
+
+/// Samples enter the splines at this rate or up to twice this rate, Hz.
+const SAMPLE_HZ: u32 = 1000;
+/// Block length that suits time constants from 20 to 150 ms, in samples at 1 kHz.
+const BASE_BLOCK_S: f32 = 0.0113;
+/// Longest block, s: four of them still fit into a segment of a slow motor's commissioning.
+const LONGEST_BLOCK_S: f32 = 0.14;
+/// Fewest counts per block at rated speed.
+const LEAST_COUNTS_PER_BLOCK: u64 = 10;
+/// Least speed of a row in 1/1024 of rated speed, 8 %: below, Stribeck friction would bend the line.
+const SLOWEST_SPEED_1024: u64 = 82;
+
+/// Fixed numbers of one axis' identifier.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Params {
+    decimation: u32,
+    rated_per_sample_q16: u64,
+    shortest_block: u32,
+    longest_block: u32,
+}
+
+impl Params {
+    /// Derives decimation and block lengths.
+    pub fn new(scale: &Scale) -> Self {
+        let mut decimation = 0;
+        while scale.config.tick_hz >> (decimation + 1) >= SAMPLE_HZ {
+            decimation += 1;
+        }
+        let rated_per_sample_q16 = u64::from(scale.rated_counts_per_tick_q16) << decimation;
+        let sample_s = (1u32 << decimation) as f32 / scale.config.tick_hz as f32;
+        let samples = |seconds: f32| {
+            (3..9)
+                .find(|&block| (1u32 << block) as f32 * sample_s >= seconds)
+                .unwrap_or(9)
+        };
+        let longest_block = samples(LONGEST_BLOCK_S * 0.7);
+        let mut shortest_block = samples(BASE_BLOCK_S).max(4);
+        while shortest_block < longest_block
+            && (rated_per_sample_q16 << shortest_block) >> 16 < LEAST_COUNTS_PER_BLOCK
+        {
+            shortest_block += 1;
+        }
+        Params {
+            decimation,
+            rated_per_sample_q16,
+            shortest_block,
+            longest_block,
+        }
+    }
+
+    /// Block lengths for a time constant of `ticks` control ticks (0: unknown): about a quarter of it.
+    pub fn lengths_for(&self, ticks: u32) -> Lengths {
+        let quarter = (ticks >> self.decimation) / 4;
+        let block = (32 - quarter.leading_zeros()).saturating_sub(1);
+        self.lengths(block.clamp(self.shortest_block, self.longest_block))
+    }
+
+    /// Lengths with blocks of 2^`block` samples; W₀ is the next power of two above 1.25 times rated speed.
+    pub fn lengths(&self, block: u32) -> Lengths {
+        let per_block_q16 = (self.rated_per_sample_q16 << block) * 5 / 4;
+        let counts = (64 - (per_block_q16 >> 16).leading_zeros()).max(3);
+        Lengths {
+            decimation: self.decimation,
+            block,
+            counts,
+        }
+    }
+
+    /// Rated speed in a window's unit, Q20 of W₀.
+    pub fn rated_speed(&self, lengths: &Lengths) -> i32 {
+        ((self.rated_per_sample_q16 << (lengths.block + 4)) >> lengths.counts) as i32
+    }
+
+    /// Control ticks per block.
+    pub fn block_ticks(&self, lengths: &Lengths) -> u32 {
+        1 << (lengths.decimation + lengths.block)
+    }
+
+    /// The per-tick part: sums count and voltage (acting from now on, Q14 of nominal); a window one tick after its last
+    /// hop. Spreading hop and comb over two ticks keeps both short.
+    #[inline]
+    pub fn observe(&self, state: &mut State, count: i32, voltage: i32) -> Option<Window> {
+        if let Some(hop) = state.spline.step(&state.lengths, count, voltage) {
+            state.gate.note(&hop, state.break_away);
+            state.hop_ended = true;
+            return None;
+        }
+        if !state.hop_ended {
+            return None;
+        }
+        state.hop_ended = false;
+        state.spline.window(&state.lengths)
+    }
+
+    /// Adds the window to the regression of each direction whose gates it passes.
+    pub fn learn(&self, state: &mut State, window: &Window) -> bool {
+        let slowest = (self.rated_speed(&state.lengths) as i64 * SLOWEST_SPEED_1024 as i64 / 1024) as i32;
+        let mut used = false;
+        for direction in [0, 1] {
+            let row = Row::new(window, direction);
+            let moving = state.gate.moving(direction) && row.speed() > slowest;
+            let linear = state.gate.linear(direction) && state.gate.driven(direction);
+            if moving && linear {
+                let set = if state.gate.core(direction) {
+                    &mut state.core
+                } else {
+                    &mut state.outer
+                };
+                set[direction].add(&row);
+                used = true;
+            }
+        }
+        used
+    }
+}
+
+/// What the identifier carries from tick to tick.
+#[derive(Clone, Copy, Debug)]
+pub struct State {
+    /// Lengths in use.
+    pub lengths: Lengths,
+    /// Which conditions the last hops satisfied.
+    pub gate: gate::State,
+    /// Rows below [`gate::CORE_LIMIT`].
+    pub core: [Sums; 2],
+    /// Rows between [`gate::CORE_LIMIT`] and [`gate::LINEAR_LIMIT`].
+    pub outer: [Sums; 2],
+    /// Least voltage that counts as driving, Q14.
+    pub break_away: i32,
+    spline: spline::State,
+    hop_ended: bool,
+}
+
+impl State {
+    /// Starts at rest.
+    pub fn new(params: &Params, count: i32) -> Self {
+        let lengths = params.lengths_for(0);
+        State {
+            lengths,
+            gate: gate::State::default(),
+            core: [Sums::default(); 2],
+            outer: [Sums::default(); 2],
+            break_away: 0,
+            spline: spline::State::new(count, &lengths),
+            hop_ended: false,
+        }
+    }
+
+    /// Other block lengths from now on; sums stay, windows refill.
+    pub fn relength(&mut self, lengths: Lengths) {
+        self.lengths = lengths;
+        self.spline.restart(&lengths);
+        self.gate.restart();
+        self.hop_ended = false;
+    }
+
+    /// Forgets all rows.
+    pub fn forget(&mut self) {
+        self.core = [Sums::default(); 2];
+        self.outer = [Sums::default(); 2];
+    }
+}

@@ -1,0 +1,117 @@
+//! Which windows may be used: a condition must have held in every hop that the window spans.
+//!
+//! Each condition is a run length: the number of hops in a row that satisfied it. No window is searched.
+
+use super::spline::{HOPS_PER_BLOCK, HOPS_PER_WINDOW, Hop};
+
+/// Highest voltage of the linear range, Q14: below the lowest saturation that is supported without the second set.
+pub const LINEAR_LIMIT: i32 = 10_813; // 0.66
+/// Highest voltage of the core set, Q14; a saturation between this and [`LINEAR_LIMIT`] is found by comparing slopes.
+pub const CORE_LIMIT: i32 = 8_520; // 0.52
+/// Least counts per block of a moving motor: below, one count of quantisation is half the motion.
+const COUNTS_PER_BLOCK: i32 = 2;
+
+/// Hops in a row that satisfied a condition, saturating.
+#[derive(Clone, Copy, Debug, Default)]
+struct Run(u8);
+
+impl Run {
+    fn note(&mut self, holds: bool) {
+        self.0 = if holds { self.0.saturating_add(1) } else { 0 };
+    }
+
+    fn spans(self, hops: u32) -> bool {
+        u32::from(self.0) >= hops
+    }
+}
+
+/// Run lengths of one direction.
+#[derive(Clone, Copy, Debug, Default)]
+struct Direction {
+    moving: Run,
+    driven: Run,
+    linear: Run,
+    core: Run,
+    high: Run,
+}
+
+/// Run lengths of all conditions.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct State {
+    positions: [i32; HOPS_PER_BLOCK as usize],
+    at: u8,
+    directions: [Direction; 2],
+    still: Run,
+}
+
+impl State {
+    /// Notes what the hop that just ended satisfied. `break_away`: least voltage that counts as driving, Q14.
+    pub fn note(&mut self, hop: &Hop, break_away: i32) {
+        let moved = hop.position.wrapping_sub(self.exchange(hop.position));
+        for (direction, sign) in self.directions.iter_mut().zip([1, -1]) {
+            let (low, high) = if sign > 0 {
+                (hop.lowest, hop.highest)
+            } else {
+                (-hop.highest, -hop.lowest)
+            };
+            direction
+                .moving
+                .note(moved.wrapping_mul(sign) >= COUNTS_PER_BLOCK);
+            direction.driven.note(low > break_away);
+            direction.linear.note(high < LINEAR_LIMIT);
+            direction.core.note(high < CORE_LIMIT);
+            direction.high.note(low > LINEAR_LIMIT);
+        }
+        self.still.note(hop.lowest == 0 && hop.highest == 0);
+    }
+
+    fn exchange(&mut self, position: i32) -> i32 {
+        self.at = (self.at + 1) % HOPS_PER_BLOCK as u8;
+        match self.positions.get_mut(self.at as usize) {
+            Some(slot) => core::mem::replace(slot, position),
+            None => position,
+        }
+    }
+
+    /// The motor moved in this direction (0 positive, 1 negative) all the time.
+    pub fn moving(&self, direction: usize) -> bool {
+        // The first block's own start is not a hop of the window: 16 − 3 overlapping blocks.
+        self.get(direction)
+            .moving
+            .spans(HOPS_PER_WINDOW - HOPS_PER_BLOCK + 1)
+    }
+
+    /// The voltage drove in this direction all the time.
+    pub fn driven(&self, direction: usize) -> bool {
+        self.get(direction).driven.spans(HOPS_PER_WINDOW)
+    }
+
+    /// The voltage stayed in the linear range all the time.
+    pub fn linear(&self, direction: usize) -> bool {
+        self.get(direction).linear.spans(HOPS_PER_WINDOW)
+    }
+
+    /// The voltage stayed in the core of the linear range all the time.
+    pub fn core(&self, direction: usize) -> bool {
+        self.get(direction).core.spans(HOPS_PER_WINDOW)
+    }
+
+    /// The voltage was above the linear range all the time.
+    pub fn high(&self, direction: usize) -> bool {
+        self.get(direction).high.spans(HOPS_PER_WINDOW)
+    }
+
+    /// The terminals had 0 V all the time.
+    pub fn still(&self) -> bool {
+        self.still.spans(HOPS_PER_WINDOW)
+    }
+
+    /// Forgets the past (after a change of lengths).
+    pub fn restart(&mut self) {
+        *self = State::default();
+    }
+
+    fn get(&self, direction: usize) -> Direction {
+        self.directions[direction & 1]
+    }
+}

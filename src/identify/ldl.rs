@@ -1,0 +1,168 @@
+//! LDLᵀ factorisation of a small symmetric matrix in 32-bit integers, one column per call.
+//!
+//! The matrix is augmented by its right-hand side (last row), so one factorisation gives the factor, the transformed
+//! right-hand side (last row of L) and the residual sum of squares (last pivot). Entries are scaled by powers of two so
+//! that diagonals lie in [2²⁸, 2³⁰); by Cauchy–Schwarz every entry then fits. Column j of L holds as many fraction bits
+//! as its pivot allows: |L_ij| ≤ √(A_ii/D_j). Golub & Van Loan, Matrix Computations, 4.1.2 (outer product form).
+
+use super::positive::{Positive, reciprocal};
+
+/// Largest order, right-hand side included.
+pub const MOST: usize = 7;
+const WORDS: usize = MOST * (MOST + 1) / 2;
+/// Fraction bits of the scaled unknowns.
+pub const UNKNOWN_FRAC: u32 = 24;
+/// A pivot below 2⁻¹⁸ of its diagonal is rounding noise: the data do not determine this unknown.
+const LEAST_PIVOT: i32 = 1 << 11;
+/// Residual sum of squares below which it is rounding noise.
+const LEAST_RESIDUAL: i32 = 16;
+
+/// A factorisation under way.
+#[derive(Clone, Copy, Debug)]
+pub struct Factor {
+    order: usize,
+    words: [i32; WORDS],
+    exponents: [i8; MOST],
+    fraction: [u8; MOST],
+}
+
+impl Factor {
+    /// An empty matrix of this order, right-hand side included.
+    pub fn new(order: usize) -> Self {
+        Factor {
+            order: order.min(MOST),
+            words: [0; WORDS],
+            exponents: [0; MOST],
+            fraction: [0; MOST],
+        }
+    }
+
+    /// Unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.order.saturating_sub(1)
+    }
+
+    /// Chooses the scale of row `i` from its diagonal. `false`: the diagonal is not positive.
+    pub fn scale(&mut self, i: usize, diagonal: i64) -> bool {
+        let bits = 64 - diagonal.leading_zeros() as i32;
+        // Halved and rounded up, so that the scaled diagonal has 29 or 30 bits.
+        self.exponents[i] = ((bits - 29) >> 1) as i8;
+        diagonal > 0
+    }
+
+    /// Sets entry (i, j), j ≤ i, after both rows have their scale.
+    pub fn set(&mut self, i: usize, j: usize, value: i64) {
+        let shift = i32::from(self.exponents[i]) + i32::from(self.exponents[j]);
+        let scaled = if shift > 0 {
+            round_shift(value, shift as u32)
+        } else {
+            value << -shift
+        };
+        self.put(i, j, saturate(scaled));
+    }
+
+    /// Eliminates column `j`. `false`: the pivot is rounding noise.
+    pub fn column(&mut self, j: usize) -> bool {
+        let pivot = self.at(j, j);
+        if pivot < LEAST_PIVOT {
+            return false;
+        }
+        let zeros = pivot.leading_zeros() - 1;
+        let inverse = i64::from(reciprocal((pivot as u32) << zeros));
+        let fraction = 29 - zeros.div_ceil(2);
+        self.fraction[j] = fraction as u8;
+        for i in j + 1..self.order {
+            let entry = i64::from(self.at(i, j));
+            let factor = saturate(round_shift(entry * inverse, 61 - zeros - fraction));
+            self.eliminate(i, j, factor, fraction);
+        }
+        for i in j + 1..self.order {
+            let factor = saturate(round_shift(
+                i64::from(self.at(i, j)) * inverse,
+                61 - zeros - fraction,
+            ));
+            self.put(i, j, factor);
+        }
+        true
+    }
+
+    /// Row i minus L_ij times column j, for the columns right of j.
+    fn eliminate(&mut self, i: usize, j: usize, factor: i32, fraction: u32) {
+        for k in j + 1..=i {
+            let product = i64::from(factor) * i64::from(self.at(k, j));
+            let value = self
+                .at(i, k)
+                .saturating_sub(saturate(round_shift(product, fraction)));
+            self.put(i, k, value);
+        }
+    }
+
+    /// Unknowns in scaled units, Q24, by back substitution.
+    pub fn unknowns_scaled(&self) -> [i32; MOST] {
+        let last = self.unknowns();
+        let mut unknowns = [0i32; MOST];
+        for i in (0..last).rev() {
+            let mut sum = i64::from(self.at(last, i)) << UNKNOWN_FRAC;
+            for (k, &unknown) in unknowns.iter().enumerate().take(last).skip(i + 1) {
+                sum = sum.wrapping_sub(i64::from(self.at(k, i)) * i64::from(unknown));
+            }
+            unknowns[i] = saturate(round_shift(sum, u32::from(self.fraction[i])));
+        }
+        unknowns
+    }
+
+    /// Power of two that turns scaled unknown `i` into its own unit.
+    pub fn unknown_exponent(&self, i: usize) -> i32 {
+        i32::from(self.exponents[self.unknowns()]) - i32::from(self.exponents[i])
+    }
+
+    /// RSS · gᵀ A⁻¹ g for a gradient g in the unknowns' own units: the variance of gᵀθ times the number of rows.
+    pub fn variance(&self, gradient: &[(Positive, bool); MOST]) -> Positive {
+        let scaled = |i: usize| gradient[i].0.shifted(-i32::from(self.exponents[i]));
+        let top = (0..self.unknowns())
+            .map(|i| scaled(i).exponent_of_top())
+            .max()
+            .unwrap_or(0);
+        let mut solved = [0i32; MOST];
+        let mut sum = Positive::default();
+        for i in 0..self.unknowns() {
+            // 22 bits for the largest entry leave nine for growth.
+            let magnitude = scaled(i).shifted(22 - top).to_q(0);
+            let mut entry = i64::from(if gradient[i].1 { -magnitude } else { magnitude });
+            for (k, &known) in solved.iter().enumerate().take(i) {
+                let product = i64::from(self.at(i, k)) * i64::from(known);
+                entry -= round_shift(product, u32::from(self.fraction[k]));
+            }
+            solved[i] = saturate(entry);
+            let square = Positive::of(solved[i], 0).times(Positive::of(solved[i], 0));
+            sum = sum.plus(square.over(Positive::of(self.at(i, i), 0)));
+        }
+        let last = self.unknowns();
+        let residual = Positive::of(self.at(last, last).max(LEAST_RESIDUAL), 0);
+        sum.times(residual)
+            .shifted(2 * (top - 22) + 2 * i32::from(self.exponents[last]))
+    }
+
+    fn at(&self, i: usize, j: usize) -> i32 {
+        self.words.get(i * (i + 1) / 2 + j).copied().unwrap_or(0)
+    }
+
+    fn put(&mut self, i: usize, j: usize, value: i32) {
+        if let Some(word) = self.words.get_mut(i * (i + 1) / 2 + j) {
+            *word = value;
+        }
+    }
+}
+
+#[inline]
+fn round_shift(value: i64, bits: u32) -> i64 {
+    match bits {
+        0 => value,
+        _ => (value >> (bits - 1)).wrapping_add(1) >> 1,
+    }
+}
+
+#[inline]
+fn saturate(value: i64) -> i32 {
+    value.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+}

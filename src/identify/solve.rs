@@ -1,0 +1,351 @@
+//! From sums to numbers: assembles the normal equations, factorises them one column per tick, derives dead zone, gain,
+//! time constant and their standard deviations.
+
+use super::ldl::{Factor, MOST, UNKNOWN_FRAC};
+use super::positive::Positive;
+use super::regression::Sums;
+use super::spline::{HOPS_PER_BLOCK, Window};
+
+/// Fraction bits of [`Solution`] coefficients (|coefficient| < 32).
+pub const COEFFICIENT_FRAC: u32 = 26;
+/// Fraction bits of dead zones.
+pub const VOLTAGE_FRAC: u32 = 20;
+/// Fraction bits of relative standard deviations.
+pub const RELATIVE_FRAC: u32 = 20;
+
+/// Which coefficients the directions share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Structure {
+    /// One direction alone (0 positive, 1 negative): γ, β, α, δ.
+    Single(usize),
+    /// Damping, gain and winding shared: γ₊, γ₋, β, α, δ. Fewest unknowns, for poor data.
+    Common,
+    /// Damping and winding shared, gain per direction: γ₊, γ₋, β₊, β₋, α, δ.
+    Shared,
+}
+
+const NONE: usize = usize::MAX;
+
+impl Structure {
+    /// Unknowns and right-hand side.
+    fn order(self) -> usize {
+        match self {
+            Structure::Single(_) => 5,
+            Structure::Common => 6,
+            Structure::Shared => 7,
+        }
+    }
+
+    /// For each system column, the column of a row of `direction`; `NONE`: not contained.
+    fn columns(self, direction: usize) -> [usize; MOST] {
+        match (self, direction) {
+            (Structure::Single(own), _) if own == direction => [0, 1, 2, 3, 4, NONE, NONE],
+            (Structure::Single(_), _) => [NONE; MOST],
+            (Structure::Common, 0) => [0, NONE, 1, 2, 3, 4, NONE],
+            (Structure::Common, _) => [NONE, 0, 1, 2, 3, 4, NONE],
+            (Structure::Shared, 0) => [0, NONE, 1, NONE, 2, 3, 4],
+            (Structure::Shared, _) => [NONE, 0, NONE, 1, 2, 3, 4],
+        }
+    }
+
+    /// System columns of γ, β, α, δ of one direction.
+    fn unknowns(self, direction: usize) -> [usize; 4] {
+        let d = direction & 1;
+        match self {
+            Structure::Single(_) => [0, 1, 2, 3],
+            Structure::Common => [d, 2, 3, 4],
+            Structure::Shared => [d, 2 + d, 4, 5],
+        }
+    }
+}
+
+/// The coefficients of one direction, Q26.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Coefficients {
+    /// Dead zone times gain.
+    pub gamma: i32,
+    /// Voltage gain.
+    pub beta: i32,
+    /// Damping.
+    pub alpha: i32,
+    /// Winding.
+    pub delta: i32,
+}
+
+/// What one solution says. Units: block, W₀, nominal supply.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Solution {
+    /// Per direction; a single-direction solution fills only its own.
+    pub coefficients: [Coefficients; 2],
+    /// γ/β, nominal supply, Q20; negative when a load pulls.
+    pub dead_zone: [i32; 2],
+    /// Standard deviation of `dead_zone`, Q20.
+    pub dead_zone_sigma: [i32; 2],
+    /// β/α, mean of the directions.
+    pub gain: Positive,
+    /// Relative standard deviation of `gain`, Q20.
+    pub gain_sigma: i32,
+    /// 1/α, blocks: the sum of the linear part's time constants, because δ·j + a + α·w = α·(1 + s/α + s²·δ/α)·w.
+    pub time_constant: Positive,
+    /// Relative standard deviation of `time_constant`, Q20.
+    pub time_constant_sigma: i32,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Stage {
+    #[default]
+    Idle,
+    Scale,
+    Assemble(usize),
+    Column(usize),
+    Substitute,
+    Deviation(usize),
+}
+
+/// How a call of [`Solver::step`] ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// Nothing to do.
+    Idle,
+    /// More to come.
+    Busy,
+    /// Finished.
+    Solved,
+    /// The data do not determine the unknowns.
+    Singular,
+}
+
+/// Solves in small steps, one a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Solver {
+    stage: Stage,
+    structure: Structure,
+    rows: u32,
+    factor: Factor,
+    solution: Solution,
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Solver {
+            stage: Stage::Idle,
+            structure: Structure::Common,
+            rows: 0,
+            factor: Factor::new(MOST),
+            solution: Solution::default(),
+        }
+    }
+}
+
+impl Solver {
+    /// Begins; the sums must not change until [`Progress::Solved`] (about 20 calls).
+    pub fn start(&mut self, structure: Structure) {
+        self.stage = Stage::Scale;
+        self.structure = structure;
+        self.factor = Factor::new(structure.order());
+        self.solution = Solution::default();
+    }
+
+    /// Is it working?
+    pub fn busy(&self) -> bool {
+        self.stage != Stage::Idle
+    }
+
+    /// The structure of the last solution.
+    pub fn structure(&self) -> Structure {
+        self.structure
+    }
+
+    /// The last solution.
+    pub fn solution(&self) -> &Solution {
+        &self.solution
+    }
+
+    /// One step. `sums`: per direction, all sets that count together.
+    pub fn step(&mut self, sums: &[&[Sums; 2]]) -> Progress {
+        let order = self.structure.order();
+        let (fine, next) = match self.stage {
+            Stage::Idle => return Progress::Idle,
+            Stage::Scale => (self.scale(sums), Stage::Assemble(0)),
+            Stage::Assemble(i) => {
+                self.assemble(i, sums);
+                (
+                    true,
+                    if i + 1 < order {
+                        Stage::Assemble(i + 1)
+                    } else {
+                        Stage::Column(0)
+                    },
+                )
+            }
+            Stage::Column(j) => (
+                self.factor.column(j),
+                if j + 2 < order {
+                    Stage::Column(j + 1)
+                } else {
+                    Stage::Substitute
+                },
+            ),
+            Stage::Substitute => (self.substitute(), Stage::Deviation(0)),
+            Stage::Deviation(which) => {
+                self.deviation(which);
+                (
+                    true,
+                    if which < 3 {
+                        Stage::Deviation(which + 1)
+                    } else {
+                        Stage::Idle
+                    },
+                )
+            }
+        };
+        self.stage = if fine { next } else { Stage::Idle };
+        match (fine, self.stage) {
+            (false, _) => Progress::Singular,
+            (true, Stage::Idle) => Progress::Solved,
+            _ => Progress::Busy,
+        }
+    }
+
+    fn scale(&mut self, sums: &[&[Sums; 2]]) -> bool {
+        self.rows = sums
+            .iter()
+            .flat_map(|set| set.iter())
+            .fold(0, |rows, sums| rows.saturating_add(sums.rows));
+        (0..self.structure.order()).all(|i| {
+            let diagonal = self.entry(sums, i, i);
+            self.factor.scale(i, diagonal)
+        })
+    }
+
+    fn assemble(&mut self, i: usize, sums: &[&[Sums; 2]]) {
+        for j in 0..=i {
+            let value = self.entry(sums, i, j);
+            self.factor.set(i, j, value);
+        }
+    }
+
+    fn entry(&self, sums: &[&[Sums; 2]], i: usize, j: usize) -> i64 {
+        let mut total = 0i64;
+        for direction in [0, 1] {
+            let columns = self.structure.columns(direction);
+            let (Some(&p), Some(&q)) = (columns.get(i), columns.get(j)) else {
+                continue;
+            };
+            if p == NONE || q == NONE {
+                continue;
+            }
+            for set in sums {
+                total = total.wrapping_add(set[direction].word(p, q));
+            }
+        }
+        total
+    }
+
+    /// `false`: gain or damping came out negative, which no motor has.
+    fn substitute(&mut self) -> bool {
+        let scaled = self.factor.unknowns_scaled();
+        let directions = self.directions();
+        let unknown = |i: usize| (scaled[i], self.factor.unknown_exponent(i));
+        for &direction in directions {
+            let [gamma, beta, alpha, delta] = self.structure.unknowns(direction).map(unknown);
+            if beta.0 <= 0 || alpha.0 <= 0 {
+                return false;
+            }
+            let ratio = magnitude(gamma).over(magnitude(beta)).to_q(VOLTAGE_FRAC);
+            self.solution.dead_zone[direction] = if gamma.0 < 0 { -ratio } else { ratio };
+            let q = |(value, exponent): (i32, i32)| {
+                let q = magnitude((value, exponent)).to_q(COEFFICIENT_FRAC);
+                if value < 0 { -q } else { q }
+            };
+            self.solution.coefficients[direction] = Coefficients {
+                gamma: q(gamma),
+                beta: q(beta),
+                alpha: q(alpha),
+                delta: q(delta),
+            };
+        }
+        let [_, beta, alpha, _] = self.structure.unknowns(directions[0]).map(unknown);
+        let last = unknown(self.structure.unknowns(directions[directions.len() - 1])[1]);
+        let beta = magnitude(beta).plus(magnitude(last)).shifted(-1);
+        self.solution.gain = beta.over(magnitude(alpha));
+        self.solution.time_constant = Positive::new(1, 0).over(magnitude(alpha));
+        true
+    }
+
+    /// Directions that the structure solves for.
+    fn directions(&self) -> &'static [usize] {
+        match self.structure {
+            Structure::Single(0) => &[0],
+            Structure::Single(_) => &[1],
+            _ => &[0, 1],
+        }
+    }
+
+    /// Standard deviation of one derived number by linear propagation: 0, 1 dead zones, 2 gain, 3 time constant.
+    fn deviation(&mut self, which: usize) {
+        let directions = self.directions();
+        let one = Positive::new(1, 0);
+        let mut gradient = [(Positive::default(), false); MOST];
+        let first = self.structure.unknowns(directions[0]);
+        let last = self.structure.unknowns(directions[directions.len() - 1]);
+        let alpha = Positive::of(self.solution.coefficients[directions[0]].alpha, COEFFICIENT_FRAC);
+        match which {
+            0 | 1 if directions.contains(&which) => {
+                let dead_zone = self.solution.dead_zone[which];
+                let beta = Positive::of(self.solution.coefficients[which].beta, COEFFICIENT_FRAC);
+                let [gamma_at, beta_at, ..] = self.structure.unknowns(which);
+                gradient[gamma_at] = (one.over(beta), false);
+                gradient[beta_at] = (Positive::of(dead_zone, VOLTAGE_FRAC).over(beta), dead_zone > 0);
+                self.solution.dead_zone_sigma[which] = self.sigma(&gradient).to_q(VOLTAGE_FRAC);
+            }
+            0 | 1 => {}
+            2 => {
+                let share = one.over(self.solution.gain.times(alpha)).shifted(-1);
+                gradient[first[1]].0 = gradient[first[1]].0.plus(share);
+                gradient[last[1]].0 = gradient[last[1]].0.plus(share);
+                gradient[first[2]] = (one.over(alpha), true);
+                self.solution.gain_sigma = self.sigma(&gradient).to_q(RELATIVE_FRAC);
+            }
+            _ => {
+                gradient[first[2]] = (one.over(alpha), false);
+                self.solution.time_constant_sigma = self.sigma(&gradient).to_q(RELATIVE_FRAC);
+            }
+        }
+    }
+
+    /// Windows overlap by all but one hop: `HOPS_PER_BLOCK` of them count as one independent row.
+    fn sigma(&self, gradient: &[(Positive, bool); MOST]) -> Positive {
+        let rows = Positive::new(u64::from(self.rows.max(1)), 0);
+        let overlap = Positive::new(u64::from(HOPS_PER_BLOCK), 0);
+        self.factor.variance(gradient).times(overlap).over(rows).sqrt()
+    }
+}
+
+fn magnitude((scaled, exponent): (i32, i32)) -> Positive {
+    Positive::of(scaled, UNKNOWN_FRAC).shifted(exponent)
+}
+
+impl Solution {
+    /// Voltage that a window's motion needs beyond the dead zone, (a + αw + δj)/β, mirrored for the negative direction,
+    /// Q20 of nominal supply. `inverse_beta` from [`Solution::inverse_beta`].
+    pub fn effective_voltage(&self, window: &Window, direction: usize, inverse_beta: i32) -> i32 {
+        let c = &self.coefficients[direction & 1];
+        let torque = (i64::from(window.acceleration) << COEFFICIENT_FRAC)
+            .wrapping_add(i64::from(c.alpha) * i64::from(window.speed))
+            .wrapping_add(i64::from(c.delta) * i64::from(window.jerk))
+            >> COEFFICIENT_FRAC;
+        let voltage = (torque * i64::from(inverse_beta)) >> INVERSE_FRAC;
+        let voltage = voltage.clamp(i64::from(i32::MIN + 1), i64::from(i32::MAX)) as i32;
+        if direction == 0 { voltage } else { -voltage }
+    }
+
+    /// 1/β of a direction, Q16.
+    pub fn inverse_beta(&self, direction: usize) -> i32 {
+        let beta = Positive::of(self.coefficients[direction & 1].beta, COEFFICIENT_FRAC);
+        Positive::new(1, 0).over(beta).to_q(INVERSE_FRAC)
+    }
+}
+
+/// Fraction bits of 1/β.
+const INVERSE_FRAC: u32 = 16;

@@ -1,0 +1,240 @@
+//! B-spline averages of count and voltage: the regression's signals without a differentiated speed and without memory.
+//!
+//! The fourth-order B-spline of block length N is N·δ-free: convolved with a signal it is the comb Δ_N⁴ of that signal's
+//! fourfold running sum (a cascaded integrator–comb filter, Hogenauer 1981). Taking one, two or three sums fewer on the
+//! count than on the voltage gives *the same average* of jerk, acceleration and speed (modulating functions, Shinbrot
+//! 1957; Preisig & Rippin 1993): a step of voltage inside the window is represented exactly, and a window is valid or
+//! dropped, never "settling".
+//!
+//! Per control tick only `Σ count` and `Σ voltage` grow (32 bit). Every D = 2^`decimation` ticks, at 1…2 kHz, the 64-bit
+//! integrators advance; they wrap, the comb is exact modulo 2⁶⁴. Every N/4 of these a snapshot enters a ring, and the
+//! window that ends there is available.
+//!
+//! Magnitudes: the largest comb, that of the voltage, is 2·D²·N⁴·2¹⁴ ≤ 2⁶¹ for D = 16, N = 512.
+
+/// Snapshots per block.
+pub const HOPS_PER_BLOCK: u32 = 4;
+/// Snapshots that one window spans.
+pub const HOPS_PER_WINDOW: u32 = 4 * HOPS_PER_BLOCK;
+/// Fractional bits of every number in a [`Window`].
+pub const ROW_FRAC: u32 = 20;
+/// Fractional bits of a voltage that enters.
+const VOLTAGE_FRAC: u32 = 14;
+const RING: usize = HOPS_PER_WINDOW as usize + 1;
+
+/// Averages over one window. Unit of speed: W₀ = 2^`counts` counts per block; of time: one block; of voltage: nominal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Window {
+    /// Mean speed, Q20.
+    pub speed: i32,
+    /// Mean acceleration, Q20.
+    pub acceleration: i32,
+    /// Mean jerk, Q20.
+    pub jerk: i32,
+    /// Mean voltage, Q20.
+    pub voltage: i32,
+}
+
+/// What one hop saw, besides the sums.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Hop {
+    /// Lowest voltage, Q14.
+    pub lowest: i32,
+    /// Highest voltage, Q14.
+    pub highest: i32,
+    /// Position at the end, counts from the start, wraps.
+    pub position: i32,
+}
+
+/// Lengths as powers of two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lengths {
+    /// log₂ of control ticks per sample, D.
+    pub decimation: u32,
+    /// log₂ of samples per block, N. 3 … 9.
+    pub block: u32,
+    /// log₂ of W₀ in counts per block.
+    pub counts: u32,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Snapshot {
+    jerk: i64,
+    acceleration: i64,
+    speed: i64,
+    voltage: i64,
+}
+
+/// Sums and the ring of snapshots.
+#[derive(Clone, Copy, Debug)]
+pub struct State {
+    reference: i32,
+    position: i64,
+    count_sum: i32,
+    voltage_sum: i32,
+    acting: i32,
+    count_integrals: [i64; 3],
+    voltage_integrals: [i64; 4],
+    lowest: i32,
+    highest: i32,
+    ticks_left: u16,
+    samples_left: u16,
+    ring: [Snapshot; RING],
+    newest: u8,
+    filled: u8,
+}
+
+impl State {
+    /// Starts at `count`, at rest, without voltage.
+    pub fn new(count: i32, lengths: &Lengths) -> Self {
+        State {
+            reference: count,
+            position: 0,
+            count_sum: 0,
+            voltage_sum: 0,
+            acting: 0,
+            count_integrals: [0; 3],
+            voltage_integrals: [0; 4],
+            lowest: i32::MAX,
+            highest: i32::MIN,
+            ticks_left: 1 << lengths.decimation,
+            samples_left: lengths.samples_per_hop(),
+            ring: [Snapshot::default(); RING],
+            newest: 0,
+            filled: 0,
+        }
+    }
+
+    /// The window must refill before the next result (after a change of lengths).
+    pub fn restart(&mut self, lengths: &Lengths) {
+        self.samples_left = lengths.samples_per_hop();
+        self.filled = 0;
+    }
+
+    /// Sums one tick: the count now, and the voltage that acts from now on. A [`Hop`] when one ends here.
+    #[inline]
+    pub fn step(&mut self, lengths: &Lengths, count: i32, voltage: i32) -> Option<Hop> {
+        let offset = count.wrapping_sub(self.reference);
+        self.count_sum = self.count_sum.wrapping_add(offset);
+        self.voltage_sum = self.voltage_sum.wrapping_add(self.acting);
+        self.lowest = self.lowest.min(self.acting);
+        self.highest = self.highest.max(self.acting);
+        self.acting = voltage;
+        self.ticks_left = self.ticks_left.wrapping_sub(1);
+        if self.ticks_left != 0 {
+            return None;
+        }
+        self.sample(lengths, offset);
+        self.reference = count;
+        self.samples_left = self.samples_left.wrapping_sub(1);
+        if self.samples_left != 0 {
+            return None;
+        }
+        Some(self.hop(lengths))
+    }
+
+    fn sample(&mut self, lengths: &Lengths, offset: i32) {
+        let count = (self.position << lengths.decimation).wrapping_add(i64::from(self.count_sum));
+        integrate(&mut self.count_integrals, count);
+        integrate(&mut self.voltage_integrals, i64::from(self.voltage_sum));
+        self.position = self.position.wrapping_add(i64::from(offset));
+        self.count_sum = 0;
+        self.voltage_sum = 0;
+        self.ticks_left = 1 << lengths.decimation;
+    }
+
+    /// The averages' centres differ by fractions of a sample: count sums start at the sample, voltage acts after it.
+    /// `2·I₃ − I₂` moves the speed back by half a sample, `2D·J₄ − (2D−1)·J₃` the voltage by 1 − 1/(2D).
+    fn hop(&mut self, lengths: &Lengths) -> Hop {
+        let [i1, i2, i3] = self.count_integrals;
+        let [.., j3, j4] = self.voltage_integrals;
+        let twice = 1 + lengths.decimation;
+        self.newest = if self.newest as usize + 1 == RING {
+            0
+        } else {
+            self.newest + 1
+        };
+        if let Some(slot) = self.ring.get_mut(self.newest as usize) {
+            *slot = Snapshot {
+                jerk: i1,
+                acceleration: i2,
+                speed: i3.wrapping_mul(2).wrapping_sub(i2),
+                voltage: (j4.wrapping_sub(j3) << twice).wrapping_add(j3),
+            };
+        }
+        self.filled = (self.filled + 1).min(RING as u8);
+        self.samples_left = lengths.samples_per_hop();
+        let hop = Hop {
+            lowest: self.lowest,
+            highest: self.highest,
+            position: self.position as i32,
+        };
+        self.lowest = i32::MAX;
+        self.highest = i32::MIN;
+        hop
+    }
+
+    /// The window that ended with the last hop; `None` until it is filled.
+    pub fn window(&self, lengths: &Lengths) -> Option<Window> {
+        if usize::from(self.filled) < RING {
+            return None;
+        }
+        let [jerk, acceleration, speed, voltage] = self.comb();
+        let Lengths {
+            decimation,
+            block,
+            counts,
+        } = *lengths;
+        let motion = decimation + counts;
+        Some(Window {
+            jerk: scaled(jerk, motion + block),
+            acceleration: scaled(acceleration, motion + 2 * block),
+            speed: scaled(speed, motion + 3 * block + 1),
+            voltage: scaled(voltage, VOLTAGE_FRAC + 2 * decimation + 4 * block + 1),
+        })
+    }
+
+    /// Δ⁴ with a lag of one block, coefficients 1 −4 6 −4 1.
+    fn comb(&self) -> [i64; 4] {
+        let mut sum = [0i64; 4];
+        for (lag, weight) in [1i64, -4, 6, -4, 1].into_iter().enumerate() {
+            let back = lag * HOPS_PER_BLOCK as usize;
+            let at = (self.newest as usize + RING - back) % RING;
+            let Snapshot {
+                jerk,
+                acceleration,
+                speed,
+                voltage,
+            } = self.ring.get(at).copied().unwrap_or_default();
+            for (sum, part) in sum.iter_mut().zip([jerk, acceleration, speed, voltage]) {
+                *sum = sum.wrapping_add(part.wrapping_mul(weight));
+            }
+        }
+        sum
+    }
+}
+
+impl Lengths {
+    const fn samples_per_hop(&self) -> u16 {
+        ((1u32 << self.block) / HOPS_PER_BLOCK) as u16
+    }
+}
+
+#[inline]
+fn integrate<const ORDER: usize>(integrals: &mut [i64; ORDER], input: i64) {
+    let mut carry = input;
+    for integral in integrals {
+        *integral = integral.wrapping_add(carry);
+        carry = *integral;
+    }
+}
+
+/// `value · 2^(ROW_FRAC − bits)`, rounded, saturating.
+fn scaled(value: i64, bits: u32) -> i32 {
+    let scaled = match bits.checked_sub(ROW_FRAC) {
+        Some(0) => value,
+        Some(right) => (value >> (right - 1)).wrapping_add(1) >> 1,
+        None => value << (ROW_FRAC - bits),
+    };
+    scaled.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+}

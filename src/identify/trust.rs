@@ -1,0 +1,155 @@
+//! From a solution to estimates: half widths, and whether the loops may use them.
+//!
+//! A least-squares deviation cannot see that the model is not the motor. On motors with drag, cogging, unequal gain and
+//! Stribeck friction that bias stays within 4 % of the dead zone in 19 of 20 (docs/accuracy.md), hence
+//! u95 = 2σ + 4 %.
+
+use super::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Reason, Standing, TIME_FRAC};
+use super::saturation;
+use super::solve::{RELATIVE_FRAC, Solution};
+use super::{Params, State};
+
+/// Share of a value that its model error may be, in 1/1024: dead zone, gain and time constant 4 %, saturation 1.5 %.
+const MODEL_ERROR_1024: i32 = 41;
+const SATURATION_ERROR_1024: i32 = 15;
+/// A dead zone is trusted while its half width is below this share, in 1/1024: 12 %.
+const TRUST_LIMIT_1024: i32 = 123;
+/// Least span of speeds used in a direction, in 1/1024 of rated speed: 15 %.
+const SPAN_1024: i64 = 154;
+/// Largest mean residual of the verification, Q20 of nominal: 1.2 %.
+pub const VERIFY_LIMIT: i32 = 12_583;
+
+/// Mean residual of the verification windows of one direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Check {
+    sum: i64,
+    windows: u32,
+}
+
+impl Check {
+    /// Notes the residual of one window, Q20 of nominal.
+    pub fn note(&mut self, residual: i32) {
+        self.sum = self.sum.wrapping_add(i64::from(residual));
+        self.windows = self.windows.saturating_add(1);
+    }
+
+    /// Mean, Q20 of nominal; `None` without windows.
+    pub fn mean(&self) -> Option<i32> {
+        // |sum| < 2³¹ · windows; the hardware divides 32 bits only, so both are halved until they fit.
+        let shift = 33u32.saturating_sub(self.sum.unsigned_abs().leading_zeros());
+        let windows = (self.windows >> shift) as i32;
+        (windows > 0).then(|| (self.sum >> shift) as i32 / windows)
+    }
+}
+
+/// Evidence beside the solution.
+#[derive(Clone, Copy, Debug)]
+pub struct Evidence<'a> {
+    /// Saturation per direction.
+    pub saturation: &'a [saturation::State; 2],
+    /// Verification per direction.
+    pub checks: &'a [Check; 2],
+    /// Friction or input dead zone.
+    pub mechanism: Mechanism,
+    /// Travel cut the excitation short.
+    pub short_of_travel: bool,
+}
+
+impl Params {
+    /// Decides.
+    pub fn estimates(&self, state: &State, solution: &Solution, evidence: &Evidence) -> Estimates {
+        let dead_zone = [0, 1].map(|d| self.dead_zone(state, solution, evidence, d));
+        let usable = dead_zone.iter().all(|estimate| estimate.trusted().is_some());
+        let standing = match dead_zone.iter().find_map(Estimate::reason) {
+            Some(reason) if !usable => Standing::Doubtful(reason),
+            _ => Standing::Trusted,
+        };
+        Estimates {
+            dead_zone,
+            saturation: [0, 1]
+                .map(|d| saturation(&evidence.saturation[d], evidence.short_of_travel, standing)),
+            gain: self.gain(state, solution, standing),
+            time_constant: self.time_constant(state, solution, standing),
+            mechanism: evidence.mechanism,
+        }
+    }
+
+    fn dead_zone(
+        &self,
+        state: &State,
+        solution: &Solution,
+        evidence: &Evidence,
+        direction: usize,
+    ) -> Estimate {
+        let value = solution.dead_zone[direction];
+        let sigma = solution.dead_zone_sigma[direction];
+        let u95 = sigma
+            .saturating_mul(2)
+            .saturating_add(share(value.saturating_abs(), MODEL_ERROR_1024));
+        let doubt = match evidence.checks[direction].mean() {
+            _ if value <= 0 => Some(Reason::Implausible),
+            _ if u95 > share(value, TRUST_LIMIT_1024) => Some(Reason::TooUncertain),
+            _ if !self.spans(state, direction) => Some(Reason::NotExcited),
+            None if evidence.short_of_travel => Some(Reason::TravelTooShort),
+            None => Some(Reason::NotVerified),
+            Some(mean) if mean.saturating_abs() > VERIFY_LIMIT => Some(Reason::LoadChanged),
+            Some(_) => None,
+        };
+        Estimate {
+            value,
+            u95,
+            standing: doubt.map_or(Standing::Trusted, Standing::Doubtful),
+        }
+    }
+
+    /// Did the rows used cover enough speed?
+    fn spans(&self, state: &State, direction: usize) -> bool {
+        let (core, outer) = (&state.core[direction], &state.outer[direction]);
+        let span = core
+            .fastest
+            .max(outer.fastest)
+            .saturating_sub(core.slowest.min(outer.slowest));
+        i64::from(span) * 1024 >= i64::from(self.rated_speed(&state.lengths)) * SPAN_1024
+    }
+
+    fn gain(&self, state: &State, solution: &Solution, standing: Standing) -> Estimate {
+        let rated = super::positive::Positive::of(self.rated_speed(&state.lengths), super::spline::ROW_FRAC);
+        let value = solution.gain.over(rated).to_q(GAIN_FRAC);
+        Estimate {
+            value,
+            u95: half_width(value, solution.gain_sigma),
+            standing,
+        }
+    }
+
+    fn time_constant(&self, state: &State, solution: &Solution, standing: Standing) -> Estimate {
+        let block = super::positive::Positive::new(u64::from(self.block_ticks(&state.lengths)), 0);
+        let value = solution.time_constant.times(block).to_q(TIME_FRAC);
+        Estimate {
+            value,
+            u95: half_width(value, solution.time_constant_sigma),
+            standing,
+        }
+    }
+}
+
+fn saturation(state: &saturation::State, short_of_travel: bool, standing: Standing) -> Estimate {
+    match state.level() {
+        Some(value) => {
+            let u95 = share(value, SATURATION_ERROR_1024).saturating_add(state.deviation());
+            Estimate { value, u95, standing }
+        }
+        None if state.tested() => Estimate::missing(Reason::NotSeen),
+        None if short_of_travel => Estimate::missing(Reason::TravelTooShort),
+        None => Estimate::missing(Reason::NotExcited),
+    }
+}
+
+fn half_width(value: i32, relative_sigma: i32) -> i32 {
+    let sigma = (i64::from(value) * i64::from(relative_sigma)) >> (RELATIVE_FRAC - 1);
+    (sigma.clamp(0, i64::from(i32::MAX)) as i32).saturating_add(share(value, MODEL_ERROR_1024))
+}
+
+fn share(value: i32, of_1024: i32) -> i32 {
+    ((i64::from(value) * i64::from(of_1024)) >> 10) as i32
+}
