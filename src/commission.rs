@@ -11,13 +11,13 @@
 
 use crate::axis::Bridge;
 use crate::config::Scale;
+use crate::identify;
 use crate::identify::estimate::{Estimates, EstimatesReport, Mechanism, Reason};
 use crate::identify::saturation;
 use crate::identify::solve::{COEFFICIENT_FRAC, Coefficients, Progress, Solution, Solver, Structure};
 use crate::identify::spline::{ROW_FRAC, Window};
 use crate::identify::timescale;
 use crate::identify::trust::{Check, Evidence};
-use crate::identify;
 use serde::{Deserialize, Serialize};
 
 /// What the axis hands over in every tick.
