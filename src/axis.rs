@@ -1,12 +1,13 @@
 //! One joint. A control tick is [`Axis::step`], and reads as the flow: encoder → speed → identify → control →
 //! compensate → PWM.
 
+use crate::commission::{self, CommissionReport, Outcome, Request};
 use crate::compensate::Compensator;
 use crate::config::{Config, ConfigError, Scale};
 use crate::control::{self, Reference, Tuning};
 use crate::design::{self, Design, Knowledge};
 use crate::encoder;
-use crate::identify::estimate::Estimates;
+use crate::identify::estimate::{Estimates, Reason};
 use crate::protect::{self, Fault};
 use crate::protocol::Command;
 use crate::pwm;
@@ -84,6 +85,7 @@ pub enum Refusal {
 enum Mode {
     #[default]
     Idle,
+    Commission(Request),
     Sine(Sine),
     Hold(Position),
 }
@@ -116,6 +118,34 @@ impl Demand {
         voltage: Voltage::ZERO,
         meaning: Meaning::Terminal,
     };
+
+    fn exciting(request: &Request) -> Self {
+        Self {
+            bridge: request.bridge,
+            voltage: Voltage::from_q14(request.voltage),
+            meaning: Meaning::Terminal,
+        }
+    }
+}
+
+/// A commissioning under way.
+#[derive(Clone, Copy, Debug)]
+struct Commissioning {
+    params: commission::Params,
+    state: commission::State,
+}
+
+/// What there is to tell about an axis, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// What it is doing.
+    pub activity: Activity,
+    /// The latched fault.
+    pub fault: Fault,
+    /// Progress of the commissioning, 0 … 255; `None` when none is running.
+    pub progress: Option<u8>,
+    /// How the last commissioning ended.
+    pub commissioning: Option<CommissionReport>,
 }
 
 /// One joint: constants.
@@ -142,6 +172,8 @@ pub struct State {
     reference: Reference,
     /// Terminal voltage since the last sample; `None`: bridge open.
     acted: Option<Voltage>,
+    commission: Option<Commissioning>,
+    outcome: Option<Outcome>,
     knowledge: Knowledge,
     design: Design,
     encoder: encoder::State,
@@ -182,6 +214,8 @@ impl Axis {
             limit: Limit::None,
             reference: Reference::default(),
             acted: None,
+            commission: None,
+            outcome: None,
             knowledge,
             design: Design::new(&self.scale, &self.tuning, &knowledge),
             encoder: encoder::State::default(),
@@ -197,6 +231,7 @@ impl Axis {
         let acting = self.pwm.acting(&state.pwm);
         self.encoder(state, sample.count);
         self.protect(state, &sample, supply);
+        self.identify(state, &sample, acting, supply);
         let demand = self.control(state);
         let terminal = self.compensate(state, &demand);
         let drive = self.pwm.modulate(&mut state.pwm, demand.bridge, terminal);
@@ -238,13 +273,44 @@ impl Axis {
             .step(&mut state.protect, &state.design.expectation, &input)
             != Fault::None
         {
-            state.stop();
+            state.stop(reason_of(state.protect.fault()));
         }
+    }
+
+    /// Count and acting voltage → what the motor is; and, while it is excited for that, the voltage to try next.
+    fn identify(&self, state: &mut State, sample: &Sample, acting: pwm::Drive, supply: Voltage) {
+        let Some(commissioning) = state.commission.as_mut() else {
+            return;
+        };
+        let input = commission::Input {
+            count: sample.count,
+            voltage: self.pwm.terminal(acting, supply).q14(),
+            bridge: acting.bridge,
+            supply: supply.q14(),
+            current_raw: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
+        };
+        let request = commissioning.params.step(&mut commissioning.state, &input);
+        state.mode = Mode::Commission(request);
+        if let Some(&outcome) = commissioning.state.outcome() {
+            self.conclude(state, outcome);
+        }
+    }
+
+    /// The commissioning has ended: bridge open, gains from what is trusted.
+    fn conclude(&self, state: &mut State, outcome: Outcome) {
+        state.outcome = Some(outcome);
+        state.commission = None;
+        state.mode = Mode::Idle;
+        state.knowledge.adopt(&outcome.estimates);
+        state.design = Design::new(&self.scale, &self.tuning, &state.knowledge);
     }
 
     /// Set-point → voltage behind the dead zone.
     fn control(&self, state: &mut State) -> Demand {
         state.limit = Limit::None;
+        if let Mode::Commission(request) = state.mode {
+            return Demand::exciting(&request);
+        }
         match state.advance() {
             Some(reference) => state.follow(reference),
             None => Demand::OPEN,
@@ -292,11 +358,34 @@ impl Axis {
     }
 }
 
+/// What a commissioning that a fault has ended tells.
+fn reason_of(fault: Fault) -> Reason {
+    match fault {
+        Fault::NoMotion => Reason::MotionLost,
+        Fault::WrongDirection => Reason::Reversed,
+        Fault::Overspeed => Reason::Overspeed,
+        Fault::SupplyLow => Reason::SupplyTooLow,
+        Fault::SupplyHigh => Reason::SupplyMoved,
+        Fault::None | Fault::OverCurrent => Reason::Aborted,
+    }
+}
+
 impl State {
+    /// Phase of the commissioning: of the running one, or how the last one ended.
+    fn phase(&self) -> commission::Phase {
+        use commission::Phase;
+        match (&self.commission, &self.outcome) {
+            (Some(commissioning), _) => commissioning.state.phase(),
+            (None, Some(outcome)) if outcome.refused.is_some() => Phase::Refused,
+            (None, Some(_)) => Phase::Done,
+            (None, None) => Phase::Idle,
+        }
+    }
+
     /// The set-point of this tick; `None`: no torque.
     fn advance(&mut self) -> Option<Reference> {
         match &mut self.mode {
-            Mode::Idle => None,
+            Mode::Idle | Mode::Commission(_) => None,
             Mode::Sine(sine) => {
                 let reference = sine.step();
                 if sine.done() {
@@ -347,8 +436,12 @@ impl State {
         (-HOLD_BAND..=HOLD_BAND).contains(&off)
     }
 
-    /// Bridge open, whatever was going on.
-    fn stop(&mut self) {
+    /// Bridge open, whatever was going on; a commissioning ends with this reason.
+    fn stop(&mut self, reason: Reason) {
+        if let Some(mut commissioning) = self.commission.take() {
+            commissioning.state.refuse(reason);
+            self.outcome = commissioning.state.outcome().copied();
+        }
         self.mode = Mode::Idle;
         self.armed = false;
         self.holding = false;
@@ -360,6 +453,7 @@ impl State {
         match self.mode {
             _ if self.protect.fault() != Fault::None => Activity::Faulted,
             Mode::Idle => Activity::Idle,
+            Mode::Commission(_) => Activity::Commissioning,
             Mode::Sine(_) => Activity::Tracking,
             Mode::Hold(_) => Activity::Holding,
         }
@@ -381,7 +475,7 @@ impl State {
             reference_speed_q20: self.reference.speed.0,
             speed_q20: self.encoder.speed().0,
             activity: self.activity(),
-            phase: 0,
+            phase: self.phase() as u8,
             limit: self.limit,
             fault: self.protect.fault(),
             gain_source: self.design.gain_source,
@@ -397,6 +491,7 @@ impl Axis {
         match *command {
             Command::Stop => self.stop(state),
             Command::Arm => self.arm(state),
+            Command::Commission { budget_ms, seed } => self.commission(state, budget_ms, seed),
             Command::Compensation(on) => self.compensation(state, on),
             Command::TrackSine {
                 amplitude_rad,
@@ -404,7 +499,19 @@ impl Axis {
                 duration_ms,
             } => self.track_sine(state, amplitude_rad, frequency_hz, duration_ms),
             Command::Position(target_rad) => self.position(state, target_rad),
-            _ => Err(Refusal::NotForAxis),
+            Command::Configure(_) => Err(Refusal::NotForAxis),
+        }
+    }
+
+    /// In SI units; not for the control tick.
+    #[must_use]
+    pub fn report(&self, state: &State) -> Report {
+        let running = state.commission.as_ref();
+        Report {
+            activity: state.activity(),
+            fault: state.protect.fault(),
+            progress: running.map(|commissioning| commissioning.state.progress(&commissioning.params)),
+            commissioning: state.outcome.map(|outcome| outcome.report(&self.scale)),
         }
     }
 
@@ -423,7 +530,7 @@ impl Axis {
     }
 
     fn stop(&self, state: &mut State) -> Result<(), Refusal> {
-        state.stop();
+        state.stop(Reason::Aborted);
         state.protect.clear(state.count);
         Ok(())
     }
@@ -433,6 +540,19 @@ impl Axis {
             return Err(Refusal::Faulted);
         }
         state.armed = true;
+        Ok(())
+    }
+
+    fn commission(&self, state: &mut State, budget_ms: u32, seed: u32) -> Result<(), Refusal> {
+        self.permitted(state)?;
+        self.idle(state)?;
+        let params = commission::Params::new(&self.scale, budget_ms, seed);
+        state.commission = Some(Commissioning {
+            params,
+            state: commission::State::new(&params, state.count),
+        });
+        state.outcome = None;
+        state.mode = Mode::Commission(Request::default());
         Ok(())
     }
 
@@ -449,13 +569,22 @@ impl Axis {
         }
     }
 
-    /// May a loop close now?
-    fn ready(&self, state: &State) -> Result<(), Refusal> {
+    /// May there be torque?
+    fn permitted(&self, state: &State) -> Result<(), Refusal> {
         if state.protect.fault() != Fault::None {
             return Err(Refusal::Faulted);
         }
         if !state.armed {
             return Err(Refusal::NotArmed);
+        }
+        Ok(())
+    }
+
+    /// May a loop close now?
+    fn ready(&self, state: &State) -> Result<(), Refusal> {
+        self.permitted(state)?;
+        if state.commission.is_some() {
+            return Err(Refusal::Busy);
         }
         if state.design.gain_source == Source::None {
             return Err(Refusal::NotIdentified);

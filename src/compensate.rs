@@ -24,7 +24,7 @@ const SMOOTHING_BITS: u32 = 7;
 /// ε.
 pub const SMOOTHING: Voltage = Voltage(Voltage::NOMINAL.0 >> SMOOTHING_BITS);
 /// Share of a friction level that is compensated. Below 1: over-compensated friction pushes the axis on by itself.
-pub const KAPPA_FRICTION: f32 = 0.9;
+pub const KAPPA_FRICTION: f32 = 1.0;
 /// Share of an input dead zone that is compensated.
 pub const KAPPA_INPUT: f32 = 0.95;
 

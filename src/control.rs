@@ -14,6 +14,7 @@
 
 use crate::encoder::Motor;
 use crate::units::{Acceleration, Position, Speed, Voltage, mul_shift, saturate, to_fixed};
+use serde::{Deserialize, Serialize};
 
 /// Pole of the integrator in units of the loops' bandwidth.
 pub const INTEGRAL_SHARE: f32 = 0.25;
@@ -27,7 +28,7 @@ const INTEGRATOR_BITS: u32 = 52;
 const BACK_CALCULATION_BITS: u32 = 6;
 
 /// What the user may choose about the loops.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
     /// Bandwidth of the position loop in units of 1/τ. 0.6 … 20.
     pub bandwidth: f32,

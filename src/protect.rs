@@ -101,11 +101,13 @@ pub struct State {
     supply_high: u32,
     fast: u32,
     over_current: u32,
+    /// Voltage beyond the margin when the model started last.
+    drive: i32,
     /// Speed that the motor must have at least, Q20.
     expected_speed: i32,
-    /// Travel that it must have made since the last proof, counts Q20.
+    /// Travel in the drive's direction that it must have made since then, counts Q20.
     expected_travel: i32,
-    /// Counter at the last proof.
+    /// Counter at that start.
     proof: i32,
 }
 
@@ -196,9 +198,22 @@ impl Params {
     }
 }
 
-/// Compares the motion with the least that must be.
+/// Compares the motion with the least that must be. While the drive is within the margin, or has just changed its
+/// sign, or counts have proved that the encoder follows, the model starts anew from the speed that is observed: a motor
+/// that is being braked may well turn against the voltage.
 fn motion(state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
     let drive = input.voltage.map_or(0, |voltage| expectation.drive(voltage));
+    let followed = input
+        .count
+        .wrapping_sub(state.proof)
+        .saturating_mul(drive.signum());
+    if drive == 0 || drive.signum() != state.drive.signum() || followed >= PROOF_COUNTS {
+        state.drive = drive;
+        state.expected_travel = 0;
+        state.proof = input.count;
+        state.expected_speed = input.speed.0;
+        return Fault::None;
+    }
     let steady = mul_shift(drive, expectation.full_speed, 20);
     let step = mul_shift(
         steady.saturating_sub(state.expected_speed),
@@ -206,19 +221,14 @@ fn motion(state: &mut State, expectation: &Expectation, input: &Input) -> Fault 
         24,
     );
     state.expected_speed = state.expected_speed.saturating_add(step);
-    let moved = input.count.wrapping_sub(state.proof);
-    let followed = moved.saturating_mul(state.expected_speed.signum());
-    if drive == 0 || followed >= PROOF_COUNTS || (state.expected_travel ^ state.expected_speed) < 0 {
-        state.expected_travel = 0;
-        state.proof = input.count;
-        state.expected_speed = if drive == 0 { 0 } else { state.expected_speed };
+    let onward = state.expected_speed.saturating_mul(drive.signum());
+    state.expected_travel = state.expected_travel.saturating_add(onward.max(0));
+    if state.expected_travel >> 20 < EXPECTED_COUNTS {
         return Fault::None;
     }
-    state.expected_travel = state.expected_travel.saturating_add(state.expected_speed);
-    let demanded = state.expected_travel.saturating_abs() >> 20 >= EXPECTED_COUNTS;
-    match (demanded, followed <= -REVERSED_COUNTS) {
-        (false, _) => Fault::None,
-        (true, true) => Fault::WrongDirection,
-        (true, false) => Fault::NoMotion,
+    if followed <= -REVERSED_COUNTS {
+        Fault::WrongDirection
+    } else {
+        Fault::NoMotion
     }
 }
