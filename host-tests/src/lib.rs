@@ -1,4 +1,7 @@
-//! Helpers of the tests: measured data that may be absent, skips that are counted, tolerances with their reasons.
+//! Helpers of the tests: families of motors with known truth, a board made of numbers, measured data that may be absent,
+//! skips that are counted, tolerances with their reasons.
 
+pub mod bench;
+pub mod families;
 pub mod joint;
 pub mod measured;
