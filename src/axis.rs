@@ -447,6 +447,12 @@ impl State {
         self.holding = false;
     }
 
+    /// How the last commissioning ended; `None` before the first, and while one is running.
+    #[must_use]
+    pub fn outcome(&self) -> Option<&Outcome> {
+        self.outcome.as_ref()
+    }
+
     /// What the axis is doing.
     #[must_use]
     pub fn activity(&self) -> Activity {
@@ -499,7 +505,7 @@ impl Axis {
                 duration_ms,
             } => self.track_sine(state, amplitude_rad, frequency_hz, duration_ms),
             Command::Position(target_rad) => self.position(state, target_rad),
-            Command::Configure(_) => Err(Refusal::NotForAxis),
+            Command::Configure(_) | Command::Subscribe { .. } | Command::Adopt(_) => Err(Refusal::NotForAxis),
         }
     }
 

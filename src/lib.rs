@@ -22,6 +22,8 @@ pub mod design;
 pub mod drivers;
 pub mod encoder;
 pub mod identify;
+pub mod joint;
+pub mod link;
 pub mod protect;
 pub mod protocol;
 pub mod pwm;

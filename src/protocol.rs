@@ -1,10 +1,32 @@
-//! What host and servo say to each other.
+//! What host and servo say to each other, and how it travels.
+//!
+//! A [`Frame`] is versioned and numbered. On the wire it is `postcard`, followed by a CRC-32, inside one COBS block that
+//! ends with a zero byte: a receiver that starts in the middle of the stream is in step after the next zero, and a
+//! damaged frame is dropped as a whole. `postcard` numbers the variants of an enum in order, so new variants are
+//! appended and published ones stay where they are; a change that breaks this raises [`VERSION`].
 
-use crate::config::Config;
-use serde::{Deserialize, Serialize};
+use crate::axis;
+use crate::commission::Outcome;
+use crate::config::{Config, ConfigError};
+use crate::identify::estimate::Estimates;
+use crate::record::Record;
+use core::marker::PhantomData;
+use crc::{CRC_32_ISO_HDLC, Crc};
+use postcard::ser_flavors::{Cobs, Slice, crc::CrcModifier};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+/// Version of the frames; first byte of every frame.
+pub const VERSION: u8 = 1;
+
+/// Room for the longest frame on the wire, bytes: 254 of content fit into one COBS group.
+pub const FRAME_CAPACITY: usize = 256;
+
+const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+const CHECKSUM_BYTES: usize = 4;
 
 /// A request of the host.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Command {
     /// Set the axis up. Refused while the bridge is not open.
     Configure(Config),
@@ -32,4 +54,173 @@ pub enum Command {
     },
     /// Hold this position from now on, rad relative to the position at power-up.
     Position(f32),
+    /// Send one record in `every` ticks; 0: none.
+    Subscribe {
+        /// Decimation, ticks.
+        every: u32,
+    },
+    /// Take over what an earlier commissioning has found.
+    Adopt(Estimates),
+}
+
+/// Why a command was not executed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// The configuration cannot be.
+    Config(ConfigError),
+    /// The board's timer cannot make this control rate from this PWM scale.
+    TickRate,
+    /// No configuration has arrived yet.
+    NotConfigured,
+    /// Allowed only while the bridge is open.
+    BridgeDriven,
+    /// The axis says why.
+    Axis(axis::Refusal),
+    /// Its sequence number is older than one already executed; the next one expected is given.
+    Stale {
+        /// The next number.
+        expected: u16,
+    },
+}
+
+/// What the servo says.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Message {
+    /// The answer to one command.
+    Answer {
+        /// Sequence number of the command.
+        to: u16,
+        /// Control tick in which it acted.
+        tick: u32,
+        /// Whether it was executed.
+        result: Result<(), Refusal>,
+    },
+    /// One control tick.
+    Telemetry {
+        /// Number of the axis on this chip.
+        axis: u8,
+        /// Number of the tick since power-up; a gap tells of records that the link could not carry.
+        tick: u32,
+        /// What the tick cost, in counts of the board's clock (see the board); not part of the record, which is the
+        /// same on every machine.
+        cost: u32,
+        /// Everything else.
+        record: Record,
+    },
+    /// A commissioning has ended, with or without result.
+    Commissioned {
+        /// Number of the axis on this chip.
+        axis: u8,
+        /// Control tick in which it ended.
+        tick: u32,
+        /// What it found.
+        outcome: Outcome,
+    },
+}
+
+/// The envelope of a [`Command`] or a [`Message`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Frame<T> {
+    /// [`VERSION`].
+    pub version: u8,
+    /// Counts the frames of one sender; wraps.
+    pub sequence: u16,
+    /// Content.
+    pub body: T,
+}
+
+/// Why bytes are not a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FrameError {
+    /// More than [`FRAME_CAPACITY`] bytes without a zero.
+    TooLong,
+    /// Not a COBS block, or too short for a checksum.
+    Broken,
+    /// Checksum does not match.
+    Checksum,
+    /// Another version of the protocol.
+    Version(u8),
+    /// Intact, but not what this version knows.
+    Content,
+}
+
+/// Writes one frame, zero byte included, and returns the part of `buffer` that it fills.
+pub fn encode<T: Serialize>(sequence: u16, body: T, buffer: &mut [u8]) -> Result<&mut [u8], FrameError> {
+    let frame = Frame {
+        version: VERSION,
+        sequence,
+        body,
+    };
+    Cobs::try_new(Slice::new(buffer))
+        .and_then(|cobs| postcard::serialize_with_flavor(&frame, CrcModifier::new(cobs, CHECKSUM.digest())))
+        .map_err(|_| FrameError::TooLong)
+}
+
+/// Reads one COBS block (without its zero byte); decodes in place.
+pub fn decode<T: DeserializeOwned>(block: &mut [u8]) -> Result<Frame<T>, FrameError> {
+    let length = cobs::decode_in_place(block).map_err(|_| FrameError::Broken)?;
+    let (content, checksum) = block
+        .get(..length)
+        .and_then(|bytes| bytes.split_last_chunk::<CHECKSUM_BYTES>())
+        .ok_or(FrameError::Broken)?;
+    if CHECKSUM.checksum(content) != u32::from_le_bytes(*checksum) {
+        return Err(FrameError::Checksum);
+    }
+    match content.first() {
+        Some(&VERSION) => postcard::from_bytes(content).map_err(|_| FrameError::Content),
+        Some(&other) => Err(FrameError::Version(other)),
+        None => Err(FrameError::Broken),
+    }
+}
+
+/// Collects bytes until a frame is complete.
+#[derive(Clone, Debug)]
+pub struct Receiver<T> {
+    block: [u8; FRAME_CAPACITY],
+    length: usize,
+    overflow: bool,
+    content: PhantomData<T>,
+}
+
+impl<T: DeserializeOwned> Receiver<T> {
+    /// An empty one.
+    pub const fn new() -> Self {
+        Receiver {
+            block: [0; FRAME_CAPACITY],
+            length: 0,
+            overflow: false,
+            content: PhantomData,
+        }
+    }
+
+    /// Takes one byte; `Some` at the end of a frame. Empty blocks (idle zeros) are silent.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Frame<T>, FrameError>> {
+        if byte != 0 {
+            self.collect(byte);
+            return None;
+        }
+        let (length, overflow) = (self.length, self.overflow);
+        (self.length, self.overflow) = (0, false);
+        match (overflow, length) {
+            (true, _) => Some(Err(FrameError::TooLong)),
+            (false, 0) => None,
+            (false, _) => Some(decode(&mut self.block[..length])),
+        }
+    }
+
+    fn collect(&mut self, byte: u8) {
+        match self.block.get_mut(self.length) {
+            Some(place) => {
+                *place = byte;
+                self.length += 1;
+            }
+            None => self.overflow = true,
+        }
+    }
+}
+
+impl<T: DeserializeOwned> Default for Receiver<T> {
+    fn default() -> Self {
+        Self::new()
+    }
 }

@@ -1,0 +1,95 @@
+//! An axis from power-up on: before it is configured there is nothing but an open bridge.
+//!
+//! The control interrupt of the image and the replay on the host both run exactly this, so that commands and samples
+//! in the same order give the same bits.
+
+use crate::axis::{Axis, Bridge, Output, Sample, State};
+use crate::commission::Outcome;
+use crate::protocol::{Command, Refusal};
+use crate::record::Activity;
+
+/// What a command becomes once the link has unpacked it. Building an [`Axis`] divides in floating point and so is done
+/// by the link task; the control interrupt only puts it in place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// Put this axis in place and start anew.
+    Install(Axis),
+    /// Pass on to the axis.
+    Run(Command),
+}
+
+impl Order {
+    /// Unpacks a command.
+    pub fn from_command(command: Command) -> Result<Order, Refusal> {
+        match command {
+            Command::Configure(config) => Axis::new(&config).map(Order::Install).map_err(Refusal::Config),
+            other => Ok(Order::Run(other)),
+        }
+    }
+}
+
+/// What a tick brought.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tick {
+    /// What the bridge is to do, and the record; the default before the first configuration: bridge open.
+    pub output: Output,
+    /// A commissioning that ended in this tick.
+    pub concluded: Option<Outcome>,
+}
+
+/// One joint.
+#[derive(Clone, Debug, Default)]
+pub struct Joint {
+    configured: Option<(Axis, State)>,
+    driven: bool,
+    commissioning: bool,
+}
+
+impl Joint {
+    /// Before the first configuration.
+    pub const fn new() -> Self {
+        Joint {
+            configured: None,
+            driven: false,
+            commissioning: false,
+        }
+    }
+
+    /// Executes an order at the start of a tick, before [`Joint::step`].
+    pub fn execute(&mut self, order: &Order) -> Result<(), Refusal> {
+        match (order, &mut self.configured) {
+            (Order::Install(_), _) if self.driven => Err(Refusal::BridgeDriven),
+            (Order::Install(axis), place) => {
+                *place = Some((*axis, axis.start()));
+                Ok(())
+            }
+            (Order::Run(command), Some((axis, state))) => execute(axis, state, command),
+            (Order::Run(Command::Stop), None) => Ok(()),
+            (Order::Run(_), None) => Err(Refusal::NotConfigured),
+        }
+    }
+
+    /// One control tick.
+    pub fn step(&mut self, sample: Sample) -> Tick {
+        let Some((axis, state)) = &mut self.configured else {
+            return Tick::default();
+        };
+        let output = axis.step(state, sample);
+        let commissioning = output.record.activity == Activity::Commissioning;
+        let ended = self.commissioning && !commissioning;
+        self.commissioning = commissioning;
+        self.driven = output.bridge != Bridge::Open;
+        Tick {
+            output,
+            concluded: ended.then(|| state.outcome().copied()).flatten(),
+        }
+    }
+}
+
+fn execute(axis: &Axis, state: &mut State, command: &Command) -> Result<(), Refusal> {
+    match command {
+        Command::Adopt(estimates) => axis.adopt(state, estimates),
+        other => axis.command(state, other),
+    }
+    .map_err(Refusal::Axis)
+}
