@@ -158,3 +158,41 @@ fn close(tally: &Tally, begin: Instant) {
     };
     println!("{} passed, {skipped} skipped ({why})", tally.passed);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_runner_s_closing_lines_add_up() {
+        let mut tally = Tally::default();
+        tally.count(
+            "test result: ok. 12 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.1s",
+        );
+        tally.count("test result: FAILED. 3 passed; 2 failed; 0 ignored; 0 measured; 0 filtered out");
+        tally.count("running 5 tests");
+        assert_eq!((tally.passed, tally.failed), (15, 2));
+        assert_eq!(
+            tally.skipped,
+            BTreeMap::from([("marked #[ignore]".to_string(), 1)])
+        );
+    }
+
+    #[test]
+    fn a_test_that_skips_twice_counts_as_one_skip_and_not_as_passed() {
+        let log = std::env::temp_dir().join(format!("truing-skips-{}", std::process::id()));
+        std::fs::write(
+            &log,
+            "fits_emps\tno EMPS\nfits_emps\tno EMPS\nfits_mouse\tno mouse\n",
+        )
+        .unwrap();
+        let mut tally = Tally {
+            passed: 10,
+            ..Tally::default()
+        };
+        tally.read_skips(&log).unwrap();
+        std::fs::remove_file(&log).unwrap();
+        assert_eq!(tally.passed, 8);
+        assert_eq!(tally.skipped.values().sum::<usize>(), 2);
+    }
+}
