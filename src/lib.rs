@@ -28,5 +28,6 @@ pub mod protect;
 pub mod protocol;
 pub mod pwm;
 pub mod record;
+pub mod store;
 pub mod trajectory;
 pub mod units;

@@ -5,3 +5,4 @@ pub mod bench;
 pub mod families;
 pub mod joint;
 pub mod measured;
+pub mod power_cut;

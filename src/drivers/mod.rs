@@ -11,6 +11,7 @@
 
 pub mod bridge;
 pub mod encoder;
+pub mod flash;
 pub mod hardware;
 pub mod permit;
 pub mod sense;

@@ -1,0 +1,94 @@
+//! The full table of power cuts, as it stands in docs/store.md.
+
+use clap::Parser;
+use host_tests::power_cut::suite::{Situation, Tally, cut_everywhere, life, operations};
+use host_tests::power_cut::{library, suite};
+use rayon::prelude::*;
+
+/// Cuts the power at every flash operation of save, update and erase, and counts what is read afterwards.
+#[derive(Parser)]
+struct Arguments {
+    /// Times each operation is cut in each of the eight ways.
+    #[arg(long, default_value_t = 40)]
+    seeds: u64,
+    /// Random lives of 40 sessions each.
+    #[arg(long, default_value_t = 2000)]
+    lives: u64,
+    /// Also cut sectors of the real 128 KiB: every n-th operation, once in each way. 0: do not.
+    #[arg(long, default_value_t = 7)]
+    real_stride: usize,
+}
+
+const SMALL: usize = 4096;
+const REAL: usize = 128 * 1024;
+
+fn main() {
+    let arguments = Arguments::parse();
+    heading();
+    let mut total = Tally::default();
+    for situation in Situation::ALL {
+        let tally = cut_everywhere::<SMALL>(situation, 1, arguments.seeds);
+        row(situation.name(), operations::<SMALL>(situation), tally);
+        total = total.add(tally);
+    }
+    if arguments.real_stride > 0 {
+        for situation in [Situation::AfterPowerUp, Situation::SectorChangeBack] {
+            let tally = cut_everywhere::<REAL>(situation, arguments.real_stride, 1);
+            let name = format!("128 KiB sectors: {}", situation.name());
+            row(&name, operations::<REAL>(situation), tally);
+            total = total.add(tally);
+        }
+    }
+    let erase = suite::cut_erase::<SMALL>(50 * arguments.seeds);
+    row("the erase alone", 1, erase);
+    let lives = (0..arguments.lives)
+        .into_par_iter()
+        .map(|seed| life::<SMALL>(seed, 40))
+        .reduce(Tally::default, Tally::add);
+    row("random lives, cuts in a row", 0, lives);
+    total = total.add(erase).add(lives);
+    row("**all**", 0, total);
+    println!("\nThe library's own map over both sectors, nothing added:\n");
+    heading();
+    for (name, with_erase) in [("save", false), ("save that erases", true)] {
+        row(
+            name,
+            0,
+            library::cut_everywhere::<SMALL>(with_erase, arguments.seeds),
+        );
+    }
+    row(
+        "the erase alone",
+        1,
+        library::cut_erase::<SMALL>(50 * arguments.seeds),
+    );
+    if total.losses() > 0 {
+        eprintln!("error: the store lost {} sets", total.losses());
+        std::process::exit(1);
+    }
+}
+
+fn heading() {
+    println!("| situation | operations | cuts | old | new | neither | third | changed later | stuck |");
+    println!("|---|---|---|---|---|---|---|---|---|");
+}
+
+fn row(name: &str, operations: u64, tally: Tally) {
+    let Tally {
+        cuts,
+        old,
+        new,
+        neither,
+        third,
+        changed,
+        stuck,
+    } = tally;
+    let operations = if operations == 0 {
+        "".into()
+    } else {
+        operations.to_string()
+    };
+    println!(
+        "| {name} | {operations} | {cuts} | {old} | {new} | {neither} | {third} | {changed} | {stuck} |"
+    );
+}

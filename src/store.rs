@@ -1,0 +1,191 @@
+//! Stored parameters: what survives a power cut, and how it becomes bytes and back.
+//!
+//! One **record** holds everything that belongs together, so that a reader finds all of an old set or all of a new one.
+//! It has a fixed length (little endian):
+//!
+//! ```text
+//! 0      4        6        8                                   RECORD_LEN − 4
+//! │ epoch │ layout │ length │ postcard of the set … zero padding │ CRC-32 │
+//! ```
+//!
+//! - *epoch* orders the flash sectors (see [`crate::drivers::flash`]); inside a sector the later record is the newer.
+//! - *layout* numbers the shape of the set. A reader migrates the layouts that it knows and reports every other one:
+//!   bytes are never guessed at.
+//! - *CRC-32* (IEEE 802.3) covers all that stands before it. The flash library underneath checks the same bytes with a
+//!   different polynomial (Castagnoli), so random bits pass both with a probability of 2⁻⁶⁴.
+
+use crate::axis::Bridge;
+use crate::config::Config;
+use crate::control::Tuning;
+use crate::identify::estimate::Estimates;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+/// Axes that one set can hold: as many as one STM32F405 can drive.
+pub const MAX_AXES: usize = 4;
+/// Bytes of a record. Four axes take up to 568 bytes in postcard.
+pub const RECORD_LEN: usize = 640;
+/// Layout that this image writes.
+pub const LAYOUT: u16 = 2;
+
+const HEADER_LEN: usize = 8;
+const PAYLOAD_END: usize = RECORD_LEN - 4;
+const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// Everything about one axis that must not be asked or measured again after power-up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisParameters {
+    /// What the user said.
+    pub config: Config,
+    /// What was identified; the gains of the loops follow from it.
+    pub estimates: Estimates,
+    /// What the user chose about the loops.
+    pub tuning: Tuning,
+    /// Use the inverse dead zone in the loops.
+    pub compensation: bool,
+}
+
+/// The set: saved and loaded as a whole.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StoredParameters {
+    /// One entry an axis, in the order of the axes.
+    pub axes: heapless::Vec<AxisParameters, MAX_AXES>,
+}
+
+/// Proof that a set may be written: flash programming stalls the processor, so nothing may move and nothing may drive.
+#[derive(Clone, Copy, Debug)]
+pub struct AtRest(());
+
+impl AtRest {
+    /// The proof, if the bridge is off and the shaft stands.
+    pub fn check(bridge: Bridge, standing: bool) -> Option<Self> {
+        (bridge == Bridge::Open && standing).then_some(AtRest(()))
+    }
+}
+
+/// What was found at power-up. Everything but [`Loaded::Set`] asks for commissioning.
+#[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap to box the set")]
+pub enum Loaded {
+    /// A set. `layout` below [`LAYOUT`]: it was migrated from there, and the next save writes it anew.
+    Set {
+        /// The set.
+        parameters: StoredParameters,
+        /// Layout in which it was stored.
+        layout: u16,
+    },
+    /// Nothing was ever stored.
+    Blank,
+    /// An intact record that this image cannot read: written by a newer image, or outside this image's ranges.
+    Unreadable {
+        /// Layout in which it was stored.
+        layout: u16,
+    },
+    /// The flash holds something, but no intact record.
+    Damaged,
+}
+
+/// A record whose checksum is right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Record<'a> {
+    /// Orders the sectors.
+    pub epoch: u32,
+    /// Shape of the payload.
+    pub layout: u16,
+    payload: &'a [u8],
+}
+
+impl<'a> Record<'a> {
+    /// Checks length and checksum; `None`: not a record.
+    pub fn parse(bytes: &'a [u8]) -> Option<Self> {
+        let bytes: &[u8; RECORD_LEN] = bytes.try_into().ok()?;
+        let (covered, checksum) = bytes.split_at(PAYLOAD_END);
+        if CHECKSUM.checksum(covered).to_le_bytes() != checksum {
+            return None;
+        }
+        let (header, payload) = covered.split_at(HEADER_LEN);
+        let length = usize::from(u16::from_le_bytes([header[6], header[7]]));
+        Some(Record {
+            epoch: u32::from_le_bytes([header[0], header[1], header[2], header[3]]),
+            layout: u16::from_le_bytes([header[4], header[5]]),
+            payload: payload.get(..length)?,
+        })
+    }
+
+    /// The set, migrated to the present layout if need be.
+    pub fn load(&self) -> Loaded {
+        let layout = self.layout;
+        match self.migrate() {
+            Some(parameters) if parameters.is_valid() => Loaded::Set { parameters, layout },
+            _ => Loaded::Unreadable { layout },
+        }
+    }
+
+    fn migrate(&self) -> Option<StoredParameters> {
+        match self.layout {
+            1 => exact::<layout_1::Set>(self.payload).map(layout_1::Set::migrate),
+            LAYOUT => exact(self.payload),
+            _ => None,
+        }
+    }
+}
+
+/// The record of a set.
+pub fn encode(set: &impl Serialize, epoch: u32, layout: u16) -> Result<[u8; RECORD_LEN], postcard::Error> {
+    let mut bytes = [0; RECORD_LEN];
+    let length = postcard::to_slice(set, &mut bytes[HEADER_LEN..PAYLOAD_END])?.len();
+    bytes[..4].copy_from_slice(&epoch.to_le_bytes());
+    bytes[4..6].copy_from_slice(&layout.to_le_bytes());
+    bytes[6..HEADER_LEN].copy_from_slice(&(length as u16).to_le_bytes());
+    let checksum = CHECKSUM.checksum(&bytes[..PAYLOAD_END]);
+    bytes[PAYLOAD_END..].copy_from_slice(&checksum.to_le_bytes());
+    Ok(bytes)
+}
+
+/// Decodes and insists that nothing is left over.
+fn exact<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
+    match postcard::take_from_bytes(payload) {
+        Ok((value, [])) => Some(value),
+        _ => None,
+    }
+}
+
+impl StoredParameters {
+    /// Can an axis be built from every entry?
+    fn is_valid(&self) -> bool {
+        self.axes
+            .iter()
+            .all(|axis| axis.config.build().is_ok() && axis.tuning.bandwidth.is_finite())
+    }
+}
+
+/// Layout 1 knew no choice about the loops.
+mod layout_1 {
+    use super::{AxisParameters, Config, Estimates, MAX_AXES, StoredParameters, Tuning};
+    use serde::Deserialize;
+
+    #[derive(Deserialize)]
+    struct Axis {
+        config: Config,
+        estimates: Estimates,
+    }
+
+    #[derive(Deserialize)]
+    pub struct Set {
+        axes: heapless::Vec<Axis, MAX_AXES>,
+    }
+
+    impl Set {
+        pub fn migrate(self) -> StoredParameters {
+            let axes = self
+                .axes
+                .into_iter()
+                .map(|Axis { config, estimates }| AxisParameters {
+                    config,
+                    estimates,
+                    tuning: Tuning::default(),
+                    compensation: true,
+                });
+            StoredParameters { axes: axes.collect() }
+        }
+    }
+}
