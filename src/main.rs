@@ -86,8 +86,8 @@ mod app {
         (Shared {}, local)
     }
 
-    /// One control tick.
-    #[task(binds = TIM1_UP_TIM10, priority = 3,
+    /// One control tick. It begins when the converters have finished the measurement that the PWM timer triggered.
+    #[task(binds = ADC, priority = 3,
            local = [joint, tick, telemetry_every, drive, orders_in, answers_out, records_out])]
     fn control(cx: control::Context) {
         let control::LocalResources {

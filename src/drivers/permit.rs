@@ -1,7 +1,7 @@
 //! The two lines that may forbid motion: the driver's fault output and the enable (emergency stop) input.
 //!
-//! Both are wired so that a broken wire forbids: the fault output is open drain and pulled *down* to low by a fault,
-//! the enable input has a pull-down and must be driven high by the user's closed contact.
+//! The fault output is an open drain that pulls its line low. The enable input has a pull-down and must be driven high by
+//! the user's closed contact, so a broken wire there forbids motion; a broken fault wire does not.
 
 use embedded_hal::digital::InputPin;
 use serde::{Deserialize, Serialize};

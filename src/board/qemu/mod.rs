@@ -132,7 +132,7 @@ impl Idle {
         }
         self.receive();
         self.tick = self.tick.wrapping_add(1);
-        NVIC::pend(Interrupt::TIM1_UP_TIM10);
+        NVIC::pend(Interrupt::ADC);
     }
 
     fn receive(&mut self) {

@@ -1,197 +1,411 @@
-//! STM32F405RG at 168 MHz: TIM1 drives the H-bridge and paces the control ticks, TIM2 counts the encoder, USART2 is the
-//! link. Register descriptions: reference manual RM0090.
+//! STM32F405RG at 168 MHz. Register descriptions: reference manual RM0090; pins: [`pins`]; wiring: `docs/hardware.md`.
 //!
-//! | pin | function | |
-//! |---|---|---|
-//! | PA8, PA9 | TIM1 CH1, CH2 (AF1) | inputs IN1, IN2 of a bridge driver that adds its own dead time |
-//! | PA15, PB3 | TIM2 CH1, CH2 (AF1) | encoder A, B (JTAG is given up, SWD stays) |
-//! | PA2, PA3 | USART2 TX, RX (AF7) | link, 921,600 baud |
+//! ```text
+//! TIM1 turning point ──trigger──> ADC1, ADC2 ──end of sequence──> control tick ──compare registers──> next turning point
+//!                                 TIM2 … TIM5 count ──┘
+//! ```
 //!
-//! Supply and winding current are not measured yet and are reported so.
+//! One power stage an axis, all of one kind ([`stage`]); the axis is a value, their number is [`AXES`].
 
-mod timer;
+mod clock;
+mod converter;
+mod counter;
+mod gpio;
+#[allow(dead_code, reason = "names and roles are for the tests and the documentation")]
+pub mod pins;
+mod pwm;
+mod serial;
+#[allow(
+    dead_code,
+    reason = "an image drives one of the power stages that the board knows"
+)]
+pub mod stage;
+pub mod timing;
+mod watchdog;
 
 use cortex_m::peripheral::DWT;
-use heapless::Deque;
-use servo::axis::{Output, Sample};
+use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
-use servo::protocol::{Command, FRAME_CAPACITY, Refusal};
-use stm32f4xx_hal::pac::{CorePeripherals, Peripherals, TIM2, USART2};
-use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::qei::Qei;
-use stm32f4xx_hal::rcc::Config as Clocks;
-use stm32f4xx_hal::serial::{self, Rx, Serial, Tx};
-use stm32f4xx_hal::watchdog::IndependentWatchdog;
-use timer::Timer;
+use servo::drivers::bridge::{self, HBridge};
+use servo::drivers::encoder::Encoder;
+use servo::drivers::hardware::AxisHardware;
+use servo::drivers::permit::{Permit, PermitLines};
+use servo::drivers::sense::{CurrentSense, OffsetLimits, OffsetState, SupplySense};
+use servo::protocol::{Command, Refusal};
+use stm32f4xx_hal::pac::{ADC1, CorePeripherals, DBGMCU, Peripherals};
+
+use converter::Channel;
+use counter::Quadrature;
+use embedded_hal::digital::{ErrorType, OutputPin};
+use gpio::Wire;
+use pins::{Pin, Port};
+use pwm::{Compare, MainOutput, Timer};
+use stage::{ACTIVE, PowerStage};
+use watchdog::Watchdog;
 
 use defmt_rtt as _;
 
+pub use serial::Line;
+
 /// For the log.
 pub const NAME: &str = "STM32F405";
+/// Number of axes that this image drives, 1 … 4.
+pub const AXES: usize = 1;
+const _: () = assert!(AXES >= 1 && AXES <= 4, "the chip has room for four axes");
+const _: () = assert!(
+    !ACTIVE.has_low_sides() || AXES == 1,
+    "a discrete bridge takes the whole of TIM1"
+);
 
-/// Crystal of the common boards.
-const CRYSTAL_HZ: u32 = 8_000_000;
-const SYSTEM_HZ: u32 = 168_000_000;
-const BAUD: u32 = 921_600;
-/// Many of the slowest ticks (1 ms), yet short enough that a motor does not run away.
-const WATCHDOG_MS: u32 = 20;
+/// The control interrupt's side of this image.
+pub type Drive = DriveOf<AXES>;
 
-/// Clocks, pins, timers; the bridge is open when it returns and control ticks begin.
-pub fn init(device: Peripherals, mut core: CorePeripherals) -> (Drive, Line, Idle) {
-    let mut rcc = device
-        .RCC
-        .freeze(Clocks::hse(CRYSTAL_HZ.Hz()).sysclk(SYSTEM_HZ.Hz()));
-    core.DCB.enable_trace();
-    core.DWT.enable_cycle_counter();
-    let port_a = device.GPIOA.split(&mut rcc);
-    let port_b = device.GPIOB.split(&mut rcc);
-    let encoder = Qei::new(
-        device.TIM2,
-        (
-            port_a.pa15.into_alternate::<1>(),
-            port_b.pb3.into_alternate::<1>(),
-        ),
-        &mut rcc,
-    );
-    let (mut tx, mut rx) = Serial::new(
-        device.USART2,
-        (port_a.pa2, port_a.pa3),
-        serial::Config::default().baudrate(BAUD.bps()),
-        &mut rcc,
-    )
-    .expect("921,600 baud divides the 42 MHz of APB1")
-    .split();
-    rx.listen();
-    tx.listen();
-    let mut watchdog = IndependentWatchdog::new(device.IWDG);
-    watchdog.start(WATCHDOG_MS.millis());
-    let timer = Timer::new(
-        device.TIM1,
-        port_a.pa8.into_alternate(),
-        port_a.pa9.into_alternate(),
-        &mut rcc,
-    );
-    let drive = Drive {
-        timer,
-        encoder,
-        watchdog,
-    };
-    (
-        drive,
-        Line {
-            rx,
-            tx,
-            outgoing: Deque::new(),
-        },
-        Idle,
-    )
+/// Sleep or enable pins of the four axes, as in [`pins::LINES`].
+const SLEEP: [Wire; 4] = [
+    Wire(Pin(Port::B, 0)),
+    Wire(Pin(Port::B, 1)),
+    Wire(Pin(Port::B, 10)),
+    Wire(Pin(Port::B, 11)),
+];
+/// Fault pin of axes 0 and 1, of axes 2 and 3.
+const FAULT: [Wire; 2] = [Wire(Pin(Port::B, 12)), Wire(Pin(Port::A, 6))];
+const ENABLE: Wire = Wire(Pin(Port::C, 10));
+const TICK: Wire = Wire(Pin(Port::C, 12));
+
+/// 1,024 readings: 0.1 s at 10 kHz. A spread of 40 counts is several times the converter's noise (DS8626: ±2 counts) and
+/// less than one ampere on every stage.
+const fn offset_limits(stage: &PowerStage) -> OffsetLimits {
+    OffsetLimits {
+        readings_log2: 10,
+        window: stage.offset_window,
+        spread: 40,
+    }
 }
 
-/// The PWM has to fit the control ticks.
+/// Clocks, pins, timers, converters, link, watchdog; the bridge is open when it returns, and control ticks begin.
+pub fn init(mut device: Peripherals, mut core: CorePeripherals) -> (Drive, Line, Idle) {
+    device.RCC = clock::start(device.RCC);
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
+    defmt::info!(
+        "started by {}, power stage {=str}, one count is {=f32} V of supply, {=f32} A",
+        clock::take_reset_cause(&device.RCC),
+        ACTIVE.name,
+        stage::SCALE.supply_volt_per_lsb(stage::SUPPLY_DIVIDER),
+        stage::SCALE.ampere_per_lsb(ACTIVE.volt_per_ampere)
+    );
+    set_up(device, &ACTIVE)
+}
+
+/// Everything but the clocks, for `N` axes with power stages of one kind. Order: safe lines first, outputs last, the
+/// timer that sets all in motion at the very end.
+pub fn set_up<const N: usize>(device: Peripherals, stage: &'static PowerStage) -> (DriveOf<N>, Line, Idle) {
+    clock::enable_peripherals(&device.RCC);
+    stop_with_debugger(&device.DBGMCU);
+    SLEEP[..N].iter().for_each(|wire| wire.drive(false));
+    for timer in timers::<N>() {
+        timer.set_up(stage, timing::START_FULL_SCALE, timing::START_PERIODS);
+    }
+    gpio::set_up(N, stage.has_low_sides());
+    (0..N).for_each(|axis| Quadrature::of_axis(axis).start());
+    converter::start(&device.ADC_COMMON, &device.ADC1, &device.ADC2, N as u8);
+    let line = Line::start(device.USART2, device.DMA1);
+    let drive = DriveOf::new(device.ADC1, stage);
+    let idle = Idle {
+        watchdog: Watchdog::start(device.IWDG),
+    };
+    if !stage.has_low_sides() {
+        timers::<N>().for_each(Timer::enable_outputs);
+    }
+    timers::<N>().for_each(Timer::start);
+    (drive, line, idle)
+}
+
+/// A halted processor must neither be reset by the watchdog nor leave a bridge driven: with its timer stopped the
+/// outputs are switched off (RM0090 section 38.16.4).
+fn stop_with_debugger(debug: &DBGMCU) {
+    debug.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
+    debug
+        .apb2_fz()
+        .modify(|_, w| w.dbg_tim1_stop().set_bit().dbg_tim8_stop().set_bit());
+}
+
+/// TIM1, and TIM8 for the third and fourth axis. They start a few clocks apart; only TIM1 paces and triggers.
+fn timers<const N: usize>() -> impl Iterator<Item = Timer> {
+    [Timer::one(), Timer::eight()].into_iter().take(N.div_ceil(2))
+}
+
+fn timer_of(axis: usize) -> Timer {
+    if axis < 2 { Timer::one() } else { Timer::eight() }
+}
+
+/// Refuses what the timer cannot make: the control rate must divide the PWM frequency, and a duty acts one tick later.
 pub fn supports(command: &Command) -> Result<(), Refusal> {
     match command {
-        Command::Configure(config) => timer::ticks_of(config).map(|_| ()).ok_or(Refusal::TickRate),
+        Command::Configure(config) => {
+            let periods = timing::periods_per_tick(config.pwm_full_scale, config.tick_hz);
+            let possible = periods.is_some() && config.pwm_delay_ticks == 1;
+            possible.then_some(()).ok_or(Refusal::TickRate)
+        }
         _ => Ok(()),
     }
 }
 
-/// Bridge, encoder, converters.
-pub struct Drive {
-    timer: Timer,
-    encoder: Qei<TIM2>,
-    watchdog: IndependentWatchdog,
+/// The enable line of a power stage: a pin, or the timer's main output enable.
+enum EnableLine {
+    Pin(Wire),
+    Main(MainOutput),
 }
 
-impl Drive {
-    /// Acknowledges the tick, feeds the watchdog, reads the encoder.
-    pub fn sample(&mut self) -> Sample {
-        self.timer.acknowledge();
-        self.watchdog.feed();
-        Sample {
-            count: self.encoder.count() as i32,
-            vbus_raw: Sample::VBUS_NOT_MEASURED,
-            current_raw: Sample::CURRENT_NOT_SENSED,
+impl ErrorType for EnableLine {
+    type Error = core::convert::Infallible;
+}
+
+impl OutputPin for EnableLine {
+    fn set_low(&mut self) -> Result<(), Self::Error> {
+        match self {
+            EnableLine::Pin(wire) => wire.set_low(),
+            EnableLine::Main(main) => main.set_low(),
         }
     }
 
-    /// Acts from the next tick on: the compare registers are preloaded.
+    fn set_high(&mut self) -> Result<(), Self::Error> {
+        match self {
+            EnableLine::Pin(wire) => wire.set_high(),
+            EnableLine::Main(main) => main.set_high(),
+        }
+    }
+}
+
+/// One axis with its permission lines and the zero of its current sensor.
+struct AxisOfBoard {
+    hardware: AxisHardware<Compare, Compare, EnableLine, Quadrature, Channel, Channel>,
+    permit: PermitLines<Wire, Wire>,
+    timer: Timer,
+    stage: &'static PowerStage,
+    offset: Option<OffsetState>,
+    /// Anything but granted lasts until the axis itself has opened the bridge.
+    verdict: Permit,
+}
+
+impl AxisOfBoard {
+    fn new(axis: usize, stage: &'static PowerStage, full: u16) -> Self {
+        Self {
+            hardware: AxisHardware {
+                bridge: power_stage(axis, stage, full),
+                encoder: Encoder::new(Quadrature::of_axis(axis)),
+                current: CurrentSense::new(stage.current, Channel::current(axis)),
+                supply: SupplySense::new(Some(Channel::supply())),
+            },
+            permit: PermitLines::new(FAULT[axis / 2], ENABLE),
+            timer: timer_of(axis),
+            stage,
+            offset: Some(OffsetState::default()),
+            verdict: Permit::Disabled,
+        }
+    }
+
+    /// A new full scale needs new lines; the bridge is open at that moment, so its current is zero and can be measured.
+    fn rescale(&mut self, axis: usize, full: u16) {
+        self.hardware.bridge = power_stage(axis, self.stage, full);
+        self.offset = Some(OffsetState::default());
+    }
+
+    fn sample(&mut self) -> Sample {
+        self.judge();
+        let sample = self.hardware.sample();
+        Sample {
+            current_raw: self.calibrated(sample.current_raw),
+            ..sample
+        }
+    }
+
+    /// A break that was too short for the pin to be seen low is still a fault.
+    fn judge(&mut self) {
+        let now = match self.permit.read() {
+            Permit::Granted if self.timer.has_broken() => Permit::BridgeFault,
+            verdict => verdict,
+        };
+        if now != Permit::Granted {
+            self.verdict = now;
+        }
+    }
+
+    /// Not sensed until the zero is known.
+    fn calibrated(&mut self, current: i16) -> i16 {
+        let Some(state) = &mut self.offset else {
+            return current;
+        };
+        match self.hardware.calibrate(&offset_limits(self.stage), state) {
+            Some(Ok(_)) => self.offset = None,
+            Some(Err(error)) => {
+                defmt::warn!("current sensor has no zero: {}", defmt::Debug2Format(&error));
+                self.offset = Some(OffsetState::default());
+            }
+            None => {}
+        }
+        Sample::CURRENT_NOT_SENSED
+    }
+
+    /// Without permission the bridge opens whatever the axis wants, and stays open until the axis wants it open too.
+    fn apply(&mut self, wanted: Bridge, duty: i16) {
+        if wanted == Bridge::Open {
+            self.rearm();
+        }
+        // A break since the tick began must not be undone by enabling the outputs again.
+        let allowed = self.verdict == Permit::Granted && !self.timer.has_broken();
+        let bridge = if allowed { wanted } else { Bridge::Open };
+        // The lines of this board cannot refuse.
+        let _ = self.hardware.apply(bridge, duty);
+    }
+
+    /// Single-ended stages keep the main output enabled, an open bridge being two low lines; a discrete one enables it
+    /// with the bridge.
+    fn rearm(&mut self) {
+        if self.timer.has_broken() {
+            self.timer.clear_break();
+        }
+        if !self.stage.has_low_sides() {
+            self.timer.enable_outputs();
+        }
+        self.verdict = Permit::Granted;
+    }
+}
+
+fn power_stage(axis: usize, stage: &PowerStage, full: u16) -> HBridge<Compare, Compare, EnableLine> {
+    let timer = timer_of(axis);
+    let (a, b) = pwm::centres(stage);
+    let first = 2 * (axis % 2);
+    let config = bridge::Config {
+        wiring: stage.wiring,
+        decay: stage.decay,
+        duty_limit: (u32::from(full) * u32::from(stage.duty_limit_permille) / 1000) as u16,
+    };
+    let enable = match stage.has_low_sides() {
+        true => EnableLine::Main(MainOutput(timer)),
+        false => EnableLine::Pin(SLEEP[axis]),
+    };
+    let lines = (timer.compare(first, a, full), timer.compare(first + 1, b, full));
+    match HBridge::new(config, lines.0, lines.1, enable) {
+        Ok(bridge) => bridge,
+        Err(_) => unreachable!("the lines of this board cannot refuse"),
+    }
+}
+
+/// Owned by the control interrupt: sensors in, bridges out.
+pub struct DriveOf<const N: usize> {
+    axes: [AxisOfBoard; N],
+    converter: ADC1,
+    /// Ticks in which the phase of the update is still checked.
+    aligning: u8,
+    periods: u8,
+    full: u16,
+}
+
+impl<const N: usize> DriveOf<N> {
+    fn new(converter: ADC1, stage: &'static PowerStage) -> Self {
+        let (full, periods) = (timing::START_FULL_SCALE, timing::START_PERIODS);
+        let axes = core::array::from_fn(|axis| AxisOfBoard::new(axis, stage, full));
+        Self {
+            axes,
+            converter,
+            aligning: 4,
+            periods,
+            full,
+        }
+    }
+
+    /// Begins the tick: acknowledges the interrupt and reads every sensor of the first axis.
+    pub fn sample(&mut self) -> Sample {
+        TICK.drive(true);
+        converter::clear_end(&self.converter);
+        self.align();
+        self.sample_axis(0)
+    }
+
+    /// Reads every sensor of one axis.
+    pub fn sample_axis(&mut self, axis: usize) -> Sample {
+        self.axes[axis].sample()
+    }
+
+    /// Sets the first axis' bridge and ends the tick.
     pub fn apply(&mut self, output: &Output) {
-        self.timer.drive(output.bridge, output.duty);
+        self.set(0, output.bridge, output.duty);
+        self.end_tick();
     }
 
-    /// Sets PWM scale and control rate; the link has asked [`supports`] before.
+    /// Tells the watchdog and the oscilloscope.
+    pub fn end_tick(&mut self) {
+        watchdog::control_has_run();
+        TICK.drive(false);
+    }
+
+    /// Sets one axis' bridge.
+    pub fn set(&mut self, axis: usize, bridge: Bridge, duty: i16) {
+        self.axes[axis].apply(bridge, duty);
+    }
+
+    /// Takes over PWM scale and control rate; [`supports`] has agreed to them.
     pub fn configure(&mut self, config: &Config) {
-        self.timer.configure(config);
+        let Some(periods) = timing::periods_per_tick(config.pwm_full_scale, config.tick_hz) else {
+            return;
+        };
+        (self.full, self.periods) = (config.pwm_full_scale, periods);
+        for timer in timers::<N>() {
+            timer.set_period(self.full, periods);
+        }
+        for (number, axis) in self.axes.iter_mut().enumerate() {
+            axis.rescale(number, self.full);
+        }
+        self.aligning = 4;
     }
 
-    /// Cycles of the core.
+    /// Updates belong at the upper turning point. Whether an odd repetition count lands there or at the lower one
+    /// depends on its phase against the counter, about which the reference manuals of this timer disagree; so the first
+    /// ticks look, and one interval shorter by half a period corrects it.
+    fn align(&mut self) {
+        let Some(left) = self.aligning.checked_sub(1) else {
+            return;
+        };
+        self.aligning = left;
+        let slip = left % 2 == 1 && !Timer::one().runs_down();
+        for timer in timers::<N>() {
+            timer.set_repetitions(timing::repetitions(self.periods).saturating_sub(u8::from(slip)));
+        }
+    }
+
+    /// Core clocks since the start of the counter, wraps.
     pub fn clock(&self) -> u32 {
         DWT::cycle_count()
     }
 
-    /// Cycles since `start`.
+    /// Core clocks since `start`.
     pub fn clock_since(&self, start: u32) -> u32 {
         self.clock().wrapping_sub(start)
     }
 }
 
-/// The link.
-pub struct Line {
-    rx: Rx<USART2>,
-    tx: Tx<USART2>,
-    outgoing: Deque<u8, { 4 * FRAME_CAPACITY }>,
+/// What is done below all interrupts.
+pub struct Idle {
+    watchdog: Watchdog,
 }
-
-impl Line {
-    /// The next byte; also moves one byte on its way out, since both ends interrupt.
-    pub fn read(&mut self) -> Option<u8> {
-        self.pump();
-        self.rx.read().ok()
-    }
-
-    /// Bytes that [`Line::write`] has room for.
-    pub fn room(&self) -> usize {
-        self.outgoing.capacity() - self.outgoing.len()
-    }
-
-    /// Queues; what does not fit is lost.
-    pub fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            let _ = self.outgoing.push_back(byte);
-        }
-        self.tx.listen();
-        self.pump();
-    }
-
-    fn pump(&mut self) {
-        match self.outgoing.front().copied() {
-            Some(byte) if self.tx.write(byte).is_ok() => {
-                self.outgoing.pop_front();
-            }
-            Some(_) => {}
-            None => self.tx.unlisten(),
-        }
-    }
-}
-
-/// Sleeps between interrupts.
-pub struct Idle;
 
 impl Idle {
-    /// Until the next interrupt.
+    /// Feeds the watchdog while control ticks come.
     pub fn turn(&mut self) {
-        cortex_m::asm::wfi();
+        self.watchdog.turn();
     }
 }
 
-/// Switches both outputs of TIM1 to their idle level, low: the driver floats its outputs.
+/// Every bridge off by the shortest way, from any context, even a fault: outputs held low by the timers, drivers put to
+/// sleep. Two registers and one pin an axis; no state of the program is needed.
 pub fn bridge_off() {
-    timer::outputs_off();
+    timers::<AXES>().for_each(Timer::disable_outputs);
+    SLEEP[..AXES].iter().for_each(|wire| wire.drive(false));
 }
 
-/// The watchdog is not fed any more and resets the chip.
+/// After a fault: the bridge stays off, the log can be read, and the watchdog ends it.
 pub fn halt() -> ! {
-    cortex_m::interrupt::disable();
     loop {
         cortex_m::asm::nop();
     }

@@ -1,0 +1,111 @@
+//! Pins: the table of [`super::pins`] becomes registers, and single lines become `embedded-hal` pins.
+
+use super::pins::{Pin, Port, PortSetup, fields, port_setup};
+use core::convert::Infallible;
+use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
+use stm32f4xx_hal::pac::{GPIOA, GPIOB, GPIOC, GPIOH, gpioi::RegisterBlock};
+
+/// Registers of a port.
+fn registers(port: Port) -> &'static RegisterBlock {
+    let address = match port {
+        Port::A => GPIOA::ptr() as usize,
+        Port::B => GPIOB::ptr() as usize,
+        Port::C => GPIOC::ptr() as usize,
+        Port::H => GPIOH::ptr() as usize,
+    };
+    // SAFETY: all ports have the same register map (RM0090 section 8.4.11), differing in reset values alone, and the
+    // addresses are valid for the life of the program.
+    unsafe { &*(address as *const RegisterBlock) }
+}
+
+/// Ports A, B, C for one axis with a discrete bridge (first row), and for 1 … 4 axes. Evaluated when the image is built,
+/// so the table itself takes no flash.
+const SETUPS: [[PortSetup; 3]; 5] = {
+    let mut setups = [ports(1, true); 5];
+    let mut axes = 1;
+    while axes <= 4 {
+        setups[axes] = ports(axes as u8, false);
+        axes += 1;
+    }
+    setups
+};
+
+const fn ports(axes: u8, low_sides: bool) -> [PortSetup; 3] {
+    [
+        port_setup(Port::A, axes, low_sides),
+        port_setup(Port::B, axes, low_sides),
+        port_setup(Port::C, axes, low_sides),
+    ]
+}
+
+/// Sets up every pin that an image with 1 … 4 axes needs; the others stay as they are after reset.
+pub fn set_up(axes: usize, low_sides: bool) {
+    let row = if low_sides { 0 } else { axes };
+    for (port, setup) in [Port::A, Port::B, Port::C].into_iter().zip(SETUPS[row]) {
+        apply(port, setup);
+    }
+}
+
+/// Function before mode, so that no pin drives a wrong signal in between. Outputs are low: ODR is 0 after reset.
+fn apply(port: Port, setup: PortSetup) {
+    let port = registers(port);
+    let twos = fields(setup.pins, 2) as u32;
+    let fours = fields(setup.pins, 4);
+    // SAFETY: every value lies within its mask and every code is defined for its register (RM0090 section 8.4).
+    unsafe {
+        port.afrl()
+            .modify(|r, w| w.bits((r.bits() & !(fours as u32)) | setup.alternate as u32));
+        port.afrh()
+            .modify(|r, w| w.bits((r.bits() & !((fours >> 32) as u32)) | (setup.alternate >> 32) as u32));
+        port.pupdr()
+            .modify(|r, w| w.bits((r.bits() & !twos) | setup.pull));
+        port.ospeedr()
+            .modify(|r, w| w.bits((r.bits() & !twos) | setup.speed));
+        port.moder()
+            .modify(|r, w| w.bits((r.bits() & !twos) | setup.mode));
+    }
+}
+
+/// One pin as `embedded-hal` sees it. Writes go through BSRR and so are atomic.
+#[derive(Clone, Copy, Debug)]
+pub struct Wire(pub Pin);
+
+impl Wire {
+    /// Drives the pin from any context.
+    pub fn drive(self, high: bool) {
+        let bit = 1u32 << self.0.1;
+        let word = if high { bit } else { bit << 16 };
+        // SAFETY: BSRR is write-only and touches this pin alone (RM0090 section 8.4.7).
+        registers(self.0.0).bsrr().write(|w| unsafe { w.bits(word) });
+    }
+
+    fn level(self) -> bool {
+        registers(self.0.0).idr().read().bits() & (1 << self.0.1) != 0
+    }
+}
+
+impl ErrorType for Wire {
+    type Error = Infallible;
+}
+
+impl OutputPin for Wire {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.drive(false);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.drive(true);
+        Ok(())
+    }
+}
+
+impl InputPin for Wire {
+    fn is_high(&mut self) -> Result<bool, Infallible> {
+        Ok(self.level())
+    }
+
+    fn is_low(&mut self) -> Result<bool, Infallible> {
+        Ok(!self.level())
+    }
+}

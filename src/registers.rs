@@ -1,0 +1,160 @@
+//! A test image: the board's own initialisation, clocks left out, then every kind of command to the bridge. In QEMU, which
+//! lacks the timers of the bridge, ports, converters' clock, watchdog and DMA, each write to them is recorded; the test
+//! `board_registers` compares the record with values derived from the reference manual. What QEMU models is read back
+//! here and printed.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+#[allow(dead_code)]
+#[path = "board/stm32f405/mod.rs"]
+mod board;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!(
+        "This is a test image for QEMU: `cargo test --package host-tests --test board_registers` builds and runs it."
+    );
+}
+
+#[cfg(target_os = "none")]
+mod image {
+    use crate::board::{self, stage};
+    use cortex_m_rt::entry;
+    use servo::axis::Bridge;
+    use stm32f4xx_hal::pac::{ADC_COMMON, ADC1, ADC2, Peripherals, RNG, TIM2, USART2};
+
+    #[entry]
+    fn main() -> ! {
+        let device = Peripherals::take().expect("first and only");
+        one_axis(device);
+        read_back();
+        // SAFETY: the owners of the first set-up are gone.
+        four_axes(unsafe { Peripherals::steal() });
+        // SAFETY: as above.
+        discrete_bridge(unsafe { Peripherals::steal() });
+        mark(Step::End);
+        semihosting::process::exit(0)
+    }
+
+    fn one_axis(device: Peripherals) {
+        mark(Step::SetUp);
+        let (mut drive, _line, mut idle) = board::set_up::<1>(device, &stage::DRV8874);
+        mark(Step::FirstTick);
+        drive.sample();
+        drive.set(0, Bridge::Open, 0);
+        drive.end_tick();
+        mark(Step::Feed);
+        idle.turn();
+        mark(Step::Starve);
+        idle.turn();
+        for (step, bridge, duty) in [
+            (Step::Forward, Bridge::Driven, 1050),
+            (Step::Reverse, Bridge::Driven, -4200),
+            (Step::Short, Bridge::Shorted, 1050),
+            (Step::Open, Bridge::Open, 1050),
+        ] {
+            mark(step);
+            drive.set(0, bridge, duty);
+        }
+        mark(Step::Denied);
+        // The ports read as zero: the enable input is low.
+        drive.sample();
+        drive.set(0, Bridge::Driven, 1050);
+        mark(Step::Off);
+        board::bridge_off();
+    }
+
+    fn four_axes(device: Peripherals) {
+        mark(Step::SetUpFour);
+        let (mut drive, _line, _idle) = board::set_up::<4>(device, &stage::DRV8874);
+        mark(Step::FourDuties);
+        for axis in 0..4 {
+            drive.set(axis, Bridge::Open, 0);
+            drive.set(axis, Bridge::Driven, 100 * (axis as i16 + 1));
+        }
+    }
+
+    fn discrete_bridge(device: Peripherals) {
+        mark(Step::SetUpDiscrete);
+        let (mut drive, _line, _idle) = board::set_up::<1>(device, &stage::DISCRETE);
+        mark(Step::DiscreteForward);
+        drive.set(0, Bridge::Open, 0);
+        drive.set(0, Bridge::Driven, 4200);
+        mark(Step::DiscreteOpen);
+        drive.set(0, Bridge::Open, 0);
+    }
+
+    /// Where in the record a step begins.
+    #[repr(u32)]
+    enum Step {
+        SetUp = 1,
+        FirstTick,
+        Feed,
+        Starve,
+        Forward,
+        Reverse,
+        Short,
+        Open,
+        Denied,
+        Off,
+        SetUpFour,
+        FourDuties,
+        SetUpDiscrete,
+        DiscreteForward,
+        DiscreteOpen,
+        End,
+    }
+
+    fn mark(step: Step) {
+        note(2, step as u32);
+    }
+
+    /// Puts a word of our own into the record: the random number generator is off on the chip and missing in QEMU, so a
+    /// write to its registers is recorded and does nothing.
+    fn note(register: usize, value: u32) {
+        // SAFETY: see above.
+        unsafe {
+            RNG::ptr()
+                .cast::<u32>()
+                .cast_mut()
+                .add(register)
+                .write_volatile(value)
+        };
+    }
+
+    /// What QEMU models and therefore does not record: number of the register, then its value.
+    fn read_back() {
+        // SAFETY: reading; the board's owners are idle.
+        let (tim2, adc1, adc2) = unsafe { (&*TIM2::ptr(), &*ADC1::ptr(), &*ADC2::ptr()) };
+        // SAFETY: as above.
+        let (common, usart) = unsafe { (&*ADC_COMMON::ptr(), &*USART2::ptr()) };
+        let values = [
+            tim2.cr1().read().bits(),
+            tim2.smcr().read().bits(),
+            tim2.ccmr1_input().read().bits(),
+            tim2.arr().read().bits(),
+            common.ccr().read().bits(),
+            adc1.cr1().read().bits(),
+            adc1.cr2().read().bits(),
+            adc1.smpr1().read().bits(),
+            adc1.jsqr().read().bits(),
+            adc2.cr1().read().bits(),
+            adc2.cr2().read().bits(),
+            adc2.smpr1().read().bits(),
+            adc2.jsqr().read().bits(),
+            u32::from(usart.brr().read().bits()),
+            u32::from(usart.cr1().read().bits()),
+            u32::from(usart.cr3().read().bits()),
+        ];
+        for (number, value) in values.into_iter().enumerate() {
+            note(0, number as u32);
+            note(1, value);
+        }
+    }
+
+    #[panic_handler]
+    fn panic(_: &core::panic::PanicInfo) -> ! {
+        board::bridge_off();
+        semihosting::process::exit(101)
+    }
+}
