@@ -15,7 +15,7 @@ use crate::identify;
 use crate::identify::estimate::{Estimates, EstimatesReport, Mechanism, Reason};
 use crate::identify::saturation;
 use crate::identify::solve::{COEFFICIENT_FRAC, Coefficients, Progress, Solution, Solver, Structure};
-use crate::identify::spline::{ROW_FRAC, Window};
+use crate::identify::spline::{Lengths, ROW_FRAC, Window};
 use crate::identify::timescale;
 use crate::identify::trust::{Check, Evidence};
 use serde::{Deserialize, Serialize};
@@ -136,7 +136,6 @@ pub struct Params {
     identify: identify::Params,
     budget: u32,
     first: usize,
-    repeats: u8,
 }
 
 impl Params {
@@ -148,7 +147,6 @@ impl Params {
             identify: identify::Params::new(scale),
             budget,
             first: (seed & 1) as usize,
-            repeats: if budget_ms > 8_000 { 2 } else { 1 },
         }
     }
 
@@ -188,7 +186,8 @@ pub struct State {
     solution: Option<Solution>,
     inverse_beta: [i32; 2],
     coast: [CoastSums; 2],
-    coast_shift: u32,
+    learn_lengths: Lengths,
+    after_coast: Phase,
     saturation: [saturation::State; 2],
     checks: [Check; 2],
     mechanism: Mechanism,
@@ -217,7 +216,8 @@ impl State {
             solution: None,
             inverse_beta: [0; 2],
             coast: [CoastSums::default(); 2],
-            coast_shift: 0,
+            learn_lengths: params.identify.lengths_for(0),
+            after_coast: Phase::Learn,
             saturation: [saturation::State::default(); 2],
             checks: [Check::default(); 2],
             mechanism: Mechanism::Unclear,
@@ -336,7 +336,7 @@ impl Params {
     }
 
     fn settle(&self, state: &mut State, input: &Input) {
-        let at_rest = state.still >= self.share(3) || state.elapsed >= self.share(10);
+        let at_rest = state.still >= self.share(2) || state.elapsed >= self.share(8);
         if !at_rest {
             return;
         }
@@ -345,6 +345,8 @@ impl Params {
         } else {
             state.direction = self.first;
             state.remaining = self.budget.saturating_sub(state.total);
+            // An overshooting ramp overestimates; the lower of both directions still drives.
+            state.identify.break_away = state.break_away[0].min(state.break_away[1]);
             state.enter(Phase::Learn, input.count);
         }
     }
@@ -355,13 +357,24 @@ impl Params {
         state.level = (MOST_BREAK_AWAY as u32 * (state.elapsed >> 4).min(ramp) / (ramp >> 4).max(1)) as i32;
         let displacement = state.displacement(input.count);
         if displacement >= MOTION {
-            state.break_away[state.direction] = state.level.max(1);
+            state.break_away[state.direction] = self.plausible_break_away(state);
             self.moved(state, input);
         } else if displacement <= -MOTION && state.stroke == 0 {
             state.refuse(Reason::Reversed);
         } else if state.elapsed > ramp {
             state.refuse(Reason::NoMotion);
         }
+    }
+
+    /// A slow motor that coasted backwards had to be stopped first: its ramp overshot, the other direction tells more.
+    fn plausible_break_away(&self, state: &State) -> i32 {
+        let other = state.break_away[state.direction ^ 1];
+        let level = if other > 0 {
+            state.level.min(other + other / 2)
+        } else {
+            state.level
+        };
+        level.max(1)
     }
 
     fn moved(&self, state: &mut State, input: &Input) {
@@ -376,7 +389,7 @@ impl Params {
     }
 
     fn learn(&self, state: &mut State, input: &Input) {
-        let length = (state.remaining >> 8) * 160 / (2 * u32::from(self.repeats));
+        let length = self.learn_ticks(state);
         let low = (state.break_away[state.direction] + LOW_ABOVE_BREAK_AWAY).min(MOST_BREAK_AWAY);
         let part = (state.elapsed << 8) / length.max(256);
         state.level = match part {
@@ -397,48 +410,83 @@ impl Params {
         }
     }
 
+    /// What saturation and coasting leave, shared by the strokes.
+    fn learn_ticks(&self, state: &State) -> u32 {
+        let strokes = u32::from(self.strokes(state));
+        let others =
+            2 * (self.saturate_ticks(state) + self.verify_ticks(state)) + strokes * self.coast_ticks(state);
+        state.remaining.saturating_sub(others) / strokes
+    }
+
+    /// One stroke a direction; two when the budget holds many time constants.
+    fn strokes(&self, state: &State) -> u8 {
+        if self.budget / 32 > state.timescale.at_least.max(self.scale.config.tick_hz / 4) {
+            4
+        } else {
+            2
+        }
+    }
+
+    fn saturate_ticks(&self, state: &State) -> u32 {
+        let block = self.identify.block_ticks(&state.learn_lengths);
+        ((state.remaining >> 8) * 21).max(6 * block)
+    }
+
+    fn verify_ticks(&self, state: &State) -> u32 {
+        let block = self.identify.block_ticks(&state.learn_lengths);
+        ((state.remaining >> 8) * 9).max(5 * block + block / 2)
+    }
+
+    fn coast_ticks(&self, state: &State) -> u32 {
+        6 * self.identify.block_ticks(&self.coast_lengths(state))
+    }
+
     /// A slower motor wants longer blocks; what was learned with the shorter ones does not fit and goes.
     fn choose_block(&self, state: &mut State) {
         let lengths = self.identify.lengths_for(state.timescale.at_least);
-        if lengths.block > state.identify.lengths.block {
+        if lengths.block > state.learn_lengths.block {
+            state.learn_lengths = lengths;
             state.identify.relength(lengths);
             state.identify.forget();
         }
     }
 
     /// Blocks for coasting: four of them within 0.7 time constants.
-    fn begin_coast(&self, state: &mut State, input: &Input) {
-        let lengths = state.identify.lengths;
+    fn coast_lengths(&self, state: &State) -> Lengths {
+        let mut lengths = state.learn_lengths;
         let time_constant = state.timescale.found.unwrap_or(state.timescale.at_least);
-        let mut shift = 0;
-        while lengths.block > 3 + shift && self.identify.block_ticks(&lengths) >> shift > time_constant / 6 {
-            shift += 1;
+        while lengths.block > 2 && self.identify.block_ticks(&lengths) > time_constant / 6 {
+            lengths.block -= 1;
+            lengths.counts -= 1;
         }
-        state.coast_shift = shift;
-        state.identify.relength(self.shortened(&lengths, shift));
+        lengths
+    }
+
+    fn begin_coast(&self, state: &mut State, input: &Input) {
+        state.identify.relength(self.coast_lengths(state));
+        state.after_coast = match state.phase {
+            Phase::Saturate => Phase::Verify,
+            _ => Phase::Learn,
+        };
         state.enter(Phase::Coast, input.count);
     }
 
-    fn shortened(&self, lengths: &identify::spline::Lengths, shift: u32) -> identify::spline::Lengths {
-        let mut shorter = *lengths;
-        shorter.block -= shift;
-        shorter.counts = shorter.counts.saturating_sub(shift);
-        shorter
-    }
-
     fn coast(&self, state: &mut State, input: &Input) {
-        let block = self.identify.block_ticks(&state.identify.lengths);
-        let stopped = state.still > block;
-        if state.elapsed < 6 * block && !stopped {
+        let stopped = state.still > self.identify.block_ticks(&state.identify.lengths);
+        if state.elapsed < self.coast_ticks(state) && !stopped {
             return;
         }
-        let mut lengths = state.identify.lengths;
-        lengths.block += state.coast_shift;
-        lengths = self.identify.lengths(lengths.block);
-        state.identify.relength(lengths);
+        state.identify.relength(state.learn_lengths);
+        if state.after_coast == Phase::Verify {
+            state.solver.start(Structure::Shared);
+            return state.enter(Phase::Verify, input.count);
+        }
         state.direction ^= 1;
         state.stroke = state.stroke.saturating_add(1);
-        if state.stroke < 2 * self.repeats {
+        if state.stroke == 1 {
+            state.solver.start(Structure::Single(self.first));
+        }
+        if state.stroke < self.strokes(state) {
             state.enter(Phase::Learn, input.count);
         } else {
             state.solver.start(Structure::Shared);
@@ -449,14 +497,20 @@ impl Params {
 
     fn saturate(&self, state: &mut State, input: &Input) {
         state.level = FULL;
-        if state.elapsed >= (state.remaining >> 8) * 21 {
+        if state.elapsed < self.saturate_ticks(state) {
+            return;
+        }
+        // A fast motor stopped before the coast test had its windows; from full speed it coasts longer.
+        if state.mechanism == Mechanism::Unclear {
+            self.begin_coast(state, input);
+        } else {
             state.enter(Phase::Verify, input.count);
         }
     }
 
     fn verify(&self, state: &mut State, input: &Input) {
         state.level = VERIFY;
-        if state.elapsed < (state.remaining >> 8) * 9 {
+        if state.elapsed < self.verify_ticks(state) {
             return;
         }
         state.direction ^= 1;
@@ -488,7 +542,7 @@ impl Params {
         let sign = i64::from(state.sign());
         let sums = &mut state.coast[direction];
         // Shorter blocks by 2^k: acceleration is smaller by 2^k, jerk by 4^k, in these units.
-        let k = state.coast_shift;
+        let k = state.learn_lengths.block - state.identify.lengths.block;
         sums.speed += sign * i64::from(window.speed);
         sums.acceleration += sign * (i64::from(window.acceleration) << k);
         sums.jerk += sign * (i64::from(window.jerk) << (2 * k));
@@ -504,9 +558,12 @@ impl Params {
         let needed = effective.saturating_add(solution.dead_zone[direction]);
         let sigma = solution.dead_zone_sigma[direction];
         let gate = &state.identify.gate;
+        if !(gate.moving(direction) || state.identify.follows_input) {
+            return;
+        }
         if gate.high(direction) {
             state.saturation[direction].note(applied, needed, sigma);
-        } else if gate.linear(direction) && gate.moving(direction) && state.phase == Phase::Verify {
+        } else if gate.linear(direction) && state.phase == Phase::Verify {
             state.checks[direction].note(applied.saturating_sub(needed));
         }
     }
@@ -517,6 +574,8 @@ impl Params {
         }
         match state.solver.step(&[&state.identify.core, &state.identify.outer]) {
             Progress::Idle | Progress::Busy => {}
+            // The first direction alone only serves the coast test: later data may still do.
+            Progress::Singular if state.solver.structure() != Structure::Shared => {}
             Progress::Singular => state.refuse(Reason::NotExcited),
             Progress::Solved => self.solved(state),
         }
@@ -527,6 +586,7 @@ impl Params {
         state.solution = Some(solution);
         state.inverse_beta = [0, 1].map(|direction| solution.inverse_beta(direction));
         state.mechanism = mechanism(&state.coast, &solution);
+        state.identify.follows_input = state.mechanism == Mechanism::InputDeadZone;
     }
 
     fn decide(&self, state: &mut State) {

@@ -90,7 +90,7 @@ fn draw(fam: &str, harsh: bool, r: &mut ChaCha8Rng, tick: f64) -> P {
         p.k = 10.34 * v(r);
         p.tm = 2.35 * v(r);
         p.te = 0.227 * v(r);
-        p.rho = 0.783;
+        p.rho = 0.62;
         p.hammer = true;
         let dm = if fam == "refv" { u(r, 0.8, 1.6) } else { 1.2 };
         let asy = if fam == "refv" { u(r, -0.3, 0.3) } else { 0. };
@@ -250,15 +250,9 @@ fn main() {
                     current_raw: None,
                 };
                 let rq = cp.step(&mut st, &inp);
-                if verbose && st.phase() != last {
+                if st.phase() != last && verbose {
                     last = st.phase();
-                    println!(
-                        "{:.3} {:?} w {:.2} lengths {:?}",
-                        t as f64 / tick,
-                        last,
-                        m.w / p.fs,
-                        0
-                    );
+                    println!("{:.3} {:?} w {:.2} {}", t as f64 / tick, last, m.w / p.fs, 0);
                 }
                 let vb = m.run(duty, bridge, 1. / tick);
                 let nn: f64 = StandardNormal.sample(&mut m.r);

@@ -20,7 +20,7 @@ pub mod trust;
 
 use crate::config::Scale;
 use regression::{Row, Sums};
-use spline::{Lengths, Window};
+use spline::{Hop, Lengths, Window};
 
 /// Samples enter the splines at this rate or up to twice this rate, Hz.
 const SAMPLE_HZ: u32 = 1000;
@@ -103,16 +103,12 @@ impl Params {
     /// hop. Spreading hop and comb over two ticks keeps both short.
     #[inline]
     pub fn observe(&self, state: &mut State, count: i32, voltage: i32) -> Option<Window> {
-        if let Some(hop) = state.spline.step(&state.lengths, count, voltage) {
+        let window = state.ended.take().and_then(|hop| {
             state.gate.note(&hop, state.break_away);
-            state.hop_ended = true;
-            return None;
-        }
-        if !state.hop_ended {
-            return None;
-        }
-        state.hop_ended = false;
-        state.spline.window(&state.lengths)
+            state.spline.window(&state.lengths)
+        });
+        state.ended = state.spline.step(&state.lengths, count, voltage);
+        window
     }
 
     /// Adds the window to the regression of each direction whose gates it passes.
@@ -121,7 +117,10 @@ impl Params {
         let mut used = false;
         for direction in [0, 1] {
             let row = Row::new(window, direction);
-            let moving = state.gate.moving(direction) && row.speed() > slowest;
+            let moving = match state.follows_input {
+                true => state.gate.driven(direction),
+                false => state.gate.moving(direction) && row.speed() > slowest,
+            };
             let linear = state.gate.linear(direction) && state.gate.driven(direction);
             if moving && linear {
                 let set = if state.gate.core(direction) {
@@ -150,8 +149,11 @@ pub struct State {
     pub outer: [Sums; 2],
     /// Least voltage that counts as driving, Q14.
     pub break_away: i32,
+    /// The dead zone is at the input: its side follows the voltage, so rows of a motor that still turns the other way
+    /// count too.
+    pub follows_input: bool,
     spline: spline::State,
-    hop_ended: bool,
+    ended: Option<Hop>,
 }
 
 impl State {
@@ -164,8 +166,9 @@ impl State {
             core: [Sums::default(); 2],
             outer: [Sums::default(); 2],
             break_away: 0,
+            follows_input: false,
             spline: spline::State::new(count, &lengths),
-            hop_ended: false,
+            ended: None,
         }
     }
 
@@ -174,7 +177,7 @@ impl State {
         self.lengths = lengths;
         self.spline.restart(&lengths);
         self.gate.restart();
-        self.hop_ended = false;
+        self.ended = None;
     }
 
     /// Forgets all rows.

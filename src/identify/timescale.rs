@@ -7,7 +7,7 @@
 //! |---|---|---|---|---|
 //! | x(t)/x(t/2) | 3.71 | 3.45 | 3.09 | 2.66 |
 //!
-//! A winding's lag raises the ratio while t is short of it; the answer is then "slower than", which is true.
+//! A motor that still coasts backwards starts the clock where it turns. A winding's lag raises the ratio while t is short of it; the answer is then "slower than", which is true.
 
 /// Displacement at half time below which the encoder's resolution spoils the ratio, counts.
 const LEAST_COUNTS: i32 = 16;
@@ -23,6 +23,10 @@ const RATIO_AT_HALF: i64 = 3_799;
 /// Looks at the displacement at t = 2ᵐ and 1.5·2ᵐ ticks.
 #[derive(Clone, Copy, Debug)]
 pub struct State {
+    /// When the motion turned into the direction of the step, ticks after it.
+    origin: u32,
+    /// Displacement there, counts.
+    lowest: i32,
     next: u32,
     after: u32,
     earlier: [i32; 2],
@@ -35,6 +39,8 @@ pub struct State {
 impl Default for State {
     fn default() -> Self {
         State {
+            origin: 0,
+            lowest: 0,
             next: FIRST,
             after: FIRST * 3 / 2,
             earlier: [0; 2],
@@ -47,9 +53,18 @@ impl Default for State {
 impl State {
     /// Notes the displacement in the direction of the step, `elapsed` ticks after it. `true`: something new is known.
     pub fn note(&mut self, elapsed: u32, displacement: i32) -> bool {
+        if displacement < self.lowest {
+            *self = State {
+                origin: elapsed,
+                lowest: displacement,
+                ..State::default()
+            };
+        }
+        let elapsed = elapsed.wrapping_sub(self.origin);
         if elapsed != self.next || self.found.is_some() {
             return false;
         }
+        let displacement = displacement.wrapping_sub(self.lowest);
         let [half_time, newer] = self.earlier;
         self.earlier = [newer, displacement];
         (self.next, self.after) = (self.after, self.next.saturating_mul(2));
