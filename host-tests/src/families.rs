@@ -250,11 +250,13 @@ pub enum Imperfection {
     Gravity,
     /// A drive with fast decay: discontinuous current.
     FastDecay,
+    /// Friction that varies by up to 15 % over one turn of the encoder's shaft (a bent output shaft).
+    OutputRipple,
 }
 
 impl Imperfection {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Backlash,
         Self::MissedCounts,
         Self::PhaseError,
@@ -263,6 +265,7 @@ impl Imperfection {
         Self::Thermal,
         Self::Gravity,
         Self::FastDecay,
+        Self::OutputRipple,
     ];
 
     fn put_into(self, plant: &mut Plant, rng: &mut ChaCha8Rng) {
@@ -286,6 +289,10 @@ impl Imperfection {
                 motor.gear_ratio = rng.random_range(1.0..30.0);
                 motor.load.mgl_nm = torque * motor.gear_ratio;
                 motor.load.gravity_phase = rng.random_range(0.0..TAU);
+            }
+            Self::OutputRipple => {
+                motor.friction.ripple = rng.random_range(0.0..0.15);
+                motor.friction.ripple_periods = 1.0;
             }
             Self::FastDecay => motor.drive.decay = Decay::Fast { pwm_hz: 20e3 },
         }
@@ -380,10 +387,12 @@ fn geared(rng: &mut ChaCha8Rng, family: Family, severity: Severity, options: &Op
     motor.drive.source_ohm = rng.random_range(0.01..0.05) * motor.resistance_ohm;
     if severity == Severity::Harsh {
         put_harshness(rng, &mut motor, width, 0.03);
-        if family == Family::G3 {
-            // Cogging of the rotor, seen from the output of a gear.
-            motor.load.cogging_periods *= f64::from(rng.random_range(20..60));
-        }
+    }
+    if family == Family::G3 {
+        // Ripple of friction and cogging belong to the rotor; the encoder sees them from the output of a gear.
+        let gear = f64::from(rng.random_range(20..60));
+        motor.friction.ripple_periods *= gear;
+        motor.load.cogging_periods *= gear;
     }
     (motor, counts)
 }

@@ -2,6 +2,7 @@
 //! skips that are counted, tolerances with their reasons.
 
 pub mod bench;
+pub mod commissioning;
 pub mod families;
 pub mod joint;
 pub mod measured;
