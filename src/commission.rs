@@ -115,7 +115,14 @@ const HIGH: i32 = 10_158;
 /// Break-away voltage above which there is no room for a linear segment, Q14: 0.45.
 const MOST_BREAK_AWAY: i32 = 7_373;
 /// Low voltage above break-away, Q14: 6 %.
-const LOW_ABOVE_BREAK_AWAY: i32 = 983;
+const LOW_ABOVE_BREAK_AWAY: i32 = 450;
+/// Ends of the high and of the low part of a segment, in 1/256. Half of the time at low voltage: the dead zone is an
+/// extrapolation from there, and random torque averages out.
+const PARTS: (u32, u32) = (72, 220);
+/// The same for a motor so slow that it has not shown its time constant: dynamics need their share.
+const PARTS_SLOW: (u32, u32) = (110, 190);
+/// Its first segment: before its blocks are chosen nothing counts.
+const PARTS_SLOW_FIRST: (u32, u32) = (150, 210);
 /// Voltage of the verification, Q14: 0.5.
 const VERIFY: i32 = 8_192;
 /// Full voltage, Q14.
@@ -179,6 +186,11 @@ pub struct State {
     travel: u32,
     still: u32,
     level: i32,
+    /// Counts that the axis moves by itself during a ramp.
+    drift: i32,
+    /// Lowest displacement of a ramp, counts, and ticks since then.
+    lowest: i32,
+    since_lowest: u32,
     break_away: [i32; 2],
     timescale: timescale::State,
     identify: identify::State,
@@ -209,6 +221,9 @@ impl State {
             travel: 0,
             still: 0,
             level: 0,
+            drift: 0,
+            lowest: 0,
+            since_lowest: 0,
             break_away: [0; 2],
             timescale: timescale::State::default(),
             identify: identify::State::new(&params.identify, count),
@@ -264,6 +279,8 @@ impl State {
         self.phase = phase;
         self.elapsed = 0;
         self.still = 0;
+        self.lowest = 0;
+        self.since_lowest = 0;
         self.start_count = count;
     }
 
@@ -336,7 +353,12 @@ impl Params {
     }
 
     fn settle(&self, state: &mut State, input: &Input) {
-        let at_rest = state.still >= self.share(2) || state.elapsed >= self.share(8);
+        if state.stroke == 0 {
+            // What moves without voltage is not broken away by voltage.
+            let moved = input.count.wrapping_sub(state.start_count).saturating_abs();
+            state.drift = state.drift.max(moved.saturating_mul(4));
+        }
+        let at_rest = state.still >= self.share(2) || state.elapsed >= self.share(3);
         if !at_rest {
             return;
         }
@@ -344,6 +366,7 @@ impl Params {
             state.enter(Phase::BreakAway, input.count);
         } else {
             state.direction = self.first;
+            state.stroke = 0;
             state.remaining = self.budget.saturating_sub(state.total);
             // An overshooting ramp overestimates; the lower of both directions still drives.
             state.identify.break_away = state.break_away[0].min(state.break_away[1]);
@@ -352,16 +375,22 @@ impl Params {
     }
 
     fn break_away(&self, state: &mut State, input: &Input) {
-        let ramp = self.share(20).max(1);
-        // Q14 per tick would be too coarse for a long ramp: 64-bit product, 32-bit quotient.
-        state.level = (MOST_BREAK_AWAY as u32 * (state.elapsed >> 4).min(ramp) / (ramp >> 4).max(1)) as i32;
+        let ramp = self.share(20).max(16);
         let displacement = state.displacement(input.count);
-        if displacement >= MOTION {
+        state.level = (MOST_BREAK_AWAY as u32 * (state.elapsed >> 4).min(ramp >> 4) / (ramp >> 4)) as i32;
+        if displacement < state.lowest {
+            // It still moves backwards: a slow motor coasts, or a reversed one obeys.
+            state.lowest = displacement;
+            state.since_lowest = 0;
+        }
+        state.since_lowest = state.since_lowest.saturating_add(1);
+        let (forwards, backwards) = (displacement.wrapping_sub(state.lowest), -displacement);
+        if forwards >= MOTION + state.drift {
             state.break_away[state.direction] = self.plausible_break_away(state);
             self.moved(state, input);
-        } else if displacement <= -MOTION && state.stroke == 0 {
+        } else if state.stroke == 0 && backwards >= MOTION + state.drift {
             state.refuse(Reason::Reversed);
-        } else if state.elapsed > ramp {
+        } else if state.since_lowest > ramp {
             state.refuse(Reason::NoMotion);
         }
     }
@@ -381,9 +410,6 @@ impl Params {
         state.stroke = state.stroke.saturating_add(1);
         if state.stroke < 2 {
             state.direction ^= 1;
-        } else {
-            state.stroke = 0;
-            state.identify.break_away = 0;
         }
         state.enter(Phase::Settle, input.count);
     }
@@ -392,13 +418,18 @@ impl Params {
         let length = self.learn_ticks(state);
         let low = (state.break_away[state.direction] + LOW_ABOVE_BREAK_AWAY).min(MOST_BREAK_AWAY);
         let part = (state.elapsed << 8) / length.max(256);
+        let (high_until, low_until) = match state.timescale.found {
+            Some(_) => PARTS,
+            None if state.stroke == 0 => PARTS_SLOW_FIRST,
+            None => PARTS_SLOW,
+        };
         state.level = match part {
-            0..92 => HIGH,
-            92..184 => low,
+            _ if part < high_until => HIGH,
+            _ if part < low_until => low,
             _ => (low + HIGH) / 2,
         };
         if state.stroke == 0
-            && part < 92
+            && state.level == HIGH
             && state
                 .timescale
                 .note(state.elapsed, state.displacement(input.count))
@@ -576,8 +607,17 @@ impl Params {
             Progress::Idle | Progress::Busy => {}
             // The first direction alone only serves the coast test: later data may still do.
             Progress::Singular if state.solver.structure() != Structure::Shared => {}
-            Progress::Singular => state.refuse(Reason::NotExcited),
+            Progress::Singular => state.refuse(self.unsolved(state)),
             Progress::Solved => self.solved(state),
+        }
+    }
+
+    /// A motor that never showed its time constant was not given the time.
+    fn unsolved(&self, state: &State) -> Reason {
+        if state.timescale.found.is_none() {
+            Reason::TooShort
+        } else {
+            Reason::NotExcited
         }
     }
 
