@@ -15,4 +15,5 @@ pub mod model;
 pub mod outcome;
 pub mod plant;
 pub mod report;
+pub mod steady;
 pub mod truth;

@@ -95,6 +95,8 @@ pub struct Table {
     pub u_v: Vec<f64>,
     /// Settled speed, rad/s.
     pub omega_rad_s: Vec<f64>,
+    /// One unit of the file's speed column, rad/s (rpm: 2π/60): the unit in which a reader thinks.
+    pub speed_unit_rad_s: f64,
 }
 
 impl Dynamic {

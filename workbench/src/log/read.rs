@@ -214,7 +214,16 @@ impl Sheet<'_> {
             source: self.source.to_owned(),
             u_v,
             omega_rad_s,
+            speed_unit_rad_s: self.factor(Quantity::AngularSpeed),
         })
+    }
+
+    /// Factor from the file's column to the SI unit.
+    fn factor(&self, quantity: Quantity) -> f64 {
+        self.found
+            .iter()
+            .find(|source| source.quantity == quantity)
+            .map_or(1.0, |source| source.factor)
     }
 
     fn dynamic(&self) -> Result<Dynamic, InputError> {

@@ -46,7 +46,7 @@ pub fn value(v: &Value) -> String {
 fn with_deviation(value: f64, std: f64) -> String {
     let decimals = 1 - std.log10().floor() as i32;
     let largest = value.abs().max(std);
-    if decimals > 7 || largest >= 1e6 || largest < 1e-3 {
+    if decimals > 7 || !(1e-3..1e6).contains(&largest) {
         return format!("{value:.4e} ± {std:.1e}");
     }
     let decimals = decimals.max(0) as usize;

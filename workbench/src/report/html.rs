@@ -219,7 +219,7 @@ fn ties(outcome: &Outcome) -> Markup {
                     @if k > 0 { span.or { "or" } }
                     code.name { (format::set(rival)) }
                 }
-                p.muted { "Separated by: " (tie.separated_by) }
+                p.muted { "Told apart: " (tie.separated_by) }
             } } }
         }
     }

@@ -10,6 +10,8 @@ pub mod model_file;
 pub mod plot;
 pub mod terminal;
 
+pub use format::figure;
+
 use crate::outcome::Outcome;
 use anyhow::{Context, Result};
 use std::io::Write;

@@ -132,7 +132,7 @@ fn ties(text: &mut String, outcome: &Outcome) -> Result<()> {
             if k == 0 { "Ties" } else { "" },
             &format!("{}. {}", k + 1, format::rivals(tie)),
         );
-        block(text, "", &format!("separated by: {}", tie.separated_by));
+        block(text, "", &format!("told apart: {}", tie.separated_by));
     }
     Ok(())
 }
