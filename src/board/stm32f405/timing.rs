@@ -53,12 +53,12 @@ pub const fn dead_time(nanoseconds: u32) -> Option<u8> {
 }
 
 /// Prescaler code and reload value of the independent watchdog for `milliseconds` at its nominal 32 kHz (the data sheet
-/// allows 17 to 47 kHz, so the true period lies between 0.68 and 1.9 times that). Longest: 32,768 ms.
+/// allows 17 to 47 kHz, so the true period lies between 0.68 and 1.9 times that), rounded up. Longest: 32,768 ms.
 pub const fn watchdog(milliseconds: u32) -> Option<(u8, u16)> {
     let mut code = 0;
     while code <= 6 {
         let divider = 4 << code;
-        let counts = milliseconds as u64 * 32 / divider;
+        let counts = (milliseconds as u64 * 32).div_ceil(divider);
         if counts >= 1 && counts <= 4096 {
             return Some((code, (counts - 1) as u16));
         }
