@@ -1,0 +1,153 @@
+//! The servo as the host meets it: bytes in, answers out, a motor behind the bridge.
+//!
+//! The motor is the simplest one that moves, stalls and coasts like one, so that a fuzzer gets through many ticks:
+//! speed follows the voltage beyond a dead zone with one time constant (exact for a constant voltage), an open bridge
+//! lets it coast, the encoder counts whole counts.
+
+use servo::axis::{Bridge, Output, Sample};
+use servo::config::Config;
+use servo::joint::{Joint, Order};
+use servo::link::{Inbox, Incoming};
+use servo::protocol::{Command, Message, Refusal};
+
+/// Dead zone of the motor, share of the full duty.
+const DEAD_ZONE: f64 = 0.08;
+/// Counts per tick at full duty.
+const FULL_SPEED: f64 = 8.0;
+/// Ticks of the time constant, driven; an open bridge coasts twice as long.
+const TIME_CONSTANT: f64 = 400.0;
+
+/// A configuration that this motor fits.
+pub fn config() -> Config {
+    Config {
+        supply_nominal_v: 12.0,
+        counts_per_rev: 4000,
+        rated_speed_rad_s: 125.0,
+        tick_hz: 10_000,
+        time_constant_hint_s: Some(0.04),
+        gear_ratio: 10.0,
+        travel_limit_rad: None,
+        current_limit_a: None,
+        energy_limit_j: None,
+        speed_limit_rad_s: None,
+        pwm_delay_ticks: 1,
+        pwm_full_scale: 8400,
+        vbus_v_per_lsb: 0.01,
+        current_a_per_lsb: 0.005,
+    }
+}
+
+/// A motor on a shaft with an encoder.
+#[derive(Clone, Debug, Default)]
+struct Motor {
+    position: f64,
+    speed: f64,
+}
+
+impl Motor {
+    fn pass(&mut self, bridge: Bridge, duty: i16) {
+        let share = f64::from(duty) / f64::from(config().pwm_full_scale);
+        let beyond = (share.abs() - DEAD_ZONE).max(0.0) * share.signum();
+        let (target, time_constant) = match bridge {
+            Bridge::Driven => (FULL_SPEED * beyond, TIME_CONSTANT),
+            Bridge::Shorted => (0.0, TIME_CONSTANT),
+            Bridge::Open => (0.0, 2.0 * TIME_CONSTANT),
+        };
+        self.speed += (target - self.speed) * (1.0 - (-1.0 / time_constant).exp());
+        self.position += self.speed;
+    }
+
+    fn sample(&self) -> Sample {
+        Sample {
+            count: self.position.floor() as i64 as i32,
+            vbus_raw: 1200,
+            current_raw: Sample::CURRENT_NOT_SENSED,
+        }
+    }
+}
+
+/// Link, joint and motor in lock-step.
+#[derive(Clone, Debug, Default)]
+pub struct Desk {
+    inbox: Inbox,
+    joint: Joint,
+    motor: Motor,
+    waiting: Option<(Bridge, i16)>,
+    last_answer: Option<(u16, Result<(), Refusal>)>,
+    tick: u32,
+    /// Commands that reached the joint.
+    pub executed: Vec<(u16, Command)>,
+}
+
+impl Desk {
+    /// Takes bytes; returns the answers. What the link task of the image does between two ticks.
+    pub fn receive(&mut self, bytes: &[u8]) -> Vec<Message> {
+        bytes
+            .iter()
+            .filter_map(|&byte| {
+                let incoming = self.inbox.push(byte)?;
+                self.handle(incoming)
+            })
+            .collect()
+    }
+
+    fn handle(&mut self, incoming: Incoming) -> Option<Message> {
+        let (to, result) = match incoming {
+            Incoming::Execute(to, command) => {
+                let result = self.execute(to, command);
+                self.last_answer = Some((to, result));
+                (to, result)
+            }
+            Incoming::Repeat(to) => self.last_answer.filter(|&(last, _)| last == to)?,
+            Incoming::Refuse(to, reason) => (to, Err(reason)),
+            Incoming::Drop(_) => return None,
+        };
+        let tick = self.tick;
+        Some(Message::Answer { to, tick, result })
+    }
+
+    fn execute(&mut self, to: u16, command: Command) -> Result<(), Refusal> {
+        self.executed.push((to, command));
+        self.order(command)
+    }
+
+    /// A command that reaches the joint without the link.
+    pub fn order(&mut self, command: Command) -> Result<(), Refusal> {
+        match command {
+            Command::Subscribe { .. } => Ok(()),
+            command => self.joint.execute(&Order::from_command(command)?),
+        }
+    }
+
+    /// One control tick.
+    pub fn tick(&mut self) -> Output {
+        let output = self.joint.step(self.motor.sample()).output;
+        let (bridge, duty) = self
+            .waiting
+            .replace((output.bridge, output.duty))
+            .unwrap_or_default();
+        self.motor.pass(bridge, duty);
+        self.tick = self.tick.wrapping_add(1);
+        output
+    }
+
+    /// So many ticks; the last output.
+    pub fn ticks(&mut self, count: u32) -> Output {
+        (0..count).map(|_| self.tick()).last().unwrap_or_default()
+    }
+
+    /// Configured, armed, and on the way to one radian: the state in which a stray command would do most.
+    pub fn driving() -> Self {
+        let mut desk = Desk::default();
+        for command in [Command::Configure(config()), Command::Arm, Command::Position(1.0)] {
+            desk.order(command).expect("the desk's own commands are right");
+            desk.tick();
+        }
+        let output = desk.ticks(20);
+        assert!(
+            output.bridge == Bridge::Driven && output.duty != 0,
+            "the motor is driven: {output:?}"
+        );
+        desk
+    }
+}

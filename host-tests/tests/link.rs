@@ -1,0 +1,379 @@
+//! Invariants of the link. What a frame is, is written down here once more and differently (`oracle`), so that the
+//! decoder of the library is held against something other than itself.
+
+use host_tests::desk::{Desk, config};
+use proptest::prelude::*;
+use servo::axis::{Bridge, Output};
+use servo::config::Config;
+use servo::protocol::{Command, FRAME_CAPACITY, Frame, Message, Refusal, VERSION, encode};
+
+/// Frames by the book: split at zeros, undo COBS, divide the polynomial bit by bit, look at version and content.
+mod oracle {
+    use super::*;
+
+    /// Commands of a byte stream with their numbers, damaged frames left out, in order.
+    pub fn frames(stream: &[u8]) -> Vec<(u16, Command)> {
+        let closed = stream
+            .iter()
+            .rposition(|&byte| byte == 0)
+            .map_or(0, |last| last + 1);
+        stream[..closed]
+            .split(|&byte| byte == 0)
+            .filter(|block| !block.is_empty() && block.len() <= FRAME_CAPACITY)
+            .filter_map(frame)
+            .collect()
+    }
+
+    fn frame(block: &[u8]) -> Option<(u16, Command)> {
+        let bytes = uncobs(block)?;
+        let (content, checksum) = bytes.split_at_checked(bytes.len().checked_sub(4)?)?;
+        if crc(content).to_le_bytes() != checksum || *content.first()? != VERSION {
+            return None;
+        }
+        let frame: Frame<Command> = postcard::from_bytes(content).ok()?;
+        Some((frame.sequence, frame.body))
+    }
+
+    fn uncobs(mut block: &[u8]) -> Option<Vec<u8>> {
+        let mut bytes = Vec::new();
+        while let Some((&code, rest)) = block.split_first() {
+            let run = usize::from(code) - 1;
+            bytes.extend_from_slice(rest.get(..run)?);
+            block = &rest[run..];
+            if code != 0xFF && !block.is_empty() {
+                bytes.push(0);
+            }
+        }
+        Some(bytes)
+    }
+
+    /// The bytes of a frame with this content.
+    pub fn seal(content: &[u8]) -> Vec<u8> {
+        let bytes = [content, &crc(content).to_le_bytes()].concat();
+        let runs: Vec<&[u8]> = bytes.split(|&byte| byte == 0).collect();
+        assert!(runs.iter().all(|run| run.len() < 0xFE), "one COBS group a run");
+        let mut block: Vec<u8> = runs
+            .iter()
+            .flat_map(|run| [&[run.len() as u8 + 1], *run].concat())
+            .collect();
+        block.push(0);
+        block
+    }
+
+    /// CRC-32 of IEEE 802.3.
+    fn crc(bytes: &[u8]) -> u32 {
+        let step = |crc: u32, _| (crc >> 1) ^ (0xEDB8_8320 * (crc & 1));
+        !bytes
+            .iter()
+            .fold(u32::MAX, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
+    }
+
+    /// Which of them are executed: the first, and every one up to half a circle ahead of the one before.
+    pub fn executed(frames: Vec<(u16, Command)>) -> Vec<(u16, Command)> {
+        let mut last = None;
+        frames
+            .into_iter()
+            .filter(|&(sequence, _)| {
+                let fresh = last.is_none_or(|last| (1..0x8000).contains(&sequence.wrapping_sub(last)));
+                if fresh {
+                    last = Some(sequence);
+                }
+                fresh
+            })
+            .collect()
+    }
+}
+
+fn frame(sequence: u16, command: Command) -> Vec<u8> {
+    let mut buffer = [0; FRAME_CAPACITY];
+    encode(sequence, command, &mut buffer).expect("fits").to_vec()
+}
+
+/// What a set-point or a bridge can show: everything of a tick but the number of bytes received.
+fn shown(output: Output) -> (Bridge, i16, servo::record::Record) {
+    (output.bridge, output.duty, output.record)
+}
+
+fn same_for(left: &mut Desk, right: &mut Desk, ticks: u32) -> Result<(), TestCaseError> {
+    for _ in 0..ticks {
+        prop_assert_eq!(shown(left.tick()), shown(right.tick()));
+    }
+    Ok(())
+}
+
+/// Any number, the awkward ones often.
+fn number() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        -3.0f32..3.0,
+        any::<f32>(),
+        any::<u32>().prop_map(f32::from_bits),
+        Just(f32::NAN),
+        Just(f32::INFINITY),
+        Just(0.0),
+    ]
+}
+
+fn configuration() -> impl Strategy<Value = Config> {
+    let numbers = (
+        number(),
+        number(),
+        number(),
+        any::<u32>(),
+        any::<u16>(),
+        any::<u8>(),
+    );
+    (numbers, 0..8usize).prop_map(|((a, b, c, count, scale, delay), which)| {
+        let mut config = config();
+        match which {
+            0 => config.supply_nominal_v = a,
+            1 => config.rated_speed_rad_s = a,
+            2 => config.travel_limit_rad = Some([a, b]),
+            3 => (config.counts_per_rev, config.tick_hz) = (count, u32::from(scale)),
+            4 => (config.pwm_full_scale, config.pwm_delay_ticks) = (scale, delay),
+            5 => (config.vbus_v_per_lsb, config.current_a_per_lsb) = (a, c),
+            6 => (config.time_constant_hint_s, config.speed_limit_rad_s) = (Some(a), Some(b)),
+            _ => {}
+        }
+        config
+    })
+}
+
+fn motion() -> impl Strategy<Value = Command> {
+    prop_oneof![
+        (any::<u32>(), any::<u32>()).prop_map(|(budget_ms, seed)| Command::Commission { budget_ms, seed }),
+        (100..5000u32, any::<u32>()).prop_map(|(budget_ms, seed)| Command::Commission { budget_ms, seed }),
+        (number(), number(), any::<u32>()).prop_map(|(amplitude_rad, frequency_hz, duration_ms)| {
+            Command::TrackSine {
+                amplitude_rad,
+                frequency_hz,
+                duration_ms,
+            }
+        }),
+        (0.01f32..1.0, 0.1f32..5.0, 100..3000u32).prop_map(|(amplitude_rad, frequency_hz, duration_ms)| {
+            Command::TrackSine {
+                amplitude_rad,
+                frequency_hz,
+                duration_ms,
+            }
+        }),
+        number().prop_map(Command::Position),
+    ]
+}
+
+fn unarmed_command() -> impl Strategy<Value = Command> {
+    prop_oneof![
+        configuration().prop_map(Command::Configure),
+        Just(Command::Stop),
+        any::<bool>().prop_map(Command::Compensation),
+        any::<u32>().prop_map(|every| Command::Subscribe { every }),
+        motion(),
+    ]
+}
+
+fn command() -> impl Strategy<Value = Command> {
+    prop_oneof![2 => unarmed_command(), 1 => Just(Command::Arm), 1 => motion()]
+}
+
+/// A piece of a byte stream: a frame, a damaged frame, or noise.
+fn piece() -> impl Strategy<Value = Vec<u8>> {
+    let sequence = prop_oneof![0..6u16, 0x7FFD..0x8003u16, 0xFFFD..=0xFFFFu16, any::<u16>()];
+    let frames = (sequence, command()).prop_map(|(sequence, command)| frame(sequence, command));
+    let damaged = (
+        frames.boxed(),
+        any::<prop::sample::Index>(),
+        any::<prop::sample::Index>(),
+        0..6u8,
+    );
+    let damaged = damaged.prop_map(|(mut bytes, place, bit, how)| {
+        let place = place.index(bytes.len());
+        match how {
+            0 => bytes[place] ^= 1 << bit.index(8),
+            1 => bytes.truncate(place),
+            2 => bytes.insert(place, bit.index(256) as u8),
+            3 => drop(bytes.remove(place)),
+            4 => bytes = [&bytes[..place], &bytes[..]].concat(),
+            _ => {}
+        }
+        bytes
+    });
+    prop_oneof![
+        4 => damaged,
+        1 => prop::collection::vec(any::<u8>(), 0..40),
+        1 => prop::collection::vec(1..=255u8, 250..300),
+        1 => Just(vec![0]),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// The link executes exactly the commands that the book says, whatever the bytes: bridge, duty and record of every
+    /// tick are those of a twin that gets these commands by hand.
+    #[test]
+    fn a_byte_stream_does_what_its_valid_frames_say_and_nothing_else(
+        pieces in prop::collection::vec((piece(), 0..30u32), 1..25),
+    ) {
+        let (mut desk, mut twin) = (Desk::driving(), Desk::driving());
+        let (mut stream, mut done) = (Vec::new(), 0);
+        for (bytes, ticks) in pieces {
+            stream.extend_from_slice(&bytes);
+            desk.receive(&bytes);
+            let commands = oracle::executed(oracle::frames(&stream));
+            for (_, command) in &commands[done..] {
+                let _ = twin.order(*command);
+            }
+            done = commands.len();
+            prop_assert_eq!(format!("{:?}", desk.executed), format!("{commands:?}"));
+            same_for(&mut desk, &mut twin, ticks)?;
+        }
+        same_for(&mut desk, &mut twin, 50)?;
+    }
+
+    /// Noise without a valid frame is no command, whatever the state.
+    #[test]
+    fn noise_changes_nothing(noise in prop::collection::vec(any::<u8>(), 0..4000), driving in any::<bool>()) {
+        let start = if driving { Desk::driving() } else { Desk::default() };
+        let (mut desk, mut twin) = (start.clone(), start);
+        prop_assert!(oracle::frames(&noise).is_empty());
+        for bytes in noise.chunks(97) {
+            prop_assert!(desk.receive(bytes).is_empty());
+            same_for(&mut desk, &mut twin, 3)?;
+        }
+    }
+
+    /// Before `Arm` nothing drives the bridge, whatever is asked.
+    #[test]
+    fn without_arm_the_bridge_stays_open(commands in prop::collection::vec((unarmed_command(), 0..20u32), 1..30)) {
+        let mut desk = Desk::default();
+        desk.order(Command::Configure(config())).expect("configured");
+        for (number, (command, ticks)) in commands.into_iter().enumerate() {
+            desk.receive(&frame(number as u16, command));
+            for _ in 0..ticks {
+                prop_assert_eq!(desk.tick().bridge, Bridge::Open);
+            }
+        }
+    }
+
+    /// `Stop` opens the bridge in the tick in which it is executed, whatever went before, and it stays open.
+    #[test]
+    fn stop_works_in_every_state(commands in prop::collection::vec((command(), 0..200u32), 0..12)) {
+        let mut desk = Desk::driving();
+        for (number, (command, ticks)) in commands.into_iter().enumerate() {
+            desk.receive(&frame(number as u16, command));
+            desk.ticks(ticks);
+        }
+        let answers = desk.receive(&frame(100, Command::Stop));
+        let accepted = matches!(answers[..], [Message::Answer { to: 100, result: Ok(()), .. }]);
+        prop_assert!(accepted, "{:?}", answers);
+        for _ in 0..100 {
+            prop_assert_eq!(desk.tick().bridge, Bridge::Open);
+        }
+    }
+
+    /// A repeated number gets the answer again, an older one is refused with the next number; neither is executed.
+    #[test]
+    fn repeated_and_old_numbers_are_answered_and_not_executed(
+        first in any::<u16>(), commands in prop::collection::vec(command(), 1..10), back in 1..0x8000u16,
+    ) {
+        let mut desk = Desk::driving();
+        let mut twin = desk.clone();
+        for (index, command) in commands.into_iter().enumerate() {
+            let number = first.wrapping_add(index as u16);
+            let answer = desk.receive(&frame(number, command));
+            let _ = twin.order(command);
+            prop_assert_eq!(answer.len(), 1);
+            let executed = desk.executed.len();
+            for other in [command, Command::Stop, Command::Position(0.3)] {
+                prop_assert_eq!(format!("{:?}", desk.receive(&frame(number, other))), format!("{answer:?}"));
+            }
+            for answer in desk.receive(&frame(number.wrapping_sub(back), Command::Stop)) {
+                let Message::Answer { result: Err(Refusal::Stale { expected }), .. } = answer else {
+                    return Err(TestCaseError::fail(format!("{answer:?}")));
+                };
+                prop_assert_eq!(expected, number.wrapping_add(1));
+            }
+            prop_assert_eq!(desk.executed.len(), executed);
+            same_for(&mut desk, &mut twin, 5)?;
+        }
+    }
+}
+
+fn every_command() -> Vec<Command> {
+    vec![
+        Command::Configure(config()),
+        Command::Arm,
+        Command::Stop,
+        Command::Commission {
+            budget_ms: 2000,
+            seed: 7,
+        },
+        Command::Compensation(false),
+        Command::TrackSine {
+            amplitude_rad: 0.5,
+            frequency_hz: 1.0,
+            duration_ms: 1000,
+        },
+        Command::Position(2.0),
+        Command::Subscribe { every: 10 },
+        Command::Adopt(Default::default()),
+    ]
+}
+
+/// Exhaustive: one wrong bit anywhere in any command's frame.
+#[test]
+fn every_single_bit_error_in_every_command_is_dropped() {
+    let mut frames = 0;
+    for command in every_command() {
+        let whole = frame(9, command);
+        for bit in 0..8 * whole.len() {
+            let mut bytes = whole.clone();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            bytes.push(0);
+            let mut desk = Desk::default();
+            let answers = desk.receive(&bytes);
+            assert!(
+                answers.is_empty() && desk.executed.is_empty(),
+                "{command:?}, bit {bit}: {answers:?}"
+            );
+            frames += 1;
+        }
+    }
+    assert!(frames > 1000, "{frames}");
+}
+
+/// Exhaustive: any other version in an otherwise perfect frame.
+#[test]
+fn frames_of_other_versions_are_dropped() {
+    for command in every_command() {
+        for version in 0..=255 {
+            let content = postcard::to_stdvec(&Frame {
+                version,
+                sequence: 1,
+                body: command,
+            })
+            .expect("fits");
+            let mut desk = Desk::default();
+            let answers = desk.receive(&oracle::seal(&content)).len();
+            assert_eq!(
+                (answers, desk.executed.len()),
+                if version == VERSION { (1, 1) } else { (0, 0) }
+            );
+        }
+    }
+}
+
+/// The oracle itself knows a frame when it sees one, and makes the same bytes.
+#[test]
+fn the_oracle_finds_every_command() {
+    for command in every_command() {
+        let content = postcard::to_stdvec(&Frame {
+            version: VERSION,
+            sequence: 3,
+            body: command,
+        })
+        .expect("fits");
+        assert_eq!(oracle::seal(&content), frame(3, command));
+        let stream = [&[7, 7, 0][..], &frame(3, command), &[1, 2]].concat();
+        assert_eq!(oracle::frames(&stream), [(3, command)]);
+    }
+}
