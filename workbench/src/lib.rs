@@ -6,14 +6,25 @@
 //! log → simulate → residual → localise → name → extend → report
 //! ```
 
+pub mod bench;
 pub mod commands;
 pub mod effects;
+pub mod evidence;
 pub mod exhibit;
+pub mod fit;
+pub mod gap;
+pub mod hypothesis;
 pub mod input_error;
+pub mod localise;
 pub mod log;
 pub mod model;
 pub mod outcome;
 pub mod plant;
+pub mod plots;
 pub mod report;
+pub mod residual;
+pub mod search;
+pub mod starts;
 pub mod steady;
 pub mod truth;
+pub mod verdict;

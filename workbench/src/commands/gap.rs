@@ -1,6 +1,7 @@
 //! `truing gap`: where do model and log disagree, and what is missing?
 
-use crate::log::{self, Columns, Log};
+use crate::gap;
+use crate::log::{self, Columns, Dynamic, Log};
 use crate::model;
 use clap::Args;
 use std::path::PathBuf;
@@ -35,14 +36,24 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let columns: Columns = arguments.columns.parse()?;
     let model = model::read(&arguments.model)?;
-    match log::read(&arguments.log, &columns)? {
-        Log::Table(table) => println!(
-            "{}: {} steady states, model {:?}",
-            table.source,
-            table.u_v.len(),
-            model.kind
-        ),
-        Log::Dynamic(log) => println!("{}: {} rows, model {:?}", log.source, log.rows(), model.kind),
-    }
+    let log = log::read(&arguments.log, &columns)?;
+    let holdouts: Vec<Log> =
+        arguments.holdout.iter().map(|path| log::read(path, &columns)).collect::<Result<_, _>>()?;
+    let outcome = match log {
+        Log::Table(_) => anyhow::bail!("steady-state tables are not analysed yet"),
+        Log::Dynamic(log) => {
+            let holdouts = dynamic(holdouts)?;
+            gap::run(&model, &log, &holdouts, &gap::Options::default(), &|_| {})?
+        }
+    };
+    println!("{}", serde_json::to_string_pretty(&outcome)?);
     Ok(())
+}
+
+fn dynamic(logs: Vec<Log>) -> anyhow::Result<Vec<Dynamic>> {
+    let one = |log| match log {
+        Log::Dynamic(log) => Ok(log),
+        Log::Table(table) => anyhow::bail!("{}: is a steady-state table, but the log is a record over time", table.source),
+    };
+    logs.into_iter().map(one).collect()
 }

@@ -141,6 +141,26 @@ pub struct Model {
     pub texts: Vec<(String, String, String)>,
 }
 
+impl Kind {
+    /// Sets a parameter by key. Unknown keys change nothing.
+    pub fn set(&mut self, key: &str, value: f64) {
+        match (self, key) {
+            (Kind::DcMotor { r_ohm, .. }, "R_ohm") => *r_ohm = value,
+            (Kind::DcMotor { l_h, .. }, "L_h") => *l_h = value,
+            (Kind::DcMotor { kt_nm_per_a, .. }, "Kt_nm_per_a") => *kt_nm_per_a = value,
+            (Kind::DcMotor { ke_vs_per_rad, .. }, "Ke_vs_per_rad") => *ke_vs_per_rad = value,
+            (Kind::DcMotor { j_kgm2, .. }, "J_kgm2") => *j_kgm2 = value,
+            (Kind::DcMotor { b_nms_per_rad, .. }, "b_nms_per_rad") => *b_nms_per_rad = value,
+            (Kind::FirstOrder { gain_rad_s_per_v, .. }, "gain_rad_s_per_v") => *gain_rad_s_per_v = value,
+            (Kind::FirstOrder { time_constant_s, .. }, "time_constant_s") => *time_constant_s = value,
+            (Kind::Inertia { inertia, .. }, "mass_kg" | "inertia_kgm2") => *inertia = value,
+            (Kind::Inertia { viscous, .. }, "viscous") => *viscous = value,
+            (Kind::Inertia { drive_gain, .. }, "drive_gain") => *drive_gain = value,
+            _ => {}
+        }
+    }
+}
+
 impl Model {
     /// The base parameters by key, in the file's order.
     pub fn parameters(&self) -> Vec<(&'static str, f64)> {
@@ -183,20 +203,7 @@ impl Model {
 
     /// Sets a base parameter by key. Unknown keys change nothing.
     pub fn set_parameter(&mut self, key: &str, value: f64) {
-        match (&mut self.kind, key) {
-            (Kind::DcMotor { r_ohm, .. }, "R_ohm") => *r_ohm = value,
-            (Kind::DcMotor { l_h, .. }, "L_h") => *l_h = value,
-            (Kind::DcMotor { kt_nm_per_a, .. }, "Kt_nm_per_a") => *kt_nm_per_a = value,
-            (Kind::DcMotor { ke_vs_per_rad, .. }, "Ke_vs_per_rad") => *ke_vs_per_rad = value,
-            (Kind::DcMotor { j_kgm2, .. }, "J_kgm2") => *j_kgm2 = value,
-            (Kind::DcMotor { b_nms_per_rad, .. }, "b_nms_per_rad") => *b_nms_per_rad = value,
-            (Kind::FirstOrder { gain_rad_s_per_v, .. }, "gain_rad_s_per_v") => *gain_rad_s_per_v = value,
-            (Kind::FirstOrder { time_constant_s, .. }, "time_constant_s") => *time_constant_s = value,
-            (Kind::Inertia { inertia, .. }, "mass_kg" | "inertia_kgm2") => *inertia = value,
-            (Kind::Inertia { viscous, .. }, "viscous") => *viscous = value,
-            (Kind::Inertia { drive_gain, .. }, "drive_gain") => *drive_gain = value,
-            _ => {}
-        }
+        self.kind.set(key, value);
     }
 
     /// Relative tolerance (1 σ) of a base parameter.
@@ -217,7 +224,12 @@ impl Model {
     /// A first-order model is the motor with R = 1 Ω, Kt = Ke = 1/gain, J = T/gain², b = 0: its torques count in that
     /// motor's unit, in which a torque times the gain is a voltage.
     pub fn base(&self) -> Physics {
-        let mut plant = match self.kind {
+        self.base_of(&self.kind)
+    }
+
+    /// The same with another set of base parameters.
+    pub fn base_of(&self, kind: &Kind) -> Physics {
+        let mut plant = match *kind {
             Kind::DcMotor {
                 r_ohm,
                 l_h,

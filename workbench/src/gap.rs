@@ -1,0 +1,188 @@
+//! The gap workflow in plain words: log → simulate → residual → localise → name → extend.
+
+use crate::bench::{Bench, Part, Traces, hf_noise, prepare};
+use crate::fit::{FINAL, FINE, covariance};
+use crate::hypothesis::Hypothesis;
+use crate::input_error::InputError;
+use crate::log::Dynamic;
+use crate::model::Model;
+use crate::outcome::*;
+use crate::residual::{fit_percent, rms};
+use crate::search::{Found, Progress, Scored, base_fit, dispersion, search, tied};
+use crate::{effects, evidence, localise, plots, verdict};
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// What the user may choose.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Effects that are not offered.
+    pub excluded: Vec<String>,
+}
+
+/// Finds where model and log disagree, names what is missing and predicts the held-out data with it.
+pub fn run(model: &Model, log: &Dynamic, holdouts: &[Dynamic], options: &Options, progress: Progress) -> Result<Outcome, InputError> {
+    let started = Instant::now();
+    let mut bench = prepare(model, log, holdouts)?;
+    if let Some(outcome) = verdict::not_excited(&bench) {
+        return Ok(outcome);
+    }
+    settle_noise(&mut bench, model);
+    let found = search(&bench, model, &options.excluded, progress);
+    let mut outcome = concluded(&bench, model, &found);
+    outcome.runtime_s = started.elapsed().as_secs_f64();
+    Ok(outcome)
+}
+
+/// The noise from the base's residual, in which the motion no longer hides it, and the weights.
+fn settle_noise(bench: &mut Bench, model: &Model) {
+    let nominal = Hypothesis::new(bench, model, Vec::new());
+    let plant = nominal.plant(&vec![0.0; nominal.slots.len()]);
+    bench.weigh(&plant);
+    let base = base_fit(bench, model);
+    let view = Prediction::of(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
+    let residual: Vec<f64> = view.measured.iter().zip(&view.predicted).map(|(y, p)| y - p).collect();
+    let high = hf_noise(&residual, bench.noise_lag);
+    let plant = base.hypothesis.plant(&base.fit.x);
+    bench.sigma = high.clamp(0.5 * bench.sigma, bench.sigma);
+    bench.weigh(&plant);
+}
+
+/// Measured and predicted values of some parts, in order.
+pub struct Prediction {
+    /// Time, s.
+    pub time: Vec<f64>,
+    /// Measured.
+    pub measured: Vec<f64>,
+    /// Simulated, through the sensor's window.
+    pub predicted: Vec<f64>,
+}
+
+impl Prediction {
+    /// Simulates finely and collects the samples of the given parts.
+    pub fn of(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Self {
+        let plant = hypothesis.plant(x);
+        let mut traces = Traces::default();
+        let mut all = Vec::new();
+        let mut made = Self { time: Vec::new(), measured: Vec::new(), predicted: Vec::new() };
+        for (index, run) in hypothesis.bench.runs.iter().enumerate() {
+            run.simulate(&plant, hypothesis.start_speed(index, x), FINE, &mut traces);
+            run.speed.predict(&run.time, &traces.reading, &traces.integral, &mut all);
+            for k in (0..all.len()).filter(|k| parts.contains(&run.speed.part[*k])) {
+                made.time.push(run.speed.time[k]);
+                made.measured.push(run.speed.measured[k]);
+                made.predicted.push(all[k]);
+            }
+        }
+        made
+    }
+
+    /// Root mean square of measured minus predicted.
+    pub fn gap(&self) -> f64 {
+        let residual: Vec<f64> = self.measured.iter().zip(&self.predicted).map(|(y, p)| y - p).collect();
+        rms(&residual)
+    }
+}
+
+/// From what was found to the one result.
+fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
+    let given = Hypothesis::new(bench, model, Vec::new());
+    let nominal = vec![0.0; given.slots.len()];
+    let before = Prediction::of(&given, &nominal, &[Part::HoldOut]);
+    let judged = verdict::judge(bench, found, &given, &nominal);
+    let steps = steps(found, before.gap());
+    let after = Prediction::of(&judged.kept.hypothesis, &judged.kept.fit.x, &[Part::HoldOut]);
+    let effects = named(&judged.kept, &steps, &judged.ties);
+    Outcome {
+        schema: "truing-gap/1",
+        verdict: judged.verdict,
+        effects,
+        closest_known: judged.closest.clone(),
+        holdout: HoldOut {
+            signal: bench.signal.to_owned(),
+            rmse_before: before.gap(),
+            rmse_after: after.gap(),
+            noise_floor: bench.sigma,
+            fit_percent_before: fit_percent(&before.measured, &before.predicted),
+            fit_percent_after: fit_percent(&after.measured, &after.predicted),
+        },
+        within_tolerance: shifts(&judged.kept),
+        places: localise::places(&given, &nominal),
+        unexplained: judged.unexplained.clone(),
+        next_experiment: judged.next.clone(),
+        runtime_s: 0.0,
+        notes: bench.notes.clone(),
+        rivals: evidence::rivals(found, &judged.ties),
+        plots: plots::all(&given, &nominal, &judged.kept),
+        ties: judged.ties,
+        steps,
+        gap_unit: if bench.linear { "m/s".into() } else { "rad/s".into() },
+    }
+}
+
+/// The held-out gap of the model as given, and after each effect in the order of naming.
+fn steps(found: &Found, given: f64) -> Vec<Step> {
+    let mut steps = vec![Step { label: "the model as given".into(), gap: given }];
+    let best = &found.best;
+    for count in 1..=best.hypothesis.items.len() {
+        let hypothesis = Hypothesis::new(best.hypothesis.bench, best.hypothesis.model, best.hypothesis.items[..count].to_vec());
+        let start = hypothesis.carried(&best.hypothesis, &best.fit.x, &|_| 0.0);
+        let x = if count == best.hypothesis.items.len() { start } else { crate::fit::fit(&hypothesis, &start, &FINAL).x };
+        let gap = Prediction::of(&hypothesis, &x, &[Part::HoldOut]).gap();
+        steps.push(Step { label: best.hypothesis.items[count - 1].effect.name.into(), gap });
+    }
+    steps
+}
+
+/// The accepted effects with their parameters and uncertainties.
+fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
+    let covariance = covariance(&kept.hypothesis, &kept.fit, &FINAL);
+    let factor = dispersion(kept);
+    let linear = kept.hypothesis.bench.linear;
+    let effect = |(index, item): (usize, &crate::hypothesis::Item)| {
+        let mut parameters = BTreeMap::new();
+        for (k, spec) in item.effect.parameters.iter().enumerate() {
+            let value = kept.hypothesis.value(index, k, &kept.fit.x);
+            let slot = kept.hypothesis.slots.iter().position(|slot| *slot == crate::hypothesis::Slot::Effect { item: index, parameter: k });
+            if slot.is_none() && spec.default.is_some() {
+                continue;
+            }
+            let scale = kept.hypothesis.bench.scales.of(spec.scale);
+            let std = slot.map(|s| (covariance[(s, s)].max(0.0) * factor).sqrt() * scale);
+            let (key, unit) = if linear { (effects::linear_key(spec.name), effects::linear_unit(spec.unit)) } else { (spec.name.into(), spec.unit.into()) };
+            parameters.insert(key, Value { value, std, unit });
+        }
+        let name = item.effect.name.to_owned();
+        let place = steps.iter().position(|step| step.label == name).unwrap_or(steps.len() - 1).max(1);
+        NamedEffect {
+            gap_before: steps[place - 1].gap,
+            gap_after: steps[place].gap,
+            evidence: evidence::sentence(item.effect, &steps[place - 1], &steps[place]),
+            tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
+            name,
+            parameters,
+        }
+    };
+    kept.hypothesis.items.iter().enumerate().map(effect).collect()
+}
+
+/// Base parameters that moved inside their tolerances.
+fn shifts(kept: &Scored) -> Vec<Shift> {
+    let covariance = covariance(&kept.hypothesis, &kept.fit, &FINAL);
+    let slots = kept.hypothesis.slots.iter().enumerate();
+    slots
+        .filter_map(|(k, slot)| match slot {
+            crate::hypothesis::Slot::Base { key, tolerance, .. } => Some(Shift {
+                parameter: (*key).to_owned(),
+                shift_percent: 100.0 * ((tolerance * kept.fit.x[k]).exp() - 1.0),
+                std_percent: 100.0 * tolerance * covariance[(k, k)].max(0.0).sqrt().min(1.0),
+            }),
+            _ => None,
+        })
+        .collect()
+}
+
+/// Sets that the data cannot tell from the best, as a tie.
+pub fn ties_of<'s, 'a>(found: &'s Found<'a>) -> Vec<&'s Scored<'a>> {
+    tied(&found.best, &found.others)
+}

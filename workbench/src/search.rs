@@ -1,0 +1,445 @@
+//! Which effects are missing: every candidate is fitted by simulation error, sets grow by a beam, and a set must pay
+//! for itself on the log (fit and cross-validation), be visible, and survive backward elimination.
+
+use crate::bench::{Bench, Part};
+use crate::effects::{Effect, Family, LIBRARY};
+use crate::fit::{Evaluator, FINAL, FINE, Fit, Jacobian, SEARCH, Setting, dot, fit};
+use crate::hypothesis::{Hypothesis, Item, Slot};
+use crate::model::Model;
+use crate::starts::Basis;
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+/// Sets that are grown further side by side.
+const BEAM: usize = 3;
+/// Most effects of a set.
+const DEEPEST: usize = 5;
+/// Gain in χ² that one more effect must bring, times over-dispersion and inflation.
+const WORTH: f64 = 12.0;
+/// Sets closer than this, times the same factors, are a tie.
+const TIED: f64 = 10.0;
+/// Smallest visibility (rms change over the noise) of an effect: at a tenth and less nothing can be named reliably.
+const VISIBLE: f64 = 0.13;
+/// Smallest share of what is left that an effect must explain.
+const SHARE_OF_REST: f64 = 0.05;
+/// Smallest share of the first gap (squared): below it, the imperfect form of a large effect attracts second names.
+const SHARE_OF_GAP: f64 = 1e-3;
+/// A base parameter is named when it is further off than this many tolerances.
+const BEYOND: f64 = 3.0;
+
+/// A fitted set.
+#[derive(Clone, Debug)]
+pub struct Scored<'a> {
+    /// The set.
+    pub hypothesis: Hypothesis<'a>,
+    /// Its fit.
+    pub fit: Fit,
+    /// Cost and penalty for its parameters: lower is better.
+    pub score: f64,
+}
+
+/// What the search found.
+pub struct Found<'a> {
+    /// The base inside its tolerances.
+    pub base: Scored<'a>,
+    /// The accepted set, finely fitted.
+    pub best: Scored<'a>,
+    /// Other sets of the last round, finely fitted, best first.
+    pub others: Vec<Scored<'a>>,
+    /// All singles of the first round, best first.
+    pub singles: Vec<Scored<'a>>,
+    /// The best candidate that was not accepted in the last round.
+    pub declined: Option<Scored<'a>>,
+}
+
+/// Called with the effects found so far and the number of candidates tried.
+pub type Progress<'p> = &'p (dyn Fn(&str) + Sync);
+
+/// Searches the library. `excluded`: names that are not offered.
+pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progress: Progress) -> Found<'a> {
+    let base = base_fit(bench, model);
+    let mut search = Search { bench, model, excluded, progress, first_gap: base.fit.chi2, dispersion: 1.0 };
+    search.dispersion = dispersion(&base);
+    let mut current = base.clone();
+    let mut beam = vec![base.clone()];
+    let (mut singles, mut others, mut declined) = (Vec::new(), Vec::new(), None);
+    let mut patience = 1;
+    for depth in 1..=DEEPEST {
+        progress(&format!("round {depth}: {}", current.label()));
+        let mut children = search.expand(&beam);
+        if children.is_empty() {
+            break;
+        }
+        children[0] = search.refined(children[0].clone());
+        children.sort_by(|a, b| a.score.total_cmp(&b.score));
+        if depth == 1 {
+            singles = children.clone();
+        }
+        let winner = children.iter().take(BEAM).find(|child| search.accepts(&current, child)).cloned();
+        beam = children.iter().take(BEAM).cloned().collect();
+        match winner {
+            Some(winner) => {
+                others = children.into_iter().filter(|child| child.hypothesis.names() != winner.hypothesis.names()).take(12).collect();
+                search.dispersion = dispersion(&winner);
+                current = winner;
+                patience = 1;
+            }
+            None => {
+                declined = declined.or_else(|| children.first().cloned());
+                if patience == 0 || search.at_floor(&current) {
+                    break;
+                }
+                patience -= 1;
+            }
+        }
+    }
+    let best = search.eliminated(search.fine(&current));
+    let others = search.rivals(&best, others, &singles);
+    Found { base: search.fine(&base), best, others, singles, declined }
+}
+
+impl Scored<'_> {
+    /// The effects' names with plus signs.
+    pub fn label(&self) -> String {
+        if self.hypothesis.items.is_empty() { "the model as given".into() } else { self.hypothesis.names().join(" + ") }
+    }
+}
+
+/// The base inside its tolerances.
+pub fn base_fit<'a>(bench: &'a Bench, model: &'a Model) -> Scored<'a> {
+    let hypothesis = Hypothesis::new(bench, model, Vec::new());
+    let start = vec![0.0; hypothesis.slots.len()];
+    let fit = fit(&hypothesis, &start, &SEARCH);
+    Scored { score: fit.cost, hypothesis, fit }
+}
+
+struct Search<'a, 'p> {
+    bench: &'a Bench,
+    model: &'a Model,
+    excluded: &'p [String],
+    progress: Progress<'p>,
+    /// χ² of the base inside its tolerances.
+    first_gap: f64,
+    /// Over-dispersion times inflation by correlation, of the best set so far.
+    dispersion: f64,
+}
+
+/// χ² per sample beyond 1, times the inflation of a mean's variance by the residual's correlation.
+pub fn dispersion(scored: &Scored) -> f64 {
+    let mut evaluator = Evaluator::new(&scored.hypothesis, &SEARCH);
+    let mut residuals = Vec::new();
+    evaluator.residuals(&scored.fit.x, &mut residuals);
+    residuals.truncate(scored.fit.samples);
+    let mean_square = dot(&residuals, &residuals) / residuals.len() as f64;
+    mean_square.max(1.0) * crate::residual::inflation(&residuals)
+}
+
+impl<'a> Search<'a, '_> {
+    /// All sets that have one effect more than a set of the beam, best first.
+    fn expand(&self, beam: &[Scored<'a>]) -> Vec<Scored<'a>> {
+        let bases: Vec<Basis> = beam.iter().map(|parent| Basis::new(&parent.hypothesis, &parent.fit.x)).collect();
+        let mut tasks: Vec<(usize, &'static Effect)> = Vec::new();
+        let mut seen: Vec<Vec<String>> = Vec::new();
+        for (index, parent) in beam.iter().enumerate() {
+            for effect in LIBRARY.iter().filter(|effect| self.offers(parent, effect)) {
+                let mut names = parent.hypothesis.names();
+                names.push(effect.name.to_owned());
+                names.sort();
+                if !seen.contains(&names) {
+                    seen.push(names);
+                    tasks.push((index, effect));
+                }
+            }
+        }
+        let projectors: Vec<Projector> = beam.par_iter().map(Projector::new).collect();
+        let short = Setting { iterations: 4, ..SEARCH };
+        let mut children: Vec<Scored<'a>> = tasks
+            .par_iter()
+            .filter_map(|(index, effect)| {
+                let made = self.child(&beam[*index], &bases[*index], &projectors[*index], effect, &short);
+                (self.progress)("");
+                made
+            })
+            .collect();
+        children.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let full: Vec<Scored<'a>> = children.par_iter().take(10).map(|child| self.refit(child, &SEARCH)).collect();
+        children.splice(0..full.len(), full);
+        children.sort_by(|a, b| a.score.total_cmp(&b.score));
+        children
+    }
+
+    fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {
+        !self.excluded.iter().any(|name| name == effect.name) && parent.hypothesis.admits(effect)
+    }
+
+    /// One more effect: its starts are screened with the parent's nuisances projected out, the best two are fitted.
+    fn child(&self, parent: &Scored<'a>, basis: &Basis, projector: &Projector, effect: &'static Effect, setting: &Setting) -> Option<Scored<'a>> {
+        let mut items = parent.hypothesis.items.clone();
+        items.push(Item { effect, full: false });
+        let hypothesis = Hypothesis::new(self.bench, self.model, items);
+        let mut evaluator = Evaluator::new(&hypothesis, &SEARCH);
+        let mut screened: Vec<(f64, Vec<f64>)> = Vec::new();
+        let mut residuals = Vec::new();
+        for start in basis.starts(self.bench, effect) {
+            for nominal in [false, true] {
+                let x = started(&hypothesis, parent, &start, nominal);
+                evaluator.residuals(&x, &mut residuals);
+                screened.push((projector.projected(&hypothesis, &x, &residuals), x));
+            }
+        }
+        screened.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let fits = screened.iter().take(2).map(|(_, x)| fit(&hypothesis, x, setting));
+        let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        Some(self.scored(hypothesis, best))
+    }
+
+    fn scored(&self, hypothesis: Hypothesis<'a>, fit: Fit) -> Scored<'a> {
+        let penalty = (2.0 * fit.samples as f64).ln() * self.dispersion;
+        Scored { score: fit.cost + penalty * hypothesis.effect_slots() as f64, hypothesis, fit }
+    }
+
+    fn refit(&self, scored: &Scored<'a>, setting: &Setting) -> Scored<'a> {
+        let made = fit(&scored.hypothesis, &scored.fit.x, setting);
+        self.scored(scored.hypothesis.clone(), made)
+    }
+
+    fn fine(&self, scored: &Scored<'a>) -> Scored<'a> {
+        self.refit(scored, &FINAL)
+    }
+
+    /// Tries the richer and the poorer forms of each effect (a softness, two sides instead of one).
+    fn refined(&self, scored: Scored<'a>) -> Scored<'a> {
+        let mut best = scored;
+        for index in 0..best.hypothesis.items.len() {
+            let variants: Vec<Item> = self.variants(&best.hypothesis, index);
+            let tried: Vec<Scored<'a>> = variants.par_iter().filter_map(|item| self.replaced(&best, index, *item)).collect();
+            for other in tried {
+                let more = other.hypothesis.effect_slots() > best.hypothesis.effect_slots();
+                let margin = if more { WORTH * self.dispersion.min(dispersion(&other)) } else { 0.0 };
+                if other.score + margin < best.score {
+                    best = other;
+                }
+            }
+        }
+        best
+    }
+
+    fn variants(&self, hypothesis: &Hypothesis<'a>, index: usize) -> Vec<Item> {
+        let item = hypothesis.items[index];
+        let mut variants = Vec::new();
+        if item.can_grow() {
+            variants.push(Item { full: true, ..item });
+        }
+        if !matches!(item.effect.family, Family::Own(_)) {
+            let twins = LIBRARY.iter().filter(|other| other.family == item.effect.family && other.name != item.effect.name);
+            let allowed = twins.filter(|other| !self.excluded.iter().any(|name| name == other.name));
+            variants.extend(allowed.map(|effect| Item { effect, full: false }));
+        }
+        variants
+    }
+
+    /// The same set with one effect in another form.
+    fn replaced(&self, scored: &Scored<'a>, index: usize, item: Item) -> Option<Scored<'a>> {
+        let mut items = scored.hypothesis.items.clone();
+        items[index] = item;
+        let hypothesis = Hypothesis::new(self.bench, self.model, items);
+        if item.effect.name == scored.hypothesis.items[index].effect.name {
+            let fits = [0.05, 0.2, 0.5].map(|soft| {
+                let default = |slot: &Slot| if matches!(slot, Slot::Effect { .. }) { soft } else { 0.0 };
+                fit(&hypothesis, &hypothesis.carried(&scored.hypothesis, &scored.fit.x, &default), &SEARCH)
+            });
+            let best = fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+            return Some(self.scored(hypothesis, best));
+        }
+        let mut others = scored.hypothesis.items.clone();
+        others.remove(index);
+        let without = Hypothesis::new(self.bench, self.model, others);
+        let x = without.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+        let parent = self.scored(without, Fit { x, ..scored.fit.clone() });
+        let basis = Basis::new(&parent.hypothesis, &parent.fit.x);
+        let child = self.child(&parent, &basis, &Projector::new(&parent), item.effect, &SEARCH)?;
+        // Back to the order of naming.
+        let reordered = hypothesis.carried(&child.hypothesis, &child.fit.x, &|_| 0.0);
+        Some(self.scored(hypothesis, Fit { x: reordered, ..child.fit }))
+    }
+
+    /// Whether a larger set pays for itself against the accepted one.
+    fn accepts(&self, current: &Scored<'a>, child: &Scored<'a>) -> bool {
+        let gain = current.fit.cost - child.fit.cost;
+        let factor = dispersion(child);
+        let more = (child.hypothesis.effect_slots() as f64 - current.hypothesis.effect_slots() as f64).max(1.0);
+        if gain < WORTH * factor * more.sqrt() || !self.material(current, child) {
+            return false;
+        }
+        if child.hypothesis.items.iter().enumerate().any(|(index, item)| self.inside_tolerance(&child.hypothesis, index, item, &child.fit.x)) {
+            return false;
+        }
+        let validated = cross_validated(current) - cross_validated(child);
+        let base_only = child.hypothesis.items.iter().filter(|item| item.effect.is_base_parameter()).count() == child.hypothesis.items.len();
+        validated > if base_only { -0.25 * gain } else { 0.25 * gain.min(current.fit.chi2 - child.fit.chi2) }
+    }
+
+    /// Visible against the noise, and a share of what is left and of the first gap.
+    fn material(&self, current: &Scored, child: &Scored) -> bool {
+        let samples = child.fit.samples as f64;
+        let gain = current.fit.cost - child.fit.cost;
+        let rest = (current.fit.chi2 - samples).max(1e-9);
+        gain / samples > VISIBLE * VISIBLE && gain > SHARE_OF_REST * rest && gain > SHARE_OF_GAP * (self.first_gap - samples)
+    }
+
+    /// A freed base parameter that stays near its nominal value is no effect.
+    fn inside_tolerance(&self, hypothesis: &Hypothesis, index: usize, item: &Item, x: &[f64]) -> bool {
+        if !item.effect.is_base_parameter() {
+            return false;
+        }
+        let key = match item.effect.name {
+            "resistance" => "R_ohm",
+            "motor_gain" => "Kt_nm_per_a",
+            "inertia" => if self.model.linear() { "mass_kg" } else { "J_kgm2" },
+            _ => "b_nms_per_rad",
+        };
+        let shift = hypothesis.value(index, 0, x).ln().abs();
+        shift < BEYOND * self.model.tolerance(key)
+    }
+
+    fn at_floor(&self, scored: &Scored) -> bool {
+        let samples = scored.fit.samples as f64;
+        scored.fit.chi2 / samples < 1.0 + 3.0 * (2.0 / samples).sqrt() + VISIBLE * VISIBLE
+    }
+
+    /// Drops every effect whose removal costs too little, on the fine grid.
+    fn eliminated(&self, scored: Scored<'a>) -> Scored<'a> {
+        let mut best = scored;
+        'again: loop {
+            if best.hypothesis.items.len() < 2 {
+                return best;
+            }
+            let factor = dispersion(&best);
+            let smaller: Vec<Scored<'a>> = (0..best.hypothesis.items.len()).into_par_iter().map(|index| self.without(&best, index, &FINAL)).collect();
+            let cheapest = smaller.into_iter().min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost)).expect("two or more");
+            let samples = best.fit.samples as f64;
+            let cost = cheapest.fit.cost - best.fit.cost;
+            let base_inside = |s: &Scored| s.hypothesis.items.iter().enumerate().any(|(index, item)| self.inside_tolerance(&s.hypothesis, index, item, &s.fit.x));
+            if cost < WORTH * factor || cost / samples < VISIBLE * VISIBLE || base_inside(&best) {
+                best = cheapest;
+                continue 'again;
+            }
+            return best;
+        }
+    }
+
+    /// The set without one effect, refitted from its own values and from the base's nominal ones.
+    fn without(&self, scored: &Scored<'a>, index: usize, setting: &Setting) -> Scored<'a> {
+        let mut items = scored.hypothesis.items.clone();
+        items.remove(index);
+        let hypothesis = Hypothesis::new(self.bench, self.model, items);
+        let x = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+        let made = fit(&hypothesis, &x, setting);
+        self.scored(hypothesis, made)
+    }
+
+    /// Sets of the same size as the best that come near, finely fitted, best first.
+    fn rivals(&self, best: &Scored<'a>, others: Vec<Scored<'a>>, singles: &[Scored<'a>]) -> Vec<Scored<'a>> {
+        let size = best.hypothesis.items.len();
+        let pool = others.into_iter().chain(singles.iter().cloned());
+        let mut near: Vec<Scored<'a>> = Vec::new();
+        for other in pool.filter(|other| other.hypothesis.items.len() == size && size > 0) {
+            let names = sorted_names(&other);
+            if names != sorted_names(best) && !near.iter().any(|known| sorted_names(known) == names) {
+                near.push(other);
+            }
+        }
+        near.sort_by(|a, b| a.score.total_cmp(&b.score));
+        near.truncate(6);
+        let mut fine: Vec<Scored<'a>> = near.par_iter().map(|other| self.fine(other)).collect();
+        fine.sort_by(|a, b| a.score.total_cmp(&b.score));
+        fine
+    }
+}
+
+fn sorted_names(scored: &Scored) -> Vec<String> {
+    let mut names = scored.hypothesis.names();
+    names.sort();
+    names
+}
+
+/// Sets that the data cannot tell from the best.
+pub fn tied<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>]) -> Vec<&'s Scored<'a>> {
+    let margin = TIED * dispersion(best);
+    others.iter().filter(|other| other.fit.cost - best.fit.cost < margin).collect()
+}
+
+/// χ² of each fold predicted by the fit of the other.
+fn cross_validated(scored: &Scored) -> f64 {
+    const FIT_A: Setting = Setting { parts: &[Part::A], iterations: 6, ..SEARCH };
+    const FIT_B: Setting = Setting { parts: &[Part::B], iterations: 6, ..SEARCH };
+    let folds = [(FIT_A, FIT_B), (FIT_B, FIT_A)];
+    folds.par_iter().map(|(train, test)| {
+        let trained = fit(&scored.hypothesis, &scored.fit.x, train);
+        chi2(&scored.hypothesis, &trained.x, test).0
+    }).sum()
+}
+
+/// χ² and number of samples of a hypothesis on the parts of a setting.
+pub fn chi2(hypothesis: &Hypothesis, x: &[f64], setting: &Setting) -> (f64, usize) {
+    let mut residuals = Vec::new();
+    Evaluator::new(hypothesis, setting).residuals(x, &mut residuals);
+    let priors = hypothesis.slots.iter().filter(|slot| slot.has_prior()).count();
+    residuals.truncate(residuals.len() - priors);
+    (dot(&residuals, &residuals), residuals.len())
+}
+
+/// The residual on the held-out part, unweighted by anything but the noise.
+pub const HELD_OUT: Setting = Setting { parts: &[Part::HoldOut], finest: FINE, iterations: 0 };
+
+/// Numbers of a child from its parent and a start of the new effect.
+fn started(child: &Hypothesis, parent: &Scored, start: &[f64], nominal: bool) -> Vec<f64> {
+    let new = child.items.len() - 1;
+    let default = |slot: &Slot| match slot {
+        Slot::Effect { item, parameter } if *item == new => start[*parameter],
+        _ => 0.0,
+    };
+    let mut x = child.carried(&parent.hypothesis, &parent.fit.x, &default);
+    for (slot, value) in child.slots.iter().zip(&mut x) {
+        if nominal && slot.has_prior() {
+            *value = 0.0;
+        }
+    }
+    x.iter().enumerate().map(|(k, v)| v.clamp(child.bounds(k).0, child.bounds(k).1)).collect()
+}
+
+/// Lets the parent's numbers follow a change of the residual, linearly and inside their bounds.
+struct Projector {
+    jacobian: Jacobian,
+    factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
+    slots: Vec<Slot>,
+}
+
+impl Projector {
+    fn new(parent: &Scored) -> Self {
+        let mut evaluator = Evaluator::new(&parent.hypothesis, &SEARCH);
+        let mut residuals = Vec::new();
+        evaluator.residuals(&parent.fit.x, &mut residuals);
+        let jacobian = Jacobian::at(&mut evaluator, &parent.fit.x, &residuals, 0..parent.fit.x.len());
+        let mut normal = jacobian.normal();
+        for k in 0..parent.fit.x.len() {
+            normal[(k, k)] = normal[(k, k)] * (1.0 + 1e-9) + 1e-9;
+        }
+        let factor = normal.cholesky().expect("made positive");
+        Self { jacobian, factor, slots: parent.hypothesis.slots.clone() }
+    }
+
+    /// The cost after the parent's numbers followed.
+    fn projected(&self, child: &Hypothesis, x: &[f64], residuals: &[f64]) -> f64 {
+        let gradient: DVector<f64> = self.jacobian.gradient(residuals);
+        let wanted = self.factor.solve(&-gradient);
+        let mut left = residuals.to_vec();
+        for (column, (slot, step)) in self.jacobian.columns.iter().zip(self.slots.iter().zip(wanted.iter())) {
+            let Some(twin) = child.slots.iter().position(|other| other == slot) else { continue };
+            let (lower, upper) = child.bounds(twin);
+            let step = (x[twin] + step).clamp(lower, upper) - x[twin];
+            left.iter_mut().zip(column).for_each(|(r, c)| *r += step * c);
+        }
+        dot(&left, &left)
+    }
+}

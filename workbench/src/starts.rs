@@ -1,0 +1,222 @@
+//! From where the fits of a candidate start: its grid, quantiles of a signal, or a scan for a periodic torque.
+
+use crate::bench::{Bench, Part, Traces};
+use crate::effects::{Effect, Scale, Signal, Starts};
+use crate::fit::COARSE;
+use crate::hypothesis::Hypothesis;
+use crate::plant::dynamics::bridge;
+use crate::plant::physics::Physics;
+
+/// A threshold is tried where the signal exceeds it in 0.2 % … 50 % of the samples.
+const QUANTILES: [f64; 7] = [0.998, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5];
+/// Periods per turn that are scanned on a rotary axis.
+const TURN_HARMONICS: usize = 60;
+/// Lines that are scanned over a whole log.
+const LINES: usize = 400;
+
+/// Simulation and residual of a fitted hypothesis: what starts are drawn from.
+pub struct Basis {
+    plant: Physics,
+    traces: Vec<Traces>,
+    /// Weighted residual of each run's speed samples; 0 where a sample does not count.
+    residuals: Vec<Vec<f64>>,
+}
+
+impl Basis {
+    /// Simulates the hypothesis on the log's own runs.
+    pub fn new(hypothesis: &Hypothesis, x: &[f64]) -> Self {
+        let plant = hypothesis.plant(x);
+        let (mut traces, mut residuals) = (Vec::new(), Vec::new());
+        let mut predicted = Vec::new();
+        for (index, run) in hypothesis.bench.runs.iter().enumerate().filter(|(_, run)| run.log == 0) {
+            let mut trace = Traces::default();
+            run.simulate(&plant, hypothesis.start_speed(index, x), COARSE, &mut trace);
+            run.speed.predict(&run.time, &trace.reading, &trace.integral, &mut predicted);
+            let weighted = |k: usize| {
+                let counts = matches!(run.speed.part[k], Part::A | Part::B);
+                if counts { (run.speed.measured[k] - predicted[k]) * run.speed.weight[k] } else { 0.0 }
+            };
+            residuals.push((0..predicted.len()).map(weighted).collect());
+            traces.push(trace);
+        }
+        Self { plant, traces, residuals }
+    }
+
+    /// Starts of an effect, in units of its parameters' scales.
+    pub fn starts(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+        match effect.starts {
+            Starts::Grid(rows) => rows.iter().map(|row| row.to_vec()).collect(),
+            Starts::Quantiles(signal, rest) => self.quantiles(bench, effect, signal, rest),
+            Starts::GravityScan => self.gravity(bench, effect),
+            Starts::PositionScan => self.position_lines(bench, effect),
+            Starts::TimeScan => self.time_lines(bench, effect),
+        }
+    }
+
+    fn quantiles(&self, bench: &Bench, effect: &Effect, signal: Signal, rest: &[f64]) -> Vec<Vec<f64>> {
+        let runs = bench.runs.iter().filter(|run| run.log == 0);
+        let mut values: Vec<f64> = match signal {
+            Signal::Input => runs.flat_map(|run| run.input.iter().map(|u| u.abs())).collect(),
+            Signal::Speed => self.traces.iter().flat_map(|trace| trace.reading.iter().map(|y| y.abs())).collect(),
+            Signal::Current => self.traces.iter().flat_map(|trace| trace.current.iter().map(|i| i.abs())).collect(),
+        };
+        values.sort_by(f64::total_cmp);
+        let scale = bench.scales.of(effect.parameters[0].scale);
+        let row = |threshold: f64| [&[threshold / scale], rest].concat();
+        let mut starts: Vec<Vec<f64>> = QUANTILES.iter().map(|q| row(values[((values.len() - 1) as f64 * q) as usize])).collect();
+        if signal == Signal::Speed {
+            starts.push(row(bench.scales.speed));
+        }
+        starts
+    }
+
+    fn gravity(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+        let ratio = self.plant.gear_ratio;
+        let torque = bench.scales.of(effect.parameters[0].scale);
+        let mut starts: Vec<Vec<f64>> =
+            [0.0, 1.57, 3.14, -1.57].iter().map(|phase| vec![0.05 * ratio, *phase]).collect();
+        for line in self.scan(bench, Axis::Position, 1.0 / ratio, 1) {
+            starts.push(vec![line.amplitude * ratio / torque, line.phase]);
+        }
+        starts
+    }
+
+    fn position_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+        let span = bench.runs.iter().filter(|run| run.log == 0).map(|run| span(&run.position)).fold(0.0, f64::max);
+        let (unit, count) = if bench.linear { (std::f64::consts::PI / span.max(1e-9), LINES) } else { (1.0, TURN_HARMONICS) };
+        let torque = bench.scales.of(effect.parameters[0].scale);
+        let lines = self.scan(bench, Axis::Position, unit, count);
+        // One period per turn without a gear is gravity.
+        let gravity = |n: f64| !bench.linear && n < 1.5 && self.plant.gear_ratio == 1.0;
+        lines.iter().filter(|line| !gravity(line.number)).map(|line| vec![line.amplitude / torque, line.number, line.phase]).collect()
+    }
+
+    fn time_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+        let unit = std::f64::consts::PI / bench.scales.duration;
+        let highest = 20.0 / bench.scales.time;
+        let count = ((highest / unit) as usize).clamp(1, 3 * LINES);
+        let torque = bench.scales.of(effect.parameters[0].scale);
+        let hertz = bench.scales.of(Scale::Frequency);
+        // Fewer than three periods in the log are a drift.
+        let lines = self.scan(bench, Axis::Time, unit, count);
+        let fast = lines.iter().filter(|line| line.number > 6.0 * unit);
+        fast.map(|line| vec![line.amplitude / torque, line.number / std::f64::consts::TAU / hertz, line.phase]).collect()
+    }
+
+    /// The three strongest lines of a periodic torque among `unit`, 2·`unit`, … `count`·`unit`.
+    fn scan(&self, bench: &Bench, axis: Axis, unit: f64, count: usize) -> Vec<Line> {
+        let mut waves: Vec<Wave> = Vec::new();
+        for (run, trace) in bench.runs.iter().filter(|run| run.log == 0).zip(&self.traces) {
+            waves.push(Wave::new(run, trace, axis, unit));
+        }
+        let mut lines: Vec<Line> = Vec::new();
+        for harmonic in 1..=count {
+            let mut sums = Sums::default();
+            for ((run, wave), residual) in bench.runs.iter().filter(|run| run.log == 0).zip(&mut waves).zip(&self.residuals) {
+                wave.turn();
+                sums.add_run(run, wave, residual, &self.plant);
+            }
+            lines.push(sums.line(harmonic as f64 * unit));
+        }
+        let mut peaks: Vec<Line> = (0..lines.len())
+            .filter(|k| (*k == 0 || lines[k - 1].gain <= lines[*k].gain) && lines.get(k + 1).is_none_or(|next| next.gain <= lines[*k].gain))
+            .map(|k| lines[k])
+            .collect();
+        peaks.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        peaks.truncate(3);
+        peaks
+    }
+}
+
+fn span(values: &[f64]) -> f64 {
+    let (lowest, highest) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+    (highest - lowest).max(0.0)
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Axis {
+    Position,
+    Time,
+}
+
+/// A line of a scan: torque amplitude·sin(number·x + phase), with the sign convention of the axis.
+#[derive(Clone, Copy)]
+struct Line {
+    number: f64,
+    amplitude: f64,
+    phase: f64,
+    gain: f64,
+}
+
+/// exp(i·k·unit·x) of every block, turned by one harmonic at a time.
+struct Wave {
+    base: Vec<(f64, f64)>,
+    now: Vec<(f64, f64)>,
+    sign: f64,
+}
+
+impl Wave {
+    fn new(run: &crate::bench::BenchRun, trace: &Traces, axis: Axis, unit: f64) -> Self {
+        let middle = |k: usize| match axis {
+            Axis::Position if run.position.is_empty() => trace.integral[k],
+            Axis::Position => 0.5 * (run.position[k] + run.position[k + 1]),
+            Axis::Time => 0.5 * (run.time[k] + run.time[k + 1]) - run.time[0],
+        };
+        let base: Vec<(f64, f64)> = (0..run.blocks()).map(|k| (unit * middle(k)).sin_cos()).collect();
+        Self { now: vec![(0.0, 1.0); base.len()], base, sign: if axis == Axis::Position { -1.0 } else { 1.0 } }
+    }
+
+    fn turn(&mut self) {
+        for ((s, c), (bs, bc)) in self.now.iter_mut().zip(&self.base) {
+            (*s, *c) = (*s * bc + *c * bs, *c * bc - *s * bs);
+        }
+    }
+}
+
+/// Sums of a two-column least-squares fit of the residual by the linear motor's response to sine and cosine.
+#[derive(Default)]
+struct Sums {
+    ss: f64,
+    sc: f64,
+    cc: f64,
+    sr: f64,
+    cr: f64,
+}
+
+impl Sums {
+    fn add_run(&mut self, run: &crate::bench::BenchRun, wave: &Wave, residual: &[f64], plant: &Physics) {
+        let (mut sine, mut cosine) = (0.0, 0.0);
+        let mut sample = 0;
+        for block in 0..run.blocks() {
+            let h = run.time[block + 1] - run.time[block];
+            let damping = if run.bridge[block] == bridge::OPEN { plant.viscous } else { plant.total_damping() };
+            let half = 0.5 * h * damping / plant.inertia;
+            let (keep, push) = ((1.0 - half) / (1.0 + half), wave.sign * h / plant.inertia / (1.0 + half));
+            let was = (sine, cosine);
+            sine = keep * sine + push * wave.now[block].0;
+            cosine = keep * cosine + push * wave.now[block].1;
+            while sample < run.speed.len() && run.speed.block[sample] as usize == block {
+                if residual[sample] != 0.0 {
+                    let weight = run.speed.weight[sample] * 0.5;
+                    self.add(weight * (was.0 + sine), weight * (was.1 + cosine), residual[sample]);
+                }
+                sample += 1;
+            }
+        }
+    }
+
+    fn add(&mut self, s: f64, c: f64, r: f64) {
+        self.ss += s * s;
+        self.sc += s * c;
+        self.cc += c * c;
+        self.sr += s * r;
+        self.cr += c * r;
+    }
+
+    fn line(&self, number: f64) -> Line {
+        let determinant = (self.ss * self.cc - self.sc * self.sc).max(1e-300);
+        let a = (self.cc * self.sr - self.sc * self.cr) / determinant;
+        let b = (self.ss * self.cr - self.sc * self.sr) / determinant;
+        Line { number, amplitude: a.hypot(b), phase: b.atan2(a), gain: a * self.sr + b * self.cr }
+    }
+}
