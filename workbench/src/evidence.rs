@@ -15,11 +15,18 @@ pub fn sentence(effect: &Effect, before: &Step, after: &Step) -> String {
 /// Explanations that lost, and why.
 pub fn rivals(found: &Found, ties: &[Tie]) -> Vec<Rival> {
     let tied: Vec<&Vec<String>> = ties.iter().flat_map(|tie| &tie.rivals).collect();
-    let lost = found.others.iter().filter(|other| !tied.contains(&&other.hypothesis.names()));
+    let lost = found
+        .others
+        .iter()
+        .filter(|other| !tied.contains(&&other.hypothesis.names()));
     lost.map(|other| Rival {
         names: other.hypothesis.names(),
-        gap: crate::gap::Prediction::of(&other.hypothesis, &other.fit.x, &[crate::bench::Part::HoldOut]).gap(),
-        reason: format!("fits worse: χ² {:.0} against {:.0} of the accepted set", other.fit.cost, found.best.fit.cost),
+        gap: crate::gap::Prediction::of(&other.hypothesis, &other.fit.x, &[crate::bench::Part::HoldOut])
+            .gap(),
+        reason: format!(
+            "fits worse: χ² {:.0} against {:.0} of the accepted set",
+            other.fit.cost, found.best.fit.cost
+        ),
     })
     .collect()
 }

@@ -24,9 +24,17 @@ pub struct Setting {
 }
 
 /// Both folds, coarse: the search.
-pub const SEARCH: Setting = Setting { parts: &[Part::A, Part::B], finest: COARSE, iterations: 12 };
+pub const SEARCH: Setting = Setting {
+    parts: &[Part::A, Part::B],
+    finest: COARSE,
+    iterations: 12,
+};
 /// Both folds, fine: the result.
-pub const FINAL: Setting = Setting { parts: &[Part::A, Part::B], finest: FINE, iterations: 12 };
+pub const FINAL: Setting = Setting {
+    parts: &[Part::A, Part::B],
+    finest: FINE,
+    iterations: 12,
+};
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
@@ -54,7 +62,13 @@ impl<'h, 'a> Evaluator<'h, 'a> {
     /// For a hypothesis.
     pub fn new(hypothesis: &'h Hypothesis<'a>, setting: &Setting) -> Self {
         let (traces, predicted) = (Traces::default(), Vec::new());
-        Self { hypothesis, parts: setting.parts, finest: setting.finest, traces, predicted }
+        Self {
+            hypothesis,
+            parts: setting.parts,
+            finest: setting.finest,
+            traces,
+            predicted,
+        }
     }
 
     /// Weighted residuals and priors.
@@ -66,15 +80,35 @@ impl<'h, 'a> Evaluator<'h, 'a> {
             if run.log > 0 && !only_holdout {
                 continue;
             }
-            run.simulate(&plant, self.hypothesis.start_speed(index, x), self.finest, &mut self.traces);
-            run.speed.predict(&run.time, &self.traces.reading, &self.traces.integral, &mut self.predicted);
+            run.simulate(
+                &plant,
+                self.hypothesis.start_speed(index, x),
+                self.finest,
+                &mut self.traces,
+            );
+            run.speed.predict(
+                &run.time,
+                &self.traces.reading,
+                &self.traces.integral,
+                &mut self.predicted,
+            );
             self.compare(&run.speed, out);
             if !run.current.is_empty() {
-                run.current.predict(&run.time, &self.traces.current, &self.traces.charge, &mut self.predicted);
+                run.current.predict(
+                    &run.time,
+                    &self.traces.current,
+                    &self.traces.charge,
+                    &mut self.predicted,
+                );
                 self.compare(&run.current, out);
             }
         }
-        let priors = self.hypothesis.slots.iter().zip(x).filter(|(slot, _)| slot.has_prior());
+        let priors = self
+            .hypothesis
+            .slots
+            .iter()
+            .zip(x)
+            .filter(|(slot, _)| slot.has_prior());
         out.extend(priors.map(|(_, z)| *z));
         // A simulation that ran away must lose, not poison the sums.
         out.iter_mut().filter(|r| !(r.abs() < 1e6)).for_each(|r| *r = 1e6);
@@ -97,12 +131,20 @@ pub struct Jacobian {
 
 impl Jacobian {
     /// By one-sided differences; the step turns round at an upper bound.
-    pub fn at(evaluator: &mut Evaluator, x: &[f64], residuals: &[f64], slots: std::ops::Range<usize>) -> Self {
+    pub fn at(
+        evaluator: &mut Evaluator,
+        x: &[f64],
+        residuals: &[f64],
+        slots: std::ops::Range<usize>,
+    ) -> Self {
         let mut probe = x.to_vec();
         let mut moved = Vec::with_capacity(residuals.len());
         let mut columns = Vec::with_capacity(slots.len());
         for slot in slots {
-            let (step, upper) = (evaluator.hypothesis.step(slot), evaluator.hypothesis.bounds(slot).1);
+            let (step, upper) = (
+                evaluator.hypothesis.step(slot),
+                evaluator.hypothesis.bounds(slot).1,
+            );
             let step = if x[slot] + step > upper { -step } else { step };
             probe[slot] = x[slot] + step;
             evaluator.residuals(&probe, &mut moved);
@@ -128,7 +170,10 @@ impl Jacobian {
 
     /// Jᵀr.
     pub fn gradient(&self, residuals: &[f64]) -> DVector<f64> {
-        DVector::from_iterator(self.columns.len(), self.columns.iter().map(|column| dot(column, residuals)))
+        DVector::from_iterator(
+            self.columns.len(),
+            self.columns.iter().map(|column| dot(column, residuals)),
+        )
     }
 }
 
@@ -140,23 +185,52 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// Fits a hypothesis from a start.
 pub fn fit(hypothesis: &Hypothesis, start: &[f64], setting: &Setting) -> Fit {
     let mut evaluator = Evaluator::new(hypothesis, setting);
-    let mut x: Vec<f64> = start.iter().enumerate().map(|(k, v)| clipped(hypothesis, k, *v)).collect();
+    let mut x: Vec<f64> = start
+        .iter()
+        .enumerate()
+        .map(|(k, v)| clipped(hypothesis, k, *v))
+        .collect();
     let mut residuals = Vec::new();
     evaluator.residuals(&x, &mut residuals);
     let mut cost = dot(&residuals, &residuals);
     let (mut lambda, mut slow) = (1e-2, 0);
     for _ in 0..setting.iterations {
         let jacobian = Jacobian::at(&mut evaluator, &x, &residuals, 0..x.len());
-        let Some((next, next_residuals, next_cost)) = descend(hypothesis, &mut evaluator, &jacobian, &x, &residuals, cost, &mut lambda) else { break };
-        slow = if (cost - next_cost) < 1e-4 * cost { slow + 1 } else { 0 };
+        let Some((next, next_residuals, next_cost)) = descend(
+            hypothesis,
+            &mut evaluator,
+            &jacobian,
+            &x,
+            &residuals,
+            cost,
+            &mut lambda,
+        ) else {
+            break;
+        };
+        slow = if (cost - next_cost) < 1e-4 * cost {
+            slow + 1
+        } else {
+            0
+        };
         (x, residuals, cost) = (next, next_residuals, next_cost);
         if slow >= 2 {
             break;
         }
     }
-    let priors: f64 = hypothesis.slots.iter().zip(&x).filter(|(slot, _)| slot.has_prior()).map(|(_, z)| z * z).sum();
+    let priors: f64 = hypothesis
+        .slots
+        .iter()
+        .zip(&x)
+        .filter(|(slot, _)| slot.has_prior())
+        .map(|(_, z)| z * z)
+        .sum();
     let samples = residuals.len() - hypothesis.slots.iter().filter(|slot| slot.has_prior()).count();
-    Fit { x, cost, chi2: cost - priors, samples }
+    Fit {
+        x,
+        cost,
+        chi2: cost - priors,
+        samples,
+    }
 }
 
 /// One step that lowers the cost, if there is one.
@@ -170,10 +244,16 @@ fn descend(
     lambda: &mut f64,
 ) -> Option<(Vec<f64>, Vec<f64>, f64)> {
     let (normal, gradient) = (jacobian.normal(), jacobian.gradient(residuals));
-    let held: Vec<bool> = (0..x.len()).map(|k| at_bound(hypothesis, k, x[k], gradient[k])).collect();
+    let held: Vec<bool> = (0..x.len())
+        .map(|k| at_bound(hypothesis, k, x[k], gradient[k]))
+        .collect();
     for _ in 0..6 {
         if let Some(step) = damped_step(&normal, &gradient, &held, *lambda) {
-            let next: Vec<f64> = x.iter().enumerate().map(|(k, v)| clipped(hypothesis, k, v + step[k])).collect();
+            let next: Vec<f64> = x
+                .iter()
+                .enumerate()
+                .map(|(k, v)| clipped(hypothesis, k, v + step[k]))
+                .collect();
             let mut moved = Vec::with_capacity(residuals.len());
             evaluator.residuals(&next, &mut moved);
             let next_cost = dot(&moved, &moved);
@@ -199,7 +279,12 @@ fn clipped(hypothesis: &Hypothesis, slot: usize, value: f64) -> f64 {
 }
 
 /// Solves (JᵀJ + λ·diag) d = −Jᵀr with some numbers held.
-fn damped_step(normal: &DMatrix<f64>, gradient: &DVector<f64>, held: &[bool], lambda: f64) -> Option<DVector<f64>> {
+fn damped_step(
+    normal: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    held: &[bool],
+    lambda: f64,
+) -> Option<DVector<f64>> {
     let mut matrix = normal.clone();
     let mut right = -gradient;
     for k in 0..held.len() {
@@ -225,5 +310,7 @@ pub fn covariance(hypothesis: &Hypothesis, fit: &Fit, setting: &Setting) -> DMat
     for k in 0..fit.x.len() {
         normal[(k, k)] += 1e-12 * (1.0 + normal[(k, k)]);
     }
-    normal.try_inverse().unwrap_or_else(|| DMatrix::zeros(fit.x.len(), fit.x.len()))
+    normal
+        .try_inverse()
+        .unwrap_or_else(|| DMatrix::zeros(fit.x.len(), fit.x.len()))
 }

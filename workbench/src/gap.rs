@@ -21,7 +21,13 @@ pub struct Options {
 }
 
 /// Finds where model and log disagree, names what is missing and predicts the held-out data with it.
-pub fn run(model: &Model, log: &Dynamic, holdouts: &[Dynamic], options: &Options, progress: Progress) -> Result<Outcome, InputError> {
+pub fn run(
+    model: &Model,
+    log: &Dynamic,
+    holdouts: &[Dynamic],
+    options: &Options,
+    progress: Progress,
+) -> Result<Outcome, InputError> {
     let started = Instant::now();
     let mut bench = prepare(model, log, holdouts)?;
     if let Some(outcome) = verdict::not_excited(&bench) {
@@ -41,7 +47,12 @@ fn settle_noise(bench: &mut Bench, model: &Model) {
     bench.weigh(&plant);
     let base = base_fit(bench, model);
     let view = Prediction::of(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
-    let residual: Vec<f64> = view.measured.iter().zip(&view.predicted).map(|(y, p)| y - p).collect();
+    let residual: Vec<f64> = view
+        .measured
+        .iter()
+        .zip(&view.predicted)
+        .map(|(y, p)| y - p)
+        .collect();
     let high = hf_noise(&residual, bench.noise_lag);
     let plant = base.hypothesis.plant(&base.fit.x);
     bench.sigma = high.clamp(0.5 * bench.sigma, bench.sigma);
@@ -64,10 +75,15 @@ impl Prediction {
         let plant = hypothesis.plant(x);
         let mut traces = Traces::default();
         let mut all = Vec::new();
-        let mut made = Self { time: Vec::new(), measured: Vec::new(), predicted: Vec::new() };
+        let mut made = Self {
+            time: Vec::new(),
+            measured: Vec::new(),
+            predicted: Vec::new(),
+        };
         for (index, run) in hypothesis.bench.runs.iter().enumerate() {
             run.simulate(&plant, hypothesis.start_speed(index, x), FINE, &mut traces);
-            run.speed.predict(&run.time, &traces.reading, &traces.integral, &mut all);
+            run.speed
+                .predict(&run.time, &traces.reading, &traces.integral, &mut all);
             for k in (0..all.len()).filter(|k| parts.contains(&run.speed.part[*k])) {
                 made.time.push(run.speed.time[k]);
                 made.measured.push(run.speed.measured[k]);
@@ -79,7 +95,12 @@ impl Prediction {
 
     /// Root mean square of measured minus predicted.
     pub fn gap(&self) -> f64 {
-        let residual: Vec<f64> = self.measured.iter().zip(&self.predicted).map(|(y, p)| y - p).collect();
+        let residual: Vec<f64> = self
+            .measured
+            .iter()
+            .zip(&self.predicted)
+            .map(|(y, p)| y - p)
+            .collect();
         rms(&residual)
     }
 }
@@ -116,20 +137,38 @@ fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
         plots: plots::all(&given, &nominal, &judged.kept),
         ties: judged.ties,
         steps,
-        gap_unit: if bench.linear { "m/s".into() } else { "rad/s".into() },
+        gap_unit: if bench.linear {
+            "m/s".into()
+        } else {
+            "rad/s".into()
+        },
     }
 }
 
 /// The held-out gap of the model as given, and after each effect in the order of naming.
 fn steps(found: &Found, given: f64) -> Vec<Step> {
-    let mut steps = vec![Step { label: "the model as given".into(), gap: given }];
+    let mut steps = vec![Step {
+        label: "the model as given".into(),
+        gap: given,
+    }];
     let best = &found.best;
     for count in 1..=best.hypothesis.items.len() {
-        let hypothesis = Hypothesis::new(best.hypothesis.bench, best.hypothesis.model, best.hypothesis.items[..count].to_vec());
+        let hypothesis = Hypothesis::new(
+            best.hypothesis.bench,
+            best.hypothesis.model,
+            best.hypothesis.items[..count].to_vec(),
+        );
         let start = hypothesis.carried(&best.hypothesis, &best.fit.x, &|_| 0.0);
-        let x = if count == best.hypothesis.items.len() { start } else { crate::fit::fit(&hypothesis, &start, &FINAL).x };
+        let x = if count == best.hypothesis.items.len() {
+            start
+        } else {
+            crate::fit::fit(&hypothesis, &start, &FINAL).x
+        };
         let gap = Prediction::of(&hypothesis, &x, &[Part::HoldOut]).gap();
-        steps.push(Step { label: best.hypothesis.items[count - 1].effect.name.into(), gap });
+        steps.push(Step {
+            label: best.hypothesis.items[count - 1].effect.name.into(),
+            gap,
+        });
     }
     steps
 }
@@ -143,17 +182,31 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
         let mut parameters = BTreeMap::new();
         for (k, spec) in item.effect.parameters.iter().enumerate() {
             let value = kept.hypothesis.value(index, k, &kept.fit.x);
-            let slot = kept.hypothesis.slots.iter().position(|slot| *slot == crate::hypothesis::Slot::Effect { item: index, parameter: k });
+            let slot = kept.hypothesis.slots.iter().position(|slot| {
+                *slot
+                    == crate::hypothesis::Slot::Effect {
+                        item: index,
+                        parameter: k,
+                    }
+            });
             if slot.is_none() && spec.default.is_some() {
                 continue;
             }
             let scale = kept.hypothesis.bench.scales.of(spec.scale);
             let std = slot.map(|s| (covariance[(s, s)].max(0.0) * factor).sqrt() * scale);
-            let (key, unit) = if linear { (effects::linear_key(spec.name), effects::linear_unit(spec.unit)) } else { (spec.name.into(), spec.unit.into()) };
+            let (key, unit) = if linear {
+                (effects::linear_key(spec.name), effects::linear_unit(spec.unit))
+            } else {
+                (spec.name.into(), spec.unit.into())
+            };
             parameters.insert(key, Value { value, std, unit });
         }
         let name = item.effect.name.to_owned();
-        let place = steps.iter().position(|step| step.label == name).unwrap_or(steps.len() - 1).max(1);
+        let place = steps
+            .iter()
+            .position(|step| step.label == name)
+            .unwrap_or(steps.len() - 1)
+            .max(1);
         NamedEffect {
             gap_before: steps[place - 1].gap,
             gap_after: steps[place].gap,
@@ -161,6 +214,7 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
             tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
             name,
             parameters,
+            derived: BTreeMap::new(),
         }
     };
     kept.hypothesis.items.iter().enumerate().map(effect).collect()

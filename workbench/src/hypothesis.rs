@@ -29,12 +29,18 @@ pub struct Item {
 impl Item {
     /// Indices of the parameters that move.
     pub fn free(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.effect.parameters.len()).filter(|k| self.full || self.effect.parameters[*k].default.is_none())
+        (0..self.effect.parameters.len())
+            .filter(|k| self.full || self.effect.parameters[*k].default.is_none())
     }
 
     /// True if it has optional parameters that do not move.
     pub fn can_grow(&self) -> bool {
-        !self.full && self.effect.parameters.iter().any(|parameter| parameter.default.is_some())
+        !self.full
+            && self
+                .effect
+                .parameters
+                .iter()
+                .any(|parameter| parameter.default.is_some())
     }
 }
 
@@ -45,9 +51,17 @@ pub enum Slot {
     /// Parameter `parameter` of item `item`, in units of its scale.
     Effect { item: usize, parameter: usize },
     /// Logarithm of a base parameter over its nominal value, in tolerances.
-    Base { key: &'static str, nominal: f64, tolerance: f64 },
+    Base {
+        key: &'static str,
+        nominal: f64,
+        tolerance: f64,
+    },
     /// Shift of a known effect's parameter, in standard deviations.
-    Known { known: usize, parameter: usize, std: f64 },
+    Known {
+        known: usize,
+        parameter: usize,
+        std: f64,
+    },
     /// Shift of a run's start speed, in standard deviations.
     Start { run: usize },
 }
@@ -81,14 +95,26 @@ impl<'a> Hypothesis<'a> {
         }
         slots.extend(base_slots(bench, model));
         slots.extend(known_slots(model));
-        let moving = bench.runs.iter().enumerate().filter(|(_, run)| run.start_sigma > 0.0);
+        let moving = bench
+            .runs
+            .iter()
+            .enumerate()
+            .filter(|(_, run)| run.start_sigma > 0.0);
         slots.extend(moving.map(|(run, _)| Slot::Start { run }));
-        Self { bench, model, items, slots }
+        Self {
+            bench,
+            model,
+            items,
+            slots,
+        }
     }
 
     /// Number of effect parameters: they come first.
     pub fn effect_slots(&self) -> usize {
-        self.slots.iter().filter(|slot| matches!(slot, Slot::Effect { .. })).count()
+        self.slots
+            .iter()
+            .filter(|slot| matches!(slot, Slot::Effect { .. }))
+            .count()
     }
 
     /// Lower and upper bound of a number.
@@ -107,7 +133,9 @@ impl<'a> Hypothesis<'a> {
     /// Step of the numeric derivative of a number.
     pub fn step(&self, slot: usize) -> f64 {
         match self.slots[slot] {
-            Slot::Effect { item, parameter } => self.effect_step(&self.items[item].effect.parameters[parameter]),
+            Slot::Effect { item, parameter } => {
+                self.effect_step(&self.items[item].effect.parameters[parameter])
+            }
             Slot::Base { .. } | Slot::Known { .. } => 0.02,
             Slot::Start { .. } => 0.1,
         }
@@ -126,7 +154,10 @@ impl<'a> Hypothesis<'a> {
 
     /// A parameter of an effect in its own unit.
     pub fn value(&self, item: usize, parameter: usize, x: &[f64]) -> f64 {
-        let slot = self.slots.iter().position(|slot| *slot == Slot::Effect { item, parameter });
+        let slot = self
+            .slots
+            .iter()
+            .position(|slot| *slot == Slot::Effect { item, parameter });
         let spec = &self.items[item].effect.parameters[parameter];
         match slot {
             Some(slot) => x[slot] * self.bench.scales.of(spec.scale),
@@ -141,7 +172,11 @@ impl<'a> Hypothesis<'a> {
             let mut values = known.values.clone();
             for (slot, z) in self.slots.iter().zip(x) {
                 match slot {
-                    Slot::Known { known, parameter, std } if *known == index => values[*parameter] += std * z,
+                    Slot::Known {
+                        known,
+                        parameter,
+                        std,
+                    } if *known == index => values[*parameter] += std * z,
                     _ => {}
                 }
             }
@@ -160,7 +195,12 @@ impl<'a> Hypothesis<'a> {
     fn base(&self, x: &[f64]) -> Physics {
         let mut kind = self.model.kind;
         for (slot, z) in self.slots.iter().zip(x) {
-            if let Slot::Base { key, nominal, tolerance } = slot {
+            if let Slot::Base {
+                key,
+                nominal,
+                tolerance,
+            } = slot
+            {
                 kind.set(key, nominal * (tolerance * z).exp());
             }
         }
@@ -184,16 +224,30 @@ impl<'a> Hypothesis<'a> {
             Slot::Effect { item, parameter } => {
                 let name = self.items[*item].effect.name;
                 let twin = from.items.iter().position(|it| it.effect.name == name);
-                twin.and_then(|item| from.slots.iter().position(|s| *s == Slot::Effect { item, parameter: *parameter })).map(|k| x[k])
+                twin.and_then(|item| {
+                    from.slots.iter().position(|s| {
+                        *s == Slot::Effect {
+                            item,
+                            parameter: *parameter,
+                        }
+                    })
+                })
+                .map(|k| x[k])
             }
             other => from.slots.iter().position(|s| s == other).map(|k| x[k]),
         };
-        self.slots.iter().map(|slot| value(slot).unwrap_or_else(|| default(slot))).collect()
+        self.slots
+            .iter()
+            .map(|slot| value(slot).unwrap_or_else(|| default(slot)))
+            .collect()
     }
 
     /// Names of the effects.
     pub fn names(&self) -> Vec<String> {
-        self.items.iter().map(|item| item.effect.name.to_owned()).collect()
+        self.items
+            .iter()
+            .map(|item| item.effect.name.to_owned())
+            .collect()
     }
 
     /// Whether an effect may join: offered on this axis, not there, not of a family that is there or known.
@@ -201,7 +255,9 @@ impl<'a> Hypothesis<'a> {
         let drive = driven_by(&self.model.kind, self.model.base(), self.bench.input).drive;
         let known = self.model.known.iter().map(|known| known.effect);
         let clash = |other: &Effect| other.name == effect.name || same_family(other.family, effect.family);
-        effect.fits(drive, self.bench.linear) && !self.items.iter().any(|item| clash(item.effect)) && !known.into_iter().any(|other| other.name == effect.name)
+        effect.fits(drive, self.bench.linear)
+            && !self.items.iter().any(|item| clash(item.effect))
+            && !known.into_iter().any(|other| other.name == effect.name)
     }
 }
 
@@ -214,15 +270,31 @@ fn base_slots(bench: &Bench, model: &Model) -> Vec<Slot> {
     let plant = driven_by(&model.kind, model.base(), bench.input);
     let winding = plant.inductance / plant.resistance;
     let told = |key: &str| match (&model.kind, key) {
-        (Kind::DcMotor { .. }, "L_h") => winding > NOTICEABLE_WINDING * plant.time_constant_s() && plant.drive == crate::plant::physics::Drive::Voltage,
-        (Kind::DcMotor { .. }, "R_ohm" | "Ke_vs_per_rad") => plant.drive == crate::plant::physics::Drive::Voltage,
+        (Kind::DcMotor { .. }, "L_h") => {
+            winding > NOTICEABLE_WINDING * plant.time_constant_s()
+                && plant.drive == crate::plant::physics::Drive::Voltage
+        }
+        (Kind::DcMotor { .. }, "R_ohm" | "Ke_vs_per_rad") => {
+            plant.drive == crate::plant::physics::Drive::Voltage
+        }
         (Kind::DcMotor { .. }, "Kt_nm_per_a") => bench.input != crate::log::Input::Torque,
         _ => true,
     };
-    let parameters = model.parameters().into_iter().filter(|(key, value)| *value > 0.0 && told(key));
+    let parameters = model
+        .parameters()
+        .into_iter()
+        .filter(|(key, value)| *value > 0.0 && told(key));
     let slot = |(key, nominal)| {
-        let tolerance = if model.fitted_to_log { FITTED_TOLERANCE.max(model.tolerance(key)) } else { model.tolerance(key) };
-        (tolerance > 0.0).then_some(Slot::Base { key, nominal, tolerance })
+        let tolerance = if model.fitted_to_log {
+            FITTED_TOLERANCE.max(model.tolerance(key))
+        } else {
+            model.tolerance(key)
+        };
+        (tolerance > 0.0).then_some(Slot::Base {
+            key,
+            nominal,
+            tolerance,
+        })
     };
     parameters.filter_map(slot).collect()
 }
@@ -234,10 +306,18 @@ fn known_slots(model: &Model) -> Vec<Slot> {
         for (parameter, spec) in it.effect.parameters.iter().enumerate() {
             let value = it.values[parameter];
             let fixed = spec.name == "periods_per_rev" || (value == 0.0 && it.stds[parameter].is_none());
-            let default = if spec.name == "phase_rad" { model.default_tolerance } else { model.default_tolerance * value.abs() };
+            let default = if spec.name == "phase_rad" {
+                model.default_tolerance
+            } else {
+                model.default_tolerance * value.abs()
+            };
             let std = it.stds[parameter].unwrap_or(default);
             if !fixed && std > 0.0 {
-                slots.push(Slot::Known { known, parameter, std });
+                slots.push(Slot::Known {
+                    known,
+                    parameter,
+                    std,
+                });
             }
         }
     }

@@ -58,7 +58,14 @@ pub type Progress<'p> = &'p (dyn Fn(&str) + Sync);
 /// Searches the library. `excluded`: names that are not offered.
 pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progress: Progress) -> Found<'a> {
     let base = base_fit(bench, model);
-    let mut search = Search { bench, model, excluded, progress, first_gap: base.fit.chi2, dispersion: 1.0 };
+    let mut search = Search {
+        bench,
+        model,
+        excluded,
+        progress,
+        first_gap: base.fit.chi2,
+        dispersion: 1.0,
+    };
     search.dispersion = dispersion(&base);
     let mut current = base.clone();
     let mut beam = vec![base.clone()];
@@ -75,18 +82,32 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
         if depth == 1 {
             singles = children.clone();
         }
-        let winner = children.iter().take(BEAM).find(|child| search.accepts(&current, child)).cloned();
+        let winner = children
+            .iter()
+            .take(BEAM)
+            .find(|child| search.accepts(&current, child))
+            .cloned();
         beam = children.iter().take(BEAM).cloned().collect();
         match winner {
             Some(winner) => {
-                others = children.into_iter().filter(|child| child.hypothesis.names() != winner.hypothesis.names()).take(12).collect();
+                others = children
+                    .into_iter()
+                    .filter(|child| child.hypothesis.names() != winner.hypothesis.names())
+                    .take(12)
+                    .collect();
                 search.dispersion = dispersion(&winner);
                 current = winner;
                 patience = 1;
+                if search.at_floor(&current) {
+                    break;
+                }
             }
             None => {
                 declined = declined.or_else(|| children.first().cloned());
-                if patience == 0 || search.at_floor(&current) {
+                if patience == 0
+                    || search.at_floor(&current)
+                    || children[0].fit.cost > 0.95 * current.fit.cost
+                {
                     break;
                 }
                 patience -= 1;
@@ -95,13 +116,23 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
     }
     let best = search.eliminated(search.fine(&current));
     let others = search.rivals(&best, others, &singles);
-    Found { base: search.fine(&base), best, others, singles, declined }
+    Found {
+        base: search.fine(&base),
+        best,
+        others,
+        singles,
+        declined,
+    }
 }
 
 impl Scored<'_> {
     /// The effects' names with plus signs.
     pub fn label(&self) -> String {
-        if self.hypothesis.items.is_empty() { "the model as given".into() } else { self.hypothesis.names().join(" + ") }
+        if self.hypothesis.items.is_empty() {
+            "the model as given".into()
+        } else {
+            self.hypothesis.names().join(" + ")
+        }
     }
 }
 
@@ -110,7 +141,11 @@ pub fn base_fit<'a>(bench: &'a Bench, model: &'a Model) -> Scored<'a> {
     let hypothesis = Hypothesis::new(bench, model, Vec::new());
     let start = vec![0.0; hypothesis.slots.len()];
     let fit = fit(&hypothesis, &start, &SEARCH);
-    Scored { score: fit.cost, hypothesis, fit }
+    Scored {
+        score: fit.cost,
+        hypothesis,
+        fit,
+    }
 }
 
 struct Search<'a, 'p> {
@@ -137,7 +172,10 @@ pub fn dispersion(scored: &Scored) -> f64 {
 impl<'a> Search<'a, '_> {
     /// All sets that have one effect more than a set of the beam, best first.
     fn expand(&self, beam: &[Scored<'a>]) -> Vec<Scored<'a>> {
-        let bases: Vec<Basis> = beam.iter().map(|parent| Basis::new(&parent.hypothesis, &parent.fit.x)).collect();
+        let bases: Vec<Basis> = beam
+            .iter()
+            .map(|parent| Basis::new(&parent.hypothesis, &parent.fit.x))
+            .collect();
         let mut tasks: Vec<(usize, &'static Effect)> = Vec::new();
         let mut seen: Vec<Vec<String>> = Vec::new();
         for (index, parent) in beam.iter().enumerate() {
@@ -152,7 +190,10 @@ impl<'a> Search<'a, '_> {
             }
         }
         let projectors: Vec<Projector> = beam.par_iter().map(Projector::new).collect();
-        let short = Setting { iterations: 4, ..SEARCH };
+        let short = Setting {
+            iterations: 4,
+            ..SEARCH
+        };
         let mut children: Vec<Scored<'a>> = tasks
             .par_iter()
             .filter_map(|(index, effect)| {
@@ -162,7 +203,11 @@ impl<'a> Search<'a, '_> {
             })
             .collect();
         children.sort_by(|a, b| a.score.total_cmp(&b.score));
-        let full: Vec<Scored<'a>> = children.par_iter().take(10).map(|child| self.refit(child, &SEARCH)).collect();
+        let full: Vec<Scored<'a>> = children
+            .par_iter()
+            .take(10)
+            .map(|child| self.refit(child, &SEARCH))
+            .collect();
         children.splice(0..full.len(), full);
         children.sort_by(|a, b| a.score.total_cmp(&b.score));
         children
@@ -173,7 +218,14 @@ impl<'a> Search<'a, '_> {
     }
 
     /// One more effect: its starts are screened with the parent's nuisances projected out, the best two are fitted.
-    fn child(&self, parent: &Scored<'a>, basis: &Basis, projector: &Projector, effect: &'static Effect, setting: &Setting) -> Option<Scored<'a>> {
+    fn child(
+        &self,
+        parent: &Scored<'a>,
+        basis: &Basis,
+        projector: &Projector,
+        effect: &'static Effect,
+        setting: &Setting,
+    ) -> Option<Scored<'a>> {
         let mut items = parent.hypothesis.items.clone();
         items.push(Item { effect, full: false });
         let hypothesis = Hypothesis::new(self.bench, self.model, items);
@@ -195,7 +247,11 @@ impl<'a> Search<'a, '_> {
 
     fn scored(&self, hypothesis: Hypothesis<'a>, fit: Fit) -> Scored<'a> {
         let penalty = (2.0 * fit.samples as f64).ln() * self.dispersion;
-        Scored { score: fit.cost + penalty * hypothesis.effect_slots() as f64, hypothesis, fit }
+        Scored {
+            score: fit.cost + penalty * hypothesis.effect_slots() as f64,
+            hypothesis,
+            fit,
+        }
     }
 
     fn refit(&self, scored: &Scored<'a>, setting: &Setting) -> Scored<'a> {
@@ -212,10 +268,17 @@ impl<'a> Search<'a, '_> {
         let mut best = scored;
         for index in 0..best.hypothesis.items.len() {
             let variants: Vec<Item> = self.variants(&best.hypothesis, index);
-            let tried: Vec<Scored<'a>> = variants.par_iter().filter_map(|item| self.replaced(&best, index, *item)).collect();
+            let tried: Vec<Scored<'a>> = variants
+                .par_iter()
+                .filter_map(|item| self.replaced(&best, index, *item))
+                .collect();
             for other in tried {
                 let more = other.hypothesis.effect_slots() > best.hypothesis.effect_slots();
-                let margin = if more { WORTH * self.dispersion.min(dispersion(&other)) } else { 0.0 };
+                let margin = if more {
+                    WORTH * self.dispersion.min(dispersion(&other))
+                } else {
+                    0.0
+                };
                 if other.score + margin < best.score {
                     best = other;
                 }
@@ -231,7 +294,9 @@ impl<'a> Search<'a, '_> {
             variants.push(Item { full: true, ..item });
         }
         if !matches!(item.effect.family, Family::Own(_)) {
-            let twins = LIBRARY.iter().filter(|other| other.family == item.effect.family && other.name != item.effect.name);
+            let twins = LIBRARY
+                .iter()
+                .filter(|other| other.family == item.effect.family && other.name != item.effect.name);
             let allowed = twins.filter(|other| !self.excluded.iter().any(|name| name == other.name));
             variants.extend(allowed.map(|effect| Item { effect, full: false }));
         }
@@ -245,8 +310,18 @@ impl<'a> Search<'a, '_> {
         let hypothesis = Hypothesis::new(self.bench, self.model, items);
         if item.effect.name == scored.hypothesis.items[index].effect.name {
             let fits = [0.05, 0.2, 0.5].map(|soft| {
-                let default = |slot: &Slot| if matches!(slot, Slot::Effect { .. }) { soft } else { 0.0 };
-                fit(&hypothesis, &hypothesis.carried(&scored.hypothesis, &scored.fit.x, &default), &SEARCH)
+                let default = |slot: &Slot| {
+                    if matches!(slot, Slot::Effect { .. }) {
+                        soft
+                    } else {
+                        0.0
+                    }
+                };
+                fit(
+                    &hypothesis,
+                    &hypothesis.carried(&scored.hypothesis, &scored.fit.x, &default),
+                    &SEARCH,
+                )
             });
             let best = fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
             return Some(self.scored(hypothesis, best));
@@ -255,28 +330,58 @@ impl<'a> Search<'a, '_> {
         others.remove(index);
         let without = Hypothesis::new(self.bench, self.model, others);
         let x = without.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
-        let parent = self.scored(without, Fit { x, ..scored.fit.clone() });
+        let parent = self.scored(
+            without,
+            Fit {
+                x,
+                ..scored.fit.clone()
+            },
+        );
         let basis = Basis::new(&parent.hypothesis, &parent.fit.x);
         let child = self.child(&parent, &basis, &Projector::new(&parent), item.effect, &SEARCH)?;
         // Back to the order of naming.
         let reordered = hypothesis.carried(&child.hypothesis, &child.fit.x, &|_| 0.0);
-        Some(self.scored(hypothesis, Fit { x: reordered, ..child.fit }))
+        Some(self.scored(
+            hypothesis,
+            Fit {
+                x: reordered,
+                ..child.fit
+            },
+        ))
     }
 
     /// Whether a larger set pays for itself against the accepted one.
     fn accepts(&self, current: &Scored<'a>, child: &Scored<'a>) -> bool {
         let gain = current.fit.cost - child.fit.cost;
         let factor = dispersion(child);
-        let more = (child.hypothesis.effect_slots() as f64 - current.hypothesis.effect_slots() as f64).max(1.0);
+        let more =
+            (child.hypothesis.effect_slots() as f64 - current.hypothesis.effect_slots() as f64).max(1.0);
         if gain < WORTH * factor * more.sqrt() || !self.material(current, child) {
             return false;
         }
-        if child.hypothesis.items.iter().enumerate().any(|(index, item)| self.inside_tolerance(&child.hypothesis, index, item, &child.fit.x)) {
+        if child
+            .hypothesis
+            .items
+            .iter()
+            .enumerate()
+            .any(|(index, item)| self.inside_tolerance(&child.hypothesis, index, item, &child.fit.x))
+        {
             return false;
         }
         let validated = cross_validated(current) - cross_validated(child);
-        let base_only = child.hypothesis.items.iter().filter(|item| item.effect.is_base_parameter()).count() == child.hypothesis.items.len();
-        validated > if base_only { -0.25 * gain } else { 0.25 * gain.min(current.fit.chi2 - child.fit.chi2) }
+        let base_only = child
+            .hypothesis
+            .items
+            .iter()
+            .filter(|item| item.effect.is_base_parameter())
+            .count()
+            == child.hypothesis.items.len();
+        validated
+            > if base_only {
+                -0.25 * gain
+            } else {
+                0.25 * gain.min(current.fit.chi2 - child.fit.chi2)
+            }
     }
 
     /// Visible against the noise, and a share of what is left and of the first gap.
@@ -284,7 +389,9 @@ impl<'a> Search<'a, '_> {
         let samples = child.fit.samples as f64;
         let gain = current.fit.cost - child.fit.cost;
         let rest = (current.fit.chi2 - samples).max(1e-9);
-        gain / samples > VISIBLE * VISIBLE && gain > SHARE_OF_REST * rest && gain > SHARE_OF_GAP * (self.first_gap - samples)
+        gain / samples > VISIBLE * VISIBLE
+            && gain > SHARE_OF_REST * rest
+            && gain > SHARE_OF_GAP * (self.first_gap - samples)
     }
 
     /// A freed base parameter that stays near its nominal value is no effect.
@@ -295,7 +402,13 @@ impl<'a> Search<'a, '_> {
         let key = match item.effect.name {
             "resistance" => "R_ohm",
             "motor_gain" => "Kt_nm_per_a",
-            "inertia" => if self.model.linear() { "mass_kg" } else { "J_kgm2" },
+            "inertia" => {
+                if self.model.linear() {
+                    "mass_kg"
+                } else {
+                    "J_kgm2"
+                }
+            }
             _ => "b_nms_per_rad",
         };
         let shift = hypothesis.value(index, 0, x).ln().abs();
@@ -315,11 +428,23 @@ impl<'a> Search<'a, '_> {
                 return best;
             }
             let factor = dispersion(&best);
-            let smaller: Vec<Scored<'a>> = (0..best.hypothesis.items.len()).into_par_iter().map(|index| self.without(&best, index, &FINAL)).collect();
-            let cheapest = smaller.into_iter().min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost)).expect("two or more");
+            let smaller: Vec<Scored<'a>> = (0..best.hypothesis.items.len())
+                .into_par_iter()
+                .map(|index| self.without(&best, index, &FINAL))
+                .collect();
+            let cheapest = smaller
+                .into_iter()
+                .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))
+                .expect("two or more");
             let samples = best.fit.samples as f64;
             let cost = cheapest.fit.cost - best.fit.cost;
-            let base_inside = |s: &Scored| s.hypothesis.items.iter().enumerate().any(|(index, item)| self.inside_tolerance(&s.hypothesis, index, item, &s.fit.x));
+            let base_inside = |s: &Scored| {
+                s.hypothesis
+                    .items
+                    .iter()
+                    .enumerate()
+                    .any(|(index, item)| self.inside_tolerance(&s.hypothesis, index, item, &s.fit.x))
+            };
             if cost < WORTH * factor || cost / samples < VISIBLE * VISIBLE || base_inside(&best) {
                 best = cheapest;
                 continue 'again;
@@ -345,7 +470,10 @@ impl<'a> Search<'a, '_> {
         let mut near: Vec<Scored<'a>> = Vec::new();
         for other in pool.filter(|other| other.hypothesis.items.len() == size && size > 0) {
             let names = sorted_names(&other);
-            if names != sorted_names(best) && !near.iter().any(|known| sorted_names(known) == names) {
+            if !same_family_set(&other.hypothesis, &best.hypothesis)
+                && names != sorted_names(best)
+                && !near.iter().any(|known| sorted_names(known) == names)
+            {
                 near.push(other);
             }
         }
@@ -357,6 +485,20 @@ impl<'a> Search<'a, '_> {
     }
 }
 
+/// True if two sets differ only by richer or poorer forms of the same families: then the score has decided.
+fn same_family_set(a: &Hypothesis, b: &Hypothesis) -> bool {
+    let key = |item: &Item| match item.effect.family {
+        Family::Own(name) => name.to_owned(),
+        other => format!("{other:?}"),
+    };
+    let sorted = |h: &Hypothesis| {
+        let mut keys: Vec<String> = h.items.iter().map(key).collect();
+        keys.sort();
+        keys
+    };
+    sorted(a) == sorted(b)
+}
+
 fn sorted_names(scored: &Scored) -> Vec<String> {
     let mut names = scored.hypothesis.names();
     names.sort();
@@ -366,18 +508,32 @@ fn sorted_names(scored: &Scored) -> Vec<String> {
 /// Sets that the data cannot tell from the best.
 pub fn tied<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>]) -> Vec<&'s Scored<'a>> {
     let margin = TIED * dispersion(best);
-    others.iter().filter(|other| other.fit.cost - best.fit.cost < margin).collect()
+    others
+        .iter()
+        .filter(|other| other.fit.cost - best.fit.cost < margin)
+        .collect()
 }
 
 /// χ² of each fold predicted by the fit of the other.
 fn cross_validated(scored: &Scored) -> f64 {
-    const FIT_A: Setting = Setting { parts: &[Part::A], iterations: 6, ..SEARCH };
-    const FIT_B: Setting = Setting { parts: &[Part::B], iterations: 6, ..SEARCH };
+    const FIT_A: Setting = Setting {
+        parts: &[Part::A],
+        iterations: 6,
+        ..SEARCH
+    };
+    const FIT_B: Setting = Setting {
+        parts: &[Part::B],
+        iterations: 6,
+        ..SEARCH
+    };
     let folds = [(FIT_A, FIT_B), (FIT_B, FIT_A)];
-    folds.par_iter().map(|(train, test)| {
-        let trained = fit(&scored.hypothesis, &scored.fit.x, train);
-        chi2(&scored.hypothesis, &trained.x, test).0
-    }).sum()
+    folds
+        .par_iter()
+        .map(|(train, test)| {
+            let trained = fit(&scored.hypothesis, &scored.fit.x, train);
+            chi2(&scored.hypothesis, &trained.x, test).0
+        })
+        .sum()
 }
 
 /// χ² and number of samples of a hypothesis on the parts of a setting.
@@ -390,7 +546,11 @@ pub fn chi2(hypothesis: &Hypothesis, x: &[f64], setting: &Setting) -> (f64, usiz
 }
 
 /// The residual on the held-out part, unweighted by anything but the noise.
-pub const HELD_OUT: Setting = Setting { parts: &[Part::HoldOut], finest: FINE, iterations: 0 };
+pub const HELD_OUT: Setting = Setting {
+    parts: &[Part::HoldOut],
+    finest: FINE,
+    iterations: 0,
+};
 
 /// Numbers of a child from its parent and a start of the new effect.
 fn started(child: &Hypothesis, parent: &Scored, start: &[f64], nominal: bool) -> Vec<f64> {
@@ -405,7 +565,10 @@ fn started(child: &Hypothesis, parent: &Scored, start: &[f64], nominal: bool) ->
             *value = 0.0;
         }
     }
-    x.iter().enumerate().map(|(k, v)| v.clamp(child.bounds(k).0, child.bounds(k).1)).collect()
+    x.iter()
+        .enumerate()
+        .map(|(k, v)| v.clamp(child.bounds(k).0, child.bounds(k).1))
+        .collect()
 }
 
 /// Lets the parent's numbers follow a change of the residual, linearly and inside their bounds.
@@ -426,7 +589,11 @@ impl Projector {
             normal[(k, k)] = normal[(k, k)] * (1.0 + 1e-9) + 1e-9;
         }
         let factor = normal.cholesky().expect("made positive");
-        Self { jacobian, factor, slots: parent.hypothesis.slots.clone() }
+        Self {
+            jacobian,
+            factor,
+            slots: parent.hypothesis.slots.clone(),
+        }
     }
 
     /// The cost after the parent's numbers followed.
@@ -434,8 +601,15 @@ impl Projector {
         let gradient: DVector<f64> = self.jacobian.gradient(residuals);
         let wanted = self.factor.solve(&-gradient);
         let mut left = residuals.to_vec();
-        for (column, (slot, step)) in self.jacobian.columns.iter().zip(self.slots.iter().zip(wanted.iter())) {
-            let Some(twin) = child.slots.iter().position(|other| other == slot) else { continue };
+        for (column, (slot, step)) in self
+            .jacobian
+            .columns
+            .iter()
+            .zip(self.slots.iter().zip(wanted.iter()))
+        {
+            let Some(twin) = child.slots.iter().position(|other| other == slot) else {
+                continue;
+            };
             let (lower, upper) = child.bounds(twin);
             let step = (x[twin] + step).clamp(lower, upper) - x[twin];
             left.iter_mut().zip(column).for_each(|(r, c)| *r += step * c);

@@ -28,18 +28,33 @@ impl Basis {
         let plant = hypothesis.plant(x);
         let (mut traces, mut residuals) = (Vec::new(), Vec::new());
         let mut predicted = Vec::new();
-        for (index, run) in hypothesis.bench.runs.iter().enumerate().filter(|(_, run)| run.log == 0) {
+        for (index, run) in hypothesis
+            .bench
+            .runs
+            .iter()
+            .enumerate()
+            .filter(|(_, run)| run.log == 0)
+        {
             let mut trace = Traces::default();
             run.simulate(&plant, hypothesis.start_speed(index, x), COARSE, &mut trace);
-            run.speed.predict(&run.time, &trace.reading, &trace.integral, &mut predicted);
+            run.speed
+                .predict(&run.time, &trace.reading, &trace.integral, &mut predicted);
             let weighted = |k: usize| {
                 let counts = matches!(run.speed.part[k], Part::A | Part::B);
-                if counts { (run.speed.measured[k] - predicted[k]) * run.speed.weight[k] } else { 0.0 }
+                if counts {
+                    (run.speed.measured[k] - predicted[k]) * run.speed.weight[k]
+                } else {
+                    0.0
+                }
             };
             residuals.push((0..predicted.len()).map(weighted).collect());
             traces.push(trace);
         }
-        Self { plant, traces, residuals }
+        Self {
+            plant,
+            traces,
+            residuals,
+        }
     }
 
     /// Starts of an effect, in units of its parameters' scales.
@@ -57,13 +72,24 @@ impl Basis {
         let runs = bench.runs.iter().filter(|run| run.log == 0);
         let mut values: Vec<f64> = match signal {
             Signal::Input => runs.flat_map(|run| run.input.iter().map(|u| u.abs())).collect(),
-            Signal::Speed => self.traces.iter().flat_map(|trace| trace.reading.iter().map(|y| y.abs())).collect(),
-            Signal::Current => self.traces.iter().flat_map(|trace| trace.current.iter().map(|i| i.abs())).collect(),
+            Signal::Speed => self
+                .traces
+                .iter()
+                .flat_map(|trace| trace.reading.iter().map(|y| y.abs()))
+                .collect(),
+            Signal::Current => self
+                .traces
+                .iter()
+                .flat_map(|trace| trace.current.iter().map(|i| i.abs()))
+                .collect(),
         };
         values.sort_by(f64::total_cmp);
         let scale = bench.scales.of(effect.parameters[0].scale);
         let row = |threshold: f64| [&[threshold / scale], rest].concat();
-        let mut starts: Vec<Vec<f64>> = QUANTILES.iter().map(|q| row(values[((values.len() - 1) as f64 * q) as usize])).collect();
+        let mut starts: Vec<Vec<f64>> = QUANTILES
+            .iter()
+            .map(|q| row(values[((values.len() - 1) as f64 * q) as usize]))
+            .collect();
         if signal == Signal::Speed {
             starts.push(row(bench.scales.speed));
         }
@@ -73,8 +99,10 @@ impl Basis {
     fn gravity(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
         let ratio = self.plant.gear_ratio;
         let torque = bench.scales.of(effect.parameters[0].scale);
-        let mut starts: Vec<Vec<f64>> =
-            [0.0, 1.57, 3.14, -1.57].iter().map(|phase| vec![0.05 * ratio, *phase]).collect();
+        let mut starts: Vec<Vec<f64>> = [0.0, 1.57, 3.14, -1.57]
+            .iter()
+            .map(|phase| vec![0.05 * ratio, *phase])
+            .collect();
         for line in self.scan(bench, Axis::Position, 1.0 / ratio, 1) {
             starts.push(vec![line.amplitude * ratio / torque, line.phase]);
         }
@@ -82,13 +110,26 @@ impl Basis {
     }
 
     fn position_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
-        let span = bench.runs.iter().filter(|run| run.log == 0).map(|run| span(&run.position)).fold(0.0, f64::max);
-        let (unit, count) = if bench.linear { (std::f64::consts::PI / span.max(1e-9), LINES) } else { (1.0, TURN_HARMONICS) };
+        let span = bench
+            .runs
+            .iter()
+            .filter(|run| run.log == 0)
+            .map(|run| span(&run.position))
+            .fold(0.0, f64::max);
+        let (unit, count) = if bench.linear {
+            (std::f64::consts::PI / span.max(1e-9), LINES)
+        } else {
+            (1.0, TURN_HARMONICS)
+        };
         let torque = bench.scales.of(effect.parameters[0].scale);
         let lines = self.scan(bench, Axis::Position, unit, count);
         // One period per turn without a gear is gravity.
         let gravity = |n: f64| !bench.linear && n < 1.5 && self.plant.gear_ratio == 1.0;
-        lines.iter().filter(|line| !gravity(line.number)).map(|line| vec![line.amplitude / torque, line.number, line.phase]).collect()
+        lines
+            .iter()
+            .filter(|line| !gravity(line.number))
+            .map(|line| vec![line.amplitude / torque, line.number, line.phase])
+            .collect()
     }
 
     fn time_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
@@ -100,7 +141,14 @@ impl Basis {
         // Fewer than three periods in the log are a drift.
         let lines = self.scan(bench, Axis::Time, unit, count);
         let fast = lines.iter().filter(|line| line.number > 6.0 * unit);
-        fast.map(|line| vec![line.amplitude / torque, line.number / std::f64::consts::TAU / hertz, line.phase]).collect()
+        fast.map(|line| {
+            vec![
+                line.amplitude / torque,
+                line.number / std::f64::consts::TAU / hertz,
+                line.phase,
+            ]
+        })
+        .collect()
     }
 
     /// The three strongest lines of a periodic torque among `unit`, 2·`unit`, … `count`·`unit`.
@@ -112,14 +160,23 @@ impl Basis {
         let mut lines: Vec<Line> = Vec::new();
         for harmonic in 1..=count {
             let mut sums = Sums::default();
-            for ((run, wave), residual) in bench.runs.iter().filter(|run| run.log == 0).zip(&mut waves).zip(&self.residuals) {
+            for ((run, wave), residual) in bench
+                .runs
+                .iter()
+                .filter(|run| run.log == 0)
+                .zip(&mut waves)
+                .zip(&self.residuals)
+            {
                 wave.turn();
                 sums.add_run(run, wave, residual, &self.plant);
             }
             lines.push(sums.line(harmonic as f64 * unit));
         }
         let mut peaks: Vec<Line> = (0..lines.len())
-            .filter(|k| (*k == 0 || lines[k - 1].gain <= lines[*k].gain) && lines.get(k + 1).is_none_or(|next| next.gain <= lines[*k].gain))
+            .filter(|k| {
+                (*k == 0 || lines[k - 1].gain <= lines[*k].gain)
+                    && lines.get(k + 1).is_none_or(|next| next.gain <= lines[*k].gain)
+            })
             .map(|k| lines[k])
             .collect();
         peaks.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -129,7 +186,9 @@ impl Basis {
 }
 
 fn span(values: &[f64]) -> f64 {
-    let (lowest, highest) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+    let (lowest, highest) = values
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
     (highest - lowest).max(0.0)
 }
 
@@ -163,7 +222,11 @@ impl Wave {
             Axis::Time => 0.5 * (run.time[k] + run.time[k + 1]) - run.time[0],
         };
         let base: Vec<(f64, f64)> = (0..run.blocks()).map(|k| (unit * middle(k)).sin_cos()).collect();
-        Self { now: vec![(0.0, 1.0); base.len()], base, sign: if axis == Axis::Position { -1.0 } else { 1.0 } }
+        Self {
+            now: vec![(0.0, 1.0); base.len()],
+            base,
+            sign: if axis == Axis::Position { -1.0 } else { 1.0 },
+        }
     }
 
     fn turn(&mut self) {
@@ -189,16 +252,27 @@ impl Sums {
         let mut sample = 0;
         for block in 0..run.blocks() {
             let h = run.time[block + 1] - run.time[block];
-            let damping = if run.bridge[block] == bridge::OPEN { plant.viscous } else { plant.total_damping() };
+            let damping = if run.bridge[block] == bridge::OPEN {
+                plant.viscous
+            } else {
+                plant.total_damping()
+            };
             let half = 0.5 * h * damping / plant.inertia;
-            let (keep, push) = ((1.0 - half) / (1.0 + half), wave.sign * h / plant.inertia / (1.0 + half));
+            let (keep, push) = (
+                (1.0 - half) / (1.0 + half),
+                wave.sign * h / plant.inertia / (1.0 + half),
+            );
             let was = (sine, cosine);
             sine = keep * sine + push * wave.now[block].0;
             cosine = keep * cosine + push * wave.now[block].1;
             while sample < run.speed.len() && run.speed.block[sample] as usize == block {
                 if residual[sample] != 0.0 {
                     let weight = run.speed.weight[sample] * 0.5;
-                    self.add(weight * (was.0 + sine), weight * (was.1 + cosine), residual[sample]);
+                    self.add(
+                        weight * (was.0 + sine),
+                        weight * (was.1 + cosine),
+                        residual[sample],
+                    );
                 }
                 sample += 1;
             }
@@ -217,6 +291,11 @@ impl Sums {
         let determinant = (self.ss * self.cc - self.sc * self.sc).max(1e-300);
         let a = (self.cc * self.sr - self.sc * self.cr) / determinant;
         let b = (self.ss * self.cr - self.sc * self.sr) / determinant;
-        Line { number, amplitude: a.hypot(b), phase: b.atan2(a), gain: a * self.sr + b * self.cr }
+        Line {
+            number,
+            amplitude: a.hypot(b),
+            phase: b.atan2(a),
+            gain: a * self.sr + b * self.cr,
+        }
     }
 }

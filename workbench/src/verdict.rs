@@ -30,10 +30,20 @@ pub fn not_excited(bench: &Bench) -> Option<Outcome> {
         effects: Vec::new(),
         ties: Vec::new(),
         closest_known: Vec::new(),
-        holdout: HoldOut { signal: bench.signal.into(), rmse_before: 0.0, rmse_after: 0.0, noise_floor: bench.sigma, fit_percent_before: 0.0, fit_percent_after: 0.0 },
+        holdout: HoldOut {
+            signal: bench.signal.into(),
+            rmse_before: 0.0,
+            rmse_after: 0.0,
+            noise_floor: bench.sigma,
+            fit_percent_before: 0.0,
+            fit_percent_after: 0.0,
+        },
         within_tolerance: Vec::new(),
         places: Vec::new(),
-        unexplained: Unexplained { share_of_gap: 0.0, structure: "none".into() },
+        unexplained: Unexplained {
+            share_of_gap: 0.0,
+            structure: "none".into(),
+        },
         next_experiment: None,
         runtime_s: 0.0,
         notes: bench.notes.clone(),
@@ -53,7 +63,10 @@ pub fn judge<'a>(_bench: &Bench, found: &Found<'a>, _given: &Hypothesis, _nomina
     if !rivals.is_empty() {
         let mut sets = vec![found.best.hypothesis.names()];
         sets.extend(rivals.iter().map(|rival| rival.hypothesis.names()));
-        ties.push(Tie { rivals: sets, separated_by: String::new() });
+        ties.push(Tie {
+            rivals: sets,
+            separated_by: String::new(),
+        });
     }
     let verdict = if found.best.hypothesis.items.is_empty() {
         Verdict::NothingMissing
@@ -67,7 +80,10 @@ pub fn judge<'a>(_bench: &Bench, found: &Found<'a>, _given: &Hypothesis, _nomina
         kept: found.best.clone(),
         closest: Vec::new(),
         ties,
-        unexplained: Unexplained { share_of_gap: left, structure: "none".into() },
+        unexplained: Unexplained {
+            share_of_gap: left,
+            structure: "none".into(),
+        },
         next: None,
     }
 }

@@ -103,7 +103,11 @@ impl Scales {
 impl Bench {
     /// Number of compared samples of the main signal in the given parts.
     pub fn samples(&self, parts: &[Part]) -> usize {
-        self.runs.iter().flat_map(|run| &run.speed.part).filter(|part| parts.contains(part)).count()
+        self.runs
+            .iter()
+            .flat_map(|run| &run.speed.part)
+            .filter(|part| parts.contains(part))
+            .count()
     }
 }
 
@@ -111,7 +115,15 @@ impl Bench {
 pub fn driven_by(kind: &Kind, base: Physics, input: Input) -> Physics {
     match (kind, input) {
         (Kind::Inertia { .. }, _) | (_, Input::Voltage) => base,
-        (_, Input::Current) => Physics { drive: Drive::Torque, force_gain: base.kt, ..base },
-        (_, Input::Torque | Input::Force) => Physics { drive: Drive::Torque, force_gain: 1.0, ..base },
+        (_, Input::Current) => Physics {
+            drive: Drive::Torque,
+            force_gain: base.kt,
+            ..base
+        },
+        (_, Input::Torque | Input::Force) => Physics {
+            drive: Drive::Torque,
+            force_gain: 1.0,
+            ..base
+        },
     }
 }

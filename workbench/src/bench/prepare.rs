@@ -37,7 +37,11 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Ben
         notes: view.notes.clone(),
     };
     for (index, source) in std::iter::once(log).chain(holdouts).enumerate() {
-        for run in source.runs.iter().flat_map(|run| unbroken(run, scales.time, &mut bench.notes)) {
+        for run in source
+            .runs
+            .iter()
+            .flat_map(|run| unbroken(run, scales.time, &mut bench.notes))
+        {
             bench.runs.push(bench_run(&run, index, &view));
         }
     }
@@ -56,22 +60,37 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Ben
 fn agree(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<(), InputError> {
     let source = &log.source;
     if matches!(model.kind, Kind::DcMotor { .. } | Kind::FirstOrder { .. }) && log.linear {
-        return Err(InputError::file(source, "has a linear axis (m), but the model turns; use kind = \"inertia\" with mass_kg"));
+        return Err(InputError::file(
+            source,
+            "has a linear axis (m), but the model turns; use kind = \"inertia\" with mass_kg",
+        ));
     }
     if matches!(model.kind, Kind::FirstOrder { .. }) && log.input != Input::Voltage {
-        let what = format!("drives the axis by {}, but a first_order model needs u_v", log.input.column());
+        let what = format!(
+            "drives the axis by {}, but a first_order model needs u_v",
+            log.input.column()
+        );
         return Err(InputError::file(source, what));
     }
     if matches!(model.kind, Kind::Inertia { .. }) && model.linear() != log.linear {
-        return Err(InputError::file(source, "and the model disagree on whether the axis is linear (mass_kg, q_m) or turns (inertia_kgm2, theta_rad)"));
+        return Err(InputError::file(
+            source,
+            "and the model disagree on whether the axis is linear (mass_kg, q_m) or turns (inertia_kgm2, theta_rad)",
+        ));
     }
     for other in holdouts {
         if (other.input, other.linear) != (log.input, log.linear) {
-            let what = format!("has other columns than {source} (input {} against {})", other.input.column(), log.input.column());
+            let what = format!(
+                "has other columns than {source} (input {} against {})",
+                other.input.column(),
+                log.input.column()
+            );
             return Err(InputError::file(&other.source, what));
         }
         if same(log, other) {
-            let what = format!("holds the same rows as {source}; a copy proves nothing, give another record or leave --holdout out");
+            let what = format!(
+                "holds the same rows as {source}; a copy proves nothing, give another record or leave --holdout out"
+            );
             return Err(InputError::file(&other.source, what));
         }
     }
@@ -80,7 +99,12 @@ fn agree(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<(), Input
 
 /// True if two logs hold the same measurements.
 fn same(a: &Dynamic, b: &Dynamic) -> bool {
-    let outputs = |log: &Dynamic| log.runs.iter().map(|run| run.speed.clone().or(run.position.clone())).collect::<Vec<_>>();
+    let outputs = |log: &Dynamic| {
+        log.runs
+            .iter()
+            .map(|run| run.speed.clone().or(run.position.clone()))
+            .collect::<Vec<_>>()
+    };
     outputs(a) == outputs(b)
 }
 
@@ -97,7 +121,10 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 fn scales(plant: &Physics, log: &Dynamic) -> Result<Scales, InputError> {
     let input = largest(log.runs.iter().flat_map(|run| run.input.iter().copied()));
     if input <= 0.0 {
-        let what = format!("the input {} is 0 throughout; nothing drives the axis", log.input.column());
+        let what = format!(
+            "the input {} is 0 throughout; nothing drives the axis",
+            log.input.column()
+        );
         return Err(InputError::file(&log.source, what));
     }
     let speed = largest(log.runs.iter().flat_map(rough_speed));
@@ -107,12 +134,28 @@ fn scales(plant: &Physics, log: &Dynamic) -> Result<Scales, InputError> {
     Ok(Scales {
         input,
         torque,
-        speed: if speed > 0.0 { speed } else { plant.dc_gain() * input },
-        time: if plant.drive == Drive::Voltage { settling } else { settling.min(4.0 * rising) },
-        current: if plant.drive == Drive::Voltage { input / plant.resistance } else { input },
+        speed: if speed > 0.0 {
+            speed
+        } else {
+            plant.dc_gain() * input
+        },
+        time: if plant.drive == Drive::Voltage {
+            settling
+        } else {
+            settling.min(4.0 * rising)
+        },
+        current: if plant.drive == Drive::Voltage {
+            input / plant.resistance
+        } else {
+            input
+        },
         resistance: plant.resistance,
         inertia: plant.inertia,
-        duration: log.runs.iter().map(|run| run.t_s[run.rows() - 1] - run.t_s[0]).fold(0.0, f64::max),
+        duration: log
+            .runs
+            .iter()
+            .map(|run| run.t_s[run.rows() - 1] - run.t_s[0])
+            .fold(0.0, f64::max),
     })
 }
 
@@ -133,9 +176,18 @@ fn unbroken(run: &Run, time_constant: f64, notes: &mut Vec<String>) -> Vec<Run> 
     let mut cuts = vec![0];
     cuts.extend((1..run.rows()).filter(|row| run.t_s[*row] - run.t_s[*row - 1] > longest));
     cuts.push(run.rows());
-    let pieces: Vec<Run> = cuts.windows(2).filter(|cut| cut[1] - cut[0] >= 8).map(|cut| run.rows_between(cut[0], cut[1], run.id)).collect();
+    let pieces: Vec<Run> = cuts
+        .windows(2)
+        .filter(|cut| cut[1] - cut[0] >= 8)
+        .map(|cut| run.rows_between(cut[0], cut[1], run.id))
+        .collect();
     if cuts.len() > 2 {
-        notes.push(format!("run {}: {} gaps in time; it is analysed in {} pieces", run.id, cuts.len() - 2, pieces.len()));
+        notes.push(format!(
+            "run {}: {} gaps in time; it is analysed in {} pieces",
+            run.id,
+            cuts.len() - 2,
+            pieces.len()
+        ));
     }
     pieces
 }
@@ -166,7 +218,10 @@ impl View {
             notes: Vec::new(),
         };
         if thinning > 1 {
-            view.notes.push(format!("{} rows are taken together in blocks of {thinning} for the fits", log.rows()));
+            view.notes.push(format!(
+                "{} rows are taken together in blocks of {thinning} for the fits",
+                log.rows()
+            ));
         }
         if log.runs.iter().any(|run| run.speed.is_none()) {
             view.derive(model, log, scales, sample);
@@ -178,15 +233,24 @@ impl View {
     }
 
     fn windowed(&self) -> bool {
-        let difference = [SpeedSensor::EncoderDifferenceCentred, SpeedSensor::EncoderDifferenceCausal];
+        let difference = [
+            SpeedSensor::EncoderDifferenceCentred,
+            SpeedSensor::EncoderDifferenceCausal,
+        ];
         difference.contains(&self.sensor) && self.window_s > 0.0
     }
 
     /// Speed from position differences: the shortest window, from a 40th to a 6th of the time constant, in which the
     /// encoder's steps stay below 0.3 % of full speed.
     fn derive(&mut self, model: &Model, log: &Dynamic, scales: &Scales, sample: f64) {
-        let step = model.encoder.filter(|_| !log.linear).map_or(0.0, |encoder| TAU / encoder.counts_per_rev / 12f64.sqrt());
-        let rough = log.runs[0].position.as_ref().map_or(0.0, |position| hf_noise(position, 0));
+        let step = model
+            .encoder
+            .filter(|_| !log.linear)
+            .map_or(0.0, |encoder| TAU / encoder.counts_per_rev / 12f64.sqrt());
+        let rough = log.runs[0]
+            .position
+            .as_ref()
+            .map_or(0.0, |position| hf_noise(position, 0));
         let noise = step.max(rough);
         let wanted = 2f64.sqrt() * noise / (0.003 * scales.speed);
         let window = wanted.clamp(scales.time / 40.0, scales.time / 6.0).max(sample);
@@ -194,7 +258,10 @@ impl View {
         self.derived_rows = Some(rows);
         self.noise_lag = 1;
         self.window_s = rows as f64 * sample;
-        self.notes.push(format!("the speed is the position's difference over {:.4} s, in measurement and simulation alike", self.window_s));
+        self.notes.push(format!(
+            "the speed is the position's difference over {:.4} s, in measurement and simulation alike",
+            self.window_s
+        ));
     }
 }
 
@@ -205,7 +272,10 @@ fn bench_run(run: &Run, log: usize, view: &View) -> BenchRun {
     let mut made = BenchRun {
         id: run.id,
         log,
-        bridge: first_row[..first_row.len() - 1].iter().map(|row| run.bridge[*row as usize]).collect(),
+        bridge: first_row[..first_row.len() - 1]
+            .iter()
+            .map(|row| run.bridge[*row as usize])
+            .collect(),
         position: position(run, &first_row),
         row_time: run.t_s.clone(),
         input: run.input[..rows].to_vec(),
@@ -274,12 +344,20 @@ fn logged(run: &Run, made: &BenchRun, view: &View) -> Probes {
         let (start, stop) = (run.t_s[a], run.t_s[b]);
         // The trapezoid over the block's rows is the mean over the block; one row stands for itself.
         let inner: f64 = speed[a + 1..b].iter().sum();
-        let measured = if b - a == 1 { speed[a] } else { (inner + 0.5 * (speed[a] + speed[b])) / (b - a) as f64 };
+        let measured = if b - a == 1 {
+            speed[a]
+        } else {
+            (inner + 0.5 * (speed[a] + speed[b])) / (b - a) as f64
+        };
         let span = if b - a == 1 { 0.0 } else { stop - start };
         let at = |share: f64| view.window_at(start + share * span);
         if view.windowed() {
             // Two-point Gauss quadrature of the moving window over the block.
-            let windows = if span == 0.0 { vec![at(0.0)] } else { vec![at(0.211_324_865), at(0.788_675_135)] };
+            let windows = if span == 0.0 {
+                vec![at(0.0)]
+            } else {
+                vec![at(0.211_324_865), at(0.788_675_135)]
+            };
             if windows[0].0 >= made.time[0] - 1e-9 && windows[windows.len() - 1].1 <= end + 1e-9 {
                 probes.push_windows(&grid, start + 0.5 * span, measured, &windows);
             }
@@ -316,17 +394,34 @@ fn currents(current: &[f64], made: &BenchRun) -> Probes {
 
 /// The noise of speed and current: from the signals' high frequencies, and not below the declared encoder's steps.
 fn noise(bench: &mut Bench, model: &Model, view: &View) {
-    let mut each: Vec<f64> = bench.runs.iter().map(|run| hf_noise(&run.speed.measured, bench.noise_lag)).collect();
+    let mut each: Vec<f64> = bench
+        .runs
+        .iter()
+        .map(|run| hf_noise(&run.speed.measured, bench.noise_lag))
+        .collect();
     let step = match model.encoder {
-        Some(encoder) if view.window_s > 0.0 && !bench.linear => TAU / encoder.counts_per_rev / (6f64.sqrt() * view.window_s),
+        Some(encoder) if view.window_s > 0.0 && !bench.linear => {
+            TAU / encoder.counts_per_rev / (6f64.sqrt() * view.window_s)
+        }
         _ => 0.0,
     };
     bench.sigma = median(&mut each).max(step).max(1e-5 * bench.scales.speed);
-    let mut each: Vec<f64> = bench.runs.iter().filter(|run| !run.current.is_empty()).map(|run| hf_noise(&run.current.measured, 0)).collect();
-    if each.len() == bench.runs.len() && bench.input == Input::Voltage && matches!(model.kind, Kind::DcMotor { .. }) {
+    let mut each: Vec<f64> = bench
+        .runs
+        .iter()
+        .filter(|run| !run.current.is_empty())
+        .map(|run| hf_noise(&run.current.measured, 0))
+        .collect();
+    if each.len() == bench.runs.len()
+        && bench.input == Input::Voltage
+        && matches!(model.kind, Kind::DcMotor { .. })
+    {
         bench.sigma_current = Some(median(&mut each).max(1e-4 * bench.scales.current));
     } else {
-        bench.runs.iter_mut().for_each(|run| run.current = Probes::default());
+        bench
+            .runs
+            .iter_mut()
+            .for_each(|run| run.current = Probes::default());
     }
 }
 
@@ -355,11 +450,15 @@ fn start_speed(run: &mut BenchRun, sigma: f64, full_speed: f64) {
 fn parts(run: &mut BenchRun, holdout_given: bool) {
     let (start, end) = (run.time[0], run.time[run.time.len() - 1]);
     for (k, time) in run.speed.time.iter().enumerate() {
-        let piece = ((time - start) / (end - start) * PIECES as f64).floor().min(PIECES as f64 - 1.0) as usize;
+        let piece = ((time - start) / (end - start) * PIECES as f64)
+            .floor()
+            .min(PIECES as f64 - 1.0) as usize;
         run.speed.part[k] = part(piece, run.log, holdout_given);
     }
     for (k, time) in run.current.time.iter().enumerate() {
-        let piece = ((time - start) / (end - start) * PIECES as f64).floor().min(PIECES as f64 - 1.0) as usize;
+        let piece = ((time - start) / (end - start) * PIECES as f64)
+            .floor()
+            .min(PIECES as f64 - 1.0) as usize;
         run.current.part[k] = part(piece, run.log, holdout_given);
     }
 }
@@ -367,7 +466,13 @@ fn parts(run: &mut BenchRun, holdout_given: bool) {
 fn part(piece: usize, log: usize, holdout_given: bool) -> Part {
     match (log, holdout_given, piece % 4) {
         (0, false, 3) => Part::HoldOut,
-        (0, _, fold) => if fold % 2 == 0 { Part::A } else { Part::B },
+        (0, _, fold) => {
+            if fold % 2 == 0 {
+                Part::A
+            } else {
+                Part::B
+            }
+        }
         _ => Part::HoldOut,
     }
 }
@@ -376,7 +481,13 @@ fn part(piece: usize, log: usize, holdout_given: bool) -> Part {
 fn mask_spikes(probes: &mut Probes, sigma: f64) {
     let measured = &probes.measured;
     for k in 2..measured.len().saturating_sub(2) {
-        let mut near = [measured[k - 2], measured[k - 1], measured[k], measured[k + 1], measured[k + 2]];
+        let mut near = [
+            measured[k - 2],
+            measured[k - 1],
+            measured[k],
+            measured[k + 1],
+            measured[k + 2],
+        ];
         let middle = median(&mut near);
         let spread = (measured[k + 1] - measured[k - 1]).abs();
         if (measured[k] - middle).abs() > 7.0 * sigma + 2.0 * spread {
@@ -389,7 +500,14 @@ fn say_holdout(bench: &mut Bench, holdouts: &[Dynamic]) {
     let text = if holdouts.is_empty() {
         format!("held out: every fourth of {PIECES} equal pieces of each run")
     } else {
-        format!("held out: {}", holdouts.iter().map(|log| log.source.as_str()).collect::<Vec<_>>().join(", "))
+        format!(
+            "held out: {}",
+            holdouts
+                .iter()
+                .map(|log| log.source.as_str())
+                .collect::<Vec<_>>()
+                .join(", ")
+        )
     };
     bench.notes.push(text);
 }

@@ -84,9 +84,13 @@ impl BenchRun {
 
     fn start(&self, plant: &Physics, speed: f64) -> State {
         let mut state = State::moving(plant, self.position.first().copied().unwrap_or(0.0), speed);
-        if speed != 0.0 && self.bridge.first() == Some(&1) && plant.drive == crate::plant::physics::Drive::Voltage {
+        if speed != 0.0
+            && self.bridge.first() == Some(&1)
+            && plant.drive == crate::plant::physics::Drive::Voltage
+        {
             let limit = plant.current_limit;
-            state.current = ((plant.applied(self.input[0]) - plant.ke * speed) / plant.resistance).clamp(-limit, limit);
+            state.current =
+                ((plant.applied(self.input[0]) - plant.ke * speed) / plant.resistance).clamp(-limit, limit);
         }
         state
     }
@@ -100,7 +104,13 @@ impl BenchRun {
 
 impl Traces {
     fn clear(&mut self, blocks: usize) {
-        for values in [&mut self.omega, &mut self.reading, &mut self.integral, &mut self.current, &mut self.charge] {
+        for values in [
+            &mut self.omega,
+            &mut self.reading,
+            &mut self.integral,
+            &mut self.current,
+            &mut self.charge,
+        ] {
             values.clear();
             values.reserve(blocks + 1);
         }
@@ -127,7 +137,11 @@ enum Drawn {
 
 impl Drawn {
     fn new(run: &BenchRun, plant: &Physics) -> Self {
-        let applied = if plant.lag_s > 0.0 { lagged(run, plant) } else { run.input.iter().map(|u| plant.applied(*u)).collect() };
+        let applied = if plant.lag_s > 0.0 {
+            lagged(run, plant)
+        } else {
+            run.input.iter().map(|u| plant.applied(*u)).collect()
+        };
         if plant.delay_s <= 0.0 && run.blocks() == run.input.len() {
             return Self::Held(applied);
         }
@@ -138,7 +152,10 @@ impl Drawn {
             sum += value * (run.row_time[row + 1] - run.row_time[row]);
             area.push(sum);
         }
-        Self::Integral { area, delay: plant.delay_s }
+        Self::Integral {
+            area,
+            delay: plant.delay_s,
+        }
     }
 
     #[inline]
@@ -149,7 +166,9 @@ impl Drawn {
                 (area[run.first_row[block + 1] as usize] - area[run.first_row[block] as usize]) / length
             }
             Self::Integral { area, delay } => {
-                let at = |time: f64| interpolated(&run.row_time, area, time - delay, run.first_row[block] as usize);
+                let at = |time: f64| {
+                    interpolated(&run.row_time, area, time - delay, run.first_row[block] as usize)
+                };
                 (at(start + length) - at(start)) / length
             }
         }

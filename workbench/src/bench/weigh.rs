@@ -20,11 +20,13 @@ impl Bench {
         let mut predicted = Vec::new();
         for run in &mut self.runs {
             run.simulate(plant, run.start_speed, COARSE, &mut traces);
-            run.speed.predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
+            run.speed
+                .predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
             let sample = (run.row_time[run.row_time.len() - 1] - run.row_time[0]) / run.row_time.len() as f64;
             budget(&mut run.speed, &predicted, sigma, sample);
             if let Some(sigma) = sigma_current.filter(|_| !run.current.is_empty()) {
-                run.current.predict(&run.time, &traces.current, &traces.charge, &mut predicted);
+                run.current
+                    .predict(&run.time, &traces.current, &traces.charge, &mut predicted);
                 budget(&mut run.current, &predicted, sigma, sample);
             }
         }

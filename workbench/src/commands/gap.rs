@@ -37,8 +37,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let columns: Columns = arguments.columns.parse()?;
     let model = model::read(&arguments.model)?;
     let log = log::read(&arguments.log, &columns)?;
-    let holdouts: Vec<Log> =
-        arguments.holdout.iter().map(|path| log::read(path, &columns)).collect::<Result<_, _>>()?;
+    let holdouts: Vec<Log> = arguments
+        .holdout
+        .iter()
+        .map(|path| log::read(path, &columns))
+        .collect::<Result<_, _>>()?;
     let outcome = match log {
         Log::Table(_) => anyhow::bail!("steady-state tables are not analysed yet"),
         Log::Dynamic(log) => {
@@ -53,7 +56,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 fn dynamic(logs: Vec<Log>) -> anyhow::Result<Vec<Dynamic>> {
     let one = |log| match log {
         Log::Dynamic(log) => Ok(log),
-        Log::Table(table) => anyhow::bail!("{}: is a steady-state table, but the log is a record over time", table.source),
+        Log::Table(table) => anyhow::bail!(
+            "{}: is a steady-state table, but the log is a record over time",
+            table.source
+        ),
     };
     logs.into_iter().map(one).collect()
 }
