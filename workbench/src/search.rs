@@ -114,7 +114,8 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
             }
         }
     }
-    let best = search.eliminated(search.fine(&current));
+    search.dispersion = dispersion(&current);
+    let best = search.eliminated(search.fine(&search.refined(current)));
     let others = search.rivals(&best, others, &singles);
     Found {
         base: search.fine(&base),
