@@ -111,7 +111,9 @@ impl<'h, 'a> Evaluator<'h, 'a> {
             .filter(|(slot, _)| slot.has_prior());
         out.extend(priors.map(|(_, z)| *z));
         // A simulation that ran away must lose, not poison the sums.
-        out.iter_mut().filter(|r| !(r.abs() < 1e6)).for_each(|r| *r = 1e6);
+        out.iter_mut()
+            .filter(|r| r.is_nan() || r.abs() > 1e6)
+            .for_each(|r| *r = 1e6);
     }
 
     fn compare(&self, probes: &crate::bench::Probes, out: &mut Vec<f64>) {

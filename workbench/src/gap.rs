@@ -17,7 +17,7 @@ use std::time::Instant;
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Effects that are not offered.
-    pub excluded: Vec<String>,
+    pub without: Vec<String>,
 }
 
 /// Finds where model and log disagree, names what is missing and predicts the held-out data with it.
@@ -34,7 +34,7 @@ pub fn run(
         return Ok(outcome);
     }
     settle_noise(&mut bench, model);
-    let found = search(&bench, model, &options.excluded, progress);
+    let found = search(&bench, model, &options.without, progress);
     let mut outcome = concluded(&bench, model, &found);
     outcome.runtime_s = started.elapsed().as_secs_f64();
     Ok(outcome)

@@ -6,6 +6,7 @@ use crate::fit::COARSE;
 use crate::hypothesis::Hypothesis;
 use crate::plant::dynamics::bridge;
 use crate::plant::physics::Physics;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A threshold is tried where the signal exceeds it in 0.2 % … 50 % of the samples.
 const QUANTILES: [f64; 7] = [0.998, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5];
@@ -99,7 +100,7 @@ impl Basis {
     fn gravity(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
         let ratio = self.plant.gear_ratio;
         let torque = bench.scales.of(effect.parameters[0].scale);
-        let mut starts: Vec<Vec<f64>> = [0.0, 1.57, 3.14, -1.57]
+        let mut starts: Vec<Vec<f64>> = [0.0, FRAC_PI_2, PI, -FRAC_PI_2]
             .iter()
             .map(|phase| vec![0.05 * ratio, *phase])
             .collect();
@@ -117,7 +118,7 @@ impl Basis {
             .map(|run| span(&run.position))
             .fold(0.0, f64::max);
         let (unit, count) = if bench.linear {
-            (std::f64::consts::PI / span.max(1e-9), LINES)
+            (PI / span.max(1e-9), LINES)
         } else {
             (1.0, TURN_HARMONICS)
         };
@@ -133,7 +134,7 @@ impl Basis {
     }
 
     fn time_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
-        let unit = std::f64::consts::PI / bench.scales.duration;
+        let unit = PI / bench.scales.duration;
         let highest = 20.0 / bench.scales.time;
         let count = ((highest / unit) as usize).clamp(1, 3 * LINES);
         let torque = bench.scales.of(effect.parameters[0].scale);

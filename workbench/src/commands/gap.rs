@@ -1,10 +1,15 @@
 //! `truing gap`: where do model and log disagree, and what is missing?
 
-use crate::gap;
-use crate::log::{self, Columns, Dynamic, Log};
-use crate::model;
+use crate::gap::{self, Options};
+use crate::log::{self, Columns, Dynamic, Log, Table};
+use crate::model::{self, Model};
+use crate::outcome::Outcome;
+use crate::report::{Exporter, html::Html, json::Json, model_file::ModelFile, terminal::Terminal};
+use crate::steady;
 use clap::Args;
-use std::path::PathBuf;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Arguments of `truing gap`.
 #[derive(Args, Debug)]
@@ -21,6 +26,9 @@ pub struct Arguments {
     /// Foreign column names: `u_v=u_V,omega_rad_s=left_rpm*0.104720`; `t_s=none` ignores the time (a steady-state table).
     #[arg(long, default_value = "")]
     pub columns: String,
+    /// Effects that are not offered (repeatable): how would the log be explained without them?
+    #[arg(long, num_args = 1..)]
+    pub without: Vec<String>,
     /// Folder for report.html, outcome.json and the extended model.toml.
     #[arg(long)]
     pub out: Option<PathBuf>,
@@ -37,29 +45,92 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let columns: Columns = arguments.columns.parse()?;
     let model = model::read(&arguments.model)?;
     let log = log::read(&arguments.log, &columns)?;
-    let holdouts: Vec<Log> = arguments
-        .holdout
-        .iter()
-        .map(|path| log::read(path, &columns))
-        .collect::<Result<_, _>>()?;
-    let outcome = match log {
-        Log::Table(_) => anyhow::bail!("steady-state tables are not analysed yet"),
-        Log::Dynamic(log) => {
-            let holdouts = dynamic(holdouts)?;
-            gap::run(&model, &log, &holdouts, &gap::Options::default(), &|_| {})?
-        }
+    let read = |path: &PathBuf| log::read(path, &columns);
+    let holdouts: Vec<Log> = arguments.holdout.iter().map(read).collect::<Result<_, _>>()?;
+    let options = Options {
+        without: arguments.without.clone(),
     };
-    println!("{}", serde_json::to_string_pretty(&outcome)?);
-    Ok(())
+    let outcome = analysed(&model, log, holdouts, &options)?;
+    print!("{}", Terminal.export(&outcome)?);
+    write(arguments, &model, &outcome)
 }
 
-fn dynamic(logs: Vec<Log>) -> anyhow::Result<Vec<Dynamic>> {
-    let one = |log| match log {
+/// A table, or a record whose rows are settled, goes the steady way; every other record is simulated.
+fn analysed(model: &Model, log: Log, holdouts: Vec<Log>, options: &Options) -> anyhow::Result<Outcome> {
+    let as_table = |log: &Log| match log {
+        Log::Table(table) => Some(table.clone()),
+        Log::Dynamic(record) => steady::settled(model, record),
+    };
+    if let Some(table) = as_table(&log) {
+        let others: Option<Vec<Table>> = holdouts.iter().map(as_table).collect();
+        let others = others.ok_or_else(|| {
+            anyhow::anyhow!(
+                "{}: is a steady-state table, but a hold-out is a record over time; give a table",
+                table.source
+            )
+        })?;
+        return Ok(steady::run(model, &table, &others));
+    }
+    let Log::Dynamic(record) = log else {
+        unreachable!("tables are handled above")
+    };
+    let others: Vec<Dynamic> = holdouts.into_iter().map(dynamic).collect::<Result<_, _>>()?;
+    let bar = progress_bar();
+    let outcome = gap::run(model, &record, &others, options, &|text| {
+        if text.is_empty() {
+            bar.inc(1)
+        } else {
+            bar.set_message(text.to_owned())
+        }
+    });
+    bar.finish_and_clear();
+    Ok(outcome?)
+}
+
+fn dynamic(log: Log) -> anyhow::Result<Dynamic> {
+    match log {
         Log::Dynamic(log) => Ok(log),
         Log::Table(table) => anyhow::bail!(
-            "{}: is a steady-state table, but the log is a record over time",
+            "{}: is a steady-state table, but the log is a record over time; give a record",
             table.source
         ),
+    }
+}
+
+fn progress_bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("{spinner} {elapsed} {pos} candidates fitted, {msg}");
+    let bar = ProgressBar::new_spinner().with_style(style.expect("a constant template"));
+    bar.enable_steady_tick(Duration::from_millis(120));
+    bar
+}
+
+fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Result<()> {
+    let folder = |name: &str| arguments.out.as_ref().map(|folder| folder.join(name));
+    let subtitle = format!(
+        "{} against {}",
+        arguments.model.display(),
+        arguments.log.display()
+    );
+    let html = Html {
+        title: "Where model and log disagree",
+        subtitle: &subtitle,
     };
-    logs.into_iter().map(one).collect()
+    let origin = arguments.log.display().to_string();
+    let extended = ModelFile {
+        original: &model.source_text,
+        origin: &origin,
+    };
+    for path in [arguments.json.clone(), folder("outcome.json")]
+        .into_iter()
+        .flatten()
+    {
+        Json.write(outcome, &path)?;
+    }
+    for path in [arguments.report.clone(), folder("report.html")]
+        .into_iter()
+        .flatten()
+    {
+        html.write(outcome, &path)?;
+    }
+    folder("model.toml").map_or(Ok(()), |path: PathBuf| extended.write(outcome, Path::new(&path)))
 }
