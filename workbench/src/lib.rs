@@ -19,6 +19,7 @@ pub mod localise;
 pub mod log;
 pub mod model;
 pub mod outcome;
+pub mod paper;
 pub mod plant;
 pub mod plots;
 pub mod report;
