@@ -465,6 +465,12 @@ impl State {
         }
     }
 
+    /// The latched fault.
+    #[must_use]
+    pub fn fault(&self) -> Fault {
+        self.protect.fault()
+    }
+
     fn record(&self, sample: &Sample, acting: pwm::Drive, command: pwm::Drive) -> Record {
         let zero = self.zero.unwrap_or(0);
         Record {

@@ -8,8 +8,9 @@
 //!               u − d·sign(u)    beyond
 //! ```
 //!
-//! with `d` = `d₊` for positive and `d₋` for negative signs. ε is 1/128 of the nominal supply (0.09 V of 12 V): below
-//! a tenth of ordinary dead zones, above the ripple that the loops leave on the voltage.
+//! with `d` = `d₊` for positive and `d₋` for negative signs. ε is a power of two of the nominal supply, at most 1/128
+//! (0.09 V of 12 V, a tenth of ordinary dead zones), and not more than what the position loop answers to one count:
+//! a wider ε would itself be a dead zone of several counts around a target at rest.
 //!
 //! An *input* dead zone (driver, dead time) acts on the sign of the command, so its compensation does too. *Friction*
 //! acts on the sign of the motion; fed with the command's sign it would fight the motion during every deceleration.
@@ -19,63 +20,86 @@
 
 use crate::units::{Voltage, mul_shift, to_fixed};
 
-/// ε as a power of two: nominal supply / 2⁷.
-const SMOOTHING_BITS: u32 = 7;
-/// ε.
-pub const SMOOTHING: Voltage = Voltage(Voltage::NOMINAL.0 >> SMOOTHING_BITS);
+/// The width ε of the smooth part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Smoothing {
+    /// ε = nominal supply / 2^bits.
+    bits: u32,
+}
+
+impl Smoothing {
+    /// The widest: 1/128 of the nominal supply.
+    pub const WIDEST: Self = Self { bits: 7 };
+    /// The narrowest: 1/4096 of the nominal supply, about one PWM count.
+    pub const NARROWEST: Self = Self { bits: 12 };
+
+    /// The widest that does not exceed this share of the nominal supply, between the bounds.
+    #[must_use]
+    pub fn within(share: f32) -> Self {
+        let fits = |bits: &u32| share * (1u32 << bits) as f32 >= 1.0;
+        let bits = (Self::WIDEST.bits..Self::NARROWEST.bits).find(fits);
+        Self { bits: bits.unwrap_or(Self::NARROWEST.bits) }
+    }
+
+    /// ε.
+    #[must_use]
+    pub const fn width(self) -> Voltage {
+        Voltage(Voltage::NOMINAL.0 >> self.bits)
+    }
+}
+
 /// Share of a friction level that is compensated. Below 1: over-compensated friction pushes the axis on by itself.
 pub const KAPPA_FRICTION: f32 = 1.0;
 /// Share of an input dead zone that is compensated.
 pub const KAPPA_INPUT: f32 = 0.95;
 
 /// One direction of the dead zone.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Side {
     /// `d`, ≥ 0.
     width: i32,
+    /// ε.
+    smoothing: Smoothing,
     /// `ε/(ε + d)`, Q30.
     inner_slope: i32,
 }
 
 impl Side {
-    fn new(width: Voltage) -> Self {
-        let (width, smoothing) = (width.0.max(0), SMOOTHING.0 as f32);
-        Self {
-            width,
-            inner_slope: to_fixed(smoothing / (smoothing + width as f32), 30),
-        }
+    fn new(width: Voltage, smoothing: Smoothing) -> Self {
+        let (width, epsilon) = (width.0.max(0), smoothing.width().0 as f32);
+        Self { width, smoothing, inner_slope: to_fixed(epsilon / (epsilon + width as f32), 30) }
     }
 
     /// `d·sat(v/ε)` for v ≥ 0.
     fn push(self, v: i32) -> i32 {
-        mul_shift(self.width, v.min(SMOOTHING.0), Voltage::BITS - SMOOTHING_BITS)
+        mul_shift(self.width, v.min(self.smoothing.width().0), Voltage::BITS - self.smoothing.bits)
     }
 
     fn forward(self, u: i32) -> i32 {
-        let knee = self.width.saturating_add(SMOOTHING.0);
-        if u > knee {
-            u.saturating_sub(self.width)
-        } else {
-            mul_shift(u, self.inner_slope, 30)
-        }
+        let knee = self.width.saturating_add(self.smoothing.width().0);
+        if u > knee { u.saturating_sub(self.width) } else { mul_shift(u, self.inner_slope, 30) }
     }
 }
 
 /// An asymmetric dead zone, smooth near zero.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DeadZone {
     positive: Side,
     negative: Side,
 }
 
+impl Default for DeadZone {
+    /// None.
+    fn default() -> Self {
+        Self::new(Voltage::ZERO, Voltage::ZERO, Smoothing::WIDEST)
+    }
+}
+
 impl DeadZone {
-    /// From both widths as positive magnitudes. `DeadZone::default()` has none.
+    /// From both widths as positive magnitudes.
     #[must_use]
-    pub fn new(positive: Voltage, negative: Voltage) -> Self {
-        Self {
-            positive: Side::new(positive),
-            negative: Side::new(negative),
-        }
+    pub fn new(positive: Voltage, negative: Voltage, smoothing: Smoothing) -> Self {
+        Self { positive: Side::new(positive, smoothing), negative: Side::new(negative, smoothing) }
     }
 
     fn side(&self, sign_of: Voltage) -> Side {
@@ -94,7 +118,7 @@ impl DeadZone {
     }
 
     /// The terminal voltage that leaves `v` behind the dead zone: `forward(inverse(v)) = v` within
-    /// [`DeadZone::ROUND_TRIP_LSB`].
+    /// one LSB, `inverse(forward(u)) = u` within `2 + d/ε`, the slope inside ε.
     #[must_use]
     pub fn inverse(&self, v: Voltage) -> Voltage {
         v.plus(self.push(v))
@@ -106,9 +130,6 @@ impl DeadZone {
         let magnitude = self.side(z).push(z.0.saturating_abs());
         Voltage(if z.0 < 0 { -magnitude } else { magnitude })
     }
-
-    /// Bound of the round trip's error in either order, in LSB of [`Voltage`]; the slope inside ε is up to 129.
-    pub const ROUND_TRIP_LSB: i32 = 130;
 }
 
 /// Where the compensation takes its sign from.
@@ -131,7 +152,7 @@ pub struct Compensator {
 impl Compensator {
     /// Compensates the share κ of the identified widths that suits the mechanism.
     #[must_use]
-    pub fn new(positive: Voltage, negative: Voltage, sign: SignSource) -> Self {
+    pub fn new(positive: Voltage, negative: Voltage, sign: SignSource, smoothing: Smoothing) -> Self {
         let kappa = to_fixed(
             if sign == SignSource::Command {
                 KAPPA_INPUT
@@ -142,7 +163,7 @@ impl Compensator {
         );
         let share = |width: Voltage| Voltage(mul_shift(width.0, kappa, 16));
         Self {
-            dead_zone: DeadZone::new(share(positive), share(negative)),
+            dead_zone: DeadZone::new(share(positive), share(negative), smoothing),
             sign,
         }
     }

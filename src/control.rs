@@ -139,6 +139,12 @@ impl State {
 }
 
 impl Params {
+    /// What the position loop answers to an error of one count, in nominal voltages.
+    #[must_use]
+    pub fn per_count(&self) -> f32 {
+        self.position as f32 / (1u32 << 28) as f32 * (self.speed as f32 / (1u32 << 20) as f32)
+    }
+
     /// Steady voltage behind the dead zone that keeps `speed`.
     #[must_use]
     pub fn steady_voltage(&self, speed: Speed) -> Voltage {

@@ -3,7 +3,7 @@
 //! Only trusted numbers are taken. A number that has lost its trust keeps its last trusted value, and the record says
 //! so ([`Source`]). Gain and time constant that were never trusted come from the configuration (rated speed and hint).
 
-use crate::compensate::{Compensator, DeadZone, SignSource};
+use crate::compensate::{Compensator, DeadZone, SignSource, Smoothing};
 use crate::config::Scale;
 use crate::control::{self, Tuning};
 use crate::encoder::{self, Motor};
@@ -115,12 +115,13 @@ impl Design {
         let (motor, gain_source) = motor(scale, knowledge);
         let sign = knowledge.sign_source();
         let [positive, negative] = knowledge.widths();
+        let loops = control::Params::new(&motor, tuning);
         Self {
             motor,
             observer: encoder::Params::new(&motor),
-            loops: control::Params::new(&motor, tuning),
-            compensator: Compensator::new(positive, negative, sign),
-            dead_zone: DeadZone::new(positive, negative),
+            loops,
+            compensator: Compensator::new(positive, negative, sign, Smoothing::within(loops.per_count())),
+            dead_zone: DeadZone::new(positive, negative, Smoothing::WIDEST),
             sign,
             saturation: knowledge
                 .saturation

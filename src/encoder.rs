@@ -19,9 +19,9 @@
 use crate::units::{Position, Speed, Voltage, mul_shift, saturate, to_fixed};
 
 /// Observer poles in units of 1/τ. Faster follows load changes sooner and passes more quantisation noise.
-pub const BANDWIDTH: f32 = 6.0;
-/// Fastest pole in units of the control rate: the forward-Euler update needs some ten ticks per time constant.
-const FASTEST: f32 = 0.1;
+pub const BANDWIDTH: f32 = 12.0;
+/// Fastest pole in units of the control rate: the forward-Euler update needs some seven ticks per time constant.
+const FASTEST: f32 = 0.15;
 /// Fraction bits of the speed state, counts per tick.
 const STATE_BITS: u32 = 44;
 /// Fraction bits of the unknown acceleration, counts per tick².

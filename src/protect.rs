@@ -13,6 +13,9 @@ use serde::{Deserialize, Serialize};
 pub const STATIC_MARGIN: f32 = 2.0;
 /// Counts that the model must have travelled alone before a missing motion is a fault.
 pub const EXPECTED_COUNTS: i32 = 16;
+/// The winding's share of the time constant, at most: torque follows voltage with this lag (0.1 for a large motor
+/// without gear, far less for small ones).
+const LAG_SHARE: f32 = 0.12;
 /// Counts in the demanded direction that prove that the encoder follows.
 const PROOF_COUNTS: i32 = 2;
 /// Counts against the demanded direction that prove a reversed motor or encoder.
@@ -62,6 +65,8 @@ pub struct Expectation {
     full_speed: i32,
     /// 1/τ per tick, Q24.
     inverse_tau: i32,
+    /// 1/lag per tick, Q24.
+    inverse_lag: i32,
     /// Voltage to exceed, by direction.
     margin: [Voltage; 2],
 }
@@ -78,6 +83,7 @@ impl Expectation {
         Self {
             full_speed: to_fixed(motor.full_speed, 20),
             inverse_tau: to_fixed(1.0 / motor.tau_ticks, 24),
+            inverse_lag: to_fixed((1.0 / (LAG_SHARE * motor.tau_ticks)).min(1.0), 24),
             margin: dead_zone.map(margin),
         }
     }
@@ -101,7 +107,7 @@ pub struct State {
     supply_high: u32,
     fast: u32,
     over_current: u32,
-    /// Voltage beyond the margin when the model started last.
+    /// Voltage beyond the margin, behind the winding's lag.
     drive: i32,
     /// Speed that the motor must have at least, Q20.
     expected_speed: i32,
@@ -222,7 +228,11 @@ fn motion(state: &mut State, expectation: &Expectation, input: &Input) -> Fault 
     );
     state.expected_speed = state.expected_speed.saturating_add(step);
     let onward = state.expected_speed.saturating_mul(drive.signum());
-    state.expected_travel = state.expected_travel.saturating_add(onward.max(0));
+    if onward <= 0 {
+        state.proof = input.count;
+        return Fault::None;
+    }
+    state.expected_travel = state.expected_travel.saturating_add(onward);
     if state.expected_travel >> 20 < EXPECTED_COUNTS {
         return Fault::None;
     }

@@ -12,8 +12,10 @@ use crate::units::{Voltage, mul_shift};
 const LONGEST_DELAY: usize = 3;
 /// Lowest supply that the duty is computed for, Q14 of nominal: an eighth. Below it protection has switched off.
 const LOWEST_SUPPLY: i32 = 1 << 11;
-/// The supply for the division is smoothed over 2³ ticks: converter noise would make a resting duty flicker.
-const SMOOTHING_BITS: u32 = 3;
+/// The supply for the division is smoothed over 2⁴ ticks …
+const SMOOTHING_BITS: u32 = 4;
+/// … and followed only once it has moved by 2⁻⁸ of nominal: converter noise would make a resting duty flicker.
+const HYSTERESIS: i32 = 1 << 12;
 /// Fraction bits of the smoothed supply.
 const SUPPLY_BITS: u32 = 20;
 
@@ -32,6 +34,8 @@ pub struct State {
     /// Commands on their way, newest first.
     line: [Drive; LONGEST_DELAY],
     /// Smoothed supply, Q20 of nominal; 0 before the first sample.
+    smooth: i32,
+    /// The supply that is divided by, Q20 of nominal.
     supply: i32,
 }
 
@@ -62,12 +66,12 @@ impl Params {
     /// Measured supply; the nominal one when it is not measured.
     pub fn supply(&self, state: &mut State, sample: &Sample) -> Voltage {
         let now = Voltage::from_q14(self.scale.supply(sample.vbus_raw));
-        let step = now.0.saturating_sub(state.supply) >> SMOOTHING_BITS;
-        state.supply = if state.supply == 0 {
-            now.0
-        } else {
-            state.supply.saturating_add(step)
-        };
+        let step = now.0.saturating_sub(state.smooth) >> SMOOTHING_BITS;
+        let first = state.supply == 0;
+        state.smooth = if first { now.0 } else { state.smooth.saturating_add(step) };
+        if state.smooth.saturating_sub(state.supply).saturating_abs() > HYSTERESIS {
+            state.supply = state.smooth;
+        }
         now
     }
 

@@ -1,7 +1,7 @@
 //! The dead zone's model and inverse are one another's inverse, and the compensator keeps its promises.
 
 use proptest::prelude::*;
-use servo::compensate::{Compensator, DeadZone, KAPPA_FRICTION, KAPPA_INPUT, SMOOTHING, SignSource};
+use servo::compensate::{Compensator, DeadZone, KAPPA_FRICTION, KAPPA_INPUT, SignSource, Smoothing};
 use servo::units::Voltage;
 
 /// 12 V nominal.
@@ -16,35 +16,36 @@ fn in_volts(v: Voltage) -> f64 {
 /// The equations of the module in floating point.
 fn inverse(v: f64, positive: f64, negative: f64) -> f64 {
     let width = if v < 0.0 { negative } else { positive };
-    v + width * (v / in_volts(SMOOTHING)).clamp(-1.0, 1.0)
+    v + width * (v / in_volts(Smoothing::WIDEST.width())).clamp(-1.0, 1.0)
 }
 
 proptest! {
     #[test]
-    fn forward_undoes_inverse(positive in 0..400_000i32, negative in 0..400_000i32, v in -2_000_000..2_000_000i32) {
-        let zone = DeadZone::new(Voltage(positive), Voltage(negative));
+    fn forward_undoes_inverse(positive in 0..400_000i32, negative in 0..400_000i32, v in -2_000_000..2_000_000i32, epsilon in 1e-4..0.02f32) {
+        let zone = DeadZone::new(Voltage(positive), Voltage(negative), Smoothing::within(epsilon));
         let back = zone.forward(zone.inverse(Voltage(v)));
         prop_assert!((back.0 - v).abs() <= 1, "{} after the round trip of {v}", back.0);
     }
 
     #[test]
-    fn inverse_undoes_forward(positive in 0..400_000i32, negative in 0..400_000i32, u in -2_000_000..2_000_000i32) {
-        let zone = DeadZone::new(Voltage(positive), Voltage(negative));
+    fn inverse_undoes_forward(positive in 0..400_000i32, negative in 0..400_000i32, u in -2_000_000..2_000_000i32, epsilon in 1e-4..0.02f32) {
+        let zone = DeadZone::new(Voltage(positive), Voltage(negative), Smoothing::within(epsilon));
         let back = zone.inverse(zone.forward(Voltage(u)));
-        prop_assert!((back.0 - u).abs() <= DeadZone::ROUND_TRIP_LSB, "{} after the round trip of {u}", back.0);
+        let slope = positive.max(negative) / Smoothing::within(epsilon).width().0;
+        prop_assert!((back.0 - u).abs() <= 2 + slope, "{} after the round trip of {u}", back.0);
     }
 
     #[test]
     fn inverse_is_the_equation(positive in 0.0..3.0f64, negative in 0.0..3.0f64, v in -12.0..12.0f64) {
-        let zone = DeadZone::new(volts(positive), volts(negative));
+        let zone = DeadZone::new(volts(positive), volts(negative), Smoothing::WIDEST);
         let expected = inverse(v, positive, negative);
         // Half an LSB of v is amplified by the slope inside ε, up to 1 + 3 V / 0.094 V.
         prop_assert!((in_volts(zone.inverse(volts(v))) - expected).abs() < 35.0 * 12.0 / 2f64.powi(20));
     }
 
     #[test]
-    fn both_directions_are_monotone(positive in 0..400_000i32, negative in 0..400_000i32, u in -2_000_000..2_000_000i32) {
-        let zone = DeadZone::new(Voltage(positive), Voltage(negative));
+    fn both_directions_are_monotone(positive in 0..400_000i32, negative in 0..400_000i32, u in -2_000_000..2_000_000i32, epsilon in 1e-4..0.02f32) {
+        let zone = DeadZone::new(Voltage(positive), Voltage(negative), Smoothing::within(epsilon));
         prop_assert!(zone.inverse(Voltage(u + 1)) > zone.inverse(Voltage(u)));
         prop_assert!(zone.forward(Voltage(u + 1)) >= zone.forward(Voltage(u)));
     }
@@ -54,7 +55,7 @@ proptest! {
         linear in -1_000_000..1_000_000i32, reference in proptest::option::of(-100_000..100_000i32), command in any::<bool>()
     ) {
         let sign = if command { SignSource::Command } else { SignSource::Reference };
-        let compensator = Compensator::new(volts(1.2), volts(1.5), sign);
+        let compensator = Compensator::new(volts(1.2), volts(1.5), sign, Smoothing::WIDEST);
         let reference = reference.map(Voltage);
         let back = compensator.undo(compensator.apply(Voltage(linear), reference), reference);
         prop_assert!((back.0 - linear).abs() <= 1);
@@ -62,7 +63,7 @@ proptest! {
 
     #[test]
     fn nothing_overflows(width in any::<i32>(), v in any::<i32>(), z in any::<i32>()) {
-        let compensator = Compensator::new(Voltage(width), Voltage(width), SignSource::Reference);
+        let compensator = Compensator::new(Voltage(width), Voltage(width), SignSource::Reference, Smoothing::WIDEST);
         let applied = compensator.apply(Voltage(v), Some(Voltage(z)));
         let _ = compensator.undo(applied, None);
     }
@@ -70,7 +71,7 @@ proptest! {
 
 #[test]
 fn friction_is_pushed_with_the_sign_of_the_reference_speed_and_only_to_kappa() {
-    let compensator = Compensator::new(volts(1.2), volts(1.5), SignSource::Reference);
+    let compensator = Compensator::new(volts(1.2), volts(1.5), SignSource::Reference, Smoothing::WIDEST);
     let braking = compensator.apply(volts(-0.5), Some(volts(3.0)));
     assert!((in_volts(braking) - (-0.5 + f64::from(KAPPA_FRICTION) * 1.2)).abs() < 1e-3);
     let backward = compensator.apply(volts(0.5), Some(volts(-3.0)));
@@ -79,7 +80,7 @@ fn friction_is_pushed_with_the_sign_of_the_reference_speed_and_only_to_kappa() {
 
 #[test]
 fn an_input_dead_zone_is_pushed_with_the_sign_of_the_command() {
-    let compensator = Compensator::new(volts(1.2), volts(1.5), SignSource::Command);
+    let compensator = Compensator::new(volts(1.2), volts(1.5), SignSource::Command, Smoothing::WIDEST);
     let braking = compensator.apply(volts(-0.5), Some(volts(3.0)));
     assert!((in_volts(braking) - (-0.5 - f64::from(KAPPA_INPUT) * 1.5)).abs() < 1e-3);
 }
