@@ -400,6 +400,7 @@ impl State {
     /// Position loop, speed loop, or silence.
     fn follow(&mut self, reference: Reference) -> Demand {
         self.reference = reference;
+        self.control.watch(self.count);
         let loops = self.design.loops;
         self.holding = reference.rests() && self.in_band(reference.position);
         if self.holding {
@@ -419,13 +420,14 @@ impl State {
             self.limit = Limit::Speed;
         }
         let voltage = loops.speed_loop(&self.control, &reference, wanted, self.encoder.speed());
+        let integrated = if reference.rests() { loops.resting_error(&self.control, error) } else { error };
         let steady = (!reference.rests()).then(|| loops.steady_voltage(reference.speed));
         Demand {
             bridge: Bridge::Driven,
             voltage,
             meaning: Meaning::Linear {
                 reference: steady,
-                error: Some(error),
+                error: Some(integrated),
             },
         }
     }

@@ -27,6 +27,12 @@ const INTEGRATOR_BITS: u32 = 52;
 /// Share by which the integrator approaches what the clip allows, per tick: 2⁻⁶.
 const BACK_CALCULATION_BITS: u32 = 6;
 
+/// Share of the time constant without a count after which an axis off its target is stuck.
+const STUCK_SHARE: f32 = 0.25;
+/// Voltage per time constant by which the integrator of a stuck axis grows at least, nominal voltages. With a fine
+/// encoder and a slow motor a few counts would otherwise take minutes to overcome the uncompensated rest of a dead zone.
+const STUCK_RATE: f32 = 1.0 / 256.0;
+
 /// What the user may choose about the loops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
@@ -87,6 +93,10 @@ pub struct Params {
     feed_speed: i32,
     /// τ/ω₀, voltage per acceleration, Q12.
     feed_acceleration: i32,
+    /// Error with which a stuck axis integrates at least, counts Q12.
+    stuck_error: i32,
+    /// Ticks without a count after which an axis is stuck.
+    stuck_ticks: u32,
 }
 
 impl Params {
@@ -114,6 +124,8 @@ impl Params {
             integral: to_fixed(integral, 40),
             feed_speed: to_fixed(1.0 / motor.full_speed, 20),
             feed_acceleration: to_fixed(tau / motor.full_speed, 12),
+            stuck_error: to_fixed(STUCK_RATE / (stiffness * INTEGRAL_SHARE * bandwidth * tau), 12),
+            stuck_ticks: (STUCK_SHARE * tau) as u32,
         }
     }
 }
@@ -123,6 +135,9 @@ impl Params {
 pub struct State {
     /// Q52 of nominal voltage.
     integrator: i64,
+    /// Ticks without a count.
+    still: u32,
+    count: i32,
 }
 
 impl State {
@@ -130,6 +145,12 @@ impl State {
     #[must_use]
     pub fn integral(&self) -> Voltage {
         Voltage(saturate(self.integrator >> (INTEGRATOR_BITS - Voltage::BITS)))
+    }
+
+    /// Notes whether the shaft moves.
+    pub fn watch(&mut self, count: i32) {
+        self.still = if count == self.count { self.still.saturating_add(1) } else { 0 };
+        self.count = count;
     }
 
     /// Takes over at `voltage` without a step.
@@ -171,6 +192,13 @@ impl Params {
             )))
             .plus(Voltage(mul_shift(lack, self.speed, 20)))
             .plus(state.integral())
+    }
+
+    /// The error that the integrator takes in while the reference rests: at least the one that gives [`STUCK_RATE`] when stuck.
+    #[must_use]
+    pub fn resting_error(&self, state: &State, error: i32) -> i32 {
+        let stuck = state.still >= self.stuck_ticks && error.saturating_abs() < self.stuck_error;
+        if stuck { self.stuck_error.saturating_mul(error.signum()) } else { error }
     }
 
     /// The integrator's tick: position error in, and back what the clip took (`clipped − wanted`, zero without clip).
