@@ -420,7 +420,12 @@ impl State {
             self.limit = Limit::Speed;
         }
         let voltage = loops.speed_loop(&self.control, &reference, wanted, self.encoder.speed());
-        let integrated = if reference.rests() { loops.resting_error(&self.control, error) } else { error };
+        let integrated = if reference.rests() {
+            loops.at_rest(&mut self.control, error, self.design.sticks())
+        } else {
+            loops.in_motion(&mut self.control);
+            error
+        };
         let steady = (!reference.rests()).then(|| loops.steady_voltage(reference.speed));
         Demand {
             bridge: Bridge::Driven,

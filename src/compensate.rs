@@ -38,7 +38,9 @@ impl Smoothing {
     pub fn within(share: f32) -> Self {
         let fits = |bits: &u32| share * (1u32 << bits) as f32 >= 1.0;
         let bits = (Self::WIDEST.bits..Self::NARROWEST.bits).find(fits);
-        Self { bits: bits.unwrap_or(Self::NARROWEST.bits) }
+        Self {
+            bits: bits.unwrap_or(Self::NARROWEST.bits),
+        }
     }
 
     /// ε.
@@ -67,17 +69,29 @@ struct Side {
 impl Side {
     fn new(width: Voltage, smoothing: Smoothing) -> Self {
         let (width, epsilon) = (width.0.max(0), smoothing.width().0 as f32);
-        Self { width, smoothing, inner_slope: to_fixed(epsilon / (epsilon + width as f32), 30) }
+        Self {
+            width,
+            smoothing,
+            inner_slope: to_fixed(epsilon / (epsilon + width as f32), 30),
+        }
     }
 
     /// `d·sat(v/ε)` for v ≥ 0.
     fn push(self, v: i32) -> i32 {
-        mul_shift(self.width, v.min(self.smoothing.width().0), Voltage::BITS - self.smoothing.bits)
+        mul_shift(
+            self.width,
+            v.min(self.smoothing.width().0),
+            Voltage::BITS - self.smoothing.bits,
+        )
     }
 
     fn forward(self, u: i32) -> i32 {
         let knee = self.width.saturating_add(self.smoothing.width().0);
-        if u > knee { u.saturating_sub(self.width) } else { mul_shift(u, self.inner_slope, 30) }
+        if u > knee {
+            u.saturating_sub(self.width)
+        } else {
+            mul_shift(u, self.inner_slope, 30)
+        }
     }
 }
 
@@ -99,7 +113,10 @@ impl DeadZone {
     /// From both widths as positive magnitudes.
     #[must_use]
     pub fn new(positive: Voltage, negative: Voltage, smoothing: Smoothing) -> Self {
-        Self { positive: Side::new(positive, smoothing), negative: Side::new(negative, smoothing) }
+        Self {
+            positive: Side::new(positive, smoothing),
+            negative: Side::new(negative, smoothing),
+        }
     }
 
     fn side(&self, sign_of: Voltage) -> Side {

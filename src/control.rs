@@ -135,6 +135,10 @@ impl Params {
 pub struct State {
     /// Q52 of nominal voltage.
     integrator: i64,
+    /// The integrator when the error changed its sign last, at rest.
+    bracket: i64,
+    /// Sign of the error at rest.
+    side: i32,
     /// Ticks without a count.
     still: u32,
     count: i32,
@@ -149,7 +153,11 @@ impl State {
 
     /// Notes whether the shaft moves.
     pub fn watch(&mut self, count: i32) {
-        self.still = if count == self.count { self.still.saturating_add(1) } else { 0 };
+        self.still = if count == self.count {
+            self.still.saturating_add(1)
+        } else {
+            0
+        };
         self.count = count;
     }
 
@@ -194,11 +202,28 @@ impl Params {
             .plus(state.integral())
     }
 
-    /// The error that the integrator takes in while the reference rests: at least the one that gives [`STUCK_RATE`] when stuck.
-    #[must_use]
-    pub fn resting_error(&self, state: &State, error: i32) -> i32 {
-        let stuck = state.still >= self.stuck_ticks && error.saturating_abs() < self.stuck_error;
-        if stuck { self.stuck_error.saturating_mul(error.signum()) } else { error }
+    /// The error that the integrator takes in while the reference rests. Stuck off the target, it is at least the one
+    /// that gives [`STUCK_RATE`]. Beyond the target, what is needed lies between the integrator now and at the last
+    /// crossing: halving that interval each time ends the hunting that a dead zone and an integrator do together.
+    pub fn at_rest(&self, state: &mut State, error: i32, friction: bool) -> i32 {
+        if error.signum() == -state.side {
+            state.integrator = (state.integrator >> 1).saturating_add(state.bracket >> 1);
+        }
+        if error.signum() != state.side {
+            state.bracket = state.integrator;
+            state.side = error.signum();
+        }
+        let stuck = friction && state.still >= self.stuck_ticks && error.saturating_abs() < self.stuck_error;
+        if stuck {
+            self.stuck_error.saturating_mul(error.signum())
+        } else {
+            error
+        }
+    }
+
+    /// Forgets what was learned about the last resting place.
+    pub fn in_motion(&self, state: &mut State) {
+        state.side = 0;
     }
 
     /// The integrator's tick: position error in, and back what the clip took (`clipped − wanted`, zero without clip).

@@ -133,6 +133,12 @@ impl Design {
         }
     }
 
+    /// Does the shaft stick? An input dead zone alone lets it coast, and what pushed it out of friction would throw it.
+    #[must_use]
+    pub fn sticks(&self) -> bool {
+        self.sign == SignSource::Reference
+    }
+
     /// What the dead zone leaves of a terminal voltage while the shaft turns at `speed`.
     #[must_use]
     pub fn behind_dead_zone(&self, terminal: Voltage, speed: Speed) -> Voltage {

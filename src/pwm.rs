@@ -68,7 +68,11 @@ impl Params {
         let now = Voltage::from_q14(self.scale.supply(sample.vbus_raw));
         let step = now.0.saturating_sub(state.smooth) >> SMOOTHING_BITS;
         let first = state.supply == 0;
-        state.smooth = if first { now.0 } else { state.smooth.saturating_add(step) };
+        state.smooth = if first {
+            now.0
+        } else {
+            state.smooth.saturating_add(step)
+        };
         if state.smooth.saturating_sub(state.supply).saturating_abs() > HYSTERESIS {
             state.supply = state.smooth;
         }

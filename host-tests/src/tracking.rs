@@ -8,7 +8,9 @@ use crate::families::{Cause, Family, Options, Plant, Seeds, Severity};
 use servo::axis::{Axis, HOLD_BAND};
 use servo::config::Config;
 use servo::control::Tuning;
-use servo::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Standing, TIME_FRAC, VOLTAGE_FRAC};
+use servo::identify::estimate::{
+    Estimate, Estimates, GAIN_FRAC, Mechanism, Standing, TIME_FRAC, VOLTAGE_FRAC,
+};
 use servo::protect::Fault;
 use servo::protocol::Command;
 use std::f64::consts::TAU;
@@ -75,18 +77,28 @@ pub enum Left {
 impl Experiment {
     /// Runs one plant.
     pub fn run(&self, seeds: Seeds) -> Result<Run, Left> {
-        let options = Options { tick_hz: self.tick_hz, ..Options::default() };
+        let options = Options {
+            tick_hz: self.tick_hz,
+            ..Options::default()
+        };
         let plant = Plant::draw(self.family, self.severity, seeds, &options);
         let bench = self.ready(&plant)?;
         let without = self.track(bench.clone(), &plant, false);
         let with = self.track(bench, &plant, true);
-        Ok(Run { rms: [without.rms[1], with.rms[1]], ..with })
+        Ok(Run {
+            rms: [without.rms[1], with.rms[1]],
+            ..with
+        })
     }
 
     /// The plant with gains in its loops, at rest.
     fn ready(&self, plant: &Plant) -> Result<Bench, Left> {
         let axis = Axis::with_tuning(&plant.config, self.tuning).expect("a valid configuration");
-        let mut bench = Bench { axis, state: axis.start(), board: Board::new(plant) };
+        let mut bench = Bench {
+            axis,
+            state: axis.start(),
+            board: Board::new(plant),
+        };
         bench.run(0.01, |_, _| {});
         match self.knowledge {
             Knowledge::Exact => axis.adopt(&mut bench.state, &exact(plant)).expect("an idle axis"),
@@ -109,7 +121,10 @@ impl Experiment {
                 duration_ms: (seconds * 1e3) as u32,
             },
         ] {
-            bench.axis.command(&mut bench.state, &command).expect("an idle axis that is ready");
+            bench
+                .axis
+                .command(&mut bench.state, &command)
+                .expect("an idle axis that is ready");
         }
         let mut errors = (Mean::default(), Mean::default());
         let judged = 1.0 / self.frequency_hz..seconds - 1.0 / self.frequency_hz;
@@ -150,7 +165,11 @@ impl Scale {
     fn of(config: &Config) -> Self {
         let tick_s = 1.0 / f64::from(config.tick_hz);
         let counts_per_rad = f64::from(config.counts_per_rev) / TAU;
-        Self { tick_s, counts_per_rad, rad_s_per_count: 1.0 / (counts_per_rad * tick_s) }
+        Self {
+            tick_s,
+            counts_per_rad,
+            rad_s_per_count: 1.0 / (counts_per_rad * tick_s),
+        }
     }
 }
 
@@ -213,26 +232,47 @@ impl Rest {
 /// Lets the axis identify its motor.
 fn commission(bench: &mut Bench, budget_ms: u32) -> Result<(), Left> {
     for command in [Command::Arm, Command::Commission { budget_ms, seed: 1 }] {
-        bench.axis.command(&mut bench.state, &command).expect("an idle axis");
+        bench
+            .axis
+            .command(&mut bench.state, &command)
+            .expect("an idle axis");
     }
     bench.run(1.3 * f64::from(budget_ms) / 1e3, |_, _| {});
-    let outcome = bench.axis.report(&bench.state).commissioning.ok_or(Left::Untrusted)?;
+    let outcome = bench
+        .axis
+        .report(&bench.state)
+        .commissioning
+        .ok_or(Left::Untrusted)?;
     let e = outcome.estimates;
-    let trusted = [e.dead_zone_pos_v, e.dead_zone_neg_v, e.gain_rad_s_per_v, e.time_constant_s];
-    if trusted.iter().all(|number| number.trusted) { Ok(()) } else { Err(Left::Untrusted) }
+    let trusted = [
+        e.dead_zone_pos_v,
+        e.dead_zone_neg_v,
+        e.gain_rad_s_per_v,
+        e.time_constant_s,
+    ];
+    if trusted.iter().all(|number| number.trusted) {
+        Ok(())
+    } else {
+        Err(Left::Untrusted)
+    }
 }
 
 /// Estimates as a commissioning without error would bring them.
 pub fn exact(plant: &Plant) -> Estimates {
     let (config, truth) = (&plant.config, &plant.truth);
-    let trusted =
-        |value: f64| Estimate { value: value.round() as i32, u95: 0, standing: Standing::Trusted };
+    let trusted = |value: f64| Estimate {
+        value: value.round() as i32,
+        u95: 0,
+        standing: Standing::Trusted,
+    };
     let volt = f64::from(1u32 << VOLTAGE_FRAC) / f64::from(config.supply_nominal_v);
     let relative = truth.gain * f64::from(config.supply_nominal_v) / f64::from(config.rated_speed_rad_s);
     let ticks = truth.time_constant_s * f64::from(config.tick_hz);
     Estimates {
         dead_zone: truth.dead_zone_v.map(|v| trusted(v * volt)),
-        saturation: truth.saturation_v.map(|level| level.map_or(Estimate::default(), |v| trusted(v * volt))),
+        saturation: truth
+            .saturation_v
+            .map(|level| level.map_or(Estimate::default(), |v| trusted(v * volt))),
         gain: trusted(relative * f64::from(1u32 << GAIN_FRAC)),
         time_constant: trusted(ticks * f64::from(1u32 << TIME_FRAC)),
         mechanism: match truth.cause {

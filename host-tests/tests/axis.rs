@@ -1,15 +1,17 @@
 //! One joint as a whole: what it accepts, what it refuses, and that it is a value that repeats itself bit by bit.
 
-use host_tests::joint::{Joint, Plan};
+use host_tests::bench::Bench;
+use host_tests::families::{Plant, Sensing, Truth};
 use servo::axis::{Axis, Bridge, Output, Refusal, Sample};
 use servo::config::Config;
-use servo::control::Tuning;
+use servo::identify::estimate::Reason;
 use servo::protocol::Command;
 use servo::record::{Activity, Source};
+use std::f64::consts::TAU;
 use truing::truth::{Friction, Motor};
 
 /// A small geared motor: 12 V, 20 rad/s/V, 40 ms, 1.2 V of friction, 500 counts.
-fn plan() -> Plan {
+fn plant() -> Plant {
     let (resistance, constant) = (1.5, 0.05);
     let mut motor = Motor::linear(resistance, 1e-3, constant, 6.7e-5, 1e-6, 12.0);
     motor.friction = Friction::coulomb(1.2 * constant / resistance);
@@ -29,24 +31,42 @@ fn plan() -> Plan {
         vbus_v_per_lsb: 0.005,
         current_a_per_lsb: 0.01,
     };
-    Plan {
+    let sensing = Sensing {
+        phase_error: 0.1,
+        missing: 0.0,
+        vbus: true,
+        vbus_noise: 0.002,
+        vbus_delay: 0,
+        current: false,
+        current_noise: 0.0,
+    };
+    Plant {
+        seed: 7,
+        truth: Truth::of(&motor),
         motor,
         config,
-        encoder_error: 0.1,
-        supply_noise_v: 0.02,
-        current_sensed: false,
-        seed: 7,
+        sensing,
     }
 }
 
-fn joint(plan: &Plan) -> Joint {
-    Joint::new(plan, Tuning::default()).expect("valid configuration")
+/// Runs for a time, s, and gives the last output.
+fn run(bench: &mut Bench, seconds: f64) -> Output {
+    let mut last = Output::default();
+    bench.run(seconds, |output, _| last = *output);
+    last
 }
 
-fn refused(joint: &mut Joint, command: Command) -> Refusal {
-    joint
+fn must(bench: &mut Bench, command: Command) {
+    bench
         .axis
-        .command(&mut joint.state, &command)
+        .command(&mut bench.state, &command)
+        .unwrap_or_else(|refusal| panic!("{command:?}: {refusal:?}"));
+}
+
+fn refused(bench: &mut Bench, command: Command) -> Refusal {
+    bench
+        .axis
+        .command(&mut bench.state, &command)
         .expect_err("a refusal")
 }
 
@@ -62,12 +82,12 @@ const COMMISSION: Command = Command::Commission {
 
 #[test]
 fn it_commissions_itself_and_then_tracks_several_times_better_with_what_it_learned() {
-    let mut joint = joint(&plan());
-    joint.run(0.01);
-    joint.must(Command::Arm);
-    joint.must(COMMISSION);
-    joint.run(6.0);
-    let report = joint.axis.report(&joint.state).commissioning.expect("an outcome");
+    let mut bench = Bench::new(&plant());
+    run(&mut bench, 0.01);
+    must(&mut bench, Command::Arm);
+    must(&mut bench, COMMISSION);
+    let idle = run(&mut bench, 6.0);
+    let report = bench.axis.report(&bench.state).commissioning.expect("an outcome");
     assert_eq!(report.refused, None);
     let (positive, negative) = (report.estimates.dead_zone_pos_v, report.estimates.dead_zone_neg_v);
     assert!(positive.trusted && negative.trusted, "{report:?}");
@@ -75,71 +95,73 @@ fn it_commissions_itself_and_then_tracks_several_times_better_with_what_it_learn
         (positive.value.expect("a value") - 1.2).abs() < 0.03,
         "{positive:?}"
     );
-    assert_eq!(joint.output.bridge, Bridge::Open);
+    assert_eq!(idle.bridge, Bridge::Open);
 
+    let counts_per_rad = 500.0 / TAU;
     let rms = [false, true].map(|on| {
-        joint.must(Command::Compensation(on));
-        joint.must(SINE);
-        let mut sum = 0.0;
-        for _ in 0..30_000 {
-            let before = joint.position();
-            joint.tick();
-            sum += (joint.reference() - before).powi(2);
-        }
-        (sum / 30_000.0).sqrt() / (6.0 * joint.counts_per_rad())
+        must(&mut bench, Command::Compensation(on));
+        must(&mut bench, SINE);
+        let mut squares = 0.0;
+        let mut theta = bench.board.reading().theta;
+        bench.run(3.0, |output, reading| {
+            let reference = f64::from(output.record.reference_q8) / 256.0 / counts_per_rad;
+            squares += (reference - theta).powi(2);
+            theta = reading.theta;
+        });
+        (squares / 30_000.0).sqrt() / 6.0
     });
     assert!(rms[1] < 0.013, "{rms:?} of the amplitude");
     assert!(rms[0] > 4.0 * rms[1], "{rms:?} of the amplitude");
-    assert_eq!(joint.output.record.gain_source, Source::Trusted);
-    assert_eq!(joint.output.record.dead_zone_source, [Source::Trusted; 2]);
+    let record = run(&mut bench, 0.01).record;
+    assert_eq!(record.gain_source, Source::Trusted);
+    assert_eq!(record.dead_zone_source, [Source::Trusted; 2]);
 }
 
 #[test]
 fn torque_needs_arming_and_motion_needs_knowledge() {
-    let mut joint = joint(&plan());
-    joint.run(0.01);
-    assert_eq!(refused(&mut joint, SINE), Refusal::NotArmed);
-    assert_eq!(refused(&mut joint, COMMISSION), Refusal::NotArmed);
-    joint.must(Command::Arm);
-    assert_eq!(refused(&mut joint, SINE), Refusal::NotIdentified);
+    let mut bench = Bench::new(&plant());
+    run(&mut bench, 0.01);
+    assert_eq!(refused(&mut bench, SINE), Refusal::NotArmed);
+    assert_eq!(refused(&mut bench, COMMISSION), Refusal::NotArmed);
+    must(&mut bench, Command::Arm);
+    assert_eq!(refused(&mut bench, SINE), Refusal::NotIdentified);
     assert_eq!(
-        refused(&mut joint, Command::Position(1.0)),
+        refused(&mut bench, Command::Position(1.0)),
         Refusal::NotIdentified
     );
-    joint.must(COMMISSION);
-    assert_eq!(refused(&mut joint, COMMISSION), Refusal::Busy);
-    assert_eq!(refused(&mut joint, SINE), Refusal::Busy);
-    joint.run(0.5);
-    assert_eq!(joint.output.record.activity, Activity::Commissioning);
-    joint.must(Command::Stop);
-    joint.run(0.01);
-    assert_eq!((joint.output.bridge, joint.output.duty), (Bridge::Open, 0));
-    let report = joint.axis.report(&joint.state).commissioning.expect("an outcome");
-    assert_eq!(report.refused, Some(servo::identify::estimate::Reason::Aborted));
-    assert_eq!(refused(&mut joint, SINE), Refusal::NotArmed);
+    must(&mut bench, COMMISSION);
+    assert_eq!(refused(&mut bench, COMMISSION), Refusal::Busy);
+    assert_eq!(refused(&mut bench, SINE), Refusal::Busy);
+    assert_eq!(run(&mut bench, 0.5).record.activity, Activity::Commissioning);
+    must(&mut bench, Command::Stop);
+    let output = run(&mut bench, 0.01);
+    assert_eq!((output.bridge, output.duty), (Bridge::Open, 0));
+    let report = bench.axis.report(&bench.state).commissioning.expect("an outcome");
+    assert_eq!(report.refused, Some(Reason::Aborted));
+    assert_eq!(refused(&mut bench, SINE), Refusal::NotArmed);
 }
 
 #[test]
 fn targets_beyond_the_end_stops_are_refused() {
-    let mut plan = plan();
-    plan.config.travel_limit_rad = Some([-3.0, 3.0]);
-    plan.config.time_constant_hint_s = Some(0.04);
-    let mut joint = joint(&plan);
-    joint.run(0.01);
-    joint.must(Command::Arm);
-    assert_eq!(refused(&mut joint, SINE), Refusal::BeyondTravel);
-    assert_eq!(refused(&mut joint, Command::Position(3.1)), Refusal::BeyondTravel);
+    let mut plant = plant();
+    plant.config.travel_limit_rad = Some([-3.0, 3.0]);
+    plant.config.time_constant_hint_s = Some(0.04);
+    let mut bench = Bench::new(&plant);
+    run(&mut bench, 0.01);
+    must(&mut bench, Command::Arm);
+    assert_eq!(refused(&mut bench, SINE), Refusal::BeyondTravel);
+    assert_eq!(refused(&mut bench, Command::Position(3.1)), Refusal::BeyondTravel);
     assert_eq!(
-        refused(&mut joint, Command::Position(f32::NAN)),
+        refused(&mut bench, Command::Position(f32::NAN)),
         Refusal::OutOfRange
     );
-    joint.must(Command::Position(2.9));
+    must(&mut bench, Command::Position(2.9));
 }
 
 #[test]
 fn a_replay_of_the_raw_integers_gives_the_same_bits_and_two_axes_do_not_disturb_one_another() {
-    let mut joint = joint(&plan());
-    let axis = Axis::new(&plan().config).expect("valid configuration");
+    let mut bench = Bench::new(&plant());
+    let axis = Axis::new(&plant().config).expect("valid configuration");
     let (mut replay, mut bystander) = (axis.start(), axis.start());
     for k in 0..60_000u32 {
         if let Some(command) = match k {
@@ -148,17 +170,18 @@ fn a_replay_of_the_raw_integers_gives_the_same_bits_and_two_axes_do_not_disturb_
             55_000 => Some(SINE),
             _ => None,
         } {
-            joint.must(command);
+            must(&mut bench, command);
             axis.command(&mut replay, &command)
                 .expect("accepted as on the chip");
         }
-        let Output { record, .. } = joint.tick();
+        let output = bench.tick();
+        let record = output.record;
         let sample = Sample {
             count: record.count,
             vbus_raw: record.vbus_raw,
             current_raw: record.current_raw,
         };
-        assert_eq!(axis.step(&mut replay, sample), joint.output, "tick {k}");
+        assert_eq!(axis.step(&mut replay, sample), output, "tick {k}");
         let idle = axis.step(
             &mut bystander,
             Sample {
