@@ -101,7 +101,7 @@ fn the_contradictions_are_found_from_the_tables() {
         "229.3 rpm/V",
         "residual 7.885 rpm",
         "-0.456 and -4.106",
-        "rms residual 2.7",
+        "rms residual 2.672 rpm",
     ] {
         assert!(table.contains(figure), "{figure} in {table}");
     }
