@@ -7,7 +7,9 @@
 //! ```
 
 pub mod bench;
+pub mod axis_file;
 pub mod commands;
+pub mod commission_report;
 pub mod effects;
 pub mod evidence;
 pub mod exhibit;
@@ -18,14 +20,20 @@ pub mod input_error;
 pub mod localise;
 pub mod log;
 pub mod model;
+pub mod motor;
 pub mod outcome;
 pub mod paper;
 pub mod plant;
 pub mod plots;
+pub mod replay;
 pub mod report;
 pub mod residual;
 pub mod search;
 pub mod starts;
 pub mod steady;
+pub mod run_log;
+pub mod servo_link;
+pub mod session;
+pub mod tracking;
 pub mod truth;
 pub mod verdict;

@@ -1,7 +1,11 @@
 //! One file a subcommand: its arguments and a recipe of a dozen lines. A new subcommand is one file, one variant of
 //! [`Command`] and one arm of [`Cli::run`].
 
+pub mod commission;
+pub mod firmware;
 pub mod gap;
+pub mod replay;
+pub mod track;
 
 use clap::{Parser, Subcommand};
 
@@ -19,6 +23,12 @@ pub struct Cli {
 pub enum Command {
     /// Compare a model with a log, name what is missing, extend the model.
     Gap(gap::Arguments),
+    /// Let the firmware excite its motor and identify it.
+    Commission(commission::Arguments),
+    /// Let the firmware follow a profile.
+    Track(track::Arguments),
+    /// Run a firmware log through the library on the host and compare every bit.
+    Replay(replay::Arguments),
 }
 
 impl Cli {
@@ -26,6 +36,9 @@ impl Cli {
     pub fn run(self) -> anyhow::Result<()> {
         match self.command {
             Command::Gap(arguments) => gap::run(&arguments),
+            Command::Commission(arguments) => commission::run(&arguments),
+            Command::Track(arguments) => track::run(&arguments),
+            Command::Replay(arguments) => replay::run(&arguments),
         }
     }
 }

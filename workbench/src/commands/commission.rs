@@ -1,0 +1,100 @@
+//! `truing commission`: the firmware excites its motor and says what it is.
+
+use super::firmware::Firmware;
+use crate::commission_report::{CommissionJson, Params};
+use crate::motor::write_whole;
+use crate::session::{Done, SessionResult, Task};
+use anyhow::Context;
+use clap::Args;
+use servo::config::Config;
+use std::path::PathBuf;
+
+/// Arguments of `truing commission`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// Which servo.
+    #[command(flatten)]
+    pub firmware: Firmware,
+    /// Length of the commissioning, s.
+    #[arg(long, default_value_t = 5.0)]
+    pub budget_s: f64,
+    /// Keep the result for `truing track --params`.
+    #[arg(long)]
+    pub save: Option<PathBuf>,
+    /// Write the result as JSON, schema truing-commission/1.
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Write every control tick as a log in format 1.
+    #[arg(long)]
+    pub log: Option<PathBuf>,
+}
+
+/// Runs and reports.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let config = arguments.firmware.axis()?;
+    let task = Task::Commission {
+        budget_s: budget(arguments.budget_s)?,
+        seed: arguments.firmware.seed as u32,
+    };
+    let result = arguments.firmware.run(config, &[task])?;
+    let report = outcome(&result, &config)?;
+    print(&report);
+    if let Some(path) = &arguments.json {
+        write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
+    }
+    if let Some(path) = &arguments.log {
+        result.log.save(path)?;
+    }
+    if let Some(path) = &arguments.save {
+        Params::new(&report).save(path)?;
+    }
+    Ok(())
+}
+
+/// Between 1 s and 10 minutes.
+pub fn budget(seconds: f64) -> anyhow::Result<f64> {
+    anyhow::ensure!(
+        (1.0..=600.0).contains(&seconds),
+        "--budget-s is {seconds}; it must lie between 1 and 600 s"
+    );
+    Ok(seconds)
+}
+
+/// The first commissioning of a session.
+pub fn outcome(result: &SessionResult, config: &Config) -> anyhow::Result<CommissionJson> {
+    let outcome = result.done.iter().find_map(|done| match done {
+        Done::Commissioned(outcome) => Some(outcome),
+        _ => None,
+    });
+    Ok(CommissionJson::new(
+        outcome.context("the session had no commissioning")?,
+        config,
+    )?)
+}
+
+/// For people.
+pub fn print(report: &CommissionJson) {
+    for (name, unit, number) in report.numbers() {
+        let trust = if number.trusted {
+            "trusted"
+        } else {
+            number.reason.unwrap_or("not trusted")
+        };
+        match (number.value, number.u95) {
+            (Some(value), Some(u95)) => println!("{name:21} {value:10.4} ± {u95:.4} {unit:8} {trust}"),
+            _ => println!("{name:21} {:>10}   {:15} {trust}", "-", ""),
+        }
+    }
+    println!(
+        "{:21} {}",
+        "mechanism",
+        format!("{:?}", report.mechanism).to_lowercase()
+    );
+    println!(
+        "{:21} {:.2} s, {:.2} turns",
+        "took", report.duration_s, report.travel_rev
+    );
+    if let Some(refused) = &report.refused {
+        println!("refused ({}): {}", refused.code, refused.text);
+    }
+}

@@ -1,0 +1,39 @@
+//! `truing replay`: does the library on the host compute the same bits as the chip has?
+
+use crate::axis_file;
+use crate::replay;
+use crate::run_log::Tape;
+use clap::Args;
+use servo::protocol::Command;
+use std::path::PathBuf;
+
+/// Arguments of `truing replay`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// A log of `truing track --log` or `truing commission --log`.
+    #[arg(long)]
+    pub log: PathBuf,
+    /// The axis file it was made with.
+    #[arg(long)]
+    pub config: PathBuf,
+}
+
+/// Replays and says whether every bit is the same.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let config = axis_file::read(&arguments.config)?;
+    let tape = Tape::read(&arguments.log, &config)?;
+    let same = tape.commands.iter().all(|(_, command)| match command {
+        Command::Configure(other) => *other == config,
+        _ => true,
+    });
+    anyhow::ensure!(
+        same,
+        "{}: was made with another axis file than {}; name the one it was made with",
+        arguments.log.display(),
+        arguments.config.display()
+    );
+    let verdict = replay::replay(&tape)?;
+    anyhow::ensure!(verdict.identical(), "{}: {verdict}", arguments.log.display());
+    println!("{verdict}");
+    Ok(())
+}

@@ -1,0 +1,112 @@
+//! The servo's codes in words that say what to do.
+
+use servo::axis;
+use servo::identify::estimate::Reason;
+use servo::protect::Fault;
+use servo::protocol::Refusal;
+
+/// Why a command was refused, one sentence.
+pub fn refusal_text(refusal: &Refusal) -> String {
+    match refusal {
+        Refusal::Config(error) => {
+            let (field, low, high) = (error.field.name(), error.minimum, error.maximum);
+            format!("the servo refuses the configuration: {field} must lie between {low} and {high}")
+        }
+        Refusal::TickRate => {
+            "the board cannot make this control rate: choose axis.tick_hz so that it divides the PWM frequency \
+             84 MHz / axis.pwm_full_scale"
+                .into()
+        }
+        Refusal::NotConfigured => "the servo has no configuration yet; send one first".into(),
+        Refusal::BridgeDriven => "the servo can be configured only while its bridge is open; stop it first".into(),
+        Refusal::Axis(reason) => axis_text(*reason).into(),
+        Refusal::Stale { expected } => format!("the servo expects command number {expected}; reconnect"),
+    }
+}
+
+fn axis_text(refusal: axis::Refusal) -> &'static str {
+    match refusal {
+        axis::Refusal::NotArmed => "the servo is not armed; arm it before asking for torque",
+        axis::Refusal::Faulted => "a fault is latched; remove its cause and stop the servo to clear it",
+        axis::Refusal::NotIdentified => {
+            "gain and time constant are not known; commission first, or give axis.time_constant_hint_s"
+        }
+        axis::Refusal::Busy => "the servo is busy with another motion; stop it first",
+        axis::Refusal::BeyondTravel => "the target lies beyond axis.travel_limit_rad; choose a smaller one",
+        axis::Refusal::OutOfRange => {
+            "amplitude, frequency or duration cannot be done at this control rate; choose a slower or smaller motion"
+        }
+        axis::Refusal::NotForAxis => "the servo does not know this command; update its firmware",
+    }
+}
+
+/// What a latched fault means, and the remedy.
+pub fn fault_advice(fault: Fault) -> String {
+    let text = match fault {
+        Fault::None => "no fault",
+        Fault::NoMotion => {
+            "voltage was applied and nothing moved: free the shaft, and check motor and encoder cables; without a current sensor a stall and an unplugged encoder look alike"
+        }
+        Fault::WrongDirection => {
+            "the count runs against the voltage: swap the motor's leads or the encoder's A and B"
+        }
+        _ => "the bridge was switched off; remove the cause, then stop and arm again",
+    };
+    format!("{text} ({fault:?})")
+}
+
+/// What to do about a missing or doubtful number, or a refused commissioning.
+pub fn advice(reason: Reason) -> &'static str {
+    match reason {
+        Reason::NotIdentified => "nothing was learned yet: run a commissioning",
+        Reason::NotExcited => {
+            "the speed did not vary enough: give a longer --budget-s, or free the axis so that it can move"
+        }
+        Reason::TooUncertain => {
+            "the uncertainty is above the limit of trust: give a longer --budget-s, or use a finer encoder"
+        }
+        Reason::NotVerified => {
+            "the check at another voltage did not agree or did not fit into the time: give a longer --budget-s and keep the load constant"
+        }
+        Reason::NotSeen => {
+            "speed kept growing up to the highest voltage: there is no saturation to report below the supply"
+        }
+        Reason::Aged => "it was learned too long ago: move the axis or commission again",
+        Reason::Implausible => {
+            "the dead zone came out negative: remove a load that pulls, and check the encoder for lost counts"
+        }
+        Reason::LoadChanged => "friction or load changed while learning: keep the load constant and repeat",
+        Reason::SupplyMoved => "the supply moved too much: use a stiffer supply, or check its wiring",
+        Reason::TravelTooShort => {
+            "the travel between the end stops is too short for this part: widen axis.travel_limit_rad if the joint allows it"
+        }
+        Reason::EncoderTooSlow => {
+            "the encoder gives too few counts per time constant: use a finer encoder, or mount it before the gear"
+        }
+        Reason::TooShort => {
+            "the time is too short for this motor: give a longer --budget-s, at least four of its time constants"
+        }
+        Reason::NoMotion => {
+            "voltage was applied and nothing moved: free the shaft, check the motor's and the encoder's cables and the supply; without a current sensor a stall and an unplugged encoder look alike"
+        }
+        Reason::Reversed => {
+            "positive voltage moves the count down: swap the motor's leads or the encoder's A and B"
+        }
+        Reason::MotionLost => {
+            "the motion stopped while driven: look for a stall and for a loose encoder cable"
+        }
+        Reason::Overspeed => {
+            "the speed limit was reached: raise limits.speed_rad_s, or check axis.rated_speed_rad_s"
+        }
+        Reason::EnergySpent => {
+            "the energy budget is spent: raise limits.energy_j, or give a shorter --budget-s"
+        }
+        Reason::TravelExceeded => {
+            "the travel limit was reached: start in the middle of the travel, or widen axis.travel_limit_rad"
+        }
+        Reason::Aborted => "it was stopped before the end: run it again",
+        Reason::SupplyTooLow => {
+            "the supply is far below supply.nominal_v: check the supply, or correct the axis file"
+        }
+    }
+}

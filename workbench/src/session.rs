@@ -1,0 +1,404 @@
+//! A session with the firmware: configure, commission, track, and keep the log.
+
+use crate::input_error::InputError;
+use crate::motor::{Builtin, Door, Exec, qemu};
+use crate::run_log::{Row, RunLog};
+use crate::servo_link::{Client, Lockstep, Serial, Wire};
+use servo::commission::Outcome;
+use servo::config::Config;
+use servo::identify::estimate::Estimates;
+use servo::protocol::{Command, Message};
+use servo::record::Activity;
+use std::cell::RefCell;
+use std::f32::consts::TAU;
+
+/// Records per second that a real link carries.
+const SERIAL_RECORDS_PER_S: u32 = 400;
+/// After a motion the axis holds for so long, s; chatter is counted here.
+pub const HOLD_S: f64 = 1.0;
+/// The bridge is open for so long between two tasks, s.
+const PAUSE_S: f64 = 0.3;
+/// A commissioning that takes longer than its budget by this factor and this time has hung.
+const OVERTIME: (f64, f64) = (2.0, 10.0);
+
+/// What to follow.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Profile {
+    /// `amplitude · sin(2π f t)`, eased in and out.
+    Sine {
+        /// rad.
+        amplitude_rad: f32,
+        /// Hz.
+        frequency_hz: f32,
+        /// s.
+        seconds: f32,
+    },
+    /// A jump.
+    Step {
+        /// rad, from where the axis is.
+        amplitude_rad: f32,
+        /// s.
+        seconds: f32,
+    },
+    /// Points in time, rad from where the axis is; each holds until the next.
+    Points(Vec<(f64, f32)>),
+}
+
+/// One thing to do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Task {
+    /// Excite and identify.
+    Commission {
+        /// Length, s.
+        budget_s: f64,
+        /// Orders the excitation.
+        seed: u32,
+    },
+    /// Use what an earlier commissioning has found.
+    Adopt(Box<Estimates>),
+    /// Follow a profile, then hold.
+    Track {
+        /// What to follow.
+        profile: Profile,
+        /// With the inverse dead zone or without.
+        compensation: bool,
+    },
+}
+
+/// What a [`Task`] gave.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Done {
+    /// End of a commissioning.
+    Commissioned(Box<Outcome>),
+    /// Estimates are in use.
+    Adopted,
+    /// Ticks of a motion.
+    Tracked(Span),
+}
+
+/// Ticks of a motion, since power-up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// The profile begins.
+    pub start: u32,
+    /// The profile ends and the hold begins.
+    pub hold: u32,
+    /// The hold ends.
+    pub end: u32,
+    /// A fault has ended it early.
+    pub faulted: bool,
+}
+
+/// The result.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionResult {
+    /// Every control tick (on a serial line: one in several).
+    pub log: RunLog,
+    /// One for each task.
+    pub done: Vec<Done>,
+    /// The firmware's own log lines.
+    pub firmware_log: Vec<String>,
+}
+
+/// How far a session is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress<'a> {
+    /// What it is doing.
+    pub task: &'a str,
+    /// 0 … 1 of this task.
+    pub share: f64,
+}
+
+/// Opens the way to the servo. `seed` is the builtin motor's noise.
+pub fn connect(
+    door: &Door,
+    config: &Config,
+    seed: u64,
+    qemu: &qemu::Options,
+) -> Result<Box<dyn Wire>, InputError> {
+    Ok(match door {
+        Door::Builtin(path) => {
+            let motor = Box::new(Builtin::open(path, config, seed)?);
+            Box::new(Lockstep::start(qemu, motor, *config)?)
+        }
+        Door::Exec(command) => {
+            let motor = Box::new(Exec::start(command)?);
+            Box::new(Lockstep::start(qemu, motor, *config)?)
+        }
+        Door::Serial(port) => Box::new(Serial::open(port)?),
+    })
+}
+
+/// One record in how many ticks the way to the servo carries.
+pub fn decimation(door: &Door, config: &Config) -> u32 {
+    match door {
+        Door::Serial(_) => config.tick_hz.div_ceil(SERIAL_RECORDS_PER_S),
+        _ => 1,
+    }
+}
+
+/// Does all tasks in order. A refused commissioning ends it early, so `done` may be shorter than `tasks`.
+pub fn run(
+    wire: Box<dyn Wire>,
+    config: Config,
+    every: u32,
+    tasks: &[Task],
+    progress: &mut dyn FnMut(Progress),
+) -> Result<SessionResult, InputError> {
+    let mut session = Session::open(wire, config, every)?;
+    let mut done = Vec::new();
+    for task in tasks {
+        let result = match task {
+            Task::Commission { budget_s, seed } => session.commission(*budget_s, *seed, progress)?,
+            Task::Adopt(estimates) => session.adopt(estimates)?,
+            Task::Track {
+                profile,
+                compensation,
+            } => session.track(profile, *compensation, progress)?,
+        };
+        let refused = matches!(&result, Done::Commissioned(outcome) if outcome.refused.is_some());
+        done.push(result);
+        if refused {
+            break;
+        }
+    }
+    session.close(done)
+}
+
+/// An open session.
+struct Session {
+    client: Client,
+    kept: RefCell<Kept>,
+    every: u32,
+}
+
+/// What has arrived.
+struct Kept {
+    log: RunLog,
+    ended: Option<Outcome>,
+}
+
+impl Kept {
+    fn take(&mut self, message: Message) {
+        match message {
+            // Before its configuration an axis has no version.
+            Message::Telemetry {
+                tick, cost, record, ..
+            } if record.version != 0 => {
+                self.log.rows.push(Row { tick, cost, record });
+            }
+            Message::Commissioned { tick, outcome, .. } => {
+                self.log.outcomes.push((tick, outcome));
+                self.ended = Some(outcome);
+            }
+            _ => {}
+        }
+    }
+
+    fn now(&self) -> u32 {
+        self.log.rows.last().map_or(0, |row| row.tick)
+    }
+
+    fn activity(&self) -> Activity {
+        self.log
+            .rows
+            .last()
+            .map_or(Activity::Idle, |row| row.record.activity)
+    }
+}
+
+impl Session {
+    fn open(wire: Box<dyn Wire>, config: Config, every: u32) -> Result<Self, InputError> {
+        let log = RunLog::new(config);
+        let mut session = Session {
+            client: Client::new(wire),
+            kept: RefCell::new(Kept { log, ended: None }),
+            every,
+        };
+        session
+            .client
+            .command(Command::Subscribe { every }, &mut |_| {})?;
+        session.command(Command::Configure(config))?;
+        while session.kept.borrow().log.rows.is_empty() {
+            session.turn()?;
+        }
+        Ok(session)
+    }
+
+    fn config(&self) -> Config {
+        self.kept.borrow().log.config
+    }
+
+    fn turn(&mut self) -> Result<(), InputError> {
+        self.client
+            .turn(&mut |message| self.kept.borrow_mut().take(message))
+    }
+
+    /// Sends a command, waits for its answer and keeps it with the tick in which it acted.
+    fn command(&mut self, command: Command) -> Result<u32, InputError> {
+        let tick = self
+            .client
+            .command(command, &mut |message| self.kept.borrow_mut().take(message))?;
+        self.kept.borrow_mut().log.commands.push((tick, command));
+        Ok(tick)
+    }
+
+    /// Lets the servo run up to a tick, or until `until` says so; returns the tick reached.
+    fn run_to(
+        &mut self,
+        end: u32,
+        until: impl Fn(&Kept) -> bool,
+        task: &str,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<u32, InputError> {
+        let start = self.kept.borrow().now();
+        let length = f64::from(end.saturating_sub(start).max(1));
+        loop {
+            self.turn()?;
+            let kept = self.kept.borrow();
+            let now = kept.now();
+            if now >= end || until(&kept) {
+                return Ok(now);
+            }
+            if now % 512 < self.every {
+                let share = f64::from(now - start) / length;
+                progress(Progress { task, share });
+            }
+        }
+    }
+
+    fn ticks(&self, seconds: f64) -> u32 {
+        (seconds * f64::from(self.config().tick_hz)).round() as u32
+    }
+
+    fn begin_run(&mut self) {
+        let kept = self.kept.get_mut();
+        let start = kept.now() + 1;
+        kept.log.run_starts.push(start);
+    }
+
+    fn commission(
+        &mut self,
+        budget_s: f64,
+        seed: u32,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Done, InputError> {
+        self.command(Command::Arm)?;
+        let budget_ms = (budget_s * 1000.0).round() as u32;
+        self.kept.get_mut().ended = None;
+        let start = self.command(Command::Commission { budget_ms, seed })?;
+        let limit = start + self.ticks(OVERTIME.0 * budget_s + OVERTIME.1);
+        self.run_to(limit, |kept| kept.ended.is_some(), "commissioning", progress)?;
+        let ended = self.kept.get_mut().ended.take();
+        let outcome =
+            ended.ok_or_else(|| InputError("the commissioning does not end; update the firmware".into()))?;
+        self.pause()?;
+        Ok(Done::Commissioned(Box::new(outcome)))
+    }
+
+    fn adopt(&mut self, estimates: &Estimates) -> Result<Done, InputError> {
+        self.command(Command::Adopt(*estimates))?;
+        Ok(Done::Adopted)
+    }
+
+    fn track(
+        &mut self,
+        profile: &Profile,
+        compensation: bool,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Done, InputError> {
+        self.begin_run();
+        self.command(Command::Compensation(compensation))?;
+        self.command(Command::Arm)?;
+        let start = match profile {
+            Profile::Sine {
+                amplitude_rad,
+                frequency_hz,
+                seconds,
+            } => self.command(Command::TrackSine {
+                amplitude_rad: *amplitude_rad,
+                frequency_hz: *frequency_hz,
+                duration_ms: (seconds * 1000.0).round() as u32,
+            })?,
+            Profile::Step { amplitude_rad, .. } => {
+                self.command(Command::Position(self.here() + amplitude_rad))?
+            }
+            Profile::Points(points) => self.follow(points, progress)?,
+        };
+        let hold = start + self.ticks(profile.seconds());
+        let end = hold + self.ticks(HOLD_S);
+        let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
+        let reached = self.run_to(end, faulted, "tracking", progress)?;
+        let faulted = faulted(&self.kept.borrow());
+        self.command(Command::Stop)?;
+        self.pause()?;
+        Ok(Done::Tracked(Span {
+            start,
+            hold: hold.min(reached),
+            end: reached,
+            faulted,
+        }))
+    }
+
+    /// Sends each point when its time has come; returns the tick of the first.
+    fn follow(
+        &mut self,
+        points: &[(f64, f32)],
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<u32, InputError> {
+        let centre = self.here();
+        let (mut start, mut sent) = (None, None);
+        for &(time, theta) in points {
+            if sent == Some(theta) {
+                continue;
+            }
+            if let Some(start) = start {
+                let due = start + self.ticks(time - points[0].0);
+                self.run_to(due, |_| false, "tracking", progress)?;
+            }
+            let tick = self.command(Command::Position(centre + theta))?;
+            start.get_or_insert(tick);
+            sent = Some(theta);
+        }
+        start.ok_or_else(|| InputError("the profile has no points".into()))
+    }
+
+    /// Position now, rad from power-up.
+    fn here(&self) -> f32 {
+        let kept = self.kept.borrow();
+        let counts = kept
+            .log
+            .rows
+            .last()
+            .map_or(0, |row| row.record.count.wrapping_sub(kept.log.zero()));
+        counts as f32 * TAU / kept.log.config.counts_per_rev as f32
+    }
+
+    fn pause(&mut self) -> Result<(), InputError> {
+        let end = self.kept.borrow().now() + self.ticks(PAUSE_S);
+        self.run_to(end, |_| false, "pause", &mut |_| {})?;
+        Ok(())
+    }
+
+    fn close(self, done: Vec<Done>) -> Result<SessionResult, InputError> {
+        let firmware_log = self.client.close();
+        Ok(SessionResult {
+            log: self.kept.into_inner().log,
+            done,
+            firmware_log,
+        })
+    }
+}
+
+impl Profile {
+    /// Length, s.
+    pub fn seconds(&self) -> f64 {
+        match self {
+            Profile::Sine { seconds, .. } | Profile::Step { seconds, .. } => f64::from(*seconds),
+            Profile::Points(points) => match (points.first(), points.last()) {
+                (Some(first), Some(last)) => last.0 - first.0,
+                _ => 0.0,
+            },
+        }
+    }
+}

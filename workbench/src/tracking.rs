@@ -1,0 +1,129 @@
+//! `truing-track/1`: how well a motion followed its set-point.
+
+use crate::run_log::{Row, RunLog};
+use crate::session::Span;
+use serde::Serialize;
+use servo::record::{Limit, Source};
+
+/// Where the numbers came from that the loops used.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct UsedParameters {
+    /// Gain and time constant: `none`, `configured`, `last_trusted`, `trusted`.
+    pub gain: &'static str,
+    /// Dead zone, positive.
+    pub dead_zone_pos: &'static str,
+    /// Dead zone, negative.
+    pub dead_zone_neg: &'static str,
+    /// Was the inverse dead zone in use?
+    pub compensation: bool,
+}
+
+/// The figures of one motion.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrackJson {
+    /// `truing-track/1`.
+    pub schema: &'static str,
+    /// Set-point minus measured position, rad.
+    pub position_rms_rad: f64,
+    /// … at worst.
+    pub position_peak_rad: f64,
+    /// Set-point's speed minus the firmware's speed estimate, rad/s.
+    pub speed_rms_rad_s: f64,
+    /// … at worst.
+    pub speed_peak_rad_s: f64,
+    /// Share of the time in which a limit acted.
+    pub saturated_share: f64,
+    /// Changes of the duty's sign per second while holding.
+    pub hold_chatter_per_s: f64,
+    /// Which parameters the loops used.
+    pub used_parameters: UsedParameters,
+    /// A fault ended the motion early.
+    pub faulted: bool,
+}
+
+impl TrackJson {
+    /// Computes the figures from the log.
+    pub fn new(log: &RunLog, span: &Span) -> Self {
+        let within = |from: u32, to: u32| log.rows.iter().filter(move |row| (from..to).contains(&row.tick));
+        let (position_rms, position_peak) =
+            norms(within(span.start, span.hold).map(|row| position_error(log, row)));
+        let (speed_rms, speed_peak) = norms(within(span.start, span.hold).map(|row| speed_error(log, row)));
+        let ticks = within(span.start, span.hold).count().max(1);
+        let limited = within(span.start, span.hold)
+            .filter(|row| row.record.limit != Limit::None)
+            .count();
+        TrackJson {
+            schema: "truing-track/1",
+            position_rms_rad: position_rms,
+            position_peak_rad: position_peak,
+            speed_rms_rad_s: speed_rms,
+            speed_peak_rad_s: speed_peak,
+            saturated_share: limited as f64 / ticks as f64,
+            hold_chatter_per_s: chatter(log, span),
+            used_parameters: used(within(span.start, span.hold).last()),
+            faulted: span.faulted,
+        }
+    }
+}
+
+/// rad. A counter that reads n stands for n + ½ counts.
+pub fn position_error(log: &RunLog, row: &Row) -> f64 {
+    let measured = f64::from(row.record.count.wrapping_sub(log.zero())) + 0.5;
+    log.rad(f64::from(row.record.reference_q8) / 256.0 - measured)
+}
+
+/// rad/s.
+fn speed_error(log: &RunLog, row: &Row) -> f64 {
+    let per_tick = f64::from(
+        row.record
+            .reference_speed_q20
+            .saturating_sub(row.record.speed_q20),
+    ) / f64::from(1 << 20);
+    log.rad(per_tick) * f64::from(log.config.tick_hz)
+}
+
+fn norms(errors: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (mut squares, mut peak, mut count) = (0.0, 0.0f64, 0);
+    for error in errors {
+        squares += error * error;
+        peak = peak.max(error.abs());
+        count += 1;
+    }
+    ((squares / f64::from(count.max(1))).sqrt(), peak)
+}
+
+fn chatter(log: &RunLog, span: &Span) -> f64 {
+    let signs = log
+        .rows
+        .iter()
+        .filter(|row| (span.hold..span.end).contains(&row.tick))
+        .map(|row| row.record.command_duty.signum())
+        .filter(|sign| *sign != 0);
+    let (mut changes, mut last) = (0u32, 0);
+    for sign in signs {
+        changes += u32::from(last != 0 && sign != last);
+        last = sign;
+    }
+    let seconds = f64::from(span.end.saturating_sub(span.hold)) / f64::from(log.config.tick_hz);
+    if seconds > 0.0 {
+        f64::from(changes) / seconds
+    } else {
+        0.0
+    }
+}
+
+fn used(row: Option<&Row>) -> UsedParameters {
+    let name = |source: Source| match source {
+        Source::None => "none",
+        Source::Configured => "configured",
+        Source::LastTrusted => "last_trusted",
+        Source::Trusted => "trusted",
+    };
+    let record = row.map(|row| row.record).unwrap_or_default();
+    UsedParameters {
+        gain: name(record.gain_source),
+        dead_zone_pos: name(record.dead_zone_source[0]),
+        dead_zone_neg: name(record.dead_zone_source[1]),
+        compensation: record.compensation,
+    }
+}
