@@ -3,19 +3,18 @@
 //! Every command carries a number. The next one in order is executed, once; a repeated number (the host missed the
 //! answer) gets the same answer again, an older one is refused. So whatever the line does, no command acts twice.
 
-use crate::protocol::{Command, Frame, FrameError, Receiver, Refusal};
+use crate::protocol::{Command, Frame, FrameError, Message, Receiver, Refusal};
 
 /// What to do with a complete frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Incoming {
-    /// New: execute and answer.
+    /// New: execute, answer, and tell [`Inbox::answered`].
     Execute(u16, Command),
-    /// Already executed: give its answer again.
-    Repeat(u16),
-    /// Older than that: answer with this refusal.
-    Refuse(u16, Refusal),
-    /// Not a frame of ours: not answered, since the sender cannot be told apart from noise.
-    Drop(FrameError),
+    /// Not to be executed: send this answer.
+    Answer(Message),
+    /// Nothing to say: not a frame of ours, whose sender cannot be told apart from noise, or a repeated command that
+    /// is still being executed.
+    Drop(Option<FrameError>),
 }
 
 /// Turns bytes into [`Incoming`]s.
@@ -23,6 +22,7 @@ pub enum Incoming {
 pub struct Inbox {
     receiver: Receiver<Command>,
     last: Option<u16>,
+    answer: Option<Message>,
 }
 
 impl Inbox {
@@ -31,6 +31,7 @@ impl Inbox {
         Inbox {
             receiver: Receiver::new(),
             last: None,
+            answer: None,
         }
     }
 
@@ -38,24 +39,43 @@ impl Inbox {
     pub fn push(&mut self, byte: u8) -> Option<Incoming> {
         let incoming = match self.receiver.push(byte)? {
             Ok(frame) => self.sort(frame),
-            Err(error) => Incoming::Drop(error),
+            Err(error) => Incoming::Drop(Some(error)),
         };
         Some(incoming)
+    }
+
+    /// Keeps the answer to the command that was executed last, to give it again.
+    pub fn answered(&mut self, message: &Message) {
+        if let Message::Answer { to, .. } = message
+            && Some(*to) == self.last
+        {
+            self.answer = Some(*message);
+        }
     }
 
     fn sort(&mut self, frame: Frame<Command>) -> Incoming {
         let ahead = self.last.map_or(1, |last| frame.sequence.wrapping_sub(last));
         match ahead {
-            0 => Incoming::Repeat(frame.sequence),
+            0 => self.answer.map_or(Incoming::Drop(None), Incoming::Answer),
             // More than half of the circle ahead is behind.
             1..0x8000 => {
                 self.last = Some(frame.sequence);
+                self.answer = None;
                 Incoming::Execute(frame.sequence, frame.body)
             }
             _ => {
                 let expected = frame.sequence.wrapping_sub(ahead).wrapping_add(1);
-                Incoming::Refuse(frame.sequence, Refusal::Stale { expected })
+                Incoming::Answer(refusal(frame.sequence, Refusal::Stale { expected }))
             }
         }
+    }
+}
+
+/// The answer to a command that never reached the control interrupt.
+pub const fn refusal(to: u16, reason: Refusal) -> Message {
+    Message::Answer {
+        to,
+        tick: 0,
+        result: Err(reason),
     }
 }

@@ -25,7 +25,7 @@ mod app {
     use crate::board;
     use heapless::spsc::{Consumer, Producer, Queue};
     use servo::joint::{Joint, Order, Tick};
-    use servo::link::{Inbox, Incoming};
+    use servo::link::{Inbox, Incoming, refusal};
     use servo::protocol::{Command, FRAME_CAPACITY, Message, Refusal, encode};
 
     /// Commands on their way from the link to the control interrupt, with their sequence numbers.
@@ -50,7 +50,6 @@ mod app {
         answers_out: Producer<'static, Message>,
         records_out: Producer<'static, Message>,
         inbox: Inbox,
-        last_answer: Option<Message>,
         sequence: u16,
         line: board::Line,
         orders_out: Producer<'static, (u16, Order)>,
@@ -75,7 +74,6 @@ mod app {
             answers_out,
             records_out,
             inbox: Inbox::new(),
-            last_answer: None,
             sequence: 0,
             line,
             orders_out,
@@ -137,11 +135,10 @@ mod app {
 
     /// Bytes in, frames out. Runs after every tick and when a byte arrives.
     #[task(binds = USART2, priority = 2,
-           local = [inbox, last_answer, sequence, line, orders_out, answers_in, records_in])]
+           local = [inbox, sequence, line, orders_out, answers_in, records_in])]
     fn link(cx: link::Context) {
         let link::LocalResources {
             inbox,
-            last_answer,
             sequence,
             line,
             orders_out,
@@ -165,40 +162,27 @@ mod app {
             let Some(incoming) = inbox.push(byte) else {
                 continue;
             };
-            let refuse = |to, reason| {
-                Some(Message::Answer {
-                    to,
-                    tick: 0,
-                    result: Err(reason),
-                })
-            };
-            let at_once = match incoming {
-                Incoming::Execute(to, command) => {
-                    match board::supports(&command).and_then(|()| Order::from_command(command)) {
-                        Ok(order) => {
-                            let _ = orders_out.enqueue((to, order));
-                            None
-                        }
-                        Err(reason) => refuse(to, reason),
+            let answer = match incoming {
+                Incoming::Execute(to, command) => match unpack(command) {
+                    Ok(order) => {
+                        let _ = orders_out.enqueue((to, order));
+                        continue;
                     }
-                }
-                Incoming::Repeat(to) => last_answer
-                    .filter(|answer| matches!(answer, Message::Answer { to: last, .. } if *last == to)),
-                Incoming::Refuse(to, reason) => refuse(to, reason),
+                    Err(reason) => refusal(to, reason),
+                },
+                Incoming::Answer(answer) => answer,
                 Incoming::Drop(error) => {
                     defmt::debug!("frame dropped: {}", defmt::Debug2Format(&error));
-                    None
+                    continue;
                 }
             };
-            if let Some(answer) = at_once {
-                *last_answer = Some(answer);
-                send(line, &answer);
-            }
+            inbox.answered(&answer);
+            send(line, &answer);
         }
         while line.room() >= FRAME_CAPACITY
             && let Some(answer) = answers_in.dequeue()
         {
-            *last_answer = Some(answer);
+            inbox.answered(&answer);
             send(line, &answer);
         }
         while line.room() >= FRAME_CAPACITY
@@ -206,6 +190,12 @@ mod app {
         {
             send(line, &record);
         }
+    }
+
+    /// Asks the board, then builds what the control interrupt will put in place.
+    fn unpack(command: Command) -> Result<Order, Refusal> {
+        board::supports(&command)?;
+        Order::from_command(command)
     }
 
     /// The subscription is the image's own; all else is the joint's.

@@ -73,7 +73,6 @@ pub struct Desk {
     joint: Joint,
     motor: Motor,
     waiting: Option<(Bridge, i16)>,
-    last_answer: Option<(u16, Result<(), Refusal>)>,
     tick: u32,
     /// Commands that reached the joint.
     pub executed: Vec<(u16, Command)>,
@@ -92,18 +91,16 @@ impl Desk {
     }
 
     fn handle(&mut self, incoming: Incoming) -> Option<Message> {
-        let (to, result) = match incoming {
+        match incoming {
             Incoming::Execute(to, command) => {
-                let result = self.execute(to, command);
-                self.last_answer = Some((to, result));
-                (to, result)
+                let (tick, result) = (self.tick, self.execute(to, command));
+                let answer = Message::Answer { to, tick, result };
+                self.inbox.answered(&answer);
+                Some(answer)
             }
-            Incoming::Repeat(to) => self.last_answer.filter(|&(last, _)| last == to)?,
-            Incoming::Refuse(to, reason) => (to, Err(reason)),
-            Incoming::Drop(_) => return None,
-        };
-        let tick = self.tick;
-        Some(Message::Answer { to, tick, result })
+            Incoming::Answer(answer) => Some(answer),
+            Incoming::Drop(_) => None,
+        }
     }
 
     fn execute(&mut self, to: u16, command: Command) -> Result<(), Refusal> {

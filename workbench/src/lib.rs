@@ -34,6 +34,7 @@ pub mod steady;
 pub mod run_log;
 pub mod servo_link;
 pub mod session;
+pub mod steady;
 pub mod tracking;
 pub mod truth;
 pub mod verdict;

@@ -18,6 +18,8 @@ const SERIAL_RECORDS_PER_S: u32 = 400;
 pub const HOLD_S: f64 = 1.0;
 /// The bridge is open for so long between two tasks, s.
 const PAUSE_S: f64 = 0.3;
+/// The shortest stretch of the log that counts as a run, s.
+const LEAST_RUN_S: f64 = 0.1;
 /// A commissioning that takes longer than its budget by this factor and this time has hung.
 const OVERTIME: (f64, f64) = (2.0, 10.0);
 
@@ -274,7 +276,17 @@ impl Session {
     fn begin_run(&mut self) {
         let kept = self.kept.get_mut();
         let start = kept.now() + 1;
-        kept.log.run_starts.push(start);
+        let ticks = kept.log.rows.len()
+            - kept
+                .log
+                .rows
+                .iter()
+                .rposition(|row| Some(&row.tick) == kept.log.run_starts.last())
+                .unwrap_or(0);
+        // A few ticks before the first motion are no run of their own.
+        if ticks as f64 > LEAST_RUN_S * f64::from(kept.log.config.tick_hz) {
+            kept.log.run_starts.push(start);
+        }
     }
 
     fn commission(

@@ -60,7 +60,7 @@ impl TrackJson {
             speed_peak_rad_s: speed_peak,
             saturated_share: limited as f64 / ticks as f64,
             hold_chatter_per_s: chatter(log, span),
-            used_parameters: used(within(span.start, span.hold).last()),
+            used_parameters: used(within(span.start, span.hold).next_back()),
             faulted: span.faulted,
         }
     }
