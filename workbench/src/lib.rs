@@ -6,8 +6,8 @@
 //! log → simulate → residual → localise → name → extend → report
 //! ```
 
-pub mod bench;
 pub mod axis_file;
+pub mod bench;
 pub mod commands;
 pub mod commission_report;
 pub mod effects;
@@ -28,12 +28,12 @@ pub mod plots;
 pub mod replay;
 pub mod report;
 pub mod residual;
-pub mod search;
-pub mod starts;
-pub mod steady;
 pub mod run_log;
+pub mod search;
 pub mod servo_link;
 pub mod session;
+pub mod starts;
+pub mod steady;
 pub mod steady;
 pub mod tracking;
 pub mod truth;
