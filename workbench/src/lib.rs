@@ -34,7 +34,6 @@ pub mod servo_link;
 pub mod session;
 pub mod starts;
 pub mod steady;
-pub mod steady;
 pub mod tracking;
 pub mod truth;
 pub mod verdict;
