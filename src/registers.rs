@@ -56,6 +56,11 @@ mod image {
             mark(step);
             drive.set(0, bridge, duty);
         }
+        mark(Step::Settle);
+        for _ in 0..30 {
+            drive.sample();
+            drive.set(0, Bridge::Open, 0);
+        }
         mark(Step::Denied);
         // The ports read as zero: the enable input is low.
         drive.sample();
@@ -95,6 +100,7 @@ mod image {
         Reverse,
         Short,
         Open,
+        Settle,
         Denied,
         Off,
         SetUpFour,

@@ -5,6 +5,8 @@ pub mod bench;
 pub mod commissioning;
 pub mod desk;
 pub mod families;
+pub mod flash_dry_run;
+pub mod joint;
 pub mod measured;
 pub mod power_cut;
 pub mod tracking;

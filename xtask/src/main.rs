@@ -1,5 +1,6 @@
 //! `cargo xtask …`: what a newcomer types. Sets up what is missing, then runs the main job or every test.
 
+mod flash;
 mod image;
 mod process;
 mod setup;
@@ -29,6 +30,12 @@ enum Command {
     },
     /// Build the firmware images for the board and for QEMU into target/images/.
     Images,
+    /// Build the board's image, flash it with probe-rs, run it and show its log.
+    Flash {
+        /// Check instead that the image fits the chip; needs no probe and no board.
+        #[arg(long)]
+        dry_run: bool,
+    },
     /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
     Test,
 }
@@ -48,6 +55,7 @@ fn run(command: Command) -> Result<()> {
         Command::Setup => setup::everything(),
         Command::Demo { arguments } => demo(&arguments),
         Command::Images => setup::everything().and_then(|()| image::build_all()),
+        Command::Flash { dry_run } => flash::flash(dry_run),
         Command::Test => test::everything(),
     }
 }

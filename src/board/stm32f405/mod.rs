@@ -10,6 +10,8 @@
 mod clock;
 mod converter;
 mod counter;
+#[allow(dead_code, reason = "used once the image stores parameters")]
+pub mod flash;
 mod gpio;
 #[allow(dead_code, reason = "names and roles are for the tests and the documentation")]
 pub mod pins;
@@ -71,6 +73,12 @@ const SLEEP: [Wire; 4] = [
 const FAULT: [Wire; 2] = [Wire(Pin(Port::B, 12)), Wire(Pin(Port::A, 6))];
 const ENABLE: Wire = Wire(Pin(Port::C, 10));
 const TICK: Wire = Wire(Pin(Port::C, 12));
+
+/// Two looks at the phase, each with a tick for its correction.
+const ALIGNING: u8 = 4;
+/// 3 ms at the rate of power-up: a driver wakes within 1 ms (DRV8874 data sheet) and may report that as a fault, and fault
+/// lines rise. The bridge cannot be driven yet: nothing is configured.
+const SETTLING: u8 = 30;
 
 /// 1,024 readings: 0.1 s at 10 kHz. A spread of 40 counts is several times the converter's noise (DS8626: ±2 counts) and
 /// less than one ampere on every stage.
@@ -212,7 +220,6 @@ impl AxisOfBoard {
     }
 
     fn sample(&mut self) -> Sample {
-        self.judge();
         let sample = self.hardware.sample();
         Sample {
             current_raw: self.calibrated(sample.current_raw),
@@ -298,6 +305,8 @@ pub struct DriveOf<const N: usize> {
     converter: ADC1,
     /// Ticks in which the phase of the update is still checked.
     aligning: u8,
+    /// Ticks in which faults of the bridge are those of waking up.
+    settling: u8,
     periods: u8,
     full: u16,
 }
@@ -309,7 +318,8 @@ impl<const N: usize> DriveOf<N> {
         Self {
             axes,
             converter,
-            aligning: 4,
+            aligning: ALIGNING,
+            settling: SETTLING,
             periods,
             full,
         }
@@ -320,11 +330,15 @@ impl<const N: usize> DriveOf<N> {
         TICK.drive(true);
         converter::clear_end(&self.converter);
         self.align();
+        self.settle();
         self.sample_axis(0)
     }
 
     /// Reads every sensor of one axis.
     pub fn sample_axis(&mut self, axis: usize) -> Sample {
+        if self.settling == 0 {
+            self.axes[axis].judge();
+        }
         self.axes[axis].sample()
     }
 
@@ -357,7 +371,7 @@ impl<const N: usize> DriveOf<N> {
         for (number, axis) in self.axes.iter_mut().enumerate() {
             axis.rescale(number, self.full);
         }
-        self.aligning = 4;
+        self.aligning = ALIGNING;
     }
 
     /// Updates belong at the upper turning point. Whether an odd repetition count lands there or at the lower one
@@ -371,6 +385,14 @@ impl<const N: usize> DriveOf<N> {
         let slip = left % 2 == 1 && !Timer::one().runs_down();
         for timer in timers::<N>() {
             timer.set_repetitions(timing::repetitions(self.periods).saturating_sub(u8::from(slip)));
+        }
+    }
+
+    /// The break flag of power-up, when the fault line was still rising, is forgotten.
+    fn settle(&mut self) {
+        if let Some(left) = self.settling.checked_sub(1) {
+            self.settling = left;
+            timers::<N>().for_each(Timer::clear_break);
         }
     }
 

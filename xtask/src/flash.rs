@@ -1,0 +1,41 @@
+//! The image onto a board, or as if onto a board.
+
+use crate::image;
+use crate::process::{cargo, find, run};
+use anyhow::{Result, bail};
+use std::path::Path;
+use std::process::Command;
+
+/// The chip, as probe-rs names it.
+const CHIP: &str = "STM32F405RGTx";
+const PROBE: &str = "probe-rs";
+
+/// Builds the board's image, flashes and runs it, and shows its log until Ctrl-C. With `dry_run` it is checked against the
+/// chip's memory map instead; that needs no probe, no board and no installed program.
+pub fn flash(dry_run: bool) -> Result<()> {
+    if !dry_run && find(PROBE).is_none() {
+        bail!(
+            "the program {PROBE} is missing: install it as https://probe.rs tells, or type `cargo xtask flash --dry-run`, which needs no probe"
+        );
+    }
+    let image = image::build("stm32f405")?;
+    match dry_run {
+        true => check(&image),
+        false => run(Command::new(PROBE).args(["run", "--chip", CHIP]).arg(image)),
+    }
+}
+
+/// In a program of its own: probe-rs as a library takes a minute to build, and only this needs it.
+fn check(image: &Path) -> Result<()> {
+    println!("dry run: {} for {CHIP}", image.display());
+    run(cargo(&[
+        "run",
+        "--quiet",
+        "--package",
+        "host-tests",
+        "--bin",
+        "flash-dry-run",
+        "--",
+    ])
+    .arg(image))
+}
