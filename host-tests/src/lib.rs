@@ -6,7 +6,6 @@ pub mod commissioning;
 pub mod desk;
 pub mod families;
 pub mod flash_dry_run;
-pub mod joint;
 pub mod measured;
 pub mod power_cut;
 pub mod tracking;
