@@ -5,7 +5,6 @@ pub mod bench;
 pub mod commissioning;
 pub mod desk;
 pub mod families;
-pub mod flash_dry_run;
 pub mod measured;
 pub mod power_cut;
 pub mod tracking;

@@ -25,7 +25,7 @@ pub fn flash(dry_run: bool) -> Result<()> {
     }
 }
 
-/// In a program of its own: probe-rs as a library takes a minute to build, and only this needs it.
+/// In a package of its own: probe-rs as a library takes a minute to build, and only this needs it.
 fn check(image: &Path) -> Result<()> {
     println!("dry run: {} for {CHIP}", image.display());
     run(cargo(&[

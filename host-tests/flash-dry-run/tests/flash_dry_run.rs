@@ -1,6 +1,6 @@
 //! The dry run of flashing: the board's image passes, and each kind of damage is refused by its name.
 
-use host_tests::flash_dry_run::{CHIP, DryRun, check, check_bytes};
+use flash_dry_run::{CHIP, DryRun, check, check_bytes};
 use object::read::elf::ElfFile32;
 use object::{Object, ObjectSection, ObjectSymbol};
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ fn image() -> &'static [u8] {
 }
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 fn refusal(bytes: &[u8]) -> String {

@@ -1,6 +1,6 @@
 //! `cargo xtask flash --dry-run` runs this on the image that it has built.
 
-use host_tests::flash_dry_run::{CHIP, check};
+use flash_dry_run::{CHIP, check};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
