@@ -299,20 +299,21 @@ impl Imperfection {
     }
 }
 
-/// Play of 0.5 to 5 % of the way at full speed in one time constant; contact far stiffer than the motor, half the speed
-/// lost in a meeting at 5 % of full speed.
+/// Play of 0.5 to 5 % of the way at full speed in one time constant; contact far stiffer than the motor and half
+/// critically damped.
 fn play(rng: &mut ChaCha8Rng, motor: &Motor) -> Train {
     let full_speed = motor.gain() * motor.drive.supply_v;
-    let split = Split {
-        inertia: 0.5,
-        viscous: 0.5,
-    };
+    let reduced = 0.25 * motor.inertia;
     let contact_rate = 200.0 / motor.time_constant();
+    let stiffness = reduced * contact_rate.powi(2);
     Train::Play {
-        split,
+        split: Split {
+            inertia: 0.5,
+            viscous: 0.5,
+        },
         gap_rad: log_range(rng, 0.005, 0.05) * full_speed * motor.time_constant(),
-        stiffness: 0.25 * motor.inertia * contact_rate.powi(2),
-        dissipation: 1.0 / (0.05 * full_speed),
+        stiffness,
+        damping: reduced * contact_rate,
     }
 }
 

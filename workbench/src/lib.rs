@@ -8,6 +8,7 @@
 
 pub mod axis_file;
 pub mod bench;
+pub mod cases;
 pub mod commands;
 pub mod commission_report;
 pub mod effects;

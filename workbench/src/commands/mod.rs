@@ -3,6 +3,7 @@
 
 pub mod commission;
 pub mod firmware;
+pub mod cases;
 pub mod gap;
 pub mod replay;
 pub mod track;
@@ -29,6 +30,8 @@ pub enum Command {
     Track(track::Arguments),
     /// Run a firmware log through the library on the host and compare every bit.
     Replay(replay::Arguments),
+    /// Draw data in which an effect is hidden, answers apart.
+    Cases(cases::Arguments),
 }
 
 impl Cli {
@@ -39,6 +42,7 @@ impl Cli {
             Command::Commission(arguments) => commission::run(&arguments),
             Command::Track(arguments) => track::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
+            Command::Cases(arguments) => cases::run(&arguments),
         }
     }
 }

@@ -210,15 +210,25 @@ impl Modes {
     }
 
     fn contact_guard(&self, motor: &Motor, y: &State) -> f64 {
-        let Train::Play { gap_rad, .. } = motor.train else {
+        let Train::Play {
+            gap_rad,
+            stiffness,
+            damping,
+            ..
+        } = motor.train
+        else {
             return f64::INFINITY;
         };
         let twist = y[ANGLE] - y[LOAD_ANGLE];
+        // Damping as a penetration: what the spring must give for the teeth to part.
+        let pull = damping / stiffness * (y[SPEED] - y[LOAD_SPEED]);
+        let (ahead, behind) = (twist - 0.5 * gap_rad, -twist - 0.5 * gap_rad);
         match self.contact {
             Contact::Bonded => f64::INFINITY,
-            Contact::Free => 0.5 * gap_rad - twist.abs(),
-            Contact::Ahead => twist - 0.5 * gap_rad,
-            Contact::Behind => -twist - 0.5 * gap_rad,
+            // Parting teeth may still overlap by what the damping held back.
+            Contact::Free => (-ahead + (-pull).max(0.0)).min(-behind + pull.max(0.0)),
+            Contact::Ahead => ahead + pull,
+            Contact::Behind => behind - pull,
         }
     }
 

@@ -209,6 +209,8 @@ impl Matrix {
     fn solve(&self, b: &mut [f64; N], n: usize) {
         for k in 0..n {
             b.swap(k, self.pivot[k]);
+        }
+        for k in 0..n {
             for row in k + 1..n {
                 b[row] -= self.lu[row][k] * b[k];
             }
