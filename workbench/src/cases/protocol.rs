@@ -76,13 +76,12 @@ fn coast_down(rng: &mut ChaCha8Rng, unit: f64, sign: f64, open: bool) -> Vec<Row
 
 fn reversals(rng: &mut ChaCha8Rng, unit: f64) -> Vec<Row> {
     let level = about(rng, 0.8);
-    driven(4.8 * unit, |s| {
-        if (s * 8.0) as usize % 2 == 0 {
-            level
-        } else {
-            -level
-        }
-    })
+    driven(
+        4.8 * unit,
+        |s| {
+            if (s * 4.0).fract() < 0.5 { level } else { -level }
+        },
+    )
 }
 
 /// 0.1 … 4 cycles per time constant / 2π.
