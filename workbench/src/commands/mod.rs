@@ -1,9 +1,9 @@
 //! One file a subcommand: its arguments and a recipe of a dozen lines. A new subcommand is one file, one variant of
 //! [`Command`] and one arm of [`Cli::run`].
 
+pub mod cases;
 pub mod commission;
 pub mod firmware;
-pub mod cases;
 pub mod gap;
 pub mod replay;
 pub mod track;
