@@ -5,6 +5,8 @@ pub mod bench;
 pub mod commissioning;
 pub mod desk;
 pub mod families;
+pub mod firmware;
 pub mod measured;
 pub mod power_cut;
 pub mod tracking;
+pub mod virtual_motor;

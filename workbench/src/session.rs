@@ -18,6 +18,11 @@ const SERIAL_RECORDS_PER_S: u32 = 400;
 pub const HOLD_S: f64 = 1.0;
 /// The bridge is open for so long between two tasks, s.
 const PAUSE_S: f64 = 0.3;
+/// An axis that moves no more than these counts for so long, s, stands.
+const STILL_COUNTS: i32 = 1;
+const STILL_S: f64 = 0.1;
+/// After so long, s, a motion begins even if the axis does not stand.
+const LONGEST_REST_S: f64 = 10.0;
 /// The shortest stretch of the log that counts as a run, s.
 const LEAST_RUN_S: f64 = 0.1;
 /// A commissioning that takes longer than its budget by this factor and this time has hung.
@@ -319,9 +324,10 @@ impl Session {
         compensation: bool,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Done, InputError> {
-        self.begin_run();
         self.command(Command::Compensation(compensation))?;
         self.command(Command::Arm)?;
+        self.come_to_rest(progress)?;
+        self.begin_run();
         let start = match profile {
             Profile::Sine {
                 amplitude_rad,
@@ -350,6 +356,29 @@ impl Session {
             end: reached,
             faulted,
         }))
+    }
+
+    /// Holds the position where the axis is now, until it stands: a motor with little friction coasts for long.
+    fn come_to_rest(&mut self, progress: &mut dyn FnMut(Progress)) -> Result<(), InputError> {
+        let here = self.here();
+        self.command(Command::Position(here))?;
+        let still = self.ticks(STILL_S) as usize / self.every.max(1) as usize;
+        let stands = |kept: &Kept| {
+            let recent = kept
+                .log
+                .rows
+                .iter()
+                .rev()
+                .take(still.max(2))
+                .map(|row| row.record.count);
+            kept.log.rows.len() >= still && spread(recent) <= STILL_COUNTS
+        };
+        let end = self.kept.borrow().now() + self.ticks(LONGEST_REST_S);
+        // The rows of the commissioning are no standstill of this hold.
+        let first = self.kept.borrow().now() + self.ticks(STILL_S);
+        self.run_to(first, |_| false, "settling", progress)?;
+        self.run_to(end, stands, "settling", progress)?;
+        Ok(())
     }
 
     /// Sends each point when its time has come; returns the tick of the first.
@@ -400,6 +429,16 @@ impl Session {
             firmware_log,
         })
     }
+}
+
+/// Largest minus smallest, wrapping.
+fn spread(mut counts: impl Iterator<Item = i32>) -> i32 {
+    let Some(first) = counts.next() else { return 0 };
+    let (low, high) = counts.fold((0, 0), |(low, high), count| {
+        let off = count.wrapping_sub(first);
+        (off.min(low), off.max(high))
+    });
+    high - low
 }
 
 impl Profile {

@@ -2,8 +2,10 @@
 
 mod flash;
 mod image;
+mod instructions;
 mod process;
 mod setup;
+mod size;
 mod test;
 
 use anyhow::Result;
@@ -36,6 +38,10 @@ enum Command {
         #[arg(long)]
         dry_run: bool,
     },
+    /// Print what the images occupy in flash and RAM.
+    Size,
+    /// Print the instructions of a control tick, counted in QEMU.
+    Instructions,
     /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
     Test,
 }
@@ -56,6 +62,8 @@ fn run(command: Command) -> Result<()> {
         Command::Demo { arguments } => demo(&arguments),
         Command::Images => setup::everything().and_then(|()| image::build_all()),
         Command::Flash { dry_run } => flash::flash(dry_run),
+        Command::Size => setup::everything().and_then(|()| size::print()),
+        Command::Instructions => setup::everything().and_then(|()| instructions::print()),
         Command::Test => test::everything(),
     }
 }

@@ -39,7 +39,7 @@ impl Firmware {
     pub fn connect(&self, config: &Config) -> anyhow::Result<Box<dyn Wire>> {
         let qemu = qemu::Options {
             image: self.image.clone(),
-            icount_shift: None,
+            ..qemu::Options::default()
         };
         Ok(session::connect(&self.motor, config, self.seed, &qemu)?)
     }

@@ -5,6 +5,7 @@ pub mod cases;
 pub mod commission;
 pub mod firmware;
 pub mod gap;
+pub mod instructions;
 pub mod replay;
 pub mod track;
 
@@ -28,6 +29,8 @@ pub enum Command {
     Commission(commission::Arguments),
     /// Let the firmware follow a profile.
     Track(track::Arguments),
+    /// Count the instructions of a control tick of the firmware in QEMU.
+    Instructions(instructions::Arguments),
     /// Run a firmware log through the library on the host and compare every bit.
     Replay(replay::Arguments),
     /// Draw data in which an effect is hidden, answers apart.
@@ -41,6 +44,7 @@ impl Cli {
             Command::Gap(arguments) => gap::run(&arguments),
             Command::Commission(arguments) => commission::run(&arguments),
             Command::Track(arguments) => track::run(&arguments),
+            Command::Instructions(arguments) => instructions::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Cases(arguments) => cases::run(&arguments),
         }

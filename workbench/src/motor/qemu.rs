@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 /// QEMU's machine with an STM32F405.
 const MACHINE: &str = "netduinoplus2";
-/// The program, unless the environment variable `TRUING_QEMU` names another.
+/// The program, unless the environment variable `TRUING_QEMU` names another one.
 const PROGRAM: &str = "qemu-system-arm";
 /// Fixed part of an exchange, either way.
 const HEAD: usize = 12;
@@ -49,6 +49,8 @@ pub struct Options {
     pub image: PathBuf,
     /// Count instructions: one takes 2^shift ns. SysTick is then no time base but an instruction counter.
     pub icount_shift: Option<u8>,
+    /// QEMU.
+    pub program: PathBuf,
 }
 
 impl Default for Options {
@@ -56,6 +58,9 @@ impl Default for Options {
         Self {
             image: default_image(),
             icount_shift: None,
+            program: std::env::var_os("TRUING_QEMU")
+                .unwrap_or_else(|| PROGRAM.into())
+                .into(),
         }
     }
 }
@@ -86,7 +91,7 @@ impl Qemu {
         let mut child = command(&path, options)
             .current_dir(folder.path())
             .spawn()
-            .map_err(missing)?;
+            .map_err(|error| missing(&options.program, &error))?;
         let stdout = child.stdout.take().ok_or_else(|| pipes("no output"))?;
         Ok(Self {
             log: FirmwareLog::follow(&image, stdout),
@@ -143,6 +148,11 @@ impl Qemu {
         self.log.finish()
     }
 
+    /// QEMU's process number.
+    pub fn process(&self) -> u32 {
+        self.child.id()
+    }
+
     fn read(&mut self, buffer: &mut [u8]) -> Result<(), InputError> {
         let child = &mut self.child;
         let alive = || matches!(child.try_wait(), Ok(None));
@@ -186,8 +196,7 @@ impl Drop for Qemu {
 }
 
 fn command(image: &Path, options: &Options) -> Command {
-    let program = std::env::var_os("TRUING_QEMU").unwrap_or_else(|| PROGRAM.into());
-    let mut command = Command::new(program);
+    let mut command = Command::new(&options.program);
     command
         .args(["-M", MACHINE, "-nographic", "-monitor", "none", "-serial", "none"])
         .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
@@ -220,8 +229,9 @@ fn pipes(error: impl std::fmt::Display) -> InputError {
     ))
 }
 
-fn missing(error: std::io::Error) -> InputError {
+fn missing(program: &Path, error: &std::io::Error) -> InputError {
     InputError(format!(
-        "{PROGRAM} cannot be started ({error}); install it with `apt install qemu-system-arm` or run `cargo xtask setup`"
+        "{} cannot be started ({error}); install it with `apt install {PROGRAM}` or run `cargo xtask setup`",
+        program.display()
     ))
 }

@@ -1,0 +1,70 @@
+//! Same code, same bits, at length: sampled plants through the image in QEMU, every bit compared with the host.
+//!
+//! `cargo run -p host-tests --bin same_bits -- --plants 36`
+
+use clap::Parser;
+use host_tests::families::{Family, Options, Plant, Seeds, Severity};
+use host_tests::firmware::compare;
+use std::process::ExitCode;
+use truing::session::{Profile, Task};
+
+/// Commissions and tracks sampled plants in QEMU and replays every session on the host.
+#[derive(Parser)]
+struct Arguments {
+    /// How many plants, dealt over families, severities and control rates.
+    #[arg(long, default_value_t = 36)]
+    plants: u32,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let (mut ticks, mut commissionings, mut different) = (0, 0, 0);
+    for number in 0..arguments.plants {
+        let family = [Family::G1, Family::G2, Family::G3, Family::Paper][number as usize % 4];
+        let severity = [Severity::Nominal, Severity::Harsh][number as usize / 4 % 2];
+        let tick_hz = [1_000, 10_000, 20_000][number as usize / 8 % 3];
+        let options = Options {
+            tick_hz,
+            ..Options::default()
+        };
+        let plant = Plant::draw(family, severity, Seeds::Evaluation(500_000 + number), &options);
+        match compare(&plant, &tasks(family, &plant, number)) {
+            Ok((_, verdict)) => {
+                println!("plant {number} ({family:?}, {severity:?}, {tick_hz} Hz): {verdict}");
+                ticks += verdict.ticks;
+                commissionings += verdict.commissionings;
+                different += u32::from(!verdict.identical());
+            }
+            Err(error) => {
+                println!("plant {number} ({family:?}, {severity:?}, {tick_hz} Hz): {error}");
+                different += 1;
+            }
+        }
+    }
+    println!(
+        "{} plants, {commissionings} commissionings, {ticks} control ticks: {different} differ",
+        arguments.plants
+    );
+    ExitCode::from(u8::from(different > 0))
+}
+
+/// The slow motor of the paper needs more time.
+fn tasks(family: Family, plant: &Plant, seed: u32) -> Vec<Task> {
+    let slow = family == Family::Paper;
+    let frequency_hz = if slow { 0.1 } else { 1.0 };
+    let peak = 0.15 * plant.config.rated_speed_rad_s;
+    vec![
+        Task::Commission {
+            budget_s: if slow { 12.0 } else { 5.0 },
+            seed,
+        },
+        Task::Track {
+            profile: Profile::Sine {
+                amplitude_rad: peak / (std::f32::consts::TAU * frequency_hz),
+                frequency_hz,
+                seconds: 2.0 / frequency_hz,
+            },
+            compensation: seed % 2 == 0,
+        },
+    ]
+}
