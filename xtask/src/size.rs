@@ -61,5 +61,5 @@ fn measure(image: &Path) -> Result<Size> {
 
 /// Debug information and the table of log messages stay on the host.
 fn occupies_memory<'a>(section: &impl ObjectSection<'a>) -> bool {
-    matches!(section.flags(), SectionFlags::Elf { sh_flags, .. } if sh_flags & u64::from(SHF_ALLOC) != 0)
+    matches!(section.flags(), SectionFlags::Elf { sh_flags, .. } if sh_flags.contains(SHF_ALLOC))
 }
