@@ -33,7 +33,7 @@ pub const SEARCH: Setting = Setting {
 pub const FINAL: Setting = Setting {
     parts: &[Part::A, Part::B],
     finest: FINE,
-    iterations: 12,
+    iterations: 5,
 };
 
 /// A fitted hypothesis.

@@ -12,6 +12,10 @@ use rayon::prelude::*;
 
 /// Sets that are grown further side by side.
 const BEAM: usize = 3;
+/// Candidates that are fitted beyond their first two iterations.
+const SECOND_ROUND: usize = 10;
+/// Candidates that are fitted to the end.
+const THIRD_ROUND: usize = 4;
 /// Most effects of a set.
 const DEEPEST: usize = 5;
 /// Gain in χ² that one more effect must bring, times over-dispersion and inflation.
@@ -36,6 +40,13 @@ pub struct Scored<'a> {
     pub fit: Fit,
     /// Cost and penalty for its parameters: lower is better.
     pub score: f64,
+}
+
+/// A candidate before its fits.
+struct Screened<'a> {
+    hypothesis: Hypothesis<'a>,
+    /// The most promising starts, best first.
+    starts: Vec<Vec<f64>>,
 }
 
 /// What the search found.
@@ -73,12 +84,10 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
     let mut patience = 1;
     for depth in 1..=DEEPEST {
         progress(&format!("round {depth}: {}", current.label()));
-        let mut children = search.expand(&beam);
+        let children = search.expand(&beam);
         if children.is_empty() {
             break;
         }
-        children[0] = search.refined(children[0].clone());
-        children.sort_by(|a, b| a.score.total_cmp(&b.score));
         if depth == 1 {
             singles = children.clone();
         }
@@ -96,7 +105,9 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
                     .take(12)
                     .collect();
                 search.dispersion = dispersion(&winner);
-                current = winner;
+                current = search.refined(winner);
+                beam.insert(0, current.clone());
+                beam.truncate(BEAM);
                 patience = 1;
                 if search.at_floor(&current) {
                     break;
@@ -114,8 +125,7 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
             }
         }
     }
-    search.dispersion = dispersion(&current);
-    let best = search.eliminated(search.fine(&search.refined(current)));
+    let best = search.eliminated(search.fine(&current));
     let others = search.rivals(&best, others, &singles);
     Found {
         base: search.fine(&base),
@@ -191,59 +201,71 @@ impl<'a> Search<'a, '_> {
             }
         }
         let projectors: Vec<Projector> = beam.par_iter().map(Projector::new).collect();
-        let short = Setting {
-            iterations: 4,
-            ..SEARCH
-        };
-        let mut children: Vec<Scored<'a>> = tasks
-            .par_iter()
-            .filter_map(|(index, effect)| {
-                let made = self.child(&beam[*index], &bases[*index], &projectors[*index], effect, &short);
-                (self.progress)("");
-                made
+        let screened = tasks.par_iter().map(|(index, effect)| {
+            (self.progress)("");
+            self.screened(&beam[*index], &bases[*index], &projectors[*index], effect)
+        });
+        let screened: Vec<Screened<'a>> = screened.collect();
+        self.raced(screened)
+    }
+
+    /// Fits in three rounds, each longer and for fewer candidates; all of them are returned, best first.
+    fn raced(&self, screened: Vec<Screened<'a>>) -> Vec<Scored<'a>> {
+        let first = Setting { iterations: 2, ..SEARCH };
+        let second = Setting { iterations: 5, ..SEARCH };
+        let mut field: Vec<(Screened<'a>, Scored<'a>)> = screened
+            .into_par_iter()
+            .filter_map(|it| {
+                let made = fit(&it.hypothesis, it.starts.first()?, &first);
+                let scored = self.scored(it.hypothesis.clone(), made);
+                Some((it, scored))
             })
             .collect();
-        children.sort_by(|a, b| a.score.total_cmp(&b.score));
-        let full: Vec<Scored<'a>> = children
-            .par_iter()
-            .take(10)
-            .map(|child| self.refit(child, &SEARCH))
-            .collect();
-        children.splice(0..full.len(), full);
-        children.sort_by(|a, b| a.score.total_cmp(&b.score));
-        children
+        field.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
+        let again = |(it, scored): &(Screened<'a>, Scored<'a>)| {
+            let starts = it.starts.get(1).into_iter().chain([&scored.fit.x]);
+            let best = starts.map(|x| fit(&it.hypothesis, x, &second)).min_by(|a, b| a.cost.total_cmp(&b.cost)).expect("one at least");
+            self.scored(it.hypothesis.clone(), best)
+        };
+        let mut near: Vec<Scored<'a>> = field.par_iter().take(SECOND_ROUND).map(again).collect();
+        near.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let full: Vec<Scored<'a>> = near.par_iter().take(THIRD_ROUND).map(|child| self.refit(child, &SEARCH)).collect();
+        near.splice(0..full.len(), full);
+        near.extend(field.into_iter().skip(SECOND_ROUND).map(|pair| pair.1));
+        near.sort_by(|a, b| a.score.total_cmp(&b.score));
+        near
     }
 
     fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {
         !self.excluded.iter().any(|name| name == effect.name) && parent.hypothesis.admits(effect)
     }
 
-    /// One more effect: its starts are screened with the parent's nuisances projected out, the best two are fitted.
-    fn child(
-        &self,
-        parent: &Scored<'a>,
-        basis: &Basis,
-        projector: &Projector,
-        effect: &'static Effect,
-        setting: &Setting,
-    ) -> Option<Scored<'a>> {
+    /// One more effect: its starts, best first, the parent's nuisances projected out.
+    fn screened(&self, parent: &Scored<'a>, basis: &Basis, projector: &Projector, effect: &'static Effect) -> Screened<'a> {
         let mut items = parent.hypothesis.items.clone();
         items.push(Item { effect, full: false });
         let hypothesis = Hypothesis::new(self.bench, self.model, items);
         let mut evaluator = Evaluator::new(&hypothesis, &SEARCH);
-        let mut screened: Vec<(f64, Vec<f64>)> = Vec::new();
+        let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
         let mut residuals = Vec::new();
         for start in basis.starts(self.bench, effect) {
             for nominal in [false, true] {
                 let x = started(&hypothesis, parent, &start, nominal);
                 evaluator.residuals(&x, &mut residuals);
-                screened.push((projector.projected(&hypothesis, &x, &residuals), x));
+                starts.push((projector.projected(&hypothesis, &x, &residuals), x));
             }
         }
-        screened.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let fits = screened.iter().take(2).map(|(_, x)| fit(&hypothesis, x, setting));
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        drop(evaluator);
+        Screened { hypothesis, starts: starts.into_iter().map(|pair| pair.1).take(2).collect() }
+    }
+
+    /// One more effect, fitted from its best two starts.
+    fn child(&self, parent: &Scored<'a>, basis: &Basis, projector: &Projector, effect: &'static Effect) -> Option<Scored<'a>> {
+        let screened = self.screened(parent, basis, projector, effect);
+        let fits = screened.starts.iter().map(|x| fit(&screened.hypothesis, x, &SEARCH));
         let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        Some(self.scored(hypothesis, best))
+        Some(self.scored(screened.hypothesis, best))
     }
 
     fn scored(&self, hypothesis: Hypothesis<'a>, fit: Fit) -> Scored<'a> {
@@ -266,7 +288,7 @@ impl<'a> Search<'a, '_> {
 
     /// Tries the richer and the poorer forms of each effect (a softness, two sides instead of one).
     fn refined(&self, scored: Scored<'a>) -> Scored<'a> {
-        let mut best = scored;
+        let mut best = self.scored(scored.hypothesis, scored.fit);
         for index in 0..best.hypothesis.items.len() {
             let variants: Vec<Item> = self.variants(&best.hypothesis, index);
             let tried: Vec<Scored<'a>> = variants
@@ -310,7 +332,7 @@ impl<'a> Search<'a, '_> {
         items[index] = item;
         let hypothesis = Hypothesis::new(self.bench, self.model, items);
         if item.effect.name == scored.hypothesis.items[index].effect.name {
-            let fits = [0.05, 0.2, 0.5].map(|soft| {
+            let fits = [0.03, 0.2].map(|soft| {
                 let default = |slot: &Slot| {
                     if matches!(slot, Slot::Effect { .. }) {
                         soft
@@ -339,7 +361,7 @@ impl<'a> Search<'a, '_> {
             },
         );
         let basis = Basis::new(&parent.hypothesis, &parent.fit.x);
-        let child = self.child(&parent, &basis, &Projector::new(&parent), item.effect, &SEARCH)?;
+        let child = self.child(&parent, &basis, &Projector::new(&parent), item.effect)?;
         // Back to the order of naming.
         let reordered = hypothesis.carried(&child.hypothesis, &child.fit.x, &|_| 0.0);
         Some(self.scored(
@@ -479,6 +501,8 @@ impl<'a> Search<'a, '_> {
             }
         }
         near.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let margin = 5.0 * TIED * dispersion(best);
+        near.retain(|other| other.fit.cost - best.fit.cost < margin);
         near.truncate(6);
         let mut fine: Vec<Scored<'a>> = near.par_iter().map(|other| self.fine(other)).collect();
         fine.sort_by(|a, b| a.score.total_cmp(&b.score));

@@ -40,7 +40,7 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Ben
         for run in source
             .runs
             .iter()
-            .flat_map(|run| unbroken(run, scales.time, &mut bench.notes))
+            .flat_map(|run| unbroken(&on_its_grid(run), scales.time, &mut bench.notes))
         {
             bench.runs.push(bench_run(&run, index, &view));
         }
@@ -190,6 +190,19 @@ fn unbroken(run: &Run, time_constant: f64, notes: &mut Vec<String>) -> Vec<Run> 
         ));
     }
     pieces
+}
+
+/// Time stamps that a file rounded go back on their even grid; a real jitter stays as it is.
+fn on_its_grid(run: &Run) -> Run {
+    let mut run = run.clone();
+    let last = run.rows() - 1;
+    let (start, step) = (run.t_s[0], (run.t_s[last] - run.t_s[0]) / last as f64);
+    let even = |k: usize| start + k as f64 * step;
+    let rounding = (0..=last).map(|k| (run.t_s[k] - even(k)).abs()).fold(0.0, f64::max);
+    if rounding < 0.01 * step {
+        (0..=last).for_each(|k| run.t_s[k] = even(k));
+    }
+    run
 }
 
 /// How the outputs are looked at.

@@ -72,7 +72,7 @@ impl BenchRun {
             let pieces = ((length / longest - 1e-9).ceil()).clamp(1.0, 200.0);
             let h = length / pieces;
             for piece in 0..pieces as usize {
-                let applied = input.mean(self, k, start + piece as f64 * h, h, pieces as usize);
+                let applied = input.mean(self, k, start + piece as f64 * h, h);
                 let position = with_position.then(|| self.position_in(k, piece, pieces));
                 dynamics.advance(&mut state, applied, self.bridge[k], h, position);
                 charge += state.mean_current * h;
@@ -129,7 +129,7 @@ impl Traces {
 
 /// The input behind delay, lag and the memoryless chain: the mean over any stretch of time.
 enum Drawn {
-    /// One row a block and no memory: the block's own value.
+    /// No delay: the mean of each block. (A block is shorter than what a motor could resolve.)
     Held(Vec<f64>),
     /// Integral over the rows, read `delay` seconds back.
     Integral { area: Vec<f64>, delay: f64 },
@@ -142,8 +142,9 @@ impl Drawn {
         } else {
             run.input.iter().map(|u| plant.applied(*u)).collect()
         };
-        if plant.delay_s <= 0.0 && run.blocks() == run.input.len() {
-            return Self::Held(applied);
+        if plant.delay_s <= 0.0 {
+            let held = if run.blocks() == run.input.len() { applied } else { means(run, &applied) };
+            return Self::Held(held);
         }
         let mut area = Vec::with_capacity(applied.len() + 1);
         let mut sum = 0.0;
@@ -159,12 +160,9 @@ impl Drawn {
     }
 
     #[inline]
-    fn mean(&self, run: &BenchRun, block: usize, start: f64, length: f64, pieces: usize) -> f64 {
+    fn mean(&self, run: &BenchRun, block: usize, start: f64, length: f64) -> f64 {
         match self {
             Self::Held(applied) => applied[block],
-            Self::Integral { area, delay } if *delay <= 0.0 && pieces == 1 => {
-                (area[run.first_row[block + 1] as usize] - area[run.first_row[block] as usize]) / length
-            }
             Self::Integral { area, delay } => {
                 let at = |time: f64| {
                     interpolated(&run.row_time, area, time - delay, run.first_row[block] as usize)
@@ -173,6 +171,17 @@ impl Drawn {
             }
         }
     }
+}
+
+/// Mean of each block, its rows weighted by their duration.
+fn means(run: &BenchRun, applied: &[f64]) -> Vec<f64> {
+    let block = |k: usize| {
+        let (from, to) = (run.first_row[k] as usize, run.first_row[k + 1] as usize);
+        let (values, times) = (&applied[from..to], &run.row_time[from..=to]);
+        let area: f64 = values.iter().zip(times.windows(2)).map(|(value, span)| value * (span[1] - span[0])).sum();
+        area / (times[to - from] - times[0])
+    };
+    (0..run.blocks()).map(block).collect()
 }
 
 /// First-order lag of the command, then the memoryless chain, on every row.

@@ -24,7 +24,7 @@ impl Physics {
             let x = (u / self.limit).abs();
             return u / (1.0 + x.powf(1.0 / self.limit_softness)).powf(self.limit_softness);
         }
-        u.clamp(-self.limit, self.limit)
+        u.min(self.limit).max(-self.limit)
     }
 }
 

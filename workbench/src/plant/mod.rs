@@ -9,6 +9,7 @@ pub mod physics;
 mod sensor;
 pub mod state;
 mod two_bodies;
+mod winding;
 
 use dynamics::Dynamics;
 use physics::Physics;

@@ -1,5 +1,6 @@
 //! Output chain: true speed → scale and offset → rectification → lag → clamp. The position reading is its integral.
 
+use super::dynamics::Before;
 use super::physics::Physics;
 use super::state::State;
 
@@ -21,9 +22,15 @@ impl Physics {
         lagged.clamp(-self.sensor_limit, self.sensor_limit)
     }
 
+    /// Scale and offset alone: the integral of the reading is exact.
+    #[inline]
+    fn plain_sensor(&self) -> bool {
+        self.sensor_lag_s <= 0.0 && self.sensor_limit == f64::INFINITY && !self.sensor_rectified
+    }
+
     /// Advances the reading over one step.
     #[inline]
-    pub(super) fn sense(&self, state: &mut State, before: &State, h: f64) {
+    pub(super) fn sense(&self, state: &mut State, before: &Before, h: f64) {
         let at_load = self.encoder_at_load;
         let (theta, omega) = if at_load {
             (state.theta_load, state.omega_load)
@@ -31,6 +38,12 @@ impl Physics {
             (state.theta, state.omega)
         };
         let was = if at_load { before.theta_load } else { before.theta };
+        if self.plain_sensor() {
+            state.reading = self.sensor_scale * omega + self.sensor_offset;
+            state.lagged = state.reading;
+            state.reading_integral += self.sensor_scale * (theta - was) + self.sensor_offset * h;
+            return;
+        }
         if self.sensor_lag_s <= 0.0 {
             state.lagged = self.scaled(omega);
             state.reading = self.reading_of(state.lagged);

@@ -1,7 +1,7 @@
 //! Motor and load as two bodies, joined by a spring (flexible coupling) or by a gap with inelastic contact (backlash).
 //! Viscous and dry friction act on the motor's side, external loads on the load's.
 
-use super::dynamics::{Loads, slowed};
+use super::dynamics::{Before, Loads, slowed};
 use super::physics::Physics;
 use super::state::State;
 
@@ -84,7 +84,7 @@ fn gapped(motor: &Body, load: &Body, twist: f64, play: f64, loads: &Loads, h: f6
 }
 
 /// Position of the load after the step.
-pub(super) fn settle(p: &Physics, state: &mut State, before: &State, omega_load: f64, h: f64) {
+pub(super) fn settle(p: &Physics, state: &mut State, before: &Before, omega_load: f64, h: f64) {
     state.omega_load = omega_load;
     state.theta_load = before.theta_load + 0.5 * h * (before.omega_load + omega_load);
     if !p.stiffness.is_finite() {
