@@ -8,7 +8,7 @@ use crate::log::Dynamic;
 use crate::model::Model;
 use crate::outcome::*;
 use crate::residual::{fit_percent, rms};
-use crate::search::{Found, Progress, Scored, base_fit, dispersion, search, tied};
+use crate::search::{Found, Progress, Scored, base_fit, dispersion, search};
 use crate::{effects, evidence, localise, plots, verdict};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -55,7 +55,7 @@ fn settle_noise(bench: &mut Bench, model: &Model) {
         .collect();
     let high = hf_noise(&residual, bench.noise_lag);
     let plant = base.hypothesis.plant(&base.fit.x);
-    bench.sigma = high.clamp(0.5 * bench.sigma, bench.sigma);
+    bench.sigma = high.clamp(0.5 * bench.sigma, 1.05 * bench.sigma);
     bench.weigh(&plant);
 }
 
@@ -110,8 +110,8 @@ fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
     let given = Hypothesis::new(bench, model, Vec::new());
     let nominal = vec![0.0; given.slots.len()];
     let before = Prediction::of(&given, &nominal, &[Part::HoldOut]);
-    let judged = verdict::judge(bench, found, &given, &nominal);
-    let steps = steps(found, before.gap());
+    let judged = verdict::judge(found, &given, &nominal);
+    let steps = steps(&judged.kept, before.gap());
     let after = Prediction::of(&judged.kept.hypothesis, &judged.kept.fit.x, &[Part::HoldOut]);
     let effects = named(&judged.kept, &steps, &judged.ties);
     Outcome {
@@ -146,12 +146,11 @@ fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
 }
 
 /// The held-out gap of the model as given, and after each effect in the order of naming.
-fn steps(found: &Found, given: f64) -> Vec<Step> {
+fn steps(best: &Scored, given: f64) -> Vec<Step> {
     let mut steps = vec![Step {
         label: "the model as given".into(),
         gap: given,
     }];
-    let best = &found.best;
     for count in 1..=best.hypothesis.items.len() {
         let hypothesis = Hypothesis::new(
             best.hypothesis.bench,
@@ -234,9 +233,4 @@ fn shifts(kept: &Scored) -> Vec<Shift> {
             _ => None,
         })
         .collect()
-}
-
-/// Sets that the data cannot tell from the best, as a tie.
-pub fn ties_of<'s, 'a>(found: &'s Found<'a>) -> Vec<&'s Scored<'a>> {
-    tied(&found.best, &found.others)
 }

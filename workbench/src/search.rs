@@ -211,8 +211,14 @@ impl<'a> Search<'a, '_> {
 
     /// Fits in three rounds, each longer and for fewer candidates; all of them are returned, best first.
     fn raced(&self, screened: Vec<Screened<'a>>) -> Vec<Scored<'a>> {
-        let first = Setting { iterations: 2, ..SEARCH };
-        let second = Setting { iterations: 5, ..SEARCH };
+        let first = Setting {
+            iterations: 2,
+            ..SEARCH
+        };
+        let second = Setting {
+            iterations: 5,
+            ..SEARCH
+        };
         let mut field: Vec<(Screened<'a>, Scored<'a>)> = screened
             .into_par_iter()
             .filter_map(|it| {
@@ -224,12 +230,19 @@ impl<'a> Search<'a, '_> {
         field.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
         let again = |(it, scored): &(Screened<'a>, Scored<'a>)| {
             let starts = it.starts.get(1).into_iter().chain([&scored.fit.x]);
-            let best = starts.map(|x| fit(&it.hypothesis, x, &second)).min_by(|a, b| a.cost.total_cmp(&b.cost)).expect("one at least");
+            let best = starts
+                .map(|x| fit(&it.hypothesis, x, &second))
+                .min_by(|a, b| a.cost.total_cmp(&b.cost))
+                .expect("one at least");
             self.scored(it.hypothesis.clone(), best)
         };
         let mut near: Vec<Scored<'a>> = field.par_iter().take(SECOND_ROUND).map(again).collect();
         near.sort_by(|a, b| a.score.total_cmp(&b.score));
-        let full: Vec<Scored<'a>> = near.par_iter().take(THIRD_ROUND).map(|child| self.refit(child, &SEARCH)).collect();
+        let full: Vec<Scored<'a>> = near
+            .par_iter()
+            .take(THIRD_ROUND)
+            .map(|child| self.refit(child, &SEARCH))
+            .collect();
         near.splice(0..full.len(), full);
         near.extend(field.into_iter().skip(SECOND_ROUND).map(|pair| pair.1));
         near.sort_by(|a, b| a.score.total_cmp(&b.score));
@@ -241,7 +254,13 @@ impl<'a> Search<'a, '_> {
     }
 
     /// One more effect: its starts, best first, the parent's nuisances projected out.
-    fn screened(&self, parent: &Scored<'a>, basis: &Basis, projector: &Projector, effect: &'static Effect) -> Screened<'a> {
+    fn screened(
+        &self,
+        parent: &Scored<'a>,
+        basis: &Basis,
+        projector: &Projector,
+        effect: &'static Effect,
+    ) -> Screened<'a> {
         let mut items = parent.hypothesis.items.clone();
         items.push(Item { effect, full: false });
         let hypothesis = Hypothesis::new(self.bench, self.model, items);
@@ -257,13 +276,25 @@ impl<'a> Search<'a, '_> {
         }
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         drop(evaluator);
-        Screened { hypothesis, starts: starts.into_iter().map(|pair| pair.1).take(2).collect() }
+        Screened {
+            hypothesis,
+            starts: starts.into_iter().map(|pair| pair.1).take(2).collect(),
+        }
     }
 
     /// One more effect, fitted from its best two starts.
-    fn child(&self, parent: &Scored<'a>, basis: &Basis, projector: &Projector, effect: &'static Effect) -> Option<Scored<'a>> {
+    fn child(
+        &self,
+        parent: &Scored<'a>,
+        basis: &Basis,
+        projector: &Projector,
+        effect: &'static Effect,
+    ) -> Option<Scored<'a>> {
         let screened = self.screened(parent, basis, projector, effect);
-        let fits = screened.starts.iter().map(|x| fit(&screened.hypothesis, x, &SEARCH));
+        let fits = screened
+            .starts
+            .iter()
+            .map(|x| fit(&screened.hypothesis, x, &SEARCH));
         let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         Some(self.scored(screened.hypothesis, best))
     }

@@ -1,10 +1,12 @@
 //! What may be said: named, tie, nothing missing, unexplained, not excited.
 
 use crate::bench::Bench;
-use crate::gap::ties_of;
+use crate::fit::{SEARCH, fit};
 use crate::hypothesis::Hypothesis;
 use crate::outcome::{Experiment, HoldOut, Outcome, Tie, Unexplained, Verdict};
-use crate::search::{Found, Scored};
+use crate::search::{Found, Scored, chi2, tied};
+use crate::structure::Rest;
+use crate::{experiment, structure};
 
 /// The judgement on a search.
 pub struct Judged<'a> {
@@ -54,36 +56,111 @@ pub fn not_excited(bench: &Bench) -> Option<Outcome> {
     })
 }
 
+/// What is left is worth a word when it is visible: this much rms beyond the noise, in units of the noise.
+const VISIBLE: f64 = 0.25;
+/// … and when it is more than this share of the first gap (squared).
+const SHARE: f64 = 0.04;
+/// A name stands, although something is left, if it shrinks the structured part by this factor.
+const CONFIRMED: f64 = 10.0;
+
 /// Judges what was found.
-pub fn judge<'a>(_bench: &Bench, found: &Found<'a>, _given: &Hypothesis, _nominal: &[f64]) -> Judged<'a> {
-    let rivals = ties_of(found);
-    let samples = found.best.fit.samples as f64;
-    let left = (found.best.fit.chi2 - samples).max(0.0) / (found.base.fit.chi2 - samples).max(1.0);
-    let mut ties = Vec::new();
-    if !rivals.is_empty() {
-        let mut sets = vec![found.best.hypothesis.names()];
-        sets.extend(rivals.iter().map(|rival| rival.hypothesis.names()));
-        ties.push(Tie {
-            rivals: sets,
-            separated_by: String::new(),
-        });
-    }
-    let verdict = if found.best.hypothesis.items.is_empty() {
-        Verdict::NothingMissing
-    } else if ties.is_empty() {
-        Verdict::Named
+pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judged<'a> {
+    let rest = structure::rest(&found.best);
+    let (given_chi2, samples) = chi2(given, nominal, &SEARCH);
+    let first = (given_chi2 / samples as f64 - 1.0).max(1e-9);
+    let share = (rest.excess / first).min(1.0);
+    let left = is_left(found, &rest, share);
+    let (kept, closest) = if left {
+        confirmed(found, rest.excess)
     } else {
-        Verdict::Tie
+        (found.best.clone(), Vec::new())
     };
+    let (ties, next) = if left { (Vec::new(), None) } else { ties(found) };
+    let verdict = match (left, ties.is_empty(), kept.hypothesis.items.is_empty()) {
+        (true, ..) => Verdict::Unexplained,
+        (false, false, _) => Verdict::Tie,
+        (false, true, false) => Verdict::Named,
+        (false, true, true) => Verdict::NothingMissing,
+    };
+    let structure = if left { rest.text } else { "none".into() };
     Judged {
         verdict,
-        kept: found.best.clone(),
-        closest: Vec::new(),
+        kept,
+        closest,
         ties,
         unexplained: Unexplained {
-            share_of_gap: left,
-            structure: "none".into(),
+            share_of_gap: share,
+            structure,
         },
-        next: None,
+        next,
     }
+}
+
+/// Whether what is left is worth a verdict of its own.
+fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
+    let visible = rest.excess.sqrt() > VISIBLE;
+    let nothing_named = found.best.hypothesis.items.is_empty();
+    let white = rest.text == "none";
+    match (visible && !white, nothing_named) {
+        (false, _) => false,
+        (true, true) => rest.structured || rest.repeated || rest.excess > 1.0,
+        (true, false) => share > SHARE && (rest.structured || rest.repeated || share > 0.2),
+    }
+}
+
+/// The effects that shrink what is left tenfold, refitted; the others only resemble it.
+fn confirmed<'a>(found: &Found<'a>, excess: f64) -> (Scored<'a>, Vec<String>) {
+    let best = &found.best;
+    let (mut keep, mut closest) = (Vec::new(), Vec::new());
+    for (index, item) in best.hypothesis.items.iter().enumerate() {
+        let without = refitted(best, |k| k != index);
+        let excess_without = without.fit.chi2 / without.fit.samples as f64 - 1.0;
+        if excess_without > CONFIRMED * excess {
+            keep.push(index)
+        } else {
+            closest.push(item.effect.name.to_owned())
+        }
+    }
+    if closest.is_empty() {
+        return (best.clone(), closest);
+    }
+    (refitted(best, |k| keep.contains(&k)), closest)
+}
+
+/// The set with some of its effects, fitted anew.
+fn refitted<'a>(scored: &Scored<'a>, keep: impl Fn(usize) -> bool) -> Scored<'a> {
+    let items = scored
+        .hypothesis
+        .items
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| keep(*k))
+        .map(|(_, item)| *item)
+        .collect();
+    let hypothesis = Hypothesis::new(scored.hypothesis.bench, scored.hypothesis.model, items);
+    let start = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+    let made = fit(&hypothesis, &start, &SEARCH);
+    Scored {
+        score: made.cost,
+        hypothesis,
+        fit: made,
+    }
+}
+
+/// Rivals that the data cannot tell from the accepted set, and what would.
+fn ties(found: &Found) -> (Vec<Tie>, Option<Experiment>) {
+    let rivals = tied(&found.best, &found.others);
+    let Some(nearest) = rivals.first() else {
+        return (Vec::new(), None);
+    };
+    let separation = experiment::separation(&found.best, nearest);
+    let mut sets = vec![found.best.hypothesis.names()];
+    sets.extend(rivals.iter().map(|rival| rival.hypothesis.names()));
+    (
+        vec![Tie {
+            rivals: sets,
+            separated_by: separation.text,
+        }],
+        Some(separation.experiment),
+    )
 }

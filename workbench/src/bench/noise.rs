@@ -22,7 +22,12 @@ pub fn hf_noise(values: &[f64], lag: usize) -> f64 {
     };
     let third = |w: &[f64]| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs();
     let mut differences: Vec<f64> = values.windows(4).map(third).filter(|d| d.is_finite()).collect();
-    median(&mut differences) / 0.6745 / factor.sqrt()
+    let rough = median(&mut differences) / 0.6745;
+    // The mean square of what lies within three of it is twice as efficient as the median; the cut tails of a normal
+    // distribution hold 2.67 % of its square.
+    let inside: Vec<f64> = differences.into_iter().filter(|d| *d <= 3.0 * rough).collect();
+    let mean_square = inside.iter().map(|d| d * d).sum::<f64>() / inside.len().max(1) as f64;
+    (mean_square / 0.9733).sqrt() / factor.sqrt()
 }
 
 /// The median; 0 without values.

@@ -143,7 +143,11 @@ impl Drawn {
             run.input.iter().map(|u| plant.applied(*u)).collect()
         };
         if plant.delay_s <= 0.0 {
-            let held = if run.blocks() == run.input.len() { applied } else { means(run, &applied) };
+            let held = if run.blocks() == run.input.len() {
+                applied
+            } else {
+                means(run, &applied)
+            };
             return Self::Held(held);
         }
         let mut area = Vec::with_capacity(applied.len() + 1);
@@ -178,7 +182,11 @@ fn means(run: &BenchRun, applied: &[f64]) -> Vec<f64> {
     let block = |k: usize| {
         let (from, to) = (run.first_row[k] as usize, run.first_row[k + 1] as usize);
         let (values, times) = (&applied[from..to], &run.row_time[from..=to]);
-        let area: f64 = values.iter().zip(times.windows(2)).map(|(value, span)| value * (span[1] - span[0])).sum();
+        let area: f64 = values
+            .iter()
+            .zip(times.windows(2))
+            .map(|(value, span)| value * (span[1] - span[0]))
+            .sum();
         area / (times[to - from] - times[0])
     };
     (0..run.blocks()).map(block).collect()

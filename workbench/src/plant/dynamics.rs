@@ -61,24 +61,45 @@ impl<'a> Dynamics<'a> {
         let present = Present {
             two_bodies,
             play: plant.gap_rad > 0.0 && !two_bodies,
-            varying_winding: plant.heat_rise_per_w > 0.0 || plant.source_ohm > 0.0 || plant.kt_knee_a.is_finite(),
-            varying_friction: plant.breakaway_extra > 0.0 || plant.friction_per_motor > 0.0 || plant.friction_per_load > 0.0,
+            varying_winding: plant.heat_rise_per_w > 0.0
+                || plant.source_ohm > 0.0
+                || plant.kt_knee_a.is_finite(),
+            varying_friction: plant.breakaway_extra > 0.0
+                || plant.friction_per_motor > 0.0
+                || plant.friction_per_load > 0.0,
             sag: plant.source_ohm > 0.0,
         };
-        Self { plant, coefficients: Coefficients::new(plant, plant.resistance, plant.kt, 1.0), present }
+        Self {
+            plant,
+            coefficients: Coefficients::new(plant, plant.resistance, plant.kt, 1.0),
+            present,
+        }
     }
 
     /// Advances by `h` seconds with a constant voltage (or torque input) behind the input chain. `position`: where
     /// the shaft is known to be at start and end of the step (measured), for torques that depend on it.
     #[inline]
-    pub fn advance(&mut self, state: &mut State, applied: f64, bridge: u8, h: f64, position: Option<(f64, f64)>) {
+    pub fn advance(
+        &mut self,
+        state: &mut State,
+        applied: f64,
+        bridge: u8,
+        h: f64,
+        position: Option<(f64, f64)>,
+    ) {
         if !self.present.two_bodies {
             return self.step(state, applied, bridge, h, position);
         }
         let pieces = (h * self.plant.resonance_rad_s() / 0.25).ceil().clamp(1.0, 40.0);
         for piece in 0..pieces as usize {
             let part = |k: usize| position.map(|(from, to)| from + (to - from) * k as f64 / pieces);
-            self.step(state, applied, bridge, h / pieces, part(piece).zip(part(piece + 1)));
+            self.step(
+                state,
+                applied,
+                bridge,
+                h / pieces,
+                part(piece).zip(part(piece + 1)),
+            );
         }
     }
 
@@ -86,7 +107,11 @@ impl<'a> Dynamics<'a> {
     fn step(&mut self, state: &mut State, applied: f64, bridge: u8, h: f64, position: Option<(f64, f64)>) {
         let before = Before::of(state);
         self.renew(state, applied, h);
-        let driven = Driven { net: self.net_voltage(state, applied, bridge), bridge, h };
+        let driven = Driven {
+            net: self.net_voltage(state, applied, bridge),
+            bridge,
+            h,
+        };
         let loads = self.loads(state, &driven, h, position);
         let (omega, omega_load) = self.moved(state, &driven, &loads);
         self.settle_current(state, &driven, omega);
@@ -105,7 +130,10 @@ impl<'a> Dynamics<'a> {
     fn renew(&mut self, state: &State, applied: f64, h: f64) {
         let p = self.plant;
         let (resistance, kt) = if self.present.varying_winding {
-            (self.resistance(state, applied), p.kt * softened(state.current, p.kt_knee_a))
+            (
+                self.resistance(state, applied),
+                p.kt * softened(state.current, p.kt_knee_a),
+            )
         } else {
             (p.resistance, p.kt)
         };
@@ -141,7 +169,11 @@ impl<'a> Dynamics<'a> {
             _ if slow_rail => applied * state.supply_v / p.supply_v,
             _ => applied,
         };
-        if p.drop_v <= 0.0 { Some(terminal) } else { self.behind_brushes(state, terminal) }
+        if p.drop_v <= 0.0 {
+            Some(terminal)
+        } else {
+            self.behind_brushes(state, terminal)
+        }
     }
 
     /// Brushes take their drop from the side to which the current goes; it cannot turn the current round.
@@ -164,7 +196,9 @@ impl<'a> Dynamics<'a> {
                 let held = net.unwrap_or(0.0);
                 (p.force_gain * held * softened(held, p.kt_knee_a), c.open[side])
             }
-            (_, Drive::Voltage, Some(net)) => (c.per_volt * net + c.per_ampere * state.current, c.closed[side]),
+            (_, Drive::Voltage, Some(net)) => {
+                (c.per_volt * net + c.per_ampere * state.current, c.closed[side])
+            }
             (_, Drive::Voltage, None) => (c.per_ampere * state.current, c.open[side]),
         }
     }
@@ -183,7 +217,13 @@ impl<'a> Dynamics<'a> {
             return moved;
         }
         let torque = self.plant.kt * softened(limit, self.plant.kt_knee_a) * limit.copysign(mean);
-        self.pushed(state, torque, &self.coefficients.open[usize::from(state.omega < 0.0)], loads, driven.h)
+        self.pushed(
+            state,
+            torque,
+            &self.coefficients.open[usize::from(state.omega < 0.0)],
+            loads,
+            driven.h,
+        )
     }
 
     #[inline]
@@ -199,7 +239,9 @@ impl<'a> Dynamics<'a> {
     #[inline]
     fn currents(&self, state: &State, driven: &Driven, omega: f64) -> (f64, f64) {
         let c = &self.coefficients;
-        let Some(net) = driven.net else { return (0.0, state.current * c.mean) };
+        let Some(net) = driven.net else {
+            return (0.0, state.current * c.mean);
+        };
         let settled = (net - self.plant.ke * 0.5 * (state.omega + omega)) * c.conductance;
         let rest = state.current - settled;
         (settled + rest * c.end, settled + rest * c.mean)
@@ -225,14 +267,23 @@ impl<'a> Dynamics<'a> {
         let p = self.plant;
         let drawn = applied / p.supply_v * state.mean_current;
         let settled = p.supply_v - p.source_ohm * drawn;
-        let decay = if p.bus_farad > 0.0 { (-h / (p.source_ohm * p.bus_farad)).exp() } else { 0.0 };
+        let decay = if p.bus_farad > 0.0 {
+            (-h / (p.source_ohm * p.bus_farad)).exp()
+        } else {
+            0.0
+        };
         state.supply_v = settled + (state.supply_v - settled) * decay;
     }
 
     #[inline]
     fn loads(&self, state: &State, driven: &Driven, h: f64, position: Option<(f64, f64)>) -> Loads {
         let p = self.plant;
-        let mut loads = Loads { motor: 0.0, load: 0.0, friction_pos: p.friction_pos, friction_neg: p.friction_neg };
+        let mut loads = Loads {
+            motor: 0.0,
+            load: 0.0,
+            friction_pos: p.friction_pos,
+            friction_neg: p.friction_neg,
+        };
         if !p.torques.is_empty() {
             self.external(&mut loads, state, h, position);
         }
@@ -247,10 +298,20 @@ impl<'a> Dynamics<'a> {
     fn external(&self, loads: &mut Loads, state: &State, h: f64, position: Option<(f64, f64)>) {
         let (theta, theta_next) = position.unwrap_or((state.theta, state.theta + h * state.omega));
         let (time_s, gear_ratio) = (state.time_s + 0.5 * h, self.plant.gear_ratio);
-        let motion = Motion { time_s, theta, theta_next, omega: state.omega, gear_ratio };
+        let motion = Motion {
+            time_s,
+            theta,
+            theta_next,
+            omega: state.omega,
+            gear_ratio,
+        };
         for law in &self.plant.torques {
             let torque = (law.torque)(&law.parameters, &motion);
-            *(if law.at_load { &mut loads.load } else { &mut loads.motor }) += torque;
+            *(if law.at_load {
+                &mut loads.load
+            } else {
+                &mut loads.motor
+            }) += torque;
         }
     }
 
@@ -258,7 +319,11 @@ impl<'a> Dynamics<'a> {
     fn extra_friction(&self, state: &State, driven: &Driven, loads: &Loads) -> f64 {
         let p = self.plant;
         let ratio = state.omega / p.stribeck_speed;
-        let breakaway = if p.breakaway_extra > 0.0 { p.breakaway_extra * (-ratio * ratio).exp() } else { 0.0 };
+        let breakaway = if p.breakaway_extra > 0.0 {
+            p.breakaway_extra * (-ratio * ratio).exp()
+        } else {
+            0.0
+        };
         let (torque, shaft) = self.torque(state, driven);
         let motor = torque - (shaft.damping - p.viscous) * state.omega;
         breakaway + p.friction_per_motor * motor.abs() + p.friction_per_load * loads.load.abs()
@@ -292,8 +357,21 @@ pub(super) struct Before {
 impl Before {
     #[inline]
     fn of(state: &State) -> Self {
-        let State { theta, omega, theta_load, omega_load, lagged, .. } = *state;
-        Self { theta, omega, theta_load, omega_load, lagged }
+        let State {
+            theta,
+            omega,
+            theta_load,
+            omega_load,
+            lagged,
+            ..
+        } = *state;
+        Self {
+            theta,
+            omega,
+            theta_load,
+            omega_load,
+            lagged,
+        }
     }
 }
 
@@ -310,5 +388,9 @@ fn softened(current: f64, knee: f64) -> f64 {
 /// Dry friction as a proximal step: it takes speed away, at most all of it.
 #[inline]
 pub(super) fn slowed(free: f64, mobility: f64, loads: &Loads) -> f64 {
-    if free > 0.0 { (free - mobility * loads.friction_pos).max(0.0) } else { (free + mobility * loads.friction_neg).min(0.0) }
+    if free > 0.0 {
+        (free - mobility * loads.friction_pos).max(0.0)
+    } else {
+        (free + mobility * loads.friction_neg).min(0.0)
+    }
 }

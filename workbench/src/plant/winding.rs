@@ -42,7 +42,11 @@ pub(super) struct Shaft {
 impl Shaft {
     fn new(inertia: f64, damping: f64, h: f64) -> Self {
         let half = 0.5 * h * damping / inertia;
-        Self { damping, keep: (1.0 - half) / (1.0 + half), mobility: h / inertia / (1.0 + half) }
+        Self {
+            damping,
+            keep: (1.0 - half) / (1.0 + half),
+            mobility: h / inertia / (1.0 + half),
+        }
     }
 }
 

@@ -1,9 +1,0 @@
-use std::time::Instant;
-use truing::*;
-fn main(){ let a:Vec<String>=std::env::args().collect(); let m=model::read(a[1].as_ref()).unwrap(); let log::Log::Dynamic(l)=log::read(a[2].as_ref(),&Default::default()).unwrap() else {panic!()};
- let mut b=bench::prepare(&m,&l,&[]).unwrap(); println!("blocks {} rows {} samples {} sigma {}", b.runs[0].blocks(), b.runs[0].input.len(), b.runs[0].speed.len(), b.sigma);
- let h=hypothesis::Hypothesis::new(&b,&m,vec![]); let p=h.plant(&vec![0.0;h.slots.len()]); println!("slots {}",h.slots.len()); let mut tr=bench::Traces::default();
- for f in [fit::COARSE, fit::FINE]{ let t=Instant::now(); for _ in 0..50{ b.runs[0].simulate(&p,0.0,f,&mut tr);} println!("sim {:.1} us", t.elapsed().as_secs_f64()/50.0*1e6);} let mut out=vec![]; let t=Instant::now(); for _ in 0..50 {b.runs[0].speed.predict(&b.runs[0].time,&tr.reading,&tr.integral,&mut out);} println!("predict {:.1} us", t.elapsed().as_secs_f64()/50.0*1e6);
- let mut p2=p.clone(); p2.dead_pos=0.5;p2.dead_neg=0.6;p2.limit=6.0; let t=Instant::now(); for _ in 0..50{ b.runs[0].simulate(&p2,0.0,fit::COARSE,&mut tr);} println!("sim dz {:.1} us", t.elapsed().as_secs_f64()/50.0*1e6); let mut p3=p.clone(); p3.delay_s=0.003; let t=Instant::now(); for _ in 0..50{ b.runs[0].simulate(&p3,0.0,fit::COARSE,&mut tr);} println!("sim delay {:.1} us", t.elapsed().as_secs_f64()/50.0*1e6);
- let ba=search::base_fit(&b,&m); println!("base fit chi2/n {}", ba.fit.chi2/ba.fit.samples as f64); let t=Instant::now(); let _=search::base_fit(&b,&m); println!("basefit {:.1} ms",t.elapsed().as_secs_f64()*1e3); let t=Instant::now(); let bs=starts::Basis::new(&ba.hypothesis,&ba.fit.x); for e in effects::LIBRARY { let t=Instant::now(); let s=bs.starts(&b,e); let d=t.elapsed().as_secs_f64()*1e3; if d>0.5 {println!("{} {} starts {:.1} ms",e.name,s.len(),d);} } println!("starts {:.1} ms",t.elapsed().as_secs_f64()*1e3);
- let _ = &mut b; }

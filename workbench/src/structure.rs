@@ -1,0 +1,178 @@
+//! Is anything but noise left, and what does it look like?
+
+use crate::bench::Part;
+use crate::residual::inflation;
+use crate::search::Scored;
+use crate::view::{Sample, samples};
+use std::f64::consts::{PI, TAU};
+
+/// Quantile bins of an axis.
+const BINS: usize = 24;
+/// Lines that are looked for in time or position.
+const LINES: usize = 500;
+/// A line that explains so much of the residual is worth a name.
+const LINE_SHARE: f64 = 0.3;
+/// An axis that explains so much of the residual shows structure.
+const AXIS_SHARE: f64 = 0.1;
+
+/// What is left of a fit.
+#[derive(Clone, Debug)]
+pub struct Rest {
+    /// Mean square beyond the noise, in units of the noise's variance. With a repeated input it needs no noise model.
+    pub excess: f64,
+    /// True if a model quantity, a period or a place explains part of it.
+    pub structured: bool,
+    /// True if two runs with the same input measured it.
+    pub repeated: bool,
+    /// In words.
+    pub text: String,
+}
+
+/// Looks at what a fit leaves.
+pub fn rest(scored: &Scored) -> Rest {
+    let seen = samples(&scored.hypothesis, &scored.fit.x, &[Part::A, Part::B]);
+    let residual: Vec<f64> = seen.iter().map(|s| s.residual() * s.weight).collect();
+    let mean_square = residual.iter().map(|r| r * r).sum::<f64>() / residual.len().max(1) as f64;
+    let common = common_square(scored, &seen);
+    let excess = common.unwrap_or(mean_square - 1.0).max(0.0);
+    let (text, structured) = described(&seen, &residual, scored.hypothesis.bench.linear);
+    Rest {
+        excess,
+        structured,
+        repeated: common.is_some(),
+        text,
+    }
+}
+
+/// The mean product of the residuals of two runs with the same input: what both have in common is not noise.
+fn common_square(scored: &Scored, seen: &[Sample]) -> Option<f64> {
+    let runs = &scored.hypothesis.bench.runs;
+    let twins = |a: usize, b: usize| {
+        let (x, y) = (&runs[a].input, &runs[b].input);
+        let close = |(u, v): (&f64, &f64)| (u - v).abs() <= 1e-6 * scored.hypothesis.bench.scales.input;
+        runs[a].log == 0 && runs[b].log == 0 && x.len() == y.len() && x.iter().zip(y).all(close)
+    };
+    let (a, b) = (0..runs.len())
+        .flat_map(|a| (a + 1..runs.len()).map(move |b| (a, b)))
+        .find(|(a, b)| twins(*a, *b))?;
+    let of = |run: usize| {
+        seen.iter()
+            .filter(move |s| s.run == run)
+            .map(|s| (s.time, s.residual() * s.weight))
+    };
+    let pairs: Vec<f64> = of(a)
+        .zip(of(b))
+        .filter(|(p, q)| (p.0 - q.0).abs() < 1e-6)
+        .map(|(p, q)| p.1 * q.1)
+        .collect();
+    (pairs.len() > 50).then(|| pairs.iter().sum::<f64>() / pairs.len() as f64)
+}
+
+/// The strongest structure in words, and whether there is one.
+fn described(seen: &[Sample], residual: &[f64], linear: bool) -> (String, bool) {
+    if residual.len() < 200 {
+        return ("none".into(), false);
+    }
+    let chance = 2.0 * BINS as f64 * inflation(residual) / residual.len() as f64;
+    let needed = AXIS_SHARE.max(chance.min(0.5));
+    if let Some((frequency, share)) = line(seen, residual, &|s| s.time) {
+        if share > LINE_SHARE {
+            return (
+                format!(
+                    "periodic in time at {:.3} Hz ({:.0} % of what is left)",
+                    frequency / TAU,
+                    100.0 * share
+                ),
+                true,
+            );
+        }
+    }
+    if let Some((number, share)) = line(seen, residual, &|s| s.position) {
+        if share > LINE_SHARE {
+            let text = if linear {
+                format!("periodic in position, every {:.4} m", TAU / number)
+            } else {
+                format!("periodic in position with {number:.2} periods per turn")
+            };
+            return (format!("{text} ({:.0} % of what is left)", 100.0 * share), true);
+        }
+    }
+    let axes: [(&str, &dyn Fn(&Sample) -> f64); 5] = [
+        ("the input", &|s| s.input),
+        ("the speed", &|s| s.omega),
+        ("the acceleration", &|s| s.acceleration),
+        ("the current", &|s| s.current.abs()),
+        ("the position", &|s| s.position),
+    ];
+    let shares = axes.map(|(name, value)| (name, share_over(seen, residual, value)));
+    let best = shares
+        .into_iter()
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .expect("five axes");
+    if best.1 > needed {
+        return (
+            format!(
+                "a function of {} ({:.0} % of what is left)",
+                best.0,
+                100.0 * best.1
+            ),
+            true,
+        );
+    }
+    let coloured = inflation(residual) > 2.0;
+    (
+        if coloured {
+            "noise-like, correlated in time".into()
+        } else {
+            "none".into()
+        },
+        false,
+    )
+}
+
+/// Share of the residual's square that its means over bins of an axis explain, corrected for their number.
+fn share_over(seen: &[Sample], residual: &[f64], value: &dyn Fn(&Sample) -> f64) -> f64 {
+    let mut order: Vec<usize> = (0..residual.len()).collect();
+    order.sort_by(|a, b| value(&seen[*a]).total_cmp(&value(&seen[*b])));
+    let size = residual.len().div_ceil(BINS);
+    let total: f64 = residual.iter().map(|r| r * r).sum();
+    let explained: f64 = order
+        .chunks(size)
+        .map(|bin| bin.iter().map(|k| residual[*k]).sum::<f64>().powi(2) / bin.len() as f64)
+        .sum();
+    let n = residual.len() as f64;
+    1.0 - (1.0 - explained / total) * n / (n - BINS as f64)
+}
+
+/// The strongest line over an axis: its circular frequency and the share of the residual's square.
+fn line(seen: &[Sample], residual: &[f64], value: &dyn Fn(&Sample) -> f64) -> Option<(f64, f64)> {
+    let values: Vec<f64> = seen.iter().map(value).collect();
+    let (low, high) = values
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+    if high - low < 1e-9 {
+        return None;
+    }
+    let unit = PI / (high - low);
+    let turns: Vec<(f64, f64)> = values.iter().map(|v| (unit * v).sin_cos()).collect();
+    let mut now = vec![(0.0, 1.0); turns.len()];
+    let total: f64 = residual.iter().map(|r| r * r).sum();
+    let mut best = (0.0, 0.0);
+    for harmonic in 1..=LINES {
+        let (mut s, mut c) = (0.0, 0.0);
+        for ((wave, turn), r) in now.iter_mut().zip(&turns).zip(residual) {
+            *wave = (
+                wave.0 * turn.1 + wave.1 * turn.0,
+                wave.1 * turn.1 - wave.0 * turn.0,
+            );
+            s += wave.0 * r;
+            c += wave.1 * r;
+        }
+        let share = 2.0 * (s * s + c * c) / residual.len() as f64 / total;
+        // Fewer than three periods are a drift, not a line.
+        if harmonic >= 6 && share > best.1 {
+            best = (harmonic as f64 * unit, share);
+        }
+    }
+    Some(best)
+}
