@@ -75,47 +75,17 @@ fn described(seen: &[Sample], residual: &[f64], linear: bool) -> (String, bool) 
     }
     let chance = 2.0 * BINS as f64 * inflation(residual) / residual.len() as f64;
     let needed = AXIS_SHARE.max(chance.min(0.5));
-    if let Some((frequency, share)) = line(seen, residual, &|s| s.time) {
-        if share > LINE_SHARE {
-            return (
-                format!(
-                    "periodic in time at {:.3} Hz ({:.0} % of what is left)",
-                    frequency / TAU,
-                    100.0 * share
-                ),
-                true,
-            );
-        }
-    }
-    if let Some((number, share)) = line(seen, residual, &|s| s.position) {
-        if share > LINE_SHARE {
-            let text = if linear {
-                format!("periodic in position, every {:.4} m", TAU / number)
-            } else {
-                format!("periodic in position with {number:.2} periods per turn")
-            };
-            return (format!("{text} ({:.0} % of what is left)", 100.0 * share), true);
-        }
-    }
-    let axes: [(&str, &dyn Fn(&Sample) -> f64); 5] = [
-        ("the input", &|s| s.input),
-        ("the speed", &|s| s.omega),
-        ("the acceleration", &|s| s.acceleration),
-        ("the current", &|s| s.current.abs()),
-        ("the position", &|s| s.position),
+    let lines = [
+        periodic_in_time(seen, residual),
+        periodic_in_position(seen, residual, linear),
     ];
-    let shares = axes.map(|(name, value)| (name, share_over(seen, residual, value)));
-    let best = shares
-        .into_iter()
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .expect("five axes");
-    if best.1 > needed {
+    if let Some(text) = lines.into_iter().flatten().next() {
+        return (text, true);
+    }
+    let (name, share) = best_axis(seen, residual);
+    if share > needed {
         return (
-            format!(
-                "a function of {} ({:.0} % of what is left)",
-                best.0,
-                100.0 * best.1
-            ),
+            format!("a function of {name} ({:.0} % of what is left)", 100.0 * share),
             true,
         );
     }
@@ -128,6 +98,45 @@ fn described(seen: &[Sample], residual: &[f64], linear: bool) -> (String, bool) 
         },
         false,
     )
+}
+
+fn periodic_in_time(seen: &[Sample], residual: &[f64]) -> Option<String> {
+    let (frequency, share) = line(seen, residual, &|s| s.time).filter(|line| line.1 > LINE_SHARE)?;
+    Some(format!(
+        "periodic in time at {:.3} Hz ({:.0} % of what is left)",
+        frequency / TAU,
+        100.0 * share
+    ))
+}
+
+fn periodic_in_position(seen: &[Sample], residual: &[f64], linear: bool) -> Option<String> {
+    let (number, share) = line(seen, residual, &|s| s.position).filter(|line| line.1 > LINE_SHARE)?;
+    let period = if linear {
+        format!("every {:.4} m", TAU / number)
+    } else {
+        format!("with {number:.2} periods per turn")
+    };
+    Some(format!(
+        "periodic in position, {period} ({:.0} % of what is left)",
+        100.0 * share
+    ))
+}
+
+/// The model quantity that explains most of the residual, and its share.
+fn best_axis(seen: &[Sample], residual: &[f64]) -> (&'static str, f64) {
+    type Quantity = fn(&Sample) -> f64;
+    let axes: [(&'static str, Quantity); 5] = [
+        ("the input", |s| s.input),
+        ("the speed", |s| s.omega),
+        ("the acceleration", |s| s.acceleration),
+        ("the current", |s| s.current.abs()),
+        ("the position", |s| s.position),
+    ];
+    let shares = axes.map(|(name, value)| (name, share_over(seen, residual, &value)));
+    shares
+        .into_iter()
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .expect("five axes")
 }
 
 /// Share of the residual's square that its means over bins of an axis explain, corrected for their number.
