@@ -11,6 +11,7 @@ pub mod bench;
 pub mod cases;
 pub mod commands;
 pub mod commission_report;
+pub mod demo;
 pub mod effects;
 pub mod evidence;
 pub mod exhibit;

@@ -3,6 +3,7 @@
 
 pub mod cases;
 pub mod commission;
+pub mod demo;
 pub mod firmware;
 pub mod gap;
 pub mod instructions;
@@ -31,6 +32,8 @@ pub enum Command {
     Track(track::Arguments),
     /// Count the instructions of a control tick of the firmware in QEMU.
     Instructions(instructions::Arguments),
+    /// Run the main job end to end and write a report.
+    Demo(demo::Arguments),
     /// Run a firmware log through the library on the host and compare every bit.
     Replay(replay::Arguments),
     /// Draw data in which an effect is hidden, answers apart.
@@ -45,6 +48,7 @@ impl Cli {
             Command::Commission(arguments) => commission::run(&arguments),
             Command::Track(arguments) => track::run(&arguments),
             Command::Instructions(arguments) => instructions::run(&arguments),
+            Command::Demo(arguments) => demo::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Cases(arguments) => cases::run(&arguments),
         }
