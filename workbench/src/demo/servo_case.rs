@@ -282,7 +282,7 @@ fn connect(
     write_atomically(&path, &hidden.motor_toml())?;
     let image = qemu::Options {
         image: options.image.clone(),
-        icount_shift: None,
+        ..qemu::Options::default()
     };
     Ok(session::connect(
         &Door::Builtin(path),
