@@ -246,6 +246,24 @@ fn the_documentation_shows_exactly_this_table() {
 // ── Timing ──────────────────────────────────────────────────────────────────────────────────────────────────────────
 
 #[test]
+fn the_pll_makes_168_mhz_from_every_common_crystal_within_its_ranges() {
+    for hertz in [4, 8, 12, 16, 24, 25, 26].map(|megahertz| megahertz * 1_000_000u32) {
+        let (m, n) = timing::pll(hertz).expect("a common crystal");
+        // RM0090 section 7.3.2: 2 ≤ M ≤ 63, 50 ≤ N ≤ 432, comparison 1 … 2 MHz, oscillator 100 … 432 MHz.
+        assert!(
+            (2..=63).contains(&m) && (50..=432).contains(&n),
+            "{hertz}: {m} {n}"
+        );
+        let comparison = f64::from(hertz) / f64::from(m);
+        assert!((1e6..=2e6).contains(&comparison));
+        assert_eq!(comparison * f64::from(n) / 2.0, 168e6);
+        assert_eq!(comparison * f64::from(n) / 7.0, 48e6);
+    }
+    assert_eq!(timing::pll(8_000_000), Some((4, 168)));
+    assert_eq!(timing::pll(11_059_200), None, "no whole megahertz");
+}
+
+#[test]
 fn control_rates_are_those_that_divide_the_pwm_frequency_exactly() {
     // 168 MHz / (2 · 4200) = 20 kHz.
     for (tick_hz, periods) in [(20_000, 1), (10_000, 2), (5_000, 4), (4_000, 5), (1_000, 20)] {

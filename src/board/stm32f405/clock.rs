@@ -1,24 +1,66 @@
 //! Clocks and reset cause.
 
 use super::timing;
-use stm32f4xx_hal::pac::RCC;
-use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::rcc::Config;
+use stm32f4xx_hal::pac::{FLASH, RCC};
 
-/// Crystal of the board, Hz. Other common values: 12 and 25 MHz; `docs/hardware.md` lists boards.
+/// Crystal of the board, Hz. Other common values: 12 and 25 MHz. A wrong value here runs the chip at a wrong speed.
 const CRYSTAL_HZ: u32 = 8_000_000;
+/// The oscillator inside the chip, within 1 %.
+const INTERNAL_HZ: u32 = 16_000_000;
+/// Turns of the waiting loop that a crystal gets: some 30 ms at 16 MHz, where it needs 2 ms (DS8626).
+const CRYSTAL_PATIENCE: u32 = 100_000;
 
-/// 168 MHz from the crystal, APB1 42 MHz, APB2 84 MHz, flash wait states to match. A crystal that does not start stops
-/// here, with the bridge still in its reset state.
-pub fn start(rcc: RCC) -> RCC {
-    let config = Config::hse(CRYSTAL_HZ.Hz())
-        .sysclk(timing::SYSTEM_HZ.Hz())
-        .pclk1(timing::APB1_HZ.Hz())
-        .pclk2((timing::SYSTEM_HZ / 2).Hz());
-    let frozen = rcc.freeze(config);
-    debug_assert_eq!(frozen.clocks.sysclk().raw(), timing::SYSTEM_HZ);
-    // SAFETY: the HAL's wrapper is dropped here, so this is again the only owner.
-    unsafe { RCC::steal() }
+/// What the clocks come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
+pub enum Source {
+    /// The crystal.
+    Crystal,
+    /// The oscillator inside the chip, because the crystal did not start: control rate and baud rate are off by up to 1 %.
+    Internal,
+}
+
+/// 168 MHz for the core, 42 MHz for APB1, 84 MHz for APB2 (RM0090 section 7.2). The bridge is in its reset state meanwhile.
+pub fn start(rcc: &RCC, flash: &FLASH) -> Source {
+    let source = start_crystal(rcc);
+    // 5 wait states at 168 MHz and 3.3 V (RM0090 table 10), before the core becomes faster.
+    flash.acr().write(|w| {
+        // SAFETY: 0 … 7 are defined.
+        unsafe { w.latency().bits(5) };
+        w.prften().set_bit().icen().set_bit().dcen().set_bit()
+    });
+    start_pll(rcc, source);
+    // HPRE 0: no division; PPRE1 101: by 4; PPRE2 100: by 2. The bus dividers before the switch, so that no bus is ever too fast.
+    rcc.cfgr()
+        .modify(|_, w| w.hpre().div1().ppre1().div4().ppre2().div2());
+    rcc.cfgr().modify(|_, w| w.sw().pll());
+    while !rcc.cfgr().read().sws().is_pll() {}
+    source
+}
+
+fn start_crystal(rcc: &RCC) -> Source {
+    rcc.cr().modify(|_, w| w.hseon().set_bit());
+    for _ in 0..CRYSTAL_PATIENCE {
+        if rcc.cr().read().hserdy().bit_is_set() {
+            return Source::Crystal;
+        }
+    }
+    Source::Internal
+}
+
+/// P divides by 2 (code 00), Q by 7: 48 MHz, which nobody uses but must not be exceeded.
+fn start_pll(rcc: &RCC, source: Source) {
+    let (m, n) = match source {
+        Source::Crystal => const { timing::pll(CRYSTAL_HZ).unwrap() },
+        Source::Internal => const { timing::pll(INTERNAL_HZ).unwrap() },
+    };
+    rcc.pllcfgr().write(|w| {
+        w.pllsrc().bit(source == Source::Crystal);
+        // SAFETY: `timing::pll` keeps to the ranges of RM0090 section 7.3.2.
+        unsafe { w.pllm().bits(m).plln().bits(n).pllq().bits(7) };
+        w.pllp().div2()
+    });
+    rcc.cr().modify(|_, w| w.pllon().set_bit());
+    while rcc.cr().read().pllrdy().bit_is_clear() {}
 }
 
 /// Gives every peripheral of the board its clock. RM0090 sections 7.3.10, 7.3.13 and 7.3.14.

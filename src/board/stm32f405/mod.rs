@@ -91,13 +91,14 @@ const fn offset_limits(stage: &PowerStage) -> OffsetLimits {
 }
 
 /// Clocks, pins, timers, converters, link, watchdog; the bridge is open when it returns, and control ticks begin.
-pub fn init(mut device: Peripherals, mut core: CorePeripherals) -> (Drive, Line, Idle) {
-    device.RCC = clock::start(device.RCC);
+pub fn init(device: Peripherals, mut core: CorePeripherals) -> (Drive, Line, Idle) {
+    let source = clock::start(&device.RCC, &device.FLASH);
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
     defmt::info!(
-        "started by {}, power stage {=str}, one count is {=f32} V of supply, {=f32} A",
+        "started by {}, clock from {}, power stage {=str}, one count is {=f32} V of supply, {=f32} A",
         clock::take_reset_cause(&device.RCC),
+        source,
         ACTIVE.name,
         stage::SCALE.supply_volt_per_lsb(stage::SUPPLY_DIVIDER),
         stage::SCALE.ampere_per_lsb(ACTIVE.volt_per_ampere)
