@@ -1,6 +1,6 @@
 //! `truing demo`: the main job end to end. `cargo xtask demo` runs it after set-up.
 
-use crate::demo::{self, Event, Options};
+use crate::demo::{self, Event, Options, survey};
 use crate::motor::qemu;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,6 +12,9 @@ pub struct Arguments {
     /// Draws the hidden servo.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Instead of one report: the servo case for the seeds 1 to N, as a table.
+    #[arg(long, value_name = "N")]
+    pub seeds: Option<u64>,
     /// Folder for the report and everything else.
     #[arg(long, default_value = "target/demo")]
     pub out: PathBuf,
@@ -31,6 +34,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     bar.set_style(ProgressStyle::with_template(
         "  {msg:24} {bar:40} {percent:>3} %",
     )?);
+    if let Some(last) = arguments.seeds {
+        return survey(last, &options, &bar);
+    }
     let mut step = 0;
     demo::run(&options, &mut |event| match event {
         Event::Step(title) => {
@@ -51,5 +57,24 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let out = options.out.display();
     println!("\nThe report: {out}/report.html");
     println!("Beside it: summary.json, model-before.toml, model-after.toml, run.csv, hidden-motor.toml");
+    Ok(())
+}
+
+/// Runs the servo case for each seed and closes with the figures over all of them.
+fn survey(last: u64, options: &Options, bar: &ProgressBar) -> anyhow::Result<()> {
+    println!("{}", survey::HEAD);
+    let mut rows = Vec::new();
+    for seed in 1..=last {
+        let row = survey::Row::run(seed, options, &mut |event| {
+            if let Event::Progress(task, share) = event {
+                bar.set_message(format!("seed {seed}: {task}"));
+                share.map_or_else(|| bar.tick(), |share| bar.set_position((share * 1000.0) as u64));
+            }
+        })?;
+        bar.suspend(|| println!("{}", row.text()));
+        rows.push(row);
+    }
+    bar.finish_and_clear();
+    println!("{}", survey::closing(&rows));
     Ok(())
 }
