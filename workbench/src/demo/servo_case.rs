@@ -140,6 +140,11 @@ impl ServoCase {
         let say = Mutex::new(say);
         let progress = |what: &str| {
             if let Ok(mut say) = say.lock() {
+                let what = if what.is_empty() {
+                    "fitting candidates"
+                } else {
+                    what
+                };
                 say(Event::Progress(what, None));
             }
         };

@@ -1,0 +1,148 @@
+//! The command line on bad input: one sentence that names file, place and remedy, exit status 2, earlier output stays.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const MODEL: &str = "schema = \"truing-model/1\"\n[model]\nkind = \"dc_motor\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\nKe_vs_per_rad = 0.05\nJ_kgm2 = 1e-4\nb_nms_per_rad = 1e-5\n";
+
+/// A folder with a good model and a log.
+struct Desk(tempfile::TempDir);
+
+impl Desk {
+    fn new(log: &str) -> Self {
+        let desk = Desk(tempfile::tempdir().unwrap());
+        desk.put("model.toml", MODEL);
+        desk.put("log.csv", log);
+        desk.put("report.html", "an earlier report");
+        desk
+    }
+
+    fn put(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn gap(&self, more: &[&str]) -> Output {
+        truing()
+            .current_dir(self.0.path())
+            .args([
+                "gap",
+                "--model",
+                "model.toml",
+                "--log",
+                "log.csv",
+                "--report",
+                "report.html",
+                "--json",
+                "gap.json",
+            ])
+            .args(more)
+            .output()
+            .unwrap()
+    }
+
+    /// Asserts that the analysis is refused with one line that holds all of `words`, and that nothing was written.
+    fn refuses(&self, words: &[&str]) {
+        let output = self.gap(&[]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert_eq!(said.trim_end().lines().count(), 1, "one sentence, but:\n{said}");
+        for word in words {
+            assert!(said.contains(word), "`{word}` is not in: {said}");
+        }
+        assert_eq!(read(&self.path("report.html")), "an earlier report");
+        assert!(!self.path("gap.json").exists());
+    }
+}
+
+fn truing() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_truing"))
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// A log of `rows` rows that turns the motor back and forth.
+fn log(rows: usize) -> Vec<String> {
+    let row = |k: usize| {
+        format!(
+            "{},{},{}",
+            k as f64 * 0.01,
+            if k % 40 < 20 { 6 } else { -6 },
+            k % 7
+        )
+    };
+    std::iter::once("t_s,u_v,omega_rad_s".to_string())
+        .chain((0..rows).map(row))
+        .collect()
+}
+
+#[test]
+fn a_log_that_is_missing_or_empty_is_named() {
+    let desk = Desk::new("");
+    desk.refuses(&["log.csv"]);
+    std::fs::remove_file(desk.path("log.csv")).unwrap();
+    desk.refuses(&["log.csv", "cannot be read"]);
+}
+
+#[test]
+fn a_truncated_row_is_named_by_its_line() {
+    let mut lines = log(200);
+    lines[150] = "1.49,6".into();
+    Desk::new(&lines.join("\n")).refuses(&["log.csv", "151"]);
+}
+
+#[test]
+fn a_value_that_is_no_number_is_named_by_line_and_column() {
+    for bad in ["NaN", "inf", "fast"] {
+        let mut lines = log(200);
+        lines[10] = format!("0.09,6,{bad}");
+        Desk::new(&lines.join("\n")).refuses(&["log.csv", "11", "omega_rad_s"]);
+    }
+}
+
+#[test]
+fn time_that_stands_still_is_named_by_line() {
+    let mut lines = log(200);
+    lines[10] = lines[9].clone();
+    Desk::new(&lines.join("\n")).refuses(&["log.csv", "11", "time does not increase"]);
+}
+
+#[test]
+fn a_missing_column_is_named() {
+    let text = log(50).join("\n").replace("omega_rad_s", "speed");
+    Desk::new(&text).refuses(&["log.csv", "omega_rad_s"]);
+}
+
+#[test]
+fn an_unknown_unit_is_named_with_its_column() {
+    let text = log(50).join("\n").replace("omega_rad_s", "omega_furlong_s");
+    Desk::new(&text).refuses(&["log.csv", "omega_furlong_s"]);
+}
+
+#[test]
+fn a_model_that_cannot_be_is_named_by_its_field() {
+    let desk = Desk::new(&log(200).join("\n"));
+    desk.put("model.toml", &MODEL.replace("J_kgm2 = 1e-4", "J_kgm2 = -1e-4"));
+    desk.refuses(&["model.toml", "J_kgm2"]);
+    desk.put("model.toml", &MODEL.replace("R_ohm", "R_ohn"));
+    desk.refuses(&["model.toml", "R_ohn", "R_ohm"]);
+}
+
+#[test]
+fn a_log_that_never_moves_is_an_answer_and_no_error() {
+    let still: Vec<String> = (0..300).map(|k| format!("{},6,0", k as f64 * 0.01)).collect();
+    let desk = Desk::new(&format!("t_s,u_v,omega_rad_s\n{}", still.join("\n")));
+    let output = desk.gap(&[]);
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(read(&desk.path("gap.json")).contains("\"verdict\": \"insufficient_excitation\""));
+}
