@@ -1,19 +1,20 @@
 //! One joint. A control tick is [`Axis::step`], and reads as the flow: encoder → speed → identify → control →
 //! compensate → PWM.
 
-use crate::commission::{self, CommissionReport, Outcome, Request};
+use crate::commission::{self, Outcome, Request};
 use crate::compensate::Compensator;
 use crate::config::{Config, ConfigError, Scale};
 use crate::control::{self, Reference, Tuning};
-use crate::design::{self, Design, Knowledge};
+use crate::design::{Design, Knowledge};
 use crate::encoder;
-use crate::identify::estimate::{Estimates, Reason};
+use crate::identify::estimate::Reason;
+use crate::operate::reason_of;
+pub use crate::operate::{Refusal, Report};
 use crate::protect::{self, Fault};
-use crate::protocol::Command;
 use crate::pwm;
-use crate::record::{self, Activity, Limit, Record, Source};
-use crate::trajectory::Sine;
-use crate::units::{Position, Voltage};
+use crate::record::{self, Activity, Limit, Record};
+use crate::trajectory::{Cruise, Move, Sine};
+use crate::units::{Position, Voltage, to_fixed};
 use serde::{Deserialize, Serialize};
 
 /// Half width of the band around a resting target in which the axis is silent, counts.
@@ -31,6 +32,9 @@ pub enum Bridge {
     /// Both terminals tied together: 0 V, the motor brakes.
     Shorted = 2,
 }
+
+/// Time that the voltage mode takes from zero to the nominal supply, s.
+const FULL_SWING_S: f32 = 0.1;
 
 /// The raw integers that the board reads at the start of a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -61,33 +65,18 @@ pub struct Output {
     pub record: Record,
 }
 
-/// Why a command was not carried out. Nothing has changed then.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Refusal {
-    /// Torque needs `Arm` first.
-    NotArmed,
-    /// A fault is latched; clear it with `Stop`.
-    Faulted,
-    /// Gain and time constant are neither identified nor configured: commission, or give `time_constant_hint_s`.
-    NotIdentified,
-    /// Something else is running: stop it first.
-    Busy,
-    /// The target lies beyond the end stops.
-    BeyondTravel,
-    /// Amplitude, frequency or duration cannot be done at this control rate.
-    OutOfRange,
-    /// Not a command of the axis: the link answers it.
-    NotForAxis,
-}
-
 /// What the axis is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Mode {
+pub(crate) enum Mode {
     #[default]
     Idle,
     Commission(Request),
     Sine(Sine),
+    Move(Move),
     Hold(Position),
+    Cruise(Cruise),
+    /// Voltage behind the dead zone that is approached at a bounded rate.
+    Drive(Voltage),
 }
 
 /// What the loops ask of the bridge.
@@ -130,56 +119,47 @@ impl Demand {
 
 /// A commissioning under way.
 #[derive(Clone, Copy, Debug)]
-struct Commissioning {
-    params: commission::Params,
-    state: commission::State,
-}
-
-/// What there is to tell about an axis, in SI units.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Report {
-    /// What it is doing.
-    pub activity: Activity,
-    /// The latched fault.
-    pub fault: Fault,
-    /// Progress of the commissioning, 0 … 255; `None` when none is running.
-    pub progress: Option<u8>,
-    /// How the last commissioning ended.
-    pub commissioning: Option<CommissionReport>,
+pub(crate) struct Commissioning {
+    pub(crate) params: commission::Params,
+    pub(crate) state: commission::State,
 }
 
 /// One joint: constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
-    scale: Scale,
-    tuning: Tuning,
-    pwm: pwm::Params,
-    protect: protect::Params,
+    pub(crate) scale: Scale,
+    pub(crate) tuning: Tuning,
+    pub(crate) pwm: pwm::Params,
+    pub(crate) protect: protect::Params,
+    /// Change of voltage per tick in voltage mode, Q20 of nominal.
+    slew: i32,
 }
 
 /// One joint: everything that changes. A value: as many axes as there are states.
 #[derive(Clone, Copy, Debug)]
 pub struct State {
-    tick: u32,
+    pub(crate) tick: u32,
     /// Counter at power-up, once a sample was seen.
-    zero: Option<i32>,
-    count: i32,
-    mode: Mode,
-    armed: bool,
-    compensation: bool,
-    holding: bool,
-    limit: Limit,
-    reference: Reference,
+    pub(crate) zero: Option<i32>,
+    pub(crate) count: i32,
+    pub(crate) mode: Mode,
+    pub(crate) armed: bool,
+    pub(crate) compensation: bool,
+    pub(crate) holding: bool,
+    pub(crate) limit: Limit,
+    pub(crate) reference: Reference,
+    /// Voltage behind the dead zone that the loops asked for last.
+    pub(crate) voltage: Voltage,
     /// Terminal voltage since the last sample; `None`: bridge open.
-    acted: Option<Voltage>,
-    commission: Option<Commissioning>,
-    outcome: Option<Outcome>,
-    knowledge: Knowledge,
-    design: Design,
-    encoder: encoder::State,
-    control: control::State,
-    pwm: pwm::State,
-    protect: protect::State,
+    pub(crate) acted: Option<Voltage>,
+    pub(crate) commission: Option<Commissioning>,
+    pub(crate) outcome: Option<Outcome>,
+    pub(crate) knowledge: Knowledge,
+    pub(crate) design: Design,
+    pub(crate) encoder: encoder::State,
+    pub(crate) control: control::State,
+    pub(crate) pwm: pwm::State,
+    pub(crate) protect: protect::State,
 }
 
 impl Axis {
@@ -196,6 +176,7 @@ impl Axis {
             tuning,
             pwm: pwm::Params::new(&scale),
             protect: protect::Params::new(&scale),
+            slew: to_fixed(1.0 / (FULL_SWING_S * config.tick_hz as f32), Voltage::BITS),
         })
     }
 
@@ -213,6 +194,7 @@ impl Axis {
             holding: false,
             limit: Limit::None,
             reference: Reference::default(),
+            voltage: Voltage::ZERO,
             acted: None,
             commission: None,
             outcome: None,
@@ -267,6 +249,8 @@ impl Axis {
             current: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
             speed: state.encoder.speed(),
             voltage: state.acted,
+            load: Voltage::ZERO.minus(state.design.loops.accelerating_voltage(state.encoder.load())),
+            holding: state.holding,
         };
         if self
             .protect
@@ -308,12 +292,15 @@ impl Axis {
     /// Set-point → voltage behind the dead zone.
     fn control(&self, state: &mut State) -> Demand {
         state.limit = Limit::None;
-        if let Mode::Commission(request) = state.mode {
-            return Demand::exciting(&request);
-        }
-        match state.advance() {
-            Some(reference) => state.follow(reference),
-            None => Demand::OPEN,
+        state.holding = false;
+        match state.mode {
+            Mode::Idle => Demand::OPEN,
+            Mode::Commission(request) => Demand::exciting(&request),
+            Mode::Drive(target) => state.drive(target, self.slew),
+            Mode::Sine(_) | Mode::Move(_) | Mode::Hold(_) | Mode::Cruise(_) => {
+                let reference = state.advance();
+                state.follow(reference)
+            }
         }
     }
 
@@ -358,18 +345,6 @@ impl Axis {
     }
 }
 
-/// What a commissioning that a fault has ended tells.
-fn reason_of(fault: Fault) -> Reason {
-    match fault {
-        Fault::NoMotion => Reason::MotionLost,
-        Fault::WrongDirection => Reason::Reversed,
-        Fault::Overspeed => Reason::Overspeed,
-        Fault::SupplyLow => Reason::SupplyTooLow,
-        Fault::SupplyHigh => Reason::SupplyMoved,
-        Fault::None | Fault::OverCurrent => Reason::Aborted,
-    }
-}
-
 impl State {
     /// Phase of the commissioning: of the running one, or how the last one ended.
     fn phase(&self) -> commission::Phase {
@@ -382,18 +357,33 @@ impl State {
         }
     }
 
-    /// The set-point of this tick; `None`: no torque.
-    fn advance(&mut self) -> Option<Reference> {
-        match &mut self.mode {
-            Mode::Idle | Mode::Commission(_) => None,
-            Mode::Sine(sine) => {
-                let reference = sine.step();
-                if sine.done() {
-                    self.mode = Mode::Hold(sine.centre());
-                }
-                Some(reference)
-            }
-            Mode::Hold(position) => Some(Reference::rest(*position)),
+    /// The set-point of this tick.
+    fn advance(&mut self) -> Reference {
+        let (reference, arrived) = match &mut self.mode {
+            Mode::Sine(sine) => (sine.step(), sine.done().then(|| sine.centre())),
+            Mode::Move(course) => (course.step(), course.done().then(|| course.target())),
+            Mode::Hold(position) => (Reference::rest(*position), None),
+            Mode::Cruise(cruise) => (cruise.step(self.encoder.position(), self.design.lead), None),
+            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) => (self.reference, None),
+        };
+        if let Some(position) = arrived {
+            self.mode = Mode::Hold(position);
+        }
+        reference
+    }
+
+    /// Voltage mode: towards the target at a bounded rate.
+    fn drive(&mut self, target: Voltage, slew: i32) -> Demand {
+        let step = target.minus(self.voltage).0.clamp(-slew, slew);
+        self.voltage = self.voltage.plus(Voltage(step));
+        let meaning = Meaning::Linear {
+            reference: None,
+            error: None,
+        };
+        Demand {
+            bridge: Bridge::Driven,
+            voltage: self.voltage,
+            meaning,
         }
     }
 
@@ -404,13 +394,14 @@ impl State {
         let loops = self.design.loops;
         self.holding = reference.rests() && self.in_band(reference.position);
         if self.holding {
+            self.voltage = self.control.integral();
             let meaning = Meaning::Linear {
                 reference: Some(Voltage::ZERO),
                 error: None,
             };
             return Demand {
                 bridge: Bridge::Driven,
-                voltage: self.control.integral(),
+                voltage: self.voltage,
                 meaning,
             };
         }
@@ -419,7 +410,7 @@ impl State {
         if limited {
             self.limit = Limit::Speed;
         }
-        let voltage = loops.speed_loop(&self.control, &reference, wanted, self.encoder.speed());
+        self.voltage = loops.speed_loop(&self.control, &reference, wanted, self.encoder.speed());
         let integrated = if reference.rests() {
             loops.at_rest(&mut self.control, error, self.design.sticks())
         } else {
@@ -429,7 +420,7 @@ impl State {
         let steady = (!reference.rests()).then(|| loops.steady_voltage(reference.speed));
         Demand {
             bridge: Bridge::Driven,
-            voltage,
+            voltage: self.voltage,
             meaning: Meaning::Linear {
                 reference: steady,
                 error: Some(integrated),
@@ -444,7 +435,7 @@ impl State {
     }
 
     /// Bridge open, whatever was going on; a commissioning ends with this reason.
-    fn stop(&mut self, reason: Reason) {
+    pub(crate) fn stop(&mut self, reason: Reason) {
         if let Some(mut commissioning) = self.commission.take() {
             commissioning.state.refuse(reason);
             self.outcome = commissioning.state.outcome().copied();
@@ -467,8 +458,9 @@ impl State {
             _ if self.protect.fault() != Fault::None => Activity::Faulted,
             Mode::Idle => Activity::Idle,
             Mode::Commission(_) => Activity::Commissioning,
-            Mode::Sine(_) => Activity::Tracking,
+            Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) => Activity::Tracking,
             Mode::Hold(_) => Activity::Holding,
+            Mode::Drive(_) => Activity::Driving,
         }
     }
 
@@ -501,170 +493,5 @@ impl State {
             dead_zone_source: self.design.dead_zone_source,
             compensation: self.compensation,
         }
-    }
-}
-
-impl Axis {
-    /// Carries out a command, or says why not. `Configure` is for the image: it builds a new axis.
-    pub fn command(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
-        match *command {
-            Command::Stop => self.stop(state),
-            Command::Arm => self.arm(state),
-            Command::Commission { budget_ms, seed } => self.commission(state, budget_ms, seed),
-            Command::Compensation(on) => self.compensation(state, on),
-            Command::TrackSine {
-                amplitude_rad,
-                frequency_hz,
-                duration_ms,
-            } => self.track_sine(state, amplitude_rad, frequency_hz, duration_ms),
-            Command::Position(target_rad) => self.position(state, target_rad),
-            Command::Configure(_) | Command::Subscribe { .. } | Command::Adopt(_) => Err(Refusal::NotForAxis),
-        }
-    }
-
-    /// In SI units; not for the control tick.
-    #[must_use]
-    pub fn report(&self, state: &State) -> Report {
-        let running = state.commission.as_ref();
-        Report {
-            activity: state.activity(),
-            fault: state.protect.fault(),
-            progress: running.map(|commissioning| commissioning.state.progress(&commissioning.params)),
-            commissioning: state.outcome.map(|outcome| outcome.report(&self.scale)),
-        }
-    }
-
-    /// Takes trusted estimates over, e.g. stored ones. Refused while something runs: gains do not jump under way.
-    pub fn adopt(&self, state: &mut State, estimates: &Estimates) -> Result<(), Refusal> {
-        self.idle(state)?;
-        state.knowledge.adopt(estimates);
-        state.design = Design::new(&self.scale, &self.tuning, &state.knowledge);
-        Ok(())
-    }
-
-    /// Machine units of this axis.
-    #[must_use]
-    pub fn scale(&self) -> &Scale {
-        &self.scale
-    }
-
-    fn stop(&self, state: &mut State) -> Result<(), Refusal> {
-        state.stop(Reason::Aborted);
-        state.protect.clear(state.count);
-        Ok(())
-    }
-
-    fn arm(&self, state: &mut State) -> Result<(), Refusal> {
-        if state.protect.fault() != Fault::None {
-            return Err(Refusal::Faulted);
-        }
-        state.armed = true;
-        Ok(())
-    }
-
-    fn commission(&self, state: &mut State, budget_ms: u32, seed: u32) -> Result<(), Refusal> {
-        self.permitted(state)?;
-        self.idle(state)?;
-        let params = commission::Params::new(&self.scale, budget_ms, seed);
-        state.commission = Some(Commissioning {
-            params,
-            state: commission::State::new(&params, state.count),
-        });
-        state.outcome = None;
-        state.mode = Mode::Commission(Request::default());
-        Ok(())
-    }
-
-    fn compensation(&self, state: &mut State, on: bool) -> Result<(), Refusal> {
-        state.compensation = on;
-        Ok(())
-    }
-
-    fn idle(&self, state: &State) -> Result<(), Refusal> {
-        if state.mode == Mode::Idle {
-            Ok(())
-        } else {
-            Err(Refusal::Busy)
-        }
-    }
-
-    /// May there be torque?
-    fn permitted(&self, state: &State) -> Result<(), Refusal> {
-        if state.protect.fault() != Fault::None {
-            return Err(Refusal::Faulted);
-        }
-        if !state.armed {
-            return Err(Refusal::NotArmed);
-        }
-        Ok(())
-    }
-
-    /// May a loop close now?
-    fn ready(&self, state: &State) -> Result<(), Refusal> {
-        self.permitted(state)?;
-        if state.commission.is_some() {
-            return Err(Refusal::Busy);
-        }
-        if state.design.gain_source == Source::None {
-            return Err(Refusal::NotIdentified);
-        }
-        Ok(())
-    }
-
-    fn track_sine(&self, state: &mut State, rad: f32, hertz: f32, ms: u32) -> Result<(), Refusal> {
-        self.ready(state)?;
-        if matches!(state.mode, Mode::Sine(_)) {
-            return Err(Refusal::Busy);
-        }
-        let config = &self.scale.config;
-        let amplitude = rad * design::counts_per_rad(&self.scale);
-        let ticks = (u64::from(ms) * u64::from(config.tick_hz) / 1000).min(u64::from(u32::MAX)) as u32;
-        self.within_travel(state, state.count, amplitude.abs())?;
-        let centre = state.resting_place();
-        let sine =
-            Sine::plan(centre, amplitude, hertz / config.tick_hz as f32, ticks).ok_or(Refusal::OutOfRange)?;
-        state.begin(Mode::Sine(sine));
-        Ok(())
-    }
-
-    fn position(&self, state: &mut State, rad: f32) -> Result<(), Refusal> {
-        self.ready(state)?;
-        let counts = rad * design::counts_per_rad(&self.scale);
-        let counts = (counts.abs() < 1e9)
-            .then_some(counts as i32)
-            .ok_or(Refusal::OutOfRange)?;
-        let target = state.zero.unwrap_or(0).wrapping_add(counts);
-        self.within_travel(state, target, 0.0)?;
-        state.begin(Mode::Hold(Position::of_count(target)));
-        Ok(())
-    }
-
-    /// Is `centre ± swing` between the end stops?
-    fn within_travel(&self, state: &State, centre: i32, swing: f32) -> Result<(), Refusal> {
-        let from_zero = centre.wrapping_sub(state.zero.unwrap_or(0)) as f32;
-        let [lower, upper] = self.scale.travel_counts.map(|stop| stop as f32);
-        if from_zero - swing >= lower && from_zero + swing <= upper {
-            Ok(())
-        } else {
-            Err(Refusal::BeyondTravel)
-        }
-    }
-}
-
-impl State {
-    /// Where the set-point rests now: the held position, or where the shaft is.
-    fn resting_place(&self) -> Position {
-        match self.mode {
-            Mode::Hold(position) => position,
-            _ => Position::of_count(self.count),
-        }
-    }
-
-    /// Closes the loops without a jump: a fresh integrator when they were open, the running one otherwise.
-    fn begin(&mut self, mode: Mode) {
-        if self.mode == Mode::Idle {
-            self.control = control::State::default();
-        }
-        self.mode = mode;
     }
 }

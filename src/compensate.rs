@@ -51,7 +51,7 @@ impl Smoothing {
 }
 
 /// Share of a friction level that is compensated. Below 1: over-compensated friction pushes the axis on by itself.
-pub const KAPPA_FRICTION: f32 = 1.0;
+pub const KAPPA_FRICTION: f32 = 0.98;
 /// Share of an input dead zone that is compensated.
 pub const KAPPA_INPUT: f32 = 0.95;
 

@@ -13,11 +13,11 @@
 //! about [`INTEGRAL_SHARE`]·ω_c. Back-calculation: K. J. Åström, T. Hägglund, *Advanced PID Control*, ISA 2006, sec. 3.5.
 
 use crate::encoder::Motor;
-use crate::units::{Acceleration, Position, Speed, Voltage, mul_shift, saturate, to_fixed};
+use crate::units::{Acceleration, ERROR_BITS, Position, Speed, Voltage, mul_shift, saturate, to_fixed};
 use serde::{Deserialize, Serialize};
 
 /// Pole of the integrator in units of the loops' bandwidth.
-pub const INTEGRAL_SHARE: f32 = 0.25;
+pub const INTEGRAL_SHARE: f32 = 0.15;
 /// Smallest bandwidth times time constant: below it the critically damped loop would need a negative speed gain.
 const SMALLEST_BANDWIDTH: f32 = 0.6;
 /// Largest bandwidth, radians per tick: a twentieth of the control rate keeps the delay's phase loss below 30°.
@@ -31,7 +31,7 @@ const BACK_CALCULATION_BITS: u32 = 6;
 const STUCK_SHARE: f32 = 0.25;
 /// Voltage per time constant by which the integrator of a stuck axis grows at least, nominal voltages. With a fine
 /// encoder and a slow motor a few counts would otherwise take minutes to overcome the uncompensated rest of a dead zone.
-const STUCK_RATE: f32 = 1.0 / 256.0;
+const STUCK_RATE: f32 = 1.0 / 128.0;
 
 /// What the user may choose about the loops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,7 +45,7 @@ pub struct Tuning {
 impl Default for Tuning {
     fn default() -> Self {
         Self {
-            bandwidth: 1.5,
+            bandwidth: 1.7,
             integral: true,
         }
     }
@@ -174,6 +174,18 @@ impl Params {
         self.position as f32 / (1u32 << 28) as f32 * (self.speed as f32 / (1u32 << 20) as f32)
     }
 
+    /// Voltage that this acceleration takes.
+    #[must_use]
+    pub fn accelerating_voltage(&self, acceleration: Acceleration) -> Voltage {
+        Voltage(mul_shift(acceleration.0, self.feed_acceleration, 16))
+    }
+
+    /// Position error, counts Q12, that asks for this speed, counts per tick.
+    #[must_use]
+    pub fn error_for(&self, speed: f32) -> i32 {
+        to_fixed(speed / (self.position as f32 / (1u32 << 28) as f32), ERROR_BITS)
+    }
+
     /// Steady voltage behind the dead zone that keeps `speed`.
     #[must_use]
     pub fn steady_voltage(&self, speed: Speed) -> Voltage {
@@ -193,11 +205,7 @@ impl Params {
     pub fn speed_loop(&self, state: &State, reference: &Reference, wanted: Speed, speed: Speed) -> Voltage {
         let lack = wanted.0.saturating_sub(speed.0);
         self.steady_voltage(reference.speed)
-            .plus(Voltage(mul_shift(
-                reference.acceleration.0,
-                self.feed_acceleration,
-                16,
-            )))
+            .plus(self.accelerating_voltage(reference.acceleration))
             .plus(Voltage(mul_shift(lack, self.speed, 20)))
             .plus(state.integral())
     }

@@ -10,6 +10,7 @@ use crate::encoder::{self, Motor};
 use crate::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, NEGATIVE, POSITIVE, TIME_FRAC};
 use crate::protect::Expectation;
 use crate::record::Source;
+use crate::trajectory::Limits;
 use crate::units::{Speed, Voltage, to_fixed};
 
 /// Time constant when neither hint nor estimate is there, s: the middle of small geared motors. The loops then stay
@@ -102,6 +103,10 @@ pub struct Design {
     pub expectation: Expectation,
     /// Speed that the position loop may ask for.
     pub speed_limit: Speed,
+    /// What set-points may ask for.
+    pub limits: Limits,
+    /// Position error, counts Q12, that asks for a quarter of full speed: a cruising set-point waits there.
+    pub lead: i32,
     /// Where gain and time constant come from; `None`: there is no time constant, no loop may close.
     pub gain_source: Source,
     /// Where the dead zones come from.
@@ -128,6 +133,8 @@ impl Design {
                 .map(|held| Voltage(held.value().unwrap_or(i32::MAX))),
             expectation: Expectation::new(&motor, knowledge.dead_zone.map(|held| held.value().map(Voltage))),
             speed_limit: speed_limit(scale),
+            limits: limits(scale, knowledge, &motor),
+            lead: loops.error_for(0.25 * motor.full_speed),
             gain_source,
             dead_zone_source: knowledge.dead_zone.map(|held| held.source),
         }
@@ -136,7 +143,7 @@ impl Design {
     /// Does the shaft stick? An input dead zone alone lets it coast, and what pushed it out of friction would throw it.
     #[must_use]
     pub fn sticks(&self) -> bool {
-        self.sign == SignSource::Reference
+        self.sign == SignSource::Reference && self.dead_zone != DeadZone::default()
     }
 
     /// What the dead zone leaves of a terminal voltage while the shaft turns at `speed`.
@@ -193,6 +200,27 @@ pub fn counts_per_tick(scale: &Scale) -> f32 {
 #[must_use]
 pub fn counts_per_rad(scale: &Scale) -> f32 {
     scale.config.counts_per_rev as f32 / (2.0 * core::f32::consts::PI)
+}
+
+/// Set-points keep 20 % of what the motor can do beyond its dead zone for the loops.
+fn limits(scale: &Scale, knowledge: &Knowledge, motor: &Motor) -> Limits {
+    let one = Voltage::NOMINAL.0;
+    let top = knowledge
+        .saturation
+        .map(|held| held.value().unwrap_or(one).min(one));
+    let swallowed = knowledge.widths();
+    let room = (top[0] - swallowed[0].0)
+        .min(top[1] - swallowed[1].0)
+        .max(one / 16);
+    let speed = scale
+        .config
+        .speed_limit_rad_s
+        .map_or(f32::MAX, |limit| 0.8 * limit * counts_per_tick(scale));
+    Limits {
+        speed,
+        voltage: 0.8 * motor.full_speed * room as f32 / one as f32,
+        tau_ticks: motor.tau_ticks,
+    }
 }
 
 /// 90 % of the configured limit, so that ordinary overshoot is no fault.

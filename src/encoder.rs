@@ -16,7 +16,9 @@
 //! innovation is zero, and only the distance to that interval corrects it. So the half count of quantisation is not
 //! fed to the speed, and a shaft at rest has speed zero.
 
-use crate::units::{Position, Speed, Voltage, mul_shift, saturate, to_fixed};
+use crate::units::{
+    ACCELERATION_BITS, Acceleration, Position, Speed, Voltage, mul_shift, saturate, to_fixed,
+};
 
 /// Observer poles in units of 1/τ. Faster follows load changes sooner and passes more quantisation noise.
 pub const BANDWIDTH: f32 = 12.0;
@@ -96,6 +98,12 @@ impl State {
     #[must_use]
     pub fn position(&self) -> Position {
         self.position
+    }
+
+    /// Estimated unknown acceleration: load and what the model lacks.
+    #[must_use]
+    pub fn load(&self) -> Acceleration {
+        Acceleration(saturate(self.load >> (LOAD_BITS - ACCELERATION_BITS)))
     }
 
     /// Estimated speed.

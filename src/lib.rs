@@ -24,6 +24,7 @@ pub mod encoder;
 pub mod identify;
 pub mod joint;
 pub mod link;
+pub mod operate;
 pub mod protect;
 pub mod protocol;
 pub mod pwm;

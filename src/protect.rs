@@ -2,6 +2,8 @@
 //!
 //! Motion is judged against what the identified motor must do *at least*: a model without load, driven by what the
 //! acting voltage leaves behind [`STATIC_MARGIN`] dead zones (static friction and load changes are not faults).
+//! The load that was observed while the encoder still followed is taken off: a joint that carries a weight stands still
+//! with voltage applied. The observer's present load would not do, it soon explains away any motion that is missing.
 //! Once it has travelled [`EXPECTED_COUNTS`] while the encoder has not followed, something is wrong.
 
 use crate::encoder::Motor;
@@ -11,8 +13,11 @@ use serde::{Deserialize, Serialize};
 /// Dead zones that the voltage must exceed before motion is demanded: break-away friction reaches 1.6 times the
 /// kinetic level, and an asymmetric load adds to one side.
 pub const STATIC_MARGIN: f32 = 2.0;
+/// … and at least an eighth of the nominal supply, so that somebody who pushes against a joint without friction is no
+/// fault.
+const LEAST_MARGIN: Voltage = Voltage(Voltage::NOMINAL.0 / 8);
 /// Counts that the model must have travelled alone before a missing motion is a fault.
-pub const EXPECTED_COUNTS: i32 = 16;
+pub const EXPECTED_COUNTS: i32 = 12;
 /// The winding's share of the time constant, at most: torque follows voltage with this lag (0.1 for a large motor
 /// without gear, far less for small ones).
 const LAG_SHARE: f32 = 0.12;
@@ -77,7 +82,7 @@ impl Expectation {
     pub fn new(motor: &Motor, dead_zone: [Option<Voltage>; 2]) -> Self {
         let margin = |width: Option<Voltage>| {
             width.map_or(Voltage(i32::MAX), |width| {
-                Voltage(mul_shift(width.0, to_fixed(STATIC_MARGIN, 16), 16))
+                Voltage(mul_shift(width.0, to_fixed(STATIC_MARGIN, 16), 16)).max(LEAST_MARGIN)
             })
         };
         Self {
@@ -88,13 +93,15 @@ impl Expectation {
         }
     }
 
-    /// What the voltage leaves behind the margin.
-    fn drive(&self, voltage: Voltage) -> i32 {
+    /// What the voltage leaves behind the margin and a load, which is taken to hinder whatever its sign: most loads do,
+    /// and what is demanded is the least.
+    fn drive(&self, voltage: Voltage, load: Voltage) -> i32 {
         let [positive, negative] = self.margin;
+        let load = load.0.saturating_abs();
         if voltage.0 >= 0 {
-            voltage.0.saturating_sub(positive.0).max(0)
+            voltage.0.saturating_sub(positive.0).saturating_sub(load).max(0)
         } else {
-            voltage.0.saturating_add(negative.0).min(0)
+            voltage.0.saturating_add(negative.0).saturating_add(load).min(0)
         }
     }
 }
@@ -115,6 +122,8 @@ pub struct State {
     expected_travel: i32,
     /// Counter at that start.
     proof: i32,
+    /// Voltage that the load takes, as last observed while the encoder followed.
+    load: Voltage,
 }
 
 /// What protection looks at.
@@ -130,6 +139,10 @@ pub struct Input {
     pub speed: Speed,
     /// Terminal voltage that acted since the last tick; `None`: bridge open.
     pub voltage: Option<Voltage>,
+    /// Terminal voltage that the observed load takes.
+    pub load: Voltage,
+    /// At rest within the hold band: nothing is to move.
+    pub holding: bool,
 }
 
 impl State {
@@ -208,26 +221,26 @@ impl Params {
 /// sign, or counts have proved that the encoder follows, the model starts anew from the speed that is observed: a motor
 /// that is being braked may well turn against the voltage.
 fn motion(state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
-    let drive = input.voltage.map_or(0, |voltage| expectation.drive(voltage));
-    let followed = input
-        .count
-        .wrapping_sub(state.proof)
-        .saturating_mul(drive.signum());
-    if drive == 0 || drive.signum() != state.drive.signum() || followed >= PROOF_COUNTS {
-        state.drive = drive;
+    let wanted = input
+        .voltage
+        .map_or(0, |voltage| expectation.drive(voltage, state.load));
+    let before = state.drive;
+    state.drive = approach(before, wanted, expectation.inverse_lag);
+    let direction = state.drive.signum();
+    let followed = input.count.wrapping_sub(state.proof).saturating_mul(direction);
+    let proved = followed >= PROOF_COUNTS;
+    if proved || input.holding || input.voltage.is_none() {
+        state.load = input.load;
+    }
+    if proved || input.holding || wanted == 0 || direction != before.signum() {
         state.expected_travel = 0;
         state.proof = input.count;
         state.expected_speed = input.speed.0;
         return Fault::None;
     }
-    let steady = mul_shift(drive, expectation.full_speed, 20);
-    let step = mul_shift(
-        steady.saturating_sub(state.expected_speed),
-        expectation.inverse_tau,
-        24,
-    );
-    state.expected_speed = state.expected_speed.saturating_add(step);
-    let onward = state.expected_speed.saturating_mul(drive.signum());
+    let steady = mul_shift(state.drive, expectation.full_speed, 20);
+    state.expected_speed = approach(state.expected_speed, steady, expectation.inverse_tau);
+    let onward = state.expected_speed.saturating_mul(direction);
     if onward <= 0 {
         state.proof = input.count;
         return Fault::None;
@@ -241,4 +254,9 @@ fn motion(state: &mut State, expectation: &Expectation, input: &Input) -> Fault 
     } else {
         Fault::NoMotion
     }
+}
+
+/// One tick of a first-order lag; `rate` per tick, Q24.
+fn approach(from: i32, to: i32, rate: i32) -> i32 {
+    from.saturating_add(mul_shift(to.saturating_sub(from), rate, 24))
 }

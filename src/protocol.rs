@@ -61,6 +61,10 @@ pub enum Command {
     },
     /// Take over what an earlier commissioning has found.
     Adopt(Estimates),
+    /// Turn at this speed from now on, rad/s at the controlled shaft.
+    Speed(f32),
+    /// Apply this voltage behind the dead zone from now on, V; no loop is closed.
+    Voltage(f32),
 }
 
 /// Why a command was not executed.

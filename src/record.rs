@@ -22,6 +22,8 @@ pub enum Activity {
     Holding = 3,
     /// A fault is latched; bridge open.
     Faulted = 4,
+    /// Voltage mode: no loop is closed.
+    Driving = 5,
 }
 
 /// The limit that acted in this tick; the first in this order.

@@ -8,12 +8,20 @@
 //! α = G·(2e′·cos φ + (e″ − e)·sin φ)        G = A·φ̇²       e′, e″: derivatives by φ
 //! ```
 //!
-//! Point to point: the minimum-jerk polynomial `e(r)` between the two positions
-//! (T. Flash, N. Hogan, *The coordination of arm movements*, J. Neurosci. 5(7), 1985); its peak speed is 15/8·D/T and
-//! its peak acceleration 10/√3·D/T².
+//! Point to point, also from motion: the polynomial of fifth degree that meets position, speed and acceleration at both
+//! ends. From rest it is the minimum-jerk polynomial `e(r)` (T. Flash, N. Hogan, *The coordination of arm movements*,
+//! J. Neurosci. 5(7), 1985), whose peak speed is 15/8·D/T and whose peak acceleration is 10/√3·D/T². With it:
+//!
+//! ```text
+//! θ = θ₀ + D·e(r) + ω₀T·p(r) + α₀T²·q(r)    p = r − 6r³ + 8r⁴ − 3r⁵    q = (r² − 3r³ + 3r⁴ − r⁵)/2
+//! ```
+//!
+//! Speed set-points change along `e(r)` too, so that the acceleration is continuous and the jerk finite.
 
 use crate::control::Reference;
-use crate::units::{ACCELERATION_BITS, Acceleration, Position, SPEED_BITS, Speed, mul_shift, to_fixed};
+use crate::units::{
+    ACCELERATION_BITS, Acceleration, ERROR_BITS, Position, SPEED_BITS, Speed, Voltage, mul_shift, to_fixed,
+};
 
 /// 1 in Q30.
 const ONE: i32 = 1 << 30;
@@ -163,5 +171,252 @@ impl Sine {
             speed: Speed(mul_shift(self.speed, speed, 28)),
             acceleration: Acceleration(mul_shift(self.acceleration, acceleration, 26)),
         }
+    }
+}
+
+/// What a set-point may ask of the motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Speed, counts per tick.
+    pub speed: f32,
+    /// Speed that the available voltage would sustain, counts per tick: `ω + τ·ω̇` stays below it.
+    pub voltage: f32,
+    /// Time constant, ticks.
+    pub tau_ticks: f32,
+}
+
+/// Peak speed of the minimum-jerk polynomial, D/T.
+const PEAK_SPEED: f32 = 1.875;
+/// Its peak acceleration, D/T².
+const PEAK_ACCELERATION: f32 = 5.773_503;
+/// Largest magnitude of p″.
+const PEAK_BRAKING: f32 = 3.8;
+/// Shortest course, ticks.
+const SHORTEST: f32 = 16.0;
+/// Longest course, ticks.
+const LONGEST: f32 = 1e8;
+
+impl Limits {
+    /// With no more voltage than the present supply gives.
+    #[must_use]
+    pub fn with_supply(&self, supply: Voltage) -> Self {
+        let share = (supply.0 as f32 / Voltage::NOMINAL.0 as f32).clamp(0.1, 1.0);
+        Self {
+            voltage: self.voltage * share,
+            ..*self
+        }
+    }
+
+    /// Ticks that `distance` counts take from rest.
+    fn from_rest(&self, distance: f32) -> f32 {
+        // voltage ≥ 15/8·D/T + τ·10/√3·D/T², solved for T.
+        let linear = PEAK_SPEED * distance / self.voltage;
+        let square = 4.0 * PEAK_ACCELERATION * self.tau_ticks * distance / self.voltage;
+        let by_voltage = 0.5 * (linear + root(linear * linear + square));
+        by_voltage.max(PEAK_SPEED * distance / self.speed)
+    }
+
+    /// Ticks that a change of speed takes.
+    fn to_change(&self, speed: f32) -> f32 {
+        PEAK_BRAKING * self.tau_ticks * speed / self.voltage
+    }
+}
+
+/// Square root to single precision: three Newton steps from micromath's start, which is right to 6 %.
+fn root(x: f32) -> f32 {
+    if x <= 0.0 {
+        return 0.0;
+    }
+    (0..3).fold(micromath::F32Ext::sqrt(x), |y, _| 0.5 * (y + x / y))
+}
+
+/// r of a course, Q30.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Clock {
+    /// r per tick, Q36.
+    increment: u32,
+    length: u32,
+    elapsed: u32,
+}
+
+impl Clock {
+    fn new(ticks: f32) -> Self {
+        let ticks = ticks.clamp(SHORTEST, LONGEST);
+        Self {
+            increment: (68_719_476_736.0 / ticks) as u32,
+            length: ticks as u32 + 1,
+            elapsed: 0,
+        }
+    }
+
+    fn step(&mut self) -> i32 {
+        let r = (u64::from(self.elapsed).wrapping_mul(u64::from(self.increment)) >> 6).min(ONE as u64) as i32;
+        self.elapsed = self.elapsed.saturating_add(1);
+        if self.done() { ONE } else { r }
+    }
+
+    fn done(&self) -> bool {
+        self.elapsed > self.length
+    }
+}
+
+/// `c₀ + c₁r + c₂r² + …`, highest first, Q24; r in Q30.
+fn polynomial(coefficients: &[i32], r: i32) -> i32 {
+    coefficients
+        .iter()
+        .fold(0, |sum, &c| mul_shift(sum, r, 30).wrapping_add(c << 24))
+}
+
+/// A course to a position, from any state of motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Move {
+    clock: Clock,
+    start: Reference,
+    target: Position,
+    /// D, Q32.
+    distance: i64,
+    /// D/T, Q20.
+    mean_speed: i32,
+    /// D/T², Q24.
+    mean_acceleration: i32,
+    /// ω₀T, Q8.
+    carried: i32,
+    /// ω₀/T, Q24.
+    braking: i32,
+    /// α₀T², Q8; α₀T, Q20.
+    bent: [i32; 2],
+}
+
+impl Move {
+    /// Largest distance, counts.
+    pub const LARGEST_COUNTS: f32 = 5e8;
+
+    /// Plans the course. `None`: too far.
+    #[must_use]
+    pub fn plan(start: &Reference, target: Position, limits: &Limits) -> Option<Self> {
+        let distance = target.0.wrapping_sub(start.position.0);
+        let counts = (distance >> 20) as f32 / (1u32 << 12) as f32;
+        let speed = start.speed.0 as f32 / (1u32 << SPEED_BITS) as f32;
+        let acceleration = start.acceleration.0 as f32 / (1u32 << ACCELERATION_BITS) as f32;
+        let stopping = limits.to_change(speed.abs() + limits.tau_ticks * acceleration.abs());
+        let ticks = (limits.from_rest(counts.abs() + 0.5 * speed.abs() * stopping) + stopping).max(SHORTEST);
+        (counts.abs() <= Self::LARGEST_COUNTS && ticks <= LONGEST).then(|| Self {
+            clock: Clock::new(ticks),
+            start: *start,
+            target,
+            distance,
+            mean_speed: to_fixed(counts / ticks, SPEED_BITS),
+            mean_acceleration: to_fixed(counts / ticks / ticks, ACCELERATION_BITS),
+            carried: to_fixed(speed * ticks, 8),
+            braking: to_fixed(speed / ticks, ACCELERATION_BITS),
+            bent: [
+                to_fixed(acceleration * ticks * ticks, 8),
+                to_fixed(acceleration * ticks, SPEED_BITS),
+            ],
+        })
+    }
+
+    /// The set-point of this tick; at rest at the target after the last.
+    pub fn step(&mut self) -> Reference {
+        let r = self.clock.step();
+        if self.done() {
+            Reference::rest(self.target)
+        } else {
+            self.at(r)
+        }
+    }
+
+    /// True once it has arrived.
+    #[must_use]
+    pub fn done(&self) -> bool {
+        self.clock.done()
+    }
+
+    /// Where it ends.
+    #[must_use]
+    pub fn target(&self) -> Position {
+        self.target
+    }
+
+    fn at(&self, r: i32) -> Reference {
+        let (value, slope, bend) = envelope(r);
+        let whole = (self.distance >> 32).wrapping_mul(value as i64) << 2;
+        let part = (self.distance & 0xffff_ffff).wrapping_mul(value as i64) >> 30;
+        let carried = (self.carried as i64).wrapping_mul(polynomial(&[-3, 8, -6, 0, 1, 0], r) as i64);
+        let twice_bent = (self.bent[0] as i64).wrapping_mul(polynomial(&[-1, 3, -3, 1, 0, 0], r) as i64);
+        let offset = whole
+            .wrapping_add(part)
+            .wrapping_add(carried)
+            .wrapping_add(twice_bent >> 1);
+        let speed = mul_shift(self.mean_speed, slope, 28)
+            .saturating_add(mul_shift(
+                self.start.speed.0,
+                polynomial(&[-15, 32, -18, 0, 1], r),
+                24,
+            ))
+            .saturating_add(mul_shift(self.bent[1], polynomial(&[-5, 12, -9, 2, 0], r), 25));
+        let acceleration = mul_shift(self.mean_acceleration, bend, 26)
+            .saturating_add(mul_shift(self.braking, polynomial(&[-60, 96, -36, 0], r), 24))
+            .saturating_add(mul_shift(
+                self.start.acceleration.0,
+                polynomial(&[-10, 18, -9, 1], r),
+                24,
+            ));
+        Reference {
+            position: self.start.position.plus(offset),
+            speed: Speed(speed),
+            acceleration: Acceleration(acceleration),
+        }
+    }
+}
+
+/// A speed to be kept, reached without a jump of acceleration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cruise {
+    clock: Clock,
+    position: Position,
+    from: i32,
+    change: i32,
+    /// Change of speed over its duration, Q24.
+    acceleration: i32,
+}
+
+impl Cruise {
+    /// Farthest that the set-point runs ahead of a shaft that cannot follow, counts Q12.
+    pub const LEASH: i32 = 64 << ERROR_BITS;
+
+    /// From the present set-point to `speed`.
+    #[must_use]
+    pub fn plan(start: &Reference, speed: Speed, limits: &Limits) -> Self {
+        let change = speed.0.saturating_sub(start.speed.0);
+        let counts = change as f32 / (1u32 << SPEED_BITS) as f32;
+        let clock = Clock::new(limits.to_change(counts.abs()).max(0.1 * limits.tau_ticks));
+        let acceleration = to_fixed(counts / clock.length as f32, ACCELERATION_BITS);
+        Self {
+            clock,
+            position: start.position,
+            from: start.speed.0,
+            change,
+            acceleration,
+        }
+    }
+
+    /// The set-point of this tick. `actual` position and the longest allowed lead (counts Q12, at least
+    /// [`Cruise::LEASH`]) keep it from running away from a shaft that is held.
+    pub fn step(&mut self, actual: Position, lead: i32) -> Reference {
+        let (value, slope, _) = envelope(self.clock.step());
+        let speed = Speed(self.from.saturating_add(mul_shift(self.change, value, 30)));
+        let lead = lead.max(Self::LEASH);
+        let ahead = self.position.minus(actual);
+        let excess = ahead.saturating_sub(ahead.clamp(-lead, lead));
+        let back = -((excess as i64) << (32 - ERROR_BITS));
+        let reference = Reference {
+            position: self.position.plus(back),
+            speed,
+            acceleration: Acceleration(mul_shift(self.acceleration, slope, 28)),
+        };
+        let half = (reference.acceleration.0 as i64) << (31 - ACCELERATION_BITS);
+        self.position = reference.position.plus(speed.per_tick()).plus(half);
+        reference
     }
 }

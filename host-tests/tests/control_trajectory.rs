@@ -1,8 +1,8 @@
 //! Set-points: the integers follow the equations, and nothing jumps.
 
 use servo::control::Reference;
-use servo::trajectory::{SIN_ERROR, Sine, sin_cos};
-use servo::units::Position;
+use servo::trajectory::{Cruise, Limits, Move, SIN_ERROR, Sine, sin_cos};
+use servo::units::{Position, Speed};
 use std::f64::consts::TAU;
 
 #[test]
@@ -115,4 +115,106 @@ fn what_cannot_be_done_is_refused() {
     assert!(plan(8e6, 1e-4, 50_000).is_none(), "speed");
     assert!(plan(f32::NAN, 1e-4, 50_000).is_none(), "NaN");
     assert!(plan(100.0, f32::NAN, 50_000).is_none(), "NaN");
+}
+
+const LIMITS: Limits = Limits {
+    speed: 2.0,
+    voltage: 1.0,
+    tau_ticks: 400.0,
+};
+
+fn course(start: &Reference, counts: f64) -> Vec<Point> {
+    let target = Position((counts * 2f64.powi(32)) as i64);
+    let mut course = Move::plan(start, target, &LIMITS).expect("near enough");
+    let mut points = vec![point(start)];
+    while !course.done() {
+        points.push(point(&course.step()));
+    }
+    points
+}
+
+/// Largest difference between each signal and the derivative of the one before, and between neighbours.
+fn check_smooth(points: &[Point]) {
+    for p in points.windows(3).skip(1) {
+        let slope = 0.5 * (p[2].position - p[0].position);
+        assert!(
+            (slope - p[1].speed).abs() < 5e-3,
+            "{slope} but speed {}",
+            p[1].speed
+        );
+        let bend = 0.5 * (p[2].speed - p[0].speed);
+        assert!(
+            (bend - p[1].acceleration).abs() < 2e-4,
+            "{bend} but acceleration {}",
+            p[1].acceleration
+        );
+    }
+    for p in points.windows(2) {
+        assert!(
+            (p[1].speed - p[0].speed).abs() < 0.02,
+            "speed jumps by {}",
+            p[1].speed - p[0].speed
+        );
+        assert!(
+            (p[1].acceleration - p[0].acceleration).abs() < 3e-4,
+            "acceleration jumps"
+        );
+    }
+}
+
+#[test]
+fn a_move_from_rest_arrives_within_its_limits_and_uses_most_of_them() {
+    for counts in [3.0, -40.0, 500.0, -20_000.0, 2e5] {
+        let points = course(&Reference::rest(Position(0)), counts);
+        check_smooth(&points);
+        let last = points.last().expect("points");
+        assert_eq!((last.position, last.speed, last.acceleration), (counts, 0.0, 0.0));
+        let effort = |p: &Point| (p.speed + 400.0 * p.acceleration).abs();
+        let most = points.iter().map(effort).fold(0.0, f64::max);
+        assert!(
+            (0.6..1.001).contains(&most),
+            "{most} of the voltage for {counts} counts"
+        );
+    }
+}
+
+#[test]
+fn a_move_that_is_redirected_in_motion_continues_smoothly_and_still_arrives() {
+    let mut first =
+        Move::plan(&Reference::rest(Position(0)), Position(2_000 << 32), &LIMITS).expect("near enough");
+    let half_way = (0..1_300).map(|_| first.step()).last().expect("a set-point");
+    assert!(half_way.speed.0 > 1 << 18, "in full motion: {half_way:?}");
+    for counts in [-500.0, 400.0, 900.0, 4_000.0] {
+        let points = course(&half_way, counts);
+        check_smooth(&points);
+        let last = points.last().expect("points");
+        assert_eq!((last.position, last.speed, last.acceleration), (counts, 0.0, 0.0));
+        let effort = |p: &Point| (p.speed + 400.0 * p.acceleration).abs();
+        let most = points.iter().map(effort).fold(0.0, f64::max);
+        assert!(most < 1.5, "{most} of the voltage for {counts} counts");
+    }
+}
+
+#[test]
+fn a_cruise_reaches_its_speed_smoothly_and_waits_for_a_shaft_that_is_held() {
+    let mut cruise = Cruise::plan(&Reference::rest(Position(0)), Speed(1 << 19), &LIMITS);
+    let mut position = Position(0);
+    let points: Vec<Point> = (0..4_000)
+        .map(|_| {
+            let reference = cruise.step(position, 0);
+            position = reference.position;
+            point(&reference)
+        })
+        .collect();
+    check_smooth(&points);
+    let last = points.last().expect("points");
+    assert_eq!((last.speed, last.acceleration), (0.5, 0.0));
+
+    let held = position;
+    let waiting = (0..4_000)
+        .map(|_| point(&cruise.step(held, 0)))
+        .last()
+        .expect("points");
+    let lead = waiting.position - held.0 as f64 / 2f64.powi(32);
+    assert!((lead - 64.0).abs() < 1.0, "{lead} counts ahead");
 }

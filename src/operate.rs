@@ -1,0 +1,289 @@
+//! Operating a joint: what a host may ask, what is refused, and how the axis gets from one mode into another.
+//!
+//! Nothing jumps when the mode changes: the new set-point starts with the position, speed and acceleration of the old
+//! one, or with those of the shaft when no loop was closed, and the integrator takes over the voltage that was there.
+
+use crate::axis::{Axis, Commissioning, Mode, State};
+use crate::commission::{self, CommissionReport, Request};
+use crate::control::{self, Reference};
+use crate::design::{self, Design};
+use crate::identify::estimate::{Estimates, Reason};
+use crate::protect::Fault;
+use crate::protocol::Command;
+use crate::record::{Activity, Source};
+use crate::trajectory::{Cruise, Move, Sine};
+use crate::units::{Acceleration, Position, SPEED_BITS, Speed, Voltage, to_fixed};
+use serde::{Deserialize, Serialize};
+
+/// Why a command was not carried out. Nothing has changed then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// Torque needs `Arm` first.
+    NotArmed,
+    /// A fault is latched; clear it with `Stop`.
+    Faulted,
+    /// Gain and time constant are neither identified nor configured: commission, or give `time_constant_hint_s`.
+    NotIdentified,
+    /// Something else is running: stop it first.
+    Busy,
+    /// The target lies beyond the end stops.
+    BeyondTravel,
+    /// Amplitude, frequency or duration cannot be done at this control rate.
+    OutOfRange,
+    /// Not a command of the axis: the link answers it.
+    NotForAxis,
+}
+
+/// What there is to tell about an axis, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// What it is doing.
+    pub activity: Activity,
+    /// The latched fault.
+    pub fault: Fault,
+    /// Progress of the commissioning, 0 … 255; `None` when none is running.
+    pub progress: Option<u8>,
+    /// How the last commissioning ended.
+    pub commissioning: Option<CommissionReport>,
+}
+
+/// What a commissioning that a fault has ended tells.
+pub(crate) fn reason_of(fault: Fault) -> Reason {
+    match fault {
+        Fault::NoMotion => Reason::MotionLost,
+        Fault::WrongDirection => Reason::Reversed,
+        Fault::Overspeed => Reason::Overspeed,
+        Fault::SupplyLow => Reason::SupplyTooLow,
+        Fault::SupplyHigh => Reason::SupplyMoved,
+        Fault::None | Fault::OverCurrent => Reason::Aborted,
+    }
+}
+
+impl Axis {
+    /// Carries out a command, or says why not. What concerns the link or another axis is for the image.
+    pub fn command(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
+        match *command {
+            Command::Stop => self.stop(state),
+            Command::Arm => self.arm(state),
+            Command::Commission { budget_ms, seed } => self.commission(state, budget_ms, seed),
+            Command::Compensation(on) => self.compensation(state, on),
+            Command::TrackSine {
+                amplitude_rad,
+                frequency_hz,
+                duration_ms,
+            } => self.track_sine(state, amplitude_rad, frequency_hz, duration_ms),
+            Command::Position(rad) => self.position(state, rad),
+            Command::Speed(rad_s) => self.speed(state, rad_s),
+            Command::Voltage(volts) => self.voltage(state, volts),
+            Command::Adopt(ref estimates) => self.adopt(state, estimates),
+            Command::Configure(_) | Command::Subscribe { .. } => Err(Refusal::NotForAxis),
+        }
+    }
+
+    /// In SI units; not for the control tick.
+    #[must_use]
+    pub fn report(&self, state: &State) -> Report {
+        let running = state.commission.as_ref();
+        Report {
+            activity: state.activity(),
+            fault: state.fault(),
+            progress: running.map(|commissioning| commissioning.state.progress(&commissioning.params)),
+            commissioning: state.outcome.map(|outcome| outcome.report(&self.scale)),
+        }
+    }
+
+    /// Takes trusted estimates over, e.g. stored ones. Refused while something runs: gains do not jump under way.
+    pub fn adopt(&self, state: &mut State, estimates: &Estimates) -> Result<(), Refusal> {
+        self.idle(state)?;
+        state.knowledge.adopt(estimates);
+        state.design = Design::new(&self.scale, &self.tuning, &state.knowledge);
+        Ok(())
+    }
+
+    fn stop(&self, state: &mut State) -> Result<(), Refusal> {
+        state.stop(Reason::Aborted);
+        state.protect.clear(state.count);
+        Ok(())
+    }
+
+    fn arm(&self, state: &mut State) -> Result<(), Refusal> {
+        if state.fault() != Fault::None {
+            return Err(Refusal::Faulted);
+        }
+        state.armed = true;
+        Ok(())
+    }
+
+    fn commission(&self, state: &mut State, budget_ms: u32, seed: u32) -> Result<(), Refusal> {
+        self.permitted(state)?;
+        self.idle(state)?;
+        let params = commission::Params::new(&self.scale, budget_ms, seed);
+        state.commission = Some(Commissioning {
+            params,
+            state: commission::State::new(&params, state.count),
+        });
+        state.outcome = None;
+        state.mode = Mode::Commission(Request::default());
+        Ok(())
+    }
+
+    fn compensation(&self, state: &mut State, on: bool) -> Result<(), Refusal> {
+        state.compensation = on;
+        Ok(())
+    }
+
+    fn track_sine(&self, state: &mut State, rad: f32, hertz: f32, ms: u32) -> Result<(), Refusal> {
+        self.ready(state)?;
+        let start = state.resting_place().ok_or(Refusal::Busy)?;
+        let config = &self.scale.config;
+        let amplitude = rad * design::counts_per_rad(&self.scale);
+        let ticks = (u64::from(ms) * u64::from(config.tick_hz) / 1000).min(u64::from(u32::MAX)) as u32;
+        self.within_travel(state, start.position.count(), amplitude.abs())?;
+        let sine = Sine::plan(start.position, amplitude, hertz / config.tick_hz as f32, ticks);
+        state.begin(&start, Mode::Sine(sine.ok_or(Refusal::OutOfRange)?));
+        Ok(())
+    }
+
+    fn position(&self, state: &mut State, rad: f32) -> Result<(), Refusal> {
+        self.ready(state)?;
+        let counts = rad * design::counts_per_rad(&self.scale);
+        let counts = (counts.abs() < Move::LARGEST_COUNTS)
+            .then_some(counts as i32)
+            .ok_or(Refusal::OutOfRange)?;
+        let target = state.zero.unwrap_or(0).wrapping_add(counts);
+        self.within_travel(state, target, 0.0)?;
+        let start = state.present();
+        let limits = state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
+        let course = Move::plan(&start, Position::of_count(target), &limits);
+        state.begin(&start, Mode::Move(course.ok_or(Refusal::OutOfRange)?));
+        Ok(())
+    }
+
+    /// Endless motion: refused between end stops.
+    fn speed(&self, state: &mut State, rad_s: f32) -> Result<(), Refusal> {
+        self.ready(state)?;
+        let speed = rad_s * design::counts_per_tick(&self.scale);
+        let limits = &state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
+        if self.scale.config.travel_limit_rad.is_some() {
+            return Err(Refusal::BeyondTravel);
+        }
+        let fits = speed.abs() <= limits.speed.min(limits.voltage);
+        let speed = fits
+            .then(|| Speed(to_fixed(speed, SPEED_BITS)))
+            .ok_or(Refusal::OutOfRange)?;
+        let start = state.present();
+        state.begin(&start, Mode::Cruise(Cruise::plan(&start, speed, limits)));
+        Ok(())
+    }
+
+    fn voltage(&self, state: &mut State, volts: f32) -> Result<(), Refusal> {
+        self.permitted(state)?;
+        self.uncommissioned(state)?;
+        let share = volts / self.scale.config.supply_nominal_v;
+        let fits = share.abs() <= 1.0 && self.scale.config.travel_limit_rad.is_none();
+        let target = fits
+            .then(|| Voltage(to_fixed(share, Voltage::BITS)))
+            .ok_or(Refusal::OutOfRange)?;
+        state.begin(&state.present(), Mode::Drive(target));
+        Ok(())
+    }
+
+    fn idle(&self, state: &State) -> Result<(), Refusal> {
+        if state.mode == Mode::Idle {
+            Ok(())
+        } else {
+            Err(Refusal::Busy)
+        }
+    }
+
+    fn uncommissioned(&self, state: &State) -> Result<(), Refusal> {
+        if state.commission.is_none() {
+            Ok(())
+        } else {
+            Err(Refusal::Busy)
+        }
+    }
+
+    /// May there be torque?
+    fn permitted(&self, state: &State) -> Result<(), Refusal> {
+        match (state.fault(), state.armed) {
+            (Fault::None, true) => Ok(()),
+            (Fault::None, false) => Err(Refusal::NotArmed),
+            _ => Err(Refusal::Faulted),
+        }
+    }
+
+    /// May a loop close now?
+    fn ready(&self, state: &State) -> Result<(), Refusal> {
+        self.permitted(state)?;
+        self.uncommissioned(state)?;
+        if state.design.gain_source == Source::None {
+            Err(Refusal::NotIdentified)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Is `centre ± swing` between the end stops?
+    fn within_travel(&self, state: &State, centre: i32, swing: f32) -> Result<(), Refusal> {
+        let from_zero = centre.wrapping_sub(state.zero.unwrap_or(0)) as f32;
+        let [lower, upper] = self.scale.travel_counts.map(|stop| stop as f32);
+        if from_zero - swing >= lower && from_zero + swing <= upper {
+            Ok(())
+        } else {
+            Err(Refusal::BeyondTravel)
+        }
+    }
+}
+
+impl State {
+    /// Slower than this the shaft counts as resting, counts per tick, Q20: a count in 256 ticks.
+    const RESTING: i32 = 1 << (SPEED_BITS - 8);
+
+    /// Where the set-point is now; where the shaft is, when no loop is closed.
+    fn present(&self) -> Reference {
+        match self.mode {
+            Mode::Hold(position) => Reference::rest(position),
+            Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) => self.reference,
+            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) => self.shaft(),
+        }
+    }
+
+    /// Where a motion that begins at rest begins: the set-point, or the shaft when no loop is closed. `None`: the
+    /// set-point moves.
+    fn resting_place(&self) -> Option<Reference> {
+        match self.mode {
+            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) => {
+                Some(Reference::rest(Position::of_count(self.count)))
+            }
+            _ => Some(self.present()).filter(Reference::rests),
+        }
+    }
+
+    fn shaft(&self) -> Reference {
+        let speed = self.encoder.speed();
+        if speed.0.saturating_abs() < Self::RESTING {
+            return Reference::rest(Position::of_count(self.count));
+        }
+        Reference {
+            position: self.encoder.position(),
+            speed,
+            acceleration: Acceleration(0),
+        }
+    }
+
+    /// Changes the mode without a jump of the voltage.
+    fn begin(&mut self, start: &Reference, mode: Mode) {
+        match self.mode {
+            Mode::Idle => {
+                self.control = control::State::default();
+                self.voltage = Voltage::ZERO;
+            }
+            Mode::Drive(_) => self
+                .control
+                .preset(self.voltage.minus(self.design.loops.steady_voltage(start.speed))),
+            _ => {}
+        }
+        self.mode = mode;
+    }
+}
