@@ -122,6 +122,8 @@ pub struct State {
     expected_travel: i32,
     /// Counter at that start.
     proof: i32,
+    /// Ticks since.
+    since: u32,
     /// Voltage that the load takes, as last observed while the encoder followed.
     load: Voltage,
 }
@@ -229,13 +231,16 @@ fn motion(state: &mut State, expectation: &Expectation, input: &Input) -> Fault 
     let direction = state.drive.signum();
     let followed = input.count.wrapping_sub(state.proof).saturating_mul(direction);
     let proved = followed >= PROOF_COUNTS;
+    state.since = state.since.saturating_add(1);
     if proved || input.holding || input.voltage.is_none() {
         state.load = input.load;
     }
     if proved || input.holding || wanted == 0 || direction != before.signum() {
+        let proven = proven_speed(followed, state.since).saturating_mul(direction);
+        state.expected_speed = if proved { proven } else { input.speed.0 };
         state.expected_travel = 0;
         state.proof = input.count;
-        state.expected_speed = input.speed.0;
+        state.since = 0;
         return Fault::None;
     }
     let steady = mul_shift(state.drive, expectation.full_speed, 20);
@@ -254,6 +259,13 @@ fn motion(state: &mut State, expectation: &Expectation, input: &Input) -> Fault 
     } else {
         Fault::NoMotion
     }
+}
+
+/// Mean speed over the counts of a proof, Q20: the observer's estimate runs ahead of a motor that starts slowly.
+fn proven_speed(counts: i32, ticks: u32) -> i32 {
+    ((counts.clamp(0, 2000) as u32) << 20)
+        .checked_div(ticks)
+        .unwrap_or(0) as i32
 }
 
 /// One tick of a first-order lag; `rate` per tick, Q24.
