@@ -285,8 +285,9 @@ fn base_slots(bench: &Bench, model: &Model) -> Vec<Slot> {
         .into_iter()
         .filter(|(key, value)| *value > 0.0 && told(key));
     let slot = |(key, nominal)| {
-        let tolerance = if model.fitted_to_log {
-            FITTED_TOLERANCE.max(model.tolerance(key))
+        let declared = model.tolerances.contains_key(key);
+        let tolerance = if model.fitted_to_log && !declared {
+            FITTED_TOLERANCE
         } else {
             model.tolerance(key)
         };

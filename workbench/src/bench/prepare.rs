@@ -16,7 +16,7 @@ const LONGEST_BLOCK: f64 = 1.0 / 40.0;
 /// Pieces into which a run is cut for fitting, choosing and holding out.
 const PIECES: usize = 16;
 /// A gap of so many samples, and of a part of the time constant, starts a new run.
-const GAP_SAMPLES: f64 = 5.0;
+const GAP_SAMPLES: f64 = 20.0;
 
 /// Makes a log and its hold-outs ready.
 pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Bench, InputError> {
@@ -52,6 +52,7 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Ben
         parts(run, !holdouts.is_empty());
         mask_spikes(&mut run.speed, bench.sigma);
     }
+    suspect_units(&mut bench, &plant);
     say_holdout(&mut bench, holdouts);
     Ok(bench)
 }
@@ -172,7 +173,7 @@ fn rough_speed(run: &Run) -> Vec<f64> {
 
 /// Cuts a run where samples were dropped for long: what happened there is unknown.
 fn unbroken(run: &Run, time_constant: f64, notes: &mut Vec<String>) -> Vec<Run> {
-    let longest = (GAP_SAMPLES * run.sample_s()).max(0.2 * time_constant);
+    let longest = (GAP_SAMPLES * run.sample_s()).max(time_constant);
     let mut cuts = vec![0];
     cuts.extend((1..run.rows()).filter(|row| run.t_s[*row] - run.t_s[*row - 1] > longest));
     cuts.push(run.rows());
@@ -205,6 +206,17 @@ fn on_its_grid(run: &Run) -> Run {
         (0..=last).for_each(|k| run.t_s[k] = even(k));
     }
     run
+}
+
+/// Speeds beyond what the largest input can reach by the factor between rpm and rad/s are called out.
+fn suspect_units(bench: &mut Bench, plant: &Physics) {
+    let reachable = plant.dc_gain() * bench.scales.input;
+    let factor = bench.scales.speed / reachable;
+    if plant.drive == Drive::Voltage && (7.6..12.0).contains(&factor) {
+        bench.notes.push(format!(
+            "the speeds lie {factor:.1} times above the no-load speed of {reachable:.0} rad/s: is the column in rpm? (then: --columns \"omega_rad_s=NAME*0.104720\")"
+        ));
+    }
 }
 
 /// How the outputs are looked at.

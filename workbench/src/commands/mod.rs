@@ -4,10 +4,12 @@
 pub mod cases;
 pub mod commission;
 pub mod demo;
+pub mod effects;
 pub mod firmware;
 pub mod gap;
 pub mod instructions;
 pub mod replay;
+pub mod simulate;
 pub mod track;
 
 use clap::{Parser, Subcommand};
@@ -26,6 +28,10 @@ pub struct Cli {
 pub enum Command {
     /// Compare a model with a log, name what is missing, extend the model.
     Gap(gap::Arguments),
+    /// Run any model on any input.
+    Simulate(simulate::Arguments),
+    /// List the library of physical effects with their equations.
+    Effects(effects::Arguments),
     /// Let the firmware excite its motor and identify it.
     Commission(commission::Arguments),
     /// Let the firmware follow a profile.
@@ -45,6 +51,8 @@ impl Cli {
     pub fn run(self) -> anyhow::Result<()> {
         match self.command {
             Command::Gap(arguments) => gap::run(&arguments),
+            Command::Simulate(arguments) => simulate::run(&arguments),
+            Command::Effects(arguments) => effects::run(&arguments),
             Command::Commission(arguments) => commission::run(&arguments),
             Command::Track(arguments) => track::run(&arguments),
             Command::Instructions(arguments) => instructions::run(&arguments),

@@ -6,7 +6,7 @@ mod columns;
 mod read;
 
 pub use columns::{Columns, Quantity};
-pub use read::{parse, read};
+pub use read::{parse, read, read_input};
 
 /// What drives the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,22 +12,35 @@ const FEWEST_POINTS: usize = 4;
 
 /// Reads a log from a file.
 pub fn read(path: &Path, columns: &Columns) -> Result<Log, InputError> {
-    let source = path.display().to_string();
-    let text = std::fs::read(path)
-        .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
-    let text = String::from_utf8(text)
-        .map_err(|_| InputError::file(&source, "is not a text file; export it as CSV in UTF-8"))?;
-    parse(&source, &text, columns)
+    parse(&path.display().to_string(), &text_of(path)?, columns)
+}
+
+/// Reads a record that need not have an output: what a simulation is driven by.
+pub fn read_input(path: &Path, columns: &Columns) -> Result<Log, InputError> {
+    parse_for(&path.display().to_string(), &text_of(path)?, columns, false)
 }
 
 /// Reads a log from a text; `source` names it in messages.
 pub fn parse(source: &str, text: &str, columns: &Columns) -> Result<Log, InputError> {
+    parse_for(source, text, columns, true)
+}
+
+fn text_of(path: &Path) -> Result<String, InputError> {
+    let source = path.display();
+    let bytes = std::fs::read(path)
+        .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
+    String::from_utf8(bytes)
+        .map_err(|_| InputError::file(&source, "is not a text file; export it as CSV in UTF-8"))
+}
+
+fn parse_for(source: &str, text: &str, columns: &Columns, output_needed: bool) -> Result<Log, InputError> {
     let cells = Cells::read(source, text)?;
     let found = columns.locate(source, &cells.header)?;
     let sheet = Sheet {
         source,
         cells: &cells,
         found: &found,
+        output_needed,
     };
     if sheet.has(Quantity::Time) {
         sheet.dynamic().map(Log::Dynamic)
@@ -102,6 +115,7 @@ struct Sheet<'a> {
     source: &'a str,
     cells: &'a Cells,
     found: &'a [Source],
+    output_needed: bool,
 }
 
 impl Sheet<'_> {
@@ -264,6 +278,7 @@ impl Sheet<'_> {
             position.map(|p| p.0 == Quantity::Position),
             speed.map(|s| s.0 == Quantity::LinearSpeed),
         ) {
+            (None, None) if !self.output_needed => Ok(false),
             (None, None) => Err(self.missing(
                 "for the output (theta_rad, q_m, omega_rad_s or v_m_s)",
                 &["theta", "q", "omega", "w", "v", "speed"],

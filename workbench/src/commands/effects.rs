@@ -1,0 +1,51 @@
+//! `truing effects`: the library with equations.
+
+use crate::effects::{self, Effect, LIBRARY};
+use clap::Args;
+
+/// Arguments of `truing effects`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// Show these effects only.
+    pub names: Vec<String>,
+}
+
+/// Prints the library.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    for name in &arguments.names {
+        anyhow::ensure!(
+            effects::find(name).is_some(),
+            "`{name}` is no effect of the library; `truing effects` lists them"
+        );
+    }
+    let wanted = |effect: &&Effect| {
+        arguments.names.is_empty() || arguments.names.iter().any(|name| name == effect.name)
+    };
+    LIBRARY
+        .iter()
+        .filter(wanted)
+        .for_each(|effect| print!("{}", described(effect)));
+    Ok(())
+}
+
+/// One effect in a few lines.
+fn described(effect: &Effect) -> String {
+    let parameter = |p: &effects::Parameter| {
+        let optional = p
+            .default
+            .map_or(String::new(), |value| format!(" (optional, {value})"));
+        format!("{} [{}]{optional}", p.name, p.unit)
+    };
+    let parameters: Vec<String> = effect.parameters.iter().map(parameter).collect();
+    format!(
+        "{}\n  {}\n  equation      {}\n  parameters    {}\n  trace         {}\n  confused with {}\n  separated by  {}\n  source        {}\n\n",
+        effect.name,
+        effect.summary,
+        effect.equation,
+        parameters.join(", "),
+        effect.signature,
+        effect.confusable_with.join(", "),
+        effect.separated_by,
+        effect.source
+    )
+}
