@@ -2,13 +2,15 @@
 
 use crate::effects::Effect;
 use crate::outcome::{Rival, Step, Tie};
+use crate::report::figure;
 use crate::search::Found;
 
 /// Why an effect is named.
-pub fn sentence(effect: &Effect, before: &Step, after: &Step) -> String {
+pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> String {
+    let (from, to) = (figure(before.gap), figure(after.gap));
     format!(
-        "{}: the held-out gap falls from {:.3e} to {:.3e}; its trace is {}",
-        effect.summary, before.gap, after.gap, effect.signature
+        "The held-out gap falls from {from} to {to} {unit} with it: {}. Its trace: {}.",
+        effect.summary, effect.signature
     )
 }
 

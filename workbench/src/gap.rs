@@ -137,11 +137,7 @@ fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
         plots: plots::all(&given, &nominal, &judged.kept),
         ties: judged.ties,
         steps,
-        gap_unit: if bench.linear {
-            "m/s".into()
-        } else {
-            "rad/s".into()
-        },
+        gap_unit: unit_of_gap(bench.linear).into(),
     }
 }
 
@@ -165,7 +161,7 @@ fn steps(best: &Scored, given: f64) -> Vec<Step> {
         };
         let gap = Prediction::of(&hypothesis, &x, &[Part::HoldOut]).gap();
         steps.push(Step {
-            label: best.hypothesis.items[count - 1].effect.name.into(),
+            label: format!("+ {}", best.hypothesis.items[count - 1].effect.name),
             gap,
         });
     }
@@ -203,13 +199,13 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
         let name = item.effect.name.to_owned();
         let place = steps
             .iter()
-            .position(|step| step.label == name)
+            .position(|step| step.label.strip_prefix("+ ") == Some(&name))
             .unwrap_or(steps.len() - 1)
             .max(1);
         NamedEffect {
             gap_before: steps[place - 1].gap,
             gap_after: steps[place].gap,
-            evidence: evidence::sentence(item.effect, &steps[place - 1], &steps[place]),
+            evidence: evidence::sentence(item.effect, &steps[place - 1], &steps[place], unit_of_gap(linear)),
             tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
             name,
             parameters,
@@ -217,6 +213,10 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
         }
     };
     kept.hypothesis.items.iter().enumerate().map(effect).collect()
+}
+
+fn unit_of_gap(linear: bool) -> &'static str {
+    if linear { "m/s" } else { "rad/s" }
 }
 
 /// Base parameters that moved inside their tolerances.

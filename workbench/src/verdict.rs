@@ -24,9 +24,14 @@ pub struct Judged<'a> {
     pub next: Option<Experiment>,
 }
 
+/// A log whose speeds stay below this part of what its input could reach does not move.
+const SMALLEST_MOTION: f64 = 0.005;
+
 /// If nothing moves, nothing can be tested.
 pub fn not_excited(bench: &Bench) -> Option<Outcome> {
-    (bench.scales.speed < 5.0 * bench.sigma).then(|| Outcome {
+    let scales = &bench.scales;
+    let moves = scales.speed > 5.0 * bench.sigma && scales.speed > SMALLEST_MOTION * scales.reachable;
+    (!moves).then(|| Outcome {
         schema: "truing-gap/1",
         verdict: Verdict::InsufficientExcitation,
         effects: Vec::new(),
@@ -48,12 +53,22 @@ pub fn not_excited(bench: &Bench) -> Option<Outcome> {
         },
         next_experiment: None,
         runtime_s: 0.0,
-        notes: bench.notes.clone(),
+        notes: still(bench),
         steps: Vec::new(),
         rivals: Vec::new(),
         plots: Vec::new(),
         gap_unit: "rad/s".into(),
     })
+}
+
+/// What a log that does not move lacks.
+fn still(bench: &Bench) -> Vec<String> {
+    let mut notes = bench.notes.clone();
+    notes.push(format!(
+        "the log never moves: drive the axis in both directions with more than {} of input",
+        crate::report::figure(bench.scales.input)
+    ));
+    notes
 }
 
 /// What is left is worth a word when it is visible: this much rms beyond the noise, in units of the noise.

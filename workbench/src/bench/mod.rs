@@ -74,6 +74,8 @@ pub struct Scales {
     pub resistance: f64,
     /// Inertia.
     pub inertia: f64,
+    /// Speed that the largest input would reach without any effect.
+    pub reachable: f64,
     /// Length of the longest run, s.
     pub duration: f64,
 }

@@ -52,7 +52,7 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Ben
         parts(run, !holdouts.is_empty());
         mask_spikes(&mut run.speed, bench.sigma);
     }
-    suspect_units(&mut bench, &plant);
+    suspect_units(&mut bench, plant.drive);
     say_holdout(&mut bench, holdouts);
     Ok(bench)
 }
@@ -152,6 +152,7 @@ fn scales(plant: &Physics, log: &Dynamic) -> Result<Scales, InputError> {
         },
         resistance: plant.resistance,
         inertia: plant.inertia,
+        reachable: plant.dc_gain() * input,
         duration: log
             .runs
             .iter()
@@ -209,10 +210,10 @@ fn on_its_grid(run: &Run) -> Run {
 }
 
 /// Speeds beyond what the largest input can reach by the factor between rpm and rad/s are called out.
-fn suspect_units(bench: &mut Bench, plant: &Physics) {
-    let reachable = plant.dc_gain() * bench.scales.input;
+fn suspect_units(bench: &mut Bench, drive: Drive) {
+    let reachable = bench.scales.reachable;
     let factor = bench.scales.speed / reachable;
-    if plant.drive == Drive::Voltage && (7.6..12.0).contains(&factor) {
+    if drive == Drive::Voltage && (7.6..12.0).contains(&factor) {
         bench.notes.push(format!(
             "the speeds lie {factor:.1} times above the no-load speed of {reachable:.0} rad/s: is the column in rpm? (then: --columns \"omega_rad_s=NAME*0.104720\")"
         ));
