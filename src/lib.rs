@@ -14,6 +14,7 @@
 #![forbid(unsafe_code)]
 
 pub mod axis;
+pub mod capture;
 pub mod commission;
 pub mod compensate;
 pub mod config;

@@ -6,7 +6,8 @@
 use crate::protocol::{Command, Frame, FrameError, Message, Receiver, Refusal};
 
 /// What to do with a complete frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Incoming {
     /// New: execute, answer, and tell [`Inbox::answered`].
     Execute(u16, Command),
@@ -49,14 +50,14 @@ impl Inbox {
         if let Message::Answer { to, .. } = message
             && Some(*to) == self.last
         {
-            self.answer = Some(*message);
+            self.answer = Some(message.clone());
         }
     }
 
     fn sort(&mut self, frame: Frame<Command>) -> Incoming {
         let ahead = self.last.map_or(1, |last| frame.sequence.wrapping_sub(last));
         match ahead {
-            0 => self.answer.map_or(Incoming::Drop(None), Incoming::Answer),
+            0 => self.answer.clone().map_or(Incoming::Drop(None), Incoming::Answer),
             // More than half of the circle ahead is behind.
             1..0x8000 => {
                 self.last = Some(frame.sequence);

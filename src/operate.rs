@@ -76,7 +76,10 @@ impl Axis {
             Command::Speed(rad_s) => self.speed(state, rad_s),
             Command::Voltage(volts) => self.voltage(state, volts),
             Command::Adopt(ref estimates) => self.adopt(state, estimates),
-            Command::Configure(_) | Command::Subscribe { .. } => Err(Refusal::NotForAxis),
+            Command::Configure(_)
+            | Command::Subscribe { .. }
+            | Command::CaptureArm { .. }
+            | Command::CaptureRead { .. } => Err(Refusal::NotForAxis),
         }
     }
 

@@ -6,6 +6,7 @@
 //! appended and published ones stay where they are; a change that breaks this raises [`VERSION`].
 
 use crate::axis;
+use crate::capture::{Shot, Stage, Trigger};
 use crate::commission::Outcome;
 use crate::config::{Config, ConfigError};
 use crate::identify::estimate::Estimates;
@@ -65,6 +66,18 @@ pub enum Command {
     Speed(f32),
     /// Apply this voltage behind the dead zone from now on, V; no loop is closed.
     Voltage(f32),
+    /// Start a capture at full control rate.
+    CaptureArm {
+        /// What to wait for.
+        trigger: Trigger,
+        /// Ticks to keep from before it.
+        before: u16,
+    },
+    /// Answered with [`Message::Captured`] too.
+    CaptureRead {
+        /// First tick wanted, oldest 0.
+        from: u16,
+    },
 }
 
 /// Why a command was not executed.
@@ -87,8 +100,12 @@ pub enum Refusal {
     },
 }
 
+/// Ticks in one [`Message::Captured`]: they fit a frame.
+pub const CAPTURE_PIECE: usize = 5;
+
 /// What the servo says.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Message {
     /// The answer to one command.
     Answer {
@@ -119,6 +136,19 @@ pub enum Message {
         tick: u32,
         /// What it found.
         outcome: Outcome,
+    },
+    /// A piece of a capture.
+    Captured {
+        /// Where the capture stands; it can be read while it runs, but only a finished one stands still.
+        stage: Stage,
+        /// Control tick at which the trigger fired.
+        trigger_tick: u32,
+        /// Ticks in the capture.
+        length: u16,
+        /// Number of the first one here.
+        from: u16,
+        /// Up to [`CAPTURE_PIECE`] ticks.
+        shots: heapless::Vec<Shot, CAPTURE_PIECE>,
     },
 }
 

@@ -4,7 +4,9 @@
 use clap::Parser;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::{compare, qemu, session};
+use servo::capture::{LENGTH, Shot, Stage, Trigger};
 use servo::protocol::Command;
+use servo::record::Activity;
 use std::path::Path;
 use truing::axis_file;
 use truing::commands::Cli;
@@ -184,6 +186,35 @@ fn a_python_program_as_the_motor_is_identified_and_follows() {
     );
 }
 
+#[test]
+fn a_capture_holds_every_tick_around_its_event() {
+    let door = Door::Exec(python_motor());
+    let wire = session::connect(&door, &config(), 1, &qemu()).expect("a motor");
+    let before = 300;
+    let capture = Task::Capture {
+        trigger: Trigger::Activity(Activity::Tracking),
+        before,
+    };
+    let result =
+        session::run(wire, config(), 1, &[COMMISSION, capture, sine(2.0)], &mut |_| {}).expect("a session");
+    let captured = result.captured.expect("a capture");
+    assert_eq!(captured.stage, Stage::Done);
+    assert_eq!(captured.shots.len(), LENGTH);
+    // Telemetry at full rate is there to compare with: not one tick is missing or changed.
+    let event = result
+        .log
+        .rows
+        .iter()
+        .position(|row| row.tick == captured.trigger_tick)
+        .expect("the event's row");
+    assert_eq!(result.log.rows[event].record.activity, Activity::Tracking);
+    assert_ne!(result.log.rows[event - 1].record.activity, Activity::Tracking);
+    let first = event - usize::from(before);
+    for (shot, row) in captured.shots.iter().zip(&result.log.rows[first..]) {
+        assert_eq!(*shot, Shot::from(&row.record), "tick {}", row.tick);
+    }
+}
+
 /// Runs a command line as a user would; the error, in one line.
 fn refused(arguments: &[&str]) -> String {
     let cli = Cli::try_parse_from([&["truing"], arguments].concat()).expect("a known command line");
@@ -201,7 +232,7 @@ fn a_motor_that_dies_is_named_and_earlier_files_stay() {
     let error = refused(&[
         "commission",
         "--motor",
-        "exec:exec python3 -c 'import sys\nfor _ in range(100): sys.stdout.buffer.write(sys.stdin.buffer.read(16)); sys.stdout.flush()\nsys.exit(3)'",
+        "exec:exec python3 -c 'import sys\nfor _ in range(100): sys.stdin.buffer.read(16); sys.stdout.buffer.write(bytes(10) + b\"\\x40\\x41\" + bytes(4)); sys.stdout.flush()\nsys.exit(3)'",
         "--image",
         &image.display().to_string(),
         "--config",

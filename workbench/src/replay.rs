@@ -109,7 +109,8 @@ fn consecutive(last: Option<u32>, tick: u32) -> Result<(), InputError> {
 }
 
 fn execute(joint: &mut Joint, command: &Command) -> Result<(), InputError> {
-    if matches!(command, Command::Subscribe { .. }) {
+    // Telemetry and capture listen to the joint and do not touch it.
+    if let Command::Subscribe { .. } | Command::CaptureArm { .. } | Command::CaptureRead { .. } = command {
         return Ok(());
     }
     Order::from_command(*command)

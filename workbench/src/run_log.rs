@@ -6,6 +6,7 @@
 //! | `command_raw` | duty that acts from this row to the next, PWM counts (as `u_v`, after the PWM's delay) |
 //! | `reference_rad`, `speed_estimate_rad_s` | the firmware's set-point and speed estimate |
 //! | `activity`, `phase`, `limit`, `fault` | codes of the record (`servo::record`, `servo::commission::Phase`) |
+//! | `motor_flags` | flags of the motor program; absent if it has set none |
 //! | `digest` | CRC-32 of the whole record: one wrong bit anywhere shows |
 
 use crate::input_error::InputError;
@@ -25,6 +26,8 @@ pub struct Row {
     pub tick: u32,
     /// Cost of the tick in counts of the board's clock. Not in the file: it is no function of the input.
     pub cost: u32,
+    /// What the motor program wants to have logged, as known at the start of the tick; the firmware never sees it.
+    pub motor_flags: u32,
     /// Everything else.
     pub record: Record,
 }
@@ -176,7 +179,7 @@ impl RunLog {
         let speed = self.rad(f64::from(record.speed_q20) / f64::from(1 << 20)) * f64::from(config.tick_hz);
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{reference:.7},{speed:.5},{},{},{},{},{}",
+            "{},{},{},{},{},{reference:.7},{speed:.5},{},{},{},{},{}{}",
             record.count,
             record.vbus_raw,
             record.current_raw,
@@ -187,6 +190,11 @@ impl RunLog {
             record.limit as u8,
             record.fault as u8,
             digest(record),
+            if sensed.flags {
+                format!(",{}", row.motor_flags)
+            } else {
+                String::new()
+            },
         );
     }
 
@@ -199,6 +207,7 @@ impl RunLog {
 struct Sensed {
     current: bool,
     supply: bool,
+    flags: bool,
 }
 
 impl Sensed {
@@ -207,15 +216,17 @@ impl Sensed {
         Self {
             current: every(|record| record.current_raw != Sample::CURRENT_NOT_SENSED),
             supply: every(|record| record.vbus_raw != Sample::VBUS_NOT_MEASURED),
+            flags: rows.iter().any(|row| row.motor_flags != 0),
         }
     }
 
     fn header(&self) -> String {
         let current = if self.current { "i_a," } else { "" };
         let supply = if self.supply { "vbus_v," } else { "" };
+        let flags = if self.flags { ",motor_flags" } else { "" };
         format!(
             "t_s,u_v,bridge,theta_rad,{current}{supply}count,vbus_raw,current_raw,command_raw,run,\
-             reference_rad,speed_estimate_rad_s,activity,phase,limit,fault,digest\n"
+             reference_rad,speed_estimate_rad_s,activity,phase,limit,fault,digest{flags}\n"
         )
     }
 }

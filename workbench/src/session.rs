@@ -4,6 +4,7 @@ use crate::input_error::InputError;
 use crate::motor::{Builtin, Door, Exec, qemu};
 use crate::run_log::{Row, RunLog};
 use crate::servo_link::{Client, Lockstep, Serial, Wire};
+use servo::capture::{Shot, Stage, Trigger};
 use servo::commission::Outcome;
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
@@ -23,6 +24,8 @@ const STILL_COUNTS: i32 = 1;
 const STILL_S: f64 = 0.1;
 /// After so long, s, a motion begins even if the axis does not stand.
 const LONGEST_REST_S: f64 = 10.0;
+/// A piece of a capture has arrived after so long, s.
+const READ_S: f64 = 0.001;
 /// The shortest stretch of the log that counts as a run, s.
 const LEAST_RUN_S: f64 = 0.1;
 /// A commissioning that takes longer than its budget by this factor and this time has hung.
@@ -63,6 +66,13 @@ pub enum Task {
     },
     /// Use what an earlier commissioning has found.
     Adopt(Box<Estimates>),
+    /// Arm a capture; what it holds is read out after the next motion.
+    Capture {
+        /// What to wait for.
+        trigger: Trigger,
+        /// Ticks to keep from before it.
+        before: u16,
+    },
     /// Follow a profile, then hold.
     Track {
         /// What to follow.
@@ -79,8 +89,21 @@ pub enum Done {
     Commissioned(Box<Outcome>),
     /// Estimates are in use.
     Adopted,
+    /// A capture is armed.
+    Armed,
     /// Ticks of a motion.
     Tracked(Span),
+}
+
+/// What a capture holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Captured {
+    /// Where the capture stood when it was read.
+    pub stage: Stage,
+    /// Control tick at which the trigger fired.
+    pub trigger_tick: u32,
+    /// Oldest first; the trigger's tick among them.
+    pub shots: Vec<Shot>,
 }
 
 /// Ticks of a motion, since power-up.
@@ -105,11 +128,15 @@ pub struct SessionResult {
     pub done: Vec<Done>,
     /// The firmware's own log lines.
     pub firmware_log: Vec<String>,
+    /// The last capture, if one was armed.
+    pub captured: Option<Captured>,
 }
 
-/// How far a session is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How far a session is. Reported about every 512 control ticks.
+#[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
+    /// Everything so far.
+    pub log: &'a RunLog,
     /// What it is doing.
     pub task: &'a str,
     /// 0 … 1 of this task.
@@ -154,15 +181,21 @@ pub fn run(
 ) -> Result<SessionResult, InputError> {
     let mut session = Session::open(wire, config, every)?;
     let mut done = Vec::new();
+    let mut armed = false;
     for task in tasks {
         let result = match task {
             Task::Commission { budget_s, seed } => session.commission(*budget_s, *seed, progress)?,
             Task::Adopt(estimates) => session.adopt(estimates)?,
+            Task::Capture { trigger, before } => session.arm_capture(*trigger, *before)?,
             Task::Track {
                 profile,
                 compensation,
             } => session.track(profile, *compensation, progress)?,
         };
+        if armed && matches!(result, Done::Tracked(_)) {
+            session.read_capture()?;
+        }
+        armed = result == Done::Armed;
         let refused = matches!(&result, Done::Commissioned(outcome) if outcome.refused.is_some());
         done.push(result);
         if refused {
@@ -183,6 +216,7 @@ struct Session {
 struct Kept {
     log: RunLog,
     ended: Option<Outcome>,
+    captured: Option<Captured>,
 }
 
 impl Kept {
@@ -192,11 +226,26 @@ impl Kept {
             Message::Telemetry {
                 tick, cost, record, ..
             } if record.version != 0 => {
-                self.log.rows.push(Row { tick, cost, record });
+                self.log.rows.push(Row {
+                    tick,
+                    cost,
+                    motor_flags: 0,
+                    record,
+                });
             }
             Message::Commissioned { tick, outcome, .. } => {
                 self.log.outcomes.push((tick, outcome));
                 self.ended = Some(outcome);
+            }
+            Message::Captured {
+                stage,
+                trigger_tick,
+                shots,
+                ..
+            } => {
+                let captured = self.captured.get_or_insert_default();
+                (captured.stage, captured.trigger_tick) = (stage, trigger_tick);
+                captured.shots.extend(shots);
             }
             _ => {}
         }
@@ -219,7 +268,11 @@ impl Session {
         let log = RunLog::new(config);
         let mut session = Session {
             client: Client::new(wire),
-            kept: RefCell::new(Kept { log, ended: None }),
+            kept: RefCell::new(Kept {
+                log,
+                ended: None,
+                captured: None,
+            }),
             every,
         };
         session
@@ -269,7 +322,11 @@ impl Session {
             }
             if now % 512 < self.every {
                 let share = f64::from(now - start) / length;
-                progress(Progress { task, share });
+                progress(Progress {
+                    log: &kept.log,
+                    task,
+                    share,
+                });
             }
         }
     }
@@ -316,6 +373,27 @@ impl Session {
     fn adopt(&mut self, estimates: &Estimates) -> Result<Done, InputError> {
         self.command(Command::Adopt(*estimates))?;
         Ok(Done::Adopted)
+    }
+
+    fn arm_capture(&mut self, trigger: Trigger, before: u16) -> Result<Done, InputError> {
+        self.kept.get_mut().captured = None;
+        self.command(Command::CaptureArm { trigger, before })?;
+        Ok(Done::Armed)
+    }
+
+    /// Piece by piece, until one comes back empty.
+    fn read_capture(&mut self) -> Result<(), InputError> {
+        self.kept.get_mut().captured = Some(Captured::default());
+        loop {
+            let held = |kept: &Kept| kept.captured.as_ref().map_or(0, |captured| captured.shots.len());
+            let from = held(&self.kept.borrow());
+            self.command(Command::CaptureRead { from: from as u16 })?;
+            // The piece follows its answer.
+            self.pause_for(READ_S)?;
+            if held(&self.kept.borrow()) == from {
+                return Ok(());
+            }
+        }
     }
 
     fn track(
@@ -416,17 +494,28 @@ impl Session {
     }
 
     fn pause(&mut self) -> Result<(), InputError> {
-        let end = self.kept.borrow().now() + self.ticks(PAUSE_S);
+        self.pause_for(PAUSE_S)
+    }
+
+    fn pause_for(&mut self, seconds: f64) -> Result<(), InputError> {
+        let end = self.kept.borrow().now() + self.ticks(seconds).max(2);
         self.run_to(end, |_| false, "pause", &mut |_| {})?;
         Ok(())
     }
 
     fn close(self, done: Vec<Done>) -> Result<SessionResult, InputError> {
-        let firmware_log = self.client.close();
+        let farewell = self.client.close();
+        let Kept {
+            mut log, captured, ..
+        } = self.kept.into_inner();
+        for row in &mut log.rows {
+            row.motor_flags = farewell.motor_flags.get(row.tick as usize).copied().unwrap_or(0);
+        }
         Ok(SessionResult {
-            log: self.kept.into_inner().log,
+            log,
             done,
-            firmware_log,
+            firmware_log: farewell.firmware_log,
+            captured,
         })
     }
 }

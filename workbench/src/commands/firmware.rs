@@ -46,18 +46,28 @@ impl Firmware {
 
     /// Runs the tasks with a progress bar.
     pub fn run(&self, config: Config, tasks: &[session::Task]) -> anyhow::Result<session::SessionResult> {
-        let wire = self.connect(&config)?;
         let bar = ProgressBar::new(1000);
         bar.set_style(ProgressStyle::with_template(
             "{msg:14} {wide_bar} {percent:>3} %",
         )?);
-        let every = session::decimation(&self.motor, &config);
-        let result = session::run(wire, config, every, tasks, &mut |progress| {
+        let result = self.run_with(config, tasks, &mut |progress| {
             bar.set_message(progress.task.to_owned());
             bar.set_position((progress.share * 1000.0) as u64);
         });
         bar.finish_and_clear();
-        let result = result?;
+        result
+    }
+
+    /// Runs the tasks; `progress` is told about every 512 control ticks.
+    pub fn run_with(
+        &self,
+        config: Config,
+        tasks: &[session::Task],
+        progress: &mut dyn FnMut(session::Progress),
+    ) -> anyhow::Result<session::SessionResult> {
+        let wire = self.connect(&config)?;
+        let every = session::decimation(&self.motor, &config);
+        let result = session::run(wire, config, every, tasks, progress)?;
         if self.verbose {
             result
                 .firmware_log

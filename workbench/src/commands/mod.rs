@@ -1,6 +1,7 @@
 //! One file a subcommand: its arguments and a recipe of a dozen lines. A new subcommand is one file, one variant of
 //! [`Command`] and one arm of [`Cli::run`].
 
+pub mod capture;
 pub mod cases;
 pub mod commission;
 pub mod demo;
@@ -8,6 +9,7 @@ pub mod effects;
 pub mod firmware;
 pub mod gap;
 pub mod instructions;
+pub mod monitor;
 pub mod replay;
 pub mod simulate;
 pub mod track;
@@ -40,6 +42,10 @@ pub enum Command {
     Instructions(instructions::Arguments),
     /// Run the main job end to end and write a report.
     Demo(demo::Arguments),
+    /// Record 1,024 control ticks around an event at full rate.
+    Capture(capture::Arguments),
+    /// Watch the servo commission and track, live.
+    Monitor(monitor::Arguments),
     /// Run a firmware log through the library on the host and compare every bit.
     Replay(replay::Arguments),
     /// Draw data in which an effect is hidden, answers apart.
@@ -57,6 +63,8 @@ impl Cli {
             Command::Track(arguments) => track::run(&arguments),
             Command::Instructions(arguments) => instructions::run(&arguments),
             Command::Demo(arguments) => demo::run(&arguments),
+            Command::Capture(arguments) => capture::run(&arguments),
+            Command::Monitor(arguments) => monitor::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Cases(arguments) => cases::run(&arguments),
         }

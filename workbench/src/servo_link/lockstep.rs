@@ -1,6 +1,6 @@
 //! The firmware in QEMU with a motor on the host: a turn is one control tick.
 
-use super::Wire;
+use super::{Farewell, Wire};
 use crate::input_error::InputError;
 use crate::motor::qemu::{MOST_LINK_BYTES, Options, Qemu};
 use crate::motor::{Drive, Motor, Reading};
@@ -15,6 +15,7 @@ pub struct Lockstep {
     qemu: Qemu,
     motor: Box<dyn Motor>,
     config: Config,
+    flags: Vec<u32>,
 }
 
 impl Lockstep {
@@ -24,6 +25,7 @@ impl Lockstep {
             qemu: Qemu::start(options)?,
             motor,
             config,
+            flags: Vec::new(),
         })
     }
 }
@@ -38,13 +40,17 @@ impl Wire for Lockstep {
             bridge: said.bridge,
             tick_s: 1.0 / self.config.tick_hz as f32,
         })?;
+        self.flags.push(reading.flags);
         let sample = convert(&reading, &self.config);
         let bytes: Vec<u8> = outgoing.drain(..outgoing.len().min(MOST_LINK_BYTES)).collect();
         self.qemu.answer(&sample, &bytes)
     }
 
-    fn close(&mut self) -> Vec<String> {
-        self.qemu.stop()
+    fn close(&mut self) -> Farewell {
+        Farewell {
+            firmware_log: self.qemu.stop(),
+            motor_flags: std::mem::take(&mut self.flags),
+        }
     }
 }
 

@@ -22,10 +22,19 @@ pub trait Wire {
     /// control tick; on a real line it is a short wait.
     fn turn(&mut self, outgoing: &mut Vec<u8>, incoming: &mut Vec<u8>) -> Result<(), InputError>;
 
-    /// Ends the connection; returns the firmware's own log, as far as the wire carries it.
-    fn close(&mut self) -> Vec<String> {
-        Vec::new()
+    /// Ends the connection.
+    fn close(&mut self) -> Farewell {
+        Farewell::default()
     }
+}
+
+/// What is known when a connection has ended, as far as the wire carries it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Farewell {
+    /// The firmware's own log.
+    pub firmware_log: Vec<String>,
+    /// The motor's flags before each control tick since power-up.
+    pub motor_flags: Vec<u32>,
 }
 
 /// A servo at the other end of a [`Wire`].
@@ -99,8 +108,8 @@ impl Client {
         self.damaged
     }
 
-    /// Ends the connection; returns the firmware's own log.
-    pub fn close(mut self) -> Vec<String> {
+    /// Ends the connection.
+    pub fn close(mut self) -> Farewell {
         self.wire.close()
     }
 }

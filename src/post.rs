@@ -1,0 +1,92 @@
+//! The image's end of the link: bytes become orders for the control interrupt, its messages become frames.
+
+use crate::board;
+use heapless::spsc::{Consumer, Producer};
+use servo::joint::Order;
+use servo::link::{Inbox, Incoming, refusal};
+use servo::protocol::{Command, FRAME_CAPACITY, Message, Refusal, encode};
+
+/// Bytes taken from the line in one go; the rest waits for the next tick.
+const BYTES_AT_ONCE: usize = 2 * FRAME_CAPACITY;
+
+/// Owned by the link task.
+pub struct Post {
+    line: board::Line,
+    inbox: Inbox,
+    orders: Producer<'static, (u16, Order)>,
+    sequence: u16,
+}
+
+impl Post {
+    /// Nothing sent, nothing received.
+    pub fn new(line: board::Line, orders: Producer<'static, (u16, Order)>) -> Self {
+        Post {
+            line,
+            inbox: Inbox::new(),
+            orders,
+            sequence: 0,
+        }
+    }
+
+    /// Takes bytes as long as an order that they complete, and an answer to it, have a place.
+    pub fn take_commands(&mut self) {
+        for _ in 0..BYTES_AT_ONCE {
+            if !self.orders.ready() || !self.has_room() {
+                return;
+            }
+            let Some(byte) = self.line.read() else { return };
+            if let Some(incoming) = self.inbox.push(byte) {
+                self.handle(incoming);
+            }
+        }
+    }
+
+    /// Sends what waits, as far as the line has room.
+    pub fn forward(&mut self, messages: &mut Consumer<'static, Message>) {
+        while self.has_room()
+            && let Some(message) = messages.dequeue()
+        {
+            self.inbox.answered(&message);
+            self.send(&message);
+        }
+    }
+
+    fn handle(&mut self, incoming: Incoming) {
+        match incoming {
+            Incoming::Execute(to, command) => self.order(to, command),
+            Incoming::Answer(answer) => self.send(&answer),
+            Incoming::Drop(error) => defmt::debug!("frame dropped: {}", defmt::Debug2Format(&error)),
+        }
+    }
+
+    fn order(&mut self, to: u16, command: Command) {
+        match unpack(command) {
+            Ok(order) => {
+                let _ = self.orders.enqueue((to, order));
+            }
+            Err(reason) => {
+                let answer = refusal(to, reason);
+                self.inbox.answered(&answer);
+                self.send(&answer);
+            }
+        }
+    }
+
+    fn send(&mut self, message: &Message) {
+        let mut buffer = [0; FRAME_CAPACITY];
+        self.sequence = self.sequence.wrapping_add(1);
+        if let Ok(bytes) = encode(self.sequence, message, &mut buffer) {
+            self.line.write(bytes);
+        }
+    }
+
+    fn has_room(&mut self) -> bool {
+        self.line.room() >= FRAME_CAPACITY
+    }
+}
+
+/// Asks the board, then builds what the control interrupt will put in place.
+fn unpack(command: Command) -> Result<Order, Refusal> {
+    board::supports(&command)?;
+    Order::from_command(command)
+}
