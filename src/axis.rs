@@ -207,6 +207,12 @@ impl Axis {
         }
     }
 
+    /// Machine units of this axis.
+    #[must_use]
+    pub fn scale(&self) -> &Scale {
+        &self.scale
+    }
+
     /// One control tick, top to bottom.
     pub fn step(&self, state: &mut State, sample: Sample) -> Output {
         let supply = self.pwm.supply(&mut state.pwm, &sample);
