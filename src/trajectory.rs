@@ -208,7 +208,7 @@ impl Limits {
     }
 
     /// Ticks that `distance` counts take from rest.
-    fn from_rest(&self, distance: f32) -> f32 {
+    fn ticks_over(&self, distance: f32) -> f32 {
         // voltage ≥ 15/8·D/T + τ·10/√3·D/T², solved for T.
         let linear = PEAK_SPEED * distance / self.voltage;
         let square = 4.0 * PEAK_ACCELERATION * self.tau_ticks * distance / self.voltage;
@@ -217,7 +217,7 @@ impl Limits {
     }
 
     /// Ticks that a change of speed takes.
-    fn to_change(&self, speed: f32) -> f32 {
+    fn ticks_for_change(&self, speed: f32) -> f32 {
         PEAK_BRAKING * self.tau_ticks * speed / self.voltage
     }
 }
@@ -298,8 +298,8 @@ impl Move {
         let counts = (distance >> 20) as f32 / (1u32 << 12) as f32;
         let speed = start.speed.0 as f32 / (1u32 << SPEED_BITS) as f32;
         let acceleration = start.acceleration.0 as f32 / (1u32 << ACCELERATION_BITS) as f32;
-        let stopping = limits.to_change(speed.abs() + limits.tau_ticks * acceleration.abs());
-        let ticks = (limits.from_rest(counts.abs() + 0.5 * speed.abs() * stopping) + stopping).max(SHORTEST);
+        let stopping = limits.ticks_for_change(speed.abs() + limits.tau_ticks * acceleration.abs());
+        let ticks = (limits.ticks_over(counts.abs() + 0.5 * speed.abs() * stopping) + stopping).max(SHORTEST);
         (counts.abs() <= Self::LARGEST_COUNTS && ticks <= LONGEST).then(|| Self {
             clock: Clock::new(ticks),
             start: *start,
@@ -390,7 +390,7 @@ impl Cruise {
     pub fn plan(start: &Reference, speed: Speed, limits: &Limits) -> Self {
         let change = speed.0.saturating_sub(start.speed.0);
         let counts = change as f32 / (1u32 << SPEED_BITS) as f32;
-        let clock = Clock::new(limits.to_change(counts.abs()).max(0.1 * limits.tau_ticks));
+        let clock = Clock::new(limits.ticks_for_change(counts.abs()).max(0.1 * limits.tau_ticks));
         let acceleration = to_fixed(counts / clock.length as f32, ACCELERATION_BITS);
         Self {
             clock,

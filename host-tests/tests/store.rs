@@ -55,7 +55,7 @@ fn a_cut_erase_never_costs_the_set() {
 fn lives_with_several_cuts_in_a_row_lose_nothing() {
     let tally = (0..40)
         .map(|seed| life::<SMALL>(seed, 40))
-        .fold(Tally::default(), Tally::add);
+        .fold(Tally::default(), Tally::plus);
     assert_eq!(tally.losses(), 0, "{tally:?}");
     assert!(tally.cuts > 500, "{tally:?}");
 }

@@ -29,14 +29,14 @@ fn main() {
     for situation in Situation::ALL {
         let tally = cut_everywhere::<SMALL>(situation, 1, arguments.seeds);
         row(situation.name(), operations::<SMALL>(situation), tally);
-        total = total.add(tally);
+        total = total.plus(tally);
     }
     if arguments.real_stride > 0 {
         for situation in [Situation::AfterPowerUp, Situation::SectorChangeBack] {
             let tally = cut_everywhere::<REAL>(situation, arguments.real_stride, 1);
             let name = format!("128 KiB sectors: {}", situation.name());
             row(&name, operations::<REAL>(situation), tally);
-            total = total.add(tally);
+            total = total.plus(tally);
         }
     }
     let erase = suite::cut_erase::<SMALL>(50 * arguments.seeds);
@@ -44,9 +44,9 @@ fn main() {
     let lives = (0..arguments.lives)
         .into_par_iter()
         .map(|seed| life::<SMALL>(seed, 40))
-        .reduce(Tally::default, Tally::add);
+        .reduce(Tally::default, Tally::plus);
     row("random lives, cuts in a row", 0, lives);
-    total = total.add(erase).add(lives);
+    total = total.plus(erase).plus(lives);
     row("**all**", 0, total);
     println!("\nThe library's own map over both sectors, nothing added:\n");
     heading();

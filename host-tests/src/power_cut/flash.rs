@@ -144,7 +144,7 @@ impl<const SECTOR: usize> Flash<SECTOR> {
     /// Programs without asking whether the words can take it: what cannot be lifted stays zero.
     pub fn write_over(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerLost> {
         assert!(
-            offset as usize % WORD == 0 && bytes.len() % WORD == 0,
+            (offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD),
             "a write off the words"
         );
         for (chunk, index) in bytes.chunks_exact(WORD).zip(offset as usize / WORD..) {
@@ -182,7 +182,7 @@ impl<const SECTOR: usize> ReadNorFlash for Flash<SECTOR> {
             return Err(PowerLost);
         }
         assert!(
-            offset as usize % WORD == 0 && bytes.len() % WORD == 0,
+            (offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD),
             "a read off the words"
         );
         for (chunk, index) in bytes.chunks_exact_mut(WORD).zip(offset as usize / WORD..) {
@@ -206,7 +206,7 @@ impl<const SECTOR: usize> NorFlash for Flash<SECTOR> {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerLost> {
         assert!(
-            from as usize % SECTOR == 0 && to as usize % SECTOR == 0,
+            (from as usize).is_multiple_of(SECTOR) && (to as usize).is_multiple_of(SECTOR),
             "an erase of half a sector"
         );
         for sector in from as usize / SECTOR..to as usize / SECTOR {

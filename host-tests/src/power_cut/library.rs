@@ -128,7 +128,7 @@ fn cut_at<const SECTOR: usize>(
             flash.0.reboot();
             judge(&mut flash, saves)
         })
-        .reduce(Tally::default, Tally::add)
+        .reduce(Tally::default, Tally::plus)
 }
 
 fn judge<const SECTOR: usize>(flash: &mut Asynchronous<SECTOR>, old: u8) -> Tally {

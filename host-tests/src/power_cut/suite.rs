@@ -38,7 +38,7 @@ impl Tally {
     }
 
     /// Sum, field by field.
-    pub fn add(self, other: Tally) -> Tally {
+    pub fn plus(self, other: Tally) -> Tally {
         Tally {
             cuts: self.cuts + other.cuts,
             old: self.old + other.old,
@@ -206,7 +206,7 @@ fn cut_at<const SECTOR: usize>(
             );
             judge(store.flash().clone(), before, set(NEW), seed)
         })
-        .reduce(Tally::default, Tally::add)
+        .reduce(Tally::default, Tally::plus)
 }
 
 /// What is read after the cut, at this and at later power-ups; and can the store go on?
@@ -298,7 +298,7 @@ impl<const SECTOR: usize> Life<SECTOR> {
             self.tally.cuts += 1;
         };
         match writing {
-            Some(new) => self.tally = self.tally.add(verdict(&read, &self.known, &new)),
+            Some(new) => self.tally = self.tally.plus(verdict(&read, &self.known, &new)),
             None => self.tally.changed += u64::from(read != self.known),
         }
         self.known = read;
