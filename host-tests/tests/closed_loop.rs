@@ -127,10 +127,7 @@ fn a_sine_beyond_the_supply_names_the_limit_and_does_not_wind_the_integrator_up(
 #[test]
 fn speed_mode_keeps_its_speed_under_load_and_comes_back_to_rest() {
     let mut plant = ideal();
-    plant.motor.load.steps = vec![(
-        1.5,
-        -1.0 * plant.motor.torque_constant / plant.motor.resistance_ohm,
-    )];
+    plant.motor.load.steps = vec![(1.5, -plant.motor.torque_constant / plant.motor.resistance_ohm)];
     let mut bench = knowing(&plant);
     let wanted = 0.3 * plant.truth.gain * 12.0;
     must(&mut bench, Command::Speed(wanted as f32));

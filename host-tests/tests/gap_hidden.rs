@@ -45,7 +45,11 @@ fn protocol(seed: u64) -> Vec<Row> {
             2 if (x % 0.5) > 0.25 => (0.0, Bridge::Open),
             2 => (if x < 0.5 { 9.0 } else { -9.0 }, Bridge::Driven),
             3 => (
-                if (x * 14.0) as usize % 2 == 0 { 9.6 } else { -9.6 },
+                if ((x * 14.0) as usize).is_multiple_of(2) {
+                    9.6
+                } else {
+                    -9.6
+                },
                 Bridge::Driven,
             ),
             4 => (12.0 * (3.0 * wave).sin(), Bridge::Driven),
@@ -268,7 +272,7 @@ fn unusable_logs_end_in_one_sentence() {
             .unwrap_err()
             .to_string()
     };
-    assert!(refused(&log, &[log.clone()]).contains("a copy proves nothing"));
+    assert!(refused(&log, std::slice::from_ref(&log)).contains("a copy proves nothing"));
     let mut linear = log.clone();
     linear.linear = true;
     assert!(refused(&linear, &[]).contains("mass_kg"));

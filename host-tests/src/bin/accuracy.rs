@@ -98,7 +98,7 @@ fn one(arguments: &Arguments, family: FamilyName, severity: SeverityName, number
         // A quarter to three quarters of the budget: the learning segments.
         let at = arguments.seconds
             * (0.15 + 0.5 * f64::from(number.wrapping_mul(2_654_435_761)) / f64::from(u32::MAX));
-        let sign = if number % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
         plant = plant.with_load_step(at, sign * share);
         let mean = 0.5 * (plant.truth.dead_zone_v[0] + plant.truth.dead_zone_v[1]);
         plant.truth.dead_zone_v[0] += sign * share * mean;

@@ -64,7 +64,7 @@ fn tasks(family: Family, plant: &Plant, seed: u32) -> Vec<Task> {
                 frequency_hz,
                 seconds: 2.0 / frequency_hz,
             },
-            compensation: seed % 2 == 0,
+            compensation: seed.is_multiple_of(2),
         },
     ]
 }
