@@ -57,25 +57,47 @@ impl Motor {
         self.position += self.speed;
     }
 
-    fn sample(&self) -> Sample {
-        Sample {
-            count: self.position.floor() as i64 as i32,
-            vbus_raw: 1200,
-            current_raw: Sample::CURRENT_NOT_SENSED,
-        }
+    fn count(&self) -> i32 {
+        self.position.floor() as i64 as i32
     }
 }
 
 /// Link, joint and motor in lock-step.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Desk {
     inbox: Inbox,
     joint: Joint,
     motor: Motor,
     waiting: Option<(Bridge, i16)>,
     tick: u32,
-    /// Commands that reached the joint.
+    /// Commands that came over the link and were passed on to the joint.
     pub executed: Vec<(u16, Command)>,
+    /// Was the axis armed and neither stopped nor configured since?
+    pub armed: bool,
+    /// The configuration in force.
+    pub config: Option<Config>,
+    /// What the converters read.
+    pub world: Sample,
+}
+
+impl Default for Desk {
+    fn default() -> Self {
+        Desk {
+            inbox: Inbox::new(),
+            joint: Joint::new(),
+            motor: Motor::default(),
+            waiting: None,
+            tick: 0,
+            executed: Vec::new(),
+            armed: false,
+            config: None,
+            world: Sample {
+                count: 0,
+                vbus_raw: 1200,
+                current_raw: Sample::CURRENT_NOT_SENSED,
+            },
+        }
+    }
 }
 
 impl Desk {
@@ -110,15 +132,31 @@ impl Desk {
 
     /// A command that reaches the joint without the link.
     pub fn order(&mut self, command: Command) -> Result<(), Refusal> {
-        match command {
-            Command::Subscribe { .. } => Ok(()),
-            command => self.joint.execute(&Order::from_command(command)?),
+        if let Command::Subscribe { .. } = command {
+            return Ok(());
         }
+        self.joint.execute(&Order::from_command(command)?)?;
+        match command {
+            Command::Arm => self.armed = true,
+            Command::Stop => self.armed = false,
+            Command::Configure(config) => (self.armed, self.config) = (false, Some(config)),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The shaft is found elsewhere.
+    pub fn jump(&mut self, counts: i32) {
+        self.motor.position += f64::from(counts);
     }
 
     /// One control tick.
     pub fn tick(&mut self) -> Output {
-        let output = self.joint.step(self.motor.sample()).output;
+        let sample = Sample {
+            count: self.motor.count(),
+            ..self.world
+        };
+        let output = self.joint.step(sample).output;
         let (bridge, duty) = self
             .waiting
             .replace((output.bridge, output.duty))

@@ -117,7 +117,7 @@ impl<const SECTOR: usize> Flash<SECTOR> {
             let steady = self.random.random::<u32>() | self.random.random::<u32>();
             match way {
                 0 => self.words[index] &= !self.bits(0.01),
-                7 if index % 2 == 0 => self.words[index] = self.random.random(),
+                7 if index.is_multiple_of(2) => self.words[index] = self.random.random(),
                 6 => self.unsteady[index] = self.bits(0.02),
                 _ => {
                     self.words[index] |= lifted;
