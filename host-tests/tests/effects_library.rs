@@ -1,0 +1,133 @@
+//! The library of effects: every published name is there, every entry is complete, and each one acts on the plant.
+
+use truing::effects::{self, LIBRARY, Scale};
+use truing::plant::Motor;
+use truing::plant::physics::Physics;
+
+/// The names that stay, whatever is added.
+const PUBLISHED: &[&str] = &[
+    "dead_zone",
+    "dead_zone_asymmetric",
+    "voltage_saturation",
+    "drive_gain",
+    "voltage_offset",
+    "transport_delay",
+    "actuator_lag",
+    "voltage_drop",
+    "supply_sag",
+    "current_limit",
+    "resistance",
+    "motor_gain",
+    "inertia",
+    "viscous_friction",
+    "thermal_resistance",
+    "kt_saturation",
+    "coulomb_friction",
+    "coulomb_asymmetric",
+    "stribeck_friction",
+    "load_dependent_friction",
+    "viscous_asymmetric",
+    "quadratic_drag",
+    "constant_load",
+    "gravity",
+    "cogging",
+    "periodic_load",
+    "backlash",
+    "flexible_coupling",
+    "encoder_scale",
+    "speed_saturation",
+    "sensor_lag",
+    "sensor_rectified",
+    "sensor_offset",
+];
+
+#[test]
+fn every_published_name_is_there_and_complete() {
+    for name in PUBLISHED {
+        let effect = effects::find(name).unwrap_or_else(|| panic!("{name} is missing"));
+        for text in [
+            effect.summary,
+            effect.equation,
+            effect.source,
+            effect.signature,
+            effect.separated_by,
+        ] {
+            assert!(text.len() > 3, "{name}: an empty text");
+        }
+        for other in effect.confusable_with {
+            assert!(
+                effects::find(other).is_some(),
+                "{name} is confused with the unknown {other}"
+            );
+        }
+        for parameter in effect.parameters {
+            assert!(
+                parameter.lower < parameter.upper,
+                "{name} {}: bounds",
+                parameter.name
+            );
+        }
+    }
+    for (alias, name) in [
+        ("coulomb", "coulomb_friction"),
+        ("stribeck", "stribeck_friction"),
+        ("gravity_arm", "gravity"),
+    ] {
+        assert_eq!(effects::find(alias).unwrap().name, name);
+    }
+}
+
+/// A 12 V motor driven to and fro, its reading every 2 ms.
+fn readings(plant: Physics) -> Vec<f64> {
+    let mut motor = Motor::new(plant, 4096.0);
+    let volts = |k: usize| [3.0, -9.0, 12.0, -1.0][k / 100 % 4];
+    (0..400)
+        .map(|k| motor.step(volts(k), 1, 2e-3).omega_rad_s)
+        .collect()
+}
+
+#[test]
+fn every_effect_changes_the_reading() {
+    let mut base = Physics::linear_motor(1.5, 0.001, 0.05, 0.05, 1.2e-4, 3e-5);
+    base.supply_v = 12.0;
+    base.encoder_at_load = true;
+    let without = readings(base.clone());
+    // One natural unit of each scale of this motor.
+    let unit = |scale: Scale| match scale {
+        Scale::Input => 12.0,
+        Scale::Torque => 0.4,
+        Scale::Speed => 230.0,
+        Scale::Time => 0.07,
+        Scale::Current => 8.0,
+        Scale::Resistance => 1.5,
+        Scale::Viscous => 0.4 / 230.0,
+        Scale::Drag => 0.4 / 230.0 / 230.0,
+        Scale::Angle => 16.0,
+        Scale::Frequency => 14.0,
+        Scale::PerPower => 0.01,
+        Scale::Stiffness => 0.025,
+        Scale::One => 1.0,
+    };
+    for effect in LIBRARY {
+        let middle = |p: &effects::Parameter| match p.name {
+            "periods_per_rev" => 7.0,
+            "load_share" => 0.3,
+            "stiffness_nm_per_rad" => 3.0,
+            _ => (p.lower.max(0.0) + 0.2 * (p.upper.min(3.0) - p.lower.max(0.0))) * unit(p.scale),
+        };
+        let values: Vec<f64> = effect.parameters.iter().map(middle).collect();
+        let mut plant = base.clone();
+        (effect.apply)(&values, &mut plant);
+        let with = readings(plant);
+        let change = with
+            .iter()
+            .zip(&without)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        assert!(
+            change > 0.5 && change.is_finite(),
+            "{}: {values:?} changes the reading by {change} rad/s",
+            effect.name
+        );
+    }
+}
