@@ -7,6 +7,7 @@ pub mod desk;
 pub mod families;
 pub mod firmware;
 pub mod measured;
+pub mod naming;
 pub mod power_cut;
 pub mod tracking;
 pub mod virtual_motor;
