@@ -13,11 +13,12 @@ use crate::axis::Bridge;
 use crate::config::Scale;
 use crate::identify;
 use crate::identify::estimate::{Estimates, EstimatesReport, Mechanism, Reason};
-use crate::identify::saturation;
-use crate::identify::solve::{COEFFICIENT_FRAC, Coefficients, Progress, Solution, Solver, Structure};
-use crate::identify::spline::{Lengths, ROW_FRAC, Window};
+use crate::identify::slices::{SLICES, Slice, Spread};
+use crate::identify::solve::{Progress, Solution, Solver, Structure};
+use crate::identify::spline::{Lengths, Window};
 use crate::identify::timescale;
 use crate::identify::trust::{Check, Evidence};
+use crate::identify::{coast, saturation};
 use serde::{Deserialize, Serialize};
 
 /// What the axis hands over in every tick.
@@ -114,8 +115,12 @@ impl Outcome {
 const HIGH: i32 = 10_158;
 /// Break-away voltage above which there is no room for a linear segment, Q14: 0.45.
 const MOST_BREAK_AWAY: i32 = 7_373;
+/// Voltage below which no motor with a dead zone moves, Q14: 3 %.
+const LEAST_BREAK_AWAY: i32 = 492;
 /// Low voltage above break-away, Q14: 6 %.
 const LOW_ABOVE_BREAK_AWAY: i32 = 450;
+/// Break-away voltage of a slow motor, at most, Q14: 24 %. Its ramp overshoots any level.
+const SLOW_BREAK_AWAY: i32 = 3_932;
 /// Ends of the high and of the low part of a segment, in 1/256. Half of the time at low voltage: the dead zone is an
 /// extrapolation from there, and random torque averages out.
 const PARTS: (u32, u32) = (72, 220);
@@ -129,10 +134,6 @@ const VERIFY: i32 = 8_192;
 const FULL: i32 = Scale::VOLTAGE_ONE;
 /// Counts that are motion, not a jittering edge.
 const MOTION: i32 = 4;
-/// Residual of coasting below which it is an input dead zone, above which friction, in 1/1024 of the dead zone.
-const COAST_UNCLEAR_1024: [i64; 2] = [-614, -410];
-/// Windows that the coast test needs.
-const COAST_WINDOWS: u32 = 3;
 /// Time constants that a budget must hold, in quarters: 3.5.
 const LEAST_TIME_CONSTANTS_QUARTERS: u64 = 14;
 
@@ -162,15 +163,6 @@ impl Params {
     }
 }
 
-/// Sums of the coast test, mirrored to the direction of motion.
-#[derive(Clone, Copy, Debug, Default)]
-struct CoastSums {
-    speed: i64,
-    acceleration: i64,
-    jerk: i64,
-    windows: u32,
-}
-
 /// What the commissioning carries from tick to tick.
 #[derive(Clone, Copy, Debug)]
 pub struct State {
@@ -186,8 +178,8 @@ pub struct State {
     travel: u32,
     still: u32,
     level: i32,
-    /// Counts that the axis moves by itself during a ramp.
-    drift: i32,
+    /// The axis moves without voltage.
+    restless: bool,
     /// Lowest displacement of a ramp, counts, and ticks since then.
     lowest: i32,
     since_lowest: u32,
@@ -197,7 +189,9 @@ pub struct State {
     solver: Solver,
     solution: Option<Solution>,
     inverse_beta: [i32; 2],
-    coast: [CoastSums; 2],
+    coast: [coast::Sums; 2],
+    slices: [Slice; SLICES],
+    spread: [Spread; 2],
     learn_lengths: Lengths,
     after_coast: Phase,
     saturation: [saturation::State; 2],
@@ -221,7 +215,7 @@ impl State {
             travel: 0,
             still: 0,
             level: 0,
-            drift: 0,
+            restless: false,
             lowest: 0,
             since_lowest: 0,
             break_away: [0; 2],
@@ -230,7 +224,9 @@ impl State {
             solver: Solver::default(),
             solution: None,
             inverse_beta: [0; 2],
-            coast: [CoastSums::default(); 2],
+            coast: [coast::Sums::default(); 2],
+            slices: [Slice::default(); SLICES],
+            spread: [Spread::default(); 2],
             learn_lengths: params.identify.lengths_for(0),
             after_coast: Phase::Learn,
             saturation: [saturation::State::default(); 2],
@@ -354,9 +350,7 @@ impl Params {
 
     fn settle(&self, state: &mut State, input: &Input) {
         if state.stroke == 0 {
-            // What moves without voltage is not broken away by voltage.
-            let moved = input.count.wrapping_sub(state.start_count).saturating_abs();
-            state.drift = state.drift.max(moved.saturating_mul(4));
+            state.restless |= input.count.wrapping_sub(state.start_count).saturating_abs() >= 2;
         }
         let at_rest = state.still >= self.share(2) || state.elapsed >= self.share(3);
         if !at_rest {
@@ -369,7 +363,9 @@ impl Params {
             state.stroke = 0;
             state.remaining = self.budget.saturating_sub(state.total);
             // An overshooting ramp overestimates; the lower of both directions still drives.
-            state.identify.break_away = state.break_away[0].min(state.break_away[1]);
+            state.identify.break_away = self
+                .break_away_level(state, 0)
+                .min(self.break_away_level(state, 1));
             state.enter(Phase::Learn, input.count);
         }
     }
@@ -384,15 +380,34 @@ impl Params {
             state.since_lowest = 0;
         }
         state.since_lowest = state.since_lowest.saturating_add(1);
+        if state.stroke == 0 && state.level < LEAST_BREAK_AWAY && displacement.saturating_abs() >= 2 {
+            state.restless = true;
+        }
         let (forwards, backwards) = (displacement.wrapping_sub(state.lowest), -displacement);
-        if forwards >= MOTION + state.drift {
+        let motion = MOTION + self.drift(state);
+        if forwards >= motion {
             state.break_away[state.direction] = self.plausible_break_away(state);
             self.moved(state, input);
-        } else if state.stroke == 0 && backwards >= MOTION + state.drift {
+        } else if state.stroke == 0 && backwards >= 2 * motion + self.rated_counts(state.elapsed) / 200 {
             state.refuse(Reason::Reversed);
-        } else if state.since_lowest > ramp {
+        } else if state.since_lowest > ramp + ramp / 2 {
             state.refuse(Reason::NoMotion);
         }
+    }
+
+    /// What moves without voltage is not broken away by voltage: 1.5 % of rated speed since the ramp began.
+    fn drift(&self, state: &State) -> i32 {
+        if state.restless {
+            self.rated_counts(state.elapsed) / 64
+        } else {
+            0
+        }
+    }
+
+    /// Travel at rated speed, counts, saturating.
+    fn rated_counts(&self, ticks: u32) -> i32 {
+        let counts = (u64::from(self.scale.rated_counts_per_tick_q16) * u64::from(ticks)) >> 16;
+        counts.min(1 << 30) as i32
     }
 
     /// A slow motor that coasted backwards had to be stopped first: its ramp overshot, the other direction tells more.
@@ -416,7 +431,7 @@ impl Params {
 
     fn learn(&self, state: &mut State, input: &Input) {
         let length = self.learn_ticks(state);
-        let low = (state.break_away[state.direction] + LOW_ABOVE_BREAK_AWAY).min(MOST_BREAK_AWAY);
+        let low = (self.break_away_level(state, state.direction) + LOW_ABOVE_BREAK_AWAY).min(MOST_BREAK_AWAY);
         let part = (state.elapsed << 8) / length.max(256);
         let (high_until, low_until) = match state.timescale.found {
             Some(_) => PARTS,
@@ -438,6 +453,16 @@ impl Params {
         }
         if state.elapsed >= length {
             self.begin_coast(state, input);
+        }
+    }
+
+    /// The ramp overshoots on a motor whose time constant it does not know to be short.
+    fn break_away_level(&self, state: &State, direction: usize) -> i32 {
+        let level = state.break_away[direction];
+        if state.timescale.found.is_some() {
+            level
+        } else {
+            level.min(SLOW_BREAK_AWAY)
         }
     }
 
@@ -479,6 +504,7 @@ impl Params {
             state.learn_lengths = lengths;
             state.identify.relength(lengths);
             state.identify.forget();
+            state.slices = [Slice::default(); SLICES];
         }
     }
 
@@ -557,7 +583,9 @@ impl Params {
     fn use_window(&self, state: &mut State, window: &Window) {
         match state.phase {
             Phase::Learn => {
-                self.identify.learn(&mut state.identify, window);
+                let slice = self.slice(state);
+                self.identify
+                    .learn(&mut state.identify, window, &mut state.slices[slice]);
             }
             Phase::Coast => self.note_coast(state, window),
             Phase::Saturate | Phase::Verify => self.compare(state, window),
@@ -565,19 +593,22 @@ impl Params {
         }
     }
 
+    /// All strokes together fill all slices.
+    fn slice(&self, state: &State) -> usize {
+        let each = SLICES as u32 / u32::from(self.strokes(state));
+        let within = (state.elapsed * each / self.learn_ticks(state).max(1)).min(each - 1);
+        (u32::from(state.stroke) * each + within) as usize % SLICES
+    }
+
     fn note_coast(&self, state: &mut State, window: &Window) {
         let direction = state.direction;
         if !(state.identify.gate.still() && state.identify.gate.moving(direction)) {
             return;
         }
-        let sign = i64::from(state.sign());
-        let sums = &mut state.coast[direction];
-        // Shorter blocks by 2^k: acceleration is smaller by 2^k, jerk by 4^k, in these units.
-        let k = state.learn_lengths.block - state.identify.lengths.block;
-        sums.speed += sign * i64::from(window.speed);
-        sums.acceleration += sign * (i64::from(window.acceleration) << k);
-        sums.jerk += sign * (i64::from(window.jerk) << (2 * k));
-        sums.windows += 1;
+        // Shorter blocks by 2^k, see the coast test.
+        let shift = state.learn_lengths.block - state.identify.lengths.block;
+        let sign = state.sign();
+        state.coast[direction].note(window, sign, shift);
     }
 
     /// Applied against needed voltage: above the linear range a sample of the saturation, within it the verification.
@@ -625,7 +656,7 @@ impl Params {
         let solution = *state.solver.solution();
         state.solution = Some(solution);
         state.inverse_beta = [0, 1].map(|direction| solution.inverse_beta(direction));
-        state.mechanism = mechanism(&state.coast, &solution);
+        state.mechanism = coast::mechanism(&state.coast, &solution);
         state.identify.follows_input = state.mechanism == Mechanism::InputDeadZone;
     }
 
@@ -636,7 +667,16 @@ impl Params {
         let Some(solution) = state.solution else {
             return state.refuse(Reason::NotExcited);
         };
+        if let Some(slice) = state.slices.get(usize::from(state.stroke)) {
+            // One slice a tick.
+            state.stroke += 1;
+            if let Some(residual) = slice.residual(&solution, state.inverse_beta) {
+                state.spread[slice.direction()].note(residual, slice.rows());
+            }
+            return;
+        }
         let evidence = Evidence {
+            spread: &state.spread,
             saturation: &state.saturation,
             checks: &state.checks,
             mechanism: state.mechanism,
@@ -655,27 +695,4 @@ impl Params {
         };
         state.phase = Phase::Done;
     }
-}
-
-/// While the terminals are shorted friction goes on braking, −γ; an input dead zone does not, 0.
-fn mechanism(coast: &[CoastSums; 2], solution: &Solution) -> Mechanism {
-    let (mut residual, mut reference, mut windows) = (0i64, 0i64, 0u32);
-    for (sums, c) in coast.iter().zip(&solution.coefficients) {
-        residual += coast_residual(sums, c);
-        reference += (i64::from(c.gamma) >> (COEFFICIENT_FRAC - ROW_FRAC)) * i64::from(sums.windows);
-        windows += sums.windows;
-    }
-    match () {
-        () if windows < COAST_WINDOWS || reference <= 0 => Mechanism::Unclear,
-        () if residual * 1024 < COAST_UNCLEAR_1024[0] * reference => Mechanism::Friction,
-        () if residual * 1024 > COAST_UNCLEAR_1024[1] * reference => Mechanism::InputDeadZone,
-        () => Mechanism::Unclear,
-    }
-}
-
-/// Σ (a + α·w + δ·j), Q20.
-fn coast_residual(sums: &CoastSums, c: &Coefficients) -> i64 {
-    let product =
-        |coefficient: i32, sum: i64| (i64::from(coefficient) * (sum >> 6)) >> (COEFFICIENT_FRAC - 6);
-    sums.acceleration + product(c.alpha, sums.speed) + product(c.delta, sums.jerk)
 }

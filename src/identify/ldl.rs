@@ -137,10 +137,15 @@ impl Factor {
             let square = Positive::of(solved[i], 0).times(Positive::of(solved[i], 0));
             sum = sum.plus(square.over(Positive::of(self.at(i, i), 0)));
         }
+        // The sums' own scale, Q40, cancels between the residual and the inverse.
+        sum.times(self.residual()).shifted(2 * (top - 22) + 40)
+    }
+
+    /// Residual sum of squares in the rows' own unit (they are Q20).
+    pub fn residual(&self) -> Positive {
         let last = self.unknowns();
-        let residual = Positive::of(self.at(last, last).max(LEAST_RESIDUAL), 0);
-        sum.times(residual)
-            .shifted(2 * (top - 22) + 2 * i32::from(self.exponents[last]))
+        let pivot = Positive::of(self.at(last, last).max(LEAST_RESIDUAL), 0);
+        pivot.shifted(2 * i32::from(self.exponents[last]) - 40)
     }
 
     fn at(&self, i: usize, j: usize) -> i32 {

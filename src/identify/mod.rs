@@ -7,12 +7,14 @@
 //! [`Params::observe`] does the per-tick part; what a window is used for is decided by the caller: the
 //! [`crate::commission`] state machine, or the passive identification in ordinary motion.
 
+pub mod coast;
 pub mod estimate;
 pub mod gate;
 pub mod ldl;
 pub mod positive;
 pub mod regression;
 pub mod saturation;
+pub mod slices;
 pub mod solve;
 pub mod spline;
 pub mod timescale;
@@ -20,6 +22,7 @@ pub mod trust;
 
 use crate::config::Scale;
 use regression::{Row, Sums};
+use slices::Slice;
 use spline::{Hop, Lengths, Window};
 
 /// Samples enter the splines at this rate or up to twice this rate, Hz.
@@ -111,10 +114,9 @@ impl Params {
         window
     }
 
-    /// Adds the window to the regression of each direction whose gates it passes.
-    pub fn learn(&self, state: &mut State, window: &Window) -> bool {
+    /// Adds the window to the regression, and to the time slice, of each direction whose gates it passes.
+    pub fn learn(&self, state: &mut State, window: &Window, slice: &mut Slice) {
         let slowest = (self.rated_speed(&state.lengths) as i64 * SLOWEST_SPEED_1024 as i64 / 1024) as i32;
-        let mut used = false;
         for direction in [0, 1] {
             let row = Row::new(window, direction);
             let moving = match state.follows_input {
@@ -129,10 +131,9 @@ impl Params {
                     &mut state.outer
                 };
                 set[direction].add(&row);
-                used = true;
+                slice.add(&row, direction);
             }
         }
-        used
     }
 }
 

@@ -79,6 +79,8 @@ pub struct Solution {
     pub coefficients: [Coefficients; 2],
     /// γ/β, nominal supply, Q20; negative when a load pulls.
     pub dead_zone: [i32; 2],
+    /// Variance of one row's residual, as a squared voltage of nominal; neighbouring rows' overlap counted in.
+    pub row_variance: Positive,
     /// Standard deviation of `dead_zone`, Q20.
     pub dead_zone_sigma: [i32; 2],
     /// β/α, mean of the directions.
@@ -269,6 +271,7 @@ impl Solver {
         let last = unknown(self.structure.unknowns(directions[directions.len() - 1])[1]);
         let beta = magnitude(beta).plus(magnitude(last)).shifted(-1);
         self.solution.gain = beta.over(magnitude(alpha));
+        self.solution.row_variance = self.per_row(self.factor.residual()).over(beta.times(beta));
         self.solution.time_constant = Positive::new(1, 0).over(magnitude(alpha));
         true
     }
@@ -314,11 +317,16 @@ impl Solver {
         }
     }
 
-    /// Windows overlap by all but one hop: `HOPS_PER_BLOCK` of them count as one independent row.
     fn sigma(&self, gradient: &[(Positive, bool); MOST]) -> Positive {
+        self.per_row(self.factor.variance(gradient)).sqrt()
+    }
+
+    /// Windows overlap by all but one hop: `HOPS_PER_BLOCK` of them count as one independent row.
+    fn per_row(&self, total: Positive) -> Positive {
         let rows = Positive::new(u64::from(self.rows.max(1)), 0);
-        let overlap = Positive::new(u64::from(HOPS_PER_BLOCK), 0);
-        self.factor.variance(gradient).times(overlap).over(rows).sqrt()
+        total
+            .times(Positive::new(u64::from(HOPS_PER_BLOCK), 0))
+            .over(rows)
     }
 }
 
@@ -348,4 +356,4 @@ impl Solution {
 }
 
 /// Fraction bits of 1/β.
-const INVERSE_FRAC: u32 = 16;
+pub const INVERSE_FRAC: u32 = 16;

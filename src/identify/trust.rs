@@ -5,8 +5,10 @@
 //! u95 = 2σ + 4 %.
 
 use super::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Reason, Standing, TIME_FRAC};
+use super::positive::Positive;
 use super::saturation;
-use super::solve::{RELATIVE_FRAC, Solution};
+use super::slices::Spread;
+use super::solve::{RELATIVE_FRAC, Solution, VOLTAGE_FRAC};
 use super::{Params, State};
 
 /// Share of a value that its model error may be, in 1/1024: dead zone, gain and time constant 4 %, saturation 1.5 %.
@@ -14,8 +16,12 @@ const MODEL_ERROR_1024: i32 = 41;
 const SATURATION_ERROR_1024: i32 = 15;
 /// A dead zone is trusted while its half width is below this share, in 1/1024: 12 %.
 const TRUST_LIMIT_1024: i32 = 123;
+/// Unknowns of one direction: γ, β, α; δ is settled by the steps.
+const UNKNOWNS: u32 = 3;
 /// Least span of speeds used in a direction, in 1/1024 of rated speed: 15 %.
 const SPAN_1024: i64 = 154;
+/// The same where the dead zone is at the input: 8 %.
+const SPAN_INPUT_1024: i64 = 82;
 /// Largest mean residual of the verification, Q20 of nominal: 1.2 %.
 pub const VERIFY_LIMIT: i32 = 12_583;
 
@@ -47,6 +53,8 @@ impl Check {
 pub struct Evidence<'a> {
     /// Saturation per direction.
     pub saturation: &'a [saturation::State; 2],
+    /// Disagreement of the time slices per direction.
+    pub spread: &'a [Spread; 2],
     /// Verification per direction.
     pub checks: &'a [Check; 2],
     /// Friction or input dead zone.
@@ -82,14 +90,19 @@ impl Params {
         direction: usize,
     ) -> Estimate {
         let value = solution.dead_zone[direction];
-        let sigma = solution.dead_zone_sigma[direction];
+        let inflation = evidence.spread[direction]
+            .inflation(solution.row_variance, UNKNOWNS)
+            .sqrt();
+        let sigma = Positive::of(solution.dead_zone_sigma[direction], VOLTAGE_FRAC)
+            .times(inflation)
+            .to_q(VOLTAGE_FRAC);
         let u95 = sigma
             .saturating_mul(2)
             .saturating_add(share(value.saturating_abs(), MODEL_ERROR_1024));
         let doubt = match evidence.checks[direction].mean() {
             _ if value <= 0 => Some(Reason::Implausible),
             _ if u95 > share(value, TRUST_LIMIT_1024) => Some(Reason::TooUncertain),
-            _ if !self.spans(state, direction) => Some(Reason::NotExcited),
+            _ if !self.spans(state, evidence.mechanism, direction) => Some(Reason::NotExcited),
             None if evidence.short_of_travel => Some(Reason::TravelTooShort),
             None => Some(Reason::NotVerified),
             Some(mean) if mean.saturating_abs() > VERIFY_LIMIT => Some(Reason::LoadChanged),
@@ -102,18 +115,23 @@ impl Params {
         }
     }
 
-    /// Did the rows used cover enough speed?
-    fn spans(&self, state: &State, direction: usize) -> bool {
+    /// Did the rows used cover enough speed? At low speed friction bends the line; an input dead zone does not.
+    fn spans(&self, state: &State, mechanism: Mechanism, direction: usize) -> bool {
         let (core, outer) = (&state.core[direction], &state.outer[direction]);
         let span = core
             .fastest
             .max(outer.fastest)
             .saturating_sub(core.slowest.min(outer.slowest));
-        i64::from(span) * 1024 >= i64::from(self.rated_speed(&state.lengths)) * SPAN_1024
+        let least = if mechanism == Mechanism::InputDeadZone {
+            SPAN_INPUT_1024
+        } else {
+            SPAN_1024
+        };
+        i64::from(span) * 1024 >= i64::from(self.rated_speed(&state.lengths)) * least
     }
 
     fn gain(&self, state: &State, solution: &Solution, standing: Standing) -> Estimate {
-        let rated = super::positive::Positive::of(self.rated_speed(&state.lengths), super::spline::ROW_FRAC);
+        let rated = Positive::of(self.rated_speed(&state.lengths), super::spline::ROW_FRAC);
         let value = solution.gain.over(rated).to_q(GAIN_FRAC);
         Estimate {
             value,
@@ -123,7 +141,7 @@ impl Params {
     }
 
     fn time_constant(&self, state: &State, solution: &Solution, standing: Standing) -> Estimate {
-        let block = super::positive::Positive::new(u64::from(self.block_ticks(&state.lengths)), 0);
+        let block = Positive::new(u64::from(self.block_ticks(&state.lengths)), 0);
         let value = solution.time_constant.times(block).to_q(TIME_FRAC);
         Estimate {
             value,

@@ -1,0 +1,69 @@
+//! Friction or input dead zone? The test with shorted terminals.
+//!
+//! While 0 V lie at the terminals and the motor still turns, friction goes on braking: a + α·w + δ·j = −γ. A dead zone
+//! at the input swallows 0 V as it swallows any small voltage: a + α·w + δ·j = 0. The mean over the windows of a
+//! coast, relative to γ, is −1 or 0 (measured on 480 motors: −1.05 … −0.95 and −0.05 … 0.05 with true parameters).
+//!
+//! Coasts of fast motors are short, so their windows are: blocks shorter by 2ᵏ with W₀ = 2^(counts−k) keep the speed's
+//! unit, divide the acceleration by 2ᵏ and the jerk by 4ᵏ.
+
+use super::estimate::Mechanism;
+use super::solve::{COEFFICIENT_FRAC, Coefficients, Solution};
+use super::spline::{ROW_FRAC, Window};
+
+/// Between these residuals, in 1/1024 of γ, it is neither.
+const UNCLEAR_1024: [i64; 2] = [-614, -410];
+/// Windows that the test needs.
+const LEAST_WINDOWS: u32 = 3;
+
+/// Sums over the windows of one direction's coasts, mirrored to the direction of motion.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sums {
+    speed: i64,
+    acceleration: i64,
+    jerk: i64,
+    windows: u32,
+}
+
+impl Sums {
+    /// Notes a window with blocks shorter by 2^`shift` than those of the solution. `sign`: of the motion.
+    pub fn note(&mut self, window: &Window, sign: i32, shift: u32) {
+        let sign = i64::from(sign);
+        self.speed = self.speed.wrapping_add(sign * i64::from(window.speed));
+        self.acceleration = self
+            .acceleration
+            .wrapping_add((sign * i64::from(window.acceleration)) << shift);
+        self.jerk = self
+            .jerk
+            .wrapping_add((sign * i64::from(window.jerk)) << (2 * shift));
+        self.windows = self.windows.saturating_add(1);
+    }
+
+    /// Σ (a + α·w + δ·j), Q20.
+    fn residual(&self, c: &Coefficients) -> i64 {
+        let product = |coefficient: i32, sum: i64| {
+            i64::from(coefficient).wrapping_mul(sum >> 6) >> (COEFFICIENT_FRAC - 6)
+        };
+        let damping = product(c.alpha, self.speed);
+        self.acceleration
+            .wrapping_add(damping)
+            .wrapping_add(product(c.delta, self.jerk))
+    }
+}
+
+/// The verdict over the coasts of both directions.
+pub fn mechanism(coasts: &[Sums; 2], solution: &Solution) -> Mechanism {
+    let (mut residual, mut reference, mut windows) = (0i64, 0i64, 0u32);
+    for (sums, c) in coasts.iter().zip(&solution.coefficients) {
+        residual = residual.wrapping_add(sums.residual(c));
+        let gamma = i64::from(c.gamma) >> (COEFFICIENT_FRAC - ROW_FRAC);
+        reference = reference.wrapping_add(gamma * i64::from(sums.windows));
+        windows = windows.saturating_add(sums.windows);
+    }
+    match residual.wrapping_mul(1024) {
+        _ if windows < LEAST_WINDOWS || reference <= 0 => Mechanism::Unclear,
+        scaled if scaled < UNCLEAR_1024[0].wrapping_mul(reference) => Mechanism::Friction,
+        scaled if scaled > UNCLEAR_1024[1].wrapping_mul(reference) => Mechanism::InputDeadZone,
+        _ => Mechanism::Unclear,
+    }
+}

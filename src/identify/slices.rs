@@ -1,0 +1,102 @@
+//! Did friction and load stay what they were? The rows once more, summed by time slice.
+//!
+//! A least-squares deviation takes the rows for independent. Random torque, position-dependent friction and a load that
+//! steps all make neighbouring rows err alike. With the solution known, the mean residual of each slice follows from
+//! the slice's sums of columns, without a second pass over the data. Slices that disagree by more than independent
+//! rows could widen the uncertainty (the cluster-robust variance of Liang & Zeger 1986, with slices as clusters).
+
+use super::positive::Positive;
+use super::regression::{COLUMNS, Row};
+use super::solve::{COEFFICIENT_FRAC, Solution};
+
+/// Slices of one commissioning, both directions together.
+pub const SLICES: usize = 16;
+/// Rows are summed in Q14, so 2¹⁶ of them fit into 32 bits.
+const SUM_SHIFT: u32 = 6;
+/// Rows below which a slice says nothing.
+const LEAST_ROWS: i32 = 6;
+/// Largest mean residual that is reported, Q20: keeps its square in 64 bits.
+const MOST_RESIDUAL: i64 = 1 << 24;
+
+/// Sums of the columns of the rows of one slice.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Slice {
+    sums: [i32; COLUMNS],
+    rows: u16,
+    direction: u8,
+}
+
+impl Slice {
+    /// Adds one row of `direction`.
+    pub fn add(&mut self, row: &Row, direction: usize) {
+        for (sum, column) in self.sums.iter_mut().zip(row.0) {
+            *sum = sum.wrapping_add(column >> SUM_SHIFT);
+        }
+        self.rows = self.rows.saturating_add(1);
+        self.direction = direction as u8;
+    }
+
+    /// Mean residual as a voltage, Q20 of nominal, positive: more voltage was needed than the solution says.
+    pub fn residual(&self, solution: &Solution, inverse_beta: [i32; 2]) -> Option<i32> {
+        let rows = i32::from(self.rows);
+        if rows < LEAST_ROWS {
+            return None;
+        }
+        let direction = usize::from(self.direction & 1);
+        let c = &solution.coefficients[direction];
+        let mut torque = -(i64::from(self.sums[COLUMNS - 1]) << COEFFICIENT_FRAC);
+        for (sum, coefficient) in self.sums.iter().zip([c.gamma, c.beta, c.alpha, c.delta]) {
+            torque = torque.wrapping_add(i64::from(*sum) * i64::from(coefficient));
+        }
+        let torque =
+            (torque >> (COEFFICIENT_FRAC - SUM_SHIFT)).clamp(i64::from(i32::MIN), i64::from(i32::MAX));
+        let mean = i64::from(torque as i32 / rows);
+        let volts = (mean * i64::from(inverse_beta[direction])) >> super::solve::INVERSE_FRAC;
+        Some(volts.clamp(-MOST_RESIDUAL, MOST_RESIDUAL) as i32)
+    }
+
+    /// Rows in it.
+    pub fn rows(&self) -> u16 {
+        self.rows
+    }
+
+    /// Direction of its rows.
+    pub fn direction(&self) -> usize {
+        usize::from(self.direction)
+    }
+}
+
+/// How the slices disagree.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spread {
+    squares: Positive,
+    rows: u32,
+    slices: u32,
+    /// Largest mean residual of a slice, Q20 of nominal.
+    pub worst: i32,
+}
+
+impl Spread {
+    /// Notes one slice's mean residual.
+    pub fn note(&mut self, residual: i32, rows: u16) {
+        let sum = Positive::of(residual, 20).times(Positive::new(u64::from(rows), 0));
+        self.squares = self.squares.plus(sum.times(sum));
+        self.rows = self.rows.saturating_add(u32::from(rows));
+        self.slices = self.slices.saturating_add(1);
+        self.worst = self.worst.max(residual.saturating_abs());
+    }
+
+    /// Factor by which the variance exceeds that of independent rows, at least 1. `row_variance`: of one row, as a
+    /// squared voltage, overlap included. `unknowns` were fitted to the slices.
+    pub fn inflation(&self, row_variance: Positive, unknowns: u32) -> Positive {
+        let one = Positive::new(1, 0);
+        if self.slices <= unknowns {
+            return one;
+        }
+        let expected = row_variance.times(Positive::new(u64::from(self.rows), 0));
+        let fitted = Positive::new(u64::from(self.slices), 0)
+            .over(Positive::new(u64::from(self.slices - unknowns), 0));
+        let factor = self.squares.over(expected).times(fitted);
+        if factor.below(one) { one } else { factor }
+    }
+}
