@@ -276,7 +276,7 @@ impl Axis {
             count: sample.count,
             voltage: self.pwm.terminal(acting, supply).q14(),
             bridge: acting.bridge,
-            supply: supply.q14(),
+            supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply.q14()),
             current_raw: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
         };
         let request = commissioning.params.step(&mut commissioning.state, &input);

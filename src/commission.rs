@@ -13,6 +13,7 @@ use crate::axis::Bridge;
 use crate::config::Scale;
 use crate::identify;
 use crate::identify::estimate::{Estimates, EstimatesReport, Mechanism, Reason};
+use crate::identify::positive::Positive;
 use crate::identify::slices::{SLICES, Slice, Spread};
 use crate::identify::solve::{Progress, Solution, Solver, Structure};
 use crate::identify::spline::{Lengths, Window};
@@ -31,8 +32,8 @@ pub struct Input {
     pub voltage: i32,
     /// State of the bridge from now to the next sample.
     pub bridge: Bridge,
-    /// Measured supply, Q14 of nominal supply (nominal when it is not measured).
-    pub supply: i32,
+    /// Measured supply, Q14 of nominal supply; `None` when it is not measured.
+    pub supply: Option<i32>,
     /// Winding current in converter counts; `None` when it is not sensed.
     pub current_raw: Option<i16>,
 }
@@ -132,6 +133,12 @@ const PARTS_SLOW_FIRST: (u32, u32) = (150, 210);
 const VERIFY: i32 = 8_192;
 /// Full voltage, Q14.
 const FULL: i32 = Scale::VOLTAGE_ONE;
+/// Supply outside of which the commissioning means nothing, Q14: 70 % and 140 % of nominal.
+const LEAST_SUPPLY: i32 = 11_469;
+const MOST_SUPPLY: i32 = 22_938;
+/// Gain of all rows over gain of the core rows below which the range is not linear, in 1/1024: 0.93. Linear motors
+/// stay within 0.98 … 1.01.
+const LOW_KNEE_1024: i32 = 952;
 /// Counts that are motion, not a jittering edge.
 const MOTION: i32 = 4;
 /// Time constants that a budget must hold, in quarters: 3.5.
@@ -144,6 +151,43 @@ pub struct Params {
     identify: identify::Params,
     budget: u32,
     first: usize,
+    limits: Limits,
+}
+
+/// Where the commissioning must stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Limits {
+    /// Ticks without a count while driven hard.
+    still_ticks: u32,
+    /// Σ |voltage · current| in Q14 of nominal times converter counts.
+    energy: u64,
+    /// Time constant to brake with before it is known, ticks.
+    time_constant: u32,
+    /// Ticks of one speed measurement.
+    step_ticks: u32,
+    /// Counts in it at the speed limit.
+    step_counts: u32,
+}
+
+impl Limits {
+    fn new(scale: &Scale) -> Self {
+        let config = &scale.config;
+        let joule_ticks = scale.volts(1) * config.current_a_per_lsb / config.tick_hz as f32;
+        let step_ticks = (config.tick_hz / 64).max(1);
+        let counts_per_tick_per_rad_s =
+            scale.rated_counts_per_tick_q16 as f32 / 65_536.0 / config.rated_speed_rad_s;
+        let step = |limit: f32| (limit * counts_per_tick_per_rad_s * step_ticks as f32) as u32;
+        Limits {
+            // Eight counts at 2 % of rated speed, at least 0.2 s: a slow motor lingers while it turns.
+            still_ticks: (400 * 65_536 / scale.rated_counts_per_tick_q16.max(1)).max(config.tick_hz / 5),
+            energy: config
+                .energy_limit_j
+                .map_or(u64::MAX, |limit| (limit / joule_ticks) as u64),
+            time_constant: (config.time_constant_hint_s.unwrap_or(0.1) * 2.0 * config.tick_hz as f32) as u32,
+            step_ticks,
+            step_counts: config.speed_limit_rad_s.map_or(u32::MAX, step),
+        }
+    }
 }
 
 impl Params {
@@ -155,6 +199,7 @@ impl Params {
             identify: identify::Params::new(scale),
             budget,
             first: (seed & 1) as usize,
+            limits: Limits::new(scale),
         }
     }
 
@@ -180,6 +225,14 @@ pub struct State {
     level: i32,
     /// The axis moves without voltage.
     restless: bool,
+    /// Count at the reference from which the end stops are measured.
+    zero: i32,
+    /// The travel was too short for a segment in one go.
+    turned: bool,
+    energy: u64,
+    last_step: u32,
+    step_count: i32,
+    supply_measured: bool,
     /// Lowest displacement of a ramp, counts, and ticks since then.
     lowest: i32,
     since_lowest: u32,
@@ -187,6 +240,8 @@ pub struct State {
     timescale: timescale::State,
     identify: identify::State,
     solver: Solver,
+    /// The core rows are being solved alone.
+    comparing: bool,
     solution: Option<Solution>,
     inverse_beta: [i32; 2],
     coast: [coast::Sums; 2],
@@ -216,12 +271,19 @@ impl State {
             still: 0,
             level: 0,
             restless: false,
+            zero: count,
+            turned: false,
+            energy: 0,
+            last_step: 0,
+            step_count: count,
+            supply_measured: true,
             lowest: 0,
             since_lowest: 0,
             break_away: [0; 2],
             timescale: timescale::State::default(),
             identify: identify::State::new(&params.identify, count),
             solver: Solver::default(),
+            comparing: false,
             solution: None,
             inverse_beta: [0; 2],
             coast: [coast::Sums::default(); 2],
@@ -234,6 +296,12 @@ impl State {
             mechanism: Mechanism::Unclear,
             outcome: Outcome::default(),
         }
+    }
+
+    /// The end stops count from here, not from where it starts.
+    pub fn referenced(mut self, zero: i32) -> Self {
+        self.zero = zero;
+        self
     }
 
     /// Where it stands.
@@ -297,6 +365,11 @@ impl Params {
             return Request::default();
         }
         self.bookkeeping(state, input);
+        self.measure_speed(state, input);
+        if let Some(reason) = self.guard(state, input) {
+            state.refuse(reason);
+            return Request::default();
+        }
         match self
             .identify
             .observe(&mut state.identify, input.count, input.voltage)
@@ -305,6 +378,7 @@ impl Params {
             None => self.solve(state),
         }
         self.advance(state, input);
+        self.turn_before_the_stop(state, input);
         self.request(state)
     }
 
@@ -319,6 +393,81 @@ impl Params {
         };
         state.elapsed = state.elapsed.saturating_add(1);
         state.total = state.total.saturating_add(1);
+        state.supply_measured &= input.supply.is_some();
+        let power = i64::from(input.voltage) * i64::from(input.current_raw.unwrap_or(0));
+        state.energy = state.energy.saturating_add(power.unsigned_abs());
+    }
+
+    fn beyond_travel(&self, state: &State, input: &Input) -> bool {
+        let [lower, upper] = self.scale.travel_counts;
+        let position = input.count.wrapping_sub(state.zero);
+        lower != i32::MIN && (position < lower || position > upper)
+    }
+
+    /// What must not go on.
+    fn guard(&self, state: &State, input: &Input) -> Option<Reason> {
+        let driven_hard =
+            state.level >= VERIFY && matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
+        let supply = input.supply.unwrap_or(Scale::VOLTAGE_ONE);
+        match () {
+            () if driven_hard
+                && state.still > self.limits.still_ticks
+                && state.elapsed > self.limits.still_ticks =>
+            {
+                Some(Reason::MotionLost)
+            }
+            () if supply < LEAST_SUPPLY || supply > MOST_SUPPLY => Some(Reason::SupplyMoved),
+            () if self.beyond_travel(state, input) => Some(Reason::TravelExceeded),
+            () if state.energy > self.limits.energy => Some(Reason::EnergySpent),
+            () if state.last_step > self.limits.step_counts => Some(Reason::Overspeed),
+            () => None,
+        }
+    }
+
+    /// Within a limited travel the motor shuttles: direction changes where it would otherwise run into the end.
+    fn turn_before_the_stop(&self, state: &mut State, input: &Input) {
+        let [lower, upper] = self.scale.travel_counts;
+        let free =
+            lower == i32::MIN || !matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
+        if free {
+            return;
+        }
+        let position = input.count.wrapping_sub(state.zero);
+        let room = if state.direction == 0 {
+            upper.saturating_sub(position)
+        } else {
+            position.saturating_sub(lower)
+        };
+        if room < self.stopping_distance(state) {
+            state.direction ^= 1;
+            state.turned = true;
+        }
+    }
+
+    /// Counts until rest with shorted terminals, speed · time constant, plus what the speed measurement lags behind and
+    /// 1/32 of the travel.
+    fn stopping_distance(&self, state: &State) -> i32 {
+        let [lower, upper] = self.scale.travel_counts;
+        let known = state
+            .timescale
+            .found
+            .unwrap_or(state.timescale.at_least.saturating_mul(2));
+        let time_constant = if known > 0 {
+            known
+        } else {
+            self.limits.time_constant
+        };
+        let steps = time_constant / self.limits.step_ticks + 2;
+        let braking = state.last_step.saturating_mul(steps).min(1 << 30) as i32;
+        braking.saturating_add(upper.saturating_sub(lower) / 32)
+    }
+
+    /// Counts travelled in the last 1/64 s.
+    fn measure_speed(&self, state: &mut State, input: &Input) {
+        if state.total.is_multiple_of(self.limits.step_ticks) {
+            state.last_step = input.count.wrapping_sub(state.step_count).unsigned_abs();
+            state.step_count = input.count;
+        }
     }
 
     /// Which voltage, now.
@@ -444,6 +593,7 @@ impl Params {
             _ => (low + HIGH) / 2,
         };
         if state.stroke == 0
+            && !state.turned
             && state.level == HIGH
             && state
                 .timescale
@@ -585,7 +735,7 @@ impl Params {
             Phase::Learn => {
                 let slice = self.slice(state);
                 self.identify
-                    .learn(&mut state.identify, window, &mut state.slices[slice]);
+                    .learn(&mut state.identify, window, state.slices.get_mut(slice));
             }
             Phase::Coast => self.note_coast(state, window),
             Phase::Saturate | Phase::Verify => self.compare(state, window),
@@ -634,8 +784,14 @@ impl Params {
         if !state.solver.busy() {
             return;
         }
-        match state.solver.step(&[&state.identify.core, &state.identify.outer]) {
+        let (core, outer) = (&state.identify.core, &state.identify.outer);
+        let progress = match state.comparing {
+            true => state.solver.step(&[core]),
+            false => state.solver.step(&[core, outer]),
+        };
+        match progress {
             Progress::Idle | Progress::Busy => {}
+            Progress::Singular | Progress::Solved if state.comparing => self.compared(state, progress),
             // The first direction alone only serves the coast test: later data may still do.
             Progress::Singular if state.solver.structure() != Structure::Shared => {}
             Progress::Singular => state.refuse(self.unsolved(state)),
@@ -645,19 +801,43 @@ impl Params {
 
     /// A motor that never showed its time constant was not given the time.
     fn unsolved(&self, state: &State) -> Reason {
-        if state.timescale.found.is_none() {
-            Reason::TooShort
-        } else {
-            Reason::NotExcited
+        match state.timescale.found {
+            _ if state.turned => Reason::TravelTooShort,
+            None => Reason::TooShort,
+            Some(_) => Reason::NotExcited,
         }
     }
 
     fn solved(&self, state: &mut State) {
+        self.accept(state);
+        if state.solver.structure() == Structure::Shared {
+            // Once more, with the rows below the core limit alone.
+            state.comparing = true;
+            state.solver.start(Structure::Shared);
+        }
+    }
+
+    fn accept(&self, state: &mut State) {
         let solution = *state.solver.solution();
         state.solution = Some(solution);
         state.inverse_beta = [0, 1].map(|direction| solution.inverse_beta(direction));
         state.mechanism = coast::mechanism(&state.coast, &solution);
         state.identify.follows_input = state.mechanism == Mechanism::InputDeadZone;
+    }
+
+    /// A gain that falls towards the upper end of the linear range means that the range is not linear: the saturation
+    /// begins within it, and only the core rows count.
+    fn compared(&self, state: &mut State, progress: Progress) {
+        state.comparing = false;
+        let Some(whole) = state.solution else { return };
+        let core_gain = state
+            .solver
+            .solution()
+            .gain
+            .times(Positive::of(LOW_KNEE_1024, 10));
+        if progress == Progress::Solved && whole.gain.below(core_gain) {
+            self.accept(state);
+        }
     }
 
     fn decide(&self, state: &mut State) {
@@ -680,7 +860,8 @@ impl Params {
             saturation: &state.saturation,
             checks: &state.checks,
             mechanism: state.mechanism,
-            short_of_travel: false,
+            short_of_travel: state.turned,
+            supply_measured: state.supply_measured,
         };
         let estimates = self.identify.estimates(&state.identify, &solution, &evidence);
         let time_constant = (estimates.time_constant.value >> identify::estimate::TIME_FRAC) as u64;

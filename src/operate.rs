@@ -123,7 +123,7 @@ impl Axis {
         let params = commission::Params::new(&self.scale, budget_ms, seed);
         state.commission = Some(Commissioning {
             params,
-            state: commission::State::new(&params, state.count),
+            state: commission::State::new(&params, state.count).referenced(state.zero.unwrap_or(state.count)),
         });
         state.outcome = None;
         state.mode = Mode::Commission(Request::default());

@@ -3,9 +3,17 @@
 use crate::bench::Board;
 use crate::families::{Cause, Plant};
 use servo::axis::{Bridge, Sample};
-use servo::commission::{CommissionReport, Input, Params, Phase, State};
+use servo::commission::{CommissionReport, Input, Outcome, Params, State};
 use servo::config::Scale;
 use servo::identify::estimate::{Mechanism, Reported};
+
+/// The outcome in the chip's integers, and the scale that gives them meaning.
+///
+/// # Panics
+/// If the library refuses the plant's configuration.
+pub fn commission_outcome(plant: &Plant, budget_s: f64, seed: u32) -> (Outcome, Scale) {
+    run(plant, budget_s, seed, &mut |_, _| {})
+}
 
 /// Commissions `plant` within `budget_s`; `watch` sees every tick.
 ///
@@ -17,6 +25,11 @@ pub fn commission(
     seed: u32,
     mut watch: impl FnMut(&State, &Input),
 ) -> CommissionReport {
+    let (outcome, scale) = run(plant, budget_s, seed, &mut watch);
+    outcome.report(&scale)
+}
+
+fn run(plant: &Plant, budget_s: f64, seed: u32, watch: &mut dyn FnMut(&State, &Input)) -> (Outcome, Scale) {
     let scale = plant
         .config
         .build()
@@ -32,10 +45,14 @@ pub fn commission(
         let input = input(&scale, &sample, bridge, duty);
         let request = params.step(state, &input);
         watch(state, &input);
-        if let Some(outcome) = state.outcome() {
-            return outcome.report(&scale);
+        if let Some(&outcome) = state.outcome() {
+            return (outcome, scale);
         }
-        let duty = duty_for(&scale, request.voltage, input.supply);
+        let duty = duty_for(
+            &scale,
+            request.voltage,
+            input.supply.unwrap_or(Scale::VOLTAGE_ONE),
+        );
         acting = [(request.bridge, duty), acting[0]];
         board.pass(request.bridge, duty);
     }
@@ -49,7 +66,7 @@ fn input(scale: &Scale, sample: &Sample, bridge: Bridge, duty: i16) -> Input {
         count: sample.count,
         voltage: (i32::from(duty) * supply + full / 2).div_euclid(full),
         bridge,
-        supply,
+        supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply),
         current_raw: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
     }
 }
@@ -175,9 +192,4 @@ pub fn quantiles(values: impl IntoIterator<Item = f64>) -> [f64; 3] {
             .unwrap_or(f64::NAN)
     };
     [at(0.5), at(0.95), at(1.0)]
-}
-
-/// Whether a commissioning is in a phase that learns.
-pub fn learning(state: &State) -> bool {
-    state.phase() == Phase::Learn
 }

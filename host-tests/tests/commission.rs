@@ -55,3 +55,67 @@ fn papers_motor_needs_more_than_five_seconds() {
     let [_, _, worst] = dead_zone(&given);
     assert!(worst < 2.0, "dead zone {worst} %");
 }
+
+/// What must be refused, and why.
+#[test]
+fn refusals_name_their_reason() {
+    let plant = || {
+        Plant::draw(
+            Family::G2,
+            Severity::Nominal,
+            Seeds::Evaluation(FIRST),
+            &Options::default(),
+        )
+    };
+    let refused = |plant: &Plant| {
+        commission(plant, 5.0, 0, |_, _| {})
+            .refused
+            .map(|reason| reason.code())
+    };
+    assert_eq!(refused(&plant()), None);
+    let mut stalled = plant();
+    stalled.motor.friction.kinetic_nm = [1e3; 2];
+    assert_eq!(refused(&stalled), Some("no_motion"));
+    let mut reversed = plant();
+    reversed.motor.torque_constant *= -1.0;
+    reversed.motor.emf_constant *= -1.0;
+    assert_eq!(refused(&reversed), Some("reversed"));
+    let mut hot = plant();
+    hot.sensing.current = true;
+    hot.config.energy_limit_j = Some(0.01);
+    assert_eq!(refused(&hot), Some("energy_spent"));
+    let mut fast = plant();
+    fast.config.speed_limit_rad_s = Some(0.3 * fast.config.rated_speed_rad_s);
+    assert_eq!(refused(&fast), Some("overspeed"));
+}
+
+/// A joint with end stops: what fits is identified, the stops are not reached.
+#[test]
+fn limited_travel_is_respected() {
+    for number in FIRST..FIRST + 6 {
+        let mut plant = Plant::draw(
+            Family::G3,
+            Severity::Nominal,
+            Seeds::Evaluation(number),
+            &Options::default(),
+        );
+        // 0.3 s at full speed: less than one segment needs.
+        let travel = (0.3 * plant.truth.gain * 12.0) as f32;
+        plant.config.travel_limit_rad = Some([-0.5 * travel, 0.5 * travel]);
+        let (mut low, mut high, mut start) = (0, 0, None);
+        let report = commission(&plant, 5.0, number, |_, input| {
+            let start = *start.get_or_insert(input.count);
+            low = low.min(input.count - start);
+            high = high.max(input.count - start);
+        });
+        let limit = (0.5 * travel * plant.config.counts_per_rev as f32 / std::f32::consts::TAU) as i32;
+        assert!(
+            -limit <= low && high <= limit,
+            "{number}: {low} … {high} of ± {limit}"
+        );
+        assert!(report.refused.is_none(), "{number}: {report:?}");
+        let score = Score::of(&plant, &report);
+        let [_, _, worst] = dead_zone(std::slice::from_ref(&score));
+        assert!(worst < 6.0, "{number}: {score:?}");
+    }
+}

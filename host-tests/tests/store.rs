@@ -235,6 +235,7 @@ fn the_largest_set_fits_into_a_record() {
         estimates: Estimates {
             dead_zone: [long; 2],
             saturation: [long; 2],
+            gain_skew: 0,
             gain: long,
             time_constant: long,
             mechanism: Mechanism::InputDeadZone,

@@ -173,6 +173,9 @@ pub struct Estimates {
     pub saturation: [Estimate; 2],
     /// Slope of speed over voltage beyond the dead zone, rated speeds per nominal supply, Q20.
     pub gain: Estimate,
+    /// Half the relative difference between the directions' gains, (K₊ − K₋)/(K₊ + K₋), Q20: the gain of a direction is
+    /// `gain · (1 ± gain_skew)`.
+    pub gain_skew: i32,
     /// Sum of the linear part's time constants, control ticks, Q12.
     pub time_constant: Estimate,
     /// Friction or input dead zone.

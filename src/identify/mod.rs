@@ -11,6 +11,7 @@ pub mod coast;
 pub mod estimate;
 pub mod gate;
 pub mod ldl;
+pub mod passive;
 pub mod positive;
 pub mod regression;
 pub mod saturation;
@@ -34,7 +35,7 @@ const LONGEST_BLOCK_S: f32 = 0.14;
 /// Fewest counts per block at rated speed.
 const LEAST_COUNTS_PER_BLOCK: u64 = 10;
 /// Least speed of a row in 1/1024 of rated speed, 8 %: below, Stribeck friction would bend the line.
-const SLOWEST_SPEED_1024: u64 = 82;
+const SLOWEST_SPEED_1024: i64 = 82;
 
 /// Fixed numbers of one axis' identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,25 +116,39 @@ impl Params {
     }
 
     /// Adds the window to the regression, and to the time slice, of each direction whose gates it passes.
-    pub fn learn(&self, state: &mut State, window: &Window, slice: &mut Slice) {
-        let slowest = (self.rated_speed(&state.lengths) as i64 * SLOWEST_SPEED_1024 as i64 / 1024) as i32;
+    pub fn learn(&self, state: &mut State, window: &Window, mut slice: Option<&mut Slice>) -> bool {
+        let mut used = false;
         for direction in [0, 1] {
+            if !self.usable(state, window, direction) {
+                continue;
+            }
             let row = Row::new(window, direction);
-            let moving = match state.follows_input {
-                true => state.gate.driven(direction),
-                false => state.gate.moving(direction) && row.speed() > slowest,
+            let set = if state.gate.core(direction) {
+                &mut state.core
+            } else {
+                &mut state.outer
             };
-            let linear = state.gate.linear(direction) && state.gate.driven(direction);
-            if moving && linear {
-                let set = if state.gate.core(direction) {
-                    &mut state.core
-                } else {
-                    &mut state.outer
-                };
-                set[direction].add(&row);
+            set[direction].add(&row);
+            if let Some(slice) = slice.as_deref_mut() {
                 slice.add(&row, direction);
             }
+            used = true;
         }
+        used
+    }
+
+    /// Was the motor driven and moving in this direction, in the linear range, all through the window?
+    pub fn usable(&self, state: &State, window: &Window, direction: usize) -> bool {
+        if !(state.gate.linear(direction) && state.gate.driven(direction)) {
+            return false;
+        }
+        let slowest = (i64::from(self.rated_speed(&state.lengths)) * SLOWEST_SPEED_1024 / 1024) as i32;
+        let speed = if direction == 0 {
+            window.speed
+        } else {
+            window.speed.saturating_neg()
+        };
+        state.follows_input || state.gate.moving(direction) && speed > slowest
     }
 }
 

@@ -13,6 +13,8 @@ use super::{Params, State};
 
 /// Share of a value that its model error may be, in 1/1024: dead zone, gain and time constant 4 %, saturation 1.5 %.
 const MODEL_ERROR_1024: i32 = 41;
+/// More of it when the supply is not measured, in 1/1024: 3 %, for a source of 5 % of the winding's resistance.
+const BLIND_ERROR_1024: i32 = 31;
 const SATURATION_ERROR_1024: i32 = 15;
 /// A dead zone is trusted while its half width is below this share, in 1/1024: 12 %.
 const TRUST_LIMIT_1024: i32 = 123;
@@ -39,6 +41,14 @@ impl Check {
         self.windows = self.windows.saturating_add(1);
     }
 
+    /// Forgets the older half beyond `most` windows.
+    pub fn keep(&mut self, most: u32) {
+        if self.windows >= most {
+            self.windows /= 2;
+            self.sum >>= 1;
+        }
+    }
+
     /// Mean, Q20 of nominal; `None` without windows.
     pub fn mean(&self) -> Option<i32> {
         // |sum| < 2³¹ · windows; the hardware divides 32 bits only, so both are halved until they fit.
@@ -59,6 +69,8 @@ pub struct Evidence<'a> {
     pub checks: &'a [Check; 2],
     /// Friction or input dead zone.
     pub mechanism: Mechanism,
+    /// The supply is measured, so that the voltage at the terminals is known.
+    pub supply_measured: bool,
     /// Travel cut the excitation short.
     pub short_of_travel: bool,
 }
@@ -76,6 +88,7 @@ impl Params {
             dead_zone,
             saturation: [0, 1]
                 .map(|d| saturation(&evidence.saturation[d], evidence.short_of_travel, standing)),
+            gain_skew: gain_skew(solution),
             gain: self.gain(state, solution, standing),
             time_constant: self.time_constant(state, solution, standing),
             mechanism: evidence.mechanism,
@@ -90,6 +103,12 @@ impl Params {
         direction: usize,
     ) -> Estimate {
         let value = solution.dead_zone[direction];
+        let model = MODEL_ERROR_1024
+            + if evidence.supply_measured {
+                0
+            } else {
+                BLIND_ERROR_1024
+            };
         let inflation = evidence.spread[direction]
             .inflation(solution.row_variance, UNKNOWNS)
             .sqrt();
@@ -98,7 +117,7 @@ impl Params {
             .to_q(VOLTAGE_FRAC);
         let u95 = sigma
             .saturating_mul(2)
-            .saturating_add(share(value.saturating_abs(), MODEL_ERROR_1024));
+            .saturating_add(share(value.saturating_abs(), model));
         let doubt = match evidence.checks[direction].mean() {
             _ if value <= 0 => Some(Reason::Implausible),
             _ if u95 > share(value, TRUST_LIMIT_1024) => Some(Reason::TooUncertain),
@@ -149,6 +168,16 @@ impl Params {
             standing,
         }
     }
+}
+
+/// (β₊ − β₋)/(β₊ + β₋), Q20.
+fn gain_skew(solution: &Solution) -> i32 {
+    let [positive, negative] = solution.coefficients.map(|c| c.beta);
+    let sum = Positive::of(positive, 0).plus(Positive::of(negative, 0));
+    let skew = Positive::of(positive.saturating_sub(negative), 0)
+        .over(sum)
+        .to_q(GAIN_FRAC);
+    if positive < negative { -skew } else { skew }
 }
 
 fn saturation(state: &saturation::State, short_of_travel: bool, standing: Standing) -> Estimate {

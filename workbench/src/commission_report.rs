@@ -212,6 +212,7 @@ impl Params {
                 estimate(self.saturation_pos_v, volt),
                 estimate(self.saturation_neg_v, volt),
             ],
+            gain_skew: 0,
             gain: estimate(self.gain_rad_s_per_v, gain),
             time_constant: estimate(self.time_constant_s, second),
             mechanism: self.mechanism,

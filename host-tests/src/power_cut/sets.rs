@@ -54,6 +54,7 @@ fn estimates(number: i32) -> Estimates {
     Estimates {
         dead_zone: [trusted(104_857), trusted(95_000)],
         saturation: [trusted(700_000), Estimate::missing(Reason::NotSeen)],
+        gain_skew: 0,
         gain: trusted(1_050_000),
         time_constant: trusted(1_638_400),
         mechanism: Mechanism::Friction,
