@@ -136,9 +136,9 @@ const FULL: i32 = Scale::VOLTAGE_ONE;
 /// Supply outside of which the commissioning means nothing, Q14: 70 % and 140 % of nominal.
 const LEAST_SUPPLY: i32 = 11_469;
 const MOST_SUPPLY: i32 = 22_938;
-/// Gain of all rows over gain of the core rows below which the range is not linear, in 1/1024: 0.93. Linear motors
-/// stay within 0.98 … 1.01.
-const LOW_KNEE_1024: i32 = 952;
+/// Gain of all rows over gain of the core rows below which the range is not linear, in 1/1024: 0.915. Knees
+/// between 0.46 and 0.66 of nominal give 0.55 … 0.89.
+const LOW_KNEE_1024: i32 = 937;
 /// Counts that are motion, not a jittering edge.
 const MOTION: i32 = 4;
 /// Time constants that a budget must hold, in quarters: 3.5.
@@ -416,7 +416,7 @@ impl Params {
             {
                 Some(Reason::MotionLost)
             }
-            () if supply < LEAST_SUPPLY || supply > MOST_SUPPLY => Some(Reason::SupplyMoved),
+            () if !(LEAST_SUPPLY..=MOST_SUPPLY).contains(&supply) => Some(Reason::SupplyMoved),
             () if self.beyond_travel(state, input) => Some(Reason::TravelExceeded),
             () if state.energy > self.limits.energy => Some(Reason::EnergySpent),
             () if state.last_step > self.limits.step_counts => Some(Reason::Overspeed),
