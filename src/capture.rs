@@ -131,6 +131,19 @@ pub struct Capture<'a> {
     /// Ticks still to come.
     left: usize,
     trigger_tick: u32,
+    /// Its number among the ticks that can be read.
+    trigger_index: usize,
+}
+
+/// What of a ring can be read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Extent {
+    /// Ticks.
+    pub length: u16,
+    /// Control tick at which the trigger fired.
+    pub trigger_tick: u32,
+    /// Its number among them, oldest 0.
+    pub trigger_index: u16,
 }
 
 impl<'a> Capture<'a> {
@@ -145,6 +158,7 @@ impl<'a> Capture<'a> {
             before: 0,
             left: 0,
             trigger_tick: 0,
+            trigger_index: 0,
         }
     }
 
@@ -161,9 +175,13 @@ impl<'a> Capture<'a> {
         self.stage
     }
 
-    /// Ticks that can be read, and the tick at which the trigger fired.
-    pub fn extent(&self) -> (usize, u32) {
-        (self.filled, self.trigger_tick)
+    /// What can be read.
+    pub fn extent(&self) -> Extent {
+        Extent {
+            length: self.filled as u16,
+            trigger_tick: self.trigger_tick,
+            trigger_index: self.trigger_index as u16,
+        }
     }
 
     /// Takes one tick.
@@ -179,6 +197,7 @@ impl<'a> Capture<'a> {
             self.trigger_tick = tick;
             // Older ticks than wanted give way to those still to come.
             self.filled = self.filled.min(self.before + 1);
+            self.trigger_index = self.filled - 1;
             self.left = LENGTH - self.filled;
         } else if self.stage == Stage::Finishing {
             self.left = self.left.saturating_sub(1);

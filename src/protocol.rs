@@ -6,7 +6,7 @@
 //! appended and published ones stay where they are; a change that breaks this raises [`VERSION`].
 
 use crate::axis;
-use crate::capture::{Shot, Stage, Trigger};
+use crate::capture::{Extent, Shot, Stage, Trigger};
 use crate::commission::Outcome;
 use crate::config::{Config, ConfigError};
 use crate::identify::estimate::Estimates;
@@ -141,10 +141,8 @@ pub enum Message {
     Captured {
         /// Where the capture stands; it can be read while it runs, but only a finished one stands still.
         stage: Stage,
-        /// Control tick at which the trigger fired.
-        trigger_tick: u32,
-        /// Ticks in the capture.
-        length: u16,
+        /// What there is to read.
+        extent: Extent,
         /// Number of the first one here.
         from: u16,
         /// Up to [`CAPTURE_PIECE`] ticks.

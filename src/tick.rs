@@ -88,13 +88,11 @@ impl Control {
     }
 
     fn read_capture(&mut self, from: u16) {
-        let (length, trigger_tick) = self.capture.extent();
         let first = usize::from(from);
         let shots = (first..first + CAPTURE_PIECE).map_while(|index| self.capture.get(index));
         let piece = Message::Captured {
             stage: self.capture.stage(),
-            trigger_tick,
-            length: length as u16,
+            extent: self.capture.extent(),
             from,
             shots: shots.collect(),
         };

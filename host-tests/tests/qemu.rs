@@ -205,10 +205,11 @@ fn a_capture_holds_every_tick_around_its_event() {
         .log
         .rows
         .iter()
-        .position(|row| row.tick == captured.trigger_tick)
+        .position(|row| row.tick == captured.extent.trigger_tick)
         .expect("the event's row");
     assert_eq!(result.log.rows[event].record.activity, Activity::Tracking);
     assert_ne!(result.log.rows[event - 1].record.activity, Activity::Tracking);
+    assert_eq!(captured.extent.trigger_index, before);
     let first = event - usize::from(before);
     for (shot, row) in captured.shots.iter().zip(&result.log.rows[first..]) {
         assert_eq!(*shot, Shot::from(&row.record), "tick {}", row.tick);

@@ -4,7 +4,7 @@ use crate::input_error::InputError;
 use crate::motor::{Builtin, Door, Exec, qemu};
 use crate::run_log::{Row, RunLog};
 use crate::servo_link::{Client, Lockstep, Serial, Wire};
-use servo::capture::{Shot, Stage, Trigger};
+use servo::capture::{Extent, Shot, Stage, Trigger};
 use servo::commission::Outcome;
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
@@ -66,7 +66,7 @@ pub enum Task {
     },
     /// Use what an earlier commissioning has found.
     Adopt(Box<Estimates>),
-    /// Arm a capture; what it holds is read out after the next motion.
+    /// Arm a capture when the next motion begins; what it holds is read out behind it.
     Capture {
         /// What to wait for.
         trigger: Trigger,
@@ -100,8 +100,8 @@ pub enum Done {
 pub struct Captured {
     /// Where the capture stood when it was read.
     pub stage: Stage,
-    /// Control tick at which the trigger fired.
-    pub trigger_tick: u32,
+    /// How long it is and where the trigger fired.
+    pub extent: Extent,
     /// Oldest first; the trigger's tick among them.
     pub shots: Vec<Shot>,
 }
@@ -181,21 +181,19 @@ pub fn run(
 ) -> Result<SessionResult, InputError> {
     let mut session = Session::open(wire, config, every)?;
     let mut done = Vec::new();
-    let mut armed = false;
     for task in tasks {
         let result = match task {
             Task::Commission { budget_s, seed } => session.commission(*budget_s, *seed, progress)?,
             Task::Adopt(estimates) => session.adopt(estimates)?,
-            Task::Capture { trigger, before } => session.arm_capture(*trigger, *before)?,
+            Task::Capture { trigger, before } => {
+                session.capture = Some((*trigger, *before));
+                Done::Armed
+            }
             Task::Track {
                 profile,
                 compensation,
             } => session.track(profile, *compensation, progress)?,
         };
-        if armed && matches!(result, Done::Tracked(_)) {
-            session.read_capture()?;
-        }
-        armed = result == Done::Armed;
         let refused = matches!(&result, Done::Commissioned(outcome) if outcome.refused.is_some());
         done.push(result);
         if refused {
@@ -210,6 +208,7 @@ struct Session {
     client: Client,
     kept: RefCell<Kept>,
     every: u32,
+    capture: Option<(Trigger, u16)>,
 }
 
 /// What has arrived.
@@ -238,13 +237,10 @@ impl Kept {
                 self.ended = Some(outcome);
             }
             Message::Captured {
-                stage,
-                trigger_tick,
-                shots,
-                ..
+                stage, extent, shots, ..
             } => {
                 let captured = self.captured.get_or_insert_default();
-                (captured.stage, captured.trigger_tick) = (stage, trigger_tick);
+                (captured.stage, captured.extent) = (stage, extent);
                 captured.shots.extend(shots);
             }
             _ => {}
@@ -274,6 +270,7 @@ impl Session {
                 captured: None,
             }),
             every,
+            capture: None,
         };
         session
             .client
@@ -375,12 +372,6 @@ impl Session {
         Ok(Done::Adopted)
     }
 
-    fn arm_capture(&mut self, trigger: Trigger, before: u16) -> Result<Done, InputError> {
-        self.kept.get_mut().captured = None;
-        self.command(Command::CaptureArm { trigger, before })?;
-        Ok(Done::Armed)
-    }
-
     /// Piece by piece, until one comes back empty.
     fn read_capture(&mut self) -> Result<(), InputError> {
         self.kept.get_mut().captured = Some(Captured::default());
@@ -405,6 +396,12 @@ impl Session {
         self.command(Command::Compensation(compensation))?;
         self.command(Command::Arm)?;
         self.come_to_rest(progress)?;
+        let capture = self.capture.take();
+        if let Some((trigger, before)) = capture {
+            self.command(Command::CaptureArm { trigger, before })?;
+            // So that there is something from before the motion.
+            self.pause()?;
+        }
         self.begin_run();
         let start = match profile {
             Profile::Sine {
@@ -428,6 +425,9 @@ impl Session {
         let faulted = faulted(&self.kept.borrow());
         self.command(Command::Stop)?;
         self.pause()?;
+        if capture.is_some() {
+            self.read_capture()?;
+        }
         Ok(Done::Tracked(Span {
             start,
             hold: hold.min(reached),

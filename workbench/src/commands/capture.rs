@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "{} control ticks, {}, in {}",
         captured.shots.len(),
         match captured.stage {
-            Stage::Done => format!("event at tick {}", captured.trigger_tick),
+            Stage::Done => format!("event at tick {}", captured.extent.trigger_tick),
             _ => "the event has not come".to_owned(),
         },
         arguments.out.display()
@@ -97,7 +97,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 fn csv(captured: &Captured, config: &Config) -> String {
     let tick_s = 1.0 / f64::from(config.tick_hz);
     let rad = std::f64::consts::TAU / f64::from(config.counts_per_rev);
-    // The recording ends a fixed number of ticks after the event, so the event's place follows from the length.
     let mut text = String::from(
         "tick,t_s,theta_rad,reference_rad,speed_estimate_rad_s,bridge,duty_raw,command_raw,vbus_raw,current_raw,activity,limit,fault\n",
     );
@@ -105,7 +104,7 @@ fn csv(captured: &Captured, config: &Config) -> String {
         let _ = writeln!(
             text,
             "{index},{:.7},{:.7},{:.7},{:.5},{},{},{},{},{},{},{},{}",
-            index as f64 * tick_s,
+            (index as f64 - f64::from(captured.extent.trigger_index)) * tick_s,
             f64::from(shot.count) * rad,
             f64::from(shot.reference_q8) / 256.0 * rad,
             f64::from(shot.speed_q20) / f64::from(1 << 20) * rad / tick_s,
