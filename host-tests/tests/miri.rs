@@ -85,7 +85,7 @@ fn every_tick_travels_over_the_link() {
             record: output.record,
         };
         let mut buffer = [0; FRAME_CAPACITY];
-        let bytes = encode(sequence, message, &mut buffer).expect("fits").to_vec();
+        let bytes = encode(sequence, &message, &mut buffer).expect("fits").to_vec();
         let frame = bytes
             .iter()
             .find_map(|&byte| receiver.push(byte))

@@ -30,7 +30,7 @@ const SMALLEST_MOTION: f64 = 0.005;
 /// If nothing moves, nothing can be tested.
 pub fn not_excited(bench: &Bench) -> Option<Outcome> {
     let scales = &bench.scales;
-    let moves = scales.speed > 5.0 * bench.sigma && scales.speed > SMALLEST_MOTION * scales.reachable;
+    let moves = scales.motion > 5.0 * bench.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
     (!moves).then(|| Outcome {
         schema: "truing-gap/1",
         verdict: Verdict::InsufficientExcitation,

@@ -64,8 +64,10 @@ pub struct Scales {
     pub input: f64,
     /// Torque at that input and standstill.
     pub torque: f64,
-    /// Largest measured speed.
+    /// Largest measured speed; where nothing moves, the speed that the input would reach.
     pub speed: f64,
+    /// Largest measured speed, 0 where nothing moves.
+    pub motion: f64,
     /// Mechanical time constant, s.
     pub time: f64,
     /// Current at the largest input and standstill.

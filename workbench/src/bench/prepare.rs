@@ -140,6 +140,7 @@ fn scales(plant: &Physics, log: &Dynamic) -> Result<Scales, InputError> {
         } else {
             plant.dc_gain() * input
         },
+        motion: speed,
         time: if plant.drive == Drive::Voltage {
             settling
         } else {
