@@ -409,14 +409,18 @@ impl View {
     }
 }
 
-/// Currents as means over the block that begins at the row.
+/// Currents at their rows' own time; in blocks of several rows, means over the block.
 fn currents(current: &[f64], made: &BenchRun) -> Probes {
     let (grid, mut probes) = (Grid(&made.time), Probes::default());
     for block in 0..made.blocks() {
         let (a, b) = (made.first_row[block] as usize, made.first_row[block + 1] as usize);
-        let measured = current[a..b].iter().sum::<f64>() / (b - a) as f64;
         let (start, stop) = (made.time[block], made.time[block + 1]);
-        probes.push_windows(&grid, start, measured, &[(start, stop)]);
+        if b - a == 1 {
+            probes.push_instant(&grid, start, current[a]);
+        } else {
+            let measured = current[a..b].iter().sum::<f64>() / (b - a) as f64;
+            probes.push_windows(&grid, start, measured, &[(start, stop)]);
+        }
     }
     probes
 }
