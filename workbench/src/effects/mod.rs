@@ -41,6 +41,7 @@ pub static LIBRARY: &[Effect] = &[
     dead_zone::SYMMETRIC,
     dead_zone::ASYMMETRIC,
     voltage_saturation::EFFECT,
+    voltage_saturation::ASYMMETRIC,
     drive_gain::EFFECT,
     voltage_offset::EFFECT,
     transport_delay::EFFECT,

@@ -24,3 +24,28 @@ pub const EFFECT: Effect = Effect {
         plant.limit_softness = plant.limit_softness.max(p[1]);
     },
 };
+
+/// Different for the two directions. It is offered for steady-state tables only, where it is seeded from the symmetric
+/// form, so it has no starts of its own.
+pub const ASYMMETRIC: Effect = Effect {
+    name: "voltage_saturation_asymmetric",
+    summary: "the input is clamped to different limits in the two directions, hard or with a rounded knee",
+    equation: "v = u clamped to −neg … pos; soft: v = u/(1 + |u/limit|^(1/s))^s with the limit of the direction",
+    source: EFFECT.source,
+    signature: "missing torque only beyond the limits, which differ between the directions",
+    confusable_with: &["voltage_saturation", "supply_sag", "viscous_asymmetric"],
+    separated_by: EFFECT.separated_by,
+    parameters: &[
+        Parameter::new("pos_v", "V", Scale::Input, 0.03, 1.5),
+        Parameter::new("neg_v", "V", Scale::Input, 0.03, 1.5),
+        Parameter::new("softness", "1", Scale::One, 0.0, 1.0).optional(0.0),
+    ],
+    starts: Starts::Grid(&[]),
+    axis: Axis::Any,
+    family: Family::Own("limit"),
+    apply: |p, plant| {
+        plant.limit = plant.limit.min(p[0]);
+        plant.limit_skew = p[1] / p[0];
+        plant.limit_softness = plant.limit_softness.max(p[2]);
+    },
+};

@@ -82,6 +82,8 @@ pub struct Physics {
     pub dead_softness: f64,
     /// Limit behind the dead zone; infinite: none.
     pub limit: f64,
+    /// Limit for negative inputs over that for positive ones.
+    pub limit_skew: f64,
     /// 0: hard knee; else the knee's smoothness (relative).
     pub limit_softness: f64,
     /// Constant voltage drop in the direction of the current, V.
@@ -194,6 +196,7 @@ impl Physics {
             dead_neg: 0.0,
             dead_softness: 0.0,
             limit: f64::INFINITY,
+            limit_skew: 1.0,
             limit_softness: 0.0,
             drop_v: 0.0,
             source_ohm: 0.0,

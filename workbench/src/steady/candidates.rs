@@ -6,10 +6,11 @@ use crate::model::Model;
 use crate::plant::physics::{Drive, Physics};
 
 /// Effects that change a steady state. What only delays, and what averages out over a turn, does not.
-const VISIBLE: [&str; 21] = [
+const VISIBLE: [&str; 22] = [
     "dead_zone",
     "dead_zone_asymmetric",
     "voltage_saturation",
+    "voltage_saturation_asymmetric",
     "drive_gain",
     "voltage_offset",
     "voltage_drop",
@@ -31,11 +32,12 @@ const VISIBLE: [&str; 21] = [
 ];
 
 /// One effect of each kind of trace: what the search tries first. The others enter as rivals of those that are found.
-const REPRESENTATIVES: [&str; 10] = [
+const REPRESENTATIVES: [&str; 11] = [
     "drive_gain",
     "dead_zone",
     "dead_zone_asymmetric",
     "voltage_saturation",
+    "voltage_saturation_asymmetric",
     "voltage_offset",
     "constant_load",
     "sensor_offset",
@@ -58,8 +60,9 @@ const NEEDS_WINDING: [&str; 6] = [
 ];
 
 /// Effects that only an input in both directions can show.
-const NEEDS_REVERSAL: [&str; 4] = [
+const NEEDS_REVERSAL: [&str; 5] = [
     "dead_zone_asymmetric",
+    "voltage_saturation_asymmetric",
     "coulomb_asymmetric",
     "viscous_asymmetric",
     "sensor_rectified",
@@ -108,9 +111,11 @@ impl Form {
 
 /// Whether two effects describe the same place, so that one replaces the other.
 pub fn same_place(a: &Effect, b: &Effect) -> bool {
-    a.name == b.name
-        || (a.family == b.family && a.family == Family::DeadZone)
-        || (a.family == b.family && a.family == Family::DryFriction)
+    let shared = matches!(
+        a.family,
+        Family::DeadZone | Family::DryFriction | Family::Own("limit")
+    );
+    a.name == b.name || (shared && a.family == b.family)
 }
 
 /// What the candidates are drawn from.
@@ -121,6 +126,7 @@ pub struct Offer {
     reversed: bool,
     fitted_to_log: bool,
     rectifiable: bool,
+    restarts: Vec<f64>,
     taken: Vec<&'static Effect>,
 }
 
@@ -135,6 +141,7 @@ impl Offer {
             reversed: negative().next().is_some() && volts.iter().any(|u| *u > 0.0),
             fitted_to_log: model.fitted_to_log,
             rectifiable: omega.iter().all(|w| *w >= 0.0) && negative().any(|(_, w)| *w > 0.0),
+            restarts: restarts(volts, omega),
             taken: model.known.iter().map(|k| k.effect).collect(),
         }
     }
@@ -155,6 +162,11 @@ impl Offer {
     /// The forms that are tried on top of a set.
     pub fn refinements(&self) -> Vec<Form> {
         self.among(&REFINEMENTS)
+    }
+
+    /// Voltages at which the table shows the motor starting from rest, the first of each direction.
+    pub fn restarts(&self) -> &[f64] {
+        &self.restarts
     }
 
     fn among(&self, names: &[&str]) -> Vec<Form> {
@@ -242,6 +254,18 @@ impl Natural {
         }
     }
 
+    /// The same magnitudes for a plant whose base was refitted: a torque is worth the volts that hold it.
+    pub fn of_plant(&self, plant: &Physics) -> Natural {
+        let torque = plant.torque_per_input().abs() * self.input;
+        Natural {
+            torque,
+            current: self.input / plant.resistance,
+            resistance: plant.resistance,
+            viscous: torque / self.speed,
+            ..self.clone()
+        }
+    }
+
     /// Start values of the fitted parameters of a form.
     pub fn starts(&self, form: &Form) -> Vec<Vec<f64>> {
         self.full_starts(form)
@@ -258,37 +282,53 @@ impl Natural {
             .map(|p| self.unit(p.scale))
             .collect();
         match form.effect.starts {
+            _ if form.effect.family == Family::Own("limit") => self.limits(form),
             Starts::Grid(grid) => grid.iter().map(|g| scaled(g, &units)).collect(),
-            Starts::Quantiles(signal, others) => self.thresholds(signal, &units, others, form),
+            Starts::Quantiles(signal, _) => {
+                self.levels(signal).into_iter().map(|level| vec![level]).collect()
+            }
             _ => vec![],
         }
     }
 
     /// A threshold has no gradient where it is not reached: it starts at quantiles of what drives it.
-    fn thresholds(&self, signal: Signal, units: &[f64], others: &[f64], form: &Form) -> Vec<Vec<f64>> {
-        let mut levels = match signal {
+    fn levels(&self, signal: Signal) -> Vec<f64> {
+        let mut reached = match signal {
             Signal::Input => self.inputs.clone(),
             Signal::Speed => self.speeds.clone(),
             Signal::Current => self.inputs.iter().map(|u| u / self.resistance).collect(),
         };
-        levels.sort_by(f64::total_cmp);
-        let at = |q: f64| levels[((levels.len() - 1) as f64 * q) as usize];
-        let rounded: &[f64] = if form.size() > 1 { &[0.15, 0.5] } else { &[0.0] };
-        let mut starts = Vec::new();
-        for level in [0.97, 0.85, 0.7, 0.5, 0.3].map(at) {
-            for softness in rounded {
-                let mut start = vec![level];
-                start.extend(
-                    others
-                        .iter()
-                        .zip(&units[1..])
-                        .map(|(o, unit)| o * unit + softness * unit),
-                );
-                starts.push(start);
-            }
-        }
-        starts
+        reached.sort_by(f64::total_cmp);
+        let at = |q: f64| reached[((reached.len() - 1) as f64 * q) as usize];
+        [0.97, 0.85, 0.7, 0.5, 0.3].map(at).to_vec()
     }
+
+    /// The same level for both directions, then the softness: none, or two that are seen.
+    fn limits(&self, form: &Form) -> Vec<Vec<f64>> {
+        let last = form.effect.parameters.len() - 1;
+        let softness: &[f64] = if form.pinned[last].is_none() {
+            &[0.15, 0.5]
+        } else {
+            &[0.0]
+        };
+        let levels = self.levels(Signal::Input);
+        let start = |level: &f64, s: &f64| (0..last).map(|_| *level).chain([*s]).collect();
+        levels
+            .iter()
+            .flat_map(|level| softness.iter().map(move |s| start(level, s)))
+            .collect()
+    }
+}
+
+/// Half-way between the last row at rest and the first in motion, where the voltage grows in magnitude.
+fn restarts(volts: &[f64], omega: &[f64]) -> Vec<f64> {
+    let starts = |k: &usize| omega[k - 1] == 0.0 && omega[*k] != 0.0 && volts[*k].abs() > volts[k - 1].abs();
+    let mut found: Vec<f64> = (1..volts.len())
+        .filter(starts)
+        .map(|k| 0.5 * (volts[k - 1] + volts[k]))
+        .collect();
+    found.dedup_by_key(|u| u.signum() as i64);
+    found
 }
 
 /// The steepest slope of a table over at least a tenth of its span, rad/s/V.

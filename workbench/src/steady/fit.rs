@@ -11,9 +11,9 @@ use crate::plant::physics::Physics;
 use nalgebra::{DMatrix, DVector};
 
 /// Iterations of one descent.
-const ITERATIONS: usize = 30;
+const ITERATIONS: usize = 20;
 /// Relative decrease of the cost at which a descent ends (twice in a row).
-const CONVERGED: f64 = 1e-7;
+const CONVERGED: f64 = 1e-5;
 /// A base parameter moves by at most this many tolerances.
 const REACH: f64 = 2.0;
 /// Tolerance of a model that was itself fitted to the log: its values absorb what is missing.

@@ -15,7 +15,7 @@ use crate::plant::physics::{Motion, Physics};
 /// Newton steps at most; two suffice without breakaway and drag.
 const ITERATIONS: usize = 80;
 /// Change of the speed, relative, at which the equilibrium is found.
-const SETTLED: f64 = 1e-9;
+const SETTLED: f64 = 1e-8;
 
 /// Known effects whose torque averages out over a turn or over time; a settled speed does not show them.
 const AVERAGES_OUT: [&str; 3] = ["gravity", "cogging", "periodic_load"];
@@ -122,11 +122,14 @@ fn kinetic(plant: &Physics, direction: f64, v: f64, omega: f64) -> f64 {
 /// Newton's method from above. Without the Stribeck term the balance is concave and falls, so the steps approach the
 /// root from above; the Stribeck term flattens it, so that they stay above.
 fn running(plant: &Physics, v: f64, direction: f64) -> f64 {
+    if is_linear(plant) {
+        return beyond_breakaway(plant, v, direction);
+    }
     let smooth = |x: f64| smooth_balance(plant, v, direction, x);
     let mut x = starting_speed(plant, v);
     for _ in 0..ITERATIONS {
         let width = 1e-6 * x.max(1e-6);
-        let slope = ((smooth(x + width) - smooth(x)) / width).min(-1e-9 * plant.total_damping());
+        let slope = ((smooth(x) - smooth(x - width)) / width).min(-1e-9 * plant.total_damping());
         let step = (smooth(x) - stribeck(plant, x)) / slope;
         x -= step;
         if x <= 0.0 {
@@ -139,10 +142,41 @@ fn running(plant: &Physics, v: f64, direction: f64) -> f64 {
     x
 }
 
+/// Whether the balance is a straight line in the speed, the Stribeck term apart.
+fn is_linear(plant: &Physics) -> bool {
+    plant.torques.is_empty()
+        && plant.heat_rise_per_w == 0.0
+        && plant.friction_per_motor == 0.0
+        && plant.current_limit.is_infinite()
+        && plant.kt_knee_a.is_infinite()
+}
+
+/// The root of that line less what the Stribeck term takes, by repetition from above; 0 if it takes everything.
+fn beyond_breakaway(plant: &Physics, v: f64, direction: f64) -> f64 {
+    let duty = v / plant.supply_v;
+    let resistance = plant.resistance + plant.source_ohm * duty * duty;
+    let (level, extra) = match direction > 0.0 {
+        true => (plant.friction_pos, plant.viscous_pos),
+        false => (plant.friction_neg, plant.viscous_neg),
+    };
+    let torque = plant.kt * (v.abs() - plant.drop_v) / resistance - level;
+    let damping = plant.viscous + extra + plant.kt * plant.ke / resistance;
+    let mut x = torque / damping;
+    for _ in 0..ITERATIONS {
+        let next = (torque - stribeck(plant, x)) / damping;
+        let settled = (x - next).abs() <= SETTLED * x.abs();
+        x = next;
+        if settled || x <= 0.0 {
+            break;
+        }
+    }
+    x.max(0.0)
+}
+
 /// A speed above every equilibrium: no load, no friction; external torques can drive it beyond.
 fn starting_speed(plant: &Physics, v: f64) -> f64 {
     let helped = external(plant, 0.0).abs() / plant.total_damping();
-    v.abs() / plant.ke.abs().max(1e-12) + helped
+    (v.abs() - plant.drop_v).max(0.0) / plant.ke.abs().max(1e-12) + helped
 }
 
 /// Torque that accelerates in `direction` at speed x, without the Stribeck term, N m.

@@ -6,7 +6,7 @@ use super::search::{Search, THRESHOLD, TIE};
 use crate::effects::{self, Effect};
 use rayon::prelude::*;
 
-/// Parameters of the motor that can imitate a gain only together.
+/// Parameters of the motor that can imitate a gain only together; damping, which a data sheet knows least, first.
 const PAIRS: [[&str; 2]; 3] = [
     ["motor_gain", "viscous_friction"],
     ["motor_gain", "resistance"],
@@ -91,9 +91,9 @@ impl Search<'_> {
         }
     }
 
-    /// Two motor parameters in the place of a gain, if no single one can take it. All pairs that fit are one family (a
-    /// steady speed sees only the motor constant and the product of resistance and damping): the one that strains the
-    /// parameters least stands for it.
+    /// Two motor parameters in the place of a gain, if no single one can take it. All pairs that fit are one family, since a
+    /// steady speed sees only the motor constant and the product of resistance and damping: the first of [`PAIRS`] stands
+    /// for it.
     fn base_pairs(&self, fit: &Fit, k: usize, singles: &[Replacement]) -> Vec<Replacement> {
         let inflation = self.inflation(fit);
         let base = |r: &&Replacement| effects::find(&r.names[0]).is_some_and(Effect::is_base_parameter);
@@ -104,7 +104,6 @@ impl Search<'_> {
             .iter()
             .filter_map(|names| self.pair(fit, k, names))
             .collect();
-        pairs.sort_by(|a, b| strain(&a.fit).total_cmp(&strain(&b.fit)));
         let mut fitting = pairs.iter_mut().filter(|p| p.ties(inflation));
         if let Some(first) = fitting.next() {
             let stands = first.names.join(" + ");
@@ -137,7 +136,11 @@ impl Search<'_> {
                 .and_then(|p| self.extended(&p, form))
         };
         let warm = new.iter().fold(Some(rest.clone()), extend);
-        let cold = new.iter().chain(&rest.forms).fold(self.nothing(), extend);
+        // Only a gain does that; other exchanges leave the thresholds where they are.
+        let moves = is_scale(fit.forms[k].effect);
+        let cold = moves
+            .then(|| new.iter().chain(&rest.forms).fold(self.nothing(), extend))
+            .flatten();
         warm.into_iter().chain(cold).collect()
     }
 
@@ -170,19 +173,6 @@ impl Search<'_> {
 /// Effects that scale the whole map.
 pub fn is_scale(effect: &Effect) -> bool {
     effect.is_base_parameter() || matches!(effect.name, "drive_gain" | "encoder_scale")
-}
-
-/// How far a fit moves the motor's parameters, each measured by the width of its bounds (logarithmic).
-fn strain(fit: &Fit) -> f64 {
-    let of = |k: usize| {
-        let effect = fit.forms[k].effect;
-        let p = &effect.parameters[0];
-        match effect.is_base_parameter() {
-            true => (fit.values(k)[0].ln() / (p.upper / p.lower).ln()).powi(2),
-            false => 0.0,
-        }
-    };
-    (0..fit.forms.len()).map(of).sum()
 }
 
 /// Moves the last effect of a set to place k.

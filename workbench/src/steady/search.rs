@@ -6,7 +6,7 @@
 
 use super::candidates::{Form, Offer, forms, same_place};
 use super::fit::{Fit, Problem};
-use crate::effects::Effect;
+use crate::effects::{Effect, Scale};
 use rayon::prelude::*;
 
 /// Score that an effect has to earn. The evidence of 2 in the log-likelihood that Kass and Raftery (J. Am. Stat. Assoc.
@@ -61,11 +61,43 @@ impl Search<'_> {
     }
 
     fn best_refinement(&self, fit: &Fit) -> Option<Fit> {
-        let offered = self.offer.refinements();
-        let allowed = offered.iter().filter(|f| self.compatible(fit, f.effect));
-        let larger = allowed.filter_map(|form| self.extended(fit, form));
-        let earning = larger.filter(|l| self.earns(l, fit, self.inflation(l)));
-        earning.min_by(|a, b| self.score(a).total_cmp(&self.score(b)))
+        let mut offered = self.offer.refinements();
+        offered.retain(|f| self.compatible(fit, f.effect));
+        let larger = offered.par_iter().filter_map(|form| self.refined(fit, form));
+        let mut earning: Vec<Fit> = larger.filter(|l| self.earns(l, fit, self.inflation(l))).collect();
+        earning.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
+        earning.into_iter().next()
+    }
+
+    fn refined(&self, fit: &Fit, form: &Form) -> Option<Fit> {
+        match form.effect.name {
+            "stribeck_friction" => self.with_breakaway(fit, form),
+            _ => self.extended(fit, form),
+        }
+    }
+
+    /// A set with breakaway friction. Without it the dead zone was drawn towards the voltage at which the motor starts, and
+    /// no gradient leads back, because zone and breakaway have to move together: the starts narrow the zone step by step
+    /// and put the breakaway where the table shows the motor starting.
+    fn with_breakaway(&self, fit: &Fit, form: &Form) -> Option<Fit> {
+        let (own, shifts) = fit.x.split_at(fit.size());
+        let mut all = fit.forms.clone();
+        all.push(form.clone());
+        let mut starts = Vec::new();
+        for narrowed in narrowed(fit, own) {
+            let plant = self.problem.plant(&fit.forms, &[&narrowed, shifts].concat());
+            for volts in self.offer.restarts() {
+                let level = 0.999 * plant.applied(*volts).abs() * plant.torque_per_input();
+                let slow = 0.02 * self.offer.natural.unit(Scale::Speed);
+                starts.push([&narrowed[..], &[level, slow], shifts].concat());
+            }
+        }
+        let fits: Vec<Fit> = starts
+            .par_iter()
+            .filter_map(|s| self.problem.best(&all, &[s.clone()]))
+            .collect();
+        fits.into_iter()
+            .min_by(|a, b| self.score(a).total_cmp(&self.score(b)))
     }
 
     fn beam(&self) -> Option<Fit> {
@@ -124,7 +156,11 @@ impl Search<'_> {
         all.push(form.clone());
         let zeros = vec![0.0; shifts.len()];
         let mut starts = Vec::new();
-        for start in self.offer.natural.starts(form) {
+        let natural = self
+            .offer
+            .natural
+            .of_plant(&self.problem.plant(&parent.forms, &parent.x));
+        for start in natural.starts(form) {
             for base in [shifts, &zeros] {
                 starts.push([own, &start, base].concat());
             }
@@ -135,9 +171,12 @@ impl Search<'_> {
     /// Fits a set from the most promising of these starts.
     pub fn fit(&self, all: &[Form], mut starts: Vec<Vec<f64>>) -> Option<Fit> {
         if starts.len() > DESCENTS {
-            let promise = |x: &Vec<f64>| self.problem.promise(all, x);
-            starts.sort_by_cached_key(|x| ordered(promise(x)));
-            starts.truncate(DESCENTS);
+            let mut promising: Vec<(f64, Vec<f64>)> = starts
+                .into_iter()
+                .map(|x| (self.problem.promise(all, &x), x))
+                .collect();
+            promising.sort_by(|a, b| a.0.total_cmp(&b.0));
+            starts = promising.into_iter().take(DESCENTS).map(|p| p.1).collect();
         }
         self.problem.best(all, &starts)
     }
@@ -242,6 +281,31 @@ fn fitted_values(fit: &Fit, k: usize) -> Vec<f64> {
     fit.x[start..start + fit.forms[k].size()].to_vec()
 }
 
+/// The fitted parameters with each width of the dead zone narrowed in steps, one side at a time and both together.
+fn narrowed(fit: &Fit, own: &[f64]) -> Vec<Vec<f64>> {
+    let zone = |f: &Form| matches!(f.effect.name, "dead_zone" | "dead_zone_asymmetric");
+    let Some(k) = fit.forms.iter().position(zone) else {
+        return vec![own.to_vec()];
+    };
+    let first: usize = fit.forms[..k].iter().map(Form::size).sum();
+    let sides = if fit.forms[k].effect.name == "dead_zone" {
+        1
+    } else {
+        2
+    };
+    let mut all = vec![own.to_vec()];
+    for share in [0.95, 0.9, 0.85, 0.8, 0.7, 0.6] {
+        for which in 1..1 << sides {
+            let mut x = own.to_vec();
+            (0..sides)
+                .filter(|side| which >> side & 1 == 1)
+                .for_each(|side| x[first + side] *= share);
+            all.push(x);
+        }
+    }
+    all
+}
+
 /// Simpler forms of the same thing: optional parameters at their defaults, one width for both directions.
 fn simpler(form: &Form) -> Vec<Form> {
     let mut simpler: Vec<Form> = forms(form.effect)
@@ -251,6 +315,7 @@ fn simpler(form: &Form) -> Vec<Form> {
     let symmetric = match form.effect.name {
         "dead_zone_asymmetric" => crate::effects::find("dead_zone"),
         "coulomb_asymmetric" => crate::effects::find("coulomb_friction"),
+        "voltage_saturation_asymmetric" => crate::effects::find("voltage_saturation"),
         _ => None,
     };
     simpler.extend(
@@ -262,9 +327,9 @@ fn simpler(form: &Form) -> Vec<Form> {
     simpler
 }
 
-/// Pairs that are one thing in a steady state and must not stand side by side.
+/// Effects of one group are one thing in a steady state, or nearly so, and must not stand side by side.
 fn excludes(a: &Effect, b: &Effect) -> bool {
-    const SAME: [&[&str]; 4] = [
+    const SAME: [&[&str]; 7] = [
         &["drive_gain", "encoder_scale"],
         &[
             "dead_zone",
@@ -273,8 +338,17 @@ fn excludes(a: &Effect, b: &Effect) -> bool {
             "coulomb_asymmetric",
             "voltage_drop",
         ],
-        &["voltage_saturation", "speed_saturation", "current_limit"],
+        &[
+            "voltage_saturation",
+            "voltage_saturation_asymmetric",
+            "speed_saturation",
+            "current_limit",
+        ],
         &["quadratic_drag", "supply_sag"],
+        &["voltage_offset", "constant_load", "sensor_offset"],
+        // Two widths that differ are one width and an offset.
+        &["dead_zone_asymmetric", "voltage_offset"],
+        &["dead_zone_asymmetric", "constant_load"],
     ];
     SAME.iter()
         .any(|group| group.contains(&a.name) && group.contains(&b.name))
@@ -285,15 +359,4 @@ fn identity(fit: &Fit) -> Vec<(&'static str, usize)> {
     let mut key: Vec<_> = fit.forms.iter().map(|f| (f.effect.name, f.size())).collect();
     key.sort_unstable();
     key
-}
-
-/// An order for finite costs; what is not finite comes last.
-fn ordered(cost: f64) -> u64 {
-    let cost = if cost.is_finite() { cost } else { f64::MAX };
-    let bits = cost.to_bits();
-    if cost.is_sign_negative() {
-        !bits
-    } else {
-        bits | (1 << 63)
-    }
 }

@@ -24,6 +24,10 @@ const ABOVE_NOISE: f64 = 1.0;
 const LOSERS: usize = 3;
 /// Explanations that were tried on top and brought nothing, listed.
 const IDLE: usize = 4;
+/// A deviation beyond this share of the parameter's range says that the rows do not feel it.
+const UNFELT: f64 = 0.2;
+/// Tables of more rows than this are compared with rivals on their chosen rows.
+const LONG: usize = 120;
 /// A parameter this near to its bound, as a share of the range, sits on it.
 const VANISHED: f64 = 1e-3;
 /// A base parameter that moved by more than this share of its tolerance is reported.
@@ -160,12 +164,20 @@ impl Case<'_> {
 
     /// Parts the replacements of every effect into ties and losers, with every row: what they cannot tell is a tie.
     fn compare(&self, found: &mut Found, inflation: f64) {
+        // Half of a long table tells as much; every row of a short one counts.
+        let long = found.problem.data.volts.len() > LONG;
+        let problem = if long { self.search.problem } else { found.problem };
+        let fit = if long {
+            found.chosen.clone()
+        } else {
+            found.fit.clone()
+        };
         let search = Search {
-            problem: found.problem,
+            problem,
             offer: self.search.offer,
         };
-        for k in 0..found.fit.forms.len() {
-            let all = search.replacements(&found.fit, k);
+        for k in 0..fit.forms.len() {
+            let all = search.replacements(&fit, k);
             let (tied, lost): (Vec<_>, Vec<_>) = all.into_iter().partition(|r| r.ties(inflation));
             if !tied.is_empty() {
                 found.ties.push((k, tied));
@@ -217,11 +229,14 @@ impl Case<'_> {
             .zip(&form.pinned)
         {
             let free = pin.is_none();
+            let range = (p.upper - p.lower) * found.problem.natural.unit(p.scale);
             let std = found
                 .covariance
                 .as_ref()
                 .filter(|_| free)
                 .map(|c| c[(index, index)].sqrt());
+            // What the rows do not feel (a start from rest lies somewhere between two of them) has no deviation to state.
+            let std = std.filter(|std| *std < UNFELT * range);
             index += usize::from(free);
             // An optional parameter at its default is not part of the simplest form.
             if free || p.default.is_none() {

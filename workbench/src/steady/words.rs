@@ -49,7 +49,7 @@ pub type Derived = (&'static str, &'static str, fn(&Physics) -> f64);
 /// The figures that follow from an effect's parameters.
 pub fn derived(name: &str) -> Vec<Derived> {
     match name {
-        "voltage_saturation" | "current_limit" | "speed_saturation" => {
+        "voltage_saturation" | "voltage_saturation_asymmetric" | "current_limit" | "speed_saturation" => {
             vec![("knee_command_v", "V", knee), ("level_rad_s", "rad/s", level)]
         }
         "dead_zone" | "dead_zone_asymmetric" | "coulomb_friction" | "coulomb_asymmetric" | "voltage_drop" => {
@@ -77,20 +77,35 @@ pub fn level(plant: &Physics) -> f64 {
 
 /// Smallest positive command that keeps the motor turning.
 pub fn edge_pos(plant: &Physics) -> f64 {
-    solve(|u| speed(plant, u) - f64::MIN_POSITIVE, plant)
+    let shaft = shaft(plant);
+    solve(|u| speed(&shaft, u), plant)
 }
 
 /// Largest negative command that keeps the motor turning.
 pub fn edge_neg(plant: &Physics) -> f64 {
-    -solve(|u| -speed(plant, -u) - f64::MIN_POSITIVE, plant)
+    let shaft = shaft(plant);
+    -solve(|u| -speed(&shaft, -u), plant)
 }
 
-/// Command at which the straight part of the map meets zero.
+/// Command about which the curve is symmetric: where its straight parts of both directions, drawn on, meet zero on average.
 pub fn zero_crossing(plant: &Physics) -> f64 {
     let line = unlimited(plant);
-    let u = 0.5 * span(plant);
-    let (low, high) = (speed(&line, u), speed(&line, 1.01 * u));
-    u - low / ((high - low) / (0.01 * u))
+    let meets = |u: f64| {
+        let (near, far) = (speed(&line, u), speed(&line, 1.01 * u));
+        u - near / ((far - near) / (0.01 * u))
+    };
+    0.5 * (meets(0.5 * span(plant)) + meets(-0.5 * span(plant)))
+}
+
+/// The plant with a sensor that shows the shaft as it is.
+fn shaft(plant: &Physics) -> Physics {
+    Physics {
+        sensor_offset: 0.0,
+        sensor_scale: 1.0,
+        sensor_rectified: false,
+        sensor_limit: f64::INFINITY,
+        ..plant.clone()
+    }
 }
 
 /// Slope of the map beyond its dead zone and below its limit, rad/s/V.
@@ -150,10 +165,10 @@ pub fn evidence(name: &str, plant: &Physics, given: &Physics, unit: SpeedUnit) -
             per_volt(slope(given)),
             figure(slope(plant) / slope(given))
         ),
-        "voltage_saturation" | "current_limit" | "speed_saturation" if plant.limit_softness > 1e-3 => {
+        "voltage_saturation" | "voltage_saturation_asymmetric" | "current_limit" | "speed_saturation" if plant.limit_softness > 1e-3 => {
             format!("the speed rises ever less and tends to {}", unit.text(level(plant)))
         }
-        "voltage_saturation" | "current_limit" | "speed_saturation" => {
+        "voltage_saturation" | "voltage_saturation_asymmetric" | "current_limit" | "speed_saturation" => {
             format!("the speed stays at {} from {} V on", unit.text(level(plant)), figure(knee(plant)))
         }
         "dead_zone" | "dead_zone_asymmetric" | "coulomb_friction" | "coulomb_asymmetric" | "voltage_drop" => {
