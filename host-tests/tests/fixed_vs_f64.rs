@@ -95,9 +95,10 @@ fn solve(mut system: Vec<Vec<f64>>) -> Vec<f64> {
     let order = system.len();
     for pivot in 0..order {
         for row in pivot + 1..order {
-            let factor = system[row][pivot] / system[pivot][pivot];
-            for column in pivot..=order {
-                system[row][column] -= factor * system[pivot][column];
+            let (above, below) = system.split_at_mut(row);
+            let factor = below[0][pivot] / above[pivot][pivot];
+            for (value, reference) in below[0].iter_mut().zip(&above[pivot]).skip(pivot) {
+                *value -= factor * reference;
             }
         }
     }

@@ -94,7 +94,7 @@ impl Search<'_> {
         }
         let fits: Vec<Fit> = starts
             .par_iter()
-            .filter_map(|s| self.problem.best(&all, &[s.clone()]))
+            .filter_map(|s| self.problem.best(&all, std::slice::from_ref(s)))
             .collect();
         fits.into_iter()
             .min_by(|a, b| self.score(a).total_cmp(&self.score(b)))
