@@ -19,7 +19,7 @@ const SERIAL_RECORDS_PER_S: u32 = 400;
 pub const HOLD_S: f64 = 1.0;
 /// The bridge is open for so long between two tasks, s.
 const PAUSE_S: f64 = 0.3;
-/// An axis that moves no more than these counts for so long, s, stands.
+/// An axis that holds, and moves no more than these counts for so long, s, stands.
 const STILL_COUNTS: i32 = 1;
 const STILL_S: f64 = 0.1;
 /// After so long, s, a motion begins even if the axis does not stand.
@@ -449,13 +449,20 @@ impl Session {
                 .rev()
                 .take(still.max(2))
                 .map(|row| row.record.count);
-            kept.log.rows.len() >= still && spread(recent) <= STILL_COUNTS
+            kept.activity() == Activity::Holding
+                && kept.log.rows.len() >= still
+                && spread(recent) <= STILL_COUNTS
         };
         let end = self.kept.borrow().now() + self.ticks(LONGEST_REST_S);
         // The rows of the commissioning are no standstill of this hold.
         let first = self.kept.borrow().now() + self.ticks(STILL_S);
         self.run_to(first, |_| false, "settling", progress)?;
-        self.run_to(end, stands, "settling", progress)?;
+        let reached = self.run_to(end, stands, "settling", progress)?;
+        if reached >= end {
+            // The move to the standstill has not ended: give it up and begin from wherever the axis is.
+            self.command(Command::Stop)?;
+            self.command(Command::Arm)?;
+        }
         Ok(())
     }
 
