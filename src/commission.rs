@@ -810,8 +810,8 @@ impl Params {
 
     fn solved(&self, state: &mut State) {
         self.accept(state);
-        if state.solver.structure() == Structure::Shared {
-            // Once more, with the rows below the core limit alone.
+        if state.solver.structure() == Structure::Shared && state.timescale.found.is_some() {
+            // Once more, with the rows below the core limit alone; a slow motor has too few of them.
             state.comparing = true;
             state.solver.start(Structure::Shared);
         }
