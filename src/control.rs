@@ -211,7 +211,7 @@ impl Params {
     }
 
     /// The error that the integrator takes in while the reference rests. Stuck off the target, it is at least the one
-    /// that gives [`STUCK_RATE`]. Beyond the target, what is needed lies between the integrator now and at the last
+    /// that gives `STUCK_RATE`. Beyond the target, what is needed lies between the integrator now and at the last
     /// crossing: halving that interval each time ends the hunting that a dead zone and an integrator do together.
     pub fn at_rest(&self, state: &mut State, error: i32, friction: bool) -> i32 {
         if error.signum() == -state.side {
