@@ -10,11 +10,11 @@ use crate::encoder;
 use crate::identify::estimate::Reason;
 use crate::operate::reason_of;
 pub use crate::operate::{Refusal, Report};
-use crate::protect::{self, Fault};
+use crate::protect::{self, Action, Fault, Notice};
 use crate::pwm;
 use crate::record::{self, Activity, Limit, Record};
 use crate::trajectory::{Cruise, Move, Sine};
-use crate::units::{Position, Voltage, to_fixed};
+use crate::units::{Position, Speed, Voltage, to_fixed};
 use serde::{Deserialize, Serialize};
 
 /// Half width of the band around a resting target in which the axis is silent, counts.
@@ -77,6 +77,8 @@ pub(crate) enum Mode {
     Cruise(Cruise),
     /// Voltage behind the dead zone that is approached at a bounded rate.
     Drive(Voltage),
+    /// Terminals tied together, the answer to a fault.
+    Brake,
 }
 
 /// What the loops ask of the bridge.
@@ -106,6 +108,11 @@ impl Demand {
         bridge: Bridge::Open,
         voltage: Voltage::ZERO,
         meaning: Meaning::Terminal,
+    };
+
+    const BRAKE: Self = Self {
+        bridge: Bridge::Shorted,
+        ..Self::OPEN
     };
 
     fn exciting(request: &Request) -> Self {
@@ -237,7 +244,7 @@ impl Axis {
         if state.zero.is_none() {
             state.zero = Some(count);
             state.encoder = encoder::State::at_rest(count);
-            state.protect.clear(count);
+            state.protect.found_at(count);
         }
         state.count = count;
         let speed = state.encoder.speed();
@@ -258,12 +265,39 @@ impl Axis {
             load: Voltage::ZERO.minus(state.design.loops.accelerating_voltage(state.encoder.load())),
             holding: state.holding,
         };
-        if self
-            .protect
-            .step(&mut state.protect, &state.design.expectation, &input)
-            != Fault::None
-        {
+        let expectation = &state.design.expectation;
+        if let Some(action) = self.protect.step(&mut state.protect, expectation, &input) {
+            self.answer(state, action);
+        }
+    }
+
+    /// What the samples do not show: acts in the next step.
+    pub fn heed(&self, state: &mut State, notice: Notice) {
+        self.latch(state, notice.fault());
+    }
+
+    /// Latches a fault that was found elsewhere.
+    pub(crate) fn latch(&self, state: &mut State, fault: Fault) {
+        state.protect.latch(fault, self.protect.actions());
+    }
+
+    /// Does what the latched fault asks for; in every tick, until it is cleared.
+    fn answer(&self, state: &mut State, action: Action) {
+        let holding = action == Action::Hold && state.closed();
+        if holding && state.armed {
+            let start = state.present();
+            state.begin(
+                &start,
+                Mode::Cruise(Cruise::plan(&start, Speed(0), &state.design.limits)),
+            );
+            state.armed = false;
+        }
+        if !holding {
             state.stop(reason_of(state.protect.fault()));
+            state.mode = match action {
+                Action::Brake => Mode::Brake,
+                Action::Hold | Action::Open => Mode::Idle,
+            };
         }
     }
 
@@ -301,6 +335,7 @@ impl Axis {
         state.holding = false;
         match state.mode {
             Mode::Idle => Demand::OPEN,
+            Mode::Brake => Demand::BRAKE,
             Mode::Commission(request) => Demand::exciting(&request),
             Mode::Drive(target) => state.drive(target, self.slew),
             Mode::Sine(_) | Mode::Move(_) | Mode::Hold(_) | Mode::Cruise(_) => {
@@ -370,7 +405,7 @@ impl State {
             Mode::Move(course) => (course.step(), course.done().then(|| course.target())),
             Mode::Hold(position) => (Reference::rest(*position), None),
             Mode::Cruise(cruise) => (cruise.step(self.encoder.position(), self.design.lead), None),
-            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) => (self.reference, None),
+            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Brake => (self.reference, None),
         };
         if let Some(position) = arrived {
             self.mode = Mode::Hold(position);
@@ -462,7 +497,7 @@ impl State {
     pub fn activity(&self) -> Activity {
         match self.mode {
             _ if self.protect.fault() != Fault::None => Activity::Faulted,
-            Mode::Idle => Activity::Idle,
+            Mode::Idle | Mode::Brake => Activity::Idle,
             Mode::Commission(_) => Activity::Commissioning,
             Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) => Activity::Tracking,
             Mode::Hold(_) => Activity::Holding,

@@ -5,6 +5,7 @@
 
 use crate::axis::{Axis, Bridge, Output, Sample, State};
 use crate::commission::Outcome;
+use crate::protect::{Fault, Notice};
 use crate::protocol::{Command, Refusal};
 use crate::record::Activity;
 
@@ -41,6 +42,8 @@ pub struct Tick {
 #[derive(Clone, Debug, Default)]
 pub struct Joint {
     configured: Option<(Axis, State)>,
+    /// What was found before there was an axis to tell.
+    waiting: Fault,
     driven: bool,
     commissioning: bool,
 }
@@ -50,6 +53,7 @@ impl Joint {
     pub const fn new() -> Self {
         Joint {
             configured: None,
+            waiting: Fault::None,
             driven: false,
             commissioning: false,
         }
@@ -60,19 +64,36 @@ impl Joint {
         match (order, &mut self.configured) {
             (Order::Install(_), _) if self.driven => Err(Refusal::BridgeDriven),
             (Order::Install(axis), place) => {
-                *place = Some((*axis, axis.start()));
+                let fault = place.as_ref().map_or(self.waiting, |(_, state)| state.fault());
+                let mut state = axis.start();
+                axis.latch(&mut state, fault);
+                *place = Some((*axis, state));
                 Ok(())
             }
             (Order::Run(command), Some((axis, state))) => execute(axis, state, command),
-            (Order::Run(Command::Stop), None) => Ok(()),
+            (Order::Run(Command::Stop), None) => {
+                self.waiting = Fault::None;
+                Ok(())
+            }
             (Order::Run(_), None) => Err(Refusal::NotConfigured),
+        }
+    }
+
+    /// Takes what the samples do not show: between [`Joint::execute`] and [`Joint::step`] of the same tick, so that a
+    /// condition that lasts cannot be cleared. The permission in every tick, everything else when it happens. A fault
+    /// that follows is latched, and kept through a configuration, until [`Command::Stop`] clears it.
+    pub fn heed(&mut self, notice: Notice) {
+        match &mut self.configured {
+            Some((axis, state)) => axis.heed(state, notice),
+            None if self.waiting == Fault::None => self.waiting = notice.fault(),
+            None => {}
         }
     }
 
     /// One control tick.
     pub fn step(&mut self, sample: Sample) -> Tick {
         let Some((axis, state)) = &mut self.configured else {
-            return Tick::default();
+            return self.unconfigured();
         };
         let output = axis.step(state, sample);
         let commissioning = output.record.activity == Activity::Commissioning;
@@ -83,6 +104,18 @@ impl Joint {
             output,
             concluded: ended.then(|| state.outcome().copied()).flatten(),
         }
+    }
+}
+
+impl Joint {
+    /// Bridge open; there is nothing to tell but a fault that waits.
+    fn unconfigured(&self) -> Tick {
+        let mut tick = Tick::default();
+        tick.output.record.fault = self.waiting;
+        if self.waiting != Fault::None {
+            tick.output.record.activity = Activity::Faulted;
+        }
+        tick
     }
 }
 

@@ -50,12 +50,14 @@ pub struct Report {
 /// What a commissioning that a fault has ended tells.
 pub(crate) fn reason_of(fault: Fault) -> Reason {
     match fault {
-        Fault::NoMotion => Reason::MotionLost,
+        Fault::NoMotion | Fault::Stalled | Fault::EncoderUnplugged | Fault::MotorDisconnected => {
+            Reason::MotionLost
+        }
         Fault::WrongDirection => Reason::Reversed,
-        Fault::Overspeed => Reason::Overspeed,
+        Fault::Overspeed | Fault::Runaway => Reason::Overspeed,
         Fault::SupplyLow => Reason::SupplyTooLow,
         Fault::SupplyHigh => Reason::SupplyMoved,
-        Fault::None | Fault::OverCurrent => Reason::Aborted,
+        _ => Reason::Aborted,
     }
 }
 
@@ -244,11 +246,11 @@ impl State {
     const RESTING: i32 = 1 << (SPEED_BITS - 8);
 
     /// Where the set-point is now; where the shaft is, when no loop is closed.
-    fn present(&self) -> Reference {
+    pub(crate) fn present(&self) -> Reference {
         match self.mode {
             Mode::Hold(position) => Reference::rest(position),
             Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) => self.reference,
-            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) => self.shaft(),
+            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Brake => self.shaft(),
         }
     }
 
@@ -256,11 +258,17 @@ impl State {
     /// set-point moves.
     fn resting_place(&self) -> Option<Reference> {
         match self.mode {
-            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) => {
+            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Brake => {
                 Some(Reference::rest(Position::of_count(self.count)))
             }
             _ => Some(self.present()).filter(Reference::rests),
         }
+    }
+
+    /// Can the loops hold a position: are they closed, or could they be?
+    pub(crate) fn closed(&self) -> bool {
+        let driven = !matches!(self.mode, Mode::Idle | Mode::Commission(_) | Mode::Brake);
+        driven && self.design.gain_source != Source::None
     }
 
     fn shaft(&self) -> Reference {
@@ -276,7 +284,7 @@ impl State {
     }
 
     /// Changes the mode without a jump of the voltage.
-    fn begin(&mut self, start: &Reference, mode: Mode) {
+    pub(crate) fn begin(&mut self, start: &Reference, mode: Mode) {
         match self.mode {
             Mode::Idle => {
                 self.control = control::State::default();

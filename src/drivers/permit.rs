@@ -4,20 +4,8 @@
 //! the user's closed contact, so a broken wire there forbids motion; a broken fault wire does not.
 
 use embedded_hal::digital::InputPin;
-use serde::{Deserialize, Serialize};
 
-/// What the lines say at this moment. A line that cannot be read counts as forbidding.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[repr(u8)]
-pub enum Permit {
-    /// Enable is high and the driver reports no fault.
-    #[default]
-    Granted = 0,
-    /// The user's enable contact is open.
-    Disabled = 1,
-    /// The bridge driver reports a fault (over-current, over-temperature, under-voltage).
-    BridgeFault = 2,
-}
+pub use crate::protect::Permit;
 
 /// The two lines of one bridge.
 pub struct PermitLines<F, E> {

@@ -50,7 +50,53 @@ pub fn fault_advice(fault: Fault) -> String {
         Fault::WrongDirection => {
             "the count runs against the voltage: swap the motor's leads or the encoder's A and B"
         }
-        _ => "the bridge was switched off; remove the cause, then stop and arm again",
+        Fault::Overspeed => {
+            "the speed limit was exceeded: look for a load that drives the shaft, or raise limits.speed_rad_s"
+        }
+        Fault::OverCurrent => {
+            "the current limit was exceeded: look for a short or a jammed shaft, or raise limits.current_a"
+        }
+        Fault::SupplyLow => {
+            "the supply fell below half of supply.nominal_v: check the supply, its wiring and its current limit"
+        }
+        Fault::SupplyHigh => {
+            "the supply rose above 1.5 times supply.nominal_v: braking feeds it; use a supply or a battery that can take energy, a braking resistor, or brake more gently"
+        }
+        Fault::Stalled => {
+            "the shaft is blocked: voltage was applied, nothing moved, and the current was that of a motor at standstill; free the shaft"
+        }
+        Fault::EncoderUnplugged => {
+            "the motor turned, as its current shows, but nothing was counted: check the encoder's cable and supply"
+        }
+        Fault::MotorDisconnected => {
+            "voltage was applied, but no current flowed: check the motor's leads, its brushes and the bridge's enable line"
+        }
+        Fault::SlippingCounts => {
+            "the count changed as no shaft can: check the encoder's cable, shield and supply, its mounting and the coupling"
+        }
+        Fault::Overload => {
+            "the winding is as hot as the continuous current makes it: let it cool, and reduce load or duty"
+        }
+        Fault::SupplyNotMeasured => {
+            "the supply was measured and is not any more: check the divider and its wiring to the converter"
+        }
+        Fault::CommandTimeout => {
+            "no fresh command arrived while the motor ran on: check the link and the program that sends the commands"
+        }
+        Fault::TickOverrun => "a control tick took longer than its period: lower axis.tick_hz",
+        Fault::WatchdogReset => {
+            "the watchdog has reset the chip because the firmware hung: look at the log before the reset, and report it"
+        }
+        Fault::ParametersDamaged => {
+            "the stored parameters are damaged and were not used: configure and commission again, then save"
+        }
+        Fault::Runaway => {
+            "the shaft turned faster than the voltage can drive it: look for a load that drives it, a shorted bridge, or wrong parameters"
+        }
+        Fault::BridgeFault => {
+            "the bridge driver reports a fault: look for a short at the motor's leads, let the driver cool, and check its supply"
+        }
+        Fault::Disabled => "the enable (emergency stop) contact is open: close it, then stop and arm again",
     };
     format!("{text} ({fault:?})")
 }

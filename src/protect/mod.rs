@@ -6,9 +6,13 @@
 //! with voltage applied. The observer's present load would not do, it soon explains away any motion that is missing.
 //! Once it has travelled [`EXPECTED_COUNTS`] while the encoder has not followed, something is wrong.
 
+pub mod action;
+mod fault;
+
 use crate::encoder::Motor;
 use crate::units::{Speed, Voltage, mul_shift, to_fixed};
-use serde::{Deserialize, Serialize};
+pub use action::{Action, Actions, Forbidden};
+pub use fault::{Fault, Notice, Permit};
 
 /// Dead zones that the voltage must exceed before motion is demanded: break-away friction reaches 1.6 times the
 /// kinetic level, and an asymmetric load adds to one side.
@@ -26,28 +30,6 @@ const PROOF_COUNTS: i32 = 2;
 /// Counts against the demanded direction that prove a reversed motor or encoder.
 const REVERSED_COUNTS: i32 = 4;
 
-/// Why the bridge was switched off. Numbers as in the record; stable.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[repr(u8)]
-pub enum Fault {
-    /// None.
-    #[default]
-    None = 0,
-    /// Voltage is applied, nothing moves: stalled, or the encoder is unplugged; without a current sensor the data are
-    /// the same.
-    NoMotion = 1,
-    /// The motor moves against the voltage: motor or encoder reversed.
-    WrongDirection = 2,
-    /// Faster than the speed limit.
-    Overspeed = 3,
-    /// Winding current above its limit.
-    OverCurrent = 4,
-    /// Supply below half of nominal.
-    SupplyLow = 5,
-    /// Supply above 1.5 times nominal, e.g. while braking into a supply that cannot take it.
-    SupplyHigh = 6,
-}
-
 /// Thresholds of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Params {
@@ -61,6 +43,8 @@ pub struct Params {
     highest_current: Option<u16>,
     /// Ticks that a condition of supply, speed or current must last: 5 ms.
     persistence: u32,
+    /// What is done.
+    actions: Actions,
 }
 
 /// What the motor must do at least.
@@ -110,6 +94,8 @@ impl Expectation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct State {
     latched: Fault,
+    /// What is done about it; the most severe of all that was found since.
+    action: Action,
     supply_low: u32,
     supply_high: u32,
     fast: u32,
@@ -154,6 +140,23 @@ impl State {
         self.latched
     }
 
+    /// Latches a fault that the samples do not show, unless one is latched already.
+    pub(crate) fn latch(&mut self, fault: Fault, actions: &Actions) {
+        if fault == Fault::None {
+            return;
+        }
+        if self.latched == Fault::None {
+            self.latched = fault;
+            self.action = Action::Hold;
+        }
+        self.action = self.action.max(actions.of(fault));
+    }
+
+    /// The counter's first reading: nothing has moved.
+    pub(crate) fn found_at(&mut self, count: i32) {
+        self.proof = count;
+    }
+
     /// Forgets the fault and all half-grown suspicions.
     pub fn clear(&mut self, count: i32) {
         *self = Self {
@@ -178,17 +181,22 @@ impl Params {
                 .current_limit_a
                 .map(|limit| (limit / config.current_a_per_lsb) as u16),
             persistence: config.tick_hz / 200,
+            actions: Actions::default(),
         }
     }
 
-    /// One tick: the latched fault, or the first that is found now.
-    pub fn step(&self, state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
+    /// The table of actions.
+    #[must_use]
+    pub fn actions(&self) -> &Actions {
+        &self.actions
+    }
+
+    /// One tick: what is to be done about the latched fault, or about the first that is found now.
+    pub fn step(&self, state: &mut State, expectation: &Expectation, input: &Input) -> Option<Action> {
         let found = self.limits(state, input);
         let motion = motion(state, expectation, input);
-        if state.latched == Fault::None {
-            state.latched = if found == Fault::None { motion } else { found };
-        }
-        state.latched
+        state.latch(if found == Fault::None { motion } else { found }, &self.actions);
+        (state.latched != Fault::None).then_some(state.action)
     }
 
     fn limits(&self, state: &mut State, input: &Input) -> Fault {

@@ -1,0 +1,158 @@
+//! What can go wrong, and what only the image can tell.
+
+use serde::{Deserialize, Serialize};
+
+/// Why the bridge was switched off (or braked, or held: see [`super::action`]). Numbers as in the record and in the
+/// log; stable.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Fault {
+    /// None.
+    #[default]
+    None = 0,
+    /// Voltage is applied, nothing moves: stalled, or the encoder is unplugged; without a current sensor the data are
+    /// the same.
+    NoMotion = 1,
+    /// The motor moves against the voltage: motor or encoder reversed.
+    WrongDirection = 2,
+    /// Faster than the speed limit.
+    Overspeed = 3,
+    /// Winding current above its limit.
+    OverCurrent = 4,
+    /// Supply below half of nominal.
+    SupplyLow = 5,
+    /// Supply above 1.5 times nominal, e.g. while braking into a supply that cannot take it.
+    SupplyHigh = 6,
+    /// Voltage is applied, nothing moves, and the current is that of a winding without back-EMF.
+    Stalled = 7,
+    /// Voltage is applied, nothing is counted, and the current is that of a motor that turns.
+    EncoderUnplugged = 8,
+    /// Voltage is applied, nothing moves, and no current flows: motor leads, brushes or bridge open.
+    MotorDisconnected = 9,
+    /// Counts that no shaft can make: lost or invented edges, a coupling that slips.
+    SlippingCounts = 10,
+    /// I²t: the winding is as hot as the continuous current makes it.
+    Overload = 11,
+    /// The supply was measured and is not any more.
+    SupplyNotMeasured = 12,
+    /// No fresh command while a motion without end was under way.
+    CommandTimeout = 13,
+    /// A control tick did not end before the next one was due.
+    TickOverrun = 14,
+    /// The chip comes from a reset by its watchdog.
+    WatchdogReset = 15,
+    /// Parameters were stored, and are damaged.
+    ParametersDamaged = 16,
+    /// The shaft turns faster than the applied voltage can drive it.
+    Runaway = 17,
+    /// The bridge driver reports a fault (over-current, over-temperature, under-voltage).
+    BridgeFault = 18,
+    /// The enable (emergency stop) contact is open.
+    Disabled = 19,
+}
+
+impl Fault {
+    /// All faults, in the order of their numbers.
+    pub const ALL: [Self; 19] = [
+        Self::NoMotion,
+        Self::WrongDirection,
+        Self::Overspeed,
+        Self::OverCurrent,
+        Self::SupplyLow,
+        Self::SupplyHigh,
+        Self::Stalled,
+        Self::EncoderUnplugged,
+        Self::MotorDisconnected,
+        Self::SlippingCounts,
+        Self::Overload,
+        Self::SupplyNotMeasured,
+        Self::CommandTimeout,
+        Self::TickOverrun,
+        Self::WatchdogReset,
+        Self::ParametersDamaged,
+        Self::Runaway,
+        Self::BridgeFault,
+        Self::Disabled,
+    ];
+
+    /// The key, as `axis.toml` and the tables spell it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::NoMotion => "no_motion",
+            Self::WrongDirection => "wrong_direction",
+            Self::Overspeed => "overspeed",
+            Self::OverCurrent => "over_current",
+            Self::SupplyLow => "supply_low",
+            Self::SupplyHigh => "supply_high",
+            Self::Stalled => "stalled",
+            Self::EncoderUnplugged => "encoder_unplugged",
+            Self::MotorDisconnected => "motor_disconnected",
+            Self::SlippingCounts => "slipping_counts",
+            Self::Overload => "overload",
+            Self::SupplyNotMeasured => "supply_not_measured",
+            Self::CommandTimeout => "command_timeout",
+            Self::TickOverrun => "tick_overrun",
+            Self::WatchdogReset => "watchdog_reset",
+            Self::ParametersDamaged => "parameters_damaged",
+            Self::Runaway => "runaway",
+            Self::BridgeFault => "bridge_fault",
+            Self::Disabled => "disabled",
+        }
+    }
+}
+
+/// What the lines that may forbid motion say at this moment. A line that cannot be read counts as forbidding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Permit {
+    /// Enable is high and the driver reports no fault.
+    #[default]
+    Granted = 0,
+    /// The user's enable contact is open.
+    Disabled = 1,
+    /// The bridge driver reports a fault (over-current, over-temperature, under-voltage).
+    BridgeFault = 2,
+}
+
+/// What the samples of a tick do not show and the image knows; see [`crate::joint::Joint::heed`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Notice {
+    /// The lines as read in this tick. Give it in every tick: permission is a level, not an event.
+    Permit(Permit),
+    /// The last control tick did not end before the next one was due.
+    TickOverrun,
+    /// The watchdog has caused the last reset. Once, after boot.
+    WatchdogReset,
+    /// The stored parameters are damaged. Once, after boot.
+    ParametersDamaged,
+}
+
+impl Notice {
+    /// The fault that follows; [`Fault::None`] for a permission.
+    #[must_use]
+    pub const fn fault(self) -> Fault {
+        match self {
+            Self::Permit(Permit::Granted) => Fault::None,
+            Self::Permit(Permit::Disabled) => Fault::Disabled,
+            Self::Permit(Permit::BridgeFault) => Fault::BridgeFault,
+            Self::TickOverrun => Fault::TickOverrun,
+            Self::WatchdogReset => Fault::WatchdogReset,
+            Self::ParametersDamaged => Fault::ParametersDamaged,
+        }
+    }
+
+    /// The notice that must have been given where this fault is found in a log: what a replay gives in its stead.
+    #[must_use]
+    pub const fn behind(fault: Fault) -> Option<Self> {
+        match fault {
+            Fault::Disabled => Some(Self::Permit(Permit::Disabled)),
+            Fault::BridgeFault => Some(Self::Permit(Permit::BridgeFault)),
+            Fault::TickOverrun => Some(Self::TickOverrun),
+            Fault::WatchdogReset => Some(Self::WatchdogReset),
+            Fault::ParametersDamaged => Some(Self::ParametersDamaged),
+            _ => None,
+        }
+    }
+}
