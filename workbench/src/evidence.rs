@@ -2,12 +2,12 @@
 
 use crate::effects::Effect;
 use crate::outcome::{Rival, Step, Tie};
-use crate::report::figure;
+use crate::report::gap;
 use crate::search::Found;
 
 /// Why an effect is named.
 pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> String {
-    let (from, to) = (figure(before.gap), figure(after.gap));
+    let (from, to) = (gap(before.gap), gap(after.gap));
     format!(
         "The held-out gap falls from {from} to {to} {unit} with it: {}. Its trace: {}.",
         effect.summary, effect.signature

@@ -8,6 +8,8 @@ use crate::view::{Sample, samples};
 
 /// Most points of a curve.
 const POINTS: usize = 1500;
+/// Pause between two runs in a plot over time, s.
+const RUN_GAP_S: f64 = 0.2;
 /// Bins of a residual over an axis.
 const BINS: usize = 40;
 
@@ -46,16 +48,20 @@ pub fn all(given: &Hypothesis, x: &[f64], kept: &Scored) -> Vec<Plot> {
     ]
 }
 
+/// A value over time, run after run.
 fn thinned(samples: &[Sample], value: impl Fn(&Sample) -> f64) -> Curve {
     let every = samples.len().div_ceil(POINTS).max(1);
     let kept = samples.iter().step_by(every);
+    let (mut run, mut start) = (None, 0.0);
     kept.fold(Curve::default(), |mut curve, sample| {
-        // A run that begins anew breaks the line.
-        if curve.x.last().is_some_and(|last| *last > sample.time) {
+        // A new run breaks the line and follows behind the last.
+        if run.is_some_and(|before| before != sample.run) {
+            start = curve.x.last().map_or(0.0, |last| last + RUN_GAP_S);
             curve.x.push(f64::NAN);
             curve.y.push(f64::NAN);
         }
-        curve.x.push(sample.time);
+        run = Some(sample.run);
+        curve.x.push(start + sample.time);
         curve.y.push(value(sample));
         curve
     })
@@ -133,7 +139,8 @@ fn binned(samples: &[Sample], axis: &dyn Fn(&Sample) -> f64) -> Curve {
 fn in_time(before: &[Sample], after: &[Sample], speed: &str, band: Option<f64>) -> Plot {
     Plot {
         title: "Residual over time".into(),
-        caption: "What the model as given misses, and what is left at the end".into(),
+        caption: "What the model as given misses, and what is left at the end; the runs one after another"
+            .into(),
         stage: Stage::Detection,
         x_label: "time, s".into(),
         y_label: format!("measured − simulated {speed}"),

@@ -1,7 +1,11 @@
 //! `truing effects`: the library with equations.
 
 use crate::effects::{self, Effect, LIBRARY};
+use crate::report::terminal::beside;
 use clap::Args;
+
+/// Column at which the text beside a heading starts, behind the margin of two.
+const INDENT: usize = 14;
 
 /// Arguments of `truing effects`.
 #[derive(Args, Debug)]
@@ -37,15 +41,19 @@ fn described(effect: &Effect) -> String {
         format!("{} [{}]{optional}", p.name, p.unit)
     };
     let parameters: Vec<String> = effect.parameters.iter().map(parameter).collect();
+    let rows = [
+        ("equation", effect.equation),
+        ("parameters", &parameters.join(", ")),
+        ("trace", effect.signature),
+        ("confused with", &effect.confusable_with.join(", ")),
+        ("separated by", effect.separated_by),
+        ("source", effect.source),
+    ];
+    let rows = rows.map(|(head, body)| beside(&format!("  {head:INDENT$}"), body));
     format!(
-        "{}\n  {}\n  equation      {}\n  parameters    {}\n  trace         {}\n  confused with {}\n  separated by  {}\n  source        {}\n\n",
+        "{}\n{}{}\n",
         effect.name,
-        effect.summary,
-        effect.equation,
-        parameters.join(", "),
-        effect.signature,
-        effect.confusable_with.join(", "),
-        effect.separated_by,
-        effect.source
+        beside("  ", effect.summary),
+        rows.concat()
     )
 }

@@ -1,10 +1,32 @@
 //! Numbers and names as text.
 
-use crate::outcome::{NamedEffect, Outcome, Segment, Tie, Value, Verdict};
+use crate::outcome::{NamedEffect, Outcome, Segment, Shift, Tie, Value, Verdict};
 
 /// Four significant digits, without trailing zeros; powers of ten where plain digits would not be readable.
 pub fn figure(x: f64) -> String {
     significant(x, 4)
+}
+
+/// A gap with four significant digits, zeros kept: gaps are read one below the other.
+pub fn gap(rms: f64) -> String {
+    let magnitude = rms.abs().log10().floor();
+    match 3.0 - magnitude {
+        decimals if (0.0..=7.0).contains(&decimals) => format!("{rms:.0$}", decimals as usize),
+        _ => figure(rms),
+    }
+}
+
+/// A fit in percent.
+pub fn fit(percent: f64) -> String {
+    format!("{percent:.2} %")
+}
+
+/// A base parameter's shift inside its tolerance: `-5.77 % ± 0.02 %`.
+pub fn shift(shift: &Shift) -> String {
+    if shift.std_percent > 0.0 {
+        return format!("{} %", with_deviation(shift.shift_percent, shift.std_percent));
+    }
+    format!("{:.2} %", shift.shift_percent)
 }
 
 /// `digits` significant digits, without trailing zeros.

@@ -150,11 +150,10 @@ fn verdict(outcome: &Outcome) -> Markup {
             p.headline { (format::headline(outcome)) }
             @if tested {
                 div.tiles {
-                    (tile("gap as given", &format!("{} {}", format::figure(held.rmse_before), outcome.gap_unit)))
-                    (tile("gap now", &format!("{} {}", format::figure(held.rmse_after), outcome.gap_unit)))
-                    (tile("noise floor", &format!("{} {}", format::figure(held.noise_floor), outcome.gap_unit)))
-                    (tile("fit, held out", &format!("{} → {} %", format::figure(held.fit_percent_before),
-                        format::figure(held.fit_percent_after))))
+                    (tile("gap as given", &format!("{} {}", format::gap(held.rmse_before), outcome.gap_unit)))
+                    (tile("gap now", &format!("{} {}", format::gap(held.rmse_after), outcome.gap_unit)))
+                    (tile("noise floor", &format!("{} {}", format::gap(held.noise_floor), outcome.gap_unit)))
+                    (tile("fit, held out", &format!("{} → {}", format::fit(held.fit_percent_before), format::fit(held.fit_percent_after))))
                 }
             }
         }
@@ -233,7 +232,7 @@ fn rivals(rivals: &[Rival], unit: &str) -> Markup {
                 thead { tr { th { "Explanation" } th.number { "Gap with it" } th { "Why it lost" } } }
                 tbody { @for rival in rivals { tr {
                     td { code { (format::set(&rival.names)) } }
-                    td.number { (format::figure(rival.gap)) " " (unit) }
+                    td.number { (format::gap(rival.gap)) " " (unit) }
                     td { (rival.reason) }
                 } } }
             }
@@ -289,7 +288,7 @@ fn tolerances(outcome: &Outcome) -> Markup {
                 thead { tr { th { "Parameter" } th.number { "Shift" } } }
                 tbody { @for s in &outcome.within_tolerance { tr {
                     td { code { (s.parameter) } }
-                    td.number { (format!("{:+.1} % ± {:.1} %", s.shift_percent, s.std_percent)) }
+                    td.number { (format::shift(s)) }
                 } } }
             }
         }

@@ -10,7 +10,7 @@ pub mod model_file;
 pub mod plot;
 pub mod terminal;
 
-pub use format::figure;
+pub use format::{figure, gap};
 
 use crate::outcome::Outcome;
 use anyhow::{Context, Result};

@@ -306,7 +306,7 @@ fn draw_waterfall(steps: &[Step], floor: f64, unit: &str, scale: &Decades, area:
             (LABELS - 10, middle),
             text(15, HPos::Right),
         ))?;
-        let gap = format!("{} {unit}", format::figure(step.gap));
+        let gap = format!("{} {unit}", format::gap(step.gap));
         area.draw(&Text::new(
             gap,
             (right.max(scale.pixel(step.gap)) + 6, middle),
@@ -320,7 +320,7 @@ fn draw_waterfall(steps: &[Step], floor: f64, unit: &str, scale: &Decades, area:
             vec![(x, 0), (x, bottom)],
             PALETTE[5].stroke_width(2),
         ))?;
-        let label = format!("noise floor {} {unit}", format::figure(floor));
+        let label = format!("noise floor {} {unit}", format::gap(floor));
         area.draw(&Text::new(label, (x + 4, bottom + 14), text(14, HPos::Left)))?;
     }
     area.draw(&Text::new(

@@ -70,17 +70,17 @@ fn gap(text: &mut String, outcome: &Outcome) -> Result<()> {
             text,
             "{:INDENT$}{label:28} {:>9}  {}",
             "",
-            format::figure(gap),
+            format::gap(gap),
             "█".repeat(scale.length(gap))
         )?;
     }
     let (before, after) = (held.fit_percent_before, held.fit_percent_after);
     writeln!(
         text,
-        "{:INDENT$}fit {} % → {} %",
+        "{:INDENT$}fit {} → {}",
         "",
-        format::figure(before),
-        format::figure(after)
+        format::fit(before),
+        format::fit(after)
     )?;
     Ok(())
 }
@@ -144,12 +144,8 @@ fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
     }
     for (k, shift) in outcome.within_tolerance.iter().enumerate() {
         let head = if k == 0 { "Tolerances" } else { "" };
-        let (name, by, std) = (&shift.parameter, shift.shift_percent, shift.std_percent);
-        block(
-            text,
-            head,
-            &format!("{name} {by:+.1} % ± {std:.1} %: within what the model allows"),
-        );
+        let (name, by) = (&shift.parameter, format::shift(shift));
+        block(text, head, &format!("{name} {by}: within what the model allows"));
     }
     if left.structure != "none" {
         let share = format::percent(left.share_of_gap);
@@ -194,13 +190,17 @@ fn notes(text: &mut String, outcome: &Outcome) -> Result<()> {
 
 /// A heading in the margin and its text beside it, wrapped.
 fn block(text: &mut String, head: &str, body: &str) {
-    let first = format!("{head:INDENT$}");
-    let later = " ".repeat(INDENT);
+    text.push_str(&beside(&format!("{head:INDENT$}"), body));
+}
+
+/// A text that starts behind `head` and goes on below its own start, wrapped at [`WIDTH`].
+#[must_use]
+pub fn beside(head: &str, body: &str) -> String {
+    let later = " ".repeat(head.chars().count());
     let options = textwrap::Options::new(WIDTH)
-        .initial_indent(&first)
+        .initial_indent(head)
         .subsequent_indent(&later);
-    text.push_str(&textwrap::fill(body, options));
-    text.push('\n');
+    textwrap::fill(body, options) + "\n"
 }
 
 fn truncated(label: &str, length: usize) -> String {

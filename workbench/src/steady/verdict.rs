@@ -206,8 +206,8 @@ impl Case<'_> {
                     evidence: format!(
                         "{}; on held-out rows the gap goes from {} to {} {}.",
                         capitalised(&text),
-                        words::figure(before),
-                        words::figure(after),
+                        crate::report::gap(before),
+                        crate::report::gap(after),
                         unit.name
                     ),
                     tie: found.ties.iter().position(|t| t.0 == k),
@@ -379,11 +379,11 @@ impl Case<'_> {
     }
 
     fn rivals(&self, found: &Found, unit: SpeedUnit) -> Vec<Rival> {
-        let now = words::figure(self.gap(&found.chosen, unit));
+        let now = crate::report::gap(self.gap(&found.chosen, unit));
         let lost = found.losers.iter().map(|(k, r)| {
             let name = found.fit.forms[*k].effect.name;
             let gap = self.refitted_gap(r, unit);
-            let left = words::figure(gap);
+            let left = crate::report::gap(gap);
             let reason = r.objection.clone().unwrap_or_else(|| {
                 let bound = at_bound(found.problem, r);
                 format!(
