@@ -21,12 +21,16 @@ pub fn fit(percent: f64) -> String {
     format!("{percent:.2} %")
 }
 
-/// A base parameter's shift inside its tolerance: `-5.77 % ± 0.02 %`.
+/// A base parameter's shift inside its tolerance: `-5.770 ± 0.020 %`.
 pub fn shift(shift: &Shift) -> String {
+    let sign = if shift.shift_percent > 0.0 { "+" } else { "" };
     if shift.std_percent > 0.0 {
-        return format!("{} %", with_deviation(shift.shift_percent, shift.std_percent));
+        return format!(
+            "{sign}{} %",
+            with_deviation(shift.shift_percent, shift.std_percent)
+        );
     }
-    format!("{:.2} %", shift.shift_percent)
+    format!("{sign}{:.2} %", shift.shift_percent)
 }
 
 /// `digits` significant digits, without trailing zeros.
