@@ -5,14 +5,15 @@ use crate::commission::{self, Outcome, Request};
 use crate::compensate::Compensator;
 use crate::config::{Config, ConfigError, Scale};
 use crate::control::{self, Reference, Tuning};
-use crate::design::{Design, Knowledge};
+use crate::design::{self, Design, Knowledge};
 use crate::encoder;
-use crate::identify::estimate::Reason;
+use crate::identify::estimate::{Estimates, Reason};
+use crate::identify::passive;
 use crate::operate::reason_of;
 pub use crate::operate::{Refusal, Report};
 use crate::protect::{self, Action, Fault, Notice};
 use crate::pwm;
-use crate::record::{self, Activity, Limit, Record};
+use crate::record::{self, Activity, Limit, Notice, Record};
 use crate::trajectory::{Cruise, Move, Sine};
 use crate::units::{Position, Speed, Voltage, to_fixed};
 use serde::{Deserialize, Serialize};
@@ -131,11 +132,24 @@ pub(crate) struct Commissioning {
     pub(crate) state: commission::State,
 }
 
+/// Who learns from count and voltage. One at a time, so they share their memory.
+#[derive(Clone, Copy, Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
+pub(crate) enum Listener {
+    /// Nobody yet: the passive identification begins in the next tick.
+    None,
+    /// A commissioning, which excites too.
+    Commissioning(Commissioning),
+    /// Whatever the motion is, it is listened to.
+    Passive(passive::State),
+}
+
 /// One joint: constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
     pub(crate) scale: Scale,
     pub(crate) tuning: Tuning,
+    passive: passive::Params,
     pub(crate) pwm: pwm::Params,
     pub(crate) protect: protect::Params,
     /// Change of voltage per tick in voltage mode, Q20 of nominal.
@@ -159,10 +173,15 @@ pub struct State {
     pub(crate) voltage: Voltage,
     /// Terminal voltage since the last sample; `None`: bridge open.
     pub(crate) acted: Option<Voltage>,
-    pub(crate) commission: Option<Commissioning>,
+    pub(crate) listener: Listener,
     pub(crate) outcome: Option<Outcome>,
+    /// What is known now, by whomever, trusted or not.
+    pub(crate) known: Estimates,
+    /// The last trusted value of each of them: what the loops use.
     pub(crate) knowledge: Knowledge,
     pub(crate) design: Design,
+    /// What of the design is still to follow the knowledge.
+    pub(crate) renewal: design::Stage,
     pub(crate) encoder: encoder::State,
     pub(crate) control: control::State,
     pub(crate) pwm: pwm::State,
@@ -181,6 +200,7 @@ impl Axis {
         Ok(Self {
             scale,
             tuning,
+            passive: passive::Params::new(&scale),
             pwm: pwm::Params::new(&scale),
             protect: protect::Params::new(&scale),
             slew: to_fixed(1.0 / (FULL_SWING_S * config.tick_hz as f32), Voltage::BITS),
@@ -203,10 +223,12 @@ impl Axis {
             reference: Reference::default(),
             voltage: Voltage::ZERO,
             acted: None,
-            commission: None,
+            listener: Listener::None,
             outcome: None,
+            known: Estimates::default(),
             knowledge,
             design: Design::new(&self.scale, &self.tuning, &knowledge),
+            renewal: design::Stage::Done,
             encoder: encoder::State::default(),
             control: control::State::default(),
             pwm: pwm::State::default(),
@@ -301,11 +323,9 @@ impl Axis {
         }
     }
 
-    /// Count and acting voltage → what the motor is; and, while it is excited for that, the voltage to try next.
+    /// Count and acting voltage → what the motor is; and, while it is excited for that, the voltage to try next. What
+    /// is new reaches the design in the ticks that follow, one stage each.
     fn identify(&self, state: &mut State, sample: &Sample, acting: pwm::Drive, supply: Voltage) {
-        let Some(commissioning) = state.commission.as_mut() else {
-            return;
-        };
         let input = commission::Input {
             count: sample.count,
             voltage: self.pwm.terminal(acting, supply).q14(),
@@ -313,20 +333,26 @@ impl Axis {
             supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply.q14()),
             current_raw: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
         };
-        let request = commissioning.params.step(&mut commissioning.state, &input);
-        state.mode = Mode::Commission(request);
-        if let Some(&outcome) = commissioning.state.outcome() {
-            self.conclude(state, outcome);
+        state
+            .design
+            .renew(&mut state.renewal, &self.scale, &self.tuning, &state.knowledge);
+        match &mut state.listener {
+            Listener::None => {
+                state.listener = Listener::Passive(self.passive.listen(sample.count, &state.known))
+            }
+            Listener::Passive(passive) => {
+                if self.passive.step(passive, &mut state.known, &input) {
+                    state.learn();
+                }
+            }
+            Listener::Commissioning(commissioning) => {
+                let request = commissioning.params.step(&mut commissioning.state, &input);
+                state.mode = Mode::Commission(request);
+                if let Some(&outcome) = commissioning.state.outcome() {
+                    state.conclude(outcome);
+                }
+            }
         }
-    }
-
-    /// The commissioning has ended: bridge open, gains from what is trusted.
-    fn conclude(&self, state: &mut State, outcome: Outcome) {
-        state.outcome = Some(outcome);
-        state.commission = None;
-        state.mode = Mode::Idle;
-        state.knowledge.adopt(&outcome.estimates);
-        state.design = Design::new(&self.scale, &self.tuning, &state.knowledge);
     }
 
     /// Set-point → voltage behind the dead zone.
@@ -387,15 +413,59 @@ impl Axis {
 }
 
 impl State {
+    /// The loops are to use what is known now, as far as it is trusted.
+    pub(crate) fn learn(&mut self) {
+        self.renewal = self.renewal.max(self.knowledge.adopt(&self.known));
+    }
+
+    /// The commissioning has ended: bridge open, gains from what is trusted. One that was refused leaves behind what
+    /// was known before, but the dead zone must be seen again before it is trusted.
+    fn conclude(&mut self, outcome: Outcome) {
+        self.outcome = Some(outcome);
+        self.listener = Listener::None;
+        self.mode = Mode::Idle;
+        if outcome.refused.is_some() {
+            self.known.age();
+        } else {
+            self.known = outcome.estimates;
+        }
+        self.learn();
+    }
+
+    /// The commissioning that is running.
+    pub(crate) fn commissioning(&self) -> Option<&Commissioning> {
+        match &self.listener {
+            Listener::Commissioning(commissioning) => Some(commissioning),
+            Listener::None | Listener::Passive(_) => None,
+        }
+    }
+
     /// Phase of the commissioning: of the running one, or how the last one ended.
     fn phase(&self) -> commission::Phase {
         use commission::Phase;
-        match (&self.commission, &self.outcome) {
+        match (self.commissioning(), &self.outcome) {
             (Some(commissioning), _) => commissioning.state.phase(),
             (None, Some(outcome)) if outcome.refused.is_some() => Phase::Refused,
             (None, Some(_)) => Phase::Done,
             (None, None) => Phase::Idle,
         }
+    }
+
+    /// What should be looked at, though nothing is wrong.
+    fn notice(&self) -> Notice {
+        match &self.listener {
+            Listener::Passive(passive) => match passive.worn() {
+                [false, false] => Notice::None,
+                _ => Notice::DeadZoneMoved,
+            },
+            Listener::None | Listener::Commissioning(_) => Notice::None,
+        }
+    }
+
+    /// All that is known of the motor now, with trust and reasons.
+    #[must_use]
+    pub fn estimates(&self) -> &Estimates {
+        &self.known
     }
 
     /// The set-point of this tick.
@@ -477,9 +547,11 @@ impl State {
 
     /// Bridge open, whatever was going on; a commissioning ends with this reason.
     pub(crate) fn stop(&mut self, reason: Reason) {
-        if let Some(mut commissioning) = self.commission.take() {
+        if let Listener::Commissioning(commissioning) = &mut self.listener {
             commissioning.state.refuse(reason);
-            self.outcome = commissioning.state.outcome().copied();
+            if let Some(&outcome) = commissioning.state.outcome() {
+                self.conclude(outcome);
+            }
         }
         self.mode = Mode::Idle;
         self.armed = false;
@@ -533,6 +605,7 @@ impl State {
             gain_source: self.design.gain_source,
             dead_zone_source: self.design.dead_zone_source,
             compensation: self.compensation,
+            notice: self.notice(),
         }
     }
 }

@@ -81,7 +81,7 @@ impl Reference {
 }
 
 /// Fixed-point gains of the loops.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Params {
     /// k_p, counts per tick per count, Q28.
     position: i32,

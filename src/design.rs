@@ -58,8 +58,9 @@ pub struct Knowledge {
 }
 
 impl Knowledge {
-    /// Takes what is trusted.
-    pub fn adopt(&mut self, estimates: &Estimates) {
+    /// Takes what is trusted; the stage from which the design has to follow.
+    pub fn adopt(&mut self, estimates: &Estimates) -> Stage {
+        let before = *self;
         for side in [POSITIVE, NEGATIVE] {
             self.dead_zone[side].adopt(&estimates.dead_zone[side]);
             self.saturation[side].adopt(&estimates.saturation[side]);
@@ -68,6 +69,11 @@ impl Knowledge {
         self.time_constant.adopt(&estimates.time_constant);
         if estimates.mechanism != Mechanism::Unclear {
             self.mechanism = estimates.mechanism;
+        }
+        match () {
+            () if before == *self => Stage::Done,
+            () if (before.gain, before.time_constant) == (self.gain, self.time_constant) => Stage::DeadZone,
+            () => Stage::Motor,
         }
     }
 
@@ -83,8 +89,27 @@ impl Knowledge {
     }
 }
 
+/// What of a [`Design`] has to follow next. One stage a control tick, because each divides in single precision; from
+/// the last to the first, so that the greater of two is the one that is to be done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Nothing.
+    #[default]
+    Done,
+    /// What set-points may ask for.
+    Limits,
+    /// The least that the motor must do.
+    Expectation,
+    /// Compensator, and the dead zone of the observer.
+    DeadZone,
+    /// Gains of the loops.
+    Loops,
+    /// Linear motor and observer.
+    Motor,
+}
+
 /// Everything that follows from [`Knowledge`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Design {
     /// The linear motor.
     pub motor: Motor,
@@ -114,30 +139,58 @@ pub struct Design {
 }
 
 impl Design {
-    /// All gains. Runs once after an identification.
+    /// All at once. Not for the control tick.
     #[must_use]
     pub fn new(scale: &Scale, tuning: &Tuning, knowledge: &Knowledge) -> Self {
-        let (motor, gain_source) = motor(scale, knowledge);
-        let sign = knowledge.sign_source();
-        let [positive, negative] = knowledge.widths();
-        let loops = control::Params::new(&motor, tuning);
-        Self {
-            motor,
-            observer: encoder::Params::new(&motor),
-            loops,
-            compensator: Compensator::new(positive, negative, sign, Smoothing::within(loops.per_count())),
-            dead_zone: DeadZone::new(positive, negative, Smoothing::WIDEST),
-            sign,
-            saturation: knowledge
-                .saturation
-                .map(|held| Voltage(held.value().unwrap_or(i32::MAX))),
-            expectation: Expectation::new(&motor, knowledge.dead_zone.map(|held| held.value().map(Voltage))),
-            speed_limit: speed_limit(scale),
-            limits: limits(scale, knowledge, &motor),
-            lead: loops.error_for(0.25 * motor.full_speed),
-            gain_source,
-            dead_zone_source: knowledge.dead_zone.map(|held| held.source),
+        let mut design = Self::default();
+        let mut stage = Stage::Motor;
+        while stage != Stage::Done {
+            design.renew(&mut stage, scale, tuning, knowledge);
         }
+        design
+    }
+
+    /// One stage, and on to the next. The old values of the other stages stay in force meanwhile.
+    pub fn renew(&mut self, stage: &mut Stage, scale: &Scale, tuning: &Tuning, knowledge: &Knowledge) {
+        *stage = match *stage {
+            Stage::Done => Stage::Done,
+            Stage::Motor => {
+                (self.motor, self.gain_source) = motor(scale, knowledge);
+                self.observer = encoder::Params::new(&self.motor);
+                Stage::Loops
+            }
+            Stage::Loops => {
+                self.loops = control::Params::new(&self.motor, tuning);
+                self.lead = self.loops.error_for(0.25 * self.motor.full_speed);
+                Stage::DeadZone
+            }
+            Stage::DeadZone => {
+                self.renew_dead_zone(knowledge);
+                Stage::Expectation
+            }
+            Stage::Expectation => {
+                let widths = knowledge.dead_zone.map(|held| held.value().map(Voltage));
+                self.expectation = Expectation::new(&self.motor, widths);
+                Stage::Limits
+            }
+            Stage::Limits => {
+                self.saturation = knowledge
+                    .saturation
+                    .map(|held| Voltage(held.value().unwrap_or(i32::MAX)));
+                self.speed_limit = speed_limit(scale);
+                self.limits = limits(scale, knowledge, &self.motor);
+                Stage::Done
+            }
+        };
+    }
+
+    fn renew_dead_zone(&mut self, knowledge: &Knowledge) {
+        let [positive, negative] = knowledge.widths();
+        let smoothing = Smoothing::within(self.loops.per_count());
+        self.sign = knowledge.sign_source();
+        self.compensator = Compensator::new(positive, negative, self.sign, smoothing);
+        self.dead_zone = DeadZone::new(positive, negative, Smoothing::WIDEST);
+        self.dead_zone_source = knowledge.dead_zone.map(|held| held.source);
     }
 
     /// Does the shaft stick? An input dead zone alone lets it coast, and what pushed it out of friction would throw it.

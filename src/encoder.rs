@@ -32,7 +32,7 @@ const LOAD_BITS: u32 = 58;
 const CORRECTION_BITS: u32 = 34;
 
 /// The linear motor: what the observer and the loops are designed from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motor {
     /// Steady speed per nominal voltage behind the dead zone, counts per tick.
     pub full_speed: f32,
@@ -41,7 +41,7 @@ pub struct Motor {
 }
 
 /// Gains of the observer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Params {
     /// Speed per voltage, Q20.
     full_speed: i32,

@@ -3,10 +3,10 @@
 //! Nothing jumps when the mode changes: the new set-point starts with the position, speed and acceleration of the old
 //! one, or with those of the shaft when no loop was closed, and the integrator takes over the voltage that was there.
 
-use crate::axis::{Axis, Commissioning, Mode, State};
+use crate::axis::{Axis, Commissioning, Listener, Mode, State};
 use crate::commission::{self, CommissionReport, Request};
 use crate::control::{self, Reference};
-use crate::design::{self, Design};
+use crate::design;
 use crate::identify::estimate::{Estimates, Reason};
 use crate::protect::Fault;
 use crate::protocol::Command;
@@ -64,6 +64,11 @@ pub(crate) fn reason_of(fault: Fault) -> Reason {
 impl Axis {
     /// Carries out a command, or says why not. What concerns the link or another axis is for the image.
     pub fn command(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
+        while state.renewal != design::Stage::Done {
+            state
+                .design
+                .renew(&mut state.renewal, &self.scale, &self.tuning, &state.knowledge);
+        }
         match *command {
             Command::Stop => self.stop(state),
             Command::Arm => self.arm(state),
@@ -88,7 +93,7 @@ impl Axis {
     /// In SI units; not for the control tick.
     #[must_use]
     pub fn report(&self, state: &State) -> Report {
-        let running = state.commission.as_ref();
+        let running = state.commissioning();
         Report {
             activity: state.activity(),
             fault: state.fault(),
@@ -100,8 +105,9 @@ impl Axis {
     /// Takes trusted estimates over, e.g. stored ones. Refused while something runs: gains do not jump under way.
     pub fn adopt(&self, state: &mut State, estimates: &Estimates) -> Result<(), Refusal> {
         self.idle(state)?;
-        state.knowledge.adopt(estimates);
-        state.design = Design::new(&self.scale, &self.tuning, &state.knowledge);
+        state.known = *estimates;
+        state.listener = Listener::None;
+        state.learn();
         Ok(())
     }
 
@@ -123,7 +129,7 @@ impl Axis {
         self.permitted(state)?;
         self.idle(state)?;
         let params = commission::Params::new(&self.scale, budget_ms, seed);
-        state.commission = Some(Commissioning {
+        state.listener = Listener::Commissioning(Commissioning {
             params,
             state: commission::State::new(&params, state.count).referenced(state.zero.unwrap_or(state.count)),
         });
@@ -202,7 +208,7 @@ impl Axis {
     }
 
     fn uncommissioned(&self, state: &State) -> Result<(), Refusal> {
-        if state.commission.is_none() {
+        if state.commissioning().is_none() {
             Ok(())
         } else {
             Err(Refusal::Busy)

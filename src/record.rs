@@ -5,7 +5,7 @@ use crate::protect::Fault;
 use serde::{Deserialize, Serialize};
 
 /// Version of [`Record`]; changes whenever a field does.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// What the axis is doing. Numbers as in the log column `mode`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -56,6 +56,17 @@ pub enum Source {
     Trusted = 3,
 }
 
+/// What should be looked at, though nothing is wrong. Numbers are stable.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Notice {
+    /// Nothing.
+    #[default]
+    None = 0,
+    /// A dead zone moved by more than a quarter since it was commissioned: wear, temperature or load.
+    DeadZoneMoved = 1,
+}
+
 /// One control tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Record {
@@ -97,4 +108,6 @@ pub struct Record {
     pub dead_zone_source: [Source; 2],
     /// Is the compensation switched on?
     pub compensation: bool,
+    /// What should be looked at.
+    pub notice: Notice,
 }

@@ -175,7 +175,7 @@ impl Sine {
 }
 
 /// What a set-point may ask of the motor.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
     /// Speed, counts per tick.
     pub speed: f32,

@@ -6,7 +6,7 @@ use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use servo::axis::{Bridge, Sample};
 use servo::commission::Input;
 use servo::config::Scale;
-use servo::identify::estimate::{Reason, Standing};
+use servo::identify::estimate::{Estimates, Reason, Standing};
 use servo::identify::passive::{Params, State};
 
 /// A board that is told voltages, with the passive identification listening.
@@ -14,6 +14,7 @@ struct Listening {
     scale: Scale,
     params: Params,
     state: State,
+    known: Estimates,
     board: Board,
     acting: (Bridge, i16),
     sample: Sample,
@@ -30,6 +31,7 @@ impl Listening {
             scale,
             params,
             state,
+            known: Estimates::default(),
             board,
             acting: (Bridge::Open, 0),
             sample,
@@ -48,15 +50,23 @@ impl Listening {
             supply: Some(supply),
             current_raw: None,
         };
-        self.params.step(&mut self.state, &input);
+        self.params.step(&mut self.state, &mut self.known, &input);
         let duty = (share * 16_384.0 / f64::from(supply) * f64::from(full)) as i16;
         self.acting = (Bridge::Driven, duty);
         self.board.pass(Bridge::Driven, duty);
         self.sample = self.board.sample();
     }
 
+    /// After a commissioning.
+    fn knowing(plant: &Plant, known: &Estimates) -> Self {
+        let mut listening = Listening::new(plant);
+        listening.known = *known;
+        assert!(listening.params.adopt(&mut listening.state, known));
+        listening
+    }
+
     fn volts(&self, direction: usize) -> f64 {
-        let estimate = self.state.estimates().dead_zone[direction];
+        let estimate = self.known.dead_zone[direction];
         f64::from(estimate.value) / 1_048_576.0 * f64::from(self.scale.config.supply_nominal_v)
     }
 }
@@ -87,7 +97,7 @@ fn learns_from_ordinary_motion() {
             }
             for direction in [0, 1] {
                 let error = listening.volts(direction) / plant.truth.dead_zone_v[direction] - 1.0;
-                let standing = listening.state.estimates().dead_zone[direction].standing;
+                let standing = listening.known.dead_zone[direction].standing;
                 assert!(error.abs() < 0.06, "{family:?} {number}: {:.1} %", 100.0 * error);
                 assert_eq!(
                     standing,
@@ -108,8 +118,8 @@ fn tracks_a_load_step_at_constant_speed_and_ages_the_other_direction() {
         let mean = 0.5 * (plain.truth.dead_zone_v[0] + plain.truth.dead_zone_v[1]);
         let after = plain.truth.dead_zone_v[0] + share * mean;
         let (outcome, _) = commission_outcome(&plain, 5.0, number);
-        let mut listening = Listening::new(&plain.clone().with_load_step(5.0, share));
-        assert!(listening.params.adopt(&mut listening.state, &outcome.estimates));
+        let loaded = plain.clone().with_load_step(5.0, share);
+        let mut listening = Listening::knowing(&loaded, &outcome.estimates);
         let voltage = 0.35 + plain.truth.dead_zone_v[0] / f64::from(plain.config.supply_nominal_v);
         for _ in 0..5_000 {
             listening.tick(voltage);
@@ -129,7 +139,7 @@ fn tracks_a_load_step_at_constant_speed_and_ages_the_other_direction() {
             "{number}: {:.1} % after the step",
             100.0 * error
         );
-        let other = listening.state.estimates().dead_zone[1].standing;
+        let other = listening.known.dead_zone[1].standing;
         assert_eq!(other, Standing::Doubtful(Reason::Aged), "{number}");
     }
 }
@@ -138,8 +148,7 @@ fn tracks_a_load_step_at_constant_speed_and_ages_the_other_direction() {
 fn an_hour_of_standstill_changes_no_number_but_ends_trust() {
     let plant = plant(Family::G2, Severity::Nominal, 9);
     let (outcome, _) = commission_outcome(&plant, 5.0, 9);
-    let mut listening = Listening::new(&plant);
-    assert!(listening.params.adopt(&mut listening.state, &outcome.estimates));
+    let mut listening = Listening::knowing(&plant, &outcome.estimates);
     let input = Input {
         count: 5,
         voltage: 0,
@@ -148,14 +157,16 @@ fn an_hour_of_standstill_changes_no_number_but_ends_trust() {
         current_raw: None,
     };
     for _ in 0..3_600_000 {
-        listening.params.step(&mut listening.state, &input);
+        listening
+            .params
+            .step(&mut listening.state, &mut listening.known, &input);
     }
     for direction in [0, 1] {
-        let estimate = listening.state.estimates().dead_zone[direction];
+        let estimate = listening.known.dead_zone[direction];
         assert_eq!(estimate.value, outcome.estimates.dead_zone[direction].value);
         assert_eq!(estimate.standing, Standing::Doubtful(Reason::Aged));
     }
-    assert_eq!(listening.state.estimates().gain, outcome.estimates.gain);
+    assert_eq!(listening.known.gain, outcome.estimates.gain);
 }
 
 #[test]
@@ -165,8 +176,7 @@ fn wear_is_noticed() {
     let mut worn = plain.clone();
     worn.motor.friction.kinetic_nm = worn.motor.friction.kinetic_nm.map(|level| 1.4 * level);
     for (plant, expected) in [(&plain, [false; 2]), (&worn, [true; 2])] {
-        let mut listening = Listening::new(plant);
-        assert!(listening.params.adopt(&mut listening.state, &outcome.estimates));
+        let mut listening = Listening::knowing(plant, &outcome.estimates);
         for tick in 0..8_000 {
             listening.tick(ordinary_motion(f64::from(tick) / 1_000.0));
         }

@@ -215,6 +215,15 @@ pub struct EstimatesReport {
 }
 
 impl Estimates {
+    /// A trusted dead zone is not trusted any more until motion has shown it again.
+    pub fn age(&mut self) {
+        for estimate in &mut self.dead_zone {
+            if estimate.standing == Standing::Trusted {
+                estimate.standing = Standing::Doubtful(Reason::Aged);
+            }
+        }
+    }
+
     /// In SI units; not for the control tick (single-precision divisions).
     pub fn report(&self, scale: &Scale) -> EstimatesReport {
         let config = &scale.config;

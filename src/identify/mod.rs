@@ -93,6 +93,11 @@ impl Params {
         }
     }
 
+    /// The next longer blocks, if there are any.
+    pub fn longer(&self, lengths: &Lengths) -> Lengths {
+        self.lengths((lengths.block + 1).min(self.longest_block))
+    }
+
     /// Rated speed in a window's unit, Q20 of W₀.
     pub fn rated_speed(&self, lengths: &Lengths) -> i32 {
         ((self.rated_per_sample_q16 << (lengths.block + 4)) >> lengths.counts) as i32

@@ -4,6 +4,7 @@ use servo::axis;
 use servo::identify::estimate::Reason;
 use servo::protect::Fault;
 use servo::protocol::Refusal;
+use servo::record::Notice;
 
 /// Why a command was refused, one sentence.
 pub fn refusal_text(refusal: &Refusal) -> String {
@@ -99,6 +100,17 @@ pub fn fault_advice(fault: Fault) -> String {
         Fault::Disabled => "the enable (emergency stop) contact is open: close it, then stop and arm again",
     };
     format!("{text} ({fault:?})")
+}
+
+/// What a notice means, and what to do; `None` for none.
+pub fn notice_text(notice: Notice) -> Option<&'static str> {
+    match notice {
+        Notice::None => None,
+        Notice::DeadZoneMoved => Some(
+            "a dead zone has moved by more than a quarter since it was commissioned: look for wear, lack of grease or a \
+             changed load; the loops follow it, and a new commissioning makes it the new normal",
+        ),
+    }
 }
 
 /// What to do about a missing or doubtful number, or a refused commissioning.

@@ -1,0 +1,157 @@
+//! Identification in ordinary motion: nothing is excited, nobody notices.
+//!
+//! Two tasks, one at a time:
+//!
+//! * **Learn** ([`learn`]), when nothing was commissioned: the full regression from whatever the loops do. Motion at
+//!   15 % of full speed and more identifies as well as a commissioning, the saturation apart.
+//! * **Track** ([`track`]), afterwards: gain and time constant are frozen, and only the dead zone follows. A regression
+//!   with forgetting would blow up at constant speed, where gain and dead zone cannot be told apart; a scalar cannot.
+//!
+//! A direction that is not driven keeps its value and ages; at standstill nothing moves at all.
+
+mod learn;
+mod track;
+
+use super::estimate::{Estimates, Mechanism, VOLTAGE_FRAC};
+use super::solve::{Solution, Solver};
+use super::spline::{HOPS_PER_BLOCK, ROW_FRAC, Window};
+use crate::commission::Input;
+use crate::config::Scale;
+use learn::Learning;
+use track::Track;
+
+/// Without a usable window for this long a dead zone is not trusted any more, s.
+const LIFE_S: f32 = 1_800.0;
+
+/// Fixed numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Params {
+    identify: super::Params,
+    /// [`LIFE_S`] in control ticks.
+    life: u32,
+}
+
+/// Which of the two tasks.
+#[derive(Clone, Copy, Debug)]
+enum Task {
+    Learn(Learning),
+    /// Gain and time constant are frozen.
+    Track([Track; 2]),
+}
+
+/// Everything that changes, but for what is known.
+#[derive(Clone, Copy, Debug)]
+pub struct State {
+    identify: super::State,
+    solver: Solver,
+    /// Learning: the last one; tracking: gain and time constant.
+    solution: Option<Solution>,
+    inverse_beta: [i32; 2],
+    task: Task,
+}
+
+impl State {
+    /// Knows nothing, learns.
+    pub fn new(params: &Params, count: i32) -> Self {
+        State {
+            identify: super::State::new(&params.identify, count),
+            solver: Solver::default(),
+            solution: None,
+            inverse_beta: [0; 2],
+            task: Task::Learn(Learning::default()),
+        }
+    }
+
+    /// Gain and time constant are frozen, the dead zone follows.
+    pub fn tracks(&self) -> bool {
+        matches!(self.task, Task::Track(_))
+    }
+
+    /// The dead zone, `[positive, negative]`, moved by more than a quarter since it was commissioned.
+    pub fn worn(&self) -> [bool; 2] {
+        match &self.task {
+            Task::Track(tracks) => tracks.map(|track| track.worn),
+            Task::Learn(_) => [false; 2],
+        }
+    }
+
+    fn solved(&mut self, solution: Solution) {
+        self.inverse_beta = [0, 1].map(|direction| solution.inverse_beta(direction));
+        self.solution = Some(solution);
+    }
+}
+
+impl Params {
+    /// For an axis.
+    pub fn new(scale: &Scale) -> Self {
+        Params {
+            identify: super::Params::new(scale),
+            life: (LIFE_S * scale.config.tick_hz as f32) as u32,
+        }
+    }
+
+    /// Listens from now on: tracks what is trusted, or has merely aged; learns if there is nothing to track.
+    pub fn listen(&self, count: i32, known: &Estimates) -> State {
+        let mut state = State::new(self, count);
+        self.adopt(&mut state, known);
+        state
+    }
+
+    /// One control tick: bounded integer work. `true`: `known` has changed.
+    #[inline]
+    pub fn step(&self, state: &mut State, known: &mut Estimates, input: &Input) -> bool {
+        let window = self
+            .identify
+            .observe(&mut state.identify, input.count, input.voltage);
+        match window {
+            Some(window) if state.tracks() => self.track(state, known, &window),
+            Some(window) => {
+                self.learn(state, &window, input.supply.is_some());
+                false
+            }
+            None if state.solver.busy() => self.solve(state, known),
+            None => false,
+        }
+    }
+
+    /// The dead zone that a usable window shows, Q20.
+    fn sample(&self, state: &State, solution: &Solution, window: &Window, direction: usize) -> Option<i32> {
+        if !self.identify.usable(&state.identify, window, direction) {
+            return None;
+        }
+        let applied = if direction == 0 {
+            window.voltage
+        } else {
+            window.voltage.saturating_neg()
+        };
+        let needed = solution.effective_voltage(window, direction, state.inverse_beta[direction]);
+        Some(applied.saturating_sub(needed))
+    }
+
+    /// log₂ of control ticks per hop.
+    fn hop_bits(&self, state: &State) -> u32 {
+        let lengths = &state.identify.lengths;
+        (lengths.decimation + lengths.block).saturating_sub(HOPS_PER_BLOCK.ilog2())
+    }
+}
+
+/// |a − b| above a share of b.
+fn moved(a: i32, b: i32, of_1024: i32) -> bool {
+    i64::from(a.abs_diff(b)) * 1024 > i64::from(b) * i64::from(of_1024)
+}
+
+/// Takes `new` over; `true` if it differs.
+fn publish(known: &mut Estimates, new: Estimates) -> bool {
+    let differs = *known != new;
+    *known = new;
+    differs
+}
+
+fn follows_input(known: &Estimates) -> bool {
+    known.mechanism == Mechanism::InputDeadZone
+}
+
+const _: () = assert!(
+    VOLTAGE_FRAC == ROW_FRAC,
+    "tracked voltages and windows share their unit"
+);

@@ -1,0 +1,159 @@
+//! The dead zone follows, gain and time constant are frozen:
+//!
+//! ```text
+//! d̂ ← d̂ + μ·(ū − (a + αw)/β − d̂)        in each window in which the motor turns in this direction
+//! ```
+
+use super::{Params, State, Task, follows_input, moved, publish};
+use crate::identify::estimate::{
+    Estimate, Estimates, GAIN_FRAC, NEGATIVE, POSITIVE, Reason, Standing, TIME_FRAC, VOLTAGE_FRAC,
+};
+use crate::identify::positive::Positive;
+use crate::identify::solve::{COEFFICIENT_FRAC, Coefficients, Solution};
+use crate::identify::spline::{ROW_FRAC, Window};
+
+/// Weight of one window: 1/64, a memory of 64 hops (0.2 s with blocks of 13 ms).
+const TRACK_SHIFT: u32 = 6;
+/// Move that is published, in 1/1024: 1 %.
+const NEWS_1024: i32 = 10;
+/// Move of one direction that makes an older value of the other doubtful, in 1/1024: 8 %.
+const MOVED_1024: i32 = 82;
+/// Move since commissioning that is reported as wear, in 1/1024: 25 %. The report ends below 20 %.
+const WORN_1024: i32 = 256;
+const HEALED_1024: i32 = 205;
+/// An input dead zone shows only while the voltage is beyond it; 1/4 above what is known leaves room for it to grow.
+const BEYOND_INPUT: i32 = 4;
+
+/// What is known of one direction.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Track {
+    /// Dead zone now, Q20, with [`TRACK_SHIFT`] more fraction bits so that small steps are not lost.
+    fine: i32,
+    /// Dead zone as commissioned, Q20.
+    base: i32,
+    /// The other direction's dead zone when this one was last updated, Q20.
+    other: i32,
+    /// Hops since the last update.
+    age: u32,
+    /// It is far from where it was commissioned.
+    pub(super) worn: bool,
+}
+
+impl Track {
+    fn new(own: &Estimate, other: &Estimate) -> Self {
+        Track {
+            fine: own.value.saturating_mul(1 << TRACK_SHIFT),
+            base: own.value,
+            other: other.value,
+            age: if own.trusted().is_some() { 0 } else { u32::MAX },
+            worn: false,
+        }
+    }
+
+    fn value(&self) -> i32 {
+        self.fine >> TRACK_SHIFT
+    }
+
+    /// One window may move it by half of what it was commissioned to, no more.
+    fn note(&mut self, sample: i32, other: i32) {
+        let most = self.base / 2;
+        let error = sample.saturating_sub(self.value()).max(-most).min(most);
+        self.fine = self.fine.saturating_add(error);
+        self.other = other;
+        self.age = 0;
+        let limit = if self.worn { HEALED_1024 } else { WORN_1024 };
+        self.worn = moved(self.value(), self.base, limit);
+    }
+}
+
+/// May it be tracked: is it trusted, or was it until it aged?
+fn trackable(estimate: &Estimate) -> bool {
+    matches!(
+        estimate.standing,
+        Standing::Trusted | Standing::Doubtful(Reason::Aged)
+    )
+}
+
+impl Params {
+    /// Freezes gain and time constant and tracks the dead zone from here. A few divisions in software: not in a tick
+    /// that does much else. `false`: there is nothing to track; nothing changes.
+    pub fn adopt(&self, state: &mut State, known: &Estimates) -> bool {
+        let (Some(gain), Some(time_constant)) = (known.gain.trusted(), known.time_constant.trusted()) else {
+            return false;
+        };
+        if !known.dead_zone.iter().all(trackable) {
+            return false;
+        }
+        let lengths = self.identify.lengths_for((time_constant >> TIME_FRAC) as u32);
+        state.identify.relength(lengths);
+        state.identify.follows_input = follows_input(known);
+        let block = Positive::new(u64::from(self.identify.block_ticks(&lengths)), 0);
+        let alpha = block.over(Positive::of(time_constant, TIME_FRAC));
+        let rated = Positive::of(self.identify.rated_speed(&lengths), ROW_FRAC);
+        let beta = Positive::of(gain, GAIN_FRAC)
+            .times(rated)
+            .times(alpha)
+            .to_q(COEFFICIENT_FRAC);
+        let skew = ((i64::from(beta) * i64::from(known.gain_skew)) >> GAIN_FRAC) as i32;
+        let coefficients = [beta.saturating_add(skew), beta.saturating_sub(skew)].map(|beta| Coefficients {
+            gamma: 0,
+            beta,
+            alpha: alpha.to_q(COEFFICIENT_FRAC),
+            delta: 0,
+        });
+        state.solved(Solution {
+            coefficients,
+            ..Solution::default()
+        });
+        let [positive, negative] = &known.dead_zone;
+        let tracks = [Track::new(positive, negative), Track::new(negative, positive)];
+        heed_input(state, &tracks);
+        state.task = Task::Track(tracks);
+        true
+    }
+
+    /// One window. `true`: `known` has changed.
+    pub(super) fn track(&self, state: &mut State, known: &mut Estimates, window: &Window) -> bool {
+        let (Some(solution), Task::Track(mut tracks)) = (state.solution, state.task) else {
+            return false;
+        };
+        for direction in [POSITIVE, NEGATIVE] {
+            let other = tracks[direction ^ 1].value();
+            let track = &mut tracks[direction];
+            track.age = track.age.saturating_add(1);
+            if let Some(sample) = self.sample(state, &solution, window, direction) {
+                track.note(sample, other);
+            }
+        }
+        heed_input(state, &tracks);
+        state.task = Task::Track(tracks);
+        publish(known, self.tracked(state, *known, &tracks))
+    }
+
+    /// Moves beyond 1 % and changes of trust.
+    fn tracked(&self, state: &State, mut known: Estimates, tracks: &[Track; 2]) -> Estimates {
+        let life = self.life >> self.hop_bits(state);
+        for direction in [POSITIVE, NEGATIVE] {
+            let (track, estimate) = (&tracks[direction], &mut known.dead_zone[direction]);
+            if moved(track.value(), estimate.value, NEWS_1024) {
+                estimate.u95 = estimate.u95.max(track.value() >> 4);
+                estimate.value = track.value();
+            }
+            let alone = track.age > 0 && moved(tracks[direction ^ 1].value(), track.other, MOVED_1024);
+            estimate.standing = match () {
+                () if track.value() <= 0 => Standing::Doubtful(Reason::Implausible),
+                () if alone || track.age > life => Standing::Doubtful(Reason::Aged),
+                () => Standing::Trusted,
+            };
+        }
+        known
+    }
+}
+
+/// With an input dead zone a window counts while the voltage is beyond it; friction asks the speed instead.
+fn heed_input(state: &mut State, tracks: &[Track; 2]) {
+    if state.identify.follows_input {
+        let widest = tracks[POSITIVE].value().max(tracks[NEGATIVE].value());
+        state.identify.break_away = widest.saturating_add(widest / BEYOND_INPUT) >> (VOLTAGE_FRAC - 14);
+    }
+}
