@@ -13,7 +13,7 @@ use crate::operate::reason_of;
 pub use crate::operate::{Refusal, Report};
 use crate::protect::{self, Action, Fault, Notice};
 use crate::pwm;
-use crate::record::{self, Activity, Limit, Notice, Record};
+use crate::record::{self, Activity, Advisory, Limit, Record};
 use crate::trajectory::{Cruise, Move, Sine};
 use crate::units::{Position, Speed, Voltage, to_fixed};
 use serde::{Deserialize, Serialize};
@@ -452,13 +452,13 @@ impl State {
     }
 
     /// What should be looked at, though nothing is wrong.
-    fn notice(&self) -> Notice {
+    fn advisory(&self) -> Advisory {
         match &self.listener {
             Listener::Passive(passive) => match passive.worn() {
-                [false, false] => Notice::None,
-                _ => Notice::DeadZoneMoved,
+                [false, false] => Advisory::None,
+                _ => Advisory::DeadZoneMoved,
             },
-            Listener::None | Listener::Commissioning(_) => Notice::None,
+            Listener::None | Listener::Commissioning(_) => Advisory::None,
         }
     }
 
@@ -605,7 +605,7 @@ impl State {
             gain_source: self.design.gain_source,
             dead_zone_source: self.design.dead_zone_source,
             compensation: self.compensation,
-            notice: self.notice(),
+            advisory: self.advisory(),
         }
     }
 }

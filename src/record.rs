@@ -59,7 +59,7 @@ pub enum Source {
 /// What should be looked at, though nothing is wrong. Numbers are stable.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(u8)]
-pub enum Notice {
+pub enum Advisory {
     /// Nothing.
     #[default]
     None = 0,
@@ -109,5 +109,5 @@ pub struct Record {
     /// Is the compensation switched on?
     pub compensation: bool,
     /// What should be looked at.
-    pub notice: Notice,
+    pub advisory: Advisory,
 }

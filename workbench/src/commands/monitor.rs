@@ -143,10 +143,10 @@ fn lines(progress: &Progress) -> Vec<String> {
         ),
         format!("speed {speed:9.3} rad/s   voltage {volts:7.3} V of {supply:.2} V"),
         format!(
-            "limit {limit}   fault {fault}   gain {:?}   dead zone {:?}   notice {}",
+            "limit {limit}   fault {fault}   gain {:?}   dead zone {:?}   advisory {}",
             record.gain_source,
             record.dead_zone_source,
-            crate::servo_link::notice_text(record.notice).unwrap_or("none")
+            crate::servo_link::advisory_text(record.advisory).unwrap_or("none")
         ),
     ];
     let report = log

@@ -4,7 +4,7 @@ use super::commission;
 use super::firmware::Firmware;
 use crate::commission_report::Params;
 use crate::motor::write_whole;
-use crate::servo_link::notice_text;
+use crate::servo_link::advisory_text;
 use crate::session::{Done, Profile, Task};
 use crate::tracking::TrackJson;
 use anyhow::{Context, bail, ensure};
@@ -85,8 +85,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "speed error, rms", report.speed_rms_rad_s, report.speed_peak_rad_s
     );
     let last = result.log.rows.last();
-    if let Some(text) = last.and_then(|row| notice_text(row.record.notice)) {
-        println!("{:21} {text}", "notice");
+    if let Some(text) = last.and_then(|row| advisory_text(row.record.advisory)) {
+        println!("{:21} {text}", "advisory");
     }
     if let Some(path) = &arguments.json {
         write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;

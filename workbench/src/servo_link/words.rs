@@ -4,7 +4,7 @@ use servo::axis;
 use servo::identify::estimate::Reason;
 use servo::protect::Fault;
 use servo::protocol::Refusal;
-use servo::record::Notice;
+use servo::record::Advisory;
 
 /// Why a command was refused, one sentence.
 pub fn refusal_text(refusal: &Refusal) -> String {
@@ -102,11 +102,11 @@ pub fn fault_advice(fault: Fault) -> String {
     format!("{text} ({fault:?})")
 }
 
-/// What a notice means, and what to do; `None` for none.
-pub fn notice_text(notice: Notice) -> Option<&'static str> {
-    match notice {
-        Notice::None => None,
-        Notice::DeadZoneMoved => Some(
+/// What an advisory means, and what to do; `None` for none.
+pub fn advisory_text(advisory: Advisory) -> Option<&'static str> {
+    match advisory {
+        Advisory::None => None,
+        Advisory::DeadZoneMoved => Some(
             "a dead zone has moved by more than a quarter since it was commissioned: look for wear, lack of grease or a \
              changed load; the loops follow it, and a new commissioning makes it the new normal",
         ),
