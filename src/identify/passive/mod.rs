@@ -2,9 +2,9 @@
 //!
 //! Two tasks, one at a time:
 //!
-//! * **Learn** ([`learn`]), when nothing was commissioned: the full regression from whatever the loops do. Motion at
+//! * **Learn**, when nothing was commissioned: the full regression from whatever the loops do. Motion at
 //!   15 % of full speed and more identifies as well as a commissioning, the saturation apart.
-//! * **Track** ([`track`]), afterwards: gain and time constant are frozen, and only the dead zone follows. A regression
+//! * **Track**, afterwards: gain and time constant are frozen, and only the dead zone follows. A regression
 //!   with forgetting would blow up at constant speed, where gain and dead zone cannot be told apart; a scalar cannot.
 //!
 //! A direction that is not driven keeps its value and ages; at standstill nothing moves at all.
