@@ -7,8 +7,10 @@ use crate::input_error::InputError;
 use crate::log::Dynamic;
 use crate::model::Model;
 use crate::outcome::*;
-use crate::residual::{fit_percent, rms};
+use crate::residual::{fit_percent, inflation, rms};
 use crate::search::{Found, Progress, Scored, base_fit, dispersion, search};
+use crate::structure::twin_pairs;
+use crate::view::samples;
 use crate::{effects, evidence, localise, plots, verdict};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -53,10 +55,26 @@ fn settle_noise(bench: &mut Bench, model: &Model) {
         .zip(&view.predicted)
         .map(|(y, p)| y - p)
         .collect();
-    let high = hf_noise(&residual, bench.noise_lag);
+    let high = hf_noise(&residual, bench.noise_lag).clamp(0.5 * bench.sigma, 1.05 * bench.sigma);
+    let repeated = repeated_noise(&base);
     let plant = base.hypothesis.plant(&base.fit.x);
-    bench.sigma = high.clamp(0.5 * bench.sigma, 1.05 * bench.sigma);
+    bench.sigma = repeated.map_or(high, |sigma| sigma.max(high));
     bench.weigh(&plant);
+}
+
+/// Correlation above which the difference of two runs with the same input is no sensor noise: it has a cause that the
+/// input does not repeat. First-order noise with a coefficient of 0.75 inflates the variance of means sevenfold.
+const SENSOR_LIKE: f64 = 7.0;
+
+/// The noise from the difference of two runs with the same input: it needs no model of the noise.
+fn repeated_noise(base: &Scored) -> Option<f64> {
+    let bench = base.hypothesis.bench;
+    let seen = samples(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
+    let differences: Vec<f64> = twin_pairs(&seen, bench.twins?, |s| s.residual())
+        .map(|(a, b)| a - b)
+        .collect();
+    let enough = differences.len() > 200 && inflation(&differences) < SENSOR_LIKE;
+    enough.then(|| rms(&differences) / 2f64.sqrt())
 }
 
 /// Measured and predicted values of some parts, in order.

@@ -3,19 +3,25 @@
 
 use crate::bench::{Bench, Part};
 use crate::effects::{Effect, Family, LIBRARY};
-use crate::fit::{Evaluator, FINAL, FINE, Fit, Jacobian, SEARCH, Setting, dot, fit};
+use crate::fit::{Evaluator, FINAL, FINE, Fit, Jacobian, SEARCH, Setting, dot, fit, fit_near};
 use crate::hypothesis::{Hypothesis, Item, Slot};
 use crate::model::Model;
 use crate::starts::Basis;
 use nalgebra::DVector;
 use rayon::prelude::*;
+use std::cell::OnceCell;
 
 /// Sets that are grown further side by side.
 const BEAM: usize = 3;
+/// Candidates that are fitted at all, of those that promise most.
+const FIRST_ROUND: usize = 24;
 /// Candidates that are fitted beyond their first two iterations.
 const SECOND_ROUND: usize = 10;
 /// Candidates that are fitted to the end.
 const THIRD_ROUND: usize = 4;
+/// Multiples of a start's change of the residual that its promise may assume.
+const LEAST_SHARE: f64 = 0.3;
+const MOST_SHARE: f64 = 2.0;
 /// Most effects of a set.
 const DEEPEST: usize = 5;
 /// Gain in χ² that one more effect must bring, times over-dispersion and inflation.
@@ -47,6 +53,10 @@ struct Screened<'a> {
     hypothesis: Hypothesis<'a>,
     /// The most promising starts, best first.
     starts: Vec<Vec<f64>>,
+    /// The cost that the best of them promises.
+    promise: f64,
+    /// Which set of the beam it grew from.
+    parent: usize,
 }
 
 /// What the search found.
@@ -91,10 +101,11 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
         if depth == 1 {
             singles = children.clone();
         }
+        let validated = OnceCell::new();
         let winner = children
             .iter()
             .take(BEAM)
-            .find(|child| search.accepts(&current, child))
+            .find(|child| search.accepts(&current, &validated, child))
             .cloned();
         beam = children.iter().take(BEAM).cloned().collect();
         match winner {
@@ -203,50 +214,53 @@ impl<'a> Search<'a, '_> {
         let projectors: Vec<Projector> = beam.par_iter().map(Projector::new).collect();
         let screened = tasks.par_iter().map(|(index, effect)| {
             (self.progress)("");
-            self.screened(&beam[*index], &bases[*index], &projectors[*index], effect)
+            Screened {
+                parent: *index,
+                ..self.screened(&beam[*index], &bases[*index], &projectors[*index], effect)
+            }
         });
-        let screened: Vec<Screened<'a>> = screened.collect();
-        self.raced(screened)
+        let mut screened: Vec<Screened<'a>> = screened.collect();
+        let rank = |it: &Screened| it.promise + self.penalty(&it.hypothesis, beam[0].fit.samples);
+        screened.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+        screened.truncate(FIRST_ROUND);
+        self.raced(screened, &projectors)
     }
 
     /// Fits in three rounds, each longer and for fewer candidates; all of them are returned, best first.
-    fn raced(&self, screened: Vec<Screened<'a>>) -> Vec<Scored<'a>> {
-        let first = Setting {
-            iterations: 2,
-            ..SEARCH
-        };
-        let second = Setting {
-            iterations: 5,
-            ..SEARCH
+    fn raced(&self, screened: Vec<Screened<'a>>, projectors: &[Projector]) -> Vec<Scored<'a>> {
+        let lasting = |iterations| Setting { iterations, ..SEARCH };
+        let near = |it: &Screened<'a>, x: &[f64], setting: &Setting| {
+            let projector = &projectors[it.parent];
+            let made = fit_near(&it.hypothesis, x, setting, &|slot| projector.column(slot));
+            self.scored(it.hypothesis.clone(), made)
         };
         let mut field: Vec<(Screened<'a>, Scored<'a>)> = screened
             .into_par_iter()
             .filter_map(|it| {
-                let made = fit(&it.hypothesis, it.starts.first()?, &first);
-                let scored = self.scored(it.hypothesis.clone(), made);
+                let scored = near(&it, it.starts.first()?, &lasting(2));
                 Some((it, scored))
             })
             .collect();
         field.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
         let again = |(it, scored): &(Screened<'a>, Scored<'a>)| {
-            let starts = it.starts.get(1).into_iter().chain([&scored.fit.x]);
-            let best = starts
-                .map(|x| fit(&it.hypothesis, x, &second))
-                .min_by(|a, b| a.cost.total_cmp(&b.cost))
-                .expect("one at least");
-            self.scored(it.hypothesis.clone(), best)
+            let other = it.starts.get(1).map(|x| near(it, x, &lasting(3)));
+            let on = match other {
+                Some(other) if other.score < scored.score => other,
+                _ => scored.clone(),
+            };
+            self.refit(&on, &lasting(5))
         };
-        let mut near: Vec<Scored<'a>> = field.par_iter().take(SECOND_ROUND).map(again).collect();
-        near.sort_by(|a, b| a.score.total_cmp(&b.score));
-        let full: Vec<Scored<'a>> = near
+        let mut near_best: Vec<Scored<'a>> = field.par_iter().take(SECOND_ROUND).map(again).collect();
+        near_best.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let full: Vec<Scored<'a>> = near_best
             .par_iter()
             .take(THIRD_ROUND)
             .map(|child| self.refit(child, &SEARCH))
             .collect();
-        near.splice(0..full.len(), full);
-        near.extend(field.into_iter().skip(SECOND_ROUND).map(|pair| pair.1));
-        near.sort_by(|a, b| a.score.total_cmp(&b.score));
-        near
+        near_best.splice(0..full.len(), full);
+        near_best.extend(field.into_iter().skip(SECOND_ROUND).map(|pair| pair.1));
+        near_best.sort_by(|a, b| a.score.total_cmp(&b.score));
+        near_best
     }
 
     fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {
@@ -268,15 +282,15 @@ impl<'a> Search<'a, '_> {
         let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
         let mut residuals = Vec::new();
         for start in basis.starts(self.bench, effect) {
-            for nominal in [false, true] {
-                let x = started(&hypothesis, parent, &start, nominal);
-                evaluator.residuals(&x, &mut residuals);
-                starts.push((projector.projected(&hypothesis, &x, &residuals), x));
-            }
+            let x = started(&hypothesis, parent, &start);
+            evaluator.residuals(&x, &mut residuals);
+            starts.push(projector.projected(&hypothesis, &x, &residuals));
         }
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         drop(evaluator);
         Screened {
+            promise: starts.first().map_or(f64::INFINITY, |start| start.0),
+            parent: 0,
             hypothesis,
             starts: starts.into_iter().map(|pair| pair.1).take(2).collect(),
         }
@@ -294,18 +308,22 @@ impl<'a> Search<'a, '_> {
         let fits = screened
             .starts
             .iter()
-            .map(|x| fit(&screened.hypothesis, x, &SEARCH));
+            .map(|x| fit_near(&screened.hypothesis, x, &SEARCH, &|slot| projector.column(slot)));
         let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         Some(self.scored(screened.hypothesis, best))
     }
 
     fn scored(&self, hypothesis: Hypothesis<'a>, fit: Fit) -> Scored<'a> {
-        let penalty = (2.0 * fit.samples as f64).ln() * self.dispersion;
         Scored {
-            score: fit.cost + penalty * hypothesis.effect_slots() as f64,
+            score: fit.cost + self.penalty(&hypothesis, fit.samples),
             hypothesis,
             fit,
         }
+    }
+
+    /// What a set pays for its parameters (Schwarz, Annals of Statistics 6, 1978).
+    fn penalty(&self, hypothesis: &Hypothesis, samples: usize) -> f64 {
+        (2.0 * samples as f64).ln() * self.dispersion * hypothesis.effect_slots() as f64
     }
 
     fn refit(&self, scored: &Scored<'a>, setting: &Setting) -> Scored<'a> {
@@ -405,7 +423,7 @@ impl<'a> Search<'a, '_> {
     }
 
     /// Whether a larger set pays for itself against the accepted one.
-    fn accepts(&self, current: &Scored<'a>, child: &Scored<'a>) -> bool {
+    fn accepts(&self, current: &Scored<'a>, validated: &OnceCell<f64>, child: &Scored<'a>) -> bool {
         let gain = current.fit.cost - child.fit.cost;
         let factor = dispersion(child);
         let more =
@@ -422,7 +440,7 @@ impl<'a> Search<'a, '_> {
         {
             return false;
         }
-        let validated = cross_validated(current) - cross_validated(child);
+        let validated = validated.get_or_init(|| cross_validated(current)) - cross_validated(child);
         let base_only = child
             .hypothesis
             .items
@@ -609,18 +627,13 @@ pub const HELD_OUT: Setting = Setting {
 };
 
 /// Numbers of a child from its parent and a start of the new effect.
-fn started(child: &Hypothesis, parent: &Scored, start: &[f64], nominal: bool) -> Vec<f64> {
+fn started(child: &Hypothesis, parent: &Scored, start: &[f64]) -> Vec<f64> {
     let new = child.items.len() - 1;
     let default = |slot: &Slot| match slot {
         Slot::Effect { item, parameter } if *item == new => start[*parameter],
         _ => 0.0,
     };
-    let mut x = child.carried(&parent.hypothesis, &parent.fit.x, &default);
-    for (slot, value) in child.slots.iter().zip(&mut x) {
-        if nominal && slot.has_prior() {
-            *value = 0.0;
-        }
-    }
+    let x = child.carried(&parent.hypothesis, &parent.fit.x, &default);
     x.iter()
         .enumerate()
         .map(|(k, v)| v.clamp(child.bounds(k).0, child.bounds(k).1))
@@ -632,6 +645,8 @@ struct Projector {
     jacobian: Jacobian,
     factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
     slots: Vec<Slot>,
+    /// The parent's own residual.
+    residuals: Vec<f64>,
 }
 
 impl Projector {
@@ -639,7 +654,7 @@ impl Projector {
         let mut evaluator = Evaluator::new(&parent.hypothesis, &SEARCH);
         let mut residuals = Vec::new();
         evaluator.residuals(&parent.fit.x, &mut residuals);
-        let jacobian = Jacobian::at(&mut evaluator, &parent.fit.x, &residuals, 0..parent.fit.x.len());
+        let jacobian = Jacobian::at(&mut evaluator, &parent.fit.x, &residuals);
         let mut normal = jacobian.normal();
         for k in 0..parent.fit.x.len() {
             normal[(k, k)] = normal[(k, k)] * (1.0 + 1e-9) + 1e-9;
@@ -649,14 +664,22 @@ impl Projector {
             jacobian,
             factor,
             slots: parent.hypothesis.slots.clone(),
+            residuals,
         }
     }
 
-    /// The cost after the parent's numbers followed.
-    fn projected(&self, child: &Hypothesis, x: &[f64], residuals: &[f64]) -> f64 {
+    /// The parent's column of a number, unless it belongs to an effect.
+    fn column(&self, slot: &Slot) -> Option<Vec<f64>> {
+        let place = self.slots.iter().position(|other| other == slot)?;
+        slot.has_prior().then(|| self.jacobian.columns[place].clone())
+    }
+
+    /// The cost that a start promises, and the start, after the parent's numbers followed. The promise holds for the
+    /// best multiple of the change, because the grid of starts is coarse.
+    fn projected(&self, child: &Hypothesis, x: &[f64], residuals: &[f64]) -> (f64, Vec<f64>) {
         let gradient: DVector<f64> = self.jacobian.gradient(residuals);
         let wanted = self.factor.solve(&-gradient);
-        let mut left = residuals.to_vec();
+        let (mut left, mut followed) = (residuals.to_vec(), x.to_vec());
         for (column, (slot, step)) in self
             .jacobian
             .columns
@@ -667,9 +690,18 @@ impl Projector {
                 continue;
             };
             let (lower, upper) = child.bounds(twin);
-            let step = (x[twin] + step).clamp(lower, upper) - x[twin];
+            followed[twin] = (x[twin] + step).clamp(lower, upper);
+            let step = followed[twin] - x[twin];
             left.iter_mut().zip(column).for_each(|(r, c)| *r += step * c);
         }
-        dot(&left, &left)
+        (self.along(&left), followed)
+    }
+
+    /// The lowest cost on the way from the parent's residual through this one.
+    fn along(&self, left: &[f64]) -> f64 {
+        let change: Vec<f64> = left.iter().zip(&self.residuals).map(|(l, r)| l - r).collect();
+        let (slope, bend) = (dot(&self.residuals, &change), dot(&change, &change));
+        let share = (-slope / bend.max(1e-300)).clamp(LEAST_SHARE, MOST_SHARE);
+        dot(&self.residuals, &self.residuals) + share * (2.0 * slope + share * bend)
     }
 }

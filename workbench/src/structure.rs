@@ -15,6 +15,9 @@ const LINE_SHARE: f64 = 0.3;
 /// An axis that explains so much of the residual shows structure.
 const AXIS_SHARE: f64 = 0.1;
 
+/// What two runs have in common counts from so many of its standard errors.
+const CERTAIN: f64 = 3.0;
+
 /// What is left of a fit.
 #[derive(Clone, Debug)]
 pub struct Rest {
@@ -34,7 +37,9 @@ pub fn rest(scored: &Scored) -> Rest {
     let residual: Vec<f64> = seen.iter().map(|s| s.residual() * s.weight).collect();
     let mean_square = residual.iter().map(|r| r * r).sum::<f64>() / residual.len().max(1) as f64;
     let common = common_square(scored, &seen);
-    let excess = common.unwrap_or(mean_square - 1.0).max(0.0);
+    // Without a repeat, the noise model decides; its error is covered by what counts as visible.
+    let (excess, error) = common.unwrap_or((mean_square - 1.0, 0.0));
+    let excess = if excess > CERTAIN * error { excess.max(0.0) } else { 0.0 };
     let (text, structured) = described(&seen, &residual, scored.hypothesis.bench.linear);
     Rest {
         excess,
@@ -44,28 +49,37 @@ pub fn rest(scored: &Scored) -> Rest {
     }
 }
 
-/// The mean product of the residuals of two runs with the same input: what both have in common is not noise.
-fn common_square(scored: &Scored, seen: &[Sample]) -> Option<f64> {
-    let runs = &scored.hypothesis.bench.runs;
-    let twins = |a: usize, b: usize| {
-        let (x, y) = (&runs[a].input, &runs[b].input);
-        let close = |(u, v): (&f64, &f64)| (u - v).abs() <= 1e-6 * scored.hypothesis.bench.scales.input;
-        runs[a].log == 0 && runs[b].log == 0 && x.len() == y.len() && x.iter().zip(y).all(close)
-    };
-    let (a, b) = (0..runs.len())
-        .flat_map(|a| (a + 1..runs.len()).map(move |b| (a, b)))
-        .find(|(a, b)| twins(*a, *b))?;
-    let of = |run: usize| {
-        seen.iter()
-            .filter(move |s| s.run == run)
-            .map(|s| (s.time, s.residual() * s.weight))
-    };
-    let pairs: Vec<f64> = of(a)
-        .zip(of(b))
-        .filter(|(p, q)| (p.0 - q.0).abs() < 1e-6)
-        .map(|(p, q)| p.1 * q.1)
-        .collect();
-    (pairs.len() > 50).then(|| pairs.iter().sum::<f64>() / pairs.len() as f64)
+/// The mean product of the residuals of two runs with the same input, and its standard error: what both have in common
+/// is not noise.
+fn common_square(scored: &Scored, seen: &[Sample]) -> Option<(f64, f64)> {
+    let twins = scored.hypothesis.bench.twins?;
+    let weighted = |s: &Sample| s.residual() * s.weight;
+    let products: Vec<f64> = twin_pairs(seen, twins, weighted).map(|(p, q)| p * q).collect();
+    if products.len() <= 50 {
+        return None;
+    }
+    let n = products.len() as f64;
+    let mean = products.iter().sum::<f64>() / n;
+    let scatter: Vec<f64> = products.iter().map(|p| p - mean).collect();
+    let square = scatter.iter().map(|s| s * s).sum::<f64>() / n;
+    Some((mean, (square * inflation(&scatter) / n).sqrt()))
+}
+
+/// A value of the samples at the same time in both of two runs.
+pub fn twin_pairs<'s>(
+    seen: &'s [Sample],
+    twins: (usize, usize),
+    value: impl Fn(&Sample) -> f64 + Copy + 's,
+) -> impl Iterator<Item = (f64, f64)> + 's {
+    let of = move |run: usize| seen.iter().filter(move |s| s.run == run);
+    let mut second = of(twins.1).peekable();
+    of(twins.0).filter_map(move |a| {
+        while second.peek().is_some_and(|b| b.time < a.time - 1e-6) {
+            second.next();
+        }
+        let b = second.peek().filter(|b| b.time < a.time + 1e-6)?;
+        Some((value(a), value(b)))
+    })
 }
 
 /// The strongest structure in words, and whether there is one.

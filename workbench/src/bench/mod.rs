@@ -51,6 +51,8 @@ pub struct Bench {
     pub sigma: f64,
     /// Standard deviation of the current's noise, if the current is compared.
     pub sigma_current: Option<f64>,
+    /// Two runs of the log with the same input, if there are.
+    pub twins: Option<(usize, usize)>,
     /// True if the compared speed is derived from the position.
     pub from_position: bool,
     /// Things the reader must know.

@@ -2,7 +2,8 @@
 
 use super::noise::{hf_noise, median};
 use super::probe::{Grid, Probes};
-use super::{Bench, BenchRun, Part, Scales, driven_by};
+use super::{Bench, BenchRun, Part, Scales, Traces, driven_by};
+use crate::fit::COARSE;
 use crate::input_error::InputError;
 use crate::log::{Dynamic, Input, Run};
 use crate::model::{Kind, Model, SpeedSensor};
@@ -33,6 +34,7 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Ben
         noise_lag: 0,
         sigma: 0.0,
         sigma_current: None,
+        twins: None,
         from_position: view.derived_rows.is_some(),
         notes: view.notes.clone(),
     };
@@ -48,10 +50,11 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Ben
     bench.noise_lag = view.noise_lag;
     noise(&mut bench, model, &view);
     for run in &mut bench.runs {
-        start_speed(run, bench.sigma, bench.scales.speed);
         parts(run, !holdouts.is_empty());
         mask_spikes(&mut run.speed, bench.sigma);
+        start_speed(run, &plant, bench.sigma, bench.scales.speed);
     }
+    bench.twins = twins(&bench);
     suspect_units(&mut bench, plant.drive);
     say_holdout(&mut bench, holdouts);
     Ok(bench)
@@ -458,8 +461,9 @@ fn noise(bench: &mut Bench, model: &Model, view: &View) {
     }
 }
 
-/// Speed at the start from a line through the first samples.
-fn start_speed(run: &mut BenchRun, sigma: f64, full_speed: f64) {
+/// Speed at the start from a line through the first samples. A run moves at its start only if its first sample does, and
+/// if the plant predicts the first time constant better with that speed than from rest.
+fn start_speed(run: &mut BenchRun, plant: &Physics, sigma: f64, full_speed: f64) {
     let samples = run.speed.len().min(6);
     if samples < 3 {
         return;
@@ -472,11 +476,40 @@ fn start_speed(run: &mut BenchRun, sigma: f64, full_speed: f64) {
     }
     let slope = (n * sty - st * sy) / (n * stt - st * st).max(1e-300);
     let start = (sy - slope * st) / n;
-    let uncertain = 1.2 * sigma;
-    if start.abs() > 4.0 * uncertain && sy.abs() / n > 0.01 * full_speed {
+    let (first, uncertain) = (run.speed.measured[0], 1.2 * sigma);
+    let moves = first * start > 0.0 && first.abs().min(start.abs()) > 4.0 * uncertain;
+    if moves && sy.abs() / n > 0.01 * full_speed && predicts_better(run, plant, start) {
         run.start_speed = start;
         run.start_sigma = 2.0 * uncertain;
     }
+}
+
+/// Whether the plant is nearer to the first time constant of a run from this speed than from rest.
+fn predicts_better(run: &BenchRun, plant: &Physics, start: f64) -> bool {
+    let end = run.time[0] + plant.time_constant_s();
+    let samples = run.speed.time.partition_point(|time| *time < end).max(6);
+    let (mut traces, mut predicted) = (Traces::default(), Vec::new());
+    let mut error = |speed: f64| {
+        run.simulate(plant, speed, COARSE, &mut traces);
+        run.speed
+            .predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
+        let pairs = run.speed.measured.iter().zip(&predicted).take(samples);
+        pairs.map(|(y, p)| (y - p) * (y - p)).sum::<f64>()
+    };
+    error(start) < error(0.0)
+}
+
+/// The first two runs of the log that have the same input.
+fn twins(bench: &Bench) -> Option<(usize, usize)> {
+    let runs = &bench.runs;
+    let alike = |a: usize, b: usize| {
+        let (x, y) = (&runs[a].input, &runs[b].input);
+        let close = |(u, v): (&f64, &f64)| (u - v).abs() <= 1e-6 * bench.scales.input;
+        runs[b].log == 0 && x.len() == y.len() && x.iter().zip(y).all(close)
+    };
+    let own = runs.iter().filter(|run| run.log == 0).count();
+    let mut pairs = (0..own).flat_map(|a| (a + 1..own).map(move |b| (a, b)));
+    pairs.find(|(a, b)| alike(*a, *b))
 }
 
 /// Alternating pieces of a run: fit, choose, and, without hold-out logs, every fourth one held out.
