@@ -253,7 +253,10 @@ pub fn fit_near(
     known: &dyn Fn(&Slot) -> Option<Vec<f64>>,
 ) -> Fit {
     let mut descent = Descent::new(hypothesis, start, setting);
-    let columns = hypothesis.slots.iter().map(|slot| known(slot).unwrap_or_default());
+    let columns = hypothesis
+        .slots
+        .iter()
+        .map(|slot| known(slot).unwrap_or_default());
     descent.jacobian.columns = columns.collect();
     (descent.followed, descent.late) = (true, true);
     descent.run(setting.iterations)

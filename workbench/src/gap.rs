@@ -31,15 +31,21 @@ pub fn run(
     progress: Progress,
 ) -> Result<Outcome, InputError> {
     let started = Instant::now();
-    let mut bench = prepare(model, log, holdouts)?;
+    let bench = made_ready(model, log, holdouts)?;
     if let Some(outcome) = verdict::not_excited(&bench) {
         return Ok(outcome);
     }
-    settle_noise(&mut bench, model);
     let found = search(&bench, model, &options.without, progress);
     let mut outcome = concluded(&bench, model, &found);
     outcome.runtime_s = started.elapsed().as_secs_f64();
     Ok(outcome)
+}
+
+/// Log and hold-outs on their grids, with noise and weights.
+pub fn made_ready(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Bench, InputError> {
+    let mut bench = prepare(model, log, holdouts)?;
+    settle_noise(&mut bench, model);
+    Ok(bench)
 }
 
 /// The noise from the base's residual, in which the motion no longer hides it, and the weights.

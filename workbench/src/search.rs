@@ -22,6 +22,8 @@ const THIRD_ROUND: usize = 4;
 /// Multiples of a start's change of the residual that its promise may assume.
 const LEAST_SHARE: f64 = 0.3;
 const MOST_SHARE: f64 = 2.0;
+/// A round is fitted only if a start promises this part of what a name must gain.
+const HOPE: f64 = 0.3;
 /// Most effects of a set.
 const DEEPEST: usize = 5;
 /// Gain in χ² that one more effect must bring, times over-dispersion and inflation.
@@ -32,8 +34,10 @@ const TIED: f64 = 10.0;
 const VISIBLE: f64 = 0.13;
 /// Smallest share of what is left that an effect must explain.
 const SHARE_OF_REST: f64 = 0.05;
-/// Smallest share of the first gap (squared): below it, the imperfect form of a large effect attracts second names.
-const SHARE_OF_GAP: f64 = 1e-3;
+/// Smallest share of the first gap (squared): below it, the imperfect form of a large effect attracts second names …
+const SHARE_OF_GAP: f64 = 1e-2;
+/// … unless the name explains so much of what is left: a form that is wrong leaves something else, too.
+const NEARLY_ALL: f64 = 0.8;
 /// A base parameter is named when it is further off than this many tolerances.
 const BEYOND: f64 = 3.0;
 
@@ -57,6 +61,36 @@ struct Screened<'a> {
     promise: f64,
     /// Which set of the beam it grew from.
     parent: usize,
+}
+
+/// A candidate after its first fit.
+struct Entered<'a> {
+    it: Screened<'a>,
+    scored: Scored<'a>,
+}
+
+impl<'a> AsRef<Scored<'a>> for Entered<'a> {
+    fn as_ref(&self) -> &Scored<'a> {
+        &self.scored
+    }
+}
+
+impl<'a> AsMut<Scored<'a>> for Entered<'a> {
+    fn as_mut(&mut self) -> &mut Scored<'a> {
+        &mut self.scored
+    }
+}
+
+impl AsRef<Self> for Scored<'_> {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
+impl AsMut<Self> for Scored<'_> {
+    fn as_mut(&mut self) -> &mut Self {
+        self
+    }
 }
 
 /// What the search found.
@@ -95,6 +129,7 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
     for depth in 1..=DEEPEST {
         progress(&format!("round {depth}: {}", current.label()));
         let children = search.expand(&beam);
+        // Nothing promises to pay.
         if children.is_empty() {
             break;
         }
@@ -120,9 +155,6 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
                 beam.insert(0, current.clone());
                 beam.truncate(BEAM);
                 patience = 1;
-                if search.at_floor(&current) {
-                    break;
-                }
             }
             None => {
                 declined = declined.or_else(|| children.first().cloned());
@@ -220,8 +252,15 @@ impl<'a> Search<'a, '_> {
             }
         });
         let mut screened: Vec<Screened<'a>> = screened.collect();
-        let rank = |it: &Screened| it.promise + self.penalty(&it.hypothesis, beam[0].fit.samples);
-        screened.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+        screened.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+        let hoped = |it: &Screened| {
+            let parent = &beam[it.parent].fit;
+            let visible = VISIBLE * VISIBLE * parent.samples as f64;
+            parent.cost - it.promise > HOPE * visible.max(WORTH * self.dispersion)
+        };
+        if !screened.iter().any(hoped) {
+            return Vec::new();
+        }
         screened.truncate(FIRST_ROUND);
         self.raced(screened, &projectors)
     }
@@ -234,32 +273,32 @@ impl<'a> Search<'a, '_> {
             let made = fit_near(&it.hypothesis, x, setting, &|slot| projector.column(slot));
             self.scored(it.hypothesis.clone(), made)
         };
-        let mut field: Vec<(Screened<'a>, Scored<'a>)> = screened
+        let mut field: Vec<Entered<'a>> = screened
             .into_par_iter()
             .filter_map(|it| {
                 let scored = near(&it, it.starts.first()?, &lasting(2));
-                Some((it, scored))
+                Some(Entered { it, scored })
             })
             .collect();
-        field.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
-        let again = |(it, scored): &(Screened<'a>, Scored<'a>)| {
+        rank(&mut field);
+        let again = |Entered { it, scored }: &Entered<'a>| {
             let other = it.starts.get(1).map(|x| near(it, x, &lasting(3)));
             let on = match other {
-                Some(other) if other.score < scored.score => other,
+                Some(other) if other.fit.cost < scored.fit.cost => other,
                 _ => scored.clone(),
             };
             self.refit(&on, &lasting(5))
         };
         let mut near_best: Vec<Scored<'a>> = field.par_iter().take(SECOND_ROUND).map(again).collect();
-        near_best.sort_by(|a, b| a.score.total_cmp(&b.score));
+        rank(&mut near_best);
         let full: Vec<Scored<'a>> = near_best
             .par_iter()
             .take(THIRD_ROUND)
             .map(|child| self.refit(child, &SEARCH))
             .collect();
         near_best.splice(0..full.len(), full);
-        near_best.extend(field.into_iter().skip(SECOND_ROUND).map(|pair| pair.1));
-        near_best.sort_by(|a, b| a.score.total_cmp(&b.score));
+        near_best.extend(field.into_iter().skip(SECOND_ROUND).map(|entered| entered.scored));
+        rank(&mut near_best);
         near_best
     }
 
@@ -267,7 +306,8 @@ impl<'a> Search<'a, '_> {
         !self.excluded.iter().any(|name| name == effect.name) && parent.hypothesis.admits(effect)
     }
 
-    /// One more effect: its starts, best first, the parent's nuisances projected out.
+    /// One more effect: its starts, best first, the parent's numbers projected out. Starts that move an optional
+    /// parameter belong to the full form; the form that promises more stays.
     fn screened(
         &self,
         parent: &Scored<'a>,
@@ -275,14 +315,38 @@ impl<'a> Search<'a, '_> {
         projector: &Projector,
         effect: &'static Effect,
     ) -> Screened<'a> {
+        let moves = |start: &&Vec<f64>| {
+            let pairs = effect.parameters.iter().zip(start.iter());
+            pairs
+                .filter_map(|(parameter, value)| Some((parameter.default?, value)))
+                .any(|(default, value)| default != *value)
+        };
+        let starts = basis.starts(self.bench, effect);
+        let (full, plain): (Vec<&Vec<f64>>, Vec<&Vec<f64>>) = starts.iter().partition(moves);
+        let plain = self.formed(parent, projector, Item { effect, full: false }, &plain);
+        if full.is_empty() {
+            return plain;
+        }
+        let full = self.formed(parent, projector, Item { effect, full: true }, &full);
+        if full.promise < plain.promise { full } else { plain }
+    }
+
+    /// One more effect in one form.
+    fn formed(
+        &self,
+        parent: &Scored<'a>,
+        projector: &Projector,
+        item: Item,
+        grid: &[&Vec<f64>],
+    ) -> Screened<'a> {
         let mut items = parent.hypothesis.items.clone();
-        items.push(Item { effect, full: false });
+        items.push(item);
         let hypothesis = Hypothesis::new(self.bench, self.model, items);
         let mut evaluator = Evaluator::new(&hypothesis, &SEARCH);
-        let mut starts: Vec<(f64, Vec<f64>)> = Vec::new();
         let mut residuals = Vec::new();
-        for start in basis.starts(self.bench, effect) {
-            let x = started(&hypothesis, parent, &start);
+        let mut starts: Vec<(f64, Vec<f64>)> = Vec::with_capacity(grid.len());
+        for start in grid {
+            let x = started(&hypothesis, parent, start);
             evaluator.residuals(&x, &mut residuals);
             starts.push(projector.projected(&hypothesis, &x, &residuals));
         }
@@ -315,15 +379,10 @@ impl<'a> Search<'a, '_> {
 
     fn scored(&self, hypothesis: Hypothesis<'a>, fit: Fit) -> Scored<'a> {
         Scored {
-            score: fit.cost + self.penalty(&hypothesis, fit.samples),
+            score: fit.cost + self.dispersion * penalty(&hypothesis, fit.samples),
             hypothesis,
             fit,
         }
-    }
-
-    /// What a set pays for its parameters (Schwarz, Annals of Statistics 6, 1978).
-    fn penalty(&self, hypothesis: &Hypothesis, samples: usize) -> f64 {
-        (2.0 * samples as f64).ln() * self.dispersion * hypothesis.effect_slots() as f64
     }
 
     fn refit(&self, scored: &Scored<'a>, setting: &Setting) -> Scored<'a> {
@@ -461,9 +520,13 @@ impl<'a> Search<'a, '_> {
         let samples = child.fit.samples as f64;
         let gain = current.fit.cost - child.fit.cost;
         let rest = (current.fit.chi2 - samples).max(1e-9);
+        let first = self.first_gap - samples;
+        let explains_nearly_all = gain > NEARLY_ALL * rest;
+        let large = gain > SHARE_OF_REST * rest && gain > SHARE_OF_GAP * first;
         gain / samples > VISIBLE * VISIBLE
-            && gain > SHARE_OF_REST * rest
-            && gain > SHARE_OF_GAP * (self.first_gap - samples)
+            && (current.hypothesis.items.is_empty() && gain > SHARE_OF_REST * rest
+                || explains_nearly_all
+                || large)
     }
 
     /// A freed base parameter that stays near its nominal value is no effect.
@@ -557,6 +620,25 @@ impl<'a> Search<'a, '_> {
         fine.sort_by(|a, b| a.score.total_cmp(&b.score));
         fine
     }
+}
+
+/// What a set pays for its parameters (Schwarz, Annals of Statistics 6, 1978).
+fn penalty(hypothesis: &Hypothesis, samples: usize) -> f64 {
+    (2.0 * samples as f64).ln() * hypothesis.effect_slots() as f64
+}
+
+/// Sorts sets by score, best first, the penalty measured by the dispersion of the set that fits best: with the
+/// dispersion of a set that lacks an effect, a second parameter could never pay.
+fn rank<'a, T: AsMut<Scored<'a>> + AsRef<Scored<'a>>>(sets: &mut [T]) {
+    let costs = |set: &T| set.as_ref().fit.cost;
+    let Some(nearest) = sets.iter().min_by(|a, b| costs(a).total_cmp(&costs(b))) else {
+        return;
+    };
+    let factor = dispersion(nearest.as_ref());
+    for scored in sets.iter_mut().map(AsMut::as_mut) {
+        scored.score = scored.fit.cost + factor * penalty(&scored.hypothesis, scored.fit.samples);
+    }
+    sets.sort_by(|a, b| a.as_ref().score.total_cmp(&b.as_ref().score));
 }
 
 /// True if two sets differ only by richer or poorer forms of the same families: then the score has decided.

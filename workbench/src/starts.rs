@@ -212,6 +212,12 @@ struct Line {
 struct Wave {
     base: Vec<(f64, f64)>,
     now: Vec<(f64, f64)>,
+    /// The same for half of the way of each block, and that way: a torque that passes many periods in a block is
+    /// averaged away.
+    half: Vec<(f64, f64)>,
+    half_now: Vec<(f64, f64)>,
+    half_way: Vec<f64>,
+    harmonic: f64,
     sign: f64,
 }
 
@@ -222,18 +228,44 @@ impl Wave {
             Axis::Position => 0.5 * (run.position[k] + run.position[k + 1]),
             Axis::Time => 0.5 * (run.time[k] + run.time[k + 1]) - run.time[0],
         };
+        let way = |k: usize| match axis {
+            Axis::Position if run.position.is_empty() => trace.integral[k + 1] - trace.integral[k],
+            Axis::Position => run.position[k + 1] - run.position[k],
+            Axis::Time => run.time[k + 1] - run.time[k],
+        };
         let base: Vec<(f64, f64)> = (0..run.blocks()).map(|k| (unit * middle(k)).sin_cos()).collect();
+        let half_way: Vec<f64> = (0..run.blocks()).map(|k| 0.5 * unit * way(k)).collect();
         Self {
             now: vec![(0.0, 1.0); base.len()],
+            half_now: vec![(0.0, 1.0); base.len()],
+            half: half_way.iter().map(|way| way.sin_cos()).collect(),
+            half_way,
+            harmonic: 0.0,
             base,
             sign: if axis == Axis::Position { -1.0 } else { 1.0 },
         }
     }
 
     fn turn(&mut self) {
-        for ((s, c), (bs, bc)) in self.now.iter_mut().zip(&self.base) {
-            (*s, *c) = (*s * bc + *c * bs, *c * bc - *s * bs);
-        }
+        let turned = |now: &mut [(f64, f64)], base: &[(f64, f64)]| {
+            for ((s, c), (bs, bc)) in now.iter_mut().zip(base) {
+                (*s, *c) = (*s * bc + *c * bs, *c * bc - *s * bs);
+            }
+        };
+        turned(&mut self.now, &self.base);
+        turned(&mut self.half_now, &self.half);
+        self.harmonic += 1.0;
+    }
+
+    /// Mean of sine and cosine over a block.
+    fn mean(&self, block: usize) -> (f64, f64) {
+        let x = self.harmonic * self.half_way[block];
+        let kept = if x.abs() < 1e-3 {
+            1.0
+        } else {
+            self.half_now[block].0 / x
+        };
+        (kept * self.now[block].0, kept * self.now[block].1)
     }
 }
 
@@ -264,8 +296,9 @@ impl Sums {
                 wave.sign * h / plant.inertia / (1.0 + half),
             );
             let was = (sine, cosine);
-            sine = keep * sine + push * wave.now[block].0;
-            cosine = keep * cosine + push * wave.now[block].1;
+            let mean = wave.mean(block);
+            sine = keep * sine + push * mean.0;
+            cosine = keep * cosine + push * mean.1;
             while sample < run.speed.len() && run.speed.block[sample] as usize == block {
                 if residual[sample] != 0.0 {
                     let weight = run.speed.weight[sample] * 0.5;

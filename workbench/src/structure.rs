@@ -39,7 +39,11 @@ pub fn rest(scored: &Scored) -> Rest {
     let common = common_square(scored, &seen);
     // Without a repeat, the noise model decides; its error is covered by what counts as visible.
     let (excess, error) = common.unwrap_or((mean_square - 1.0, 0.0));
-    let excess = if excess > CERTAIN * error { excess.max(0.0) } else { 0.0 };
+    let excess = if excess > CERTAIN * error {
+        excess.max(0.0)
+    } else {
+        0.0
+    };
     let (text, structured) = described(&seen, &residual, scored.hypothesis.bench.linear);
     Rest {
         excess,

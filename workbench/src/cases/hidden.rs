@@ -472,26 +472,28 @@ pub static KINDS: &[Kind] = &[
         parameters: &["gap_rad", "load_share"],
         group: "train",
         needs_tacho: false,
-        has_other_form: false,
+        has_other_form: true,
         draw: |rng, n| {
             vec![
                 log_range(rng, 0.005, 0.8) * n.speed * n.tau,
                 rng.random_range(0.15..0.6),
             ]
         },
-        put: |v, _, n, subject| {
+        put: |v, shape, n, subject| {
+            // Teeth far stiffer than the motor: they catch the load without a rebound, or, in the other form, throw it
+            // back a little, and part of the viscous friction sits behind them.
             let split = Split {
                 inertia: v[1],
-                viscous: 0.5,
+                viscous: shape.map_or(0.0, |shape| 0.5 * shape),
             };
-            // Teeth far stiffer than the motor, half critically damped.
+            let damping_ratio = shape.map_or(1.0, |shape| 0.8 - 0.4 * shape);
             let (reduced, rate) = (subject.motor.inertia * v[1] * (1.0 - v[1]), 150.0 / n.tau);
             let stiffness = reduced * rate.powi(2);
             subject.motor.train = Train::Play {
                 split,
                 gap_rad: v[0],
                 stiffness,
-                damping: reduced * rate,
+                damping: 2.0 * damping_ratio * reduced * rate,
             };
             // Referred to the shaft of the encoder, an encoder at the load means a gear ratio of 1.
             subject.encoder_at_load = n.gear_ratio == 1.0;

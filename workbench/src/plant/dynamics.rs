@@ -7,6 +7,7 @@
 use super::physics::{Drive, Motion, Physics};
 use super::state::State;
 use super::winding::{Coefficients, Shaft};
+use std::f64::consts::PI;
 
 /// Bridge modes of a log.
 pub mod bridge {
@@ -90,7 +91,7 @@ impl<'a> Dynamics<'a> {
         if !self.present.two_bodies {
             return self.step(state, applied, bridge, h, position);
         }
-        let pieces = (h * self.plant.resonance_rad_s() / 0.25).ceil().clamp(1.0, 40.0);
+        let pieces = resonance_pieces(h * self.plant.resonance_rad_s());
         for piece in 0..pieces as usize {
             let part = |k: usize| position.map(|(from, to)| from + (to - from) * k as f64 / pieces);
             self.step(
@@ -137,7 +138,12 @@ impl<'a> Dynamics<'a> {
         } else {
             (p.resistance, p.kt)
         };
-        if !self.coefficients.serve(resistance, kt, h) {
+        if self.coefficients.serve(resistance, kt, h) {
+            return;
+        }
+        if self.coefficients.step_is(h) {
+            self.coefficients.vary(p, resistance, kt);
+        } else {
             self.coefficients = Coefficients::new(p, resistance, kt, h);
         }
     }
@@ -372,6 +378,16 @@ impl Before {
             omega_load,
             lagged,
         }
+    }
+}
+
+/// Pieces of a step that turns a resonance by so many radians. One beyond half a turn is faster than any log could
+/// show; the trapezoid leaves it rigid.
+fn resonance_pieces(turned: f64) -> f64 {
+    if turned > PI {
+        2.0
+    } else {
+        (turned / 0.35).ceil().max(1.0)
     }
 }
 

@@ -138,6 +138,10 @@ impl Drive {
     /// Behind the dead zone, in the given piece of it.
     pub fn behind_dead_zone(&self, x: f64, piece: Piece) -> f64 {
         let [positive, negative] = self.dead_zone_v;
+        if positive == 0.0 && negative == 0.0 {
+            // A voltage that grows from exactly 0 leaves no edge behind: without a zone there are no pieces.
+            return x;
+        }
         if let Knee::Logistic(width) = self.dead_zone_knee {
             return soft_ramp(x - positive, width) - soft_ramp(-x - negative, width);
         }

@@ -40,7 +40,8 @@ pub struct Simulator {
     modes: Modes,
     held: Held,
     next_step: f64,
-    pending: VecDeque<(f64, Command, Bridge)>,
+    pending: VecDeque<(f64, Command)>,
+    next_bridge: Bridge,
     load_steps: VecDeque<(f64, f64)>,
     torque_noise: GaussMarkov,
     ripple: GaussMarkov,
@@ -81,6 +82,7 @@ impl Simulator {
             state,
             next_step: 0.1 * motor.time_constant(),
             pending: VecDeque::new(),
+            next_bridge: Bridge::Open,
             load_steps: motor.load.steps.iter().copied().collect(),
             torque_noise: GaussMarkov::sampled(
                 motor.load.noise_nm,
@@ -176,10 +178,12 @@ impl Simulator {
         }
     }
 
-    /// Gives a command, which takes effect after the drive's delay.
+    /// Gives a command, which takes effect after the drive's delay, and opens or closes the bridge, which does so at
+    /// once: a log's bridge column tells the state of the bridge.
     pub fn command(&mut self, command: Command, bridge: Bridge) {
         let due = self.time + self.motor.drive.delay_s;
-        self.pending.push_back((due, command, bridge));
+        self.pending.push_back((due, command));
+        self.next_bridge = bridge;
         self.take_what_is_due();
     }
 
@@ -204,10 +208,11 @@ impl Simulator {
         let before = (self.held.command, self.held.bridge);
         let mut changed = false;
         while self.pending.front().is_some_and(|pending| pending.0 <= self.time) {
-            if let Some((_, command, bridge)) = self.pending.pop_front() {
-                (self.held.command, self.held.bridge) = (command, bridge);
+            if let Some((_, command)) = self.pending.pop_front() {
+                self.held.command = command;
             }
         }
+        self.held.bridge = self.next_bridge;
         changed |= before != (self.held.command, self.held.bridge);
         while self.load_steps.front().is_some_and(|step| step.0 <= self.time) {
             self.held.load_nm = self.load_steps.pop_front().map_or(0.0, |step| step.1);
