@@ -2,7 +2,6 @@
 //! compensate → PWM.
 
 use crate::commission::{self, Outcome, Request};
-use crate::compensate::Compensator;
 use crate::config::{Config, ConfigError, Scale};
 use crate::control::{self, Reference, Tuning};
 use crate::design::{self, Design, Knowledge};
@@ -246,13 +245,14 @@ impl Axis {
     pub fn step(&self, state: &mut State, sample: Sample) -> Output {
         let supply = self.pwm.supply(&mut state.pwm, &sample);
         let acting = self.pwm.acting(&state.pwm);
+        let voltage = self.pwm.terminal(acting, supply);
         self.encoder(state, sample.count);
         self.protect(state, &sample, supply);
-        self.identify(state, &sample, acting, supply);
+        self.identify(state, &sample, acting.bridge, voltage, supply);
         let demand = self.control(state);
         let terminal = self.compensate(state, &demand);
         let drive = self.pwm.modulate(&mut state.pwm, demand.bridge, terminal);
-        state.acted = (acting.bridge != Bridge::Open).then(|| self.pwm.terminal(acting, supply));
+        state.acted = (acting.bridge != Bridge::Open).then_some(voltage);
         state.tick = state.tick.wrapping_add(1);
         Output {
             bridge: drive.bridge,
@@ -325,11 +325,18 @@ impl Axis {
 
     /// Count and acting voltage → what the motor is; and, while it is excited for that, the voltage to try next. What
     /// is new reaches the design in the ticks that follow, one stage each.
-    fn identify(&self, state: &mut State, sample: &Sample, acting: pwm::Drive, supply: Voltage) {
+    fn identify(
+        &self,
+        state: &mut State,
+        sample: &Sample,
+        bridge: Bridge,
+        voltage: Voltage,
+        supply: Voltage,
+    ) {
         let input = commission::Input {
             count: sample.count,
-            voltage: self.pwm.terminal(acting, supply).q14(),
-            bridge: acting.bridge,
+            voltage: voltage.q14(),
+            bridge,
             supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply.q14()),
             current_raw: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
         };
@@ -374,19 +381,20 @@ impl Axis {
     /// Dead zone, then the only clip; what the clip takes goes back to the integrator through the inverse.
     fn compensate(&self, state: &mut State, demand: &Demand) -> Voltage {
         let Meaning::Linear { reference, error } = demand.meaning else {
-            return self.clip(state, demand.voltage);
+            let (terminal, limit) = self.clip(state, demand.voltage);
+            state.limit = limit;
+            return terminal;
         };
-        let compensator = if state.compensation {
-            state.design.compensator
-        } else {
-            Compensator::default()
-        };
-        let wanted = compensator.apply(demand.voltage, reference);
-        let terminal = self.clip(state, wanted);
+        let compensator = state.compensation.then_some(&state.design.compensator);
+        let wanted = compensator.map_or(demand.voltage, |inverse| inverse.apply(demand.voltage, reference));
+        let (terminal, limit) = self.clip(state, wanted);
+        state.limit = limit;
         if let Some(error) = error {
             let clipped = terminal != wanted;
             let taken = if clipped {
-                compensator.undo(terminal, reference).minus(demand.voltage)
+                compensator
+                    .map_or(terminal, |inverse| inverse.undo(terminal, reference))
+                    .minus(demand.voltage)
             } else {
                 Voltage::ZERO
             };
@@ -395,20 +403,18 @@ impl Axis {
         terminal
     }
 
-    /// The one clip: supply and identified saturation.
-    fn clip(&self, state: &mut State, wanted: Voltage) -> Voltage {
+    /// The one clip: supply and identified saturation. Tells which of them acts.
+    fn clip(&self, state: &State, wanted: Voltage) -> (Voltage, Limit) {
         let ceiling = self.pwm.ceiling(&state.pwm);
         let [positive, negative] = state.design.saturation.map(|level| level.min(ceiling));
         let clipped = Voltage(wanted.0.clamp(negative.0.saturating_neg(), positive.0));
-        if clipped != wanted {
-            let level = if wanted.0 > 0 { positive } else { negative };
-            state.limit = if level == ceiling {
-                Limit::Supply
-            } else {
-                Limit::Saturation
-            };
-        }
-        clipped
+        let level = if wanted.0 > 0 { positive } else { negative };
+        let limit = match () {
+            () if clipped == wanted => state.limit,
+            () if level == ceiling => Limit::Supply,
+            () => Limit::Saturation,
+        };
+        (clipped, limit)
     }
 }
 
@@ -502,7 +508,7 @@ impl State {
     fn follow(&mut self, reference: Reference) -> Demand {
         self.reference = reference;
         self.control.watch(self.count);
-        let loops = self.design.loops;
+        let loops = &self.design.loops;
         self.holding = reference.rests() && self.in_band(reference.position);
         if self.holding {
             self.voltage = self.control.integral();

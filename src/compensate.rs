@@ -18,7 +18,7 @@
 //! Adaptive dead-zone inverses: G. Tao, P. V. Kokotović, *Adaptive Control of Systems with Actuator and Sensor
 //! Nonlinearities*, Wiley 1996, ch. 3.
 
-use crate::units::{Voltage, mul_shift, to_fixed};
+use crate::units::{Voltage, mul_shift, mul_shift_within, to_fixed};
 
 /// The width ε of the smooth part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,39 +58,46 @@ pub const KAPPA_INPUT: f32 = 0.95;
 /// One direction of the dead zone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Side {
-    /// `d`, ≥ 0.
+    /// `d`, 0 … nominal.
     width: i32,
     /// ε.
-    smoothing: Smoothing,
+    epsilon: i32,
+    /// `d/ε`, Q[`OUTER_BITS`].
+    outer_slope: i32,
     /// `ε/(ε + d)`, Q30.
     inner_slope: i32,
 }
 
+/// Fraction bits of the slope d/ε, which reaches 2¹² for a dead zone of the nominal supply and the narrowest ε. With
+/// them `d·v/ε` is rounded as if it were divided by ε.
+const OUTER_BITS: u32 = Voltage::BITS - Smoothing::WIDEST.bits;
+
 impl Side {
     fn new(width: Voltage, smoothing: Smoothing) -> Self {
-        let (width, epsilon) = (width.0.max(0), smoothing.width().0 as f32);
+        let (width, epsilon) = (width.0.clamp(0, Voltage::NOMINAL.0), smoothing.width().0 as f32);
         Self {
             width,
-            smoothing,
+            epsilon: smoothing.width().0,
+            outer_slope: width << (smoothing.bits - Smoothing::WIDEST.bits),
             inner_slope: to_fixed(epsilon / (epsilon + width as f32), 30),
         }
     }
 
     /// `d·sat(v/ε)` for v ≥ 0.
-    fn push(self, v: i32) -> i32 {
-        mul_shift(
-            self.width,
-            v.min(self.smoothing.width().0),
-            Voltage::BITS - self.smoothing.bits,
-        )
+    fn push(&self, v: i32) -> i32 {
+        if v >= self.epsilon {
+            self.width
+        } else {
+            mul_shift_within(self.outer_slope, v, OUTER_BITS)
+        }
     }
 
-    fn forward(self, u: i32) -> i32 {
-        let knee = self.width.saturating_add(self.smoothing.width().0);
+    fn forward(&self, u: i32) -> i32 {
+        let knee = self.width.saturating_add(self.epsilon);
         if u > knee {
             u.saturating_sub(self.width)
         } else {
-            mul_shift(u, self.inner_slope, 30)
+            mul_shift_within(u, self.inner_slope, 30)
         }
     }
 }
@@ -119,11 +126,11 @@ impl DeadZone {
         }
     }
 
-    fn side(&self, sign_of: Voltage) -> Side {
+    fn side(&self, sign_of: Voltage) -> &Side {
         if sign_of.0 < 0 {
-            self.negative
+            &self.negative
         } else {
-            self.positive
+            &self.positive
         }
     }
 

@@ -13,7 +13,7 @@
 //! about [`INTEGRAL_SHARE`]·ω_c. Back-calculation: K. J. Åström, T. Hägglund, *Advanced PID Control*, ISA 2006, sec. 3.5.
 
 use crate::encoder::Motor;
-use crate::units::{Acceleration, ERROR_BITS, Position, Speed, Voltage, mul_shift, saturate, to_fixed};
+use crate::units::{Acceleration, ERROR_BITS, Position, Speed, Voltage, bounded, mul_shift, to_fixed};
 use serde::{Deserialize, Serialize};
 
 /// Pole of the integrator in units of the loops' bandwidth.
@@ -148,7 +148,8 @@ impl State {
     /// The integrator's voltage.
     #[must_use]
     pub fn integral(&self) -> Voltage {
-        Voltage(saturate(self.integrator >> (INTEGRATOR_BITS - Voltage::BITS)))
+        // The upper word.
+        Voltage((self.integrator >> (INTEGRATOR_BITS - Voltage::BITS)) as i32)
     }
 
     /// Notes whether the shaft moves.
@@ -236,13 +237,12 @@ impl Params {
 
     /// The integrator's tick: position error in, and back what the clip took (`clipped − wanted`, zero without clip).
     pub fn integrate(&self, state: &mut State, error: i32, taken: Voltage) {
-        const LIMIT: i64 = 1 << INTEGRATOR_BITS;
         if self.integral != 0 {
             let back = (taken.0 as i64) << (INTEGRATOR_BITS - Voltage::BITS - BACK_CALCULATION_BITS);
-            let step = (error as i64)
-                .wrapping_mul(self.integral as i64)
-                .saturating_add(back);
-            state.integrator = state.integrator.saturating_add(step).clamp(-LIMIT, LIMIT);
+            let step = (error as i64).wrapping_mul(self.integral as i64);
+            // At most 2⁶² + 2⁵⁷ on top of 2⁶³⁻⁸ (a preset voltage is far from the ends of its 32 bits).
+            let sum = state.integrator.wrapping_add(step).wrapping_add(back);
+            state.integrator = bounded(sum, Voltage::NOMINAL.0);
         }
     }
 }

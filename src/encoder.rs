@@ -17,7 +17,8 @@
 //! fed to the speed, and a shaft at rest has speed zero.
 
 use crate::units::{
-    ACCELERATION_BITS, Acceleration, Position, Speed, Voltage, mul_shift, saturate, to_fixed,
+    ACCELERATION_BITS, Acceleration, Position, SPEED_BITS, Speed, Voltage, bounded, mul_shift, saturate,
+    to_fixed,
 };
 
 /// Observer poles in units of 1/τ. Faster follows load changes sooner and passes more quantisation noise.
@@ -26,6 +27,8 @@ pub const BANDWIDTH: f32 = 12.0;
 const FASTEST: f32 = 0.15;
 /// Fraction bits of the speed state, counts per tick.
 const STATE_BITS: u32 = 44;
+/// Bound of the speed state in units of 2³²: ±2,048 counts per tick, the range of [`Speed`].
+const FASTEST_STATE: i32 = 2048 << (STATE_BITS - 32);
 /// Fraction bits of the unknown acceleration, counts per tick².
 const LOAD_BITS: u32 = 58;
 /// Fraction bits in which the speed correction is passed on to the load.
@@ -103,13 +106,15 @@ impl State {
     /// Estimated unknown acceleration: load and what the model lacks.
     #[must_use]
     pub fn load(&self) -> Acceleration {
-        Acceleration(saturate(self.load >> (LOAD_BITS - ACCELERATION_BITS)))
+        // 64 − 34 bits: it always fits.
+        Acceleration((self.load >> (LOAD_BITS - ACCELERATION_BITS)) as i32)
     }
 
     /// Estimated speed.
     #[must_use]
     pub fn speed(&self) -> Speed {
-        Speed(saturate(self.speed >> (STATE_BITS - 20)))
+        // Within `FASTEST_STATE` it always fits.
+        Speed((self.speed >> (STATE_BITS - SPEED_BITS)) as i32)
     }
 }
 
@@ -126,12 +131,11 @@ impl Params {
         let lack = voltage.map_or(0, |v| mul_shift(v.0, self.full_speed, 20).saturating_sub(speed));
         state.position = state.position.plus(state.speed >> (STATE_BITS - 32));
         let acceleration = (lack as i64).wrapping_mul(self.inverse_tau as i64);
-        state.speed = bounded(
-            state
-                .speed
-                .wrapping_add(acceleration)
-                .wrapping_add(state.load >> (LOAD_BITS - STATE_BITS)),
-        );
+        // Bounded by the correction that follows: |speed| ≤ 2⁵⁵, |acceleration| ≤ 2⁵⁵, |load| ≤ 2⁴⁹.
+        state.speed = state
+            .speed
+            .wrapping_add(acceleration)
+            .wrapping_add(state.load >> (LOAD_BITS - STATE_BITS));
     }
 
     fn correct(&self, state: &mut State, innovation: i32) {
@@ -139,18 +143,13 @@ impl Params {
             .position
             .plus((innovation as i64).wrapping_mul(self.to_position as i64));
         let correction = (innovation as i64).wrapping_mul(self.to_speed as i64);
-        state.speed = bounded(state.speed.saturating_add(correction));
+        // At most 2⁶² on top of 2⁵⁷.
+        state.speed = bounded(state.speed.wrapping_add(correction), FASTEST_STATE);
         let coarse = saturate(correction >> (STATE_BITS - CORRECTION_BITS));
         state.load = state
             .load
             .saturating_add((coarse as i64).wrapping_mul(self.to_load as i64));
     }
-}
-
-/// Keeps a speed state within ±2,048 counts per tick, far from the ends of its 64 bits.
-fn bounded(speed: i64) -> i64 {
-    const LIMIT: i64 = 2048 << STATE_BITS;
-    speed.clamp(-LIMIT, LIMIT)
 }
 
 /// Distance of the model from the interval [count, count + 1), counts Q12; zero inside.

@@ -31,11 +31,11 @@ impl Order {
 
 /// What a tick brought.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tick {
+pub struct Tick<'a> {
     /// What the bridge is to do, and the record; the default before the first configuration: bridge open.
     pub output: Output,
-    /// A commissioning that ended in this tick.
-    pub concluded: Option<Outcome>,
+    /// A commissioning that ended in this tick. Borrowed: it is large, and there is one in millions of ticks.
+    pub concluded: Option<&'a Outcome>,
 }
 
 /// One joint.
@@ -91,9 +91,9 @@ impl Joint {
     }
 
     /// One control tick.
-    pub fn step(&mut self, sample: Sample) -> Tick {
+    pub fn step(&mut self, sample: Sample) -> Tick<'_> {
         let Some((axis, state)) = &mut self.configured else {
-            return self.unconfigured();
+            return unconfigured(self.waiting);
         };
         let output = axis.step(state, sample);
         let commissioning = output.record.activity == Activity::Commissioning;
@@ -102,21 +102,19 @@ impl Joint {
         self.driven = output.bridge != Bridge::Open;
         Tick {
             output,
-            concluded: ended.then(|| state.outcome().copied()).flatten(),
+            concluded: if ended { state.outcome() } else { None },
         }
     }
 }
 
-impl Joint {
-    /// Bridge open; there is nothing to tell but a fault that waits.
-    fn unconfigured(&self) -> Tick {
-        let mut tick = Tick::default();
-        tick.output.record.fault = self.waiting;
-        if self.waiting != Fault::None {
-            tick.output.record.activity = Activity::Faulted;
-        }
-        tick
+/// Bridge open; there is nothing to tell but a fault that waits.
+fn unconfigured(waiting: Fault) -> Tick<'static> {
+    let mut tick = Tick::default();
+    tick.output.record.fault = waiting;
+    if waiting != Fault::None {
+        tick.output.record.activity = Activity::Faulted;
     }
+    tick
 }
 
 fn execute(axis: &Axis, state: &mut State, command: &Command) -> Result<(), Refusal> {

@@ -3,7 +3,7 @@
 use crate::board;
 use heapless::spsc::{Consumer, Producer};
 use servo::capture::{Capture, Ring};
-use servo::joint::{Joint, Order, Tick};
+use servo::joint::{Joint, Order};
 use servo::protocol::{CAPTURE_PIECE, Command, Message, Refusal};
 
 /// The only axis of this image.
@@ -44,11 +44,12 @@ impl Control {
         let start = drive.clock();
         let sample = drive.sample();
         self.take_order(drive);
-        let Tick { output, concluded } = self.joint.step(sample);
-        drive.apply(&output);
-        self.capture.step(self.tick, &output.record);
+        let result = self.joint.step(sample);
+        drive.apply(&result.output);
+        self.capture.step(self.tick, &result.output.record);
         let cost = drive.clock_since(start);
-        let (axis, tick, record) = (AXIS, self.tick, output.record);
+        let (axis, tick, record) = (AXIS, self.tick, result.output.record);
+        let concluded = result.concluded.copied();
         if self.telemetry_every != 0 && tick.is_multiple_of(self.telemetry_every) {
             // Full: the link is too slow for this decimation; the host sees it by the gap in the tick numbers.
             let _ = self.records.enqueue(Message::Telemetry {

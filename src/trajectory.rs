@@ -20,23 +20,32 @@
 
 use crate::control::Reference;
 use crate::units::{
-    ACCELERATION_BITS, Acceleration, ERROR_BITS, Position, SPEED_BITS, Speed, Voltage, mul_shift, to_fixed,
+    ACCELERATION_BITS, Acceleration, ERROR_BITS, Position, SPEED_BITS, Speed, Voltage, mul_high, mul_shift,
+    mul_shift_within, to_fixed,
 };
 
 /// 1 in Q30.
 const ONE: i32 = 1 << 30;
 const PI: f32 = core::f32::consts::PI;
 
-/// The envelope and its two derivatives by r, Q30, Q28, Q26, for r in Q30.
+/// The envelope and its two derivatives by r, Q30, Q28, Q26, for r in Q30, 0 … 1. Twice a Q30 number is Q31, and the
+/// upper word of a product of two Q31 numbers is Q30 again.
 fn envelope(r: i32) -> (i32, i32, i32) {
-    let rest = ONE - r;
-    let product = mul_shift(r, rest, 30);
-    let square = mul_shift(r, r, 30);
-    // e = r³·(10 − 15r + 6r²), in two halves so that every factor fits.
-    let factor = (10 << 26) - mul_shift(15 << 26, r, 30) + mul_shift(6 << 26, square, 30);
-    let value = mul_shift(mul_shift(square, r, 30), factor, 26);
-    let slope = mul_shift(mul_shift(product, product, 30), 30 << 24, 26);
-    let bend = mul_shift(mul_shift(product, rest - r, 30), 60 << 22, 26);
+    if r >= ONE {
+        return (ONE, 0, 0);
+    }
+    let rest = ONE.wrapping_sub(r);
+    let product = mul_high(r << 1, rest << 1);
+    let square = mul_high(r << 1, r << 1);
+    let cube = mul_high(square << 1, r << 1);
+    // e = r³·(10 − 15r + 6r²), the factor in Q26.
+    let factor = (10i32 << 26)
+        .wrapping_sub(mul_high(15 << 27, r << 1))
+        .wrapping_add(mul_high(6 << 27, square << 1));
+    let value = mul_shift_within(cube, factor, 26);
+    // e′ = 30·(r·(1 − r))² and e″ = 60·r·(1 − r)·(1 − 2r); the products are at most 2⁻⁴ and 0.1.
+    let slope = mul_shift_within(mul_high(product << 1, product << 1), 30 << 24, 26);
+    let bend = mul_shift_within(mul_high(product << 1, rest.wrapping_sub(r) << 1), 60 << 22, 26);
     (value, slope, bend)
 }
 
@@ -55,28 +64,24 @@ fn sin(phase: u32) -> i32 {
     } else {
         turned
     };
-    let z = mul_shift(x, x, 30);
-    let horner = |sum: i32, coefficient: i32| mul_shift(sum, z, 30).wrapping_add(coefficient);
-    mul_shift(
-        TAYLOR
-            .iter()
-            .fold(0, |sum, &coefficient| horner(sum, coefficient)),
-        x,
-        29,
-    )
+    // −x²/2 in Q32: for x = −1 … 1 it is −2³¹ … 0, so that the upper word of a product with it is all that is needed.
+    let z = mul_high(x << 1, x << 1).wrapping_neg() << 1;
+    let horner = |sum: i32, &coefficient: &i32| mul_high(sum, z).wrapping_add(coefficient);
+    mul_shift_within(TAYLOR.iter().fold(0, horner), x, 30)
 }
 
 /// Largest error of [`sin_cos`], LSB of Q30 (2⁻³⁰).
-pub const SIN_ERROR: i32 = 16;
-/// Taylor coefficients of sin(πx/2) in x, from x¹³ down to x¹, Q29: (π/2)ⁿ/n!. The first one left out is 7·10⁻¹⁰.
+pub const SIN_ERROR: i32 = 4;
+/// Taylor coefficients of sin(πx/2)/x in −x²/2, from the sixth power down to the constant, Q30: 2ᵏ·(π/2)ⁿ/n! with
+/// n = 2k + 1. The first one left out is 7·10⁻¹⁰.
 const TAYLOR: [i32; 7] = [
-    31,
-    -1_932,
-    86_136,
-    -2_513_498,
-    42_784_653,
-    -346_799_334,
-    843_314_857,
+    3_912,
+    123_655,
+    2_756_359,
+    40_215_962,
+    342_277_223,
+    1_387_197_337,
+    1_686_629_713,
 ];
 
 /// A sine with smooth ends, planned.
@@ -159,13 +164,18 @@ impl Sine {
     fn at(&self, phase: u32, r: i32, falling: bool) -> Reference {
         let (sin, cos) = sin_cos(phase);
         let (value, slope, bend) = envelope(r);
-        let slope = mul_shift(slope, self.per_radian, 28);
-        let slope = if falling { -slope } else { slope };
-        let bend = mul_shift(mul_shift(bend, self.per_radian, 28), self.per_radian, 28);
-        let speed = mul_shift(value, cos, 32).wrapping_add(mul_shift(slope, sin, 30));
-        let acceleration =
-            mul_shift(slope, cos, 31).wrapping_add(mul_shift(bend.wrapping_sub(value >> 4), sin, 30));
-        let offset = (self.amplitude as i64).wrapping_mul(mul_shift(value, sin, 30) as i64) >> 6;
+        // dr/dφ is below 1, and so are sin, cos and the envelope.
+        let per_radian = |x: i32| mul_shift_within(x, self.per_radian, 28);
+        let slope = per_radian(slope);
+        let slope = if falling { slope.wrapping_neg() } else { slope };
+        let bend = per_radian(per_radian(bend));
+        let speed = mul_high(value, cos).wrapping_add(mul_shift_within(slope, sin, 30));
+        let acceleration = mul_shift_within(slope, cos, 31).wrapping_add(mul_shift_within(
+            bend.wrapping_sub(value >> 4),
+            sin,
+            30,
+        ));
+        let offset = (self.amplitude as i64).wrapping_mul(mul_shift_within(value, sin, 30) as i64) >> 6;
         Reference {
             position: self.centre.plus(offset),
             speed: Speed(mul_shift(self.speed, speed, 28)),

@@ -108,21 +108,61 @@ impl Voltage {
     }
 }
 
-/// `value` cut to 32 bits.
+/// `value` cut to 32 bits. It fits if the upper word only repeats the sign of the lower one: one comparison, where two
+/// 64-bit ones would need a dozen instructions.
 #[must_use]
-pub fn saturate(value: i64) -> i32 {
-    value.clamp(i32::MIN as i64, i32::MAX as i64) as i32
+#[inline(always)]
+pub const fn saturate(value: i64) -> i32 {
+    let (low, high) = (value as i32, (value >> 32) as i32);
+    if high == low >> 31 {
+        low
+    } else {
+        (high >> 31) ^ i32::MAX
+    }
 }
 
-/// `value · gain / 2^shift`, rounded to nearest, saturating. One `SMULL` and a shift; `shift` is 1 … 62.
+/// `value` within −`limit`·2³² … `limit`·2³² − 1. The upper word alone decides.
 #[must_use]
-pub fn mul_shift(value: i32, gain: i32, shift: u32) -> i32 {
-    saturate(
-        (value as i64)
-            .wrapping_mul(gain as i64)
-            .wrapping_add(1i64 << (shift - 1))
-            >> shift,
-    )
+#[inline(always)]
+pub const fn bounded(value: i64, limit: i32) -> i64 {
+    let high = (value >> 32) as i32;
+    if high >= limit {
+        ((limit as i64) << 32).wrapping_sub(1)
+    } else if high < limit.wrapping_neg() {
+        -((limit as i64) << 32)
+    } else {
+        value
+    }
+}
+
+/// `value · gain / 2^shift`, rounded to nearest, saturating. One `SMULL` and a shift; `shift` is 1 … 62 and should be a
+/// constant: the core has no 64-bit shift by a register.
+#[must_use]
+#[inline(always)]
+pub const fn mul_shift(value: i32, gain: i32, shift: u32) -> i32 {
+    saturate(product(value, gain, shift))
+}
+
+/// `value · gain / 2^shift`, rounded to nearest, for products that are known to fit into 32 bits; otherwise it wraps.
+#[must_use]
+#[inline(always)]
+pub const fn mul_shift_within(value: i32, gain: i32, shift: u32) -> i32 {
+    product(value, gain, shift) as i32
+}
+
+/// `value · gain / 2³²`, rounded to nearest: one instruction, `SMMULR`. It always fits.
+#[must_use]
+#[inline(always)]
+pub const fn mul_high(value: i32, gain: i32) -> i32 {
+    mul_shift_within(value, gain, 32)
+}
+
+#[inline(always)]
+const fn product(value: i32, gain: i32, shift: u32) -> i64 {
+    (value as i64)
+        .wrapping_mul(gain as i64)
+        .wrapping_add(1i64 << (shift.wrapping_sub(1) & 63))
+        >> (shift & 63)
 }
 
 /// `value · 2^bits` as the nearest integer that fits in 32 bits, for parameters that are set up once.

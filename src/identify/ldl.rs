@@ -6,6 +6,7 @@
 //! as its pivot allows: |L_ij| ≤ √(A_ii/D_j). Golub & Van Loan, Matrix Computations, 4.1.2 (outer product form).
 
 use super::positive::{Positive, reciprocal};
+use crate::units::saturate;
 
 /// Largest order, right-hand side included.
 pub const MOST: usize = 7;
@@ -24,6 +25,14 @@ pub struct Factor {
     words: [i32; WORDS],
     exponents: [i8; MOST],
     fraction: [u8; MOST],
+}
+
+/// A gradient on its way through the factor.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Forward {
+    solved: [i32; MOST],
+    /// Exponent of the gradient's largest entry.
+    top: i32,
 }
 
 impl Factor {
@@ -71,16 +80,11 @@ impl Factor {
         let inverse = i64::from(reciprocal((pivot as u32) << zeros));
         let fraction = 29 - zeros.div_ceil(2);
         self.fraction[j] = fraction as u8;
-        for i in j + 1..self.order {
+        // From the last row up: a row needs column j of the rows above it as it was.
+        for i in (j + 1..self.order).rev() {
             let entry = i64::from(self.at(i, j));
-            let factor = saturate(round_shift(entry * inverse, 61 - zeros - fraction));
+            let factor = saturate(round_shift(entry.wrapping_mul(inverse), 61 - zeros - fraction));
             self.eliminate(i, j, factor, fraction);
-        }
-        for i in j + 1..self.order {
-            let factor = saturate(round_shift(
-                i64::from(self.at(i, j)) * inverse,
-                61 - zeros - fraction,
-            ));
             self.put(i, j, factor);
         }
         true
@@ -88,12 +92,16 @@ impl Factor {
 
     /// Row i minus L_ij times column j, for the columns right of j.
     fn eliminate(&mut self, i: usize, j: usize, factor: i32, fraction: u32) {
-        for k in j + 1..=i {
-            let product = i64::from(factor) * i64::from(self.at(k, j));
+        let mut other = place(j + 1, j);
+        for (k, at) in (j + 1..=i).zip(place(i, j + 1)..) {
+            let product = i64::from(factor).wrapping_mul(i64::from(self.word(other)));
             let value = self
-                .at(i, k)
+                .word(at)
                 .saturating_sub(saturate(round_shift(product, fraction)));
-            self.put(i, k, value);
+            if let Some(word) = self.words.get_mut(at) {
+                *word = value;
+            }
+            other = other.wrapping_add(k).wrapping_add(1);
         }
     }
 
@@ -116,29 +124,41 @@ impl Factor {
         i32::from(self.exponents[self.unknowns()]) - i32::from(self.exponents[i])
     }
 
-    /// RSS · gᵀ A⁻¹ g for a gradient g in the unknowns' own units: the variance of gᵀθ times the number of rows.
-    pub fn variance(&self, gradient: &[(Positive, bool); MOST]) -> Positive {
+    /// Solves L·z = g for a gradient g in the unknowns' own units.
+    pub fn forward(&self, gradient: &[(Positive, bool); MOST]) -> Forward {
         let scaled = |i: usize| gradient[i].0.shifted(-i32::from(self.exponents[i]));
         let top = (0..self.unknowns())
             .map(|i| scaled(i).exponent_of_top())
             .max()
             .unwrap_or(0);
         let mut solved = [0i32; MOST];
-        let mut sum = Positive::default();
         for i in 0..self.unknowns() {
             // 22 bits for the largest entry leave nine for growth.
             let magnitude = scaled(i).shifted(22 - top).to_q(0);
             let mut entry = i64::from(if gradient[i].1 { -magnitude } else { magnitude });
-            for (k, &known) in solved.iter().enumerate().take(i) {
-                let product = i64::from(self.at(i, k)) * i64::from(known);
-                entry -= round_shift(product, u32::from(self.fraction[k]));
+            for ((&known, &fraction), at) in solved.iter().zip(&self.fraction).zip(place(i, 0)..).take(i) {
+                if known != 0 {
+                    let product = i64::from(self.word(at)).wrapping_mul(i64::from(known));
+                    entry = entry.wrapping_sub(round_shift(product, u32::from(fraction)));
+                }
             }
             solved[i] = saturate(entry);
-            let square = Positive::of(solved[i], 0).times(Positive::of(solved[i], 0));
-            sum = sum.plus(square.over(Positive::of(self.at(i, i), 0)));
+        }
+        Forward { solved, top }
+    }
+
+    /// RSS · gᵀ A⁻¹ g of the gradient that was solved for: the variance of gᵀθ times the number of rows.
+    pub fn variance(&self, forward: &Forward) -> Positive {
+        let mut sum = Positive::default();
+        for (i, &solved) in forward.solved.iter().enumerate().take(self.unknowns()) {
+            if solved != 0 {
+                let magnitude = Positive::of(solved, 0);
+                let square = magnitude.times(magnitude);
+                sum = sum.plus(square.over(Positive::of(self.at(i, i), 0)));
+            }
         }
         // The sums' own scale, Q40, cancels between the residual and the inverse.
-        sum.times(self.residual()).shifted(2 * (top - 22) + 40)
+        sum.times(self.residual()).shifted(2 * (forward.top - 22) + 40)
     }
 
     /// Residual sum of squares in the rows' own unit (they are Q20).
@@ -149,25 +169,30 @@ impl Factor {
     }
 
     fn at(&self, i: usize, j: usize) -> i32 {
-        self.words.get(i * (i + 1) / 2 + j).copied().unwrap_or(0)
+        self.word(place(i, j))
+    }
+
+    fn word(&self, place: usize) -> i32 {
+        self.words.get(place).copied().unwrap_or(0)
     }
 
     fn put(&mut self, i: usize, j: usize, value: i32) {
-        if let Some(word) = self.words.get_mut(i * (i + 1) / 2 + j) {
+        if let Some(word) = self.words.get_mut(place(i, j)) {
             *word = value;
         }
     }
 }
 
+/// Where entry (i, j), j ≤ i, of the lower triangle stands, by rows.
+const fn place(i: usize, j: usize) -> usize {
+    i.wrapping_mul(i.wrapping_add(1)) / 2 + j
+}
+
+/// `value / 2^bits`, rounded to nearest; `bits` is 0 … 63.
 #[inline]
 fn round_shift(value: i64, bits: u32) -> i64 {
     match bits {
         0 => value,
-        _ => (value >> (bits - 1)).wrapping_add(1) >> 1,
+        _ => (value >> ((bits - 1) & 63)).wrapping_add(1) >> 1,
     }
-}
-
-#[inline]
-fn saturate(value: i64) -> i32 {
-    value.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
 }

@@ -32,7 +32,20 @@ impl Positive {
     /// Product.
     pub fn times(self, other: Self) -> Self {
         let product = u64::from(self.mantissa) * u64::from(other.mantissa);
-        Positive::new(product, self.exponent.saturating_add(other.exponent))
+        let exponent = self.exponent.saturating_add(other.exponent);
+        // Both top bits are set, so that of the product is one of the two highest.
+        let high = (product >> 32) as u32;
+        match high.leading_zeros() {
+            0 => Positive {
+                mantissa: high,
+                exponent: exponent.saturating_add(32),
+            },
+            1 => Positive {
+                mantissa: (product >> 31) as u32,
+                exponent: exponent.saturating_add(31),
+            },
+            _ => Positive::default(),
+        }
     }
 
     /// Quotient; the largest number when `other` is zero.
@@ -76,18 +89,15 @@ impl Positive {
         }
     }
 
-    /// Square root, digit by digit.
+    /// Square root.
     pub fn sqrt(self) -> Self {
+        // An even exponent, and the radicand's top bit in one of the two highest places.
         let odd = self.exponent & 1;
-        let radicand = u64::from(self.mantissa) << (30 + odd);
-        let mut root = 0u64;
-        for bit in (0..32).rev() {
-            let trial = root | (1 << bit);
-            if trial * trial <= radicand {
-                root = trial;
-            }
-        }
-        Positive::new(root, (self.exponent - 30 - odd) / 2)
+        let radicand = u64::from(self.mantissa) << (32 - odd);
+        Positive::new(
+            u64::from(square_root(radicand)),
+            self.exponent.saturating_sub(32 - odd) >> 1,
+        )
     }
 
     /// In units of 2^−`frac`, rounded, saturating.
@@ -120,14 +130,50 @@ impl Positive {
     }
 }
 
-/// 2⁶¹ / `divisor` for `divisor` in [2³⁰, 2³¹), error ≤ 2 LSB: a 32-bit division for the seed, two Newton steps.
-pub fn reciprocal(divisor: u32) -> u32 {
-    let divisor = divisor.clamp(1 << 30, (1 << 31) - 1);
-    let seed = u32::MAX / (divisor >> 15);
-    let mut inverse = i64::from(seed) << 14;
-    for _ in 0..2 {
-        let error = (1i64 << 61).wrapping_sub(i64::from(divisor).wrapping_mul(inverse));
-        inverse = inverse.wrapping_add((error >> 31).wrapping_mul(inverse) >> 30);
+/// ⌊√`radicand`⌋ of a radicand of 63 or 64 bits, or of zero: the upper half digit by digit, the lower half by one
+/// division (P. Zimmermann, *Karatsuba square root*, INRIA report 3805, 1999).
+fn square_root(radicand: u64) -> u32 {
+    let (mut rest, mut root, mut bit) = ((radicand >> 32) as u32, 0u32, 1u32 << 30);
+    while bit != 0 {
+        let trial = root.wrapping_add(bit);
+        root >>= 1;
+        if rest >= trial {
+            rest = rest.wrapping_sub(trial);
+            root = root.wrapping_add(bit);
+        }
+        bit >>= 2;
     }
-    inverse.clamp(0, i64::from(u32::MAX)) as u32
+    // The rest is at most twice the root, so that half of (rest·2¹⁶ + next 16 bits) has 32 bits.
+    let half = (rest << 15) | (radicand as u32 >> 17);
+    let digit = half.checked_div(root).unwrap_or(0).min(0xFFFF);
+    let found = (root << 16) | digit;
+    // The digit is right or one too large.
+    let exceeds = u64::from(found).wrapping_mul(u64::from(found)) > radicand;
+    found.wrapping_sub(u32::from(exceeds))
+}
+
+/// ⌊2⁶¹ / `divisor`⌋ for `divisor` in [2³⁰, 2³¹): two digits of 16 bits, each estimated by a 32-bit division and then
+/// corrected (D. E. Knuth, *The Art of Computer Programming* vol. 2, 4.3.1, algorithm D).
+pub fn reciprocal(divisor: u32) -> u32 {
+    let divisor = divisor.clamp(1 << 30, (1 << 31) - 1) << 1;
+    let first = digit(1 << 30, divisor);
+    // 2³⁰·2¹⁶ is a multiple of 2³²: modulo 2³² only the product is left.
+    let rest = 0u32.wrapping_sub(first.wrapping_mul(divisor));
+    (first << 16).wrapping_add(digit(rest, divisor))
+}
+
+/// ⌊`rest`·2¹⁶ / `divisor`⌋ for a divisor with its top bit set and a smaller rest.
+fn digit(rest: u32, divisor: u32) -> u32 {
+    let (high, low) = (divisor >> 16, divisor & 0xFFFF);
+    let mut digit = rest / high;
+    let mut left = rest.wrapping_sub(digit.wrapping_mul(high));
+    // At most twice.
+    while digit > 0xFFFF || digit.wrapping_mul(low) > (left << 16) {
+        digit = digit.wrapping_sub(1);
+        left = left.wrapping_add(high);
+        if left > 0xFFFF {
+            break;
+        }
+    }
+    digit
 }

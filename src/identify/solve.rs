@@ -1,7 +1,7 @@
 //! From sums to numbers: assembles the normal equations, factorises them one column per tick, derives dead zone, gain,
 //! time constant and their standard deviations.
 
-use super::ldl::{Factor, MOST, UNKNOWN_FRAC};
+use super::ldl::{Factor, Forward, MOST, UNKNOWN_FRAC};
 use super::positive::Positive;
 use super::regression::Sums;
 use super::spline::{HOPS_PER_BLOCK, Window};
@@ -101,6 +101,7 @@ enum Stage {
     Assemble(usize),
     Column(usize),
     Substitute,
+    Gradient(usize),
     Deviation(usize),
 }
 
@@ -124,6 +125,7 @@ pub struct Solver {
     structure: Structure,
     rows: u32,
     factor: Factor,
+    forward: Forward,
     solution: Solution,
 }
 
@@ -134,6 +136,7 @@ impl Default for Solver {
             structure: Structure::Common,
             rows: 0,
             factor: Factor::new(MOST),
+            forward: Forward::default(),
             solution: Solution::default(),
         }
     }
@@ -188,17 +191,14 @@ impl Solver {
                     Stage::Substitute
                 },
             ),
-            Stage::Substitute => (self.substitute(), Stage::Deviation(0)),
+            Stage::Substitute => (self.substitute(), Stage::Gradient(self.directions()[0])),
+            Stage::Gradient(which) => {
+                self.forward = self.factor.forward(&self.gradient(which));
+                (true, Stage::Deviation(which))
+            }
             Stage::Deviation(which) => {
                 self.deviation(which);
-                (
-                    true,
-                    if which < 3 {
-                        Stage::Deviation(which + 1)
-                    } else {
-                        Stage::Idle
-                    },
-                )
+                (true, self.after(which).map_or(Stage::Idle, Stage::Gradient))
             }
         };
         self.stage = if fine { next } else { Stage::Idle };
@@ -285,8 +285,8 @@ impl Solver {
         }
     }
 
-    /// Standard deviation of one derived number by linear propagation: 0, 1 dead zones, 2 gain, 3 time constant.
-    fn deviation(&mut self, which: usize) {
+    /// Derivatives of one derived number by the unknowns, with their signs: 0, 1 dead zones, 2 gain, 3 time constant.
+    fn gradient(&self, which: usize) -> [(Positive, bool); MOST] {
         let directions = self.directions();
         let one = Positive::new(1, 0);
         let mut gradient = [(Positive::default(), false); MOST];
@@ -294,31 +294,37 @@ impl Solver {
         let last = self.structure.unknowns(directions[directions.len() - 1]);
         let alpha = Positive::of(self.solution.coefficients[directions[0]].alpha, COEFFICIENT_FRAC);
         match which {
-            0 | 1 if directions.contains(&which) => {
+            0 | 1 => {
                 let dead_zone = self.solution.dead_zone[which];
                 let beta = Positive::of(self.solution.coefficients[which].beta, COEFFICIENT_FRAC);
                 let [gamma_at, beta_at, ..] = self.structure.unknowns(which);
                 gradient[gamma_at] = (one.over(beta), false);
                 gradient[beta_at] = (Positive::of(dead_zone, VOLTAGE_FRAC).over(beta), dead_zone > 0);
-                self.solution.dead_zone_sigma[which] = self.sigma(&gradient).to_q(VOLTAGE_FRAC);
             }
-            0 | 1 => {}
             2 => {
                 let share = one.over(self.solution.gain.times(alpha)).shifted(-1);
                 gradient[first[1]].0 = gradient[first[1]].0.plus(share);
                 gradient[last[1]].0 = gradient[last[1]].0.plus(share);
                 gradient[first[2]] = (one.over(alpha), true);
-                self.solution.gain_sigma = self.sigma(&gradient).to_q(RELATIVE_FRAC);
             }
-            _ => {
-                gradient[first[2]] = (one.over(alpha), false);
-                self.solution.time_constant_sigma = self.sigma(&gradient).to_q(RELATIVE_FRAC);
-            }
+            _ => gradient[first[2]] = (one.over(alpha), false),
+        }
+        gradient
+    }
+
+    /// Standard deviation of one derived number by linear propagation, from its gradient on its way.
+    fn deviation(&mut self, which: usize) {
+        let sigma = self.per_row(self.factor.variance(&self.forward)).sqrt();
+        match which {
+            0 | 1 => self.solution.dead_zone_sigma[which] = sigma.to_q(VOLTAGE_FRAC),
+            2 => self.solution.gain_sigma = sigma.to_q(RELATIVE_FRAC),
+            _ => self.solution.time_constant_sigma = sigma.to_q(RELATIVE_FRAC),
         }
     }
 
-    fn sigma(&self, gradient: &[(Positive, bool); MOST]) -> Positive {
-        self.per_row(self.factor.variance(gradient)).sqrt()
+    /// The derived number after `which`, if any. A single direction has one dead zone.
+    fn after(&self, which: usize) -> Option<usize> {
+        (which + 1..4).find(|next| *next > 1 || self.directions().contains(next))
     }
 
     /// Windows overlap by all but one hop: `HOPS_PER_BLOCK` of them count as one independent row.

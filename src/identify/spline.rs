@@ -12,6 +12,8 @@
 //!
 //! Magnitudes: the largest comb, that of the voltage, is 2·D²·N⁴·2¹⁴ ≤ 2⁶¹ for D = 16, N = 512.
 
+use crate::units::saturate;
+
 /// Snapshots per block.
 pub const HOPS_PER_BLOCK: u32 = 4;
 /// Snapshots that one window spans.
@@ -63,6 +65,12 @@ struct Snapshot {
     acceleration: i64,
     speed: i64,
     voltage: i64,
+}
+
+impl Snapshot {
+    fn parts(&self) -> [i64; 4] {
+        [self.jerk, self.acceleration, self.speed, self.voltage]
+    }
 }
 
 /// Sums and the ring of snapshots.
@@ -199,14 +207,12 @@ impl State {
         let mut sum = [0i64; 4];
         for (lag, weight) in [1i64, -4, 6, -4, 1].into_iter().enumerate() {
             let back = lag * HOPS_PER_BLOCK as usize;
-            let at = (self.newest as usize + RING - back) % RING;
-            let Snapshot {
-                jerk,
-                acceleration,
-                speed,
-                voltage,
-            } = self.ring.get(at).copied().unwrap_or_default();
-            for (sum, part) in sum.iter_mut().zip([jerk, acceleration, speed, voltage]) {
+            let newest = usize::from(self.newest);
+            let at = newest.checked_sub(back).unwrap_or(newest + RING - back);
+            let Some(snapshot) = self.ring.get(at) else {
+                continue;
+            };
+            for (sum, part) in sum.iter_mut().zip(snapshot.parts()) {
                 *sum = sum.wrapping_add(part.wrapping_mul(weight));
             }
         }
@@ -236,5 +242,5 @@ fn scaled(value: i64, bits: u32) -> i32 {
         Some(right) => (value >> (right - 1)).wrapping_add(1) >> 1,
         None => value << (ROW_FRAC - bits),
     };
-    scaled.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+    saturate(scaled)
 }

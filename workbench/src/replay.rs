@@ -85,7 +85,7 @@ pub fn replay(tape: &Tape) -> Result<Verdict, InputError> {
         }
         if let Some(here) = tick.concluded {
             verdict.commissionings += 1;
-            differ.extend(compare(outcomes.next(), trace.tick, &here));
+            differ.extend(compare(outcomes.next(), trace.tick, here));
         }
         verdict.ticks += 1;
         if !differ.is_empty() {
