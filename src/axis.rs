@@ -304,6 +304,8 @@ impl Axis {
     }
 
     /// Does what the latched fault asks for; in every tick, until it is cleared.
+    #[cold]
+    #[inline(never)]
     fn answer(&self, state: &mut State, action: Action) {
         let holding = action == Action::Hold && state.closed();
         if holding && state.armed {
@@ -340,13 +342,11 @@ impl Axis {
             supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply.q14()),
             current_raw: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
         };
-        state
-            .design
-            .renew(&mut state.renewal, &self.scale, &self.tuning, &state.knowledge);
+        if state.renewal != design::Stage::Done {
+            self.renew(state);
+        }
         match &mut state.listener {
-            Listener::None => {
-                state.listener = Listener::Passive(self.passive.listen(sample.count, &state.known))
-            }
+            Listener::None => self.listen(state),
             Listener::Passive(passive) => {
                 if self.passive.step(passive, &mut state.known, &input) {
                     state.learn();
@@ -360,6 +360,23 @@ impl Axis {
                 }
             }
         }
+    }
+
+    /// One stage of the design. Its constants in single precision stay out of the tick's stack frame, like all that is
+    /// rare.
+    #[cold]
+    #[inline(never)]
+    fn renew(&self, state: &mut State) {
+        state
+            .design
+            .renew(&mut state.renewal, &self.scale, &self.tuning, &state.knowledge);
+    }
+
+    /// Listens to ordinary motion from this tick on.
+    #[cold]
+    #[inline(never)]
+    fn listen(&self, state: &mut State) {
+        state.listener = Listener::Passive(self.passive.listen(state.count, &state.known));
     }
 
     /// Set-point → voltage behind the dead zone.

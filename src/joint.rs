@@ -65,9 +65,8 @@ impl Joint {
             (Order::Install(_), _) if self.driven => Err(Refusal::BridgeDriven),
             (Order::Install(axis), place) => {
                 let fault = place.as_ref().map_or(self.waiting, |(_, state)| state.fault());
-                let mut state = axis.start();
-                axis.latch(&mut state, fault);
-                *place = Some((*axis, state));
+                let (axis, state) = place.insert((*axis, axis.start()));
+                axis.latch(state, fault);
                 Ok(())
             }
             (Order::Run(command), Some((axis, state))) => execute(axis, state, command),

@@ -125,6 +125,7 @@ impl Axis {
         Ok(())
     }
 
+    #[inline(never)]
     fn commission(&self, state: &mut State, budget_ms: u32, seed: u32) -> Result<(), Refusal> {
         self.permitted(state)?;
         self.idle(state)?;

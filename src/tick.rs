@@ -66,6 +66,15 @@ impl Control {
     }
 
     fn take_order(&mut self, drive: &mut board::Drive) {
+        if self.orders.ready() {
+            self.carry_out(drive);
+        }
+    }
+
+    /// Kept out of the tick: what it needs on the stack would otherwise be reserved in every tick.
+    #[cold]
+    #[inline(never)]
+    fn carry_out(&mut self, drive: &mut board::Drive) {
         let Some((to, order)) = self.orders.dequeue() else {
             return;
         };
