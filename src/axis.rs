@@ -443,6 +443,8 @@ impl State {
 
     /// The commissioning has ended: bridge open, gains from what is trusted. One that was refused leaves behind what
     /// was known before, but the dead zone must be seen again before it is trusted.
+    #[cold]
+    #[inline(never)]
     fn conclude(&mut self, outcome: Outcome) {
         self.outcome = Some(outcome);
         self.listener = Listener::None;

@@ -185,10 +185,15 @@ impl<'a> Capture<'a> {
     }
 
     /// Takes one tick.
+    #[inline]
     pub fn step(&mut self, tick: u32, record: &Record) {
-        if matches!(self.stage, Stage::Off | Stage::Done) {
-            return;
+        if !matches!(self.stage, Stage::Off | Stage::Done) {
+            self.take(tick, record);
         }
+    }
+
+    #[inline(never)]
+    fn take(&mut self, tick: u32, record: &Record) {
         let shot = Shot::from(record);
         let fires = self.stage == Stage::Waiting && self.trigger.fires(&self.newest().unwrap_or(shot), &shot);
         self.push(shot);

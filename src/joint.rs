@@ -30,11 +30,13 @@ impl Order {
 }
 
 /// What a tick brought.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+///
+/// Borrowed from the joint, so that nothing large is copied in every tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tick<'a> {
     /// What the bridge is to do, and the record; the default before the first configuration: bridge open.
-    pub output: Output,
-    /// A commissioning that ended in this tick. Borrowed: it is large, and there is one in millions of ticks.
+    pub output: &'a Output,
+    /// A commissioning that ended in this tick.
     pub concluded: Option<&'a Outcome>,
 }
 
@@ -46,17 +48,13 @@ pub struct Joint {
     waiting: Fault,
     driven: bool,
     commissioning: bool,
+    output: Output,
 }
 
 impl Joint {
     /// Before the first configuration.
-    pub const fn new() -> Self {
-        Joint {
-            configured: None,
-            waiting: Fault::None,
-            driven: false,
-            commissioning: false,
-        }
+    pub fn new() -> Self {
+        Self::default()
     }
 
     /// Executes an order at the start of a tick, before [`Joint::step`].
@@ -92,28 +90,32 @@ impl Joint {
     /// One control tick.
     pub fn step(&mut self, sample: Sample) -> Tick<'_> {
         let Some((axis, state)) = &mut self.configured else {
-            return unconfigured(self.waiting);
+            self.output = unconfigured(self.waiting);
+            return Tick {
+                output: &self.output,
+                concluded: None,
+            };
         };
-        let output = axis.step(state, sample);
-        let commissioning = output.record.activity == Activity::Commissioning;
+        self.output = axis.step(state, sample);
+        let commissioning = self.output.record.activity == Activity::Commissioning;
         let ended = self.commissioning && !commissioning;
         self.commissioning = commissioning;
-        self.driven = output.bridge != Bridge::Open;
+        self.driven = self.output.bridge != Bridge::Open;
         Tick {
-            output,
+            output: &self.output,
             concluded: if ended { state.outcome() } else { None },
         }
     }
 }
 
 /// Bridge open; there is nothing to tell but a fault that waits.
-fn unconfigured(waiting: Fault) -> Tick<'static> {
-    let mut tick = Tick::default();
-    tick.output.record.fault = waiting;
+fn unconfigured(waiting: Fault) -> Output {
+    let mut output = Output::default();
+    output.record.fault = waiting;
     if waiting != Fault::None {
-        tick.output.record.activity = Activity::Faulted;
+        output.record.activity = Activity::Faulted;
     }
-    tick
+    output
 }
 
 fn execute(axis: &Axis, state: &mut State, command: &Command) -> Result<(), Refusal> {

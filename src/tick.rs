@@ -45,21 +45,20 @@ impl Control {
         let sample = drive.sample();
         self.take_order(drive);
         let result = self.joint.step(sample);
-        drive.apply(&result.output);
+        drive.apply(result.output);
         self.capture.step(self.tick, &result.output.record);
         let cost = drive.clock_since(start);
-        let (axis, tick, record) = (AXIS, self.tick, result.output.record);
-        let concluded = result.concluded.copied();
+        let (axis, tick) = (AXIS, self.tick);
         if self.telemetry_every != 0 && tick.is_multiple_of(self.telemetry_every) {
             // Full: the link is too slow for this decimation; the host sees it by the gap in the tick numbers.
             let _ = self.records.enqueue(Message::Telemetry {
                 axis,
                 tick,
                 cost,
-                record,
+                record: result.output.record,
             });
         }
-        if let Some(outcome) = concluded {
+        if let Some(&outcome) = result.concluded {
             self.tell(Message::Commissioned { axis, tick, outcome });
         }
         self.tick = tick.wrapping_add(1);

@@ -135,19 +135,35 @@ pub const fn bounded(value: i64, limit: i32) -> i64 {
     }
 }
 
-/// `value · gain / 2^shift`, rounded to nearest, saturating. One `SMULL` and a shift; `shift` is 1 … 62 and should be a
-/// constant: the core has no 64-bit shift by a register.
+/// `value · gain / 2^shift`, rounded to nearest, saturating; `shift` is 1 … 62 and should be a constant: the core has
+/// no 64-bit shift by a register.
+///
+/// One `SMLAL`, one `SSAT` and a shift: the upper word of the product alone is held within its range, so that what does
+/// not fit becomes one of the last 2^(32 − `shift`) numbers before ±2³¹.
 #[must_use]
 #[inline(always)]
 pub const fn mul_shift(value: i32, gain: i32, shift: u32) -> i32 {
-    saturate(product(value, gain, shift))
+    if shift >= 32 {
+        return mul_shift_within(value, gain, shift);
+    }
+    let product = product(value, gain, shift);
+    let (low, high) = (product as u32, (product >> 32) as i32);
+    let limit = 1i32 << (shift.wrapping_sub(1) & 31);
+    let held = if high >= limit {
+        limit.wrapping_sub(1)
+    } else if high < limit.wrapping_neg() {
+        limit.wrapping_neg()
+    } else {
+        high
+    };
+    (held << (32u32.wrapping_sub(shift) & 31)) | (low >> (shift & 31)) as i32
 }
 
 /// `value · gain / 2^shift`, rounded to nearest, for products that are known to fit into 32 bits; otherwise it wraps.
 #[must_use]
 #[inline(always)]
 pub const fn mul_shift_within(value: i32, gain: i32, shift: u32) -> i32 {
-    product(value, gain, shift) as i32
+    (product(value, gain, shift) >> (shift & 63)) as i32
 }
 
 /// `value · gain / 2³²`, rounded to nearest: one instruction, `SMMULR`. It always fits.
@@ -157,12 +173,12 @@ pub const fn mul_high(value: i32, gain: i32) -> i32 {
     mul_shift_within(value, gain, 32)
 }
 
+/// `value · gain` and the half that rounds a later shift.
 #[inline(always)]
 const fn product(value: i32, gain: i32, shift: u32) -> i64 {
     (value as i64)
         .wrapping_mul(gain as i64)
         .wrapping_add(1i64 << (shift.wrapping_sub(1) & 63))
-        >> (shift & 63)
 }
 
 /// `value · 2^bits` as the nearest integer that fits in 32 bits, for parameters that are set up once.

@@ -156,7 +156,7 @@ impl Desk {
             count: self.motor.count(),
             ..self.world
         };
-        let output = self.joint.step(sample).output;
+        let output = *self.joint.step(sample).output;
         let (bridge, duty) = self
             .waiting
             .replace((output.bridge, output.duty))

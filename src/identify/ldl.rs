@@ -111,8 +111,10 @@ impl Factor {
         let mut unknowns = [0i32; MOST];
         for i in (0..last).rev() {
             let mut sum = i64::from(self.at(last, i)) << UNKNOWN_FRAC;
+            let mut at = place(i + 1, i);
             for (k, &unknown) in unknowns.iter().enumerate().take(last).skip(i + 1) {
-                sum = sum.wrapping_sub(i64::from(self.at(k, i)) * i64::from(unknown));
+                sum = sum.wrapping_sub(i64::from(self.word(at)).wrapping_mul(i64::from(unknown)));
+                at = at.wrapping_add(k).wrapping_add(1);
             }
             unknowns[i] = saturate(round_shift(sum, u32::from(self.fraction[i])));
         }

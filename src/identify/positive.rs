@@ -26,7 +26,15 @@ impl Positive {
 
     /// |value| · 2^−`frac`.
     pub fn of(value: i32, frac: u32) -> Self {
-        Positive::new(u64::from(value.unsigned_abs()), -(frac as i32))
+        let magnitude = value.unsigned_abs();
+        if magnitude == 0 {
+            return Positive::default();
+        }
+        let zeros = magnitude.leading_zeros();
+        Positive {
+            mantissa: magnitude << zeros,
+            exponent: -((frac + zeros) as i32),
+        }
     }
 
     /// Product.
@@ -104,11 +112,15 @@ impl Positive {
     pub fn to_q(self, frac: u32) -> i32 {
         let shift = self.exponent.saturating_add(frac as i32);
         let value = match shift {
-            0.. => u64::from(self.mantissa) << shift.min(31),
-            -40..0 => (u64::from(self.mantissa) + (1 << (-shift - 1))) >> -shift,
+            // The mantissa alone is beyond 31 bits.
+            0.. => self.mantissa,
+            -32..0 => {
+                let twice = self.mantissa >> (!shift & 31);
+                (twice >> 1) + (twice & 1)
+            }
             _ => 0,
         };
-        value.min(i32::MAX as u64) as i32
+        value.min(i32::MAX as u32) as i32
     }
 
     /// Exponent of the leading bit: the number lies in [2ⁿ, 2ⁿ⁺¹). Very negative for zero.

@@ -24,7 +24,8 @@ pub enum Structure {
     Shared,
 }
 
-const NONE: usize = usize::MAX;
+/// Not contained.
+const NONE: u8 = u8::MAX;
 
 impl Structure {
     /// Unknowns and right-hand side.
@@ -36,15 +37,15 @@ impl Structure {
         }
     }
 
-    /// For each system column, the column of a row of `direction`; `NONE`: not contained.
-    fn columns(self, direction: usize) -> [usize; MOST] {
+    /// For each system column, the column of a row of `direction`; [`NONE`]: not contained.
+    fn columns(self, direction: usize) -> &'static [u8; MOST] {
         match (self, direction) {
-            (Structure::Single(own), _) if own == direction => [0, 1, 2, 3, 4, NONE, NONE],
-            (Structure::Single(_), _) => [NONE; MOST],
-            (Structure::Common, 0) => [0, NONE, 1, 2, 3, 4, NONE],
-            (Structure::Common, _) => [NONE, 0, 1, 2, 3, 4, NONE],
-            (Structure::Shared, 0) => [0, NONE, 1, NONE, 2, 3, 4],
-            (Structure::Shared, _) => [NONE, 0, NONE, 1, 2, 3, 4],
+            (Structure::Single(own), _) if own == direction => &[0, 1, 2, 3, 4, NONE, NONE],
+            (Structure::Single(_), _) => &[NONE; MOST],
+            (Structure::Common, 0) => &[0, NONE, 1, 2, 3, 4, NONE],
+            (Structure::Common, _) => &[NONE, 0, 1, 2, 3, 4, NONE],
+            (Structure::Shared, 0) => &[0, NONE, 1, NONE, 2, 3, 4],
+            (Structure::Shared, _) => &[NONE, 0, NONE, 1, 2, 3, 4],
         }
     }
 
@@ -101,6 +102,8 @@ enum Stage {
     Assemble(usize),
     Column(usize),
     Substitute,
+    Derive(usize),
+    DeriveCommon,
     Gradient(usize),
     Deviation(usize),
 }
@@ -125,6 +128,8 @@ pub struct Solver {
     structure: Structure,
     rows: u32,
     factor: Factor,
+    /// In scaled units, Q24.
+    unknowns: [i32; MOST],
     forward: Forward,
     solution: Solution,
 }
@@ -136,6 +141,7 @@ impl Default for Solver {
             structure: Structure::Common,
             rows: 0,
             factor: Factor::new(MOST),
+            unknowns: [0; MOST],
             forward: Forward::default(),
             solution: Solution::default(),
         }
@@ -143,7 +149,7 @@ impl Default for Solver {
 }
 
 impl Solver {
-    /// Begins; the sums must not change until [`Progress::Solved`] (about 20 calls).
+    /// Begins; the sums must not change until [`Progress::Solved`] (about 30 calls).
     pub fn start(&mut self, structure: Structure) {
         self.stage = Stage::Scale;
         self.structure = structure;
@@ -191,7 +197,21 @@ impl Solver {
                     Stage::Substitute
                 },
             ),
-            Stage::Substitute => (self.substitute(), Stage::Gradient(self.directions()[0])),
+            Stage::Substitute => {
+                self.unknowns = self.factor.unknowns_scaled();
+                (true, Stage::Derive(self.directions()[0]))
+            }
+            Stage::Derive(direction) => (
+                self.derive(direction),
+                match self.directions().last() {
+                    Some(&last) if last != direction => Stage::Derive(last),
+                    _ => Stage::DeriveCommon,
+                },
+            ),
+            Stage::DeriveCommon => {
+                self.derive_common();
+                (true, Stage::Gradient(self.directions()[0]))
+            }
             Stage::Gradient(which) => {
                 self.forward = self.factor.forward(&self.gradient(which));
                 (true, Stage::Deviation(which))
@@ -238,42 +258,47 @@ impl Solver {
                 continue;
             }
             for set in sums {
-                total = total.wrapping_add(set[direction].word(p, q));
+                total = total.wrapping_add(set[direction].word(usize::from(p), usize::from(q)));
             }
         }
         total
     }
 
-    /// `false`: gain or damping came out negative, which no motor has.
-    fn substitute(&mut self) -> bool {
-        let scaled = self.factor.unknowns_scaled();
-        let directions = self.directions();
-        let unknown = |i: usize| (scaled[i], self.factor.unknown_exponent(i));
-        for &direction in directions {
-            let [gamma, beta, alpha, delta] = self.structure.unknowns(direction).map(unknown);
-            if beta.0 <= 0 || alpha.0 <= 0 {
-                return false;
-            }
-            let ratio = magnitude(gamma).over(magnitude(beta)).to_q(VOLTAGE_FRAC);
-            self.solution.dead_zone[direction] = if gamma.0 < 0 { -ratio } else { ratio };
-            let q = |(value, exponent): (i32, i32)| {
-                let q = magnitude((value, exponent)).to_q(COEFFICIENT_FRAC);
-                if value < 0 { -q } else { q }
-            };
-            self.solution.coefficients[direction] = Coefficients {
-                gamma: q(gamma),
-                beta: q(beta),
-                alpha: q(alpha),
-                delta: q(delta),
-            };
+    /// Unknown `i` with its exponent.
+    fn unknown(&self, i: usize) -> (i32, i32) {
+        (self.unknowns[i], self.factor.unknown_exponent(i))
+    }
+
+    /// Dead zone and coefficients of one direction. `false`: gain or damping came out negative, which no motor has.
+    fn derive(&mut self, direction: usize) -> bool {
+        let [gamma, beta, alpha, delta] = self.structure.unknowns(direction).map(|i| self.unknown(i));
+        if beta.0 <= 0 || alpha.0 <= 0 {
+            return false;
         }
-        let [_, beta, alpha, _] = self.structure.unknowns(directions[0]).map(unknown);
-        let last = unknown(self.structure.unknowns(directions[directions.len() - 1])[1]);
+        let ratio = magnitude(gamma).over(magnitude(beta)).to_q(VOLTAGE_FRAC);
+        self.solution.dead_zone[direction] = if gamma.0 < 0 { -ratio } else { ratio };
+        let q = |(value, exponent): (i32, i32)| {
+            let q = magnitude((value, exponent)).to_q(COEFFICIENT_FRAC);
+            if value < 0 { -q } else { q }
+        };
+        self.solution.coefficients[direction] = Coefficients {
+            gamma: q(gamma),
+            beta: q(beta),
+            alpha: q(alpha),
+            delta: q(delta),
+        };
+        true
+    }
+
+    /// What the directions have in common.
+    fn derive_common(&mut self) {
+        let directions = self.directions();
+        let [_, beta, alpha, _] = self.structure.unknowns(directions[0]).map(|i| self.unknown(i));
+        let last = self.unknown(self.structure.unknowns(directions[directions.len() - 1])[1]);
         let beta = magnitude(beta).plus(magnitude(last)).shifted(-1);
         self.solution.gain = beta.over(magnitude(alpha));
         self.solution.row_variance = self.per_row(self.factor.residual()).over(beta.times(beta));
         self.solution.time_constant = Positive::new(1, 0).over(magnitude(alpha));
-        true
     }
 
     /// Directions that the structure solves for.
