@@ -18,7 +18,7 @@ use crate::identify::slices::{SLICES, Slice, Spread};
 use crate::identify::solve::{Progress, Solution, Solver, Structure};
 use crate::identify::spline::{Lengths, Window};
 use crate::identify::timescale;
-use crate::identify::trust::{Check, Evidence};
+use crate::identify::trust::{Check, Evidence, Excitation};
 use crate::identify::{coast, saturation};
 use serde::{Deserialize, Serialize};
 
@@ -862,6 +862,7 @@ impl Params {
             mechanism: state.mechanism,
             short_of_travel: state.turned,
             supply_measured: state.supply_measured,
+            excitation: Excitation::Chosen,
         };
         let estimates = self.identify.estimates(&state.identify, &solution, &evidence);
         let time_constant = (estimates.time_constant.value >> identify::estimate::TIME_FRAC) as u64;

@@ -8,6 +8,7 @@ pub mod families;
 pub mod firmware;
 pub mod measured;
 pub mod naming;
+pub mod passive;
 pub mod power_cut;
 pub mod tracking;
 pub mod virtual_motor;

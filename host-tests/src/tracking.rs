@@ -72,6 +72,8 @@ pub struct Run {
 pub enum Left {
     /// The commissioning refused or did not trust what the loops need.
     Untrusted,
+    /// The axis refused the motion.
+    Refused,
 }
 
 impl Experiment {
@@ -102,7 +104,9 @@ impl Experiment {
         bench.run(0.01, |_, _| {});
         match self.knowledge {
             Knowledge::Exact => axis.adopt(&mut bench.state, &exact(plant)).expect("an idle axis"),
-            Knowledge::Identified(budget_ms) => commission(&mut bench, budget_ms)?,
+            Knowledge::Identified(budget_ms) => {
+                commission(&mut bench, budget_ms)?;
+            }
         }
         Ok(bench)
     }
@@ -229,15 +233,16 @@ impl Rest {
     }
 }
 
-/// Lets the axis identify its motor.
-fn commission(bench: &mut Bench, budget_ms: u32) -> Result<(), Left> {
+/// Lets the axis identify its motor; the seconds that are allowed for it.
+pub fn commission(bench: &mut Bench, budget_ms: u32) -> Result<f64, Left> {
     for command in [Command::Arm, Command::Commission { budget_ms, seed: 1 }] {
         bench
             .axis
             .command(&mut bench.state, &command)
             .expect("an idle axis");
     }
-    bench.run(1.3 * f64::from(budget_ms) / 1e3, |_, _| {});
+    let seconds = 1.3 * f64::from(budget_ms) / 1e3;
+    bench.run(seconds, |_, _| {});
     let outcome = bench
         .axis
         .report(&bench.state)
@@ -251,7 +256,7 @@ fn commission(bench: &mut Bench, budget_ms: u32) -> Result<(), Left> {
         e.time_constant_s,
     ];
     if trusted.iter().all(|number| number.trusted) {
-        Ok(())
+        Ok(seconds)
     } else {
         Err(Left::Untrusted)
     }

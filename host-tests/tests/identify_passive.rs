@@ -1,13 +1,19 @@
 //! Identification in ordinary motion: learning from it, tracking in it, and standing still.
 
-use host_tests::bench::Board;
+use host_tests::bench::{Bench, Board};
 use host_tests::commissioning::commission_outcome;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
+use host_tests::passive::{Following, Learning, Motion};
+use host_tests::tracking::quantile;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use servo::axis::{Bridge, Sample};
 use servo::commission::Input;
 use servo::config::Scale;
 use servo::identify::estimate::{Estimates, Reason, Standing};
 use servo::identify::passive::{Params, State};
+use servo::protocol::Command;
+use servo::record::{Advisory, Record, Source};
 
 /// A board that is told voltages, with the passive identification listening.
 struct Listening {
@@ -181,5 +187,79 @@ fn wear_is_noticed() {
             listening.tick(ordinary_motion(f64::from(tick) / 1_000.0));
         }
         assert_eq!(listening.state.worn(), expected);
+    }
+}
+
+/// Reduced suite in closed loop, two-sided; the full one is the program `passive` of this package.
+#[test]
+fn learns_and_follows_with_the_real_loops_around_it() {
+    let (mut errors, mut trusted, mut times) = (Vec::new(), 0, Vec::new());
+    for family in [Family::G1, Family::G2] {
+        for number in 0..4 {
+            let seeds = Seeds::Evaluation(760_000 + number);
+            let learned = Learning {
+                family,
+                severity: Severity::Harsh,
+                tick_hz: 1_000,
+                motion: Motion::Swings(0.25),
+                seconds: 10.0,
+            }
+            .run(seeds);
+            trusted += u32::from(learned.trusted);
+            errors.extend(learned.dead_zone.map(f64::abs));
+            let followed = Following {
+                family,
+                severity: Severity::Harsh,
+                tick_hz: 1_000,
+                speed_share: 0.3,
+                load_share: 0.2,
+            }
+            .run(seeds);
+            times.extend(followed.map(|run| run.within_6_percent_s));
+        }
+    }
+    let (median, worst) = (
+        quantile(errors.iter().copied(), 0.5),
+        quantile(errors.iter().copied(), 1.0),
+    );
+    assert!(
+        (0.002..0.02).contains(&median) && worst < 0.08,
+        "{median}, at worst {worst}"
+    );
+    assert!(trusted >= 7, "{trusted} of 8 trusted");
+    let time = quantile(times.iter().copied(), 0.5);
+    assert!(
+        times.len() >= 7 && (0.1..1.6).contains(&time),
+        "{time} s of {times:?}"
+    );
+}
+
+/// Commissioned before its friction grew by 40 %: the loops follow, and the record asks for attention.
+#[test]
+fn an_axis_follows_wear_and_says_so() {
+    let plain = plant(Family::G2, Severity::Nominal, 5);
+    let (outcome, _) = commission_outcome(&plain, 5.0, 5);
+    let mut worn = plain.clone();
+    worn.motor.friction.kinetic_nm = worn.motor.friction.kinetic_nm.map(|level| 1.4 * level);
+    for (plant, expected) in [(&plain, Advisory::None), (&worn, Advisory::DeadZoneMoved)] {
+        let mut bench = Bench::new(plant);
+        bench.run(0.01, |_, _| {});
+        bench
+            .axis
+            .command(&mut bench.state, &Command::Adopt(outcome.estimates))
+            .expect("an idle axis");
+        let full_speed = plant.truth.gain * plant.motor.drive.supply_v;
+        let mut dice = ChaCha8Rng::seed_from_u64(5);
+        Motion::Swings(0.4).run(&mut bench, full_speed, 8.0, &mut dice);
+        let mut record = Record::default();
+        bench.run(0.01, |output, _| record = output.record);
+        assert_eq!(record.advisory, expected);
+        assert_eq!(record.dead_zone_source, [Source::Trusted; 2]);
+        let grown = if expected == Advisory::None { 1.0 } else { 1.4 };
+        for direction in [0, 1] {
+            let before = f64::from(outcome.estimates.dead_zone[direction].value);
+            let now = f64::from(bench.state.estimates().dead_zone[direction].value);
+            assert!((now / before / grown - 1.0).abs() < 0.08, "{}", now / before);
+        }
     }
 }

@@ -9,6 +9,7 @@ use super::positive::Positive;
 use super::saturation;
 use super::slices::Spread;
 use super::solve::{RELATIVE_FRAC, Solution, VOLTAGE_FRAC};
+use super::spline::ROW_FRAC;
 use super::{Params, State};
 
 /// Share of a value that its model error may be, in 1/1024: dead zone, gain and time constant 4 %, saturation 1.5 %.
@@ -24,6 +25,9 @@ const UNKNOWNS: u32 = 3;
 const SPAN_1024: i64 = 154;
 /// The same where the dead zone is at the input: 8 %.
 const SPAN_INPUT_1024: i64 = 82;
+/// Least speed that ordinary motion must have reached, in 1/1024 of the no-load speed that was identified: 13 %. At 10 %
+/// u95 does not cover what Stribeck friction does any more.
+const FASTEST_1024: i64 = 133;
 /// Largest mean residual of the verification, Q20 of nominal: 1.2 %.
 pub const VERIFY_LIMIT: i32 = 12_583;
 
@@ -58,6 +62,16 @@ impl Check {
     }
 }
 
+/// How the speeds of the rows came about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Excitation {
+    /// They were chosen: a span of them is demanded.
+    Chosen,
+    /// Whatever the motion was: the line is drawn on from the slowest of them to zero, and what the model errs between
+    /// slowest and fastest errs more there the shorter the span is.
+    Ordinary,
+}
+
 /// Evidence beside the solution.
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence<'a> {
@@ -73,6 +87,8 @@ pub struct Evidence<'a> {
     pub supply_measured: bool,
     /// Travel cut the excitation short.
     pub short_of_travel: bool,
+    /// How the speeds came about.
+    pub excitation: Excitation,
 }
 
 impl Params {
@@ -89,8 +105,8 @@ impl Params {
             saturation: [0, 1]
                 .map(|d| saturation(&evidence.saturation[d], evidence.short_of_travel, standing)),
             gain_skew: gain_skew(solution),
-            gain: self.gain(state, solution, standing),
-            time_constant: self.time_constant(state, solution, standing),
+            gain: self.gain(state, solution, evidence, standing),
+            time_constant: self.time_constant(state, solution, evidence, standing),
             mechanism: evidence.mechanism,
         }
     }
@@ -103,12 +119,12 @@ impl Params {
         direction: usize,
     ) -> Estimate {
         let value = solution.dead_zone[direction];
-        let model = MODEL_ERROR_1024
-            + if evidence.supply_measured {
-                0
-            } else {
-                BLIND_ERROR_1024
-            };
+        let blind = if evidence.supply_measured {
+            0
+        } else {
+            BLIND_ERROR_1024
+        };
+        let model = model_error(state, evidence, direction) + blind;
         let inflation = evidence.spread[direction]
             .inflation(solution.row_variance, UNKNOWNS)
             .sqrt();
@@ -121,7 +137,7 @@ impl Params {
         let doubt = match evidence.checks[direction].mean() {
             _ if value <= 0 => Some(Reason::Implausible),
             _ if u95 > share(value, TRUST_LIMIT_1024) => Some(Reason::TooUncertain),
-            _ if !self.spans(state, evidence.mechanism, direction) => Some(Reason::NotExcited),
+            _ if !self.spans(state, solution, evidence, direction) => Some(Reason::NotExcited),
             None if evidence.short_of_travel => Some(Reason::TravelTooShort),
             None => Some(Reason::NotVerified),
             Some(mean) if mean.saturating_abs() > VERIFY_LIMIT => Some(Reason::LoadChanged),
@@ -135,36 +151,41 @@ impl Params {
     }
 
     /// Did the rows used cover enough speed? At low speed friction bends the line; an input dead zone does not.
-    fn spans(&self, state: &State, mechanism: Mechanism, direction: usize) -> bool {
-        let (core, outer) = (&state.core[direction], &state.outer[direction]);
-        let span = core
-            .fastest
-            .max(outer.fastest)
-            .saturating_sub(core.slowest.min(outer.slowest));
-        let least = if mechanism == Mechanism::InputDeadZone {
-            SPAN_INPUT_1024
-        } else {
-            SPAN_1024
+    fn spans(&self, state: &State, solution: &Solution, evidence: &Evidence, direction: usize) -> bool {
+        let (slowest, fastest) = speeds(state, direction);
+        let rated = self.rated_speed(&state.lengths);
+        let (reached, whole, least) = match (evidence.excitation, evidence.mechanism) {
+            (Excitation::Ordinary, _) => (fastest, solution.gain.to_q(ROW_FRAC), FASTEST_1024),
+            (Excitation::Chosen, Mechanism::InputDeadZone) => {
+                (fastest.saturating_sub(slowest), rated, SPAN_INPUT_1024)
+            }
+            (Excitation::Chosen, _) => (fastest.saturating_sub(slowest), rated, SPAN_1024),
         };
-        i64::from(span) * 1024 >= i64::from(self.rated_speed(&state.lengths)) * least
+        i64::from(reached) * 1024 >= i64::from(whole) * least
     }
 
-    fn gain(&self, state: &State, solution: &Solution, standing: Standing) -> Estimate {
-        let rated = Positive::of(self.rated_speed(&state.lengths), super::spline::ROW_FRAC);
+    fn gain(&self, state: &State, solution: &Solution, evidence: &Evidence, standing: Standing) -> Estimate {
+        let rated = Positive::of(self.rated_speed(&state.lengths), ROW_FRAC);
         let value = solution.gain.over(rated).to_q(GAIN_FRAC);
         Estimate {
             value,
-            u95: half_width(value, solution.gain_sigma),
+            u95: half_width(value, solution.gain_sigma, linear_error(state, evidence)),
             standing,
         }
     }
 
-    fn time_constant(&self, state: &State, solution: &Solution, standing: Standing) -> Estimate {
+    fn time_constant(
+        &self,
+        state: &State,
+        solution: &Solution,
+        evidence: &Evidence,
+        standing: Standing,
+    ) -> Estimate {
         let block = Positive::new(u64::from(self.block_ticks(&state.lengths)), 0);
         let value = solution.time_constant.times(block).to_q(TIME_FRAC);
         Estimate {
             value,
-            u95: half_width(value, solution.time_constant_sigma),
+            u95: half_width(value, solution.time_constant_sigma, linear_error(state, evidence)),
             standing,
         }
     }
@@ -192,9 +213,34 @@ fn saturation(state: &saturation::State, short_of_travel: bool, standing: Standi
     }
 }
 
-fn half_width(value: i32, relative_sigma: i32) -> i32 {
+/// Slowest and fastest speed of the rows of a direction, Q20 of W₀.
+fn speeds(state: &State, direction: usize) -> (i32, i32) {
+    let (core, outer) = (&state.core[direction], &state.outer[direction]);
+    (core.slowest.min(outer.slowest), core.fastest.max(outer.fastest))
+}
+
+/// Share of a dead zone that the model may err by, in 1/1024: in ordinary motion half as much again for every span
+/// that the slowest row is away from zero.
+fn model_error(state: &State, evidence: &Evidence, direction: usize) -> i32 {
+    let (slowest, fastest) = speeds(state, direction);
+    let spans = match evidence.excitation {
+        Excitation::Chosen => 0,
+        Excitation::Ordinary if fastest <= slowest => return 1024,
+        Excitation::Ordinary => {
+            slowest.min(i32::MAX >> 5).saturating_mul(32) / fastest.saturating_sub(slowest)
+        }
+    };
+    MODEL_ERROR_1024.saturating_add((MODEL_ERROR_1024 / 2).saturating_mul(spans) / 32)
+}
+
+/// The same for gain and time constant.
+fn linear_error(state: &State, evidence: &Evidence) -> i32 {
+    model_error(state, evidence, 0).max(model_error(state, evidence, 1))
+}
+
+fn half_width(value: i32, relative_sigma: i32, model: i32) -> i32 {
     let sigma = (i64::from(value) * i64::from(relative_sigma)) >> (RELATIVE_FRAC - 1);
-    (sigma.clamp(0, i64::from(i32::MAX)) as i32).saturating_add(share(value, MODEL_ERROR_1024))
+    (sigma.clamp(0, i64::from(i32::MAX)) as i32).saturating_add(share(value, model))
 }
 
 fn share(value: i32, of_1024: i32) -> i32 {

@@ -1,13 +1,32 @@
-//! The tracking and hunting suite: `cargo run -p host-tests --bin tracking -- [plants] [families]`.
+//! The tracking and hunting suite: `cargo run -p host-tests --bin tracking -- --plants 200`.
 //!
-//! Prints one Markdown table: every row an experiment on as many plants as asked for (200 by default), seeds apart from
-//! those that the loops were designed with.
+//! Prints one Markdown table: every row an experiment on as many plants as asked for, seeds apart from those that the
+//! loops were designed with.
 
+use clap::Parser;
 use host_tests::families::{Family, Seeds, Severity};
 use host_tests::tracking::{Experiment, Knowledge, Left, Run, quantile};
 use rayon::prelude::*;
+use servo::axis::HOLD_BAND;
 use servo::control::Tuning;
 use servo::protect::Fault;
+
+/// Arguments.
+#[derive(Parser)]
+struct Arguments {
+    /// Plants a row.
+    #[arg(long, default_value_t = 200)]
+    plants: u32,
+    /// Number of the first plant.
+    #[arg(long, default_value_t = 0)]
+    first: u32,
+    /// Families: G1, G2, G3, paper.
+    #[arg(long, value_delimiter = ',', default_value = "G1,G2,G3,paper")]
+    family: Vec<String>,
+    /// Control rates, Hz. The paper's slow motor runs at 1,000 alone.
+    #[arg(long, value_delimiter = ',', default_value = "1000,10000")]
+    tick: Vec<u32>,
+}
 
 const FAMILIES: [(&str, Family, Severity); 4] = [
     ("G1 harsh", Family::G1, Severity::Harsh),
@@ -17,28 +36,25 @@ const FAMILIES: [(&str, Family, Severity); 4] = [
 ];
 
 fn main() {
-    let mut arguments = std::env::args().skip(1);
-    let plants = arguments
-        .next()
-        .map_or(200, |n| n.parse().expect("number of plants"));
-    let wanted = arguments.next();
+    let arguments = Arguments::parse();
     println!(
-        "| plants | tick | sine | knowledge | trusted | rms without | rms with, median / p95 | better, median / p10 / worst | speed estimate | left the hold band | sign changes outside it | farthest from target | faults |"
+        "| plants | tick | sine | knowledge | trusted | rms without | rms with, median / p95 | better, median / p10 / worst | speed estimate | left the hold band | sign changes outside it | rests outside it, farthest | faults |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for (name, family, severity) in FAMILIES {
-        if wanted
-            .as_ref()
-            .is_some_and(|wanted| !name.starts_with(wanted.as_str()))
+        if !arguments
+            .family
+            .iter()
+            .any(|wanted| name.starts_with(wanted.as_str()))
         {
             continue;
         }
-        for tick_hz in [1_000, 10_000] {
+        for &tick_hz in &arguments.tick {
             if family == Family::Paper && tick_hz > 1_000 {
                 continue;
             }
             for experiment in experiments(family, severity, tick_hz) {
-                row(name, &experiment, plants);
+                row(name, &experiment, &arguments);
             }
         }
     }
@@ -65,8 +81,8 @@ fn experiments(family: Family, severity: Severity, tick_hz: u32) -> Vec<Experime
     all
 }
 
-fn row(name: &str, experiment: &Experiment, plants: u32) {
-    let all: Vec<Result<Run, Left>> = (0..plants)
+fn row(name: &str, experiment: &Experiment, arguments: &Arguments) {
+    let all: Vec<Result<Run, Left>> = (arguments.first..arguments.first + arguments.plants)
         .into_par_iter()
         .map(|n| experiment.run(Seeds::Evaluation(n)))
         .collect();
@@ -77,7 +93,7 @@ fn row(name: &str, experiment: &Experiment, plants: u32) {
         100.0 * runs.iter().filter(|run| f(run)).count() as f64 / runs.len().max(1) as f64
     };
     println!(
-        "| {name} | {} kHz | {:.0} % at {} Hz | {} | {:.0} % | {:.1} % | {:.2} / {:.2} % | {:.1} / {:.1} / {:.1} | {:.1} % | {:.1} % | {:.1} % | {} counts | {} |",
+        "| {name} | {} kHz | {:.0} % at {} Hz | {} | {:.0} % | {:.1} % | {:.2} / {:.2} % | {:.1} / {:.1} / {:.1} | {:.1} % | {:.1} % | {:.1} % | {:.1} %, {} counts | {} |",
         experiment.tick_hz / 1000,
         100.0 * experiment.speed_share,
         experiment.frequency_hz,
@@ -96,6 +112,7 @@ fn row(name: &str, experiment: &Experiment, plants: u32) {
         percent(0.5, &|run| run.speed_estimate),
         share(&|run| run.escapes > 0),
         share(&|run| run.sign_changes > 0),
+        share(&|run| run.final_error.abs() > HOLD_BAND),
         runs.iter().map(|run| run.final_error.abs()).max().unwrap_or(0),
         runs.iter().filter(|run| run.fault != Fault::None).count(),
     );

@@ -11,7 +11,7 @@ use crate::identify::saturation;
 use crate::identify::slices::Spread;
 use crate::identify::solve::{Progress, Solution, Structure};
 use crate::identify::spline::{Lengths, Window};
-use crate::identify::trust::{Check, Evidence};
+use crate::identify::trust::{Check, Evidence, Excitation};
 
 /// Rows between two solutions.
 const ROWS_PER_SOLUTION: u32 = 64;
@@ -107,14 +107,13 @@ impl Params {
         }
     }
 
-    /// Blocks for the time constant found; shorter ones only if they are too long by more than a factor of two, so that
-    /// a time constant between two lengths does not switch to and fro.
+    /// Blocks for the time constant found. A factor of two costs little accuracy, forgetting costs all that was learned.
     fn fitting(&self, state: &State, solution: &Solution) -> Lengths {
         let now = state.identify.lengths;
         let block = Positive::new(u64::from(self.identify.block_ticks(&now)), 0);
         let ticks = solution.time_constant.times(block).to_q(0);
         let wanted = self.identify.lengths_for(ticks.max(0) as u32);
-        if wanted.block > now.block || wanted.block + 1 < now.block {
+        if wanted.block.abs_diff(now.block) > 1 {
             wanted
         } else {
             now
@@ -140,6 +139,7 @@ impl Params {
             mechanism: known.mechanism,
             short_of_travel: false,
             supply_measured: learning.supply_measured,
+            excitation: Excitation::Ordinary,
         };
         // Ordinary motion says nothing about the saturation.
         let estimates = Estimates {

@@ -27,6 +27,8 @@ const LIFE_S: f32 = 1_800.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
     identify: super::Params,
+    /// Time constant to begin with, control ticks; 0: unknown.
+    hint: u32,
     /// [`LIFE_S`] in control ticks.
     life: u32,
 }
@@ -53,8 +55,10 @@ pub struct State {
 impl State {
     /// Knows nothing, learns.
     pub fn new(params: &Params, count: i32) -> Self {
+        let mut identify = super::State::new(&params.identify, count);
+        identify.relength(params.identify.lengths_for(params.hint));
         State {
-            identify: super::State::new(&params.identify, count),
+            identify,
             solver: Solver::default(),
             solution: None,
             inverse_beta: [0; 2],
@@ -84,9 +88,11 @@ impl State {
 impl Params {
     /// For an axis.
     pub fn new(scale: &Scale) -> Self {
+        let config = &scale.config;
         Params {
             identify: super::Params::new(scale),
-            life: (LIFE_S * scale.config.tick_hz as f32) as u32,
+            hint: (config.time_constant_hint_s.unwrap_or(0.0) * config.tick_hz as f32) as u32,
+            life: (LIFE_S * config.tick_hz as f32) as u32,
         }
     }
 
