@@ -37,6 +37,8 @@ pub struct Line {
     pub deviations: Vec<(String, f64)>,
     /// Wall time, s.
     pub runtime_s: f64,
+    /// CPU time of the analysis, s: what a loaded machine leaves of the run time.
+    pub cpu_s: Option<f64>,
 }
 
 /// Names that steady or short data cannot part, counted as one.
@@ -246,14 +248,14 @@ fn figures(lines: &[Line]) -> Vec<(&'static str, String, &'static str)> {
             "90–97 %",
         ),
         (
-            "run time single, median / p95 / worst",
+            "CPU time (all threads) single, median / p95 / worst",
             times(&of("single")),
-            "< 1 s",
+            "< 1 s on 2 cores",
         ),
         (
-            "run time of anything, median / p95 / worst",
+            "CPU time (all threads) of anything, median / p95 / worst",
             times(&lines.iter().collect::<Vec<_>>()),
-            "< 5 s",
+            "< 5 s on 2 cores",
         ),
     ]
 }
@@ -301,7 +303,7 @@ fn pooled(lines: &[Line]) -> String {
 }
 
 fn times(lines: &[&Line]) -> String {
-    let times: Vec<f64> = lines.iter().map(|line| line.runtime_s).collect();
+    let times: Vec<f64> = lines.iter().filter_map(|line| line.cpu_s).collect();
     let [median, high, worst] = [0.5, 0.95, 1.0].map(|q| quantile(&times, q));
     format!("{median:.2} / {high:.2} / {worst:.2} s")
 }

@@ -7,9 +7,9 @@ use crate::input_error::InputError;
 use crate::log::Dynamic;
 use crate::model::Model;
 use crate::outcome::*;
-use crate::residual::{fit_percent, inflation, rms};
+use crate::residual::{fit_percent, rms};
 use crate::search::{Found, Progress, Scored, base_fit, dispersion, search};
-use crate::structure::twin_pairs;
+use crate::structure::{sensor_like, twin_pairs};
 use crate::view::samples;
 use crate::{effects, evidence, localise, plots, verdict};
 use std::collections::BTreeMap;
@@ -68,10 +68,6 @@ fn settle_noise(bench: &mut Bench, model: &Model) {
     bench.weigh(&plant);
 }
 
-/// Correlation above which the difference of two runs with the same input is no sensor noise: it has a cause that the
-/// input does not repeat. First-order noise with a coefficient of 0.75 inflates the variance of means sevenfold.
-const SENSOR_LIKE: f64 = 7.0;
-
 /// The noise from the difference of two runs with the same input: it needs no model of the noise.
 fn repeated_noise(base: &Scored) -> Option<f64> {
     let bench = base.hypothesis.bench;
@@ -79,7 +75,7 @@ fn repeated_noise(base: &Scored) -> Option<f64> {
     let differences: Vec<f64> = twin_pairs(&seen, bench.twins?, |s| s.residual())
         .map(|(a, b)| a - b)
         .collect();
-    let enough = differences.len() > 200 && inflation(&differences) < SENSOR_LIKE;
+    let enough = differences.len() > 200 && sensor_like(&differences);
     enough.then(|| rms(&differences) / 2f64.sqrt())
 }
 

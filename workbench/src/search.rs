@@ -2,7 +2,7 @@
 //! for itself on the log (fit and cross-validation), be visible, and survive backward elimination.
 
 use crate::bench::{Bench, Part};
-use crate::effects::{Effect, Family, LIBRARY};
+use crate::effects::{Effect, Family, LIBRARY, Starts};
 use crate::fit::{Evaluator, FINAL, FINE, Fit, Jacobian, SEARCH, Setting, dot, fit, fit_near};
 use crate::hypothesis::{Hypothesis, Item, Slot};
 use crate::model::Model;
@@ -14,14 +14,20 @@ use std::cell::OnceCell;
 /// Sets that are grown further side by side.
 const BEAM: usize = 3;
 /// Candidates that are fitted at all, of those that promise most.
-const FIRST_ROUND: usize = 24;
+const FIRST_ROUND: usize = 40;
+/// … and of those that could take the place of an accepted effect.
+const EXCHANGE_ROUND: usize = 8;
+/// Exchanges at most.
+const EXCHANGES: usize = 3;
 /// Candidates that are fitted beyond their first two iterations.
-const SECOND_ROUND: usize = 10;
+const SECOND_ROUND: usize = 7;
 /// Candidates that are fitted to the end.
 const THIRD_ROUND: usize = 4;
 /// Multiples of a start's change of the residual that its promise may assume.
 const LEAST_SHARE: f64 = 0.3;
 const MOST_SHARE: f64 = 2.0;
+/// … and that of a candidate, whose smallest start may be far too large for a small gap.
+const SMALLEST_SHARE: f64 = 0.02;
 /// A round is fitted only if a start promises this part of what a name must gain.
 const HOPE: f64 = 0.3;
 /// Most effects of a set.
@@ -32,12 +38,16 @@ const WORTH: f64 = 12.0;
 const TIED: f64 = 10.0;
 /// Smallest visibility (rms change over the noise) of an effect: at a tenth and less nothing can be named reliably.
 const VISIBLE: f64 = 0.13;
+/// The same for a further effect when the residual is already as small as the noise.
+const VISIBLE_IN_NOISE: f64 = 0.22;
 /// Smallest share of what is left that an effect must explain.
 const SHARE_OF_REST: f64 = 0.05;
 /// Smallest share of the first gap (squared): below it, the imperfect form of a large effect attracts second names …
 const SHARE_OF_GAP: f64 = 1e-2;
 /// … unless the name explains so much of what is left: a form that is wrong leaves something else, too.
 const NEARLY_ALL: f64 = 0.8;
+/// The same for an effect whose period is looked for among dozens: one of them always explains something.
+const NEARLY_ALL_SCANNED: f64 = 0.92;
 /// A base parameter is named when it is further off than this many tolerances.
 const BEYOND: f64 = 3.0;
 
@@ -61,6 +71,15 @@ struct Screened<'a> {
     promise: f64,
     /// Which set of the beam it grew from.
     parent: usize,
+}
+
+/// A start after the parent's numbers followed.
+struct Start {
+    /// The cost that it promises.
+    promise: f64,
+    /// The same if its size is left open.
+    hope: f64,
+    x: Vec<f64>,
 }
 
 /// A candidate after its first fit.
@@ -168,6 +187,8 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
             }
         }
     }
+    let (current, exchanged) = search.exchanged(current);
+    others.extend(exchanged);
     let best = search.eliminated(search.fine(&current));
     let others = search.rivals(&best, others, &singles);
     Found {
@@ -243,6 +264,17 @@ impl<'a> Search<'a, '_> {
                 }
             }
         }
+        self.fitted(beam, &bases, tasks, FIRST_ROUND)
+    }
+
+    /// Screens the tasks (set of the beam, new effect) and fits those that promise most.
+    fn fitted(
+        &self,
+        beam: &[Scored<'a>],
+        bases: &[Basis],
+        tasks: Vec<(usize, &'static Effect)>,
+        most: usize,
+    ) -> Vec<Scored<'a>> {
         let projectors: Vec<Projector> = beam.par_iter().map(Projector::new).collect();
         let screened = tasks.par_iter().map(|(index, effect)| {
             (self.progress)("");
@@ -261,7 +293,7 @@ impl<'a> Search<'a, '_> {
         if !screened.iter().any(hoped) {
             return Vec::new();
         }
-        screened.truncate(FIRST_ROUND);
+        screened.truncate(most);
         self.raced(screened, &projectors)
     }
 
@@ -344,19 +376,22 @@ impl<'a> Search<'a, '_> {
         let hypothesis = Hypothesis::new(self.bench, self.model, items);
         let mut evaluator = Evaluator::new(&hypothesis, &SEARCH);
         let mut residuals = Vec::new();
-        let mut starts: Vec<(f64, Vec<f64>)> = Vec::with_capacity(grid.len());
+        let mut starts: Vec<Start> = Vec::with_capacity(grid.len());
         for start in grid {
             let x = started(&hypothesis, parent, start);
             evaluator.residuals(&x, &mut residuals);
             starts.push(projector.projected(&hypothesis, &x, &residuals));
         }
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        starts.sort_by(|a, b| a.promise.total_cmp(&b.promise));
         drop(evaluator);
         Screened {
-            promise: starts.first().map_or(f64::INFINITY, |start| start.0),
+            promise: starts
+                .iter()
+                .map(|start| start.hope)
+                .fold(f64::INFINITY, f64::min),
             parent: 0,
             hypothesis,
-            starts: starts.into_iter().map(|pair| pair.1).take(2).collect(),
+            starts: starts.into_iter().map(|start| start.x).take(2).collect(),
         }
     }
 
@@ -416,6 +451,49 @@ impl<'a> Search<'a, '_> {
             }
         }
         best
+    }
+
+    /// Replaces one effect of a set at a time by any other, as long as that helps: a first name that explained much of two
+    /// effects together is not dropped by elimination alone. The sets that lost are the rivals.
+    fn exchanged(&self, scored: Scored<'a>) -> (Scored<'a>, Vec<Scored<'a>>) {
+        let (mut best, mut lost) = (scored, Vec::new());
+        for _ in 0..EXCHANGES {
+            if best.hypothesis.items.len() < 2 {
+                break;
+            }
+            let before = best.clone();
+            for index in 0..before.hypothesis.items.len() {
+                let parents = [self.without(&before, index, &SEARCH)];
+                let bases = [Basis::new(&parents[0].hypothesis, &parents[0].fit.x)];
+                let left_out = before.hypothesis.items[index].effect;
+                let others = LIBRARY.iter().filter(|effect| effect.name != left_out.name);
+                let tasks = others
+                    .filter(|effect| self.offers(&parents[0], effect))
+                    .map(|e| (0, e));
+                let children = self.fitted(&parents, &bases, tasks.collect(), EXCHANGE_ROUND);
+                lost.extend(children);
+            }
+            let factor = dispersion(&best);
+            let better = |child: &&Scored<'a>| {
+                child.hypothesis.items.len() == best.hypothesis.items.len()
+                    && score_with(child, factor) + WORTH * factor < score_with(&best, factor)
+                    && !self.any_inside_tolerance(child)
+            };
+            let least =
+                |a: &&Scored<'a>, b: &&Scored<'a>| score_with(a, factor).total_cmp(&score_with(b, factor));
+            let Some(winner) = lost.iter().filter(better).min_by(least).cloned() else {
+                break;
+            };
+            lost.push(std::mem::replace(&mut best, self.refined(winner)));
+        }
+        (best, lost)
+    }
+
+    fn any_inside_tolerance(&self, scored: &Scored) -> bool {
+        let items = scored.hypothesis.items.iter().enumerate();
+        items
+            .into_iter()
+            .any(|(index, item)| self.inside_tolerance(&scored.hypothesis, index, item, &scored.fit.x))
     }
 
     fn variants(&self, hypothesis: &Hypothesis<'a>, index: usize) -> Vec<Item> {
@@ -490,13 +568,7 @@ impl<'a> Search<'a, '_> {
         if gain < WORTH * factor * more.sqrt() || !self.material(current, child) {
             return false;
         }
-        if child
-            .hypothesis
-            .items
-            .iter()
-            .enumerate()
-            .any(|(index, item)| self.inside_tolerance(&child.hypothesis, index, item, &child.fit.x))
-        {
+        if self.any_inside_tolerance(child) {
             return false;
         }
         let validated = validated.get_or_init(|| cross_validated(current)) - cross_validated(child);
@@ -521,30 +593,30 @@ impl<'a> Search<'a, '_> {
         let gain = current.fit.cost - child.fit.cost;
         let rest = (current.fit.chi2 - samples).max(1e-9);
         let first = self.first_gap - samples;
-        let explains_nearly_all = gain > NEARLY_ALL * rest;
+        let newest = child.hypothesis.items.last().map(|item| item.effect.starts);
+        let scanned = matches!(newest, Some(Starts::PositionScan | Starts::TimeScan));
+        let explains_nearly_all = gain > if scanned { NEARLY_ALL_SCANNED } else { NEARLY_ALL } * rest;
         let large = gain > SHARE_OF_REST * rest && gain > SHARE_OF_GAP * first;
-        gain / samples > VISIBLE * VISIBLE
+        // Where the noise itself is reached, its own uncertainty of some per cent must not be named.
+        let at_noise = !current.hypothesis.items.is_empty() && current.fit.chi2 < samples;
+        let visible = if at_noise { VISIBLE_IN_NOISE } else { VISIBLE };
+        gain / samples > visible * visible
             && (current.hypothesis.items.is_empty() && gain > SHARE_OF_REST * rest
                 || explains_nearly_all
                 || large)
     }
 
-    /// A freed base parameter that stays near its nominal value is no effect.
+    /// A freed base parameter that stays near its nominal value is no effect, and neither is a gain or a scale near 1.
     fn inside_tolerance(&self, hypothesis: &Hypothesis, index: usize, item: &Item, x: &[f64]) -> bool {
-        if !item.effect.is_base_parameter() {
-            return false;
-        }
         let key = match item.effect.name {
             "resistance" => "R_ohm",
             "motor_gain" => "Kt_nm_per_a",
-            "inertia" => {
-                if self.model.linear() {
-                    "mass_kg"
-                } else {
-                    "J_kgm2"
-                }
-            }
-            _ => "b_nms_per_rad",
+            "inertia" if self.model.linear() => "mass_kg",
+            "inertia" => "J_kgm2",
+            "viscous_friction" => "b_nms_per_rad",
+            "drive_gain" => "drive_gain",
+            "encoder_scale" => "encoder_scale",
+            _ => return false,
         };
         let shift = hypothesis.value(index, 0, x).ln().abs();
         shift < BEYOND * self.model.tolerance(key)
@@ -573,14 +645,8 @@ impl<'a> Search<'a, '_> {
                 .expect("two or more");
             let samples = best.fit.samples as f64;
             let cost = cheapest.fit.cost - best.fit.cost;
-            let base_inside = |s: &Scored| {
-                s.hypothesis
-                    .items
-                    .iter()
-                    .enumerate()
-                    .any(|(index, item)| self.inside_tolerance(&s.hypothesis, index, item, &s.fit.x))
-            };
-            if cost < WORTH * factor || cost / samples < VISIBLE * VISIBLE || base_inside(&best) {
+            let too_little = cost < WORTH * factor || cost / samples < VISIBLE * VISIBLE;
+            if too_little || self.any_inside_tolerance(&best) {
                 best = cheapest;
                 continue 'again;
             }
@@ -627,6 +693,11 @@ fn penalty(hypothesis: &Hypothesis, samples: usize) -> f64 {
     (2.0 * samples as f64).ln() * hypothesis.effect_slots() as f64
 }
 
+/// The score of a set, its penalty measured by another set's dispersion.
+fn score_with(scored: &Scored, factor: f64) -> f64 {
+    scored.fit.cost + factor * penalty(&scored.hypothesis, scored.fit.samples)
+}
+
 /// Sorts sets by score, best first, the penalty measured by the dispersion of the set that fits best: with the
 /// dispersion of a set that lacks an effect, a second parameter could never pay.
 fn rank<'a, T: AsMut<Scored<'a>> + AsRef<Scored<'a>>>(sets: &mut [T]) {
@@ -636,7 +707,7 @@ fn rank<'a, T: AsMut<Scored<'a>> + AsRef<Scored<'a>>>(sets: &mut [T]) {
     };
     let factor = dispersion(nearest.as_ref());
     for scored in sets.iter_mut().map(AsMut::as_mut) {
-        scored.score = scored.fit.cost + factor * penalty(&scored.hypothesis, scored.fit.samples);
+        scored.score = score_with(scored, factor);
     }
     sets.sort_by(|a, b| a.as_ref().score.total_cmp(&b.as_ref().score));
 }
@@ -758,7 +829,7 @@ impl Projector {
 
     /// The cost that a start promises, and the start, after the parent's numbers followed. The promise holds for the
     /// best multiple of the change, because the grid of starts is coarse.
-    fn projected(&self, child: &Hypothesis, x: &[f64], residuals: &[f64]) -> (f64, Vec<f64>) {
+    fn projected(&self, child: &Hypothesis, x: &[f64], residuals: &[f64]) -> Start {
         let gradient: DVector<f64> = self.jacobian.gradient(residuals);
         let wanted = self.factor.solve(&-gradient);
         let (mut left, mut followed) = (residuals.to_vec(), x.to_vec());
@@ -776,14 +847,18 @@ impl Projector {
             let step = followed[twin] - x[twin];
             left.iter_mut().zip(column).for_each(|(r, c)| *r += step * c);
         }
-        (self.along(&left), followed)
-    }
-
-    /// The lowest cost on the way from the parent's residual through this one.
-    fn along(&self, left: &[f64]) -> f64 {
+        // The lowest cost on the way from the parent's residual through this one.
         let change: Vec<f64> = left.iter().zip(&self.residuals).map(|(l, r)| l - r).collect();
         let (slope, bend) = (dot(&self.residuals, &change), dot(&change, &change));
-        let share = (-slope / bend.max(1e-300)).clamp(LEAST_SHARE, MOST_SHARE);
-        dot(&self.residuals, &self.residuals) + share * (2.0 * slope + share * bend)
+        let whole = dot(&self.residuals, &self.residuals);
+        let along = |least: f64| {
+            let share = (-slope / bend.max(1e-300)).clamp(least, MOST_SHARE);
+            whole + share * (2.0 * slope + share * bend)
+        };
+        Start {
+            promise: along(LEAST_SHARE),
+            hope: along(SMALLEST_SHARE),
+            x: followed,
+        }
     }
 }

@@ -37,6 +37,16 @@ pub fn rest(scored: &Scored) -> Rest {
     let residual: Vec<f64> = seen.iter().map(|s| s.residual() * s.weight).collect();
     let mean_square = residual.iter().map(|r| r * r).sum::<f64>() / residual.len().max(1) as f64;
     let common = common_square(scored, &seen);
+    if let Some(differing) = unrepeated(scored, &seen) {
+        return Rest {
+            excess: (mean_square - 1.0).max(0.0),
+            structured: true,
+            repeated: true,
+            text: format!(
+                "not repeatable: two runs with the same input differ by {differing:.1} times the noise, and slowly"
+            ),
+        };
+    }
     // Without a repeat, the noise model decides; its error is covered by what counts as visible.
     let (excess, error) = common.unwrap_or((mean_square - 1.0, 0.0));
     let excess = if excess > CERTAIN * error {
@@ -51,6 +61,26 @@ pub fn rest(scored: &Scored) -> Rest {
         repeated: common.is_some(),
         text,
     }
+}
+
+/// Inflation from which the difference of two runs with the same input is no sensor noise: it has a cause that the input
+/// does not repeat. First-order noise with a coefficient of 0.75 inflates the variance of means sevenfold.
+const SLOW: f64 = 7.0;
+/// … if it is this much larger than the noise.
+const BEYOND_NOISE: f64 = 1.3;
+
+/// Whether the difference of two runs with the same input may be the sensor's noise.
+pub fn sensor_like(differences: &[f64]) -> bool {
+    inflation(differences) < SLOW
+}
+
+/// By how much two runs with the same input differ, in units of the noise, if that is not the sensor.
+fn unrepeated(scored: &Scored, seen: &[Sample]) -> Option<f64> {
+    let weighted = |s: &Sample| s.residual() * s.weight;
+    let pairs = twin_pairs(seen, scored.hypothesis.bench.twins?, weighted);
+    let differences: Vec<f64> = pairs.map(|(p, q)| (p - q) / 2f64.sqrt()).collect();
+    let size = crate::residual::rms(&differences);
+    (differences.len() > 200 && size > BEYOND_NOISE && !sensor_like(&differences)).then_some(size)
 }
 
 /// The mean product of the residuals of two runs with the same input, and its standard error: what both have in common

@@ -2,12 +2,13 @@
 //! `cargo run -p host-tests --bin naming -- --singles 100 --nothing 100 --lines target/naming.jsonl`.
 //!
 //! Each case goes through files, as a user's would: the answer stays in memory here, out of the analysis' reach. Lines are
-//! appended to `--lines`, so a long evaluation may be run in parts; without counts the table is made from the file alone.
+//! appended to `--lines`, and cases that stand there are not run again, so a long evaluation may be interrupted; without
+//! counts the table is made from the file alone.
 
 use clap::Parser;
 use host_tests::naming::{Line, group, report};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -49,7 +50,7 @@ struct Arguments {
     /// Use design seeds: to look at single cases while building.
     #[arg(long)]
     design: bool,
-    /// Cases at once. Run times are honest with 1.
+    /// Cases at once. CPU times are those of a case with 1.
     #[arg(long, default_value_t = 1)]
     jobs: usize,
     /// File of lines, appended to.
@@ -69,19 +70,42 @@ fn main() {
         .num_threads(arguments.jobs)
         .build()
         .expect("threads");
-    let work = plan(&arguments);
+    let done: BTreeSet<(String, u32)> = lines(&arguments.lines)
+        .into_iter()
+        .map(|line| (line.set, line.seed))
+        .collect();
+    let mut work = plan(&arguments);
+    work.retain(|(spec, seed)| !done.contains(&(text(serde_json::json!(spec.set)), *seed)));
     jobs.install(|| {
         work.par_iter()
             .for_each(|(spec, seed)| record(&arguments, spec, *seed))
     });
-    let text = std::fs::read_to_string(&arguments.lines).unwrap_or_default();
-    let lines: Vec<Line> = text
-        .lines()
-        .filter_map(|line| serde_json::from_str(line).ok())
-        .collect();
-    print!("{}", report(&lines));
+    print!("{}", report(&lines(&arguments.lines)));
 }
 
+/// The lines written so far.
+fn lines(path: &Path) -> Vec<Line> {
+    let text = std::fs::read_to_string(path).unwrap_or_default();
+    text.lines()
+        .filter_map(|line| serde_json::from_str(line).ok())
+        .collect()
+}
+
+/// A name as it is written in JSON.
+fn text(value: serde_json::Value) -> String {
+    value.as_str().unwrap_or_default().to_owned()
+}
+
+/// CPU time of this process so far, s; `None` where the kernel does not tell.
+fn cpu_s() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // User and system time are the 14th and 15th field, counted behind the command's name; in hundredths of a second.
+    let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
+    let ticks = |k: usize| fields.get(k)?.parse::<f64>().ok();
+    Some(0.01 * (ticks(11)? + ticks(12)?))
+}
+
+/// The cases, the sets interleaved: a part of the run is a sample of all of them.
 fn plan(arguments: &Arguments) -> Vec<(Spec, u32)> {
     let counts = [
         (Set::Single, arguments.singles, 0),
@@ -98,9 +122,16 @@ fn plan(arguments: &Arguments) -> Vec<(Spec, u32)> {
             current: (offset == WITH_CURRENT).then_some(true),
             ..Spec::new(set)
         };
-        (0..count).map(move |k| (spec, offset + arguments.first + k))
+        (0..count).map(move |k| {
+            (
+                f64::from(k) / f64::from(count),
+                (spec, offset + arguments.first + k),
+            )
+        })
     });
-    cases.collect()
+    let mut cases: Vec<(f64, (Spec, u32))> = cases.collect();
+    cases.sort_by(|a, b| a.0.total_cmp(&b.0));
+    cases.into_iter().map(|case| case.1).collect()
 }
 
 fn record(arguments: &Arguments, spec: &Spec, seed: u32) {
@@ -134,6 +165,7 @@ fn analyse(case: &Case) -> Result<Line, Box<dyn std::error::Error>> {
     case.holdout.write(&path("holdout.csv"))?;
     let model = model::read(&path("model.toml"))?;
     let (log, holdout) = (dynamic(&path("log.csv"))?, dynamic(&path("holdout.csv"))?);
+    let started = cpu_s();
     let outcome = gap::run(
         &model,
         &log,
@@ -141,6 +173,7 @@ fn analyse(case: &Case) -> Result<Line, Box<dyn std::error::Error>> {
         &Options::default(),
         &|_| (),
     )?;
+    let cpu_s = cpu_s().zip(started).map(|(end, start)| end - start);
     let extended = ModelFile {
         original: &model.source_text,
         origin: "log.csv",
@@ -149,12 +182,10 @@ fn analyse(case: &Case) -> Result<Line, Box<dyn std::error::Error>> {
     std::fs::write(path("extended.toml"), extended)?;
     let extended = model::read(&path("extended.toml"))?;
     let avoidable = |model: &Model| avoidable(model, &log, &holdout, case);
-    Ok(score(
-        &case.answer,
-        &outcome,
-        avoidable(&model),
-        avoidable(&extended),
-    ))
+    Ok(Line {
+        cpu_s,
+        ..score(&case.answer, &outcome, avoidable(&model), avoidable(&extended))
+    })
 }
 
 fn dynamic(path: &Path) -> Result<Dynamic, Box<dyn std::error::Error>> {
@@ -188,7 +219,6 @@ fn avoidable(model: &Model, log: &Dynamic, holdout: &Dynamic, case: &Case) -> Op
 }
 
 fn score(answer: &Answer, outcome: &Outcome, before: Option<f64>, after: Option<f64>) -> Line {
-    let text = |value: serde_json::Value| value.as_str().unwrap_or_default().to_owned();
     Line {
         set: text(serde_json::json!(answer.set)),
         seed: answer.seed,
@@ -209,6 +239,7 @@ fn score(answer: &Answer, outcome: &Outcome, before: Option<f64>, after: Option<
         after,
         deviations: deviations(answer, outcome),
         runtime_s: outcome.runtime_s,
+        cpu_s: None,
     }
 }
 

@@ -39,6 +39,8 @@ pub fn draw(rng: &mut ChaCha8Rng) -> (Motor, Natural) {
     let inertia = tau * (constant * constant + viscous * resistance) / resistance;
     let inductance = log_range(rng, 0.005, 0.08) * tau * resistance;
     let mut motor = Motor::linear(resistance, inductance, constant, inertia, viscous, volts);
+    // No drive gives more than its supply, and the model file says so; a hair above, so that full voltage is no knee.
+    motor.drive.limit_v = [volts * (1.0 + 1e-9); 2];
     motor.gear_ratio = [1.0, 5.0, 20.0][rng.random_range(0..3)];
     let natural = Natural {
         volts,

@@ -480,11 +480,11 @@ pub static KINDS: &[Kind] = &[
             ]
         },
         put: |v, shape, n, subject| {
-            // Teeth far stiffer than the motor: they catch the load without a rebound, or, in the other form, throw it
-            // back a little, and part of the viscous friction sits behind them.
+            // Teeth far stiffer than the motor: they catch the load without a rebound, or, in the other form, throw it back.
+            // Friction acts on the motor's side, as in the library.
             let split = Split {
                 inertia: v[1],
-                viscous: shape.map_or(0.0, |shape| 0.5 * shape),
+                viscous: 0.0,
             };
             let damping_ratio = shape.map_or(1.0, |shape| 0.8 - 0.4 * shape);
             let (reduced, rate) = (subject.motor.inertia * v[1] * (1.0 - v[1]), 150.0 / n.tau);

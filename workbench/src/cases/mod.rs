@@ -188,6 +188,22 @@ fn attempt(spec: &Spec, seed: u32, rng: &mut ChaCha8Rng) -> (bool, Case) {
     (enough, case)
 }
 
+/// Pairs that are one effect under another name, exactly: an offset moves both edges of a dead zone, a constant torque
+/// adds to friction in one direction and subtracts in the other, and uneven viscous friction holds a wrong even one.
+const SAME_TOGETHER: [[&str; 2]; 5] = [
+    ["dead_zone", "voltage_offset"],
+    ["dead_zone_asymmetric", "voltage_offset"],
+    ["coulomb_friction", "constant_load"],
+    ["coulomb_asymmetric", "constant_load"],
+    ["viscous_asymmetric", "viscous_friction"],
+];
+
+fn same_together(a: &str, b: &str) -> bool {
+    SAME_TOGETHER
+        .iter()
+        .any(|pair| pair.contains(&a) && pair.contains(&b) && a != b)
+}
+
 /// Chooses what hides. Effects of one group never hide together.
 fn choose(spec: &Spec, rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<Hidden> {
     let number = match spec.set {
@@ -201,7 +217,9 @@ fn choose(spec: &Spec, rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<Hidden> {
         let kind = &KINDS[rng.random_range(0..KINDS.len())];
         let values = (kind.draw)(rng, natural);
         let shape = rng.random_bool(0.5).then(|| rng.random_range(0.0..1.0));
-        if hidden.iter().all(|other| other.kind.group != kind.group) {
+        let apart =
+            |other: &Hidden| other.kind.group != kind.group && !same_together(other.kind.name, kind.name);
+        if hidden.iter().all(apart) {
             let shape = if kind.has_other_form { shape } else { None };
             hidden.push(Hidden { kind, values, shape });
         }

@@ -12,10 +12,20 @@ pub const EFFECT: Effect = Effect {
     confusable_with: &["resistance", "supply_sag"],
     separated_by: "the same segment early and late in a run",
     parameters: &[
-        Parameter::new("rise_per_w", "1/W", Scale::PerPower, 0.0, 5.0),
+        Parameter::new("rise_per_w", "1/W", Scale::PerPower, 0.0, 30.0),
         Parameter::new("time_constant_s", "s", Scale::Time, 1.0, 1000.0),
     ],
-    starts: Starts::Grid(&[&[0.2, 10.0], &[0.2, 60.0], &[0.5, 300.0]]),
+    starts: Starts::Grid(&[
+        &[0.3, 8.0],
+        &[0.3, 40.0],
+        &[0.5, 200.0],
+        &[1.5, 8.0],
+        &[1.5, 40.0],
+        &[2.5, 200.0],
+        &[6.0, 8.0],
+        &[6.0, 40.0],
+        &[10.0, 200.0],
+    ]),
     axis: Axis::Voltage,
     family: Family::Own("thermal"),
     apply: |p, plant| {

@@ -49,7 +49,27 @@ impl Search<'_> {
     /// The set that explains the fitted rows.
     pub fn run(&self) -> Option<Fit> {
         let best = self.eliminate(self.beam()?);
-        Some(self.refine(best))
+        Some(self.united(self.refine(best)))
+    }
+
+    /// One width and an offset are two widths under other names, exactly; so are friction and a constant torque. Such a
+    /// pair becomes the one effect that it is.
+    fn united(&self, fit: Fit) -> Fit {
+        let place = |name: &str| fit.forms.iter().position(|form| form.effect.name == name);
+        let pair = UNITED.iter().find_map(|(even, constant, uneven)| {
+            Some((place(even)?, place(constant)?, crate::effects::find(uneven)?))
+        });
+        let Some((even, constant, uneven)) = pair else {
+            return fit;
+        };
+        let without = self.others(&fit, even.max(constant));
+        let others = self.others(&without, even.min(constant));
+        let united = forms(uneven)
+            .into_iter()
+            .filter_map(|form| self.extended(&others, &form));
+        let best = united.min_by(|a, b| self.score(a).total_cmp(&self.score(b)));
+        best.filter(|best| self.score(best) < self.score(&fit) + 1.0)
+            .unwrap_or(fit)
     }
 
     /// Adds refinements while one earns its place, then drops what they made superfluous.
@@ -353,6 +373,14 @@ fn excludes(a: &Effect, b: &Effect) -> bool {
     SAME.iter()
         .any(|group| group.contains(&a.name) && group.contains(&b.name))
 }
+
+/// An even effect, a constant, and the uneven effect that the two make together.
+const UNITED: [(&str, &str, &str); 4] = [
+    ("dead_zone", "voltage_offset", "dead_zone_asymmetric"),
+    ("dead_zone", "constant_load", "dead_zone_asymmetric"),
+    ("coulomb_friction", "constant_load", "coulomb_asymmetric"),
+    ("coulomb_friction", "voltage_offset", "coulomb_asymmetric"),
+];
 
 /// What a set is: names and how many parameters are free.
 fn identity(fit: &Fit) -> Vec<(&'static str, usize)> {
