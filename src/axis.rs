@@ -2,7 +2,7 @@
 //! compensate → PWM.
 
 use crate::commission::{self, Outcome, Request};
-use crate::config::{Config, ConfigError, Scale};
+use crate::config::{Config, ConfigError, Field, Scale, within};
 use crate::control::{self, Reference, Tuning};
 use crate::design::{self, Design, Knowledge};
 use crate::encoder;
@@ -13,6 +13,7 @@ pub use crate::operate::{Refusal, Report};
 use crate::protect::{self, Action, Fault, Notice};
 use crate::pwm;
 use crate::record::{self, Activity, Advisory, Limit, Record};
+use crate::store::AxisParameters;
 use crate::trajectory::{Cruise, Move, Sine};
 use crate::units::{Position, Speed, Voltage, to_fixed};
 use serde::{Deserialize, Serialize};
@@ -162,6 +163,7 @@ pub struct State {
     /// Counter at power-up, once a sample was seen.
     pub(crate) zero: Option<i32>,
     pub(crate) count: i32,
+    pub(crate) standstill: encoder::Standstill,
     pub(crate) mode: Mode,
     pub(crate) armed: bool,
     pub(crate) compensation: bool,
@@ -206,6 +208,14 @@ impl Axis {
         })
     }
 
+    /// From stored parameters.
+    pub fn from_parameters(parameters: &AxisParameters) -> Result<Self, ConfigError> {
+        let (low, high) = Tuning::BANDWIDTHS;
+        within(Field::Bandwidth, parameters.tuning.bandwidth, low, high)?;
+        parameters.estimates.check()?;
+        Self::with_tuning(&parameters.config, parameters.tuning)
+    }
+
     /// An axis that was just switched on: bridge open, nothing known.
     #[must_use]
     pub fn start(&self) -> State {
@@ -214,6 +224,7 @@ impl Axis {
             tick: 0,
             zero: None,
             count: 0,
+            standstill: encoder::Standstill::default(),
             mode: Mode::Idle,
             armed: false,
             compensation: true,
@@ -269,6 +280,7 @@ impl Axis {
             state.protect.found_at(count);
         }
         state.count = count;
+        state.standstill.watch(count);
         let speed = state.encoder.speed();
         let driving = state
             .acted
@@ -424,7 +436,7 @@ impl Axis {
     fn clip(&self, state: &State, wanted: Voltage) -> (Voltage, Limit) {
         let ceiling = self.pwm.ceiling(&state.pwm);
         let [positive, negative] = state.design.saturation.map(|level| level.min(ceiling));
-        let clipped = Voltage(wanted.0.clamp(negative.0.saturating_neg(), positive.0));
+        let clipped = wanted.min(positive).max(Voltage::ZERO.minus(negative));
         let level = if wanted.0 > 0 { positive } else { negative };
         let limit = match () {
             () if clipped == wanted => state.limit,

@@ -84,6 +84,16 @@ pub enum Field {
     CurrentPerLsb,
     /// Rated speed × counts per revolution ÷ control rate: counts that one tick sees at rated speed.
     CountsPerTick,
+    /// [`crate::control::Tuning::bandwidth`].
+    Bandwidth,
+    /// [`crate::identify::estimate::Estimates::dead_zone`], nominal supplies.
+    DeadZone,
+    /// [`crate::identify::estimate::Estimates::saturation`], nominal supplies.
+    Saturation,
+    /// [`crate::identify::estimate::Estimates::gain`], rated speeds per nominal supply.
+    Gain,
+    /// [`crate::identify::estimate::Estimates::time_constant`], control ticks.
+    TimeConstant,
 }
 
 impl Field {
@@ -107,6 +117,11 @@ impl Field {
             Field::CountsPerTick => {
                 "axis.rated_speed_rad_s x encoder.counts_per_rev / axis.tick_hz (counts per tick)"
             }
+            Field::Bandwidth => "loops.bandwidth",
+            Field::DeadZone => "identified.dead_zone_pos_v and _neg_v / supply.nominal_v",
+            Field::Saturation => "identified.saturation_pos_v and _neg_v / supply.nominal_v",
+            Field::Gain => "identified.gain_rad_s_per_v x supply.nominal_v / axis.rated_speed_rad_s",
+            Field::TimeConstant => "identified.time_constant_s x axis.tick_hz",
         }
     }
 }
@@ -210,7 +225,7 @@ impl Config {
 }
 
 /// NaN is never within.
-fn within(field: Field, value: f32, minimum: f32, maximum: f32) -> Result<(), ConfigError> {
+pub(crate) fn within(field: Field, value: f32, minimum: f32, maximum: f32) -> Result<(), ConfigError> {
     if value >= minimum && value <= maximum {
         Ok(())
     } else {

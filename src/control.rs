@@ -42,6 +42,11 @@ pub struct Tuning {
     pub integral: bool,
 }
 
+impl Tuning {
+    /// Range of [`Tuning::bandwidth`] that is worth choosing.
+    pub const BANDWIDTHS: (f32, f32) = (SMALLEST_BANDWIDTH, 20.0);
+}
+
 impl Default for Tuning {
     fn default() -> Self {
         Self {

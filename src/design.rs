@@ -7,7 +7,9 @@ use crate::compensate::{Compensator, DeadZone, SignSource, Smoothing};
 use crate::config::Scale;
 use crate::control::{self, Tuning};
 use crate::encoder::{self, Motor};
-use crate::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, NEGATIVE, POSITIVE, TIME_FRAC};
+use crate::identify::estimate::{
+    Estimate, Estimates, GAIN_FRAC, Mechanism, NEGATIVE, POSITIVE, Standing, TIME_FRAC,
+};
 use crate::protect::Expectation;
 use crate::record::Source;
 use crate::trajectory::Limits;
@@ -28,9 +30,33 @@ struct Held {
 }
 
 impl Held {
-    /// Takes a trusted estimate, or keeps what was trusted before.
+    /// Takes what was trusted when it was stored.
+    fn restore(&mut self, estimate: &Estimate) {
+        if let Some(value) = estimate.trusted() {
+            *self = Self {
+                value,
+                source: Source::Stored,
+            };
+        }
+    }
+
+    /// The held value as a trusted estimate, unless there is one.
+    fn complete(&self, known: &Estimate) -> Estimate {
+        match (known.trusted(), self.value()) {
+            (None, Some(value)) => Estimate {
+                value,
+                u95: known.u95,
+                standing: Standing::Trusted,
+            },
+            _ => *known,
+        }
+    }
+
+    /// Takes a trusted estimate, or keeps what was trusted before. A stored number counts as such until another one is
+    /// measured.
     fn adopt(&mut self, estimate: &Estimate) {
         match estimate.trusted() {
+            Some(value) if self.source == Source::Stored && value == self.value => {}
             Some(value) => {
                 *self = Self {
                     value,
@@ -74,6 +100,35 @@ impl Knowledge {
             () if before == *self => Stage::Done,
             () if (before.gain, before.time_constant) == (self.gain, self.time_constant) => Stage::DeadZone,
             () => Stage::Motor,
+        }
+    }
+
+    /// Takes what an earlier life has trusted; the stage from which the design has to follow.
+    pub fn restore(&mut self, estimates: &Estimates) -> Stage {
+        for side in [POSITIVE, NEGATIVE] {
+            self.dead_zone[side].restore(&estimates.dead_zone[side]);
+            self.saturation[side].restore(&estimates.saturation[side]);
+        }
+        self.gain.restore(&estimates.gain);
+        self.time_constant.restore(&estimates.time_constant);
+        if estimates.mechanism != Mechanism::Unclear {
+            self.mechanism = estimates.mechanism;
+        }
+        Stage::Motor
+    }
+
+    /// What is to be stored: what is known now, and where that has lost its trust, the last value that had it.
+    #[must_use]
+    pub fn complete(&self, known: &Estimates) -> Estimates {
+        let pair =
+            |held: &[Held; 2], known: &[Estimate; 2]| [0, 1].map(|side| held[side].complete(&known[side]));
+        Estimates {
+            dead_zone: pair(&self.dead_zone, &known.dead_zone),
+            saturation: pair(&self.saturation, &known.saturation),
+            gain: self.gain.complete(&known.gain),
+            time_constant: self.time_constant.complete(&known.time_constant),
+            mechanism: self.mechanism,
+            ..*known
         }
     }
 
@@ -223,7 +278,10 @@ fn motor(scale: &Scale, knowledge: &Knowledge) -> (Motor, Source) {
                 full_speed: gain as f32 / (1u32 << GAIN_FRAC) as f32 * rated,
                 tau_ticks: tau as f32 / (1u32 << TIME_FRAC) as f32,
             };
-            (motor, knowledge.gain.source.min(knowledge.time_constant.source))
+            (
+                motor,
+                knowledge.gain.source.weaker(knowledge.time_constant.source),
+            )
         }
         _ => {
             let tau_ticks = hint.unwrap_or(USUAL_TAU_S) * config.tick_hz as f32;

@@ -158,3 +158,30 @@ fn innovation(count: i32, position: Position) -> i32 {
     let distance = Position::of_count(count).minus(position);
     distance.saturating_sub(distance.clamp(-HALF_COUNT, HALF_COUNT))
 }
+
+/// For how long the shaft has not moved. The observer's speed would not do: it is a fraction of a count for long.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Standstill {
+    place: i32,
+    ticks: u32,
+}
+
+impl Standstill {
+    /// One tick. A shaft at an edge of the encoder flickers by one count and stands.
+    pub fn watch(&mut self, count: i32) {
+        if count.wrapping_sub(self.place).unsigned_abs() > 1 {
+            *self = Self {
+                place: count,
+                ticks: 0,
+            };
+        } else {
+            self.ticks = self.ticks.saturating_add(1);
+        }
+    }
+
+    /// Has it lasted for so many ticks?
+    #[must_use]
+    pub fn lasts(&self, ticks: u32) -> bool {
+        self.ticks >= ticks
+    }
+}

@@ -5,26 +5,66 @@
 
 use crate::axis::{Axis, Bridge, Output, Sample, State};
 use crate::commission::Outcome;
+use crate::config::{Config, ConfigError};
+use crate::identify::estimate::Estimates;
 use crate::protect::{Fault, Notice};
 use crate::protocol::{Command, Refusal};
 use crate::record::Activity;
+use crate::store::{AtRest, AxisParameters};
 
 /// What a command becomes once the link has unpacked it. Building an [`Axis`] divides in floating point and so is done
 /// by the link task; the control interrupt only puts it in place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Order {
-    /// Put this axis in place and start anew.
-    Install(Axis),
+    /// Put this axis in place and start anew; with what an earlier life has found and chosen, if there was one.
+    Install(Axis, Option<Restored>),
+    /// Forget everything.
+    Reset,
     /// Pass on to the axis.
     Run(Command),
+}
+
+/// What a new life takes over apart from configuration and tuning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Restored {
+    /// What was identified.
+    pub estimates: Estimates,
+    /// Use the inverse dead zone in the loops.
+    pub compensation: bool,
 }
 
 impl Order {
     /// Unpacks a command.
     pub fn from_command(command: Command) -> Result<Order, Refusal> {
         match command {
-            Command::Configure(config) => Axis::new(&config).map(Order::Install).map_err(Refusal::Config),
+            Command::Configure(config) => Axis::new(&config)
+                .map(|axis| Order::Install(axis, None))
+                .map_err(Refusal::Config),
+            Command::Restore(parameters) => Order::restore(&parameters).map_err(Refusal::Config),
+            Command::Adopt(estimates) => match estimates.check() {
+                Ok(()) => Ok(Order::Run(command)),
+                Err(error) => Err(Refusal::Config(error)),
+            },
+            Command::Reset => Ok(Order::Reset),
             other => Ok(Order::Run(other)),
+        }
+    }
+
+    /// Puts stored parameters in force.
+    pub fn restore(parameters: &AxisParameters) -> Result<Order, ConfigError> {
+        let restored = Restored {
+            estimates: parameters.estimates,
+            compensation: parameters.compensation,
+        };
+        Axis::from_parameters(parameters).map(|axis| Order::Install(axis, Some(restored)))
+    }
+
+    /// The configuration that the board has to take over, if there is one.
+    #[must_use]
+    pub fn configuration(&self) -> Option<&Config> {
+        match self {
+            Order::Install(axis, _) => Some(&axis.scale().config),
+            _ => None,
         }
     }
 }
@@ -60,11 +100,18 @@ impl Joint {
     /// Executes an order at the start of a tick, before [`Joint::step`].
     pub fn execute(&mut self, order: &Order) -> Result<(), Refusal> {
         match (order, &mut self.configured) {
-            (Order::Install(_), _) if self.driven => Err(Refusal::BridgeDriven),
-            (Order::Install(axis), place) => {
+            (Order::Install(..) | Order::Reset, _) if self.driven => Err(Refusal::BridgeDriven),
+            (Order::Install(axis, restored), place) => {
                 let fault = place.as_ref().map_or(self.waiting, |(_, state)| state.fault());
                 let (axis, state) = place.insert((*axis, axis.start()));
                 axis.latch(state, fault);
+                restored
+                    .as_ref()
+                    .map_or(Ok(()), |restored| axis.restore(state, restored))
+                    .map_err(Refusal::Axis)
+            }
+            (Order::Reset, place) => {
+                self.waiting = place.take().map_or(self.waiting, |(_, state)| state.fault());
                 Ok(())
             }
             (Order::Run(command), Some((axis, state))) => execute(axis, state, command),
@@ -85,6 +132,31 @@ impl Joint {
             None if self.waiting == Fault::None => self.waiting = notice.fault(),
             None => {}
         }
+    }
+
+    /// The configuration in force.
+    #[must_use]
+    pub fn config(&self) -> Option<&Config> {
+        self.configured.as_ref().map(|(axis, _)| &axis.scale().config)
+    }
+
+    /// What is in force, as it is stored; `None`: not configured.
+    #[must_use]
+    pub fn parameters(&self) -> Option<AxisParameters> {
+        self.configured
+            .as_ref()
+            .map(|(axis, state)| axis.parameters(state))
+    }
+
+    /// Is the bridge open, and does the shaft stand?
+    #[must_use]
+    pub fn rests(&self) -> Option<AtRest> {
+        let stands = self
+            .configured
+            .as_ref()
+            .is_none_or(|(axis, state)| axis.stands(state));
+        let bridge = if self.driven { Bridge::Driven } else { Bridge::Open };
+        AtRest::check(bridge, stands)
     }
 
     /// One control tick.

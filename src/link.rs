@@ -3,14 +3,14 @@
 //! Every command carries a number. The next one in order is executed, once; a repeated number (the host missed the
 //! answer) gets the same answer again, an older one is refused. So whatever the line does, no command acts twice.
 
-use crate::protocol::{Command, Frame, FrameError, Message, Receiver, Refusal};
+use crate::protocol::{Frame, FrameError, Message, Receiver, Refusal, Request};
 
 /// What to do with a complete frame.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Incoming {
     /// New: execute, answer, and tell [`Inbox::answered`].
-    Execute(u16, Command),
+    Execute(u16, Request),
     /// Not to be executed: send this answer.
     Answer(Message),
     /// Nothing to say: not a frame of ours, whose sender cannot be told apart from noise, or a repeated command that
@@ -21,7 +21,7 @@ pub enum Incoming {
 /// Turns bytes into [`Incoming`]s.
 #[derive(Clone, Debug, Default)]
 pub struct Inbox {
-    receiver: Receiver<Command>,
+    receiver: Receiver<Request>,
     last: Option<u16>,
     answer: Option<Message>,
 }
@@ -54,7 +54,7 @@ impl Inbox {
         }
     }
 
-    fn sort(&mut self, frame: Frame<Command>) -> Incoming {
+    fn sort(&mut self, frame: Frame<Request>) -> Incoming {
         let ahead = self.last.map_or(1, |last| frame.sequence.wrapping_sub(last));
         match ahead {
             0 => self.answer.clone().map_or(Incoming::Drop(None), Incoming::Answer),

@@ -1,9 +1,9 @@
 //! The firmware image.
 //!
 //! ```text
-//! priority 3  control  every tick: read the encoder, step the joint, set the bridge, queue the record
+//! priority 3  control  every tick: read the encoders, step the joints, set the bridges, queue the records
 //! priority 2  link     commands in, answers and telemetry out
-//! priority 0  idle     the board's own business (in QEMU: the exchange with the motor on the host)
+//! priority 0  idle     the stored parameters, and the board's own business (in QEMU: the motors on the host)
 //! ```
 //!
 //! The image for QEMU and the one for the board differ in `board/` alone.
@@ -11,6 +11,8 @@
 
 #[cfg(target_os = "none")]
 mod board;
+#[cfg(target_os = "none")]
+mod boot;
 #[cfg(target_os = "none")]
 mod post;
 #[cfg(target_os = "none")]
@@ -26,20 +28,26 @@ fn main() {
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use crate::board;
+    use crate::board::{self, AXES};
+    use crate::boot;
     use crate::post::Post;
-    use crate::tick::Control;
-    use heapless::spsc::{Consumer, Queue};
+    use crate::tick::{Control, Ends};
+    use heapless::spsc::{Consumer, Producer, Queue};
     use servo::capture::{EMPTY, Ring};
     use servo::joint::Order;
     use servo::protocol::Message;
+    use servo::saving::{Archive, Job, Report};
 
-    /// Commands on their way from the link to the control interrupt, with their sequence numbers.
-    type Orders = Queue<(u16, Order), 4>;
+    /// Commands on their way from the link to the control interrupt, with sequence number and axis.
+    type Orders = Queue<(u16, u8, Order), 2>;
     /// Answers on their way back; more places than orders, so none is lost, nor is the end of a commissioning.
     type Answers = Queue<Message, 8>;
     /// Telemetry records on their way to the link.
     type Records = Queue<Message, 32>;
+    /// Parameters on their way from the control interrupt to the store: every axis, then what to do with them.
+    type Jobs = Queue<Job, { AXES + 2 }>;
+    /// How that went.
+    type Reports = Queue<Report, 2>;
 
     #[shared]
     struct Shared {}
@@ -52,23 +60,41 @@ mod app {
         answers_in: Consumer<'static, Message>,
         records_in: Consumer<'static, Message>,
         idle: board::Idle,
+        archive: Archive<board::Flash>,
+        jobs_in: Consumer<'static, Job>,
+        reports_out: Producer<'static, Report>,
     }
 
-    #[init(local = [ring: Ring = EMPTY, orders: Orders = Queue::new(),
-                   answers: Answers = Queue::new(), records: Records = Queue::new()])]
-    fn init(cx: init::Context) -> (Shared, Local) {
-        let (drive, line, idle) = board::init(cx.device, cx.core);
-        let (orders_out, orders_in) = cx.local.orders.split();
-        let (answers_out, answers_in) = cx.local.answers.split();
-        let (records_out, records_in) = cx.local.records.split();
+    #[init(local = [ring: Ring = EMPTY, orders: Orders = Queue::new(), answers: Answers = Queue::new(),
+                   records: Records = Queue::new(), jobs: Jobs = Queue::new(), reports: Reports = Queue::new()])]
+    fn init(mut cx: init::Context) -> (Shared, Local) {
+        let cause = board::begin(&cx.device, &mut cx.core);
+        let (archive, restored) = boot::restore();
+        let (mut drive, line, idle) = board::init(cx.device, cx.core);
         defmt::info!("servo {=str} on {=str}", env!("CARGO_PKG_VERSION"), board::NAME);
+        let joints = boot::joints(&restored, cause, &mut drive);
+        let (orders_out, orders) = cx.local.orders.split();
+        let (answers, answers_in) = cx.local.answers.split();
+        let (records, records_in) = cx.local.records.split();
+        let (jobs, jobs_in) = cx.local.jobs.split();
+        let (reports_out, reports) = cx.local.reports.split();
+        let ends = Ends {
+            orders,
+            answers,
+            records,
+            jobs,
+            reports,
+        };
         let local = Local {
-            control: Control::new(cx.local.ring, orders_in, answers_out, records_out),
+            control: Control::new(joints, cx.local.ring, cause, restored.found, ends),
             drive,
             post: Post::new(line, orders_out),
             answers_in,
             records_in,
             idle,
+            archive,
+            jobs_in,
+            reports_out,
         };
         (Shared {}, local)
     }
@@ -89,10 +115,17 @@ mod app {
         post.forward(cx.local.records_in);
     }
 
-    #[idle(local = [idle])]
+    #[idle(local = [idle, archive, jobs_in, reports_out])]
     fn idle(cx: idle::Context) -> ! {
+        let local = cx.local;
         loop {
-            cx.local.idle.turn();
+            local.idle.turn();
+            if let Some(job) = local.jobs_in.dequeue()
+                && let Some(report) = local.idle.while_storing(|| local.archive.handle(job))
+            {
+                // One job is answered before the next one comes.
+                let _ = local.reports_out.enqueue(report);
+            }
         }
     }
 }

@@ -8,9 +8,11 @@ use crate::commission::{self, CommissionReport, Request};
 use crate::control::{self, Reference};
 use crate::design;
 use crate::identify::estimate::{Estimates, Reason};
+use crate::joint::Restored;
 use crate::protect::Fault;
 use crate::protocol::Command;
 use crate::record::{Activity, Source};
+use crate::store::AxisParameters;
 use crate::trajectory::{Cruise, Move, Sine};
 use crate::units::{Acceleration, Position, SPEED_BITS, Speed, Voltage, to_fixed};
 use serde::{Deserialize, Serialize};
@@ -33,6 +35,9 @@ pub enum Refusal {
     /// Not a command of the axis: the link answers it.
     NotForAxis,
 }
+
+/// A shaft that has not moved for 50 ms stands.
+const STANDING_HZ: u32 = 20;
 
 /// What there is to tell about an axis, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -86,7 +91,12 @@ impl Axis {
             Command::Configure(_)
             | Command::Subscribe { .. }
             | Command::CaptureArm { .. }
-            | Command::CaptureRead { .. } => Err(Refusal::NotForAxis),
+            | Command::CaptureRead { .. }
+            | Command::Hello
+            | Command::Parameters
+            | Command::Restore(_)
+            | Command::Reset
+            | Command::Save => Err(Refusal::NotForAxis),
         }
     }
 
@@ -102,13 +112,35 @@ impl Axis {
         }
     }
 
+    /// Takes over what an earlier life has found and chosen.
+    pub(crate) fn restore(&self, state: &mut State, restored: &Restored) -> Result<(), Refusal> {
+        state.compensation = restored.compensation;
+        self.adopt(state, &restored.estimates)
+    }
+
     /// Takes trusted estimates over, e.g. stored ones. Refused while something runs: gains do not jump under way.
     pub fn adopt(&self, state: &mut State, estimates: &Estimates) -> Result<(), Refusal> {
         self.idle(state)?;
         state.known = *estimates;
         state.listener = Listener::None;
-        state.learn();
+        state.renewal = state.renewal.max(state.knowledge.restore(estimates));
         Ok(())
+    }
+
+    /// Does the shaft stand?
+    pub(crate) fn stands(&self, state: &State) -> bool {
+        state.standstill.lasts(self.scale.config.tick_hz / STANDING_HZ)
+    }
+
+    /// What is in force, as it is stored.
+    #[must_use]
+    pub fn parameters(&self, state: &State) -> AxisParameters {
+        AxisParameters {
+            config: self.scale.config,
+            estimates: state.knowledge.complete(&state.known),
+            tuning: self.tuning,
+            compensation: state.compensation,
+        }
     }
 
     fn stop(&self, state: &mut State) -> Result<(), Refusal> {

@@ -4,7 +4,7 @@ use crate::board;
 use heapless::spsc::{Consumer, Producer};
 use servo::joint::Order;
 use servo::link::{Inbox, Incoming, refusal};
-use servo::protocol::{Command, FRAME_CAPACITY, Message, Refusal, encode};
+use servo::protocol::{Command, FRAME_CAPACITY, Message, Refusal, Request, encode};
 
 /// Bytes taken from the line in one go; the rest waits for the next tick.
 const BYTES_AT_ONCE: usize = 2 * FRAME_CAPACITY;
@@ -13,13 +13,13 @@ const BYTES_AT_ONCE: usize = 2 * FRAME_CAPACITY;
 pub struct Post {
     line: board::Line,
     inbox: Inbox,
-    orders: Producer<'static, (u16, Order)>,
+    orders: Producer<'static, (u16, u8, Order)>,
     sequence: u16,
 }
 
 impl Post {
     /// Nothing sent, nothing received.
-    pub fn new(line: board::Line, orders: Producer<'static, (u16, Order)>) -> Self {
+    pub fn new(line: board::Line, orders: Producer<'static, (u16, u8, Order)>) -> Self {
         Post {
             line,
             inbox: Inbox::new(),
@@ -53,16 +53,16 @@ impl Post {
 
     fn handle(&mut self, incoming: Incoming) {
         match incoming {
-            Incoming::Execute(to, command) => self.order(to, command),
+            Incoming::Execute(to, request) => self.order(to, request),
             Incoming::Answer(answer) => self.send(&answer),
             Incoming::Drop(error) => defmt::debug!("frame dropped: {}", defmt::Debug2Format(&error)),
         }
     }
 
-    fn order(&mut self, to: u16, command: Command) {
+    fn order(&mut self, to: u16, Request { axis, command }: Request) {
         match unpack(command) {
             Ok(order) => {
-                let _ = self.orders.enqueue((to, order));
+                let _ = self.orders.enqueue((to, axis, order));
             }
             Err(reason) => {
                 let answer = refusal(to, reason);
@@ -85,8 +85,9 @@ impl Post {
     }
 }
 
-/// Asks the board, then builds what the control interrupt will put in place.
+/// Builds what the control interrupt will put in place, and asks the board.
 fn unpack(command: Command) -> Result<Order, Refusal> {
-    board::supports(&command)?;
-    Order::from_command(command)
+    let order = Order::from_command(command)?;
+    order.configuration().map_or(Ok(()), board::supports)?;
+    Ok(order)
 }

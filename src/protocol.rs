@@ -11,13 +11,15 @@ use crate::commission::Outcome;
 use crate::config::{Config, ConfigError};
 use crate::identify::estimate::Estimates;
 use crate::record::Record;
+use crate::saving::StoreEvent;
+use crate::store::{AxisParameters, Found};
 use core::marker::PhantomData;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use postcard::ser_flavors::{Cobs, Slice, crc::CrcModifier};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Version of the frames; first byte of every frame.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// Room for the longest frame on the wire, bytes: 254 of content fit into one COBS group.
 pub const FRAME_CAPACITY: usize = 256;
@@ -25,7 +27,16 @@ pub const FRAME_CAPACITY: usize = 256;
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const CHECKSUM_BYTES: usize = 4;
 
-/// A request of the host.
+/// A command and the axis that it is for: the content of a frame to the servo.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Request {
+    /// Number of the axis on this chip, from 0.
+    pub axis: u8,
+    /// What it shall do.
+    pub command: Command,
+}
+
+/// What the host may ask of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Command {
@@ -78,6 +89,16 @@ pub enum Command {
         /// First tick wanted, oldest 0.
         from: u16,
     },
+    /// Answered with [`Message::Hello`] too.
+    Hello,
+    /// Answered with [`Message::Parameters`] too.
+    Parameters,
+    /// Put this whole set in force, as after power-up. Refused while the bridge is not open.
+    Restore(AxisParameters),
+    /// Back to an axis that was never configured. What is stored stays as it is until [`Command::Save`].
+    Reset,
+    /// Store what is in force, of all axes. Refused while anything moves; [`Message::Store`] tells how it goes on.
+    Save,
 }
 
 /// Why a command was not executed.
@@ -98,6 +119,28 @@ pub enum Refusal {
         /// The next number.
         expected: u16,
     },
+    /// This image has fewer axes.
+    NoSuchAxis,
+    /// The axes of one chip share control rate, PWM scale and PWM delay, and another axis has others.
+    SharedTick,
+    /// Parameters are being stored: nothing but `Stop` and questions until [`Message::Store`] tells the end.
+    Storing,
+    /// Parameters are stored only while every bridge is open and every shaft stands.
+    NotAtRest,
+}
+
+/// Why the chip has started.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ResetCause {
+    /// Supply switched on or dipped.
+    #[default]
+    Power,
+    /// Reset pin.
+    Pin,
+    /// The image asked for it.
+    Software,
+    /// The control tick or idle stopped coming.
+    Watchdog,
 }
 
 /// Ticks in one [`Message::Captured`]: they fit a frame.
@@ -139,6 +182,8 @@ pub enum Message {
     },
     /// A piece of a capture.
     Captured {
+        /// Number of the axis on this chip.
+        axis: u8,
         /// Where the capture stands; it can be read while it runs, but only a finished one stands still.
         stage: Stage,
         /// What there is to read.
@@ -148,9 +193,41 @@ pub enum Message {
         /// Up to [`CAPTURE_PIECE`] ticks.
         shots: heapless::Vec<Shot, CAPTURE_PIECE>,
     },
+    /// Sent once after power-up, and when asked.
+    Hello {
+        /// Axes of this image.
+        axes: u8,
+        /// Why the chip has started.
+        cause: ResetCause,
+        /// What was found in the store.
+        stored: Found,
+    },
+    /// What is in force.
+    Parameters {
+        /// Number of the axis on this chip.
+        axis: u8,
+        /// `None`: not configured.
+        parameters: Option<AxisParameters>,
+    },
+    /// How the storing of parameters goes on.
+    Store(StoreEvent),
 }
 
-/// The envelope of a [`Command`] or a [`Message`].
+impl Message {
+    /// The axis that it is about; `None`: the chip, or a command by its number.
+    #[must_use]
+    pub fn axis(&self) -> Option<u8> {
+        match *self {
+            Message::Telemetry { axis, .. }
+            | Message::Commissioned { axis, .. }
+            | Message::Captured { axis, .. }
+            | Message::Parameters { axis, .. } => Some(axis),
+            Message::Answer { .. } | Message::Hello { .. } | Message::Store(_) => None,
+        }
+    }
+}
+
+/// The envelope of a [`Request`] or a [`Message`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame<T> {
     /// [`VERSION`].

@@ -42,7 +42,7 @@ pub enum Limit {
 }
 
 /// Where the numbers that the loops use come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(u8)]
 pub enum Source {
     /// Nothing is known: not used.
@@ -54,6 +54,26 @@ pub enum Source {
     LastTrusted = 2,
     /// The present trusted value.
     Trusted = 3,
+    /// Trusted when it was stored; not measured since power-up.
+    Stored = 4,
+}
+
+impl Source {
+    /// The one that promises less: measured now, then before, then in an earlier life, then said by the user.
+    #[must_use]
+    pub const fn weaker(self, other: Self) -> Self {
+        if self.rank() < other.rank() { self } else { other }
+    }
+
+    const fn rank(self) -> u8 {
+        match self {
+            Source::None => 0,
+            Source::Configured => 1,
+            Source::Stored => 2,
+            Source::LastTrusted => 3,
+            Source::Trusted => 4,
+        }
+    }
 }
 
 /// What should be looked at, though nothing is wrong. Numbers are stable.

@@ -5,7 +5,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
-#[allow(dead_code)]
+#[allow(dead_code, unused_imports)]
 #[path = "board/stm32f405/mod.rs"]
 mod board;
 
@@ -40,7 +40,7 @@ mod image {
         mark(Step::SetUp);
         let (mut drive, _line, mut idle) = board::set_up::<1>(device, &stage::DRV8874);
         mark(Step::FirstTick);
-        drive.sample();
+        read_sensors(&mut drive);
         drive.set(0, Bridge::Open, 0);
         drive.end_tick();
         mark(Step::Feed);
@@ -58,15 +58,20 @@ mod image {
         }
         mark(Step::Settle);
         for _ in 0..30 {
-            drive.sample();
+            read_sensors(&mut drive);
             drive.set(0, Bridge::Open, 0);
         }
         mark(Step::Denied);
         // The ports read as zero: the enable input is low.
-        drive.sample();
+        read_sensors(&mut drive);
         drive.set(0, Bridge::Driven, 1050);
         mark(Step::Off);
         board::bridge_off();
+    }
+
+    fn read_sensors<const N: usize>(drive: &mut board::DriveOf<N>) {
+        drive.begin_tick();
+        drive.sample(0);
     }
 
     fn four_axes(device: Peripherals) {

@@ -14,7 +14,7 @@
 //! - *CRC-32* (IEEE 802.3) covers all that stands before it. The flash library underneath checks the same bytes with a
 //!   different polynomial (Castagnoli), so random bits pass both with a probability of 2⁻⁶⁴.
 
-use crate::axis::Bridge;
+use crate::axis::{Axis, Bridge};
 use crate::config::Config;
 use crate::control::Tuning;
 use crate::identify::estimate::Estimates;
@@ -25,7 +25,7 @@ pub const MAX_AXES: usize = 4;
 /// Bytes of a record. Four axes take up to 568 bytes in postcard.
 pub const RECORD_LEN: usize = 640;
 /// Layout that this image writes.
-pub const LAYOUT: u16 = 2;
+pub const LAYOUT: u16 = 3;
 
 const HEADER_LEN: usize = 8;
 const PAYLOAD_END: usize = RECORD_LEN - 4;
@@ -47,8 +47,8 @@ pub struct AxisParameters {
 /// The set: saved and loaded as a whole.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StoredParameters {
-    /// One entry an axis, in the order of the axes.
-    pub axes: heapless::Vec<AxisParameters, MAX_AXES>,
+    /// One entry an axis, in the order of the axes; `None`: that axis was not configured.
+    pub axes: heapless::Vec<Option<AxisParameters>, MAX_AXES>,
 }
 
 /// Proof that a set may be written: flash programming stalls the processor, so nothing may move and nothing may drive.
@@ -82,6 +82,37 @@ pub enum Loaded {
     },
     /// The flash holds something, but no intact record.
     Damaged,
+}
+
+/// [`Loaded`] in short, for a report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Found {
+    /// A set, which is in force.
+    Set {
+        /// Layout in which it was stored.
+        layout: u16,
+    },
+    /// Nothing was ever stored.
+    #[default]
+    Blank,
+    /// An intact record that this image cannot use.
+    Unreadable {
+        /// Layout in which it was stored.
+        layout: u16,
+    },
+    /// No intact record.
+    Damaged,
+}
+
+impl From<&Loaded> for Found {
+    fn from(loaded: &Loaded) -> Self {
+        match *loaded {
+            Loaded::Set { layout, .. } => Found::Set { layout },
+            Loaded::Blank => Found::Blank,
+            Loaded::Unreadable { layout } => Found::Unreadable { layout },
+            Loaded::Damaged => Found::Damaged,
+        }
+    }
 }
 
 /// A record whose checksum is right.
@@ -123,6 +154,7 @@ impl<'a> Record<'a> {
     fn migrate(&self) -> Option<StoredParameters> {
         match self.layout {
             1 => exact::<layout_1::Set>(self.payload).map(layout_1::Set::migrate),
+            2 => exact::<layout_2::Set>(self.payload).map(layout_2::Set::migrate),
             LAYOUT => exact(self.payload),
             _ => None,
         }
@@ -154,7 +186,8 @@ impl StoredParameters {
     fn is_valid(&self) -> bool {
         self.axes
             .iter()
-            .all(|axis| axis.config.build().is_ok() && axis.tuning.bandwidth.is_finite())
+            .flatten()
+            .all(|axis| Axis::from_parameters(axis).is_ok())
     }
 }
 
@@ -184,8 +217,28 @@ mod layout_1 {
                     estimates,
                     tuning: Tuning::default(),
                     compensation: true,
-                });
+                })
+                .map(Some);
             StoredParameters { axes: axes.collect() }
+        }
+    }
+}
+
+/// Layout 2 knew no axis that is not configured.
+mod layout_2 {
+    use super::{AxisParameters, MAX_AXES, StoredParameters};
+    use serde::Deserialize;
+
+    #[derive(Deserialize)]
+    pub struct Set {
+        axes: heapless::Vec<AxisParameters, MAX_AXES>,
+    }
+
+    impl Set {
+        pub fn migrate(self) -> StoredParameters {
+            StoredParameters {
+                axes: self.axes.into_iter().map(Some).collect(),
+            }
         }
     }
 }

@@ -1,57 +1,105 @@
-//! The image's control tick: at most one order, one step of the joint, one record.
+//! The image's control tick: at most one order, one step of every joint, one record each.
 
-use crate::board;
+use crate::board::{self, AXES};
 use heapless::spsc::{Consumer, Producer};
 use servo::capture::{Capture, Ring};
 use servo::joint::{Joint, Order};
-use servo::protocol::{CAPTURE_PIECE, Command, Message, Refusal};
+use servo::protect::Notice;
+use servo::protocol::{CAPTURE_PIECE, Command, Message, Refusal, ResetCause};
+use servo::saving::{Job, Report, Saving, Step};
+use servo::store::{AtRest, Found};
 
-/// The only axis of this image.
-const AXIS: u8 = 0;
+/// Before any axis is configured: as the board starts.
+const START_TICK_HZ: u32 = 10_000;
+
+/// The control interrupt's ends of all queues.
+pub struct Ends {
+    /// From the link: sequence number, axis, order.
+    pub orders: Consumer<'static, (u16, u8, Order)>,
+    /// To the link: answers.
+    pub answers: Producer<'static, Message>,
+    /// To the link: telemetry.
+    pub records: Producer<'static, Message>,
+    /// To idle.
+    pub jobs: Producer<'static, Job>,
+    /// From idle.
+    pub reports: Consumer<'static, Report>,
+}
 
 /// Owned by the control interrupt.
 pub struct Control {
-    joint: Joint,
+    joints: [Joint; AXES],
+    telemetry_every: [u32; AXES],
     tick: u32,
-    telemetry_every: u32,
     capture: Capture<'static>,
-    orders: Consumer<'static, (u16, Order)>,
-    answers: Producer<'static, Message>,
-    records: Producer<'static, Message>,
+    /// The axis that the capture looks at.
+    captured: u8,
+    saving: Saving,
+    /// The last tick did not end in time.
+    overrun: bool,
+    cause: ResetCause,
+    stored: Found,
+    ends: Ends,
 }
 
 impl Control {
-    /// Nothing configured, nothing subscribed.
+    /// Nothing subscribed. `joints`: as they were stored.
     pub fn new(
+        joints: [Joint; AXES],
         ring: &'static mut Ring,
-        orders: Consumer<'static, (u16, Order)>,
-        answers: Producer<'static, Message>,
-        records: Producer<'static, Message>,
+        cause: ResetCause,
+        stored: Found,
+        ends: Ends,
     ) -> Self {
-        Control {
-            joint: Joint::new(),
+        let mut control = Control {
+            joints,
+            telemetry_every: [0; AXES],
             tick: 0,
-            telemetry_every: 0,
             capture: Capture::new(ring),
-            orders,
-            answers,
-            records,
-        }
+            captured: 0,
+            saving: Saving::default(),
+            overrun: false,
+            cause,
+            stored,
+            ends,
+        };
+        control.hello();
+        control
     }
 
     /// One tick.
     pub fn tick(&mut self, drive: &mut board::Drive) {
+        drive.begin_tick();
+        // Programming the flash and setting the timers anew take ticks away, both with the bridges open.
+        let excused = self.take_order(drive) || self.saving.is_active();
+        for axis in 0..AXES {
+            self.step(axis, drive);
+        }
+        if self.saving.is_active() {
+            self.save();
+        }
+        self.overrun = drive.end_tick() && !excused;
+        self.tick = self.tick.wrapping_add(1);
+    }
+
+    fn step(&mut self, axis: usize, drive: &mut board::Drive) {
         let start = drive.clock();
-        let sample = drive.sample();
-        self.take_order(drive);
-        let result = self.joint.step(sample);
-        drive.apply(result.output);
-        self.capture.step(self.tick, &result.output.record);
+        let sample = drive.sample(axis);
+        let joint = &mut self.joints[axis];
+        joint.heed(Notice::Permit(drive.permit(axis)));
+        if self.overrun {
+            joint.heed(Notice::TickOverrun);
+        }
+        let result = joint.step(sample);
+        drive.apply(axis, result.output);
+        if axis == usize::from(self.captured) {
+            self.capture.step(self.tick, &result.output.record);
+        }
         let cost = drive.clock_since(start);
-        let (axis, tick) = (AXIS, self.tick);
-        if self.telemetry_every != 0 && tick.is_multiple_of(self.telemetry_every) {
+        let (every, axis, tick) = (self.telemetry_every[axis], axis as u8, self.tick);
+        if every != 0 && tick.is_multiple_of(every) {
             // Full: the link is too slow for this decimation; the host sees it by the gap in the tick numbers.
-            let _ = self.records.enqueue(Message::Telemetry {
+            let _ = self.ends.records.enqueue(Message::Telemetry {
                 axis,
                 tick,
                 cost,
@@ -59,47 +107,115 @@ impl Control {
             });
         }
         if let Some(&outcome) = result.concluded {
-            self.tell(Message::Commissioned { axis, tick, outcome });
+            // Room as for an answer.
+            let _ = self
+                .ends
+                .answers
+                .enqueue(Message::Commissioned { axis, tick, outcome });
         }
-        self.tick = tick.wrapping_add(1);
     }
 
-    fn take_order(&mut self, drive: &mut board::Drive) {
-        if self.orders.ready() {
-            self.carry_out(drive);
-        }
+    /// True if the timers were set anew.
+    fn take_order(&mut self, drive: &mut board::Drive) -> bool {
+        self.ends.orders.ready() && self.carry_out(drive)
     }
 
     /// Kept out of the tick: what it needs on the stack would otherwise be reserved in every tick.
     #[cold]
     #[inline(never)]
-    fn carry_out(&mut self, drive: &mut board::Drive) {
-        let Some((to, order)) = self.orders.dequeue() else {
-            return;
+    fn carry_out(&mut self, drive: &mut board::Drive) -> bool {
+        let Some((to, axis, order)) = self.ends.orders.dequeue() else {
+            return false;
         };
-        let result = self.execute(&order);
-        if let (Order::Install(axis), Ok(())) = (&order, &result) {
-            drive.configure(&axis.scale().config);
+        let result = self.execute(axis, &order);
+        let config = order.configuration().filter(|_| result.is_ok());
+        if let Some(config) = config {
+            drive.configure(usize::from(axis), config);
         }
         let tick = self.tick;
         self.tell(Message::Answer { to, tick, result });
+        config.is_some()
     }
 
-    /// Telemetry and capture are the image's own; all else is the joint's.
-    fn execute(&mut self, order: &Order) -> Result<(), Refusal> {
+    /// Telemetry, capture and store are the image's own; all else is the joint's.
+    fn execute(&mut self, axis: u8, order: &Order) -> Result<(), Refusal> {
+        let place = usize::from(axis);
+        let joint = self.joints.get_mut(place).ok_or(Refusal::NoSuchAxis)?;
         match *order {
-            Order::Run(Command::Subscribe { every }) => self.telemetry_every = every,
-            Order::Run(Command::CaptureArm { trigger, before }) => self.capture.arm(trigger, before),
+            Order::Run(Command::Subscribe { every }) => self.telemetry_every[place] = every,
             Order::Run(Command::CaptureRead { from }) => self.read_capture(from),
-            _ => return self.joint.execute(order),
+            Order::Run(Command::Hello) => self.hello(),
+            Order::Run(Command::Parameters) => {
+                let parameters = joint.parameters();
+                self.tell(Message::Parameters { axis, parameters });
+            }
+            Order::Run(Command::Stop) => return joint.execute(order),
+            _ if self.saving.is_active() => return Err(Refusal::Storing),
+            Order::Run(Command::CaptureArm { trigger, before }) => {
+                self.captured = axis;
+                self.capture.arm(trigger, before);
+            }
+            Order::Run(Command::Save) => {
+                let rest = self.rest().ok_or(Refusal::NotAtRest)?;
+                self.saving.begin(rest);
+            }
+            _ if !self.shares_tick(place, order) => return Err(Refusal::SharedTick),
+            _ => return self.joints[place].execute(order),
         }
         Ok(())
+    }
+
+    /// One timer paces all axes.
+    fn shares_tick(&self, place: usize, order: &Order) -> bool {
+        let Some(new) = order.configuration() else {
+            return true;
+        };
+        let others = self
+            .joints
+            .iter()
+            .enumerate()
+            .filter(|(other, _)| *other != place);
+        others.filter_map(|(_, joint)| joint.config()).all(|config| {
+            (config.tick_hz, config.pwm_full_scale, config.pwm_delay_ticks)
+                == (new.tick_hz, new.pwm_full_scale, new.pwm_delay_ticks)
+        })
+    }
+
+    /// Is every bridge open, and does every shaft stand?
+    fn rest(&self) -> Option<AtRest> {
+        let mut rest = None;
+        for joint in &self.joints {
+            rest = Some(joint.rests()?);
+        }
+        rest
+    }
+
+    /// One tick of a save. The bridges were open when it began, and `execute` lets nothing drive them until it ends.
+    #[cold]
+    #[inline(never)]
+    fn save(&mut self) {
+        let tick_hz = self
+            .joints
+            .iter()
+            .find_map(|joint| joint.config())
+            .map_or(START_TICK_HZ, |config| config.tick_hz);
+        let report = self.ends.reports.dequeue();
+        let job = match self.saving.step(AXES as u8, tick_hz, report) {
+            Step::Rest => return,
+            Step::Tell(event) => return self.tell(Message::Store(event)),
+            Step::HandOver(axis) => Job::Axis(self.joints[usize::from(axis)].parameters()),
+            Step::Write(rest) => Job::Write(rest),
+            Step::Erase(rest) => Job::Erase(rest),
+        };
+        // The queue has a place for every axis and the job behind them.
+        let _ = self.ends.jobs.enqueue(job);
     }
 
     fn read_capture(&mut self, from: u16) {
         let first = usize::from(from);
         let shots = (first..first + CAPTURE_PIECE).map_while(|index| self.capture.get(index));
         let piece = Message::Captured {
+            axis: self.captured,
             stage: self.capture.stage(),
             extent: self.capture.extent(),
             from,
@@ -108,9 +224,17 @@ impl Control {
         self.tell(piece);
     }
 
+    fn hello(&mut self) {
+        self.tell(Message::Hello {
+            axes: AXES as u8,
+            cause: self.cause,
+            stored: self.stored,
+        });
+    }
+
     /// Never full: there are twice as many places for answers as for orders, and the link hands over an order only when
     /// it has room for what comes back.
     fn tell(&mut self, message: Message) {
-        let _ = self.answers.enqueue(message);
+        let _ = self.ends.answers.enqueue(message);
     }
 }

@@ -8,7 +8,9 @@ use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
 use servo::joint::{Joint, Order};
 use servo::link::{Inbox, Incoming};
-use servo::protocol::{Command, Message, Refusal};
+use servo::protect::Notice;
+use servo::protocol::{Command, Message, Refusal, Request};
+use servo::store::AxisParameters;
 
 /// Dead zone of the motor, share of the full duty.
 const DEAD_ZONE: f64 = 0.08;
@@ -70,8 +72,8 @@ pub struct Desk {
     motor: Motor,
     waiting: Option<(Bridge, i16)>,
     tick: u32,
-    /// Commands that came over the link and were passed on to the joint.
-    pub executed: Vec<(u16, Command)>,
+    /// Requests that came over the link and were executed.
+    pub executed: Vec<(u16, Request)>,
     /// Was the axis armed and neither stopped nor configured since?
     pub armed: bool,
     /// The configuration in force.
@@ -114,8 +116,8 @@ impl Desk {
 
     fn handle(&mut self, incoming: Incoming) -> Option<Message> {
         match incoming {
-            Incoming::Execute(to, command) => {
-                let (tick, result) = (self.tick, self.execute(to, command));
+            Incoming::Execute(to, request) => {
+                let (tick, result) = (self.tick, self.execute(to, request));
                 let answer = Message::Answer { to, tick, result };
                 self.inbox.answered(&answer);
                 Some(answer)
@@ -125,24 +127,40 @@ impl Desk {
         }
     }
 
-    fn execute(&mut self, to: u16, command: Command) -> Result<(), Refusal> {
-        self.executed.push((to, command));
-        self.order(command)
+    fn execute(&mut self, to: u16, request: Request) -> Result<(), Refusal> {
+        self.executed.push((to, request));
+        self.request(request)
+    }
+
+    /// A request that arrives without the link: the desk has one axis.
+    pub fn request(&mut self, request: Request) -> Result<(), Refusal> {
+        match request.axis {
+            0 => self.order(request.command),
+            _ => Err(Refusal::NoSuchAxis),
+        }
     }
 
     /// A command that reaches the joint without the link.
     pub fn order(&mut self, command: Command) -> Result<(), Refusal> {
-        if let Command::Subscribe { .. } = command {
+        if let Command::Subscribe { .. } | Command::Hello | Command::Parameters | Command::Save = command {
             return Ok(());
         }
         self.joint.execute(&Order::from_command(command)?)?;
         match command {
             Command::Arm => self.armed = true,
             Command::Stop => self.armed = false,
-            Command::Configure(config) => (self.armed, self.config) = (false, Some(config)),
+            Command::Configure(config) | Command::Restore(AxisParameters { config, .. }) => {
+                (self.armed, self.config) = (false, Some(config));
+            }
+            Command::Reset => (self.armed, self.config) = (false, None),
             _ => {}
         }
         Ok(())
+    }
+
+    /// Something that only the image sees.
+    pub fn heed(&mut self, notice: Notice) {
+        self.joint.heed(notice);
     }
 
     /// The shaft is found elsewhere.

@@ -16,29 +16,69 @@ use truing::session::{self, SessionResult, Task};
 pub fn qemu() -> Options {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
     Options {
-        image: IMAGE.get_or_init(build).clone(),
+        image: IMAGE.get_or_init(|| build("qemu", "qemu-tested.elf")).clone(),
         ..Options::default()
     }
 }
 
-fn build() -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+/// The same with an image of two axes.
+pub fn qemu_two_axes() -> Options {
+    static IMAGE: OnceLock<PathBuf> = OnceLock::new();
+    Options {
+        image: IMAGE
+            .get_or_init(|| build("qemu,two-axes", "qemu-two-axes-tested.elf"))
+            .clone(),
+        ..Options::default()
+    }
+}
+
+/// The command line's program, of the sources as they are.
+pub fn truing() -> Command {
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    let build = || {
+        cargo(
+            &["build", "--quiet", "--package", "truing", "--bin", "truing"],
+            "truing",
+        );
+        root().join("target/debug/truing")
+    };
+    Command::new(PROGRAM.get_or_init(build))
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
         .parent()
-        .expect("the workspace");
-    let target = "thumbv7em-none-eabihf";
+        .expect("the workspace")
+}
+
+fn cargo(arguments: &[&str], what: &str) {
     let status = Command::new(env!("CARGO"))
-        .current_dir(root)
-        .args(["build", "--quiet", "--package", "servo", "--bin", "firmware"])
-        .args(["--target", target, "--profile", "firmware", "--features", "qemu"])
+        .current_dir(root())
+        .args(arguments)
         .status()
         .expect("cargo runs");
     assert!(
         status.success(),
-        "the image does not build; try `cargo xtask setup`, then `cargo xtask images`"
+        "{what} does not build; try `cargo xtask setup`, then `cargo xtask images`"
     );
-    let built = root.join("target").join(target).join("firmware/firmware");
-    let own = root.join("target/images/qemu-tested.elf");
-    std::fs::create_dir_all(root.join("target/images")).expect("a folder for images");
+}
+
+fn build(features: &str, name: &str) -> PathBuf {
+    let target = "thumbv7em-none-eabihf";
+    let what = ["build", "--quiet", "--package", "servo", "--bin", "firmware"];
+    let how = [
+        "--target",
+        target,
+        "--profile",
+        "firmware",
+        "--features",
+        features,
+    ];
+    cargo(&[&what[..], &how].concat(), "the image");
+    let built = root().join("target").join(target).join("firmware/firmware");
+    let images = root().join("target/images");
+    let own = images.join(name);
+    std::fs::create_dir_all(&images).expect("a folder for images");
     std::fs::copy(built, &own).expect("a copy of the image");
     own
 }

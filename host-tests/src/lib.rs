@@ -10,5 +10,6 @@ pub mod measured;
 pub mod naming;
 pub mod passive;
 pub mod power_cut;
+pub mod serial_line;
 pub mod tracking;
 pub mod virtual_motor;

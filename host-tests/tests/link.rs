@@ -2,17 +2,21 @@
 //! decoder of the library is held against something other than itself.
 
 use host_tests::desk::{Desk, config};
+use host_tests::power_cut::sets::set;
 use proptest::prelude::*;
 use servo::axis::{Bridge, Output};
 use servo::config::Config;
-use servo::protocol::{Command, FRAME_CAPACITY, Frame, Message, Refusal, VERSION, encode};
+use servo::control::Tuning;
+use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing};
+use servo::protocol::{Command, FRAME_CAPACITY, Frame, Message, Refusal, Request, VERSION, encode};
+use servo::store::AxisParameters;
 
 /// Frames by the book: split at zeros, undo COBS, divide the polynomial bit by bit, look at version and content.
 mod oracle {
     use super::*;
 
     /// Commands of a byte stream with their numbers, damaged frames left out, in order.
-    pub fn frames(stream: &[u8]) -> Vec<(u16, Command)> {
+    pub fn frames(stream: &[u8]) -> Vec<(u16, Request)> {
         let closed = stream
             .iter()
             .rposition(|&byte| byte == 0)
@@ -24,13 +28,13 @@ mod oracle {
             .collect()
     }
 
-    fn frame(block: &[u8]) -> Option<(u16, Command)> {
+    fn frame(block: &[u8]) -> Option<(u16, Request)> {
         let bytes = uncobs(block)?;
         let (content, checksum) = bytes.split_at_checked(bytes.len().checked_sub(4)?)?;
         if crc(content).to_le_bytes() != checksum || *content.first()? != VERSION {
             return None;
         }
-        let frame: Frame<Command> = postcard::from_bytes(content).ok()?;
+        let frame: Frame<Request> = postcard::from_bytes(content).ok()?;
         Some((frame.sequence, frame.body))
     }
 
@@ -69,7 +73,7 @@ mod oracle {
     }
 
     /// Which of them are executed: the first, and every one up to half a circle ahead of the one before.
-    pub fn executed(frames: Vec<(u16, Command)>) -> Vec<(u16, Command)> {
+    pub fn executed(frames: Vec<(u16, Request)>) -> Vec<(u16, Request)> {
         let mut last = None;
         frames
             .into_iter()
@@ -84,9 +88,20 @@ mod oracle {
     }
 }
 
+/// For the only axis of the desk.
+fn request(command: Command) -> Request {
+    Request { axis: 0, command }
+}
+
 fn frame(sequence: u16, command: Command) -> Vec<u8> {
+    frame_for(0, sequence, command)
+}
+
+fn frame_for(axis: u8, sequence: u16, command: Command) -> Vec<u8> {
     let mut buffer = [0; FRAME_CAPACITY];
-    encode(sequence, command, &mut buffer).expect("fits").to_vec()
+    encode(sequence, Request { axis, command }, &mut buffer)
+        .expect("fits")
+        .to_vec()
 }
 
 /// What a set-point or a bridge can show: everything of a tick but the number of bytes received.
@@ -157,7 +172,46 @@ fn motion() -> impl Strategy<Value = Command> {
             }
         }),
         number().prop_map(Command::Position),
+        number().prop_map(Command::Speed),
+        (-100.0f32..100.0).prop_map(Command::Speed),
+        number().prop_map(Command::Voltage),
+        (-12.0f32..12.0).prop_map(Command::Voltage),
     ]
+}
+
+/// Sets as they would be stored: the desk's, or with numbers that no commissioning would find.
+fn parameters() -> impl Strategy<Value = AxisParameters> {
+    let estimate = (any::<i32>(), any::<i32>(), any::<bool>()).prop_map(|(value, u95, trusted)| Estimate {
+        value,
+        u95,
+        standing: if trusted {
+            Standing::Trusted
+        } else {
+            Standing::Doubtful(Reason::Aged)
+        },
+    });
+    (
+        configuration(),
+        prop::collection::vec(estimate, 6),
+        number(),
+        any::<bool>(),
+    )
+        .prop_map(|(config, numbers, bandwidth, compensation)| AxisParameters {
+            config,
+            estimates: Estimates {
+                dead_zone: [numbers[0], numbers[1]],
+                saturation: [numbers[2], numbers[3]],
+                gain: numbers[4],
+                time_constant: numbers[5],
+                gain_skew: 0,
+                mechanism: Mechanism::Friction,
+            },
+            tuning: Tuning {
+                bandwidth,
+                integral: compensation,
+            },
+            compensation,
+        })
 }
 
 fn unarmed_command() -> impl Strategy<Value = Command> {
@@ -166,6 +220,11 @@ fn unarmed_command() -> impl Strategy<Value = Command> {
         Just(Command::Stop),
         any::<bool>().prop_map(Command::Compensation),
         any::<u32>().prop_map(|every| Command::Subscribe { every }),
+        parameters().prop_map(Command::Restore),
+        Just(Command::Reset),
+        Just(Command::Save),
+        Just(Command::Hello),
+        Just(Command::Parameters),
         motion(),
     ]
 }
@@ -177,7 +236,9 @@ fn command() -> impl Strategy<Value = Command> {
 /// A piece of a byte stream: a frame, a damaged frame, or noise.
 fn piece() -> impl Strategy<Value = Vec<u8>> {
     let sequence = prop_oneof![0..6u16, 0x7FFD..0x8003u16, 0xFFFD..=0xFFFFu16, any::<u16>()];
-    let frames = (sequence, command()).prop_map(|(sequence, command)| frame(sequence, command));
+    let axis = prop_oneof![8 => Just(0u8), 1 => any::<u8>()];
+    let frames =
+        (axis, sequence, command()).prop_map(|(axis, sequence, command)| frame_for(axis, sequence, command));
     let damaged = (
         frames.boxed(),
         any::<prop::sample::Index>(),
@@ -219,8 +280,8 @@ proptest! {
             stream.extend_from_slice(&bytes);
             desk.receive(&bytes);
             let commands = oracle::executed(oracle::frames(&stream));
-            for (_, command) in &commands[done..] {
-                let _ = twin.order(*command);
+            for (_, request) in &commands[done..] {
+                let _ = twin.request(*request);
             }
             done = commands.len();
             prop_assert_eq!(format!("{:?}", desk.executed), format!("{commands:?}"));
@@ -316,6 +377,18 @@ fn every_command() -> Vec<Command> {
         Command::Position(2.0),
         Command::Subscribe { every: 10 },
         Command::Adopt(Default::default()),
+        Command::Speed(20.0),
+        Command::Voltage(-3.0),
+        Command::CaptureArm {
+            trigger: servo::capture::Trigger::Fault,
+            before: 512,
+        },
+        Command::CaptureRead { from: 5 },
+        Command::Hello,
+        Command::Parameters,
+        Command::Restore(set(2).axes[0].expect("an axis")),
+        Command::Reset,
+        Command::Save,
     ]
 }
 
@@ -349,7 +422,7 @@ fn frames_of_other_versions_are_dropped() {
             let content = postcard::to_stdvec(&Frame {
                 version,
                 sequence: 1,
-                body: command,
+                body: request(command),
             })
             .expect("fits");
             let mut desk = Desk::default();
@@ -369,11 +442,11 @@ fn the_oracle_finds_every_command() {
         let content = postcard::to_stdvec(&Frame {
             version: VERSION,
             sequence: 3,
-            body: command,
+            body: request(command),
         })
         .expect("fits");
         assert_eq!(oracle::seal(&content), frame(3, command));
         let stream = [&[7, 7, 0][..], &frame(3, command), &[1, 2]].concat();
-        assert_eq!(oracle::frames(&stream), [(3, command)]);
+        assert_eq!(oracle::frames(&stream), [(3, request(command))]);
     }
 }

@@ -28,7 +28,7 @@ use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
 use embedded_storage_async::nor_flash as asynchronous;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::queue::{QueueConfig, QueueStorage};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The flash word: the unit of programming.
 const WORD: u32 = 4;
@@ -40,7 +40,7 @@ const BLANK: [u8; WORD as usize] = [0xFF; WORD as usize];
 const ATTEMPTS: u32 = 3;
 
 /// Why a set was not saved. The one stored before is untouched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SaveError {
     /// No slot is left: announce the pause, call [`ParameterFlash::erase`], then save again.
     EraseNeeded,

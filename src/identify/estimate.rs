@@ -3,7 +3,7 @@
 //! All numbers are relative: voltages to the nominal supply, speeds to the rated speed of the configuration, times to
 //! the control tick. [`Estimates::report`] turns them into SI, outside the control tick.
 
-use crate::config::Scale;
+use crate::config::{ConfigError, Field, Scale, within};
 use serde::{Deserialize, Serialize};
 
 /// Why a number is missing or must not be used, or why a whole commissioning was refused. The texts that say what to
@@ -180,6 +180,45 @@ pub struct Estimates {
     pub time_constant: Estimate,
     /// Friction or input dead zone.
     pub mechanism: Mechanism,
+}
+
+impl Estimates {
+    /// Can a motor have the numbers that are trusted? They may come over a link or out of a store; the loops are built
+    /// from them.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let inside = |field, estimate: &Estimate, bits: u32, low, high| match estimate.trusted() {
+            Some(value) => within(field, value as f32 / (1u32 << bits) as f32, low, high),
+            None => Ok(()),
+        };
+        for side in [POSITIVE, NEGATIVE] {
+            inside(Field::DeadZone, &self.dead_zone[side], VOLTAGE_FRAC, 0.0, 2.0)?;
+            inside(Field::Saturation, &self.saturation[side], VOLTAGE_FRAC, 0.01, 2.0)?;
+        }
+        inside(Field::Gain, &self.gain, GAIN_FRAC, 0.01, 100.0)?;
+        inside(Field::TimeConstant, &self.time_constant, TIME_FRAC, 1.0, 5e5)
+    }
+
+    /// Takes a later result over: what it does not trust gives way to what was trusted before.
+    pub fn merge(&mut self, later: &Estimates) {
+        let newer = |before: Estimate, later: Estimate| match (before.standing, later.standing) {
+            (_, Standing::Trusted) => later,
+            (Standing::Trusted, _) => before,
+            _ => later,
+        };
+        let pair = |before: [Estimate; 2], later: [Estimate; 2]| {
+            [newer(before[0], later[0]), newer(before[1], later[1])]
+        };
+        if later.gain.standing == Standing::Trusted {
+            self.gain_skew = later.gain_skew;
+        }
+        self.dead_zone = pair(self.dead_zone, later.dead_zone);
+        self.saturation = pair(self.saturation, later.saturation);
+        self.gain = newer(self.gain, later.gain);
+        self.time_constant = newer(self.time_constant, later.time_constant);
+        if later.mechanism != Mechanism::Unclear {
+            self.mechanism = later.mechanism;
+        }
+    }
 }
 
 /// One number in SI.

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use servo::commission::Outcome;
 use servo::config::Config;
 use servo::identify::estimate::{
-    Estimate, Estimates, GAIN_FRAC, Mechanism, Reason, Reported, Standing, TIME_FRAC, VOLTAGE_FRAC,
+    Estimate, Estimates, EstimatesReport, GAIN_FRAC, Mechanism, Reason, Reported, Standing, TIME_FRAC,
+    VOLTAGE_FRAC,
 };
 use std::path::Path;
 
@@ -123,35 +124,73 @@ impl CommissionJson {
 /// One number of `params.toml`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Kept {
+pub struct Kept {
     value: f64,
     u95: f64,
     trusted: bool,
+}
+
+impl Kept {
+    /// To be used, with the half width of its 95 % interval.
+    pub fn trusted(value: f64, u95: f64) -> Self {
+        Kept {
+            value,
+            u95,
+            trusted: true,
+        }
+    }
+
+    /// Chosen by a person.
+    pub fn by_hand(value: f64) -> Self {
+        Kept::trusted(value, 0.0)
+    }
 }
 
 /// `params.toml`, schema `truing-params/1`. A number that is missing there is missing on the chip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
-    schema: String,
-    mechanism: Mechanism,
+    /// `truing-params/1`.
+    pub schema: String,
+    /// Decides the sign source of the compensation.
+    pub mechanism: Mechanism,
+    /// V.
     #[serde(skip_serializing_if = "Option::is_none")]
-    dead_zone_pos_v: Option<Kept>,
+    pub dead_zone_pos_v: Option<Kept>,
+    /// V, positive magnitude.
     #[serde(skip_serializing_if = "Option::is_none")]
-    dead_zone_neg_v: Option<Kept>,
+    pub dead_zone_neg_v: Option<Kept>,
+    /// V.
     #[serde(skip_serializing_if = "Option::is_none")]
-    saturation_pos_v: Option<Kept>,
+    pub saturation_pos_v: Option<Kept>,
+    /// V, positive magnitude.
     #[serde(skip_serializing_if = "Option::is_none")]
-    saturation_neg_v: Option<Kept>,
+    pub saturation_neg_v: Option<Kept>,
+    /// rad/s/V.
     #[serde(skip_serializing_if = "Option::is_none")]
-    gain_rad_s_per_v: Option<Kept>,
+    pub gain_rad_s_per_v: Option<Kept>,
+    /// s.
     #[serde(skip_serializing_if = "Option::is_none")]
-    time_constant_s: Option<Kept>,
+    pub time_constant_s: Option<Kept>,
 }
 
 const PARAMS_SCHEMA: &str = "truing-params/1";
 
 impl Params {
+    /// Nothing is known.
+    pub fn nothing() -> Self {
+        Params {
+            schema: PARAMS_SCHEMA.into(),
+            mechanism: Mechanism::Unclear,
+            dead_zone_pos_v: None,
+            dead_zone_neg_v: None,
+            saturation_pos_v: None,
+            saturation_neg_v: None,
+            gain_rad_s_per_v: None,
+            time_constant_s: None,
+        }
+    }
+
     /// From a commissioning.
     pub fn new(commission: &CommissionJson) -> Self {
         let kept = |number: Number| {
@@ -159,7 +198,6 @@ impl Params {
             Some(Kept { value, u95, trusted })
         };
         Params {
-            schema: PARAMS_SCHEMA.into(),
             mechanism: commission.mechanism,
             dead_zone_pos_v: kept(commission.dead_zone_pos_v),
             dead_zone_neg_v: kept(commission.dead_zone_neg_v),
@@ -167,13 +205,36 @@ impl Params {
             saturation_neg_v: kept(commission.saturation_neg_v),
             gain_rad_s_per_v: kept(commission.gain_rad_s_per_v),
             time_constant_s: kept(commission.time_constant_s),
+            ..Params::nothing()
         }
+    }
+
+    /// From the chip's report.
+    pub fn of(report: &EstimatesReport) -> Self {
+        let kept = |reported: Reported| {
+            let (value, u95, trusted) = (decimal(reported.value?), decimal(reported.u95?), reported.trusted);
+            Some(Kept { value, u95, trusted })
+        };
+        Params {
+            mechanism: report.mechanism,
+            dead_zone_pos_v: kept(report.dead_zone_pos_v),
+            dead_zone_neg_v: kept(report.dead_zone_neg_v),
+            saturation_pos_v: kept(report.saturation_pos_v),
+            saturation_neg_v: kept(report.saturation_neg_v),
+            gain_rad_s_per_v: kept(report.gain_rad_s_per_v),
+            time_constant_s: kept(report.time_constant_s),
+            ..Params::nothing()
+        }
+    }
+
+    /// As text.
+    pub fn text(&self) -> Result<String, InputError> {
+        toml::to_string_pretty(self).map_err(|error| InputError(format!("params.toml: {error}")))
     }
 
     /// As a file.
     pub fn save(&self, path: &Path) -> Result<(), InputError> {
-        let text = toml::to_string_pretty(self).map_err(|error| InputError::file(path.display(), error))?;
-        crate::motor::write_whole(path, &text)
+        crate::motor::write_whole(path, &self.text()?)
     }
 
     /// From a file.

@@ -110,7 +110,13 @@ fn consecutive(last: Option<u32>, tick: u32) -> Result<(), InputError> {
 
 fn execute(joint: &mut Joint, command: &Command) -> Result<(), InputError> {
     // Telemetry and capture listen to the joint and do not touch it.
-    if let Command::Subscribe { .. } | Command::CaptureArm { .. } | Command::CaptureRead { .. } = command {
+    if let Command::Subscribe { .. }
+    | Command::CaptureArm { .. }
+    | Command::CaptureRead { .. }
+    | Command::Hello
+    | Command::Parameters
+    | Command::Save = command
+    {
         return Ok(());
     }
     Order::from_command(*command)

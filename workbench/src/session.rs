@@ -3,11 +3,12 @@
 use crate::input_error::InputError;
 use crate::motor::{Builtin, Door, Exec, qemu};
 use crate::run_log::{Row, RunLog};
-use crate::servo_link::{Client, Lockstep, Serial, Wire};
+use crate::servo_link::{Client, Lockstep, Serial, Wire, found_text};
 use servo::capture::{Extent, Shot, Stage, Trigger};
 use servo::commission::Outcome;
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
+use servo::protect::Fault;
 use servo::protocol::{Command, Message};
 use servo::record::Activity;
 use std::cell::RefCell;
@@ -73,6 +74,8 @@ pub enum Task {
         /// Ticks to keep from before it.
         before: u16,
     },
+    /// Store what is in force, so that it survives a power cut.
+    Store,
     /// Follow a profile, then hold.
     Track {
         /// What to follow.
@@ -89,6 +92,8 @@ pub enum Done {
     Commissioned(Box<Outcome>),
     /// Estimates are in use.
     Adopted,
+    /// Parameters are stored.
+    Stored,
     /// A capture is armed.
     Armed,
     /// Ticks of a motion.
@@ -130,6 +135,8 @@ pub struct SessionResult {
     pub firmware_log: Vec<String>,
     /// The last capture, if one was armed.
     pub captured: Option<Captured>,
+    /// The fault that was latched when the session began; it was cleared.
+    pub cleared: Fault,
 }
 
 /// How far a session is. Reported about every 512 control ticks.
@@ -171,7 +178,26 @@ pub fn decimation(door: &Door, config: &Config) -> u32 {
     }
 }
 
-/// Does all tasks in order. A refused commissioning ends it early, so `done` may be shorter than `tasks`.
+/// What the axis is told at the beginning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start {
+    /// This configuration; what was identified before is forgotten.
+    Configure(Config),
+    /// Nothing: it goes on with the parameters that it has stored.
+    Stored,
+}
+
+/// Which axis of the servo, and how it is listened to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Listening {
+    /// Number on the chip, from 0.
+    pub axis: u8,
+    /// One record in so many ticks.
+    pub every: u32,
+}
+
+/// Does all tasks in order on the first axis. A refused commissioning ends it early, so `done` may be shorter than
+/// `tasks`.
 pub fn run(
     wire: Box<dyn Wire>,
     config: Config,
@@ -179,12 +205,25 @@ pub fn run(
     tasks: &[Task],
     progress: &mut dyn FnMut(Progress),
 ) -> Result<SessionResult, InputError> {
-    let mut session = Session::open(wire, config, every)?;
+    let listening = Listening { axis: 0, every };
+    run_from(wire, Start::Configure(config), listening, tasks, progress)
+}
+
+/// The same on any axis, and from what it has stored if need be.
+pub fn run_from(
+    wire: Box<dyn Wire>,
+    start: Start,
+    listening: Listening,
+    tasks: &[Task],
+    progress: &mut dyn FnMut(Progress),
+) -> Result<SessionResult, InputError> {
+    let mut session = Session::open(wire, start, listening)?;
     let mut done = Vec::new();
     for task in tasks {
         let result = match task {
             Task::Commission { budget_s, seed } => session.commission(*budget_s, *seed, progress)?,
             Task::Adopt(estimates) => session.adopt(estimates)?,
+            Task::Store => session.store(progress)?,
             Task::Capture { trigger, before } => {
                 session.capture = Some((*trigger, *before));
                 Done::Armed
@@ -203,23 +242,45 @@ pub fn run(
     session.close(done)
 }
 
+/// The configuration that the servo has stored.
+fn stored(client: &mut Client) -> Result<Config, InputError> {
+    let parameters = client.parameters()?;
+    let found = client.hello()?.stored;
+    parameters.map(|parameters| parameters.config).ok_or_else(|| {
+        InputError(format!(
+            "this axis has no parameters to go on with ({}); run `truing commission --store` first",
+            found_text(found)
+        ))
+    })
+}
+
 /// An open session.
 struct Session {
     client: Client,
     kept: RefCell<Kept>,
     every: u32,
     capture: Option<(Trigger, u16)>,
+    cleared: Fault,
 }
 
 /// What has arrived.
 struct Kept {
+    axis: u8,
     log: RunLog,
     ended: Option<Outcome>,
     captured: Option<Captured>,
+    /// The last fault that any telemetry has told, before the first configuration too.
+    fault: Fault,
 }
 
 impl Kept {
     fn take(&mut self, message: Message) {
+        if message.axis().is_some_and(|axis| axis != self.axis) {
+            return;
+        }
+        if let Message::Telemetry { record, .. } = &message {
+            self.fault = record.fault;
+        }
         match message {
             // Before its configuration an axis has no version.
             Message::Telemetry {
@@ -251,6 +312,13 @@ impl Kept {
         self.log.rows.last().map_or(0, |row| row.tick)
     }
 
+    /// Did the last `still` records show no motion?
+    fn stands(&self, still: usize) -> bool {
+        let rows = &self.log.rows;
+        let recent = rows.iter().rev().take(still).map(|row| row.record.count);
+        rows.len() >= still && spread(recent) <= STILL_COUNTS
+    }
+
     fn activity(&self) -> Activity {
         self.log
             .rows
@@ -260,26 +328,47 @@ impl Kept {
 }
 
 impl Session {
-    fn open(wire: Box<dyn Wire>, config: Config, every: u32) -> Result<Self, InputError> {
-        let log = RunLog::new(config);
+    fn open(wire: Box<dyn Wire>, start: Start, listening: Listening) -> Result<Self, InputError> {
+        let Listening { axis, every } = listening;
+        let mut client = Client::new(wire);
+        client.select(axis);
+        let config = match start {
+            Start::Configure(config) => config,
+            Start::Stored => stored(&mut client)?,
+        };
         let mut session = Session {
-            client: Client::new(wire),
+            client,
             kept: RefCell::new(Kept {
-                log,
+                axis,
+                log: RunLog::new(config),
                 ended: None,
                 captured: None,
+                fault: Fault::None,
             }),
             every,
             capture: None,
+            cleared: Fault::None,
         };
-        session
-            .client
-            .command(Command::Subscribe { every }, &mut |_| {})?;
-        session.command(Command::Configure(config))?;
+        session.listen(every)?;
+        if start != Start::Stored {
+            session.command(Command::Configure(config))?;
+        }
         while session.kept.borrow().log.rows.is_empty() {
             session.turn()?;
         }
         Ok(session)
+    }
+
+    /// Subscribes, and opens the bridge: whoever begins a session has seen to what went before.
+    fn listen(&mut self, every: u32) -> Result<(), InputError> {
+        let subscribe = Command::Subscribe { every };
+        let mut heed = |message| self.kept.borrow_mut().take(message);
+        self.client.command(subscribe, &mut heed)?;
+        // One record at least.
+        self.client.command(Command::Hello, &mut heed)?;
+        self.cleared = self.kept.borrow().fault;
+        self.command(Command::Stop)?;
+        Ok(())
     }
 
     fn config(&self) -> Config {
@@ -372,6 +461,20 @@ impl Session {
         Ok(Done::Adopted)
     }
 
+    /// An open bridge lets the shaft coast; only when it stands may the flash be written.
+    fn store(&mut self, progress: &mut dyn FnMut(Progress)) -> Result<Done, InputError> {
+        let still = self.standstill();
+        let end = self.kept.borrow().now() + self.ticks(LONGEST_REST_S);
+        self.run_to(end, |kept| kept.stands(still), "coming to rest", progress)?;
+        self.client.save(&mut |_| {})?;
+        Ok(Done::Stored)
+    }
+
+    /// Records without motion that make a standstill.
+    fn standstill(&self) -> usize {
+        (self.ticks(STILL_S) as usize / self.every.max(1) as usize).max(2)
+    }
+
     /// Piece by piece, until one comes back empty.
     fn read_capture(&mut self) -> Result<(), InputError> {
         self.kept.get_mut().captured = Some(Captured::default());
@@ -440,19 +543,8 @@ impl Session {
     fn come_to_rest(&mut self, progress: &mut dyn FnMut(Progress)) -> Result<(), InputError> {
         let here = self.here();
         self.command(Command::Position(here))?;
-        let still = self.ticks(STILL_S) as usize / self.every.max(1) as usize;
-        let stands = |kept: &Kept| {
-            let recent = kept
-                .log
-                .rows
-                .iter()
-                .rev()
-                .take(still.max(2))
-                .map(|row| row.record.count);
-            kept.activity() == Activity::Holding
-                && kept.log.rows.len() >= still
-                && spread(recent) <= STILL_COUNTS
-        };
+        let still = self.standstill();
+        let stands = |kept: &Kept| kept.activity() == Activity::Holding && kept.stands(still);
         let end = self.kept.borrow().now() + self.ticks(LONGEST_REST_S);
         // The rows of the commissioning are no standstill of this hold.
         let first = self.kept.borrow().now() + self.ticks(STILL_S);
@@ -511,6 +603,7 @@ impl Session {
     }
 
     fn close(self, done: Vec<Done>) -> Result<SessionResult, InputError> {
+        let cleared = self.cleared;
         let farewell = self.client.close();
         let Kept {
             mut log, captured, ..
@@ -523,6 +616,7 @@ impl Session {
             done,
             firmware_log: farewell.firmware_log,
             captured,
+            cleared,
         })
     }
 }

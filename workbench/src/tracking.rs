@@ -118,6 +118,7 @@ fn used(row: Option<&Row>) -> UsedParameters {
         Source::Configured => "configured",
         Source::LastTrusted => "last_trusted",
         Source::Trusted => "trusted",
+        Source::Stored => "stored",
     };
     let record = row.map(|row| row.record).unwrap_or_default();
     UsedParameters {

@@ -8,7 +8,13 @@
 use arbitrary::Arbitrary;
 use libfuzzer_sys::fuzz_target;
 use servo::axis::{Bridge, Sample};
-use servo::protocol::VERSION;
+use servo::capture::Trigger;
+use servo::config::Config;
+use servo::control::Tuning;
+use servo::identify::estimate::{Estimate, Estimates, Standing};
+use servo::protect::{Notice, Permit};
+use servo::protocol::{Command, FRAME_CAPACITY, Request, VERSION, encode};
+use servo::store::AxisParameters;
 
 #[path = "../../src/desk.rs"]
 mod desk;
@@ -20,8 +26,12 @@ enum Step {
     Noise(Vec<u8>),
     /// A frame with right framing and checksum, and any content.
     Frame { version_off: u8, sequence: u16, body: Vec<u8> },
+    /// A command that is one, with any numbers in it, in its turn.
+    Do { other_axis: bool, deed: Deed },
     /// The same bytes once more.
     Again,
+    /// Something that only the image sees.
+    Heed(u8),
     /// Time passes.
     Run(u8),
     /// Much time passes.
@@ -32,13 +42,102 @@ enum Step {
     Jump(i32),
 }
 
+/// The commands, so that mutations stay commands.
+#[derive(Arbitrary, Debug)]
+enum Deed {
+    Configure(Setup),
+    Restore { setup: Setup, numbers: [i32; 6], bandwidth: f32, compensation: bool },
+    Reset,
+    Arm,
+    Stop,
+    Commission { budget_ms: u16, seed: u32 },
+    Compensation(bool),
+    TrackSine { amplitude_rad: f32, frequency_hz: f32, duration_ms: u16 },
+    Position(f32),
+    Speed(f32),
+    Voltage(f32),
+    Adopt([i32; 6]),
+    CaptureArm { before: u16 },
+    Ask(u8),
+}
+
+/// The desk's configuration with one part changed.
+#[derive(Arbitrary, Debug)]
+struct Setup {
+    which: u8,
+    number: f32,
+    other: f32,
+    count: u32,
+}
+
+impl Setup {
+    fn config(&self) -> Config {
+        let mut config = desk::config();
+        let number = Some(self.number);
+        match self.which % 12 {
+            0 => config.supply_nominal_v = self.number,
+            1 => config.rated_speed_rad_s = self.number,
+            2 => config.travel_limit_rad = Some([self.number, self.other]),
+            3 => config.counts_per_rev = self.count,
+            4 => config.tick_hz = self.count,
+            5 => config.time_constant_hint_s = number,
+            6 => config.current_limit_a = number,
+            7 => config.speed_limit_rad_s = number,
+            8 => config.energy_limit_j = number,
+            9 => config.pwm_delay_ticks = self.count as u8,
+            10 => config.gear_ratio = self.number,
+            _ => {}
+        }
+        config
+    }
+}
+
+fn estimates(numbers: &[i32; 6]) -> Estimates {
+    let trusted = |value: i32| Estimate { value, u95: 1000, standing: Standing::Trusted };
+    let [a, b, c, d, e, f] = numbers.map(trusted);
+    Estimates { dead_zone: [a, b], saturation: [c, d], gain: e, time_constant: f, ..Estimates::default() }
+}
+
+impl Deed {
+    fn command(&self) -> Command {
+        match *self {
+            Deed::Configure(ref setup) => Command::Configure(setup.config()),
+            Deed::Restore { ref setup, ref numbers, bandwidth, compensation } => Command::Restore(AxisParameters {
+                config: setup.config(),
+                estimates: estimates(numbers),
+                tuning: Tuning { bandwidth, integral: compensation },
+                compensation,
+            }),
+            Deed::Reset => Command::Reset,
+            Deed::Arm => Command::Arm,
+            Deed::Stop => Command::Stop,
+            Deed::Commission { budget_ms, seed } => Command::Commission { budget_ms: budget_ms.into(), seed },
+            Deed::Compensation(on) => Command::Compensation(on),
+            Deed::TrackSine { amplitude_rad, frequency_hz, duration_ms } => {
+                Command::TrackSine { amplitude_rad, frequency_hz, duration_ms: duration_ms.into() }
+            }
+            Deed::Position(rad) => Command::Position(rad),
+            Deed::Speed(rad_s) => Command::Speed(rad_s),
+            Deed::Voltage(volts) => Command::Voltage(volts),
+            Deed::Adopt(ref numbers) => Command::Adopt(estimates(numbers)),
+            Deed::CaptureArm { before } => Command::CaptureArm { trigger: Trigger::Fault, before },
+            Deed::Ask(what) => match what % 4 {
+                0 => Command::Hello,
+                1 => Command::Parameters,
+                2 => Command::Save,
+                _ => Command::CaptureRead { from: what.into() },
+            },
+        }
+    }
+}
+
 /// Ticks that one input may use: two seconds.
 const TICKS: u32 = 20_000;
 
 fuzz_target!(|input: (bool, Vec<Step>)| {
     let (driving, steps) = input;
     let mut desk = if driving { Desk::driving() } else { Desk::default() };
-    let (mut left, mut last) = (TICKS, Vec::new());
+    let (mut left, mut last, mut turn) = (TICKS, Vec::new(), 0u16);
     for step in steps {
         match step {
             Step::Noise(bytes) => receive(&mut desk, &bytes),
@@ -48,7 +147,21 @@ fuzz_target!(|input: (bool, Vec<Step>)| {
                 last = frame(version, sequence, &body);
                 receive(&mut desk, &last);
             }
+            Step::Do { other_axis, deed } => {
+                turn = turn.wrapping_add(1);
+                let request = Request { axis: other_axis.into(), command: deed.command() };
+                let mut buffer = [0; FRAME_CAPACITY];
+                last = encode(turn, request, &mut buffer).expect("every command fits").to_vec();
+                receive(&mut desk, &last);
+            }
             Step::Again => receive(&mut desk, &last),
+            Step::Heed(what) => desk.heed(match what % 5 {
+                0 => Notice::Permit(Permit::Disabled),
+                1 => Notice::Permit(Permit::BridgeFault),
+                2 => Notice::TickOverrun,
+                3 => Notice::WatchdogReset,
+                _ => Notice::ParametersDamaged,
+            }),
             Step::Run(ticks) => run(&mut desk, u32::from(ticks), &mut left),
             Step::RunLong(ticks) => run(&mut desk, 64 * u32::from(ticks), &mut left),
             Step::World { vbus_raw, current_raw } => {

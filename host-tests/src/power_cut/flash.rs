@@ -75,6 +75,11 @@ impl<const SECTOR: usize> Flash<SECTOR> {
         }
     }
 
+    /// What the cells read, unsteady ones as they were meant.
+    pub fn bytes(&self) -> Vec<u8> {
+        self.words.iter().flat_map(|word| word.to_le_bytes()).collect()
+    }
+
     /// The way in which this operation is interrupted, if it is.
     fn interruption(&mut self) -> Option<u64> {
         let operation = self.operations;

@@ -6,14 +6,19 @@
 //!
 //! | to the host, [`TO_HOST`] | | from the host, [`FROM_HOST`] | |
 //! |---|---|---|---|
-//! | 0–3 | u32 number of the tick | 0–3 | i32 encoder count at the end of the tick |
-//! | 4–5 | i16 duty, PWM counts | 4–5 | u16 supply, converter counts |
-//! | 6 | u8 bridge | 6–7 | i16 winding current, converter counts |
-//! | 7 | u8 zero | 8–9 | u16 length of what follows |
-//! | 8–11 | u32 length of what follows | 10–11 | u16 1: stop, else 0 |
-//! | 12– | bytes that the servo sent over its link | 12– | bytes for the servo's link |
+//! | 0–3 | u32 number of the tick | 0–1 | u16 length of the link bytes |
+//! | 4–5 | u16 length of the link bytes | 2–3 | u16 flags: 1 stop, 2 the last tick took too long, 4 enable contact open, 8 fault of the bridge |
+//! | 6–7 | u16 number of axes | | |
+//! | then for every axis | | then for every axis | |
+//! | 0–1 | i16 duty, PWM counts | 0–3 | i32 encoder count at the end of the tick |
+//! | 2 | u8 bridge | 4–5 | u16 supply, converter counts |
+//! | 3 | u8 zero | 6–7 | i16 winding current, converter counts |
+//! | then | bytes that the servo sent over its link | then | bytes for the servo's link |
+//!
+//! Host and image agree on the number of axes; the host learns it from the first message.
 
 mod exchange;
+mod flash;
 
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::{NVIC, SYST, syst::SystClkSource};
@@ -21,22 +26,43 @@ use semihosting::fs::File;
 use semihosting::io::{Read, Write};
 use servo::axis::{Output, Sample};
 use servo::config::Config;
-use servo::protocol::{Command, Refusal};
+use servo::protect::Permit;
+use servo::protocol::{Refusal, ResetCause};
 use stm32f4xx_hal::pac::{CorePeripherals, Interrupt, Peripherals};
 
 use defmt_semihosting as _;
 
+pub use flash::{FileFlash as Flash, PARAMETERS};
+
 /// For the log.
 pub const NAME: &str = "QEMU netduinoplus2";
+
+/// Number of axes that this image drives.
+pub const AXES: usize = if cfg!(feature = "two-axes") { 2 } else { 1 };
 
 /// Named pipes in QEMU's working directory.
 const TO_HOST: &core::ffi::CStr = c"to_host";
 const FROM_HOST: &core::ffi::CStr = c"from_host";
+/// A file that the host makes to have this start pass for one by the watchdog.
+const WATCHDOG: &core::ffi::CStr = c"started_by_watchdog";
 
 /// SysTick counts 24 bits, downwards.
 const CLOCK_MASK: u32 = 0x00FF_FFFF;
 
 static BRIDGE_OFF: AtomicBool = AtomicBool::new(false);
+
+/// Nothing to set up: time is what the host says.
+pub fn begin(_device: &Peripherals, _core: &mut CorePeripherals) -> ResetCause {
+    match File::open(WATCHDOG) {
+        Ok(_) => ResetCause::Watchdog,
+        Err(_) => ResetCause::Power,
+    }
+}
+
+/// The flash of the stored parameters.
+pub fn flash() -> Flash {
+    Flash::open()
+}
 
 /// Opens the pipes; the first exchange, with the bridge open, is the first turn of idle.
 pub fn init(_device: Peripherals, mut core: CorePeripherals) -> (Drive, Line, Idle) {
@@ -60,27 +86,40 @@ pub fn init(_device: Peripherals, mut core: CorePeripherals) -> (Drive, Line, Id
 }
 
 /// Any control rate: time is what the host says.
-pub fn supports(_command: &Command) -> Result<(), Refusal> {
+pub fn supports(_config: &Config) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// The virtual motor's bridge and sensors.
+/// The virtual motors' bridges and sensors.
 pub struct Drive;
 
 impl Drive {
+    /// The exchange has acknowledged everything.
+    pub fn begin_tick(&mut self) {}
+
     /// What the host answered last.
-    pub fn sample(&mut self) -> Sample {
-        exchange::with(|exchange| exchange.sample)
+    pub fn sample(&mut self, axis: usize) -> Sample {
+        exchange::with(|exchange| exchange.axes[axis].sample)
+    }
+
+    /// What the host says of the lines, for all axes alike.
+    pub fn permit(&self, _axis: usize) -> Permit {
+        exchange::with(|exchange| exchange.permit())
     }
 
     /// Acts after the configured number of ticks, as a preloaded compare register would.
-    pub fn apply(&mut self, output: &Output) {
-        exchange::with(|exchange| exchange.drive(output.bridge, output.duty));
+    pub fn apply(&mut self, axis: usize, output: &Output) {
+        exchange::with(|exchange| exchange.axes[axis].drive(output.bridge, output.duty));
+    }
+
+    /// The next exchange is idle's. No tick can be late, but the host can say that one was.
+    pub fn end_tick(&mut self) -> bool {
+        exchange::with(|exchange| exchange.overrun())
     }
 
     /// Takes over the delay of the PWM.
-    pub fn configure(&mut self, config: &Config) {
-        exchange::with(|exchange| exchange.delay_ticks = config.pwm_delay_ticks);
+    pub fn configure(&mut self, axis: usize, config: &Config) {
+        exchange::with(|exchange| exchange.axes[axis].delay_ticks = config.pwm_delay_ticks);
     }
 
     /// SysTick, turned to count upwards.
@@ -133,6 +172,11 @@ impl Idle {
         self.receive();
         self.tick = self.tick.wrapping_add(1);
         NVIC::pend(Interrupt::ADC);
+    }
+
+    /// Nothing watches here.
+    pub fn while_storing<R>(&mut self, work: impl FnOnce() -> R) -> R {
+        work()
     }
 
     fn receive(&mut self) {

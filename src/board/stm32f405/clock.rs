@@ -1,6 +1,7 @@
 //! Clocks and reset cause.
 
 use super::timing;
+use servo::protocol::ResetCause;
 use stm32f4xx_hal::pac::{FLASH, RCC};
 
 /// Crystal of the board, Hz. Other common values: 12 and 25 MHz. A wrong value here runs the chip at a wrong speed.
@@ -86,19 +87,6 @@ pub fn enable_peripherals(rcc: &RCC) {
     });
     // A peripheral answers two bus cycles after its clock was enabled (RM0090 section 7.2.12): one read-back waits.
     let _ = rcc.apb2enr().read();
-}
-
-/// Why the chip started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
-pub enum ResetCause {
-    /// Supply switched on or dipped.
-    Power,
-    /// Reset pin.
-    Pin,
-    /// The image asked for it.
-    Software,
-    /// The control tick or idle stopped coming.
-    Watchdog,
 }
 
 /// Reads the cause and clears it, so that the next start tells its own (RM0090 section 7.3.21). The pin flag is set by

@@ -58,6 +58,11 @@ pub fn clear_end(currents: &ADC1) {
         .write(|w| unsafe { w.bits(!(INJECTED_END | INJECTED_START)) });
 }
 
+/// Has a measurement ended since [`clear_end`]?
+pub fn has_ended(currents: &ADC1) -> bool {
+    currents.sr().read().bits() & INJECTED_END != 0
+}
+
 /// ADC_SR bits JEOC and JSTRT.
 const INJECTED_END: u32 = 1 << 2;
 const INJECTED_START: u32 = 1 << 3;

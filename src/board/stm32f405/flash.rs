@@ -8,7 +8,7 @@
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
-use stm32f4xx_hal::pac::FLASH;
+use stm32f4xx_hal::pac::{FLASH, flash::RegisterBlock};
 
 /// First byte of the flash.
 const BASE: u32 = 0x0800_0000;
@@ -46,13 +46,20 @@ impl NorFlashError for Error {
 
 /// The flash controller. Offsets count from the start of the flash; only sectors 10 and 11 can be written.
 pub struct ChipFlash {
-    registers: FLASH,
+    registers: &'static RegisterBlock,
 }
 
+// SAFETY: registers lie at a fixed address for every context, and a device access needs no thread. The clocks set the
+// wait states once before there is a value; afterwards only its one owner writes.
+unsafe impl Send for ChipFlash {}
+
 impl ChipFlash {
-    /// Takes the controller.
-    pub fn new(registers: FLASH) -> Self {
-        Self { registers }
+    /// Takes the controller, when the clocks run.
+    pub fn new() -> Self {
+        Self {
+            // SAFETY: the address is valid for the life of the program.
+            registers: unsafe { &*FLASH::ptr() },
+        }
     }
 
     /// Runs `work` with the control register unlocked, and locks it again.

@@ -10,7 +10,6 @@
 mod clock;
 mod converter;
 mod counter;
-#[allow(dead_code, reason = "used once the image stores parameters")]
 pub mod flash;
 mod gpio;
 #[allow(dead_code, reason = "names and roles are for the tests and the documentation")]
@@ -33,12 +32,13 @@ use servo::drivers::encoder::Encoder;
 use servo::drivers::hardware::AxisHardware;
 use servo::drivers::permit::{Permit, PermitLines};
 use servo::drivers::sense::{CurrentSense, OffsetLimits, OffsetState, SupplySense};
-use servo::protocol::{Command, Refusal};
+use servo::protocol::{Refusal, ResetCause};
 use stm32f4xx_hal::pac::{ADC1, CorePeripherals, DBGMCU, Peripherals};
 
 use converter::Channel;
 use counter::Quadrature;
 use embedded_hal::digital::{ErrorType, OutputPin};
+use flash::ChipFlash;
 use gpio::Wire;
 use pins::{Pin, Port};
 use pwm::{Compare, MainOutput, Timer};
@@ -47,12 +47,13 @@ use watchdog::Watchdog;
 
 use defmt_rtt as _;
 
+pub use flash::{ChipFlash as Flash, PARAMETERS};
 pub use serial::Line;
 
 /// For the log.
 pub const NAME: &str = "STM32F405";
 /// Number of axes that this image drives, 1 … 4.
-pub const AXES: usize = 1;
+pub const AXES: usize = if cfg!(feature = "two-axes") { 2 } else { 1 };
 const _: () = assert!(AXES >= 1 && AXES <= 4, "the chip has room for four axes");
 const _: () = assert!(
     !ACTIVE.has_low_sides() || AXES == 1,
@@ -90,19 +91,30 @@ const fn offset_limits(stage: &PowerStage) -> OffsetLimits {
     }
 }
 
-/// Clocks, pins, timers, converters, link, watchdog; the bridge is open when it returns, and control ticks begin.
-pub fn init(device: Peripherals, mut core: CorePeripherals) -> (Drive, Line, Idle) {
+/// Clocks and cycle counter; every pin is as after reset, and the watchdog does not run yet.
+pub fn begin(device: &Peripherals, core: &mut CorePeripherals) -> ResetCause {
     let source = clock::start(&device.RCC, &device.FLASH);
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
+    let cause = clock::take_reset_cause(&device.RCC);
     defmt::info!(
         "started by {}, clock from {}, power stage {=str}, one count is {=f32} V of supply, {=f32} A",
-        clock::take_reset_cause(&device.RCC),
+        defmt::Debug2Format(&cause),
         source,
         ACTIVE.name,
         stage::SCALE.supply_volt_per_lsb(stage::SUPPLY_DIVIDER),
         stage::SCALE.ampere_per_lsb(ACTIVE.volt_per_ampere)
     );
+    cause
+}
+
+/// The flash of the stored parameters.
+pub fn flash() -> ChipFlash {
+    ChipFlash::new()
+}
+
+/// Pins, timers, converters, link, watchdog; the bridges are open when it returns, and control ticks begin.
+pub fn init(device: Peripherals, _core: CorePeripherals) -> (Drive, Line, Idle) {
     set_up(device, &ACTIVE)
 }
 
@@ -149,15 +161,10 @@ fn timer_of(axis: usize) -> Timer {
 }
 
 /// Refuses what the timer cannot make: the control rate must divide the PWM frequency, and a duty acts one tick later.
-pub fn supports(command: &Command) -> Result<(), Refusal> {
-    match command {
-        Command::Configure(config) => {
-            let periods = timing::periods_per_tick(config.pwm_full_scale, config.tick_hz);
-            let possible = periods.is_some() && config.pwm_delay_ticks == 1;
-            possible.then_some(()).ok_or(Refusal::TickRate)
-        }
-        _ => Ok(()),
-    }
+pub fn supports(config: &Config) -> Result<(), Refusal> {
+    let periods = timing::periods_per_tick(config.pwm_full_scale, config.tick_hz);
+    let possible = periods.is_some() && config.pwm_delay_ticks == 1;
+    possible.then_some(()).ok_or(Refusal::TickRate)
 }
 
 /// The enable line of a power stage: a pin, or the timer's main output enable.
@@ -193,6 +200,8 @@ struct AxisOfBoard {
     timer: Timer,
     stage: &'static PowerStage,
     offset: Option<OffsetState>,
+    /// The lines in this tick.
+    permission: Permit,
     /// Anything but granted lasts until the axis itself has opened the bridge.
     verdict: Permit,
 }
@@ -210,6 +219,7 @@ impl AxisOfBoard {
             timer: timer_of(axis),
             stage,
             offset: Some(OffsetState::default()),
+            permission: Permit::Granted,
             verdict: Permit::Disabled,
         }
     }
@@ -230,12 +240,12 @@ impl AxisOfBoard {
 
     /// A break that was too short for the pin to be seen low is still a fault.
     fn judge(&mut self) {
-        let now = match self.permit.read() {
+        self.permission = match self.permit.read() {
             Permit::Granted if self.timer.has_broken() => Permit::BridgeFault,
             verdict => verdict,
         };
-        if now != Permit::Granted {
-            self.verdict = now;
+        if self.permission != Permit::Granted {
+            self.verdict = self.permission;
         }
     }
 
@@ -326,33 +336,38 @@ impl<const N: usize> DriveOf<N> {
         }
     }
 
-    /// Begins the tick: acknowledges the interrupt and reads every sensor of the first axis.
-    pub fn sample(&mut self) -> Sample {
+    /// Begins the tick: acknowledges the interrupt.
+    pub fn begin_tick(&mut self) {
         TICK.drive(true);
         converter::clear_end(&self.converter);
         self.align();
         self.settle();
-        self.sample_axis(0)
     }
 
     /// Reads every sensor of one axis.
-    pub fn sample_axis(&mut self, axis: usize) -> Sample {
+    pub fn sample(&mut self, axis: usize) -> Sample {
         if self.settling == 0 {
             self.axes[axis].judge();
         }
         self.axes[axis].sample()
     }
 
-    /// Sets the first axis' bridge and ends the tick.
-    pub fn apply(&mut self, output: &Output) {
-        self.set(0, output.bridge, output.duty);
-        self.end_tick();
+    /// What the lines of one axis said when it was sampled.
+    pub fn permit(&self, axis: usize) -> Permit {
+        self.axes[axis].permission
     }
 
-    /// Tells the watchdog and the oscilloscope.
-    pub fn end_tick(&mut self) {
+    /// Sets one axis' bridge as the axis wants it, if its lines permit.
+    pub fn apply(&mut self, axis: usize, output: &Output) {
+        self.set(axis, output.bridge, output.duty);
+    }
+
+    /// Tells the watchdog and the oscilloscope. True: the next measurement has already ended, so this tick took more
+    /// than its period.
+    pub fn end_tick(&mut self) -> bool {
         watchdog::control_has_run();
         TICK.drive(false);
+        converter::has_ended(&self.converter)
     }
 
     /// Sets one axis' bridge.
@@ -360,11 +375,15 @@ impl<const N: usize> DriveOf<N> {
         self.axes[axis].apply(bridge, duty);
     }
 
-    /// Takes over PWM scale and control rate; [`supports`] has agreed to them.
-    pub fn configure(&mut self, config: &Config) {
+    /// Takes over PWM scale and control rate of an axis; [`supports`] has agreed to them, and every other axis that is
+    /// configured has the same. All are rescaled when they are new; else the other axes may be driven and are left alone.
+    pub fn configure(&mut self, axis: usize, config: &Config) {
         let Some(periods) = timing::periods_per_tick(config.pwm_full_scale, config.tick_hz) else {
             return;
         };
+        if (self.full, self.periods) == (config.pwm_full_scale, periods) {
+            return self.axes[axis].rescale(axis, self.full);
+        }
         (self.full, self.periods) = (config.pwm_full_scale, periods);
         for timer in timers::<N>() {
             timer.set_period(self.full, periods);
@@ -417,6 +436,11 @@ impl Idle {
     /// Feeds the watchdog while control ticks come.
     pub fn turn(&mut self) {
         self.watchdog.turn();
+    }
+
+    /// Runs what may stall the processor for seconds: an erase.
+    pub fn while_storing<R>(&mut self, work: impl FnOnce() -> R) -> R {
+        self.watchdog.while_erasing(work)
     }
 }
 

@@ -8,7 +8,6 @@ use stm32f4xx_hal::pac::IWDG;
 const RUNNING_MS: u32 = 16;
 /// Longer than the erase of a 128 KiB sector, 4 s at worst with 8-bit parallelism (DS8626, flash memory
 /// characteristics), during which the processor stands still; from a fast oscillator 8.5 s are 5.8 s.
-#[allow(dead_code, reason = "as `while_erasing`")]
 const ERASING_MS: u32 = 8_500;
 
 const KEY_START: u16 = 0xCCCC;
@@ -39,7 +38,6 @@ impl Watchdog {
         }
     }
 
-    #[allow(dead_code, reason = "used once the image stores parameters")]
     /// Runs `erase`, which may stop the processor for seconds, with a period to match.
     pub fn while_erasing<R>(&mut self, erase: impl FnOnce() -> R) -> R {
         self.set_period(ERASING_MS);

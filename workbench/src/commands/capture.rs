@@ -1,9 +1,8 @@
 //! `truing capture`: 1,024 control ticks around an event, at full rate, whatever the link carries.
 
-use super::commission;
+use super::commission::{BUDGET_S, Knowledge};
 use super::firmware::Firmware;
 use super::track::profile;
-use crate::commission_report::Params;
 use crate::motor::write_whole;
 use crate::session::{Captured, Task};
 use anyhow::Context;
@@ -35,9 +34,9 @@ pub struct Arguments {
     /// Which servo.
     #[command(flatten)]
     pub firmware: Firmware,
-    /// Use the result of an earlier commissioning instead of commissioning first.
-    #[arg(long)]
-    pub params: Option<PathBuf>,
+    /// What is known about the motor.
+    #[command(flatten)]
+    pub knowledge: Knowledge,
     /// The motion, as in `truing track`.
     #[arg(long)]
     pub profile: String,
@@ -55,13 +54,9 @@ pub struct Arguments {
 /// Runs and writes.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = arguments.firmware.axis()?;
-    let first = match &arguments.params {
-        Some(path) => Task::Adopt(Box::new(Params::read(path)?.estimates(&config))),
-        None => Task::Commission {
-            budget_s: commission::budget(5.0)?,
-            seed: arguments.firmware.seed as u32,
-        },
-    };
+    let first = arguments
+        .knowledge
+        .task(BUDGET_S, arguments.firmware.seed, &config)?;
     let capture = Task::Capture {
         trigger: match arguments.trigger {
             Event::Now => Trigger::Now,
@@ -76,7 +71,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         profile: profile(&arguments.profile)?,
         compensation: true,
     };
-    let result = arguments.firmware.run(config, &[first, capture, track])?;
+    let tasks: Vec<Task> = first.into_iter().chain([capture, track]).collect();
+    let result = arguments.firmware.run(config, &tasks)?;
     let captured = result
         .captured
         .context("the commissioning was refused, so nothing was captured; see `truing commission`")?;

@@ -9,6 +9,9 @@ use clap::Args;
 use servo::config::Config;
 use std::path::PathBuf;
 
+/// Length of a commissioning when nothing else is asked for, s.
+pub const BUDGET_S: f64 = 5.0;
+
 /// Arguments of `truing commission`.
 #[derive(Args, Debug)]
 pub struct Arguments {
@@ -16,11 +19,14 @@ pub struct Arguments {
     #[command(flatten)]
     pub firmware: Firmware,
     /// Length of the commissioning, s.
-    #[arg(long, default_value_t = 5.0)]
+    #[arg(long, default_value_t = BUDGET_S)]
     pub budget_s: f64,
     /// Keep the result for `truing track --params`.
     #[arg(long)]
     pub save: Option<PathBuf>,
+    /// Have the servo store the result, so that it survives a power cut.
+    #[arg(long)]
+    pub store: bool,
     /// Write the result as JSON, schema truing-commission/1.
     #[arg(long)]
     pub json: Option<PathBuf>,
@@ -36,9 +42,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         budget_s: budget(arguments.budget_s)?,
         seed: arguments.firmware.seed as u32,
     };
-    let result = arguments.firmware.run(config, &[task])?;
+    let tasks = [Some(task), arguments.store.then_some(Task::Store)];
+    let tasks: Vec<Task> = tasks.into_iter().flatten().collect();
+    let result = arguments.firmware.run(config, &tasks)?;
     let report = outcome(&result, &config)?;
     print(&report);
+    if result.done.contains(&Done::Stored) {
+        println!("{:21} by the servo", "stored");
+    }
     if let Some(path) = &arguments.json {
         write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
@@ -49,6 +60,36 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Params::new(&report).save(path)?;
     }
     Ok(())
+}
+
+/// Where the numbers of a motion come from.
+#[derive(Args, Debug)]
+pub struct Knowledge {
+    /// Use the result of an earlier commissioning instead of commissioning first.
+    #[arg(long)]
+    pub params: Option<PathBuf>,
+    /// Use what the servo has stored (`truing commission --store`) instead of commissioning first.
+    #[arg(long, conflicts_with = "params")]
+    pub stored: bool,
+}
+
+impl Knowledge {
+    /// The task before the motion; none if the servo goes on with what it has stored.
+    pub fn task(&self, budget_s: f64, seed: u64, config: &Config) -> anyhow::Result<Option<Task>> {
+        Ok(match &self.params {
+            _ if self.stored => None,
+            Some(path) => Some(Task::Adopt(Box::new(Params::read(path)?.estimates(config)))),
+            None => Some(Task::Commission {
+                budget_s: budget(budget_s)?,
+                seed: seed as u32,
+            }),
+        })
+    }
+
+    /// Is there a commissioning first?
+    pub fn is_learned(&self) -> bool {
+        !self.stored && self.params.is_none()
+    }
 }
 
 /// Between 1 s and 10 minutes.

@@ -2,11 +2,12 @@
 
 use crate::axis_file;
 use crate::motor::{Door, qemu};
-use crate::servo_link::Wire;
+use crate::servo_link::{Client, Wire, fault_advice};
 use crate::session;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use servo::config::Config;
+use servo::protect::Fault;
 use std::path::PathBuf;
 
 /// Which servo.
@@ -24,6 +25,12 @@ pub struct Firmware {
     /// The firmware image for QEMU.
     #[arg(long, default_value_os_t = qemu::default_image())]
     pub image: PathBuf,
+    /// The flash of the firmware in QEMU: a file in which stored parameters survive from one command to the next.
+    #[arg(long)]
+    pub flash: Option<PathBuf>,
+    /// Axis of the servo, from 0.
+    #[arg(long, default_value_t = 0)]
+    pub axis: u8,
     /// Print the firmware's own log.
     #[arg(long, short)]
     pub verbose: bool,
@@ -39,9 +46,17 @@ impl Firmware {
     pub fn connect(&self, config: &Config) -> anyhow::Result<Box<dyn Wire>> {
         let qemu = qemu::Options {
             image: self.image.clone(),
+            flash: self.flash.clone(),
             ..qemu::Options::default()
         };
         Ok(session::connect(&self.motor, config, self.seed, &qemu)?)
+    }
+
+    /// A client on the axis that was asked for, without any command sent.
+    pub fn client(&self, config: &Config) -> anyhow::Result<Client> {
+        let mut client = Client::new(self.connect(config)?);
+        client.select(self.axis);
+        Ok(client)
     }
 
     /// Runs the tasks with a progress bar.
@@ -65,9 +80,19 @@ impl Firmware {
         tasks: &[session::Task],
         progress: &mut dyn FnMut(session::Progress),
     ) -> anyhow::Result<session::SessionResult> {
-        let wire = self.connect(&config)?;
-        let every = session::decimation(&self.motor, &config);
-        let result = session::run(wire, config, every, tasks, progress)?;
+        // A servo that is to use what it has stored is not configured anew.
+        let start = match tasks.first() {
+            Some(session::Task::Track { .. } | session::Task::Capture { .. }) => session::Start::Stored,
+            _ => session::Start::Configure(config),
+        };
+        let listening = session::Listening {
+            axis: self.axis,
+            every: session::decimation(&self.motor, &config),
+        };
+        let result = session::run_from(self.connect(&config)?, start, listening, tasks, progress)?;
+        if result.cleared != Fault::None {
+            eprintln!("cleared: {}", fault_advice(result.cleared));
+        }
         if self.verbose {
             result
                 .firmware_log

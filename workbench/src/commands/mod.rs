@@ -10,6 +10,7 @@ pub mod firmware;
 pub mod gap;
 pub mod instructions;
 pub mod monitor;
+pub mod params;
 pub mod replay;
 pub mod simulate;
 pub mod track;
@@ -46,6 +47,8 @@ pub enum Command {
     Capture(capture::Arguments),
     /// Watch the servo commission and track, live.
     Monitor(monitor::Arguments),
+    /// Read, change, store and reset a servo's parameters; turn a model into parameters.
+    Params(params::Arguments),
     /// Run a firmware log through the library on the host and compare every bit.
     Replay(replay::Arguments),
     /// Draw data in which an effect is hidden, answers apart.
@@ -65,6 +68,7 @@ impl Cli {
             Command::Demo(arguments) => demo::run(&arguments),
             Command::Capture(arguments) => capture::run(&arguments),
             Command::Monitor(arguments) => monitor::run(&arguments),
+            Command::Params(arguments) => params::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Cases(arguments) => cases::run(&arguments),
         }

@@ -1,16 +1,15 @@
 //! `truing monitor`: a live view of the servo in the terminal while it commissions and tracks.
 
-use super::commission;
+use super::commission::{BUDGET_S, Knowledge};
 use super::firmware::Firmware;
 use super::track::profile;
-use crate::commission_report::{CommissionJson, Params};
+use crate::commission_report::CommissionJson;
 use crate::session::{Progress, Task};
 use clap::Args;
 use servo::axis::Sample;
 use servo::protect::Fault;
 use servo::record::Limit;
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// How often the view is drawn.
@@ -24,9 +23,9 @@ pub struct Arguments {
     /// Which servo.
     #[command(flatten)]
     pub firmware: Firmware,
-    /// Use the result of an earlier commissioning instead of commissioning first.
-    #[arg(long)]
-    pub params: Option<PathBuf>,
+    /// What is known about the motor.
+    #[command(flatten)]
+    pub knowledge: Knowledge,
     /// The motion, as in `truing track`.
     #[arg(long)]
     pub profile: String,
@@ -38,21 +37,18 @@ pub struct Arguments {
 /// Runs and shows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = arguments.firmware.axis()?;
-    let first = match &arguments.params {
-        Some(path) => Task::Adopt(Box::new(Params::read(path)?.estimates(&config))),
-        None => Task::Commission {
-            budget_s: commission::budget(5.0)?,
-            seed: arguments.firmware.seed as u32,
-        },
-    };
+    let first = arguments
+        .knowledge
+        .task(BUDGET_S, arguments.firmware.seed, &config)?;
     let track = Task::Track {
         profile: profile(&arguments.profile)?,
         compensation: true,
     };
+    let tasks: Vec<Task> = first.into_iter().chain([track]).collect();
     let mut view = View::new(arguments.fast);
     arguments
         .firmware
-        .run_with(config, &[first, track], &mut |progress| view.show(&progress))?;
+        .run_with(config, &tasks, &mut |progress| view.show(&progress))?;
     Ok(())
 }
 

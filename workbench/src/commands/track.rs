@@ -1,8 +1,7 @@
 //! `truing track`: the firmware follows a profile; how well?
 
-use super::commission;
+use super::commission::{self, Knowledge};
 use super::firmware::Firmware;
-use crate::commission_report::Params;
 use crate::motor::write_whole;
 use crate::servo_link::advisory_text;
 use crate::session::{Done, Profile, Task};
@@ -26,9 +25,9 @@ pub struct Arguments {
     /// Which servo.
     #[command(flatten)]
     pub firmware: Firmware,
-    /// Use the result of an earlier commissioning instead of commissioning first.
-    #[arg(long)]
-    pub params: Option<PathBuf>,
+    /// What is known about the motor.
+    #[command(flatten)]
+    pub knowledge: Knowledge,
     /// Length of the commissioning, s.
     #[arg(long, default_value_t = 5.0)]
     pub budget_s: f64,
@@ -49,19 +48,16 @@ pub struct Arguments {
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = arguments.firmware.axis()?;
-    let first = match &arguments.params {
-        Some(path) => Task::Adopt(Box::new(Params::read(path)?.estimates(&config))),
-        None => Task::Commission {
-            budget_s: commission::budget(arguments.budget_s)?,
-            seed: arguments.firmware.seed as u32,
-        },
-    };
+    let first = arguments
+        .knowledge
+        .task(arguments.budget_s, arguments.firmware.seed, &config)?;
     let track = Task::Track {
         profile: profile(&arguments.profile)?,
         compensation: arguments.compensation == Switch::On,
     };
-    let result = arguments.firmware.run(config, &[first, track])?;
-    if arguments.params.is_none() {
+    let tasks: Vec<Task> = first.into_iter().chain([track]).collect();
+    let result = arguments.firmware.run(config, &tasks)?;
+    if arguments.knowledge.is_learned() {
         let report = commission::outcome(&result, &config)?;
         commission::print(&report);
         if let Some(refused) = report.refused {

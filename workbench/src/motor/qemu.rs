@@ -5,6 +5,7 @@ use super::pipe::{self, PATIENCE, Silence};
 use crate::input_error::InputError;
 use rustix::fs::{CWD, Mode, OFlags, mkfifoat, open};
 use servo::axis::{Bridge, Sample};
+use servo::protect::Permit;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -16,20 +17,52 @@ use tempfile::TempDir;
 const MACHINE: &str = "netduinoplus2";
 /// The program, unless the environment variable `TRUING_QEMU` names another one.
 const PROGRAM: &str = "qemu-system-arm";
-/// Fixed part of an exchange, either way.
-const HEAD: usize = 12;
+/// Fixed part of what the image says, and its part for one axis.
+const HEAD: usize = 8;
+const AXIS: usize = 4;
+/// Flag of an answer: end the program.
+const STOP: u16 = 1;
+/// Bytes of the stand-in for the chip's flash: two sectors (see the image's `board/qemu/flash.rs`).
+const FLASH_BYTES: usize = 2 * 4096;
 /// Link bytes that one answer may carry: what the image takes from its line in one tick.
 pub const MOST_LINK_BYTES: usize = 512;
+
+/// What the image sees of the world apart from samples and link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lines {
+    /// Pretend that the control tick took longer than its period.
+    pub overrun: bool,
+    /// What enable contact and bridge drivers say.
+    pub permit: Permit,
+}
+
+impl Lines {
+    fn flags(self) -> u16 {
+        let permit = match self.permit {
+            Permit::Granted => 0,
+            Permit::Disabled => 4,
+            Permit::BridgeFault => 8,
+        };
+        permit | if self.overrun { 2 } else { 0 }
+    }
+}
+
+/// What one bridge does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Acting {
+    /// Duty that acts now, PWM counts.
+    pub duty: i16,
+    /// Bridge state that acts now.
+    pub bridge: Bridge,
+}
 
 /// What the image says in one exchange.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Said {
     /// Number of the exchange.
     pub tick: u32,
-    /// Duty that acts now, PWM counts.
-    pub duty: i16,
-    /// Bridge state that acts now.
-    pub bridge: Bridge,
+    /// One for each axis of the image.
+    pub axes: Vec<Acting>,
     /// Bytes of the servo's link.
     pub link: Vec<u8>,
 }
@@ -51,6 +84,11 @@ pub struct Options {
     pub icount_shift: Option<u8>,
     /// QEMU.
     pub program: PathBuf,
+    /// A file that holds the stored parameters from one session to the next, made if it is missing; without it every
+    /// session begins with a blank flash.
+    pub flash: Option<PathBuf>,
+    /// Have the image believe that the watchdog has started it.
+    pub started_by_watchdog: bool,
 }
 
 impl Default for Options {
@@ -61,6 +99,8 @@ impl Default for Options {
             program: std::env::var_os("TRUING_QEMU")
                 .unwrap_or_else(|| PROGRAM.into())
                 .into(),
+            flash: None,
+            started_by_watchdog: false,
         }
     }
 }
@@ -72,6 +112,8 @@ pub struct Qemu {
     from_host: File,
     log: FirmwareLog,
     errors: Option<std::process::ChildStderr>,
+    /// As the image has said in its first message.
+    axes: usize,
     _folder: TempDir,
 }
 
@@ -88,6 +130,10 @@ impl Qemu {
             .unwrap_or_else(|_| options.image.clone());
         let folder = TempDir::new().map_err(pipes)?;
         let (to_host, from_host) = fifos(folder.path()).map_err(pipes)?;
+        flash(folder.path(), options.flash.as_deref())?;
+        if options.started_by_watchdog {
+            std::fs::write(folder.path().join("started_by_watchdog"), "").map_err(pipes)?;
+        }
         let mut child = command(&path, options)
             .current_dir(folder.path())
             .spawn()
@@ -96,6 +142,7 @@ impl Qemu {
         Ok(Self {
             log: FirmwareLog::follow(&image, stdout),
             errors: child.stderr.take(),
+            axes: 1,
             child,
             to_host,
             from_host,
@@ -107,39 +154,35 @@ impl Qemu {
     pub fn listen(&mut self) -> Result<Said, InputError> {
         let mut head = [0; HEAD];
         self.read(&mut head)?;
-        let word = |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
-        let mut link = vec![0; (word(8) as usize).min(1 << 16)];
+        let half = |at: usize| u16::from_le_bytes([head[at], head[at + 1]]);
+        let mut axes = vec![0; AXIS * usize::from(half(6))];
+        self.read(&mut axes)?;
+        let mut link = vec![0; usize::from(half(4))];
         self.read(&mut link)?;
-        let bridge = match head[6] {
-            1 => Bridge::Driven,
-            2 => Bridge::Shorted,
-            _ => Bridge::Open,
-        };
+        self.axes = usize::from(half(6));
         Ok(Said {
-            tick: word(0),
-            duty: i16::from_le_bytes([head[4], head[5]]),
-            bridge,
+            tick: u32::from_le_bytes([head[0], head[1], head[2], head[3]]),
+            axes: axes.chunks_exact(AXIS).map(acting).collect(),
             link,
         })
     }
 
-    /// The motor's answer. At most [`MOST_LINK_BYTES`] of `link`.
-    pub fn answer(&mut self, sample: &Sample, link: &[u8]) -> Result<(), InputError> {
-        let mut frame = Vec::with_capacity(HEAD + link.len());
-        frame.extend(sample.count.to_le_bytes());
-        frame.extend(sample.vbus_raw.to_le_bytes());
-        frame.extend(sample.current_raw.to_le_bytes());
-        frame.extend((link.len() as u16).to_le_bytes());
-        frame.extend(0u16.to_le_bytes());
-        frame.extend(link);
+    /// The motors' answers, one an axis. At most [`MOST_LINK_BYTES`] of `link`.
+    pub fn answer(&mut self, lines: Lines, samples: &[Sample], link: &[u8]) -> Result<(), InputError> {
+        let frame = answer(lines.flags(), samples, link);
         self.from_host.write_all(&frame).map_err(pipes)
     }
 
     /// Ends the image and returns what it has logged.
     pub fn stop(&mut self) -> Vec<String> {
-        let mut farewell = [0; HEAD];
-        farewell[10] = 1;
-        let _ = self.from_host.write_all(&farewell);
+        let still = Sample {
+            count: 0,
+            vbus_raw: Sample::VBUS_NOT_MEASURED,
+            current_raw: Sample::CURRENT_NOT_SENSED,
+        };
+        let _ = self
+            .from_host
+            .write_all(&answer(STOP, &vec![still; self.axes], &[]));
         let deadline = Instant::now() + Duration::from_secs(2);
         while Instant::now() < deadline && !matches!(self.child.try_wait(), Ok(Some(_))) {
             std::thread::sleep(Duration::from_millis(2));
@@ -221,6 +264,55 @@ fn fifos(folder: &Path) -> std::io::Result<(File, File)> {
     let to_host = make("to_host", OFlags::RDONLY | OFlags::NONBLOCK)?;
     let from_host = make("from_host", OFlags::RDWR)?;
     Ok((to_host, from_host))
+}
+
+fn acting(bytes: &[u8]) -> Acting {
+    Acting {
+        duty: i16::from_le_bytes([bytes[0], bytes[1]]),
+        bridge: match bytes[2] {
+            1 => Bridge::Driven,
+            2 => Bridge::Shorted,
+            _ => Bridge::Open,
+        },
+    }
+}
+
+fn answer(flags: u16, samples: &[Sample], link: &[u8]) -> Vec<u8> {
+    let mut frame = Vec::new();
+    frame.extend((link.len() as u16).to_le_bytes());
+    frame.extend(flags.to_le_bytes());
+    for sample in samples {
+        frame.extend(sample.count.to_le_bytes());
+        frame.extend(sample.vbus_raw.to_le_bytes());
+        frame.extend(sample.current_raw.to_le_bytes());
+    }
+    frame.extend(link);
+    frame
+}
+
+/// The flash that the image finds: a blank one, or the one that `kept` holds.
+fn flash(folder: &Path, kept: Option<&Path>) -> Result<(), InputError> {
+    let place = folder.join("flash");
+    let Some(kept) = kept else {
+        return std::fs::write(place, [0xFF; FLASH_BYTES]).map_err(pipes);
+    };
+    let broken = |error: std::io::Error| {
+        let what =
+            format!("holds the stored parameters and cannot be used ({error}); check folder and rights");
+        InputError::file(kept.display(), what)
+    };
+    if !kept.exists() {
+        std::fs::write(kept, [0xFF; FLASH_BYTES]).map_err(broken)?;
+    }
+    let length = std::fs::metadata(kept).map_err(broken)?.len();
+    if length != FLASH_BYTES as u64 {
+        let what = format!(
+            "has {length} bytes and is no flash of {FLASH_BYTES}; remove it to begin with a blank one"
+        );
+        return Err(InputError::file(kept.display(), what));
+    }
+    let whole = kept.canonicalize().map_err(broken)?;
+    std::os::unix::fs::symlink(whole, place).map_err(pipes)
 }
 
 fn pipes(error: impl std::fmt::Display) -> InputError {

@@ -6,21 +6,34 @@ mod words;
 
 pub use lockstep::Lockstep;
 pub use serial::Serial;
-pub use words::{advice, advisory_text, fault_advice, refusal_text};
+pub use words::{advice, advisory_text, fault_advice, found_text, refusal_text, store_text};
 
 use crate::input_error::InputError;
-use servo::protocol::{Command, FRAME_CAPACITY, Message, Receiver, encode};
+use servo::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode};
+use servo::saving::StoreEvent;
+use servo::store::{AxisParameters, Found};
+use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 /// Answers come within a few ticks; after so many turns, and so long, there is nobody.
 const PATIENT_TURNS: u32 = 2_000;
 const PATIENCE: Duration = Duration::from_secs(3);
+/// Between two attempts to store, while the shaft comes to rest.
+const TURNS_OF_REST: u32 = 20;
+/// An erase of the slowest kind takes 4 s.
+const LONGEST_SAVE: Duration = Duration::from_secs(6);
 
 /// Carries bytes to the servo and back.
 pub trait Wire {
     /// One turn: takes what it can of `outgoing`, adds what has arrived to `incoming`. In lock-step a turn is one
     /// control tick; on a real line it is a short wait.
     fn turn(&mut self, outgoing: &mut Vec<u8>, incoming: &mut Vec<u8>) -> Result<(), InputError>;
+
+    /// Number before that of the first command. Behind a line that outlives its clients it must be one that the last
+    /// client is unlikely to have used, or an old answer would be taken for a new one.
+    fn first_number(&self) -> u16 {
+        0
+    }
 
     /// Ends the connection.
     fn close(&mut self) -> Farewell {
@@ -37,10 +50,22 @@ pub struct Farewell {
     pub motor_flags: Vec<u32>,
 }
 
+/// How a servo introduces itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hello {
+    /// Axes of its image.
+    pub axes: u8,
+    /// Why it has started.
+    pub cause: ResetCause,
+    /// What it has found in its store.
+    pub stored: Found,
+}
+
 /// A servo at the other end of a [`Wire`].
 pub struct Client {
     wire: Box<dyn Wire>,
     receiver: Receiver<Message>,
+    axis: u8,
     sequence: u16,
     outgoing: Vec<u8>,
     incoming: Vec<u8>,
@@ -51,9 +76,10 @@ impl Client {
     /// Nothing is sent yet.
     pub fn new(wire: Box<dyn Wire>) -> Self {
         Self {
+            sequence: wire.first_number(),
             wire,
             receiver: Receiver::new(),
-            sequence: 0,
+            axis: 0,
             outgoing: Vec::new(),
             incoming: Vec::new(),
             damaged: 0,
@@ -73,21 +99,59 @@ impl Client {
         Ok(())
     }
 
+    /// The axis that commands are for from now on. Messages of all axes arrive.
+    pub fn select(&mut self, axis: u8) {
+        self.axis = axis;
+    }
+
     /// Sends a command and waits for its answer: the control tick in which it acted.
     pub fn command(&mut self, command: Command, sink: &mut dyn FnMut(Message)) -> Result<u32, InputError> {
+        match self.request(command, sink)? {
+            (tick, Ok(())) => Ok(tick),
+            (_, Err(reason)) => Err(InputError(refusal_text(&reason))),
+        }
+    }
+
+    /// Sends a command and waits for its answer. A servo that has counted farther with another client is followed.
+    fn request(
+        &mut self,
+        command: Command,
+        sink: &mut dyn FnMut(Message),
+    ) -> Result<(u32, Result<(), Refusal>), InputError> {
+        match self.exchange(command, sink)? {
+            (_, Err(Refusal::Stale { expected })) => {
+                self.sequence = expected.wrapping_sub(1);
+                self.exchange(command, sink)
+            }
+            answer => Ok(answer),
+        }
+    }
+
+    fn exchange(
+        &mut self,
+        command: Command,
+        sink: &mut dyn FnMut(Message),
+    ) -> Result<(u32, Result<(), Refusal>), InputError> {
         self.sequence = self.sequence.wrapping_add(1);
         let number = self.sequence;
         let mut buffer = [0; FRAME_CAPACITY];
+        let request = Request {
+            axis: self.axis,
+            command,
+        };
         let bytes =
-            encode(number, command, &mut buffer).map_err(|_| InputError("a command is too long".into()))?;
+            encode(number, request, &mut buffer).map_err(|_| InputError("a command is too long".into()))?;
         self.outgoing.extend_from_slice(bytes);
         let deadline = Instant::now() + PATIENCE;
         let (mut turns, mut answer) = (0, None);
-        while answer.is_none() {
+        loop {
             self.turn(&mut |message| match message {
                 Message::Answer { to, tick, result } if to == number => answer = Some((tick, result)),
                 other => sink(other),
             })?;
+            if let Some(answer) = answer {
+                return Ok(answer);
+            }
             turns += 1;
             if turns > PATIENT_TURNS && Instant::now() > deadline {
                 return Err(InputError(
@@ -96,10 +160,77 @@ impl Client {
                 ));
             }
         }
-        match answer {
-            Some((tick, Ok(()))) => Ok(tick),
-            Some((_, Err(reason))) => Err(InputError(refusal_text(&reason))),
-            None => unreachable!("the loop ends with an answer"),
+    }
+
+    /// A command whose answer brings a message of its own; the message.
+    pub fn ask<T>(
+        &mut self,
+        command: Command,
+        mut pick: impl FnMut(Message) -> Option<T>,
+    ) -> Result<T, InputError> {
+        let mut found = None;
+        self.command(command, &mut |message| {
+            found = found.take().or_else(|| pick(message))
+        })?;
+        let mut turns = 0;
+        while found.is_none() && turns < PATIENT_TURNS {
+            self.turn(&mut |message| found = found.take().or_else(|| pick(message)))?;
+            turns += 1;
+        }
+        found
+            .ok_or_else(|| InputError("the servo has not told what it was asked; update its firmware".into()))
+    }
+
+    /// Number of axes, cause of the last start, and what the store holds.
+    pub fn hello(&mut self) -> Result<Hello, InputError> {
+        self.ask(Command::Hello, |message| match message {
+            Message::Hello { axes, cause, stored } => Some(Hello { axes, cause, stored }),
+            _ => None,
+        })
+    }
+
+    /// What is in force on the selected axis; `None`: it is not configured.
+    pub fn parameters(&mut self) -> Result<Option<AxisParameters>, InputError> {
+        let selected = self.axis;
+        self.ask(Command::Parameters, |message| match message {
+            Message::Parameters { axis, parameters } if axis == selected => Some(parameters),
+            _ => None,
+        })
+    }
+
+    /// Stores what is in force on all axes; `announce` is told about an erase. A servo that has just been configured
+    /// needs a moment until it knows that its shafts stand.
+    pub fn save(&mut self, announce: &mut dyn FnMut(StoreEvent)) -> Result<(), InputError> {
+        let end = Cell::new(None);
+        let mut heed = |message| match message {
+            Message::Store(event @ StoreEvent::Erasing { .. }) => announce(event),
+            Message::Store(event) => end.set(Some(event)),
+            _ => {}
+        };
+        let patience = Instant::now() + PATIENCE;
+        loop {
+            match self.request(Command::Save, &mut heed)? {
+                (_, Ok(())) => break,
+                (_, Err(Refusal::NotAtRest)) if Instant::now() < patience => {
+                    for _ in 0..TURNS_OF_REST {
+                        self.turn(&mut heed)?;
+                    }
+                }
+                (_, Err(reason)) => return Err(InputError(refusal_text(&reason))),
+            }
+        }
+        let deadline = Instant::now() + LONGEST_SAVE;
+        let mut turns = 0;
+        while end.get().is_none() && (turns < PATIENT_TURNS || Instant::now() < deadline) {
+            self.turn(&mut heed)?;
+            turns += 1;
+        }
+        match end.get() {
+            Some(StoreEvent::Saved) => Ok(()),
+            Some(event) => Err(InputError(store_text(event))),
+            None => Err(InputError(
+                "the servo does not tell whether it has stored its parameters".into(),
+            )),
         }
     }
 

@@ -4,7 +4,7 @@ use super::Wire;
 use crate::input_error::InputError;
 use serialport::SerialPort;
 use std::io::{ErrorKind, Read, Write};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 /// As the board's USART2.
 const BAUD: u32 = 921_600;
@@ -40,6 +40,12 @@ impl Serial {
 }
 
 impl Wire for Serial {
+    fn first_number(&self) -> u16 {
+        let since = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
+        // Milliseconds, so that two clients one after the other differ.
+        since.as_millis() as u16
+    }
+
     fn turn(&mut self, outgoing: &mut Vec<u8>, incoming: &mut Vec<u8>) -> Result<(), InputError> {
         self.port.write_all(outgoing).map_err(|error| self.lost(&error))?;
         outgoing.clear();

@@ -1,10 +1,13 @@
 //! The servo's codes in words that say what to do.
 
 use servo::axis;
+use servo::drivers::flash::SaveError;
 use servo::identify::estimate::Reason;
 use servo::protect::Fault;
 use servo::protocol::Refusal;
 use servo::record::Advisory;
+use servo::saving::StoreEvent;
+use servo::store::{Found, LAYOUT};
 
 /// Why a command was refused, one sentence.
 pub fn refusal_text(refusal: &Refusal) -> String {
@@ -21,7 +24,52 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         Refusal::NotConfigured => "the servo has no configuration yet; send one first".into(),
         Refusal::BridgeDriven => "the servo can be configured only while its bridge is open; stop it first".into(),
         Refusal::Axis(reason) => axis_text(*reason).into(),
+        Refusal::NoSuchAxis => "this firmware has fewer axes; choose a smaller --axis, or build an image with more".into(),
+        Refusal::SharedTick => {
+            "the axes of one chip share axis.tick_hz, axis.pwm_full_scale and axis.pwm_delay_ticks, and another axis \
+             has others; make them equal, or reset the other axis"
+                .into()
+        }
+        Refusal::Storing => "the servo is storing its parameters; try again when it is done".into(),
+        Refusal::NotAtRest => {
+            "parameters are stored only while every bridge is open and every shaft stands; stop the servo and wait".into()
+        }
         Refusal::Stale { expected } => format!("the servo expects command number {expected}; reconnect"),
+    }
+}
+
+/// How a save goes on, and what to do if it has failed.
+pub fn store_text(event: StoreEvent) -> String {
+    match event {
+        StoreEvent::Erasing { longest_ms } => format!(
+            "the servo erases a flash sector and will be silent for up to {:.1} s",
+            f64::from(longest_ms) / 1000.0
+        ),
+        StoreEvent::Saved => "the parameters are stored".into(),
+        StoreEvent::Failed(SaveError::Flash) => {
+            "the flash does not hold what was written; what was stored before is untouched. Try again, and check the \
+             supply; a worn flash stays that way"
+                .into()
+        }
+        StoreEvent::Failed(error) => format!(
+            "the parameters could not be stored ({error:?}); what was stored before is untouched. Update the firmware"
+        ),
+    }
+}
+
+/// What a servo has found in its store, and what to do about it.
+pub fn found_text(found: Found) -> String {
+    match found {
+        Found::Set { layout } if layout == LAYOUT => "stored parameters are in force".into(),
+        Found::Set { layout } => format!(
+            "stored parameters of layout {layout} were migrated and are in force; the next save writes layout {LAYOUT}"
+        ),
+        Found::Blank => "nothing is stored".into(),
+        Found::Unreadable { layout } => format!(
+            "parameters of layout {layout} are stored that this firmware cannot use; commission again, or go back to \
+             the firmware that has stored them"
+        ),
+        Found::Damaged => "the stored parameters are damaged and not used; commission again and store".into(),
     }
 }
 

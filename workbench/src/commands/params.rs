@@ -1,0 +1,157 @@
+//! `truing params`: the parameters of a servo, in force and stored; and from a model to parameters.
+
+use super::firmware::Firmware;
+use crate::axis_file;
+use crate::commission_report::Params;
+use crate::compensation;
+use crate::model;
+use crate::motor::write_whole;
+use crate::parameters;
+use crate::servo_link::{Client, found_text, store_text};
+use anyhow::Context;
+use clap::{Args, Subcommand};
+use servo::control::Tuning;
+use servo::identify::estimate::Estimates;
+use servo::protocol::Command;
+use servo::store::AxisParameters;
+use std::path::PathBuf;
+
+/// Arguments of `truing params`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub action: Action,
+}
+
+/// What can be done with parameters.
+#[derive(Subcommand, Debug)]
+pub enum Action {
+    /// Print what is in force, one `key = value` a line.
+    Get(Get),
+    /// Put other values in force; what is not stored is lost with the power.
+    Set(Set),
+    /// Store what is in force on all axes.
+    Save(Get),
+    /// Forget everything about this axis, in force and stored.
+    Reset(Get),
+    /// Turn the effects of a model into the parameters of the compensation: a file for `--params`.
+    Export(Export),
+}
+
+/// Which servo.
+#[derive(Args, Debug)]
+pub struct Get {
+    /// Which servo.
+    #[command(flatten)]
+    pub firmware: Firmware,
+}
+
+/// What to change.
+#[derive(Args, Debug)]
+pub struct Set {
+    /// Which servo.
+    #[command(flatten)]
+    pub firmware: Firmware,
+    /// `key=value`, keys as `get` prints them; `none` unsets. Without any, an axis that knows nothing takes the axis file.
+    pub assignments: Vec<String>,
+    /// Take what an earlier commissioning or `truing params export` has found.
+    #[arg(long)]
+    pub params: Option<PathBuf>,
+    /// Store it too.
+    #[arg(long)]
+    pub save: bool,
+}
+
+/// Which model.
+#[derive(Args, Debug)]
+pub struct Export {
+    /// The extended model, as `truing gap --out` writes it.
+    pub model: PathBuf,
+    /// What the firmware may know: axis.toml.
+    #[arg(long)]
+    pub config: PathBuf,
+    /// Where to write the parameters; without it they are printed.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+}
+
+/// Does it.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    match &arguments.action {
+        Action::Get(get) => print(&mut open(&get.firmware)?),
+        Action::Set(set) => change(set),
+        Action::Save(get) => save(&mut open(&get.firmware)?),
+        Action::Reset(get) => reset(&mut open(&get.firmware)?),
+        Action::Export(export) => write(export),
+    }
+}
+
+fn open(firmware: &Firmware) -> anyhow::Result<Client> {
+    firmware.client(&firmware.axis()?)
+}
+
+fn print(client: &mut Client) -> anyhow::Result<()> {
+    let hello = client.hello()?;
+    println!(
+        "# {}; started by {}",
+        found_text(hello.stored),
+        format!("{:?}", hello.cause).to_lowercase()
+    );
+    match client.parameters()? {
+        Some(parameters) => print!("{}", parameters::print(&parameters)),
+        None => println!("# this axis is not configured"),
+    }
+    Ok(())
+}
+
+fn change(set: &Set) -> anyhow::Result<()> {
+    let config = set.firmware.axis()?;
+    let mut client = set.firmware.client(&config)?;
+    let mut parameters = client.parameters()?.unwrap_or(AxisParameters {
+        config,
+        estimates: Estimates::default(),
+        tuning: Tuning::default(),
+        compensation: true,
+    });
+    for assignment in &set.assignments {
+        parameters::set(&mut parameters, assignment)?;
+    }
+    if let Some(path) = &set.params {
+        let estimates = Params::read(path)?.estimates(&parameters.config);
+        parameters.estimates.merge(&estimates);
+    }
+    client.command(Command::Restore(parameters), &mut |_| {})?;
+    match set.save {
+        true => save(&mut client),
+        false => Ok(()),
+    }
+}
+
+fn save(client: &mut Client) -> anyhow::Result<()> {
+    client.save(&mut |event| println!("{}", store_text(event)))?;
+    println!("{}", store_text(servo::saving::StoreEvent::Saved));
+    Ok(())
+}
+
+fn reset(client: &mut Client) -> anyhow::Result<()> {
+    client.command(Command::Reset, &mut |_| {})?;
+    save(client)
+}
+
+fn write(export: &Export) -> anyhow::Result<()> {
+    let config = axis_file::read(&export.config)?;
+    let model = model::read(&export.model)?;
+    let (params, left_out) = compensation::from_model(&model, &config)?;
+    for effect in left_out {
+        eprintln!("not compensated by the firmware: {effect}");
+    }
+    match &export.out {
+        Some(path) => {
+            write_whole(path, &params.text()?)?;
+            println!("written to {}", path.display());
+        }
+        None => print!("{}", params.text().context("the parameters cannot be written")?),
+    }
+    Ok(())
+}

@@ -1,0 +1,179 @@
+//! What is in force on an axis, key by key: what `truing params get` prints and `set` takes. Keys are those of
+//! `axis.toml`, and two sections more: `loops` for what the user may choose about the loops, `identified` for what a
+//! commissioning has found.
+
+use crate::commission_report::{Kept, Params};
+use crate::input_error::{InputError, nearest};
+use servo::config::Config;
+use servo::identify::estimate::{EstimatesReport, Reported};
+use servo::store::AxisParameters;
+use std::fmt::Write as _;
+
+/// Unsets an optional number.
+const NONE: &str = "none";
+
+/// One key.
+struct Key {
+    name: &'static str,
+    /// As TOML; `None`: not set.
+    get: fn(&AxisParameters) -> Option<String>,
+    /// `None`: the text is no value of this key.
+    set: fn(&mut AxisParameters, &str) -> Option<()>,
+}
+
+/// A key whose field has a number of this type.
+macro_rules! plain {
+    ($name:literal, $($field:ident).+) => {
+        Key {
+            name: $name,
+            get: |p| Some(p.$($field).+.to_string()),
+            set: |p, text| {
+                p.$($field).+ = text.parse().ok()?;
+                Some(())
+            },
+        }
+    };
+}
+
+/// A key whose number may be absent.
+macro_rules! optional {
+    ($name:literal, $($field:ident).+) => {
+        Key {
+            name: $name,
+            get: |p| p.$($field).+.map(|value| value.to_string()),
+            set: |p, text| {
+                p.$($field).+ = if text == NONE { None } else { Some(text.parse().ok()?) };
+                Some(())
+            },
+        }
+    };
+}
+
+/// A key of an estimate: the field here, in the report, and in `params.toml` have one name.
+macro_rules! identified {
+    ($name:literal, $field:ident, $($estimate:tt)+) => {
+        Key {
+            name: $name,
+            get: |p| estimates(p).and_then(|report| number(&report.$field)),
+            set: |p, text| {
+                let value = text.parse().ok()?;
+                let params = Params {
+                    $field: Some(Kept::by_hand(value)),
+                    ..Params::nothing()
+                };
+                p.estimates.$($estimate)+ = params.estimates(&p.config).$($estimate)+;
+                Some(())
+            },
+        }
+    };
+}
+
+const KEYS: &[Key] = &[
+    plain!("supply.nominal_v", config.supply_nominal_v),
+    plain!("supply.vbus_v_per_lsb", config.vbus_v_per_lsb),
+    plain!("encoder.counts_per_rev", config.counts_per_rev),
+    plain!("axis.rated_speed_rad_s", config.rated_speed_rad_s),
+    plain!("axis.tick_hz", config.tick_hz),
+    optional!("axis.time_constant_hint_s", config.time_constant_hint_s),
+    plain!("axis.gear_ratio", config.gear_ratio),
+    Key {
+        name: "axis.travel_limit_rad",
+        get: |p| {
+            p.config
+                .travel_limit_rad
+                .map(|[low, high]| format!("[{low}, {high}]"))
+        },
+        set: |p, text| {
+            p.config.travel_limit_rad = if text == NONE { None } else { Some(pair(text)?) };
+            Some(())
+        },
+    },
+    plain!("axis.pwm_delay_ticks", config.pwm_delay_ticks),
+    plain!("axis.pwm_full_scale", config.pwm_full_scale),
+    optional!("limits.current_a", config.current_limit_a),
+    plain!("limits.current_a_per_lsb", config.current_a_per_lsb),
+    optional!("limits.energy_j", config.energy_limit_j),
+    optional!("limits.speed_rad_s", config.speed_limit_rad_s),
+    plain!("loops.bandwidth", tuning.bandwidth),
+    plain!("loops.integral", tuning.integral),
+    plain!("loops.compensation", compensation),
+    identified!("identified.dead_zone_pos_v", dead_zone_pos_v, dead_zone[0]),
+    identified!("identified.dead_zone_neg_v", dead_zone_neg_v, dead_zone[1]),
+    identified!("identified.saturation_pos_v", saturation_pos_v, saturation[0]),
+    identified!("identified.saturation_neg_v", saturation_neg_v, saturation[1]),
+    identified!("identified.gain_rad_s_per_v", gain_rad_s_per_v, gain),
+    identified!("identified.time_constant_s", time_constant_s, time_constant),
+];
+
+fn estimates(parameters: &AxisParameters) -> Option<EstimatesReport> {
+    let scale = parameters.config.build().ok()?;
+    Some(parameters.estimates.report(&scale))
+}
+
+/// Only what is used.
+fn number(reported: &Reported) -> Option<String> {
+    reported
+        .value
+        .filter(|_| reported.trusted)
+        .map(|value| value.to_string())
+}
+
+fn pair(text: &str) -> Option<[f32; 2]> {
+    let (low, high) = text.trim_matches(['[', ']']).split_once(',')?;
+    Some([low.trim().parse().ok()?, high.trim().parse().ok()?])
+}
+
+/// One line a key, in TOML; what is not set is left out.
+pub fn print(parameters: &AxisParameters) -> String {
+    let mut text = String::new();
+    for key in KEYS {
+        if let Some(value) = (key.get)(parameters) {
+            let _ = writeln!(text, "{} = {value}", key.name);
+        }
+    }
+    text
+}
+
+/// Takes `key=value` over. The set as a whole is checked by the servo.
+pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), InputError> {
+    let Some((name, value)) = assignment.split_once('=') else {
+        return Err(InputError(format!(
+            "`{assignment}` is no assignment; write key=value, e.g. loops.bandwidth=1.5"
+        )));
+    };
+    let (name, value) = (name.trim(), value.trim());
+    let Some(key) = KEYS.iter().find(|key| key.name == name) else {
+        let near = nearest(name, KEYS.iter().map(|key| key.name)).unwrap_or(KEYS[0].name);
+        return Err(InputError(format!(
+            "`{name}` is no key; the nearest is {near} (`truing params get` lists those that are set)"
+        )));
+    };
+    let before = *parameters;
+    (key.set)(parameters, value).ok_or_else(|| {
+        InputError(format!(
+            "`{value}` is no value of {name}; write a number, true or false"
+        ))
+    })?;
+    if units(&before.config) != units(&parameters.config) {
+        convert(parameters, &before);
+    }
+    Ok(())
+}
+
+/// What the chip's estimates count in.
+fn units(config: &Config) -> (f32, f32, u32) {
+    (config.supply_nominal_v, config.rated_speed_rad_s, config.tick_hz)
+}
+
+/// A volt stays a volt when the units of the estimates change.
+fn convert(parameters: &mut AxisParameters, before: &AxisParameters) {
+    if let Some(report) = estimates(before) {
+        parameters.estimates = Params::of(&report).estimates(&parameters.config);
+    }
+}
+
+/// Numbers of `params.toml` put in force.
+pub fn adopt(parameters: &mut AxisParameters, params: &Params) {
+    let estimates = params.estimates(&parameters.config);
+    parameters.estimates.merge(&estimates);
+}
