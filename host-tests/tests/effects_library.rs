@@ -106,6 +106,7 @@ fn every_effect_changes_the_reading() {
         Scale::Frequency => 14.0,
         Scale::PerPower => 0.01,
         Scale::Stiffness => 0.025,
+        Scale::Capacity => 0.07 / 1.5,
         Scale::One => 1.0,
     };
     for effect in LIBRARY {

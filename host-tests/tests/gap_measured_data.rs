@@ -90,6 +90,28 @@ fn emps_needs_friction_that_depends_on_the_direction() {
     between(outcome.holdout.fit_percent_after, 94.0, 96.5);
 }
 
+/// With Coulomb friction and a constant load alone the published values come out (20.39 N and 3.16 N against the motor), at the
+/// published force constant: force, mass and friction are known up to a common factor only.
+#[test]
+fn emps_with_coulomb_and_offset_only_gives_the_published_friction() {
+    let Some(path) = measured("emps/emps_id.csv") else {
+        return;
+    };
+    let (identify, held_out) = halves(&record(&path, "u_v=u_V"));
+    let allowed = ["coulomb_friction", "constant_load"];
+    let names_of = |effect: &truing::effects::Effect| effect.name;
+    let others = truing::effects::LIBRARY.iter().map(names_of);
+    let without: Vec<&str> = others.filter(|name| !allowed.contains(name)).collect();
+    let rig = model(
+        "[model]\nkind = \"inertia\"\n[motor]\nmass_kg = 95.1089\nviscous = 203.5034\ndrive_gain = 35.15065\ndrive_gain_unit = \"N/V\"\n[tolerance]\ndrive_gain = 0.0\n",
+    );
+    let outcome = analysed(&rig, &identify, &[held_out], &without);
+    assert_eq!(names(&outcome), allowed);
+    between(outcome.effects[0].parameters["level_n"].value, 18.9, 21.9);
+    between(outcome.effects[1].parameters["torque_n"].value, 2.6, 3.8);
+    between(outcome.holdout.fit_percent_after, 93.8, 95.5);
+}
+
 /// A pendulum: gravity must be found by its name, and friction.
 #[test]
 fn the_pendulum_needs_gravity() {

@@ -11,7 +11,7 @@ use crate::residual::{fit_percent, rms};
 use crate::search::{Found, Progress, Scored, base_fit, dispersion, search};
 use crate::structure::{sensor_like, twin_pairs};
 use crate::view::samples;
-use crate::{effects, evidence, localise, plots, verdict};
+use crate::{effects, evidence, excitation, localise, plots, verdict};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -152,7 +152,7 @@ fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
         unexplained: judged.unexplained.clone(),
         next_experiment: judged.next.clone(),
         runtime_s: 0.0,
-        notes: bench.notes.clone(),
+        notes: [bench.notes.clone(), excitation::missing(bench)].concat(),
         rivals: evidence::rivals(found, &judged.ties),
         plots: plots::all(&given, &nominal, &judged.kept),
         ties: judged.ties,
@@ -239,7 +239,7 @@ fn unit_of_gap(linear: bool) -> &'static str {
     if linear { "m/s" } else { "rad/s" }
 }
 
-/// Base parameters that moved inside their tolerances.
+/// Base parameters and parameters of known effects that moved inside their tolerances.
 fn shifts(kept: &Scored) -> Vec<Shift> {
     let covariance = covariance(&kept.hypothesis, &kept.fit, &FINAL);
     let slots = kept.hypothesis.slots.iter().enumerate();
@@ -250,6 +250,19 @@ fn shifts(kept: &Scored) -> Vec<Shift> {
                 shift_percent: 100.0 * ((tolerance * kept.fit.x[k]).exp() - 1.0),
                 std_percent: 100.0 * tolerance * covariance[(k, k)].max(0.0).sqrt().min(1.0),
             }),
+            crate::hypothesis::Slot::Known {
+                known,
+                parameter,
+                std,
+            } => {
+                let known = &kept.hypothesis.model.known[*known];
+                let (value, spec) = (known.values[*parameter], &known.effect.parameters[*parameter]);
+                (value != 0.0).then(|| Shift {
+                    parameter: format!("known.{}.{}", known.effect.name, spec.name),
+                    shift_percent: 100.0 * std * kept.fit.x[k] / value,
+                    std_percent: 100.0 * (std / value).abs() * covariance[(k, k)].max(0.0).sqrt().min(1.0),
+                })
+            }
             _ => None,
         })
         .collect()

@@ -147,7 +147,7 @@ impl<'a> Hypothesis<'a> {
         match (parameter.scale, parameter.name) {
             (Scale::Frequency, _) => 0.01 * scales.time / scales.duration,
             (_, "periods_per_rev") => 0.01 / (1.0 + scales.speed * scales.duration),
-            (Scale::Stiffness, _) => 1.0,
+            (Scale::Stiffness, _) => 0.01,
             _ => 1e-3,
         }
     }

@@ -15,6 +15,7 @@ pub mod compensation;
 pub mod demo;
 pub mod effects;
 pub mod evidence;
+pub mod excitation;
 pub mod exhibit;
 pub mod experiment;
 pub mod fit;

@@ -63,7 +63,7 @@ pub fn not_excited(bench: &Bench) -> Option<Outcome> {
 
 /// What a log that does not move lacks.
 fn still(bench: &Bench) -> Vec<String> {
-    let mut notes = bench.notes.clone();
+    let mut notes = [bench.notes.clone(), crate::excitation::missing(bench)].concat();
     notes.push(format!(
         "the log never moves: drive the axis in both directions with more than {} of input",
         crate::report::figure(bench.scales.input)

@@ -102,6 +102,7 @@ impl Scales {
             Scale::Frequency => 1.0 / self.time,
             Scale::PerPower => 1.0 / (self.current * self.current * self.resistance),
             Scale::Stiffness => self.inertia / (self.time * self.time),
+            Scale::Capacity => self.time / self.resistance,
         }
     }
 }

@@ -169,6 +169,8 @@ pub enum Scale {
     PerPower,
     /// Inertia over time constant squared.
     Stiffness,
+    /// Time constant over resistance.
+    Capacity,
 }
 
 /// Where the fits of an effect start, in units of the parameters' scales.

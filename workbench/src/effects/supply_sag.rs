@@ -13,7 +13,7 @@ pub const EFFECT: Effect = Effect {
     separated_by: "steps at small and at full voltage; log vbus_v, which shows it directly",
     parameters: &[
         Parameter::new("source_ohm", "Ω", Scale::Resistance, 0.0, 4.0),
-        Parameter::new("bus_farad", "F", Scale::One, 0.0, 1.0).optional(0.0),
+        Parameter::new("bus_farad", "F", Scale::Capacity, 0.0, 20.0).optional(0.0),
     ],
     starts: Starts::Grid(&[&[0.02, 0.0], &[0.1, 0.0], &[0.3, 0.0], &[0.8, 0.0]]),
     axis: Axis::Voltage,
