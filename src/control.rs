@@ -85,6 +85,17 @@ impl Reference {
     }
 }
 
+/// The gains as real numbers, per control tick, for people and for analysis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gains {
+    /// k_p, 1/tick.
+    pub position: f32,
+    /// k_v, nominal voltages per count per tick.
+    pub speed: f32,
+    /// k_i, nominal voltages per count and tick.
+    pub integral: f32,
+}
+
 /// Fixed-point gains of the loops.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Params {
@@ -174,10 +185,22 @@ impl State {
 }
 
 impl Params {
+    /// As real numbers.
+    #[must_use]
+    pub fn gains(&self) -> Gains {
+        Gains {
+            position: self.position as f32 / (1u64 << 28) as f32,
+            speed: self.speed as f32 / (1u64 << 20) as f32,
+            // Error in Q12 times Q40 is the integrator's Q52.
+            integral: self.integral as f32 / (1u64 << 40) as f32,
+        }
+    }
+
     /// What the position loop answers to an error of one count, in nominal voltages.
     #[must_use]
     pub fn per_count(&self) -> f32 {
-        self.position as f32 / (1u32 << 28) as f32 * (self.speed as f32 / (1u32 << 20) as f32)
+        let gains = self.gains();
+        gains.position * gains.speed
     }
 
     /// Voltage that this acceleration takes.

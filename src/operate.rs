@@ -6,7 +6,7 @@
 use crate::axis::{Axis, Commissioning, Listener, Mode, State};
 use crate::commission::{self, CommissionReport, Request};
 use crate::control::{self, Reference};
-use crate::design;
+use crate::design::{self, Design};
 use crate::identify::estimate::{Estimates, Reason};
 use crate::joint::Restored;
 use crate::protect::Fault;
@@ -69,11 +69,7 @@ pub(crate) fn reason_of(fault: Fault) -> Reason {
 impl Axis {
     /// Carries out a command, or says why not. What concerns the link or another axis is for the image.
     pub fn command(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
-        while state.renewal != design::Stage::Done {
-            state
-                .design
-                .renew(&mut state.renewal, &self.scale, &self.tuning, &state.knowledge);
-        }
+        self.design(state);
         match *command {
             Command::Stop => self.stop(state),
             Command::Arm => self.arm(state),
@@ -98,6 +94,16 @@ impl Axis {
             | Command::Reset
             | Command::Save => Err(Refusal::NotForAxis),
         }
+    }
+
+    /// The gains in force, once they have followed all that is known. Not for the control tick.
+    pub fn design<'a>(&self, state: &'a mut State) -> &'a Design {
+        while state.renewal != design::Stage::Done {
+            state
+                .design
+                .renew(&mut state.renewal, &self.scale, &self.tuning, &state.knowledge);
+        }
+        &state.design
     }
 
     /// In SI units; not for the control tick.

@@ -83,10 +83,14 @@ impl Experiment {
             tick_hz: self.tick_hz,
             ..Options::default()
         };
-        let plant = Plant::draw(self.family, self.severity, seeds, &options);
-        let bench = self.ready(&plant)?;
-        let without = self.track(bench.clone(), &plant, false);
-        let with = self.track(bench, &plant, true);
+        self.run_on(&Plant::draw(self.family, self.severity, seeds, &options))
+    }
+
+    /// Runs this plant, whatever its family.
+    pub fn run_on(&self, plant: &Plant) -> Result<Run, Left> {
+        let bench = self.ready(plant)?;
+        let without = self.track(bench.clone(), plant, false);
+        let with = self.track(bench, plant, true);
         Ok(Run {
             rms: [without.rms[1], with.rms[1]],
             ..with

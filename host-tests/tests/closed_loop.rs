@@ -1,13 +1,16 @@
 //! The loops on a true motor, imperfections one by one.
 
 use host_tests::bench::Bench;
-use host_tests::families::{Cause, Family, Options, Plant, Seeds, Severity};
-use host_tests::tracking::exact;
+use host_tests::families::{Cause, Family, Imperfection, Options, Plant, Seeds, Severity};
+use host_tests::tracking::{Experiment, Knowledge, exact};
 use servo::axis::Output;
+use servo::control::{self, Tuning};
+use servo::encoder::Motor;
 use servo::protect::Fault;
 use servo::protocol::Command;
 use servo::record::{Activity, Limit};
 use std::f64::consts::TAU;
+use truing::loops::LoopShape;
 use truing::truth::Friction;
 
 /// The middle family without friction, noise or saturation.
@@ -207,4 +210,69 @@ fn an_input_dead_zone_is_compensated_as_well_as_friction() {
             "{cause:?}: {rms:?} of the amplitude"
         );
     }
+}
+
+/// Every imperfection alone: the loops stay usable, and the compensation is worth its while. Fast decay makes the mean
+/// voltage a crooked function of the duty: not supported, and here it shows why.
+#[test]
+fn each_imperfection_alone_leaves_the_loops_usable() {
+    let experiment = Experiment {
+        family: Family::G2,
+        severity: Severity::Nominal,
+        tick_hz: 1_000,
+        speed_share: 0.2,
+        frequency_hz: 1.0,
+        tuning: Tuning::default(),
+        knowledge: Knowledge::Exact,
+    };
+    for imperfection in Imperfection::ALL {
+        let plant = Plant::draw(
+            Family::G2,
+            Severity::Nominal,
+            Seeds::Design(21),
+            &Options::default(),
+        );
+        let run = experiment
+            .run_on(&plant.with(imperfection))
+            .expect("true values are known");
+        if imperfection == Imperfection::FastDecay {
+            assert!(run.rms[1] > 0.02, "fast decay is supported now: {run:?}");
+            continue;
+        }
+        assert_eq!(run.fault, Fault::None, "{imperfection:?}");
+        assert!(
+            run.rms[1] * 4.0 < run.rms[0] && run.rms[1] < 0.01,
+            "{imperfection:?}: {run:?}"
+        );
+        assert_eq!(
+            (run.escapes, run.sign_changes),
+            (0, 0),
+            "{imperfection:?}: {run:?}"
+        );
+    }
+}
+
+/// By hand, in units of 1/τ without delay and integrator: both poles at −1.7 give L = 2.4·(s + 1.204)/(s·(s + 1)), which
+/// crosses one at 2.475 with −94°.
+#[test]
+fn the_phase_margin_is_that_of_the_textbook_loop() {
+    let motor = Motor {
+        full_speed: 3.0,
+        tau_ticks: 20_000.0,
+    };
+    let tuning = Tuning {
+        bandwidth: 1.7,
+        integral: false,
+    };
+    let gains = control::Params::new(&motor, &tuning).gains();
+    let shape = LoopShape::new(&motor, &gains, 1.0).expect("it crosses one");
+    let crossover = shape.crossover_rad_s * 20_000.0;
+    assert!((crossover - 2.475).abs() < 0.01, "{crossover}");
+    assert!((shape.phase_margin_deg - 86.05).abs() < 0.2, "{shape:?}");
+    let with = control::Params::new(&motor, &Tuning::default()).gains();
+    let with = LoopShape::new(&motor, &with, 1.0).expect("it crosses one");
+    assert!(
+        (70.0..85.0).contains(&with.phase_margin_deg),
+        "an integrator costs phase: {with:?}"
+    );
 }

@@ -167,11 +167,8 @@ impl Params {
     fn gain(&self, state: &State, solution: &Solution, evidence: &Evidence, standing: Standing) -> Estimate {
         let rated = Positive::of(self.rated_speed(&state.lengths), ROW_FRAC);
         let value = solution.gain.over(rated).to_q(GAIN_FRAC);
-        Estimate {
-            value,
-            u95: half_width(value, solution.gain_sigma, linear_error(state, evidence)),
-            standing,
-        }
+        let u95 = half_width(value, solution.gain_sigma, linear_error(state, evidence));
+        linear(value, u95, evidence.excitation, standing)
     }
 
     fn time_constant(
@@ -183,12 +180,19 @@ impl Params {
     ) -> Estimate {
         let block = Positive::new(u64::from(self.block_ticks(&state.lengths)), 0);
         let value = solution.time_constant.times(block).to_q(TIME_FRAC);
-        Estimate {
-            value,
-            u95: half_width(value, solution.time_constant_sigma, linear_error(state, evidence)),
-            standing,
-        }
+        let u95 = half_width(value, solution.time_constant_sigma, linear_error(state, evidence));
+        linear(value, u95, evidence.excitation, standing)
     }
+}
+
+/// Gain or time constant: trusted with the dead zones; in ordinary motion it must be certain enough by itself.
+fn linear(value: i32, u95: i32, excitation: Excitation, standing: Standing) -> Estimate {
+    let uncertain = excitation == Excitation::Ordinary && u95 > share(value, TRUST_LIMIT_1024);
+    let standing = match standing {
+        Standing::Trusted if uncertain => Standing::Doubtful(Reason::TooUncertain),
+        other => other,
+    };
+    Estimate { value, u95, standing }
 }
 
 /// (β₊ − β₋)/(β₊ + β₋), Q20.

@@ -24,6 +24,7 @@ pub mod hypothesis;
 pub mod input_error;
 pub mod localise;
 pub mod log;
+pub mod loops;
 pub mod model;
 pub mod motor;
 pub mod outcome;

@@ -33,7 +33,7 @@ const FAMILIES: [Family; 3] = [Family::G1, Family::G2, Family::G3];
 fn main() {
     let arguments = Arguments::parse();
     println!(
-        "| nothing commissioned | family | plants | dead zone % | gain % | time constant % | trusted, worst | false trust | covered, u95 % | doubts | faults |"
+        "| nothing commissioned | family | plants | dead zone % | gain % | time constant % | trusted, worst dead zone, gain, time constant | false trust | covered, u95 % | doubts | faults |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for (name, motion) in [
@@ -95,21 +95,26 @@ fn learned(motion: &str, family: &str, runs: &[Learned]) {
     };
     let trusted: Vec<&Learned> = runs.iter().filter(|run| run.trusted).collect();
     let worst = |run: &Learned| run.dead_zone[0].abs().max(run.dead_zone[1].abs());
+    let largest = |number: &dyn Fn(&Learned) -> f64| {
+        100.0 * trusted.iter().map(|run| number(run).abs()).fold(0.0, f64::max)
+    };
     let covered = numbers().filter(|(error, u95)| error.abs() <= *u95).count();
     let mut doubts = BTreeMap::new();
     for run in runs.iter().filter(|run| !run.trusted) {
         *doubts
-            .entry(run.doubt.map_or("none", |reason| reason.code()))
+            .entry(run.doubt.map_or("gain_or_time_constant", |reason| reason.code()))
             .or_insert(0) += 1;
     }
     println!(
-        "| {motion} | {family} | {} | {} | {} | {} | {:.0} %, {:.1} | {} | {:.1} %, {:.1} | {doubts:?} | {} |",
+        "| {motion} | {family} | {} | {} | {} | {} | {:.0} %, {:.1}, {:.1}, {:.1} | {} | {:.1} %, {:.1} | {doubts:?} | {} |",
         runs.len(),
         spread(numbers().map(|(error, _)| error)),
         spread(runs.iter().map(|run| run.gain)),
         spread(runs.iter().map(|run| run.time_constant)),
         100.0 * trusted.len() as f64 / runs.len().max(1) as f64,
-        100.0 * trusted.iter().map(|run| worst(run)).fold(0.0, f64::max),
+        largest(&worst),
+        largest(&|run| run.gain),
+        largest(&|run| run.time_constant),
         trusted.iter().filter(|run| worst(run) > 0.12).count(),
         100.0 * covered as f64 / numbers().count().max(1) as f64,
         100.0 * quantile(numbers().map(|(_, u95)| u95), 0.5),

@@ -2,6 +2,7 @@
 
 use super::commission::{self, Knowledge};
 use super::firmware::Firmware;
+use crate::loops::LoopShape;
 use crate::motor::write_whole;
 use crate::servo_link::advisory_text;
 use crate::session::{Done, Profile, Task};
@@ -71,6 +72,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Some(Done::Tracked(span)) = result.done.last() else {
         bail!("the servo has not tracked; run it again with --verbose");
     };
+    let known = match (result.done.first(), tasks.first()) {
+        (Some(Done::Commissioned(outcome)), _) => Some(&outcome.estimates),
+        (_, Some(Task::Adopt(estimates))) => Some(&**estimates),
+        _ => None,
+    };
+    if let Some(shape) = known.and_then(|known| LoopShape::of(&config, known).ok().flatten()) {
+        println!(
+            "{:21} crossover {:.1} rad/s, phase margin {:.0}°",
+            "position loop", shape.crossover_rad_s, shape.phase_margin_deg
+        );
+    }
     let report = TrackJson::new(&result.log, span);
     println!(
         "{:21} {:.6} rad, peak {:.6} rad",
