@@ -13,6 +13,7 @@ pub use crate::operate::{Refusal, Report};
 use crate::protect::{self, Action, Fault, Notice};
 use crate::pwm;
 use crate::record::{self, Activity, Advisory, Limit, Record};
+use crate::referencing::{Finding, Referenced, Search, Sight};
 use crate::store::AxisParameters;
 use crate::trajectory::{Cruise, Move, Sine};
 use crate::units::{Position, Speed, Voltage, to_fixed};
@@ -162,6 +163,13 @@ pub struct State {
     pub(crate) tick: u32,
     /// Counter at power-up, once a sample was seen.
     pub(crate) zero: Option<i32>,
+    /// Counter at the reference's zero, once the axis is referenced.
+    pub(crate) datum: Option<i32>,
+    pub(crate) search: Option<Search>,
+    /// The last search was in vain.
+    pub(crate) missed: bool,
+    /// The index pulse is there in this tick.
+    index: bool,
     pub(crate) count: i32,
     pub(crate) standstill: encoder::Standstill,
     pub(crate) mode: Mode,
@@ -223,6 +231,10 @@ impl Axis {
         State {
             tick: 0,
             zero: None,
+            datum: None,
+            search: None,
+            missed: false,
+            index: false,
             count: 0,
             standstill: encoder::Standstill::default(),
             mode: Mode::Idle,
@@ -258,6 +270,7 @@ impl Axis {
         let acting = self.pwm.acting(&state.pwm);
         let voltage = self.pwm.terminal(acting, supply);
         self.encoder(state, sample.count);
+        self.search(state, &sample);
         self.protect(state, &sample, supply);
         self.identify(state, &sample, acting.bridge, voltage, supply);
         let demand = self.control(state);
@@ -288,6 +301,39 @@ impl Axis {
         state.design.observer.step(&mut state.encoder, count, driving);
     }
 
+    /// Looks for zero, if that is what the motion is for.
+    fn search(&self, state: &mut State, sample: &Sample) {
+        let index = core::mem::take(&mut state.index);
+        let Some(search) = &mut state.search else { return };
+        if !matches!(state.mode, Mode::Cruise(_)) {
+            // Stopped, or another motion was asked for.
+            return state.search_ends(None);
+        }
+        let sight = Sight {
+            count: sample.count,
+            current: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
+            index,
+            pushing: state.limit == Limit::Push,
+        };
+        match search.step(&sight) {
+            Finding::Searching => {}
+            Finding::Found(count) => {
+                let datum = count.wrapping_sub(search.position);
+                state.search_ends(Some(datum));
+                state.settle();
+            }
+            Finding::Missed => {
+                state.search_ends(None);
+                state.settle();
+            }
+        }
+    }
+
+    /// The index pulse is there: heeded by the next step, which has to see the count of the same moment.
+    pub fn index(&self, state: &mut State) {
+        state.index = true;
+    }
+
     /// Opens the bridge on a fault.
     fn protect(&self, state: &mut State, sample: &Sample, supply: Voltage) {
         let input = protect::Input {
@@ -297,7 +343,7 @@ impl Axis {
             speed: state.encoder.speed(),
             voltage: state.acted,
             load: Voltage::ZERO.minus(state.design.loops.accelerating_voltage(state.encoder.load())),
-            holding: state.holding,
+            holding: state.holding || state.search.as_ref().is_some_and(Search::leans),
         };
         let expectation = &state.design.expectation;
         if let Some(action) = self.protect.step(&mut state.protect, expectation, &input) {
@@ -469,6 +515,32 @@ impl State {
         self.learn();
     }
 
+    /// Where positions count from.
+    pub(crate) fn origin(&self) -> i32 {
+        self.datum.or(self.zero).unwrap_or(0)
+    }
+
+    fn search_ends(&mut self, datum: Option<i32>) {
+        self.search = None;
+        self.missed = datum.is_none();
+        self.datum = datum.or(self.datum);
+    }
+
+    /// Holds the place where the shaft is, without what was pushed with until now.
+    fn settle(&mut self) {
+        self.control = control::State::default();
+        self.mode = Mode::Hold(Position::of_count(self.count));
+    }
+
+    fn referenced(&self) -> Referenced {
+        match (&self.search, self.missed, self.datum) {
+            (Some(_), _, _) => Referenced::Searching,
+            (None, true, _) => Referenced::Missed,
+            (None, false, Some(_)) => Referenced::Yes,
+            (None, false, None) => Referenced::No,
+        }
+    }
+
     /// The commissioning that is running.
     pub(crate) fn commissioning(&self) -> Option<&Commissioning> {
         match &self.listener {
@@ -559,19 +631,23 @@ impl State {
             self.limit = Limit::Speed;
         }
         self.voltage = loops.speed_loop(&self.control, &reference, wanted, self.encoder.speed());
-        let integrated = if reference.rests() {
+        let mut integrated = Some(if reference.rests() {
             loops.at_rest(&mut self.control, error, self.design.sticks())
         } else {
             loops.in_motion(&mut self.control);
             error
-        };
+        });
+        if let Some((bounded, true)) = self.search.as_ref().map(|search| search.bound(self.voltage)) {
+            (self.voltage, integrated) = (bounded, None);
+            self.limit = Limit::Push;
+        }
         let steady = (!reference.rests()).then(|| loops.steady_voltage(reference.speed));
         Demand {
             bridge: Bridge::Driven,
             voltage: self.voltage,
             meaning: Meaning::Linear {
                 reference: steady,
-                error: Some(integrated),
+                error: integrated,
             },
         }
     }
@@ -643,6 +719,7 @@ impl State {
             dead_zone_source: self.design.dead_zone_source,
             compensation: self.compensation,
             advisory: self.advisory(),
+            referenced: self.referenced(),
         }
     }
 }

@@ -134,6 +134,13 @@ impl Joint {
         }
     }
 
+    /// The index pulse of the encoder is there in this tick: before [`Joint::step`] with the count of the same moment.
+    pub fn index(&mut self) {
+        if let Some((axis, state)) = &mut self.configured {
+            axis.index(state);
+        }
+    }
+
     /// The configuration in force.
     #[must_use]
     pub fn config(&self) -> Option<&Config> {

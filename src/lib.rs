@@ -30,6 +30,7 @@ pub mod protect;
 pub mod protocol;
 pub mod pwm;
 pub mod record;
+pub mod referencing;
 pub mod saving;
 pub mod store;
 pub mod trajectory;

@@ -12,6 +12,7 @@ use crate::joint::Restored;
 use crate::protect::Fault;
 use crate::protocol::Command;
 use crate::record::{Activity, Source};
+use crate::referencing::{Mark, Referencing, Search};
 use crate::store::AxisParameters;
 use crate::trajectory::{Cruise, Move, Sine};
 use crate::units::{Acceleration, Position, SPEED_BITS, Speed, Voltage, to_fixed};
@@ -34,8 +35,12 @@ pub enum Refusal {
     OutOfRange,
     /// Not a command of the axis: the link answers it.
     NotForAxis,
+    /// Absolute targets need a reference.
+    NotReferenced,
 }
 
+/// Counts per tick at which an index pulse of one count is still seen by looking once a tick.
+const FASTEST_INDEX: f32 = 0.9;
 /// A shaft that has not moved for 50 ms stands.
 const STANDING_HZ: u32 = 20;
 
@@ -84,6 +89,8 @@ impl Axis {
             Command::Speed(rad_s) => self.speed(state, rad_s),
             Command::Voltage(volts) => self.voltage(state, volts),
             Command::Adopt(ref estimates) => self.adopt(state, estimates),
+            Command::Reference(ref how) => self.reference(state, how),
+            Command::GoTo(rad) => self.go_to(state, rad),
             Command::Configure(_)
             | Command::Subscribe { .. }
             | Command::CaptureArm { .. }
@@ -170,7 +177,7 @@ impl Axis {
         let params = commission::Params::new(&self.scale, budget_ms, seed);
         state.listener = Listener::Commissioning(Commissioning {
             params,
-            state: commission::State::new(&params, state.count).referenced(state.zero.unwrap_or(state.count)),
+            state: commission::State::new(&params, state.count).referenced(state.origin()),
         });
         state.outcome = None;
         state.mode = Mode::Commission(Request::default());
@@ -194,19 +201,124 @@ impl Axis {
         Ok(())
     }
 
+    /// Relative to power-up, whether referenced or not.
     fn position(&self, state: &mut State, rad: f32) -> Result<(), Refusal> {
+        self.travel_to(state, state.zero.unwrap_or(0), rad)
+    }
+
+    /// Relative to the reference.
+    fn go_to(&self, state: &mut State, rad: f32) -> Result<(), Refusal> {
+        let datum = state.datum.ok_or(Refusal::NotReferenced)?;
+        self.travel_to(state, datum, rad)
+    }
+
+    fn travel_to(&self, state: &mut State, origin: i32, rad: f32) -> Result<(), Refusal> {
         self.ready(state)?;
-        let counts = rad * design::counts_per_rad(&self.scale);
-        let counts = (counts.abs() < Move::LARGEST_COUNTS)
-            .then_some(counts as i32)
-            .ok_or(Refusal::OutOfRange)?;
-        let target = state.zero.unwrap_or(0).wrapping_add(counts);
+        let target = origin.wrapping_add(self.counts(rad)?);
         self.within_travel(state, target, 0.0)?;
         let start = state.present();
         let limits = state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
         let course = Move::plan(&start, Position::of_count(target), &limits);
         state.begin(&start, Mode::Move(course.ok_or(Refusal::OutOfRange)?));
         Ok(())
+    }
+
+    fn counts(&self, rad: f32) -> Result<i32, Refusal> {
+        let counts = rad * design::counts_per_rad(&self.scale);
+        (counts.abs() < Move::LARGEST_COUNTS)
+            .then_some(counts as i32)
+            .ok_or(Refusal::OutOfRange)
+    }
+
+    fn reference(&self, state: &mut State, how: &Referencing) -> Result<(), Refusal> {
+        match *how {
+            Referencing::Here { position_rad } => self.reference_here(state, position_rad),
+            Referencing::EndStop {
+                speed_rad_s,
+                position_rad,
+                reach_rad,
+                current_a,
+            } => {
+                let raw = |limit: f32| (limit / self.scale.config.current_a_per_lsb) as u16;
+                let mark = Mark::EndStop {
+                    current: current_a.map(raw),
+                };
+                self.seek(state, mark, speed_rad_s, position_rad, reach_rad)
+            }
+            Referencing::Index {
+                speed_rad_s,
+                position_rad,
+                reach_rad,
+            } => self.seek(state, Mark::Index, speed_rad_s, position_rad, reach_rad),
+        }
+    }
+
+    /// The set-point of a motion under way would jump: refused then.
+    fn reference_here(&self, state: &mut State, rad: f32) -> Result<(), Refusal> {
+        let rests = matches!(state.mode, Mode::Idle | Mode::Hold(_));
+        let counts = self.counts(rad)?;
+        if !rests {
+            return Err(Refusal::Busy);
+        }
+        state.datum = Some(state.count.wrapping_sub(counts));
+        state.missed = false;
+        Ok(())
+    }
+
+    /// Cruises until the mark is found. Travel limits are not known yet; `reach` stands for them.
+    fn seek(
+        &self,
+        state: &mut State,
+        mark: Mark,
+        speed_rad_s: f32,
+        position_rad: f32,
+        reach_rad: f32,
+    ) -> Result<(), Refusal> {
+        self.ready(state)?;
+        let speed = speed_rad_s * design::counts_per_tick(&self.scale);
+        let limits = &state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
+        let slow = match mark {
+            Mark::Index => FASTEST_INDEX,
+            Mark::EndStop { .. } => f32::MAX,
+        };
+        let fits =
+            speed.abs() <= limits.speed.min(limits.voltage).min(slow) && speed != 0.0 && reach_rad > 0.0;
+        let speed = fits
+            .then(|| Speed(to_fixed(speed, SPEED_BITS)))
+            .filter(|speed| speed.0 != 0)
+            .ok_or(Refusal::OutOfRange)?;
+        let search = Search {
+            mark,
+            direction: speed.0.signum(),
+            start: state.count,
+            reach: self.counts(reach_rad)?,
+            position: self.counts(position_rad)?,
+            push: self.push(state, speed),
+            patience: self.patience(state, speed),
+            farthest: state.count,
+            still: 0,
+        };
+        let start = state.present();
+        state.begin(&start, Mode::Cruise(Cruise::plan(&start, speed, limits)));
+        state.search = Some(search);
+        state.missed = false;
+        Ok(())
+    }
+
+    /// Twice what the speed takes and a sixteenth of the nominal supply; a fifth where nothing compensates the dead zone.
+    fn push(&self, state: &State, speed: Speed) -> Voltage {
+        let steady = Voltage(state.design.loops.steady_voltage(speed).0.saturating_abs());
+        let compensated = state.compensation && state.design.dead_zone_source != [Source::None; 2];
+        let margin = if compensated { 16 } else { 5 };
+        steady.plus(steady).plus(Voltage(Voltage::NOMINAL.0 / margin))
+    }
+
+    /// A time constant, 50 ms, and the time of eight counts, whichever is longest.
+    fn patience(&self, state: &State, speed: Speed) -> u32 {
+        let counts = 8.0 * (1u32 << SPEED_BITS) as f32 / speed.0.unsigned_abs() as f32;
+        let tau = state.design.motor.tau_ticks;
+        let least = (self.scale.config.tick_hz / STANDING_HZ) as f32;
+        tau.max(least).max(counts) as u32
     }
 
     /// Endless motion: refused between end stops.
@@ -276,7 +388,7 @@ impl Axis {
 
     /// Is `centre ± swing` between the end stops?
     fn within_travel(&self, state: &State, centre: i32, swing: f32) -> Result<(), Refusal> {
-        let from_zero = centre.wrapping_sub(state.zero.unwrap_or(0)) as f32;
+        let from_zero = centre.wrapping_sub(state.origin()) as f32;
         let [lower, upper] = self.scale.travel_counts.map(|stop| stop as f32);
         if from_zero - swing >= lower && from_zero + swing <= upper {
             Ok(())
@@ -330,6 +442,8 @@ impl State {
 
     /// Changes the mode without a jump of the voltage.
     pub(crate) fn begin(&mut self, start: &Reference, mode: Mode) {
+        // Another motion ends a search without a result.
+        self.missed |= self.search.take().is_some();
         match self.mode {
             Mode::Idle => {
                 self.control = control::State::default();

@@ -11,6 +11,7 @@ use crate::commission::Outcome;
 use crate::config::{Config, ConfigError};
 use crate::identify::estimate::Estimates;
 use crate::record::Record;
+use crate::referencing::Referencing;
 use crate::saving::StoreEvent;
 use crate::store::{AxisParameters, Found};
 use core::marker::PhantomData;
@@ -99,6 +100,10 @@ pub enum Command {
     Reset,
     /// Store what is in force, of all axes. Refused while anything moves; [`Message::Store`] tells how it goes on.
     Save,
+    /// Find out where zero is.
+    Reference(Referencing),
+    /// Hold this absolute position from now on, rad from the reference's zero. Refused until there is one.
+    GoTo(f32),
 }
 
 /// Why a command was not executed.

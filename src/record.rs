@@ -2,6 +2,7 @@
 
 use crate::axis::Bridge;
 use crate::protect::Fault;
+use crate::referencing::Referenced;
 use serde::{Deserialize, Serialize};
 
 /// Version of [`Record`]; changes whenever a field does.
@@ -39,6 +40,8 @@ pub enum Limit {
     Saturation = 2,
     /// The speed limit.
     Speed = 3,
+    /// What a search for an end stop may push with.
+    Push = 4,
 }
 
 /// Where the numbers that the loops use come from.
@@ -130,4 +133,6 @@ pub struct Record {
     pub compensation: bool,
     /// What should be looked at.
     pub advisory: Advisory,
+    /// Do positions count from power-up, or are they absolute?
+    pub referenced: Referenced,
 }

@@ -108,7 +108,7 @@ fn a_servo_on_a_serial_line_is_commissioned_stored_changed_captured_and_watched(
         "voltage",
         "limit none",
         "fault none",
-        "gain Stored",
+        "gain stored",
     ] {
         assert!(told.contains(word), "no {word} in {told}");
     }

@@ -7,10 +7,12 @@ use crate::servo_link::{Client, Lockstep, Serial, Wire, found_text};
 use servo::capture::{Extent, Shot, Stage, Trigger};
 use servo::commission::Outcome;
 use servo::config::Config;
-use servo::identify::estimate::Estimates;
+use servo::identify::estimate::{Estimates, EstimatesReport};
 use servo::protect::Fault;
 use servo::protocol::{Command, Message};
 use servo::record::Activity;
+use servo::referencing::{Referenced, Referencing};
+use servo::store::AxisParameters;
 use std::cell::RefCell;
 use std::f32::consts::TAU;
 
@@ -25,6 +27,8 @@ const STILL_COUNTS: i32 = 1;
 const STILL_S: f64 = 0.1;
 /// After so long, s, a motion begins even if the axis does not stand.
 const LONGEST_REST_S: f64 = 10.0;
+/// No search for a reference takes longer, s.
+const LONGEST_SEARCH_S: f64 = 600.0;
 /// A piece of a capture has arrived after so long, s.
 const READ_S: f64 = 0.001;
 /// The shortest stretch of the log that counts as a run, s.
@@ -74,6 +78,8 @@ pub enum Task {
         /// Ticks to keep from before it.
         before: u16,
     },
+    /// Find out where zero is.
+    Reference(Referencing),
     /// Store what is in force, so that it survives a power cut.
     Store,
     /// Follow a profile, then hold.
@@ -92,6 +98,8 @@ pub enum Done {
     Commissioned(Box<Outcome>),
     /// Estimates are in use.
     Adopted,
+    /// Positions are absolute.
+    Referenced,
     /// Parameters are stored.
     Stored,
     /// A capture is armed.
@@ -148,6 +156,8 @@ pub struct Progress<'a> {
     pub task: &'a str,
     /// 0 … 1 of this task.
     pub share: f64,
+    /// What the servo has learned, here or in an earlier life.
+    pub estimates: Option<&'a EstimatesReport>,
 }
 
 /// Opens the way to the servo. `seed` is the builtin motor's noise.
@@ -223,6 +233,7 @@ pub fn run_from(
         let result = match task {
             Task::Commission { budget_s, seed } => session.commission(*budget_s, *seed, progress)?,
             Task::Adopt(estimates) => session.adopt(estimates)?,
+            Task::Reference(how) => session.reference(*how, progress)?,
             Task::Store => session.store(progress)?,
             Task::Capture { trigger, before } => {
                 session.capture = Some((*trigger, *before));
@@ -242,11 +253,11 @@ pub fn run_from(
     session.close(done)
 }
 
-/// The configuration that the servo has stored.
-fn stored(client: &mut Client) -> Result<Config, InputError> {
+/// What the servo has stored.
+fn stored(client: &mut Client) -> Result<AxisParameters, InputError> {
     let parameters = client.parameters()?;
     let found = client.hello()?.stored;
-    parameters.map(|parameters| parameters.config).ok_or_else(|| {
+    parameters.ok_or_else(|| {
         InputError(format!(
             "this axis has no parameters to go on with ({}); run `truing commission --store` first",
             found_text(found)
@@ -269,6 +280,7 @@ struct Kept {
     log: RunLog,
     ended: Option<Outcome>,
     captured: Option<Captured>,
+    estimates: Option<EstimatesReport>,
     /// The last fault that any telemetry has told, before the first configuration too.
     fault: Fault,
 }
@@ -296,6 +308,7 @@ impl Kept {
             Message::Commissioned { tick, outcome, .. } => {
                 self.log.outcomes.push((tick, outcome));
                 self.ended = Some(outcome);
+                self.learn(&outcome.estimates);
             }
             Message::Captured {
                 stage, extent, shots, ..
@@ -306,6 +319,10 @@ impl Kept {
             }
             _ => {}
         }
+    }
+
+    fn learn(&mut self, estimates: &Estimates) {
+        self.estimates = self.log.config.build().ok().map(|scale| estimates.report(&scale));
     }
 
     fn now(&self) -> u32 {
@@ -332,9 +349,12 @@ impl Session {
         let Listening { axis, every } = listening;
         let mut client = Client::new(wire);
         client.select(axis);
-        let config = match start {
-            Start::Configure(config) => config,
-            Start::Stored => stored(&mut client)?,
+        let (config, known) = match start {
+            Start::Configure(config) => (config, None),
+            Start::Stored => {
+                let parameters = stored(&mut client)?;
+                (parameters.config, Some(parameters.estimates))
+            }
         };
         let mut session = Session {
             client,
@@ -343,12 +363,16 @@ impl Session {
                 log: RunLog::new(config),
                 ended: None,
                 captured: None,
+                estimates: None,
                 fault: Fault::None,
             }),
             every,
             capture: None,
             cleared: Fault::None,
         };
+        if let Some(known) = &known {
+            session.kept.get_mut().learn(known);
+        }
         session.listen(every)?;
         if start != Start::Stored {
             session.command(Command::Configure(config))?;
@@ -412,6 +436,7 @@ impl Session {
                     log: &kept.log,
                     task,
                     share,
+                    estimates: kept.estimates.as_ref(),
                 });
             }
         }
@@ -459,6 +484,30 @@ impl Session {
     fn adopt(&mut self, estimates: &Estimates) -> Result<Done, InputError> {
         self.command(Command::Adopt(*estimates))?;
         Ok(Done::Adopted)
+    }
+
+    fn reference(
+        &mut self,
+        how: Referencing,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Done, InputError> {
+        self.command(Command::Arm)?;
+        let start = self.command(Command::Reference(how))?;
+        let state = |kept: &Kept| {
+            let last = kept.log.rows.last().filter(|row| row.tick > start);
+            last.map_or(Referenced::Searching, |row| row.record.referenced)
+        };
+        let end = start + self.ticks(LONGEST_SEARCH_S);
+        let over = |kept: &Kept| state(kept) != Referenced::Searching;
+        self.run_to(end, over, "referencing", progress)?;
+        let found = state(&self.kept.borrow());
+        self.command(Command::Stop)?;
+        match found {
+            Referenced::Yes => Ok(Done::Referenced),
+            _ => Err(InputError(
+                "no reference was found: start away from the stop, give a longer way, and check encoder and index".into(),
+            )),
+        }
     }
 
     /// An open bridge lets the shaft coast; only when it stands may the flash be written.

@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = arguments.firmware.axis()?;
     let first = arguments
         .knowledge
-        .task(BUDGET_S, arguments.firmware.seed, &config)?;
+        .tasks(BUDGET_S, arguments.firmware.seed, &config)?;
     let capture = Task::Capture {
         trigger: match arguments.trigger {
             Event::Now => Trigger::Now,

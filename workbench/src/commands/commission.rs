@@ -7,6 +7,7 @@ use crate::session::{Done, SessionResult, Task};
 use anyhow::Context;
 use clap::Args;
 use servo::config::Config;
+use servo::referencing::Referencing;
 use std::path::PathBuf;
 
 /// Length of a commissioning when nothing else is asked for, s.
@@ -71,19 +72,50 @@ pub struct Knowledge {
     /// Use what the servo has stored (`truing commission --store`) instead of commissioning first.
     #[arg(long, conflicts_with = "params")]
     pub stored: bool,
+    /// Find zero before the motion: here:RAD, or stop:RAD_S,RAD,REACH_RAD[,AMPERE], or index:RAD_S,RAD,REACH_RAD, where
+    /// the sign of the speed is the direction and RAD is what the place is to be called.
+    #[arg(long, value_parser = referencing, allow_hyphen_values = true)]
+    pub reference: Option<Referencing>,
+}
+
+/// The argument of `--reference`.
+fn referencing(text: &str) -> Result<Referencing, String> {
+    let shape = "expected here:RAD, stop:RAD_S,RAD,REACH_RAD[,AMPERE] or index:RAD_S,RAD,REACH_RAD";
+    let (kind, rest) = text.split_once(':').ok_or(shape)?;
+    let numbers: Result<Vec<f32>, _> = rest.split(',').map(|part| part.trim().parse()).collect();
+    let numbers = numbers.map_err(|_| shape)?;
+    match (kind, numbers.as_slice()) {
+        ("here", &[position_rad]) => Ok(Referencing::Here { position_rad }),
+        ("stop", &[speed_rad_s, position_rad, reach_rad, ref current @ ..]) if current.len() < 2 => {
+            Ok(Referencing::EndStop {
+                speed_rad_s,
+                position_rad,
+                reach_rad,
+                current_a: current.first().copied(),
+            })
+        }
+        ("index", &[speed_rad_s, position_rad, reach_rad]) => Ok(Referencing::Index {
+            speed_rad_s,
+            position_rad,
+            reach_rad,
+        }),
+        _ => Err(shape.into()),
+    }
 }
 
 impl Knowledge {
-    /// The task before the motion; none if the servo goes on with what it has stored.
-    pub fn task(&self, budget_s: f64, seed: u64, config: &Config) -> anyhow::Result<Option<Task>> {
-        Ok(match &self.params {
+    /// The tasks before the motion; none if the servo goes on with what it has stored.
+    pub fn tasks(&self, budget_s: f64, seed: u64, config: &Config) -> anyhow::Result<Vec<Task>> {
+        let first = match &self.params {
             _ if self.stored => None,
             Some(path) => Some(Task::Adopt(Box::new(Params::read(path)?.estimates(config)))),
             None => Some(Task::Commission {
                 budget_s: budget(budget_s)?,
                 seed: seed as u32,
             }),
-        })
+        };
+        let reference = self.reference.map(Task::Reference);
+        Ok(first.into_iter().chain(reference).collect())
     }
 
     /// Is there a commissioning first?

@@ -82,7 +82,9 @@ impl Firmware {
     ) -> anyhow::Result<session::SessionResult> {
         // A servo that is to use what it has stored is not configured anew.
         let start = match tasks.first() {
-            Some(session::Task::Track { .. } | session::Task::Capture { .. }) => session::Start::Stored,
+            Some(
+                session::Task::Track { .. } | session::Task::Capture { .. } | session::Task::Reference(_),
+            ) => session::Start::Stored,
             _ => session::Start::Configure(config),
         };
         let listening = session::Listening {

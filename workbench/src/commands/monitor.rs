@@ -3,17 +3,22 @@
 use super::commission::{BUDGET_S, Knowledge};
 use super::firmware::Firmware;
 use super::track::profile;
-use crate::commission_report::CommissionJson;
+use crate::run_log::RunLog;
+use crate::servo_link::{advisory_text, fault_advice};
 use crate::session::{Progress, Task};
 use clap::Args;
 use servo::axis::Sample;
+use servo::identify::estimate::{EstimatesReport, Reported};
 use servo::protect::Fault;
-use servo::record::Limit;
+use servo::record::{Activity, Record};
+use servo::referencing::Referenced;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 /// How often the view is drawn.
 const REFRESH: Duration = Duration::from_millis(100);
+/// Columns of a narrow terminal.
+const WIDTH: usize = 78;
 /// … where there is no terminal to redraw.
 const LINE: Duration = Duration::from_secs(1);
 
@@ -39,7 +44,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = arguments.firmware.axis()?;
     let first = arguments
         .knowledge
-        .task(BUDGET_S, arguments.firmware.seed, &config)?;
+        .tasks(BUDGET_S, arguments.firmware.seed, &config)?;
     let track = Task::Track {
         profile: profile(&arguments.profile)?,
         compensation: true,
@@ -90,83 +95,133 @@ impl View {
             println!("{}", lines.join("  |  "));
             return;
         }
-        let up = if self.lines > 0 {
-            format!("\x1b[{}A", self.lines)
-        } else {
-            String::new()
+        // Back to the first line of the last picture, and clear what is below.
+        let up = match self.lines {
+            0 => String::new(),
+            lines => format!("\x1b[{lines}A\x1b[J"),
         };
-        let body: String = lines.iter().map(|line| format!("\x1b[2K{line}\n")).collect();
-        print!("{up}{body}");
+        print!("{up}{}\n", lines.join("\n"));
         let _ = std::io::stdout().flush();
         self.lines = lines.len();
     }
 }
 
-/// What there is to see, one line a subject; always the same number of lines.
+/// What there is to see, one subject a line, none longer than a narrow terminal.
 fn lines(progress: &Progress) -> Vec<String> {
     let log = progress.log;
     let Some(row) = log.rows.last() else {
         return Vec::new();
     };
     let (config, record) = (&log.config, &row.record);
-    let time = f64::from(row.tick) / f64::from(config.tick_hz);
-    let set_point = log.rad(f64::from(record.reference_q8) / 256.0);
+    let mut lines = vec![
+        format!(
+            "{:8.2} s   {} ({:.0} %)   bridge {}",
+            f64::from(row.tick) / f64::from(config.tick_hz),
+            progress.task,
+            100.0 * progress.share,
+            word(record.bridge)
+        ),
+        motion(log, record),
+        drive(log, record),
+        format!(
+            "limit {}   position {}   gain {}   dead zone {}, {}",
+            word(record.limit),
+            match record.referenced {
+                Referenced::Yes => "absolute",
+                Referenced::Searching => "searching for zero",
+                Referenced::No | Referenced::Missed => "from power-up",
+            },
+            word(record.gain_source),
+            word(record.dead_zone_source[0]),
+            word(record.dead_zone_source[1])
+        ),
+    ];
+    let fault = match record.fault {
+        Fault::None => "none".to_owned(),
+        other => fault_advice(other),
+    };
+    lines.extend(wrapped(&format!("fault {fault}")));
+    lines.extend(
+        advisory_text(record.advisory)
+            .iter()
+            .flat_map(|text| wrapped(text)),
+    );
+    match progress.estimates {
+        Some(report) => lines.extend(estimates(report)),
+        None => lines.push("estimates: none yet".to_owned()),
+    }
+    lines
+}
+
+/// The variant's name in small letters.
+fn word(code: impl std::fmt::Debug) -> String {
+    format!("{code:?}").to_lowercase()
+}
+
+fn wrapped(text: &str) -> Vec<String> {
+    let options = textwrap::Options::new(WIDTH).subsequent_indent("      ");
+    let lines = textwrap::wrap(text, options);
+    lines.into_iter().map(|line| line.into_owned()).collect()
+}
+
+/// Where it is to be and where it is. While no loop is closed there is no set-point.
+fn motion(log: &RunLog, record: &Record) -> String {
     let position = log.rad(f64::from(record.count.wrapping_sub(log.zero())) + 0.5);
+    match record.activity {
+        Activity::Tracking | Activity::Holding => {
+            let set_point = log.rad(f64::from(record.reference_q8) / 256.0);
+            format!(
+                "set-point {set_point:9.4} rad   position {position:9.4} rad   error {:8.4} rad",
+                set_point - position
+            )
+        }
+        _ => format!("set-point         - rad   position {position:9.4} rad"),
+    }
+}
+
+fn drive(log: &RunLog, record: &Record) -> String {
+    let config = &log.config;
     let speed = log.rad(f64::from(record.speed_q20) / f64::from(1 << 20)) * f64::from(config.tick_hz);
     let supply = match record.vbus_raw {
         Sample::VBUS_NOT_MEASURED => f64::from(config.supply_nominal_v),
         raw => f64::from(raw) * f64::from(config.vbus_v_per_lsb),
     };
     let volts = f64::from(record.duty) / f64::from(config.pwm_full_scale) * supply;
-    let limit = match record.limit {
-        Limit::None => "none".to_owned(),
-        other => format!("{other:?}").to_lowercase(),
+    let current = match record.current_raw {
+        Sample::CURRENT_NOT_SENSED => String::new(),
+        raw => format!(
+            "   current {:7.3} A",
+            f64::from(raw) * f64::from(config.current_a_per_lsb)
+        ),
     };
-    let fault = match record.fault {
-        Fault::None => "none".to_owned(),
-        other => crate::servo_link::fault_advice(other),
-    };
-    let mut lines = vec![
-        format!(
-            "{time:8.2} s   {} ({:.0} %)   bridge {:?}",
-            progress.task,
-            100.0 * progress.share,
-            record.bridge
-        ),
-        format!(
-            "set-point {set_point:9.4} rad   position {position:9.4} rad   error {:9.4} rad",
-            set_point - position
-        ),
-        format!("speed {speed:9.3} rad/s   voltage {volts:7.3} V of {supply:.2} V"),
-        format!(
-            "limit {limit}   fault {fault}   gain {:?}   dead zone {:?}   advisory {}",
-            record.gain_source,
-            record.dead_zone_source,
-            crate::servo_link::advisory_text(record.advisory).unwrap_or("none")
-        ),
-    ];
-    let report = log
-        .outcomes
-        .last()
-        .and_then(|(_, outcome)| CommissionJson::new(outcome, config).ok());
-    lines.push(match report {
-        Some(report) => report
-            .numbers()
-            .iter()
-            .map(estimate)
-            .collect::<Vec<_>>()
-            .join("   "),
-        None => "estimates: none yet".to_owned(),
-    });
-    lines
+    format!("speed {speed:9.3} rad/s   voltage {volts:7.3} V of {supply:.2} V{current}")
 }
 
-fn estimate((name, unit, number): &(&str, &str, crate::commission_report::Number)) -> String {
-    match number.value {
-        Some(value) => format!(
-            "{name} {value:.3} {unit}{}",
-            if number.trusted { "" } else { " (not trusted)" }
+/// Both directions of a number in one line.
+fn estimates(report: &EstimatesReport) -> [String; 3] {
+    let pair = |name: &str, [positive, negative]: [&Reported; 2]| {
+        format!(
+            "{name:12} + {}   \u{2212} {}",
+            number(positive, "V"),
+            number(negative, "V")
+        )
+    };
+    [
+        pair("dead zone", [&report.dead_zone_pos_v, &report.dead_zone_neg_v]),
+        pair("saturation", [&report.saturation_pos_v, &report.saturation_neg_v]),
+        format!(
+            "{:12}   {}   time constant {}",
+            "gain",
+            number(&report.gain_rad_s_per_v, "rad/s/V"),
+            number(&report.time_constant_s, "s")
         ),
-        None => format!("{name} -"),
+    ]
+}
+
+fn number(reported: &Reported, unit: &str) -> String {
+    match (reported.value, reported.u95, reported.trusted) {
+        (Some(value), Some(u95), true) => format!("{value:.4} ± {u95:.4} {unit}"),
+        (Some(value), _, _) => format!("{value:.4} {unit} (not trusted)"),
+        (None, _, _) => "not seen".to_owned(),
     }
 }

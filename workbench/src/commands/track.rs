@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = arguments.firmware.axis()?;
     let first = arguments
         .knowledge
-        .task(arguments.budget_s, arguments.firmware.seed, &config)?;
+        .tasks(arguments.budget_s, arguments.firmware.seed, &config)?;
     let track = Task::Track {
         profile: profile(&arguments.profile)?,
         compensation: arguments.compensation == Switch::On,
