@@ -60,9 +60,10 @@ pub struct Report {
 /// What a commissioning that a fault has ended tells.
 pub(crate) fn reason_of(fault: Fault) -> Reason {
     match fault {
-        Fault::NoMotion | Fault::Stalled | Fault::EncoderUnplugged | Fault::MotorDisconnected => {
-            Reason::MotionLost
-        }
+        Fault::NoMotion => Reason::MotionLost,
+        Fault::Stalled => Reason::Stalled,
+        Fault::EncoderUnplugged => Reason::EncoderUnplugged,
+        Fault::MotorDisconnected => Reason::MotorDisconnected,
         Fault::WrongDirection => Reason::Reversed,
         Fault::Overspeed | Fault::Runaway => Reason::Overspeed,
         Fault::SupplyLow => Reason::SupplyTooLow,

@@ -8,7 +8,7 @@
 //! unit, divide the acceleration by 2ᵏ and the jerk by 4ᵏ.
 
 use super::estimate::Mechanism;
-use super::solve::{COEFFICIENT_FRAC, Coefficients, Solution};
+use super::solve::{COEFFICIENT_FRAC, Coefficients, INVERSE_FRAC, Solution};
 use super::spline::{ROW_FRAC, Window};
 
 /// Between these residuals, in 1/1024 of γ, it is neither.
@@ -48,6 +48,23 @@ impl Sums {
         self.acceleration
             .wrapping_add(damping)
             .wrapping_add(product(c.delta, self.jerk))
+    }
+}
+
+impl Sums {
+    /// Mean of (a + α·w + δ·j)/β, Q20 of nominal supply; 0 without windows.
+    pub fn mean_voltage(&self, c: &Coefficients, inverse_beta: i32) -> i32 {
+        // The residual is below 2³⁴ per window and the hardware divides 32 bits: the sum is halved until it fits.
+        let total = self.residual(c);
+        let shift = 33u32.saturating_sub(total.unsigned_abs().leading_zeros());
+        let windows = (self.windows as i32).max(1);
+        let mean = i64::from((total >> shift) as i32 / windows) << shift;
+        let rest = i64::from(
+            (total - mean * i64::from(windows)).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+                / windows,
+        );
+        let volts = ((mean + rest) * i64::from(inverse_beta)) >> INVERSE_FRAC;
+        volts.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
     }
 }
 

@@ -52,6 +52,12 @@ pub enum Reason {
     Aborted,
     /// The clip, not the motor, limited the voltage (supply far below nominal).
     SupplyTooLow,
+    /// Voltage was applied, nothing moved, and the current was that of a winding without back-EMF.
+    Stalled,
+    /// Voltage was applied, nothing was counted, and the current was that of a motor that turns.
+    EncoderUnplugged,
+    /// Voltage was applied, nothing moved, and no current flowed.
+    MotorDisconnected,
 }
 
 impl Reason {
@@ -78,6 +84,9 @@ impl Reason {
             Reason::TravelExceeded => "travel_exceeded",
             Reason::Aborted => "aborted",
             Reason::SupplyTooLow => "supply_too_low",
+            Reason::Stalled => "stalled",
+            Reason::EncoderUnplugged => "encoder_unplugged",
+            Reason::MotorDisconnected => "motor_disconnected",
         }
     }
 }

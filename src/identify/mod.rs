@@ -44,6 +44,7 @@ pub struct Params {
     rated_per_sample_q16: u64,
     shortest_block: u32,
     longest_block: u32,
+    coarse: bool,
 }
 
 impl Params {
@@ -61,7 +62,8 @@ impl Params {
                 .unwrap_or(9)
         };
         let longest_block = samples(LONGEST_BLOCK_S * 0.7);
-        let mut shortest_block = samples(BASE_BLOCK_S).max(4);
+        let base_block = samples(BASE_BLOCK_S).max(4);
+        let mut shortest_block = base_block;
         while shortest_block < longest_block
             && (rated_per_sample_q16 << shortest_block) >> 16 < LEAST_COUNTS_PER_BLOCK
         {
@@ -72,7 +74,13 @@ impl Params {
             rated_per_sample_q16,
             shortest_block,
             longest_block,
+            coarse: shortest_block >= base_block + 2,
         }
+    }
+
+    /// The encoder is so coarse that blocks are four times as long as fast motors want.
+    pub fn coarse(&self) -> bool {
+        self.coarse
     }
 
     /// Block lengths for a time constant of `ticks` control ticks (0: unknown): about a quarter of it.
@@ -128,14 +136,11 @@ impl Params {
                 continue;
             }
             let row = Row::new(window, direction);
-            let set = if state.gate.core(direction) {
-                &mut state.core
-            } else {
-                &mut state.outer
-            };
+            let outer = !state.gate.core(direction);
+            let set = if outer { &mut state.outer } else { &mut state.core };
             set[direction].add(&row);
             if let Some(slice) = slice.as_deref_mut() {
-                slice.add(&row, direction);
+                slice.add(&row, direction, outer);
             }
             used = true;
         }

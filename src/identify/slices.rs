@@ -9,10 +9,15 @@ use super::positive::Positive;
 use super::regression::{COLUMNS, Row};
 use super::solve::{COEFFICIENT_FRAC, Solution};
 
-/// Slices of one commissioning, both directions together.
-pub const SLICES: usize = 16;
+/// Slices of the learning segments, both directions together; the verification adds one a direction.
+pub const LEARN_SLICES: usize = 16;
+/// First slice of the verification.
+pub const VERIFY_SLICE: usize = LEARN_SLICES;
+/// Slices of one commissioning.
+pub const SLICES: usize = LEARN_SLICES + 2;
 /// Rows are summed in Q14, so 2¹⁶ of them fit into 32 bits.
 const SUM_SHIFT: u32 = 6;
+const HALF: i32 = 1 << (SUM_SHIFT - 1);
 /// Rows below which a slice says nothing.
 const LEAST_ROWS: i32 = 6;
 /// Largest mean residual that is reported, Q20: keeps its square in 64 bits.
@@ -24,13 +29,16 @@ pub struct Slice {
     sums: [i32; COLUMNS],
     rows: u16,
     direction: u8,
+    outer: bool,
 }
 
 impl Slice {
-    /// Adds one row of `direction`.
-    pub fn add(&mut self, row: &Row, direction: usize) {
+    /// Adds one row of `direction`; `outer`: above the core limit.
+    pub fn add(&mut self, row: &Row, direction: usize, outer: bool) {
+        self.outer |= outer;
         for (sum, column) in self.sums.iter_mut().zip(row.0) {
-            *sum = sum.wrapping_add(column >> SUM_SHIFT);
+            // Rounded: cut off, the sums would all lean to one side, by a hundredth of a volt on slow motors.
+            *sum = sum.wrapping_add(column.saturating_add(HALF) >> SUM_SHIFT);
         }
         self.rows = self.rows.saturating_add(1);
         self.direction = direction as u8;
@@ -58,6 +66,11 @@ impl Slice {
     /// Rows in it.
     pub fn rows(&self) -> u16 {
         self.rows
+    }
+
+    /// Contains rows above the core limit.
+    pub fn outer(&self) -> bool {
+        self.outer
     }
 
     /// Direction of its rows.

@@ -2,7 +2,7 @@
 
 use clap::{Parser, ValueEnum};
 use host_tests::commissioning::{Score, commission, quantiles};
-use host_tests::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
+use host_tests::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -51,9 +51,12 @@ struct Arguments {
     /// Dead zone by friction, whatever the family.
     #[arg(long)]
     friction: bool,
-    /// Knee at this share of the supply; 0: no saturation.
-    #[arg(long)]
-    knee: Option<f64>,
+    /// Knee at this share of the supply; 0: no saturation; two shares: drawn between them.
+    #[arg(long, value_delimiter = ',', num_args = 1..=2)]
+    knee: Vec<f64>,
+    /// One more imperfection of real drives, a row for each; "all": every one.
+    #[arg(long, value_delimiter = ',')]
+    imperfection: Vec<String>,
     /// Load step at a random time in the learning segments, share of the dead zone.
     #[arg(long)]
     load_step: Option<f64>,
@@ -71,17 +74,37 @@ fn main() {
         "| family | budget | rate | n | dead zone % | gain % | time constant % | saturation % | unseen, invented | trusted, worst | false trust | covered, u95 % | mechanism right, wrong | refused, doubts |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
-    for &family in &arguments.family {
-        for &severity in &arguments.severity {
-            row(&arguments, family, severity);
+    let imperfections = imperfections(&arguments.imperfection);
+    for imperfection in imperfections {
+        for &family in &arguments.family {
+            for &severity in &arguments.severity {
+                row(&arguments, family, severity, imperfection);
+            }
         }
     }
 }
 
-fn row(arguments: &Arguments, family: FamilyName, severity: SeverityName) {
+/// Those that are asked for; `None`: the plants as they are drawn.
+fn imperfections(names: &[String]) -> Vec<Option<Imperfection>> {
+    let asked = |imperfection: &Imperfection| {
+        let name = format!("{imperfection:?}");
+        names
+            .iter()
+            .any(|asked| asked == "all" || asked.eq_ignore_ascii_case(&name))
+    };
+    let found: Vec<_> = Imperfection::ALL.into_iter().filter(asked).map(Some).collect();
+    if names.is_empty() { vec![None] } else { found }
+}
+
+fn row(
+    arguments: &Arguments,
+    family: FamilyName,
+    severity: SeverityName,
+    imperfection: Option<Imperfection>,
+) {
     let scores: Vec<(u32, Score)> = (arguments.first..arguments.first + arguments.plants)
         .into_par_iter()
-        .map(|number| (number, one(arguments, family, severity, number)))
+        .map(|number| (number, one(arguments, family, severity, imperfection, number)))
         .collect();
     if arguments.each {
         for (number, score) in &scores {
@@ -89,15 +112,29 @@ fn row(arguments: &Arguments, family: FamilyName, severity: SeverityName) {
         }
     }
     let scores: Vec<Score> = scores.into_iter().map(|(_, score)| score).collect();
-    print(arguments, &format!("{family:?} {severity:?}"), &scores);
+    let with = imperfection.map_or(String::new(), |imperfection| format!(" {imperfection:?}"));
+    print(arguments, &format!("{family:?} {severity:?}{with}"), &scores);
 }
 
-fn one(arguments: &Arguments, family: FamilyName, severity: SeverityName, number: u32) -> Score {
+/// A number between 0 and 1 that belongs to a plant's number.
+fn fraction(number: u32) -> f64 {
+    f64::from(number.wrapping_mul(2_654_435_761)) / f64::from(u32::MAX)
+}
+
+fn one(
+    arguments: &Arguments,
+    family: FamilyName,
+    severity: SeverityName,
+    imperfection: Option<Imperfection>,
+    number: u32,
+) -> Score {
     let mut plant = draw(arguments, family, severity, number);
+    if let Some(imperfection) = imperfection {
+        plant = plant.with(imperfection);
+    }
     if let Some(share) = arguments.load_step {
-        // A quarter to three quarters of the budget: the learning segments.
-        let at = arguments.seconds
-            * (0.15 + 0.5 * f64::from(number.wrapping_mul(2_654_435_761)) / f64::from(u32::MAX));
+        // The learning segments of a budget of 5 s last from 15 to 65 % of it.
+        let at = arguments.seconds * (0.15 + 0.5 * fraction(number));
         let sign = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
         plant = plant.with_load_step(at, sign * share);
         let mean = 0.5 * (plant.truth.dead_zone_v[0] + plant.truth.dead_zone_v[1]);
@@ -109,7 +146,6 @@ fn one(arguments: &Arguments, family: FamilyName, severity: SeverityName, number
 }
 
 fn draw(arguments: &Arguments, family: FamilyName, severity: SeverityName, number: u32) -> Plant {
-    use host_tests::families::Cause;
     let family = match family {
         FamilyName::G1 => Family::G1,
         FamilyName::G2 => Family::G2,
@@ -134,10 +170,11 @@ fn draw(arguments: &Arguments, family: FamilyName, severity: SeverityName, numbe
             (_, true) => Some(Cause::Friction),
             _ => None,
         },
-        ceiling: match arguments.knee {
-            None => Ceiling::Family,
-            Some(0.0) => Ceiling::Absent,
-            Some(share) => Ceiling::At(share),
+        ceiling: match arguments.knee[..] {
+            [] => Ceiling::Family,
+            [0.0] => Ceiling::Absent,
+            [share] => Ceiling::At(share),
+            [low, high, ..] => Ceiling::At(low + (high - low) * fraction(number)),
         },
     };
     Plant::draw(family, severity, seeds, &options)

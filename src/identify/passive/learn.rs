@@ -134,7 +134,7 @@ impl Params {
         };
         let evidence = Evidence {
             spread: &[Spread::default(); 2],
-            saturation: &[saturation::State::default(); 2],
+            saturation: &[saturation::Seen::default(); 2],
             checks: &learning.checks,
             mechanism: known.mechanism,
             short_of_travel: false,

@@ -212,6 +212,15 @@ pub fn advice(reason: Reason) -> &'static str {
             "the travel limit was reached: start in the middle of the travel, or widen axis.travel_limit_rad"
         }
         Reason::Aborted => "it was stopped before the end: run it again",
+        Reason::Stalled => {
+            "voltage was applied, current flowed and nothing moved: free the shaft, or let a stronger motor do the work"
+        }
+        Reason::EncoderUnplugged => {
+            "the current is that of a motor that turns, yet nothing was counted: check the encoder's cable, its supply and its coupling to the shaft"
+        }
+        Reason::MotorDisconnected => {
+            "voltage was applied and no current flowed: check the motor's leads, its brushes and the bridge's enable line"
+        }
         Reason::SupplyTooLow => {
             "the supply is far below supply.nominal_v: check the supply, or correct the axis file"
         }

@@ -1,0 +1,194 @@
+//! Break-away: the voltage rises until the motor is under way, once a direction.
+//!
+//! A motor that random torque pushes about without voltage (a dead zone at the input, hardly any friction) makes counts
+//! too. Its motion counts as broken away once it has lasted: the level is that of the last pause before it, a pause being a
+//! thirty-second of the ramp below 1 % of rated speed.
+
+use super::{Input, Params, Phase, State};
+use crate::identify::estimate::Reason;
+
+/// Break-away voltage above which there is no room for a linear segment, Q14: 0.45.
+pub(super) const MOST_BREAK_AWAY: i32 = 7_373;
+/// Voltage below which no motor with a dead zone moves, Q14: 3 %.
+const LEAST_BREAK_AWAY: i32 = 492;
+/// Counts that are motion, not a jittering edge.
+const MOTION: i32 = 4;
+/// The motion of an axis that moves without voltage has lasted when it has made this part of the travel at rated speed during one ramp: 0.4 %.
+const LASTING: i32 = 256;
+/// A pause is slower than rated speed by this factor.
+const PAUSE: i32 = 100;
+
+/// Voltages between which the winding's conductance is taken before anything moves, Q14: 4 … 8 %; and above which it is
+/// taken again: 40 %.
+const QUIET: core::ops::Range<i32> = 655..1_311;
+const LOUD: i32 = 6_554;
+/// Mean current at the top of the ramp that is none, converter counts.
+const NO_CURRENT: i32 = 8;
+/// Share of the early conductance that is left at the top of the ramp, in quarters: at least three, and the motor stands;
+/// back-EMF leaves the break-away voltage over the ramp's, at most 0.6.
+const STALLED_QUARTERS: i64 = 3;
+
+/// Ticks of one measurement of the conductance: 2¹² of 2¹⁵ counts fit into 32 bits, their products into 64.
+const MOST_TICKS: i32 = 1 << 12;
+
+/// Current and voltage, summed: the winding's conductance.
+#[derive(Clone, Copy, Debug, Default)]
+struct Conductance {
+    current: i32,
+    voltage: i32,
+    ticks: i32,
+}
+
+impl Conductance {
+    /// Notes the first [`MOST_TICKS`].
+    fn note(&mut self, current: i32, voltage: i32) {
+        if self.ticks < MOST_TICKS {
+            self.current += current;
+            self.voltage += voltage;
+            self.ticks += 1;
+        }
+    }
+}
+
+/// One ramp.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Ramp {
+    /// Before anything moves.
+    quiet: Conductance,
+    /// At the top of the ramp.
+    loud: Conductance,
+    /// Lowest displacement, counts: until there the motor still moved backwards.
+    lowest: i32,
+    /// Ticks since then.
+    since_lowest: u32,
+    /// Displacement at the last pause.
+    pause: i32,
+    /// Voltage then, Q14.
+    pause_level: i32,
+    /// Displacement at the last look.
+    looked: i32,
+    /// Ticks to the next look.
+    next_look: u32,
+}
+
+impl Ramp {
+    /// Notes the winding's current, converter counts, `None`: not sensed.
+    fn note_current(&mut self, raw: Option<i16>, sign: i32, level: i32) {
+        let Some(raw) = raw else { return };
+        let current = i32::from(raw) * sign;
+        if QUIET.contains(&level) {
+            self.quiet.note(current, level);
+        } else if level >= LOUD {
+            self.loud.note(current, level);
+        }
+    }
+
+    /// Why nothing was counted. Without a current sensor a stall and an unplugged encoder are the same data.
+    fn silence(&self) -> Reason {
+        let (quiet, loud) = (&self.quiet, &self.loud);
+        if loud.ticks == 0 {
+            return Reason::NoMotion;
+        }
+        if loud.current < NO_CURRENT * loud.ticks {
+            return Reason::MotorDisconnected;
+        }
+        let late = i64::from(loud.current) * i64::from(quiet.voltage) * 4;
+        let early = i64::from(quiet.current) * i64::from(loud.voltage) * STALLED_QUARTERS;
+        if late >= early {
+            Reason::Stalled
+        } else {
+            Reason::EncoderUnplugged
+        }
+    }
+
+    /// Notes the displacement at a voltage. `interval`: ticks between two looks; `slow`: counts in it at the speed of a
+    /// pause.
+    fn note(&mut self, displacement: i32, level: i32, interval: u32, slow: i32) {
+        self.since_lowest = self.since_lowest.saturating_add(1);
+        if displacement < self.lowest {
+            // It still moves backwards: a slow motor coasts, or a reversed one obeys.
+            self.lowest = displacement;
+            self.since_lowest = 0;
+            (self.pause, self.pause_level) = (displacement, level);
+        }
+        if self.next_look > 0 {
+            self.next_look -= 1;
+            return;
+        }
+        self.next_look = interval;
+        if displacement.wrapping_sub(self.looked) < slow.max(1) {
+            (self.pause, self.pause_level) = (displacement, level);
+        }
+        self.looked = displacement;
+    }
+}
+
+impl Params {
+    /// Ticks of the whole ramp.
+    fn ramp_ticks(&self) -> u32 {
+        self.share(20).max(16)
+    }
+
+    pub(super) fn break_away(&self, state: &mut State, input: &Input) {
+        let (length, displacement) = (self.ramp_ticks(), state.displacement(input.count));
+        state.level = (MOST_BREAK_AWAY as u32 * (state.elapsed >> 4).min(length >> 4) / (length >> 4)) as i32;
+        let interval = length >> 5;
+        state.ramp.note(
+            displacement,
+            state.level,
+            interval,
+            self.rated_counts(interval) / PAUSE,
+        );
+        state
+            .ramp
+            .note_current(input.current_raw, state.sign(), state.level);
+        if state.stroke == 0 && state.level < LEAST_BREAK_AWAY && displacement.saturating_abs() >= 2 {
+            state.restless = true;
+        }
+        let lasting = match state.restless {
+            true => (self.rated_counts(length) / LASTING).max(MOTION),
+            false => MOTION,
+        };
+        let given_up = state.ramp.since_lowest > length + length / 2;
+        let forwards = displacement.wrapping_sub(if given_up {
+            state.ramp.lowest
+        } else {
+            state.ramp.pause
+        });
+        // 2 % of rated speed since the ramp began is what random torque may do.
+        let reversed = 2 * lasting + self.rated_counts(state.elapsed) / 50;
+        if forwards >= if given_up { MOTION } else { lasting } {
+            state.break_away[state.direction] = self.plausible_break_away(state);
+            self.moved(state, input);
+        } else if state.stroke == 0 && -displacement >= reversed {
+            state.refuse(Reason::Reversed);
+        } else if given_up {
+            state.refuse(state.ramp.silence());
+        }
+    }
+
+    /// Travel at rated speed, counts, saturating.
+    fn rated_counts(&self, ticks: u32) -> i32 {
+        let counts = (u64::from(self.scale.rated_counts_per_tick_q16) * u64::from(ticks)) >> 16;
+        counts.min(1 << 30) as i32
+    }
+
+    /// A slow motor that coasted backwards had to be stopped first: its ramp overshot, the other direction tells more.
+    fn plausible_break_away(&self, state: &State) -> i32 {
+        let (level, other) = (state.ramp.pause_level, state.break_away[state.direction ^ 1]);
+        let level = if other > 0 {
+            level.min(other + other / 2)
+        } else {
+            level
+        };
+        level.max(1)
+    }
+
+    fn moved(&self, state: &mut State, input: &Input) {
+        state.stroke = state.stroke.saturating_add(1);
+        if state.stroke < 2 {
+            state.direction ^= 1;
+        }
+        state.enter(Phase::Settle, input.count);
+    }
+}

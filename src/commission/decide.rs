@@ -1,0 +1,157 @@
+//! What a window is used for, the solutions, and the decision.
+
+use super::reading::{Comparison, Reading};
+use super::{Outcome, Params, Phase, State};
+use crate::identify;
+use crate::identify::coast;
+use crate::identify::estimate::Reason;
+use crate::identify::slices::VERIFY_SLICE;
+use crate::identify::solve::{Progress, Structure};
+use crate::identify::spline::Window;
+use crate::identify::trust::{Evidence, Excitation};
+
+/// Time constants that a budget must hold, in quarters: 3.5.
+const LEAST_TIME_CONSTANTS_QUARTERS: u64 = 14;
+
+impl Params {
+    pub(super) fn use_window(&self, state: &mut State, window: &Window) {
+        match state.phase {
+            Phase::Learn => {
+                self.learn_row(state, window, self.slice(state));
+                self.heed_low_speed(state, window);
+            }
+            Phase::Coast => self.note_coast(state, window),
+            Phase::Saturate | Phase::Verify => self.test(state, window),
+            _ => {}
+        }
+    }
+
+    fn learn_row(&self, state: &mut State, window: &Window, slice: usize) {
+        self.identify
+            .learn(&mut state.identify, window, state.slices.get_mut(slice));
+    }
+
+    fn note_coast(&self, state: &mut State, window: &Window) {
+        let direction = state.direction;
+        if !(state.identify.gate.still() && state.identify.gate.moving(direction)) {
+            return;
+        }
+        // Shorter blocks by 2^k, see the coast test.
+        let shift = state.learn_lengths.block - state.identify.lengths.block;
+        let sign = state.sign();
+        state.coast[direction].note(window, sign, shift);
+    }
+
+    /// Full voltage samples the saturation. The verification checks what was learned, and is learned thereafter.
+    fn test(&self, state: &mut State, window: &Window) {
+        let direction = state.direction;
+        let gate = &state.identify.gate;
+        if !(gate.moving(direction) || state.identify.follows_input) {
+            return;
+        }
+        if gate.high(direction) {
+            self.compare(state, window, Comparison::Saturation);
+        } else if gate.linear(direction) && state.phase == Phase::Verify {
+            self.compare(state, window, Comparison::Check);
+            self.learn_row(state, window, VERIFY_SLICE + direction);
+        }
+    }
+
+    pub(super) fn solve(&self, state: &mut State) {
+        if !state.solver.busy() {
+            return;
+        }
+        let (core, outer) = (&state.identify.core, &state.identify.outer);
+        let progress = match state.comparing {
+            true => state.solver.step(&[core]),
+            false => state.solver.step(&[core, outer]),
+        };
+        match progress {
+            Progress::Idle | Progress::Busy => {}
+            Progress::Singular | Progress::Solved if state.comparing => self.compared(state, progress),
+            // The first direction alone only serves the coast test: later data may still do.
+            Progress::Singular if state.solver.structure() != Structure::Shared => {}
+            Progress::Singular => state.refuse(self.unsolved(state)),
+            Progress::Solved => self.solved(state),
+        }
+    }
+
+    /// A motor that never showed its time constant was not given the time, or not the counts.
+    fn unsolved(&self, state: &State) -> Reason {
+        match state.timescale.found {
+            _ if state.turned => Reason::TravelTooShort,
+            _ if self.identify.coarse() => Reason::EncoderTooSlow,
+            None => Reason::TooShort,
+            Some(_) => Reason::NotExcited,
+        }
+    }
+
+    fn solved(&self, state: &mut State) {
+        let solution = state.solver.solution();
+        state.whole = Some(renewed(state.whole, solution));
+        state.follow(coast::mechanism(&state.coast, solution));
+        if state.solver.structure() == Structure::Shared && state.timescale.found.is_some() {
+            // Once more, with the rows below the core limit alone; a slow motor has too few of them.
+            state.comparing = true;
+            state.solver.start(Structure::Shared);
+        }
+    }
+
+    fn compared(&self, state: &mut State, progress: Progress) {
+        state.comparing = false;
+        if progress == Progress::Solved {
+            state.core = Some(renewed(state.core, state.solver.solution()));
+        }
+    }
+
+    pub(super) fn decide(&self, state: &mut State) {
+        if state.solver.busy() {
+            return;
+        }
+        let low_knee = state.low_knee();
+        let Some(reading) = state.reading() else {
+            return state.refuse(Reason::NotExcited);
+        };
+        if let Some(slice) = state.slices.get(usize::from(state.stroke)) {
+            // One slice a tick.
+            state.stroke += 1;
+            if !(low_knee && slice.outer())
+                && let Some(residual) = slice.residual(&reading.solution, reading.inverse_beta)
+            {
+                state.spread[slice.direction()].note(residual, slice.rows());
+            }
+            return;
+        }
+        state.follow(coast::mechanism(&state.coast, &reading.solution));
+        let evidence = Evidence {
+            spread: &state.spread,
+            saturation: &[0, 1].map(|d| reading.saturation[d].seen(reading.level(d))),
+            checks: &reading.checks,
+            mechanism: state.mechanism,
+            short_of_travel: state.turned,
+            supply_measured: state.supply_measured,
+            excitation: Excitation::Chosen,
+        };
+        let estimates = self
+            .identify
+            .estimates(&state.identify, &reading.solution, &evidence);
+        let time_constant = (estimates.time_constant.value >> identify::estimate::TIME_FRAC) as u64;
+        if time_constant * LEAST_TIME_CONSTANTS_QUARTERS > u64::from(self.budget) * 4 {
+            return state.refuse(Reason::TooShort);
+        }
+        state.outcome = Outcome {
+            estimates,
+            refused: None,
+            duration_ticks: state.total,
+            travel_counts: state.travel,
+        };
+        state.phase = Phase::Done;
+    }
+}
+
+fn renewed(reading: Option<Reading>, solution: &identify::solve::Solution) -> Reading {
+    match reading {
+        Some(reading) => reading.renewed(solution),
+        None => Reading::new(solution),
+    }
+}

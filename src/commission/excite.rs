@@ -1,0 +1,197 @@
+//! Which voltage drives the motor, phase by phase.
+
+use super::breakaway::MOST_BREAK_AWAY;
+use super::{Input, Params, Phase, State};
+use crate::config::Scale;
+use crate::identify::estimate::Mechanism;
+use crate::identify::regression::Sums;
+use crate::identify::slices::Slice;
+use crate::identify::solve::Structure;
+use crate::identify::spline::{HOPS_PER_WINDOW, Window};
+
+/// Highest voltage of the linear segments, Q14 of nominal: 0.62, just below the gate's limit.
+const HIGH: i32 = 10_158;
+/// Low voltage above break-away, Q14: 6 %.
+const LOW_ABOVE_BREAK_AWAY: i32 = 983;
+/// The same for a slow motor, whose ramp overshoots, Q14: 2.7 %.
+const LOW_ABOVE_SLOW: i32 = 450;
+/// What the low voltage is raised by when it drives too slowly, Q14: 2 %; and when it does not drive: 6 %.
+const RAISE: i32 = 328;
+const RAISE_IDLE: i32 = 983;
+/// Speeds, in 1/1024 of rated speed, below which the low voltage drives too slowly, and does not drive: 9 %, 3 %.
+const LEAST_LOW_1024: i32 = 92;
+const IDLE_1024: i32 = 31;
+/// Break-away voltage of a slow motor, at most, Q14: 24 %. Its ramp overshoots any level.
+pub(super) const SLOW_BREAK_AWAY: i32 = 3_932;
+/// Ends of the high and of the low part of a segment, in 1/256. Half of the time at low voltage: the dead zone is an
+/// extrapolation from there, and random torque averages out.
+const PARTS: (u32, u32) = (72, 220);
+/// The same for a motor so slow that it has not shown its time constant: dynamics need their share.
+const PARTS_SLOW: (u32, u32) = (110, 190);
+/// Its first segment: before its blocks are chosen nothing counts.
+const PARTS_SLOW_FIRST: (u32, u32) = (150, 210);
+/// Voltage of the first part of the verification, Q14: 0.44, within the range of the lowest knee that is supported.
+pub(super) const VERIFY: i32 = 7_209;
+/// Full voltage, Q14.
+const FULL: i32 = Scale::VOLTAGE_ONE;
+
+impl Params {
+    pub(super) fn settle(&self, state: &mut State, input: &Input) {
+        if state.stroke == 0 {
+            state.restless |= input.count.wrapping_sub(state.start_count).saturating_abs() >= 2;
+        }
+        let at_rest = state.still >= self.share(2) || state.elapsed >= self.share(3);
+        if !at_rest {
+            return;
+        }
+        if state.break_away[state.direction] == 0 {
+            state.enter(Phase::BreakAway, input.count);
+        } else {
+            state.direction = self.first;
+            state.stroke = 0;
+            state.remaining = self.budget.saturating_sub(state.total);
+            // An overshooting ramp overestimates; the lower of both directions still drives.
+            state.identify.break_away = self
+                .break_away_level(state, 0)
+                .min(self.break_away_level(state, 1));
+            state.enter(Phase::Learn, input.count);
+        }
+    }
+
+    pub(super) fn learn(&self, state: &mut State, input: &Input) {
+        let length = self.learn_ticks(state);
+        let low = self.low(state);
+        let part = (state.elapsed << 8) / length.max(256);
+        let (high_until, low_until) = match state.timescale.found {
+            Some(_) => PARTS,
+            None if state.stroke == 0 => PARTS_SLOW_FIRST,
+            None => PARTS_SLOW,
+        };
+        state.level = match part {
+            _ if part < high_until => HIGH,
+            _ if part < low_until => low,
+            _ => (low + HIGH) / 2,
+        };
+        if state.stroke == 0
+            && !state.turned
+            && state.level == HIGH
+            && state
+                .timescale
+                .note(state.elapsed, state.displacement(input.count))
+        {
+            self.choose_block(state);
+        }
+        if state.elapsed >= length {
+            self.begin_coast(state, input);
+        }
+    }
+
+    fn begin_coast(&self, state: &mut State, input: &Input) {
+        state.identify.relength(self.coast_lengths(state));
+        state.after_coast = match state.phase {
+            Phase::Saturate => Phase::Verify,
+            _ => Phase::Learn,
+        };
+        state.enter(Phase::Coast, input.count);
+    }
+
+    pub(super) fn coast(&self, state: &mut State, input: &Input) {
+        let stopped = state.still > self.identify.block_ticks(&state.identify.lengths);
+        if state.elapsed < self.coast_ticks(state) && !stopped {
+            return;
+        }
+        state.identify.relength(state.learn_lengths);
+        if state.after_coast == Phase::Verify {
+            state.solver.start(Structure::Shared);
+            return state.enter(Phase::Verify, input.count);
+        }
+        state.direction ^= 1;
+        state.stroke = state.stroke.saturating_add(1);
+        if state.stroke == 1 {
+            state.solver.start(Structure::Single(self.first));
+        }
+        if state.stroke < self.strokes(state) {
+            state.enter(Phase::Learn, input.count);
+        } else {
+            state.solver.start(Structure::Shared);
+            state.stroke = 0;
+            state.enter(Phase::Saturate, input.count);
+        }
+    }
+
+    /// The ramp of a motor that random torque pushes about may end below its dead zone. The low voltage then does not keep
+    /// up the speed: it is raised, and what rows below the dead zone have taught is forgotten.
+    pub(super) fn heed_low_speed(&self, state: &mut State, window: &Window) {
+        let direction = state.direction;
+        let low = state.level == self.low(state) && state.level < MOST_BREAK_AWAY;
+        if state.phase != Phase::Learn || !low || state.timescale.found.is_none() {
+            return;
+        }
+        if state.raise_pause > 0 {
+            state.raise_pause -= 1;
+            return;
+        }
+        let speed = i64::from(window.speed * state.sign()) * 1024;
+        let rated = i64::from(self.identify.rated_speed(&state.identify.lengths));
+        if speed >= rated * i64::from(LEAST_LOW_1024) {
+            return;
+        }
+        let idle = speed < rated * i64::from(IDLE_1024);
+        state.break_away[direction] += if idle { RAISE_IDLE } else { RAISE };
+        state.raise_pause = HOPS_PER_WINDOW as u8;
+        if idle {
+            state.identify.core[direction] = Sums::default();
+            for slice in state
+                .slices
+                .iter_mut()
+                .filter(|slice| slice.direction() == direction)
+            {
+                *slice = Slice::default();
+            }
+        }
+    }
+
+    /// Low voltage of the direction under way: just above break-away.
+    fn low(&self, state: &State) -> i32 {
+        let above = match state.timescale.found {
+            Some(_) => LOW_ABOVE_BREAK_AWAY,
+            None => LOW_ABOVE_SLOW,
+        };
+        (self.break_away_level(state, state.direction) + above).min(MOST_BREAK_AWAY)
+    }
+
+    pub(super) fn saturate(&self, state: &mut State, input: &Input) {
+        state.level = FULL;
+        if state.elapsed < self.saturate_ticks(state) {
+            return;
+        }
+        // A fast motor stopped before the coast test had its windows; from full speed it coasts longer.
+        if state.mechanism == Mechanism::Unclear {
+            self.begin_coast(state, input);
+        } else {
+            state.enter(Phase::Verify, input.count);
+        }
+    }
+
+    pub(super) fn verify(&self, state: &mut State, input: &Input) {
+        state.level = if state.elapsed < self.verify_middle_ticks(state) {
+            VERIFY
+        } else {
+            self.low(state)
+        };
+        if state.elapsed < self.verify_ticks(state) {
+            return;
+        }
+        state.direction ^= 1;
+        state.stroke = state.stroke.saturating_add(1);
+        let next = if state.stroke < 2 {
+            Phase::Saturate
+        } else {
+            // Once more, with what the verification added.
+            state.solver.start(Structure::Shared);
+            state.stroke = 0;
+            Phase::Decide
+        };
+        state.enter(next, input.count);
+    }
+}

@@ -1,0 +1,120 @@
+//! What must not go on, and where the motor must turn back.
+
+use super::excite::VERIFY;
+use super::{Input, Params, Phase, State};
+use crate::config::Scale;
+use crate::identify::estimate::Reason;
+
+/// Supply outside of which the commissioning means nothing, Q14: 70 % and 140 % of nominal.
+const LEAST_SUPPLY: i32 = 11_469;
+const MOST_SUPPLY: i32 = 22_938;
+
+/// Where the commissioning must stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Limits {
+    /// Ticks without a count while driven hard.
+    still_ticks: u32,
+    /// Σ |voltage · current| in Q14 of nominal times converter counts.
+    energy: u64,
+    /// Time constant to brake with before it is known, ticks.
+    time_constant: u32,
+    /// Ticks of one speed measurement.
+    step_ticks: u32,
+    /// Counts in it at the speed limit.
+    step_counts: u32,
+}
+
+impl Limits {
+    pub(super) fn new(scale: &Scale) -> Self {
+        let config = &scale.config;
+        let joule_ticks = scale.volts(1) * config.current_a_per_lsb / config.tick_hz as f32;
+        let step_ticks = (config.tick_hz / 64).max(1);
+        let counts_per_tick_per_rad_s =
+            scale.rated_counts_per_tick_q16 as f32 / 65_536.0 / config.rated_speed_rad_s;
+        let step = |limit: f32| (limit * counts_per_tick_per_rad_s * step_ticks as f32) as u32;
+        Limits {
+            // Eight counts at 2 % of rated speed, at least 0.2 s: a slow motor lingers while it turns.
+            still_ticks: (400 * 65_536 / scale.rated_counts_per_tick_q16.max(1)).max(config.tick_hz / 5),
+            energy: config
+                .energy_limit_j
+                .map_or(u64::MAX, |limit| (limit / joule_ticks) as u64),
+            time_constant: (config.time_constant_hint_s.unwrap_or(0.1) * 2.0 * config.tick_hz as f32) as u32,
+            step_ticks,
+            step_counts: config.speed_limit_rad_s.map_or(u32::MAX, step),
+        }
+    }
+}
+
+impl Params {
+    fn beyond_travel(&self, state: &State, input: &Input) -> bool {
+        let [lower, upper] = self.scale.travel_counts;
+        let position = input.count.wrapping_sub(state.zero);
+        lower != i32::MIN && (position < lower || position > upper)
+    }
+
+    /// What must not go on.
+    pub(super) fn guard(&self, state: &State, input: &Input) -> Option<Reason> {
+        let driven_hard =
+            state.level >= VERIFY && matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
+        let supply = input.supply.unwrap_or(Scale::VOLTAGE_ONE);
+        match () {
+            () if driven_hard
+                && state.still > self.limits.still_ticks
+                && state.elapsed > self.limits.still_ticks =>
+            {
+                Some(Reason::MotionLost)
+            }
+            () if !(LEAST_SUPPLY..=MOST_SUPPLY).contains(&supply) => Some(Reason::SupplyMoved),
+            () if self.beyond_travel(state, input) => Some(Reason::TravelExceeded),
+            () if state.energy > self.limits.energy => Some(Reason::EnergySpent),
+            () if state.last_step > self.limits.step_counts => Some(Reason::Overspeed),
+            () => None,
+        }
+    }
+
+    /// Within a limited travel the motor shuttles: direction changes where it would otherwise run into the end.
+    pub(super) fn turn_before_the_stop(&self, state: &mut State, input: &Input) {
+        let [lower, upper] = self.scale.travel_counts;
+        let free =
+            lower == i32::MIN || !matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
+        if free {
+            return;
+        }
+        let position = input.count.wrapping_sub(state.zero);
+        let room = if state.direction == 0 {
+            upper.saturating_sub(position)
+        } else {
+            position.saturating_sub(lower)
+        };
+        if room < self.stopping_distance(state) {
+            state.direction ^= 1;
+            state.turned = true;
+        }
+    }
+
+    /// Counts until rest with shorted terminals, speed · time constant, plus what the speed measurement lags behind and
+    /// 1/32 of the travel.
+    fn stopping_distance(&self, state: &State) -> i32 {
+        let [lower, upper] = self.scale.travel_counts;
+        let known = state
+            .timescale
+            .found
+            .unwrap_or(state.timescale.at_least.saturating_mul(2));
+        let time_constant = if known > 0 {
+            known
+        } else {
+            self.limits.time_constant
+        };
+        let steps = time_constant / self.limits.step_ticks + 2;
+        let braking = state.last_step.saturating_mul(steps).min(1 << 30) as i32;
+        braking.saturating_add(upper.saturating_sub(lower) / 32)
+    }
+
+    /// Counts travelled in the last 1/64 s.
+    pub(super) fn measure_speed(&self, state: &mut State, input: &Input) {
+        if state.total.is_multiple_of(self.limits.step_ticks) {
+            state.last_step = input.count.wrapping_sub(state.step_count).unsigned_abs();
+            state.step_count = input.count;
+        }
+    }
+}

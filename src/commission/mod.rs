@@ -1,0 +1,364 @@
+//! Commissioning: the state machine that excites the motor, lets the identifier learn, verifies, and decides on trust.
+//!
+//! ```text
+//! settle → break away (both directions) → [learn high, low, middle → coast] × directions × repeats
+//!        → [saturate → verify] × directions → decide → done
+//! ```
+//!
+//! The voltage rises from zero until the motor moves, so the first motion is gentle and tells which voltages are safe.
+//! A long segment per direction beats many short ones: each reversal costs four blocks of valid windows. What the ramps
+//! leave of the budget goes to the segments. The bridge opens when the commissioning ends, for whatever reason.
+
+mod breakaway;
+mod decide;
+mod excite;
+mod guard;
+mod reading;
+mod schedule;
+
+use crate::axis::Bridge;
+use crate::config::Scale;
+use crate::identify;
+use crate::identify::coast;
+use crate::identify::estimate::{Estimates, EstimatesReport, Mechanism, Reason};
+use crate::identify::slices::{SLICES, Slice, Spread};
+use crate::identify::solve::Solver;
+use crate::identify::spline::Lengths;
+use crate::identify::timescale;
+use breakaway::Ramp;
+use guard::Limits;
+use reading::Reading;
+use serde::{Deserialize, Serialize};
+
+/// What the axis hands over in every tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Input {
+    /// Encoder counter at the start of this tick, wraps.
+    pub count: i32,
+    /// Mean terminal voltage that acts from now to the next sample, Q14 of nominal supply: the duty in force
+    /// (after delay, clip and quantisation) times the measured supply. 0 unless the bridge is driven.
+    pub voltage: i32,
+    /// State of the bridge from now to the next sample.
+    pub bridge: Bridge,
+    /// Measured supply, Q14 of nominal supply; `None` when it is not measured.
+    pub supply: Option<i32>,
+    /// Winding current in converter counts; `None` when it is not sensed.
+    pub current_raw: Option<i16>,
+}
+
+/// What the commissioning wants the bridge to do. The axis divides by the measured supply and clips.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Request {
+    /// State of the bridge.
+    pub bridge: Bridge,
+    /// Terminal voltage, Q14 of nominal supply.
+    pub voltage: i32,
+}
+
+/// Where the commissioning stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Phase {
+    /// Not started.
+    #[default]
+    Idle,
+    /// Waits for standstill.
+    Settle,
+    /// Raises the voltage until the motor moves, once a direction.
+    BreakAway,
+    /// Drives high, low, middle voltage and learns the linear part.
+    Learn,
+    /// Shorts the terminals while moving: friction or input dead zone.
+    Coast,
+    /// Drives full voltage and learns the saturation level.
+    Saturate,
+    /// Drives half voltage and compares with what was learned.
+    Verify,
+    /// Solves and decides.
+    Decide,
+    /// Finished with estimates.
+    Done,
+    /// Ended without estimates.
+    Refused,
+}
+
+/// How a commissioning ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// What is known, with trust and reasons.
+    pub estimates: Estimates,
+    /// Why nothing was accepted.
+    pub refused: Option<Reason>,
+    /// Control ticks used.
+    pub duration_ticks: u32,
+    /// Counts travelled, up and down added.
+    pub travel_counts: u32,
+}
+
+/// [`Outcome`] in SI units, as `truing-commission/1` prints it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CommissionReport {
+    /// What is known.
+    pub estimates: EstimatesReport,
+    /// Why nothing was accepted.
+    pub refused: Option<Reason>,
+    /// Length, s.
+    pub duration_s: f32,
+    /// Path, turns of the controlled shaft, up and down added.
+    pub travel_rev: f32,
+}
+
+impl Outcome {
+    /// In SI units; not for the control tick.
+    pub fn report(&self, scale: &Scale) -> CommissionReport {
+        CommissionReport {
+            estimates: self.estimates.report(scale),
+            refused: self.refused,
+            duration_s: self.duration_ticks as f32 / scale.config.tick_hz as f32,
+            travel_rev: self.travel_counts as f32 / scale.config.counts_per_rev as f32,
+        }
+    }
+}
+
+/// Fixed numbers of one commissioning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Params {
+    scale: Scale,
+    identify: identify::Params,
+    budget: u32,
+    first: usize,
+    limits: Limits,
+}
+
+impl Params {
+    /// `budget_ms`: length of the whole, `seed`: orders the directions.
+    pub fn new(scale: &Scale, budget_ms: u32, seed: u32) -> Self {
+        let budget = (u64::from(budget_ms) * u64::from(scale.config.tick_hz) / 1000).min(1 << 24) as u32;
+        Params {
+            scale: *scale,
+            identify: identify::Params::new(scale),
+            budget,
+            first: (seed & 1) as usize,
+            limits: Limits::new(scale),
+        }
+    }
+
+    fn share(&self, of_256: u32) -> u32 {
+        (self.budget >> 8) * of_256
+    }
+}
+
+/// What the commissioning carries from tick to tick.
+#[derive(Clone, Copy, Debug)]
+pub struct State {
+    phase: Phase,
+    /// 0 positive, 1 negative.
+    direction: usize,
+    stroke: u8,
+    elapsed: u32,
+    total: u32,
+    remaining: u32,
+    start_count: i32,
+    last_count: i32,
+    travel: u32,
+    still: u32,
+    level: i32,
+    /// Count at the reference from which the end stops are measured.
+    zero: i32,
+    /// The travel was too short for a segment in one go.
+    turned: bool,
+    energy: u64,
+    last_step: u32,
+    step_count: i32,
+    supply_measured: bool,
+    /// The axis moves without voltage.
+    restless: bool,
+    ramp: Ramp,
+    break_away: [i32; 2],
+    /// Windows until the low voltage may be raised again.
+    raise_pause: u8,
+    timescale: timescale::State,
+    identify: identify::State,
+    solver: Solver,
+    /// The core rows are being solved alone.
+    comparing: bool,
+    /// What all rows say.
+    whole: Option<Reading>,
+    /// What the core rows alone say.
+    core: Option<Reading>,
+    coast: [coast::Sums; 2],
+    slices: [Slice; SLICES],
+    spread: [Spread; 2],
+    learn_lengths: Lengths,
+    after_coast: Phase,
+    mechanism: Mechanism,
+    outcome: Outcome,
+}
+
+impl State {
+    /// Ready to start at this count.
+    pub fn new(params: &Params, count: i32) -> Self {
+        State {
+            phase: Phase::Settle,
+            direction: params.first,
+            stroke: 0,
+            elapsed: 0,
+            total: 0,
+            remaining: 0,
+            start_count: count,
+            last_count: count,
+            travel: 0,
+            still: 0,
+            level: 0,
+            zero: count,
+            turned: false,
+            energy: 0,
+            last_step: 0,
+            step_count: count,
+            supply_measured: true,
+            restless: false,
+            ramp: Ramp::default(),
+            break_away: [0; 2],
+            raise_pause: 0,
+            timescale: timescale::State::default(),
+            identify: identify::State::new(&params.identify, count),
+            solver: Solver::default(),
+            comparing: false,
+            whole: None,
+            core: None,
+            coast: [coast::Sums::default(); 2],
+            slices: [Slice::default(); SLICES],
+            spread: [Spread::default(); 2],
+            learn_lengths: params.identify.lengths_for(0),
+            after_coast: Phase::Learn,
+            mechanism: Mechanism::Unclear,
+            outcome: Outcome::default(),
+        }
+    }
+
+    /// The end stops count from here, not from where it starts.
+    pub fn referenced(mut self, zero: i32) -> Self {
+        self.zero = zero;
+        self
+    }
+
+    /// Where it stands.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// The result, once it ended.
+    pub fn outcome(&self) -> Option<&Outcome> {
+        self.ended().then_some(&self.outcome)
+    }
+
+    /// Ended, with or without estimates.
+    pub fn ended(&self) -> bool {
+        matches!(self.phase, Phase::Done | Phase::Refused)
+    }
+
+    /// Ends it now; the bridge opens with the next request.
+    pub fn refuse(&mut self, reason: Reason) {
+        if !self.ended() {
+            self.phase = Phase::Refused;
+            self.outcome.refused = Some(reason);
+            self.outcome.duration_ticks = self.total;
+            self.outcome.travel_counts = self.travel;
+        }
+    }
+
+    /// Ends it on the user's wish.
+    pub fn abort(&mut self) {
+        self.refuse(Reason::Aborted);
+    }
+
+    /// Progress for people, 0 … 255.
+    pub fn progress(&self, params: &Params) -> u8 {
+        (self.total / (params.budget / 256).max(1)).min(255) as u8
+    }
+
+    fn enter(&mut self, phase: Phase, count: i32) {
+        self.phase = phase;
+        self.elapsed = 0;
+        self.still = 0;
+        self.ramp = Ramp::default();
+        self.start_count = count;
+    }
+
+    fn sign(&self) -> i32 {
+        if self.direction == 0 { 1 } else { -1 }
+    }
+
+    /// Counts since the phase began, in its direction.
+    fn displacement(&self, count: i32) -> i32 {
+        count.wrapping_sub(self.start_count).wrapping_mul(self.sign())
+    }
+}
+
+impl Params {
+    /// One control tick. Call it until [`State::ended`]; the bridge request then is open.
+    pub fn step(&self, state: &mut State, input: &Input) -> Request {
+        if state.ended() || state.phase == Phase::Idle {
+            return Request::default();
+        }
+        self.bookkeeping(state, input);
+        self.measure_speed(state, input);
+        if let Some(reason) = self.guard(state, input) {
+            state.refuse(reason);
+            return Request::default();
+        }
+        match self
+            .identify
+            .observe(&mut state.identify, input.count, input.voltage)
+        {
+            Some(window) => self.use_window(state, &window),
+            None => self.solve(state),
+        }
+        self.advance(state, input);
+        self.turn_before_the_stop(state, input);
+        self.request(state)
+    }
+
+    fn bookkeeping(&self, state: &mut State, input: &Input) {
+        let moved = input.count.wrapping_sub(state.last_count);
+        state.last_count = input.count;
+        state.travel = state.travel.saturating_add(moved.unsigned_abs());
+        state.still = if moved == 0 {
+            state.still.saturating_add(1)
+        } else {
+            0
+        };
+        state.elapsed = state.elapsed.saturating_add(1);
+        state.total = state.total.saturating_add(1);
+        state.supply_measured &= input.supply.is_some();
+        let power = i64::from(input.voltage) * i64::from(input.current_raw.unwrap_or(0));
+        state.energy = state.energy.saturating_add(power.unsigned_abs());
+    }
+
+    /// Which voltage, now.
+    fn request(&self, state: &State) -> Request {
+        let magnitude = match state.phase {
+            Phase::Settle | Phase::Coast => 0,
+            Phase::BreakAway | Phase::Learn | Phase::Saturate | Phase::Verify => state.level,
+            Phase::Idle | Phase::Decide | Phase::Done | Phase::Refused => return Request::default(),
+        };
+        Request {
+            bridge: Bridge::Driven,
+            voltage: magnitude * state.sign(),
+        }
+    }
+
+    /// What happens next.
+    fn advance(&self, state: &mut State, input: &Input) {
+        match state.phase {
+            Phase::Settle => self.settle(state, input),
+            Phase::BreakAway => self.break_away(state, input),
+            Phase::Learn => self.learn(state, input),
+            Phase::Coast => self.coast(state, input),
+            Phase::Saturate => self.saturate(state, input),
+            Phase::Verify => self.verify(state, input),
+            Phase::Decide => self.decide(state),
+            Phase::Idle | Phase::Done | Phase::Refused => {}
+        }
+    }
+}

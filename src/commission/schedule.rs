@@ -1,0 +1,91 @@
+//! How long each part lasts and with which blocks it is averaged.
+
+use super::excite::SLOW_BREAK_AWAY;
+use super::{Params, State};
+use crate::identify::slices::{LEARN_SLICES, SLICES, Slice};
+use crate::identify::spline::Lengths;
+
+/// Length of the second part of the verification, in 1/256 of the time after the ramps, for each direction.
+const VERIFY_LOW: u32 = 18;
+
+impl Params {
+    /// The ramp overshoots on a motor whose time constant it does not know to be short.
+    pub(super) fn break_away_level(&self, state: &State, direction: usize) -> i32 {
+        let level = state.break_away[direction];
+        if state.timescale.found.is_some() {
+            level
+        } else {
+            level.min(SLOW_BREAK_AWAY)
+        }
+    }
+
+    /// What saturation and coasting leave, shared by the strokes.
+    pub(super) fn learn_ticks(&self, state: &State) -> u32 {
+        let strokes = u32::from(self.strokes(state));
+        let others =
+            2 * (self.saturate_ticks(state) + self.verify_ticks(state)) + strokes * self.coast_ticks(state);
+        state.remaining.saturating_sub(others) / strokes
+    }
+
+    /// One stroke a direction; two when the budget holds many time constants.
+    pub(super) fn strokes(&self, state: &State) -> u8 {
+        if self.budget / 32 > state.timescale.at_least.max(self.scale.config.tick_hz / 4) {
+            4
+        } else {
+            2
+        }
+    }
+
+    pub(super) fn saturate_ticks(&self, state: &State) -> u32 {
+        let block = self.identify.block_ticks(&state.learn_lengths);
+        ((state.remaining >> 8) * 21).max(6 * block)
+    }
+
+    /// The first part of the verification, at half voltage.
+    pub(super) fn verify_middle_ticks(&self, state: &State) -> u32 {
+        let block = self.identify.block_ticks(&state.learn_lengths);
+        ((state.remaining >> 8) * 9).max(5 * block + block / 2)
+    }
+
+    /// The whole verification; the second part drives at low voltage, where the dead zone shows.
+    pub(super) fn verify_ticks(&self, state: &State) -> u32 {
+        let middle = self.verify_middle_ticks(state);
+        match state.timescale.found {
+            Some(_) => middle + (state.remaining >> 8) * VERIFY_LOW,
+            None => middle,
+        }
+    }
+
+    pub(super) fn coast_ticks(&self, state: &State) -> u32 {
+        6 * self.identify.block_ticks(&self.coast_lengths(state))
+    }
+
+    /// A slower motor wants longer blocks; what was learned with the shorter ones does not fit and goes.
+    pub(super) fn choose_block(&self, state: &mut State) {
+        let lengths = self.identify.lengths_for(state.timescale.at_least);
+        if lengths.block > state.learn_lengths.block {
+            state.learn_lengths = lengths;
+            state.identify.relength(lengths);
+            state.identify.forget();
+            state.slices = [Slice::default(); SLICES];
+        }
+    }
+
+    /// Blocks for coasting: four of them within 0.7 time constants.
+    pub(super) fn coast_lengths(&self, state: &State) -> Lengths {
+        let mut lengths = state.learn_lengths;
+        let time_constant = state.timescale.found.unwrap_or(state.timescale.at_least);
+        while lengths.block > 2 && self.identify.block_ticks(&lengths) > time_constant / 6 {
+            lengths.block -= 1;
+            lengths.counts -= 1;
+        }
+        lengths
+    }
+
+    /// All strokes together fill all slices.
+    pub(super) fn slice(&self, state: &State) -> usize {
+        let each = LEARN_SLICES as u32 / u32::from(self.strokes(state));
+        let within = (state.elapsed * each / self.learn_ticks(state).max(1)).min(each - 1);
+        (u32::from(state.stroke) * each + within) as usize % LEARN_SLICES
+    }
+}
