@@ -1,7 +1,7 @@
 //! Commissioning end to end on drawn plants, reduced; the full suites are `cargo run -p host-tests --bin accuracy`.
 
 use host_tests::commissioning::{Score, commission, quantiles};
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
+use host_tests::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
 use rayon::prelude::*;
 
 /// Evaluation plants far from those that the documented suites use first.
@@ -75,11 +75,24 @@ fn refusals_name_their_reason() {
     assert_eq!(refused(&plant()), None);
     let mut stalled = plant();
     stalled.motor.friction.kinetic_nm = [1e3; 2];
-    assert_eq!(refused(&stalled), Some("no_motion"));
     let mut reversed = plant();
     reversed.motor.torque_constant *= -1.0;
     reversed.motor.emf_constant *= -1.0;
     assert_eq!(refused(&reversed), Some("reversed"));
+    // With the current sensed, what stands still can be told apart.
+    let sensed = |mut plant: Plant, current: bool| {
+        plant.sensing.current = current;
+        refused(&plant)
+    };
+    assert_eq!(sensed(stalled.clone(), true), Some("stalled"));
+    assert_eq!(sensed(stalled, false), Some("no_motion"));
+    let mut unplugged = plant();
+    unplugged.sensing.missing = 1.0;
+    assert_eq!(sensed(unplugged.clone(), true), Some("encoder_unplugged"));
+    assert_eq!(sensed(unplugged, false), Some("no_motion"));
+    let mut disconnected = plant();
+    disconnected.motor.resistance_ohm *= 1e5;
+    assert_eq!(sensed(disconnected, true), Some("motor_disconnected"));
     let mut hot = plant();
     hot.sensing.current = true;
     hot.config.energy_limit_j = Some(0.01);
@@ -87,6 +100,68 @@ fn refusals_name_their_reason() {
     let mut fast = plant();
     fast.config.speed_limit_rad_s = Some(0.3 * fast.config.rated_speed_rad_s);
     assert_eq!(refused(&fast), Some("overspeed"));
+}
+
+/// Five to fifteen counts in a time constant teach nothing, and the reason says so.
+#[test]
+fn too_coarse_an_encoder_is_named() {
+    for number in FIRST..FIRST + 6 {
+        let mut plant = Plant::draw(
+            Family::G3,
+            Severity::Nominal,
+            Seeds::Evaluation(number),
+            &Options::default(),
+        );
+        plant.config.counts_per_rev = 24;
+        let score = Score::of(&plant, &commission(&plant, 5.0, number, |_, _| {}));
+        assert_eq!(
+            score.refused.or(score.doubt),
+            Some("encoder_too_slow"),
+            "{number}: {score:?}"
+        );
+        assert!(!score.all_trusted());
+    }
+}
+
+/// A load that steps while the motor learns: rarely trusted, and then not far off.
+#[test]
+fn load_steps_are_noticed() {
+    for number in FIRST..FIRST + 12 {
+        let plant = Plant::draw(
+            Family::G2,
+            Severity::Harsh,
+            Seeds::Evaluation(number),
+            &Options::default(),
+        );
+        let mean = 0.5 * (plant.truth.dead_zone_v[0] + plant.truth.dead_zone_v[1]);
+        let at_s = 1.0 + 0.15 * f64::from(number - FIRST);
+        let mut plant = plant.with_load_step(at_s, 0.3);
+        plant.truth.dead_zone_v[0] += 0.3 * mean;
+        plant.truth.dead_zone_v[1] -= 0.3 * mean;
+        let score = Score::of(&plant, &commission(&plant, 5.0, number, |_, _| {}));
+        assert!(!score.false_trust(12.0), "{number}, step at {at_s} s: {score:?}");
+    }
+}
+
+/// Saturation that begins within the range that is learned, and none at all.
+#[test]
+fn low_knees_are_found_and_none_is_invented() {
+    let with = |ceiling| Options {
+        ceiling,
+        ..Options::default()
+    };
+    for (share, worst_allowed) in [(0.5, 3.0), (0.56, 3.0), (0.62, 3.0)] {
+        let scores = scores(Family::G1, Severity::Nominal, 5.0, 6, &with(Ceiling::At(share)));
+        assert!(
+            scores.iter().all(|score| score.unseen == 0),
+            "{share}: {scores:?}"
+        );
+        let [_, _, worst] = quantiles(scores.iter().flat_map(|score| score.saturation.clone()));
+        assert!(worst < worst_allowed, "{share}: saturation {worst} %");
+        assert!(!scores.iter().any(|score| score.false_trust(12.0)));
+    }
+    let scores = scores(Family::G2, Severity::Harsh, 5.0, 12, &with(Ceiling::Absent));
+    assert!(scores.iter().all(|score| score.invented == 0), "{scores:?}");
 }
 
 /// A joint with end stops: what fits is identified, the stops are not reached.

@@ -163,7 +163,15 @@ impl Params {
         } else if state.stroke == 0 && -displacement >= reversed {
             state.refuse(Reason::Reversed);
         } else if given_up {
-            state.refuse(state.ramp.silence());
+            let reason = match state.ramp.silence() {
+                Reason::NoMotion | Reason::EncoderUnplugged
+                    if self.identify.coarse() && displacement != 0 =>
+                {
+                    Reason::EncoderTooSlow
+                }
+                reason => reason,
+            };
+            state.refuse(reason);
         }
     }
 

@@ -31,7 +31,7 @@ const PARTS_SLOW: (u32, u32) = (110, 190);
 /// Its first segment: before its blocks are chosen nothing counts.
 const PARTS_SLOW_FIRST: (u32, u32) = (150, 210);
 /// Voltage of the first part of the verification, Q14: 0.44, within the range of the lowest knee that is supported.
-pub(super) const VERIFY: i32 = 7_209;
+const VERIFY: i32 = 7_209;
 /// Full voltage, Q14.
 const FULL: i32 = Scale::VOLTAGE_ONE;
 

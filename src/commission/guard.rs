@@ -1,10 +1,11 @@
 //! What must not go on, and where the motor must turn back.
 
-use super::excite::VERIFY;
 use super::{Input, Params, Phase, State};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
 
+/// Voltage at which every motor that has broken away keeps turning, Q14: 0.5.
+const HARD: i32 = 8_192;
 /// Supply outside of which the commissioning means nothing, Q14: 70 % and 140 % of nominal.
 const LEAST_SUPPLY: i32 = 11_469;
 const MOST_SUPPLY: i32 = 22_938;
@@ -55,7 +56,7 @@ impl Params {
     /// What must not go on.
     pub(super) fn guard(&self, state: &State, input: &Input) -> Option<Reason> {
         let driven_hard =
-            state.level >= VERIFY && matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
+            state.level >= HARD && matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
         let supply = input.supply.unwrap_or(Scale::VOLTAGE_ONE);
         match () {
             () if driven_hard

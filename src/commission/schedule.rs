@@ -75,7 +75,10 @@ impl Params {
     pub(super) fn coast_lengths(&self, state: &State) -> Lengths {
         let mut lengths = state.learn_lengths;
         let time_constant = state.timescale.found.unwrap_or(state.timescale.at_least);
-        while lengths.block > 2 && self.identify.block_ticks(&lengths) > time_constant / 6 {
+        while lengths.block > 2
+            && lengths.counts > 0
+            && self.identify.block_ticks(&lengths) > time_constant / 6
+        {
             lengths.block -= 1;
             lengths.counts -= 1;
         }
