@@ -10,7 +10,7 @@ use crate::identify::estimate::{Estimates, Reason};
 use crate::identify::passive;
 use crate::operate::reason_of;
 pub use crate::operate::{Refusal, Report};
-use crate::protect::{self, Action, Fault, Notice};
+use crate::protect::{self, Action, Fault, Notice, Settings, SettingsError};
 use crate::pwm;
 use crate::record::{self, Activity, Advisory, Limit, Record};
 use crate::referencing::{Finding, Referenced, Search, Sight};
@@ -81,6 +81,13 @@ pub(crate) enum Mode {
     Drive(Voltage),
     /// Terminals tied together, the answer to a fault.
     Brake,
+}
+
+impl Mode {
+    /// Does it go on after the host has died? A sine ends by itself, and a position that is held is where it was to be.
+    fn is_endless(&self) -> bool {
+        matches!(self, Mode::Drive(_) | Mode::Cruise(_) | Mode::Move(_))
+    }
 }
 
 /// What the loops ask of the bridge.
@@ -211,7 +218,8 @@ impl Axis {
             tuning,
             passive: passive::Params::new(&scale),
             pwm: pwm::Params::new(&scale),
-            protect: protect::Params::new(&scale),
+            // The defaults of protection cannot be refused.
+            protect: protect::Params::standard(&scale),
             slew: to_fixed(1.0 / (FULL_SWING_S * config.tick_hz as f32), Voltage::BITS),
         })
     }
@@ -222,6 +230,12 @@ impl Axis {
         within(Field::Bandwidth, parameters.tuning.bandwidth, low, high)?;
         parameters.estimates.check()?;
         Self::with_tuning(&parameters.config, parameters.tuning)
+    }
+
+    /// … with protection of one's own choice.
+    pub fn protected(self, settings: &Settings) -> Result<Self, SettingsError> {
+        let protect = protect::Params::new(&self.scale, settings)?;
+        Ok(Self { protect, ..self })
     }
 
     /// An axis that was just switched on: bridge open, nothing known.
@@ -344,6 +358,9 @@ impl Axis {
             voltage: state.acted,
             load: Voltage::ZERO.minus(state.design.loops.accelerating_voltage(state.encoder.load())),
             holding: state.holding || state.search.as_ref().is_some_and(Search::leans),
+            endless: state.mode.is_endless(),
+            winding: state.design.at_winding(state.acted.unwrap_or_default()),
+            swallows: state.design.swallows(),
         };
         let expectation = &state.design.expectation;
         if let Some(action) = self.protect.step(&mut state.protect, expectation, &input) {

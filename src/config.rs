@@ -82,6 +82,10 @@ pub enum Field {
     VbusPerLsb,
     /// [`Config::current_a_per_lsb`].
     CurrentPerLsb,
+    /// [`crate::protect::Thermal::continuous_a`].
+    ContinuousCurrent,
+    /// [`crate::protect::Thermal::time_constant_s`].
+    ThermalTimeConstant,
     /// Rated speed × counts per revolution ÷ control rate: counts that one tick sees at rated speed.
     CountsPerTick,
     /// [`crate::control::Tuning::bandwidth`].
@@ -114,6 +118,8 @@ impl Field {
             Field::PwmFullScale => "axis.pwm_full_scale",
             Field::VbusPerLsb => "supply.vbus_v_per_lsb",
             Field::CurrentPerLsb => "limits.current_a_per_lsb",
+            Field::ContinuousCurrent => "limits.continuous_current_a",
+            Field::ThermalTimeConstant => "limits.thermal_time_constant_s",
             Field::CountsPerTick => {
                 "axis.rated_speed_rad_s x encoder.counts_per_rev / axis.tick_hz (counts per tick)"
             }

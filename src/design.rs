@@ -254,6 +254,22 @@ impl Design {
         self.sign == SignSource::Reference && self.dead_zone != DeadZone::default()
     }
 
+    /// Does the drive swallow small voltages?
+    #[must_use]
+    pub fn swallows(&self) -> bool {
+        self.sign == SignSource::Command
+    }
+
+    /// What the drive leaves of a terminal voltage; friction takes its part behind the winding.
+    #[must_use]
+    pub fn at_winding(&self, terminal: Voltage) -> Voltage {
+        if self.swallows() {
+            self.dead_zone.forward(terminal)
+        } else {
+            terminal
+        }
+    }
+
     /// What the dead zone leaves of a terminal voltage while the shaft turns at `speed`.
     #[must_use]
     pub fn behind_dead_zone(&self, terminal: Voltage, speed: Speed) -> Voltage {

@@ -15,6 +15,7 @@ use crate::store::{AtRest, AxisParameters};
 /// What a command becomes once the link has unpacked it. Building an [`Axis`] divides in floating point and so is done
 /// by the link task; the control interrupt only puts it in place.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Order {
     /// Put this axis in place and start anew; with what an earlier life has found and chosen, if there was one.
     Install(Axis, Option<Restored>),

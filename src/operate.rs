@@ -76,6 +76,12 @@ impl Axis {
     /// Carries out a command, or says why not. What concerns the link or another axis is for the image.
     pub fn command(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
         self.design(state);
+        self.carry_out(state, command)?;
+        state.protect.heard();
+        Ok(())
+    }
+
+    fn carry_out(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
         match *command {
             Command::Stop => self.stop(state),
             Command::Arm => self.arm(state),
@@ -456,5 +462,6 @@ impl State {
             _ => {}
         }
         self.mode = mode;
+        self.protect.refresh();
     }
 }

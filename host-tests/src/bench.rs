@@ -90,6 +90,12 @@ impl Board {
         self.last
     }
 
+    /// Comes out of a dead stop with this winding current.
+    pub fn released(&mut self, current: f64) {
+        self.simulator.released(current);
+        (self.last.omega, self.last.current) = (0.0, current);
+    }
+
     /// The simulator behind the board.
     pub fn simulator(&self) -> &Simulator {
         &self.simulator

@@ -5,6 +5,7 @@ pub mod bench;
 pub mod commissioning;
 pub mod desk;
 pub mod families;
+pub mod faults;
 pub mod firmware;
 pub mod measured;
 pub mod naming;

@@ -51,7 +51,7 @@ impl Action {
 }
 
 /// A pair of fault and action that cannot be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Forbidden {
     /// The fault.
     pub fault: Fault,
@@ -60,13 +60,13 @@ pub struct Forbidden {
 }
 
 /// The table. Everything opens the bridge unless it says otherwise.
+///
+/// Bit n: fault number n brakes. Bit 0: a command timeout holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Actions {
-    /// Bit n: fault number n brakes.
-    braking: u32,
-    /// Does a command timeout hold?
-    holding: bool,
-}
+pub struct Actions(u32);
+
+/// Bit 0 of [`Actions`]; fault number 0 is none.
+const HOLDING: u32 = 1;
 
 impl Actions {
     /// The table with one entry changed, or why it cannot be.
@@ -74,35 +74,33 @@ impl Actions {
         if !action.suits(fault) {
             return Err(Forbidden { fault, action });
         }
-        let bit = 1 << fault as u32;
-        Ok(Self {
-            braking: match action {
-                Action::Brake => self.braking | bit,
-                _ => self.braking & !bit,
-            },
-            holding: match fault {
-                Fault::CommandTimeout => matches!(action, Action::Hold),
-                _ => self.holding,
-            },
-        })
+        let own = match fault {
+            Fault::CommandTimeout => 1 << fault as u32 | HOLDING,
+            _ => 1 << fault as u32,
+        };
+        let others = self.0 & !own;
+        Ok(Self(match action {
+            Action::Open => others,
+            Action::Brake => others | 1 << fault as u32,
+            Action::Hold => others | HOLDING,
+        }))
     }
 
-    /// The answer to a fault. Bits that no table can have (from a damaged or foreign source) are not heeded.
+    /// The answer to a fault.
     #[must_use]
     pub const fn of(&self, fault: Fault) -> Action {
-        if self.holding && matches!(fault, Fault::CommandTimeout) {
-            Action::Hold
-        } else if self.braking >> fault as u32 & 1 == 1 && Action::Brake.suits(fault) {
-            Action::Brake
-        } else {
-            Action::Open
+        let braking = self.0 >> fault as u32 & 1 == 1;
+        match fault {
+            Fault::CommandTimeout if self.0 & HOLDING != 0 => Action::Hold,
+            _ if braking && Action::Brake.suits(fault) => Action::Brake,
+            _ => Action::Open,
         }
     }
 
-    /// The first entry that cannot be, if there is one: a table that came over a link or out of a store may hold any bits.
+    /// The first entry that cannot be, if there is one: a table from a link or a store may hold any bits.
     #[must_use]
     pub fn forbidden(&self) -> Option<Forbidden> {
-        let foreign = |fault: &Fault| self.braking >> *fault as u32 & 1 == 1 && !Action::Brake.suits(*fault);
+        let foreign = |fault: &Fault| self.0 >> *fault as u32 & 1 == 1 && !Action::Brake.suits(*fault);
         let fault = Fault::ALL.into_iter().find(foreign)?;
         Some(Forbidden {
             fault,

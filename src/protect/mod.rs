@@ -1,93 +1,39 @@
-//! Faults: found from duty, count, current and supply alone, latched, and answered by opening the bridge.
+//! Protection: faults told apart from duty, count, current and supply alone, latched, and answered.
 //!
-//! Motion is judged against what the identified motor must do *at least*: a model without load, driven by what the
-//! acting voltage leaves behind [`STATIC_MARGIN`] dead zones (static friction and load changes are not faults).
-//! The load that was observed while the encoder still followed is taken off: a joint that carries a weight stands still
-//! with voltage applied. The observer's present load would not do, it soon explains away any motion that is missing.
-//! Once it has travelled [`EXPECTED_COUNTS`] while the encoder has not followed, something is wrong.
+//! ```text
+//! sample → limits   supply, current, speed, jumps of the count, silence of the host
+//!        → thermal  I²t
+//!        → motion   does the encoder follow? → winding: stalled, unplugged or disconnected?
+//! image  → notice   permission lines, overrun, watchdog, damaged parameters
+//!                   → fault, latched → action: open, brake, hold
+//! ```
+//!
+//! A latched fault stays until it is cleared explicitly ([`crate::protocol::Command::Stop`]), and is found anew if its
+//! cause is still there.
 
 pub mod action;
 mod fault;
+mod limits;
+mod motion;
+mod settings;
+mod thermal;
+mod winding;
 
-use crate::encoder::Motor;
-use crate::units::{Speed, Voltage, mul_shift, to_fixed};
+use crate::units::{Speed, Voltage};
 pub use action::{Action, Actions, Forbidden};
 pub use fault::{Fault, Notice, Permit};
+pub use motion::{EXPECTED_COUNTS, Expectation, MOVING_MARGIN, REST_MARGIN};
+pub use settings::{Settings, SettingsError};
+pub use thermal::Thermal;
 
-/// Dead zones that the voltage must exceed before motion is demanded: break-away friction reaches 1.6 times the
-/// kinetic level, and an asymmetric load adds to one side.
-pub const STATIC_MARGIN: f32 = 2.0;
-/// … and at least an eighth of the nominal supply, so that somebody who pushes against a joint without friction is no
-/// fault.
-const LEAST_MARGIN: Voltage = Voltage(Voltage::NOMINAL.0 / 8);
-/// Counts that the model must have travelled alone before a missing motion is a fault.
-pub const EXPECTED_COUNTS: i32 = 12;
-/// The winding's share of the time constant, at most: torque follows voltage with this lag (0.1 for a large motor
-/// without gear, far less for small ones).
-const LAG_SHARE: f32 = 0.12;
-/// Counts in the demanded direction that prove that the encoder follows.
-const PROOF_COUNTS: i32 = 2;
-/// Counts against the demanded direction that prove a reversed motor or encoder.
-const REVERSED_COUNTS: i32 = 4;
-
-/// Thresholds of one axis.
+/// Protection of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Params {
-    /// Supply below it is a fault, when it lasts.
-    lowest_supply: Voltage,
-    /// Supply above it is a fault, when it lasts.
-    highest_supply: Voltage,
-    /// Speed above it is a fault, when it lasts.
-    highest_speed: Speed,
-    /// Current above it is a fault, converter counts; `None`: not limited.
-    highest_current: Option<u16>,
-    /// Ticks that a condition of supply, speed or current must last: 5 ms.
-    persistence: u32,
-    /// What is done.
+    limits: limits::Params,
+    thermal: Option<thermal::Params>,
+    /// Ticks over which the winding's equation is integrated.
+    block_ticks: u32,
     actions: Actions,
-}
-
-/// What the motor must do at least.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Expectation {
-    /// Speed per voltage, Q20.
-    full_speed: i32,
-    /// 1/τ per tick, Q24.
-    inverse_tau: i32,
-    /// 1/lag per tick, Q24.
-    inverse_lag: i32,
-    /// Voltage to exceed, by direction.
-    margin: [Voltage; 2],
-}
-
-impl Expectation {
-    /// From the motor and its dead zone. `None` for the dead zone: nothing is demanded.
-    #[must_use]
-    pub fn new(motor: &Motor, dead_zone: [Option<Voltage>; 2]) -> Self {
-        let margin = |width: Option<Voltage>| {
-            width.map_or(Voltage(i32::MAX), |width| {
-                Voltage(mul_shift(width.0, to_fixed(STATIC_MARGIN, 16), 16)).max(LEAST_MARGIN)
-            })
-        };
-        Self {
-            full_speed: to_fixed(motor.full_speed, 20),
-            inverse_tau: to_fixed(1.0 / motor.tau_ticks, 24),
-            inverse_lag: to_fixed((1.0 / (LAG_SHARE * motor.tau_ticks)).min(1.0), 24),
-            margin: dead_zone.map(margin),
-        }
-    }
-
-    /// What the voltage leaves behind the margin and a load, which is taken to hinder whatever its sign: most loads do,
-    /// and what is demanded is the least.
-    fn drive(&self, voltage: Voltage, load: Voltage) -> i32 {
-        let [positive, negative] = self.margin;
-        let load = load.0.saturating_abs();
-        if voltage.0 >= 0 {
-            voltage.0.saturating_sub(positive.0).saturating_sub(load).max(0)
-        } else {
-            voltage.0.saturating_add(negative.0).saturating_add(load).min(0)
-        }
-    }
 }
 
 /// What protection remembers.
@@ -96,22 +42,12 @@ pub struct State {
     latched: Fault,
     /// What is done about it; the most severe of all that was found since.
     action: Action,
-    supply_low: u32,
-    supply_high: u32,
-    fast: u32,
-    over_current: u32,
-    /// Voltage beyond the margin, behind the winding's lag.
-    drive: i32,
-    /// Speed that the motor must have at least, Q20.
-    expected_speed: i32,
-    /// Travel in the drive's direction that it must have made since then, counts Q20.
-    expected_travel: i32,
-    /// Counter at that start.
-    proof: i32,
-    /// Ticks since.
-    since: u32,
-    /// Voltage that the load takes, as last observed while the encoder followed.
-    load: Voltage,
+    limits: limits::State,
+    thermal: thermal::State,
+    motion: motion::State,
+    winding: winding::State,
+    /// The winding was learned behind an input dead zone.
+    swallows: bool,
 }
 
 /// What protection looks at.
@@ -127,10 +63,16 @@ pub struct Input {
     pub speed: Speed,
     /// Terminal voltage that acted since the last tick; `None`: bridge open.
     pub voltage: Option<Voltage>,
+    /// What of it reaches the winding: behind the drive's input dead zone, if the drive is known to have one.
+    pub winding: Voltage,
+    /// Is it known to have one?
+    pub swallows: bool,
     /// Terminal voltage that the observed load takes.
     pub load: Voltage,
     /// At rest within the hold band: nothing is to move.
     pub holding: bool,
+    /// A motion that does not end by itself: it needs a host that lives.
+    pub endless: bool,
 }
 
 impl State {
@@ -140,49 +82,66 @@ impl State {
         self.latched
     }
 
-    /// Latches a fault that the samples do not show, unless one is latched already.
+    /// Latches a fault, unless one is latched already, and asks for its action, unless a more severe one is in force.
     pub(crate) fn latch(&mut self, fault: Fault, actions: &Actions) {
         if fault == Fault::None {
             return;
         }
         if self.latched == Fault::None {
             self.latched = fault;
-            self.action = Action::Hold;
+            self.action = actions.of(fault);
         }
         self.action = self.action.max(actions.of(fault));
     }
 
     /// The counter's first reading: nothing has moved.
     pub(crate) fn found_at(&mut self, count: i32) {
-        self.proof = count;
+        self.motion = motion::State::at(count);
     }
 
-    /// Forgets the fault and all half-grown suspicions.
+    /// Forgets the fault and all half-grown suspicions; not the heat of the winding, nor what was learned about it.
     pub fn clear(&mut self, count: i32) {
-        *self = Self {
-            proof: count,
-            ..Self::default()
-        };
+        self.latched = Fault::None;
+        self.action = Action::default();
+        self.limits.clear();
+        self.winding.clear();
+        self.motion = motion::State::at(count);
+    }
+
+    /// The host lives.
+    pub(crate) fn heard(&mut self) {
+        self.limits.heard();
+    }
+
+    /// Takes what was learned about the winding into use. In single precision: when a command or a commissioning asks
+    /// for arithmetic of that kind anyway, not in every tick.
+    pub(crate) fn refresh(&mut self) {
+        self.winding.solve();
     }
 }
 
 impl Params {
-    /// Thresholds from the configuration.
+    /// Thresholds from the configuration, everything else at its default.
     #[must_use]
-    pub fn new(scale: &crate::config::Scale) -> Self {
-        let config = &scale.config;
-        let counts = config.counts_per_rev as f32 / (2.0 * core::f32::consts::PI * config.tick_hz as f32);
-        let fastest = config.speed_limit_rad_s.unwrap_or(2.5 * config.rated_speed_rad_s);
+    pub fn standard(scale: &crate::config::Scale) -> Self {
         Self {
-            lowest_supply: Voltage(Voltage::NOMINAL.0 / 2),
-            highest_supply: Voltage(Voltage::NOMINAL.0 / 2 * 3),
-            highest_speed: Speed(to_fixed(fastest * counts, 20)),
-            highest_current: config
-                .current_limit_a
-                .map(|limit| (limit / config.current_a_per_lsb) as u16),
-            persistence: config.tick_hz / 200,
+            limits: limits::Params::new(scale, &Settings::default()),
+            thermal: None,
+            block_ticks: winding::block_ticks(scale),
             actions: Actions::default(),
         }
+    }
+
+    /// Thresholds from configuration and settings.
+    pub fn new(scale: &crate::config::Scale, settings: &Settings) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let thermal = settings.thermal.map(|thermal| thermal.build(&scale.config));
+        Ok(Self {
+            limits: limits::Params::new(scale, settings),
+            thermal: thermal.transpose().map_err(SettingsError::Value)?,
+            block_ticks: winding::block_ticks(scale),
+            actions: settings.actions,
+        })
     }
 
     /// The table of actions.
@@ -193,90 +152,44 @@ impl Params {
 
     /// One tick: what is to be done about the latched fault, or about the first that is found now.
     pub fn step(&self, state: &mut State, expectation: &Expectation, input: &Input) -> Option<Action> {
-        let found = self.limits(state, input);
-        let motion = motion(state, expectation, input);
-        state.latch(if found == Fault::None { motion } else { found }, &self.actions);
+        let found = [
+            self.limits.step(&mut state.limits, expectation, input),
+            self.overload(state, input),
+            self.moves(state, expectation, input),
+        ];
+        for fault in found {
+            state.latch(fault, &self.actions);
+        }
         (state.latched != Fault::None).then_some(state.action)
     }
 
-    fn limits(&self, state: &mut State, input: &Input) -> Fault {
-        let supply = input.supply.unwrap_or(Voltage::NOMINAL);
-        let current = input.current.map_or(0, i16::unsigned_abs);
-        let lasting = |count: &mut u32, holds: bool| {
-            *count = if holds { count.saturating_add(1) } else { 0 };
-            *count >= self.persistence
-        };
-        let over_current = self.highest_current.is_some_and(|limit| current > limit);
-        let fast = input.speed.0.unsigned_abs() > self.highest_speed.0.unsigned_abs();
-        let found = [
-            (lasting(&mut state.over_current, over_current), Fault::OverCurrent),
-            (
-                lasting(&mut state.supply_low, supply < self.lowest_supply),
-                Fault::SupplyLow,
-            ),
-            (
-                lasting(&mut state.supply_high, supply > self.highest_supply),
-                Fault::SupplyHigh,
-            ),
-            (lasting(&mut state.fast, fast), Fault::Overspeed),
-        ];
-        found
-            .iter()
-            .find(|(holds, _)| *holds)
-            .map_or(Fault::None, |(_, fault)| *fault)
+    fn overload(&self, state: &mut State, input: &Input) -> Fault {
+        match (&self.thermal, input.current) {
+            (Some(thermal), Some(current)) if thermal.step(&mut state.thermal, current) => Fault::Overload,
+            _ => Fault::None,
+        }
     }
-}
 
-/// Compares the motion with the least that must be. While the drive is within the margin, or has just changed its
-/// sign, or counts have proved that the encoder follows, the model starts anew from the speed that is observed: a motor
-/// that is being braked may well turn against the voltage.
-fn motion(state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
-    let wanted = input
-        .voltage
-        .map_or(0, |voltage| expectation.drive(voltage, state.load));
-    let before = state.drive;
-    state.drive = approach(before, wanted, expectation.inverse_lag);
-    let direction = state.drive.signum();
-    let followed = input.count.wrapping_sub(state.proof).saturating_mul(direction);
-    let proved = followed >= PROOF_COUNTS;
-    state.since = state.since.saturating_add(1);
-    if proved || input.holding || input.voltage.is_none() {
-        state.load = input.load;
+    /// Does the encoder follow, and if not, why?
+    fn moves(&self, state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
+        let missing = state.motion.step(expectation, input);
+        if let Some(current) = input.current {
+            if input.swallows != state.swallows {
+                state.swallows = input.swallows;
+                state.winding.forget();
+            }
+            let voltage = input.voltage.map(|_| winding::q14(input.winding));
+            let fresh = state.motion.fresh();
+            state
+                .winding
+                .step(self.block_ticks, voltage, current, input.count, fresh);
+        }
+        match (missing, input.current) {
+            (None, Some(_)) => state.winding.lasting(),
+            (None, None) => Fault::None,
+            (Some(missing), _) if missing.reversed => Fault::WrongDirection,
+            (Some(missing), Some(current)) => state.winding.judge(&missing, current).unwrap_or_default(),
+            (Some(_), None) => Fault::NoMotion,
+        }
     }
-    if proved || input.holding || wanted == 0 || direction != before.signum() {
-        let proven = proven_speed(followed, state.since).saturating_mul(direction);
-        state.expected_speed = if proved { proven } else { input.speed.0 };
-        state.expected_travel = 0;
-        state.proof = input.count;
-        state.since = 0;
-        return Fault::None;
-    }
-    let steady = mul_shift(state.drive, expectation.full_speed, 20);
-    state.expected_speed = approach(state.expected_speed, steady, expectation.inverse_tau);
-    let onward = state.expected_speed.saturating_mul(direction);
-    if onward <= 0 {
-        state.proof = input.count;
-        return Fault::None;
-    }
-    state.expected_travel = state.expected_travel.saturating_add(onward);
-    if state.expected_travel >> 20 < EXPECTED_COUNTS {
-        return Fault::None;
-    }
-    if followed <= -REVERSED_COUNTS {
-        Fault::WrongDirection
-    } else {
-        Fault::NoMotion
-    }
-}
-
-/// Mean speed over the counts of a proof, Q20: the observer's estimate runs ahead of a motor that starts slowly.
-fn proven_speed(counts: i32, ticks: u32) -> i32 {
-    ((counts.clamp(0, 2000) as u32) << 20)
-        .checked_div(ticks)
-        .unwrap_or(0) as i32
-}
-
-/// One tick of a first-order lag; `rate` per tick, Q24.
-fn approach(from: i32, to: i32, rate: i32) -> i32 {
-    from.saturating_add(mul_shift(to.saturating_sub(from), rate, 24))
 }

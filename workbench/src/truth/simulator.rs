@@ -123,6 +123,15 @@ impl Simulator {
         self
     }
 
+    /// Comes out of a dead stop, where the simulation stood still: no speed, this winding current.
+    pub fn released(&mut self, current: f64) {
+        self.state[SPEED] = 0.0;
+        self.state[LOAD_SPEED] = 0.0;
+        self.state[CURRENT] = current;
+        self.modes = Modes::at_rest(&self.motor);
+        self.settle();
+    }
+
     /// The motor.
     pub fn motor(&self) -> &Motor {
         &self.motor
