@@ -99,7 +99,7 @@ fn calm(arguments: &Arguments, hours: f64) {
                 family,
                 arguments.seeds(number),
                 arguments.tick_hz,
-                number % 2 == 0,
+                number.is_multiple_of(2),
                 seconds,
             );
             let one = calm::run(&plant, family, seconds);
@@ -145,7 +145,7 @@ fn injure_all(
         ..Options::default()
     };
     let mut plant = Plant::draw(family, Severity::Harsh, arguments.seeds(number), &options);
-    plant.sensing.current = number % 2 == 0;
+    plant.sensing.current = number.is_multiple_of(2);
     let trial = Trial::commissioned(&plant, &Settings::default(), calm::budget_ms(family));
     for (k, (fault, injury, whens)) in INJURIES.iter().enumerate() {
         for &when in *whens {
