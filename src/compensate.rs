@@ -36,7 +36,7 @@ impl Smoothing {
     /// The widest that does not exceed this share of the nominal supply, between the bounds.
     #[must_use]
     pub fn within(share: f32) -> Self {
-        let fits = |bits: &u32| share * (1u32 << bits) as f32 >= 1.0;
+        let fits = |bits: &u32| share * 1u32.wrapping_shl(*bits) as f32 >= 1.0;
         let bits = (Self::WIDEST.bits..Self::NARROWEST.bits).find(fits);
         Self {
             bits: bits.unwrap_or(Self::NARROWEST.bits),
@@ -46,7 +46,7 @@ impl Smoothing {
     /// ε.
     #[must_use]
     pub const fn width(self) -> Voltage {
-        Voltage(Voltage::NOMINAL.0 >> self.bits)
+        Voltage(Voltage::NOMINAL.0.wrapping_shr(self.bits))
     }
 }
 
@@ -78,7 +78,7 @@ impl Side {
         Self {
             width,
             epsilon: smoothing.width().0,
-            outer_slope: width << (smoothing.bits - Smoothing::WIDEST.bits),
+            outer_slope: width.wrapping_shl(smoothing.bits.wrapping_sub(Smoothing::WIDEST.bits)),
             inner_slope: to_fixed(epsilon / (epsilon + width as f32), 30),
         }
     }
@@ -138,7 +138,11 @@ impl DeadZone {
     #[must_use]
     pub fn forward(&self, u: Voltage) -> Voltage {
         let magnitude = self.side(u).forward(u.0.saturating_abs());
-        Voltage(if u.0 < 0 { -magnitude } else { magnitude })
+        Voltage(if u.0 < 0 {
+            magnitude.wrapping_neg()
+        } else {
+            magnitude
+        })
     }
 
     /// The terminal voltage that leaves `v` behind the dead zone: `forward(inverse(v)) = v` within
@@ -152,7 +156,11 @@ impl DeadZone {
     #[must_use]
     pub fn push(&self, z: Voltage) -> Voltage {
         let magnitude = self.side(z).push(z.0.saturating_abs());
-        Voltage(if z.0 < 0 { -magnitude } else { magnitude })
+        Voltage(if z.0 < 0 {
+            magnitude.wrapping_neg()
+        } else {
+            magnitude
+        })
     }
 }
 

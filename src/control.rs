@@ -13,7 +13,9 @@
 //! about [`INTEGRAL_SHARE`]·ω_c. Back-calculation: K. J. Åström, T. Hägglund, *Advanced PID Control*, ISA 2006, sec. 3.5.
 
 use crate::encoder::Motor;
-use crate::units::{Acceleration, ERROR_BITS, Position, Speed, Voltage, bounded, mul_shift, to_fixed};
+use crate::units::{
+    Acceleration, ERROR_BITS, Position, Speed, Voltage, bounded, mul_shift, to_fixed, within,
+};
 use serde::{Deserialize, Serialize};
 
 /// Pole of the integrator in units of the loops' bandwidth.
@@ -225,7 +227,7 @@ impl Params {
     #[must_use]
     pub fn position_loop(&self, error: i32, reference: Speed, limit: Speed) -> (Speed, bool) {
         let wanted = reference.0.saturating_add(mul_shift(error, self.position, 20));
-        let allowed = wanted.clamp(-limit.0, limit.0);
+        let allowed = within(wanted, limit.0);
         (Speed(allowed), allowed != wanted)
     }
 
@@ -243,7 +245,7 @@ impl Params {
     /// that gives `STUCK_RATE`. Beyond the target, what is needed lies between the integrator now and at the last
     /// crossing: halving that interval each time ends the hunting that a dead zone and an integrator do together.
     pub fn at_rest(&self, state: &mut State, error: i32, friction: bool) -> i32 {
-        if error.signum() == -state.side {
+        if error.signum() == state.side.wrapping_neg() {
             state.integrator = (state.integrator >> 1).saturating_add(state.bracket >> 1);
         }
         if error.signum() != state.side {

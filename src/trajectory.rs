@@ -254,7 +254,7 @@ impl Clock {
         let ticks = ticks.clamp(SHORTEST, LONGEST);
         Self {
             increment: (68_719_476_736.0 / ticks) as u32,
-            length: ticks as u32 + 1,
+            length: (ticks as u32).saturating_add(1),
             elapsed: 0,
         }
     }

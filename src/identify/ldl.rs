@@ -53,19 +53,21 @@ impl Factor {
 
     /// Chooses the scale of row `i` from its diagonal. `false`: the diagonal is not positive.
     pub fn scale(&mut self, i: usize, diagonal: i64) -> bool {
-        let bits = 64 - diagonal.leading_zeros() as i32;
+        let bits = 64i32.wrapping_sub(diagonal.leading_zeros() as i32);
         // Halved and rounded up, so that the scaled diagonal has 29 or 30 bits.
-        self.exponents[i] = ((bits - 29) >> 1) as i8;
+        if let Some(exponent) = self.exponents.get_mut(i) {
+            *exponent = (bits.wrapping_sub(29) >> 1) as i8;
+        }
         diagonal > 0
     }
 
     /// Sets entry (i, j), j ≤ i, after both rows have their scale.
     pub fn set(&mut self, i: usize, j: usize, value: i64) {
-        let shift = i32::from(self.exponents[i]) + i32::from(self.exponents[j]);
+        let shift = self.exponent(i).wrapping_add(self.exponent(j));
         let scaled = if shift > 0 {
             round_shift(value, shift as u32)
         } else {
-            value << -shift
+            value.wrapping_shl(shift.unsigned_abs())
         };
         self.put(i, j, saturate(scaled));
     }
@@ -79,9 +81,11 @@ impl Factor {
         let zeros = pivot.leading_zeros() - 1;
         let inverse = i64::from(reciprocal((pivot as u32) << zeros));
         let fraction = 29 - zeros.div_ceil(2);
-        self.fraction[j] = fraction as u8;
+        if let Some(place) = self.fraction.get_mut(j) {
+            *place = fraction as u8;
+        }
         // From the last row up: a row needs column j of the rows above it as it was.
-        for i in (j + 1..self.order).rev() {
+        for i in (j.wrapping_add(1)..self.order).rev() {
             let entry = i64::from(self.at(i, j));
             let factor = saturate(round_shift(entry.wrapping_mul(inverse), 61 - zeros - fraction));
             self.eliminate(i, j, factor, fraction);
@@ -92,8 +96,9 @@ impl Factor {
 
     /// Row i minus L_ij times column j, for the columns right of j.
     fn eliminate(&mut self, i: usize, j: usize, factor: i32, fraction: u32) {
-        let mut other = place(j + 1, j);
-        for (k, at) in (j + 1..=i).zip(place(i, j + 1)..) {
+        let next = j.wrapping_add(1);
+        let mut other = place(next, j);
+        for (k, at) in (next..=i).zip(place(i, next)..) {
             let product = i64::from(factor).wrapping_mul(i64::from(self.word(other)));
             let value = self
                 .word(at)
@@ -111,40 +116,53 @@ impl Factor {
         let mut unknowns = [0i32; MOST];
         for i in (0..last).rev() {
             let mut sum = i64::from(self.at(last, i)) << UNKNOWN_FRAC;
-            let mut at = place(i + 1, i);
-            for (k, &unknown) in unknowns.iter().enumerate().take(last).skip(i + 1) {
+            let mut at = place(i.wrapping_add(1), i);
+            for (k, &unknown) in unknowns.iter().enumerate().take(last).skip(i.wrapping_add(1)) {
                 sum = sum.wrapping_sub(i64::from(self.word(at)).wrapping_mul(i64::from(unknown)));
                 at = at.wrapping_add(k).wrapping_add(1);
             }
-            unknowns[i] = saturate(round_shift(sum, u32::from(self.fraction[i])));
+            let fraction = self.fraction.get(i).copied().unwrap_or(0);
+            if let Some(unknown) = unknowns.get_mut(i) {
+                *unknown = saturate(round_shift(sum, u32::from(fraction)));
+            }
         }
         unknowns
     }
 
     /// Power of two that turns scaled unknown `i` into its own unit.
     pub fn unknown_exponent(&self, i: usize) -> i32 {
-        i32::from(self.exponents[self.unknowns()]) - i32::from(self.exponents[i])
+        self.exponent(self.unknowns()).wrapping_sub(self.exponent(i))
     }
 
     /// Solves L·z = g for a gradient g in the unknowns' own units.
     pub fn forward(&self, gradient: &[(Positive, bool); MOST]) -> Forward {
-        let scaled = |i: usize| gradient[i].0.shifted(-i32::from(self.exponents[i]));
+        let scaled = |i: usize| {
+            let (magnitude, negative) = gradient.get(i).copied().unwrap_or_default();
+            (magnitude.shifted(self.exponent(i).wrapping_neg()), negative)
+        };
         let top = (0..self.unknowns())
-            .map(|i| scaled(i).exponent_of_top())
+            .map(|i| scaled(i).0.exponent_of_top())
             .max()
             .unwrap_or(0);
         let mut solved = [0i32; MOST];
         for i in 0..self.unknowns() {
             // 22 bits for the largest entry leave nine for growth.
-            let magnitude = scaled(i).shifted(22 - top).to_q(0);
-            let mut entry = i64::from(if gradient[i].1 { -magnitude } else { magnitude });
+            let (magnitude, negative) = scaled(i);
+            let magnitude = i64::from(magnitude.shifted(22i32.wrapping_sub(top)).to_q(0));
+            let mut entry = if negative {
+                magnitude.wrapping_neg()
+            } else {
+                magnitude
+            };
             for ((&known, &fraction), at) in solved.iter().zip(&self.fraction).zip(place(i, 0)..).take(i) {
                 if known != 0 {
                     let product = i64::from(self.word(at)).wrapping_mul(i64::from(known));
                     entry = entry.wrapping_sub(round_shift(product, u32::from(fraction)));
                 }
             }
-            solved[i] = saturate(entry);
+            if let Some(place) = solved.get_mut(i) {
+                *place = saturate(entry);
+            }
         }
         Forward { solved, top }
     }
@@ -160,14 +178,19 @@ impl Factor {
             }
         }
         // The sums' own scale, Q40, cancels between the residual and the inverse.
-        sum.times(self.residual()).shifted(2 * (forward.top - 22) + 40)
+        sum.times(self.residual())
+            .shifted(forward.top.wrapping_mul(2).wrapping_sub(4))
     }
 
     /// Residual sum of squares in the rows' own unit (they are Q20).
     pub fn residual(&self) -> Positive {
         let last = self.unknowns();
         let pivot = Positive::of(self.at(last, last).max(LEAST_RESIDUAL), 0);
-        pivot.shifted(2 * i32::from(self.exponents[last]) - 40)
+        pivot.shifted(self.exponent(last).wrapping_mul(2).wrapping_sub(40))
+    }
+
+    fn exponent(&self, i: usize) -> i32 {
+        self.exponents.get(i).map_or(0, |exponent| i32::from(*exponent))
     }
 
     fn at(&self, i: usize, j: usize) -> i32 {
@@ -187,7 +210,7 @@ impl Factor {
 
 /// Where entry (i, j), j ≤ i, of the lower triangle stands, by rows.
 const fn place(i: usize, j: usize) -> usize {
-    i.wrapping_mul(i.wrapping_add(1)) / 2 + j
+    (i.wrapping_mul(i.wrapping_add(1)) / 2).wrapping_add(j)
 }
 
 /// `value / 2^bits`, rounded to nearest; `bits` is 0 … 63.

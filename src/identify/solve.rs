@@ -5,6 +5,7 @@ use super::ldl::{Factor, Forward, MOST, UNKNOWN_FRAC};
 use super::positive::Positive;
 use super::regression::Sums;
 use super::spline::{HOPS_PER_BLOCK, Window};
+use crate::units::saturate;
 
 /// Fraction bits of [`Solution`] coefficients (|coefficient| < 32).
 pub const COEFFICIENT_FRAC: u32 = 26;
@@ -182,8 +183,8 @@ impl Solver {
                 self.assemble(i, sums);
                 (
                     true,
-                    if i + 1 < order {
-                        Stage::Assemble(i + 1)
+                    if i.wrapping_add(1) < order {
+                        Stage::Assemble(i.wrapping_add(1))
                     } else {
                         Stage::Column(0)
                     },
@@ -191,8 +192,8 @@ impl Solver {
             }
             Stage::Column(j) => (
                 self.factor.column(j),
-                if j + 2 < order {
-                    Stage::Column(j + 1)
+                if j.wrapping_add(2) < order {
+                    Stage::Column(j.wrapping_add(1))
                 } else {
                     Stage::Substitute
                 },
@@ -266,7 +267,10 @@ impl Solver {
 
     /// Unknown `i` with its exponent.
     fn unknown(&self, i: usize) -> (i32, i32) {
-        (self.unknowns[i], self.factor.unknown_exponent(i))
+        (
+            self.unknowns.get(i).copied().unwrap_or(0),
+            self.factor.unknown_exponent(i),
+        )
     }
 
     /// Dead zone and coefficients of one direction. `false`: gain or damping came out negative, which no motor has.
@@ -276,10 +280,10 @@ impl Solver {
             return false;
         }
         let ratio = magnitude(gamma).over(magnitude(beta)).to_q(VOLTAGE_FRAC);
-        self.solution.dead_zone[direction] = if gamma.0 < 0 { -ratio } else { ratio };
+        self.solution.dead_zone[direction] = if gamma.0 < 0 { ratio.wrapping_neg() } else { ratio };
         let q = |(value, exponent): (i32, i32)| {
             let q = magnitude((value, exponent)).to_q(COEFFICIENT_FRAC);
-            if value < 0 { -q } else { q }
+            if value < 0 { q.wrapping_neg() } else { q }
         };
         self.solution.coefficients[direction] = Coefficients {
             gamma: q(gamma),
@@ -349,7 +353,7 @@ impl Solver {
 
     /// The derived number after `which`, if any. A single direction has one dead zone.
     fn after(&self, which: usize) -> Option<usize> {
-        (which + 1..4).find(|next| *next > 1 || self.directions().contains(next))
+        (which.wrapping_add(1)..4).find(|next| *next > 1 || self.directions().contains(next))
     }
 
     /// Windows overlap by all but one hop: `HOPS_PER_BLOCK` of them count as one independent row.
@@ -371,12 +375,16 @@ impl Solution {
     pub fn effective_voltage(&self, window: &Window, direction: usize, inverse_beta: i32) -> i32 {
         let c = &self.coefficients[direction & 1];
         let torque = (i64::from(window.acceleration) << COEFFICIENT_FRAC)
-            .wrapping_add(i64::from(c.alpha) * i64::from(window.speed))
-            .wrapping_add(i64::from(c.delta) * i64::from(window.jerk))
+            .wrapping_add(i64::from(c.alpha).wrapping_mul(i64::from(window.speed)))
+            .wrapping_add(i64::from(c.delta).wrapping_mul(i64::from(window.jerk)))
             >> COEFFICIENT_FRAC;
-        let voltage = (torque * i64::from(inverse_beta)) >> INVERSE_FRAC;
-        let voltage = voltage.clamp(i64::from(i32::MIN + 1), i64::from(i32::MAX)) as i32;
-        if direction == 0 { voltage } else { -voltage }
+        let voltage = torque.wrapping_mul(i64::from(inverse_beta)) >> INVERSE_FRAC;
+        let voltage = saturate(voltage);
+        if direction == 0 {
+            voltage
+        } else {
+            voltage.saturating_neg()
+        }
     }
 
     /// 1/β of a direction, Q16.

@@ -105,7 +105,7 @@ impl State {
             voltage_integrals: [0; 4],
             lowest: i32::MAX,
             highest: i32::MIN,
-            ticks_left: 1 << lengths.decimation,
+            ticks_left: lengths.ticks_per_sample(),
             samples_left: lengths.samples_per_hop(),
             ring: [Snapshot::default(); RING],
             newest: 0,
@@ -142,13 +142,16 @@ impl State {
     }
 
     fn sample(&mut self, lengths: &Lengths, offset: i32) {
-        let count = (self.position << lengths.decimation).wrapping_add(i64::from(self.count_sum));
+        let count = self
+            .position
+            .wrapping_shl(lengths.decimation)
+            .wrapping_add(i64::from(self.count_sum));
         integrate(&mut self.count_integrals, count);
         integrate(&mut self.voltage_integrals, i64::from(self.voltage_sum));
         self.position = self.position.wrapping_add(i64::from(offset));
         self.count_sum = 0;
         self.voltage_sum = 0;
-        self.ticks_left = 1 << lengths.decimation;
+        self.ticks_left = lengths.ticks_per_sample();
     }
 
     /// The averages' centres differ by fractions of a sample: count sums start at the sample, voltage acts after it.
@@ -156,21 +159,20 @@ impl State {
     fn hop(&mut self, lengths: &Lengths) -> Hop {
         let [i1, i2, i3] = self.count_integrals;
         let [.., j3, j4] = self.voltage_integrals;
-        let twice = 1 + lengths.decimation;
-        self.newest = if self.newest as usize + 1 == RING {
-            0
-        } else {
-            self.newest + 1
-        };
+        let twice = lengths.decimation.wrapping_add(1);
+        self.newest = self.newest.wrapping_add(1);
+        if usize::from(self.newest) >= RING {
+            self.newest = 0;
+        }
         if let Some(slot) = self.ring.get_mut(self.newest as usize) {
             *slot = Snapshot {
                 jerk: i1,
                 acceleration: i2,
                 speed: i3.wrapping_mul(2).wrapping_sub(i2),
-                voltage: (j4.wrapping_sub(j3) << twice).wrapping_add(j3),
+                voltage: j4.wrapping_sub(j3).wrapping_shl(twice).wrapping_add(j3),
             };
         }
-        self.filled = (self.filled + 1).min(RING as u8);
+        self.filled = self.filled.saturating_add(1).min(RING as u8);
         self.samples_left = lengths.samples_per_hop();
         let hop = Hop {
             lowest: self.lowest,
@@ -193,12 +195,21 @@ impl State {
             block,
             counts,
         } = *lengths;
-        let motion = decimation + counts;
+        let sum = |parts: [u32; 3]| parts.into_iter().fold(0, u32::wrapping_add);
+        let motion = sum([decimation, counts, block]);
+        let twice = block.wrapping_shl(1);
         Some(Window {
-            jerk: scaled(jerk, motion + block),
-            acceleration: scaled(acceleration, motion + 2 * block),
-            speed: scaled(speed, motion + 3 * block + 1),
-            voltage: scaled(voltage, VOLTAGE_FRAC + 2 * decimation + 4 * block + 1),
+            jerk: scaled(jerk, motion),
+            acceleration: scaled(acceleration, sum([motion, block, 0])),
+            speed: scaled(speed, sum([motion, twice, 1])),
+            voltage: scaled(
+                voltage,
+                sum([
+                    VOLTAGE_FRAC + 1,
+                    decimation.wrapping_shl(1),
+                    twice.wrapping_shl(1),
+                ]),
+            ),
         })
     }
 
@@ -208,7 +219,9 @@ impl State {
         for (lag, weight) in [1i64, -4, 6, -4, 1].into_iter().enumerate() {
             let back = lag * HOPS_PER_BLOCK as usize;
             let newest = usize::from(self.newest);
-            let at = newest.checked_sub(back).unwrap_or(newest + RING - back);
+            let at = newest
+                .checked_sub(back)
+                .unwrap_or(newest.wrapping_add(RING).wrapping_sub(back));
             let Some(snapshot) = self.ring.get(at) else {
                 continue;
             };
@@ -222,7 +235,11 @@ impl State {
 
 impl Lengths {
     const fn samples_per_hop(&self) -> u16 {
-        ((1u32 << self.block) / HOPS_PER_BLOCK) as u16
+        (1u32.wrapping_shl(self.block) / HOPS_PER_BLOCK) as u16
+    }
+
+    const fn ticks_per_sample(&self) -> u16 {
+        1u16.wrapping_shl(self.decimation)
     }
 }
 
@@ -239,8 +256,8 @@ fn integrate<const ORDER: usize>(integrals: &mut [i64; ORDER], input: i64) {
 fn scaled(value: i64, bits: u32) -> i32 {
     let scaled = match bits.checked_sub(ROW_FRAC) {
         Some(0) => value,
-        Some(right) => (value >> (right - 1)).wrapping_add(1) >> 1,
-        None => value << (ROW_FRAC - bits),
+        Some(right) => value.wrapping_shr(right.wrapping_sub(1)).wrapping_add(1) >> 1,
+        None => value.wrapping_shl(ROW_FRAC.wrapping_sub(bits)),
     };
     saturate(scaled)
 }

@@ -1,0 +1,10 @@
+//! Which calls of the control interrupt can end in a panic? Answered by the linked image itself, not by its sources: the
+//! optimiser has removed most checks, and only what is left matters.
+//!
+//! The walk follows direct calls and branches between functions ([`thumb`]). A call by register cannot be followed; it is
+//! listed like a panic and needs a reason as well. Every finding must stand in a checked-in list ([`accepted`]).
+
+pub mod accepted;
+pub mod image;
+pub mod thumb;
+pub mod walk;
