@@ -16,7 +16,7 @@ use crate::record::{self, Activity, Advisory, Limit, Record};
 use crate::referencing::{Finding, Referenced, Search, Sight};
 use crate::store::AxisParameters;
 use crate::trajectory::{Cruise, Move, Sine};
-use crate::units::{Position, Speed, Voltage, to_fixed, within};
+use crate::units::{Position, Speed, Voltage, limited, to_fixed};
 use serde::{Deserialize, Serialize};
 
 /// Half width of the band around a resting target in which the axis is silent, counts.
@@ -611,7 +611,7 @@ impl State {
 
     /// Voltage mode: towards the target at a bounded rate.
     fn drive(&mut self, target: Voltage, slew: i32) -> Demand {
-        let step = within(target.minus(self.voltage).0, slew);
+        let step = limited(target.minus(self.voltage).0, slew);
         self.voltage = self.voltage.plus(Voltage(step));
         let meaning = Meaning::Linear {
             reference: None,

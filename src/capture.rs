@@ -201,9 +201,9 @@ impl<'a> Capture<'a> {
             self.stage = Stage::Finishing;
             self.trigger_tick = tick;
             // Older ticks than wanted give way to those still to come.
-            self.filled = self.filled.min(self.before + 1);
-            self.trigger_index = self.filled - 1;
-            self.left = LENGTH - self.filled;
+            self.filled = self.filled.min(self.before.wrapping_add(1));
+            self.trigger_index = self.filled.wrapping_sub(1);
+            self.left = LENGTH.wrapping_sub(self.filled);
         } else if self.stage == Stage::Finishing {
             self.left = self.left.saturating_sub(1);
         }
@@ -217,7 +217,8 @@ impl<'a> Capture<'a> {
         if index >= self.filled {
             return None;
         }
-        let place = (self.next + LENGTH - self.filled + index) % LENGTH;
+        let oldest = self.next.wrapping_add(LENGTH).wrapping_sub(self.filled);
+        let place = oldest.wrapping_add(index) % LENGTH;
         self.shots.get(place).copied()
     }
 
@@ -229,7 +230,7 @@ impl<'a> Capture<'a> {
         if let Some(place) = self.shots.get_mut(self.next) {
             *place = shot;
         }
-        self.next = (self.next + 1) % LENGTH;
-        self.filled = (self.filled + 1).min(LENGTH);
+        self.next = self.next.wrapping_add(1) % LENGTH;
+        self.filled = self.filled.wrapping_add(1).min(LENGTH);
     }
 }

@@ -227,7 +227,7 @@ impl Params {
     #[must_use]
     pub fn position_loop(&self, error: i32, reference: Speed, limit: Speed) -> (Speed, bool) {
         let wanted = reference.0.saturating_add(mul_shift(error, self.position, 20));
-        let allowed = within(wanted, limit.0);
+        let allowed = limited(wanted, limit.0);
         (Speed(allowed), allowed != wanted)
     }
 

@@ -6,7 +6,7 @@
 
 use crate::axis::{Bridge, Sample};
 use crate::config::Scale;
-use crate::units::{Voltage, mul_shift, within};
+use crate::units::{Voltage, limited, mul_shift};
 
 /// Longest delay, ticks.
 const LONGEST_DELAY: usize = 3;
@@ -121,6 +121,6 @@ impl Params {
         let inverse = ((1u32 << 31) / supply) as i32; // Q17 of 1/nominal
         let ratio = mul_shift(voltage.0, inverse, 17);
         let counts = mul_shift(ratio, self.full_scale, Voltage::BITS);
-        within(counts, self.full_scale) as i16
+        limited(counts, self.full_scale) as i16
     }
 }

@@ -124,7 +124,7 @@ pub const fn saturate(value: i64) -> i32 {
 /// `value` cut to −`limit` … `limit`; `limit` ≥ 0. Unlike `i32::clamp` it has no way to a panic.
 #[must_use]
 #[inline(always)]
-pub fn within(value: i32, limit: i32) -> i32 {
+pub fn limited(value: i32, limit: i32) -> i32 {
     value.max(limit.wrapping_neg()).min(limit)
 }
 

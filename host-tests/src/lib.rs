@@ -3,6 +3,7 @@
 
 pub mod bench;
 pub mod commissioning;
+pub mod counts;
 pub mod desk;
 pub mod families;
 pub mod faults;

@@ -97,8 +97,8 @@ impl Factor {
     /// Row i minus L_ij times column j, for the columns right of j.
     fn eliminate(&mut self, i: usize, j: usize, factor: i32, fraction: u32) {
         let next = j.wrapping_add(1);
-        let mut other = place(next, j);
-        for (k, at) in (next..=i).zip(place(i, next)..) {
+        let (mut at, mut other) = (place(i, next), place(next, j));
+        for k in next..=i {
             let product = i64::from(factor).wrapping_mul(i64::from(self.word(other)));
             let value = self
                 .word(at)
@@ -106,6 +106,7 @@ impl Factor {
             if let Some(word) = self.words.get_mut(at) {
                 *word = value;
             }
+            at = at.wrapping_add(1);
             other = other.wrapping_add(k).wrapping_add(1);
         }
     }
@@ -117,7 +118,8 @@ impl Factor {
         for i in (0..last).rev() {
             let mut sum = i64::from(self.at(last, i)) << UNKNOWN_FRAC;
             let mut at = place(i.wrapping_add(1), i);
-            for (k, &unknown) in unknowns.iter().enumerate().take(last).skip(i.wrapping_add(1)) {
+            for k in i.wrapping_add(1)..last {
+                let unknown = unknowns.get(k).copied().unwrap_or(0);
                 sum = sum.wrapping_sub(i64::from(self.word(at)).wrapping_mul(i64::from(unknown)));
                 at = at.wrapping_add(k).wrapping_add(1);
             }

@@ -259,7 +259,8 @@ impl Solver {
                 continue;
             }
             for set in sums {
-                total = total.wrapping_add(set[direction].word(usize::from(p), usize::from(q)));
+                let word = |sums: &Sums| sums.word(usize::from(p), usize::from(q));
+                total = total.wrapping_add(set.get(direction).map_or(0, word));
             }
         }
         total
@@ -275,6 +276,7 @@ impl Solver {
 
     /// Dead zone and coefficients of one direction. `false`: gain or damping came out negative, which no motor has.
     fn derive(&mut self, direction: usize) -> bool {
+        let direction = direction & 1;
         let [gamma, beta, alpha, delta] = self.structure.unknowns(direction).map(|i| self.unknown(i));
         if beta.0 <= 0 || alpha.0 <= 0 {
             return false;

@@ -1,11 +1,12 @@
 //! Instructions per control tick of the image as it is.
 
+use crate::figures::{self, Figures};
 use crate::image;
-use crate::process::{cargo, run};
-use anyhow::Result;
+use crate::process::{cargo, text};
+use anyhow::{Context, Result, bail};
 
-/// Builds the image for QEMU and has `truing instructions` count.
-pub fn print() -> Result<()> {
+/// Builds the image for QEMU, has `truing instructions` count, and checks or enters the figures.
+pub fn print(accept: bool) -> Result<()> {
     let image = image::build("qemu")?;
     let mut truing = cargo(&[
         "run",
@@ -16,5 +17,41 @@ pub fn print() -> Result<()> {
         "instructions",
         "--image",
     ]);
-    run(truing.arg(image))
+    let output = truing
+        .arg(image)
+        .stderr(std::process::Stdio::inherit())
+        .output()?;
+    if !output.status.success() {
+        bail!("`{}` failed ({})", text(&truing), output.status);
+    }
+    let table = String::from_utf8(output.stdout).context("the table is not text")?;
+    print!("{table}");
+    figures::settle("instructions", &figures(&table), accept)
+}
+
+/// `| rate | activity | ticks | average | worst |`.
+fn figures(table: &str) -> Figures {
+    let mut figures = Figures::new();
+    for line in table.lines() {
+        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
+        if let [rate, activity, _, average, worst] = cells[..]
+            && let (Ok(average), Ok(worst)) = (average.parse(), worst.parse())
+        {
+            figures.insert(format!("{rate} {activity}, average"), average);
+            figures.insert(format!("{rate} {activity}, worst"), worst);
+        }
+    }
+    figures
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn a_row_of_the_table_is_two_figures() {
+        let table = "| control rate | activity | ticks | average | worst |\n|---|---|---|---|---|\n| 1000 Hz | idle | 616 | 568 | 6628 |\n";
+        let figures = super::figures(table);
+        assert_eq!(figures["1000 Hz idle, average"], 568);
+        assert_eq!(figures["1000 Hz idle, worst"], 6628);
+        assert_eq!(figures.len(), 2);
+    }
 }

@@ -1,8 +1,11 @@
 //! `cargo xtask …`: what a newcomer types. Sets up what is missing, then runs the main job or every test.
 
+mod bench;
+mod figures;
 mod flash;
 mod image;
 mod instructions;
+mod panics;
 mod process;
 mod setup;
 mod size;
@@ -38,10 +41,22 @@ enum Command {
         #[arg(long)]
         dry_run: bool,
     },
-    /// Print what the images occupy in flash and RAM.
-    Size,
-    /// Print the instructions of a control tick, counted in QEMU.
-    Instructions,
+    /// Print what the images occupy in flash and RAM; fails when that grew by more than 3 % since docs/cost.toml.
+    Size {
+        /// Enter the figures into docs/cost.toml instead.
+        #[arg(long)]
+        accept: bool,
+    },
+    /// Print the instructions of a control tick, counted in QEMU; fails when they grew by more than 3 %.
+    Instructions {
+        /// Enter the figures into docs/cost.toml instead.
+        #[arg(long)]
+        accept: bool,
+    },
+    /// Count our identifier, compensator and loop beside published crates, in QEMU.
+    Bench,
+    /// List what of the control interrupt can reach a panic; fails on anything that is not accepted with a reason.
+    Panics,
     /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
     Test,
 }
@@ -62,8 +77,10 @@ fn run(command: Command) -> Result<()> {
         Command::Demo { arguments } => demo(&arguments),
         Command::Images => setup::everything().and_then(|()| image::build_all()),
         Command::Flash { dry_run } => flash::flash(dry_run),
-        Command::Size => setup::everything().and_then(|()| size::print()),
-        Command::Instructions => setup::everything().and_then(|()| instructions::print()),
+        Command::Size { accept } => setup::everything().and_then(|()| size::print(accept)),
+        Command::Instructions { accept } => setup::everything().and_then(|()| instructions::print(accept)),
+        Command::Bench => setup::everything().and_then(|()| bench::print()),
+        Command::Panics => setup::everything().and_then(|()| panics::check()),
         Command::Test => test::everything(),
     }
 }

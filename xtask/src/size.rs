@@ -1,5 +1,6 @@
 //! What the two images occupy.
 
+use crate::figures::{self, Figures};
 use crate::image;
 use anyhow::{Context, Result};
 use object::{Object, ObjectSection, SectionFlags, SectionKind, elf::SHF_ALLOC};
@@ -18,8 +19,9 @@ struct Size {
     zeroed: u64,
 }
 
-/// Builds both images and prints a table for docs/cost.md.
-pub fn print() -> Result<()> {
+/// Builds both images, prints a table for docs/cost.md and checks or enters its figures.
+pub fn print(accept: bool) -> Result<()> {
+    let mut figures = Figures::new();
     println!("| image | flash, bytes | RAM, bytes | of which initialised |");
     println!("|---|---|---|---|");
     for board in ["stm32f405", "qemu"] {
@@ -30,8 +32,10 @@ pub fn print() -> Result<()> {
             size.data + size.zeroed,
             size.data
         );
+        figures.insert(format!("{board} flash"), size.flash);
+        figures.insert(format!("{board} ram"), size.data + size.zeroed);
     }
-    Ok(())
+    figures::settle("size", &figures, accept)
 }
 
 fn measure(image: &Path) -> Result<Size> {

@@ -31,7 +31,7 @@ use servo::drivers::bridge::{self, HBridge};
 use servo::drivers::encoder::Encoder;
 use servo::drivers::hardware::AxisHardware;
 use servo::drivers::permit::{Permit, PermitLines};
-use servo::drivers::sense::{CurrentSense, OffsetLimits, OffsetState, SupplySense};
+use servo::drivers::sense::{CurrentSense, OffsetError, OffsetLimits, OffsetState, SupplySense};
 use servo::protocol::{Refusal, ResetCause};
 use stm32f4xx_hal::pac::{ADC1, CorePeripherals, DBGMCU, Peripherals};
 
@@ -257,7 +257,14 @@ impl AxisOfBoard {
         match self.hardware.calibrate(&offset_limits(self.stage), state) {
             Some(Ok(_)) => self.offset = None,
             Some(Err(error)) => {
-                defmt::warn!("current sensor has no zero: {}", defmt::Debug2Format(&error));
+                match error {
+                    OffsetError::OutsideWindow(mean) => {
+                        defmt::warn!("current sensor: its zero at {=u16} lies outside the window", mean);
+                    }
+                    OffsetError::Unsteady(spread) => {
+                        defmt::warn!("current sensor: no zero, readings spread by {=u16}", spread);
+                    }
+                }
                 self.offset = Some(OffsetState::default());
             }
             None => {}
