@@ -14,7 +14,7 @@
 
 use crate::encoder::Motor;
 use crate::units::{
-    Acceleration, ERROR_BITS, Position, Speed, Voltage, bounded, mul_shift, to_fixed, within,
+    Acceleration, ERROR_BITS, Position, Speed, Voltage, bounded, limited, mul_shift, to_fixed,
 };
 use serde::{Deserialize, Serialize};
 
