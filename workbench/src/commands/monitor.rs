@@ -100,7 +100,7 @@ impl View {
             0 => String::new(),
             lines => format!("\x1b[{lines}A\x1b[J"),
         };
-        print!("{up}{}\n", lines.join("\n"));
+        println!("{up}{}", lines.join("\n"));
         let _ = std::io::stdout().flush();
         self.lines = lines.len();
     }
