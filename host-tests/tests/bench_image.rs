@@ -3,28 +3,35 @@
 
 use host_tests::counts::{self, Count};
 
-/// Subject, control rate → average, worst.
-const DOCUMENTED: [(&str, u32, f64, u32); 8] = [
-    ("identifier, learning", 10_000, 81.0, 1_410),
-    ("identifier, learning", 1_000, 330.0, 3_200),
-    ("loop, tracking", 10_000, 1_032.0, 2_075),
-    ("loop, commissioning", 10_000, 889.0, 3_005),
-    ("compensator", 0, 27.0, 35),
-    ("flight-solver RlsParallel, 4 parameters", 0, 279.0, 282),
-    ("flight-solver InverseQrRls, 6 parameters", 0, 2_859.0, 2_901),
-    ("pid", 0, 117.0, 118),
+/// Subject, control rate → average, worst, share by which a count may differ. The crates that are compared with are fixed;
+/// ours changes with what it does.
+const DOCUMENTED: [(&str, u32, f64, u32, f64); 8] = [
+    ("identifier, learning", 10_000, 81.0, 1_410, 0.3),
+    ("identifier, learning", 1_000, 330.0, 3_200, 0.3),
+    ("loop, tracking", 10_000, 1_032.0, 2_075, 0.4),
+    ("loop, commissioning", 10_000, 889.0, 3_005, 0.4),
+    ("compensator", 0, 27.0, 35, 0.15),
+    ("flight-solver RlsParallel, 4 parameters", 0, 279.0, 282, 0.05),
+    (
+        "flight-solver InverseQrRls, 6 parameters",
+        0,
+        2_859.0,
+        2_901,
+        0.05,
+    ),
+    ("pid", 0, 117.0, 118, 0.05),
 ];
 
 #[test]
 fn the_counts_are_the_documented_ones() {
     let counts = counts::run();
-    for (name, tick_hz, average, worst) in DOCUMENTED {
+    for (name, tick_hz, average, worst, share) in DOCUMENTED {
         let fits = |count: &&Count| count.name == name && count.tick_hz == tick_hz;
         let count = counts
             .iter()
             .find(fits)
             .unwrap_or_else(|| panic!("{name} is missing: {counts:?}"));
-        let near = |now: f64, then: f64| now < 1.1 * then && now > 0.7 * then;
+        let near = |now: f64, then: f64| (now / then - 1.0).abs() < share;
         assert!(
             near(count.average, average),
             "{count:?}: documented {average} on average"

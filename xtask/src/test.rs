@@ -26,8 +26,6 @@ pub fn everything() -> Result<()> {
     }
     heading("images");
     crate::image::build_all()?;
-    heading("ways to a panic in the control interrupt");
-    crate::panics::check()?;
     let tally = host_tests()?;
     step(
         "documentation",
