@@ -18,7 +18,7 @@ const SUPPLY: f64 = 0.1;
 /// … in steps of at most this share, drawn anew with every motion.
 const SUPPLY_STEP: f64 = 0.05;
 /// Terminal voltage against an end stop, dead zones: below the margin of protection by more than an identification errs.
-const CONTACT: f64 = 1.3;
+pub const CONTACT: f64 = 1.3;
 /// One motion in so many is a contact.
 const CONTACT_EVERY: u32 = 12;
 
