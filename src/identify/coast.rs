@@ -10,6 +10,7 @@
 use super::estimate::Mechanism;
 use super::solve::{COEFFICIENT_FRAC, Coefficients, INVERSE_FRAC, Solution};
 use super::spline::{ROW_FRAC, Window};
+use crate::units::saturate;
 
 /// Between these residuals, in 1/1024 of γ, it is neither.
 const UNCLEAR_1024: [i64; 2] = [-717, -307];
@@ -59,12 +60,9 @@ impl Sums {
         let shift = 33u32.saturating_sub(total.unsigned_abs().leading_zeros());
         let windows = (self.windows as i32).max(1);
         let mean = i64::from((total >> shift) as i32 / windows) << shift;
-        let rest = i64::from(
-            (total - mean * i64::from(windows)).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
-                / windows,
-        );
-        let volts = ((mean + rest) * i64::from(inverse_beta)) >> INVERSE_FRAC;
-        volts.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+        let left = saturate(total.wrapping_sub(mean.wrapping_mul(i64::from(windows))));
+        let rest = i64::from(left / windows);
+        saturate(mean.wrapping_add(rest).wrapping_mul(i64::from(inverse_beta)) >> INVERSE_FRAC)
     }
 }
 

@@ -117,7 +117,7 @@ impl State {
             .saturating_abs();
         self.unrest = self
             .unrest
-            .saturating_add(((change << 4) - self.unrest) >> UNREST_BITS);
+            .saturating_add((change << 4).saturating_sub(self.unrest) >> UNREST_BITS);
         self.last = current;
         self.block.add(acting, current);
         self.doubt.add(acting, current);
@@ -152,9 +152,9 @@ impl State {
         let rise = i32::from(current).saturating_sub(block.first.0);
         let row = [block.current, turned, rise];
         let mut places = self.normal.iter_mut();
-        for (k, (&a, right)) in row.iter().zip(&mut self.right).enumerate() {
+        for (k, (&a, right)) in (0..N).zip(row.iter().zip(&mut self.right)) {
             *right = right.saturating_add(product(a, block.voltage));
-            for (&b, place) in row[k..].iter().zip(&mut places) {
+            for (&b, place) in row.iter().skip(k).zip(&mut places) {
                 *place = place.saturating_add(product(a, b));
             }
         }
@@ -296,7 +296,7 @@ fn solve(normal: &[i64; N * (N + 1) / 2], right: &[i64; N], order: [usize; N]) -
     let element = |a: usize, b: usize| {
         let (low, high) = (a.min(b), a.max(b));
         normal
-            .get(low * (2 * N - 1 - low) / 2 + high)
+            .get((low.wrapping_mul((2 * N - 1).wrapping_sub(low)) / 2).wrapping_add(high))
             .map_or(0.0, |&sum| sum as f32)
     };
     let mut rows: [[f32; N + 1]; N] = core::array::from_fn(|k| {

@@ -80,7 +80,7 @@ fn run(command: Command) -> Result<()> {
         Command::Size { accept } => setup::everything().and_then(|()| size::print(accept)),
         Command::Instructions { accept } => setup::everything().and_then(|()| instructions::print(accept)),
         Command::Bench => setup::everything().and_then(|()| bench::print()),
-        Command::Panics => setup::everything().and_then(|()| panics::check()),
+        Command::Panics => setup::everything().and_then(|()| panics::check(false)),
         Command::Test => test::everything(),
     }
 }

@@ -26,6 +26,10 @@ pub fn everything() -> Result<()> {
     }
     heading("images");
     crate::image::build_all()?;
+    heading("size and instructions against docs/cost.toml, ways to a panic");
+    crate::size::print(false)?;
+    crate::instructions::print(false)?;
+    crate::panics::check(true)?;
     let tally = host_tests()?;
     step(
         "documentation",
