@@ -160,6 +160,7 @@ pub struct Axis {
     passive: passive::Params,
     pub(crate) pwm: pwm::Params,
     pub(crate) protect: protect::Params,
+    pub(crate) protection: Settings,
     /// Change of voltage per tick in voltage mode, Q20 of nominal.
     slew: i32,
 }
@@ -220,22 +221,28 @@ impl Axis {
             pwm: pwm::Params::new(&scale),
             // The defaults of protection cannot be refused.
             protect: protect::Params::standard(&scale),
+            protection: Settings::default(),
             slew: to_fixed(1.0 / (FULL_SWING_S * config.tick_hz as f32), Voltage::BITS),
         })
     }
 
     /// From stored parameters.
-    pub fn from_parameters(parameters: &AxisParameters) -> Result<Self, ConfigError> {
+    pub fn from_parameters(parameters: &AxisParameters) -> Result<Self, SettingsError> {
         let (low, high) = Tuning::BANDWIDTHS;
-        within(Field::Bandwidth, parameters.tuning.bandwidth, low, high)?;
-        parameters.estimates.check()?;
-        Self::with_tuning(&parameters.config, parameters.tuning)
+        within(Field::Bandwidth, parameters.tuning.bandwidth, low, high)
+            .and_then(|()| parameters.estimates.check())
+            .and_then(|()| Self::with_tuning(&parameters.config, parameters.tuning))
+            .map_err(SettingsError::Value)?
+            .protected(&parameters.protection)
     }
 
     /// … with protection of one's own choice.
     pub fn protected(self, settings: &Settings) -> Result<Self, SettingsError> {
-        let protect = protect::Params::new(&self.scale, settings)?;
-        Ok(Self { protect, ..self })
+        Ok(Self {
+            protect: protect::Params::new(&self.scale, settings)?,
+            protection: *settings,
+            ..self
+        })
     }
 
     /// An axis that was just switched on: bridge open, nothing known.

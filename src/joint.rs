@@ -5,9 +5,9 @@
 
 use crate::axis::{Axis, Bridge, Output, Sample, State};
 use crate::commission::Outcome;
-use crate::config::{Config, ConfigError};
+use crate::config::Config;
 use crate::identify::estimate::Estimates;
-use crate::protect::{Fault, Notice};
+use crate::protect::{Fault, Notice, SettingsError};
 use crate::protocol::{Command, Refusal};
 use crate::record::Activity;
 use crate::store::{AtRest, AxisParameters};
@@ -41,7 +41,7 @@ impl Order {
             Command::Configure(config) => Axis::new(&config)
                 .map(|axis| Order::Install(axis, None))
                 .map_err(Refusal::Config),
-            Command::Restore(parameters) => Order::restore(&parameters).map_err(Refusal::Config),
+            Command::Restore(parameters) => Order::restore(&parameters).map_err(Refusal::Parameters),
             Command::Adopt(estimates) => match estimates.check() {
                 Ok(()) => Ok(Order::Run(command)),
                 Err(error) => Err(Refusal::Config(error)),
@@ -52,7 +52,7 @@ impl Order {
     }
 
     /// Puts stored parameters in force.
-    pub fn restore(parameters: &AxisParameters) -> Result<Order, ConfigError> {
+    pub fn restore(parameters: &AxisParameters) -> Result<Order, SettingsError> {
         let restored = Restored {
             estimates: parameters.estimates,
             compensation: parameters.compensation,

@@ -160,6 +160,7 @@ impl Axis {
             estimates: state.knowledge.complete(&state.known),
             tuning: self.tuning,
             compensation: state.compensation,
+            protection: self.protection,
         }
     }
 

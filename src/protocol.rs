@@ -10,6 +10,7 @@ use crate::capture::{Extent, Shot, Stage, Trigger};
 use crate::commission::Outcome;
 use crate::config::{Config, ConfigError};
 use crate::identify::estimate::Estimates;
+use crate::protect::SettingsError;
 use crate::record::Record;
 use crate::referencing::Referencing;
 use crate::saving::StoreEvent;
@@ -132,6 +133,8 @@ pub enum Refusal {
     Storing,
     /// Parameters are stored only while every bridge is open and every shaft stands.
     NotAtRest,
+    /// A set of parameters cannot be.
+    Parameters(SettingsError),
 }
 
 /// Why the chip has started.

@@ -18,6 +18,7 @@ use crate::axis::{Axis, Bridge};
 use crate::config::Config;
 use crate::control::Tuning;
 use crate::identify::estimate::Estimates;
+use crate::protect::Settings;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Axes that one set can hold: as many as one STM32F405 can drive.
@@ -42,6 +43,8 @@ pub struct AxisParameters {
     pub tuning: Tuning,
     /// Use the inverse dead zone in the loops.
     pub compensation: bool,
+    /// What the user chose about protection.
+    pub protection: Settings,
 }
 
 /// The set: saved and loaded as a whole.
@@ -193,7 +196,7 @@ impl StoredParameters {
 
 /// Layout 1 knew no choice about the loops.
 mod layout_1 {
-    use super::{AxisParameters, Config, Estimates, MAX_AXES, StoredParameters, Tuning};
+    use super::{AxisParameters, Config, Estimates, MAX_AXES, Settings, StoredParameters, Tuning};
     use serde::Deserialize;
 
     #[derive(Deserialize)]
@@ -217,6 +220,7 @@ mod layout_1 {
                     estimates,
                     tuning: Tuning::default(),
                     compensation: true,
+                    protection: Settings::default(),
                 })
                 .map(Some);
             StoredParameters { axes: axes.collect() }
@@ -224,20 +228,35 @@ mod layout_1 {
     }
 }
 
-/// Layout 2 knew no axis that is not configured.
+/// Layout 2 knew no axis that is not configured, and no choice about protection.
 mod layout_2 {
-    use super::{AxisParameters, MAX_AXES, StoredParameters};
+    use super::{AxisParameters, Config, Estimates, MAX_AXES, Settings, StoredParameters, Tuning};
     use serde::Deserialize;
 
     #[derive(Deserialize)]
+    struct Axis {
+        config: Config,
+        estimates: Estimates,
+        tuning: Tuning,
+        compensation: bool,
+    }
+
+    #[derive(Deserialize)]
     pub struct Set {
-        axes: heapless::Vec<AxisParameters, MAX_AXES>,
+        axes: heapless::Vec<Axis, MAX_AXES>,
     }
 
     impl Set {
         pub fn migrate(self) -> StoredParameters {
+            let axes = self.axes.into_iter().map(|axis| AxisParameters {
+                config: axis.config,
+                estimates: axis.estimates,
+                tuning: axis.tuning,
+                compensation: axis.compensation,
+                protection: Settings::default(),
+            });
             StoredParameters {
-                axes: self.axes.into_iter().map(Some).collect(),
+                axes: axes.map(Some).collect(),
             }
         }
     }

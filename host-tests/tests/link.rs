@@ -8,6 +8,7 @@ use servo::axis::{Bridge, Output};
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing};
+use servo::protect::Settings;
 use servo::protocol::{Command, FRAME_CAPACITY, Frame, Message, Refusal, Request, VERSION, encode};
 use servo::store::AxisParameters;
 
@@ -211,6 +212,10 @@ fn parameters() -> impl Strategy<Value = AxisParameters> {
                 integral: compensation,
             },
             compensation,
+            protection: Settings {
+                command_timeout_ms: bandwidth.to_bits() as u16,
+                ..Settings::default()
+            },
         })
 }
 

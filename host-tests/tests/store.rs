@@ -12,6 +12,7 @@ use servo::axis::Bridge;
 use servo::control::Tuning;
 use servo::drivers::flash::SaveError;
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing};
+use servo::protect::{Action, Actions, Fault, Settings, Thermal};
 use servo::store::{AtRest, AxisParameters, LAYOUT, Loaded, RECORD_LEN, Record, StoredParameters, encode};
 
 const SMALL: usize = 4096;
@@ -258,9 +259,20 @@ fn the_largest_set_fits_into_a_record() {
             integral: true,
         },
         compensation: true,
+        protection: Settings {
+            actions: Fault::ALL.iter().fold(Actions::default(), |table, &fault| {
+                table.with(fault, Action::Brake).unwrap_or(table)
+            }),
+            thermal: Some(Thermal {
+                continuous_a: 1.0,
+                time_constant_s: u16::MAX,
+            }),
+            command_timeout_ms: u16::MAX,
+        },
     };
-    axis.config.counts_per_rev = u32::MAX;
-    axis.config.tick_hz = u32::MAX;
+    // The largest that a configuration may have.
+    axis.config.counts_per_rev = 1_000_000;
+    axis.config.tick_hz = 20_000;
     axis.config.energy_limit_j = Some(1.0);
     axis.config.pwm_full_scale = u16::MAX;
     axis.config.pwm_delay_ticks = u8::MAX;

@@ -1,11 +1,12 @@
 //! What is in force on an axis, key by key: what `truing params get` prints and `set` takes. Keys are those of
-//! `axis.toml`, and two sections more: `loops` for what the user may choose about the loops, `identified` for what a
-//! commissioning has found.
+//! `axis.toml`, and three sections more: `loops` for what the user may choose about the loops, `protection` for what the
+//! bridge does about a fault, `identified` for what a commissioning has found.
 
 use crate::commission_report::{Kept, Params};
 use crate::input_error::{InputError, nearest};
 use servo::config::Config;
 use servo::identify::estimate::{EstimatesReport, Reported};
+use servo::protect::{Action, Fault, Thermal};
 use servo::store::AxisParameters;
 use std::fmt::Write as _;
 
@@ -94,6 +95,33 @@ const KEYS: &[Key] = &[
     plain!("limits.current_a_per_lsb", config.current_a_per_lsb),
     optional!("limits.energy_j", config.energy_limit_j),
     optional!("limits.speed_rad_s", config.speed_limit_rad_s),
+    plain!("limits.command_timeout_ms", protection.command_timeout_ms),
+    Key {
+        name: "limits.continuous_current_a",
+        get: |p| {
+            p.protection
+                .thermal
+                .map(|thermal| thermal.continuous_a.to_string())
+        },
+        set: |p, text| {
+            thermal(p, text, |thermal, text| {
+                text.parse().map(|value| thermal.continuous_a = value).ok()
+            })
+        },
+    },
+    Key {
+        name: "limits.thermal_time_constant_s",
+        get: |p| {
+            p.protection
+                .thermal
+                .map(|thermal| thermal.time_constant_s.to_string())
+        },
+        set: |p, text| {
+            thermal(p, text, |thermal, text| {
+                text.parse().map(|value| thermal.time_constant_s = value).ok()
+            })
+        },
+    },
     plain!("loops.bandwidth", tuning.bandwidth),
     plain!("loops.integral", tuning.integral),
     plain!("loops.compensation", compensation),
@@ -104,6 +132,46 @@ const KEYS: &[Key] = &[
     identified!("identified.gain_rad_s_per_v", gain_rad_s_per_v, gain),
     identified!("identified.time_constant_s", time_constant_s, time_constant),
 ];
+
+/// The thermal model appears with its first number, with a small motor's values for the other.
+fn thermal(p: &mut AxisParameters, text: &str, put: fn(&mut Thermal, &str) -> Option<()>) -> Option<()> {
+    if text == NONE {
+        p.protection.thermal = None;
+        return Some(());
+    }
+    let mut thermal = p.protection.thermal.unwrap_or(Thermal {
+        continuous_a: 1.0,
+        time_constant_s: 30,
+    });
+    put(&mut thermal, text)?;
+    p.protection.thermal = Some(thermal);
+    Some(())
+}
+
+/// `protection.FAULT`: what the bridge does about it. Only what differs from `open` is printed.
+const PROTECTION: &str = "protection.";
+
+fn set_action(parameters: &mut AxisParameters, fault: &str, action: &str) -> Result<(), InputError> {
+    let Some(fault) = Fault::ALL.into_iter().find(|known| known.name() == fault) else {
+        let near = nearest(fault, Fault::ALL.iter().map(|known| known.name())).unwrap_or("no_motion");
+        return Err(InputError(format!(
+            "`{fault}` is no fault; the nearest is {near}"
+        )));
+    };
+    let actions = [Action::Open, Action::Brake, Action::Hold];
+    let chosen = actions.into_iter().find(|known| known.name() == action);
+    let table = chosen.and_then(|action| parameters.protection.actions.with(fault, action).ok());
+    parameters.protection.actions = table.ok_or_else(|| {
+        let fitting = actions.iter().filter(|action| action.suits(fault));
+        let names: Vec<&str> = fitting.map(|action| action.name()).collect();
+        InputError(format!(
+            "{PROTECTION}{} cannot be `{action}`; choose {}",
+            fault.name(),
+            names.join(" or ")
+        ))
+    })?;
+    Ok(())
+}
 
 fn estimates(parameters: &AxisParameters) -> Option<EstimatesReport> {
     let scale = parameters.config.build().ok()?;
@@ -131,6 +199,12 @@ pub fn print(parameters: &AxisParameters) -> String {
             let _ = writeln!(text, "{} = {value}", key.name);
         }
     }
+    for fault in Fault::ALL {
+        let action = parameters.protection.actions.of(fault);
+        if action != Action::Open {
+            let _ = writeln!(text, "{PROTECTION}{} = \"{}\"", fault.name(), action.name());
+        }
+    }
     text
 }
 
@@ -142,6 +216,9 @@ pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), Inpu
         )));
     };
     let (name, value) = (name.trim(), value.trim());
+    if let Some(fault) = name.strip_prefix(PROTECTION) {
+        return set_action(parameters, fault, value.trim_matches('"'));
+    }
     let Some(key) = KEYS.iter().find(|key| key.name == name) else {
         let near = nearest(name, KEYS.iter().map(|key| key.name)).unwrap_or(KEYS[0].name);
         return Err(InputError(format!(

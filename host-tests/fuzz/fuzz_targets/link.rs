@@ -12,7 +12,7 @@ use servo::capture::Trigger;
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimate, Estimates, Standing};
-use servo::protect::{Notice, Permit};
+use servo::protect::{Notice, Permit, Settings};
 use servo::protocol::{Command, FRAME_CAPACITY, Request, VERSION, encode};
 use servo::store::AxisParameters;
 
@@ -107,6 +107,7 @@ impl Deed {
                 estimates: estimates(numbers),
                 tuning: Tuning { bandwidth, integral: compensation },
                 compensation,
+                protection: Settings { command_timeout_ms: bandwidth.to_bits() as u16, ..Settings::default() },
             }),
             Deed::Reset => Command::Reset,
             Deed::Arm => Command::Arm,

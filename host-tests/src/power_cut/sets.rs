@@ -4,6 +4,7 @@ use serde::Serialize;
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing};
+use servo::protect::Settings;
 use servo::store::{AxisParameters, StoredParameters};
 
 /// A set that is unlike every other number's set; `number % 4` axes more than one, sometimes one of them empty.
@@ -24,6 +25,7 @@ fn parameters(number: u32, axis: u32) -> AxisParameters {
             integral: !number.is_multiple_of(3),
         },
         compensation: number.is_multiple_of(2),
+        protection: Settings::default(),
     }
 }
 
@@ -66,14 +68,19 @@ fn estimates(number: i32) -> Estimates {
 /// The set as layout 2 knew it: without empty axes.
 #[derive(Serialize)]
 pub struct SetLayout2 {
-    axes: Vec<AxisParameters>,
+    axes: Vec<(Config, Estimates, Tuning, bool)>,
 }
 
 impl SetLayout2 {
     /// What an older image would have stored of this set, which has no empty axis.
     pub fn of(set: &StoredParameters) -> Self {
         SetLayout2 {
-            axes: set.axes.iter().copied().flatten().collect(),
+            axes: set
+                .axes
+                .iter()
+                .flatten()
+                .map(|axis| (axis.config, axis.estimates, axis.tuning, axis.compensation))
+                .collect(),
         }
     }
 }

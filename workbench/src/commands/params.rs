@@ -12,6 +12,7 @@ use anyhow::Context;
 use clap::{Args, Subcommand};
 use servo::control::Tuning;
 use servo::identify::estimate::Estimates;
+use servo::protect::Settings;
 use servo::protocol::Command;
 use servo::store::AxisParameters;
 use std::path::PathBuf;
@@ -113,6 +114,7 @@ fn change(set: &Set) -> anyhow::Result<()> {
         estimates: Estimates::default(),
         tuning: Tuning::default(),
         compensation: true,
+        protection: Settings::default(),
     });
     for assignment in &set.assignments {
         parameters::set(&mut parameters, assignment)?;

@@ -3,7 +3,7 @@
 use servo::axis;
 use servo::drivers::flash::SaveError;
 use servo::identify::estimate::Reason;
-use servo::protect::Fault;
+use servo::protect::{Fault, SettingsError};
 use servo::protocol::Refusal;
 use servo::record::Advisory;
 use servo::saving::StoreEvent;
@@ -12,7 +12,13 @@ use servo::store::{Found, LAYOUT};
 /// Why a command was refused, one sentence.
 pub fn refusal_text(refusal: &Refusal) -> String {
     match refusal {
-        Refusal::Config(error) => {
+        Refusal::Parameters(SettingsError::Action(forbidden)) => format!(
+            "the servo refuses protection.{} = {}: open always works, brake does not for over-current, bridge fault and \
+             enable contact, hold only for a command timeout",
+            forbidden.fault.name(),
+            forbidden.action.name()
+        ),
+        Refusal::Config(error) | Refusal::Parameters(SettingsError::Value(error)) => {
             let (field, low, high) = (error.field.name(), error.minimum, error.maximum);
             format!("the servo refuses the configuration: {field} must lie between {low} and {high}")
         }

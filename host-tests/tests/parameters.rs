@@ -1,0 +1,159 @@
+//! Parameters key by key, and from a model to the numbers of the firmware.
+
+use host_tests::desk::config;
+use servo::control::Tuning;
+use servo::identify::estimate::{Estimates, Mechanism};
+use servo::protect::{Action, Fault, Settings};
+use servo::store::AxisParameters;
+use truing::{compensation, model, parameters};
+
+fn blank() -> AxisParameters {
+    AxisParameters {
+        config: config(),
+        estimates: Estimates::default(),
+        tuning: Tuning::default(),
+        compensation: true,
+        protection: Settings::default(),
+    }
+}
+
+fn set(parameters: &mut AxisParameters, assignment: &str) {
+    parameters::set(parameters, assignment).unwrap_or_else(|error| panic!("{assignment}: {error}"));
+}
+
+#[test]
+fn what_is_set_is_printed_and_read_back_whole() {
+    let mut first = blank();
+    for assignment in [
+        "supply.nominal_v=24",
+        "axis.travel_limit_rad=[-1.5, 2]",
+        "limits.current_a=none",
+        "limits.command_timeout_ms=250",
+        "limits.continuous_current_a=0.8",
+        "limits.thermal_time_constant_s=45",
+        "protection.no_motion=brake",
+        "protection.command_timeout=hold",
+        "loops.bandwidth=1.25",
+        "loops.compensation=false",
+        "identified.dead_zone_pos_v=1.5",
+        "identified.gain_rad_s_per_v=10",
+        "identified.time_constant_s=0.04",
+    ] {
+        set(&mut first, assignment);
+    }
+    let text = parameters::print(&first);
+    assert!(text.contains("protection.command_timeout = \"hold\""), "{text}");
+    // Every line is an assignment that `set` takes, and TOML.
+    let _: toml::Table = text.parse().expect("TOML");
+    let mut second = blank();
+    text.lines().for_each(|line| set(&mut second, line));
+    assert_eq!(second.config, first.config);
+    assert_eq!(second.protection, first.protection);
+    assert_eq!(second.protection.actions.of(Fault::NoMotion), Action::Brake);
+    assert_eq!(
+        (second.tuning, second.compensation),
+        (first.tuning, first.compensation)
+    );
+    let off = second.estimates.dead_zone[0].value - first.estimates.dead_zone[0].value;
+    assert!(off.abs() <= 1, "{off}");
+}
+
+#[test]
+fn a_volt_stays_a_volt_when_the_supply_is_corrected() {
+    let mut parameters = blank();
+    set(&mut parameters, "identified.dead_zone_pos_v=1.2");
+    set(&mut parameters, "supply.nominal_v=24");
+    let text = parameters::print(&parameters);
+    let line = text
+        .lines()
+        .find(|line| line.starts_with("identified.dead_zone_pos_v"))
+        .expect("a line");
+    let volts: f64 = line
+        .rsplit(' ')
+        .next()
+        .expect("a value")
+        .parse()
+        .expect("a number");
+    assert!((volts - 1.2).abs() < 1e-4, "{line}");
+}
+
+#[test]
+fn wrong_keys_and_values_are_named_with_the_nearest_right_one() {
+    for (assignment, expected) in [
+        ("loops.bandwith=2", "loops.bandwidth"),
+        ("loops.bandwidth=fast", "`fast` is no value"),
+        ("loops.bandwidth", "key=value"),
+        ("protection.over_current=brake", "choose open"),
+        ("protection.overcurrent=open", "over_current"),
+        ("protection.no_motion=hold", "open or brake"),
+    ] {
+        let error = parameters::set(&mut blank(), assignment)
+            .expect_err(assignment)
+            .to_string();
+        assert!(error.contains(expected), "{assignment}: {error}");
+    }
+}
+
+const MODEL: &str = r#"
+schema = "truing-model/1"
+[model]
+kind = "dc_motor"
+[motor]
+R_ohm = 2.0
+L_h = 0.0
+Kt_nm_per_a = 0.05
+Ke_vs_per_rad = 0.05
+J_kgm2 = 0.0001
+b_nms_per_rad = 0.0
+[encoder]
+counts_per_rev = 4000
+"#;
+
+/// By hand: 0.02 N m · 2 Ω / 0.05 N m/A = 0.8 V of friction; zone 0.5 and 0.3 V; load 0.005 N m = 0.2 V; drive gain 0.9.
+#[test]
+fn effects_become_terminal_voltages() {
+    let text = format!(
+        "{MODEL}\n[known.coulomb_friction]\nlevel_nm = 0.02\nlevel_nm_std = 0.001\n\
+         [known.dead_zone_asymmetric]\npos_v = 0.5\nneg_v = 0.3\n[known.voltage_saturation]\nlimit_v = 9.0\n\
+         [known.constant_load]\ntorque_nm = 0.005\n[known.drive_gain]\nratio = 0.9\n[known.backlash]\ngap_rad = 0.01\n"
+    );
+    let model = model::parse("model.toml", &text).expect("a model");
+    let (params, left_out) = compensation::from_model(&model, &config()).expect("parameters");
+    assert_eq!(left_out, ["backlash"]);
+    assert_eq!(params.mechanism, Mechanism::Unclear);
+    let scale = config().build().expect("a configuration");
+    let report = params.estimates(&config()).report(&scale);
+    for (name, found, by_hand) in [
+        ("dead zone +", report.dead_zone_pos_v, (0.5 + 0.8 - 0.2) / 0.9),
+        ("dead zone −", report.dead_zone_neg_v, (0.3 + 0.8 + 0.2) / 0.9),
+        ("saturation +", report.saturation_pos_v, (9.0 + 0.5) / 0.9),
+        ("saturation −", report.saturation_neg_v, (9.0 + 0.3) / 0.9),
+        ("gain", report.gain_rad_s_per_v, 0.9 / 0.05),
+        ("time constant", report.time_constant_s, 2.0 * 0.0001 / 0.0025),
+    ] {
+        let value = f64::from(found.value.expect("there"));
+        assert!(
+            (value / by_hand - 1.0).abs() < 1e-3,
+            "{name}: {value}, by hand {by_hand}"
+        );
+        assert!(found.trusted, "{name}");
+    }
+    // 0.001 N m is 0.044 V; the base parameters' 5 % add to it.
+    let u95 = f64::from(report.dead_zone_pos_v.u95.expect("there"));
+    assert!((1.96 * 0.044..0.4).contains(&u95), "{u95} V");
+}
+
+#[test]
+fn a_limit_above_the_supply_is_no_saturation_and_another_encoder_is_refused() {
+    let model = model::parse("model.toml", &format!("{MODEL}[supply]\nlimit_v = 24.0\n")).expect("a model");
+    let (params, _) = compensation::from_model(&model, &config()).expect("parameters");
+    assert_eq!((params.saturation_pos_v, params.dead_zone_pos_v), (None, None));
+    let other = servo::config::Config {
+        counts_per_rev: 2048,
+        ..config()
+    };
+    let error = compensation::from_model(&model, &other)
+        .expect_err("another encoder")
+        .to_string();
+    assert!(error.contains("4000") && error.contains("2048"), "{error}");
+}
