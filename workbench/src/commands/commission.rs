@@ -72,8 +72,8 @@ pub struct Knowledge {
     /// Use what the servo has stored (`truing commission --store`) instead of commissioning first.
     #[arg(long, conflicts_with = "params")]
     pub stored: bool,
-    /// Find zero before the motion: here:RAD, or stop:RAD_S,RAD,REACH_RAD[,AMPERE], or index:RAD_S,RAD,REACH_RAD, where
-    /// the sign of the speed is the direction and RAD is what the place is to be called.
+    /// Find zero before the motion: `here:RAD`, or `stop:RAD_S,RAD,REACH_RAD[,AMPERE]`, or `index:RAD_S,RAD,REACH_RAD`,
+    /// where the sign of the speed is the direction and RAD is what the place is to be called.
     #[arg(long, value_parser = referencing, allow_hyphen_values = true)]
     pub reference: Option<Referencing>,
 }
