@@ -1,60 +1,28 @@
 //! One joint. A control tick is [`Axis::step`], and reads as the flow: encoder → speed → identify → control →
 //! compensate → PWM.
 
+pub use crate::answer::{Refusal, Report};
 use crate::commission::{self, Outcome, Request};
-use crate::config::{Config, ConfigError, Field, Scale, within};
+use crate::config::{Config, ConfigError, Scale};
 use crate::control::{self, Reference, Tuning};
 use crate::design::{self, Design, Knowledge};
 use crate::encoder;
 use crate::identify::estimate::{Estimates, Reason};
 use crate::identify::passive;
-use crate::operate::reason_of;
-pub use crate::operate::{Refusal, Report};
 use crate::protect::{self, Action, Fault, Notice, Settings, SettingsError};
 use crate::pwm;
 use crate::record::{self, Activity, Advisory, Limit, Record};
 use crate::referencing::{Finding, Referenced, Search, Sight};
+pub use crate::sample::{Bridge, Sample};
 use crate::store::AxisParameters;
 use crate::trajectory::{Cruise, Move, Sine};
 use crate::units::{Position, Speed, Voltage, limited, to_fixed};
-use serde::{Deserialize, Serialize};
 
 /// Half width of the band around a resting target in which the axis is silent, counts.
 pub const HOLD_BAND: i32 = 1;
 
-/// State of the H-bridge. Numbers as in the log column `bridge`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[repr(u8)]
-pub enum Bridge {
-    /// All switches off: the winding current is zero. The safe state.
-    #[default]
-    Open = 0,
-    /// PWM drives the winding.
-    Driven = 1,
-    /// Both terminals tied together: 0 V, the motor brakes.
-    Shorted = 2,
-}
-
 /// Time that the voltage mode takes from zero to the nominal supply, s.
 const FULL_SWING_S: f32 = 0.1;
-
-/// The raw integers that the board reads at the start of a tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Sample {
-    /// Encoder counter, wraps.
-    pub count: i32,
-    /// Supply voltage in converter counts, or [`Sample::VBUS_NOT_MEASURED`].
-    pub vbus_raw: u16,
-    /// Winding current in converter counts, or [`Sample::CURRENT_NOT_SENSED`].
-    pub current_raw: i16,
-}
-
-impl Sample {
-    /// Marks a supply that is not measured: the nominal voltage is used.
-    pub const VBUS_NOT_MEASURED: u16 = u16::MAX;
-    /// Marks a winding current that is not sensed.
-    pub const CURRENT_NOT_SENSED: i16 = i16::MIN;
-}
 
 /// What the board does, from the next tick on, and what there is to tell about this one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -228,10 +196,8 @@ impl Axis {
 
     /// From stored parameters.
     pub fn from_parameters(parameters: &AxisParameters) -> Result<Self, SettingsError> {
-        let (low, high) = Tuning::BANDWIDTHS;
-        within(Field::Bandwidth, parameters.tuning.bandwidth, low, high)
-            .and_then(|()| parameters.estimates.check())
-            .and_then(|()| Self::with_tuning(&parameters.config, parameters.tuning))
+        parameters.check()?;
+        Self::with_tuning(&parameters.config, parameters.tuning)
             .map_err(SettingsError::Value)?
             .protected(&parameters.protection)
     }
@@ -399,7 +365,7 @@ impl Axis {
             state.armed = false;
         }
         if !holding {
-            state.stop(reason_of(state.protect.fault()));
+            state.stop(state.protect.fault().into());
             state.mode = match action {
                 Action::Brake => Mode::Brake,
                 Action::Hold | Action::Open => Mode::Idle,

@@ -4,9 +4,9 @@
 //! the trigger fires, recording goes on until the wanted share lies behind it, then the ring stands still until it is
 //! read out and armed again.
 
-use crate::axis::Bridge;
 use crate::protect::Fault;
 use crate::record::{Activity, Limit, Record};
+use crate::sample::Bridge;
 use serde::{Deserialize, Serialize};
 
 /// Ticks in the ring.

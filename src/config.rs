@@ -158,7 +158,7 @@ impl Scale {
     #[inline]
     pub fn supply(&self, vbus_raw: u16) -> i32 {
         match vbus_raw {
-            crate::axis::Sample::VBUS_NOT_MEASURED => Self::VOLTAGE_ONE,
+            crate::sample::Sample::VBUS_NOT_MEASURED => Self::VOLTAGE_ONE,
             // Saturates at twice the nominal supply, where protection has long acted: wrapped, it would turn negative.
             raw => (i32::from(raw).saturating_mul(self.supply_per_raw_q16)) >> 16,
         }

@@ -13,6 +13,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod answer;
 pub mod axis;
 pub mod capture;
 pub mod commission;
@@ -31,6 +32,7 @@ pub mod protocol;
 pub mod pwm;
 pub mod record;
 pub mod referencing;
+pub mod sample;
 pub mod saving;
 pub mod store;
 pub mod trajectory;

@@ -3,74 +3,25 @@
 //! Nothing jumps when the mode changes: the new set-point starts with the position, speed and acceleration of the old
 //! one, or with those of the shaft when no loop was closed, and the integrator takes over the voltage that was there.
 
+use crate::answer::{Refusal, Report};
 use crate::axis::{Axis, Commissioning, Listener, Mode, State};
-use crate::commission::{self, CommissionReport, Request};
+use crate::commission::{self, Request};
 use crate::control::{self, Reference};
 use crate::design::{self, Design};
 use crate::identify::estimate::{Estimates, Reason};
 use crate::joint::Restored;
 use crate::protect::Fault;
 use crate::protocol::Command;
-use crate::record::{Activity, Source};
+use crate::record::Source;
 use crate::referencing::{Mark, Referencing, Search};
 use crate::store::AxisParameters;
 use crate::trajectory::{Cruise, Move, Sine};
 use crate::units::{Acceleration, Position, SPEED_BITS, Speed, Voltage, to_fixed};
-use serde::{Deserialize, Serialize};
-
-/// Why a command was not carried out. Nothing has changed then.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Refusal {
-    /// Torque needs `Arm` first.
-    NotArmed,
-    /// A fault is latched; clear it with `Stop`.
-    Faulted,
-    /// Gain and time constant are neither identified nor configured: commission, or give `time_constant_hint_s`.
-    NotIdentified,
-    /// Something else is running: stop it first.
-    Busy,
-    /// The target lies beyond the end stops.
-    BeyondTravel,
-    /// Amplitude, frequency or duration cannot be done at this control rate.
-    OutOfRange,
-    /// Not a command of the axis: the link answers it.
-    NotForAxis,
-    /// Absolute targets need a reference.
-    NotReferenced,
-}
 
 /// Counts per tick at which an index pulse of one count is still seen by looking once a tick.
 const FASTEST_INDEX: f32 = 0.9;
 /// A shaft that has not moved for 50 ms stands.
 const STANDING_HZ: u32 = 20;
-
-/// What there is to tell about an axis, in SI units.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Report {
-    /// What it is doing.
-    pub activity: Activity,
-    /// The latched fault.
-    pub fault: Fault,
-    /// Progress of the commissioning, 0 … 255; `None` when none is running.
-    pub progress: Option<u8>,
-    /// How the last commissioning ended.
-    pub commissioning: Option<CommissionReport>,
-}
-
-/// What a commissioning that a fault has ended tells.
-pub(crate) fn reason_of(fault: Fault) -> Reason {
-    match fault {
-        Fault::NoMotion => Reason::MotionLost,
-        Fault::Stalled => Reason::Stalled,
-        Fault::EncoderUnplugged => Reason::EncoderUnplugged,
-        Fault::MotorDisconnected => Reason::MotorDisconnected,
-        Fault::WrongDirection => Reason::Reversed,
-        Fault::Overspeed | Fault::Runaway => Reason::Overspeed,
-        Fault::SupplyLow => Reason::SupplyTooLow,
-        Fault::SupplyHigh => Reason::SupplyMoved,
-        _ => Reason::Aborted,
-    }
-}
 
 impl Axis {
     /// Carries out a command, or says why not. What concerns the link or another axis is for the image.

@@ -4,8 +4,8 @@
 //! (D = `pwm_delay_ticks`). Whoever learns from voltage and count must be told the voltage that acts, so the commands
 //! on their way are kept here, and the acting one is multiplied by the supply of its own tick.
 
-use crate::axis::{Bridge, Sample};
 use crate::config::Scale;
+use crate::sample::{Bridge, Sample};
 use crate::units::{Voltage, limited, mul_shift};
 
 /// Longest delay, ticks.

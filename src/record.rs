@@ -1,8 +1,8 @@
 //! The telemetry record: what one control tick saw, thought and did. One struct for image, host and tests.
 
-use crate::axis::Bridge;
 use crate::protect::Fault;
 use crate::referencing::Referenced;
+use crate::sample::Bridge;
 use serde::{Deserialize, Serialize};
 
 /// Version of [`Record`]; changes whenever a field does.

@@ -14,11 +14,11 @@
 //! - *CRC-32* (IEEE 802.3) covers all that stands before it. The flash library underneath checks the same bytes with a
 //!   different polynomial (Castagnoli), so random bits pass both with a probability of 2⁻⁶⁴.
 
-use crate::axis::{Axis, Bridge};
-use crate::config::Config;
+use crate::config::{Config, Field, within};
 use crate::control::Tuning;
 use crate::identify::estimate::Estimates;
-use crate::protect::Settings;
+use crate::protect::{self, Settings, SettingsError};
+use crate::sample::Bridge;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Axes that one set can hold: as many as one STM32F405 can drive.
@@ -45,6 +45,18 @@ pub struct AxisParameters {
     pub compensation: bool,
     /// What the user chose about protection.
     pub protection: Settings,
+}
+
+impl AxisParameters {
+    /// Can an axis be built from them?
+    pub fn check(&self) -> Result<(), SettingsError> {
+        let (low, high) = Tuning::BANDWIDTHS;
+        let scale = within(Field::Bandwidth, self.tuning.bandwidth, low, high)
+            .and_then(|()| self.estimates.check())
+            .and_then(|()| self.config.build())
+            .map_err(SettingsError::Value)?;
+        protect::Params::new(&scale, &self.protection).map(|_| ())
+    }
 }
 
 /// The set: saved and loaded as a whole.
@@ -187,10 +199,7 @@ fn exact<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
 impl StoredParameters {
     /// Can an axis be built from every entry?
     fn is_valid(&self) -> bool {
-        self.axes
-            .iter()
-            .flatten()
-            .all(|axis| Axis::from_parameters(axis).is_ok())
+        self.axes.iter().flatten().all(|axis| axis.check().is_ok())
     }
 }
 

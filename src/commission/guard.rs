@@ -3,6 +3,7 @@
 use super::{Input, Params, Phase, State};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
+use crate::protect::Fault;
 
 /// Voltage at which every motor that has broken away keeps turning, Q14: 0.5.
 const HARD: i32 = 8_192;
@@ -116,6 +117,23 @@ impl Params {
         if state.total.is_multiple_of(self.limits.step_ticks) {
             state.last_step = input.count.wrapping_sub(state.step_count).unsigned_abs();
             state.step_count = input.count;
+        }
+    }
+}
+
+/// What a commissioning that a fault has ended tells.
+impl From<Fault> for Reason {
+    fn from(fault: Fault) -> Self {
+        match fault {
+            Fault::NoMotion => Reason::MotionLost,
+            Fault::Stalled => Reason::Stalled,
+            Fault::EncoderUnplugged => Reason::EncoderUnplugged,
+            Fault::MotorDisconnected => Reason::MotorDisconnected,
+            Fault::WrongDirection => Reason::Reversed,
+            Fault::Overspeed | Fault::Runaway => Reason::Overspeed,
+            Fault::SupplyLow => Reason::SupplyTooLow,
+            Fault::SupplyHigh => Reason::SupplyMoved,
+            _ => Reason::Aborted,
         }
     }
 }

@@ -16,35 +16,20 @@ mod guard;
 mod reading;
 mod schedule;
 
-use crate::axis::Bridge;
 use crate::config::Scale;
 use crate::identify;
+pub use crate::identify::Input;
 use crate::identify::coast;
 use crate::identify::estimate::{Estimates, EstimatesReport, Mechanism, Reason};
 use crate::identify::slices::{SLICES, Slice, Spread};
 use crate::identify::solve::Solver;
 use crate::identify::spline::Lengths;
 use crate::identify::timescale;
+use crate::sample::Bridge;
 use breakaway::Ramp;
 use guard::Limits;
 use reading::Reading;
 use serde::{Deserialize, Serialize};
-
-/// What the axis hands over in every tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Input {
-    /// Encoder counter at the start of this tick, wraps.
-    pub count: i32,
-    /// Mean terminal voltage that acts from now to the next sample, Q14 of nominal supply: the duty in force
-    /// (after delay, clip and quantisation) times the measured supply. 0 unless the bridge is driven.
-    pub voltage: i32,
-    /// State of the bridge from now to the next sample.
-    pub bridge: Bridge,
-    /// Measured supply, Q14 of nominal supply; `None` when it is not measured.
-    pub supply: Option<i32>,
-    /// Winding current in converter counts; `None` when it is not sensed.
-    pub current_raw: Option<i16>,
-}
 
 /// What the commissioning wants the bridge to do. The axis divides by the measured supply and clips.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -22,6 +22,7 @@ pub mod timescale;
 pub mod trust;
 
 use crate::config::Scale;
+use crate::sample::Bridge;
 use regression::{Row, Sums};
 use slices::Slice;
 use spline::{Hop, Lengths, Window};
@@ -36,6 +37,22 @@ const LONGEST_BLOCK_S: f32 = 0.14;
 const LEAST_COUNTS_PER_BLOCK: u64 = 10;
 /// Least speed of a row in 1/1024 of rated speed, 8 %: below, Stribeck friction would bend the line.
 const SLOWEST_SPEED_1024: i64 = 82;
+
+/// What the axis hands over in every tick to whoever learns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Input {
+    /// Encoder counter at the start of this tick, wraps.
+    pub count: i32,
+    /// Mean terminal voltage that acts from now to the next sample, Q14 of nominal supply: the duty in force
+    /// (after delay, clip and quantisation) times the measured supply. 0 unless the bridge is driven.
+    pub voltage: i32,
+    /// State of the bridge from now to the next sample.
+    pub bridge: Bridge,
+    /// Measured supply, Q14 of nominal supply; `None` when it is not measured.
+    pub supply: Option<i32>,
+    /// Winding current in converter counts; `None` when it is not sensed.
+    pub current_raw: Option<i16>,
+}
 
 /// Fixed numbers of one axis' identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,8 +15,8 @@ mod track;
 use super::estimate::{Estimates, Mechanism, VOLTAGE_FRAC};
 use super::solve::{Solution, Solver};
 use super::spline::{HOPS_PER_BLOCK, ROW_FRAC, Window};
-use crate::commission::Input;
 use crate::config::Scale;
+use crate::identify::Input;
 use learn::Learning;
 use track::Track;
 

@@ -1,0 +1,40 @@
+//! What an axis answers: why a command was refused, and what there is to tell.
+
+use crate::commission::CommissionReport;
+use crate::protect::Fault;
+use crate::record::Activity;
+use serde::{Deserialize, Serialize};
+
+/// Why a command was not carried out. Nothing has changed then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// Torque needs `Arm` first.
+    NotArmed,
+    /// A fault is latched; clear it with `Stop`.
+    Faulted,
+    /// Gain and time constant are neither identified nor configured: commission, or give `time_constant_hint_s`.
+    NotIdentified,
+    /// Something else is running: stop it first.
+    Busy,
+    /// The target lies beyond the end stops.
+    BeyondTravel,
+    /// Amplitude, frequency or duration cannot be done at this control rate.
+    OutOfRange,
+    /// Not a command of the axis: the link answers it.
+    NotForAxis,
+    /// Absolute targets need a reference.
+    NotReferenced,
+}
+
+/// What there is to tell about an axis, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// What it is doing.
+    pub activity: Activity,
+    /// The latched fault.
+    pub fault: Fault,
+    /// Progress of the commissioning, 0 … 255; `None` when none is running.
+    pub progress: Option<u8>,
+    /// How the last commissioning ended.
+    pub commissioning: Option<CommissionReport>,
+}
