@@ -17,6 +17,9 @@ const SLOW: f64 = 1e-4;
 /// A step that promises less χ² than this, times the cost per sample, is not taken: no name depends on it.
 const NEGLIGIBLE: f64 = 0.02;
 
+/// Levenberg's damping that is none.
+const LEAST_DAMPING: f64 = 1e-9;
+
 /// What a fit compares, and how finely it simulates.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
@@ -336,11 +339,17 @@ impl<'h, 'a> Descent<'h, 'a> {
             .map(|k| at_bound(hypothesis, k, self.x[k], gradient[k]))
             .collect();
         let negligible = NEGLIGIBLE * (self.cost / self.residuals.len() as f64).max(1.0);
+        let promise = |step: &DVector<f64>| -(2.0 * gradient.dot(step) + step.dot(&(&normal * step)));
+        // Where numbers can be traded against each other, only their priors pull along the valley, and the least
+        // damping hides that: whether there is anything to gain is asked without.
+        if damped_step(&normal, &gradient, &held, LEAST_DAMPING).is_some_and(|s| promise(&s) < negligible) {
+            return false;
+        }
         for _ in 0..6 {
             if let Some(step) = damped_step(&normal, &gradient, &held, self.lambda) {
-                let promised = -(2.0 * gradient.dot(&step) + step.dot(&(&normal * &step)));
-                if promised < negligible {
-                    return false;
+                if promise(&step) < negligible && self.lambda > LEAST_DAMPING {
+                    self.lambda = (self.lambda / 1e3).max(LEAST_DAMPING);
+                    continue;
                 }
                 let next: Vec<f64> = (0..self.x.len())
                     .map(|k| clipped(hypothesis, k, self.x[k] + step[k]))
@@ -349,7 +358,7 @@ impl<'h, 'a> Descent<'h, 'a> {
                 self.evaluator.residuals(&next, &mut moved);
                 let cost = dot(&moved, &moved);
                 if cost < self.cost {
-                    self.lambda = (self.lambda / 8.0).max(1e-9);
+                    self.lambda = (self.lambda / 8.0).max(LEAST_DAMPING);
                     self.go(next, moved, cost);
                     return true;
                 }

@@ -1,11 +1,12 @@
 //! What may be said: named, tie, nothing missing, unexplained, not excited.
 
-use crate::bench::Bench;
+use crate::bench::{Bench, Part};
 use crate::fit::{SEARCH, fit};
 use crate::hypothesis::Hypothesis;
 use crate::outcome::{Experiment, HoldOut, Outcome, Tie, Unexplained, Verdict};
 use crate::search::{Found, HELD_OUT, Scored, chi2, tied};
 use crate::structure::Rest;
+use crate::view::samples;
 use crate::{experiment, structure};
 
 /// The judgement on a search.
@@ -84,8 +85,7 @@ const CONFIRMED: f64 = 10.0;
 /// Judges what was found.
 pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judged<'a> {
     let rest = structure::rest(&found.best);
-    let (given_chi2, samples) = chi2(given, nominal, &SEARCH);
-    let first = (given_chi2 / samples as f64 - 1.0).max(1e-9);
+    let first = excess(given, nominal).max(1e-9);
     let share = (rest.excess / first).min(1.0);
     let held_out = held_out_share(&found.best, given, nominal);
     let unpredicted = !found.best.hypothesis.items.is_empty() && held_out > HELD_OUT_SHARE;
@@ -137,6 +137,14 @@ fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
     }
 }
 
+/// Mean square of the speed's residuals beyond the noise, in units of the noise's variance. Of the speed alone: a gap in
+/// a logged current, which may be far quieter, would dwarf it.
+fn excess(hypothesis: &Hypothesis, x: &[f64]) -> f64 {
+    let seen = samples(hypothesis, x, &[Part::A, Part::B]);
+    let sum: f64 = seen.iter().map(|s| (s.residual() * s.weight).powi(2)).sum();
+    sum / seen.len().max(1) as f64 - 1.0
+}
+
 /// What a set leaves of the hold-out's gap (squared, above the noise).
 fn held_out_share(best: &Scored, given: &Hypothesis, nominal: &[f64]) -> f64 {
     let excess = |hypothesis: &Hypothesis, x: &[f64]| {
@@ -149,13 +157,12 @@ fn held_out_share(best: &Scored, given: &Hypothesis, nominal: &[f64]) -> f64 {
 }
 
 /// The effects that shrink what is left tenfold, refitted; the others only resemble it.
-fn confirmed<'a>(found: &Found<'a>, excess: f64) -> (Scored<'a>, Vec<String>) {
+fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
     let best = &found.best;
     let (mut keep, mut closest) = (Vec::new(), Vec::new());
     for (index, item) in best.hypothesis.items.iter().enumerate() {
         let without = refitted(best, |k| k != index);
-        let excess_without = without.fit.chi2 / without.fit.samples as f64 - 1.0;
-        if excess_without > CONFIRMED * excess {
+        if excess(&without.hypothesis, &without.fit.x) > CONFIRMED * left {
             keep.push(index)
         } else {
             closest.push(item.effect.name.to_owned())
