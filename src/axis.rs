@@ -73,8 +73,8 @@ enum Meaning {
     Terminal,
     /// Behind the dead zone.
     Linear {
-        /// Steady voltage of the reference speed; `None` while it rests.
-        reference: Option<Voltage>,
+        /// Steady voltage of the reference speed; while it rests, a voltage towards it. `None`: where the voltage says.
+        towards: Option<Voltage>,
         /// Position error that the integrator takes in; `None`: frozen.
         error: Option<i32>,
     },
@@ -445,20 +445,20 @@ impl Axis {
 
     /// Dead zone, then the only clip; what the clip takes goes back to the integrator through the inverse.
     fn compensate(&self, state: &mut State, demand: &Demand) -> Voltage {
-        let Meaning::Linear { reference, error } = demand.meaning else {
+        let Meaning::Linear { towards, error } = demand.meaning else {
             let (terminal, limit) = self.clip(state, demand.voltage);
             state.limit = limit;
             return terminal;
         };
         let compensator = state.compensation.then_some(&state.design.compensator);
-        let wanted = compensator.map_or(demand.voltage, |inverse| inverse.apply(demand.voltage, reference));
+        let wanted = compensator.map_or(demand.voltage, |inverse| inverse.apply(demand.voltage, towards));
         let (terminal, limit) = self.clip(state, wanted);
         state.limit = limit;
         if let Some(error) = error {
             let clipped = terminal != wanted;
             let taken = if clipped {
                 compensator
-                    .map_or(terminal, |inverse| inverse.undo(terminal, reference))
+                    .map_or(terminal, |inverse| inverse.undo(terminal, towards))
                     .minus(demand.voltage)
             } else {
                 Voltage::ZERO
@@ -587,7 +587,7 @@ impl State {
         let step = limited(target.minus(self.voltage).0, slew);
         self.voltage = self.voltage.plus(Voltage(step));
         let meaning = Meaning::Linear {
-            reference: None,
+            towards: None,
             error: None,
         };
         Demand {
@@ -606,7 +606,7 @@ impl State {
         if self.holding {
             self.voltage = self.control.integral();
             let meaning = Meaning::Linear {
-                reference: Some(Voltage::ZERO),
+                towards: Some(Voltage::ZERO),
                 error: None,
             };
             return Demand {
@@ -631,21 +631,34 @@ impl State {
             (self.voltage, integrated) = (bounded, None);
             self.limit = Limit::Push;
         }
-        let steady = (!reference.rests()).then(|| loops.steady_voltage(reference.speed));
+        let towards = if reference.rests() {
+            // By the counter: no estimate's noise reaches this sign, and it stays until the target is crossed.
+            Voltage(
+                Voltage::NOMINAL
+                    .0
+                    .saturating_mul(self.short_of(reference.position).signum()),
+            )
+        } else {
+            loops.steady_voltage(reference.speed)
+        };
         Demand {
             bridge: Bridge::Driven,
             voltage: self.voltage,
             meaning: Meaning::Linear {
-                reference: steady,
+                towards: Some(towards),
                 error: integrated,
             },
         }
     }
 
-    /// Within [`HOLD_BAND`] counts of the target, by the counter itself.
+    /// Counts from here to the target, by the counter itself.
+    fn short_of(&self, target: Position) -> i32 {
+        target.count().wrapping_sub(self.count)
+    }
+
+    /// Within [`HOLD_BAND`] counts of the target.
     fn in_band(&self, target: Position) -> bool {
-        let off = self.count.wrapping_sub(target.count());
-        (-HOLD_BAND..=HOLD_BAND).contains(&off)
+        (-HOLD_BAND..=HOLD_BAND).contains(&self.short_of(target))
     }
 
     /// Bridge open, whatever was going on; a commissioning ends with this reason.

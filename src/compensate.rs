@@ -14,7 +14,8 @@
 //!
 //! An *input* dead zone (driver, dead time) acts on the sign of the command, so its compensation does too. *Friction*
 //! acts on the sign of the motion; fed with the command's sign it would fight the motion during every deceleration.
-//! Its compensation follows the reference speed, and the command only while the reference rests.
+//! Its compensation follows the reference speed and, while the reference rests, the way to the target by the counter:
+//! both are free of noise.
 //! Adaptive dead-zone inverses: G. Tao, P. V. Kokotović, *Adaptive Control of Systems with Actuator and Sensor
 //! Nonlinearities*, Wiley 1996, ch. 3.
 
@@ -167,7 +168,7 @@ impl DeadZone {
 /// Where the compensation takes its sign from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SignSource {
-    /// The reference speed; the command while the reference rests. For friction.
+    /// The reference speed; the way to the target while the reference rests. For friction.
     #[default]
     Reference,
     /// The command. For an input dead zone.
@@ -201,21 +202,21 @@ impl Compensator {
     }
 
     /// The voltage whose sign counts, if it is not the command itself.
-    fn fixed_sign(&self, reference: Option<Voltage>) -> Option<Voltage> {
-        reference.filter(|_| self.sign == SignSource::Reference)
+    fn fixed_sign(&self, towards: Option<Voltage>) -> Option<Voltage> {
+        towards.filter(|_| self.sign == SignSource::Reference)
     }
 
-    /// Terminal voltage for the wanted `linear` one. `reference` is the steady voltage of the reference speed behind
-    /// the dead zone; `None` while the reference rests.
+    /// Terminal voltage for the wanted `linear` one. `towards` is the steady voltage of the reference speed behind the
+    /// dead zone or, while the reference rests, any voltage towards the target; `None`: wherever `linear` points.
     #[must_use]
-    pub fn apply(&self, linear: Voltage, reference: Option<Voltage>) -> Voltage {
-        linear.plus(self.dead_zone.push(self.fixed_sign(reference).unwrap_or(linear)))
+    pub fn apply(&self, linear: Voltage, towards: Option<Voltage>) -> Voltage {
+        linear.plus(self.dead_zone.push(self.fixed_sign(towards).unwrap_or(linear)))
     }
 
     /// Inverse of [`Compensator::apply`]: what a terminal voltage, e.g. a clipped one, means to the loops.
     #[must_use]
-    pub fn undo(&self, terminal: Voltage, reference: Option<Voltage>) -> Voltage {
-        match self.fixed_sign(reference) {
+    pub fn undo(&self, terminal: Voltage, towards: Option<Voltage>) -> Voltage {
+        match self.fixed_sign(towards) {
             Some(sign) => terminal.minus(self.dead_zone.push(sign)),
             None => self.dead_zone.forward(terminal),
         }

@@ -83,6 +83,38 @@ fn a_position_is_reached_without_overshoot_and_held_in_silence() {
     }
 }
 
+/// A sine that ends in friction: the sign of the compensation must not follow the speed estimate's last counts.
+#[test]
+fn a_shaft_that_arrives_does_not_chatter() {
+    for (step, frequency_hz) in [0.5, 0.7, 0.9, 1.1, 1.3, 1.5].into_iter().enumerate() {
+        let mut plant = ideal();
+        let volt = plant.motor.torque_constant / plant.motor.resistance_ohm;
+        plant.motor.friction = Friction::coulomb(volt);
+        plant.truth.dead_zone_v = [1.0; 2];
+        let mut bench = knowing(&plant);
+        let amplitude_rad = 2.0 + 0.1 * step as f32;
+        must(
+            &mut bench,
+            Command::TrackSine {
+                amplitude_rad,
+                frequency_hz,
+                duration_ms: 3_000,
+            },
+        );
+        bench.run(3.0, |_, _| {});
+        let (mut sign, mut changes) = (0, 0);
+        bench.run(1.0, |output, _| {
+            let now = output.duty.signum();
+            changes += u32::from(now != 0 && now == -sign);
+            sign = if now == 0 { sign } else { now };
+        });
+        assert!(
+            changes <= 3,
+            "{frequency_hz} Hz: the duty changed its sign {changes} times"
+        );
+    }
+}
+
 #[test]
 fn a_held_position_carries_a_constant_load() {
     let mut plant = ideal();
