@@ -2,6 +2,7 @@
 
 use crate::effects::Effect;
 use crate::outcome::{Rival, Step, Tie};
+use crate::prediction::Prediction;
 use crate::report::gap;
 use crate::search::{Found, Scored};
 
@@ -23,8 +24,7 @@ pub fn rivals(found: &Found, ties: &[Tie]) -> Vec<Rival> {
         .filter(|other| !tied.contains(&&other.hypothesis.names()));
     lost.map(|other| Rival {
         names: other.hypothesis.names(),
-        gap: crate::gap::Prediction::of(&other.hypothesis, &other.fit.x, &[crate::bench::Part::HoldOut])
-            .gap(),
+        gap: Prediction::of(&other.hypothesis, &other.fit.x, &[crate::bench::Part::HoldOut]).gap(),
         reason: reason(other, &found.best),
     })
     .collect()

@@ -1,12 +1,13 @@
 //! The gap workflow in plain words: log → simulate → residual → localise → name → extend.
 
-use crate::bench::{Bench, Part, Traces, hf_noise, prepare};
-use crate::fit::{FINAL, FINE, covariance};
+use crate::bench::{Bench, Part, hf_noise, prepare};
+use crate::fit::{FINAL, covariance};
 use crate::hypothesis::Hypothesis;
 use crate::input_error::InputError;
 use crate::log::Dynamic;
 use crate::model::Model;
 use crate::outcome::*;
+use crate::prediction::Prediction;
 use crate::residual::{fit_percent, rms};
 use crate::search::{Found, Progress, Scored, base_fit, dispersion, search};
 use crate::structure::{sensor_like, twin_pairs};
@@ -77,52 +78,6 @@ fn repeated_noise(base: &Scored) -> Option<f64> {
         .collect();
     let enough = differences.len() > 200 && sensor_like(&differences);
     enough.then(|| rms(&differences) / 2f64.sqrt())
-}
-
-/// Measured and predicted values of some parts, in order.
-pub struct Prediction {
-    /// Time, s.
-    pub time: Vec<f64>,
-    /// Measured.
-    pub measured: Vec<f64>,
-    /// Simulated, through the sensor's window.
-    pub predicted: Vec<f64>,
-}
-
-impl Prediction {
-    /// Simulates finely and collects the samples of the given parts.
-    pub fn of(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Self {
-        let plant = hypothesis.plant(x);
-        let mut traces = Traces::default();
-        let mut all = Vec::new();
-        let mut made = Self {
-            time: Vec::new(),
-            measured: Vec::new(),
-            predicted: Vec::new(),
-        };
-        for (index, run) in hypothesis.bench.runs.iter().enumerate() {
-            run.simulate(&plant, hypothesis.start_speed(index, x), FINE, &mut traces);
-            run.speed
-                .predict(&run.time, &traces.reading, &traces.integral, &mut all);
-            for k in (0..all.len()).filter(|k| parts.contains(&run.speed.part[*k])) {
-                made.time.push(run.speed.time[k]);
-                made.measured.push(run.speed.measured[k]);
-                made.predicted.push(all[k]);
-            }
-        }
-        made
-    }
-
-    /// Root mean square of measured minus predicted.
-    pub fn gap(&self) -> f64 {
-        let residual: Vec<f64> = self
-            .measured
-            .iter()
-            .zip(&self.predicted)
-            .map(|(y, p)| y - p)
-            .collect();
-        rms(&residual)
-    }
 }
 
 /// From what was found to the one result.

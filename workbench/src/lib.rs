@@ -32,6 +32,7 @@ pub mod paper;
 pub mod parameters;
 pub mod plant;
 pub mod plots;
+pub mod prediction;
 pub mod replay;
 pub mod report;
 pub mod residual;

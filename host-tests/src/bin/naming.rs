@@ -14,11 +14,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use truing::bench::{Part, prepare};
 use truing::cases::{Answer, Case, Set, Spec, draw, rms_difference};
-use truing::gap::{self, Options, Prediction};
+use truing::gap::{self, Options};
 use truing::hypothesis::Hypothesis;
 use truing::log::{self, Columns, Dynamic, Log};
 use truing::model::{self, Model};
 use truing::outcome::Outcome;
+use truing::prediction::Prediction;
 use truing::report::{Exporter, model_file::ModelFile};
 
 #[derive(Parser)]

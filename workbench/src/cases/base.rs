@@ -1,6 +1,5 @@
 //! Random linear motors: the base of a case, and what its model file claims.
 
-use super::hidden::log_range;
 use crate::truth::Motor;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -99,4 +98,9 @@ impl Claim {
         off(&mut self.b_nms_per_rad, "viscous_friction");
         self
     }
+}
+
+/// Log-uniform.
+pub fn log_range(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+    rng.random_range(low.ln()..high.ln()).exp()
 }

@@ -3,7 +3,7 @@
 //! Nothing here touches the library's own code or bounds: names and parameter conventions alone are shared, because the
 //! answer has to be compared. Sizes are relative to the motor's natural scales.
 
-use super::base::Natural;
+use super::base::{Natural, log_range};
 use crate::truth::{Bristle, Friction, Knee, Motor, Split, Tacho, Thermal, Train};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -68,11 +68,6 @@ impl Hidden {
     pub fn form_in_library(&self) -> bool {
         self.shape.is_none()
     }
-}
-
-/// Log-uniform.
-pub fn log_range(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
-    rng.random_range(low.ln()..high.ln()).exp()
 }
 
 fn sign(rng: &mut ChaCha8Rng) -> f64 {

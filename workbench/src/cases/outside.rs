@@ -2,7 +2,8 @@
 //! something is left, and what it looks like, instead of giving it the nearest name.
 
 use super::base::Natural;
-use super::hidden::{Subject, log_range};
+use super::base::log_range;
+use super::hidden::Subject;
 use crate::truth::{Decay, Friction, Oddity};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -1,7 +1,8 @@
 //! What the log of a case holds: the truth through imperfect sensors.
 
 use super::base::Natural;
-use super::hidden::{Subject, log_range};
+use super::base::log_range;
+use super::hidden::Subject;
 use super::protocol;
 use super::sheet::Sheet;
 use crate::truth::noise::GaussMarkov;

@@ -6,6 +6,8 @@
 
 use super::physics::{Drive, Motion, Physics};
 use super::state::State;
+use super::step::{Before, Loads, slowed};
+use super::two_bodies;
 use super::winding::{Coefficients, Shaft};
 use std::f64::consts::PI;
 
@@ -44,15 +46,6 @@ struct Driven {
     net: Option<f64>,
     bridge: u8,
     h: f64,
-}
-
-/// External torques on the two sides of the gear, and the friction level in either direction.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Loads {
-    pub motor: f64,
-    pub load: f64,
-    pub friction_pos: f64,
-    pub friction_neg: f64,
 }
 
 impl<'a> Dynamics<'a> {
@@ -235,7 +228,7 @@ impl<'a> Dynamics<'a> {
     #[inline]
     fn pushed(&self, state: &State, torque: f64, shaft: &Shaft, loads: &Loads, h: f64) -> (f64, f64) {
         if self.present.two_bodies {
-            return super::two_bodies::moved(self.plant, state, torque, shaft.damping, loads, h);
+            return two_bodies::moved(self.plant, state, torque, shaft.damping, loads, h);
         }
         let free = shaft.keep * state.omega + shaft.mobility * (torque + loads.motor + loads.load);
         (slowed(free, shaft.mobility, loads), 0.0)
@@ -338,7 +331,7 @@ impl<'a> Dynamics<'a> {
     #[inline]
     fn settle_load(&self, state: &mut State, before: &Before, omega_load: f64, h: f64) {
         if self.present.two_bodies {
-            super::two_bodies::settle(self.plant, state, before, omega_load, h);
+            two_bodies::settle(self.plant, state, before, omega_load, h);
         } else if self.present.play {
             let half = 0.5 * self.plant.gap_rad;
             state.theta_load = before.theta_load.clamp(state.theta - half, state.theta + half);
@@ -346,37 +339,6 @@ impl<'a> Dynamics<'a> {
         } else {
             state.theta_load = state.theta;
             state.omega_load = state.omega;
-        }
-    }
-}
-
-/// What the end of a step needs of its start. (A copy of the whole state would wait for its own last write.)
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Before {
-    pub theta: f64,
-    pub omega: f64,
-    pub theta_load: f64,
-    pub omega_load: f64,
-    pub lagged: f64,
-}
-
-impl Before {
-    #[inline]
-    fn of(state: &State) -> Self {
-        let State {
-            theta,
-            omega,
-            theta_load,
-            omega_load,
-            lagged,
-            ..
-        } = *state;
-        Self {
-            theta,
-            omega,
-            theta_load,
-            omega_load,
-            lagged,
         }
     }
 }
@@ -399,14 +361,4 @@ fn softened(current: f64, knee: f64) -> f64 {
     }
     let ratio = current / knee;
     1.0 / (1.0 + ratio * ratio)
-}
-
-/// Dry friction as a proximal step: it takes speed away, at most all of it.
-#[inline]
-pub(super) fn slowed(free: f64, mobility: f64, loads: &Loads) -> f64 {
-    if free > 0.0 {
-        (free - mobility * loads.friction_pos).max(0.0)
-    } else {
-        (free + mobility * loads.friction_neg).min(0.0)
-    }
 }

@@ -8,6 +8,7 @@ pub mod input;
 pub mod physics;
 mod sensor;
 pub mod state;
+mod step;
 mod two_bodies;
 mod winding;
 

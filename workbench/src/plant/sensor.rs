@@ -1,8 +1,8 @@
 //! Output chain: true speed → scale and offset → rectification → lag → clamp. The position reading is its integral.
 
-use super::dynamics::Before;
 use super::physics::Physics;
 use super::state::State;
+use super::step::Before;
 
 impl Physics {
     /// Scale, offset and rectification of a true speed.

@@ -1,9 +1,9 @@
 //! Motor and load as two bodies, joined by a spring (flexible coupling) or by a gap with inelastic contact (backlash).
 //! Viscous and dry friction act on the motor's side, external loads on the load's.
 
-use super::dynamics::{Before, Loads, slowed};
 use super::physics::Physics;
 use super::state::State;
+use super::step::{Before, Loads, slowed};
 
 /// Speeds of motor and load after `h` seconds.
 pub(super) fn moved(

@@ -4,7 +4,7 @@
 //! only prove that the plant agrees with itself. This second integrator shares no line with it:
 //!
 //! ```text
-//! command → delay → drive ([`drive`]) → winding → rotor and load ([`motor`]) → sensors ([`sensors`])
+//! command → delay → drive ([`drive`]) → winding → rotor and load (equations of [`motor`]) → sensors ([`sensors`])
 //! ```
 //!
 //! The equations are smooth pieces joined by switchings: a shaft sticks or slips, a current reaches its limit, teeth
@@ -15,6 +15,7 @@
 //! Use [`Simulator::step`] in lock-step with a controller, or [`record::simulate`] for a whole log.
 
 pub mod drive;
+mod equations;
 pub mod friction;
 pub mod modes;
 pub mod motor;
@@ -24,6 +25,7 @@ pub mod rosenbrock;
 pub mod sensors;
 pub mod simulator;
 pub mod state;
+mod switching;
 
 pub use drive::{Command, Decay, Drive, Knee};
 pub use friction::{Bristle, Friction};

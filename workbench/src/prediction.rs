@@ -1,0 +1,52 @@
+//! Measured values beside those that a hypothesis predicts.
+
+use crate::bench::{Part, Traces};
+use crate::fit::FINE;
+use crate::hypothesis::Hypothesis;
+use crate::residual::rms;
+
+/// Measured and predicted values of some parts, in order.
+pub struct Prediction {
+    /// Time, s.
+    pub time: Vec<f64>,
+    /// Measured.
+    pub measured: Vec<f64>,
+    /// Simulated, through the sensor's window.
+    pub predicted: Vec<f64>,
+}
+
+impl Prediction {
+    /// Simulates finely and collects the samples of the given parts.
+    pub fn of(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Self {
+        let plant = hypothesis.plant(x);
+        let mut traces = Traces::default();
+        let mut all = Vec::new();
+        let mut made = Self {
+            time: Vec::new(),
+            measured: Vec::new(),
+            predicted: Vec::new(),
+        };
+        for (index, run) in hypothesis.bench.runs.iter().enumerate() {
+            run.simulate(&plant, hypothesis.start_speed(index, x), FINE, &mut traces);
+            run.speed
+                .predict(&run.time, &traces.reading, &traces.integral, &mut all);
+            for k in (0..all.len()).filter(|k| parts.contains(&run.speed.part[*k])) {
+                made.time.push(run.speed.time[k]);
+                made.measured.push(run.speed.measured[k]);
+                made.predicted.push(all[k]);
+            }
+        }
+        made
+    }
+
+    /// Root mean square of measured minus predicted.
+    pub fn gap(&self) -> f64 {
+        let residual: Vec<f64> = self
+            .measured
+            .iter()
+            .zip(&self.predicted)
+            .map(|(y, p)| y - p)
+            .collect();
+        rms(&residual)
+    }
+}
