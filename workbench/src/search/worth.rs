@@ -1,0 +1,137 @@
+//! Whether a larger set pays for itself.
+
+use super::Search;
+use super::score::{Scored, chi2, dispersion};
+use crate::bench::Part;
+use crate::effects::Starts;
+use crate::fit::{SEARCH, Setting, fit};
+use crate::hypothesis::{Hypothesis, Item};
+use rayon::prelude::*;
+use std::cell::OnceCell;
+
+/// Gain in χ² that one more effect must bring, times over-dispersion and inflation.
+pub(super) const WORTH: f64 = 12.0;
+/// Smallest visibility (rms change over the noise) of an effect: at a tenth and less nothing can be named reliably.
+pub(super) const VISIBLE: f64 = 0.13;
+/// The same for a further effect when the residual is already as small as the noise.
+const VISIBLE_IN_NOISE: f64 = 0.22;
+/// Smallest share of what is left that an effect must explain.
+const SHARE_OF_REST: f64 = 0.05;
+/// Smallest share of the first gap (squared): below it, the imperfect form of a large effect attracts second names …
+const SHARE_OF_GAP: f64 = 1e-2;
+/// … unless the name explains so much of what is left: a form that is wrong leaves something else, too.
+const NEARLY_ALL: f64 = 0.8;
+/// The same for an effect whose period is looked for among dozens: one of them always explains something.
+const NEARLY_ALL_SCANNED: f64 = 0.92;
+/// A base parameter is named when it is further off than this many tolerances.
+const BEYOND: f64 = 3.0;
+
+impl<'a> Search<'a, '_> {
+    /// Whether a larger set pays for itself against the accepted one.
+    pub(super) fn accepts(
+        &self,
+        current: &Scored<'a>,
+        validated: &OnceCell<f64>,
+        child: &Scored<'a>,
+    ) -> bool {
+        let gain = current.fit.cost - child.fit.cost;
+        let factor = dispersion(child);
+        let more =
+            (child.hypothesis.effect_slots() as f64 - current.hypothesis.effect_slots() as f64).max(1.0);
+        if gain < WORTH * factor * more.sqrt() || !self.material(current, child) {
+            return false;
+        }
+        if self.any_inside_tolerance(child) {
+            return false;
+        }
+        let validated = validated.get_or_init(|| cross_validated(current)) - cross_validated(child);
+        let base_only = child
+            .hypothesis
+            .items
+            .iter()
+            .filter(|item| item.effect.is_base_parameter())
+            .count()
+            == child.hypothesis.items.len();
+        validated
+            > if base_only {
+                -0.25 * gain
+            } else {
+                0.25 * gain.min(current.fit.chi2 - child.fit.chi2)
+            }
+    }
+
+    /// Visible against the noise, and a share of what is left and of the first gap.
+    fn material(&self, current: &Scored, child: &Scored) -> bool {
+        let samples = child.fit.samples as f64;
+        let gain = current.fit.cost - child.fit.cost;
+        let rest = (current.fit.chi2 - samples).max(1e-9);
+        let first = self.first_gap - samples;
+        let newest = child.hypothesis.items.last().map(|item| item.effect.starts);
+        let scanned = matches!(newest, Some(Starts::PositionScan | Starts::TimeScan));
+        let explains_nearly_all = gain > if scanned { NEARLY_ALL_SCANNED } else { NEARLY_ALL } * rest;
+        let large = gain > SHARE_OF_REST * rest && gain > SHARE_OF_GAP * first;
+        // Where the noise itself is reached, its own uncertainty of some per cent must not be named.
+        let at_noise = !current.hypothesis.items.is_empty() && current.fit.chi2 < samples;
+        let visible = if at_noise { VISIBLE_IN_NOISE } else { VISIBLE };
+        gain / samples > visible * visible
+            && (current.hypothesis.items.is_empty() && gain > SHARE_OF_REST * rest
+                || explains_nearly_all
+                || large)
+    }
+
+    pub(super) fn any_inside_tolerance(&self, scored: &Scored) -> bool {
+        let items = scored.hypothesis.items.iter().enumerate();
+        items
+            .into_iter()
+            .any(|(index, item)| self.inside_tolerance(&scored.hypothesis, index, item, &scored.fit.x))
+    }
+
+    /// A freed base parameter that stays near its nominal value is no effect, and neither is a gain or a scale near 1.
+    fn inside_tolerance(
+        &self,
+        hypothesis: &Hypothesis,
+        index: usize,
+        item: &Item,
+        x: &[f64],
+    ) -> bool {
+        let key = match item.effect.name {
+            "resistance" => "R_ohm",
+            "motor_gain" => "Kt_nm_per_a",
+            "inertia" if self.model.linear() => "mass_kg",
+            "inertia" => "J_kgm2",
+            "viscous_friction" => "b_nms_per_rad",
+            "drive_gain" => "drive_gain",
+            "encoder_scale" => "encoder_scale",
+            _ => return false,
+        };
+        let shift = hypothesis.value(index, 0, x).ln().abs();
+        shift < BEYOND * self.model.tolerance(key)
+    }
+
+    pub(super) fn at_floor(&self, scored: &Scored) -> bool {
+        let samples = scored.fit.samples as f64;
+        scored.fit.chi2 / samples < 1.0 + 3.0 * (2.0 / samples).sqrt() + VISIBLE * VISIBLE
+    }
+}
+
+/// χ² of each fold predicted by the fit of the other.
+fn cross_validated(scored: &Scored) -> f64 {
+    const FIT_A: Setting = Setting {
+        parts: &[Part::A],
+        iterations: 6,
+        ..SEARCH
+    };
+    const FIT_B: Setting = Setting {
+        parts: &[Part::B],
+        iterations: 6,
+        ..SEARCH
+    };
+    let folds = [(FIT_A, FIT_B), (FIT_B, FIT_A)];
+    folds
+        .par_iter()
+        .map(|(train, test)| {
+            let trained = fit(&scored.hypothesis, &scored.fit.x, train);
+            chi2(&scored.hypothesis, &trained.x, test).0
+        })
+        .sum()
+}
