@@ -1,7 +1,7 @@
 //! The gap workflow in plain words: log → simulate → residual → localise → name → extend.
 
 use crate::bench::{Bench, Part, hf_noise, prepare};
-use crate::fit::{FINAL, covariance};
+use crate::fit::{FINAL, SEARCH, Setting, covariance};
 use crate::hypothesis::Hypothesis;
 use crate::input_error::InputError;
 use crate::log::Dynamic;
@@ -15,6 +15,10 @@ use crate::view::samples;
 use crate::{effects, evidence, excitation, localise, plots, verdict};
 use std::collections::BTreeMap;
 use std::time::Instant;
+
+/// A set that leaves this much (χ² a sample) is wrong by several times the noise: its numbers are fitted anew with its own
+/// error in the weights.
+const BEYOND_NOISE: f64 = 4.0;
 
 /// What the user may choose.
 #[derive(Clone, Debug, Default)]
@@ -85,7 +89,11 @@ fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
     let given = Hypothesis::new(bench, model, Vec::new());
     let nominal = vec![0.0; given.slots.len()];
     let before = Prediction::of(&given, &nominal, &[Part::HoldOut]);
-    let judged = verdict::judge(found, &given, &nominal);
+    let mut judged = verdict::judge(found, &given, &nominal);
+    let eased = eased(&judged.kept);
+    if let Some(eased) = &eased {
+        judged.kept = refitted(eased, &judged.kept);
+    }
     let steps = steps(&judged.kept, before.gap());
     let after = Prediction::of(&judged.kept.hypothesis, &judged.kept.fit.x, &[Part::HoldOut]);
     let effects = named(&judged.kept, &steps, &judged.ties);
@@ -113,6 +121,29 @@ fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
         ties: judged.ties,
         steps,
         gap_unit: unit_of_gap(bench.linear).into(),
+    }
+}
+
+/// A bench whose weights hold the error of a set that leaves several times the noise.
+fn eased(kept: &Scored) -> Option<Bench> {
+    let hypothesis = &kept.hypothesis;
+    let coarse = kept.fit.chi2 > BEYOND_NOISE * kept.fit.samples as f64;
+    let start = |run: usize| hypothesis.start_speed(run, &kept.fit.x);
+    coarse.then(|| hypothesis.bench.eased(&hypothesis.plant(&kept.fit.x), start))
+}
+
+/// The same set, fitted with the weights of another bench.
+fn refitted<'a>(bench: &'a Bench, kept: &Scored<'a>) -> Scored<'a> {
+    let hypothesis = Hypothesis::new(bench, kept.hypothesis.model, kept.hypothesis.items.clone());
+    let setting = Setting {
+        iterations: SEARCH.iterations,
+        ..FINAL
+    };
+    let fit = crate::fit::fit(&hypothesis, &kept.fit.x, &setting);
+    Scored {
+        score: fit.cost,
+        hypothesis,
+        fit,
     }
 }
 

@@ -253,9 +253,10 @@ impl<'a> Hypothesis<'a> {
     /// Whether an effect may join: offered on this axis, not there, not of a family that is there or known.
     pub fn admits(&self, effect: &'static Effect) -> bool {
         let drive = driven_by(&self.model.kind, self.model.base(), self.bench.input).drive;
+        let winding = matches!(self.model.kind, Kind::DcMotor { .. });
         let known = self.model.known.iter().map(|known| known.effect);
         let clash = |other: &Effect| other.name == effect.name || same_family(other.family, effect.family);
-        effect.fits(drive, self.bench.linear)
+        effect.fits(drive, winding, self.bench.linear)
             && !self.items.iter().any(|item| clash(item.effect))
             && !known.into_iter().any(|other| other.name == effect.name)
     }
@@ -264,6 +265,15 @@ impl<'a> Hypothesis<'a> {
 /// Effects of one family replace each other.
 fn same_family(a: Family, b: Family) -> bool {
     a == b
+}
+
+/// Relative tolerance (1 σ) of a base parameter, wide where the model is the best linear fit to the log.
+pub fn tolerance(model: &Model, key: &str) -> f64 {
+    if model.fitted_to_log && !model.tolerances.contains_key(key) {
+        FITTED_TOLERANCE
+    } else {
+        model.tolerance(key)
+    }
 }
 
 fn base_slots(bench: &Bench, model: &Model) -> Vec<Slot> {
@@ -285,12 +295,7 @@ fn base_slots(bench: &Bench, model: &Model) -> Vec<Slot> {
         .into_iter()
         .filter(|(key, value)| *value > 0.0 && told(key));
     let slot = |(key, nominal)| {
-        let declared = model.tolerances.contains_key(key);
-        let tolerance = if model.fitted_to_log && !declared {
-            FITTED_TOLERANCE
-        } else {
-            model.tolerance(key)
-        };
+        let tolerance = tolerance(model, key);
         (tolerance > 0.0).then_some(Slot::Base {
             key,
             nominal,

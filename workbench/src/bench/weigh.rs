@@ -3,8 +3,8 @@
 //! At ten thousand samples everything is significant. A few per cent of a sample of timing and some 1e-4 of the value
 //! are wrong in every log, so they belong to the weights.
 
-use super::{Bench, Probes, Traces};
-use crate::fit::COARSE;
+use super::{Bench, Part, Probes, Traces};
+use crate::fit::{COARSE, FINE};
 use crate::plant::physics::Physics;
 
 /// Timing error as a part of the sample period.
@@ -30,6 +30,60 @@ impl Bench {
                 budget(&mut run.current, &predicted, sigma, sample);
             }
         }
+    }
+}
+
+/// Squares of residuals of one signal.
+#[derive(Default)]
+struct Squares {
+    sum: f64,
+    noise: f64,
+    count: f64,
+}
+
+impl Squares {
+    fn add(&mut self, probes: &Probes, predicted: &[f64]) {
+        for (k, predicted) in predicted.iter().enumerate() {
+            if matches!(probes.part[k], Part::A | Part::B) {
+                self.sum += (probes.measured[k] - predicted).powi(2);
+                self.noise += probes.weight[k].powi(-2);
+                self.count += 1.0;
+            }
+        }
+    }
+
+    /// Adds what is beyond the noise to the variance of every sample.
+    fn ease(&self, probes: &mut Probes) {
+        let error = ((self.sum - self.noise) / self.count.max(1.0)).max(0.0);
+        for weight in &mut probes.weight {
+            *weight = 1.0 / (weight.powi(-2) + error).sqrt();
+        }
+    }
+}
+
+impl Bench {
+    /// The same bench with the error of a model in the weights. Weights by noise alone let a model that is wrong by many
+    /// times the noise fit the quiet stretches and miss the others.
+    pub fn eased(&self, plant: &Physics, start_speed: impl Fn(usize) -> f64) -> Self {
+        let mut eased = self.clone();
+        let (mut speed, mut current) = (Squares::default(), Squares::default());
+        let (mut traces, mut predicted) = (Traces::default(), Vec::new());
+        for (index, run) in self.runs.iter().enumerate() {
+            run.simulate(plant, start_speed(index), FINE, &mut traces);
+            run.speed
+                .predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
+            speed.add(&run.speed, &predicted);
+            if !run.current.is_empty() {
+                run.current
+                    .predict(&run.time, &traces.current, &traces.charge, &mut predicted);
+                current.add(&run.current, &predicted);
+            }
+        }
+        for run in &mut eased.runs {
+            speed.ease(&mut run.speed);
+            current.ease(&mut run.current);
+        }
+        eased
     }
 }
 

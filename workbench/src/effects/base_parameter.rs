@@ -14,7 +14,7 @@ pub const RESISTANCE: Effect = Effect {
     separated_by: "log the current",
     parameters: &[Parameter::new("ratio", "1", Scale::One, 0.1, 10.0)],
     starts: Starts::Grid(&[&[0.5], &[0.7], &[0.85], &[1.15], &[1.4], &[2.0]]),
-    axis: Axis::Voltage,
+    axis: Axis::Winding,
     family: Family::Own("resistance"),
     apply: |p, plant| plant.resistance *= p[0],
 };
@@ -30,7 +30,7 @@ pub const MOTOR_GAIN: Effect = Effect {
     separated_by: "square reversals and coast-downs; log the current",
     parameters: &[Parameter::new("ratio", "1", Scale::One, 0.1, 10.0)],
     starts: Starts::Grid(&[&[0.5], &[0.7], &[0.85], &[1.15], &[1.4], &[2.0]]),
-    axis: Axis::Voltage,
+    axis: Axis::Winding,
     family: Family::Own("motor_gain"),
     apply: |p, plant| {
         plant.kt *= p[0];

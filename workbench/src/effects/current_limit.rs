@@ -13,7 +13,7 @@ pub const EFFECT: Effect = Effect {
     separated_by: "square reversals at full voltage; log the current",
     parameters: &[Parameter::new("limit_a", "A", Scale::Current, 0.02, 2.5)],
     starts: Starts::Quantiles(Signal::Current, &[]),
-    axis: Axis::Any,
+    axis: Axis::Current,
     family: Family::Own("current_limit"),
     apply: |p, plant| plant.current_limit = plant.current_limit.min(p[0]),
 };

@@ -13,7 +13,7 @@ pub const EFFECT: Effect = Effect {
     separated_by: "square reversals at full voltage; log the current: it is high although the torque is not",
     parameters: &[Parameter::new("knee_a", "A", Scale::Current, 0.1, 20.0)],
     starts: Starts::Grid(&[&[0.5], &[1.2], &[3.0]]),
-    axis: Axis::Any,
+    axis: Axis::Current,
     family: Family::Own("kt_saturation"),
     apply: |p, plant| plant.kt_knee_a = plant.kt_knee_a.min(p[0]),
 };

@@ -205,8 +205,10 @@ pub enum Signal {
 pub enum Axis {
     /// Every axis.
     Any,
-    /// Only where a voltage drives a winding.
-    Voltage,
+    /// Only where a voltage drives a winding whose resistance and constant the model tells.
+    Winding,
+    /// Only where the current is known: behind such a winding, or because the input is a current or torque.
+    Current,
     /// Only where the axis turns (no sine of a position on a linear axis).
     Rotary,
 }
@@ -223,11 +225,13 @@ pub enum Family {
 }
 
 impl Effect {
-    /// Whether the effect is offered on such an axis.
-    pub fn fits(&self, drive: Drive, linear: bool) -> bool {
+    /// Whether the effect is offered on such an axis. `winding`: the model tells what the winding does; a first-order
+    /// model does not say how much of its damping is back-EMF, so nobody knows its current.
+    pub fn fits(&self, drive: Drive, winding: bool, linear: bool) -> bool {
         match self.axis {
             Axis::Any => true,
-            Axis::Voltage => drive == Drive::Voltage,
+            Axis::Winding => drive == Drive::Voltage && winding,
+            Axis::Current => drive == Drive::Torque || winding,
             Axis::Rotary => !linear,
         }
     }

@@ -16,7 +16,7 @@ pub const EFFECT: Effect = Effect {
         Parameter::new("bus_farad", "F", Scale::Capacity, 0.0, 20.0).optional(0.0),
     ],
     starts: Starts::Grid(&[&[0.02, 0.0], &[0.1, 0.0], &[0.3, 0.0], &[0.8, 0.0]]),
-    axis: Axis::Voltage,
+    axis: Axis::Winding,
     family: Family::Own("supply_sag"),
     apply: |p, plant| {
         plant.source_ohm += p[0];

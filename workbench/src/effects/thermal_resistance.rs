@@ -26,7 +26,7 @@ pub const EFFECT: Effect = Effect {
         &[6.0, 40.0],
         &[10.0, 200.0],
     ]),
-    axis: Axis::Voltage,
+    axis: Axis::Winding,
     family: Family::Own("thermal"),
     apply: |p, plant| {
         plant.heat_rise_per_w += p[0];

@@ -13,7 +13,7 @@ pub const EFFECT: Effect = Effect {
     separated_by: "coast-down (no current, no drop) and regenerative braking, where current and speed have opposite signs",
     parameters: &[Parameter::new("drop_v", "V", Scale::Input, 0.0, 0.5)],
     starts: Starts::Grid(&[&[0.02], &[0.06], &[0.15], &[0.3]]),
-    axis: Axis::Voltage,
+    axis: Axis::Winding,
     family: Family::Own("voltage_drop"),
     apply: |p, plant| plant.drop_v += p[0],
 };

@@ -5,7 +5,7 @@ use super::score::{Scored, chi2, dispersion};
 use crate::bench::Part;
 use crate::effects::Starts;
 use crate::fit::{SEARCH, Setting, fit};
-use crate::hypothesis::{Hypothesis, Item};
+use crate::hypothesis::{Hypothesis, Item, tolerance};
 use rayon::prelude::*;
 use std::cell::OnceCell;
 
@@ -87,13 +87,7 @@ impl<'a> Search<'a, '_> {
     }
 
     /// A freed base parameter that stays near its nominal value is no effect, and neither is a gain or a scale near 1.
-    fn inside_tolerance(
-        &self,
-        hypothesis: &Hypothesis,
-        index: usize,
-        item: &Item,
-        x: &[f64],
-    ) -> bool {
+    fn inside_tolerance(&self, hypothesis: &Hypothesis, index: usize, item: &Item, x: &[f64]) -> bool {
         let key = match item.effect.name {
             "resistance" => "R_ohm",
             "motor_gain" => "Kt_nm_per_a",
@@ -105,7 +99,7 @@ impl<'a> Search<'a, '_> {
             _ => return false,
         };
         let shift = hypothesis.value(index, 0, x).ln().abs();
-        shift < BEYOND * self.model.tolerance(key)
+        shift < BEYOND * tolerance(self.model, key)
     }
 
     pub(super) fn at_floor(&self, scored: &Scored) -> bool {

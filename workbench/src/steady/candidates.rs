@@ -49,15 +49,8 @@ const REPRESENTATIVES: [&str; 11] = [
 /// Effects that refine a set that was found: they matter near standstill, or tell one direction from the other.
 const REFINEMENTS: [&str; 2] = ["stribeck_friction", "viscous_asymmetric"];
 
-/// Effects of the winding, which a first-order model does not have.
-const NEEDS_WINDING: [&str; 6] = [
-    "supply_sag",
-    "resistance",
-    "motor_gain",
-    "viscous_friction",
-    "current_limit",
-    "voltage_drop",
-];
+/// What only a model with a winding has apart from its gain.
+const NEEDS_WINDING: &str = "viscous_friction";
 
 /// Effects that only an input in both directions can show.
 const NEEDS_REVERSAL: [&str; 5] = [
@@ -180,8 +173,8 @@ impl Offer {
     fn allows(&self, effect: &Effect) -> bool {
         let scale = effect.is_base_parameter() || matches!(effect.name, "drive_gain" | "encoder_scale");
         !self.taken.iter().any(|t| same_place(t, effect))
-            && effect.fits(Drive::Voltage, false)
-            && (self.winding || !NEEDS_WINDING.contains(&effect.name))
+            && effect.fits(Drive::Voltage, self.winding, false)
+            && (self.winding || effect.name != NEEDS_WINDING)
             && (self.reversed || !NEEDS_REVERSAL.contains(&effect.name))
             && (self.rectifiable || effect.name != "sensor_rectified")
             && !(self.fitted_to_log && scale)
