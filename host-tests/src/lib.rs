@@ -10,6 +10,8 @@ pub mod faults;
 pub mod firmware;
 pub mod measured;
 pub mod naming;
+pub mod next_experiment;
+pub mod opened;
 pub mod passive;
 pub mod power_cut;
 pub mod serial_line;

@@ -6,6 +6,7 @@
 
 use crate::bench::Part;
 use crate::hypothesis::Hypothesis;
+use crate::model::Kind;
 use crate::outcome::Where;
 use crate::view::{Sample, samples};
 
@@ -75,7 +76,7 @@ fn axes(given: &Hypothesis, samples: &[Sample]) -> Vec<Axis> {
         },
         over("time", "s", &|s| s.time),
     ];
-    if given.bench.input == crate::log::Input::Voltage {
+    if given.bench.input == crate::log::Input::Voltage && matches!(given.model.kind, Kind::DcMotor { .. }) {
         axes.push(over("|current|", "A", &|s| s.current.abs()));
     }
     axes

@@ -7,6 +7,8 @@
 
 use clap::Parser;
 use host_tests::naming::{Line, group, report};
+use host_tests::next_experiment::{self, Found, examine};
+use host_tests::opened::{Opened, opened};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::OpenOptions;
@@ -16,7 +18,7 @@ use truing::bench::{Part, prepare};
 use truing::cases::{Answer, Case, Set, Spec, draw, rms_difference};
 use truing::gap::{self, Options};
 use truing::hypothesis::Hypothesis;
-use truing::log::{self, Columns, Dynamic, Log};
+use truing::log::Dynamic;
 use truing::model::{self, Model};
 use truing::outcome::Outcome;
 use truing::prediction::Prediction;
@@ -57,6 +59,10 @@ struct Arguments {
     /// File of lines, appended to.
     #[arg(long, default_value = "target/naming.jsonl")]
     lines: PathBuf,
+    /// Short noisy cases whose ties are taken to the rig again, with the suggested experiment and with a random one; prints
+    /// their table alone.
+    #[arg(long, default_value_t = 0)]
+    next_experiments: u32,
     /// Show each case that was not answered right.
     #[arg(long)]
     misses: bool,
@@ -71,6 +77,9 @@ fn main() {
         .num_threads(arguments.jobs)
         .build()
         .expect("threads");
+    if arguments.next_experiments > 0 {
+        return jobs.install(|| next_experiments(&arguments));
+    }
     let done: BTreeSet<(String, u32)> = lines(&arguments.lines)
         .into_iter()
         .map(|line| (line.set, line.seed))
@@ -82,6 +91,25 @@ fn main() {
             .for_each(|(spec, seed)| record(&arguments, spec, *seed))
     });
     print!("{}", report(&lines(&arguments.lines)));
+}
+
+/// Ties of short noisy logs, and what the suggested experiments are worth.
+fn next_experiments(arguments: &Arguments) {
+    let spec = next_experiment::spec(!arguments.design);
+    let seeds = arguments.first..arguments.first + arguments.next_experiments;
+    let found: Vec<Found> = seeds
+        .into_par_iter()
+        .filter_map(|seed| {
+            let found = examine(&spec, seed)
+                .map_err(|error| eprintln!("{seed}: {error:#}"))
+                .ok()?;
+            if let (Found::Tie(trial), true) = (&found, arguments.misses) {
+                eprintln!("{trial:?}");
+            }
+            Some(found)
+        })
+        .collect();
+    print!("{}", next_experiment::report(&found));
 }
 
 /// The lines written so far.
@@ -159,13 +187,7 @@ fn record(arguments: &Arguments, spec: &Spec, seed: u32) {
 
 /// Writes the case, reads it as a user's, analyses it, scores it.
 fn analyse(case: &Case) -> Result<Line, Box<dyn std::error::Error>> {
-    let folder = tempfile::tempdir()?;
-    let path = |name: &str| folder.path().join(name);
-    std::fs::write(path("model.toml"), &case.model)?;
-    case.log.write(&path("log.csv"))?;
-    case.holdout.write(&path("holdout.csv"))?;
-    let model = model::read(&path("model.toml"))?;
-    let (log, holdout) = (dynamic(&path("log.csv"))?, dynamic(&path("holdout.csv"))?);
+    let Opened { model, log, holdout } = opened(case)?;
     let started = cpu_s();
     let outcome = gap::run(
         &model,
@@ -180,20 +202,12 @@ fn analyse(case: &Case) -> Result<Line, Box<dyn std::error::Error>> {
         origin: "log.csv",
     }
     .export(&outcome)?;
-    std::fs::write(path("extended.toml"), extended)?;
-    let extended = model::read(&path("extended.toml"))?;
+    let extended = model::parse("extended.toml", &extended)?;
     let avoidable = |model: &Model| avoidable(model, &log, &holdout, case);
     Ok(Line {
         cpu_s,
         ..score(&case.answer, &outcome, avoidable(&model), avoidable(&extended))
     })
-}
-
-fn dynamic(path: &Path) -> Result<Dynamic, Box<dyn std::error::Error>> {
-    match log::read(path, &"".parse::<Columns>()?)? {
-        Log::Dynamic(log) => Ok(log),
-        Log::Table(_) => Err("read as a table".into()),
-    }
 }
 
 /// Rms of what a model predicts for the hold-out minus the noise-free truth, over the noise; `None` if the analysis

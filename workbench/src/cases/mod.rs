@@ -15,6 +15,7 @@ pub mod protocol;
 pub mod sensing;
 pub mod sheet;
 
+use crate::outcome::Segment;
 use base::{Claim, Natural};
 use hidden::{Hidden, KINDS, Subject};
 use outside::{OUTSIDERS, Outsider};
@@ -52,6 +53,8 @@ pub struct Spec {
     pub current: Option<bool>,
     /// Coloured noise with spikes, every input twice; `None`: in one of ten cases.
     pub dirty: Option<bool>,
+    /// Rms noise of the speed as a part of full speed; `None`: 0.001 … 0.01.
+    pub noise: Option<f64>,
     /// Evaluation seeds instead of design seeds.
     pub evaluation: bool,
 }
@@ -64,6 +67,7 @@ impl Spec {
             rows: 3000,
             current: None,
             dirty: None,
+            noise: None,
             evaluation: false,
         }
     }
@@ -131,6 +135,38 @@ pub struct Case {
     pub answer: Answer,
     /// Speed of the hold-out as a sensor without noise reports it, rad/s.
     pub noiseless: Vec<f64>,
+    /// What was measured: it can be measured again.
+    pub rig: Rig,
+}
+
+/// The motor of a case with its sensors.
+#[derive(Clone, Debug)]
+pub struct Rig {
+    subject: Subject,
+    sensors: Sensors,
+    natural: Natural,
+}
+
+impl Rig {
+    /// Runs a suggested experiment.
+    pub fn follow(&self, profile: &[Segment], seed: u64) -> Sheet {
+        let input = Input::of_profile(profile, self.natural.volts, self.sensors.interval_s);
+        self.run(&input, seed)
+    }
+
+    /// Runs a random protocol of so many rows.
+    pub fn excite(&self, rows: usize, seed: u64) -> Sheet {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        self.run(
+            &Input::draw(&mut rng, &self.natural, &self.sensors, rows, true),
+            seed,
+        )
+    }
+
+    fn run(&self, input: &Input, seed: u64) -> Sheet {
+        let truth = input.simulate(&self.subject, &self.sensors, seed);
+        input.measure(&truth, &self.subject, &self.sensors, None, seed)
+    }
 }
 
 /// Smallest visibility of an effect in pairs and triples, σ.
@@ -169,7 +205,7 @@ fn attempt(spec: &Spec, seed: u32, rng: &mut ChaCha8Rng) -> (bool, Case) {
     };
     let tacho = draft.hidden.iter().any(|effect| effect.kind.needs_tacho);
     let dirty = spec.dirty.unwrap_or_else(|| rng.random_bool(0.1));
-    let sensors = Sensors::draw(rng, &natural, tacho, dirty, spec.current);
+    let sensors = Sensors::draw(rng, &natural, tacho, dirty, spec);
     let coast = rng.random_bool(0.8);
     let log = Input::draw(rng, &natural, &sensors, spec.rows, coast);
     let holdout = Input::draw(rng, &natural, &sensors, spec.rows, coast);
@@ -319,7 +355,13 @@ impl Draft {
             full_speed: self.natural.speed,
         };
         let model = self.model_file(&claimed, sensors, subject.encoder_at_load);
+        let rig = Rig {
+            subject,
+            sensors: *sensors,
+            natural: self.natural,
+        };
         Case {
+            rig,
             model,
             log: std::mem::take(&mut records[0]),
             holdout,

@@ -1,10 +1,12 @@
 //! What the log of a case holds: the truth through imperfect sensors.
 
+use super::Spec;
 use super::base::Natural;
 use super::base::log_range;
 use super::hidden::Subject;
 use super::protocol;
 use super::sheet::Sheet;
+use crate::outcome::Segment;
 use crate::truth::noise::GaussMarkov;
 use crate::truth::record::{Row, Truth, Window, simulate};
 use crate::truth::{Command, Encoder, Simulator};
@@ -56,14 +58,9 @@ pub struct Sensors {
 
 impl Sensors {
     /// Draws the sensors. `tacho`: the speed must come from a tacho. `dirty`: coloured noise with spikes.
-    pub fn draw(
-        rng: &mut ChaCha8Rng,
-        natural: &Natural,
-        tacho: bool,
-        dirty: bool,
-        current: Option<bool>,
-    ) -> Self {
-        let sigma = log_range(rng, 0.001, 0.01) * natural.speed;
+    pub fn draw(rng: &mut ChaCha8Rng, natural: &Natural, tacho: bool, dirty: bool, spec: &Spec) -> Self {
+        let drawn = log_range(rng, 0.001, 0.01);
+        let sigma = spec.noise.unwrap_or(drawn) * natural.speed;
         let interval_s = three_digits(natural.tau / ROWS_PER_TAU as f64);
         let from_encoder = rng.random_bool(0.35) && !tacho && !dirty;
         let rows = 2 * rng.random_range(1..=4usize);
@@ -71,7 +68,7 @@ impl Sensors {
         // A difference of two counts over a window w has an rms error of a count over √6 · w.
         let for_noise = (TAU / (sigma * rows as f64 * interval_s * 6.0_f64.sqrt())).clamp(8.0, 1e6) as u32;
         let fine = 4 * rng.random_range(128..=2048u32);
-        let logged = current.unwrap_or_else(|| rng.random_bool(0.3));
+        let logged = spec.current.unwrap_or_else(|| rng.random_bool(0.3));
         let current_noise = log_range(rng, 0.003, 0.01) * natural.current;
         Self {
             speed: if from_encoder {
@@ -142,6 +139,25 @@ impl Input {
             volts: natural.volts,
             interval_s: sensors.interval_s,
         }
+    }
+
+    /// The input of a suggested experiment.
+    pub fn of_profile(profile: &[Segment], volts: f64, interval_s: f64) -> Self {
+        let piece = |segment: &Segment| {
+            let bridge = [Bridge::Open, Bridge::Driven, Bridge::Shorted][usize::from(segment.bridge.min(2))];
+            let rows = (segment.seconds / interval_s).round().max(1.0) as usize;
+            std::iter::repeat_n((segment.u_v.unwrap_or(0.0) / volts, bridge), rows)
+        };
+        Self {
+            rows: profile.iter().flat_map(piece).collect(),
+            volts,
+            interval_s,
+        }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows.len()
     }
 
     fn voltage(&self, row: protocol::Row) -> f64 {

@@ -17,10 +17,7 @@ pub struct Arguments {
 /// Prints the library.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for name in &arguments.names {
-        anyhow::ensure!(
-            effects::find(name).is_some(),
-            "`{name}` is no effect of the library; `truing effects` lists them"
-        );
+        effects::known(name).map_err(anyhow::Error::msg)?;
     }
     let wanted = |effect: &&Effect| {
         arguments.names.is_empty() || arguments.names.iter().any(|name| name == effect.name)

@@ -1,5 +1,6 @@
 //! `truing gap`: where do model and log disagree, and what is missing?
 
+use crate::effects::{self, Effect};
 use crate::gap::{self, Options};
 use crate::log::{self, Columns, Dynamic, Log, Table};
 use crate::model::{self, Model};
@@ -47,8 +48,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let log = log::read(&arguments.log, &columns)?;
     let read = |path: &PathBuf| log::read(path, &columns);
     let holdouts: Vec<Log> = arguments.holdout.iter().map(read).collect::<Result<_, _>>()?;
+    let without = arguments.without.iter().map(|name| effects::known(name));
+    let without: Result<Vec<&Effect>, String> = without.collect();
+    let named = |effect: &&Effect| effect.name.to_owned();
     let options = Options {
-        without: arguments.without.clone(),
+        without: without
+            .map_err(|text| anyhow::anyhow!("--without: {text}"))?
+            .iter()
+            .map(named)
+            .collect(),
     };
     let outcome = analysed(&model, log, holdouts, &options)?;
     print!("{}", Terminal.export(&outcome)?);

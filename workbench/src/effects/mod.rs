@@ -4,6 +4,7 @@
 //! trace it leaves in the residual, what it is confused with, and the experiment that separates them. It turns its
 //! parameters into [`Physics`]; it knows nothing of the search.
 
+use crate::input_error::nearest;
 use crate::plant::physics::{Drive, Physics};
 
 mod actuator_lag;
@@ -236,6 +237,14 @@ impl Effect {
         }
     }
 
+    /// True if a start moves an optional parameter away from its default.
+    pub fn moves_option(&self, start: &[f64]) -> bool {
+        let pairs = self.parameters.iter().zip(start);
+        pairs
+            .filter_map(|(parameter, value)| Some((parameter.default?, value)))
+            .any(|(default, value)| default != *value)
+    }
+
     /// True if the effect frees a base parameter from its tolerance instead of adding something.
     pub fn is_base_parameter(&self) -> bool {
         matches!(
@@ -255,6 +264,15 @@ pub fn find(name: &str) -> Option<&'static Effect> {
         other => other,
     };
     LIBRARY.iter().find(|effect| effect.name == name)
+}
+
+/// The effect of that name, or a sentence that says which one is near.
+pub fn known(name: &str) -> Result<&'static Effect, String> {
+    find(name).ok_or_else(|| {
+        let near = nearest(name, LIBRARY.iter().map(|effect| effect.name));
+        let near = near.map_or(String::new(), |near| format!("; the nearest is `{near}`"));
+        format!("`{name}` is no effect of the library{near}; `truing effects` lists them")
+    })
 }
 
 /// A parameter's or effect's key on a linear axis: `_nm` reads `_n`, `_rad` reads `_m`.

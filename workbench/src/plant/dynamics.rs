@@ -21,6 +21,9 @@ pub mod bridge {
     pub const SHORTED: u8 = 2;
 }
 
+/// A contact that is over within such a part of a step is inelastic for every log.
+const MOST_CONTACT_PIECES: f64 = 12.0;
+
 /// Advances a [`State`]. Keeps the coefficients of the last step length.
 #[derive(Clone, Debug)]
 pub struct Dynamics<'a> {
@@ -84,7 +87,11 @@ impl<'a> Dynamics<'a> {
         if !self.present.two_bodies {
             return self.step(state, applied, bridge, h, position);
         }
-        let pieces = resonance_pieces(h * self.plant.resonance_rad_s());
+        let pieces = if self.plant.contact_rad_s.is_finite() {
+            contact_pieces(h * self.plant.contact_rad_s)
+        } else {
+            resonance_pieces(h * self.plant.resonance_rad_s())
+        };
         for piece in 0..pieces as usize {
             let part = |k: usize| position.map(|(from, to)| from + (to - from) * k as f64 / pieces);
             self.step(
@@ -351,6 +358,11 @@ fn resonance_pieces(turned: f64) -> f64 {
     } else {
         (turned / 0.35).ceil().max(1.0)
     }
+}
+
+/// Pieces of a step in which teeth may touch and part.
+fn contact_pieces(turned: f64) -> f64 {
+    (turned / 0.35).ceil().clamp(1.0, MOST_CONTACT_PIECES)
 }
 
 /// 1/(1 + (current/knee)²).

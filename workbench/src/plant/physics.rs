@@ -128,6 +128,10 @@ pub struct Physics {
     pub stiffness: f64,
     /// Damping of the coupling, N m s/rad.
     pub coupling_damping: f64,
+    /// Rate at which the teeth of a play answer a contact, rad/s; infinite: the contact is inelastic.
+    pub contact_rad_s: f64,
+    /// Damping ratio of that contact.
+    pub contact_damping: f64,
     /// True: the encoder sits on the load side.
     pub encoder_at_load: bool,
 
@@ -218,6 +222,8 @@ impl Physics {
             load_share: 0.0,
             stiffness: f64::INFINITY,
             coupling_damping: 0.0,
+            contact_rad_s: f64::INFINITY,
+            contact_damping: 1.0,
             encoder_at_load: false,
             sensor_scale: 1.0,
             sensor_rectified: false,

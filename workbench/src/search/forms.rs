@@ -4,11 +4,14 @@ use super::Search;
 use super::promise::Projector;
 use super::score::{Scored, dispersion};
 use super::worth::WORTH;
-use crate::effects::{Family, LIBRARY};
+use crate::effects::{Effect, Family, LIBRARY, Starts};
 use crate::fit::{Fit, SEARCH, fit};
 use crate::hypothesis::{Hypothesis, Item, Slot};
 use crate::starts::Basis;
 use rayon::prelude::*;
+
+/// Starts of an optional parameter, a softness, that the grid of its effect does not move.
+const SMALL: [f64; 2] = [0.03, 0.2];
 
 impl<'a> Search<'a, '_> {
     /// Tries the richer and the poorer forms of each effect (a softness, two sides instead of one).
@@ -57,13 +60,10 @@ impl<'a> Search<'a, '_> {
         items[index] = item;
         let hypothesis = Hypothesis::new(self.bench, self.model, items);
         if item.effect.name == scored.hypothesis.items[index].effect.name {
-            let fits = [0.03, 0.2].map(|soft| {
-                let default = |slot: &Slot| {
-                    if matches!(slot, Slot::Effect { .. }) {
-                        soft
-                    } else {
-                        0.0
-                    }
+            let fits = richer(item.effect).into_iter().map(|start| {
+                let default = |slot: &Slot| match slot {
+                    Slot::Effect { parameter, .. } => start[*parameter],
+                    _ => 0.0,
                 };
                 fit(
                     &hypothesis,
@@ -71,7 +71,7 @@ impl<'a> Search<'a, '_> {
                     &SEARCH,
                 )
             });
-            let best = fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+            let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
             return Some(self.scored(hypothesis, best));
         }
         let mut others = scored.hypothesis.items.clone();
@@ -97,4 +97,23 @@ impl<'a> Search<'a, '_> {
             },
         ))
     }
+}
+
+/// Starts of an effect's optional parameters, at the places of all its parameters: those of its own grid, or small ones.
+fn richer(effect: &Effect) -> Vec<Vec<f64>> {
+    let optional = |k: usize| effect.parameters[k].default.is_some();
+    let mut all: Vec<Vec<f64>> = Vec::new();
+    if let Starts::Grid(rows) = effect.starts {
+        for row in rows.iter().filter(|row| effect.moves_option(row)) {
+            let tail = |k: usize| if optional(k) { row[k] } else { 0.0 };
+            let tail: Vec<f64> = (0..row.len()).map(tail).collect();
+            if !all.contains(&tail) {
+                all.push(tail);
+            }
+        }
+    }
+    if all.is_empty() {
+        all = SMALL.map(|value| vec![value; effect.parameters.len()]).into();
+    }
+    all
 }

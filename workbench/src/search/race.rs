@@ -147,12 +147,7 @@ impl<'a> Search<'a, '_> {
         projector: &Projector,
         effect: &'static Effect,
     ) -> Screened<'a> {
-        let moves = |start: &&Vec<f64>| {
-            let pairs = effect.parameters.iter().zip(start.iter());
-            pairs
-                .filter_map(|(parameter, value)| Some((parameter.default?, value)))
-                .any(|(default, value)| default != *value)
-        };
+        let moves = |start: &&Vec<f64>| effect.moves_option(start);
         let starts = basis.starts(self.bench, effect);
         let (full, plain): (Vec<&Vec<f64>>, Vec<&Vec<f64>>) = starts.iter().partition(moves);
         let plain = self.formed(parent, projector, Item { effect, full: false }, &plain);
