@@ -158,10 +158,20 @@ fn analysed(files: &Opened, model: &model::Model) -> Outcome {
 /// The extended model knows its effects: run again on the same log, nothing is missing, and a known effect is no candidate.
 #[test]
 fn the_extended_model_misses_nothing_more() {
-    for name in ["dead_zone", "coulomb_friction", "transport_delay", "gravity", "motor_gain"] {
+    for name in [
+        "dead_zone",
+        "coulomb_friction",
+        "transport_delay",
+        "gravity",
+        "motor_gain",
+    ] {
         let files = opened(&hidden(name)).unwrap();
         let outcome = analysed(&files, &files.model);
-        let names: Vec<&str> = outcome.effects.iter().map(|effect| effect.name.as_str()).collect();
+        let names: Vec<&str> = outcome
+            .effects
+            .iter()
+            .map(|effect| effect.name.as_str())
+            .collect();
         assert_eq!(names, [name], "{:?}", outcome.verdict);
         let text = ModelFile {
             original: &files.model.source_text,
@@ -178,6 +188,9 @@ fn the_extended_model_misses_nothing_more() {
             again.effects
         );
         let (before, after) = (outcome.holdout.rmse_after, again.holdout.rmse_after);
-        assert!((after / before - 1.0).abs() < 0.02, "{name}: {before} then {after}");
+        assert!(
+            (after / before - 1.0).abs() < 0.02,
+            "{name}: {before} then {after}"
+        );
     }
 }

@@ -197,7 +197,7 @@ pub fn advice(reason: Reason) -> &'static str {
             "the encoder gives too few counts per time constant: use a finer encoder, or mount it before the gear"
         }
         Reason::TooShort => {
-            "the time is too short for this motor: give a longer --budget-s, at least four of its time constants"
+            "the time is too short for this motor: give a longer --budget-s, ten to fifteen of its time constants"
         }
         Reason::NoMotion => {
             "voltage was applied and nothing moved: free the shaft, check the motor's and the encoder's cables and the supply; without a current sensor a stall and an unplugged encoder look alike"
