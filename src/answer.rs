@@ -1,12 +1,13 @@
 //! What an axis answers: why a command was refused, and what there is to tell.
 
 use crate::commission::CommissionReport;
+use crate::config::ConfigError;
 use crate::protect::Fault;
 use crate::record::Activity;
 use serde::{Deserialize, Serialize};
 
 /// Why a command was not carried out. Nothing has changed then.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Refusal {
     /// Torque needs `Arm` first.
     NotArmed,
@@ -24,6 +25,8 @@ pub enum Refusal {
     NotForAxis,
     /// Absolute targets need a reference.
     NotReferenced,
+    /// A number of the command cannot be.
+    Value(ConfigError),
 }
 
 /// What there is to tell about an axis, in SI units.

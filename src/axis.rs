@@ -7,6 +7,7 @@ use crate::config::{Config, ConfigError, Scale};
 use crate::control::{self, Reference, Tuning};
 use crate::design::{self, Design, Knowledge};
 use crate::encoder;
+use crate::excitation::Excitation;
 use crate::identify::estimate::{Estimates, Reason};
 use crate::identify::passive;
 use crate::protect::{self, Action, Fault, Notice, Settings, SettingsError};
@@ -47,6 +48,8 @@ pub(crate) enum Mode {
     Cruise(Cruise),
     /// Voltage behind the dead zone that is approached at a bounded rate.
     Drive(Voltage),
+    /// Sine or chirp of voltage at the terminals; ends by itself.
+    Excite(Excitation),
     /// Terminals tied together, the answer to a fault.
     Brake,
 }
@@ -92,10 +95,10 @@ impl Demand {
         ..Self::OPEN
     };
 
-    fn exciting(request: &Request) -> Self {
+    fn exciting(bridge: Bridge, voltage: Voltage) -> Self {
         Self {
-            bridge: request.bridge,
-            voltage: Voltage::from_q14(request.voltage),
+            bridge,
+            voltage,
             meaning: Meaning::Terminal,
         }
     }
@@ -434,8 +437,9 @@ impl Axis {
         match state.mode {
             Mode::Idle => Demand::OPEN,
             Mode::Brake => Demand::BRAKE,
-            Mode::Commission(request) => Demand::exciting(&request),
+            Mode::Commission(request) => Demand::exciting(request.bridge, Voltage::from_q14(request.voltage)),
             Mode::Drive(target) => state.drive(target, self.slew),
+            Mode::Excite(_) => state.excite(),
             Mode::Sine(_) | Mode::Move(_) | Mode::Hold(_) | Mode::Cruise(_) => {
                 let reference = state.advance();
                 state.follow(reference)
@@ -574,7 +578,9 @@ impl State {
             Mode::Move(course) => (course.step(), course.done().then(|| course.target())),
             Mode::Hold(position) => (Reference::rest(*position), None),
             Mode::Cruise(cruise) => (cruise.step(self.encoder.position(), self.design.lead), None),
-            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Brake => (self.reference, None),
+            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Excite(_) | Mode::Brake => {
+                (self.reference, None)
+            }
         };
         if let Some(position) = arrived {
             self.mode = Mode::Hold(position);
@@ -595,6 +601,21 @@ impl State {
             voltage: self.voltage,
             meaning,
         }
+    }
+
+    /// Excitation: the next voltage, and the bridge open behind the last.
+    #[cold]
+    #[inline(never)]
+    fn excite(&mut self) -> Demand {
+        let next = match &mut self.mode {
+            Mode::Excite(excitation) => excitation.step(),
+            _ => None,
+        };
+        let Some(voltage) = next else {
+            self.mode = Mode::Idle;
+            return Demand::OPEN;
+        };
+        Demand::exciting(Bridge::Driven, voltage)
     }
 
     /// Position loop, speed loop, or silence.
@@ -689,7 +710,7 @@ impl State {
             Mode::Commission(_) => Activity::Commissioning,
             Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) => Activity::Tracking,
             Mode::Hold(_) => Activity::Holding,
-            Mode::Drive(_) => Activity::Driving,
+            Mode::Drive(_) | Mode::Excite(_) => Activity::Driving,
         }
     }
 

@@ -40,7 +40,7 @@ pub struct Config {
     pub current_a_per_lsb: f32,
 }
 
-/// Why a [`Config`] cannot be: names the field as `axis.toml` spells it, and the range.
+/// Why a [`Config`], or another number that arrives, cannot be: names the field as `axis.toml` spells it, and the range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConfigError {
     /// The field.
@@ -51,7 +51,7 @@ pub struct ConfigError {
     pub maximum: f32,
 }
 
-/// A field of [`Config`].
+/// A number that arrives from outside: a field of [`Config`] and others that are checked alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Field {
     /// [`Config::supply_nominal_v`].
@@ -98,6 +98,14 @@ pub enum Field {
     Gain,
     /// [`crate::identify::estimate::Estimates::time_constant`], control ticks.
     TimeConstant,
+    /// [`crate::excitation::Waveform::amplitude_v`].
+    ExcitationAmplitude,
+    /// [`crate::excitation::Waveform::from_hz`].
+    ExcitationFrom,
+    /// [`crate::excitation::Waveform::to_hz`].
+    ExcitationTo,
+    /// [`crate::excitation::Waveform::duration_ms`], s.
+    ExcitationDuration,
 }
 
 impl Field {
@@ -128,6 +136,10 @@ impl Field {
             Field::Saturation => "identified.saturation_pos_v and _neg_v / supply.nominal_v",
             Field::Gain => "identified.gain_rad_s_per_v x supply.nominal_v / axis.rated_speed_rad_s",
             Field::TimeConstant => "identified.time_constant_s x axis.tick_hz",
+            Field::ExcitationAmplitude => "excitation.amplitude_v",
+            Field::ExcitationFrom => "excitation.from_hz",
+            Field::ExcitationTo => "excitation.to_hz",
+            Field::ExcitationDuration => "excitation.duration_s",
         }
     }
 }

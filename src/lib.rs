@@ -23,6 +23,7 @@ pub mod control;
 pub mod design;
 pub mod drivers;
 pub mod encoder;
+pub mod excitation;
 pub mod identify;
 pub mod joint;
 pub mod link;

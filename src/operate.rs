@@ -6,8 +6,10 @@
 use crate::answer::{Refusal, Report};
 use crate::axis::{Axis, Commissioning, Listener, Mode, State};
 use crate::commission::{self, Request};
+use crate::config::ConfigError;
 use crate::control::{self, Reference};
 use crate::design::{self, Design};
+use crate::excitation::Waveform;
 use crate::identify::estimate::{Estimates, Reason};
 use crate::joint::Restored;
 use crate::protect::Fault;
@@ -49,6 +51,7 @@ impl Axis {
             Command::Adopt(ref estimates) => self.adopt(state, estimates),
             Command::Reference(ref how) => self.reference(state, how),
             Command::GoTo(rad) => self.go_to(state, rad),
+            Command::Excite(ref waveform) => self.excite(state, waveform),
             Command::Configure(_)
             | Command::Subscribe { .. }
             | Command::CaptureArm { .. }
@@ -299,13 +302,26 @@ impl Axis {
 
     fn voltage(&self, state: &mut State, volts: f32) -> Result<(), Refusal> {
         self.permitted(state)?;
-        self.uncommissioned(state)?;
+        self.unexcited(state)?;
         let share = volts / self.scale.config.supply_nominal_v;
         let fits = share.abs() <= 1.0 && self.scale.config.travel_limit_rad.is_none();
         let target = fits
             .then(|| Voltage(to_fixed(share, Voltage::BITS)))
             .ok_or(Refusal::OutOfRange)?;
         state.begin(&state.present(), Mode::Drive(target));
+        Ok(())
+    }
+
+    /// Nothing bounds the way that a voltage goes: refused between end stops, like every voltage mode.
+    #[inline(never)]
+    fn excite(&self, state: &mut State, waveform: &Waveform) -> Result<(), Refusal> {
+        self.permitted(state)?;
+        self.idle(state)?;
+        if self.scale.config.travel_limit_rad.is_some() {
+            return Err(Refusal::BeyondTravel);
+        }
+        let excitation = waveform.plan(&self.scale).map_err(Refusal::Value)?;
+        state.begin(&state.present(), Mode::Excite(excitation));
         Ok(())
     }
 
@@ -317,11 +333,12 @@ impl Axis {
         }
     }
 
-    fn uncommissioned(&self, state: &State) -> Result<(), Refusal> {
-        if state.commissioning().is_none() {
-            Ok(())
-        } else {
+    /// What excites the motor by itself is not to be disturbed.
+    fn unexcited(&self, state: &State) -> Result<(), Refusal> {
+        if state.commissioning().is_some() || matches!(state.mode, Mode::Excite(_)) {
             Err(Refusal::Busy)
+        } else {
+            Ok(())
         }
     }
 
@@ -337,7 +354,7 @@ impl Axis {
     /// May a loop close now?
     fn ready(&self, state: &State) -> Result<(), Refusal> {
         self.permitted(state)?;
-        self.uncommissioned(state)?;
+        self.unexcited(state)?;
         if state.design.gain_source == Source::None {
             Err(Refusal::NotIdentified)
         } else {
@@ -366,7 +383,7 @@ impl State {
         match self.mode {
             Mode::Hold(position) => Reference::rest(position),
             Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) => self.reference,
-            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Brake => self.shaft(),
+            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Excite(_) | Mode::Brake => self.shaft(),
         }
     }
 
@@ -374,7 +391,7 @@ impl State {
     /// set-point moves.
     fn resting_place(&self) -> Option<Reference> {
         match self.mode {
-            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Brake => {
+            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Excite(_) | Mode::Brake => {
                 Some(Reference::rest(Position::of_count(self.count)))
             }
             _ => Some(self.present()).filter(Reference::rests),
@@ -404,7 +421,7 @@ impl State {
         // Another motion ends a search without a result.
         self.missed |= self.search.take().is_some();
         match self.mode {
-            Mode::Idle => {
+            Mode::Idle | Mode::Excite(_) => {
                 self.control = control::State::default();
                 self.voltage = Voltage::ZERO;
             }

@@ -9,6 +9,7 @@ use crate::axis;
 use crate::capture::{Extent, Shot, Stage, Trigger};
 use crate::commission::Outcome;
 use crate::config::{Config, ConfigError};
+use crate::excitation::Waveform;
 use crate::identify::estimate::Estimates;
 use crate::protect::SettingsError;
 use crate::record::Record;
@@ -105,6 +106,8 @@ pub enum Command {
     Reference(Referencing),
     /// Hold this absolute position from now on, rad from the reference's zero. Refused until there is one.
     GoTo(f32),
+    /// Apply a sine or a chirp of voltage at the terminals, then open the bridge; no loop is closed.
+    Excite(Waveform),
 }
 
 /// Why a command was not executed.

@@ -7,6 +7,7 @@ use proptest::prelude::*;
 use servo::axis::{Bridge, Output};
 use servo::config::Config;
 use servo::control::Tuning;
+use servo::excitation::{Sweep, Waveform};
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing};
 use servo::protect::Settings;
 use servo::protocol::{Command, FRAME_CAPACITY, Frame, Message, Refusal, Request, VERSION, encode};
@@ -177,7 +178,27 @@ fn motion() -> impl Strategy<Value = Command> {
         (-100.0f32..100.0).prop_map(Command::Speed),
         number().prop_map(Command::Voltage),
         (-12.0f32..12.0).prop_map(Command::Voltage),
+        (number(), number(), number(), any::<u32>(), any::<bool>()).prop_map(excite),
+        (
+            0.1f32..12.0,
+            0.1f32..500.0,
+            0.1f32..500.0,
+            100..3000u32,
+            any::<bool>()
+        )
+            .prop_map(excite),
     ]
+}
+
+fn excite((amplitude_v, from_hz, to_hz, duration_ms, linear): (f32, f32, f32, u32, bool)) -> Command {
+    let sweep = if linear { Sweep::Linear } else { Sweep::Logarithmic };
+    Command::Excite(Waveform {
+        amplitude_v,
+        from_hz,
+        to_hz,
+        sweep,
+        duration_ms,
+    })
 }
 
 /// Sets as they would be stored: the desk's, or with numbers that no commissioning would find.

@@ -7,6 +7,7 @@ use crate::servo_link::{Client, Lockstep, Serial, Wire, found_text};
 use servo::capture::{Extent, Shot, Stage, Trigger};
 use servo::commission::Outcome;
 use servo::config::Config;
+use servo::excitation::Waveform;
 use servo::identify::estimate::{Estimates, EstimatesReport};
 use servo::protect::Fault;
 use servo::protocol::{Command, Message};
@@ -89,6 +90,8 @@ pub enum Task {
         /// With the inverse dead zone or without.
         compensation: bool,
     },
+    /// Apply a sine or a chirp of voltage; no loop is closed, nothing need be known.
+    Excite(Waveform),
 }
 
 /// What a [`Task`] gave.
@@ -106,6 +109,8 @@ pub enum Done {
     Armed,
     /// Ticks of a motion.
     Tracked(Span),
+    /// Ticks of an excitation, and what the servo knows behind it.
+    Excited(Span, Box<EstimatesReport>),
 }
 
 /// What a capture holds.
@@ -243,6 +248,7 @@ pub fn run_from(
                 profile,
                 compensation,
             } => session.track(profile, *compensation, progress)?,
+            Task::Excite(waveform) => session.excite(waveform, progress)?,
         };
         let refused = matches!(&result, Done::Commissioned(outcome) if outcome.refused.is_some());
         done.push(result);
@@ -310,6 +316,10 @@ impl Kept {
                 self.ended = Some(outcome);
                 self.learn(&outcome.estimates);
             }
+            Message::Parameters {
+                parameters: Some(parameters),
+                ..
+            } => self.learn(&parameters.estimates),
             Message::Captured {
                 stage, extent, shots, ..
             } => {
@@ -548,12 +558,7 @@ impl Session {
         self.command(Command::Compensation(compensation))?;
         self.command(Command::Arm)?;
         self.come_to_rest(progress)?;
-        let capture = self.capture.take();
-        if let Some((trigger, before)) = capture {
-            self.command(Command::CaptureArm { trigger, before })?;
-            // So that there is something from before the motion.
-            self.pause()?;
-        }
+        let captures = self.arm_capture()?;
         self.begin_run();
         let start = match profile {
             Profile::Sine {
@@ -574,18 +579,62 @@ impl Session {
         let end = hold + self.ticks(HOLD_S);
         let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
         let reached = self.run_to(end, faulted, "tracking", progress)?;
-        let faulted = faulted(&self.kept.borrow());
-        self.command(Command::Stop)?;
-        self.pause()?;
-        if capture.is_some() {
-            self.read_capture()?;
-        }
+        let faulted = self.stop_motion(captures)?;
         Ok(Done::Tracked(Span {
             start,
             hold: hold.min(reached),
             end: reached,
             faulted,
         }))
+    }
+
+    /// The servo opens the bridge by itself; the shaft is watched while it coasts.
+    fn excite(
+        &mut self,
+        waveform: &Waveform,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<Done, InputError> {
+        self.command(Command::Arm)?;
+        let captures = self.arm_capture()?;
+        self.begin_run();
+        let start = self.command(Command::Excite(*waveform))?;
+        let end = start + self.ticks(f64::from(waveform.duration_ms) / 1000.0);
+        let over = |kept: &Kept| kept.now() > start && kept.activity() != Activity::Driving;
+        let reached = self.run_to(end, over, "excitation", progress)?;
+        let faulted = self.stop_motion(captures)?;
+        self.command(Command::Parameters)?;
+        let learned = self.kept.borrow().estimates;
+        let learned = learned
+            .ok_or_else(|| InputError("the servo does not tell what it knows; update its firmware".into()))?;
+        let span = Span {
+            start,
+            hold: reached,
+            end: reached,
+            faulted,
+        };
+        Ok(Done::Excited(span, Box::new(learned)))
+    }
+
+    /// True if there is something to capture.
+    fn arm_capture(&mut self) -> Result<bool, InputError> {
+        let Some((trigger, before)) = self.capture.take() else {
+            return Ok(false);
+        };
+        self.command(Command::CaptureArm { trigger, before })?;
+        // So that there is something from before the motion.
+        self.pause()?;
+        Ok(true)
+    }
+
+    /// Bridge open, and the capture read out. True if a fault was latched.
+    fn stop_motion(&mut self, captures: bool) -> Result<bool, InputError> {
+        let faulted = self.kept.borrow().activity() == Activity::Faulted;
+        self.command(Command::Stop)?;
+        self.pause()?;
+        if captures {
+            self.read_capture()?;
+        }
+        Ok(faulted)
     }
 
     /// Holds the position where the axis is now, until it stands: a motor with little friction coasts for long.

@@ -1,8 +1,10 @@
 //! `truing-track/1`: how well a motion followed its set-point.
 
+use crate::commission_report::Number;
 use crate::run_log::{Row, RunLog};
 use crate::session::Span;
 use serde::Serialize;
+use servo::identify::estimate::EstimatesReport;
 use servo::record::{Limit, Source};
 
 /// Where the numbers came from that the loops used.
@@ -39,6 +41,45 @@ pub struct TrackJson {
     pub used_parameters: UsedParameters,
     /// A fault ended the motion early.
     pub faulted: bool,
+    /// What the servo knew behind an excitation. It has no set-point, so that the errors above are `null`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub learned: Option<Learned>,
+}
+
+/// What ordinary motion tells.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Learned {
+    /// V.
+    pub dead_zone_pos_v: Number,
+    /// V, positive magnitude.
+    pub dead_zone_neg_v: Number,
+    /// rad/s/V.
+    pub gain_rad_s_per_v: Number,
+    /// s.
+    pub time_constant_s: Number,
+}
+
+impl Learned {
+    /// The numbers with names and units, for people.
+    pub fn numbers(&self) -> [(&'static str, &'static str, Number); 4] {
+        [
+            ("dead zone, positive", "V", self.dead_zone_pos_v),
+            ("dead zone, negative", "V", self.dead_zone_neg_v),
+            ("gain", "rad/s/V", self.gain_rad_s_per_v),
+            ("time constant", "s", self.time_constant_s),
+        ]
+    }
+}
+
+impl From<&EstimatesReport> for Learned {
+    fn from(report: &EstimatesReport) -> Self {
+        Learned {
+            dead_zone_pos_v: report.dead_zone_pos_v.into(),
+            dead_zone_neg_v: report.dead_zone_neg_v.into(),
+            gain_rad_s_per_v: report.gain_rad_s_per_v.into(),
+            time_constant_s: report.time_constant_s.into(),
+        }
+    }
 }
 
 impl TrackJson {
@@ -62,6 +103,20 @@ impl TrackJson {
             hold_chatter_per_s: chatter(log, span),
             used_parameters: used(within(span.start, span.hold).next_back()),
             faulted: span.faulted,
+            learned: None,
+        }
+    }
+
+    /// Of an excitation.
+    pub fn excited(log: &RunLog, span: &Span, learned: &EstimatesReport) -> Self {
+        TrackJson {
+            // Not a number is `null` in JSON.
+            position_rms_rad: f64::NAN,
+            position_peak_rad: f64::NAN,
+            speed_rms_rad_s: f64::NAN,
+            speed_peak_rad_s: f64::NAN,
+            learned: Some(learned.into()),
+            ..TrackJson::new(log, span)
         }
     }
 }

@@ -11,6 +11,7 @@ use servo::axis::{Bridge, Sample};
 use servo::capture::Trigger;
 use servo::config::Config;
 use servo::control::Tuning;
+use servo::excitation::{Sweep, Waveform};
 use servo::identify::estimate::{Estimate, Estimates, Standing};
 use servo::protect::{Notice, Permit, Settings};
 use servo::protocol::{Command, FRAME_CAPACITY, Request, VERSION, encode};
@@ -56,6 +57,7 @@ enum Deed {
     Position(f32),
     Speed(f32),
     Voltage(f32),
+    Excite { amplitude_v: f32, from_hz: f32, to_hz: f32, linear: bool, duration_ms: u16 },
     Adopt([i32; 6]),
     CaptureArm { before: u16 },
     Ask(u8),
@@ -120,6 +122,13 @@ impl Deed {
             Deed::Position(rad) => Command::Position(rad),
             Deed::Speed(rad_s) => Command::Speed(rad_s),
             Deed::Voltage(volts) => Command::Voltage(volts),
+            Deed::Excite { amplitude_v, from_hz, to_hz, linear, duration_ms } => Command::Excite(Waveform {
+                amplitude_v,
+                from_hz,
+                to_hz,
+                sweep: if linear { Sweep::Linear } else { Sweep::Logarithmic },
+                duration_ms: duration_ms.into(),
+            }),
             Deed::Adopt(ref numbers) => Command::Adopt(estimates(numbers)),
             Deed::CaptureArm { before } => Command::CaptureArm { trigger: Trigger::Fault, before },
             Deed::Ask(what) => match what % 4 {

@@ -2,7 +2,7 @@
 
 use super::commission::{BUDGET_S, Knowledge};
 use super::firmware::Firmware;
-use super::track::profile;
+use super::profile;
 use crate::motor::write_whole;
 use crate::session::{Captured, Task};
 use anyhow::Context;
@@ -54,24 +54,25 @@ pub struct Arguments {
 /// Runs and writes.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = arguments.firmware.axis()?;
+    let motion = profile::task(&arguments.profile, true, &config)?;
     let first = arguments
         .knowledge
-        .tasks(BUDGET_S, arguments.firmware.seed, &config)?;
+        .tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
+    let begins = match motion {
+        Task::Excite(_) => Activity::Driving,
+        _ => Activity::Tracking,
+    };
     let capture = Task::Capture {
         trigger: match arguments.trigger {
             Event::Now => Trigger::Now,
             Event::Fault => Trigger::Fault,
             Event::Limit => Trigger::Limit,
-            Event::Motion => Trigger::Activity(Activity::Tracking),
+            Event::Motion => Trigger::Activity(begins),
             Event::Hold => Trigger::Activity(Activity::Holding),
         },
         before: arguments.before,
     };
-    let track = Task::Track {
-        profile: profile(&arguments.profile)?,
-        compensation: true,
-    };
-    let tasks: Vec<Task> = first.into_iter().chain([capture, track]).collect();
+    let tasks: Vec<Task> = first.into_iter().chain([capture, motion]).collect();
     let result = arguments.firmware.run(config, &tasks)?;
     let captured = result
         .captured

@@ -1,7 +1,7 @@
 //! `truing commission`: the firmware excites its motor and says what it is.
 
 use super::firmware::Firmware;
-use crate::commission_report::{CommissionJson, Params};
+use crate::commission_report::{CommissionJson, Number, Params};
 use crate::motor::write_whole;
 use crate::session::{Done, SessionResult, Task};
 use anyhow::Context;
@@ -104,11 +104,24 @@ fn referencing(text: &str) -> Result<Referencing, String> {
 }
 
 impl Knowledge {
-    /// The tasks before the motion; none if the servo goes on with what it has stored.
-    pub fn tasks(&self, budget_s: f64, seed: u64, config: &Config) -> anyhow::Result<Vec<Task>> {
+    /// The tasks before the motion; none if the servo goes on with what it has stored. An excitation asks for no
+    /// commissioning.
+    pub fn tasks(
+        &self,
+        motion: &Task,
+        budget_s: f64,
+        seed: u64,
+        config: &Config,
+    ) -> anyhow::Result<Vec<Task>> {
+        let excites = matches!(motion, Task::Excite(_));
+        anyhow::ensure!(
+            !(excites && self.stored),
+            "an excitation begins from --config; leave out --stored"
+        );
         let first = match &self.params {
             _ if self.stored => None,
             Some(path) => Some(Task::Adopt(Box::new(Params::read(path)?.estimates(config)))),
+            None if excites => None,
             None => Some(Task::Commission {
                 budget_s: budget(budget_s)?,
                 seed: seed as u32,
@@ -145,18 +158,23 @@ pub fn outcome(result: &SessionResult, config: &Config) -> anyhow::Result<Commis
     )?)
 }
 
+/// One number, for people.
+pub fn print_number(name: &str, unit: &str, number: &Number) {
+    let trust = if number.trusted {
+        "trusted"
+    } else {
+        number.reason.unwrap_or("not trusted")
+    };
+    match (number.value, number.u95) {
+        (Some(value), Some(u95)) => println!("{name:21} {value:10.4} ± {u95:.4} {unit:8} {trust}"),
+        _ => println!("{name:21} {:>10}   {:15} {trust}", "-", ""),
+    }
+}
+
 /// For people.
 pub fn print(report: &CommissionJson) {
     for (name, unit, number) in report.numbers() {
-        let trust = if number.trusted {
-            "trusted"
-        } else {
-            number.reason.unwrap_or("not trusted")
-        };
-        match (number.value, number.u95) {
-            (Some(value), Some(u95)) => println!("{name:21} {value:10.4} ± {u95:.4} {unit:8} {trust}"),
-            _ => println!("{name:21} {:>10}   {:15} {trust}", "-", ""),
-        }
+        print_number(name, unit, &number);
     }
     println!(
         "{:21} {}",

@@ -81,7 +81,9 @@ impl Firmware {
         progress: &mut dyn FnMut(session::Progress),
     ) -> anyhow::Result<session::SessionResult> {
         // A servo that is to use what it has stored is not configured anew.
+        let excites = matches!(tasks.last(), Some(session::Task::Excite(_)));
         let start = match tasks.first() {
+            Some(_) if excites => session::Start::Configure(config),
             Some(
                 session::Task::Track { .. } | session::Task::Capture { .. } | session::Task::Reference(_),
             ) => session::Start::Stored,

@@ -11,6 +11,7 @@ pub mod gap;
 pub mod instructions;
 pub mod monitor;
 pub mod params;
+pub mod profile;
 pub mod replay;
 pub mod simulate;
 pub mod track;

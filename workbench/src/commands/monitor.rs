@@ -2,7 +2,7 @@
 
 use super::commission::{BUDGET_S, Knowledge};
 use super::firmware::Firmware;
-use super::track::profile;
+use super::profile;
 use crate::run_log::RunLog;
 use crate::servo_link::{advisory_text, fault_advice};
 use crate::session::{Progress, Task};
@@ -42,14 +42,11 @@ pub struct Arguments {
 /// Runs and shows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = arguments.firmware.axis()?;
+    let motion = profile::task(&arguments.profile, true, &config)?;
     let first = arguments
         .knowledge
-        .tasks(BUDGET_S, arguments.firmware.seed, &config)?;
-    let track = Task::Track {
-        profile: profile(&arguments.profile)?,
-        compensation: true,
-    };
-    let tasks: Vec<Task> = first.into_iter().chain([track]).collect();
+        .tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
+    let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
     let mut view = View::new(arguments.fast);
     arguments
         .firmware

@@ -2,14 +2,15 @@
 
 use super::commission::{self, Knowledge};
 use super::firmware::Firmware;
+use super::profile;
 use crate::loops::LoopShape;
 use crate::motor::write_whole;
 use crate::servo_link::advisory_text;
-use crate::session::{Done, Profile, Task};
-use crate::tracking::TrackJson;
-use anyhow::{Context, bail, ensure};
+use crate::session::{Done, Task};
+use crate::tracking::{Learned, TrackJson};
+use anyhow::bail;
 use clap::{Args, ValueEnum};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// On or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -32,7 +33,9 @@ pub struct Arguments {
     /// Length of the commissioning, s.
     #[arg(long, default_value_t = 5.0)]
     pub budget_s: f64,
-    /// sine:amp_rad,hz,seconds or step:amp_rad,seconds or file:CSV with the columns t_s and theta_ref_rad.
+    /// A motion: sine:amp_rad,hz,seconds or step:amp_rad,seconds or file:CSV with the columns t_s and theta_ref_rad.
+    /// Or a voltage at the terminals, with which nothing is commissioned first and no loop is closed:
+    /// voltage_sine:amp_v,hz,seconds or chirp:amp_v,from_hz,to_hz,seconds or log_chirp:amp_v,from_hz,to_hz,seconds.
     #[arg(long)]
     pub profile: String,
     /// Use the inverse dead zone.
@@ -49,15 +52,18 @@ pub struct Arguments {
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = arguments.firmware.axis()?;
+    let motion = profile::task(&arguments.profile, arguments.compensation == Switch::On, &config)?;
     let first = arguments
         .knowledge
-        .tasks(arguments.budget_s, arguments.firmware.seed, &config)?;
-    let track = Task::Track {
-        profile: profile(&arguments.profile)?,
-        compensation: arguments.compensation == Switch::On,
-    };
-    let tasks: Vec<Task> = first.into_iter().chain([track]).collect();
+        .tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
+    let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
     let result = arguments.firmware.run(config, &tasks)?;
+    if let Some(path) = &arguments.log {
+        result.log.save(path)?;
+    }
+    if let Some(Done::Excited(span, learned)) = result.done.last() {
+        return excited(arguments, &TrackJson::excited(&result.log, span, learned));
+    }
     if arguments.knowledge.is_learned() {
         let report = commission::outcome(&result, &config)?;
         commission::print(&report);
@@ -99,79 +105,22 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(path) = &arguments.json {
         write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
-    if let Some(path) = &arguments.log {
-        result.log.save(path)?;
-    }
     Ok(())
 }
 
-/// The argument of `--profile`.
-pub fn profile(text: &str) -> anyhow::Result<Profile> {
-    let shape = "--profile must be sine:amp_rad,hz,seconds or step:amp_rad,seconds or file:CSV";
-    let (kind, rest) = text.split_once(':').context(shape)?;
-    if kind == "file" {
-        return points(Path::new(rest));
+/// An excitation has no set-point that could be missed; what was learned from it is its result.
+fn excited(arguments: &Arguments, report: &TrackJson) -> anyhow::Result<()> {
+    for (name, unit, number) in report.learned.iter().flat_map(Learned::numbers) {
+        commission::print_number(name, unit, &number);
     }
-    let numbers: Vec<f32> = rest
-        .split(',')
-        .filter_map(|part| part.trim().parse().ok())
-        .collect();
-    ensure!(
-        numbers.iter().all(|number| number.is_finite()),
-        "--profile holds a number that is not finite"
-    );
-    let seconds = numbers.last().copied().unwrap_or(0.0);
-    ensure!(
-        (0.01..=3600.0).contains(&seconds),
-        "--profile lasts {seconds} s; it must last 0.01 to 3600 s ({shape})"
-    );
-    match (kind, numbers.as_slice(), rest.split(',').count()) {
-        ("sine", &[amplitude_rad, frequency_hz, seconds], 3) => Ok(Profile::Sine {
-            amplitude_rad,
-            frequency_hz,
-            seconds,
-        }),
-        ("step", &[amplitude_rad, seconds], 2) => Ok(Profile::Step {
-            amplitude_rad,
-            seconds,
-        }),
-        _ => bail!("--profile is `{text}`; {shape}"),
+    if report.faulted {
+        println!("{:21} a fault ended the excitation early", "fault");
     }
-}
-
-fn points(path: &Path) -> anyhow::Result<Profile> {
-    let name = path.display();
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .with_context(|| format!("{name}: cannot be read; check the path"))?;
-    let headers = reader.headers()?.clone();
-    let place = |column: &str| {
-        let found = headers.iter().position(|header| header == column);
-        found.with_context(|| format!("{name}: lacks the column {column}; expected t_s,theta_ref_rad"))
-    };
-    let (time, theta) = (place("t_s")?, place("theta_ref_rad")?);
-    let mut points: Vec<(f64, f32)> = Vec::new();
-    for (line, row) in (2..).zip(reader.records()) {
-        let row = row.with_context(|| format!("{name}, line {line}: is not a row of the table"))?;
-        let number = |column: usize| {
-            row.get(column)
-                .and_then(|cell| cell.parse::<f64>().ok())
-                .filter(|x| x.is_finite())
-        };
-        let (Some(t), Some(angle)) = (number(time), number(theta)) else {
-            bail!("{name}, line {line}: t_s and theta_ref_rad must be finite numbers");
-        };
-        ensure!(
-            points.last().is_none_or(|last| t > last.0),
-            "{name}, line {line}: t_s does not increase; sort the rows by time"
-        );
-        points.push((t, angle as f32));
+    match &arguments.json {
+        Some(path) => Ok(write_whole(
+            path,
+            &(serde_json::to_string_pretty(report)? + "\n"),
+        )?),
+        None => Ok(()),
     }
-    ensure!(
-        points.len() >= 2,
-        "{name}: holds fewer than two points; a profile needs a beginning and an end"
-    );
-    Ok(Profile::Points(points))
 }

@@ -6,7 +6,7 @@ mod words;
 
 pub use lockstep::Lockstep;
 pub use serial::Serial;
-pub use words::{advice, advisory_text, fault_advice, found_text, refusal_text, store_text};
+pub use words::{advice, advisory_text, fault_advice, found_text, range_text, refusal_text, store_text};
 
 use crate::input_error::InputError;
 use servo::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode};

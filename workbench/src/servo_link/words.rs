@@ -1,6 +1,7 @@
 //! The servo's codes in words that say what to do.
 
 use servo::axis;
+use servo::config::ConfigError;
 use servo::drivers::flash::SaveError;
 use servo::identify::estimate::Reason;
 use servo::protect::{Fault, SettingsError};
@@ -19,8 +20,7 @@ pub fn refusal_text(refusal: &Refusal) -> String {
             forbidden.action.name()
         ),
         Refusal::Config(error) | Refusal::Parameters(SettingsError::Value(error)) => {
-            let (field, low, high) = (error.field.name(), error.minimum, error.maximum);
-            format!("the servo refuses the configuration: {field} must lie between {low} and {high}")
+            format!("the servo refuses the configuration: {}", range_text(error))
         }
         Refusal::TickRate => {
             "the board cannot make this control rate: choose axis.tick_hz so that it divides the PWM frequency \
@@ -29,6 +29,9 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         }
         Refusal::NotConfigured => "the servo has no configuration yet; send one first".into(),
         Refusal::BridgeDriven => "the servo can be configured only while its bridge is open; stop it first".into(),
+        Refusal::Axis(axis::Refusal::Value(error)) => {
+            format!("the servo refuses the command: {}", range_text(error))
+        }
         Refusal::Axis(reason) => axis_text(*reason).into(),
         Refusal::NoSuchAxis => "this firmware has fewer axes; choose a smaller --axis, or build an image with more".into(),
         Refusal::SharedTick => {
@@ -42,6 +45,12 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         }
         Refusal::Stale { expected } => format!("the servo expects command number {expected}; reconnect"),
     }
+}
+
+/// Which number, and its range.
+pub fn range_text(error: &ConfigError) -> String {
+    let (field, low, high) = (error.field.name(), error.minimum, error.maximum);
+    format!("{field} must lie between {low} and {high}")
 }
 
 /// How a save goes on, and what to do if it has failed.
@@ -92,6 +101,7 @@ fn axis_text(refusal: axis::Refusal) -> &'static str {
             "amplitude, frequency or duration cannot be done at this control rate; choose a slower or smaller motion"
         }
         axis::Refusal::NotReferenced => "absolute targets need a reference; find one with `truing reference`",
+        axis::Refusal::Value(_) => "a number of the command is out of its range",
         axis::Refusal::NotForAxis => "the servo does not know this command; update its firmware",
     }
 }
