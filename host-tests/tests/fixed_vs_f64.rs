@@ -137,9 +137,8 @@ fn compare(plant: &Plant) -> (f64, Compared) {
         if !tick.learning {
             continue;
         }
-        let usable: Vec<usize> = (0..2).filter(|&d| params.usable(&state, &found, d)).collect();
-        params.learn(&mut state, &found, None);
-        for direction in usable {
+        if let Some(direction) = params.direction(&state, &found) {
+            state.sums[direction].add(&Row::new(&found, direction));
             // The window ended one tick ago; samples are complete every 2^decimation ticks.
             let last = (index >> lengths.decimation) - 1;
             let [w, a, j, u] = window(&signals, &lengths, last);
@@ -151,12 +150,11 @@ fn compare(plant: &Plant) -> (f64, Compared) {
                 .fold(worst, |worst, (x, y)| worst.max((x - y).abs()));
             add(&mut system, direction, w, a, j, u);
             rows += 1;
-            let _ = Row::new(&found, direction);
         }
     }
     let mut solver = Solver::default();
     solver.start(Structure::Shared);
-    while solver.step(&[&state.core, &state.outer]) != Progress::Solved {
+    while solver.step(&[&state.sums]) != Progress::Solved {
         assert!(solver.busy(), "singular");
     }
     let x = solve(system);

@@ -1,14 +1,15 @@
 //! What a window is used for, the solutions, and the decision.
 
 use super::reading::{Comparison, Reading};
-use super::{Outcome, Params, Phase, State};
+use super::{Params, Phase, State};
 use crate::identify;
 use crate::identify::coast;
 use crate::identify::estimate::Reason;
-use crate::identify::slices::VERIFY_SLICE;
+use crate::identify::regression::Row;
+use crate::identify::slices::{SLICES, VERIFY_SLICE};
 use crate::identify::solve::{Progress, Structure};
 use crate::identify::spline::Window;
-use crate::identify::trust::{Evidence, Excitation};
+use crate::identify::trust::{Evidence, Excitation, Part, saturation};
 
 /// Time constants that a budget must hold, in quarters: 3.5.
 const LEAST_TIME_CONSTANTS_QUARTERS: u64 = 14;
@@ -26,9 +27,22 @@ impl Params {
         }
     }
 
+    /// Adds the window to the regression and to its time slice, if its gates let it pass.
     fn learn_row(&self, state: &mut State, window: &Window, slice: usize) {
-        self.identify
-            .learn(&mut state.identify, window, state.slices.get_mut(slice));
+        let Some(direction) = self.identify.direction(&state.identify, window) else {
+            return;
+        };
+        let row = Row::new(window, direction);
+        let outer = !state.identify.gate.core(direction);
+        let set = if outer {
+            &mut state.outer
+        } else {
+            &mut state.identify.sums
+        };
+        set[direction].add(&row);
+        if let Some(slice) = state.slices.get_mut(slice) {
+            slice.add(&row, direction, outer);
+        }
     }
 
     fn note_coast(&self, state: &mut State, window: &Window) {
@@ -61,7 +75,7 @@ impl Params {
         if !state.solver.busy() {
             return;
         }
-        let (core, outer) = (&state.identify.core, &state.identify.outer);
+        let (core, outer) = (&state.identify.sums, &state.outer);
         let progress = match state.comparing {
             true => state.solver.step(&[core]),
             false => state.solver.step(&[core, outer]),
@@ -104,47 +118,72 @@ impl Params {
         }
     }
 
+    /// One step of the decision a tick: which reading holds, then every slice, then every number.
     pub(super) fn decide(&self, state: &mut State) {
         if state.solver.busy() {
             return;
         }
-        let low_knee = state.low_knee();
-        let Some(reading) = state.reading() else {
-            return state.refuse(Reason::NotExcited);
-        };
-        if let Some(slice) = state.slices.get(usize::from(state.stroke)) {
-            // One slice a tick.
-            state.stroke += 1;
-            if !(low_knee && slice.outer())
-                && let Some(residual) = slice.residual(&reading.solution, reading.inverse_beta)
+        let step = usize::from(state.stroke);
+        state.stroke = state.stroke.saturating_add(1);
+        if step == 0 {
+            state.low_knee = state.low_knee();
+            state.whole = state.reading();
+        } else if let Some(slice) = state.slices.get(step.wrapping_sub(1)) {
+            if let Some(reading) = &state.whole
+                && !(state.low_knee && slice.outer())
+                && let Some(residual) = slice.residual(&reading.solution)
             {
                 state.spread[slice.direction()].note(residual, slice.rows());
             }
-            return;
+        } else if !self.settled(state, step.wrapping_sub(SLICES + 1)) {
+            self.conclude(state);
         }
-        state.follow(coast::mechanism(&state.coast, &reading.solution));
+    }
+
+    /// One number; `false` once there is none left.
+    fn settled(&self, state: &mut State, step: usize) -> bool {
+        let Some(reading) = &state.whole else {
+            state.refuse(Reason::NotExcited);
+            return true;
+        };
+        if step == 0 {
+            let mechanism = coast::mechanism(&state.coast, &reading.solution);
+            state.follow(mechanism);
+            return true;
+        }
         let evidence = Evidence {
+            sums: &[&state.identify.sums, &state.outer],
             spread: &state.spread,
-            saturation: &[0, 1].map(|d| reading.saturation[d].seen(reading.level(d))),
             checks: &reading.checks,
             mechanism: state.mechanism,
             short_of_travel: state.turned,
             supply_measured: state.supply_measured,
             excitation: Excitation::Chosen,
         };
-        let estimates = self
-            .identify
-            .estimates(&state.identify, &reading.solution, &evidence);
+        let estimates = &mut state.outcome.estimates;
+        let step = step.wrapping_sub(1);
+        if let Some(&part) = Part::ALL.get(step) {
+            let lengths = &state.identify.lengths;
+            self.identify
+                .decide(part, estimates, lengths, &reading.solution, &evidence);
+            return true;
+        }
+        let direction = step.wrapping_sub(Part::ALL.len());
+        let Some(seen) = reading.seen(direction) else {
+            return false;
+        };
+        estimates.saturation[direction & 1] = saturation(&seen, direction, estimates, state.turned);
+        true
+    }
+
+    fn conclude(&self, state: &mut State) {
+        let estimates = &state.outcome.estimates;
         let time_constant = (estimates.time_constant.value >> identify::estimate::TIME_FRAC) as u64;
         if time_constant * LEAST_TIME_CONSTANTS_QUARTERS > u64::from(self.budget) * 4 {
             return state.refuse(Reason::TooShort);
         }
-        state.outcome = Outcome {
-            estimates,
-            refused: None,
-            duration_ticks: state.total,
-            travel_counts: state.travel,
-        };
+        state.outcome.duration_ticks = state.total;
+        state.outcome.travel_counts = state.travel;
         state.phase = Phase::Done;
     }
 }

@@ -140,7 +140,7 @@ impl Params {
         state.break_away[direction] += if idle { RAISE_IDLE } else { RAISE };
         state.raise_pause = HOPS_PER_WINDOW as u8;
         if idle {
-            state.identify.core[direction] = Sums::default();
+            state.identify.sums[direction] = Sums::default();
             for slice in state
                 .slices
                 .iter_mut()

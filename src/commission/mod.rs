@@ -21,6 +21,7 @@ use crate::identify;
 pub use crate::identify::Input;
 use crate::identify::coast;
 use crate::identify::estimate::{Estimates, EstimatesReport, Mechanism, Reason};
+use crate::identify::regression::Sums;
 use crate::identify::slices::{SLICES, Slice, Spread};
 use crate::identify::solve::Solver;
 use crate::identify::spline::Lengths;
@@ -164,10 +165,12 @@ pub struct State {
     raise_pause: u8,
     timescale: timescale::State,
     identify: identify::State,
+    /// Rows between [`identify::gate::CORE_LIMIT`] and [`identify::gate::LINEAR_LIMIT`]; those below are the identifier's.
+    outer: [Sums; 2],
     solver: Solver,
     /// The core rows are being solved alone.
     comparing: bool,
-    /// What all rows say.
+    /// What all rows say; once the decision has begun, what it rests on.
     whole: Option<Reading>,
     /// What the core rows alone say.
     core: Option<Reading>,
@@ -177,6 +180,8 @@ pub struct State {
     learn_lengths: Lengths,
     after_coast: Phase,
     mechanism: Mechanism,
+    /// The saturation begins within the learned range.
+    low_knee: bool,
     outcome: Outcome,
 }
 
@@ -207,6 +212,7 @@ impl State {
             raise_pause: 0,
             timescale: timescale::State::default(),
             identify: identify::State::new(&params.identify, count),
+            outer: [Sums::default(); 2],
             solver: Solver::default(),
             comparing: false,
             whole: None,
@@ -217,6 +223,7 @@ impl State {
             learn_lengths: params.identify.lengths_for(0),
             after_coast: Phase::Learn,
             mechanism: Mechanism::Unclear,
+            low_knee: false,
             outcome: Outcome::default(),
         }
     }
@@ -247,6 +254,8 @@ impl State {
         if !self.ended() {
             self.phase = Phase::Refused;
             self.outcome.refused = Some(reason);
+            // A decision that was under way is void.
+            self.outcome.estimates = Estimates::default();
             self.outcome.duration_ticks = self.total;
             self.outcome.travel_counts = self.travel;
         }

@@ -16,7 +16,6 @@ use crate::identify::trust::Check;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading {
     pub(super) solution: Solution,
-    pub(super) inverse_beta: [i32; 2],
     pub(super) saturation: [saturation::State; 2],
     pub(super) checks: [Check; 2],
 }
@@ -25,7 +24,6 @@ impl Reading {
     pub(super) fn new(solution: &Solution) -> Self {
         Reading {
             solution: *solution,
-            inverse_beta: [0, 1].map(|direction| solution.inverse_beta(direction)),
             saturation: [saturation::State::default(); 2],
             checks: [Check::default(); 2],
         }
@@ -33,14 +31,19 @@ impl Reading {
 
     /// A better solution of the same rows; what was compared stays.
     pub(super) fn renewed(mut self, solution: &Solution) -> Self {
-        let new = Reading::new(solution);
-        (self.solution, self.inverse_beta) = (new.solution, new.inverse_beta);
+        self.solution = *solution;
         self
     }
 
     /// Saturation level of a direction as this solution sees it, Q20 of nominal.
     pub(super) fn level(&self, direction: usize) -> Option<i32> {
-        self.saturation[direction].level(&self.solution, direction, self.inverse_beta[direction])
+        self.saturation[direction].level(&self.solution, direction)
+    }
+
+    /// What was seen of the saturation of a direction; `None`: there is no such direction.
+    pub(super) fn seen(&self, direction: usize) -> Option<saturation::Seen> {
+        let state = self.saturation.get(direction)?;
+        Some(state.seen(self.level(direction)))
     }
 
     /// Applied against needed voltage: above the linear range a sample of the saturation, within it a check.
@@ -50,9 +53,7 @@ impl Reading {
         } else {
             -window.voltage
         };
-        let effective = self
-            .solution
-            .effective_voltage(window, direction, self.inverse_beta[direction]);
+        let effective = self.solution.effective_voltage(window, direction);
         let needed = effective.saturating_add(self.solution.dead_zone[direction]);
         match what {
             Comparison::Saturation => {

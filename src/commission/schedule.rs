@@ -2,6 +2,7 @@
 
 use super::excite::SLOW_BREAK_AWAY;
 use super::{Params, State};
+use crate::identify::regression::Sums;
 use crate::identify::slices::{LEARN_SLICES, SLICES, Slice};
 use crate::identify::spline::Lengths;
 
@@ -67,6 +68,7 @@ impl Params {
             state.learn_lengths = lengths;
             state.identify.relength(lengths);
             state.identify.forget();
+            state.outer = [Sums::default(); 2];
             state.slices = [Slice::default(); SLICES];
         }
     }

@@ -7,6 +7,7 @@
 
 use super::positive::{Positive, reciprocal};
 use crate::units::saturate;
+use core::ops::Range;
 
 /// Largest order, right-hand side included.
 pub const MOST: usize = 7;
@@ -169,16 +170,22 @@ impl Factor {
         Forward { solved, top }
     }
 
-    /// RSS · gᵀ A⁻¹ g of the gradient that was solved for: the variance of gᵀθ times the number of rows.
-    pub fn variance(&self, forward: &Forward) -> Positive {
-        let mut sum = Positive::default();
-        for (i, &solved) in forward.solved.iter().enumerate().take(self.unknowns()) {
+    /// `sum` and the share that these unknowns have in gᵀ A⁻¹ g, in scaled units, of the gradient that was solved for.
+    pub fn variance(&self, forward: &Forward, mut sum: Positive, unknowns: Range<usize>) -> Positive {
+        let end = unknowns.end.min(self.unknowns());
+        for i in unknowns.start..end {
+            let solved = forward.solved.get(i).copied().unwrap_or(0);
             if solved != 0 {
                 let magnitude = Positive::of(solved, 0);
                 let square = magnitude.times(magnitude);
                 sum = sum.plus(square.over(Positive::of(self.at(i, i), 0)));
             }
         }
+        sum
+    }
+
+    /// RSS · gᵀ A⁻¹ g from the sum over all unknowns: the variance of gᵀθ times the number of rows.
+    pub fn scaled_variance(&self, forward: &Forward, sum: Positive) -> Positive {
         // The sums' own scale, Q40, cancels between the residual and the inverse.
         sum.times(self.residual())
             .shifted(forward.top.wrapping_mul(2).wrapping_sub(4))

@@ -23,9 +23,8 @@ pub mod trust;
 
 use crate::config::Scale;
 use crate::sample::Bridge;
-use regression::{Row, Sums};
-use slices::Slice;
-use spline::{Hop, Lengths, Window};
+use regression::Sums;
+use spline::{Lengths, Window};
 
 /// Samples enter the splines at this rate or up to twice this rate, Hz.
 const SAMPLE_HZ: u32 = 1000;
@@ -137,35 +136,19 @@ impl Params {
     /// hop. Spreading hop and comb over two ticks keeps both short.
     #[inline]
     pub fn observe(&self, state: &mut State, count: i32, voltage: i32) -> Option<Window> {
-        let window = state.ended.take().and_then(|hop| {
-            state.gate.note(&hop, state.break_away);
-            state.spline.window(&state.lengths)
-        });
-        state.ended = state.spline.step(&state.lengths, count, voltage);
+        let window = if state.hopped { state.hop() } else { None };
+        state.hopped = state.spline.step(&state.lengths, count, voltage);
         window
     }
 
-    /// Adds the window to the regression, and to the time slice, of each direction whose gates it passes.
-    pub fn learn(&self, state: &mut State, window: &Window, mut slice: Option<&mut Slice>) -> bool {
-        let mut used = false;
-        for direction in [0, 1] {
-            if !self.usable(state, window, direction) {
-                continue;
-            }
-            let row = Row::new(window, direction);
-            let outer = !state.gate.core(direction);
-            let set = if outer { &mut state.outer } else { &mut state.core };
-            set[direction].add(&row);
-            if let Some(slice) = slice.as_deref_mut() {
-                slice.add(&row, direction, outer);
-            }
-            used = true;
-        }
-        used
+    /// The direction in which the motor was driven and moving, in the linear range, all through the window; its sign is
+    /// that of the voltage.
+    pub fn direction(&self, state: &State, window: &Window) -> Option<usize> {
+        let direction = usize::from(window.voltage < 0);
+        self.usable(state, window, direction).then_some(direction)
     }
 
-    /// Was the motor driven and moving in this direction, in the linear range, all through the window?
-    pub fn usable(&self, state: &State, window: &Window, direction: usize) -> bool {
+    fn usable(&self, state: &State, window: &Window, direction: usize) -> bool {
         if !(state.gate.linear(direction) && state.gate.driven(direction)) {
             return false;
         }
@@ -186,17 +169,16 @@ pub struct State {
     pub lengths: Lengths,
     /// Which conditions the last hops satisfied.
     pub gate: gate::State,
-    /// Rows below [`gate::CORE_LIMIT`].
-    pub core: [Sums; 2],
-    /// Rows between [`gate::CORE_LIMIT`] and [`gate::LINEAR_LIMIT`].
-    pub outer: [Sums; 2],
+    /// Rows of each direction.
+    pub sums: [Sums; 2],
     /// Least voltage that counts as driving, Q14.
     pub break_away: i32,
     /// The dead zone is at the input: its side follows the voltage, so rows of a motor that still turns the other way
     /// count too.
     pub follows_input: bool,
     spline: spline::State,
-    ended: Option<Hop>,
+    /// The last tick ended a hop.
+    hopped: bool,
 }
 
 impl State {
@@ -206,13 +188,18 @@ impl State {
         State {
             lengths,
             gate: gate::State::default(),
-            core: [Sums::default(); 2],
-            outer: [Sums::default(); 2],
+            sums: [Sums::default(); 2],
             break_away: 0,
             follows_input: false,
             spline: spline::State::new(count, &lengths),
-            ended: None,
+            hopped: false,
         }
+    }
+
+    /// What follows a hop: its conditions, and the window that ends with it.
+    fn hop(&mut self) -> Option<Window> {
+        self.gate.note(self.spline.hop(), self.break_away);
+        self.spline.window(&self.lengths)
     }
 
     /// Other block lengths from now on; sums stay, windows refill.
@@ -220,12 +207,11 @@ impl State {
         self.lengths = lengths;
         self.spline.restart(&lengths);
         self.gate.restart();
-        self.ended = None;
+        self.hopped = false;
     }
 
     /// Forgets all rows.
     pub fn forget(&mut self) {
-        self.core = [Sums::default(); 2];
-        self.outer = [Sums::default(); 2];
+        self.sums = [Sums::default(); 2];
     }
 }

@@ -63,12 +63,13 @@ impl State {
     }
 
     /// The level, Q20 of nominal, once enough samples, and a quarter of all high windows, agree that there is one.
-    pub fn level(&self, solution: &Solution, direction: usize, inverse_beta: i32) -> Option<i32> {
+    pub fn level(&self, solution: &Solution, direction: usize) -> Option<i32> {
         let seen = self.hits >= LEAST_HITS && self.hits >= self.windows / 4;
         seen.then(|| {
-            let effective = self
-                .sums
-                .mean_voltage(&solution.coefficients[direction & 1], inverse_beta);
+            let effective = self.sums.mean_voltage(
+                &solution.coefficients[direction & 1],
+                solution.inverse_beta[direction & 1],
+            );
             effective.saturating_add(solution.dead_zone[direction & 1])
         })
     }

@@ -45,7 +45,7 @@ impl Slice {
     }
 
     /// Mean residual as a voltage, Q20 of nominal, positive: more voltage was needed than the solution says.
-    pub fn residual(&self, solution: &Solution, inverse_beta: [i32; 2]) -> Option<i32> {
+    pub fn residual(&self, solution: &Solution) -> Option<i32> {
         let rows = i32::from(self.rows);
         if rows < LEAST_ROWS {
             return None;
@@ -59,7 +59,7 @@ impl Slice {
         let torque =
             (torque >> (COEFFICIENT_FRAC - SUM_SHIFT)).clamp(i64::from(i32::MIN), i64::from(i32::MAX));
         let mean = i64::from(torque as i32 / rows);
-        let volts = (mean * i64::from(inverse_beta[direction])) >> super::solve::INVERSE_FRAC;
+        let volts = (mean * i64::from(solution.inverse_beta[direction])) >> super::solve::INVERSE_FRAC;
         Some(volts.clamp(-MOST_RESIDUAL, MOST_RESIDUAL) as i32)
     }
 

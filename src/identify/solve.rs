@@ -25,6 +25,8 @@ pub enum Structure {
     Shared,
 }
 
+/// Unknowns whose share of a variance one tick sums up; the next tick does the rest.
+const HALF: usize = 3;
 /// Not contained.
 const NONE: u8 = u8::MAX;
 
@@ -79,6 +81,8 @@ pub struct Coefficients {
 pub struct Solution {
     /// Per direction; a single-direction solution fills only its own.
     pub coefficients: [Coefficients; 2],
+    /// 1/β per direction, Q16.
+    pub inverse_beta: [i32; 2],
     /// γ/β, nominal supply, Q20; negative when a load pulls.
     pub dead_zone: [i32; 2],
     /// Variance of one row's residual, as a squared voltage of nominal; neighbouring rows' overlap counted in.
@@ -106,6 +110,7 @@ enum Stage {
     Derive(usize),
     DeriveCommon,
     Gradient(usize),
+    Variance(usize),
     Deviation(usize),
 }
 
@@ -132,6 +137,8 @@ pub struct Solver {
     /// In scaled units, Q24.
     unknowns: [i32; MOST],
     forward: Forward,
+    /// Half of the sum that makes a variance.
+    variance: Positive,
     solution: Solution,
 }
 
@@ -144,6 +151,7 @@ impl Default for Solver {
             factor: Factor::new(MOST),
             unknowns: [0; MOST],
             forward: Forward::default(),
+            variance: Positive::default(),
             solution: Solution::default(),
         }
     }
@@ -168,9 +176,15 @@ impl Solver {
         self.structure
     }
 
-    /// The last solution.
+    /// The last solution; incomplete while it is working.
     pub fn solution(&self) -> &Solution {
         &self.solution
+    }
+
+    /// Holds a solution that came from elsewhere.
+    pub fn hold(&mut self, solution: &Solution) {
+        self.stage = Stage::Idle;
+        self.solution = *solution;
     }
 
     /// One step. `sums`: per direction, all sets that count together.
@@ -215,6 +229,10 @@ impl Solver {
             }
             Stage::Gradient(which) => {
                 self.forward = self.factor.forward(&self.gradient(which));
+                (true, Stage::Variance(which))
+            }
+            Stage::Variance(which) => {
+                self.variance = self.factor.variance(&self.forward, Positive::default(), 0..HALF);
                 (true, Stage::Deviation(which))
             }
             Stage::Deviation(which) => {
@@ -293,6 +311,7 @@ impl Solver {
             alpha: q(alpha),
             delta: q(delta),
         };
+        self.solution.inverse_beta[direction] = self.solution.coefficients[direction].inverse_beta();
         true
     }
 
@@ -345,7 +364,10 @@ impl Solver {
 
     /// Standard deviation of one derived number by linear propagation, from its gradient on its way.
     fn deviation(&mut self, which: usize) {
-        let sigma = self.per_row(self.factor.variance(&self.forward)).sqrt();
+        let sum = self.factor.variance(&self.forward, self.variance, HALF..MOST);
+        let sigma = self
+            .per_row(self.factor.scaled_variance(&self.forward, sum))
+            .sqrt();
         match which {
             0 | 1 => self.solution.dead_zone_sigma[which] = sigma.to_q(VOLTAGE_FRAC),
             2 => self.solution.gain_sigma = sigma.to_q(RELATIVE_FRAC),
@@ -373,9 +395,12 @@ fn magnitude((scaled, exponent): (i32, i32)) -> Positive {
 
 impl Solution {
     /// Voltage that a window's motion needs beyond the dead zone, (a + αw + δj)/β, mirrored for the negative direction,
-    /// Q20 of nominal supply. `inverse_beta` from [`Solution::inverse_beta`].
-    pub fn effective_voltage(&self, window: &Window, direction: usize, inverse_beta: i32) -> i32 {
-        let c = &self.coefficients[direction & 1];
+    /// Q20 of nominal supply.
+    pub fn effective_voltage(&self, window: &Window, direction: usize) -> i32 {
+        let (c, inverse_beta) = (
+            &self.coefficients[direction & 1],
+            self.inverse_beta[direction & 1],
+        );
         let torque = (i64::from(window.acceleration) << COEFFICIENT_FRAC)
             .wrapping_add(i64::from(c.alpha).wrapping_mul(i64::from(window.speed)))
             .wrapping_add(i64::from(c.delta).wrapping_mul(i64::from(window.jerk)))
@@ -388,10 +413,12 @@ impl Solution {
             voltage.saturating_neg()
         }
     }
+}
 
-    /// 1/β of a direction, Q16.
-    pub fn inverse_beta(&self, direction: usize) -> i32 {
-        let beta = Positive::of(self.coefficients[direction & 1].beta, COEFFICIENT_FRAC);
+impl Coefficients {
+    /// 1/β, Q16.
+    pub fn inverse_beta(&self) -> i32 {
+        let beta = Positive::of(self.beta, COEFFICIENT_FRAC);
         Positive::new(1, 0).over(beta).to_q(INVERSE_FRAC)
     }
 }

@@ -83,10 +83,13 @@ pub struct State {
     acting: i32,
     count_integrals: [i64; 3],
     voltage_integrals: [i64; 4],
+    /// The one under way.
     lowest: i32,
     highest: i32,
     ticks_left: u16,
     samples_left: u16,
+    /// The last one that ended.
+    hop: Hop,
     ring: [Snapshot; RING],
     newest: u8,
     filled: u8,
@@ -107,6 +110,7 @@ impl State {
             highest: i32::MIN,
             ticks_left: lengths.ticks_per_sample(),
             samples_left: lengths.samples_per_hop(),
+            hop: Hop::default(),
             ring: [Snapshot::default(); RING],
             newest: 0,
             filled: 0,
@@ -119,9 +123,9 @@ impl State {
         self.filled = 0;
     }
 
-    /// Sums one tick: the count now, and the voltage that acts from now on. A [`Hop`] when one ends here.
+    /// Sums one tick: the count now, and the voltage that acts from now on. `true`: a [`Hop`] ends here.
     #[inline]
-    pub fn step(&mut self, lengths: &Lengths, count: i32, voltage: i32) -> Option<Hop> {
+    pub fn step(&mut self, lengths: &Lengths, count: i32, voltage: i32) -> bool {
         let offset = count.wrapping_sub(self.reference);
         self.count_sum = self.count_sum.wrapping_add(offset);
         self.voltage_sum = self.voltage_sum.wrapping_add(self.acting);
@@ -130,17 +134,24 @@ impl State {
         self.acting = voltage;
         self.ticks_left = self.ticks_left.wrapping_sub(1);
         if self.ticks_left != 0 {
-            return None;
+            return false;
         }
         self.sample(lengths, offset);
         self.reference = count;
         self.samples_left = self.samples_left.wrapping_sub(1);
         if self.samples_left != 0 {
-            return None;
+            return false;
         }
-        Some(self.hop(lengths))
+        self.end_hop(lengths);
+        true
     }
 
+    /// The last hop that ended.
+    pub fn hop(&self) -> &Hop {
+        &self.hop
+    }
+
+    #[inline(never)]
     fn sample(&mut self, lengths: &Lengths, offset: i32) {
         let count = self
             .position
@@ -156,7 +167,7 @@ impl State {
 
     /// The averages' centres differ by fractions of a sample: count sums start at the sample, voltage acts after it.
     /// `2·I₃ − I₂` moves the speed back by half a sample, `2D·J₄ − (2D−1)·J₃` the voltage by 1 − 1/(2D).
-    fn hop(&mut self, lengths: &Lengths) -> Hop {
+    fn end_hop(&mut self, lengths: &Lengths) {
         let [i1, i2, i3] = self.count_integrals;
         let [.., j3, j4] = self.voltage_integrals;
         let twice = lengths.decimation.wrapping_add(1);
@@ -174,14 +185,13 @@ impl State {
         }
         self.filled = self.filled.saturating_add(1).min(RING as u8);
         self.samples_left = lengths.samples_per_hop();
-        let hop = Hop {
+        self.hop = Hop {
             lowest: self.lowest,
             highest: self.highest,
             position: self.position as i32,
         };
         self.lowest = i32::MAX;
         self.highest = i32::MIN;
-        hop
     }
 
     /// The window that ended with the last hop; `None` until it is filled.
@@ -213,23 +223,28 @@ impl State {
         })
     }
 
-    /// Δ⁴ with a lag of one block, coefficients 1 −4 6 −4 1.
+    /// Δ⁴ with a lag of one block, coefficients 1 −4 6 −4 1: ends + 4·(middle − inner) + 2·middle, so that no 64-bit number
+    /// is multiplied.
     fn comb(&self) -> [i64; 4] {
-        let mut sum = [0i64; 4];
-        for (lag, weight) in [1i64, -4, 6, -4, 1].into_iter().enumerate() {
-            let back = lag * HOPS_PER_BLOCK as usize;
-            let newest = usize::from(self.newest);
-            let at = newest
-                .checked_sub(back)
-                .unwrap_or(newest.wrapping_add(RING).wrapping_sub(back));
-            let Some(snapshot) = self.ring.get(at) else {
-                continue;
-            };
-            for (sum, part) in sum.iter_mut().zip(snapshot.parts()) {
-                *sum = sum.wrapping_add(part.wrapping_mul(weight));
-            }
+        let [s0, s1, s2, s3, s4] = [0, 1, 2, 3, 4].map(|lag| self.before(lag).parts());
+        let mut comb = [0i64; 4];
+        for (i, comb) in comb.iter_mut().enumerate() {
+            let ends = s0[i].wrapping_add(s4[i]);
+            let middle = s2[i];
+            let bend = middle.wrapping_sub(s1[i].wrapping_add(s3[i]));
+            *comb = ends.wrapping_add(bend << 2).wrapping_add(middle << 1);
         }
-        sum
+        comb
+    }
+
+    /// The snapshot so many blocks before the newest.
+    fn before(&self, blocks: usize) -> &Snapshot {
+        let back = blocks * HOPS_PER_BLOCK as usize;
+        let newest = usize::from(self.newest);
+        let at = newest
+            .checked_sub(back)
+            .unwrap_or(newest.wrapping_add(RING).wrapping_sub(back));
+        self.ring.get(at).unwrap_or(&self.ring[0])
     }
 }
 

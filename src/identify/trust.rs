@@ -4,13 +4,14 @@
 //! Stribeck friction that bias stays within 4 % of the dead zone in 19 of 20 (docs/accuracy.md), hence
 //! u95 = 2σ + 4 %.
 
+use super::Params;
 use super::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Reason, Standing, TIME_FRAC};
 use super::positive::Positive;
+use super::regression::Sums;
 use super::saturation;
 use super::slices::Spread;
 use super::solve::{RELATIVE_FRAC, Solution, VOLTAGE_FRAC};
-use super::spline::ROW_FRAC;
-use super::{Params, State};
+use super::spline::{Lengths, ROW_FRAC};
 
 /// Share of a value that its model error may be, in 1/1024: dead zone, gain and time constant 4 %, saturation 1.5 %.
 const MODEL_ERROR_1024: i32 = 41;
@@ -79,11 +80,32 @@ pub enum Excitation {
     Ordinary,
 }
 
+/// What is decided in one call: a number, or the same number of one direction. Later ones build on earlier ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Dead zone of a direction.
+    DeadZone(usize),
+    /// Gain and its difference between the directions.
+    Gain,
+    /// Time constant and mechanism.
+    TimeConstant,
+}
+
+impl Part {
+    /// All of them in their order, the saturation apart.
+    pub const ALL: [Part; 4] = [
+        Part::DeadZone(0),
+        Part::DeadZone(1),
+        Part::Gain,
+        Part::TimeConstant,
+    ];
+}
+
 /// Evidence beside the solution.
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence<'a> {
-    /// Saturation per direction.
-    pub saturation: &'a [saturation::Seen; 2],
+    /// Rows that the solution rests on: per direction, all sets that count together.
+    pub sums: &'a [&'a [Sums; 2]],
     /// Disagreement of the time slices per direction.
     pub spread: &'a [Spread; 2],
     /// Verification per direction.
@@ -99,35 +121,35 @@ pub struct Evidence<'a> {
 }
 
 impl Params {
-    /// Decides.
-    pub fn estimates(&self, state: &State, solution: &Solution, evidence: &Evidence) -> Estimates {
-        let dead_zone = [0, 1].map(|d| self.dead_zone(state, solution, evidence, d));
-        let usable = dead_zone.iter().all(|estimate| estimate.trusted().is_some());
-        let standing = match dead_zone.iter().find_map(Estimate::reason) {
-            Some(reason) if !usable => Standing::Doubtful(reason),
-            _ => Standing::Trusted,
-        };
-        Estimates {
-            dead_zone,
-            saturation: [0, 1].map(|d| {
-                let needed_u95 = dead_zone[d].u95;
-                saturation(
-                    &evidence.saturation[d],
-                    needed_u95,
-                    evidence.short_of_travel,
-                    standing,
-                )
-            }),
-            gain_skew: gain_skew(solution),
-            gain: self.gain(state, solution, evidence, standing),
-            time_constant: self.time_constant(state, solution, evidence, standing),
-            mechanism: evidence.mechanism,
+    /// Decides one part of the estimates: a few divisions and roots in software, short enough for one tick.
+    pub fn decide(
+        &self,
+        part: Part,
+        estimates: &mut Estimates,
+        lengths: &Lengths,
+        solution: &Solution,
+        evidence: &Evidence,
+    ) {
+        match part {
+            Part::DeadZone(direction) => {
+                estimates.dead_zone[direction & 1] =
+                    self.dead_zone(lengths, solution, evidence, direction & 1);
+            }
+            Part::Gain => {
+                estimates.gain_skew = gain_skew(solution);
+                estimates.gain = self.gain(lengths, solution, evidence, standing(estimates));
+            }
+            Part::TimeConstant => {
+                estimates.mechanism = evidence.mechanism;
+                estimates.time_constant =
+                    self.time_constant(lengths, solution, evidence, standing(estimates));
+            }
         }
     }
 
     fn dead_zone(
         &self,
-        state: &State,
+        lengths: &Lengths,
         solution: &Solution,
         evidence: &Evidence,
         direction: usize,
@@ -138,7 +160,7 @@ impl Params {
         } else {
             BLIND_ERROR_1024
         };
-        let model = model_error(state, evidence, direction) + blind;
+        let model = model_error(evidence, direction) + blind;
         let inflation = evidence.spread[direction]
             .inflation(solution.row_variance, UNKNOWNS)
             .sqrt();
@@ -150,7 +172,7 @@ impl Params {
             .saturating_add(share(value.saturating_abs(), model));
         let uncertain = u95 > share(value, TRUST_LIMIT_1024);
         let coarse = |least| {
-            self.counts_per_time_constant(state, solution)
+            self.counts_per_time_constant(lengths, solution)
                 .below(Positive::new(least, 0))
         };
         let verify_limit = match evidence.excitation {
@@ -161,7 +183,7 @@ impl Params {
             _ if coarse(LEAST_COUNTS) || uncertain && coarse(FINE_COUNTS) => Some(Reason::EncoderTooSlow),
             _ if value <= 0 => Some(Reason::Implausible),
             _ if uncertain => Some(Reason::TooUncertain),
-            _ if !self.spans(state, solution, evidence, direction) => Some(Reason::NotExcited),
+            _ if !self.spans(lengths, solution, evidence, direction) => Some(Reason::NotExcited),
             None if evidence.short_of_travel => Some(Reason::TravelTooShort),
             None => Some(Reason::NotVerified),
             Some(mean) if mean.saturating_abs() > verify_limit => Some(Reason::LoadChanged),
@@ -175,18 +197,15 @@ impl Params {
     }
 
     /// Encoder counts in one time constant at rated speed.
-    fn counts_per_time_constant(&self, state: &State, solution: &Solution) -> Positive {
-        let rated = Positive::of(self.rated_speed(&state.lengths), ROW_FRAC);
-        solution
-            .time_constant
-            .times(rated)
-            .shifted(state.lengths.counts as i32)
+    fn counts_per_time_constant(&self, lengths: &Lengths, solution: &Solution) -> Positive {
+        let rated = Positive::of(self.rated_speed(lengths), ROW_FRAC);
+        solution.time_constant.times(rated).shifted(lengths.counts as i32)
     }
 
     /// Did the rows used cover enough speed? At low speed friction bends the line; an input dead zone does not.
-    fn spans(&self, state: &State, solution: &Solution, evidence: &Evidence, direction: usize) -> bool {
-        let (slowest, fastest) = speeds(state, direction);
-        let rated = self.rated_speed(&state.lengths);
+    fn spans(&self, lengths: &Lengths, solution: &Solution, evidence: &Evidence, direction: usize) -> bool {
+        let (slowest, fastest) = speeds(evidence, direction);
+        let rated = self.rated_speed(lengths);
         let (reached, whole, least) = match (evidence.excitation, evidence.mechanism) {
             (Excitation::Ordinary, _) => (fastest, solution.gain.to_q(ROW_FRAC), FASTEST_1024),
             (Excitation::Chosen, Mechanism::InputDeadZone) => {
@@ -197,23 +216,29 @@ impl Params {
         i64::from(reached) * 1024 >= i64::from(whole) * least
     }
 
-    fn gain(&self, state: &State, solution: &Solution, evidence: &Evidence, standing: Standing) -> Estimate {
-        let rated = Positive::of(self.rated_speed(&state.lengths), ROW_FRAC);
+    fn gain(
+        &self,
+        lengths: &Lengths,
+        solution: &Solution,
+        evidence: &Evidence,
+        standing: Standing,
+    ) -> Estimate {
+        let rated = Positive::of(self.rated_speed(lengths), ROW_FRAC);
         let value = solution.gain.over(rated).to_q(GAIN_FRAC);
-        let u95 = half_width(value, solution.gain_sigma, linear_error(state, evidence));
+        let u95 = half_width(value, solution.gain_sigma, linear_error(evidence));
         linear(value, u95, evidence.excitation, standing)
     }
 
     fn time_constant(
         &self,
-        state: &State,
+        lengths: &Lengths,
         solution: &Solution,
         evidence: &Evidence,
         standing: Standing,
     ) -> Estimate {
-        let block = Positive::new(u64::from(self.block_ticks(&state.lengths)), 0);
+        let block = Positive::new(u64::from(self.block_ticks(lengths)), 0);
         let value = solution.time_constant.times(block).to_q(TIME_FRAC);
-        let u95 = half_width(value, solution.time_constant_sigma, linear_error(state, evidence));
+        let u95 = half_width(value, solution.time_constant_sigma, linear_error(evidence));
         linear(value, u95, evidence.excitation, standing)
     }
 }
@@ -238,34 +263,46 @@ fn gain_skew(solution: &Solution) -> i32 {
     if positive < negative { -skew } else { skew }
 }
 
-/// `needed_u95`: half width of the voltage that a motion needs, Q20. An excess within it and the margin is no saturation.
-fn saturation(
-    state: &saturation::Seen,
-    needed_u95: i32,
+/// Gain, time constant and saturation are trusted with the dead zones of both directions.
+fn standing(estimates: &Estimates) -> Standing {
+    match estimates.dead_zone.iter().find_map(Estimate::reason) {
+        Some(reason) => Standing::Doubtful(reason),
+        None => Standing::Trusted,
+    }
+}
+
+/// The saturation of a direction whose dead zone is decided. An excess within the half width of the voltage that a motion
+/// needs and the margin is no saturation.
+pub fn saturation(
+    seen: &saturation::Seen,
+    direction: usize,
+    estimates: &Estimates,
     short_of_travel: bool,
-    standing: Standing,
 ) -> Estimate {
-    match state.level {
-        Some(value) if state.excess > saturation::MARGIN.saturating_add(needed_u95) => {
-            let u95 = share(value, SATURATION_ERROR_1024).saturating_add(state.deviation);
+    let (needed_u95, standing) = (estimates.dead_zone[direction & 1].u95, standing(estimates));
+    match seen.level {
+        Some(value) if seen.excess > saturation::MARGIN.saturating_add(needed_u95) => {
+            let u95 = share(value, SATURATION_ERROR_1024).saturating_add(seen.deviation);
             Estimate { value, u95, standing }
         }
-        _ if state.tested => Estimate::missing(Reason::NotSeen),
+        _ if seen.tested => Estimate::missing(Reason::NotSeen),
         _ if short_of_travel => Estimate::missing(Reason::TravelTooShort),
         _ => Estimate::missing(Reason::NotExcited),
     }
 }
 
 /// Slowest and fastest speed of the rows of a direction, Q20 of W₀.
-fn speeds(state: &State, direction: usize) -> (i32, i32) {
-    let (core, outer) = (&state.core[direction], &state.outer[direction]);
-    (core.slowest.min(outer.slowest), core.fastest.max(outer.fastest))
+fn speeds(evidence: &Evidence, direction: usize) -> (i32, i32) {
+    let sums = evidence.sums.iter().map(|set| &set[direction & 1]);
+    sums.fold((i32::MAX, 0), |(slowest, fastest), sums| {
+        (slowest.min(sums.slowest), fastest.max(sums.fastest))
+    })
 }
 
 /// Share of a dead zone that the model may err by, in 1/1024: in ordinary motion half as much again for every span
 /// that the slowest row is away from zero.
-fn model_error(state: &State, evidence: &Evidence, direction: usize) -> i32 {
-    let (slowest, fastest) = speeds(state, direction);
+fn model_error(evidence: &Evidence, direction: usize) -> i32 {
+    let (slowest, fastest) = speeds(evidence, direction);
     let spans = match evidence.excitation {
         Excitation::Chosen => 0,
         Excitation::Ordinary if fastest <= slowest => return 1024,
@@ -277,8 +314,8 @@ fn model_error(state: &State, evidence: &Evidence, direction: usize) -> i32 {
 }
 
 /// The same for gain and time constant.
-fn linear_error(state: &State, evidence: &Evidence) -> i32 {
-    model_error(state, evidence, 0).max(model_error(state, evidence, 1))
+fn linear_error(evidence: &Evidence) -> i32 {
+    model_error(evidence, 0).max(model_error(evidence, 1))
 }
 
 fn half_width(value: i32, relative_sigma: i32, model: i32) -> i32 {

@@ -4,14 +4,14 @@
 //! others is forgotten then. Windows are a test of the last solution before they are learned. Once the numbers are
 //! trusted and [`MATURE_ROWS`] stand behind them, gain and time constant are frozen and the dead zone is tracked.
 
-use super::{Params, State, Task, moved, publish};
+use super::{Params, State, Task, Work, moved, publish};
 use crate::identify::estimate::{Estimate, Estimates};
 use crate::identify::positive::Positive;
-use crate::identify::saturation;
+use crate::identify::regression::Row;
 use crate::identify::slices::Spread;
-use crate::identify::solve::{Progress, Solution, Structure};
+use crate::identify::solve::{Progress, Structure};
 use crate::identify::spline::{Lengths, Window};
-use crate::identify::trust::{Check, Evidence, Excitation};
+use crate::identify::trust::{Check, Evidence, Excitation, Part};
 
 /// Rows between two solutions.
 const ROWS_PER_SOLUTION: u32 = 64;
@@ -32,6 +32,8 @@ pub(super) struct Learning {
     failures: u8,
     /// The supply was measured in every window.
     supply_measured: bool,
+    /// What is being decided.
+    draft: Estimates,
 }
 
 impl Default for Learning {
@@ -41,77 +43,69 @@ impl Default for Learning {
             new_rows: 0,
             failures: 0,
             supply_measured: true,
+            draft: Estimates::default(),
         }
     }
 }
 
 impl Params {
-    /// One window: tests the last solution, and is learned.
+    /// One window: tests the last solution, and is learned. The sums must not change while they are solved.
     pub(super) fn learn(&self, state: &mut State, window: &Window, supply_measured: bool) {
-        let Task::Learn(mut learning) = state.task else {
+        let Task::Learn(learning) = &mut state.task else {
             return;
         };
-        if state.solver.busy() {
+        if state.work == Work::Solve {
             return;
         }
-        self.check(state, &mut learning.checks, window);
         learning.supply_measured &= supply_measured;
-        if self.identify.learn(&mut state.identify, window, None) {
-            learning.new_rows = learning.new_rows.saturating_add(1);
-        }
-        if learning.new_rows >= ROWS_PER_SOLUTION {
-            learning.new_rows = 0;
-            state.solver.start(Structure::Shared);
-        }
-        state.task = Task::Learn(learning);
-    }
-
-    /// A window not yet learned is a test of what was learned.
-    fn check(&self, state: &State, checks: &mut [Check; 2], window: &Window) {
-        let Some(solution) = &state.solution else { return };
-        for (direction, check) in checks.iter_mut().enumerate() {
-            if let Some(sample) = self.sample(state, solution, window, direction) {
-                check.note(sample.saturating_sub(solution.dead_zone[direction]));
-                check.keep(MOST_CHECKS);
-            }
-        }
-    }
-
-    /// One step of the solver. `true`: `known` has changed.
-    pub(super) fn solve(&self, state: &mut State, known: &mut Estimates) -> bool {
-        let Task::Learn(mut learning) = state.task else {
-            return false;
+        let Some(direction) = self.identify.direction(&state.identify, window) else {
+            return;
         };
-        match state.solver.step(&[&state.identify.core, &state.identify.outer]) {
+        if state.solved {
+            // A window not yet learned is a test of what was learned.
+            let solution = state.solver.solution();
+            let sample = self.sample(solution, window, direction);
+            let check = &mut learning.checks[direction & 1];
+            check.note(sample.saturating_sub(solution.dead_zone[direction & 1]));
+            check.keep(MOST_CHECKS);
+        }
+        state.identify.sums[direction & 1].add(&Row::new(window, direction));
+        learning.new_rows = learning.new_rows.saturating_add(1);
+        if learning.new_rows >= ROWS_PER_SOLUTION && state.work == Work::None {
+            learning.new_rows = 0;
+            state.solved = false;
+            state.solver.start(Structure::Shared);
+            state.work = Work::Solve;
+        }
+    }
+
+    /// One step of the solver.
+    pub(super) fn solve(&self, state: &mut State) {
+        let Task::Learn(learning) = &mut state.task else {
+            return;
+        };
+        match state.solver.step(&[&state.identify.sums]) {
             Progress::Solved => {
-                let solution = *state.solver.solution();
-                state.solved(solution);
                 learning.failures = 0;
-                state.task = Task::Learn(learning);
-                let lengths = self.fitting(state, &solution);
-                if lengths != state.identify.lengths {
-                    self.start_over(state, lengths);
-                    return false;
-                }
-                self.conclude(state, known, &solution)
+                state.solved = true;
+                state.work = Work::Decide(0);
             }
             Progress::Singular => {
                 learning.failures = learning.failures.saturating_add(1);
-                state.task = Task::Learn(learning);
+                state.work = Work::None;
                 if learning.failures >= MOST_FAILURES {
                     self.start_over(state, self.identify.longer(&state.identify.lengths));
                 }
-                false
             }
-            Progress::Idle | Progress::Busy => false,
+            Progress::Idle | Progress::Busy => {}
         }
     }
 
     /// Blocks for the time constant found. A factor of two costs little accuracy, forgetting costs all that was learned.
-    fn fitting(&self, state: &State, solution: &Solution) -> Lengths {
+    fn fitting(&self, state: &State) -> Lengths {
         let now = state.identify.lengths;
         let block = Positive::new(u64::from(self.identify.block_ticks(&now)), 0);
-        let ticks = solution.time_constant.times(block).to_q(0);
+        let ticks = state.solver.solution().time_constant.times(block).to_q(0);
         let wanted = self.identify.lengths_for(ticks.max(0) as u32);
         if wanted.block.abs_diff(now.block) > 1 {
             wanted
@@ -120,38 +114,62 @@ impl Params {
         }
     }
 
+    #[cold]
+    #[inline(never)]
     fn start_over(&self, state: &mut State, lengths: Lengths) {
         state.identify.relength(lengths);
         state.identify.forget();
-        state.solution = None;
+        state.solved = false;
+        state.work = Work::None;
         state.task = Task::Learn(Learning::default());
     }
 
-    /// Publishes what is new; begins to track once it is mature.
-    fn conclude(&self, state: &mut State, known: &mut Estimates, solution: &Solution) -> bool {
-        let Task::Learn(learning) = state.task else {
+    /// From a solution to estimates: one number a tick. `true`: `known` has changed.
+    pub(super) fn decide(&self, state: &mut State, known: &mut Estimates, step: u8) -> bool {
+        state.work = Work::Decide(step.wrapping_add(1));
+        if step == 0 {
+            let lengths = self.fitting(state);
+            if lengths != state.identify.lengths {
+                self.start_over(state, lengths);
+            }
+            return false;
+        }
+        let Task::Learn(learning) = &mut state.task else {
             return false;
         };
+        let Some(&part) = Part::ALL.get(usize::from(step).wrapping_sub(1)) else {
+            return self.conclude(state, known);
+        };
         let evidence = Evidence {
+            sums: &[&state.identify.sums],
             spread: &[Spread::default(); 2],
-            saturation: &[saturation::Seen::default(); 2],
             checks: &learning.checks,
             mechanism: known.mechanism,
             short_of_travel: false,
             supply_measured: learning.supply_measured,
             excitation: Excitation::Ordinary,
         };
-        // Ordinary motion says nothing about the saturation.
-        let estimates = Estimates {
-            saturation: known.saturation,
-            ..self.identify.estimates(&state.identify, solution, &evidence)
+        let (lengths, solution) = (&state.identify.lengths, state.solver.solution());
+        self.identify
+            .decide(part, &mut learning.draft, lengths, solution, &evidence);
+        false
+    }
+
+    /// Publishes what is new; begins to track once it is mature.
+    #[inline(never)]
+    fn conclude(&self, state: &mut State, known: &mut Estimates) -> bool {
+        state.work = Work::None;
+        let Task::Learn(learning) = &mut state.task else {
+            return false;
         };
-        let rows = state.identify.core.iter().chain(&state.identify.outer);
-        let rows = rows.fold(0u32, |rows, sums| rows.saturating_add(sums.rows));
-        if rows >= MATURE_ROWS && self.adopt(state, &estimates) {
-            return publish(known, estimates);
+        // Ordinary motion says nothing about the saturation.
+        learning.draft.saturation = known.saturation;
+        let estimates = learning.draft;
+        let [positive, negative] = &state.identify.sums;
+        if positive.rows.saturating_add(negative.rows) >= MATURE_ROWS && self.adopt(state, &estimates) {
+            return publish(known, &estimates);
         }
-        news(known, &estimates) && publish(known, estimates)
+        news(known, &estimates) && publish(known, &estimates)
     }
 }
 

@@ -45,11 +45,23 @@ enum Task {
 #[derive(Clone, Copy, Debug)]
 pub struct State {
     identify: super::State,
+    /// Learning: with the last solution; tracking: with gain and time constant.
     solver: Solver,
-    /// Learning: the last one; tracking: gain and time constant.
-    solution: Option<Solution>,
-    inverse_beta: [i32; 2],
+    /// There is a solution.
+    solved: bool,
+    work: Work,
     task: Task,
+}
+
+/// What goes on over several ticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Work {
+    #[default]
+    None,
+    /// The solver.
+    Solve,
+    /// From a solution to estimates, step by step.
+    Decide(u8),
 }
 
 impl State {
@@ -60,8 +72,8 @@ impl State {
         State {
             identify,
             solver: Solver::default(),
-            solution: None,
-            inverse_beta: [0; 2],
+            solved: false,
+            work: Work::None,
             task: Task::Learn(Learning::default()),
         }
     }
@@ -77,11 +89,6 @@ impl State {
             Task::Track(tracks) => tracks.map(|track| track.worn),
             Task::Learn(_) => [false; 2],
         }
-    }
-
-    fn solved(&mut self, solution: Solution) {
-        self.inverse_beta = [0, 1].map(|direction| solution.inverse_beta(direction));
-        self.solution = Some(solution);
     }
 }
 
@@ -115,23 +122,32 @@ impl Params {
                 self.learn(state, &window, input.supply.is_some());
                 false
             }
-            None if state.solver.busy() => self.solve(state, known),
-            None => false,
+            None if state.work == Work::None => false,
+            None => self.go_on(state, known),
         }
     }
 
-    /// The dead zone that a usable window shows, Q20.
-    fn sample(&self, state: &State, solution: &Solution, window: &Window, direction: usize) -> Option<i32> {
-        if !self.identify.usable(&state.identify, window, direction) {
-            return None;
+    /// The next step of what goes on. `true`: `known` has changed.
+    #[inline(never)]
+    fn go_on(&self, state: &mut State, known: &mut Estimates) -> bool {
+        match state.work {
+            Work::None => false,
+            Work::Solve => {
+                self.solve(state);
+                false
+            }
+            Work::Decide(step) => self.decide(state, known, step),
         }
+    }
+
+    /// The dead zone that a window of motion in this direction shows, Q20.
+    fn sample(&self, solution: &Solution, window: &Window, direction: usize) -> i32 {
         let applied = if direction == 0 {
             window.voltage
         } else {
             window.voltage.saturating_neg()
         };
-        let needed = solution.effective_voltage(window, direction, state.inverse_beta[direction]);
-        Some(applied.saturating_sub(needed))
+        applied.saturating_sub(solution.effective_voltage(window, direction))
     }
 
     /// log₂ of control ticks per hop.
@@ -147,9 +163,9 @@ fn moved(a: i32, b: i32, of_1024: i32) -> bool {
 }
 
 /// Takes `new` over; `true` if it differs.
-fn publish(known: &mut Estimates, new: Estimates) -> bool {
-    let differs = *known != new;
-    *known = new;
+fn publish(known: &mut Estimates, new: &Estimates) -> bool {
+    let differs = known != new;
+    *known = *new;
     differs
 }
 

@@ -4,7 +4,8 @@
 //! d̂ ← d̂ + μ·(ū − (a + αw)/β − d̂)        in each window in which the motor turns in this direction
 //! ```
 
-use super::{Params, State, Task, follows_input, moved, publish};
+use super::{Params, State, Task, Work, follows_input, moved};
+use crate::identify;
 use crate::identify::estimate::{
     Estimate, Estimates, GAIN_FRAC, NEGATIVE, POSITIVE, Reason, Standing, TIME_FRAC, VOLTAGE_FRAC,
 };
@@ -66,6 +67,24 @@ impl Track {
     }
 }
 
+impl Track {
+    /// The estimate as it stands now: moves beyond 1 %, and changes of trust. `life` in hops.
+    fn seen(&self, other: &Track, before: &Estimate, life: u32) -> Estimate {
+        let mut estimate = *before;
+        if moved(self.value(), estimate.value, NEWS_1024) {
+            estimate.u95 = estimate.u95.max(self.value() >> 4);
+            estimate.value = self.value();
+        }
+        let alone = self.age > 0 && moved(other.value(), self.other, MOVED_1024);
+        estimate.standing = match () {
+            () if self.value() <= 0 => Standing::Doubtful(Reason::Implausible),
+            () if alone || self.age > life => Standing::Doubtful(Reason::Aged),
+            () => Standing::Trusted,
+        };
+        estimate
+    }
+}
+
 /// May it be tracked: is it trusted, or was it until it aged?
 fn trackable(estimate: &Estimate) -> bool {
     matches!(
@@ -101,59 +120,51 @@ impl Params {
             alpha: alpha.to_q(COEFFICIENT_FRAC),
             delta: 0,
         });
-        state.solved(Solution {
+        state.solver.hold(&Solution {
             coefficients,
+            inverse_beta: [0, 1].map(|direction| coefficients[direction].inverse_beta()),
             ..Solution::default()
         });
+        state.work = Work::None;
         let [positive, negative] = &known.dead_zone;
         let tracks = [Track::new(positive, negative), Track::new(negative, positive)];
-        heed_input(state, &tracks);
+        heed_input(&mut state.identify, &tracks);
         state.task = Task::Track(tracks);
         true
     }
 
     /// One window. `true`: `known` has changed.
     pub(super) fn track(&self, state: &mut State, known: &mut Estimates, window: &Window) -> bool {
-        let (Some(solution), Task::Track(mut tracks)) = (state.solution, state.task) else {
+        let hop_bits = self.hop_bits(state);
+        let Task::Track(tracks) = &mut state.task else {
             return false;
         };
-        for direction in [POSITIVE, NEGATIVE] {
-            let other = tracks[direction ^ 1].value();
-            let track = &mut tracks[direction];
+        for track in tracks.iter_mut() {
             track.age = track.age.saturating_add(1);
-            if let Some(sample) = self.sample(state, &solution, window, direction) {
-                track.note(sample, other);
-            }
         }
-        heed_input(state, &tracks);
-        state.task = Task::Track(tracks);
-        publish(known, self.tracked(state, *known, &tracks))
-    }
-
-    /// Moves beyond 1 % and changes of trust.
-    fn tracked(&self, state: &State, mut known: Estimates, tracks: &[Track; 2]) -> Estimates {
-        let life = self.life >> self.hop_bits(state);
+        if let Some(direction) = self.identify.direction(&state.identify, window) {
+            let sample = self.sample(state.solver.solution(), window, direction);
+            let other = tracks[direction & 1 ^ 1].value();
+            tracks[direction & 1].note(sample, other);
+            heed_input(&mut state.identify, tracks);
+        }
+        let life = self.life >> hop_bits;
+        let mut differs = false;
         for direction in [POSITIVE, NEGATIVE] {
-            let (track, estimate) = (&tracks[direction], &mut known.dead_zone[direction]);
-            if moved(track.value(), estimate.value, NEWS_1024) {
-                estimate.u95 = estimate.u95.max(track.value() >> 4);
-                estimate.value = track.value();
-            }
-            let alone = track.age > 0 && moved(tracks[direction ^ 1].value(), track.other, MOVED_1024);
-            estimate.standing = match () {
-                () if track.value() <= 0 => Standing::Doubtful(Reason::Implausible),
-                () if alone || track.age > life => Standing::Doubtful(Reason::Aged),
-                () => Standing::Trusted,
-            };
+            let [own, other] = [&tracks[direction], &tracks[direction ^ 1]];
+            let estimate = &mut known.dead_zone[direction];
+            let now = own.seen(other, estimate, life);
+            differs |= now != *estimate;
+            *estimate = now;
         }
-        known
+        differs
     }
 }
 
 /// With an input dead zone a window counts while the voltage is beyond it; friction asks the speed instead.
-fn heed_input(state: &mut State, tracks: &[Track; 2]) {
-    if state.identify.follows_input {
+fn heed_input(identify: &mut identify::State, tracks: &[Track; 2]) {
+    if identify.follows_input {
         let widest = tracks[POSITIVE].value().max(tracks[NEGATIVE].value());
-        state.identify.break_away = widest.saturating_add(widest / BEYOND_INPUT) >> (VOLTAGE_FRAC - 14);
+        identify.break_away = widest.saturating_add(widest / BEYOND_INPUT) >> (VOLTAGE_FRAC - 14);
     }
 }
