@@ -66,19 +66,52 @@ impl Sums {
     }
 }
 
-/// The verdict over the coasts of both directions.
-pub fn mechanism(coasts: &[Sums; 2], solution: &Solution) -> Mechanism {
-    let (mut residual, mut reference, mut windows) = (0i64, 0i64, 0u32);
-    for (sums, c) in coasts.iter().zip(&solution.coefficients) {
-        residual = residual.wrapping_add(sums.residual(c));
+/// The residual of some coasts, and what friction would make of it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Evidence {
+    residual: i64,
+    friction: i64,
+    windows: u32,
+}
+
+impl Evidence {
+    fn of(sums: &Sums, c: &Coefficients) -> Self {
         let gamma = i64::from(c.gamma) >> (COEFFICIENT_FRAC - ROW_FRAC);
-        reference = reference.wrapping_add(gamma * i64::from(sums.windows));
-        windows = windows.saturating_add(sums.windows);
+        Evidence {
+            residual: sums.residual(c),
+            friction: gamma * i64::from(sums.windows),
+            windows: sums.windows,
+        }
     }
-    match residual.wrapping_mul(1024) {
-        _ if windows < LEAST_WINDOWS || reference <= 0 => Mechanism::Unclear,
-        scaled if scaled < UNCLEAR_1024[0].wrapping_mul(reference) => Mechanism::Friction,
-        scaled if scaled > UNCLEAR_1024[1].wrapping_mul(reference) => Mechanism::InputDeadZone,
-        _ => Mechanism::Unclear,
+
+    fn with(self, other: Self) -> Self {
+        Evidence {
+            residual: self.residual.wrapping_add(other.residual),
+            friction: self.friction.wrapping_add(other.friction),
+            windows: self.windows.saturating_add(other.windows),
+        }
+    }
+
+    fn verdict(&self) -> Mechanism {
+        match self.residual.wrapping_mul(1024) {
+            _ if self.friction <= 0 => Mechanism::Unclear,
+            scaled if scaled < UNCLEAR_1024[0].wrapping_mul(self.friction) => Mechanism::Friction,
+            scaled if scaled > UNCLEAR_1024[1].wrapping_mul(self.friction) => Mechanism::InputDeadZone,
+            _ => Mechanism::Unclear,
+        }
+    }
+}
+
+/// The verdict over the coasts of both directions. Each is a test of its own: where they contradict each other, the
+/// windows were too few or a load acted.
+pub fn mechanism(coasts: &[Sums; 2], solution: &Solution) -> Mechanism {
+    let [positive, negative] = [0, 1].map(|d| Evidence::of(&coasts[d], &solution.coefficients[d]));
+    let whole = positive.with(negative);
+    let verdict = whole.verdict();
+    let agrees = |own: &Evidence| own.windows == 0 || own.verdict() == verdict;
+    if whole.windows >= LEAST_WINDOWS && agrees(&positive) && agrees(&negative) {
+        verdict
+    } else {
+        Mechanism::Unclear
     }
 }

@@ -73,8 +73,8 @@ impl Factor {
         self.put(i, j, saturate(scaled));
     }
 
-    /// Eliminates column `j`. `false`: the pivot is rounding noise.
-    pub fn column(&mut self, j: usize) -> bool {
+    /// Eliminates column `j` from these rows, the last ones first. `false`: the pivot is rounding noise.
+    pub fn column(&mut self, j: usize, rows: Range<usize>) -> bool {
         let pivot = self.at(j, j);
         if pivot < LEAST_PIVOT {
             return false;
@@ -86,7 +86,8 @@ impl Factor {
             *place = fraction as u8;
         }
         // From the last row up: a row needs column j of the rows above it as it was.
-        for i in (j.wrapping_add(1)..self.order).rev() {
+        let rows = rows.start.max(j.wrapping_add(1))..rows.end.min(self.order);
+        for i in rows.rev() {
             let entry = i64::from(self.at(i, j));
             let factor = saturate(round_shift(entry.wrapping_mul(inverse), 61 - zeros - fraction));
             self.eliminate(i, j, factor, fraction);
@@ -137,37 +138,41 @@ impl Factor {
         self.exponent(self.unknowns()).wrapping_sub(self.exponent(i))
     }
 
-    /// Solves L·z = g for a gradient g in the unknowns' own units.
-    pub fn forward(&self, gradient: &[(Positive, bool); MOST]) -> Forward {
-        let scaled = |i: usize| {
-            let (magnitude, negative) = gradient.get(i).copied().unwrap_or_default();
-            (magnitude.shifted(self.exponent(i).wrapping_neg()), negative)
-        };
-        let top = (0..self.unknowns())
-            .map(|i| scaled(i).0.exponent_of_top())
-            .max()
-            .unwrap_or(0);
+    /// A gradient g in the unknowns' own units, scaled.
+    pub fn load(&self, gradient: &[(Positive, bool); MOST]) -> Forward {
+        let mut scaled = *gradient;
+        let mut top = i32::MIN;
+        for (i, (magnitude, _)) in scaled.iter_mut().enumerate().take(self.unknowns()) {
+            *magnitude = magnitude.shifted(self.exponent(i).wrapping_neg());
+            top = top.max(magnitude.exponent_of_top());
+        }
         let mut solved = [0i32; MOST];
-        for i in 0..self.unknowns() {
+        for (entry, (magnitude, negative)) in solved.iter_mut().zip(scaled).take(self.unknowns()) {
             // 22 bits for the largest entry leave nine for growth.
-            let (magnitude, negative) = scaled(i);
-            let magnitude = i64::from(magnitude.shifted(22i32.wrapping_sub(top)).to_q(0));
-            let mut entry = if negative {
+            let magnitude = magnitude.shifted(22i32.wrapping_sub(top)).to_q(0);
+            *entry = if negative {
                 magnitude.wrapping_neg()
             } else {
                 magnitude
             };
-            for ((&known, &fraction), at) in solved.iter().zip(&self.fraction).zip(place(i, 0)..).take(i) {
-                if known != 0 {
-                    let product = i64::from(self.word(at)).wrapping_mul(i64::from(known));
-                    entry = entry.wrapping_sub(round_shift(product, u32::from(fraction)));
-                }
-            }
-            if let Some(place) = solved.get_mut(i) {
-                *place = saturate(entry);
-            }
         }
         Forward { solved, top }
+    }
+
+    /// Solves L·z = g in place.
+    pub fn substitute(&self, forward: &mut Forward) {
+        for i in 0..self.unknowns() {
+            let (known, rest) = forward.solved.split_at_mut(i.min(MOST));
+            let Some(entry) = rest.first_mut() else { continue };
+            let mut sum = i64::from(*entry);
+            for ((&known, &fraction), at) in known.iter().zip(&self.fraction).zip(place(i, 0)..) {
+                if known != 0 {
+                    let product = i64::from(self.word(at)).wrapping_mul(i64::from(known));
+                    sum = sum.wrapping_sub(round_shift(product, u32::from(fraction)));
+                }
+            }
+            *entry = saturate(sum);
+        }
     }
 
     /// `sum` and the share that these unknowns have in gᵀ A⁻¹ g, in scaled units, of the gradient that was solved for.

@@ -134,11 +134,29 @@ impl Params {
 
     /// The per-tick part: sums count and voltage (acting from now on, Q14 of nominal); a window one tick after its last
     /// hop. Spreading hop and comb over two ticks keeps both short.
-    #[inline]
+    #[inline(always)]
     pub fn observe(&self, state: &mut State, count: i32, voltage: i32) -> Option<Window> {
         let window = if state.hopped { state.hop() } else { None };
-        state.hopped = state.spline.step(&state.lengths, count, voltage);
+        self.sum(state, count, voltage);
         window
+    }
+
+    /// The sums alone. [`State::hopped`] then tells whether the next tick, before its own sums, has a hop to look at.
+    #[inline(always)]
+    pub fn sum(&self, state: &mut State, count: i32, voltage: i32) {
+        state.hopped = state.spline.step(&state.lengths, count, voltage);
+    }
+
+    /// Looks at the hop that ended: a window and its direction, if it is usable. Nothing is computed for the others.
+    #[inline(never)]
+    pub fn usable_window(&self, state: &mut State) -> Option<(usize, Window)> {
+        state.gate.note(state.spline.hop(), state.break_away);
+        if !(state.admits(0) || state.admits(1)) {
+            return None;
+        }
+        let window = state.spline.window(&state.lengths)?;
+        let direction = self.direction(state, &window)?;
+        Some((direction, window))
     }
 
     /// The direction in which the motor was driven and moving, in the linear range, all through the window; its sign is
@@ -149,7 +167,7 @@ impl Params {
     }
 
     fn usable(&self, state: &State, window: &Window, direction: usize) -> bool {
-        if !(state.gate.linear(direction) && state.gate.driven(direction)) {
+        if !state.admits(direction) {
             return false;
         }
         let slowest = (i64::from(self.rated_speed(&state.lengths)) * SLOWEST_SPEED_1024 / 1024) as i32;
@@ -158,7 +176,7 @@ impl Params {
         } else {
             window.speed.saturating_neg()
         };
-        state.follows_input || state.gate.moving(direction) && speed > slowest
+        state.follows_input || speed > slowest
     }
 }
 
@@ -196,7 +214,19 @@ impl State {
         }
     }
 
+    /// Has a hop ended with the last tick?
+    pub fn hopped(&self) -> bool {
+        self.hopped
+    }
+
+    /// Do the gates let a window of this direction pass, whatever its speed?
+    fn admits(&self, direction: usize) -> bool {
+        let gate = &self.gate;
+        gate.linear(direction) && gate.driven(direction) && (self.follows_input || gate.moving(direction))
+    }
+
     /// What follows a hop: its conditions, and the window that ends with it.
+    #[inline(never)]
     fn hop(&mut self) -> Option<Window> {
         self.gate.note(self.spline.hop(), self.break_away);
         self.spline.window(&self.lengths)

@@ -106,10 +106,12 @@ enum Stage {
     Scale,
     Assemble(usize),
     Column(usize),
+    ColumnRest(usize),
     Substitute,
     Derive(usize),
     DeriveCommon,
     Gradient(usize),
+    Forward(usize),
     Variance(usize),
     Deviation(usize),
 }
@@ -158,7 +160,7 @@ impl Default for Solver {
 }
 
 impl Solver {
-    /// Begins; the sums must not change until [`Progress::Solved`] (about 30 calls).
+    /// Begins; the sums must not change until [`Progress::Solved`] (about 40 calls).
     pub fn start(&mut self, structure: Structure) {
         self.stage = Stage::Scale;
         self.structure = structure;
@@ -205,7 +207,11 @@ impl Solver {
                 )
             }
             Stage::Column(j) => (
-                self.factor.column(j),
+                self.factor.column(j, last_rows(order)..order),
+                Stage::ColumnRest(j),
+            ),
+            Stage::ColumnRest(j) => (
+                self.factor.column(j, 0..last_rows(order)),
                 if j.wrapping_add(2) < order {
                     Stage::Column(j.wrapping_add(1))
                 } else {
@@ -228,7 +234,11 @@ impl Solver {
                 (true, Stage::Gradient(self.directions()[0]))
             }
             Stage::Gradient(which) => {
-                self.forward = self.factor.forward(&self.gradient(which));
+                self.forward = self.factor.load(&self.gradient(which));
+                (true, Stage::Forward(which))
+            }
+            Stage::Forward(which) => {
+                self.factor.substitute(&mut self.forward);
                 (true, Stage::Variance(which))
             }
             Stage::Variance(which) => {
@@ -254,31 +264,44 @@ impl Solver {
             .flat_map(|set| set.iter())
             .fold(0, |rows, sums| rows.saturating_add(sums.rows));
         (0..self.structure.order()).all(|i| {
-            let diagonal = self.entry(sums, i, i);
+            let diagonal = self.diagonal(sums, i);
             self.factor.scale(i, diagonal)
         })
     }
 
     fn assemble(&mut self, i: usize, sums: &[&[Sums; 2]]) {
-        for j in 0..=i {
-            let value = self.entry(sums, i, j);
-            self.factor.set(i, j, value);
+        let mut row = [0i64; MOST];
+        for direction in [0, 1] {
+            let columns = self.structure.columns(direction);
+            let Some(&p) = columns.get(i).filter(|&&p| p != NONE) else {
+                continue;
+            };
+            for (entry, &q) in row.iter_mut().zip(columns).take(i.wrapping_add(1)) {
+                if q == NONE {
+                    continue;
+                }
+                for set in sums {
+                    let word = set[direction].word(usize::from(p), usize::from(q));
+                    *entry = entry.wrapping_add(word);
+                }
+            }
+        }
+        for (j, &entry) in row.iter().enumerate().take(i.wrapping_add(1)) {
+            self.factor.set(i, j, entry);
         }
     }
 
-    fn entry(&self, sums: &[&[Sums; 2]], i: usize, j: usize) -> i64 {
+    /// Entry (i, i).
+    fn diagonal(&self, sums: &[&[Sums; 2]], i: usize) -> i64 {
         let mut total = 0i64;
         for direction in [0, 1] {
             let columns = self.structure.columns(direction);
-            let (Some(&p), Some(&q)) = (columns.get(i), columns.get(j)) else {
+            let Some(&p) = columns.get(i).filter(|&&p| p != NONE) else {
                 continue;
             };
-            if p == NONE || q == NONE {
-                continue;
-            }
             for set in sums {
-                let word = |sums: &Sums| sums.word(usize::from(p), usize::from(q));
-                total = total.wrapping_add(set.get(direction).map_or(0, word));
+                let word = set[direction].word(usize::from(p), usize::from(p));
+                total = total.wrapping_add(word);
             }
         }
         total
@@ -387,6 +410,11 @@ impl Solver {
             .times(Positive::new(u64::from(HOPS_PER_BLOCK), 0))
             .over(rows)
     }
+}
+
+/// A column is eliminated in two ticks: the last two rows hold half of the work.
+const fn last_rows(order: usize) -> usize {
+    order.saturating_sub(2)
 }
 
 fn magnitude((scaled, exponent): (i32, i32)) -> Positive {

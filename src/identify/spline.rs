@@ -86,6 +86,8 @@ pub struct State {
     /// The one under way.
     lowest: i32,
     highest: i32,
+    /// Control ticks per sample, D.
+    ticks: u16,
     ticks_left: u16,
     samples_left: u16,
     /// The last one that ended.
@@ -108,6 +110,7 @@ impl State {
             voltage_integrals: [0; 4],
             lowest: i32::MAX,
             highest: i32::MIN,
+            ticks: lengths.ticks_per_sample(),
             ticks_left: lengths.ticks_per_sample(),
             samples_left: lengths.samples_per_hop(),
             hop: Hop::default(),
@@ -124,7 +127,7 @@ impl State {
     }
 
     /// Sums one tick: the count now, and the voltage that acts from now on. `true`: a [`Hop`] ends here.
-    #[inline]
+    #[inline(always)]
     pub fn step(&mut self, lengths: &Lengths, count: i32, voltage: i32) -> bool {
         let offset = count.wrapping_sub(self.reference);
         self.count_sum = self.count_sum.wrapping_add(offset);
@@ -133,10 +136,13 @@ impl State {
         self.highest = self.highest.max(self.acting);
         self.acting = voltage;
         self.ticks_left = self.ticks_left.wrapping_sub(1);
-        if self.ticks_left != 0 {
-            return false;
-        }
-        self.sample(lengths, offset);
+        self.ticks_left == 0 && self.sampled(lengths, count)
+    }
+
+    /// A sample is complete: what most ticks do not come to, and therefore out of line. `true`: a [`Hop`] ends too.
+    #[inline(never)]
+    fn sampled(&mut self, lengths: &Lengths, count: i32) -> bool {
+        self.sample(count.wrapping_sub(self.reference));
         self.reference = count;
         self.samples_left = self.samples_left.wrapping_sub(1);
         if self.samples_left != 0 {
@@ -151,18 +157,18 @@ impl State {
         &self.hop
     }
 
-    #[inline(never)]
-    fn sample(&mut self, lengths: &Lengths, offset: i32) {
+    fn sample(&mut self, offset: i32) {
+        // A product by the number of ticks: the core has no 64-bit shift by a register.
         let count = self
             .position
-            .wrapping_shl(lengths.decimation)
+            .wrapping_mul(i64::from(self.ticks))
             .wrapping_add(i64::from(self.count_sum));
         integrate(&mut self.count_integrals, count);
         integrate(&mut self.voltage_integrals, i64::from(self.voltage_sum));
         self.position = self.position.wrapping_add(i64::from(offset));
         self.count_sum = 0;
         self.voltage_sum = 0;
-        self.ticks_left = lengths.ticks_per_sample();
+        self.ticks_left = self.ticks;
     }
 
     /// The averages' centres differ by fractions of a sample: count sums start at the sample, voltage acts after it.

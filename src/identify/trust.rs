@@ -136,6 +136,9 @@ impl Params {
                     self.dead_zone(lengths, solution, evidence, direction & 1);
             }
             Part::Gain => {
+                if evidence.excitation == Excitation::Chosen {
+                    share_doubt(&mut estimates.dead_zone);
+                }
                 estimates.gain_skew = gain_skew(solution);
                 estimates.gain = self.gain(lengths, solution, evidence, standing(estimates));
             }
@@ -164,13 +167,20 @@ impl Params {
         let inflation = evidence.spread[direction]
             .inflation(solution.row_variance, UNKNOWNS)
             .sqrt();
-        let sigma = Positive::of(solution.dead_zone_sigma[direction], VOLTAGE_FRAC)
+        let plain = solution.dead_zone_sigma[direction];
+        let sigma = Positive::of(plain, VOLTAGE_FRAC)
             .times(inflation)
             .to_q(VOLTAGE_FRAC);
-        let u95 = sigma
-            .saturating_mul(2)
-            .saturating_add(share(value.saturating_abs(), model));
-        let uncertain = u95 > share(value, TRUST_LIMIT_1024);
+        let half_width = |sigma: i32| {
+            sigma
+                .saturating_mul(2)
+                .saturating_add(share(value.saturating_abs(), model))
+        };
+        let limit = share(value, TRUST_LIMIT_1024);
+        let u95 = half_width(sigma);
+        let uncertain = u95 > limit;
+        // The time slices alone make it so.
+        let restless = uncertain && half_width(plain) <= limit;
         let coarse = |least| {
             self.counts_per_time_constant(lengths, solution)
                 .below(Positive::new(least, 0))
@@ -182,6 +192,7 @@ impl Params {
         let doubt = match evidence.checks[direction].mean() {
             _ if coarse(LEAST_COUNTS) || uncertain && coarse(FINE_COUNTS) => Some(Reason::EncoderTooSlow),
             _ if value <= 0 => Some(Reason::Implausible),
+            _ if restless => Some(Reason::LoadChanged),
             _ if uncertain => Some(Reason::TooUncertain),
             _ if !self.spans(lengths, solution, evidence, direction) => Some(Reason::NotExcited),
             None if evidence.short_of_travel => Some(Reason::TravelTooShort),
@@ -261,6 +272,19 @@ fn gain_skew(solution: &Solution) -> i32 {
         .over(sum)
         .to_q(GAIN_FRAC);
     if positive < negative { -skew } else { skew }
+}
+
+/// A load that moves acts in both directions: where one of them has seen it, the other was merely lucky. A joint under
+/// gravity shows so.
+fn share_doubt(dead_zones: &mut [Estimate; 2]) {
+    let moved = Standing::Doubtful(Reason::LoadChanged);
+    if dead_zones.iter().any(|estimate| estimate.standing == moved) {
+        for estimate in dead_zones {
+            if estimate.standing == Standing::Trusted {
+                estimate.standing = moved;
+            }
+        }
+    }
 }
 
 /// Gain, time constant and saturation are trusted with the dead zones of both directions.

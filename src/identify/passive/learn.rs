@@ -1,6 +1,6 @@
 //! The full regression from whatever the loops do, where nothing was commissioned.
 //!
-//! A solution follows every [`ROWS_PER_SOLUTION`] rows, and says how long the blocks should be: what was learned with
+//! A solution follows when enough rows are new ([`ROWS_PER_SOLUTION`]), and says how long the blocks should be: what was learned with
 //! others is forgotten then. Windows are a test of the last solution before they are learned. Once the numbers are
 //! trusted and [`MATURE_ROWS`] stand behind them, gain and time constant are frozen and the dead zone is tracked.
 
@@ -13,8 +13,10 @@ use crate::identify::solve::{Progress, Structure};
 use crate::identify::spline::{Lengths, Window};
 use crate::identify::trust::{Check, Evidence, Excitation, Part};
 
-/// Rows between two solutions.
+/// Rows between two solutions, at least; and the share of all rows, as a shift, that shall be new: an eighth. Fewer tell
+/// nothing new.
 const ROWS_PER_SOLUTION: u32 = 64;
+const NEW_SHARE_SHIFT: u32 = 3;
 /// Windows of verification that count; then the older half is forgotten.
 const MOST_CHECKS: u32 = 512;
 /// Rows after which more of them tell nothing new: a minute of motion with blocks of 16 ms.
@@ -50,7 +52,7 @@ impl Default for Learning {
 
 impl Params {
     /// One window: tests the last solution, and is learned. The sums must not change while they are solved.
-    pub(super) fn learn(&self, state: &mut State, window: &Window, supply_measured: bool) {
+    pub(super) fn learn(&self, state: &mut State, window: &Window, direction: usize, supply_measured: bool) {
         let Task::Learn(learning) = &mut state.task else {
             return;
         };
@@ -58,9 +60,6 @@ impl Params {
             return;
         }
         learning.supply_measured &= supply_measured;
-        let Some(direction) = self.identify.direction(&state.identify, window) else {
-            return;
-        };
         if state.solved {
             // A window not yet learned is a test of what was learned.
             let solution = state.solver.solution();
@@ -71,7 +70,9 @@ impl Params {
         }
         state.identify.sums[direction & 1].add(&Row::new(window, direction));
         learning.new_rows = learning.new_rows.saturating_add(1);
-        if learning.new_rows >= ROWS_PER_SOLUTION && state.work == Work::None {
+        let [positive, negative] = &state.identify.sums;
+        let wanted = positive.rows.saturating_add(negative.rows) >> NEW_SHARE_SHIFT;
+        if learning.new_rows >= wanted.max(ROWS_PER_SOLUTION) && state.work == Work::None {
             learning.new_rows = 0;
             state.solved = false;
             state.solver.start(Structure::Shared);

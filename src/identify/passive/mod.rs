@@ -113,18 +113,26 @@ impl Params {
     /// One control tick: bounded integer work. `true`: `known` has changed.
     #[inline]
     pub fn step(&self, state: &mut State, known: &mut Estimates, input: &Input) -> bool {
-        let window = self
-            .identify
-            .observe(&mut state.identify, input.count, input.voltage);
-        match window {
-            Some(window) if state.tracks() => self.track(state, known, &window),
-            Some(window) => {
-                self.learn(state, &window, input.supply.is_some());
-                false
-            }
-            None if state.work == Work::None => false,
-            None => self.go_on(state, known),
+        let hopped = state.identify.hopped();
+        let news = hopped && self.hop(state, known, input.supply.is_some());
+        self.identify.sum(&mut state.identify, input.count, input.voltage);
+        if hopped || state.work == Work::None {
+            return news;
         }
+        self.go_on(state, known)
+    }
+
+    /// A hop has ended. `true`: `known` has changed.
+    #[inline(never)]
+    fn hop(&self, state: &mut State, known: &mut Estimates, supply_measured: bool) -> bool {
+        let usable = self.identify.usable_window(&mut state.identify);
+        if state.tracks() {
+            return self.track(state, known, usable);
+        }
+        if let Some((direction, window)) = usable {
+            self.learn(state, &window, direction, supply_measured);
+        }
+        false
     }
 
     /// The next step of what goes on. `true`: `known` has changed.

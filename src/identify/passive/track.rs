@@ -133,8 +133,13 @@ impl Params {
         true
     }
 
-    /// One window. `true`: `known` has changed.
-    pub(super) fn track(&self, state: &mut State, known: &mut Estimates, window: &Window) -> bool {
+    /// One hop, with a usable window or without. `true`: `known` has changed.
+    pub(super) fn track(
+        &self,
+        state: &mut State,
+        known: &mut Estimates,
+        usable: Option<(usize, Window)>,
+    ) -> bool {
         let hop_bits = self.hop_bits(state);
         let Task::Track(tracks) = &mut state.task else {
             return false;
@@ -142,8 +147,8 @@ impl Params {
         for track in tracks.iter_mut() {
             track.age = track.age.saturating_add(1);
         }
-        if let Some(direction) = self.identify.direction(&state.identify, window) {
-            let sample = self.sample(state.solver.solution(), window, direction);
+        if let Some((direction, window)) = usable {
+            let sample = self.sample(state.solver.solution(), &window, direction);
             let other = tracks[direction & 1 ^ 1].value();
             tracks[direction & 1].note(sample, other);
             heed_input(&mut state.identify, tracks);
