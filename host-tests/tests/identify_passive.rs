@@ -9,6 +9,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use servo::axis::{Bridge, Sample};
 use servo::commission::Input;
+use servo::compensate::Compensator;
 use servo::config::Scale;
 use servo::identify::estimate::{Estimates, Reason, Standing};
 use servo::identify::passive::{Params, State};
@@ -273,4 +274,12 @@ fn an_axis_follows_wear_and_says_so() {
             assert!((now / before / grown - 1.0).abs() < 0.08, "{}", now / before);
         }
     }
+}
+
+/// What an axis carries for identification and compensation while it is in use; a commissioning borrows the same memory.
+#[test]
+fn the_state_of_an_axis_fits_1_5_kilobytes() {
+    let bytes = size_of::<State>() + size_of::<Compensator>();
+    println!("{} + {} bytes", size_of::<State>(), size_of::<Compensator>());
+    assert!(bytes <= 1536, "{bytes} bytes");
 }

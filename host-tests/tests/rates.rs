@@ -2,7 +2,7 @@
 //! overflow, whatever the ratio of time constant to tick.
 
 use host_tests::commissioning::{Score, commission};
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
+use host_tests::families::{Cause, Family, Options, Plant, Seeds, Severity, Truth};
 
 /// A plant of family G1 whose inertia makes this time constant.
 fn plant(tick_hz: u32, time_constant_s: f64, seed: u32) -> Plant {
@@ -10,14 +10,18 @@ fn plant(tick_hz: u32, time_constant_s: f64, seed: u32) -> Plant {
         tick_hz,
         ..Options::default()
     };
-    let mut plant = Plant::draw(Family::G1, Severity::Nominal, Seeds::Evaluation(seed), &options);
+    with_time_constant(time_constant_s, seed, &options)
+}
+
+fn with_time_constant(time_constant_s: f64, seed: u32, options: &Options) -> Plant {
+    let mut plant = Plant::draw(Family::G1, Severity::Nominal, Seeds::Evaluation(seed), options);
     // The electrical time constant is part of the sum and stays: the inertia carries the rest.
     for _ in 0..4 {
         let ratio = time_constant_s / plant.motor.time_constant();
         plant.motor.inertia *= ratio;
     }
     plant.config.time_constant_hint_s = None;
-    plant.truth = host_tests::families::Truth::of(&plant.motor);
+    plant.truth = Truth::of(&plant.motor);
     plant
 }
 
@@ -46,4 +50,27 @@ fn commissioning_works_from_20_ms_to_2_4_s_at_1_10_and_20_khz() {
     }
     // Twenty seconds are short for 2.4 s: one of its directions may lack speed.
     assert!(trusted >= 22, "{trusted} of 24 directions trusted");
+}
+
+/// A shorted coast of a motor of 20 ms lasts some twenty ticks at 1 kHz: too little to be sure, and then it must say so.
+#[test]
+fn a_coast_of_twenty_ticks_is_not_taken_for_the_other_mechanism() {
+    let mut right = 0;
+    for number in 0..24 {
+        let cause = if number % 2 == 0 {
+            Cause::Friction
+        } else {
+            Cause::Input
+        };
+        let options = Options {
+            cause: Some(cause),
+            ..Options::default()
+        };
+        let plant = with_time_constant(0.02, 9_600 + number, &options);
+        let report = commission(&plant, 5.0, number, |_, _| {});
+        let score = Score::of(&plant, &report);
+        assert_ne!(score.mechanism, Some(false), "{number}, {cause:?}");
+        right += u32::from(score.mechanism == Some(true));
+    }
+    assert!(right >= 18, "{right} of 24 right");
 }

@@ -1,6 +1,7 @@
 //! Which windows may be used: a condition must have held in every hop that the window spans.
 //!
-//! Each condition is a run length: the number of hops in a row that satisfied it. No window is searched.
+//! Each condition is a run length: the number of hops in a row that satisfied it, kept as the last hop that did not. No
+//! window is searched.
 
 use super::spline::{HOPS_PER_BLOCK, HOPS_PER_WINDOW, Hop};
 
@@ -11,17 +12,20 @@ pub const CORE_LIMIT: i32 = 8_520; // 0.52
 /// Least counts per block of a moving motor: below, one count of quantisation is half the motion.
 const COUNTS_PER_BLOCK: i32 = 2;
 
-/// Hops in a row that satisfied a condition, saturating.
+/// The last hop that did not satisfy a condition, by its number. The number wraps; a run of 2¹⁶ hops then counts as new.
 #[derive(Clone, Copy, Debug, Default)]
-struct Run(u8);
+struct Run(u16);
 
 impl Run {
-    fn note(&mut self, holds: bool) {
-        self.0 = if holds { self.0.saturating_add(1) } else { 0 };
+    #[inline(always)]
+    fn note(&mut self, now: u16, holds: bool) {
+        if !holds {
+            self.0 = now;
+        }
     }
 
-    fn spans(self, hops: u32) -> bool {
-        u32::from(self.0) >= hops
+    fn spans(self, now: u16, hops: u32) -> bool {
+        u32::from(now.wrapping_sub(self.0)) >= hops
     }
 }
 
@@ -39,7 +43,8 @@ struct Direction {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct State {
     positions: [i32; HOPS_PER_BLOCK as usize],
-    at: u8,
+    /// Hops noted, wraps.
+    now: u16,
     directions: [Direction; 2],
     still: Run,
 }
@@ -47,27 +52,31 @@ pub struct State {
 impl State {
     /// Notes what the hop that just ended satisfied. `break_away`: least voltage that counts as driving, Q14.
     pub fn note(&mut self, hop: &Hop, break_away: i32) {
+        self.now = self.now.wrapping_add(1);
+        let now = self.now;
         let moved = hop.position.wrapping_sub(self.exchange(hop.position));
         for (direction, sign) in self.directions.iter_mut().zip([1, -1]) {
             let (low, high) = if sign > 0 {
                 (hop.lowest, hop.highest)
             } else {
-                (-hop.highest, -hop.lowest)
+                (hop.highest.wrapping_neg(), hop.lowest.wrapping_neg())
             };
             direction
                 .moving
-                .note(moved.wrapping_mul(sign) >= COUNTS_PER_BLOCK);
-            direction.driven.note(low > break_away);
-            direction.linear.note(high < LINEAR_LIMIT);
-            direction.core.note(high < CORE_LIMIT);
-            direction.high.note(low > LINEAR_LIMIT);
+                .note(now, moved.wrapping_mul(sign) >= COUNTS_PER_BLOCK);
+            direction.driven.note(now, low > break_away);
+            direction.linear.note(now, high < LINEAR_LIMIT);
+            direction.core.note(now, high < CORE_LIMIT);
+            direction.high.note(now, low > LINEAR_LIMIT);
         }
-        self.still.note(hop.lowest == 0 && hop.highest == 0);
+        self.still.note(now, hop.lowest == 0 && hop.highest == 0);
     }
 
     fn exchange(&mut self, position: i32) -> i32 {
-        self.at = (self.at + 1) % HOPS_PER_BLOCK as u8;
-        match self.positions.get_mut(self.at as usize) {
+        match self
+            .positions
+            .get_mut(usize::from(self.now) % HOPS_PER_BLOCK as usize)
+        {
             Some(slot) => core::mem::replace(slot, position),
             None => position,
         }
@@ -78,32 +87,32 @@ impl State {
         // The first block's own start is not a hop of the window: 16 − 3 overlapping blocks.
         self.get(direction)
             .moving
-            .spans(HOPS_PER_WINDOW - HOPS_PER_BLOCK + 1)
+            .spans(self.now, HOPS_PER_WINDOW - HOPS_PER_BLOCK + 1)
     }
 
     /// The voltage drove in this direction all the time.
     pub fn driven(&self, direction: usize) -> bool {
-        self.get(direction).driven.spans(HOPS_PER_WINDOW)
+        self.get(direction).driven.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// The voltage stayed in the linear range all the time.
     pub fn linear(&self, direction: usize) -> bool {
-        self.get(direction).linear.spans(HOPS_PER_WINDOW)
+        self.get(direction).linear.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// The voltage stayed in the core of the linear range all the time.
     pub fn core(&self, direction: usize) -> bool {
-        self.get(direction).core.spans(HOPS_PER_WINDOW)
+        self.get(direction).core.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// The voltage was above the linear range all the time.
     pub fn high(&self, direction: usize) -> bool {
-        self.get(direction).high.spans(HOPS_PER_WINDOW)
+        self.get(direction).high.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// The terminals had 0 V all the time.
     pub fn still(&self) -> bool {
-        self.still.spans(HOPS_PER_WINDOW)
+        self.still.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// Forgets the past (after a change of lengths).

@@ -113,6 +113,8 @@ enum Stage {
     Gradient(usize),
     Forward(usize),
     Variance(usize),
+    VarianceRest(usize),
+    PerRow(usize),
     Deviation(usize),
 }
 
@@ -139,7 +141,7 @@ pub struct Solver {
     /// In scaled units, Q24.
     unknowns: [i32; MOST],
     forward: Forward,
-    /// Half of the sum that makes a variance.
+    /// The variance of a derived number, as far as it has come.
     variance: Positive,
     solution: Solution,
 }
@@ -160,7 +162,8 @@ impl Default for Solver {
 }
 
 impl Solver {
-    /// Begins; the sums must not change until [`Progress::Solved`] (about 40 calls).
+    /// Begins; the sums must not change while it [`reads`](Self::reads) them, and [`Progress::Solved`] comes after some 45
+    /// calls.
     pub fn start(&mut self, structure: Structure) {
         self.stage = Stage::Scale;
         self.structure = structure;
@@ -171,6 +174,11 @@ impl Solver {
     /// Is it working?
     pub fn busy(&self) -> bool {
         self.stage != Stage::Idle
+    }
+
+    /// Are the sums still being read?
+    pub fn reads(&self) -> bool {
+        matches!(self.stage, Stage::Scale | Stage::Assemble(_))
     }
 
     /// The structure of the last solution.
@@ -242,7 +250,17 @@ impl Solver {
                 (true, Stage::Variance(which))
             }
             Stage::Variance(which) => {
-                self.variance = self.factor.variance(&self.forward, Positive::default(), 0..HALF);
+                let none = Positive::default();
+                self.variance = self.factor.variance(&self.forward, none, 0..HALF);
+                (true, Stage::VarianceRest(which))
+            }
+            Stage::VarianceRest(which) => {
+                self.variance = self.factor.variance(&self.forward, self.variance, HALF..MOST);
+                (true, Stage::PerRow(which))
+            }
+            Stage::PerRow(which) => {
+                let variance = self.factor.scaled_variance(&self.forward, self.variance);
+                self.variance = self.per_row(variance);
                 (true, Stage::Deviation(which))
             }
             Stage::Deviation(which) => {
@@ -387,10 +405,7 @@ impl Solver {
 
     /// Standard deviation of one derived number by linear propagation, from its gradient on its way.
     fn deviation(&mut self, which: usize) {
-        let sum = self.factor.variance(&self.forward, self.variance, HALF..MOST);
-        let sigma = self
-            .per_row(self.factor.scaled_variance(&self.forward, sum))
-            .sqrt();
+        let sigma = self.variance.sqrt();
         match which {
             0 | 1 => self.solution.dead_zone_sigma[which] = sigma.to_q(VOLTAGE_FRAC),
             2 => self.solution.gain_sigma = sigma.to_q(RELATIVE_FRAC),

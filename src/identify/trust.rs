@@ -274,15 +274,19 @@ fn gain_skew(solution: &Solution) -> i32 {
     if positive < negative { -skew } else { skew }
 }
 
-/// A load that moves acts in both directions: where one of them has seen it, the other was merely lucky. A joint under
-/// gravity shows so.
+/// A load that moves acts in both directions: where one of them has seen it, or has become uncertain by it, the other was
+/// merely lucky. A joint under gravity shows so.
 fn share_doubt(dead_zones: &mut [Estimate; 2]) {
-    let moved = Standing::Doubtful(Reason::LoadChanged);
-    if dead_zones.iter().any(|estimate| estimate.standing == moved) {
-        for estimate in dead_zones {
-            if estimate.standing == Standing::Trusted {
-                estimate.standing = moved;
-            }
+    let doubt = |estimate: &Estimate| {
+        let reason = estimate.reason()?;
+        matches!(reason, Reason::LoadChanged | Reason::TooUncertain).then_some(reason)
+    };
+    let Some(reason) = dead_zones.iter().find_map(doubt) else {
+        return;
+    };
+    for estimate in dead_zones {
+        if estimate.standing == Standing::Trusted {
+            estimate.standing = Standing::Doubtful(reason);
         }
     }
 }

@@ -26,6 +26,12 @@ struct Arguments {
     /// Length of the motion that is learned from, s.
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
+    /// Only motions whose name contains this.
+    #[arg(long, default_value = "")]
+    motion: String,
+    /// Use the design seeds.
+    #[arg(long)]
+    design: bool,
 }
 
 const FAMILIES: [Family; 3] = [Family::G1, Family::G2, Family::G3];
@@ -43,6 +49,9 @@ fn main() {
         ("swings, peak 15 %", Motion::Swings(0.15)),
         ("swings, peak 10 %", Motion::Swings(0.1)),
     ] {
+        if !name.contains(&arguments.motion) {
+            continue;
+        }
         let mut pooled = Vec::new();
         for family in FAMILIES {
             let runs = learn(&arguments, family, motion);
@@ -63,7 +72,11 @@ fn main() {
 
 fn seeds(arguments: &Arguments) -> impl IndexedParallelIterator<Item = Seeds> {
     let range = arguments.first..arguments.first + arguments.plants;
-    range.into_par_iter().map(|n| Seeds::Evaluation(740_000 + n))
+    let design = arguments.design;
+    range.into_par_iter().map(move |n| match design {
+        true => Seeds::Design(n),
+        false => Seeds::Evaluation(740_000 + n),
+    })
 }
 
 fn learn(arguments: &Arguments, family: Family, motion: Motion) -> Vec<Learned> {

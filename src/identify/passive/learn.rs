@@ -1,6 +1,6 @@
 //! The full regression from whatever the loops do, where nothing was commissioned.
 //!
-//! A solution follows when enough rows are new ([`ROWS_PER_SOLUTION`]), and says how long the blocks should be: what was learned with
+//! A solution follows every [`ROWS_PER_SOLUTION`] rows, and says how long the blocks should be: what was learned with
 //! others is forgotten then. Windows are a test of the last solution before they are learned. Once the numbers are
 //! trusted and [`MATURE_ROWS`] stand behind them, gain and time constant are frozen and the dead zone is tracked.
 
@@ -13,10 +13,8 @@ use crate::identify::solve::{Progress, Structure};
 use crate::identify::spline::{Lengths, Window};
 use crate::identify::trust::{Check, Evidence, Excitation, Part};
 
-/// Rows between two solutions, at least; and the share of all rows, as a shift, that shall be new: an eighth. Fewer tell
-/// nothing new.
+/// Rows between two solutions.
 const ROWS_PER_SOLUTION: u32 = 64;
-const NEW_SHARE_SHIFT: u32 = 3;
 /// Windows of verification that count; then the older half is forgotten.
 const MOST_CHECKS: u32 = 512;
 /// Rows after which more of them tell nothing new: a minute of motion with blocks of 16 ms.
@@ -51,12 +49,13 @@ impl Default for Learning {
 }
 
 impl Params {
-    /// One window: tests the last solution, and is learned. The sums must not change while they are solved.
+    /// One window: tests the last solution, and is learned. The sums must not change while the solver reads
+    /// them.
     pub(super) fn learn(&self, state: &mut State, window: &Window, direction: usize, supply_measured: bool) {
         let Task::Learn(learning) = &mut state.task else {
             return;
         };
-        if state.work == Work::Solve {
+        if state.solver.reads() {
             return;
         }
         learning.supply_measured &= supply_measured;
@@ -70,9 +69,7 @@ impl Params {
         }
         state.identify.sums[direction & 1].add(&Row::new(window, direction));
         learning.new_rows = learning.new_rows.saturating_add(1);
-        let [positive, negative] = &state.identify.sums;
-        let wanted = positive.rows.saturating_add(negative.rows) >> NEW_SHARE_SHIFT;
-        if learning.new_rows >= wanted.max(ROWS_PER_SOLUTION) && state.work == Work::None {
+        if learning.new_rows >= ROWS_PER_SOLUTION && state.work == Work::None {
             learning.new_rows = 0;
             state.solved = false;
             state.solver.start(Structure::Shared);
