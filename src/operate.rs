@@ -6,7 +6,6 @@
 use crate::answer::{Refusal, Report};
 use crate::axis::{Axis, Commissioning, Listener, Mode, State};
 use crate::commission::{self, Request};
-use crate::config::ConfigError;
 use crate::control::{self, Reference};
 use crate::design::{self, Design};
 use crate::excitation::Waveform;
