@@ -1,6 +1,7 @@
 //! The gap workflow in plain words: log → simulate → residual → localise → name → extend.
 
 use crate::bench::{Bench, Part, hf_noise, prepare};
+use crate::effects::Starts;
 use crate::fit::{FINAL, SEARCH, Setting, covariance};
 use crate::hypothesis::Hypothesis;
 use crate::input_error::InputError;
@@ -194,7 +195,10 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
                 continue;
             }
             let scale = kept.hypothesis.bench.scales.of(spec.scale);
-            let std = slot.map(|s| (covariance[(s, s)].max(0.0) * factor).sqrt() * scale);
+            let std = slot.map(|s| {
+                let variance = covariance[(s, s)].max(0.0) * factor * scale * scale;
+                (variance + zero_variance(kept, index, spec.name)).sqrt()
+            });
             let (key, unit) = if linear {
                 (effects::linear_key(spec.name), effects::linear_unit(spec.unit))
             } else {
@@ -219,6 +223,22 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
         }
     };
     kept.hypothesis.items.iter().enumerate().map(effect).collect()
+}
+
+/// Variance of the phase of an effect of the position, because the encoder's zero lies anywhere within a count.
+fn zero_variance(kept: &Scored, index: usize, parameter: &str) -> f64 {
+    let hypothesis = &kept.hypothesis;
+    let effect = hypothesis.items[index].effect;
+    let place = effect.parameters.iter().position(|p| p.name == "periods_per_rev");
+    let periods = match effect.starts {
+        Starts::GravityScan => 1.0 / hypothesis.model.physics().gear_ratio,
+        Starts::PositionScan => place.map_or(0.0, |k| hypothesis.value(index, k, &kept.fit.x)),
+        _ => 0.0,
+    };
+    let encoder = hypothesis.model.encoder.filter(|_| parameter == "phase_rad");
+    encoder.map_or(0.0, |encoder| {
+        (periods * std::f64::consts::TAU / encoder.counts_per_rev).powi(2) / 12.0
+    })
 }
 
 fn unit_of_gap(linear: bool) -> &'static str {

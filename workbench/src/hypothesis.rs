@@ -14,8 +14,9 @@ const NUISANCE_BOUND: f64 = 2.0;
 const FITTED_BOUND: f64 = 3.0;
 /// Its tolerance then: a factor of e^±0.5 is one standard deviation.
 const FITTED_TOLERANCE: f64 = 0.5;
-/// An inductance below this part of the time constants' ratio is no parameter that a log could tell.
-const NOTICEABLE_WINDING: f64 = 0.03;
+/// A winding faster than this part of the mechanical time constant is no parameter that a log could tell. Held at its
+/// nominal value, a slower one would pass for a measure: of a short delay, and with the current of the drive's gain.
+const NOTICEABLE_WINDING: f64 = 0.003;
 
 /// One effect of a hypothesis.
 #[derive(Clone, Copy, Debug)]
