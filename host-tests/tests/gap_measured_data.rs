@@ -85,9 +85,9 @@ fn emps_needs_friction_that_depends_on_the_direction() {
         "{found:?} {:?}",
         outcome.verdict
     );
-    between(outcome.holdout.fit_percent_after, 97.5, 99.5);
+    between(outcome.holdout.fit_percent_after, 98.0, 99.5);
     let outcome = analysed(&emps(), &identify, &[record(&pulses, "u_v=u_V")], &[]);
-    between(outcome.holdout.fit_percent_after, 94.0, 96.5);
+    between(outcome.holdout.fit_percent_after, 94.5, 96.5);
 }
 
 /// With Coulomb friction and a constant load alone the published values come out (20.39 N and 3.16 N against the motor), at the
@@ -109,7 +109,7 @@ fn emps_with_coulomb_and_offset_only_gives_the_published_friction() {
     assert_eq!(names(&outcome), allowed);
     between(outcome.effects[0].parameters["level_n"].value, 18.9, 21.9);
     between(outcome.effects[1].parameters["torque_n"].value, 2.6, 3.8);
-    between(outcome.holdout.fit_percent_after, 93.8, 95.5);
+    between(outcome.holdout.fit_percent_after, 94.5, 96.0);
 }
 
 /// A pendulum: gravity must be found by its name, and friction.
@@ -130,7 +130,8 @@ fn the_pendulum_needs_gravity() {
     between(outcome.holdout.fit_percent_after, 70.0, 97.0);
 }
 
-/// A micromouse's left wheel from rest to 200 rpm: a delay is a decoy; the threshold of the drive is the answer.
+/// A micromouse's left wheel from rest to 200 rpm: a delay is a decoy; the threshold of the drive is the answer, and beside
+/// it the break-away that the static sweep shows too. The gain has to grow almost fourfold together with the zone.
 #[test]
 fn the_micromouse_has_a_dead_zone_not_a_delay() {
     let set = |ms: u32| measured(&format!("micromouse/closedloop_controllerDelayImpact{ms}ms.csv"));
@@ -138,34 +139,26 @@ fn the_micromouse_has_a_dead_zone_not_a_delay() {
         return;
     };
     let read = |path: &Path| record(path, "u_v=left_cmd_pwm255*0.031098,omega_rad_s=left_rpm*0.104720");
-    let mut log = read(&two);
-    log.runs
-        .extend(read(&ten).runs.into_iter().map(|run| Run { id: 1, ..run }));
     let wheel = model(
         "[model]\nkind = \"first_order\"\nfitted_to_log = true\ngain_rad_s_per_v = 9.0\ntime_constant_s = 0.06\n[supply]\nnominal_v = 8.0\n",
     );
-    let outcome = analysed(&wheel, &log, &[read(&one), read(&five)], &[]);
-    let thresholds = [
-        "dead_zone",
-        "coulomb_friction",
-        "stribeck_friction",
-        "load_dependent_friction",
-        "coulomb_asymmetric",
-        "dead_zone_asymmetric",
-        "voltage_drop",
-    ];
-    let found: Vec<&str> = names(&outcome)
-        .into_iter()
-        .chain(outcome.closest_known.iter().map(String::as_str))
-        .collect();
-    assert!(found.iter().any(|name| thresholds.contains(name)), "{found:?}");
-    between(
-        outcome.holdout.fit_percent_after,
-        if outcome.verdict == Verdict::Unexplained {
-            40.0
-        } else {
-            70.0
-        },
-        95.0,
+    let holdouts = [read(&one), read(&five)];
+    let mut log = read(&two);
+    let outcome = analysed(&wheel, &log, &holdouts, &[]);
+    assert_eq!(
+        (outcome.verdict, names(&outcome)),
+        (Verdict::Named, vec!["dead_zone"])
     );
+    between(outcome.effects[0].parameters["half_width_v"].value, 1.25, 1.45);
+    between(outcome.holdout.fit_percent_after, 79.0, 86.0);
+    log.runs
+        .extend(read(&ten).runs.into_iter().map(|run| Run { id: 1, ..run }));
+    let outcome = analysed(&wheel, &log, &holdouts, &[]);
+    let found = names(&outcome);
+    assert_eq!(outcome.verdict, Verdict::Named, "{found:?}");
+    assert!(
+        found.contains(&"dead_zone") && !found.contains(&"transport_delay"),
+        "{found:?}"
+    );
+    between(outcome.holdout.fit_percent_after, 81.0, 90.0);
 }

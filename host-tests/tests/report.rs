@@ -343,3 +343,24 @@ fn a_failed_write_leaves_the_earlier_report_and_names_the_file() {
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
     assert_eq!(left.len(), 1, "no draft is left behind");
 }
+
+#[test]
+fn every_plot_becomes_a_picture_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    truing::report::pictures::write(&outcome(), folder.path()).unwrap();
+    let mut names: Vec<String> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names.len(), outcome().plots.len() + 1, "{names:?}");
+    assert!(names.contains(&"gap.svg".to_owned()), "{names:?}");
+    for name in names {
+        let text = std::fs::read_to_string(folder.path().join(&name)).unwrap();
+        assert!(
+            text.starts_with("<svg") && text.trim_end().ends_with("</svg>"),
+            "{name}"
+        );
+        assert!(text.contains("xmlns=\"http://www.w3.org/2000/svg\"") && text.contains("fill=\"#fff\""));
+    }
+}

@@ -213,11 +213,15 @@ fn on_its_grid(run: &Run) -> Run {
     run
 }
 
-/// Speeds beyond what the largest input can reach by the factor between rpm and rad/s are called out.
+/// Speeds beyond what the largest input can reach by about the factor between rpm and rad/s, 9.55, are called out: less where a
+/// missing dead zone or friction takes half of the speed, more where the drive or the model is off besides.
+const RPM: std::ops::Range<f64> = 5.0..14.0;
+
+/// Calls out units that cannot be.
 fn suspect_units(bench: &mut Bench, drive: Drive) {
     let reachable = bench.scales.reachable;
     let factor = bench.scales.speed / reachable;
-    if drive == Drive::Voltage && (7.6..12.0).contains(&factor) {
+    if drive == Drive::Voltage && RPM.contains(&factor) {
         bench.notes.push(format!(
             "the speeds lie {factor:.1} times above the no-load speed of {reachable:.0} rad/s: is the column in rpm? (then: --columns \"omega_rad_s=NAME*0.104720\")"
         ));

@@ -5,7 +5,7 @@ use crate::gap::{self, Options};
 use crate::log::{self, Columns, Dynamic, Log, Table};
 use crate::model::{self, Model};
 use crate::outcome::Outcome;
-use crate::report::{Exporter, html::Html, json::Json, model_file::ModelFile, terminal::Terminal};
+use crate::report::{Exporter, html::Html, json::Json, model_file::ModelFile, pictures, terminal::Terminal};
 use crate::steady;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -36,6 +36,9 @@ pub struct Arguments {
     /// Write the result as JSON.
     #[arg(long)]
     pub json: Option<PathBuf>,
+    /// Folder for the report's plots as SVG files.
+    #[arg(long)]
+    pub pictures: Option<PathBuf>,
     /// Write the report as one HTML file.
     #[arg(long)]
     pub report: Option<PathBuf>,
@@ -139,6 +142,9 @@ fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Res
         .flatten()
     {
         html.write(outcome, &path)?;
+    }
+    if let Some(folder) = &arguments.pictures {
+        pictures::write(outcome, folder)?;
     }
     folder("model.toml").map_or(Ok(()), |path: PathBuf| extended.write(outcome, Path::new(&path)))
 }

@@ -66,6 +66,6 @@ pub const VISCOUS: Effect = Effect {
     parameters: &[Parameter::new("ratio", "1", Scale::One, 0.01, 50.0)],
     starts: Starts::Grid(&[&[0.1], &[0.5], &[2.0], &[5.0], &[15.0]]),
     axis: Axis::Any,
-    family: Family::Own("viscous_friction"),
+    family: Family::Viscous,
     apply: |p, plant| plant.viscous *= p[0],
 };

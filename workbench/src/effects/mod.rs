@@ -223,6 +223,8 @@ pub enum Family {
     DeadZone,
     /// Friction that does not grow with speed.
     DryFriction,
+    /// Friction in proportion to the speed.
+    Viscous,
 }
 
 impl Effect {

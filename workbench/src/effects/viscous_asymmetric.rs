@@ -17,7 +17,7 @@ pub const EFFECT: Effect = Effect {
     ],
     starts: Starts::Grid(&[&[0.05, -0.05], &[-0.05, 0.05], &[0.2, 0.05], &[0.05, 0.2]]),
     axis: Axis::Any,
-    family: Family::Own("viscous_asymmetric"),
+    family: Family::Viscous,
     apply: |p, plant| {
         plant.viscous_pos += p[0];
         plant.viscous_neg += p[1];

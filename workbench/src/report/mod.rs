@@ -7,6 +7,7 @@ mod format;
 pub mod html;
 pub mod json;
 pub mod model_file;
+pub mod pictures;
 pub mod plot;
 pub mod terminal;
 
