@@ -5,7 +5,9 @@ use host_tests::next_experiment::{Found, Trial, examine, report, spec};
 
 #[test]
 fn suggested_experiments_tell_rivals_apart_better_than_random_ones() {
-    let found: Vec<Found> = (1..=30).map(|seed| examine(&spec(false), seed).unwrap()).collect();
+    let found: Vec<Found> = (1..=30)
+        .map(|seed| examine(&spec(false), seed).unwrap())
+        .collect();
     let separable: Vec<&Trial> = found
         .iter()
         .filter_map(|found| match found {
