@@ -174,13 +174,7 @@ fn analysed(files: &Opened, model: &model::Model) -> Outcome {
 /// The extended model knows its effects: run again on the same log, nothing is missing, and a known effect is no candidate.
 #[test]
 fn the_extended_model_misses_nothing_more() {
-    for name in [
-        "dead_zone",
-        "coulomb_friction",
-        "transport_delay",
-        "gravity",
-        "motor_gain",
-    ] {
+    for name in NAMES {
         let files = opened(hidden(name)).unwrap();
         let outcome = analysed(&files, &files.model);
         let names: Vec<&str> = outcome

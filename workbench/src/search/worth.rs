@@ -71,7 +71,8 @@ impl<'a> Search<'a, '_> {
         let explains_nearly_all = gain > if scanned { NEARLY_ALL_SCANNED } else { NEARLY_ALL } * rest;
         let large = gain > SHARE_OF_REST * rest && gain > SHARE_OF_GAP * first;
         // Where the noise itself is reached, its own uncertainty of some per cent must not be named.
-        let at_noise = !current.hypothesis.items.is_empty() && current.fit.chi2 < samples;
+        let at_noise = (!current.hypothesis.items.is_empty() && current.fit.chi2 < samples)
+            || (!self.model.known.is_empty() && self.at_floor(current));
         let visible = if at_noise { VISIBLE_IN_NOISE } else { VISIBLE };
         gain / samples > visible * visible
             && (current.hypothesis.items.is_empty() && gain > SHARE_OF_REST * rest
