@@ -450,13 +450,14 @@ impl Axis {
     /// Dead zone, then the only clip; what the clip takes goes back to the integrator through the inverse.
     fn compensate(&self, state: &mut State, demand: &Demand) -> Voltage {
         let Meaning::Linear { towards, error } = demand.meaning else {
-            let (terminal, limit) = self.clip(state, demand.voltage);
+            // Whoever excites looks for the saturation, too: what is known of it must not bound that.
+            let (terminal, limit) = self.clip(state, demand.voltage, [Voltage(i32::MAX); 2]);
             state.limit = limit;
             return terminal;
         };
         let compensator = state.compensation.then_some(&state.design.compensator);
         let wanted = compensator.map_or(demand.voltage, |inverse| inverse.apply(demand.voltage, towards));
-        let (terminal, limit) = self.clip(state, wanted);
+        let (terminal, limit) = self.clip(state, wanted, state.design.saturation);
         state.limit = limit;
         if let Some(error) = error {
             let clipped = terminal != wanted;
@@ -472,10 +473,10 @@ impl Axis {
         terminal
     }
 
-    /// The one clip: supply and identified saturation. Tells which of them acts.
-    fn clip(&self, state: &State, wanted: Voltage) -> (Voltage, Limit) {
+    /// The one clip: supply and saturation. Tells which of them acts.
+    fn clip(&self, state: &State, wanted: Voltage, saturation: [Voltage; 2]) -> (Voltage, Limit) {
         let ceiling = self.pwm.ceiling(&state.pwm);
-        let [positive, negative] = state.design.saturation.map(|level| level.min(ceiling));
+        let [positive, negative] = saturation.map(|level| level.min(ceiling));
         let clipped = wanted.min(positive).max(Voltage::ZERO.minus(negative));
         let level = if wanted.0 > 0 { positive } else { negative };
         let limit = match () {

@@ -192,3 +192,28 @@ fn a_replay_of_the_raw_integers_gives_the_same_bits_and_two_axes_do_not_disturb_
         assert_eq!((idle.bridge, idle.duty), (Bridge::Open, 0));
     }
 }
+
+/// What the first commissioning has found must not bound the excitation of the second.
+#[test]
+fn a_second_commissioning_sees_the_saturation_again() {
+    let mut plant = plant();
+    plant.motor.drive.limit_v = [8.5, 8.5];
+    plant.truth = Truth::of(&plant.motor);
+    let mut bench = Bench::new(&plant);
+    run(&mut bench, 0.01);
+    for number in 1..=2 {
+        must(&mut bench, Command::Arm);
+        must(&mut bench, COMMISSION);
+        run(&mut bench, 6.0);
+        let estimates = bench
+            .axis
+            .report(&bench.state)
+            .commissioning
+            .expect("an outcome")
+            .estimates;
+        for found in [estimates.saturation_pos_v, estimates.saturation_neg_v] {
+            let level = found.value.unwrap_or(0.0);
+            assert!((level - 8.5).abs() < 0.1, "commissioning {number}: {found:?}");
+        }
+    }
+}
