@@ -10,7 +10,7 @@ use crate::encoder;
 use crate::excitation::Excitation;
 use crate::identify::estimate::{Estimates, Reason};
 use crate::identify::passive;
-use crate::protect::{self, Action, Fault, Notice, Settings, SettingsError};
+use crate::protect::{self, Action, Fault, Means, Notice, Reading, Settings, SettingsError};
 use crate::pwm;
 use crate::record::{self, Activity, Advisory, Limit, Record};
 use crate::referencing::{Finding, Referenced, Search, Sight};
@@ -326,22 +326,38 @@ impl Axis {
 
     /// Opens the bridge on a fault.
     fn protect(&self, state: &mut State, sample: &Sample, supply: Voltage) {
-        let input = protect::Input {
+        let reading = Reading {
             count: sample.count,
-            supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply),
             current: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
-            speed: state.encoder.speed(),
             voltage: state.acted,
-            load: Voltage::ZERO.minus(state.design.loops.accelerating_voltage(state.encoder.load())),
-            holding: state.holding || state.search.as_ref().is_some_and(Search::leans),
-            endless: state.mode.is_endless(),
-            winding: state.design.at_winding(state.acted.unwrap_or_default()),
-            swallows: state.design.swallows(),
         };
         let expectation = &state.design.expectation;
-        if let Some(action) = self.protect.step(&mut state.protect, expectation, &input) {
+        if let Some(means) = self.protect.tick(&mut state.protect, expectation, &reading) {
+            let supply = (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply);
+            self.look(state, &reading, means, supply);
+        }
+        if let Some(action) = state.protect.action() {
             self.answer(state, action);
         }
+    }
+
+    /// A look for faults: not in every tick.
+    #[inline(never)]
+    fn look(&self, state: &mut State, reading: &Reading, means: Means, supply: Option<Voltage>) {
+        let design = &state.design;
+        let input = protect::Input {
+            count: reading.count,
+            supply,
+            current: reading.current,
+            means,
+            speed: state.encoder.speed(),
+            load: Voltage::ZERO.minus(design.loops.accelerating_voltage(state.encoder.load())),
+            holding: state.holding || state.search.as_ref().is_some_and(Search::leans),
+            endless: state.mode.is_endless(),
+            winding: design.at_winding(means.voltage.unwrap_or_default()),
+            swallows: design.swallows(),
+        };
+        self.protect.look(&mut state.protect, &design.expectation, &input);
     }
 
     /// What the samples do not show: acts in the next step.

@@ -225,7 +225,7 @@ impl Design {
             }
             Stage::Expectation => {
                 let widths = knowledge.dead_zone.map(|held| held.value().map(Voltage));
-                self.expectation = Expectation::new(&self.motor, widths);
+                self.expectation = Expectation::new(&self.motor, widths, !self.swallows(), scale);
                 Stage::Limits
             }
             Stage::Limits => {

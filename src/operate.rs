@@ -430,6 +430,5 @@ impl State {
             _ => {}
         }
         self.mode = mode;
-        self.protect.refresh();
     }
 }

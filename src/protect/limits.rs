@@ -1,18 +1,14 @@
 //! What must stay within bounds: supply, current, speed, and the time since the last command.
 
 use super::fault::Fault;
+use super::gather::looks;
 use super::motion::Expectation;
 use super::{Input, Settings};
 use crate::config::Scale;
 use crate::units::{Speed, Voltage, to_fixed};
 
-/// Faster than this many times the identified no-load speed at nominal voltage, in halves, no voltage drives the motor:
-/// rated speed is right within 30 % before commissioning, and the supply may be a tenth higher.
-const RUNAWAY_HALVES: i32 = 4;
 /// Conditions of supply, current and speed must last 1/200 s.
-const PERSISTENCE_HZ: u32 = 200;
-/// Counts that one tick may bring beyond twice the runaway speed: jitter of the edges.
-const JITTER: i32 = 4;
+const PERSISTENCE_HZ: f32 = 200.0;
 
 /// Conditions in the order in which they are named.
 const LASTING: [Fault; 6] = [
@@ -33,21 +29,20 @@ pub(super) struct Params {
     highest_speed: Option<Speed>,
     /// Converter counts; `None`: not limited.
     highest_current: Option<u16>,
-    /// Ticks.
+    /// Looks.
     persistence: u16,
-    /// Ticks without a command; 0: any number.
+    /// Looks without a command; 0: any number.
     timeout: u32,
 }
 
 /// What is remembered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct State {
-    /// Bit n: condition n of [`LASTING`] holds since `since` ticks.
+    /// Bit n: condition n of [`LASTING`] holds since `since` looks.
     holds: u8,
     since: u16,
     supply_seen: bool,
-    count: Option<i32>,
-    /// Ticks since the last command.
+    /// Looks since the last command.
     silence: u32,
 }
 
@@ -61,7 +56,6 @@ impl State {
     pub fn clear(&mut self) {
         *self = Self {
             supply_seen: self.supply_seen,
-            count: self.count,
             ..Self::default()
         };
     }
@@ -71,6 +65,7 @@ impl Params {
     pub fn new(scale: &Scale, settings: &Settings) -> Self {
         let config = &scale.config;
         let counts = config.counts_per_rev as f32 / (2.0 * core::f32::consts::PI * config.tick_hz as f32);
+        let (look_hz, bits) = looks(scale);
         let ticks = u64::from(settings.command_timeout_ms) * u64::from(config.tick_hz) / 1000;
         Self {
             lowest_supply: Voltage(Voltage::NOMINAL.0 / 2),
@@ -81,16 +76,13 @@ impl Params {
             highest_current: config
                 .current_limit_a
                 .map(|limit| (limit / config.current_a_per_lsb) as u16),
-            persistence: (config.tick_hz / PERSISTENCE_HZ) as u16,
-            timeout: ticks as u32,
+            persistence: (look_hz / PERSISTENCE_HZ) as u16,
+            timeout: (ticks >> bits) as u32,
         }
     }
 
     /// The first condition that has lasted.
     pub fn step(&self, state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
-        if self.jumped(state, expectation, input) {
-            return Fault::SlippingCounts;
-        }
         if self.unheard(state, input) {
             return Fault::CommandTimeout;
         }
@@ -114,7 +106,6 @@ impl Params {
 
     fn conditions(&self, state: &mut State, expectation: &Expectation, input: &Input) -> u8 {
         let speed = input.speed.0.saturating_abs();
-        let runaway = (expectation.full_speed() / 2).saturating_mul(RUNAWAY_HALVES);
         let current = input.current.map_or(0, i16::unsigned_abs);
         let supply = input.supply.unwrap_or(Voltage::NOMINAL);
         state.supply_seen |= input.supply.is_some();
@@ -124,14 +115,7 @@ impl Params {
             | u8::from(supply > self.highest_supply) << 2
             | u8::from(lost) << 3
             | u8::from(self.highest_speed.is_some_and(|limit| speed > limit.0)) << 4
-            | u8::from(speed > runaway) << 5
-    }
-
-    /// More counts in one tick than a shaft can make that runs away.
-    fn jumped(&self, state: &mut State, expectation: &Expectation, input: &Input) -> bool {
-        let before = state.count.replace(input.count).unwrap_or(input.count);
-        let step = input.count.wrapping_sub(before).saturating_abs();
-        input.voltage.is_some() && step > (expectation.full_speed() >> (20 - 2)).saturating_add(JITTER)
+            | u8::from(speed > expectation.runaway().0) << 5
     }
 
     /// No command for too long, while a motion goes on that does not end by itself.

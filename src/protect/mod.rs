@@ -1,7 +1,8 @@
 //! Protection: faults told apart from duty, count, current and supply alone, latched, and answered.
 //!
 //! ```text
-//! sample → limits   supply, current, speed, jumps of the count, silence of the host
+//! sample → gather   sums over a few ticks; jumps of the count
+//!        → limits   supply, current, speed, silence of the host
 //!        → thermal  I²t
 //!        → motion   does the encoder follow? → winding: stalled, unplugged or disconnected?
 //! image  → notice   permission lines, overrun, watchdog, damaged parameters
@@ -12,7 +13,9 @@
 //! cause is still there.
 
 pub mod action;
+mod balance;
 mod fault;
+mod gather;
 mod limits;
 mod motion;
 mod settings;
@@ -22,26 +25,29 @@ mod winding;
 use crate::units::{Speed, Voltage};
 pub use action::{Action, Actions, Forbidden};
 pub use fault::{Fault, Notice, Permit};
-pub use motion::{EXPECTED_COUNTS, Expectation, MOVING_MARGIN, REST_MARGIN};
+use gather::Due;
+pub use gather::{Means, Reading};
+pub use motion::{EXPECTED_COUNTS, Expectation, KINETIC_MARGIN, MOVING_MARGIN, REST_MARGIN};
 pub use settings::{Settings, SettingsError};
 pub use thermal::Thermal;
 
 /// Protection of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Params {
+    gather: gather::Params,
     limits: limits::Params,
     thermal: Option<thermal::Params>,
-    /// Ticks over which the winding's equation is integrated.
-    block_ticks: u32,
+    winding: winding::Params,
     actions: Actions,
 }
 
 /// What protection remembers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct State {
     latched: Fault,
     /// What is done about it; the most severe of all that was found since.
     action: Action,
+    gather: gather::State,
     limits: limits::State,
     thermal: thermal::State,
     motion: motion::State,
@@ -50,7 +56,7 @@ pub struct State {
     swallows: bool,
 }
 
-/// What protection looks at.
+/// What protection looks at, now and then.
 #[derive(Clone, Copy, Debug)]
 pub struct Input {
     /// Raw counter.
@@ -59,11 +65,11 @@ pub struct Input {
     pub supply: Option<Voltage>,
     /// Raw current; `None`: not sensed.
     pub current: Option<i16>,
+    /// What acted and flowed since the last look.
+    pub means: Means,
     /// Speed estimate.
     pub speed: Speed,
-    /// Terminal voltage that acted since the last tick; `None`: bridge open.
-    pub voltage: Option<Voltage>,
-    /// What of it reaches the winding: behind the drive's input dead zone, if the drive is known to have one.
+    /// What of that voltage reaches the winding: behind the drive's input dead zone, if the drive is known to have one.
     pub winding: Voltage,
     /// Is it known to have one?
     pub swallows: bool,
@@ -113,10 +119,10 @@ impl State {
         self.limits.heard();
     }
 
-    /// Takes what was learned about the winding into use. In single precision: when a command or a commissioning asks
-    /// for arithmetic of that kind anyway, not in every tick.
-    pub(crate) fn refresh(&mut self) {
-        self.winding.solve();
+    /// What is to be done about the latched fault.
+    #[must_use]
+    pub fn action(&self) -> Option<Action> {
+        (self.latched != Fault::None).then_some(self.action)
     }
 }
 
@@ -125,9 +131,10 @@ impl Params {
     #[must_use]
     pub fn standard(scale: &crate::config::Scale) -> Self {
         Self {
+            gather: gather::Params::new(scale),
             limits: limits::Params::new(scale, &Settings::default()),
             thermal: None,
-            block_ticks: winding::block_ticks(scale),
+            winding: winding::Params::new(scale),
             actions: Actions::default(),
         }
     }
@@ -135,11 +142,12 @@ impl Params {
     /// Thresholds from configuration and settings.
     pub fn new(scale: &crate::config::Scale, settings: &Settings) -> Result<Self, SettingsError> {
         settings.check()?;
-        let thermal = settings.thermal.map(|thermal| thermal.build(&scale.config));
+        let thermal = settings.thermal.map(|thermal| thermal.build(scale));
         Ok(Self {
+            gather: gather::Params::new(scale),
             limits: limits::Params::new(scale, settings),
             thermal: thermal.transpose().map_err(SettingsError::Value)?,
-            block_ticks: winding::block_ticks(scale),
+            winding: winding::Params::new(scale),
             actions: settings.actions,
         })
     }
@@ -150,8 +158,21 @@ impl Params {
         &self.actions
     }
 
-    /// One tick: what is to be done about the latched fault, or about the first that is found now.
-    pub fn step(&self, state: &mut State, expectation: &Expectation, input: &Input) -> Option<Action> {
+    /// One tick. The means since the last look when another one is due.
+    #[inline]
+    pub fn tick(&self, state: &mut State, expectation: &Expectation, reading: &Reading) -> Option<Means> {
+        match self.gather.step(&mut state.gather, expectation, reading) {
+            Due::Nothing => None,
+            Due::Look => Some(state.gather.take(self.gather.bits())),
+            Due::Jump => {
+                state.latch(Fault::SlippingCounts, &self.actions);
+                None
+            }
+        }
+    }
+
+    /// A look: latches what is found.
+    pub fn look(&self, state: &mut State, expectation: &Expectation, input: &Input) {
         let found = [
             self.limits.step(&mut state.limits, expectation, input),
             self.overload(state, input),
@@ -160,7 +181,6 @@ impl Params {
         for fault in found {
             state.latch(fault, &self.actions);
         }
-        (state.latched != Fault::None).then_some(state.action)
     }
 
     fn overload(&self, state: &mut State, input: &Input) -> Fault {
@@ -178,18 +198,22 @@ impl Params {
                 state.swallows = input.swallows;
                 state.winding.forget();
             }
-            let voltage = input.voltage.map(|_| winding::q14(input.winding));
+            let voltage = input.means.voltage.map(|_| input.winding);
             let fresh = state.motion.fresh();
-            state
-                .winding
-                .step(self.block_ticks, voltage, current, input.count, fresh);
+            let winding = &mut state.winding;
+            self.winding
+                .step(winding, &input.means, voltage, current, input.count, fresh);
         }
         match (missing, input.current) {
             (None, Some(_)) => state.winding.lasting(),
+            (Some(missing), Some(current)) => state
+                .winding
+                .judge(&missing, current, input.count)
+                .unwrap_or(state.winding.lasting()),
             (None, None) => Fault::None,
-            (Some(missing), _) if missing.reversed => Fault::WrongDirection,
-            (Some(missing), Some(current)) => state.winding.judge(&missing, current).unwrap_or_default(),
-            (Some(_), None) => Fault::NoMotion,
+            (Some(missing), None) if missing.reversed => Fault::WrongDirection,
+            (Some(missing), None) if missing.sure > 0 => Fault::NoMotion,
+            (Some(_), None) => Fault::None,
         }
     }
 }

@@ -7,11 +7,12 @@
 //! The first-order model of IEC 60255-149 without its cold state: power-up counts as cold, so a drive that is switched
 //! off and on again while hot is not protected until it has warmed the model up anew.
 
-use crate::config::{Config, ConfigError, Field, within};
+use super::gather::looks;
+use crate::config::{ConfigError, Field, Scale, within};
 use serde::{Deserialize, Serialize};
 
-/// Ticks over which i² is averaged: a power of two.
-const BLOCK_BITS: u32 = 7;
+/// Looks over which i² is averaged: a power of two.
+const BLOCK_BITS: u32 = 6;
 
 /// What the motor's data sheet says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,7 +24,8 @@ pub struct Thermal {
 }
 
 impl Thermal {
-    pub(super) fn build(&self, config: &Config) -> Result<Params, ConfigError> {
+    pub(super) fn build(&self, scale: &Scale) -> Result<Params, ConfigError> {
+        let config = &scale.config;
         let range = f32::from(i16::MAX) * config.current_a_per_lsb;
         within(
             Field::ContinuousCurrent,
@@ -34,7 +36,8 @@ impl Thermal {
         let seconds = f32::from(self.time_constant_s);
         within(Field::ThermalTimeConstant, seconds, 1.0, 3600.0)?;
         let raw = self.continuous_a / config.current_a_per_lsb;
-        let blocks = seconds * config.tick_hz as f32 / (1u32 << BLOCK_BITS) as f32;
+        let (look_hz, _) = looks(scale);
+        let blocks = seconds * look_hz / (1u32 << BLOCK_BITS) as f32;
         Ok(Params {
             limit: (raw * raw) as u32,
             rate: (4_294_967_296.0 / blocks) as u32,
@@ -56,20 +59,20 @@ pub(super) struct Params {
 pub(super) struct State {
     /// Σ i² of this block.
     sum: u64,
-    ticks: u32,
+    looks: u32,
     /// Converter counts², Q32.
     heat: u64,
 }
 
 impl Params {
-    /// One tick; is the winding too warm?
+    /// One look; is the winding too warm?
     pub fn step(&self, state: &mut State, current: i16) -> bool {
         let magnitude = u32::from(current.unsigned_abs());
         state.sum = state
             .sum
             .wrapping_add(u64::from(magnitude.wrapping_mul(magnitude)));
-        state.ticks = state.ticks.wrapping_add(1);
-        if state.ticks >> BLOCK_BITS != 0 {
+        state.looks = state.looks.wrapping_add(1);
+        if state.looks >> BLOCK_BITS != 0 {
             let mean = (state.sum >> BLOCK_BITS) as u32;
             let heat = (state.heat >> 32) as u32;
             let step = u64::from(mean.abs_diff(heat)).wrapping_mul(u64::from(self.rate));
@@ -78,7 +81,7 @@ impl Params {
             } else {
                 state.heat.saturating_sub(step)
             };
-            (state.sum, state.ticks) = (0, 0);
+            (state.sum, state.looks) = (0, 0);
         }
         (state.heat >> 32) as u32 > self.limit
     }

@@ -6,183 +6,189 @@
 //!
 //! holds over any stretch of time, whatever friction and load do (`K·Δθ`: integral of the back-EMF; `v`: what an input
 //! dead zone of the drive leaves of the terminal voltage). While the encoder follows, all of it is measured, and the
-//! three constants are learned by least squares. When it does not follow, the same equation tells the travel that the encoder withholds:
-//! none in a stall, all that is expected if it is unplugged. Without current at all, the motor is disconnected.
+//! three constants are learned by least squares ([`super::balance`]). When it does not follow, the same equation tells the
+//! travel that the encoder withholds: none in a stall, all that is expected if it is unplugged. Without current at all,
+//! the motor is disconnected.
 
+use super::balance::{self, Constants};
 use super::fault::Fault;
+use super::gather::{Means, looks};
 use super::motion::Missing;
+use crate::config::Scale;
+use crate::units::{VOLTAGE_BITS, Voltage};
 
 /// The equation is integrated over 1/16 s: shorter stretches would drown the rise of the current, by which the
 /// inductance is found, in the noise of its two ends; longer ones see too little of a short commissioning.
-const BLOCKS_PER_S: u32 = 16;
-/// Number of constants: R, K, L.
-const N: usize = 3;
+const BLOCKS_PER_S: f32 = 16.0;
+/// A missing current shows in a quarter of that.
+const GLANCES_PER_BLOCK: u32 = 4;
 /// Fraction bits of voltages here, nominal supply.
-const VOLTAGE_BITS: u32 = 14;
-/// Blocks after which the sums are halved: what was learned long ago fades.
-const LIFE: u32 = 1024;
-/// Blocks needed before the constants are solved for.
-const ENOUGH: u32 = 24;
-/// Share of its own size that must be left of a column after those before it, or it is not told apart from them.
-const LEAST_PIVOT: f32 = 1e-3;
-/// Share of the squared voltage that the equation may leave unexplained: 5 % rms.
-const MOST_RESIDUAL: f32 = 2.5e-3;
-/// Relative variance of R and K with which they are believed: 2 %, one standard deviation.
-const MOST_VARIANCE: f32 = 4e-4;
+const WINDING_BITS: u32 = 14;
 /// Voltage above which a drive may have reached its limit, Q14: 0.66 of nominal, as the identifier's gate has it.
 const MOST_VOLTAGE: i32 = 10_813;
 /// Counts that a block must see: an encoder that says nothing teaches nothing.
 const LEAST_COUNTS: i32 = 2;
 /// Blocks in a row in which current and counter must disagree: 0.4 s.
 const LASTING_BLOCKS: u32 = 6;
+/// Glances in a row in which the current must be missing: 47 ms.
+const LASTING_GLANCES: u32 = 3;
 /// Voltage that must drive a current, Q14: 1/16 of nominal.
-const LEAST_VOLTAGE: i32 = 1 << (VOLTAGE_BITS - 4);
-/// Relative uncertainty of R and L as a shift: 1/32.
+const LEAST_VOLTAGE: i32 = 1 << (WINDING_BITS - 4);
+/// Relative uncertainty of R and L as a shift where the motor must move in any case: 1/32.
 const UNCERTAIN_SHIFT: u32 = 5;
-/// Ticks over which the unrest of the current is averaged, as a shift.
-const UNREST_BITS: u32 = 6;
+/// The same where friction may hold it: 3/16. A winding that warms up by 45 K gains so much, and a stalled one must not
+/// look like one that turns.
+const DOUBTFUL_SHIFTS: [u32; 2] = [3, 4];
+/// Relative uncertainty of what an input dead zone swallows, as a shift: 1/8.
+const SWALLOWED_SHIFT: u32 = 3;
+/// Looks over which the unrest of the current is averaged, as a shift.
+const UNREST_BITS: u32 = 5;
 /// Counts from which on an undecided case is given up.
 const GIVE_UP_COUNTS: i32 = 20;
+/// Counts that show, together with a back-EMF, that the counter runs backwards.
+const BACKWARDS_COUNTS: i32 = -2;
+/// Longest L/R, share of a block as a shift: 1/4, 16 ms.
+const SLOW_SHARE: u32 = 2;
 /// Share of the current of a shaft at standstill that a connected motor draws in any case, as a shift: 1/16.
 const NO_CURRENT_SHIFT: u32 = 4;
 
-/// The learned constants, in voltages Q14, converter counts and ticks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Winding {
-    /// R: voltage per converter count, Q16.
-    resistance: i32,
-    /// K: voltage · ticks per count, Q8.
-    emf: i32,
-    /// L: voltage · ticks per converter count, Q8.
-    inductance: i32,
+/// Lengths of the stretches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Params {
+    /// Ticks of a look, as a shift.
+    look_bits: u32,
+    /// Looks of a glance.
+    glance: u32,
 }
 
-/// What one tick, or a stretch of them, adds.
+/// What a stretch of time sums up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Stretch {
+    /// Q14 of nominal · ticks.
     voltage: i32,
+    /// What the drive's dead zone has swallowed, the same unit.
+    swallowed: i32,
+    /// Converter counts · ticks.
     current: i32,
     /// Current and counter when it began.
     first: (i32, i32),
     ticks: u32,
 }
 
+/// The two sides of the equation.
+#[derive(Clone, Copy, Debug)]
+struct Balance {
+    /// Integral of the voltage behind the drive.
+    offered: i64,
+    /// What resistance and inductance take of it.
+    resistive: i64,
+    inductive: i64,
+    /// What noise of the current's two ends makes of it, 1.6 standard deviations.
+    ends: i64,
+    /// That, and what is not known of the drive's dead zone.
+    unsure: i64,
+}
+
 impl Stretch {
-    fn begin(current: i16, count: i32) -> Self {
+    fn begin(current: i32, count: i32) -> Self {
         Self {
-            first: (i32::from(current), count),
+            first: (current, count),
             ..Self::default()
         }
     }
 
-    fn add(&mut self, voltage: i32, current: i16) {
-        self.voltage = self.voltage.saturating_add(voltage);
-        self.current = self.current.saturating_add(i32::from(current));
-        self.ticks = self.ticks.wrapping_add(1);
+    fn add(&mut self, other: &Self) {
+        self.voltage = self.voltage.saturating_add(other.voltage);
+        self.swallowed = self.swallowed.saturating_add(other.swallowed);
+        self.current = self.current.saturating_add(other.current);
+        self.ticks = self.ticks.wrapping_add(other.ticks);
+    }
+
+    fn turned(&self, count: i32) -> i32 {
+        count.wrapping_sub(self.first.1)
     }
 }
 
-/// What is remembered between ticks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct State {
+impl Balance {
+    fn taken(&self) -> i64 {
+        self.resistive.saturating_add(self.inductive)
+    }
+
+    /// Back-EMF that is left.
+    fn emf(&self) -> i64 {
+        self.offered.saturating_sub(self.taken())
+    }
+
+    /// A share of the larger part: each constant errs by itself.
+    fn share(&self, shift: u32) -> i64 {
+        self.resistive.abs().max(self.inductive.abs()) >> shift
+    }
+
+    /// As seen from the other direction.
+    fn towards(self, direction: i32) -> Self {
+        let sign = i64::from(direction);
+        Self {
+            offered: self.offered.wrapping_mul(sign),
+            resistive: self.resistive.wrapping_mul(sign),
+            inductive: self.inductive.wrapping_mul(sign),
+            ..self
+        }
+    }
+
+    /// Is the current missing that must balance `lacking`? What it changes by must be noise.
+    fn without_current(&self, lacking: i64) -> bool {
+        let least = lacking >> NO_CURRENT_SHIFT;
+        self.resistive.abs() < least && self.inductive.abs() <= least.max(self.ends.saturating_mul(2))
+    }
+}
+
+/// What is remembered between looks.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct State {
+    glance: Stretch,
     block: Stretch,
     /// Since the last proof that the encoder follows.
     doubt: Stretch,
-    /// Current of the last tick, and how much it differs from tick to tick, Q4: noise, and more while it rises.
-    last: i16,
+    /// Current of the last look, and how much it differs from look to look, Q4: noise, and more while it rises.
+    last: i32,
     unrest: i32,
+    /// The bridge was open in this glance.
+    open: bool,
     /// The block is not to be learned from.
     spoilt: bool,
+    looks: u32,
+    glances: u32,
+    /// Glances in a row without current.
+    silent: u32,
     /// What the last blocks looked like, and how many of them in a row.
     doubted: Fault,
     odd: u32,
-    blocks: u32,
-    /// Upper triangle of the normal matrix, row by row, and the right-hand side.
-    normal: [i64; N * (N + 1) / 2],
-    right: [i64; N],
-    /// Σ of the squared left-hand side.
-    square: i64,
+    balance: balance::State,
     known: Option<Winding>,
 }
 
+/// The learned winding.
+#[derive(Clone, Copy, Debug)]
+struct Winding {
+    constants: Constants,
+    /// Its current needs so long for a change ([`SLOW_SHARE`]) that noise at the ends of a block decides what L is: it
+    /// shows whether there is a current, not the back-EMF.
+    slow: bool,
+}
+
 impl State {
-    /// One tick: `voltage` acted (Q14; `None`: bridge open), `current` flowed, the counter reads `count`. `fresh`: the
-    /// encoder has just proved that it follows, or nothing is demanded of it.
-    pub fn step(&mut self, block_ticks: u32, voltage: Option<i32>, current: i16, count: i32, fresh: bool) {
-        let acting = voltage.unwrap_or(0);
-        // With an open bridge the voltage is not known, and beyond its limit the drive does not deliver what is asked.
-        self.spoilt |= voltage.is_none_or(|voltage| voltage.saturating_abs() > MOST_VOLTAGE);
-        let change = i32::from(current)
-            .saturating_sub(i32::from(self.last))
-            .saturating_abs();
-        self.unrest = self
-            .unrest
-            .saturating_add((change << 4).saturating_sub(self.unrest) >> UNREST_BITS);
-        self.last = current;
-        self.block.add(acting, current);
-        self.doubt.add(acting, current);
-        if fresh {
-            self.doubt = Stretch::begin(current, count);
-        }
-        if self.block.ticks >= block_ticks {
-            self.learn(current, count);
-            self.block = Stretch::begin(current, count);
-            self.spoilt = false;
-        }
-    }
-
-    fn learn(&mut self, current: i16, count: i32) {
-        let block = &self.block;
-        let turned = count.wrapping_sub(block.first.1);
-        if self.spoilt {
-            return;
-        }
-        if let Some(winding) = &self.known {
-            let found = winding.compare(block, turned, current);
-            self.odd = if found == self.doubted {
-                self.odd.saturating_add(1)
-            } else {
-                1
-            };
-            self.doubted = found;
-        }
-        if turned.saturating_abs() < LEAST_COUNTS {
-            return;
-        }
-        let rise = i32::from(current).saturating_sub(block.first.0);
-        let row = [block.current, turned, rise];
-        let mut places = self.normal.iter_mut();
-        for (k, (&a, right)) in (0..N).zip(row.iter().zip(&mut self.right)) {
-            *right = right.saturating_add(product(a, block.voltage));
-            for (&b, place) in row.iter().skip(k).zip(&mut places) {
-                *place = place.saturating_add(product(a, b));
-            }
-        }
-        self.square = self.square.saturating_add(product(block.voltage, block.voltage));
-        self.blocks = self.blocks.saturating_add(1);
-        if self.blocks >= LIFE {
-            self.blocks /= 2;
-            self.square /= 2;
-            self.normal
-                .iter_mut()
-                .chain(&mut self.right)
-                .for_each(|sum| *sum /= 2);
-        }
-    }
-
     /// What current and counter have looked like for some time.
     pub fn lasting(&self) -> Fault {
-        if self.odd >= LASTING_BLOCKS {
-            self.doubted
-        } else {
-            Fault::None
+        match () {
+            () if self.silent >= LASTING_GLANCES => Fault::MotorDisconnected,
+            () if self.odd >= LASTING_BLOCKS => self.doubted,
+            () => Fault::None,
         }
     }
 
     /// Forgets what only looked like a fault.
     pub fn clear(&mut self) {
-        self.odd = 0;
-        self.doubt = Stretch::default();
+        (self.odd, self.silent) = (0, 0);
     }
 
     /// Begins anew: the voltage means something else from now on.
@@ -190,97 +196,221 @@ impl State {
         *self = Self::default();
     }
 
-    /// Solves for the constants, if there is enough to solve. In single precision: not in every tick.
-    pub fn solve(&mut self) {
-        if self.blocks < ENOUGH {
-            return;
-        }
-        // Twice, so that R and K each stand last once: only there the elimination tells how well a number is known.
-        let (found, of_emf) = solve(&self.normal, &self.right, [0, 2, 1]);
-        let (_, of_resistance) = solve(&self.normal, &self.right, [1, 2, 0]);
-        let explained = found
-            .iter()
-            .zip(&self.right)
-            .fold(0.0, |sum, (x, &right)| sum + x * right as f32);
-        let whole = self.square as f32;
-        let left = (whole - explained).max(0.0);
-        let variance = left / (self.blocks as f32 - N as f32);
-        let [resistance, emf, inductance] = found;
-        let known = |value: f32, information: f32| {
-            value > 0.0 && variance < MOST_VARIANCE * value * value * information
+    /// Tells stall, unplugged encoder and disconnected motor apart. `None`: not yet.
+    pub fn judge(&self, missing: &Missing, current: i16, count: i32) -> Option<Fault> {
+        let overdue = missing.sure > 0;
+        let Some(winding) = &self.known else {
+            return match (overdue, missing.reversed) {
+                (_, true) => Some(Fault::WrongDirection),
+                (true, false) => Some(Fault::NoMotion),
+                (false, false) => None,
+            };
         };
-        // A reversed encoder, or one that is not the motor's, gives no winding; nor does a drive with a law of its own.
-        if known(resistance, of_resistance) && known(emf, of_emf) && left < MOST_RESIDUAL * whole {
-            let fixed = |value: f32, bits: u32| crate::units::to_fixed(value, bits);
-            self.known = Some(Winding {
-                resistance: fixed(resistance, 16),
-                emf: fixed(emf, 8),
-                inductance: fixed(inductance.max(0.0), 8),
-            });
+        let verdict = winding.judge(&self.doubt, missing, (i32::from(current), count), self.unrest);
+        verdict.or((missing.sure >= GIVE_UP_COUNTS).then_some(Fault::NoMotion))
+    }
+}
+
+impl Params {
+    pub fn new(scale: &Scale) -> Self {
+        let (look_hz, look_bits) = looks(scale);
+        Self {
+            look_bits,
+            glance: ((look_hz / (BLOCKS_PER_S * GLANCES_PER_BLOCK as f32)) as u32).max(1),
         }
     }
 
-    /// Tells stall, unplugged encoder and disconnected motor apart. `None`: not yet.
-    pub fn judge(&self, missing: &Missing, current: i16) -> Option<Fault> {
-        let Some(winding) = &self.known else {
-            return Some(Fault::NoMotion);
+    fn winding(&self, constants: Constants) -> Winding {
+        let block = self.glance.wrapping_mul(GLANCES_PER_BLOCK) << (self.look_bits & 15);
+        // L is Q8, R is Q16.
+        let lag = i64::from(constants.inductance) << (16 - 8 + SLOW_SHARE);
+        Winding {
+            constants,
+            slow: lag > product(constants.resistance, block as i32),
+        }
+    }
+
+    /// One look: `voltage` acted at the winding (`None`: bridge open), the current was `means` and is `current`, the
+    /// counter reads `count`. `fresh`: the encoder has just proved that it follows, or nothing is demanded of it.
+    pub fn step(
+        &self,
+        state: &mut State,
+        means: &Means,
+        voltage: Option<Voltage>,
+        current: i16,
+        count: i32,
+        fresh: bool,
+    ) {
+        let current = i32::from(current);
+        let q14 = |voltage: Voltage| voltage.0 >> (VOLTAGE_BITS - WINDING_BITS);
+        let acting = voltage.map_or(0, q14);
+        let terminal = means.voltage.map_or(0, q14);
+        let look = Stretch {
+            voltage: acting << (self.look_bits & 15),
+            swallowed: terminal.saturating_sub(acting).saturating_abs() << (self.look_bits & 15),
+            current: means.current,
+            first: (0, 0),
+            ticks: 1 << (self.look_bits & 15),
         };
-        let verdict = winding.judge(&self.doubt, missing, current, self.unrest);
-        verdict.or((missing.expected >= GIVE_UP_COUNTS).then_some(Fault::NoMotion))
+        // With an open bridge the voltage is not known, and beyond its limit the drive does not deliver what is asked.
+        state.open |= voltage.is_none();
+        state.spoilt |= acting.saturating_abs() > MOST_VOLTAGE;
+        let change = current.saturating_sub(state.last).saturating_abs();
+        state.unrest = state
+            .unrest
+            .saturating_add((change << 4).saturating_sub(state.unrest) >> UNREST_BITS);
+        state.last = current;
+        state.glance.add(&look);
+        if fresh {
+            state.doubt = Stretch::begin(current, count);
+        } else {
+            state.doubt.add(&look);
+        }
+        state.looks = state.looks.wrapping_add(1);
+        if state.looks >= self.glance {
+            state.glance(current, count);
+        } else if let Some(constants) = state.balance.step() {
+            state.known = Some(self.winding(constants));
+        }
+    }
+}
+
+impl State {
+    #[inline(never)]
+    fn glance(&mut self, current: i32, count: i32) {
+        let glance = core::mem::replace(&mut self.glance, Stretch::begin(current, count));
+        if let Some(winding) = &self.known {
+            let silent = !self.open && winding.draws_nothing(&glance, current, count, self.unrest);
+            self.silent = if silent { self.silent.saturating_add(1) } else { 0 };
+        }
+        self.spoilt |= core::mem::take(&mut self.open);
+        self.looks = 0;
+        if self.glances == 0 {
+            self.block = glance;
+        } else {
+            self.block.add(&glance);
+        }
+        self.glances = self.glances.wrapping_add(1);
+        if self.glances >= GLANCES_PER_BLOCK {
+            self.glances = 0;
+            if !core::mem::take(&mut self.spoilt) {
+                self.learn(current, count);
+            }
+        }
+    }
+
+    fn learn(&mut self, current: i32, count: i32) {
+        let block = &self.block;
+        let turned = block.turned(count);
+        if let Some(winding) = &self.known {
+            let found = winding.compare(block, turned, current, self.unrest);
+            self.odd = if found == self.doubted {
+                self.odd.saturating_add(1)
+            } else {
+                1
+            };
+            self.doubted = found;
+        }
+        if turned.saturating_abs() >= LEAST_COUNTS {
+            let rise = current.saturating_sub(block.first.0);
+            self.balance.add([block.current, turned, rise, block.voltage]);
+        }
     }
 }
 
 impl Winding {
-    /// Integral of the voltage behind the drive, and the part of it that resistance and inductance take.
-    fn balance(&self, stretch: &Stretch, current: i16) -> (i64, i64) {
-        let offered = i64::from(stretch.voltage);
-        let rise = i32::from(current).saturating_sub(stretch.first.0);
-        let resistive = product(stretch.current, self.resistance) >> 16;
-        let inductive = product(rise, self.inductance) >> 8;
-        (offered, resistive.saturating_add(inductive))
+    fn balance(&self, stretch: &Stretch, current: i32, unrest: i32) -> Balance {
+        let rise = current.saturating_sub(stretch.first.0);
+        // The ends of the stretch are single readings: twice the mean difference of two is 1.6 standard deviations.
+        let ends = product(unrest, self.constants.inductance) >> (8 + 4 - 1);
+        Balance {
+            offered: i64::from(stretch.voltage),
+            resistive: product(stretch.current, self.constants.resistance) >> 16,
+            inductive: product(rise, self.constants.inductance) >> 8,
+            ends,
+            unsure: ends.saturating_add(i64::from(stretch.swallowed >> SWALLOWED_SHIFT)),
+        }
+    }
+
+    /// Voltage that neither the counter's back-EMF nor its jitter explains, and that jitter.
+    fn lacking(&self, offered: i64, turned: i32) -> (i64, i64) {
+        let emf = product(turned, self.constants.emf) >> 8;
+        (
+            offered.saturating_sub(emf).saturating_abs(),
+            i64::from(self.constants.emf >> 7),
+        )
+    }
+
+    /// A glance: should a current flow, and does none?
+    fn draws_nothing(&self, glance: &Stretch, current: i32, count: i32, unrest: i32) -> bool {
+        let balance = self.balance(glance, current, unrest);
+        let (lacking, jitter) = self.lacking(balance.offered, glance.turned(count));
+        let driven = i64::from(LEAST_VOLTAGE).wrapping_mul(i64::from(glance.ticks));
+        lacking > driven.saturating_add(jitter) && balance.without_current(lacking)
     }
 
     /// A block: does the counter show the speed that the current shows, within a quarter of the voltage and two counts?
     /// A counter that stands is for [`State::judge`].
-    fn compare(&self, block: &Stretch, turned: i32, current: i16) -> Fault {
-        let (offered, taken) = self.balance(block, current);
-        let emf = product(turned, self.emf) >> 8;
-        let jitter = i64::from(self.emf >> 7);
-        let lack = offered.saturating_sub(taken).saturating_sub(emf);
-        let allowed = (offered.abs().max(emf.abs()) >> 2).saturating_add(jitter);
-        let lacking = offered.saturating_sub(emf).saturating_abs();
+    fn compare(&self, block: &Stretch, turned: i32, current: i32, unrest: i32) -> Fault {
+        let balance = self.balance(block, current, unrest);
+        let (lacking, jitter) = self.lacking(balance.offered, turned);
         let driven = i64::from(LEAST_VOLTAGE).wrapping_mul(i64::from(block.ticks));
-        if lacking > driven.saturating_add(jitter) && taken.saturating_abs() < lacking >> NO_CURRENT_SHIFT {
+        if lacking > driven.saturating_add(jitter) && balance.without_current(lacking) {
             return Fault::MotorDisconnected;
         }
+        if self.slow {
+            return Fault::None;
+        }
+        let emf = product(turned, self.constants.emf) >> 8;
+        let allowed = (balance.offered.abs().max(emf.abs()).max(balance.inductive.abs()) >> 2)
+            .saturating_add(jitter)
+            .saturating_add(balance.unsure);
+        let lack = balance.emf().saturating_sub(emf);
         if lack.saturating_abs() <= allowed || turned.saturating_abs() < LEAST_COUNTS {
             return Fault::None;
         }
-        let backwards = offered.saturating_sub(taken).signum() == -emf.signum();
-        if backwards {
+        if balance.emf().signum() == -emf.signum() {
             Fault::WrongDirection
         } else {
             Fault::SlippingCounts
         }
     }
 
-    fn judge(&self, doubt: &Stretch, missing: &Missing, current: i16, unrest: i32) -> Option<Fault> {
-        let direction = i64::from(missing.direction);
-        let (offered, taken) = self.balance(doubt, current);
-        let (offered, taken) = (direction * offered, direction * taken);
-        let emf = offered.saturating_sub(taken);
-        let expected = product(missing.expected, self.emf) >> 8;
-        // The ends of the stretch are single readings: twice the mean difference of two is 1.6 standard deviations.
-        let ends = product(unrest, self.inductance) >> (8 + 4 - 1);
-        let doubtful = (taken.abs() >> UNCERTAIN_SHIFT).saturating_add(ends);
+    /// Where the sure model has not travelled yet, only evidence counts: a back-EMF, or motion backwards.
+    fn judge(&self, doubt: &Stretch, missing: &Missing, end: (i32, i32), unrest: i32) -> Option<Fault> {
+        let overdue = missing.sure > 0;
+        let (current, count) = end;
+        let mut balance = self.balance(doubt, current, unrest);
+        // What the encoder has shown of the motion is not missing.
+        balance.offered = balance
+            .offered
+            .saturating_sub(product(doubt.turned(count), self.constants.emf) >> 8);
+        let balance = balance.towards(missing.direction);
+        let expected = product(
+            if overdue { missing.sure } else { missing.likely },
+            self.constants.emf,
+        ) >> 8;
+        let uncertain = if overdue {
+            balance.share(UNCERTAIN_SHIFT)
+        } else {
+            DOUBTFUL_SHIFTS
+                .iter()
+                .fold(0, |sum, &shift| balance.share(shift).saturating_add(sum))
+        };
+        let uncertain = uncertain.saturating_add(balance.unsure);
+        let (most, least) = (
+            balance.emf().saturating_add(uncertain),
+            balance.emf().saturating_sub(uncertain),
+        );
         match () {
-            () if taken.abs() < offered >> NO_CURRENT_SHIFT
-                && emf.saturating_sub(doubtful) > expected.saturating_mul(2) =>
-            {
+            () if balance.without_current(balance.offered) && least > expected.saturating_mul(2) => {
                 Some(Fault::MotorDisconnected)
             }
-            () if emf.saturating_add(doubtful) < expected / 2 => Some(Fault::Stalled),
-            () if emf.saturating_sub(doubtful) > expected / 2 => Some(Fault::EncoderUnplugged),
+            () if missing.reversed => Some(Fault::WrongDirection),
+            () if self.slow => None,
+            () if least > expected / 2 && missing.followed <= BACKWARDS_COUNTS => Some(Fault::WrongDirection),
+            () if overdue && most < expected / 2 => Some(Fault::Stalled),
+            () if least > expected / 2 => Some(Fault::EncoderUnplugged),
             () => None,
         }
     }
@@ -288,51 +418,4 @@ impl Winding {
 
 fn product(a: i32, b: i32) -> i64 {
     i64::from(a).wrapping_mul(i64::from(b))
-}
-
-/// Solves the normal equations by elimination in this order. A column that those before it explain gives zero. Second:
-/// what is left of the last column's square, its information.
-fn solve(normal: &[i64; N * (N + 1) / 2], right: &[i64; N], order: [usize; N]) -> ([f32; N], f32) {
-    let element = |a: usize, b: usize| {
-        let (low, high) = (a.min(b), a.max(b));
-        normal
-            .get((low.wrapping_mul((2 * N - 1).wrapping_sub(low)) / 2).wrapping_add(high))
-            .map_or(0.0, |&sum| sum as f32)
-    };
-    let mut rows: [[f32; N + 1]; N] = core::array::from_fn(|k| {
-        core::array::from_fn(|j| match order.get(j) {
-            Some(&column) => element(order[k], column),
-            None => right.get(order[k]).map_or(0.0, |&sum| sum as f32),
-        })
-    });
-    for k in 0..N {
-        let pivot = rows[k];
-        if pivot[k] <= LEAST_PIVOT * element(order[k], order[k]) {
-            rows[k] = [0.0; N + 1];
-            continue;
-        }
-        for row in rows.iter_mut().skip(k + 1) {
-            let factor = row[k] / pivot[k];
-            row.iter_mut()
-                .zip(&pivot)
-                .for_each(|(to, from)| *to -= factor * from);
-        }
-    }
-    let mut found = [0.0; N];
-    for k in (0..N).rev() {
-        let row = rows[k];
-        let rest = (k + 1..N).fold(row[N], |rest, j| rest - row[j] * found[order[j] % N]);
-        found[order[k] % N] = if row[k] > 0.0 { rest / row[k] } else { 0.0 };
-    }
-    (found, rows[N - 1][N - 1])
-}
-
-/// Ticks of one stretch.
-pub(crate) fn block_ticks(scale: &crate::config::Scale) -> u32 {
-    (scale.config.tick_hz / BLOCKS_PER_S).max(1)
-}
-
-/// Voltage in the unit of this module.
-pub(crate) const fn q14(voltage: crate::units::Voltage) -> i32 {
-    voltage.0 >> (crate::units::VOLTAGE_BITS - VOLTAGE_BITS)
 }

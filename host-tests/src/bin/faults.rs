@@ -147,6 +147,13 @@ fn injure_all(
     let mut plant = Plant::draw(family, Severity::Harsh, arguments.seeds(number), &options);
     plant.sensing.current = number.is_multiple_of(2);
     let trial = Trial::commissioned(&plant, &Settings::default(), calm::budget_ms(family));
+    if trial.fault() != Fault::None {
+        println!(
+            "false alarm before any injury: {name} {number}: {:?}",
+            trial.fault()
+        );
+        return;
+    }
     for (k, (fault, injury, whens)) in INJURIES.iter().enumerate() {
         for &when in *whens {
             let finding = trial.injure(*injury, when, plant.seed ^ (k as u64) << 8 ^ when as u64);

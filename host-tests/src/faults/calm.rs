@@ -73,7 +73,10 @@ fn start_s(family: Family) -> f64 {
 pub fn run(plant: &Plant, family: Family, seconds: f64) -> Calm {
     let mut trial = Trial::commissioned(plant, &Settings::default(), budget_ms(family));
     let mut rng = ChaCha8Rng::seed_from_u64(plant.seed ^ 0xca11);
-    let mut calm = Calm::default();
+    let mut calm = Calm {
+        fault: trial.fault(),
+        ..Calm::default()
+    };
     let mut supply = 1.0;
     while calm.seconds < seconds && calm.fault == Fault::None {
         let step: f64 = rng.random_range(-SUPPLY_STEP..SUPPLY_STEP);

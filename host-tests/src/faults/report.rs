@@ -1,13 +1,10 @@
 //! Findings as a table.
 
-use super::trial::Finding;
+use super::trial::{Finding, MOST_COUNTS};
 use super::world::Injury;
 use crate::tracking::quantile;
 use servo::protect::Fault;
 use std::collections::BTreeMap;
-
-/// Counts of expected motion within which the bridge must be open.
-pub const MOST_COUNTS: f64 = 24.0;
 
 /// The verdicts that are right, with the current sensed and without.
 pub fn right(injury: Injury, sensed: bool) -> &'static [Fault] {
@@ -45,6 +42,10 @@ pub struct Tally {
     pub in_counts: usize,
     /// Right within max(100 ms, τ).
     pub told_in_time: usize,
+    /// A whole shaft would have moved by the time at which the bridge must be open …
+    pub decidable: usize,
+    /// … and the bridge was open in both limits.
+    pub decided: usize,
     /// Delays over what is allowed.
     pub delays: Vec<f64>,
     /// Expected counts.
@@ -65,6 +66,8 @@ impl Tally {
         }
         let delay = finding.delay_s.unwrap_or(0.0);
         self.cases += 1;
+        self.decidable += usize::from(finding.decidable);
+        self.decided += usize::from(finding.decidable && finding.in_limits());
         *self.verdicts.entry(finding.fault.name()).or_default() += 1;
         if finding.fault == Fault::None {
             self.missed += 1;
@@ -85,9 +88,10 @@ impl Tally {
 
     /// Head of the table.
     pub const HEAD: &'static str = "\
-        | fault | when | current | cases | right / undecided / wrong / missed | open in time | open within 24 counts | \
+        | fault | when | current | cases | right / undecided / wrong / missed | right within max(100 ms, τ) | \
+        open in time | open within 24 counts | decidable: in both limits | \
         delay over allowed, median / p95 / worst | expected counts, median / p95 / worst | true travel, counts, \
-        median / p95 / worst |\n|---|---|---|---|---|---|---|---|---|---|";
+        median / p95 / worst |\n|---|---|---|---|---|---|---|---|---|---|---|---|";
 
     /// One row.
     pub fn row(&self, fault: &str, when: &str, current: &str) -> String {
@@ -102,14 +106,17 @@ impl Tally {
         };
         let percent = |n: usize| 100.0 * n as f64 / self.cases.max(1) as f64;
         format!(
-            "| {fault} | {when} | {current} | {} | {} / {} / {} / {} | {:.0} % | {:.0} % | {} | {} | {} |",
+            "| {fault} | {when} | {current} | {} | {} / {} / {} / {} | {:.0} % | {:.0} % | {:.0} % | {} of {} | {} | {} | {} |",
             self.cases,
             self.right,
             self.undecided,
             self.wrong,
             self.missed,
+            percent(self.told_in_time),
             percent(self.in_time),
             percent(self.in_counts),
+            self.decided,
+            self.decidable,
             three(&self.delays, 2),
             three(&self.counts, 1),
             three(&self.travel, 1),

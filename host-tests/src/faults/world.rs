@@ -135,6 +135,10 @@ impl World {
                     .broken_at
                     .wrapping_add((f64::from(since) * share).floor() as i32);
             }
+            // The sensor sits at the bridge: it sees what the bridge drives.
+            Injury::MotorReversed if sample.current_raw != Sample::CURRENT_NOT_SENSED => {
+                sample.current_raw = sample.current_raw.saturating_neg();
+            }
             Injury::SupplyUnseen => sample.vbus_raw = Sample::VBUS_NOT_MEASURED,
             Injury::Current(share) if sample.current_raw != Sample::CURRENT_NOT_SENSED => {
                 sample.current_raw = of_current(share);

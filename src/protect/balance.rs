@@ -1,0 +1,219 @@
+//! The winding's voltage balance as a least-squares problem of three constants, in integers, a small step a look.
+//!
+//! ```text
+//! ∫v dt = R·∫i dt + K·Δθ + L·Δi         columns: current, counts, rise of the current; right-hand side: voltage
+//! ```
+//!
+//! The sums of products form the augmented normal matrix, the right-hand side in its last row. It is factorised by
+//! [`crate::identify::ldl`], the identifier's own solver, whose last pivot is the squared voltage that stays unexplained.
+
+use crate::identify::ldl::{Factor, MOST, UNKNOWN_FRAC};
+use crate::identify::positive::Positive;
+
+/// Columns: three constants and the right-hand side.
+const COLUMNS: usize = 4;
+const WORDS: usize = COLUMNS * (COLUMNS + 1) / 2;
+/// The column of the inductance: the first that small motors do not determine.
+const RISE: usize = 2;
+/// Rows after which the sums are halved: what was learned long ago fades.
+const LIFE: u32 = 1024;
+/// Rows needed before the constants are solved for.
+const ENOUGH: u32 = 24;
+/// Rows between two solutions.
+const INTERVAL: u32 = 8;
+/// Share of the squared voltage that the equation may leave unexplained, 41/2¹⁴: 5 % rms.
+const MOST_RESIDUAL: (i32, u32) = (41, 14);
+/// Relative variance of R and K with which they are believed, 13/2¹⁵: 2 %, one standard deviation.
+const MOST_VARIANCE: (i32, u32) = (13, 15);
+/// The factor takes rows for Q20; these are whole numbers.
+const ROW_BITS: i32 = 20;
+
+/// The three constants, in voltages Q14, converter counts and ticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Constants {
+    /// R: voltage per converter count, Q16.
+    pub resistance: i32,
+    /// K: voltage · ticks per count, Q8.
+    pub emf: i32,
+    /// L: voltage · ticks per converter count, Q8.
+    pub inductance: i32,
+}
+
+/// What is to be done next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Stage {
+    #[default]
+    Idle,
+    Assemble,
+    Column(usize),
+    /// The constants.
+    Unknowns,
+    /// How well R (0) and K (1) are known.
+    Doubt(usize),
+}
+
+/// Sums of products, and the solution under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct State {
+    /// Lower triangle, row by row.
+    words: [i64; WORDS],
+    rows: u32,
+    stage: Stage,
+    factor: Factor,
+    /// Without the inductance: its column was explained by the others.
+    without: bool,
+    found: Constants,
+    unknowns: [Positive; 2],
+}
+
+impl Default for State {
+    fn default() -> Self {
+        Self {
+            words: [0; WORDS],
+            rows: 0,
+            stage: Stage::Idle,
+            factor: Factor::new(COLUMNS),
+            without: false,
+            found: Constants::default(),
+            unknowns: [Positive::default(); 2],
+        }
+    }
+}
+
+impl State {
+    /// Adds one row: current, counts, rise, voltage. Now and then a solution begins.
+    pub fn add(&mut self, row: [i32; COLUMNS]) {
+        let mut words = self.words.iter_mut();
+        for (i, &left) in row.iter().enumerate() {
+            for (&right, word) in row.iter().take(i.wrapping_add(1)).zip(&mut words) {
+                *word = word.saturating_add(i64::from(left).wrapping_mul(i64::from(right)));
+            }
+        }
+        self.rows = self.rows.saturating_add(1);
+        if self.rows >= LIFE {
+            self.rows /= 2;
+            self.words.iter_mut().for_each(|word| *word >>= 1);
+        }
+        if self.rows >= ENOUGH && self.rows.is_multiple_of(INTERVAL) {
+            self.without = false;
+            self.stage = Stage::Assemble;
+        }
+    }
+
+    /// One step of the solution; the constants when it ends and they are to be believed.
+    pub fn step(&mut self) -> Option<Constants> {
+        self.stage = match self.stage {
+            Stage::Idle => Stage::Idle,
+            Stage::Assemble => self.assemble(),
+            Stage::Column(j) => self.column(j),
+            Stage::Unknowns => self.unknowns(),
+            Stage::Doubt(i) => match (self.known(i), i) {
+                (false, _) => Stage::Idle,
+                (true, 0) => Stage::Doubt(1),
+                (true, _) => {
+                    self.stage = Stage::Idle;
+                    return Some(self.found);
+                }
+            },
+        };
+        None
+    }
+
+    /// The column of the sums behind a column of the system.
+    fn source(&self, column: usize) -> usize {
+        if self.without && column >= RISE {
+            column.wrapping_add(1)
+        } else {
+            column
+        }
+    }
+
+    fn order(&self) -> usize {
+        COLUMNS.wrapping_sub(usize::from(self.without))
+    }
+
+    fn word(&self, i: usize, j: usize) -> i64 {
+        let (i, j) = (self.source(i), self.source(j));
+        let place = (i.wrapping_mul(i.wrapping_add(1)) / 2).wrapping_add(j);
+        self.words.get(place).copied().unwrap_or(0)
+    }
+
+    fn assemble(&mut self) -> Stage {
+        let order = self.order();
+        let mut factor = Factor::new(order);
+        let mut fine = true;
+        for i in 0..order {
+            fine &= factor.scale(i, self.word(i, i));
+            for j in 0..=i {
+                factor.set(i, j, self.word(i, j));
+            }
+        }
+        self.factor = factor;
+        match (fine, self.without) {
+            (true, _) => Stage::Column(0),
+            (false, false) => self.leave_out_the_inductance(),
+            (false, true) => Stage::Idle,
+        }
+    }
+
+    fn column(&mut self, j: usize) -> Stage {
+        let last = self.order().wrapping_sub(2);
+        match self.factor.column(j, 0..COLUMNS) {
+            true if j < last => Stage::Column(j.wrapping_add(1)),
+            true => Stage::Unknowns,
+            false if j == RISE => self.leave_out_the_inductance(),
+            false => Stage::Idle,
+        }
+    }
+
+    fn leave_out_the_inductance(&mut self) -> Stage {
+        self.without = true;
+        Stage::Assemble
+    }
+
+    /// A reversed encoder, or one that is not the motor's, gives no winding; nor does a drive with a law of its own.
+    fn unknowns(&mut self) -> Stage {
+        let [resistance, emf, inductance, ..] = self.factor.unknowns_scaled();
+        let own = |scaled: i32, i: usize| {
+            Positive::of(scaled.max(0), UNKNOWN_FRAC).shifted(self.factor.unknown_exponent(i))
+        };
+        let unknowns = [own(resistance, 0), own(emf, 1)];
+        let inductance = if self.without {
+            0
+        } else {
+            own(inductance, RISE).to_q(8)
+        };
+        self.found = Constants {
+            resistance: unknowns[0].to_q(16),
+            emf: unknowns[1].to_q(8),
+            inductance,
+        };
+        self.unknowns = unknowns;
+        let last = COLUMNS - 1;
+        let whole = Positive::new(self.words[last * (last + 1) / 2 + last].unsigned_abs(), 0);
+        let left = self.factor.residual().shifted(2 * ROW_BITS);
+        let most = whole.times(Positive::of(MOST_RESIDUAL.0, MOST_RESIDUAL.1));
+        if resistance > 0 && emf > 0 && left.below(most) {
+            Stage::Doubt(0)
+        } else {
+            Stage::Idle
+        }
+    }
+
+    /// Is R (0) or K (1) known well enough?
+    fn known(&self, i: usize) -> bool {
+        let mut gradient = [(Positive::default(), false); MOST];
+        gradient[i & 1].0 = Positive::new(1, 0);
+        let mut forward = self.factor.load(&gradient);
+        self.factor.substitute(&mut forward);
+        let sum = self.factor.variance(&forward, Positive::default(), 0..COLUMNS);
+        let variance = self.factor.scaled_variance(&forward, sum);
+        let value = self.unknowns[i & 1];
+        let freedom = u64::from(self.rows).saturating_sub(self.factor.unknowns() as u64);
+        let most = value
+            .times(value)
+            .times(Positive::of(MOST_VARIANCE.0, MOST_VARIANCE.1))
+            .times(Positive::new(freedom, 0));
+        variance.below(most)
+    }
+}

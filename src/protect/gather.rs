@@ -1,0 +1,118 @@
+//! What happens between two looks: sums of voltage and current, and the one thing that a mean would hide.
+//!
+//! Faults of a motor take milliseconds. Protection therefore looks at an axis [`LOOK_HZ`] to 2·[`LOOK_HZ`] times a second
+//! (more often where counts come fast, [`MOST_COUNTS`]) and not in every tick: what lies between is gathered here, a few additions a tick. Counts that jump are seen in
+//! the very tick, because over several of them a jump would hide in a motion.
+
+use super::motion::Expectation;
+use crate::config::Scale;
+use crate::units::Voltage;
+
+/// Looks per second, at least (or every tick, where ticks are slower).
+const LOOK_HZ: u32 = 2500;
+/// Counts between two looks at rated speed, at most: together with those that a fault needs
+/// ([`super::EXPECTED_COUNTS`]) they are fewer than 24.
+const MOST_COUNTS: u32 = 12;
+
+/// What a tick brings.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    /// Raw counter.
+    pub count: i32,
+    /// Raw current; `None`: not sensed.
+    pub current: Option<i16>,
+    /// Terminal voltage that acted since the last tick; `None`: bridge open.
+    pub voltage: Option<Voltage>,
+}
+
+/// What lay between two looks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Means {
+    /// Mean terminal voltage; `None`: the bridge was open, at least in one tick.
+    pub voltage: Option<Voltage>,
+    /// Sum of the current over the ticks, converter counts; 0 where it was not sensed.
+    pub current: i32,
+}
+
+/// Sums since the last look.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct State {
+    /// Q20.
+    voltage: i32,
+    current: i32,
+    open: bool,
+    ticks: u32,
+    count: Option<i32>,
+}
+
+/// How many ticks a look takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Params {
+    /// Ticks between two looks, as a shift.
+    bits: u32,
+}
+
+/// What a tick asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Due {
+    Nothing,
+    Look,
+    /// The counter has jumped.
+    Jump,
+}
+
+impl State {
+    /// Means of what was gathered; the next tick begins anew.
+    pub fn take(&mut self, bits: u32) -> Means {
+        let means = Means {
+            voltage: (!self.open).then_some(Voltage(self.voltage >> (bits & 31))),
+            current: self.current,
+        };
+        *self = Self {
+            count: self.count,
+            ..Self::default()
+        };
+        means
+    }
+}
+
+impl Params {
+    pub fn new(scale: &Scale) -> Self {
+        let by_rate = scale.config.tick_hz / LOOK_HZ;
+        let by_speed = (MOST_COUNTS << 16) / scale.rated_counts_per_tick_q16.max(1);
+        Self {
+            bits: by_rate.min(by_speed).max(1).ilog2(),
+        }
+    }
+
+    pub fn bits(&self) -> u32 {
+        self.bits
+    }
+
+    /// One tick.
+    pub fn step(&self, state: &mut State, expectation: &Expectation, reading: &Reading) -> Due {
+        match reading.voltage {
+            Some(voltage) => state.voltage = state.voltage.saturating_add(voltage.0),
+            None => state.open = true,
+        }
+        state.current = state
+            .current
+            .saturating_add(i32::from(reading.current.unwrap_or(0)));
+        state.ticks = state.ticks.wrapping_add(1);
+        let before = state.count.replace(reading.count).unwrap_or(reading.count);
+        let moved = reading.count.wrapping_sub(before).saturating_abs();
+        if moved > expectation.jump() && reading.voltage.is_some() {
+            Due::Jump
+        } else if state.ticks >> (self.bits & 31) != 0 {
+            Due::Look
+        } else {
+            Due::Nothing
+        }
+    }
+}
+
+/// Looks per second, and ticks between two of them as a shift.
+pub(super) fn looks(scale: &Scale) -> (f32, u32) {
+    let bits = Params::new(scale).bits();
+    (scale.config.tick_hz as f32 / (1u32 << bits) as f32, bits)
+}
