@@ -112,10 +112,11 @@ pub(crate) struct Commissioning {
 }
 
 /// Who learns from count and voltage. One at a time, so they share their memory.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub(crate) enum Listener {
-    /// Nobody yet: the passive identification begins in the next tick.
+    /// Nobody yet: the passive identification begins as soon as the design has followed what is known.
+    #[default]
     None,
     /// A commissioning, which excites too.
     Commissioning(Commissioning),
@@ -136,8 +137,9 @@ pub struct Axis {
     slew: i32,
 }
 
-/// One joint: everything that changes. A value: as many axes as there are states.
-#[derive(Clone, Copy, Debug)]
+/// One joint: everything that changes. A value: as many axes as there are states. The default is that of no axis at all;
+/// [`Axis::start`] makes one of an axis.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct State {
     pub(crate) tick: u32,
     /// Counter at power-up, once a sample was seen.
@@ -217,35 +219,61 @@ impl Axis {
     /// An axis that was just switched on: bridge open, nothing known.
     #[must_use]
     pub fn start(&self) -> State {
-        let knowledge = Knowledge::default();
-        State {
-            tick: 0,
-            zero: None,
-            datum: None,
-            search: None,
-            missed: false,
-            index: false,
-            count: 0,
-            standstill: encoder::Standstill::default(),
-            mode: Mode::Idle,
-            armed: false,
-            compensation: true,
-            holding: false,
-            limit: Limit::None,
-            reference: Reference::default(),
-            voltage: Voltage::ZERO,
-            acted: None,
-            listener: Listener::None,
-            outcome: None,
-            known: Estimates::default(),
+        let mut state = State::default();
+        self.restart(&mut state);
+        state
+    }
+
+    /// Switches it off and on again. In place: a state is kilobytes, and this happens in a control tick.
+    pub fn restart(&self, state: &mut State) {
+        // Without `..`, so that no new field is forgotten.
+        let State {
+            tick,
+            zero,
+            datum,
+            search,
+            missed,
+            index,
+            count,
+            standstill,
+            mode,
+            armed,
+            compensation,
+            holding,
+            limit,
+            reference,
+            voltage,
+            acted,
+            listener,
+            outcome,
+            known,
             knowledge,
-            design: Design::new(&self.scale, &self.tuning, &knowledge),
-            renewal: design::Stage::Done,
-            encoder: encoder::State::default(),
-            control: control::State::default(),
-            pwm: pwm::State::default(),
-            protect: protect::State::default(),
-        }
+            design,
+            renewal,
+            encoder,
+            control,
+            pwm,
+            protect,
+        } = state;
+        (*tick, *count) = (0, 0);
+        (*zero, *datum, *search, *acted, *outcome) = (None, None, None, None, None);
+        (*missed, *index, *armed, *holding) = (false, false, false, false);
+        *compensation = true;
+        *standstill = encoder::Standstill::default();
+        *mode = Mode::Idle;
+        *limit = Limit::None;
+        *reference = Reference::default();
+        *voltage = Voltage::ZERO;
+        *listener = Listener::None;
+        *known = Estimates::default();
+        *knowledge = Knowledge::default();
+        *design = Design::new(&self.scale, &self.tuning, knowledge);
+        // The last stage once more: what listens begins in the tick after.
+        *renewal = design::Stage::Limits;
+        *encoder = encoder::State::default();
+        *control = control::State::default();
+        *pwm = pwm::State::default();
+        *protect = protect::State::default();
     }
 
     /// Machine units of this axis.
@@ -254,8 +282,15 @@ impl Axis {
         &self.scale
     }
 
-    /// One control tick, top to bottom.
+    /// One control tick.
     pub fn step(&self, state: &mut State, sample: Sample) -> Output {
+        let mut output = Output::default();
+        self.step_into(state, sample, &mut output);
+        output
+    }
+
+    /// One control tick, top to bottom. The output is written where it is to stay.
+    pub fn step_into(&self, state: &mut State, sample: Sample, output: &mut Output) {
         let supply = self.pwm.supply(&mut state.pwm, &sample);
         let acting = self.pwm.acting(&state.pwm);
         let voltage = self.pwm.terminal(acting, supply);
@@ -268,11 +303,9 @@ impl Axis {
         let drive = self.pwm.modulate(&mut state.pwm, demand.bridge, terminal);
         state.acted = (acting.bridge != Bridge::Open).then_some(voltage);
         state.tick = state.tick.wrapping_add(1);
-        Output {
-            bridge: drive.bridge,
-            duty: drive.duty,
-            record: state.record(&sample, acting, drive),
-        }
+        output.bridge = drive.bridge;
+        output.duty = drive.duty;
+        output.record = state.record(&sample, acting, drive);
     }
 
     /// Count → position and speed.
@@ -409,23 +442,20 @@ impl Axis {
             supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply.q14()),
             current_raw: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
         };
-        if state.renewal != design::Stage::Done {
+        let renewing = state.renewal != design::Stage::Done;
+        if renewing {
             self.renew(state);
         }
         match &mut state.listener {
+            // Not in the tick in which the design follows: both take long.
+            Listener::None if renewing => {}
             Listener::None => self.listen(state),
             Listener::Passive(passive) => {
                 if self.passive.step(passive, &mut state.known, &input) {
                     state.learn();
                 }
             }
-            Listener::Commissioning(commissioning) => {
-                let request = commissioning.params.step(&mut commissioning.state, &input);
-                state.mode = Mode::Commission(request);
-                if let Some(&outcome) = commissioning.state.outcome() {
-                    state.conclude(outcome);
-                }
-            }
+            Listener::Commissioning(_) => state.excite(&input),
         }
     }
 
@@ -443,7 +473,10 @@ impl Axis {
     #[cold]
     #[inline(never)]
     fn listen(&self, state: &mut State) {
-        state.listener = Listener::Passive(self.passive.listen(state.count, &state.known));
+        state.listener = Listener::Passive(passive::State::new(&self.passive, state.count));
+        if let Listener::Passive(passive) = &mut state.listener {
+            self.passive.adopt(passive, &state.known);
+        }
     }
 
     /// Set-point → voltage behind the dead zone.
@@ -492,9 +525,14 @@ impl Axis {
     /// The one clip: supply and saturation. Tells which of them acts.
     fn clip(&self, state: &State, wanted: Voltage, saturation: [Voltage; 2]) -> (Voltage, Limit) {
         let ceiling = self.pwm.ceiling(&state.pwm);
-        let [positive, negative] = saturation.map(|level| level.min(ceiling));
-        let clipped = wanted.min(positive).max(Voltage::ZERO.minus(negative));
-        let level = if wanted.0 > 0 { positive } else { negative };
+        let [positive, negative] = saturation;
+        let (level, clipped) = if wanted.0 > 0 {
+            let level = positive.min(ceiling);
+            (level, wanted.min(level))
+        } else {
+            let level = negative.min(ceiling);
+            (level, wanted.max(Voltage::ZERO.minus(level)))
+        };
         let limit = match () {
             () if clipped == wanted => state.limit,
             () if level == ceiling => Limit::Supply,
@@ -508,6 +546,19 @@ impl State {
     /// The loops are to use what is known now, as far as it is trusted.
     pub(crate) fn learn(&mut self) {
         self.renewal = self.renewal.max(self.knowledge.adopt(&self.known));
+    }
+
+    /// One tick of a commissioning. A function of its own: in ordinary ticks its stack frame is not there.
+    #[inline(never)]
+    fn excite(&mut self, input: &commission::Input) {
+        let Listener::Commissioning(commissioning) = &mut self.listener else {
+            return;
+        };
+        let request = commissioning.params.step(&mut commissioning.state, input);
+        self.mode = Mode::Commission(request);
+        if let Some(&outcome) = commissioning.state.outcome() {
+            self.conclude(outcome);
+        }
     }
 
     /// The commissioning has ended: bridge open, gains from what is trusted. One that was refused leaves behind what

@@ -1,6 +1,7 @@
 //! From the stored parameters to joints that are ready to be armed.
 
 use crate::board::{self, AXES};
+use core::mem::MaybeUninit;
 use servo::drivers::flash::ParameterFlash;
 use servo::joint::{Joint, Order};
 use servo::protect::Notice;
@@ -16,6 +17,7 @@ pub struct Restored {
 }
 
 /// Reads the store. A set that this board cannot run counts as unreadable: it is reported, not mended.
+#[inline(never)]
 pub fn restore() -> (Archive<board::Flash>, Restored) {
     let mut flash = ParameterFlash::new(board::flash(), board::PARAMETERS);
     let loaded = flash.load();
@@ -34,7 +36,13 @@ pub fn restore() -> (Archive<board::Flash>, Restored) {
             set: StoredParameters::default(),
         },
     };
-    defmt::info!("stored parameters: {}", defmt::Debug2Format(&restored.found));
+    // Words by hand: `Debug` would bring 5 KiB of formatting into the image.
+    match restored.found {
+        Found::Set { layout } => defmt::info!("stored parameters: layout {=u16}", layout),
+        Found::Blank => defmt::info!("stored parameters: none"),
+        Found::Unreadable { layout } => defmt::info!("stored parameters: unreadable, layout {=u16}", layout),
+        Found::Damaged => defmt::info!("stored parameters: damaged"),
+    }
     (Archive::new(flash), restored)
 }
 
@@ -43,10 +51,17 @@ fn suits(set: &StoredParameters) -> bool {
     set.axes.iter().skip(AXES).all(Option::is_none) && configs.all(|config| board::supports(config).is_ok())
 }
 
-/// One joint an axis: as it was stored, or never configured.
-pub fn joints(restored: &Restored, cause: ResetCause, drive: &mut board::Drive) -> [Joint; AXES] {
-    core::array::from_fn(|axis| {
-        let mut joint = Joint::new();
+/// One joint an axis: as it was stored, or never configured. In the place where they stay: they are kilobytes, and
+/// copies would make this the deepest point of the stack.
+#[inline(never)]
+pub fn joints<'a>(
+    place: &'a mut MaybeUninit<[Joint; AXES]>,
+    restored: &Restored,
+    cause: ResetCause,
+    drive: &mut board::Drive,
+) -> &'a mut [Joint; AXES] {
+    let joints = place.write(core::array::from_fn(|_| Joint::new()));
+    for (axis, joint) in joints.iter_mut().enumerate() {
         if cause == ResetCause::Watchdog {
             joint.heed(Notice::WatchdogReset);
         }
@@ -59,6 +74,6 @@ pub fn joints(restored: &Restored, cause: ResetCause, drive: &mut board::Drive) 
         {
             drive.configure(axis, &parameters.config);
         }
-        joint
-    })
+    }
+    joints
 }

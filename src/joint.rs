@@ -84,7 +84,10 @@ pub struct Tick<'a> {
 /// One joint.
 #[derive(Clone, Debug, Default)]
 pub struct Joint {
-    configured: Option<(Axis, State)>,
+    /// `None`: not configured.
+    axis: Option<Axis>,
+    /// Of the axis, if there is one. Apart from it, so that a configuration sets it up in place.
+    state: State,
     /// What was found before there was an axis to tell.
     waiting: Fault,
     driven: bool,
@@ -100,22 +103,15 @@ impl Joint {
 
     /// Executes an order at the start of a tick, before [`Joint::step`].
     pub fn execute(&mut self, order: &Order) -> Result<(), Refusal> {
-        match (order, &mut self.configured) {
+        match (order, &self.axis) {
             (Order::Install(..) | Order::Reset, _) if self.driven => Err(Refusal::BridgeDriven),
-            (Order::Install(axis, restored), place) => {
-                let fault = place.as_ref().map_or(self.waiting, |(_, state)| state.fault());
-                let (axis, state) = place.insert((*axis, axis.start()));
-                axis.latch(state, fault);
-                restored
-                    .as_ref()
-                    .map_or(Ok(()), |restored| axis.restore(state, restored))
-                    .map_err(Refusal::Axis)
-            }
-            (Order::Reset, place) => {
-                self.waiting = place.take().map_or(self.waiting, |(_, state)| state.fault());
+            (Order::Install(axis, restored), _) => self.install(axis, restored.as_ref()),
+            (Order::Reset, _) => {
+                self.waiting = self.fault();
+                self.axis = None;
                 Ok(())
             }
-            (Order::Run(command), Some((axis, state))) => execute(axis, state, command),
+            (Order::Run(command), Some(axis)) => execute(axis, &mut self.state, command),
             (Order::Run(Command::Stop), None) => {
                 self.waiting = Fault::None;
                 Ok(())
@@ -124,12 +120,30 @@ impl Joint {
         }
     }
 
+    fn install(&mut self, axis: &Axis, restored: Option<&Restored>) -> Result<(), Refusal> {
+        let fault = self.fault();
+        let (axis, state) = (self.axis.insert(*axis), &mut self.state);
+        axis.restart(state);
+        axis.latch(state, fault);
+        restored
+            .map_or(Ok(()), |restored| axis.restore(state, restored))
+            .map_err(Refusal::Axis)
+    }
+
+    /// The latched fault, or the one that waits for an axis.
+    fn fault(&self) -> Fault {
+        match self.axis {
+            Some(_) => self.state.fault(),
+            None => self.waiting,
+        }
+    }
+
     /// Takes what the samples do not show: between [`Joint::execute`] and [`Joint::step`] of the same tick, so that a
     /// condition that lasts cannot be cleared. The permission in every tick, everything else when it happens. A fault
     /// that follows is latched, and kept through a configuration, until [`Command::Stop`] clears it.
     pub fn heed(&mut self, notice: Notice) {
-        match &mut self.configured {
-            Some((axis, state)) => axis.heed(state, notice),
+        match &self.axis {
+            Some(axis) => axis.heed(&mut self.state, notice),
             None if self.waiting == Fault::None => self.waiting = notice.fault(),
             None => {}
         }
@@ -137,53 +151,48 @@ impl Joint {
 
     /// The index pulse of the encoder is there in this tick: before [`Joint::step`] with the count of the same moment.
     pub fn index(&mut self) {
-        if let Some((axis, state)) = &mut self.configured {
-            axis.index(state);
+        if let Some(axis) = &self.axis {
+            axis.index(&mut self.state);
         }
     }
 
     /// The configuration in force.
     #[must_use]
     pub fn config(&self) -> Option<&Config> {
-        self.configured.as_ref().map(|(axis, _)| &axis.scale().config)
+        self.axis.as_ref().map(|axis| &axis.scale().config)
     }
 
     /// What is in force, as it is stored; `None`: not configured.
     #[must_use]
     pub fn parameters(&self) -> Option<AxisParameters> {
-        self.configured
-            .as_ref()
-            .map(|(axis, state)| axis.parameters(state))
+        self.axis.as_ref().map(|axis| axis.parameters(&self.state))
     }
 
     /// Is the bridge open, and does the shaft stand?
     #[must_use]
     pub fn rests(&self) -> Option<AtRest> {
-        let stands = self
-            .configured
-            .as_ref()
-            .is_none_or(|(axis, state)| axis.stands(state));
+        let stands = self.axis.as_ref().is_none_or(|axis| axis.stands(&self.state));
         let bridge = if self.driven { Bridge::Driven } else { Bridge::Open };
         AtRest::check(bridge, stands)
     }
 
     /// One control tick.
     pub fn step(&mut self, sample: Sample) -> Tick<'_> {
-        let Some((axis, state)) = &mut self.configured else {
+        let Some(axis) = &self.axis else {
             self.output = unconfigured(self.waiting);
             return Tick {
                 output: &self.output,
                 concluded: None,
             };
         };
-        self.output = axis.step(state, sample);
+        axis.step_into(&mut self.state, sample, &mut self.output);
         let commissioning = self.output.record.activity == Activity::Commissioning;
         let ended = self.commissioning && !commissioning;
         self.commissioning = commissioning;
         self.driven = self.output.bridge != Bridge::Open;
         Tick {
             output: &self.output,
-            concluded: if ended { state.outcome() } else { None },
+            concluded: if ended { self.state.outcome() } else { None },
         }
     }
 }

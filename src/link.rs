@@ -23,7 +23,8 @@ pub enum Incoming {
 pub struct Inbox {
     receiver: Receiver<Request>,
     last: Option<u16>,
-    answer: Option<Message>,
+    /// Its answer: tick and result.
+    answer: Option<(u32, Result<(), Refusal>)>,
 }
 
 impl Inbox {
@@ -47,17 +48,20 @@ impl Inbox {
 
     /// Keeps the answer to the command that was executed last, to give it again.
     pub fn answered(&mut self, message: &Message) {
-        if let Message::Answer { to, .. } = message
-            && Some(*to) == self.last
+        if let Message::Answer { to, tick, result } = *message
+            && Some(to) == self.last
         {
-            self.answer = Some(message.clone());
+            self.answer = Some((tick, result));
         }
     }
 
     fn sort(&mut self, frame: Frame<Request>) -> Incoming {
         let ahead = self.last.map_or(1, |last| frame.sequence.wrapping_sub(last));
         match ahead {
-            0 => self.answer.clone().map_or(Incoming::Drop(None), Incoming::Answer),
+            0 => self.answer.map_or(Incoming::Drop(None), |(tick, result)| {
+                let to = frame.sequence;
+                Incoming::Answer(Message::Answer { to, tick, result })
+            }),
             // More than half of the circle ahead is behind.
             1..0x8000 => {
                 self.last = Some(frame.sequence);

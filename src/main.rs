@@ -31,10 +31,11 @@ mod app {
     use crate::board::{self, AXES};
     use crate::boot;
     use crate::post::Post;
-    use crate::tick::{Control, Ends};
+    use crate::tick::{Control, Ends, Telemetry};
+    use core::mem::MaybeUninit;
     use heapless::spsc::{Consumer, Producer, Queue};
     use servo::capture::{EMPTY, Ring};
-    use servo::joint::Order;
+    use servo::joint::{Joint, Order};
     use servo::protocol::Message;
     use servo::saving::{Archive, Job, Report};
 
@@ -43,7 +44,7 @@ mod app {
     /// Answers on their way back; more places than orders, so none is lost, nor is the end of a commissioning.
     type Answers = Queue<Message, 8>;
     /// Telemetry records on their way to the link.
-    type Records = Queue<Message, 32>;
+    type Records = Queue<Telemetry, 32>;
     /// Parameters on their way from the control interrupt to the store: every axis, then what to do with them.
     type Jobs = Queue<Job, { AXES + 2 }>;
     /// How that went.
@@ -58,7 +59,7 @@ mod app {
         drive: board::Drive,
         post: Post,
         answers_in: Consumer<'static, Message>,
-        records_in: Consumer<'static, Message>,
+        records_in: Consumer<'static, Telemetry>,
         idle: board::Idle,
         archive: Archive<board::Flash>,
         jobs_in: Consumer<'static, Job>,
@@ -66,13 +67,13 @@ mod app {
     }
 
     #[init(local = [ring: Ring = EMPTY, orders: Orders = Queue::new(), answers: Answers = Queue::new(),
-                   records: Records = Queue::new(), jobs: Jobs = Queue::new(), reports: Reports = Queue::new()])]
+                   joints: MaybeUninit<[Joint; AXES]> = MaybeUninit::uninit(), records: Records = Queue::new(), jobs: Jobs = Queue::new(), reports: Reports = Queue::new()])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
         let cause = board::begin(&cx.device, &mut cx.core);
         let (archive, restored) = boot::restore();
         let (mut drive, line, idle) = board::init(cx.device, cx.core);
         defmt::info!("servo {=str} on {=str}", env!("CARGO_PKG_VERSION"), board::NAME);
-        let joints = boot::joints(&restored, cause, &mut drive);
+        let joints = boot::joints(cx.local.joints, &restored, cause, &mut drive);
         let (orders_out, orders) = cx.local.orders.split();
         let (answers, answers_in) = cx.local.answers.split();
         let (records, records_in) = cx.local.records.split();

@@ -138,8 +138,13 @@ impl Axis {
         let params = commission::Params::new(&self.scale, budget_ms, seed);
         state.listener = Listener::Commissioning(Commissioning {
             params,
-            state: commission::State::new(&params, state.count).referenced(state.origin()),
+            state: commission::State::new(&params, state.count),
         });
+        if let Listener::Commissioning(commissioning) = &mut state.listener {
+            commissioning
+                .state
+                .measure_from(state.datum.or(state.zero).unwrap_or(0));
+        }
         state.outcome = None;
         state.mode = Mode::Commission(Request::default());
         Ok(())

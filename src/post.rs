@@ -15,6 +15,8 @@ pub struct Post {
     inbox: Inbox,
     orders: Producer<'static, (u16, u8, Order)>,
     sequence: u16,
+    /// The frame that is being written.
+    frame: [u8; FRAME_CAPACITY],
 }
 
 impl Post {
@@ -25,6 +27,7 @@ impl Post {
             inbox: Inbox::new(),
             orders,
             sequence: 0,
+            frame: [0; FRAME_CAPACITY],
         }
     }
 
@@ -42,10 +45,11 @@ impl Post {
     }
 
     /// Sends what waits, as far as the line has room.
-    pub fn forward(&mut self, messages: &mut Consumer<'static, Message>) {
+    pub fn forward(&mut self, messages: &mut Consumer<'static, impl Into<Message>>) {
         while self.has_room()
             && let Some(message) = messages.dequeue()
         {
+            let message = message.into();
             self.inbox.answered(&message);
             self.send(&message);
         }
@@ -55,7 +59,7 @@ impl Post {
         match incoming {
             Incoming::Execute(to, request) => self.order(to, request),
             Incoming::Answer(answer) => self.send(&answer),
-            Incoming::Drop(error) => defmt::debug!("frame dropped: {}", defmt::Debug2Format(&error)),
+            Incoming::Drop(_) => defmt::debug!("frame dropped"),
         }
     }
 
@@ -73,9 +77,8 @@ impl Post {
     }
 
     fn send(&mut self, message: &Message) {
-        let mut buffer = [0; FRAME_CAPACITY];
         self.sequence = self.sequence.wrapping_add(1);
-        if let Ok(bytes) = encode(self.sequence, message, &mut buffer) {
+        if let Ok(bytes) = encode(self.sequence, message, &mut self.frame) {
             self.line.write(bytes);
         }
     }

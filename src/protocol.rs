@@ -18,7 +18,7 @@ use crate::saving::StoreEvent;
 use crate::store::{AxisParameters, Found};
 use core::marker::PhantomData;
 use crc::{CRC_32_ISO_HDLC, Crc};
-use postcard::ser_flavors::{Cobs, Slice, crc::CrcModifier};
+use postcard::ser_flavors::{Cobs, Flavor, Slice, crc::CrcModifier};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Version of the frames; first byte of every frame.
@@ -27,7 +27,7 @@ pub const VERSION: u8 = 2;
 /// Room for the longest frame on the wire, bytes: 254 of content fit into one COBS group.
 pub const FRAME_CAPACITY: usize = 256;
 
-const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+static CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const CHECKSUM_BYTES: usize = 4;
 
 /// A command and the axis that it is for: the content of a frame to the servo.
@@ -272,8 +272,32 @@ pub fn encode<T: Serialize>(sequence: u16, body: T, buffer: &mut [u8]) -> Result
         body,
     };
     Cobs::try_new(Slice::new(buffer))
-        .and_then(|cobs| postcard::serialize_with_flavor(&frame, CrcModifier::new(cobs, CHECKSUM.digest())))
+        .and_then(|cobs| {
+            postcard::serialize_with_flavor(&frame, Line(CrcModifier::new(cobs, CHECKSUM.digest())))
+        })
         .map_err(|_| FrameError::TooLong)
+}
+
+/// The stack of flavours as one function: inlined wherever a byte is written, checksum and framing would take 3 KiB of
+/// the image.
+struct Line<'a>(CrcModifier<'static, Cobs<Slice<'a>>, u32>);
+
+impl<'a> Flavor for Line<'a> {
+    type Output = &'a mut [u8];
+
+    #[inline(never)]
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        self.0.try_push(byte)
+    }
+
+    #[inline(never)]
+    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
+        bytes.iter().try_for_each(|&byte| self.try_push(byte))
+    }
+
+    fn finalize(self) -> postcard::Result<Self::Output> {
+        self.0.finalize()
+    }
 }
 
 /// Reads one COBS block (without its zero byte); decodes in place.

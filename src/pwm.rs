@@ -110,8 +110,8 @@ impl Params {
             0
         };
         let drive = Drive { bridge, duty };
-        state.line.copy_within(0..LONGEST_DELAY - 1, 1);
-        state.line[0] = drive;
+        let [newest, older, _] = state.line;
+        state.line = [drive, newest, older];
         drive
     }
 

@@ -14,6 +14,12 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// Nothing was read yet.
+    pub const NONE: Self = Self {
+        count: 0,
+        vbus_raw: Self::VBUS_NOT_MEASURED,
+        current_raw: Self::CURRENT_NOT_SENSED,
+    };
     /// Marks a supply that is not measured: the nominal voltage is used.
     pub const VBUS_NOT_MEASURED: u16 = u16::MAX;
     /// Marks a winding current that is not sensed.

@@ -4,8 +4,9 @@ use crate::board::{self, AXES};
 use heapless::spsc::{Consumer, Producer};
 use servo::capture::{Capture, Ring};
 use servo::joint::{Joint, Order};
-use servo::protect::Notice;
+use servo::protect::{Notice, Permit};
 use servo::protocol::{CAPTURE_PIECE, Command, Message, Refusal, ResetCause};
+use servo::record::Record;
 use servo::saving::{Job, Report, Saving, Step};
 use servo::store::{AtRest, Found};
 
@@ -19,16 +20,41 @@ pub struct Ends {
     /// To the link: answers.
     pub answers: Producer<'static, Message>,
     /// To the link: telemetry.
-    pub records: Producer<'static, Message>,
+    pub records: Producer<'static, Telemetry>,
     /// To idle.
     pub jobs: Producer<'static, Job>,
     /// From idle.
     pub reports: Consumer<'static, Report>,
 }
 
+/// [`Message::Telemetry`] on its way to the link: the longest message takes three times as much room.
+pub struct Telemetry {
+    axis: u8,
+    tick: u32,
+    cost: u32,
+    record: Record,
+}
+
+impl From<Telemetry> for Message {
+    fn from(telemetry: Telemetry) -> Self {
+        let Telemetry {
+            axis,
+            tick,
+            cost,
+            record,
+        } = telemetry;
+        Message::Telemetry {
+            axis,
+            tick,
+            cost,
+            record,
+        }
+    }
+}
+
 /// Owned by the control interrupt.
 pub struct Control {
-    joints: [Joint; AXES],
+    joints: &'static mut [Joint; AXES],
     telemetry_every: [u32; AXES],
     tick: u32,
     capture: Capture<'static>,
@@ -45,7 +71,7 @@ pub struct Control {
 impl Control {
     /// Nothing subscribed. `joints`: as they were stored.
     pub fn new(
-        joints: [Joint; AXES],
+        joints: &'static mut [Joint; AXES],
         ring: &'static mut Ring,
         cause: ResetCause,
         stored: Found,
@@ -70,10 +96,12 @@ impl Control {
     /// One tick.
     pub fn tick(&mut self, drive: &mut board::Drive) {
         drive.begin_tick();
+        let mut start = drive.clock();
         // Programming the flash and setting the timers anew take ticks away, both with the bridges open.
         let excused = self.take_order(drive) || self.saving.is_active();
         for axis in 0..AXES {
-            self.step(axis, drive);
+            self.step(axis, start, drive);
+            start = drive.clock();
         }
         if self.saving.is_active() {
             self.save();
@@ -82,11 +110,14 @@ impl Control {
         self.tick = self.tick.wrapping_add(1);
     }
 
-    fn step(&mut self, axis: usize, drive: &mut board::Drive) {
-        let start = drive.clock();
+    /// `start`: the clock where the tick began, or where the axis before this one had ended.
+    fn step(&mut self, axis: usize, start: u32, drive: &mut board::Drive) {
         let sample = drive.sample(axis);
         let joint = &mut self.joints[axis];
-        joint.heed(Notice::Permit(drive.permit(axis)));
+        let permit = drive.permit(axis);
+        if permit != Permit::Granted {
+            joint.heed(Notice::Permit(permit));
+        }
         if self.overrun {
             joint.heed(Notice::TickOverrun);
         }
@@ -99,7 +130,7 @@ impl Control {
         let (every, axis, tick) = (self.telemetry_every[axis], axis as u8, self.tick);
         if every != 0 && tick.is_multiple_of(every) {
             // Full: the link is too slow for this decimation; the host sees it by the gap in the tick numbers.
-            let _ = self.ends.records.enqueue(Message::Telemetry {
+            let _ = self.ends.records.enqueue(Telemetry {
                 axis,
                 tick,
                 cost,
@@ -184,7 +215,7 @@ impl Control {
     /// Is every bridge open, and does every shaft stand?
     fn rest(&self) -> Option<AtRest> {
         let mut rest = None;
-        for joint in &self.joints {
+        for joint in self.joints.iter() {
             rest = Some(joint.rests()?);
         }
         rest

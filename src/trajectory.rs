@@ -66,8 +66,11 @@ fn sin(phase: u32) -> i32 {
     };
     // −x²/2 in Q32: for x = −1 … 1 it is −2³¹ … 0, so that the upper word of a product with it is all that is needed.
     let z = mul_high(x << 1, x << 1).wrapping_neg() << 1;
-    let horner = |sum: i32, &coefficient: &i32| mul_high(sum, z).wrapping_add(coefficient);
-    mul_shift_within(TAYLOR.iter().fold(0, horner), x, 30)
+    let horner = |sum: i32, coefficient: i32| mul_high(sum, z).wrapping_add(coefficient);
+    // Written out: an image optimised for size would keep a loop.
+    let [a, b, c, d, e, f, g] = TAYLOR;
+    let sum = horner(horner(horner(horner(horner(horner(a, b), c), d), e), f), g);
+    mul_shift_within(sum, x, 30)
 }
 
 /// Largest error of [`sin_cos`], LSB of Q30 (2⁻³⁰).

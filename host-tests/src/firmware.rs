@@ -32,6 +32,17 @@ pub fn qemu_two_axes() -> Options {
     }
 }
 
+/// The same with an image of four axes.
+pub fn qemu_four_axes() -> Options {
+    static IMAGE: OnceLock<PathBuf> = OnceLock::new();
+    Options {
+        image: IMAGE
+            .get_or_init(|| build("qemu,four-axes", "qemu-four-axes-tested.elf"))
+            .clone(),
+        ..Options::default()
+    }
+}
+
 /// The command line's program, of the sources as they are.
 pub fn truing() -> Command {
     static PROGRAM: OnceLock<PathBuf> = OnceLock::new();

@@ -15,5 +15,6 @@ pub mod opened;
 pub mod passive;
 pub mod power_cut;
 pub mod serial_line;
+pub mod stops;
 pub mod tracking;
 pub mod virtual_motor;

@@ -2,6 +2,7 @@
 
 use host_tests::bench::Bench;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
+use host_tests::stops::{STOP_TURNS, between_stops};
 use host_tests::tracking::exact;
 use servo::axis::{Bridge, Refusal};
 use servo::config::Config;
@@ -11,27 +12,6 @@ use servo::protocol::Command;
 use servo::record::{Activity, Limit};
 use servo::referencing::{Referenced, Referencing};
 use std::f64::consts::TAU;
-use truing::truth::Oddity;
-
-/// Where the stops are, turns of the controlled shaft to either side of power-up.
-const STOP_TURNS: f64 = 2.0;
-
-/// A plant between two stops that give way by three counts at stall torque.
-fn between_stops(family: Family, seed: u32) -> Plant {
-    let options = Options {
-        tick_hz: 10_000,
-        ..Options::default()
-    };
-    let mut plant = Plant::draw(family, Severity::Harsh, Seeds::Design(seed), &options);
-    let motor = &mut plant.motor;
-    let stall = motor.torque_constant * motor.drive.supply_v / motor.resistance_ohm;
-    let count = TAU / f64::from(plant.config.counts_per_rev);
-    motor.load.oddity = Some(Oddity::EndStop {
-        stiffness: stall / (3.0 * count),
-        theta0_rad: STOP_TURNS * TAU,
-    });
-    plant
-}
 
 fn bench(plant: &Plant, estimates: Option<Estimates>) -> Bench {
     let mut bench = Bench::new(plant);

@@ -186,7 +186,8 @@ pub struct State {
 }
 
 impl State {
-    /// Ready to start at this count.
+    /// Ready to start at this count. Inlined, so that it is built where it is to stay and not copied there.
+    #[inline(always)]
     pub fn new(params: &Params, count: i32) -> Self {
         State {
             phase: Phase::Settle,
@@ -229,9 +230,8 @@ impl State {
     }
 
     /// The end stops count from here, not from where it starts.
-    pub fn referenced(mut self, zero: i32) -> Self {
+    pub fn measure_from(&mut self, zero: i32) {
         self.zero = zero;
-        self
     }
 
     /// Where it stands.

@@ -30,6 +30,8 @@ const STILL_S: f64 = 0.1;
 const LONGEST_REST_S: f64 = 10.0;
 /// No search for a reference takes longer, s.
 const LONGEST_SEARCH_S: f64 = 600.0;
+/// Nor does a move.
+const LONGEST_MOVE_S: f64 = 600.0;
 /// A piece of a capture has arrived after so long, s.
 const READ_S: f64 = 0.001;
 /// The shortest stretch of the log that counts as a run, s.
@@ -83,6 +85,8 @@ pub enum Task {
     Reference(Referencing),
     /// Store what is in force, so that it survives a power cut.
     Store,
+    /// Go there, and hold.
+    Move(Target),
     /// Follow a profile, then hold.
     Track {
         /// What to follow.
@@ -92,6 +96,26 @@ pub enum Task {
     },
     /// Apply a sine or a chirp of voltage; no loop is closed, nothing need be known.
     Excite(Waveform),
+}
+
+/// Where to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Target {
+    /// Absolute, rad from the reference's zero.
+    To(f32),
+    /// rad from where the axis is.
+    By(f32),
+}
+
+/// How a move ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// From the command to the first standstill at the target, s.
+    pub seconds: f64,
+    /// Position minus target at the end, rad.
+    pub error_rad: f32,
+    /// The axis held its target to the end, without a fault.
+    pub held: bool,
 }
 
 /// What a [`Task`] gave.
@@ -107,6 +131,8 @@ pub enum Done {
     Stored,
     /// A capture is armed.
     Armed,
+    /// The axis is there, or is not.
+    Moved(Arrival),
     /// Ticks of a motion.
     Tracked(Span),
     /// Ticks of an excitation, and what the servo knows behind it.
@@ -240,6 +266,7 @@ pub fn run_from(
             Task::Adopt(estimates) => session.adopt(estimates)?,
             Task::Reference(how) => session.reference(*how, progress)?,
             Task::Store => session.store(progress)?,
+            Task::Move(target) => session.go(*target, progress)?,
             Task::Capture { trigger, before } => {
                 session.capture = Some((*trigger, *before));
                 Done::Armed
@@ -635,6 +662,41 @@ impl Session {
             self.read_capture()?;
         }
         Ok(faulted)
+    }
+
+    fn go(&mut self, target: Target, progress: &mut dyn FnMut(Progress)) -> Result<Done, InputError> {
+        self.command(Command::Arm)?;
+        self.come_to_rest(progress)?;
+        self.begin_run();
+        let start = self.command(match target {
+            Target::To(rad) => Command::GoTo(rad),
+            Target::By(rad) => Command::Position(self.here() + rad),
+        })?;
+        // The records of the standstill before are none of the arrival.
+        let first = start + self.ticks(STILL_S);
+        self.run_to(first, |_| false, "moving", progress)?;
+        let still = self.standstill();
+        let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
+        let over = |kept: &Kept| faulted(kept) || kept.activity() == Activity::Holding && kept.stands(still);
+        let arrived = self.run_to(start + self.ticks(LONGEST_MOVE_S), over, "moving", progress)?;
+        self.run_to(arrived + self.ticks(HOLD_S), faulted, "holding", progress)?;
+        let arrival = Arrival {
+            seconds: f64::from(arrived - start) / f64::from(self.config().tick_hz) - STILL_S,
+            error_rad: self.off_target(),
+            held: self.kept.borrow().activity() == Activity::Holding,
+        };
+        self.command(Command::Stop)?;
+        self.pause()?;
+        Ok(Done::Moved(arrival))
+    }
+
+    /// Position minus set-point now, rad.
+    fn off_target(&self) -> f32 {
+        let kept = self.kept.borrow();
+        let reference = kept.log.rows.last().map_or(0, |row| row.record.reference_q8);
+        let wanted = reference as f32 / 256.0 * TAU / kept.log.config.counts_per_rev as f32;
+        drop(kept);
+        self.here() - wanted
     }
 
     /// Holds the position where the axis is now, until it stands: a motor with little friction coasts for long.

@@ -5,6 +5,9 @@ use crate::setup::TARGET;
 use anyhow::{Context, Result};
 use std::path::PathBuf;
 
+/// The board's image for as many axes as the chip can drive: built to see that it fits.
+pub const FOUR_AXES: &str = "stm32f405-four-axes";
+
 /// Builds the image of each board into `target/images/`.
 pub fn build_all() -> Result<()> {
     for board in ["stm32f405", "qemu"] {
@@ -27,8 +30,10 @@ pub fn build(board: &str) -> Result<PathBuf> {
         "--profile",
         "firmware",
     ]);
-    if board == "qemu" {
-        command.args(["--features", "qemu"]);
+    match board {
+        "qemu" => drop(command.args(["--features", "qemu"])),
+        FOUR_AXES => drop(command.args(["--features", "four-axes"])),
+        _ => {}
     }
     run(&mut command)?;
     let folder = root().join("target/images");

@@ -14,7 +14,15 @@ const ACCEPTED: &str = "host-tests/panic-paths/accepted.txt";
 /// because only this reads debug information. `silent`: without the list.
 pub fn check(silent: bool) -> Result<()> {
     let image = image::build("stm32f405")?;
-    let arguments = ["run", "--quiet", "--package", "panic-paths", "--"];
+    let arguments = [
+        "run",
+        "--quiet",
+        "--package",
+        "panic-paths",
+        "--bin",
+        "panic-paths",
+        "--",
+    ];
     let mut walk = cargo(&arguments);
     if silent {
         walk.stdout(Stdio::null());

@@ -88,25 +88,35 @@ impl Image {
 
     /// What leaves a function, in the order of addresses.
     pub fn branches(&self, function: &Function) -> Vec<Branch> {
-        let mut branches = Vec::new();
-        let mut at = function.start;
-        while at < function.end {
-            if !self.is_code(at) {
+        let inside = |to: u32| (function.start..function.end).contains(&to);
+        let leaving = |(at, first, second)| match thumb::flow(at, first, second) {
+            Flow::To(to) if !inside(to) => Some(Branch { at, to: Some(to) }),
+            Flow::Register => Some(Branch { at, to: None }),
+            Flow::To(_) | Flow::On => None,
+        };
+        self.instructions(function).filter_map(leaving).collect()
+    }
+
+    /// Bytes of stack that a function takes at most.
+    pub fn frame(&self, function: &Function) -> u32 {
+        self.instructions(function)
+            .map(|(_, first, second)| thumb::pushed(first, second))
+            .sum()
+    }
+
+    /// Address and halfwords of every instruction; the second is 0 for instructions of 2 bytes.
+    fn instructions(&self, function: &Function) -> impl Iterator<Item = (u32, u16, u16)> {
+        let (mut at, end) = (function.start, function.end);
+        std::iter::from_fn(move || {
+            while at < end && !self.is_code(at) {
                 at += 2;
-                continue;
             }
-            let first = self.half(at);
+            let (here, first) = (at, self.half(at));
             let length = thumb::length(first);
-            let second = if length == 4 { self.half(at + 2) } else { 0 };
-            let inside = |to: u32| (function.start..function.end).contains(&to);
-            match thumb::flow(at, first, second) {
-                Flow::To(to) if !inside(to) => branches.push(Branch { at, to: Some(to) }),
-                Flow::Register => branches.push(Branch { at, to: None }),
-                Flow::To(_) | Flow::On => {}
-            }
+            let second = if length == 4 { self.half(here + 2) } else { 0 };
             at += length;
-        }
-        branches
+            (here < end).then_some((here, first, second))
+        })
     }
 
     fn is_code(&self, address: u32) -> bool {

@@ -3,8 +3,11 @@
 //!
 //! The walk follows direct calls and branches between functions ([`thumb`]). A call by register cannot be followed; it is
 //! listed like a panic and needs a reason as well. Every finding must stand in a checked-in list ([`accepted`]).
+//!
+//! The same calls bound the depth of the stack ([`stack`]).
 
 pub mod accepted;
 pub mod image;
+pub mod stack;
 pub mod thumb;
 pub mod walk;

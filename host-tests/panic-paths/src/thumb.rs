@@ -1,6 +1,7 @@
 //! The branches among Thumb-2 instructions, and nothing else: where control may leave an instruction, and how long it is.
 //! Encodings: ARMv7-M Architecture Reference Manual (ARM DDI 0403), A5.1 (lengths), A7.7.12 (`B`), A7.7.18 (`BL`),
-//! A7.7.19 (`BLX`), A7.7.20 (`BX`), A7.7.21 (`CBZ`). All other instructions are stepped over, so that floating point and DSP
+//! A7.7.19 (`BLX`), A7.7.20 (`BX`), A7.7.21 (`CBZ`). And what takes memory off the stack: A7.7.99 (`PUSH`), A7.7.174 (`SUB`
+//! from the stack pointer), A7.7.161 (`STR` with write-back), A7.7.256 (`VPUSH`). All other instructions are stepped over, so that floating point and DSP
 //! instructions need no tables.
 
 /// What an instruction does to the flow.
@@ -75,4 +76,39 @@ fn long(address: u32, first: u16, second: u16) -> Flow {
 
 fn sign_extended(value: u32, bits: u32) -> i32 {
     ((value << (32 - bits)) as i32) >> (32 - bits)
+}
+
+/// Bytes that an instruction takes off the stack pointer by a constant.
+#[must_use]
+pub fn pushed(first: u16, second: u16) -> u32 {
+    let immediate =
+        u32::from(second & 0xFF) | u32::from(second >> 12 & 7) << 8 | u32::from(first >> 10 & 1) << 11;
+    match first {
+        // PUSH, registers 0 to 7 and the link register.
+        0xB400..=0xB5FF => 4 * (first & 0x1FF).count_ones(),
+        // SUB SP, imm7.
+        0xB080..=0xB0FF => 4 * u32::from(first & 0x7F),
+        // PUSH.W
+        0xE92D => 4 * second.count_ones(),
+        // STR register, [SP, #-4]!
+        0xF84D if second & 0x0FFF == 0x0D04 => 4,
+        // VPUSH, both sizes of registers: the count is in words.
+        0xED2D | 0xED6D if second & 0x0E00 == 0x0A00 => 4 * u32::from(second & 0xFF),
+        // SUB.W SP, SP, constant; SUBW SP, SP, imm12.
+        0xF1AD | 0xF5AD if second & 0x8F00 == 0x0D00 => expanded(immediate),
+        0xF2AD | 0xF6AD if second & 0x8F00 == 0x0D00 => immediate,
+        _ => 0,
+    }
+}
+
+/// A modified immediate constant (A5.3.2): a byte, repeated or rotated.
+fn expanded(immediate: u32) -> u32 {
+    let byte = immediate & 0xFF;
+    match immediate >> 8 {
+        0 => byte,
+        1 => byte << 16 | byte,
+        2 => byte << 24 | byte << 8,
+        3 => byte << 24 | byte << 16 | byte << 8 | byte,
+        _ => (0x80 | byte & 0x7F).rotate_right(immediate >> 7),
+    }
 }

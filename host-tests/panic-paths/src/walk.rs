@@ -79,7 +79,8 @@ pub fn walk(path: &Path, root: &str) -> Result<Walk> {
     Ok(walk)
 }
 
-fn panics(function: &Function) -> bool {
+/// Does it only ever panic?
+pub(crate) fn panics(function: &Function) -> bool {
     PANICS.iter().any(|start| function.name.starts_with(start))
 }
 

@@ -1,7 +1,7 @@
 //! Branches by hand from the encodings of the architecture reference manual, all at address 0x100.
 
 use panic_paths::accepted;
-use panic_paths::thumb::{Flow, flow, length};
+use panic_paths::thumb::{Flow, flow, length, pushed};
 use panic_paths::walk::Finding;
 
 const AT: u32 = 0x100;
@@ -46,6 +46,25 @@ fn returns_and_barriers_go_on_and_registers_are_told() {
     }
     for (code, name) in [(0x4718, "bx r3"), (0x4798, "blx r3")] {
         assert_eq!(flow(AT, code, 0), Flow::Register, "{name}");
+    }
+}
+
+#[test]
+fn what_is_taken_off_the_stack_is_counted() {
+    for (first, second, bytes, name) in [
+        (0xB5F0, 0, 20, "push {r4-r7, lr}"),
+        (0xE92D, 0x0F00, 16, "push.w {r8-r11}"),
+        (0xF84D, 0x3D04, 4, "str r3, [sp, #-4]!"),
+        (0xED2D, 0x8B04, 16, "vpush {d8, d9}"),
+        (0xED2D, 0x8A01, 4, "vpush {s16}"),
+        (0xB086, 0, 24, "sub sp, #24"),
+        (0xF5AD, 0x7D39, 740, "sub.w sp, sp, #740"),
+        (0xF2AD, 0x4D14, 1044, "subw sp, sp, #1044"),
+        (0xB006, 0, 0, "add sp, #24"),
+        (0xBDF0, 0, 0, "pop {r4-r7, pc}"),
+        (0xF5A3, 0x7D39, 0, "sub.w sp, r3, #740, which is no constant step"),
+    ] {
+        assert_eq!(pushed(first, second), bytes, "{name}");
     }
 }
 

@@ -35,11 +35,7 @@ pub struct Axis {
 
 impl Axis {
     const NEW: Self = Self {
-        sample: Sample {
-            count: 0,
-            vbus_raw: Sample::VBUS_NOT_MEASURED,
-            current_raw: Sample::CURRENT_NOT_SENSED,
-        },
+        sample: Sample::NONE,
         delay_ticks: 1,
         decided: [(Bridge::Open, 0); DELAY_LINE],
     };

@@ -24,7 +24,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::{NVIC, SYST, syst::SystClkSource};
 use semihosting::fs::File;
 use semihosting::io::{Read, Write};
-use servo::axis::{Output, Sample};
+use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
 use servo::protect::Permit;
 use servo::protocol::{Refusal, ResetCause};
@@ -38,7 +38,11 @@ pub use flash::{FileFlash as Flash, PARAMETERS};
 pub const NAME: &str = "QEMU netduinoplus2";
 
 /// Number of axes that this image drives.
-pub const AXES: usize = if cfg!(feature = "two-axes") { 2 } else { 1 };
+pub const AXES: usize = match () {
+    () if cfg!(feature = "four-axes") => 4,
+    () if cfg!(feature = "two-axes") => 2,
+    () => 1,
+};
 
 /// Named pipes in QEMU's working directory.
 const TO_HOST: &core::ffi::CStr = c"to_host";
@@ -74,7 +78,11 @@ pub fn init(_device: Peripherals, mut core: CorePeripherals) -> (Drive, Line, Id
     let to_host = File::create(TO_HOST).expect(missing);
     let from_host = File::open(FROM_HOST).expect(missing);
     (
-        Drive,
+        Drive {
+            samples: [Sample::NONE; AXES],
+            permit: Permit::Granted,
+            decided: [(Bridge::Open, 0); AXES],
+        },
         Line,
         Idle {
             to_host,
@@ -90,31 +98,48 @@ pub fn supports(_config: &Config) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// The virtual motors' bridges and sensors.
-pub struct Drive;
+/// The virtual motors' bridges and sensors: one look at the exchange when a tick begins, one when it ends, so that what
+/// only QEMU needs is not counted as part of the tick.
+pub struct Drive {
+    samples: [Sample; AXES],
+    permit: Permit,
+    decided: [(Bridge, i16); AXES],
+}
 
 impl Drive {
     /// The exchange has acknowledged everything.
-    pub fn begin_tick(&mut self) {}
+    pub fn begin_tick(&mut self) {
+        exchange::with(|exchange| {
+            for (sample, axis) in self.samples.iter_mut().zip(&exchange.axes) {
+                *sample = axis.sample;
+            }
+            self.permit = exchange.permit();
+        });
+    }
 
     /// What the host answered last.
     pub fn sample(&mut self, axis: usize) -> Sample {
-        exchange::with(|exchange| exchange.axes[axis].sample)
+        self.samples[axis]
     }
 
     /// What the host says of the lines, for all axes alike.
     pub fn permit(&self, _axis: usize) -> Permit {
-        exchange::with(|exchange| exchange.permit())
+        self.permit
     }
 
     /// Acts after the configured number of ticks, as a preloaded compare register would.
     pub fn apply(&mut self, axis: usize, output: &Output) {
-        exchange::with(|exchange| exchange.axes[axis].drive(output.bridge, output.duty));
+        self.decided[axis] = (output.bridge, output.duty);
     }
 
     /// The next exchange is idle's. No tick can be late, but the host can say that one was.
     pub fn end_tick(&mut self) -> bool {
-        exchange::with(|exchange| exchange.overrun())
+        exchange::with(|exchange| {
+            for (axis, &(bridge, duty)) in exchange.axes.iter_mut().zip(&self.decided) {
+                axis.drive(bridge, duty);
+            }
+            exchange.overrun()
+        })
     }
 
     /// Takes over the delay of the PWM.

@@ -53,7 +53,11 @@ pub use serial::Line;
 /// For the log.
 pub const NAME: &str = "STM32F405";
 /// Number of axes that this image drives, 1 … 4.
-pub const AXES: usize = if cfg!(feature = "two-axes") { 2 } else { 1 };
+pub const AXES: usize = match () {
+    () if cfg!(feature = "four-axes") => 4,
+    () if cfg!(feature = "two-axes") => 2,
+    () => 1,
+};
 const _: () = assert!(AXES >= 1 && AXES <= 4, "the chip has room for four axes");
 const _: () = assert!(
     !ACTIVE.has_low_sides() || AXES == 1,
@@ -98,8 +102,13 @@ pub fn begin(device: &Peripherals, core: &mut CorePeripherals) -> ResetCause {
     core.DWT.enable_cycle_counter();
     let cause = clock::take_reset_cause(&device.RCC);
     defmt::info!(
-        "started by {}, clock from {}, power stage {=str}, one count is {=f32} V of supply, {=f32} A",
-        defmt::Debug2Format(&cause),
+        "started by {=str}, clock from {}, power stage {=str}, one count is {=f32} V of supply, {=f32} A",
+        match cause {
+            ResetCause::Power => "Power",
+            ResetCause::Pin => "Pin",
+            ResetCause::Software => "Software",
+            ResetCause::Watchdog => "Watchdog",
+        },
         source,
         ACTIVE.name,
         stage::SCALE.supply_volt_per_lsb(stage::SUPPLY_DIVIDER),

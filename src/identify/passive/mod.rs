@@ -86,7 +86,7 @@ impl State {
     /// The dead zone, `[positive, negative]`, moved by more than a quarter since it was commissioned.
     pub fn worn(&self) -> [bool; 2] {
         match &self.task {
-            Task::Track(tracks) => tracks.map(|track| track.worn),
+            Task::Track([positive, negative]) => [positive.worn, negative.worn],
             Task::Learn(_) => [false; 2],
         }
     }

@@ -85,7 +85,10 @@ impl Firmware {
         let start = match tasks.first() {
             Some(_) if excites => session::Start::Configure(config),
             Some(
-                session::Task::Track { .. } | session::Task::Capture { .. } | session::Task::Reference(_),
+                session::Task::Track { .. }
+                | session::Task::Capture { .. }
+                | session::Task::Reference(_)
+                | session::Task::Move(_),
             ) => session::Start::Stored,
             _ => session::Start::Configure(config),
         };

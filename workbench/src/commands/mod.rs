@@ -10,6 +10,7 @@ pub mod firmware;
 pub mod gap;
 pub mod instructions;
 pub mod monitor;
+pub mod move_to;
 pub mod params;
 pub mod profile;
 pub mod replay;
@@ -40,6 +41,8 @@ pub enum Command {
     Commission(commission::Arguments),
     /// Let the firmware follow a profile.
     Track(track::Arguments),
+    /// Let the firmware go to a place and hold it.
+    Move(move_to::Arguments),
     /// Count the instructions of a control tick of the firmware in QEMU.
     Instructions(instructions::Arguments),
     /// Run the main job end to end and write a report.
@@ -65,6 +68,7 @@ impl Cli {
             Command::Effects(arguments) => effects::run(&arguments),
             Command::Commission(arguments) => commission::run(&arguments),
             Command::Track(arguments) => track::run(&arguments),
+            Command::Move(arguments) => move_to::run(&arguments),
             Command::Instructions(arguments) => instructions::run(&arguments),
             Command::Demo(arguments) => demo::run(&arguments),
             Command::Capture(arguments) => capture::run(&arguments),

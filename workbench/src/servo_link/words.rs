@@ -100,7 +100,7 @@ fn axis_text(refusal: axis::Refusal) -> &'static str {
         axis::Refusal::OutOfRange => {
             "amplitude, frequency or duration cannot be done at this control rate; choose a slower or smaller motion"
         }
-        axis::Refusal::NotReferenced => "absolute targets need a reference; find one with `truing reference`",
+        axis::Refusal::NotReferenced => "absolute targets need a reference: find one with `--reference`",
         axis::Refusal::Value(_) => "a number of the command is out of its range",
         axis::Refusal::NotForAxis => "the servo does not know this command; update its firmware",
     }

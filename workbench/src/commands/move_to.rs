@@ -1,0 +1,84 @@
+//! `truing move`: the firmware goes to a place and holds it.
+
+use super::commission::{self, Knowledge};
+use super::firmware::Firmware;
+use crate::session::{Done, Target, Task};
+use anyhow::{bail, ensure};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `truing move`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// Which servo.
+    #[command(flatten)]
+    pub firmware: Firmware,
+    /// What is known about the motor.
+    #[command(flatten)]
+    pub knowledge: Knowledge,
+    /// Length of the commissioning, s.
+    #[arg(long, default_value_t = commission::BUDGET_S)]
+    pub budget_s: f64,
+    /// Where to.
+    #[command(flatten)]
+    pub place: Place,
+    /// Write every control tick as a log in format 1.
+    #[arg(long)]
+    pub log: Option<PathBuf>,
+}
+
+/// One of both.
+#[derive(Args, Debug)]
+#[group(required = true, multiple = false)]
+pub struct Place {
+    /// To this absolute position, rad from the reference's zero: needs `--reference`, or a servo that has one.
+    #[arg(long, allow_hyphen_values = true)]
+    pub to: Option<f32>,
+    /// By this angle from where the axis is, rad.
+    #[arg(long, allow_hyphen_values = true)]
+    pub by: Option<f32>,
+}
+
+impl Place {
+    fn target(&self) -> anyhow::Result<Target> {
+        let target = match (self.to, self.by) {
+            (Some(rad), _) => Target::To(rad),
+            (None, Some(rad)) => Target::By(rad),
+            (None, None) => bail!("give --to or --by"),
+        };
+        ensure!(
+            self.to.or(self.by).is_some_and(f32::is_finite),
+            "--to and --by take a finite number of rad"
+        );
+        Ok(target)
+    }
+}
+
+/// Runs and reports.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let config = arguments.firmware.axis()?;
+    let mut tasks = arguments
+        .knowledge
+        .tasks(arguments.budget_s, arguments.firmware.seed, &config)?;
+    tasks.push(Task::Move(arguments.place.target()?));
+    let result = arguments.firmware.run(config, &tasks)?;
+    if let Some(path) = &arguments.log {
+        result.log.save(path)?;
+    }
+    if let Some(Done::Commissioned(outcome)) = result.done.first()
+        && outcome.refused.is_some()
+    {
+        commission::print(&commission::outcome(&result, &config)?);
+        bail!("the commissioning was refused, so there is nothing to move with");
+    }
+    let Some(Done::Moved(arrival)) = result.done.last() else {
+        bail!("the servo has not moved; run it again with --verbose");
+    };
+    ensure!(
+        arrival.held,
+        "the axis did not arrive; run it again with --verbose"
+    );
+    println!("{:21} {:.3} s", "arrived after", arrival.seconds);
+    println!("{:21} {:.6} rad", "position error", arrival.error_rad);
+    Ok(())
+}
