@@ -455,7 +455,7 @@ impl Axis {
                     state.learn();
                 }
             }
-            Listener::Commissioning(_) => state.excite(&input),
+            Listener::Commissioning(_) => state.commission(&input),
         }
     }
 
@@ -550,7 +550,7 @@ impl State {
 
     /// One tick of a commissioning. A function of its own: in ordinary ticks its stack frame is not there.
     #[inline(never)]
-    fn excite(&mut self, input: &commission::Input) {
+    fn commission(&mut self, input: &commission::Input) {
         let Listener::Commissioning(commissioning) = &mut self.listener else {
             return;
         };

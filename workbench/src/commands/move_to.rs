@@ -57,10 +57,12 @@ impl Place {
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = arguments.firmware.axis()?;
-    let mut tasks = arguments
-        .knowledge
-        .tasks(arguments.budget_s, arguments.firmware.seed, &config)?;
-    tasks.push(Task::Move(arguments.place.target()?));
+    let motion = Task::Move(arguments.place.target()?);
+    let mut tasks =
+        arguments
+            .knowledge
+            .tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
+    tasks.push(motion);
     let result = arguments.firmware.run(config, &tasks)?;
     if let Some(path) = &arguments.log {
         result.log.save(path)?;
