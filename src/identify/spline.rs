@@ -163,8 +163,14 @@ impl State {
             .position
             .wrapping_mul(i64::from(self.ticks))
             .wrapping_add(i64::from(self.count_sum));
-        integrate(&mut self.count_integrals, count);
-        integrate(&mut self.voltage_integrals, i64::from(self.voltage_sum));
+        // Written out: an image optimised for size would keep a loop.
+        let [first, second, third] = &mut self.count_integrals;
+        add(third, add(second, add(first, count)));
+        let [first, second, third, fourth] = &mut self.voltage_integrals;
+        add(
+            fourth,
+            add(third, add(second, add(first, i64::from(self.voltage_sum)))),
+        );
         self.position = self.position.wrapping_add(i64::from(offset));
         self.count_sum = 0;
         self.voltage_sum = 0;
@@ -264,13 +270,11 @@ impl Lengths {
     }
 }
 
-#[inline]
-fn integrate<const ORDER: usize>(integrals: &mut [i64; ORDER], input: i64) {
-    let mut carry = input;
-    for integral in integrals {
-        *integral = integral.wrapping_add(carry);
-        carry = *integral;
-    }
+/// One integrator: takes `input` and returns its sum.
+#[inline(always)]
+fn add(integral: &mut i64, input: i64) -> i64 {
+    *integral = integral.wrapping_add(input);
+    *integral
 }
 
 /// `value · 2^(ROW_FRAC − bits)`, rounded, saturating.

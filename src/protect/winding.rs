@@ -121,7 +121,10 @@ impl Balance {
 
     /// A share of the larger part: each constant errs by itself.
     fn share(&self, shift: u32) -> i64 {
-        self.resistive.abs().max(self.inductive.abs()) >> shift
+        self.resistive
+            .saturating_abs()
+            .max(self.inductive.saturating_abs())
+            >> (shift & 63)
     }
 
     /// As seen from the other direction.
@@ -138,7 +141,8 @@ impl Balance {
     /// Is the current missing that must balance `lacking`? What it changes by must be noise.
     fn without_current(&self, lacking: i64) -> bool {
         let least = lacking >> NO_CURRENT_SHIFT;
-        self.resistive.abs() < least && self.inductive.abs() <= least.max(self.ends.saturating_mul(2))
+        self.resistive.saturating_abs() < least
+            && self.inductive.saturating_abs() <= least.max(self.ends.saturating_mul(2))
     }
 }
 
@@ -362,7 +366,12 @@ impl Winding {
             return Fault::None;
         }
         let emf = product(turned, self.constants.emf) >> 8;
-        let allowed = (balance.offered.abs().max(emf.abs()).max(balance.inductive.abs()) >> 2)
+        let allowed = (balance
+            .offered
+            .saturating_abs()
+            .max(emf.saturating_abs())
+            .max(balance.inductive.saturating_abs())
+            >> 2)
             .saturating_add(jitter)
             .saturating_add(balance.unsure);
         let lack = balance.emf().saturating_sub(emf);
