@@ -1,7 +1,7 @@
 //! The loops on a true motor, imperfections one by one.
 
 use host_tests::bench::Bench;
-use host_tests::families::{Cause, Family, Imperfection, Options, Plant, Seeds, Severity};
+use host_tests::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
 use host_tests::tracking::{Experiment, Knowledge, exact};
 use servo::axis::Output;
 use servo::control::{self, Tuning};
@@ -131,32 +131,57 @@ fn a_held_position_carries_a_constant_load() {
     assert!((volts - 1.0).abs() < 0.1, "{volts} V against a load of 1 V");
 }
 
+/// Without dead zone, with friction, and with an input dead zone: the clip is back-calculated through the inverse of the
+/// compensation, so that neither the integrator nor the dead zone's push is left over when it ends.
 #[test]
 fn a_sine_beyond_the_supply_names_the_limit_and_does_not_wind_the_integrator_up() {
-    let mut plant = ideal();
-    plant.motor.drive.supply_v = 8.0;
-    let mut bench = knowing(&plant);
-    // At its peak 9.6 V of 8 V.
-    let amplitude = 0.8 * plant.truth.gain * 12.0 / TAU;
-    must(
-        &mut bench,
-        Command::TrackSine {
-            amplitude_rad: amplitude as f32,
-            frequency_hz: 1.0,
-            duration_ms: 4_000,
-        },
-    );
-    let mut limited = 0;
-    bench.run(4.0, |output, _| {
-        limited += i32::from(output.record.limit == Limit::Supply)
-    });
-    assert!(limited > 1_000, "the limit acted in {limited} ticks");
-    let settled = last(&mut bench, 1.5);
-    assert!(
-        error_counts(&settled).abs() <= 1,
-        "{} counts off",
-        error_counts(&settled)
-    );
+    for cause in [None, Some(Cause::Friction), Some(Cause::Input)] {
+        let mut plant = cause.map_or_else(ideal, |cause| clipped(cause));
+        plant.motor.drive.supply_v = 8.0;
+        let mut bench = knowing(&plant);
+        // At its peak 9.6 V behind the dead zone, of 8 V.
+        let amplitude = 0.8 * plant.truth.gain * 12.0 / TAU;
+        must(
+            &mut bench,
+            Command::TrackSine {
+                amplitude_rad: amplitude as f32,
+                frequency_hz: 1.0,
+                duration_ms: 4_000,
+            },
+        );
+        let mut limited = 0;
+        bench.run(4.0, |output, _| {
+            limited += i32::from(output.record.limit == Limit::Supply)
+        });
+        assert!(limited > 1_000, "{cause:?}: the limit acted in {limited} ticks");
+        // A wound-up integrator would carry the shaft past its resting place.
+        let (start, mut farthest) = (bench.board.reading().theta, 0.0f64);
+        bench.run(1.5, |_, reading| {
+            farthest = farthest.max((reading.theta - start).abs())
+        });
+        assert!(
+            farthest < 0.05 * amplitude,
+            "{cause:?}: {farthest} rad after a sine of {amplitude}"
+        );
+        let settled = last(&mut bench, 0.1);
+        assert!(
+            error_counts(&settled).abs() <= 1,
+            "{cause:?}: {} counts off",
+            error_counts(&settled)
+        );
+    }
+}
+
+/// The ideal motor with a dead zone of its cause.
+fn clipped(cause: Cause) -> Plant {
+    let options = Options {
+        cause: Some(cause),
+        ceiling: Ceiling::Absent,
+        ..ten_kilohertz()
+    };
+    let mut plant = Plant::draw(Family::G2, Severity::Exact, Seeds::Design(3), &options);
+    plant.config.counts_per_rev = 2000;
+    plant
 }
 
 #[test]
