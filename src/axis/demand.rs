@@ -1,0 +1,166 @@
+//! Set-point → what the loops ask of the bridge.
+
+use super::Bridge;
+use super::state::{Mode, State};
+use crate::control::Reference;
+use crate::record::Limit;
+use crate::units::{Position, Voltage, limited};
+
+/// Half width of the band around a resting target in which the axis is silent, counts.
+pub const HOLD_BAND: i32 = 1;
+
+/// What the loops ask of the bridge.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Demand {
+    pub bridge: Bridge,
+    pub voltage: Voltage,
+    pub meaning: Meaning,
+}
+
+/// How [`Demand::voltage`] is meant.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Meaning {
+    /// At the terminals: nothing is compensated.
+    Terminal,
+    /// Behind the dead zone.
+    Linear {
+        /// Steady voltage of the reference speed; while it rests, a voltage towards it. `None`: where the voltage says.
+        towards: Option<Voltage>,
+        /// Position error that the integrator takes in; `None`: frozen.
+        error: Option<i32>,
+    },
+}
+
+impl Demand {
+    pub const OPEN: Self = Self {
+        bridge: Bridge::Open,
+        voltage: Voltage::ZERO,
+        meaning: Meaning::Terminal,
+    };
+
+    pub const BRAKE: Self = Self {
+        bridge: Bridge::Shorted,
+        ..Self::OPEN
+    };
+
+    pub fn exciting(bridge: Bridge, voltage: Voltage) -> Self {
+        Self {
+            bridge,
+            voltage,
+            meaning: Meaning::Terminal,
+        }
+    }
+}
+
+impl State {
+    /// The set-point of this tick.
+    pub(super) fn advance(&mut self) -> Reference {
+        let (reference, arrived) = match &mut self.mode {
+            Mode::Sine(sine) => (sine.step(), sine.done().then(|| sine.centre())),
+            Mode::Move(course) => (course.step(), course.done().then(|| course.target())),
+            Mode::Hold(position) => (Reference::rest(*position), None),
+            Mode::Cruise(cruise) => (cruise.step(self.encoder.position(), self.design.lead), None),
+            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Excite(_) | Mode::Brake => {
+                (self.reference, None)
+            }
+        };
+        if let Some(position) = arrived {
+            self.mode = Mode::Hold(position);
+        }
+        reference
+    }
+
+    /// Voltage mode: towards the target at a bounded rate.
+    pub(super) fn drive(&mut self, target: Voltage, slew: i32) -> Demand {
+        let step = limited(target.minus(self.voltage).0, slew);
+        self.voltage = self.voltage.plus(Voltage(step));
+        let meaning = Meaning::Linear {
+            towards: None,
+            error: None,
+        };
+        Demand {
+            bridge: Bridge::Driven,
+            voltage: self.voltage,
+            meaning,
+        }
+    }
+
+    /// Excitation: the next voltage, and the bridge open behind the last.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn excite(&mut self) -> Demand {
+        let next = match &mut self.mode {
+            Mode::Excite(excitation) => excitation.step(),
+            _ => None,
+        };
+        let Some(voltage) = next else {
+            self.mode = Mode::Idle;
+            return Demand::OPEN;
+        };
+        Demand::exciting(Bridge::Driven, voltage)
+    }
+
+    /// Position loop, speed loop, or silence.
+    pub(super) fn follow(&mut self, reference: Reference) -> Demand {
+        self.reference = reference;
+        self.control.watch(self.count);
+        let loops = &self.design.loops;
+        self.holding = reference.rests() && self.in_band(reference.position);
+        if self.holding {
+            self.voltage = self.control.integral();
+            let meaning = Meaning::Linear {
+                towards: Some(Voltage::ZERO),
+                error: None,
+            };
+            return Demand {
+                bridge: Bridge::Driven,
+                voltage: self.voltage,
+                meaning,
+            };
+        }
+        let error = reference.position.minus(self.encoder.position());
+        let (wanted, limited) = loops.position_loop(error, reference.speed, self.design.speed_limit);
+        if limited {
+            self.limit = Limit::Speed;
+        }
+        self.voltage = loops.speed_loop(&self.control, &reference, wanted, self.encoder.speed());
+        let mut integrated = Some(if reference.rests() {
+            loops.at_rest(&mut self.control, error, self.design.sticks())
+        } else {
+            loops.in_motion(&mut self.control);
+            error
+        });
+        if let Some((bounded, true)) = self.search.as_ref().map(|search| search.bound(self.voltage)) {
+            (self.voltage, integrated) = (bounded, None);
+            self.limit = Limit::Push;
+        }
+        let towards = if reference.rests() {
+            // By the counter: no estimate's noise reaches this sign, and it stays until the target is crossed.
+            Voltage(
+                Voltage::NOMINAL
+                    .0
+                    .saturating_mul(self.short_of(reference.position).signum()),
+            )
+        } else {
+            loops.steady_voltage(reference.speed)
+        };
+        Demand {
+            bridge: Bridge::Driven,
+            voltage: self.voltage,
+            meaning: Meaning::Linear {
+                towards: Some(towards),
+                error: integrated,
+            },
+        }
+    }
+
+    /// Counts from here to the target, by the counter itself.
+    fn short_of(&self, target: Position) -> i32 {
+        target.count().wrapping_sub(self.count)
+    }
+
+    /// Within [`HOLD_BAND`] counts of the target.
+    fn in_band(&self, target: Position) -> bool {
+        (-HOLD_BAND..=HOLD_BAND).contains(&self.short_of(target))
+    }
+}

@@ -1,0 +1,357 @@
+//! One joint. A control tick is [`Axis::step`], and reads as the flow: encoder → speed → identify → control →
+//! compensate → PWM.
+
+mod demand;
+mod report;
+mod state;
+
+pub use crate::answer::{Refusal, Report};
+use crate::commission;
+use crate::config::{Config, ConfigError, Scale};
+use crate::control::Tuning;
+use crate::design;
+use crate::encoder;
+use crate::identify::passive;
+use crate::protect::{self, Action, Fault, Means, Notice, Reading, Settings, SettingsError};
+use crate::pwm;
+use crate::record::{Limit, Record};
+use crate::referencing::{Finding, Search, Sight};
+pub use crate::sample::{Bridge, Sample};
+use crate::store::AxisParameters;
+use crate::trajectory::Cruise;
+use crate::units::{Speed, Voltage, to_fixed};
+pub use demand::HOLD_BAND;
+use demand::{Demand, Meaning};
+pub use state::State;
+pub(crate) use state::{Commissioning, Listener, Mode};
+
+/// Time that the voltage mode takes from zero to the nominal supply, s.
+const FULL_SWING_S: f32 = 0.1;
+
+/// What the board does, from the next tick on, and what there is to tell about this one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Output {
+    /// Bridge state; [`Bridge::Open`] by default.
+    pub bridge: Bridge,
+    /// Duty in PWM counts, −`pwm_full_scale` … +`pwm_full_scale`; positive gives positive torque.
+    pub duty: i16,
+    /// The telemetry record of this tick.
+    pub record: Record,
+}
+
+/// One joint: constants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    pub(crate) scale: Scale,
+    pub(crate) tuning: Tuning,
+    passive: passive::Params,
+    pub(crate) pwm: pwm::Params,
+    pub(crate) protect: protect::Params,
+    pub(crate) protection: Settings,
+    /// Change of voltage per tick in voltage mode, Q20 of nominal.
+    slew: i32,
+}
+
+impl Axis {
+    /// Checks the configuration and turns it into fixed point.
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        Self::with_tuning(config, Tuning::default())
+    }
+
+    /// … with loops of one's own choice.
+    pub fn with_tuning(config: &Config, tuning: Tuning) -> Result<Self, ConfigError> {
+        let scale = config.build()?;
+        Ok(Self {
+            scale,
+            tuning,
+            passive: passive::Params::new(&scale),
+            pwm: pwm::Params::new(&scale),
+            // The defaults of protection cannot be refused.
+            protect: protect::Params::standard(&scale),
+            protection: Settings::default(),
+            slew: to_fixed(1.0 / (FULL_SWING_S * config.tick_hz as f32), Voltage::BITS),
+        })
+    }
+
+    /// From stored parameters.
+    pub fn from_parameters(parameters: &AxisParameters) -> Result<Self, SettingsError> {
+        parameters.check()?;
+        Self::with_tuning(&parameters.config, parameters.tuning)
+            .map_err(SettingsError::Value)?
+            .protected(&parameters.protection)
+    }
+
+    /// … with protection of one's own choice.
+    pub fn protected(self, settings: &Settings) -> Result<Self, SettingsError> {
+        Ok(Self {
+            protect: protect::Params::new(&self.scale, settings)?,
+            protection: *settings,
+            ..self
+        })
+    }
+
+    /// Machine units of this axis.
+    #[must_use]
+    pub fn scale(&self) -> &Scale {
+        &self.scale
+    }
+
+    /// One control tick.
+    pub fn step(&self, state: &mut State, sample: Sample) -> Output {
+        let mut output = Output::default();
+        self.step_into(state, sample, &mut output);
+        output
+    }
+
+    /// One control tick, top to bottom. The output is written where it is to stay.
+    pub fn step_into(&self, state: &mut State, sample: Sample, output: &mut Output) {
+        let supply = self.pwm.supply(&mut state.pwm, &sample);
+        let acting = self.pwm.acting(&state.pwm);
+        let voltage = self.pwm.terminal(acting, supply);
+        self.encoder(state, sample.count);
+        self.search(state, &sample);
+        self.protect(state, &sample, supply);
+        self.identify(state, &sample, acting.bridge, voltage, supply);
+        let demand = self.control(state);
+        let terminal = self.compensate(state, &demand);
+        let drive = self.pwm.modulate(&mut state.pwm, demand.bridge, terminal);
+        state.acted = (acting.bridge != Bridge::Open).then_some(voltage);
+        state.tick = state.tick.wrapping_add(1);
+        output.bridge = drive.bridge;
+        output.duty = drive.duty;
+        output.record = state.record(&sample, acting, drive);
+    }
+
+    /// Count → position and speed.
+    fn encoder(&self, state: &mut State, count: i32) {
+        if state.zero.is_none() {
+            state.zero = Some(count);
+            state.encoder = encoder::State::at_rest(count);
+            state.protect.found_at(count);
+        }
+        state.count = count;
+        state.standstill.watch(count);
+        let speed = state.encoder.speed();
+        let driving = state
+            .acted
+            .map(|terminal| state.design.behind_dead_zone(terminal, speed));
+        state.design.observer.step(&mut state.encoder, count, driving);
+    }
+
+    /// Looks for zero, if that is what the motion is for.
+    fn search(&self, state: &mut State, sample: &Sample) {
+        let index = core::mem::take(&mut state.index);
+        let Some(search) = &mut state.search else { return };
+        if !matches!(state.mode, Mode::Cruise(_)) {
+            // Stopped, or another motion was asked for.
+            return state.search_ends(None);
+        }
+        let sight = Sight {
+            count: sample.count,
+            current: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
+            index,
+            pushing: state.limit == Limit::Push,
+        };
+        match search.step(&sight) {
+            Finding::Searching => {}
+            Finding::Found(count) => {
+                let datum = count.wrapping_sub(search.position);
+                state.search_ends(Some(datum));
+                state.settle();
+            }
+            Finding::Missed => {
+                state.search_ends(None);
+                state.settle();
+            }
+        }
+    }
+
+    /// The index pulse is there: heeded by the next step, which has to see the count of the same moment.
+    pub fn index(&self, state: &mut State) {
+        state.index = true;
+    }
+
+    /// Opens the bridge on a fault.
+    fn protect(&self, state: &mut State, sample: &Sample, supply: Voltage) {
+        let reading = Reading {
+            count: sample.count,
+            current: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
+            voltage: state.acted,
+        };
+        let expectation = &state.design.expectation;
+        if let Some(means) = self.protect.tick(&mut state.protect, expectation, &reading) {
+            let supply = (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply);
+            self.look(state, &reading, means, supply);
+        }
+        if let Some(action) = state.protect.action() {
+            self.answer(state, action);
+        }
+    }
+
+    /// A look for faults: not in every tick.
+    #[inline(never)]
+    fn look(&self, state: &mut State, reading: &Reading, means: Means, supply: Option<Voltage>) {
+        let design = &state.design;
+        let input = protect::Input {
+            count: reading.count,
+            supply,
+            current: reading.current,
+            means,
+            speed: state.encoder.speed(),
+            load: Voltage::ZERO.minus(design.loops.accelerating_voltage(state.encoder.load())),
+            holding: state.holding || state.search.as_ref().is_some_and(Search::leans),
+            endless: state.mode.is_endless(),
+            winding: design.at_winding(means.voltage.unwrap_or_default()),
+            swallows: design.swallows(),
+        };
+        self.protect.look(&mut state.protect, &design.expectation, &input);
+    }
+
+    /// What the samples do not show: acts in the next step.
+    pub fn heed(&self, state: &mut State, notice: Notice) {
+        self.latch(state, notice.fault());
+    }
+
+    /// Latches a fault that was found elsewhere.
+    pub(crate) fn latch(&self, state: &mut State, fault: Fault) {
+        state.protect.latch(fault, self.protect.actions());
+    }
+
+    /// Does what the latched fault asks for; in every tick, until it is cleared.
+    #[cold]
+    #[inline(never)]
+    fn answer(&self, state: &mut State, action: Action) {
+        let holding = action == Action::Hold && state.closed();
+        if holding && state.armed {
+            let start = state.present();
+            state.begin(
+                &start,
+                Mode::Cruise(Cruise::plan(&start, Speed(0), &state.design.limits)),
+            );
+            state.armed = false;
+        }
+        if !holding {
+            state.stop(state.protect.fault().into());
+            state.mode = match action {
+                Action::Brake => Mode::Brake,
+                Action::Hold | Action::Open => Mode::Idle,
+            };
+        }
+    }
+
+    /// Count and acting voltage → what the motor is; and, while it is excited for that, the voltage to try next. What
+    /// is new reaches the design in the ticks that follow, one stage each.
+    fn identify(
+        &self,
+        state: &mut State,
+        sample: &Sample,
+        bridge: Bridge,
+        voltage: Voltage,
+        supply: Voltage,
+    ) {
+        let input = commission::Input {
+            count: sample.count,
+            voltage: voltage.q14(),
+            bridge,
+            supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply.q14()),
+            current_raw: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
+        };
+        let renewing = state.renewal != design::Stage::Done;
+        if renewing {
+            self.renew(state);
+        }
+        match &mut state.listener {
+            // Not in the tick in which the design follows: both take long.
+            Listener::None if renewing => {}
+            Listener::None => self.listen(state),
+            Listener::Passive(passive) => {
+                if self.passive.step(passive, &mut state.known, &input) {
+                    state.learn();
+                }
+            }
+            Listener::Commissioning(_) => state.commission(&input),
+        }
+    }
+
+    /// One stage of the design. Its constants in single precision stay out of the tick's stack frame, like all that is
+    /// rare.
+    #[cold]
+    #[inline(never)]
+    fn renew(&self, state: &mut State) {
+        state
+            .design
+            .renew(&mut state.renewal, &self.scale, &self.tuning, &state.knowledge);
+    }
+
+    /// Listens to ordinary motion from this tick on.
+    #[cold]
+    #[inline(never)]
+    fn listen(&self, state: &mut State) {
+        state.listener = Listener::Passive(passive::State::new(&self.passive, state.count));
+        if let Listener::Passive(passive) = &mut state.listener {
+            self.passive.adopt(passive, &state.known);
+        }
+    }
+
+    /// Set-point → voltage behind the dead zone.
+    fn control(&self, state: &mut State) -> Demand {
+        state.limit = Limit::None;
+        state.holding = false;
+        match state.mode {
+            Mode::Idle => Demand::OPEN,
+            Mode::Brake => Demand::BRAKE,
+            Mode::Commission(request) => Demand::exciting(request.bridge, Voltage::from_q14(request.voltage)),
+            Mode::Drive(target) => state.drive(target, self.slew),
+            Mode::Excite(_) => state.excite(),
+            Mode::Sine(_) | Mode::Move(_) | Mode::Hold(_) | Mode::Cruise(_) => {
+                let reference = state.advance();
+                state.follow(reference)
+            }
+        }
+    }
+
+    /// Dead zone, then the only clip; what the clip takes goes back to the integrator through the inverse.
+    fn compensate(&self, state: &mut State, demand: &Demand) -> Voltage {
+        let Meaning::Linear { towards, error } = demand.meaning else {
+            // Whoever excites looks for the saturation, too: what is known of it must not bound that.
+            let (terminal, limit) = self.clip(state, demand.voltage, [Voltage(i32::MAX); 2]);
+            state.limit = limit;
+            return terminal;
+        };
+        let compensator = state.compensation.then_some(&state.design.compensator);
+        let wanted = compensator.map_or(demand.voltage, |inverse| inverse.apply(demand.voltage, towards));
+        let (terminal, limit) = self.clip(state, wanted, state.design.saturation);
+        state.limit = limit;
+        if let Some(error) = error {
+            let clipped = terminal != wanted;
+            let taken = if clipped {
+                compensator
+                    .map_or(terminal, |inverse| inverse.undo(terminal, towards))
+                    .minus(demand.voltage)
+            } else {
+                Voltage::ZERO
+            };
+            state.design.loops.integrate(&mut state.control, error, taken);
+        }
+        terminal
+    }
+
+    /// The one clip: supply and saturation. Tells which of them acts.
+    fn clip(&self, state: &State, wanted: Voltage, saturation: [Voltage; 2]) -> (Voltage, Limit) {
+        let ceiling = self.pwm.ceiling(&state.pwm);
+        let [positive, negative] = saturation;
+        let (level, clipped) = if wanted.0 > 0 {
+            let level = positive.min(ceiling);
+            (level, wanted.min(level))
+        } else {
+            let level = negative.min(ceiling);
+            (level, wanted.max(Voltage::ZERO.minus(level)))
+        };
+        let limit = match () {
+            () if clipped == wanted => state.limit,
+            () if level == ceiling => Limit::Supply,
+            () => Limit::Saturation,
+        };
+        (clipped, limit)
+    }
+}

@@ -1,0 +1,101 @@
+//! What there is to tell about an axis.
+
+use super::Sample;
+use super::state::{Listener, Mode, State};
+use crate::commission::{self, Outcome};
+use crate::identify::estimate::Estimates;
+use crate::protect::Fault;
+use crate::pwm;
+use crate::record::{self, Activity, Advisory, Record};
+use crate::referencing::Referenced;
+
+impl State {
+    /// All that is known of the motor now, with trust and reasons.
+    #[must_use]
+    pub fn estimates(&self) -> &Estimates {
+        &self.known
+    }
+
+    /// How the last commissioning ended; `None` before the first, and while one is running.
+    #[must_use]
+    pub fn outcome(&self) -> Option<&Outcome> {
+        self.outcome.as_ref()
+    }
+
+    /// What the axis is doing.
+    #[must_use]
+    pub fn activity(&self) -> Activity {
+        match self.mode {
+            _ if self.protect.fault() != Fault::None => Activity::Faulted,
+            Mode::Idle | Mode::Brake => Activity::Idle,
+            Mode::Commission(_) => Activity::Commissioning,
+            Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) => Activity::Tracking,
+            Mode::Hold(_) => Activity::Holding,
+            Mode::Drive(_) | Mode::Excite(_) => Activity::Driving,
+        }
+    }
+
+    /// The latched fault.
+    #[must_use]
+    pub fn fault(&self) -> Fault {
+        self.protect.fault()
+    }
+
+    pub(super) fn record(&self, sample: &Sample, acting: pwm::Drive, command: pwm::Drive) -> Record {
+        let zero = self.zero.unwrap_or(0);
+        Record {
+            version: record::VERSION,
+            tick: self.tick,
+            count: sample.count,
+            vbus_raw: sample.vbus_raw,
+            current_raw: sample.current_raw,
+            bridge: acting.bridge,
+            duty: acting.duty,
+            command_bridge: command.bridge,
+            command_duty: command.duty,
+            reference_q8: self.reference.position.relative_q8(zero),
+            reference_speed_q20: self.reference.speed.0,
+            speed_q20: self.encoder.speed().0,
+            activity: self.activity(),
+            phase: self.phase() as u8,
+            limit: self.limit,
+            fault: self.protect.fault(),
+            gain_source: self.design.gain_source,
+            dead_zone_source: self.design.dead_zone_source,
+            compensation: self.compensation,
+            advisory: self.advisory(),
+            referenced: self.referenced(),
+        }
+    }
+
+    fn referenced(&self) -> Referenced {
+        match (&self.search, self.missed, self.datum) {
+            (Some(_), _, _) => Referenced::Searching,
+            (None, true, _) => Referenced::Missed,
+            (None, false, Some(_)) => Referenced::Yes,
+            (None, false, None) => Referenced::No,
+        }
+    }
+
+    /// Phase of the commissioning: of the running one, or how the last one ended.
+    fn phase(&self) -> commission::Phase {
+        use commission::Phase;
+        match (self.commissioning(), &self.outcome) {
+            (Some(commissioning), _) => commissioning.state.phase(),
+            (None, Some(outcome)) if outcome.refused.is_some() => Phase::Refused,
+            (None, Some(_)) => Phase::Done,
+            (None, None) => Phase::Idle,
+        }
+    }
+
+    /// What should be looked at, though nothing is wrong.
+    fn advisory(&self) -> Advisory {
+        match &self.listener {
+            Listener::Passive(passive) => match passive.worn() {
+                [false, false] => Advisory::None,
+                _ => Advisory::DeadZoneMoved,
+            },
+            Listener::None | Listener::Commissioning(_) => Advisory::None,
+        }
+    }
+}

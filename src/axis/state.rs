@@ -1,0 +1,238 @@
+//! What an axis remembers, and how it gets from one state of affairs into another.
+
+use super::Axis;
+use crate::commission::{self, Outcome, Request};
+use crate::control::{self, Reference};
+use crate::design::{self, Design, Knowledge};
+use crate::encoder;
+use crate::excitation::Excitation;
+use crate::identify::estimate::{Estimates, Reason};
+use crate::identify::passive;
+use crate::protect;
+use crate::pwm;
+use crate::record::Limit;
+use crate::referencing::Search;
+use crate::trajectory::{Cruise, Move, Sine};
+use crate::units::{Position, Voltage};
+
+/// What the axis is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Mode {
+    #[default]
+    Idle,
+    Commission(Request),
+    Sine(Sine),
+    Move(Move),
+    Hold(Position),
+    Cruise(Cruise),
+    /// Voltage behind the dead zone that is approached at a bounded rate.
+    Drive(Voltage),
+    /// Sine or chirp of voltage at the terminals; ends by itself.
+    Excite(Excitation),
+    /// Terminals tied together, the answer to a fault.
+    Brake,
+}
+
+impl Mode {
+    /// Does it go on after the host has died? A sine ends by itself, and a position that is held is where it was to be.
+    pub fn is_endless(&self) -> bool {
+        matches!(self, Mode::Drive(_) | Mode::Cruise(_) | Mode::Move(_))
+    }
+}
+
+/// A commissioning under way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Commissioning {
+    pub(crate) params: commission::Params,
+    pub(crate) state: commission::State,
+}
+
+/// Who learns from count and voltage. One at a time, so they share their memory.
+#[derive(Clone, Copy, Debug, Default)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
+pub(crate) enum Listener {
+    /// Nobody yet: the passive identification begins as soon as the design has followed what is known.
+    #[default]
+    None,
+    /// A commissioning, which excites too.
+    Commissioning(Commissioning),
+    /// Whatever the motion is, it is listened to.
+    Passive(passive::State),
+}
+
+/// One joint: everything that changes. A value: as many axes as there are states. The default is that of no axis at all;
+/// [`Axis::start`] makes one of an axis.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct State {
+    pub(crate) tick: u32,
+    /// Counter at power-up, once a sample was seen.
+    pub(crate) zero: Option<i32>,
+    /// Counter at the reference's zero, once the axis is referenced.
+    pub(crate) datum: Option<i32>,
+    pub(crate) search: Option<Search>,
+    /// The last search was in vain.
+    pub(crate) missed: bool,
+    /// The index pulse is there in this tick.
+    pub(super) index: bool,
+    pub(crate) count: i32,
+    pub(crate) standstill: encoder::Standstill,
+    pub(crate) mode: Mode,
+    pub(crate) armed: bool,
+    pub(crate) compensation: bool,
+    pub(crate) holding: bool,
+    pub(crate) limit: Limit,
+    pub(crate) reference: Reference,
+    /// Voltage behind the dead zone that the loops asked for last.
+    pub(crate) voltage: Voltage,
+    /// Terminal voltage since the last sample; `None`: bridge open.
+    pub(crate) acted: Option<Voltage>,
+    pub(crate) listener: Listener,
+    pub(crate) outcome: Option<Outcome>,
+    /// What is known now, by whomever, trusted or not.
+    pub(crate) known: Estimates,
+    /// The last trusted value of each of them: what the loops use.
+    pub(crate) knowledge: Knowledge,
+    pub(crate) design: Design,
+    /// What of the design is still to follow the knowledge.
+    pub(crate) renewal: design::Stage,
+    pub(crate) encoder: encoder::State,
+    pub(crate) control: control::State,
+    pub(crate) pwm: pwm::State,
+    pub(crate) protect: protect::State,
+}
+
+impl Axis {
+    /// An axis that was just switched on: bridge open, nothing known.
+    #[must_use]
+    pub fn start(&self) -> State {
+        let mut state = State::default();
+        self.restart(&mut state);
+        state
+    }
+
+    /// Switches it off and on again. In place: a state is kilobytes, and this happens in a control tick.
+    pub fn restart(&self, state: &mut State) {
+        // Without `..`, so that no new field is forgotten.
+        let State {
+            tick,
+            zero,
+            datum,
+            search,
+            missed,
+            index,
+            count,
+            standstill,
+            mode,
+            armed,
+            compensation,
+            holding,
+            limit,
+            reference,
+            voltage,
+            acted,
+            listener,
+            outcome,
+            known,
+            knowledge,
+            design,
+            renewal,
+            encoder,
+            control,
+            pwm,
+            protect,
+        } = state;
+        (*tick, *count) = (0, 0);
+        (*zero, *datum, *search, *acted, *outcome) = (None, None, None, None, None);
+        (*missed, *index, *armed, *holding) = (false, false, false, false);
+        *compensation = true;
+        *standstill = encoder::Standstill::default();
+        *mode = Mode::Idle;
+        *limit = Limit::None;
+        *reference = Reference::default();
+        *voltage = Voltage::ZERO;
+        *listener = Listener::None;
+        *known = Estimates::default();
+        *knowledge = Knowledge::default();
+        *design = Design::new(&self.scale, &self.tuning, knowledge);
+        // The last stage once more: what listens begins in the tick after.
+        *renewal = design::Stage::Limits;
+        *encoder = encoder::State::default();
+        *control = control::State::default();
+        *pwm = pwm::State::default();
+        *protect = protect::State::default();
+    }
+}
+
+impl State {
+    /// The loops are to use what is known now, as far as it is trusted.
+    pub(crate) fn learn(&mut self) {
+        self.renewal = self.renewal.max(self.knowledge.adopt(&self.known));
+    }
+
+    /// One tick of a commissioning. A function of its own: in ordinary ticks its stack frame is not there.
+    #[inline(never)]
+    pub(super) fn commission(&mut self, input: &commission::Input) {
+        let Listener::Commissioning(commissioning) = &mut self.listener else {
+            return;
+        };
+        let request = commissioning.params.step(&mut commissioning.state, input);
+        self.mode = Mode::Commission(request);
+        if let Some(&outcome) = commissioning.state.outcome() {
+            self.conclude(outcome);
+        }
+    }
+
+    /// The commissioning has ended: bridge open, gains from what is trusted. One that was refused leaves behind what
+    /// was known before, but the dead zone must be seen again before it is trusted.
+    #[cold]
+    #[inline(never)]
+    fn conclude(&mut self, outcome: Outcome) {
+        self.outcome = Some(outcome);
+        self.listener = Listener::None;
+        self.mode = Mode::Idle;
+        if outcome.refused.is_some() {
+            self.known.age();
+        } else {
+            self.known = outcome.estimates;
+        }
+        self.learn();
+    }
+
+    /// Where positions count from.
+    pub(crate) fn origin(&self) -> i32 {
+        self.datum.or(self.zero).unwrap_or(0)
+    }
+
+    pub(super) fn search_ends(&mut self, datum: Option<i32>) {
+        self.search = None;
+        self.missed = datum.is_none();
+        self.datum = datum.or(self.datum);
+    }
+
+    /// Holds the place where the shaft is, without what was pushed with until now.
+    pub(super) fn settle(&mut self) {
+        self.control = control::State::default();
+        self.mode = Mode::Hold(Position::of_count(self.count));
+    }
+
+    /// The commissioning that is running.
+    pub(crate) fn commissioning(&self) -> Option<&Commissioning> {
+        match &self.listener {
+            Listener::Commissioning(commissioning) => Some(commissioning),
+            Listener::None | Listener::Passive(_) => None,
+        }
+    }
+
+    /// Bridge open, whatever was going on; a commissioning ends with this reason.
+    pub(crate) fn stop(&mut self, reason: Reason) {
+        if let Listener::Commissioning(commissioning) = &mut self.listener {
+            commissioning.state.refuse(reason);
+            if let Some(&outcome) = commissioning.state.outcome() {
+                self.conclude(outcome);
+            }
+        }
+        self.mode = Mode::Idle;
+        self.armed = false;
+        self.holding = false;
+    }
+}
