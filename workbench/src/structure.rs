@@ -15,6 +15,14 @@ const LINE_SHARE: f64 = 0.3;
 /// An axis that explains so much of the residual shows structure.
 const AXIS_SHARE: f64 = 0.1;
 
+/// Phases of a turn.
+const PHASES: usize = 12;
+/// What goes with the turn is worth a word from this share of the residual on …
+const TURN_SHARE: f64 = 0.05;
+/// … if it is so many times what the largest of these other periods explains. They are no simple parts of a turn.
+const BEYOND_CHANCE: f64 = 2.0;
+const NO_TURNS: [f64; 9] = [0.61, 0.67, 0.73, 0.79, 0.83, 1.21, 1.29, 1.37, 1.43];
+
 /// What two runs have in common counts from so many of its standard errors.
 const CERTAIN: f64 = 3.0;
 
@@ -27,6 +35,8 @@ pub struct Rest {
     pub structured: bool,
     /// True if two runs with the same input measured it.
     pub repeated: bool,
+    /// True if it goes with the turn of a shaft.
+    pub turning: bool,
     /// In words.
     pub text: String,
 }
@@ -42,6 +52,7 @@ pub fn rest(scored: &Scored) -> Rest {
             excess: (mean_square - 1.0).max(0.0),
             structured: true,
             repeated: true,
+            turning: false,
             text: format!(
                 "not repeatable: two runs with the same input differ by {differing:.1} times the noise, and slowly"
             ),
@@ -55,11 +66,13 @@ pub fn rest(scored: &Scored) -> Rest {
         0.0
     };
     let (text, structured) = described(&seen, &residual, scored.hypothesis.bench.linear);
+    let turning = turning(scored, &seen, &residual);
     Rest {
         excess,
-        structured,
+        structured: structured || turning.is_some(),
         repeated: common.is_some(),
-        text,
+        text: turning.clone().unwrap_or(text),
+        turning: turning.is_some(),
     }
 }
 
@@ -146,6 +159,38 @@ fn described(seen: &[Sample], residual: &[f64], linear: bool) -> (String, bool) 
         },
         false,
     )
+}
+
+/// What goes with the turn of the encoder's shaft or of the load, in words. Friction that grips in one sector leaves little
+/// beside a friction without sectors, but it leaves it there; no imperfect form of another effect knows the turn.
+fn turning(scored: &Scored, seen: &[Sample], residual: &[f64]) -> Option<String> {
+    if scored.hypothesis.bench.linear || residual.len() < 200 {
+        return None;
+    }
+    let gear = scored.hypothesis.model.physics().gear_ratio;
+    let share = |turns: f64| share_of_turn(seen, residual, TAU * turns);
+    let found = share(1.0).max(share(gear));
+    let chance = NO_TURNS
+        .iter()
+        .map(|turns| share(*turns).max(share(turns * gear)))
+        .fold(0.0, f64::max);
+    (found > TURN_SHARE && found > BEYOND_CHANCE * chance)
+        .then(|| format!("goes with the turn ({:.0} % of what is left)", 100.0 * found))
+}
+
+/// Share of the residual's square that its means over phases of a period in the position explain.
+fn share_of_turn(seen: &[Sample], residual: &[f64], period: f64) -> f64 {
+    let (mut sums, mut counts) = ([0.0; PHASES], [0.0; PHASES]);
+    let (mut total, mean) = (0.0, residual.iter().sum::<f64>() / residual.len() as f64);
+    for (sample, r) in seen.iter().zip(residual) {
+        let phase = (sample.position / period).rem_euclid(1.0) * PHASES as f64;
+        let bin = (phase as usize).min(PHASES - 1);
+        sums[bin] += r - mean;
+        counts[bin] += 1.0;
+        total += (r - mean) * (r - mean);
+    }
+    let bins = sums.iter().zip(&counts).filter(|(_, count)| **count > 0.0);
+    bins.map(|(sum, count)| sum * sum / count).sum::<f64>() / total
 }
 
 fn periodic_in_time(seen: &[Sample], residual: &[f64]) -> Option<String> {

@@ -137,7 +137,7 @@ fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
     match (visible && !white, nothing_named) {
         (false, _) => false,
         (true, true) => rest.structured || rest.repeated || rest.excess > 1.0,
-        (true, false) => share > enough(found),
+        (true, false) => rest.turning || share > enough(found),
     }
 }
 

@@ -16,7 +16,7 @@ const SIZE: (u32, u32) = (860, 380);
 /// More samples than this are thinned for drawing: twice the pixels.
 const DRAWN_SAMPLES: usize = 1700;
 /// Points of a measurement that are drawn.
-const DRAWN_POINTS: usize = 400;
+const DRAWN_POINTS: usize = 390;
 
 const INK: RGBColor = RGBColor(51, 65, 85);
 const GRID: RGBColor = RGBColor(226, 232, 240);
