@@ -136,7 +136,7 @@ fn a_held_position_carries_a_constant_load() {
 #[test]
 fn a_sine_beyond_the_supply_names_the_limit_and_does_not_wind_the_integrator_up() {
     for cause in [None, Some(Cause::Friction), Some(Cause::Input)] {
-        let mut plant = cause.map_or_else(ideal, |cause| clipped(cause));
+        let mut plant = cause.map_or_else(ideal, clipped);
         plant.motor.drive.supply_v = 8.0;
         let mut bench = knowing(&plant);
         // At its peak 9.6 V behind the dead zone, of 8 V.

@@ -50,7 +50,7 @@ pub struct Finding {
     pub travel_counts: f64,
     /// The plant's time constant, s.
     pub tau_s: f64,
-    /// Would a whole shaft have made [`PROOF_COUNTS`] by the time at which the bridge must be open? If not, break-away
+    /// Would a whole shaft have made `PROOF_COUNTS` by the time at which the bridge must be open? If not, break-away
     /// friction holds it then, and the broken one gives the same counts.
     pub decidable: bool,
 }
