@@ -50,6 +50,21 @@ macro_rules! optional {
     };
 }
 
+/// A key of the thermal limit, which both of its numbers make together.
+macro_rules! thermal {
+    ($name:literal, $field:ident) => {
+        Key {
+            name: $name,
+            get: |p| p.protection.thermal.map(|thermal| thermal.$field.to_string()),
+            set: |p, text| {
+                thermal(p, text, |thermal, text| {
+                    text.parse().map(|value| thermal.$field = value).ok()
+                })
+            },
+        }
+    };
+}
+
 /// A key of an estimate: the field here, in the report, and in `params.toml` have one name.
 macro_rules! identified {
     ($name:literal, $field:ident, $($estimate:tt)+) => {
@@ -96,32 +111,8 @@ const KEYS: &[Key] = &[
     optional!("limits.energy_j", config.energy_limit_j),
     optional!("limits.speed_rad_s", config.speed_limit_rad_s),
     plain!("limits.command_timeout_ms", protection.command_timeout_ms),
-    Key {
-        name: "limits.continuous_current_a",
-        get: |p| {
-            p.protection
-                .thermal
-                .map(|thermal| thermal.continuous_a.to_string())
-        },
-        set: |p, text| {
-            thermal(p, text, |thermal, text| {
-                text.parse().map(|value| thermal.continuous_a = value).ok()
-            })
-        },
-    },
-    Key {
-        name: "limits.thermal_time_constant_s",
-        get: |p| {
-            p.protection
-                .thermal
-                .map(|thermal| thermal.time_constant_s.to_string())
-        },
-        set: |p, text| {
-            thermal(p, text, |thermal, text| {
-                text.parse().map(|value| thermal.time_constant_s = value).ok()
-            })
-        },
-    },
+    thermal!("limits.continuous_current_a", continuous_a),
+    thermal!("limits.thermal_time_constant_s", time_constant_s),
     plain!("loops.bandwidth", tuning.bandwidth),
     plain!("loops.integral", tuning.integral),
     plain!("loops.compensation", compensation),
