@@ -87,6 +87,8 @@ fn run(command: Command) -> Result<()> {
 
 fn demo(arguments: &[String]) -> Result<()> {
     setup::everything()?;
+    // Some minutes the first time, so Cargo shows what it does.
+    process::run(&mut process::cargo(&["build", "--package", "truing"]))?;
     let mut truing = process::cargo(&["run", "--quiet", "--package", "truing", "--", "demo"]);
     process::run(truing.args(arguments))
 }
