@@ -14,6 +14,16 @@ const QUANTILES: [f64; 7] = [0.998, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5];
 const TURN_HARMONICS: usize = 60;
 /// Lines that are scanned over a whole log.
 const LINES: usize = 400;
+/// Peaks of a scan that are starts.
+const STRONGEST: usize = 3;
+/// A line of a periodic torque leaves no other line that is larger than this part of it (docs/decisions/0128).
+const LEFT: f64 = 0.3;
+/// … but for what the largest of some hundred lines gains by chance: 2·ln(400), and a reserve.
+const CHANCE: f64 = 20.0;
+/// Lines at these ratios belong to the same torque, whose shape is no sine.
+const SAME_TORQUE: [f64; 5] = [1.0, 2.0, 3.0, 0.5, 1.0 / 3.0];
+/// … to within this part.
+const SAME: f64 = 0.03;
 
 /// Simulation and residual of a fitted hypothesis: what starts are drawn from.
 pub struct Basis {
@@ -110,7 +120,27 @@ impl Basis {
         starts
     }
 
-    fn position_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+    /// Whether what the strongest line of an effect is among these residuals, if its period is looked for, goes with the
+    /// effect: `fitted` are the residuals with it. What another effect leaves spreads over many lines, and one of them
+    /// takes no other along. `dispersion`: of the residuals, with their correlation.
+    pub fn line_goes(&self, fitted: &Self, bench: &Bench, effect: &Effect, dispersion: f64) -> bool {
+        let peaks = |basis: &Self| match effect.starts {
+            Starts::PositionScan => basis.position_peaks(bench),
+            _ => basis.time_peaks(bench),
+        };
+        let Some(line) = peaks(self).into_iter().next() else {
+            return false;
+        };
+        let same = |other: &Line| {
+            let ratio = other.number / line.number;
+            SAME_TORQUE.iter().any(|it| (ratio / it - 1.0).abs() < SAME)
+        };
+        let left = peaks(fitted).into_iter().find(|other| !same(other));
+        left.is_none_or(|left| left.gain < LEFT * line.gain + CHANCE * dispersion)
+    }
+
+    /// Peaks of the scan over the position, the strongest first.
+    fn position_peaks(&self, bench: &Bench) -> Vec<Line> {
         let span = bench
             .runs
             .iter()
@@ -122,37 +152,48 @@ impl Basis {
         } else {
             (1.0, TURN_HARMONICS)
         };
-        let torque = bench.scales.of(effect.parameters[0].scale);
-        let lines = self.scan(bench, Axis::Position, unit, count);
         // One period per turn without a gear is gravity.
         let gravity = |n: f64| !bench.linear && n < 1.5 && self.plant.gear_ratio == 1.0;
+        let mut lines = self.scan(bench, Axis::Position, unit, count);
+        lines.retain(|line| !gravity(line.number));
         lines
-            .iter()
-            .filter(|line| !gravity(line.number))
+    }
+
+    /// Peaks of the scan over the time, the strongest first.
+    fn time_peaks(&self, bench: &Bench) -> Vec<Line> {
+        let unit = PI / bench.scales.duration;
+        let highest = 20.0 / bench.scales.time;
+        let count = ((highest / unit) as usize).clamp(1, 3 * LINES);
+        let mut lines = self.scan(bench, Axis::Time, unit, count);
+        // Fewer than three periods in the log are a drift.
+        lines.retain(|line| line.number > 6.0 * unit);
+        lines
+    }
+
+    fn position_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+        let torque = bench.scales.of(effect.parameters[0].scale);
+        let lines = self.position_peaks(bench).into_iter().take(STRONGEST);
+        lines
             .map(|line| vec![line.amplitude / torque, line.number, line.phase])
             .collect()
     }
 
     fn time_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
-        let unit = PI / bench.scales.duration;
-        let highest = 20.0 / bench.scales.time;
-        let count = ((highest / unit) as usize).clamp(1, 3 * LINES);
         let torque = bench.scales.of(effect.parameters[0].scale);
         let hertz = bench.scales.of(Scale::Frequency);
-        // Fewer than three periods in the log are a drift.
-        let lines = self.scan(bench, Axis::Time, unit, count);
-        let fast = lines.iter().filter(|line| line.number > 6.0 * unit);
-        fast.map(|line| {
-            vec![
-                line.amplitude / torque,
-                line.number / std::f64::consts::TAU / hertz,
-                line.phase,
-            ]
-        })
-        .collect()
+        let lines = self.time_peaks(bench).into_iter().take(STRONGEST);
+        lines
+            .map(|line| {
+                vec![
+                    line.amplitude / torque,
+                    line.number / std::f64::consts::TAU / hertz,
+                    line.phase,
+                ]
+            })
+            .collect()
     }
 
-    /// The three strongest lines of a periodic torque among `unit`, 2·`unit`, … `count`·`unit`.
+    /// The peaks of a periodic torque, strongest first, among `unit`, 2·`unit`, … `count`·`unit`.
     fn scan(&self, bench: &Bench, axis: Axis, unit: f64, count: usize) -> Vec<Line> {
         let mut waves: Vec<Wave> = Vec::new();
         for (run, trace) in bench.runs.iter().filter(|run| run.log == 0).zip(&self.traces) {
@@ -181,7 +222,6 @@ impl Basis {
             .map(|k| lines[k])
             .collect();
         peaks.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        peaks.truncate(3);
         peaks
     }
 }

@@ -190,6 +190,13 @@ pub enum Starts {
     TimeScan,
 }
 
+impl Starts {
+    /// Whether a period is looked for among dozens: one of them always explains something.
+    pub fn scans(&self) -> bool {
+        matches!(self, Self::PositionScan | Self::TimeScan)
+    }
+}
+
 /// A signal of the simulation whose quantiles start a threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {

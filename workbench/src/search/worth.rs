@@ -3,9 +3,9 @@
 use super::Search;
 use super::score::{Scored, chi2, dispersion};
 use crate::bench::Part;
-use crate::effects::Starts;
 use crate::fit::{SEARCH, Setting, fit};
 use crate::hypothesis::{Hypothesis, Item, tolerance};
+use crate::starts::Basis;
 use rayon::prelude::*;
 use std::cell::OnceCell;
 
@@ -15,6 +15,9 @@ pub(super) const WORTH: f64 = 12.0;
 pub(super) const VISIBLE: f64 = 0.13;
 /// The same for a further effect when the residual is already as small as the noise.
 const VISIBLE_IN_NOISE: f64 = 0.22;
+/// The same for a further effect whose period is looked for: the imperfect form of a large effect looks like a line on a way that
+/// repeats itself.
+const VISIBLE_LINE: f64 = 0.25;
 /// Smallest share of what is left that an effect must explain.
 const SHARE_OF_REST: f64 = 0.05;
 /// Smallest share of the first gap (squared): below it, the imperfect form of a large effect attracts second names …
@@ -41,7 +44,7 @@ impl<'a> Search<'a, '_> {
         if gain < WORTH * factor * more.sqrt() || !self.material(current, child) {
             return false;
         }
-        if self.any_inside_tolerance(child) {
+        if self.any_inside_tolerance(child) || !self.stands_out(current, child) {
             return false;
         }
         let validated = validated.get_or_init(|| cross_validated(current)) - cross_validated(child);
@@ -66,18 +69,42 @@ impl<'a> Search<'a, '_> {
         let gain = current.fit.cost - child.fit.cost;
         let rest = (current.fit.chi2 - samples).max(1e-9);
         let first = self.first_gap - samples;
-        let newest = child.hypothesis.items.last().map(|item| item.effect.starts);
-        let scanned = matches!(newest, Some(Starts::PositionScan | Starts::TimeScan));
+        let newest = child.hypothesis.items.last();
+        let scanned = newest.is_some_and(|item| item.effect.starts.scans());
         let explains_nearly_all = gain > if scanned { NEARLY_ALL_SCANNED } else { NEARLY_ALL } * rest;
         let large = gain > SHARE_OF_REST * rest && gain > SHARE_OF_GAP * first;
         // Where the noise itself is reached, its own uncertainty of some per cent must not be named.
         let at_noise = (!current.hypothesis.items.is_empty() && current.fit.chi2 < samples)
             || (!self.model.known.is_empty() && self.at_floor(current));
-        let visible = if at_noise { VISIBLE_IN_NOISE } else { VISIBLE };
+        let visible = match (scanned && !current.hypothesis.items.is_empty(), at_noise) {
+            (true, _) => VISIBLE_LINE,
+            (false, true) => VISIBLE_IN_NOISE,
+            (false, false) => VISIBLE,
+        };
         gain / samples > visible * visible
             && (current.hypothesis.items.is_empty() && gain > SHARE_OF_REST * rest
                 || explains_nearly_all
                 || large)
+    }
+
+    /// Whether the newest effect, if its period is looked for, is one line and not one of many.
+    fn stands_out(&self, current: &Scored<'a>, child: &Scored<'a>) -> bool {
+        let Some(newest) = child
+            .hypothesis
+            .items
+            .last()
+            .filter(|item| item.effect.starts.scans())
+        else {
+            return true;
+        };
+        let others = child.hypothesis.items.len() - 1;
+        let residuals = |scored: &Scored| Basis::new(&scored.hypothesis, &scored.fit.x);
+        let without = if child.hypothesis.names()[..others] == current.hypothesis.names() {
+            residuals(current)
+        } else {
+            residuals(&self.without(child, others, &SEARCH))
+        };
+        without.line_goes(&residuals(child), self.bench, newest.effect, dispersion(child))
     }
 
     pub(super) fn any_inside_tolerance(&self, scored: &Scored) -> bool {
