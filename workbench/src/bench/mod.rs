@@ -4,10 +4,15 @@
 //! lost on the input side, because the memoryless part of the input chain is evaluated on every row before it is
 //! averaged; on the output side the sensor's window is applied to simulation and measurement alike.
 
+mod agree;
 mod noise;
+mod parts;
 mod prepare;
 mod probe;
+mod rows;
 mod run;
+mod start;
+mod view;
 mod weigh;
 
 pub use noise::{Noise, hf_noise};
