@@ -250,7 +250,7 @@ fn choose(spec: &Spec, rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<Hidden> {
     };
     let mut hidden: Vec<Hidden> = Vec::new();
     while hidden.len() < number {
-        let kind = &KINDS[rng.random_range(0..KINDS.len())];
+        let kind = KINDS[rng.random_range(0..KINDS.len())];
         let values = (kind.draw)(rng, natural);
         let shape = rng.random_bool(0.5).then(|| rng.random_range(0.0..1.0));
         let apart =

@@ -9,13 +9,16 @@
 
 mod candidates;
 mod fit;
+mod losers;
 pub mod map;
+mod named;
 mod plots;
 mod rivals;
 mod search;
 mod separate;
 mod study;
 mod table;
+mod ties;
 mod verdict;
 mod words;
 
