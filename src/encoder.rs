@@ -159,6 +159,9 @@ fn innovation(count: i32, position: Position) -> i32 {
     distance.saturating_sub(distance.clamp(-HALF_COUNT, HALF_COUNT))
 }
 
+/// Counts by which a shaft at an edge of the encoder flickers.
+const FLICKER: u32 = 1;
+
 /// For how long the shaft has not moved. The observer's speed would not do: it is a fraction of a count for long.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Standstill {
@@ -169,13 +172,24 @@ pub struct Standstill {
 impl Standstill {
     /// One tick. A shaft at an edge of the encoder flickers by one count and stands.
     pub fn watch(&mut self, count: i32) {
-        if count.wrapping_sub(self.place).unsigned_abs() > 1 {
+        if count.wrapping_sub(self.place).unsigned_abs() > FLICKER {
             *self = Self {
                 place: count,
                 ticks: 0,
             };
         } else {
             self.ticks = self.ticks.saturating_add(1);
+        }
+    }
+
+    /// What of an estimated speed the counter allows: a shaft that turns passes the next count beyond the flicker in
+    /// time. The observer knows no break-away; under a voltage that friction takes it sees a shaft turn that stands.
+    #[must_use]
+    pub fn allows(&self, speed: Speed) -> Speed {
+        let beyond = (FLICKER + 1) << 20;
+        match beyond.checked_div(self.ticks) {
+            Some(most) => Speed(speed.0.clamp(-(most as i32), most as i32)),
+            None => speed,
         }
     }
 

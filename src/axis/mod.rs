@@ -197,7 +197,7 @@ impl Axis {
             supply,
             current: reading.current,
             means,
-            speed: state.encoder.speed(),
+            speed: state.standstill.allows(state.encoder.speed()),
             load: Voltage::ZERO.minus(design.loops.accelerating_voltage(state.encoder.load())),
             holding: state.holding || state.search.as_ref().is_some_and(Search::leans),
             endless: state.mode.is_endless(),

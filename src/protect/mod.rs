@@ -67,7 +67,7 @@ pub struct Input {
     pub current: Option<i16>,
     /// What acted and flowed since the last look.
     pub means: Means,
-    /// Speed estimate.
+    /// Speed estimate, no more than the counter allows.
     pub speed: Speed,
     /// What of that voltage reaches the winding: behind the drive's input dead zone, if the drive is known to have one.
     pub winding: Voltage,

@@ -138,11 +138,17 @@ impl Balance {
         }
     }
 
-    /// Is the current missing that must balance `lacking`? What it changes by must be noise.
-    fn without_current(&self, lacking: i64) -> bool {
+    /// May the current be missing that must balance `lacking`? What it changes by may be noise.
+    fn silent(&self, lacking: i64) -> bool {
         let least = lacking >> NO_CURRENT_SHIFT;
         self.resistive.saturating_abs() < least
             && self.inductive.saturating_abs() <= least.max(self.ends.saturating_mul(2))
+    }
+
+    /// Is it missing? The current of a large winding passes through zero so slowly that, for a while, noise hides its
+    /// rise: the stretch must be so long that it cannot.
+    fn without_current(&self, lacking: i64) -> bool {
+        self.silent(lacking) && self.ends.saturating_mul(2) <= lacking >> NO_CURRENT_SHIFT
     }
 }
 
@@ -162,8 +168,10 @@ pub(super) struct State {
     spoilt: bool,
     looks: u32,
     glances: u32,
-    /// Glances in a row without current.
+    /// Glances in a row without current, what they sum up, and whether that is beyond its noise.
     silent: u32,
+    silence: Stretch,
+    certain: bool,
     /// What the last blocks looked like, and how many of them in a row.
     doubted: Fault,
     odd: u32,
@@ -184,7 +192,7 @@ impl State {
     /// What current and counter have looked like for some time.
     pub fn lasting(&self) -> Fault {
         match () {
-            () if self.silent >= LASTING_GLANCES => Fault::MotorDisconnected,
+            () if self.certain && self.silent >= LASTING_GLANCES => Fault::MotorDisconnected,
             () if self.odd >= LASTING_BLOCKS => self.doubted,
             () => Fault::None,
         }
@@ -192,7 +200,7 @@ impl State {
 
     /// Forgets what only looked like a fault.
     pub fn clear(&mut self) {
-        (self.odd, self.silent) = (0, 0);
+        (self.odd, self.silent, self.certain) = (0, 0, false);
     }
 
     /// Begins anew: the voltage means something else from now on.
@@ -283,10 +291,7 @@ impl State {
     #[inline(never)]
     fn glance(&mut self, current: i32, count: i32) {
         let glance = core::mem::replace(&mut self.glance, Stretch::begin(current, count));
-        if let Some(winding) = &self.known {
-            let silent = !self.open && winding.draws_nothing(&glance, current, count, self.unrest);
-            self.silent = if silent { self.silent.saturating_add(1) } else { 0 };
-        }
+        self.listen(&glance, current, count);
         self.spoilt |= core::mem::take(&mut self.open);
         self.looks = 0;
         if self.glances == 0 {
@@ -303,11 +308,27 @@ impl State {
         }
     }
 
+    /// Is there silence, and does it last? Each glance must be silent, and all of them together.
+    fn listen(&mut self, glance: &Stretch, current: i32, count: i32) {
+        let Some(winding) = &self.known else { return };
+        if self.silent == 0 {
+            self.silence = *glance;
+        } else {
+            self.silence.add(glance);
+        }
+        let quiet = |stretch| winding.draws_nothing(stretch, current, count, self.unrest);
+        let hushed = if self.open { None } else { quiet(glance) };
+        match hushed.and(quiet(&self.silence)) {
+            Some(certain) => (self.silent, self.certain) = (self.silent.saturating_add(1), certain),
+            None => (self.silent, self.certain) = (0, false),
+        }
+    }
+
     fn learn(&mut self, current: i32, count: i32) {
         let block = &self.block;
         let turned = block.turned(count);
         if let Some(winding) = &self.known {
-            let found = winding.compare(block, turned, current, self.unrest);
+            let found = winding.compare(block, count, current, self.unrest);
             self.odd = if found == self.doubted {
                 self.odd.saturating_add(1)
             } else {
@@ -336,43 +357,51 @@ impl Winding {
         }
     }
 
-    /// Voltage that neither the counter's back-EMF nor its jitter explains, and that jitter.
-    fn lacking(&self, offered: i64, turned: i32) -> (i64, i64) {
-        let emf = product(turned, self.constants.emf) >> 8;
-        (
-            offered.saturating_sub(emf).saturating_abs(),
-            i64::from(self.constants.emf >> 7),
-        )
+    /// Back-EMF of so many counts.
+    fn shown(&self, turned: i32) -> i64 {
+        product(turned, self.constants.emf) >> 8
     }
 
-    /// A glance: should a current flow, and does none?
-    fn draws_nothing(&self, glance: &Stretch, current: i32, count: i32, unrest: i32) -> bool {
-        let balance = self.balance(glance, current, unrest);
-        let (lacking, jitter) = self.lacking(balance.offered, glance.turned(count));
-        let driven = i64::from(LEAST_VOLTAGE).wrapping_mul(i64::from(glance.ticks));
-        lacking > driven.saturating_add(jitter) && balance.without_current(lacking)
+    /// … of two of them: edges are not where they should be.
+    fn jitter(&self) -> i64 {
+        i64::from(self.constants.emf >> 7)
+    }
+
+    /// Should a current flow, and does none? `Some(true)`: beyond noise.
+    fn draws_nothing(&self, stretch: &Stretch, current: i32, count: i32, unrest: i32) -> Option<bool> {
+        let balance = self.balance(stretch, current, unrest);
+        let lacking = self.driven(stretch, &balance, count)?;
+        balance.silent(lacking).then(|| balance.without_current(lacking))
+    }
+
+    /// Voltage that must drive a current, because no back-EMF balances it; `None`: there is none to speak of.
+    fn driven(&self, stretch: &Stretch, balance: &Balance, count: i32) -> Option<i64> {
+        let emf = self.shown(stretch.turned(count));
+        let lacking = balance.offered.saturating_sub(emf).saturating_abs();
+        let least = i64::from(LEAST_VOLTAGE).wrapping_mul(i64::from(stretch.ticks));
+        (lacking > least.saturating_add(self.jitter())).then_some(lacking)
     }
 
     /// A block: does the counter show the speed that the current shows, within a quarter of the voltage and two counts?
     /// A counter that stands is for [`State::judge`].
-    fn compare(&self, block: &Stretch, turned: i32, current: i32, unrest: i32) -> Fault {
+    fn compare(&self, block: &Stretch, count: i32, current: i32, unrest: i32) -> Fault {
         let balance = self.balance(block, current, unrest);
-        let (lacking, jitter) = self.lacking(balance.offered, turned);
-        let driven = i64::from(LEAST_VOLTAGE).wrapping_mul(i64::from(block.ticks));
-        if lacking > driven.saturating_add(jitter) && balance.without_current(lacking) {
+        let driven = self.driven(block, &balance, count);
+        if driven.is_some_and(|lacking| balance.without_current(lacking)) {
             return Fault::MotorDisconnected;
         }
         if self.slow {
             return Fault::None;
         }
-        let emf = product(turned, self.constants.emf) >> 8;
+        let turned = block.turned(count);
+        let emf = self.shown(turned);
         let allowed = (balance
             .offered
             .saturating_abs()
             .max(emf.saturating_abs())
             .max(balance.inductive.saturating_abs())
             >> 2)
-            .saturating_add(jitter)
+            .saturating_add(self.jitter())
             .saturating_add(balance.unsure);
         let lack = balance.emf().saturating_sub(emf);
         if lack.saturating_abs() <= allowed || turned.saturating_abs() < LEAST_COUNTS {
@@ -391,14 +420,9 @@ impl Winding {
         let (current, count) = end;
         let mut balance = self.balance(doubt, current, unrest);
         // What the encoder has shown of the motion is not missing.
-        balance.offered = balance
-            .offered
-            .saturating_sub(product(doubt.turned(count), self.constants.emf) >> 8);
+        balance.offered = balance.offered.saturating_sub(self.shown(doubt.turned(count)));
         let balance = balance.towards(missing.direction);
-        let expected = product(
-            if overdue { missing.sure } else { missing.likely },
-            self.constants.emf,
-        ) >> 8;
+        let expected = self.shown(if overdue { missing.sure } else { missing.likely });
         let uncertain = if overdue {
             balance.share(UNCERTAIN_SHIFT)
         } else {

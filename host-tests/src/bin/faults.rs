@@ -14,6 +14,9 @@ struct Arguments {
     /// Plants of each of the four families.
     #[arg(long, default_value_t = 14)]
     plants: u32,
+    /// Number of the first of them; even numbers have a current sensor.
+    #[arg(long, default_value_t = 0)]
+    first: u32,
     /// Control rate, Hz.
     #[arg(long, default_value_t = 10_000)]
     tick_hz: u32,
@@ -68,7 +71,7 @@ fn main() {
         if arguments.family.as_deref().is_some_and(|wanted| wanted != name) {
             continue;
         }
-        for number in 0..arguments.plants {
+        for number in arguments.numbers() {
             injure_all(&arguments, name, family, number, &mut rows);
         }
     }
@@ -94,7 +97,7 @@ fn calm(arguments: &Arguments, hours: f64) {
     );
     for &(name, family) in families {
         let (mut sum, mut plants, mut alarms) = (calm::Calm::default(), 0, 0);
-        for number in 0..arguments.plants {
+        for number in arguments.numbers() {
             let plant = calm::plant(
                 family,
                 arguments.seeds(number),
@@ -124,6 +127,10 @@ fn calm(arguments: &Arguments, hours: f64) {
 }
 
 impl Arguments {
+    fn numbers(&self) -> std::ops::Range<u32> {
+        self.first..self.first + self.plants
+    }
+
     fn seeds(&self, number: u32) -> Seeds {
         if self.design {
             Seeds::Design(number)

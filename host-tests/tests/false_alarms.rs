@@ -1,0 +1,71 @@
+//! What long runs of ordinary motion once mistook for a fault, each with its cause.
+
+use host_tests::families::{Cause, Family, Options, Plant, Seeds, Severity};
+use host_tests::faults::trial::Trial;
+use host_tests::faults::world::Injury;
+use servo::encoder::Standstill;
+use servo::protect::{Fault, Settings};
+use servo::protocol::Command;
+use servo::units::Speed;
+
+fn commissioned(family: Family, number: u32, sensed: bool, budget_ms: u32) -> (Plant, Trial) {
+    let options = Options {
+        tick_hz: 1000,
+        ..Options::default()
+    };
+    let seeds = Seeds::Evaluation(700_000 + number);
+    let mut plant = Plant::draw(family, Severity::Harsh, seeds, &options);
+    plant.sensing.current = sensed;
+    let trial = Trial::commissioned(&plant, &Settings::default(), budget_ms);
+    assert_eq!(trial.fault(), Fault::None);
+    (plant, trial)
+}
+
+#[test]
+fn a_counter_that_stands_bounds_the_speed() {
+    let mut standstill = Standstill::default();
+    let fast = Speed(3 << 20);
+    standstill.watch(10);
+    assert_eq!(standstill.allows(fast), fast, "it has just moved");
+    for tick in 1..=500 {
+        standstill.watch(10 + (tick & 1));
+        assert_eq!(standstill.allows(fast), Speed(((2 << 20) / tick).min(fast.0)));
+        assert_eq!(standstill.allows(Speed(-7)), Speed(-7));
+    }
+}
+
+/// Between one and two dead zones nothing is demanded of a shaft at rest, which break-away friction may hold; the
+/// observer, which knows no break-away, saw it turn when the voltage changed its sign.
+#[test]
+fn a_shaft_that_friction_holds_is_not_taken_for_one_that_turns() {
+    for (family, number, sensed) in [(Family::G3, 4, true), (Family::G2, 11, false)] {
+        let (plant, mut trial) = commissioned(family, number, sensed, 5_000);
+        trial.world.injure(Injury::Stall);
+        // The loops take the dead zone off: 0.3 of it more is 1.3 at the terminals, 0.6 more is 1.6.
+        for (share, side) in [(-0.3, 1), (0.6, 0), (0.3, 0), (-0.6, 1), (0.6, 0)] {
+            let volts = share * plant.truth.dead_zone_v[side];
+            trial.must(Command::Voltage(volts as f32));
+            trial.run(6.0 * plant.truth.time_constant_s, |_, _| {});
+            assert_eq!(
+                trial.fault(),
+                Fault::None,
+                "{family:?}, {volts} V behind the dead zone"
+            );
+        }
+    }
+}
+
+/// The current of a large winding passes through zero for tens of milliseconds when the drive turns into a brake; its
+/// rise is hidden by noise, and is no missing current.
+#[test]
+fn a_current_that_passes_through_zero_is_not_missing() {
+    let (plant, mut trial) = commissioned(Family::Paper, 0, true, 20_000);
+    assert_eq!(plant.truth.cause, Cause::Input);
+    for speed in [
+        -30.0, -12.6, -28.0, -12.6, 25.0, 10.0, 30.0, -30.0, -14.0, -30.0, -12.6,
+    ] {
+        trial.must(Command::Speed(speed));
+        trial.run(4.0 * plant.truth.time_constant_s, |_, _| {});
+        assert_eq!(trial.fault(), Fault::None, "towards {speed} rad/s");
+    }
+}
