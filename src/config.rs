@@ -197,6 +197,18 @@ impl Config {
         })
     }
 
+    /// This configuration, with the limits of an earlier one where it has none of its own: limits survive a new description
+    /// of the machine.
+    #[must_use]
+    pub fn keeping_limits(&self, earlier: &Config) -> Self {
+        Self {
+            current_limit_a: self.current_limit_a.or(earlier.current_limit_a),
+            energy_limit_j: self.energy_limit_j.or(earlier.energy_limit_j),
+            speed_limit_rad_s: self.speed_limit_rad_s.or(earlier.speed_limit_rad_s),
+            ..*self
+        }
+    }
+
     fn check(&self) -> Result<(), ConfigError> {
         within(Field::SupplyNominal, self.supply_nominal_v, 1.0, 80.0)?;
         within(Field::CountsPerRev, self.counts_per_rev as f32, 4.0, 1e6)?;

@@ -17,7 +17,8 @@ use crate::store::{AtRest, AxisParameters};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Order {
-    /// Put this axis in place and start anew; with what an earlier life has found and chosen, if there was one.
+    /// Put this axis in place and start anew; with what an earlier life has found and chosen, if it comes along. Without,
+    /// the choices of the axis that was there before stay (see [`Command::Configure`]).
     Install(Axis, Option<Restored>),
     /// Forget everything.
     Reset,
@@ -105,7 +106,23 @@ impl Joint {
     pub fn execute(&mut self, order: &Order) -> Result<(), Refusal> {
         match (order, &self.axis) {
             (Order::Install(..) | Order::Reset, _) if self.driven => Err(Refusal::BridgeDriven),
-            (Order::Install(axis, restored), _) => self.install(axis, restored.as_ref()),
+            (Order::Install(axis, Some(restored)), _) => {
+                self.install(axis);
+                axis.restore(&mut self.state, restored).map_err(Refusal::Axis)
+            }
+            (Order::Install(axis, None), Some(earlier)) => {
+                let (axis, compensation) = (
+                    axis.keeping(earlier).map_err(Refusal::Parameters)?,
+                    self.state.compensation,
+                );
+                self.install(&axis);
+                self.state.compensation = compensation;
+                Ok(())
+            }
+            (Order::Install(axis, None), None) => {
+                self.install(axis);
+                Ok(())
+            }
             (Order::Reset, _) => {
                 self.waiting = self.fault();
                 self.axis = None;
@@ -120,14 +137,11 @@ impl Joint {
         }
     }
 
-    fn install(&mut self, axis: &Axis, restored: Option<&Restored>) -> Result<(), Refusal> {
+    fn install(&mut self, axis: &Axis) {
         let fault = self.fault();
         let (axis, state) = (self.axis.insert(*axis), &mut self.state);
         axis.restart(state);
         axis.latch(state, fault);
-        restored
-            .map_or(Ok(()), |restored| axis.restore(state, restored))
-            .map_err(Refusal::Axis)
     }
 
     /// The latched fault, or the one that waits for an axis.

@@ -44,6 +44,10 @@ pub struct Request {
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Command {
     /// Set the axis up. Refused while the bridge is not open.
+    ///
+    /// Replaced: the configuration, as a whole. Forgotten: what was identified, the reference, `Arm`. Kept: what was
+    /// chosen about loops, compensation and protection; limits of current, energy and speed where the new configuration
+    /// has none; a latched fault. [`Command::Reset`] before it forgets these choices, [`Command::Restore`] replaces them.
     Configure(Config),
     /// Allow the bridge to be driven.
     Arm,

@@ -40,7 +40,7 @@ const AXIS: &str = "
 ";
 
 fn config() -> servo::config::Config {
-    axis_file::parse("axis.toml", AXIS).expect("a good file")
+    axis_file::parse("axis.toml", AXIS).expect("a good file").config
 }
 
 fn sine(seconds: f32) -> Task {

@@ -94,7 +94,7 @@ fn what_was_commissioned_survives_a_restart_and_is_used() {
     let flash = folder.path().join("flash.bin");
     let first = run(
         &flash,
-        Start::Configure(plant().config),
+        Start::Configure(plant().config.into()),
         &[COMMISSION, Task::Store, sine()],
     );
     let [Done::Commissioned(outcome), Done::Stored, Done::Tracked(fresh)] = &first.done[..] else {
@@ -224,7 +224,7 @@ fn damaged_parameters_are_a_fault_until_somebody_has_seen_it() {
     life.close();
     let result = run(
         &flash,
-        Start::Configure(plant().config),
+        Start::Configure(plant().config.into()),
         &[COMMISSION, Task::Store],
     );
     assert_eq!(result.cleared, Fault::ParametersDamaged);

@@ -90,6 +90,14 @@ impl Axis {
         })
     }
 
+    /// … with what was chosen on an earlier axis about loops, protection and, where this one has none, limits. Refused if
+    /// the thermal limit lies outside the range of the current that this axis measures.
+    pub(crate) fn keeping(mut self, earlier: &Axis) -> Result<Self, SettingsError> {
+        self.scale.config = self.scale.config.keeping_limits(&earlier.scale.config);
+        self.tuning = earlier.tuning;
+        self.protected(&earlier.protection)
+    }
+
     /// Machine units of this axis.
     #[must_use]
     pub fn scale(&self) -> &Scale {

@@ -1,9 +1,15 @@
-//! `axis.toml` → [`servo::config::Config`]: what the firmware may know about its axis before it has moved.
+//! `axis.toml` → [`Setup`]: what the firmware may know about its axis before it has moved, and what its user chooses.
 
-use crate::input_error::InputError;
+use crate::input_error::{InputError, nearest};
+use crate::parameters;
+use crate::servo_link::range_text;
+use crate::setup::{Choices, Setup};
 use serde::Deserialize;
 use servo::config::Config;
+use servo::protect::{Fault, SettingsError, Thermal};
+use std::collections::BTreeMap;
 use std::path::Path;
+use toml::Spanned;
 
 /// Reload value of TIM1 for 20 kHz centre-aligned PWM at 168 MHz.
 const PWM_FULL_SCALE: u16 = 4200;
@@ -22,6 +28,11 @@ struct File {
     axis: Axis,
     #[serde(default)]
     limits: Limits,
+    #[serde(default)]
+    loops: Loops,
+    /// Fault → action.
+    #[serde(default)]
+    protection: BTreeMap<Spanned<String>, Spanned<String>>,
 }
 
 #[derive(Deserialize)]
@@ -56,10 +67,21 @@ struct Limits {
     energy_j: Option<f32>,
     speed_rad_s: Option<f32>,
     current_a_per_lsb: Option<f32>,
+    continuous_current_a: Option<f32>,
+    thermal_time_constant_s: Option<u16>,
+    command_timeout_ms: Option<u16>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Loops {
+    bandwidth: Option<f32>,
+    integral: Option<bool>,
+    compensation: Option<bool>,
 }
 
 /// Reads and checks the file.
-pub fn read(path: &Path) -> Result<Config, InputError> {
+pub fn read(path: &Path) -> Result<Setup, InputError> {
     let source = path.display();
     let text = std::fs::read_to_string(path)
         .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
@@ -67,28 +89,110 @@ pub fn read(path: &Path) -> Result<Config, InputError> {
 }
 
 /// Checks a text; `source` names it in messages.
-pub fn parse(source: &str, text: &str) -> Result<Config, InputError> {
+pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
     let file: File = toml::from_str(text).map_err(|error| syntax(source, text, &error))?;
-    let config = file.config();
-    config.build().map_err(|error| {
-        let (field, low, high) = (error.field.name(), error.minimum, error.maximum);
-        InputError::file(
-            source,
-            format!("{field} is out of range; it must lie between {low} and {high}"),
-        )
+    let actions = file.actions(source, text)?;
+    let thermal = file.limits.thermal(source)?;
+    let setup = Setup {
+        choices: Choices {
+            thermal,
+            command_timeout_ms: file.limits.command_timeout_ms,
+            bandwidth: file.loops.bandwidth,
+            integral: file.loops.integral,
+            compensation: file.loops.compensation,
+            actions,
+        },
+        config: file.config(),
+    };
+    setup.parameters(None).check().map_err(|error| match error {
+        SettingsError::Value(error) => {
+            InputError::file(source, format!("out of range: {}", range_text(&error)))
+        }
+        // Refused above, with its line.
+        SettingsError::Action(pair) => {
+            InputError::file(source, format!("protection.{} cannot be so", pair.fault.name()))
+        }
     })?;
-    Ok(config)
+    Ok(setup)
 }
 
+fn line_of(text: &str, place: usize) -> u64 {
+    1 + text[..place.min(text.len())].matches('\n').count() as u64
+}
+
+/// Names table and key, which the parser's own words leave out, and the nearest known key.
 fn syntax(source: &str, text: &str, error: &toml::de::Error) -> InputError {
-    let line = error.span().map_or(1, |span| {
-        1 + text[..span.start.min(text.len())].matches('\n').count()
-    });
-    InputError::line(source, line as u64, error.message().replace('\n', " "))
+    let message = error.message().replace('\n', " ");
+    let Some(span) = error.span() else {
+        return InputError::line(source, 1, message);
+    };
+    let (before, here) = text.split_at(span.start.min(text.len()));
+    let line = [before.rsplit('\n').next(), here.lines().next()]
+        .map(Option::unwrap_or_default)
+        .concat();
+    let header = |line: &str| {
+        let line = line.trim();
+        line.starts_with('[').then(|| line.to_owned())
+    };
+    let table = before.lines().rev().find_map(header).unwrap_or_default();
+    let key = line.split_once('=').map_or("", |(key, _)| key.trim());
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let hint = match quoted.next() {
+        Some(wrong) if message.starts_with("unknown field") => nearest(wrong, quoted)
+            .map(|near| format!("; the nearest is `{near}`"))
+            .unwrap_or_default(),
+        _ => String::new(),
+    };
+    let place = match (table.is_empty() || header(&line).is_some(), key.is_empty()) {
+        (true, _) => String::new(),
+        (false, true) => format!("{table}: "),
+        (false, false) => format!("{table} {key}: "),
+    };
+    InputError::line(
+        source,
+        line_of(text, span.start),
+        format!("{place}{message}{hint}"),
+    )
+}
+
+impl Limits {
+    /// Both numbers make the thermal limit; the time constant alone is none.
+    fn thermal(&self, source: &str) -> Result<Option<Thermal>, InputError> {
+        match (self.continuous_current_a, self.thermal_time_constant_s) {
+            (None, Some(_)) => Err(InputError::file(
+                source,
+                "limits.thermal_time_constant_s needs limits.continuous_current_a beside it: the current that the \
+                 winding carries for ever",
+            )),
+            (continuous, seconds) => Ok(continuous.map(|continuous_a| Thermal {
+                continuous_a,
+                time_constant_s: seconds.unwrap_or(parameters::SMALL_MOTOR.time_constant_s),
+            })),
+        }
+    }
 }
 
 impl File {
-    fn config(self) -> Config {
+    /// The table *fault × action*.
+    fn actions(
+        &self,
+        source: &str,
+        text: &str,
+    ) -> Result<[Option<servo::protect::Action>; Fault::ALL.len()], InputError> {
+        let mut actions = [None; Fault::ALL.len()];
+        for (fault, action) in &self.protection {
+            let (fault, action) = parameters::entry(fault.get_ref(), action.get_ref())
+                .map_err(|error| InputError::line(source, line_of(text, fault.span().start), error))?;
+            for (known, slot) in Fault::ALL.into_iter().zip(&mut actions) {
+                if known == fault {
+                    *slot = Some(action);
+                }
+            }
+        }
+        Ok(actions)
+    }
+
+    fn config(&self) -> Config {
         let nominal = self.supply.nominal_v;
         Config {
             supply_nominal_v: nominal,

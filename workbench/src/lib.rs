@@ -40,6 +40,7 @@ pub mod run_log;
 pub mod search;
 pub mod servo_link;
 pub mod session;
+pub mod setup;
 pub mod starts;
 pub mod steady;
 pub mod structure;

@@ -12,7 +12,7 @@
 use nalgebra::Complex;
 use servo::axis::{Axis, Refusal};
 use servo::config::Config;
-use servo::control::Gains;
+use servo::control::{Gains, Tuning};
 use servo::encoder::Motor;
 use servo::identify::estimate::Estimates;
 
@@ -31,9 +31,10 @@ const HIGHEST: f64 = std::f64::consts::PI;
 const STEPS: f64 = 16.0;
 
 impl LoopShape {
-    /// Of the loops that the firmware designs with this configuration once it knows this; `None`: |L| is never one.
-    pub fn of(config: &Config, known: &Estimates) -> Result<Option<Self>, Refusal> {
-        let axis = Axis::new(config).map_err(|_| Refusal::NotIdentified)?;
+    /// Of the loops that the firmware designs with this configuration and tuning once it knows this; `None`: |L| is never
+    /// one.
+    pub fn of(config: &Config, tuning: Tuning, known: &Estimates) -> Result<Option<Self>, Refusal> {
+        let axis = Axis::with_tuning(config, tuning).map_err(|_| Refusal::NotIdentified)?;
         let mut state = axis.start();
         axis.adopt(&mut state, known)?;
         let design = axis.design(&mut state);

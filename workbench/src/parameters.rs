@@ -124,16 +124,19 @@ const KEYS: &[Key] = &[
     identified!("identified.time_constant_s", time_constant_s, time_constant),
 ];
 
+/// The thermal limit of a small motor.
+pub(crate) const SMALL_MOTOR: Thermal = Thermal {
+    continuous_a: 1.0,
+    time_constant_s: 30,
+};
+
 /// The thermal model appears with its first number, with a small motor's values for the other.
 fn thermal(p: &mut AxisParameters, text: &str, put: fn(&mut Thermal, &str) -> Option<()>) -> Option<()> {
     if text == NONE {
         p.protection.thermal = None;
         return Some(());
     }
-    let mut thermal = p.protection.thermal.unwrap_or(Thermal {
-        continuous_a: 1.0,
-        time_constant_s: 30,
-    });
+    let mut thermal = p.protection.thermal.unwrap_or(SMALL_MOTOR);
     put(&mut thermal, text)?;
     p.protection.thermal = Some(thermal);
     Some(())
@@ -142,17 +145,20 @@ fn thermal(p: &mut AxisParameters, text: &str, put: fn(&mut Thermal, &str) -> Op
 /// `protection.FAULT`: what the bridge does about it. Only what differs from `open` is printed.
 const PROTECTION: &str = "protection.";
 
-fn set_action(parameters: &mut AxisParameters, fault: &str, action: &str) -> Result<(), InputError> {
+/// The entry of the table *fault × action* that these two names make.
+pub(crate) fn entry(fault: &str, action: &str) -> Result<(Fault, Action), InputError> {
     let Some(fault) = Fault::ALL.into_iter().find(|known| known.name() == fault) else {
         let near = nearest(fault, Fault::ALL.iter().map(|known| known.name())).unwrap_or("no_motion");
+        let names: Vec<&str> = Fault::ALL.iter().map(|fault| fault.name()).collect();
         return Err(InputError(format!(
-            "`{fault}` is no fault; the nearest is {near}"
+            "`{fault}` is no fault of [protection]; the nearest is {near}, all are {}",
+            names.join(", ")
         )));
     };
     let actions = [Action::Open, Action::Brake, Action::Hold];
     let chosen = actions.into_iter().find(|known| known.name() == action);
-    let table = chosen.and_then(|action| parameters.protection.actions.with(fault, action).ok());
-    parameters.protection.actions = table.ok_or_else(|| {
+    let fitting = chosen.filter(|action| action.suits(fault));
+    fitting.map(|action| (fault, action)).ok_or_else(|| {
         let fitting = actions.iter().filter(|action| action.suits(fault));
         let names: Vec<&str> = fitting.map(|action| action.name()).collect();
         InputError(format!(
@@ -160,7 +166,13 @@ fn set_action(parameters: &mut AxisParameters, fault: &str, action: &str) -> Res
             fault.name(),
             names.join(" or ")
         ))
-    })?;
+    })
+}
+
+fn set_action(parameters: &mut AxisParameters, fault: &str, action: &str) -> Result<(), InputError> {
+    let (fault, action) = entry(fault, action)?;
+    let table = parameters.protection.actions.with(fault, action);
+    parameters.protection.actions = table.unwrap_or(parameters.protection.actions);
     Ok(())
 }
 

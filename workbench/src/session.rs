@@ -4,9 +4,11 @@ use crate::input_error::InputError;
 use crate::motor::{Builtin, Door, Exec, qemu};
 use crate::run_log::{Row, RunLog};
 use crate::servo_link::{Client, Lockstep, Serial, Wire, found_text};
+use crate::setup::Setup;
 use servo::capture::{Extent, Shot, Stage, Trigger};
 use servo::commission::Outcome;
 use servo::config::Config;
+use servo::control::Tuning;
 use servo::excitation::Waveform;
 use servo::identify::estimate::{Estimates, EstimatesReport};
 use servo::protect::Fault;
@@ -176,6 +178,8 @@ pub struct SessionResult {
     pub captured: Option<Captured>,
     /// The fault that was latched when the session began; it was cleared.
     pub cleared: Fault,
+    /// The loops' tuning in force.
+    pub tuning: Tuning,
 }
 
 /// How far a session is. Reported about every 512 control ticks.
@@ -221,9 +225,10 @@ pub fn decimation(door: &Door, config: &Config) -> u32 {
 
 /// What the axis is told at the beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is one a session")]
 pub enum Start {
-    /// This configuration; what was identified before is forgotten.
-    Configure(Config),
+    /// This; what was identified before is forgotten, what was chosen before stays where the file is silent.
+    Configure(Setup),
     /// Nothing: it goes on with the parameters that it has stored.
     Stored,
 }
@@ -247,7 +252,7 @@ pub fn run(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<SessionResult, InputError> {
     let listening = Listening { axis: 0, every };
-    run_from(wire, Start::Configure(config), listening, tasks, progress)
+    run_from(wire, Start::Configure(config.into()), listening, tasks, progress)
 }
 
 /// The same on any axis, and from what it has stored if need be.
@@ -305,6 +310,7 @@ struct Session {
     every: u32,
     capture: Option<(Trigger, u16)>,
     cleared: Fault,
+    tuning: Tuning,
 }
 
 /// What has arrived.
@@ -387,10 +393,10 @@ impl Session {
         let mut client = Client::new(wire);
         client.select(axis);
         let (config, known) = match start {
-            Start::Configure(config) => (config, None),
+            Start::Configure(setup) => (setup.config, None),
             Start::Stored => {
                 let parameters = stored(&mut client)?;
-                (parameters.config, Some(parameters.estimates))
+                (parameters.config, Some(parameters))
             }
         };
         let mut session = Session {
@@ -406,13 +412,14 @@ impl Session {
             every,
             capture: None,
             cleared: Fault::None,
+            tuning: known.map_or_else(Tuning::default, |known| known.tuning),
         };
         if let Some(known) = &known {
-            session.kept.get_mut().learn(known);
+            session.kept.get_mut().learn(&known.estimates);
         }
-        session.listen(every)?;
-        if start != Start::Stored {
-            session.command(Command::Configure(config))?;
+        let before = session.listen(every)?;
+        if let Start::Configure(setup) = start {
+            session.set_up(&setup, before.as_ref())?;
         }
         while session.kept.borrow().log.rows.is_empty() {
             session.turn()?;
@@ -420,15 +427,34 @@ impl Session {
         Ok(session)
     }
 
-    /// Subscribes, and opens the bridge: whoever begins a session has seen to what went before.
-    fn listen(&mut self, every: u32) -> Result<(), InputError> {
+    /// Subscribes, and opens the bridge: whoever begins a session has seen to what went before. What is in force.
+    fn listen(&mut self, every: u32) -> Result<Option<AxisParameters>, InputError> {
         let subscribe = Command::Subscribe { every };
         let mut heed = |message| self.kept.borrow_mut().take(message);
         self.client.command(subscribe, &mut heed)?;
-        // One record at least.
-        self.client.command(Command::Hello, &mut heed)?;
+        // One record at least comes meanwhile.
+        let before = self.client.parameters_heeding(&mut heed)?;
         self.cleared = self.kept.borrow().fault;
         self.command(Command::Stop)?;
+        Ok(before)
+    }
+
+    /// Puts an axis file in force. The log begins here: with the whole set that is in force from now on, or with a bare
+    /// configuration where nothing was chosen, it can be replayed.
+    fn set_up(&mut self, setup: &Setup, before: Option<&AxisParameters>) -> Result<(), InputError> {
+        let parameters = setup.parameters(before);
+        let bare = Setup::from(setup.config).parameters(None);
+        {
+            let log = &mut self.kept.get_mut().log;
+            log.config = parameters.config;
+            log.commands.clear();
+        }
+        self.tuning = parameters.tuning;
+        let tick = self.command(match parameters == bare {
+            true if before.is_none() => Command::Configure(setup.config),
+            _ => Command::Restore(parameters),
+        })?;
+        self.kept.get_mut().log.rows.retain(|row| row.tick >= tick);
         Ok(())
     }
 
@@ -763,7 +789,7 @@ impl Session {
     }
 
     fn close(self, done: Vec<Done>) -> Result<SessionResult, InputError> {
-        let cleared = self.cleared;
+        let (cleared, tuning) = (self.cleared, self.tuning);
         let farewell = self.client.close();
         let Kept {
             mut log, captured, ..
@@ -777,6 +803,7 @@ impl Session {
             firmware_log: farewell.firmware_log,
             captured,
             cleared,
+            tuning,
         })
     }
 }

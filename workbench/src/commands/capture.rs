@@ -53,7 +53,8 @@ pub struct Arguments {
 
 /// Runs and writes.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let config = arguments.firmware.axis()?;
+    let setup = arguments.firmware.axis()?;
+    let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;
     let first = arguments
         .knowledge
@@ -73,7 +74,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         before: arguments.before,
     };
     let tasks: Vec<Task> = first.into_iter().chain([capture, motion]).collect();
-    let result = arguments.firmware.run(config, &tasks)?;
+    let result = arguments.firmware.run(&setup, &tasks)?;
     let captured = result
         .captured
         .context("the commissioning was refused, so nothing was captured; see `truing commission`")?;

@@ -38,14 +38,15 @@ pub struct Arguments {
 
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let config = arguments.firmware.axis()?;
+    let setup = arguments.firmware.axis()?;
+    let config = setup.config;
     let task = Task::Commission {
         budget_s: budget(arguments.budget_s)?,
         seed: arguments.firmware.seed as u32,
     };
     let tasks = [Some(task), arguments.store.then_some(Task::Store)];
     let tasks: Vec<Task> = tasks.into_iter().flatten().collect();
-    let result = arguments.firmware.run(config, &tasks)?;
+    let result = arguments.firmware.run(&setup, &tasks)?;
     let report = outcome(&result, &config)?;
     print(&report);
     if result.done.contains(&Done::Stored) {

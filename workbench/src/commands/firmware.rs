@@ -4,6 +4,7 @@ use crate::axis_file;
 use crate::motor::{Door, qemu};
 use crate::servo_link::{Client, Wire, fault_advice};
 use crate::session;
+use crate::setup::Setup;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use servo::config::Config;
@@ -38,7 +39,7 @@ pub struct Firmware {
 
 impl Firmware {
     /// Reads the axis file.
-    pub fn axis(&self) -> anyhow::Result<Config> {
+    pub fn axis(&self) -> anyhow::Result<Setup> {
         Ok(axis_file::read(&self.config)?)
     }
 
@@ -60,12 +61,12 @@ impl Firmware {
     }
 
     /// Runs the tasks with a progress bar.
-    pub fn run(&self, config: Config, tasks: &[session::Task]) -> anyhow::Result<session::SessionResult> {
+    pub fn run(&self, setup: &Setup, tasks: &[session::Task]) -> anyhow::Result<session::SessionResult> {
         let bar = ProgressBar::new(1000);
         bar.set_style(ProgressStyle::with_template(
             "{msg:14} {wide_bar} {percent:>3} %",
         )?);
-        let result = self.run_with(config, tasks, &mut |progress| {
+        let result = self.run_with(setup, tasks, &mut |progress| {
             bar.set_message(progress.task.to_owned());
             bar.set_position((progress.share * 1000.0) as u64);
         });
@@ -76,27 +77,27 @@ impl Firmware {
     /// Runs the tasks; `progress` is told about every 512 control ticks.
     pub fn run_with(
         &self,
-        config: Config,
+        setup: &Setup,
         tasks: &[session::Task],
         progress: &mut dyn FnMut(session::Progress),
     ) -> anyhow::Result<session::SessionResult> {
         // A servo that is to use what it has stored is not configured anew.
         let excites = matches!(tasks.last(), Some(session::Task::Excite(_)));
         let start = match tasks.first() {
-            Some(_) if excites => session::Start::Configure(config),
+            Some(_) if excites => session::Start::Configure(*setup),
             Some(
                 session::Task::Track { .. }
                 | session::Task::Capture { .. }
                 | session::Task::Reference(_)
                 | session::Task::Move(_),
             ) => session::Start::Stored,
-            _ => session::Start::Configure(config),
+            _ => session::Start::Configure(*setup),
         };
         let listening = session::Listening {
             axis: self.axis,
-            every: session::decimation(&self.motor, &config),
+            every: session::decimation(&self.motor, &setup.config),
         };
-        let result = session::run_from(self.connect(&config)?, start, listening, tasks, progress)?;
+        let result = session::run_from(self.connect(&setup.config)?, start, listening, tasks, progress)?;
         if result.cleared != Fault::None {
             eprintln!("cleared: {}", fault_advice(result.cleared));
         }

@@ -41,7 +41,8 @@ pub struct Arguments {
 
 /// Runs and shows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let config = arguments.firmware.axis()?;
+    let setup = arguments.firmware.axis()?;
+    let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;
     let first = arguments
         .knowledge
@@ -50,7 +51,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut view = View::new(arguments.fast);
     arguments
         .firmware
-        .run_with(config, &tasks, &mut |progress| view.show(&progress))?;
+        .run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
     Ok(())
 }
 

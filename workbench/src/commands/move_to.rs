@@ -56,14 +56,15 @@ impl Place {
 
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let config = arguments.firmware.axis()?;
+    let setup = arguments.firmware.axis()?;
+    let config = setup.config;
     let motion = Task::Move(arguments.place.target()?);
     let mut tasks =
         arguments
             .knowledge
             .tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
     tasks.push(motion);
-    let result = arguments.firmware.run(config, &tasks)?;
+    let result = arguments.firmware.run(&setup, &tasks)?;
     if let Some(path) = &arguments.log {
         result.log.save(path)?;
     }

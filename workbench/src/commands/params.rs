@@ -10,11 +10,7 @@ use crate::parameters;
 use crate::servo_link::{Client, found_text, store_text};
 use anyhow::Context;
 use clap::{Args, Subcommand};
-use servo::control::Tuning;
-use servo::identify::estimate::Estimates;
-use servo::protect::Settings;
 use servo::protocol::Command;
-use servo::store::AxisParameters;
 use std::path::PathBuf;
 
 /// Arguments of `truing params`.
@@ -89,7 +85,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn open(firmware: &Firmware) -> anyhow::Result<Client> {
-    firmware.client(&firmware.axis()?)
+    firmware.client(&firmware.axis()?.config)
 }
 
 fn print(client: &mut Client) -> anyhow::Result<()> {
@@ -107,15 +103,10 @@ fn print(client: &mut Client) -> anyhow::Result<()> {
 }
 
 fn change(set: &Set) -> anyhow::Result<()> {
-    let config = set.firmware.axis()?;
-    let mut client = set.firmware.client(&config)?;
-    let mut parameters = client.parameters()?.unwrap_or(AxisParameters {
-        config,
-        estimates: Estimates::default(),
-        tuning: Tuning::default(),
-        compensation: true,
-        protection: Settings::default(),
-    });
+    let setup = set.firmware.axis()?;
+    let mut client = set.firmware.client(&setup.config)?;
+    let known = client.parameters()?;
+    let mut parameters = known.unwrap_or_else(|| setup.parameters(None));
     for assignment in &set.assignments {
         parameters::set(&mut parameters, assignment)?;
     }
@@ -142,7 +133,7 @@ fn reset(client: &mut Client) -> anyhow::Result<()> {
 }
 
 fn write(export: &Export) -> anyhow::Result<()> {
-    let config = axis_file::read(&export.config)?;
+    let config = axis_file::read(&export.config)?.config;
     let model = model::read(&export.model)?;
     let (params, left_out) = compensation::from_model(&model, &config)?;
     for effect in left_out {

@@ -20,10 +20,11 @@ pub struct Arguments {
 
 /// Replays and says whether every bit is the same.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let config = axis_file::read(&arguments.config)?;
-    let tape = Tape::read(&arguments.log, &config)?;
+    let setup = axis_file::read(&arguments.config)?;
+    let tape = Tape::read(&arguments.log, &setup.config)?;
     let same = tape.commands.iter().all(|(_, command)| match command {
-        Command::Configure(other) => *other == config,
+        Command::Configure(other) => setup.agrees(other),
+        Command::Restore(parameters) => setup.agrees(&parameters.config),
         _ => true,
     });
     anyhow::ensure!(

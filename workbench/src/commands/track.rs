@@ -38,9 +38,9 @@ pub struct Arguments {
     /// voltage_sine:amp_v,hz,seconds or chirp:amp_v,from_hz,to_hz,seconds or log_chirp:amp_v,from_hz,to_hz,seconds.
     #[arg(long)]
     pub profile: String,
-    /// Use the inverse dead zone.
-    #[arg(long, value_enum, default_value = "on")]
-    pub compensation: Switch,
+    /// Use the inverse dead zone. Without it: as `loops.compensation` of the axis file says, on by default.
+    #[arg(long, value_enum)]
+    pub compensation: Option<Switch>,
     /// Write the result as JSON, schema truing-track/1.
     #[arg(long)]
     pub json: Option<PathBuf>,
@@ -51,13 +51,18 @@ pub struct Arguments {
 
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let config = arguments.firmware.axis()?;
-    let motion = profile::task(&arguments.profile, arguments.compensation == Switch::On, &config)?;
+    let setup = arguments.firmware.axis()?;
+    let config = setup.config;
+    let chosen = setup.choices.compensation.unwrap_or(true);
+    let compensation = arguments
+        .compensation
+        .map_or(chosen, |switch| switch == Switch::On);
+    let motion = profile::task(&arguments.profile, compensation, &config)?;
     let first = arguments
         .knowledge
         .tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
     let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
-    let result = arguments.firmware.run(config, &tasks)?;
+    let result = arguments.firmware.run(&setup, &tasks)?;
     if let Some(path) = &arguments.log {
         result.log.save(path)?;
     }
@@ -83,7 +88,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         (_, Some(Task::Adopt(estimates))) => Some(&**estimates),
         _ => None,
     };
-    if let Some(shape) = known.and_then(|known| LoopShape::of(&config, known).ok().flatten()) {
+    if let Some(shape) = known.and_then(|known| LoopShape::of(&config, result.tuning, known).ok().flatten()) {
         println!(
             "{:21} crossover {:.1} rad/s, phase margin {:.0}°",
             "position loop", shape.crossover_rad_s, shape.phase_margin_deg

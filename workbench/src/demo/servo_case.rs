@@ -60,7 +60,7 @@ impl ServoCase {
     pub fn run(hidden: &HiddenServo, options: &Options, say: &mut Listener) -> Result<Self> {
         let axis = options.out.join("axis.toml");
         write_atomically(&axis, &hidden.axis_toml())?;
-        let config = axis_file::read(&axis)?;
+        let config = axis_file::read(&axis)?.config;
         let tasks = [
             Task::Commission {
                 budget_s: BUDGET_S,

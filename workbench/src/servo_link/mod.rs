@@ -162,19 +162,25 @@ impl Client {
         }
     }
 
-    /// A command whose answer brings a message of its own; the message.
+    /// A command whose answer brings a message of its own; the message. All others go to `sink`.
     pub fn ask<T>(
         &mut self,
         command: Command,
-        mut pick: impl FnMut(Message) -> Option<T>,
+        sink: &mut dyn FnMut(Message),
+        pick: impl Fn(&Message) -> Option<T>,
     ) -> Result<T, InputError> {
         let mut found = None;
-        self.command(command, &mut |message| {
-            found = found.take().or_else(|| pick(message))
-        })?;
+        let mut heed = |message| match pick(&message) {
+            Some(picked) => found = found.take().or(Some(picked)),
+            None => sink(message),
+        };
+        self.command(command, &mut heed)?;
         let mut turns = 0;
         while found.is_none() && turns < PATIENT_TURNS {
-            self.turn(&mut |message| found = found.take().or_else(|| pick(message)))?;
+            self.turn(&mut |message| match pick(&message) {
+                Some(picked) => found = found.take().or(Some(picked)),
+                None => sink(message),
+            })?;
             turns += 1;
         }
         found
@@ -183,7 +189,7 @@ impl Client {
 
     /// Number of axes, cause of the last start, and what the store holds.
     pub fn hello(&mut self) -> Result<Hello, InputError> {
-        self.ask(Command::Hello, |message| match message {
+        self.ask(Command::Hello, &mut |_| {}, |message| match *message {
             Message::Hello { axes, cause, stored } => Some(Hello { axes, cause, stored }),
             _ => None,
         })
@@ -191,8 +197,16 @@ impl Client {
 
     /// What is in force on the selected axis; `None`: it is not configured.
     pub fn parameters(&mut self) -> Result<Option<AxisParameters>, InputError> {
+        self.parameters_heeding(&mut |_| {})
+    }
+
+    /// The same; messages that arrive meanwhile go to `sink`.
+    pub fn parameters_heeding(
+        &mut self,
+        sink: &mut dyn FnMut(Message),
+    ) -> Result<Option<AxisParameters>, InputError> {
         let selected = self.axis;
-        self.ask(Command::Parameters, |message| match message {
+        self.ask(Command::Parameters, sink, |message| match *message {
             Message::Parameters { axis, parameters } if axis == selected => Some(parameters),
             _ => None,
         })
