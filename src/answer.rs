@@ -27,6 +27,8 @@ pub enum Refusal {
     NotReferenced,
     /// A number of the command cannot be.
     Value(ConfigError),
+    /// So many streamed points wait already: send this one again later.
+    StreamFull,
 }
 
 /// What there is to tell about an axis, in SI units.

@@ -36,5 +36,6 @@ pub mod referencing;
 pub mod sample;
 pub mod saving;
 pub mod store;
+pub mod stream;
 pub mod trajectory;
 pub mod units;

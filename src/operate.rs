@@ -16,6 +16,7 @@ use crate::protocol::Command;
 use crate::record::Source;
 use crate::referencing::{Mark, Referencing, Search};
 use crate::store::AxisParameters;
+use crate::stream::{Knot, Plan, Point, Stream};
 use crate::trajectory::{Cruise, Move, Sine};
 use crate::units::{Acceleration, Position, SPEED_BITS, Speed, Voltage, to_fixed};
 
@@ -51,6 +52,7 @@ impl Axis {
             Command::Reference(ref how) => self.reference(state, how),
             Command::GoTo(rad) => self.go_to(state, rad),
             Command::Excite(ref waveform) => self.excite(state, waveform),
+            Command::Stream(ref point) => self.stream(state, point),
             Command::Configure(_)
             | Command::Subscribe { .. }
             | Command::CaptureArm { .. }
@@ -329,6 +331,39 @@ impl Axis {
         Ok(())
     }
 
+    /// One more point; the first one begins a stream where the set-point is.
+    #[inline(never)]
+    fn stream(&self, state: &mut State, point: &Point) -> Result<(), Refusal> {
+        self.ready(state)?;
+        let tick_hz = self.scale.config.tick_hz as f32;
+        let zero = state.zero.unwrap_or(0);
+        let knot = Knot::of(point, zero, design::counts_per_rad(&self.scale), tick_hz);
+        let knot = knot.ok_or(Refusal::OutOfRange)?;
+        let start = state.present();
+        let from = match &state.mode {
+            Mode::Stream(stream) => *stream.tail(),
+            _ => Knot::at(&start),
+        };
+        let plan = Plan::new(&from, &knot).ok_or(Refusal::OutOfRange)?;
+        for count in plan.hull() {
+            self.within_travel(state, count, 0.0)?;
+        }
+        if let Mode::Stream(stream) = &mut state.mode {
+            return if stream.push(plan.end) {
+                Ok(())
+            } else {
+                Err(Refusal::StreamFull)
+            };
+        }
+        let limits = state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
+        let origin = state.origin();
+        let stop = |counts: i32| Position::of_count(origin.wrapping_add(counts));
+        let stops = self.scale.travel_counts.map(stop);
+        let stops = self.scale.config.travel_limit_rad.map(|_| stops);
+        state.begin(&start, Mode::Stream(Stream::begin(&start, &plan, &limits, stops)));
+        Ok(())
+    }
+
     fn idle(&self, state: &State) -> Result<(), Refusal> {
         if state.mode == Mode::Idle {
             Ok(())
@@ -386,7 +421,9 @@ impl State {
     pub(crate) fn present(&self) -> Reference {
         match self.mode {
             Mode::Hold(position) => Reference::rest(position),
-            Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) => self.reference,
+            Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) | Mode::Stream(_) | Mode::Halt(_) => {
+                self.reference
+            }
             Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Excite(_) | Mode::Brake => self.shaft(),
         }
     }
@@ -424,6 +461,7 @@ impl State {
     pub(crate) fn begin(&mut self, start: &Reference, mode: Mode) {
         // Another motion ends a search without a result.
         self.missed |= self.search.take().is_some();
+        self.dry = false;
         match self.mode {
             Mode::Idle | Mode::Excite(_) => {
                 self.control = control::State::default();

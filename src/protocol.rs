@@ -16,6 +16,7 @@ use crate::record::Record;
 use crate::referencing::Referencing;
 use crate::saving::StoreEvent;
 use crate::store::{AxisParameters, Found};
+use crate::stream::Point;
 use core::marker::PhantomData;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use postcard::ser_flavors::{Cobs, Flavor, Slice, crc::CrcModifier};
@@ -112,6 +113,8 @@ pub enum Command {
     GoTo(f32),
     /// Apply a sine or a chirp of voltage at the terminals, then open the bridge; no loop is closed.
     Excite(Waveform),
+    /// The next point of a streamed motion, ahead of its time; the first one begins the stream. See [`crate::stream`].
+    Stream(Point),
 }
 
 /// Why a command was not executed.

@@ -42,6 +42,8 @@ pub enum Limit {
     Speed = 3,
     /// What a search for an end stop may push with.
     Push = 4,
+    /// The acceleration that the voltage leaves for a streamed set-point.
+    Acceleration = 5,
 }
 
 /// Where the numbers that the loops use come from.
@@ -88,6 +90,8 @@ pub enum Advisory {
     None = 0,
     /// A dead zone moved by more than a quarter since it was commissioned: wear, temperature or load.
     DeadZoneMoved = 1,
+    /// No further point of a streamed motion came in time: the axis has slowed down to rest by itself.
+    StreamRanDry = 2,
 }
 
 /// One control tick.

@@ -414,6 +414,12 @@ impl Cruise {
         }
     }
 
+    /// True once the speed is reached.
+    #[must_use]
+    pub fn done(&self) -> bool {
+        self.clock.done()
+    }
+
     /// The set-point of this tick. `actual` position and the longest allowed lead (counts Q12, at least
     /// [`Cruise::LEASH`]) keep it from running away from a shaft that is held.
     pub fn step(&mut self, actual: Position, lead: i32) -> Reference {

@@ -259,6 +259,7 @@ fn an_axis_follows_wear_and_says_so() {
         let (grown, source) = match expected {
             Advisory::None => (1.0, Source::Stored),
             Advisory::DeadZoneMoved => (1.4, Source::Trusted),
+            Advisory::StreamRanDry => unreachable!("nothing is streamed"),
         };
         assert!(
             record

@@ -12,6 +12,7 @@ use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing
 use servo::protect::Settings;
 use servo::protocol::{Command, FRAME_CAPACITY, Frame, Message, Refusal, Request, VERSION, encode};
 use servo::store::AxisParameters;
+use servo::stream::Point;
 
 /// Frames by the book: split at zeros, undo COBS, divide the polynomial bit by bit, look at version and content.
 mod oracle {
@@ -177,6 +178,14 @@ fn motion() -> impl Strategy<Value = Command> {
         number().prop_map(Command::Speed),
         (-100.0f32..100.0).prop_map(Command::Speed),
         number().prop_map(Command::Voltage),
+        (number(), number(), prop::option::of(number()), any::<u32>()).prop_map(streamed),
+        (
+            -0.1f32..0.1,
+            -5.0f32..5.0,
+            prop::option::of(-100.0f32..100.0),
+            4..200u32
+        )
+            .prop_map(streamed),
         (-12.0f32..12.0).prop_map(Command::Voltage),
         (number(), number(), number(), any::<u32>(), any::<bool>()).prop_map(excite),
         (
@@ -188,6 +197,17 @@ fn motion() -> impl Strategy<Value = Command> {
         )
             .prop_map(excite),
     ]
+}
+
+fn streamed(
+    (position_rad, speed_rad_s, acceleration_rad_s2, ticks): (f32, f32, Option<f32>, u32),
+) -> Command {
+    Command::Stream(Point {
+        position_rad,
+        speed_rad_s,
+        acceleration_rad_s2,
+        ticks,
+    })
 }
 
 fn excite((amplitude_v, from_hz, to_hz, duration_ms, linear): (f32, f32, f32, u32, bool)) -> Command {
@@ -415,6 +435,8 @@ fn every_command() -> Vec<Command> {
         Command::Restore(set(2).axes[0].expect("an axis")),
         Command::Reset,
         Command::Save,
+        streamed((0.5, -2.0, Some(30.0), 100)),
+        streamed((0.5, -2.0, None, 100)),
     ]
 }
 

@@ -14,7 +14,9 @@ use servo::saving::StoreEvent;
 use servo::store::{AtRest, AxisParameters, Found, LAYOUT};
 use std::path::Path;
 use truing::motor::qemu::{Lines, Options};
-use truing::servo_link::{Client, Lockstep};
+use truing::replay::{self, Telling};
+use truing::run_log::Tape;
+use truing::servo_link::{Client, Lockstep, fault_advice};
 use truing::session::{self, Done, Listening, Profile, SessionResult, Start, Task};
 use truing::tracking::TrackJson;
 
@@ -276,6 +278,46 @@ fn the_cause_of_a_start_is_told_and_a_watchdog_has_to_be_acknowledged() {
     assert!(refused.contains("fault"), "{refused}");
     send(&mut client, &mut last, Command::Stop).expect("acknowledged");
     send(&mut client, &mut last, Command::Arm).expect("armed");
+}
+
+/// The contact opens while the shaft turns. No sample shows that, and the log is replayed all the same, in the monitor's
+/// words.
+#[test]
+fn a_replay_gives_the_notice_behind_a_fault_and_names_it() {
+    let plant = plant();
+    let wire = Lockstep::start(&qemu(), Box::new(VirtualMotor::new(&plant)), plant.config).expect("QEMU");
+    let lines = wire.lines();
+    let mut open_contact = |progress: session::Progress| {
+        if progress.task == "tracking" && progress.share > 0.3 {
+            lines.set(Lines {
+                permit: Permit::Disabled,
+                ..Lines::default()
+            });
+        }
+    };
+    let start = Start::Configure(plant.config.into());
+    let tasks = [COMMISSION, sine()];
+    let result = session::run_from(Box::new(wire), start, LISTENING, &tasks, &mut open_contact);
+    let result = result.expect("a session");
+    let Some(Done::Tracked(span)) = result.done.last() else {
+        panic!("{:?}", result.done);
+    };
+    assert!(span.faulted);
+    // Through the file, as a user would.
+    let text = result.log.to_csv();
+    let tape = Tape::parse("run.csv", &text, &plant.config).expect("a tape");
+    let verdict = replay::replay(&tape).expect("a replay");
+    assert!(verdict.identical(), "{verdict}");
+    let faults: Vec<&(u32, Telling)> = verdict.told.iter().collect();
+    let [(tick, Telling::Fault(Fault::Disabled))] = faults[..] else {
+        panic!("{faults:?}");
+    };
+    assert!(
+        (span.start..span.hold).contains(tick) || *tick == span.hold,
+        "{tick} of {span:?}"
+    );
+    let words = Telling::Fault(Fault::Disabled).to_string();
+    assert!(words.contains(&fault_advice(Fault::Disabled)), "{words}");
 }
 
 #[test]

@@ -4,7 +4,9 @@ use super::Bridge;
 use super::state::{Mode, State};
 use crate::control::Reference;
 use crate::record::Limit;
-use crate::units::{Position, Voltage, limited};
+use crate::stream::{Flow, Step};
+use crate::trajectory::Cruise;
+use crate::units::{Position, Speed, Voltage, limited};
 
 /// Half width of the band around a resting target in which the axis is silent, counts.
 pub const HOLD_BAND: i32 = 1;
@@ -60,6 +62,14 @@ impl State {
             Mode::Move(course) => (course.step(), course.done().then(|| course.target())),
             Mode::Hold(position) => (Reference::rest(*position), None),
             Mode::Cruise(cruise) => (cruise.step(self.encoder.position(), self.design.lead), None),
+            Mode::Halt(cruise) => {
+                let reference = cruise.step(self.encoder.position(), self.design.lead);
+                (reference, cruise.done().then_some(reference.position))
+            }
+            Mode::Stream(stream) => {
+                let step = stream.step();
+                return self.streamed(&step);
+            }
             Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Excite(_) | Mode::Brake => {
                 (self.reference, None)
             }
@@ -68,6 +78,28 @@ impl State {
             self.mode = Mode::Hold(position);
         }
         reference
+    }
+
+    /// The set-point that a stream gives, and what becomes of the stream.
+    fn streamed(&mut self, step: &Step) -> Reference {
+        self.limit = step.limit;
+        match step.state {
+            Flow::On => {}
+            Flow::Arrived(position) => self.mode = Mode::Hold(position),
+            Flow::Dry => self.run_dry(&step.reference),
+        }
+        step.reference
+    }
+
+    /// Nobody says how it goes on: to rest within the limits.
+    #[cold]
+    #[inline(never)]
+    fn run_dry(&mut self, from: &Reference) {
+        let mut halt = Cruise::plan(from, Speed(0), &self.design.limits);
+        // Its first tick is this one.
+        halt.step(from.position, 0);
+        self.mode = Mode::Halt(halt);
+        self.dry = true;
     }
 
     /// Voltage mode: towards the target at a bounded rate.

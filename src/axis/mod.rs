@@ -311,7 +311,12 @@ impl Axis {
             Mode::Commission(request) => Demand::exciting(request.bridge, Voltage::from_q14(request.voltage)),
             Mode::Drive(target) => state.drive(target, self.slew),
             Mode::Excite(_) => state.excite(),
-            Mode::Sine(_) | Mode::Move(_) | Mode::Hold(_) | Mode::Cruise(_) => {
+            Mode::Sine(_)
+            | Mode::Move(_)
+            | Mode::Hold(_)
+            | Mode::Cruise(_)
+            | Mode::Stream(_)
+            | Mode::Halt(_) => {
                 let reference = state.advance();
                 state.follow(reference)
             }

@@ -29,7 +29,9 @@ impl State {
             _ if self.protect.fault() != Fault::None => Activity::Faulted,
             Mode::Idle | Mode::Brake => Activity::Idle,
             Mode::Commission(_) => Activity::Commissioning,
-            Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) => Activity::Tracking,
+            Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) | Mode::Stream(_) | Mode::Halt(_) => {
+                Activity::Tracking
+            }
             Mode::Hold(_) => Activity::Holding,
             Mode::Drive(_) | Mode::Excite(_) => Activity::Driving,
         }
@@ -91,6 +93,7 @@ impl State {
     /// What should be looked at, though nothing is wrong.
     fn advisory(&self) -> Advisory {
         match &self.listener {
+            _ if self.dry => Advisory::StreamRanDry,
             Listener::Passive(passive) => match passive.worn() {
                 [false, false] => Advisory::None,
                 _ => Advisory::DeadZoneMoved,

@@ -12,11 +12,13 @@ use crate::protect;
 use crate::pwm;
 use crate::record::Limit;
 use crate::referencing::Search;
+use crate::stream::Stream;
 use crate::trajectory::{Cruise, Move, Sine};
 use crate::units::{Position, Voltage};
 
 /// What the axis is doing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub(crate) enum Mode {
     #[default]
     Idle,
@@ -25,6 +27,9 @@ pub(crate) enum Mode {
     Move(Move),
     Hold(Position),
     Cruise(Cruise),
+    Stream(Stream),
+    /// Slowing down to rest, and hold where that ends.
+    Halt(Cruise),
     /// Voltage behind the dead zone that is approached at a bounded rate.
     Drive(Voltage),
     /// Sine or chirp of voltage at the terminals; ends by itself.
@@ -34,7 +39,8 @@ pub(crate) enum Mode {
 }
 
 impl Mode {
-    /// Does it go on after the host has died? A sine ends by itself, and a position that is held is where it was to be.
+    /// Does it go on after the host has died? A sine and a stream end by themselves, and a position that is held is where
+    /// it was to be.
     pub fn is_endless(&self) -> bool {
         matches!(self, Mode::Drive(_) | Mode::Cruise(_) | Mode::Move(_))
     }
@@ -70,6 +76,8 @@ pub struct State {
     /// Counter at the reference's zero, once the axis is referenced.
     pub(crate) datum: Option<i32>,
     pub(crate) search: Option<Search>,
+    /// The last stream has run dry.
+    pub(crate) dry: bool,
     /// The last search was in vain.
     pub(crate) missed: bool,
     /// The index pulse is there in this tick.
@@ -118,6 +126,7 @@ impl Axis {
             zero,
             datum,
             search,
+            dry,
             missed,
             index,
             count,
@@ -143,7 +152,7 @@ impl Axis {
         } = state;
         (*tick, *count) = (0, 0);
         (*zero, *datum, *search, *acted, *outcome) = (None, None, None, None, None);
-        (*missed, *index, *armed, *holding) = (false, false, false, false);
+        (*dry, *missed, *index, *armed, *holding) = (false, false, false, false, false);
         *compensation = true;
         *standstill = encoder::Standstill::default();
         *mode = Mode::Idle;

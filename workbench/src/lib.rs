@@ -48,3 +48,4 @@ pub mod tracking;
 pub mod truth;
 pub mod verdict;
 pub mod view;
+pub mod waypoints;

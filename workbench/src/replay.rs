@@ -1,10 +1,17 @@
 //! Same code, same bits: the chip's raw integers and commands of every tick, run through the library on the host.
+//!
+//! What only the image saw (enable contact, bridge driver, tick overrun, watchdog, damaged parameters) is in no sample:
+//! where the log holds a fault of that kind, the notice behind it is given again. One that came while another fault was
+//! latched has left no trace.
 
 use crate::input_error::InputError;
 use crate::run_log::{Tape, digest};
+use crate::servo_link::{advisory_text, fault_advice};
 use servo::commission::Outcome;
 use servo::joint::{Joint, Order};
+use servo::protect::{Fault, Notice};
 use servo::protocol::Command;
+use servo::record::Advisory;
 use std::fmt;
 
 /// How a replay ended.
@@ -16,8 +23,31 @@ pub struct Verdict {
     pub commands: usize,
     /// Ends of commissionings compared.
     pub commissionings: usize,
+    /// Faults and advisories with the ticks in which they came up.
+    pub told: Vec<(u32, Telling)>,
     /// The first difference; `None`: every bit is the same.
     pub difference: Option<Difference>,
+}
+
+/// What an axis says of itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Telling {
+    /// A fault was latched.
+    Fault(Fault),
+    /// Something should be looked at.
+    Advisory(Advisory),
+}
+
+/// In the words of every other command.
+impl fmt::Display for Telling {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Telling::Fault(fault) => write!(f, "fault     {}", fault_advice(*fault)),
+            Telling::Advisory(advisory) => {
+                write!(f, "advisory  {}", advisory_text(*advisory).unwrap_or("none"))
+            }
+        }
+    }
 }
 
 /// Where chip and host part.
@@ -59,20 +89,31 @@ pub fn replay(tape: &Tape) -> Result<Verdict, InputError> {
         ticks: 0,
         commands: 0,
         commissionings: 0,
+        told: Vec::new(),
         difference: None,
     };
     let mut joint = Joint::new();
     let mut commands = tape.commands.iter().peekable();
     let mut outcomes = tape.outcomes.iter();
-    let mut last = None;
+    let (mut last, mut fault, mut advisory) = (None, Fault::None, Advisory::None);
     for trace in &tape.traces {
         consecutive(last.replace(trace.tick), trace.tick)?;
         while let Some((_, command)) = commands.next_if(|(tick, _)| *tick <= trace.tick) {
             execute(&mut joint, command)?;
             verdict.commands += 1;
         }
+        if let Some(notice) = Notice::behind(trace.fault) {
+            joint.heed(notice);
+        }
         let tick = joint.step(trace.sample);
         let record = &tick.output.record;
+        if std::mem::replace(&mut fault, record.fault) != record.fault && fault != Fault::None {
+            verdict.told.push((trace.tick, Telling::Fault(fault)));
+        }
+        if std::mem::replace(&mut advisory, record.advisory) != record.advisory && advisory != Advisory::None
+        {
+            verdict.told.push((trace.tick, Telling::Advisory(advisory)));
+        }
         let mut differ = Vec::new();
         if (record.bridge, record.duty) != (trace.bridge, trace.duty) {
             differ.push(format!(

@@ -13,6 +13,7 @@ use crate::input_error::InputError;
 use servo::axis::{Bridge, Sample};
 use servo::commission::Outcome;
 use servo::config::Config;
+use servo::protect::Fault;
 use servo::protocol::Command;
 use servo::record::Record;
 use std::f64::consts::TAU;
@@ -58,6 +59,8 @@ pub struct Trace {
     pub bridge: Bridge,
     /// Duty that acted.
     pub duty: i16,
+    /// The latched fault.
+    pub fault: Fault,
     /// [`digest`] of the record.
     pub digest: u32,
 }
@@ -103,6 +106,7 @@ impl RunLog {
             },
             bridge: row.record.bridge,
             duty: row.record.duty,
+            fault: row.record.fault,
             digest: digest(&row.record),
         };
         Tape {
@@ -292,9 +296,9 @@ impl Tape {
 }
 
 /// Places of the columns that a replay reads.
-struct Columns([usize; 7]);
+struct Columns([usize; 8]);
 
-const NAMES: [&str; 7] = [
+const NAMES: [&str; 8] = [
     "t_s",
     "count",
     "vbus_raw",
@@ -302,12 +306,13 @@ const NAMES: [&str; 7] = [
     "bridge",
     "command_raw",
     "digest",
+    "fault",
 ];
 
 impl Columns {
     fn locate(source: &str, header: &str) -> Result<Self, InputError> {
         let names: Vec<&str> = header.split(',').map(str::trim).collect();
-        let mut places = [0; 7];
+        let mut places = [0; 8];
         for (place, name) in places.iter_mut().zip(NAMES) {
             *place = names.iter().position(|other| *other == name).ok_or_else(|| {
                 let what = format!(
@@ -321,7 +326,8 @@ impl Columns {
 
     fn trace(&self, source: &str, number: u64, line: &str, config: &Config) -> Result<Trace, InputError> {
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let [time, count, vbus, current, bridge, duty, digest] = self.0;
+        let [time, count, vbus, current, bridge, duty, digest, fault] = self.0;
+        let fault: usize = cell(source, number, &cells, fault, 7)?;
         let bridge = match cell::<u8>(source, number, &cells, bridge, 4)? {
             0 => Bridge::Open,
             1 => Bridge::Driven,
@@ -336,6 +342,11 @@ impl Columns {
             },
             bridge,
             duty: cell(source, number, &cells, duty, 5)?,
+            // Numbers count from 1; 0 and what this version does not know are none.
+            fault: fault
+                .checked_sub(1)
+                .and_then(|place| Fault::ALL.get(place).copied())
+                .unwrap_or_default(),
             digest: cell(source, number, &cells, digest, 6)?,
         })
     }

@@ -5,6 +5,7 @@ use crate::motor::{Builtin, Door, Exec, qemu};
 use crate::run_log::{Row, RunLog};
 use crate::servo_link::{Client, Lockstep, Serial, Wire, found_text};
 use crate::setup::Setup;
+use crate::waypoints::{self, Waypoint};
 use servo::capture::{Extent, Shot, Stage, Trigger};
 use servo::commission::Outcome;
 use servo::config::Config;
@@ -13,9 +14,10 @@ use servo::excitation::Waveform;
 use servo::identify::estimate::{Estimates, EstimatesReport};
 use servo::protect::Fault;
 use servo::protocol::{Command, Message};
-use servo::record::Activity;
+use servo::record::{Activity, Advisory};
 use servo::referencing::{Referenced, Referencing};
 use servo::store::AxisParameters;
+use servo::stream::Point;
 use std::cell::RefCell;
 use std::f32::consts::TAU;
 
@@ -38,6 +40,9 @@ const LONGEST_MOVE_S: f64 = 600.0;
 const READ_S: f64 = 0.001;
 /// The shortest stretch of the log that counts as a run, s.
 const LEAST_RUN_S: f64 = 0.1;
+/// Points of a stream are at least so far apart: in lock-step a command takes a few ticks, on a line some milliseconds.
+const SPACING_TICKS: u32 = 8;
+const SPACING_S: f64 = 0.010;
 /// A commissioning that takes longer than its budget by this factor and this time has hung.
 const OVERTIME: (f64, f64) = (2.0, 10.0);
 
@@ -60,8 +65,8 @@ pub enum Profile {
         /// s.
         seconds: f32,
     },
-    /// Points in time, rad from where the axis is; each holds until the next.
-    Points(Vec<(f64, f32)>),
+    /// Points in time, streamed with their speeds; the axis goes to the first one beforehand.
+    Points(Vec<Waypoint>),
 }
 
 /// One thing to do.
@@ -744,27 +749,50 @@ impl Session {
         Ok(())
     }
 
-    /// Sends each point when its time has come; returns the tick of the first.
-    fn follow(
-        &mut self,
-        points: &[(f64, f32)],
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<u32, InputError> {
+    /// Streams the points as far ahead of their time as the servo has room; returns the tick in which the first one
+    /// counts. A fault, or a stream that runs dry, ends it early.
+    fn follow(&mut self, points: &[Waypoint], progress: &mut dyn FnMut(Progress)) -> Result<u32, InputError> {
+        let spacing = match self.every {
+            0 | 1 => SPACING_TICKS,
+            // On a real line.
+            _ => self.ticks(SPACING_S).max(SPACING_TICKS),
+        };
+        let knots = waypoints::knots(points, self.config().tick_hz, spacing);
         let centre = self.here();
-        let (mut start, mut sent) = (None, None);
-        for &(time, theta) in points {
-            if sent == Some(theta) {
-                continue;
-            }
-            if let Some(start) = start {
-                let due = start + self.ticks(time - points[0].0);
-                self.run_to(due, |_| false, "tracking", progress)?;
-            }
-            let tick = self.command(Command::Position(centre + theta))?;
-            start.get_or_insert(tick);
-            sent = Some(theta);
+        if let Some(first) = knots.first().filter(|first| first.theta_rad != 0.0) {
+            self.command(Command::Position(centre + first.theta_rad as f32))?;
+            let end = self.kept.borrow().now() + self.ticks(LONGEST_REST_S);
+            let begun = self.kept.borrow().now() + self.ticks(STILL_S);
+            let arrived = |kept: &Kept| kept.now() > begun && kept.activity() != Activity::Tracking;
+            self.run_to(end, arrived, "settling", progress)?;
         }
-        start.ok_or_else(|| InputError("the profile has no points".into()))
+        let over = |kept: &Kept| {
+            let last = kept.log.rows.last().map(|row| row.record);
+            kept.activity() == Activity::Faulted
+                || last.is_some_and(|record| record.advisory == Advisory::StreamRanDry)
+        };
+        let mut start = None;
+        for next in 1..knots.len() {
+            let (before, knot) = (&knots[next - 1], &knots[next]);
+            let sent = self.command(Command::Stream(Point {
+                position_rad: centre + knot.theta_rad as f32,
+                speed_rad_s: knot.omega_rad_s as f32,
+                acceleration_rad_s2: knot.alpha_rad_s2.map(|alpha| alpha as f32),
+                ticks: knot.tick - before.tick,
+            }))?;
+            let start = *start.get_or_insert(sent);
+            // Only when this one has been reached is there room for the next.
+            let due = start + knots[next.saturating_sub(Point::ROOM)].tick;
+            if self.kept.borrow().now() <= due {
+                self.run_to(due + 1, over, "tracking", progress)?;
+            }
+            if over(&self.kept.borrow()) {
+                break;
+            }
+        }
+        start.ok_or_else(|| {
+            InputError("the profile has no two points that are far enough apart in time".into())
+        })
     }
 
     /// Position now, rad from power-up.
@@ -824,7 +852,7 @@ impl Profile {
         match self {
             Profile::Sine { seconds, .. } | Profile::Step { seconds, .. } => f64::from(*seconds),
             Profile::Points(points) => match (points.first(), points.last()) {
-                (Some(first), Some(last)) => last.0 - first.0,
+                (Some(first), Some(last)) => last.time_s - first.time_s,
                 _ => 0.0,
             },
         }

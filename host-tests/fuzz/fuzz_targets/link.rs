@@ -16,6 +16,7 @@ use servo::identify::estimate::{Estimate, Estimates, Standing};
 use servo::protect::{Notice, Permit, Settings};
 use servo::protocol::{Command, FRAME_CAPACITY, Request, VERSION, encode};
 use servo::store::AxisParameters;
+use servo::stream::Point;
 
 #[path = "../../src/desk.rs"]
 mod desk;
@@ -58,6 +59,9 @@ enum Deed {
     Speed(f32),
     Voltage(f32),
     Excite { amplitude_v: f32, from_hz: f32, to_hz: f32, linear: bool, duration_ms: u16 },
+    /// Scaled so that many of them can be.
+    Stream { position: i16, speed: i16, acceleration: Option<i16>, ticks: u8 },
+    StreamAny { position_rad: f32, speed_rad_s: f32, acceleration_rad_s2: Option<f32>, ticks: u32 },
     Adopt([i32; 6]),
     CaptureArm { before: u16 },
     Ask(u8),
@@ -129,6 +133,15 @@ impl Deed {
                 sweep: if linear { Sweep::Linear } else { Sweep::Logarithmic },
                 duration_ms: duration_ms.into(),
             }),
+            Deed::Stream { position, speed, acceleration, ticks } => Command::Stream(Point {
+                position_rad: f32::from(position) / 1e4,
+                speed_rad_s: f32::from(speed) / 1e3,
+                acceleration_rad_s2: acceleration.map(|a| f32::from(a) / 10.0),
+                ticks: ticks.into(),
+            }),
+            Deed::StreamAny { position_rad, speed_rad_s, acceleration_rad_s2, ticks } => {
+                Command::Stream(Point { position_rad, speed_rad_s, acceleration_rad_s2, ticks })
+            }
             Deed::Adopt(ref numbers) => Command::Adopt(estimates(numbers)),
             Deed::CaptureArm { before } => Command::CaptureArm { trigger: Trigger::Fault, before },
             Deed::Ask(what) => match what % 4 {

@@ -2,6 +2,7 @@
 
 use crate::servo_link::range_text;
 use crate::session::{Profile, Task};
+use crate::waypoints::Waypoint;
 use anyhow::{Context, anyhow, bail, ensure};
 use servo::config::Config;
 use servo::excitation::{Sweep, Waveform};
@@ -109,7 +110,8 @@ fn points(path: &Path) -> anyhow::Result<Profile> {
         found.with_context(|| format!("{name}: lacks the column {column}; expected t_s,theta_ref_rad"))
     };
     let (time, theta) = (place("t_s")?, place("theta_ref_rad")?);
-    let mut points: Vec<(f64, f32)> = Vec::new();
+    let (omega, alpha) = (place("omega_ref_rad_s").ok(), place("alpha_ref_rad_s2").ok());
+    let mut points: Vec<Waypoint> = Vec::new();
     for (line, row) in (2..).zip(reader.records()) {
         let row = row.with_context(|| format!("{name}, line {line}: is not a row of the table"))?;
         let number = |column: usize| {
@@ -120,11 +122,22 @@ fn points(path: &Path) -> anyhow::Result<Profile> {
         let (Some(t), Some(angle)) = (number(time), number(theta)) else {
             bail!("{name}, line {line}: t_s and theta_ref_rad must be finite numbers");
         };
+        let further = |column: Option<usize>, what: &str| match column {
+            None => Ok(None),
+            Some(column) => number(column)
+                .map(Some)
+                .with_context(|| format!("{name}, line {line}: {what} must be a finite number")),
+        };
         ensure!(
-            points.last().is_none_or(|last| t > last.0),
+            points.last().is_none_or(|last| t > last.time_s),
             "{name}, line {line}: t_s does not increase; sort the rows by time"
         );
-        points.push((t, angle as f32));
+        points.push(Waypoint {
+            time_s: t,
+            theta_rad: angle,
+            omega_rad_s: further(omega, "omega_ref_rad_s")?,
+            alpha_rad_s2: further(alpha, "alpha_ref_rad_s2")?,
+        });
     }
     ensure!(
         points.len() >= 2,

@@ -18,7 +18,7 @@ pub struct Arguments {
     pub config: PathBuf,
 }
 
-/// Replays and says whether every bit is the same.
+/// Replays, tells what the servo told, and says whether every bit is the same.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let setup = axis_file::read(&arguments.config)?;
     let tape = Tape::read(&arguments.log, &setup.config)?;
@@ -34,6 +34,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         arguments.config.display()
     );
     let verdict = replay::replay(&tape)?;
+    for (tick, told) in &verdict.told {
+        println!(
+            "{:8.2} s   {told}",
+            f64::from(*tick) / f64::from(setup.config.tick_hz)
+        );
+    }
     anyhow::ensure!(verdict.identical(), "{}: {verdict}", arguments.log.display());
     println!("{verdict}");
     Ok(())

@@ -5,11 +5,12 @@ use super::firmware::Firmware;
 use super::profile;
 use crate::loops::LoopShape;
 use crate::motor::write_whole;
-use crate::servo_link::advisory_text;
+use crate::servo_link::{advisory_text, fault_advice};
 use crate::session::{Done, Task};
 use crate::tracking::{Learned, TrackJson};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
+use servo::protect::Fault;
 use std::path::PathBuf;
 
 /// On or off.
@@ -33,7 +34,8 @@ pub struct Arguments {
     /// Length of the commissioning, s.
     #[arg(long, default_value_t = 5.0)]
     pub budget_s: f64,
-    /// A motion: sine:amp_rad,hz,seconds or step:amp_rad,seconds or file:CSV with the columns t_s and theta_ref_rad.
+    /// A motion: sine:amp_rad,hz,seconds or step:amp_rad,seconds or file:CSV with the columns t_s and theta_ref_rad, and,
+    /// where they are known, omega_ref_rad_s and alpha_ref_rad_s2; the points are streamed and joined smoothly.
     /// Or a voltage at the terminals, with which nothing is commissioned first and no loop is closed:
     /// voltage_sine:amp_v,hz,seconds or chirp:amp_v,from_hz,to_hz,seconds or log_chirp:amp_v,from_hz,to_hz,seconds.
     #[arg(long)]
@@ -103,6 +105,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "{:21} {:.4} rad/s, peak {:.4} rad/s",
         "speed error, rms", report.speed_rms_rad_s, report.speed_peak_rad_s
     );
+    let mut faults = result.log.rows.iter().rev().map(|row| row.record.fault);
+    if let Some(fault) = faults.find(|fault| span.faulted && *fault != Fault::None) {
+        println!("{:21} {}", "fault", fault_advice(fault));
+    }
+    if report.saturated_share > 0.0 {
+        println!(
+            "{:21} {:.1} % of the time",
+            "limits acted",
+            100.0 * report.saturated_share
+        );
+    }
     let last = result.log.rows.last();
     if let Some(text) = last.and_then(|row| advisory_text(row.record.advisory)) {
         println!("{:21} {text}", "advisory");

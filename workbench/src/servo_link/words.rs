@@ -101,6 +101,9 @@ fn axis_text(refusal: axis::Refusal) -> &'static str {
             "amplitude, frequency or duration cannot be done at this control rate; choose a slower or smaller motion"
         }
         axis::Refusal::NotReferenced => "absolute targets need a reference: find one with `--reference`",
+        axis::Refusal::StreamFull => {
+            "so many streamed points wait already; send this one again when one has been reached"
+        }
         axis::Refusal::Value(_) => "a number of the command is out of its range",
         axis::Refusal::NotForAxis => "the servo does not know this command; update its firmware",
     }
@@ -171,6 +174,10 @@ pub fn fault_advice(fault: Fault) -> String {
 pub fn advisory_text(advisory: Advisory) -> Option<&'static str> {
     match advisory {
         Advisory::None => None,
+        Advisory::StreamRanDry => Some(
+            "no further point of the streamed motion came in time, and the axis slowed down to rest by itself: send points \
+             earlier, or fewer of them",
+        ),
         Advisory::DeadZoneMoved => Some(
             "a dead zone has moved by more than a quarter since it was commissioned: look for wear, lack of grease or a \
              changed load; the loops follow it, and a new commissioning makes it the new normal",
