@@ -139,6 +139,11 @@ impl Parameter {
         self.default = Some(default);
         self
     }
+
+    /// Whether it measures how much of the effect there is: at 0 there is none. Thresholds, ratios and phases do not.
+    pub fn is_size(&self) -> bool {
+        self.scale != Scale::One && self.lower <= 0.0 && self.default.is_none()
+    }
 }
 
 /// What a parameter is measured by: the natural magnitudes of a motor and its log.

@@ -17,7 +17,10 @@ pub(super) struct Start {
     pub promise: f64,
     /// The same if its size is left open.
     pub hope: f64,
+    /// Numbers at the whole start, the parent's followed.
     pub x: Vec<f64>,
+    /// … and at the part of it that promises most.
+    pub part: Vec<f64>,
 }
 
 /// Numbers of a child from its parent and a start of the new effect.
@@ -92,14 +95,37 @@ impl Projector {
         let change: Vec<f64> = left.iter().zip(&self.residuals).map(|(l, r)| l - r).collect();
         let (slope, bend) = (dot(&self.residuals, &change), dot(&change, &change));
         let whole = dot(&self.residuals, &self.residuals);
-        let along = |least: f64| {
-            let share = (-slope / bend.max(1e-300)).clamp(least, MOST_SHARE);
-            whole + share * (2.0 * slope + share * bend)
-        };
+        let share = |least: f64| (-slope / bend.max(1e-300)).clamp(least, MOST_SHARE);
+        let along = |share: f64| whole + share * (2.0 * slope + share * bend);
         Start {
-            promise: along(LEAST_SHARE),
-            hope: along(SMALLEST_SHARE),
+            promise: along(share(LEAST_SHARE)),
+            hope: along(share(SMALLEST_SHARE)),
+            part: part(child, x, &followed, share(SMALLEST_SHARE)),
             x: followed,
         }
     }
+}
+
+/// A part of the way from no effect at all to a start, and of what the parent's numbers do on it. Thresholds and the like are
+/// not sizes: they stay.
+fn part(child: &Hypothesis, start: &[f64], followed: &[f64], share: f64) -> Vec<f64> {
+    let new = child.items.len() - 1;
+    let slots = child.slots.iter().zip(start.iter().zip(followed)).enumerate();
+    slots
+        .map(|(k, (slot, (start, followed)))| {
+            let value = match slot {
+                Slot::Effect { item, parameter } if *item == new => {
+                    let effect = child.items[new].effect;
+                    if effect.parameters[*parameter].is_size() {
+                        share * start
+                    } else {
+                        *start
+                    }
+                }
+                _ => start + share * (followed - start),
+            };
+            let (lower, upper) = child.bounds(k);
+            value.clamp(lower, upper)
+        })
+        .collect()
 }

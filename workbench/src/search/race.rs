@@ -5,7 +5,7 @@ use super::promise::{Projector, Start, started};
 use super::score::{Scored, rank};
 use super::worth::{VISIBLE, WORTH};
 use crate::effects::{Effect, LIBRARY};
-use crate::fit::{Evaluator, SEARCH, Setting, fit_near};
+use crate::fit::{Evaluator, SEARCH, Setting, dot, fit_near};
 use crate::hypothesis::{Hypothesis, Item};
 use crate::starts::Basis;
 use rayon::prelude::*;
@@ -178,15 +178,30 @@ impl<'a> Search<'a, '_> {
             starts.push(projector.projected(&hypothesis, &x, &residuals));
         }
         starts.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+        let promise = starts
+            .iter()
+            .map(|start| start.hope)
+            .fold(f64::INFINITY, f64::min);
+        starts.truncate(2);
+        // Where the parent bends, what its numbers do at a whole start may lead them far away.
+        let mut cost = |x: &[f64]| {
+            evaluator.residuals(x, &mut residuals);
+            dot(&residuals, &residuals)
+        };
+        let nearer = |start: Start| {
+            if cost(&start.part) < cost(&start.x) {
+                start.part
+            } else {
+                start.x
+            }
+        };
+        let starts = starts.into_iter().map(nearer).collect();
         drop(evaluator);
         Screened {
-            promise: starts
-                .iter()
-                .map(|start| start.hope)
-                .fold(f64::INFINITY, f64::min),
+            promise,
             parent: 0,
             hypothesis,
-            starts: starts.into_iter().map(|start| start.x).take(2).collect(),
+            starts,
         }
     }
 
