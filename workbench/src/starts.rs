@@ -1,6 +1,6 @@
 //! From where the fits of a candidate start: its grid, quantiles of a signal, or a scan for a periodic torque.
 
-use crate::bench::{Bench, Part, Traces};
+use crate::bench::{Bench, BenchRun, Part, Traces};
 use crate::effects::{Effect, Scale, Signal, Starts};
 use crate::fit::COARSE;
 use crate::hypothesis::Hypothesis;
@@ -197,7 +197,7 @@ impl Basis {
     fn scan(&self, bench: &Bench, axis: Axis, unit: f64, count: usize) -> Vec<Line> {
         let mut waves: Vec<Wave> = Vec::new();
         for (run, trace) in bench.runs.iter().filter(|run| run.log == 0).zip(&self.traces) {
-            waves.push(Wave::new(run, trace, axis, unit));
+            waves.push(Wave::new(&self.plant, run, trace, axis, unit));
         }
         let mut lines: Vec<Line> = Vec::new();
         for harmonic in 1..=count {
@@ -262,17 +262,14 @@ struct Wave {
 }
 
 impl Wave {
-    fn new(run: &crate::bench::BenchRun, trace: &Traces, axis: Axis, unit: f64) -> Self {
-        let middle = |k: usize| match axis {
-            Axis::Position if run.position.is_empty() => trace.integral[k],
-            Axis::Position => 0.5 * (run.position[k] + run.position[k + 1]),
-            Axis::Time => 0.5 * (run.time[k] + run.time[k + 1]) - run.time[0],
+    fn new(plant: &Physics, run: &BenchRun, trace: &Traces, axis: Axis, unit: f64) -> Self {
+        let at = |point: usize| match axis {
+            Axis::Position if run.position.is_empty() => trace.integral[point] / plant.sensor_scale,
+            Axis::Position => run.shaft(plant, point),
+            Axis::Time => run.time[point] - run.time[0],
         };
-        let way = |k: usize| match axis {
-            Axis::Position if run.position.is_empty() => trace.integral[k + 1] - trace.integral[k],
-            Axis::Position => run.position[k + 1] - run.position[k],
-            Axis::Time => run.time[k + 1] - run.time[k],
-        };
+        let middle = |k: usize| 0.5 * (at(k) + at(k + 1));
+        let way = |k: usize| at(k + 1) - at(k);
         let base: Vec<(f64, f64)> = (0..run.blocks()).map(|k| (unit * middle(k)).sin_cos()).collect();
         let half_way: Vec<f64> = (0..run.blocks()).map(|k| 0.5 * unit * way(k)).collect();
         Self {
@@ -320,7 +317,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn add_run(&mut self, run: &crate::bench::BenchRun, wave: &Wave, residual: &[f64], plant: &Physics) {
+    fn add_run(&mut self, run: &BenchRun, wave: &Wave, residual: &[f64], plant: &Physics) {
         let (mut sine, mut cosine) = (0.0, 0.0);
         let mut sample = 0;
         for block in 0..run.blocks() {

@@ -73,7 +73,7 @@ impl BenchRun {
             let h = length / pieces;
             for piece in 0..pieces as usize {
                 let applied = input.mean(self, k, start + piece as f64 * h, h);
-                let position = with_position.then(|| self.position_in(k, piece, pieces));
+                let position = with_position.then(|| self.position_in(plant, k, piece, pieces));
                 dynamics.advance(&mut state, applied, self.bridge[k], h, position);
                 charge += state.mean_current * h;
                 traces.applied[k] += applied / pieces;
@@ -83,7 +83,12 @@ impl BenchRun {
     }
 
     fn start(&self, plant: &Physics, speed: f64) -> State {
-        let mut state = State::moving(plant, self.position.first().copied().unwrap_or(0.0), speed);
+        let start = if self.position.is_empty() {
+            0.0
+        } else {
+            self.shaft(plant, 0)
+        };
+        let mut state = State::moving(plant, start, speed);
         if speed != 0.0
             && self.bridge.first() == Some(&1)
             && plant.drive == crate::plant::physics::Drive::Voltage
@@ -95,8 +100,13 @@ impl BenchRun {
         state
     }
 
-    fn position_in(&self, block: usize, piece: usize, pieces: f64) -> (f64, f64) {
-        let (from, to) = (self.position[block], self.position[block + 1]);
+    /// Where the shaft is at a point of the grid: a wrong scale of the readings is in the logged position, too.
+    pub fn shaft(&self, plant: &Physics, point: usize) -> f64 {
+        self.position[point] / plant.sensor_scale
+    }
+
+    fn position_in(&self, plant: &Physics, block: usize, piece: usize, pieces: f64) -> (f64, f64) {
+        let (from, to) = (self.shaft(plant, block), self.shaft(plant, block + 1));
         let at = |k: usize| from + (to - from) * k as f64 / pieces;
         (at(piece), at(piece + 1))
     }

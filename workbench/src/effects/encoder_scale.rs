@@ -6,7 +6,7 @@ use super::{Axis, Effect, Family, Parameter, Scale, Starts};
 pub const EFFECT: Effect = Effect {
     name: "encoder_scale",
     summary: "the reading has a wrong scale",
-    equation: "reading = ratio·ω",
+    equation: "reading = ratio·ω, logged position = ratio·θ",
     source: "Doebelin: Measurement Systems, 5th ed., 2003",
     signature: "residual proportional to the speed",
     confusable_with: &["drive_gain", "motor_gain"],
