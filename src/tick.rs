@@ -114,6 +114,9 @@ impl Control {
     fn step(&mut self, axis: usize, start: u32, drive: &mut board::Drive) {
         let sample = drive.sample(axis);
         let joint = &mut self.joints[axis];
+        if drive.index(axis) {
+            joint.index();
+        }
         let permit = drive.permit(axis);
         if permit != Permit::Granted {
             joint.heed(Notice::Permit(permit));

@@ -176,6 +176,7 @@ fn four_axes_have_the_pins_that_were_promised() {
         }
         signal_of("current", needed);
         signal_of("sleep or enable", needed);
+        assert_eq!(signal_of("encoder index", needed).0, "GPIO");
     }
     assert_eq!(
         signal_of("link, to the host", Use::Always),

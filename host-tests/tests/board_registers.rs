@@ -570,8 +570,8 @@ const PORTS: [Expected; 15] = [
     expect(
         "GPIOB_PUPDR",
         GPIOB + 0x0C,
-        &[("PB0", 0, 2), ("PB3", 6, 1), ("PB12", 24, 1)],
-        "asleep; encoder; open-drain fault",
+        &[("PB0", 0, 2), ("PB3", 6, 1), ("PB8", 16, 2), ("PB12", 24, 1)],
+        "asleep; encoder; no index unless one drives it; open-drain fault",
     ),
     expect(
         "GPIOB_OSPEEDR",
@@ -582,8 +582,8 @@ const PORTS: [Expected; 15] = [
     expect(
         "GPIOB_MODER",
         GPIOB,
-        &[("PB0", 0, 1), ("PB3", 6, 2), ("PB12", 24, 2)],
-        "output; alternate",
+        &[("PB0", 0, 1), ("PB3", 6, 2), ("PB8", 16, 0), ("PB12", 24, 2)],
+        "output; alternate; index input",
     ),
     expect("GPIOC_AFRL", GPIOC + 0x20, &[], "none"),
     expect("GPIOC_AFRH", GPIOC + 0x24, &[], "none"),
@@ -863,6 +863,17 @@ fn four_axes_switch_these_pins_over() {
         alternate(&[6, 7, 8, 9]) + output(&[12]) + analogue(&[0, 1, 2, 3, 4]),
         "port C"
     );
+}
+
+/// PB8, PB9, PC11 and PB15: inputs (MODER 00, so they show nowhere above), each with its pull-down (PUPDR 10).
+#[test]
+fn four_axes_have_an_index_line_each_that_rests_low() {
+    let pulls = |port: u32| writes(SET_UP_FOUR, port + 0x0C..port + 0x10)[0].value;
+    for (port, pin) in [(GPIOB, 8), (GPIOB, 9), (GPIOC, 11), (GPIOB, 15)] {
+        assert_eq!(pulls(port) >> (2 * pin) & 0b11, 0b10, "{port:#x} {pin}");
+        let mode = writes(SET_UP_FOUR, port..port + 4)[0].value;
+        assert_eq!(mode >> (2 * pin) & 0b11, 0b00, "{port:#x} {pin}");
+    }
 }
 
 #[test]

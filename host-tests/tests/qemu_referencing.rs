@@ -1,14 +1,20 @@
 //! Referencing and absolute moves through the image in QEMU, as `truing move --reference stop:… --to …` does them.
 
-use host_tests::families::{Family, Plant};
+use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::qemu;
 use host_tests::stops::{STOP_TURNS, between_stops};
 use host_tests::tracking::exact;
 use host_tests::virtual_motor::VirtualMotor;
 use servo::record::Limit;
 use servo::referencing::{Referenced, Referencing};
+use std::cell::{Cell, OnceCell};
 use std::f64::consts::TAU;
+use std::rc::Rc;
 use truing::input_error::InputError;
+use truing::motor::qemu::Lines;
+use truing::motor::{Drive, Motor, Reading};
+use truing::replay;
+use truing::run_log::Tape;
 use truing::servo_link::Lockstep;
 use truing::session::{self, Done, SessionResult, Target, Task};
 
@@ -51,6 +57,75 @@ fn a_stop_makes_targets_absolute() {
     let there = (STOP_TURNS * TAU - 1.5) * per_rad;
     let off = f64::from(last.record.count.wrapping_sub(result.log.zero())) - there;
     assert!(off.abs() < 8.0, "{off} counts off");
+}
+
+/// A motor with an index pulse of one count a turn.
+struct Indexed {
+    motor: VirtualMotor,
+    counts_per_rev: i32,
+    /// Set once the servo is there.
+    lines: Rc<OnceCell<Rc<Cell<Lines>>>>,
+}
+
+/// The count of the pulse in each turn.
+const PULSE: i32 = 17;
+
+impl Motor for Indexed {
+    fn pass(&mut self, drive: &Drive) -> Result<Reading, InputError> {
+        let reading = self.motor.pass(drive)?;
+        if let Some(lines) = self.lines.get() {
+            lines.set(Lines {
+                index: reading.count.rem_euclid(self.counts_per_rev) == PULSE,
+                ..Lines::default()
+            });
+        }
+        Ok(reading)
+    }
+}
+
+/// The index line through the image, and a log of it that is replayed although the line is in no sample.
+#[test]
+fn an_index_makes_targets_absolute_to_the_count() {
+    let options = Options::default();
+    let plant = Plant::draw(
+        Family::G1,
+        Severity::Nominal,
+        Seeds::Evaluation(400_023),
+        &options,
+    );
+    let lines = Rc::new(OnceCell::new());
+    let motor = Indexed {
+        motor: VirtualMotor::new(&plant),
+        counts_per_rev: plant.config.counts_per_rev as i32,
+        lines: Rc::clone(&lines),
+    };
+    let wire = Lockstep::start(&qemu(), Box::new(motor), plant.config).expect("QEMU");
+    lines.set(wire.lines()).expect("once");
+    let per_rad = f64::from(plant.config.counts_per_rev) / TAU;
+    let search = Task::Reference(Referencing::Index {
+        // 0.3 counts a tick.
+        speed_rad_s: (0.3 * f64::from(plant.config.tick_hz) / per_rad) as f32,
+        position_rad: 0.25,
+        reach_rad: (2.0 * TAU) as f32,
+    });
+    let tasks = [known(&plant), search, Task::Move(Target::To(2.0))];
+    let result = session::run(Box::new(wire), plant.config, 1, &tasks, &mut |_| {}).expect("a session");
+    let [Done::Adopted, Done::Referenced, Done::Moved(arrival)] = result.done[..] else {
+        panic!("{:?}", result.done);
+    };
+    assert!(arrival.held, "{arrival:?}");
+    let last = result.log.rows.last().expect("a log").record;
+    assert_eq!(last.referenced, Referenced::Yes);
+    // The pulse is called 0.25 rad: 2 rad are 1.75 rad beyond it.
+    let there = f64::from(PULSE) + 1.75 * per_rad;
+    assert!(
+        (f64::from(last.count) - there).abs() <= 2.5,
+        "{} {there}",
+        last.count
+    );
+    let tape = Tape::parse("run.csv", &result.log.to_csv(), &plant.config).expect("a tape");
+    let verdict = replay::replay(&tape).expect("a replay");
+    assert!(verdict.identical(), "{verdict}");
 }
 
 #[test]

@@ -222,12 +222,13 @@ struct Polynomial<const N: usize> {
 impl<const N: usize> Polynomial<N> {
     fn new(coefficients: [f32; N]) -> Self {
         let sum = total(&coefficients);
+        let scale = |bits: u32| (1u32 << (bits & 31)) as f32;
         let mut bits = MOST_BITS;
-        while bits > 2 && sum * (1u32 << (bits & 31)) as f32 >= LARGEST {
+        while bits > 2 && sum * scale(bits) >= LARGEST {
             bits = bits.wrapping_sub(1);
         }
         Self {
-            coefficients: coefficients.map(|c| to_fixed(c, bits)),
+            coefficients: coefficients.map(|c| to_fixed(c * scale(bits), 0)),
             unit: 1 << (30u32.wrapping_sub(bits) & 31),
         }
     }

@@ -12,6 +12,7 @@ use servo::joint::{Joint, Order};
 use servo::protect::{Fault, Notice};
 use servo::protocol::Command;
 use servo::record::Advisory;
+use servo::referencing::Referenced;
 use std::fmt;
 
 /// How a replay ended.
@@ -96,6 +97,7 @@ pub fn replay(tape: &Tape) -> Result<Verdict, InputError> {
     let mut commands = tape.commands.iter().peekable();
     let mut outcomes = tape.outcomes.iter();
     let (mut last, mut fault, mut advisory) = (None, Fault::None, Advisory::None);
+    let mut searching = false;
     for trace in &tape.traces {
         consecutive(last.replace(trace.tick), trace.tick)?;
         while let Some((_, command)) = commands.next_if(|(tick, _)| *tick <= trace.tick) {
@@ -105,6 +107,11 @@ pub fn replay(tape: &Tape) -> Result<Verdict, InputError> {
         if let Some(notice) = Notice::behind(trace.fault) {
             joint.heed(notice);
         }
+        // The index is in no sample either; a search heeds it in the tick in which it ends, and no other tick does.
+        if (searching, trace.referenced) == (true, Referenced::Yes) {
+            joint.index();
+        }
+        searching = trace.referenced == Referenced::Searching;
         let tick = joint.step(trace.sample);
         let record = &tick.output.record;
         if std::mem::replace(&mut fault, record.fault) != record.fault && fault != Fault::None {

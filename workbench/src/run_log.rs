@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `command_raw` | duty that acts from this row to the next, PWM counts (as `u_v`, after the PWM's delay) |
 //! | `reference_rad`, `speed_estimate_rad_s` | the firmware's set-point and speed estimate |
-//! | `activity`, `phase`, `limit`, `fault` | codes of the record (`servo::record`, `servo::commission::Phase`) |
+//! | `activity`, `phase`, `limit`, `fault`, `referenced` | codes of the record (`servo::record`, `servo::commission::Phase`, `servo::referencing`) |
 //! | `motor_flags` | flags of the motor program; absent if it has set none |
 //! | `digest` | CRC-32 of the whole record: one wrong bit anywhere shows |
 
@@ -16,6 +16,7 @@ use servo::config::Config;
 use servo::protect::Fault;
 use servo::protocol::Command;
 use servo::record::Record;
+use servo::referencing::Referenced;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -61,6 +62,8 @@ pub struct Trace {
     pub duty: i16,
     /// The latched fault.
     pub fault: Fault,
+    /// What was known about zero; a log of an earlier version does not tell.
+    pub referenced: Referenced,
     /// [`digest`] of the record.
     pub digest: u32,
 }
@@ -107,6 +110,7 @@ impl RunLog {
             bridge: row.record.bridge,
             duty: row.record.duty,
             fault: row.record.fault,
+            referenced: row.record.referenced,
             digest: digest(&row.record),
         };
         Tape {
@@ -183,7 +187,7 @@ impl RunLog {
         let speed = self.rad(f64::from(record.speed_q20) / f64::from(1 << 20)) * f64::from(config.tick_hz);
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{reference:.7},{speed:.5},{},{},{},{},{}{}",
+            "{},{},{},{},{},{reference:.7},{speed:.5},{},{},{},{},{},{}{}",
             record.count,
             record.vbus_raw,
             record.current_raw,
@@ -194,6 +198,7 @@ impl RunLog {
             record.limit as u8,
             record.fault as u8,
             digest(record),
+            record.referenced as u8,
             if sensed.flags {
                 format!(",{}", row.motor_flags)
             } else {
@@ -230,7 +235,7 @@ impl Sensed {
         let flags = if self.flags { ",motor_flags" } else { "" };
         format!(
             "t_s,u_v,bridge,theta_rad,{current}{supply}count,vbus_raw,current_raw,command_raw,run,\
-             reference_rad,speed_estimate_rad_s,activity,phase,limit,fault,digest{flags}\n"
+             reference_rad,speed_estimate_rad_s,activity,phase,limit,fault,digest,referenced{flags}\n"
         )
     }
 }
@@ -296,7 +301,7 @@ impl Tape {
 }
 
 /// Places of the columns that a replay reads.
-struct Columns([usize; 8]);
+struct Columns([usize; 8], Option<usize>);
 
 const NAMES: [&str; 8] = [
     "t_s",
@@ -321,7 +326,7 @@ impl Columns {
                 InputError::file(source, what)
             })?;
         }
-        Ok(Self(places))
+        Ok(Self(places, names.iter().position(|name| *name == "referenced")))
     }
 
     fn trace(&self, source: &str, number: u64, line: &str, config: &Config) -> Result<Trace, InputError> {
@@ -347,6 +352,12 @@ impl Columns {
                 .checked_sub(1)
                 .and_then(|place| Fault::ALL.get(place).copied())
                 .unwrap_or_default(),
+            referenced: match self.1.and_then(|place| cells.get(place).copied()) {
+                Some("1") => Referenced::Searching,
+                Some("2") => Referenced::Yes,
+                Some("3") => Referenced::Missed,
+                _ => Referenced::No,
+            },
             digest: cell(source, number, &cells, digest, 6)?,
         })
     }

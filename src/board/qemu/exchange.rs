@@ -21,6 +21,8 @@ const STOP: u8 = 1;
 const OVERRUN: u8 = 2;
 const DISABLED: u8 = 4;
 const BRIDGE_FAULT: u8 = 8;
+/// The encoder's index pulse is there.
+const INDEX: u8 = 16;
 
 /// Longest delay of the PWM that `Config` allows, and the tick itself.
 const DELAY_LINE: usize = 4;
@@ -74,6 +76,10 @@ pub fn with<R>(access: impl FnOnce(&mut Exchange) -> R) -> R {
 impl Exchange {
     pub fn overrun(&self) -> bool {
         self.flags & OVERRUN != 0
+    }
+
+    pub fn index(&self) -> bool {
+        self.flags & INDEX != 0
     }
 
     pub fn permit(&self) -> Permit {

@@ -7,7 +7,7 @@
 //! | to the host, [`TO_HOST`] | | from the host, [`FROM_HOST`] | |
 //! |---|---|---|---|
 //! | 0–3 | u32 number of the tick | 0–1 | u16 length of the link bytes |
-//! | 4–5 | u16 length of the link bytes | 2–3 | u16 flags: 1 stop, 2 the last tick took too long, 4 enable contact open, 8 fault of the bridge |
+//! | 4–5 | u16 length of the link bytes | 2–3 | u16 flags: 1 stop, 2 the last tick took too long, 4 enable contact open, 8 fault of the bridge, 16 index pulse |
 //! | 6–7 | u16 number of axes | | |
 //! | then for every axis | | then for every axis | |
 //! | 0–1 | i16 duty, PWM counts | 0–3 | i32 encoder count at the end of the tick |
@@ -81,6 +81,7 @@ pub fn init(_device: Peripherals, mut core: CorePeripherals) -> (Drive, Line, Id
         Drive {
             samples: [Sample::NONE; AXES],
             permit: Permit::Granted,
+            index: false,
             decided: [(Bridge::Open, 0); AXES],
         },
         Line,
@@ -103,6 +104,7 @@ pub fn supports(_config: &Config) -> Result<(), Refusal> {
 pub struct Drive {
     samples: [Sample; AXES],
     permit: Permit,
+    index: bool,
     decided: [(Bridge, i16); AXES],
 }
 
@@ -114,6 +116,7 @@ impl Drive {
                 *sample = axis.sample;
             }
             self.permit = exchange.permit();
+            self.index = exchange.index();
         });
     }
 
@@ -125,6 +128,11 @@ impl Drive {
     /// What the host says of the lines, for all axes alike.
     pub fn permit(&self, _axis: usize) -> Permit {
         self.permit
+    }
+
+    /// What the host says of the index line, for all axes alike.
+    pub fn index(&self, _axis: usize) -> bool {
+        self.index
     }
 
     /// Acts after the configured number of ticks, as a preloaded compare register would.

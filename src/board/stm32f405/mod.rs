@@ -79,6 +79,14 @@ const FAULT: [Wire; 2] = [Wire(Pin(Port::B, 12)), Wire(Pin(Port::A, 6))];
 const ENABLE: Wire = Wire(Pin(Port::C, 10));
 const TICK: Wire = Wire(Pin(Port::C, 12));
 
+/// Index lines of the four axes, as in [`pins::LINES`].
+const INDEX: [Wire; 4] = [
+    Wire(Pin(Port::B, 8)),
+    Wire(Pin(Port::B, 9)),
+    Wire(Pin(Port::C, 11)),
+    Wire(Pin(Port::B, 15)),
+];
+
 /// Two looks at the phase, each with a tick for its correction.
 const ALIGNING: u8 = 4;
 /// 3 ms at the rate of power-up: a driver wakes within 1 ms (DRV8874 data sheet) and may report that as a fault, and fault
@@ -371,6 +379,11 @@ impl<const N: usize> DriveOf<N> {
     /// What the lines of one axis said when it was sampled.
     pub fn permit(&self, axis: usize) -> Permit {
         self.axes[axis].permission
+    }
+
+    /// Is the index pulse of an axis' encoder there? To be asked next to [`Self::sample`], which reads the count.
+    pub fn index(&self, axis: usize) -> bool {
+        INDEX[axis].level()
     }
 
     /// Sets one axis' bridge as the axis wants it, if its lines permit.

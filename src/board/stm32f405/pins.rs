@@ -100,7 +100,7 @@ const fn line(
 /// Every pin in use. The chip's own resistors are off while it is in reset: what keeps a bridge open then are the
 /// pull-downs of the driver's inputs, or resistors of the wiring.
 #[rustfmt::skip]
-pub const LINES: [Line; 40] = [
+pub const LINES: [Line; 44] = [
     line(Pin(A, 8),  "TIM1_CH1",      Alternate(1), Pull::Down, Axis(0), "PWM a"),
     line(Pin(A, 9),  "TIM1_CH2",      Alternate(1), Pull::Down, Axis(0), "PWM b"),
     line(Pin(B, 13), "TIM1_CH1N",     Alternate(1), Pull::Down, LowSide, "PWM a, low side"),
@@ -110,6 +110,7 @@ pub const LINES: [Line; 40] = [
     line(Pin(C, 0),  "ADC123_IN10",   Analog,       Pull::None, Axis(0), "current"),
     line(Pin(B, 0),  "GPIO",          Output,       Pull::Down, Axis(0), "sleep or enable"),
     line(Pin(B, 12), "TIM1_BKIN",     Alternate(1), Pull::Up,   Axis(0), "bridge fault, axes 0 and 1"),
+    line(Pin(B, 8),  "GPIO",          Input,        Pull::Down, Axis(0), "encoder index"),
 
     line(Pin(A, 10), "TIM1_CH3",      Alternate(1), Pull::Down, Axis(1), "PWM a"),
     line(Pin(A, 11), "TIM1_CH4",      Alternate(1), Pull::Down, Axis(1), "PWM b"),
@@ -117,6 +118,7 @@ pub const LINES: [Line; 40] = [
     line(Pin(B, 5),  "TIM3_CH2",      Alternate(2), Pull::Up,   Axis(1), "encoder B"),
     line(Pin(C, 1),  "ADC123_IN11",   Analog,       Pull::None, Axis(1), "current"),
     line(Pin(B, 1),  "GPIO",          Output,       Pull::Down, Axis(1), "sleep or enable"),
+    line(Pin(B, 9),  "GPIO",          Input,        Pull::Down, Axis(1), "encoder index"),
 
     line(Pin(C, 6),  "TIM8_CH1",      Alternate(3), Pull::Down, Axis(2), "PWM a"),
     line(Pin(C, 7),  "TIM8_CH2",      Alternate(3), Pull::Down, Axis(2), "PWM b"),
@@ -125,6 +127,7 @@ pub const LINES: [Line; 40] = [
     line(Pin(C, 2),  "ADC123_IN12",   Analog,       Pull::None, Axis(2), "current"),
     line(Pin(B, 10), "GPIO",          Output,       Pull::Down, Axis(2), "sleep or enable"),
     line(Pin(A, 6),  "TIM8_BKIN",     Alternate(3), Pull::Up,   Axis(2), "bridge fault, axes 2 and 3"),
+    line(Pin(C, 11), "GPIO",          Input,        Pull::Down, Axis(2), "encoder index"),
 
     line(Pin(C, 8),  "TIM8_CH3",      Alternate(3), Pull::Down, Axis(3), "PWM a"),
     line(Pin(C, 9),  "TIM8_CH4",      Alternate(3), Pull::Down, Axis(3), "PWM b"),
@@ -132,6 +135,7 @@ pub const LINES: [Line; 40] = [
     line(Pin(A, 1),  "TIM5_CH2",      Alternate(2), Pull::Up,   Axis(3), "encoder B"),
     line(Pin(C, 3),  "ADC123_IN13",   Analog,       Pull::None, Axis(3), "current"),
     line(Pin(B, 11), "GPIO",          Output,       Pull::Down, Axis(3), "sleep or enable"),
+    line(Pin(B, 15), "GPIO",          Input,        Pull::Down, Axis(3), "encoder index"),
 
     line(Pin(C, 4),  "ADC12_IN14",    Analog,       Pull::None, Always,  "supply"),
     line(Pin(C, 10), "GPIO",          Input,        Pull::Down, Always,  "enable input, high permits motion"),

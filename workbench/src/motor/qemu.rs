@@ -34,6 +34,8 @@ pub struct Lines {
     pub overrun: bool,
     /// What enable contact and bridge drivers say.
     pub permit: Permit,
+    /// The encoder's index pulse is there.
+    pub index: bool,
 }
 
 impl Lines {
@@ -43,7 +45,7 @@ impl Lines {
             Permit::Disabled => 4,
             Permit::BridgeFault => 8,
         };
-        permit | if self.overrun { 2 } else { 0 }
+        permit | if self.overrun { 2 } else { 0 } | if self.index { 16 } else { 0 }
     }
 }
 
