@@ -1,0 +1,368 @@
+//! A session with the firmware: configure, commission, track, and keep the log.
+
+mod kept;
+mod learning;
+mod motion;
+mod task;
+
+pub use motion::HOLD_S;
+pub use task::{Arrival, Captured, Done, Profile, Span, Target, Task};
+
+use crate::input_error::InputError;
+use crate::motor::{Builtin, Door, Exec, qemu};
+use crate::run_log::RunLog;
+use crate::servo_link::{Client, Lockstep, Serial, Wire, found_text};
+use crate::setup::Setup;
+use kept::Kept;
+use servo::capture::Trigger;
+use servo::config::Config;
+use servo::control::Tuning;
+use servo::identify::estimate::EstimatesReport;
+use servo::protect::Fault;
+use servo::protocol::Command;
+use servo::store::AxisParameters;
+use std::cell::RefCell;
+use std::f32::consts::TAU;
+
+/// Records per second that a real link carries.
+const SERIAL_RECORDS_PER_S: u32 = 400;
+/// The bridge is open for so long between two tasks, s.
+const PAUSE_S: f64 = 0.3;
+/// An axis that does not move for so long, s, stands.
+const STILL_S: f64 = 0.1;
+/// After so long, s, a motion begins even if the axis does not stand.
+const LONGEST_REST_S: f64 = 10.0;
+/// The shortest stretch of the log that counts as a run, s.
+const LEAST_RUN_S: f64 = 0.1;
+
+/// The result.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SessionResult {
+    /// Every control tick (on a serial line: one in several).
+    pub log: RunLog,
+    /// One for each task.
+    pub done: Vec<Done>,
+    /// The firmware's own log lines.
+    pub firmware_log: Vec<String>,
+    /// The last capture, if one was armed.
+    pub captured: Option<Captured>,
+    /// The fault that was latched when the session began; it was cleared.
+    pub cleared: Fault,
+    /// The loops' tuning in force.
+    pub tuning: Tuning,
+}
+
+/// How far a session is. Reported about every 512 control ticks.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress<'a> {
+    /// Everything so far.
+    pub log: &'a RunLog,
+    /// What it is doing.
+    pub task: &'a str,
+    /// 0 … 1 of this task.
+    pub share: f64,
+    /// What the servo has learned, here or in an earlier life.
+    pub estimates: Option<&'a EstimatesReport>,
+}
+
+/// Opens the way to the servo. `seed` is the builtin motor's noise.
+pub fn connect(
+    door: &Door,
+    config: &Config,
+    seed: u64,
+    qemu: &qemu::Options,
+) -> Result<Box<dyn Wire>, InputError> {
+    Ok(match door {
+        Door::Builtin(path) => {
+            let motor = Box::new(Builtin::open(path, config, seed)?);
+            Box::new(Lockstep::start(qemu, motor, *config)?)
+        }
+        Door::Exec(command) => {
+            let motor = Box::new(Exec::start(command)?);
+            Box::new(Lockstep::start(qemu, motor, *config)?)
+        }
+        Door::Serial(port) => Box::new(Serial::open(port)?),
+    })
+}
+
+/// One record in how many ticks the way to the servo carries.
+pub fn decimation(door: &Door, config: &Config) -> u32 {
+    match door {
+        Door::Serial(_) => config.tick_hz.div_ceil(SERIAL_RECORDS_PER_S),
+        _ => 1,
+    }
+}
+
+/// What the axis is told at the beginning.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is one a session")]
+pub enum Start {
+    /// This; what was identified before is forgotten, what was chosen before stays where the file is silent.
+    Configure(Setup),
+    /// Nothing: it goes on with the parameters that it has stored.
+    Stored,
+}
+
+/// Which axis of the servo, and how it is listened to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Listening {
+    /// Number on the chip, from 0.
+    pub axis: u8,
+    /// One record in so many ticks.
+    pub every: u32,
+}
+
+/// Does all tasks in order on the first axis. A refused commissioning ends it early, so `done` may be shorter than
+/// `tasks`.
+pub fn run(
+    wire: Box<dyn Wire>,
+    config: Config,
+    every: u32,
+    tasks: &[Task],
+    progress: &mut dyn FnMut(Progress),
+) -> Result<SessionResult, InputError> {
+    let listening = Listening { axis: 0, every };
+    run_from(wire, Start::Configure(config.into()), listening, tasks, progress)
+}
+
+/// The same on any axis, and from what it has stored if need be.
+pub fn run_from(
+    wire: Box<dyn Wire>,
+    start: Start,
+    listening: Listening,
+    tasks: &[Task],
+    progress: &mut dyn FnMut(Progress),
+) -> Result<SessionResult, InputError> {
+    let mut session = Session::open(wire, start, listening)?;
+    let mut done = Vec::new();
+    for task in tasks {
+        let result = match task {
+            Task::Commission { budget_s, seed } => session.commission(*budget_s, *seed, progress)?,
+            Task::Adopt(estimates) => session.adopt(estimates)?,
+            Task::Reference(how) => session.reference(*how, progress)?,
+            Task::Store => session.store(progress)?,
+            Task::Move(target) => session.go(*target, progress)?,
+            Task::Capture { trigger, before } => {
+                session.capture = Some((*trigger, *before));
+                Done::Armed
+            }
+            Task::Track {
+                profile,
+                compensation,
+            } => session.track(profile, *compensation, progress)?,
+            Task::Excite(waveform) => session.excite(waveform, progress)?,
+        };
+        let refused = matches!(&result, Done::Commissioned(outcome) if outcome.refused.is_some());
+        done.push(result);
+        if refused {
+            break;
+        }
+    }
+    session.close(done)
+}
+
+/// What the servo has stored.
+fn stored(client: &mut Client) -> Result<AxisParameters, InputError> {
+    let parameters = client.parameters()?;
+    let found = client.hello()?.stored;
+    parameters.ok_or_else(|| {
+        InputError(format!(
+            "this axis has no parameters to go on with ({}); run `truing commission --store` first",
+            found_text(found)
+        ))
+    })
+}
+
+/// An open session.
+struct Session {
+    client: Client,
+    kept: RefCell<Kept>,
+    every: u32,
+    capture: Option<(Trigger, u16)>,
+    cleared: Fault,
+    tuning: Tuning,
+}
+
+impl Session {
+    fn open(wire: Box<dyn Wire>, start: Start, listening: Listening) -> Result<Self, InputError> {
+        let Listening { axis, every } = listening;
+        let mut client = Client::new(wire);
+        client.select(axis);
+        let (config, known) = match start {
+            Start::Configure(setup) => (setup.config, None),
+            Start::Stored => {
+                let parameters = stored(&mut client)?;
+                (parameters.config, Some(parameters))
+            }
+        };
+        let mut session = Session {
+            client,
+            kept: RefCell::new(Kept {
+                axis,
+                log: RunLog::new(config),
+                ended: None,
+                captured: None,
+                estimates: None,
+                fault: Fault::None,
+            }),
+            every,
+            capture: None,
+            cleared: Fault::None,
+            tuning: known.map_or_else(Tuning::default, |known| known.tuning),
+        };
+        if let Some(known) = &known {
+            session.kept.get_mut().learn(&known.estimates);
+        }
+        let before = session.listen(every)?;
+        if let Start::Configure(setup) = start {
+            session.set_up(&setup, before.as_ref())?;
+        }
+        while session.kept.borrow().log.rows.is_empty() {
+            session.turn()?;
+        }
+        Ok(session)
+    }
+
+    /// Subscribes, and opens the bridge: whoever begins a session has seen to what went before. What is in force.
+    fn listen(&mut self, every: u32) -> Result<Option<AxisParameters>, InputError> {
+        let subscribe = Command::Subscribe { every };
+        let mut heed = |message| self.kept.borrow_mut().take(message);
+        self.client.command(subscribe, &mut heed)?;
+        // One record at least comes meanwhile.
+        let before = self.client.parameters_heeding(&mut heed)?;
+        self.cleared = self.kept.borrow().fault;
+        self.command(Command::Stop)?;
+        Ok(before)
+    }
+
+    /// Puts an axis file in force. The log begins here: with the whole set that is in force from now on, or with a bare
+    /// configuration where nothing was chosen, it can be replayed.
+    fn set_up(&mut self, setup: &Setup, before: Option<&AxisParameters>) -> Result<(), InputError> {
+        let parameters = setup.parameters(before);
+        let bare = Setup::from(setup.config).parameters(None);
+        {
+            let log = &mut self.kept.get_mut().log;
+            log.config = parameters.config;
+            log.commands.clear();
+        }
+        self.tuning = parameters.tuning;
+        let tick = self.command(match parameters == bare {
+            true if before.is_none() => Command::Configure(setup.config),
+            _ => Command::Restore(parameters),
+        })?;
+        self.kept.get_mut().log.rows.retain(|row| row.tick >= tick);
+        Ok(())
+    }
+
+    fn config(&self) -> Config {
+        self.kept.borrow().log.config
+    }
+
+    fn turn(&mut self) -> Result<(), InputError> {
+        self.client
+            .turn(&mut |message| self.kept.borrow_mut().take(message))
+    }
+
+    /// Sends a command, waits for its answer and keeps it with the tick in which it acted.
+    fn command(&mut self, command: Command) -> Result<u32, InputError> {
+        let tick = self
+            .client
+            .command(command, &mut |message| self.kept.borrow_mut().take(message))?;
+        self.kept.borrow_mut().log.commands.push((tick, command));
+        Ok(tick)
+    }
+
+    /// Lets the servo run up to a tick, or until `until` says so; returns the tick reached.
+    fn run_to(
+        &mut self,
+        end: u32,
+        until: impl Fn(&Kept) -> bool,
+        task: &str,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<u32, InputError> {
+        let start = self.kept.borrow().now();
+        let length = f64::from(end.saturating_sub(start).max(1));
+        loop {
+            self.turn()?;
+            let kept = self.kept.borrow();
+            let now = kept.now();
+            if now >= end || until(&kept) {
+                return Ok(now);
+            }
+            if now % 512 < self.every {
+                let share = f64::from(now - start) / length;
+                progress(Progress {
+                    log: &kept.log,
+                    task,
+                    share,
+                    estimates: kept.estimates.as_ref(),
+                });
+            }
+        }
+    }
+
+    fn ticks(&self, seconds: f64) -> u32 {
+        (seconds * f64::from(self.config().tick_hz)).round() as u32
+    }
+
+    fn begin_run(&mut self) {
+        let kept = self.kept.get_mut();
+        let start = kept.now() + 1;
+        let ticks = kept.log.rows.len()
+            - kept
+                .log
+                .rows
+                .iter()
+                .rposition(|row| Some(&row.tick) == kept.log.run_starts.last())
+                .unwrap_or(0);
+        // A few ticks before the first motion are no run of their own.
+        if ticks as f64 > LEAST_RUN_S * f64::from(kept.log.config.tick_hz) {
+            kept.log.run_starts.push(start);
+        }
+    }
+
+    /// Records without motion that make a standstill.
+    fn standstill(&self) -> usize {
+        (self.ticks(STILL_S) as usize / self.every.max(1) as usize).max(2)
+    }
+
+    /// Position now, rad from power-up.
+    fn here(&self) -> f32 {
+        let kept = self.kept.borrow();
+        let counts = kept
+            .log
+            .rows
+            .last()
+            .map_or(0, |row| row.record.count.wrapping_sub(kept.log.zero()));
+        counts as f32 * TAU / kept.log.config.counts_per_rev as f32
+    }
+
+    fn pause(&mut self) -> Result<(), InputError> {
+        self.pause_for(PAUSE_S)
+    }
+
+    fn pause_for(&mut self, seconds: f64) -> Result<(), InputError> {
+        let end = self.kept.borrow().now() + self.ticks(seconds).max(2);
+        self.run_to(end, |_| false, "pause", &mut |_| {})?;
+        Ok(())
+    }
+
+    fn close(self, done: Vec<Done>) -> Result<SessionResult, InputError> {
+        let (cleared, tuning) = (self.cleared, self.tuning);
+        let farewell = self.client.close();
+        let Kept {
+            mut log, captured, ..
+        } = self.kept.into_inner();
+        for row in &mut log.rows {
+            row.motor_flags = farewell.motor_flags.get(row.tick as usize).copied().unwrap_or(0);
+        }
+        Ok(SessionResult {
+            log,
+            done,
+            firmware_log: farewell.firmware_log,
+            captured,
+            cleared,
+            tuning,
+        })
+    }
+}
