@@ -1,10 +1,13 @@
 //! Break-away: the voltage rises until the motor is under way, once a direction.
 //!
+//! Where the current is sensed, it shows a motion that the counter does not, and the ramp ends.
+//!
 //! A motor that random torque pushes about without voltage (a dead zone at the input, hardly any friction) makes counts
 //! too. Its motion counts as broken away once it has lasted: the level is that of the last pause before it, a pause being a
 //! thirty-second of the ramp below 1 % of rated speed.
 
-use super::{Input, Params, Phase, State};
+use super::{Input, Params, Phase, State, shake};
+use crate::config::Scale;
 use crate::identify::estimate::Reason;
 
 /// Break-away voltage above which there is no room for a linear segment, Q14: 0.45.
@@ -23,10 +26,17 @@ const PAUSE: i32 = 100;
 const QUIET: core::ops::Range<i32> = 655..1_311;
 const LOUD: i32 = 6_554;
 /// Mean current at the top of the ramp that is none, converter counts.
-const NO_CURRENT: i32 = 8;
+pub(super) const NO_CURRENT: i32 = 8;
 /// Share of the early conductance that is left at the top of the ramp, in quarters: at least three, and the motor stands;
 /// back-EMF leaves the break-away voltage over the ramp's, at most 0.6.
 const STALLED_QUARTERS: i64 = 3;
+
+/// Share of the voltage that does not count as back-EMF, as a shift: 1/16; the early conductance is right within 3 %.
+const DOUBT_SHIFT: u32 = 5;
+/// Counts of a motion that the current shows, at least, before the counter must have shown it.
+const LEAST_UNSEEN: f32 = 4.0;
+/// Counts, between two of which the counter shows no motion.
+const NONE_SHOWN: i32 = 2;
 
 /// Ticks of one measurement of the conductance: 2¹² of 2¹⁵ counts fit into 32 bits, their products into 64.
 const MOST_TICKS: i32 = 1 << 12;
@@ -57,6 +67,8 @@ pub(super) struct Ramp {
     quiet: Conductance,
     /// At the top of the ramp.
     loud: Conductance,
+    /// Back-EMF since the motion began, beyond the doubt: Q14 · ticks · early current.
+    emf: i64,
     /// Lowest displacement, counts: until there the motor still moved backwards.
     lowest: i32,
     /// Ticks since then.
@@ -81,6 +93,22 @@ impl Ramp {
         } else if level >= LOUD {
             self.loud.note(current, level);
         }
+    }
+
+    /// Does the current show a motion of so many Q14 · ticks of back-EMF? Winding and voltage: `v = R·i + emf`, with the R of
+    /// the quiet part. A winding whose current lags looks more conductive later on, which hides a motion and invents none.
+    fn turns(&mut self, raw: Option<i16>, sign: i32, level: i32, most: i64) -> bool {
+        let quiet = &self.quiet;
+        let Some(raw) = raw else { return false };
+        if level < QUIET.end || quiet.current <= NO_CURRENT.saturating_mul(quiet.ticks) {
+            return false;
+        }
+        let product = |a: i32, b: i32| i64::from(a).wrapping_mul(i64::from(b));
+        let driven = product(level, quiet.current);
+        let resistive = product(i32::from(raw).wrapping_mul(sign), quiet.voltage);
+        let beyond = driven.wrapping_sub(driven >> DOUBT_SHIFT).wrapping_sub(resistive);
+        self.emf = self.emf.saturating_add(beyond).max(0);
+        self.emf >= most.saturating_mul(i64::from(quiet.current))
     }
 
     /// Why nothing was counted. Without a current sensor a stall and an unplugged encoder are the same data.
@@ -142,6 +170,17 @@ impl Params {
         state
             .ramp
             .note_current(input.current_raw, state.sign(), state.level);
+        if state.stroke == 0
+            && state
+                .ramp
+                .turns(input.current_raw, state.sign(), state.level, self.unseen)
+        {
+            match displacement {
+                _ if displacement <= -NONE_SHOWN => return state.refuse(Reason::Reversed),
+                _ if displacement < NONE_SHOWN => return state.refuse(Reason::EncoderUnplugged),
+                _ => state.ramp.emf = 0,
+            }
+        }
         if state.stroke == 0 && state.level < LEAST_BREAK_AWAY && displacement.saturating_abs() >= 2 {
             state.restless = true;
         }
@@ -173,6 +212,13 @@ impl Params {
             };
             state.refuse(reason);
         }
+    }
+
+    /// Back-EMF of a travel that an encoder must have shown, Q14 · ticks: [`LEAST_UNSEEN`] counts, or an eighth of the travel
+    /// that a joint is allowed.
+    pub(super) fn unseen(scale: &Scale) -> i64 {
+        let counts = LEAST_UNSEEN.max(shake::travel_counts(scale) / 8.0);
+        (counts * (1u32 << 30) as f32 / scale.rated_counts_per_tick_q16.max(1) as f32) as i64
     }
 
     /// Travel at rated speed, counts, saturating.

@@ -44,7 +44,10 @@ impl Params {
         if !at_rest {
             return;
         }
-        if state.break_away[state.direction] == 0 {
+        // What moves by itself shows that it is seen.
+        if self.shake.is_some() && !state.shaking.proved && !state.restless {
+            state.enter(Phase::Shake, input.count);
+        } else if state.break_away[state.direction] == 0 {
             state.enter(Phase::BreakAway, input.count);
         } else {
             state.direction = self.first;

@@ -1,7 +1,7 @@
 //! Commissioning: the state machine that excites the motor, lets the identifier learn, verifies, and decides on trust.
 //!
 //! ```text
-//! settle → break away (both directions) → [learn high, low, middle → coast] × directions × repeats
+//! settle → (shake) → break away (both directions) → [learn high, low, middle → coast] × directions × repeats
 //!        → [saturate → verify] × directions → decide → done
 //! ```
 //!
@@ -15,6 +15,7 @@ mod excite;
 mod guard;
 mod reading;
 mod schedule;
+mod shake;
 
 use crate::config::Scale;
 use crate::identify;
@@ -31,6 +32,7 @@ use breakaway::Ramp;
 use guard::Limits;
 use reading::Reading;
 use serde::{Deserialize, Serialize};
+use shake::{Shake, Shaking};
 
 /// What the commissioning wants the bridge to do. The axis divides by the measured supply and clips.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,6 +68,8 @@ pub enum Phase {
     Done,
     /// Ended without estimates.
     Refused,
+    /// Shakes the shaft until the encoder has proved itself; on top of the budget.
+    Shake,
 }
 
 /// How a commissioning ended.
@@ -114,6 +118,10 @@ pub struct Params {
     budget: u32,
     first: usize,
     limits: Limits,
+    /// `None`: its first travel is not bounded.
+    shake: Option<Shake>,
+    /// Back-EMF of a travel that an encoder must have shown, Q14 · ticks.
+    unseen: i64,
 }
 
 impl Params {
@@ -126,6 +134,8 @@ impl Params {
             budget,
             first: (seed & 1) as usize,
             limits: Limits::new(scale),
+            shake: Shake::new(scale),
+            unseen: Self::unseen(scale),
         }
     }
 
@@ -159,6 +169,7 @@ pub struct State {
     supply_measured: bool,
     /// The axis moves without voltage.
     restless: bool,
+    shaking: Shaking,
     ramp: Ramp,
     break_away: [i32; 2],
     /// Windows until the low voltage may be raised again.
@@ -208,6 +219,7 @@ impl State {
             step_count: count,
             supply_measured: true,
             restless: false,
+            shaking: Shaking::default(),
             ramp: Ramp::default(),
             break_away: [0; 2],
             raise_pause: 0,
@@ -256,7 +268,7 @@ impl State {
             self.outcome.refused = Some(reason);
             // A decision that was under way is void.
             self.outcome.estimates = Estimates::default();
-            self.outcome.duration_ticks = self.total;
+            self.outcome.duration_ticks = self.total.saturating_add(self.shaking.ticks);
             self.outcome.travel_counts = self.travel;
         }
     }
@@ -323,7 +335,9 @@ impl Params {
             0
         };
         state.elapsed = state.elapsed.saturating_add(1);
-        state.total = state.total.saturating_add(1);
+        if state.phase != Phase::Shake {
+            state.total = state.total.saturating_add(1);
+        }
         state.supply_measured &= input.supply.is_some();
         let power = i64::from(input.voltage) * i64::from(input.current_raw.unwrap_or(0));
         state.energy = state.energy.saturating_add(power.unsigned_abs());
@@ -333,7 +347,7 @@ impl Params {
     fn request(&self, state: &State) -> Request {
         let magnitude = match state.phase {
             Phase::Settle | Phase::Coast => 0,
-            Phase::BreakAway | Phase::Learn | Phase::Saturate | Phase::Verify => state.level,
+            Phase::Shake | Phase::BreakAway | Phase::Learn | Phase::Saturate | Phase::Verify => state.level,
             Phase::Idle | Phase::Decide | Phase::Done | Phase::Refused => return Request::default(),
         };
         Request {
@@ -346,6 +360,10 @@ impl Params {
     fn advance(&self, state: &mut State, input: &Input) {
         match state.phase {
             Phase::Settle => self.settle(state, input),
+            Phase::Shake => match &self.shake {
+                Some(shake) => self.shake(state, input, shake),
+                None => state.enter(Phase::BreakAway, input.count),
+            },
             Phase::BreakAway => self.break_away(state, input),
             Phase::Learn => self.learn(state, input),
             Phase::Coast => self.coast(state, input),

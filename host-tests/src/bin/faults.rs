@@ -3,16 +3,18 @@
 use clap::Parser;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::faults::calm;
+use host_tests::faults::first_motion::{self, Travels};
 use host_tests::faults::report::Tally;
 use host_tests::faults::trial::{Trial, When};
 use host_tests::faults::world::Injury;
 use servo::protect::{Fault, Settings};
+use std::collections::BTreeMap;
 
 /// Injects faults into virtual motors and prints what protection made of them.
 #[derive(Parser, Debug)]
 struct Arguments {
     /// Plants of each of the four families.
-    #[arg(long, default_value_t = 14)]
+    #[arg(long, default_value_t = 18)]
     plants: u32,
     /// Number of the first of them; even numbers have a current sensor.
     #[arg(long, default_value_t = 0)]
@@ -23,12 +25,15 @@ struct Arguments {
     /// Plants to develop with instead of those that figures come from.
     #[arg(long)]
     design: bool,
-    /// One family only.
-    #[arg(long)]
-    family: Option<String>,
+    /// These families only, with commas between them.
+    #[arg(long, value_delimiter = ',')]
+    family: Vec<String>,
     /// Instead: hours of hard ordinary motion in all, over all plants.
     #[arg(long)]
     calm_h: Option<f64>,
+    /// Instead: how far joints go that are broken before their first motion.
+    #[arg(long)]
+    first_motion: bool,
     /// Print every finding.
     #[arg(long)]
     verbose: bool,
@@ -61,16 +66,24 @@ const INJURIES: [(&str, Injury, &[When]); 5] = [
     ),
 ];
 
+const BEFORE: [(&str, Injury); 5] = [
+    ("nothing", Injury::None),
+    ("encoder unplugged", Injury::EncoderUnplugged),
+    ("encoder reversed", Injury::EncoderReversed),
+    ("motor reversed", Injury::MotorReversed),
+    ("motor disconnected", Injury::MotorDisconnected),
+];
+
 fn main() {
     let arguments = Arguments::parse();
     if let Some(hours) = arguments.calm_h {
         return calm(&arguments, hours);
     }
+    if arguments.first_motion {
+        return first_motion(&arguments);
+    }
     let mut rows: Vec<(String, Tally)> = Vec::new();
-    for (name, family) in FAMILIES {
-        if arguments.family.as_deref().is_some_and(|wanted| wanted != name) {
-            continue;
-        }
+    for (name, family) in arguments.families() {
         for number in arguments.numbers() {
             injure_all(&arguments, name, family, number, &mut rows);
         }
@@ -87,15 +100,12 @@ fn main() {
 
 /// The same time for every plant; all currents sensed in every other one.
 fn calm(arguments: &Arguments, hours: f64) {
-    let families = FAMILIES
-        .iter()
-        .filter(|(name, _)| arguments.family.as_deref().is_none_or(|wanted| wanted == *name));
-    let number = families.clone().count() as f64 * f64::from(arguments.plants);
+    let number = arguments.families().count() as f64 * f64::from(arguments.plants);
     let seconds = 3600.0 * hours / number;
     println!(
         "| family | plants | simulated | moving | motions | contacts | false alarms |\n|---|---|---|---|---|---|---|"
     );
-    for &(name, family) in families {
+    for (name, family) in arguments.families() {
         let (mut sum, mut plants, mut alarms) = (calm::Calm::default(), 0, 0);
         for number in arguments.numbers() {
             let plant = calm::plant(
@@ -126,7 +136,37 @@ fn calm(arguments: &Arguments, hours: f64) {
     }
 }
 
+/// Broken before they are switched on, or healthy.
+fn first_motion(arguments: &Arguments) {
+    println!("{}", Travels::HEAD);
+    for (name, family) in arguments.families() {
+        let mut rows: BTreeMap<String, Travels> = BTreeMap::new();
+        for number in arguments.numbers() {
+            let sensed = number.is_multiple_of(2);
+            let plant = first_motion::plant(family, arguments.seeds(number), arguments.tick_hz, sensed);
+            for (fault, injury) in BEFORE {
+                let one = first_motion::commission(&plant, injury, calm::budget_ms(family));
+                if arguments.verbose {
+                    eprintln!("{name} {number} {fault}: {one:?}");
+                }
+                let current = if sensed { "sensed" } else { "-" };
+                let first = if one.shaken { "shaken" } else { "ramp" };
+                let key = format!("{name} | {first} | {current} | {fault}");
+                rows.entry(key).or_default().note(&one);
+            }
+        }
+        for (key, travels) in &rows {
+            println!("{}", travels.row(key));
+        }
+    }
+}
+
 impl Arguments {
+    fn families(&self) -> impl Iterator<Item = (&'static str, Family)> {
+        let wanted = |name: &str| self.family.is_empty() || self.family.iter().any(|one| one == name);
+        FAMILIES.into_iter().filter(move |(name, _)| wanted(name))
+    }
+
     fn numbers(&self) -> std::ops::Range<u32> {
         self.first..self.first + self.plants
     }
