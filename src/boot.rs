@@ -2,48 +2,30 @@
 
 use crate::board::{self, AXES};
 use core::mem::MaybeUninit;
-use servo::drivers::flash::ParameterFlash;
 use servo::joint::{Joint, Order};
 use servo::protect::Notice;
 use servo::protocol::ResetCause;
 use servo::saving::Archive;
-use servo::store::{Found, Loaded, StoredParameters};
+use servo::store::{Found, StoredParameters};
 
-/// What the flash holds.
-pub struct Restored {
-    /// In short, for the host.
-    pub found: Found,
-    set: StoredParameters,
-}
-
-/// Reads the store. A set that this board cannot run counts as unreadable: it is reported, not mended.
+/// Reads the store into the archive. A set that this board cannot run counts as unreadable: it is reported, not mended.
 #[inline(never)]
-pub fn restore() -> (Archive<board::Flash>, Restored) {
-    let mut flash = ParameterFlash::new(board::flash(), board::PARAMETERS);
-    let loaded = flash.load();
-    let found = Found::from(&loaded);
-    let restored = match loaded {
-        Loaded::Set { parameters, .. } if suits(&parameters) => Restored {
-            found,
-            set: parameters,
-        },
-        Loaded::Set { layout, .. } => Restored {
-            found: Found::Unreadable { layout },
-            set: StoredParameters::default(),
-        },
-        _ => Restored {
-            found,
-            set: StoredParameters::default(),
-        },
+pub fn restore(archive: &mut Archive<board::Flash>) -> Found {
+    let found = match archive.load() {
+        Found::Set { layout } if !suits(archive.set()) => {
+            archive.forget();
+            Found::Unreadable { layout }
+        }
+        found => found,
     };
     // Words by hand: `Debug` would bring 5 KiB of formatting into the image.
-    match restored.found {
+    match found {
         Found::Set { layout } => defmt::info!("stored parameters: layout {=u16}", layout),
         Found::Blank => defmt::info!("stored parameters: none"),
         Found::Unreadable { layout } => defmt::info!("stored parameters: unreadable, layout {=u16}", layout),
         Found::Damaged => defmt::info!("stored parameters: damaged"),
     }
-    (Archive::new(flash), restored)
+    found
 }
 
 fn suits(set: &StoredParameters) -> bool {
@@ -52,11 +34,12 @@ fn suits(set: &StoredParameters) -> bool {
 }
 
 /// One joint an axis: as it was stored, or never configured. In the place where they stay: they are kilobytes, and
-/// copies would make this the deepest point of the stack.
+/// copies would make this the deepest point of the stack. The archive is then ready for the next save.
 #[inline(never)]
 pub fn joints<'a>(
     place: &'a mut MaybeUninit<[Joint; AXES]>,
-    restored: &Restored,
+    archive: &mut Archive<board::Flash>,
+    found: Found,
     cause: ResetCause,
     drive: &mut board::Drive,
 ) -> &'a mut [Joint; AXES] {
@@ -65,15 +48,16 @@ pub fn joints<'a>(
         if cause == ResetCause::Watchdog {
             joint.heed(Notice::WatchdogReset);
         }
-        if restored.found == Found::Damaged {
+        if found == Found::Damaged {
             joint.heed(Notice::ParametersDamaged);
         }
-        if let Some(Some(parameters)) = restored.set.axes.get(axis)
+        if let Some(Some(parameters)) = archive.set().axes.get(axis)
             && let Ok(order) = Order::restore(parameters)
             && joint.execute(&order).is_ok()
         {
             drive.configure(axis, &parameters.config);
         }
     }
+    archive.forget();
     joints
 }

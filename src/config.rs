@@ -151,8 +151,8 @@ pub struct Scale {
     pub config: Config,
     /// Counts of the encoder per tick at rated speed, Q16 (LSB 2⁻¹⁶ counts per tick).
     pub rated_counts_per_tick_q16: u32,
-    /// Supply converter count → voltage: `(raw · this) >> 16` is Q14 of nominal supply.
-    pub supply_per_raw_q16: i32,
+    /// Supply converter count → voltage.
+    pub supply: Supply,
     /// End stops in counts from power-up, `[lower, upper]`; the extremes of `i32` when the axis turns freely.
     pub travel_counts: [i32; 2],
 }
@@ -165,14 +165,23 @@ impl Scale {
     pub fn volts(&self, voltage_q14: i32) -> f32 {
         voltage_q14 as f32 * self.config.supply_nominal_v / Self::VOLTAGE_ONE as f32
     }
+}
 
+/// The supply's converter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Supply {
+    /// `(raw · this) >> 16` is Q14 of nominal supply.
+    per_raw_q16: i32,
+}
+
+impl Supply {
     /// Supply in Q14 of nominal from the converter's count; nominal when it is not measured.
     #[inline]
-    pub fn supply(&self, vbus_raw: u16) -> i32 {
+    pub fn voltage(self, vbus_raw: u16) -> i32 {
         match vbus_raw {
-            crate::sample::Sample::VBUS_NOT_MEASURED => Self::VOLTAGE_ONE,
+            crate::sample::Sample::VBUS_NOT_MEASURED => Scale::VOLTAGE_ONE,
             // Saturates at twice the nominal supply, where protection has long acted: wrapped, it would turn negative.
-            raw => (i32::from(raw).saturating_mul(self.supply_per_raw_q16)) >> 16,
+            raw => (i32::from(raw).saturating_mul(self.per_raw_q16)) >> 16,
         }
     }
 }
@@ -190,7 +199,9 @@ impl Config {
         Ok(Scale {
             config: *self,
             rated_counts_per_tick_q16: (per_tick * 65536.0) as u32,
-            supply_per_raw_q16: (self.vbus_v_per_lsb / self.supply_nominal_v * 1_073_741_824.0) as i32,
+            supply: Supply {
+                per_raw_q16: (self.vbus_v_per_lsb / self.supply_nominal_v * 1_073_741_824.0) as i32,
+            },
             travel_counts: self
                 .travel_limit_rad
                 .map_or([i32::MIN, i32::MAX], |limit| limit.map(stop)),

@@ -37,18 +37,18 @@ pub struct Restored {
 
 impl Order {
     /// Unpacks a command.
-    pub fn from_command(command: Command) -> Result<Order, Refusal> {
+    pub fn from_command(command: &Command) -> Result<Order, Refusal> {
         match command {
-            Command::Configure(config) => Axis::new(&config)
+            Command::Configure(config) => Axis::new(config)
                 .map(|axis| Order::Install(axis, None))
                 .map_err(Refusal::Config),
-            Command::Restore(parameters) => Order::restore(&parameters).map_err(Refusal::Parameters),
+            Command::Restore(parameters) => Order::restore(parameters).map_err(Refusal::Parameters),
             Command::Adopt(estimates) => match estimates.check() {
-                Ok(()) => Ok(Order::Run(command)),
+                Ok(()) => Ok(Order::Run(*command)),
                 Err(error) => Err(Refusal::Config(error)),
             },
             Command::Reset => Ok(Order::Reset),
-            other => Ok(Order::Run(other)),
+            other => Ok(Order::Run(*other)),
         }
     }
 

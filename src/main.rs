@@ -31,20 +31,24 @@ mod app {
     use crate::board::{self, AXES};
     use crate::boot;
     use crate::post::Post;
-    use crate::tick::{Control, Ends, Telemetry};
+    use crate::tick::{self, Control, Ends, Telemetry};
     use core::mem::MaybeUninit;
     use heapless::spsc::{Consumer, Producer, Queue};
     use servo::capture::{EMPTY, Ring};
+    use servo::drivers::flash::ParameterFlash;
     use servo::joint::{Joint, Order};
     use servo::protocol::Message;
     use servo::saving::{Archive, Job, Report};
 
     /// Commands on their way from the link to the control interrupt, with sequence number and axis.
     type Orders = Queue<(u16, u8, Order), 2>;
-    /// Answers on their way back; more places than orders, so none is lost, nor is the end of a commissioning.
-    type Answers = Queue<Message, 8>;
-    /// Telemetry records on their way to the link.
-    type Records = Queue<Telemetry, 32>;
+    /// Answers on their way back. The link hands over an order only when it has room for what comes back, so these can
+    /// wait at most: an answer and what it brings with it, two words about a save, the end of a commissioning on every
+    /// axis. (A queue has one place less.)
+    type Answers = Queue<Message, { AXES + 5 }>;
+    /// Telemetry records on their way to the link, which runs after every tick; when it is late, its own kilobyte of
+    /// frames is full.
+    type Records = Queue<Telemetry, 8>;
     /// Parameters on their way from the control interrupt to the store: every axis, then what to do with them.
     type Jobs = Queue<Job, { AXES + 2 }>;
     /// How that went.
@@ -56,6 +60,7 @@ mod app {
     #[local]
     struct Local {
         control: Control,
+        orders_in: tick::Orders,
         drive: board::Drive,
         post: Post,
         answers_in: Consumer<'static, Message>,
@@ -70,24 +75,25 @@ mod app {
                    joints: MaybeUninit<[Joint; AXES]> = MaybeUninit::uninit(), records: Records = Queue::new(), jobs: Jobs = Queue::new(), reports: Reports = Queue::new()])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
         let cause = board::begin(&cx.device, &mut cx.core);
-        let (archive, restored) = boot::restore();
+        let mut archive = Archive::new(ParameterFlash::new(board::flash(), board::PARAMETERS));
+        let found = boot::restore(&mut archive);
         let (mut drive, line, idle) = board::init(cx.device, cx.core);
         defmt::info!("servo {=str} on {=str}", env!("CARGO_PKG_VERSION"), board::NAME);
-        let joints = boot::joints(cx.local.joints, &restored, cause, &mut drive);
-        let (orders_out, orders) = cx.local.orders.split();
+        let joints = boot::joints(cx.local.joints, &mut archive, found, cause, &mut drive);
+        let (orders_out, orders_in) = cx.local.orders.split();
         let (answers, answers_in) = cx.local.answers.split();
         let (records, records_in) = cx.local.records.split();
         let (jobs, jobs_in) = cx.local.jobs.split();
         let (reports_out, reports) = cx.local.reports.split();
         let ends = Ends {
-            orders,
             answers,
             records,
             jobs,
             reports,
         };
         let local = Local {
-            control: Control::new(joints, cx.local.ring, cause, restored.found, ends),
+            control: Control::new(joints, cx.local.ring, cause, found, ends),
+            orders_in,
             drive,
             post: Post::new(line, orders_out),
             answers_in,
@@ -101,9 +107,9 @@ mod app {
     }
 
     /// One control tick. It begins when the converters have finished the measurement that the PWM timer triggered.
-    #[task(binds = ADC, priority = 3, local = [control, drive])]
+    #[task(binds = ADC, priority = 3, local = [control, orders_in, drive])]
     fn control(cx: control::Context) {
-        cx.local.control.tick(cx.local.drive);
+        cx.local.control.tick(cx.local.orders_in, cx.local.drive);
         rtic::pend(stm32f4xx_hal::pac::Interrupt::USART2);
     }
 
@@ -121,11 +127,12 @@ mod app {
         let local = cx.local;
         loop {
             local.idle.turn();
-            if let Some(job) = local.jobs_in.dequeue()
-                && let Some(report) = local.idle.while_storing(|| local.archive.handle(job))
-            {
+            // A job holds the parameters of an axis: it is done where it lies.
+            if let Some(job) = local.jobs_in.peek() {
+                let report = local.idle.while_storing(|| local.archive.handle(job));
+                let _ = local.jobs_in.dequeue();
                 // One job is answered before the next one comes.
-                let _ = local.reports_out.enqueue(report);
+                report.map(|report| local.reports_out.enqueue(report));
             }
         }
     }

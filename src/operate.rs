@@ -4,8 +4,8 @@
 //! one, or with those of the shaft when no loop was closed, and the integrator takes over the voltage that was there.
 
 use crate::answer::{Refusal, Report};
-use crate::axis::{Axis, Commissioning, Listener, Mode, State};
-use crate::commission::{self, Request};
+use crate::axis::{Axis, Listener, Mode, Start, State};
+use crate::commission::Request;
 use crate::control::{self, Reference};
 use crate::design::{self, Design};
 use crate::excitation::Waveform;
@@ -133,20 +133,15 @@ impl Axis {
         Ok(())
     }
 
-    #[inline(never)]
+    /// Only noted here: what it takes to set it up is spread over the ticks that follow.
     fn commission(&self, state: &mut State, budget_ms: u32, seed: u32) -> Result<(), Refusal> {
         self.permitted(state)?;
         self.idle(state)?;
-        let params = commission::Params::new(&self.scale, budget_ms, seed);
-        state.listener = Listener::Commissioning(Commissioning {
-            params,
-            state: commission::State::new(&params, state.count),
+        state.listener = Listener::Start(Start {
+            budget_ms,
+            seed,
+            params: None,
         });
-        if let Listener::Commissioning(commissioning) = &mut state.listener {
-            commissioning
-                .state
-                .measure_from(state.datum.or(state.zero).unwrap_or(0));
-        }
         state.outcome = None;
         state.mode = Mode::Commission(Request::default());
         Ok(())
@@ -374,7 +369,7 @@ impl Axis {
 
     /// What excites the motor by itself is not to be disturbed.
     fn unexcited(&self, state: &State) -> Result<(), Refusal> {
-        if state.commissioning().is_some() || matches!(state.mode, Mode::Excite(_)) {
+        if matches!(state.mode, Mode::Commission(_) | Mode::Excite(_)) {
             Err(Refusal::Busy)
         } else {
             Ok(())

@@ -32,19 +32,27 @@ impl Post {
     }
 
     /// Takes bytes as long as an order that they complete, and an answer to it, have a place.
+    #[inline(never)]
     pub fn take_commands(&mut self) {
         for _ in 0..BYTES_AT_ONCE {
             if !self.orders.ready() || !self.has_room() {
                 return;
             }
             let Some(byte) = self.line.read() else { return };
-            if let Some(incoming) = self.inbox.push(byte) {
-                self.handle(incoming);
+            if let Some(incoming) = self.hear(byte) {
+                self.handle(&incoming);
             }
         }
     }
 
+    /// Apart from what follows, so that the stack of the one is gone when the other needs it.
+    #[inline(never)]
+    fn hear(&mut self, byte: u8) -> Option<Incoming> {
+        self.inbox.push(byte)
+    }
+
     /// Sends what waits, as far as the line has room.
+    #[inline(never)]
     pub fn forward(&mut self, messages: &mut Consumer<'static, impl Into<Message>>) {
         while self.has_room()
             && let Some(message) = messages.dequeue()
@@ -55,18 +63,19 @@ impl Post {
         }
     }
 
-    fn handle(&mut self, incoming: Incoming) {
+    fn handle(&mut self, incoming: &Incoming) {
         match incoming {
-            Incoming::Execute(to, request) => self.order(to, request),
-            Incoming::Answer(answer) => self.send(&answer),
+            Incoming::Execute(to, request) => self.order(*to, request),
+            Incoming::Answer(answer) => self.send(answer),
             Incoming::Drop(_) => defmt::debug!("frame dropped"),
         }
     }
 
-    fn order(&mut self, to: u16, Request { axis, command }: Request) {
+    #[inline(never)]
+    fn order(&mut self, to: u16, Request { axis, command }: &Request) {
         match unpack(command) {
             Ok(order) => {
-                let _ = self.orders.enqueue((to, axis, order));
+                let _ = self.orders.enqueue((to, *axis, order));
             }
             Err(reason) => {
                 let answer = refusal(to, reason);
@@ -89,7 +98,7 @@ impl Post {
 }
 
 /// Builds what the control interrupt will put in place, and asks the board.
-fn unpack(command: Command) -> Result<Order, Refusal> {
+fn unpack(command: &Command) -> Result<Order, Refusal> {
     let order = Order::from_command(command)?;
     order.configuration().map_or(Ok(()), board::supports)?;
     Ok(order)

@@ -4,7 +4,7 @@
 //! (D = `pwm_delay_ticks`). Whoever learns from voltage and count must be told the voltage that acts, so the commands
 //! on their way are kept here, and the acting one is multiplied by the supply of its own tick.
 
-use crate::config::Scale;
+use crate::config::{Scale, Supply};
 use crate::sample::{Bridge, Sample};
 use crate::units::{Voltage, limited, mul_shift};
 
@@ -42,7 +42,7 @@ pub struct State {
 /// Constants of the modulator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
-    scale: Scale,
+    supply: Supply,
     /// PWM counts of full duty.
     full_scale: i32,
     /// 1/full_scale, Q30.
@@ -56,7 +56,7 @@ impl Params {
     pub fn new(scale: &Scale) -> Self {
         let full_scale = i32::from(scale.config.pwm_full_scale);
         Self {
-            scale: *scale,
+            supply: scale.supply,
             full_scale,
             per_count: (1 << 30) / full_scale.max(1),
             delay: usize::from(scale.config.pwm_delay_ticks).clamp(1, LONGEST_DELAY),
@@ -65,7 +65,7 @@ impl Params {
 
     /// Measured supply; the nominal one when it is not measured.
     pub fn supply(&self, state: &mut State, sample: &Sample) -> Voltage {
-        let now = Voltage::from_q14(self.scale.supply(sample.vbus_raw));
+        let now = Voltage::from_q14(self.supply.voltage(sample.vbus_raw));
         let step = now.0.saturating_sub(state.smooth) >> SMOOTHING_BITS;
         let first = state.supply == 0;
         state.smooth = if first {

@@ -11,7 +11,7 @@
 //! open, and the announcement of an erase has left the line before the erase begins.
 
 use crate::drivers::flash::{ParameterFlash, SaveError};
-use crate::store::{AtRest, AxisParameters, StoredParameters};
+use crate::store::{AtRest, AxisParameters, Found, StoredParameters};
 use embedded_storage::nor_flash::NorFlash;
 use serde::{Deserialize, Serialize};
 
@@ -137,7 +137,7 @@ pub struct Archive<F> {
 }
 
 impl<F: NorFlash> Archive<F> {
-    /// Takes over a flash that was loaded.
+    /// Nothing loaded yet.
     pub fn new(flash: ParameterFlash<F>) -> Self {
         Archive {
             flash,
@@ -145,22 +145,44 @@ impl<F: NorFlash> Archive<F> {
         }
     }
 
+    /// Reads the store, at power-up. The set lies where the next one is collected: [`Archive::forget`] it after use.
+    pub fn load(&mut self) -> Found {
+        self.flash.load_into(&mut self.set)
+    }
+
+    /// What was loaded; empty if there was no set.
+    pub fn set(&self) -> &StoredParameters {
+        &self.set
+    }
+
+    /// Makes room for the next save.
+    pub fn forget(&mut self) {
+        self.set.axes.clear();
+    }
+
     /// Does a job; [`Job::Write`] and [`Job::Erase`] stall a single-bank flash and end with a report.
-    pub fn handle(&mut self, job: Job) -> Option<Report> {
+    #[inline(never)]
+    pub fn handle(&mut self, job: &Job) -> Option<Report> {
         match job {
             Job::Axis(parameters) => {
-                // No more axes than places: an image cannot have more than a set holds.
-                let _ = self.set.axes.push(parameters);
+                self.collect(parameters);
                 None
             }
-            Job::Write(rest) => Some(self.write(rest)),
-            Job::Erase(rest) => Some(match self.flash.erase(rest) {
-                Ok(()) => self.write(rest),
+            Job::Write(rest) => Some(self.write(*rest)),
+            Job::Erase(rest) => Some(match self.flash.erase(*rest) {
+                Ok(()) => self.write(*rest),
                 Err(error) => self.end(Report::Failed(error)),
             }),
         }
     }
 
+    #[inline(never)]
+    fn collect(&mut self, parameters: &Option<AxisParameters>) {
+        // No more axes than places: an image cannot have more than a set holds.
+        let _ = self.set.axes.push(*parameters);
+    }
+
+    #[inline(never)]
     fn write(&mut self, rest: AtRest) -> Report {
         match self.flash.save(&self.set, rest) {
             Ok(()) => self.end(Report::Saved),
@@ -171,7 +193,7 @@ impl<F: NorFlash> Archive<F> {
     }
 
     fn end(&mut self, report: Report) -> Report {
-        self.set.axes.clear();
+        self.forget();
         report
     }
 }

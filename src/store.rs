@@ -14,7 +14,7 @@
 //! - *CRC-32* (IEEE 802.3) covers all that stands before it. The flash library underneath checks the same bytes with a
 //!   different polynomial (Castagnoli), so random bits pass both with a probability of 2⁻⁶⁴.
 
-use crate::config::{Config, Field, within};
+use crate::config::{Config, ConfigError, Field, within};
 use crate::control::Tuning;
 use crate::identify::estimate::Estimates;
 use crate::protect::{self, Settings, SettingsError};
@@ -50,12 +50,15 @@ pub struct AxisParameters {
 impl AxisParameters {
     /// Can an axis be built from them?
     pub fn check(&self) -> Result<(), SettingsError> {
-        let (low, high) = Tuning::BANDWIDTHS;
-        let scale = within(Field::Bandwidth, self.tuning.bandwidth, low, high)
-            .and_then(|()| self.estimates.check())
-            .and_then(|()| self.config.build())
-            .map_err(SettingsError::Value)?;
+        self.within_range().map_err(SettingsError::Value)?;
+        let scale = self.config.build().map_err(SettingsError::Value)?;
         protect::Params::new(&scale, &self.protection).map(|_| ())
+    }
+
+    /// What neither configuration nor protection will look at.
+    pub(crate) fn within_range(&self) -> Result<(), ConfigError> {
+        let (low, high) = Tuning::BANDWIDTHS;
+        within(Field::Bandwidth, self.tuning.bandwidth, low, high).and_then(|()| self.estimates.check())
     }
 }
 
@@ -119,13 +122,14 @@ pub enum Found {
     Damaged,
 }
 
-impl From<&Loaded> for Found {
-    fn from(loaded: &Loaded) -> Self {
-        match *loaded {
-            Loaded::Set { layout, .. } => Found::Set { layout },
-            Loaded::Blank => Found::Blank,
-            Loaded::Unreadable { layout } => Found::Unreadable { layout },
-            Loaded::Damaged => Found::Damaged,
+impl Loaded {
+    /// What was found, with the set.
+    pub(crate) fn new(found: Found, parameters: StoredParameters) -> Self {
+        match found {
+            Found::Set { layout } => Loaded::Set { parameters, layout },
+            Found::Blank => Loaded::Blank,
+            Found::Unreadable { layout } => Loaded::Unreadable { layout },
+            Found::Damaged => Loaded::Damaged,
         }
     }
 }
@@ -159,18 +163,27 @@ impl<'a> Record<'a> {
 
     /// The set, migrated to the present layout if need be.
     pub fn load(&self) -> Loaded {
-        let layout = self.layout;
-        match self.migrate() {
-            Some(parameters) if parameters.is_valid() => Loaded::Set { parameters, layout },
-            _ => Loaded::Unreadable { layout },
-        }
+        let mut parameters = StoredParameters::default();
+        let found = self.load_into(&mut parameters);
+        Loaded::new(found, parameters)
     }
 
-    fn migrate(&self) -> Option<StoredParameters> {
+    /// … into the place where it is to stay; empty if this image cannot read it.
+    pub fn load_into(&self, set: &mut StoredParameters) -> Found {
+        let layout = self.layout;
+        set.axes.clear();
+        if self.migrate(set).is_some() && set.is_valid() {
+            return Found::Set { layout };
+        }
+        set.axes.clear();
+        Found::Unreadable { layout }
+    }
+
+    fn migrate(&self, set: &mut StoredParameters) -> Option<()> {
         match self.layout {
-            1 => exact::<layout_1::Set>(self.payload).map(layout_1::Set::migrate),
-            2 => exact::<layout_2::Set>(self.payload).map(layout_2::Set::migrate),
-            LAYOUT => exact(self.payload),
+            1 => each_axis(self.payload, set, layout_1::Axis::migrate),
+            2 => each_axis(self.payload, set, layout_2::Axis::migrate),
+            LAYOUT => each_axis(self.payload, set, core::convert::identity),
             _ => None,
         }
     }
@@ -179,21 +192,41 @@ impl<'a> Record<'a> {
 /// The record of a set.
 pub fn encode(set: &impl Serialize, epoch: u32, layout: u16) -> Result<[u8; RECORD_LEN], postcard::Error> {
     let mut bytes = [0; RECORD_LEN];
+    encode_into(&mut bytes, set, epoch, layout)?;
+    Ok(bytes)
+}
+
+/// … into bytes that are all zero.
+pub(crate) fn encode_into(
+    bytes: &mut [u8; RECORD_LEN],
+    set: &impl Serialize,
+    epoch: u32,
+    layout: u16,
+) -> Result<(), postcard::Error> {
     let length = postcard::to_slice(set, &mut bytes[HEADER_LEN..PAYLOAD_END])?.len();
     bytes[..4].copy_from_slice(&epoch.to_le_bytes());
     bytes[4..6].copy_from_slice(&layout.to_le_bytes());
     bytes[6..HEADER_LEN].copy_from_slice(&(length as u16).to_le_bytes());
     let checksum = CHECKSUM.checksum(&bytes[..PAYLOAD_END]);
     bytes[PAYLOAD_END..].copy_from_slice(&checksum.to_le_bytes());
-    Ok(bytes)
+    Ok(())
 }
 
-/// Decodes and insists that nothing is left over.
-fn exact<T: DeserializeOwned>(payload: &[u8]) -> Option<T> {
-    match postcard::take_from_bytes(payload) {
-        Ok((value, [])) => Some(value),
-        _ => None,
+/// Decodes one axis after the other into its place, so that the stack holds one and not four, and insists that nothing
+/// is left over. In postcard a sequence is its length and its items.
+#[inline(never)]
+fn each_axis<T: DeserializeOwned>(
+    payload: &[u8],
+    set: &mut StoredParameters,
+    migrate: impl Fn(T) -> Option<AxisParameters>,
+) -> Option<()> {
+    let (count, mut rest) = postcard::take_from_bytes::<u32>(payload).ok()?;
+    for _ in 0..count {
+        let (axis, behind) = postcard::take_from_bytes(rest).ok()?;
+        set.axes.push(migrate(axis)).ok()?;
+        rest = behind;
     }
+    rest.is_empty().then_some(())
 }
 
 impl StoredParameters {
@@ -205,68 +238,50 @@ impl StoredParameters {
 
 /// Layout 1 knew no choice about the loops.
 mod layout_1 {
-    use super::{AxisParameters, Config, Estimates, MAX_AXES, Settings, StoredParameters, Tuning};
+    use super::{AxisParameters, Config, Estimates, Settings, Tuning};
     use serde::Deserialize;
 
     #[derive(Deserialize)]
-    struct Axis {
+    pub struct Axis {
         config: Config,
         estimates: Estimates,
     }
 
-    #[derive(Deserialize)]
-    pub struct Set {
-        axes: heapless::Vec<Axis, MAX_AXES>,
-    }
-
-    impl Set {
-        pub fn migrate(self) -> StoredParameters {
-            let axes = self
-                .axes
-                .into_iter()
-                .map(|Axis { config, estimates }| AxisParameters {
-                    config,
-                    estimates,
-                    tuning: Tuning::default(),
-                    compensation: true,
-                    protection: Settings::default(),
-                })
-                .map(Some);
-            StoredParameters { axes: axes.collect() }
+    impl Axis {
+        pub fn migrate(self) -> Option<AxisParameters> {
+            Some(AxisParameters {
+                config: self.config,
+                estimates: self.estimates,
+                tuning: Tuning::default(),
+                compensation: true,
+                protection: Settings::default(),
+            })
         }
     }
 }
 
 /// Layout 2 knew no axis that is not configured, and no choice about protection.
 mod layout_2 {
-    use super::{AxisParameters, Config, Estimates, MAX_AXES, Settings, StoredParameters, Tuning};
+    use super::{AxisParameters, Config, Estimates, Settings, Tuning};
     use serde::Deserialize;
 
     #[derive(Deserialize)]
-    struct Axis {
+    pub struct Axis {
         config: Config,
         estimates: Estimates,
         tuning: Tuning,
         compensation: bool,
     }
 
-    #[derive(Deserialize)]
-    pub struct Set {
-        axes: heapless::Vec<Axis, MAX_AXES>,
-    }
-
-    impl Set {
-        pub fn migrate(self) -> StoredParameters {
-            let axes = self.axes.into_iter().map(|axis| AxisParameters {
-                config: axis.config,
-                estimates: axis.estimates,
-                tuning: axis.tuning,
-                compensation: axis.compensation,
+    impl Axis {
+        pub fn migrate(self) -> Option<AxisParameters> {
+            Some(AxisParameters {
+                config: self.config,
+                estimates: self.estimates,
+                tuning: self.tuning,
+                compensation: self.compensation,
                 protection: Settings::default(),
-            });
-            StoredParameters {
-                axes: axes.map(Some).collect(),
-            }
+            })
         }
     }
 }

@@ -13,10 +13,11 @@ use servo::store::{AtRest, Found};
 /// Before any axis is configured: as the board starts.
 const START_TICK_HZ: u32 = 10_000;
 
-/// The control interrupt's ends of all queues.
+/// From the link: sequence number, axis, order.
+pub type Orders = Consumer<'static, (u16, u8, Order)>;
+
+/// The control interrupt's ends of the other queues.
 pub struct Ends {
-    /// From the link: sequence number, axis, order.
-    pub orders: Consumer<'static, (u16, u8, Order)>,
     /// To the link: answers.
     pub answers: Producer<'static, Message>,
     /// To the link: telemetry.
@@ -94,11 +95,11 @@ impl Control {
     }
 
     /// One tick.
-    pub fn tick(&mut self, drive: &mut board::Drive) {
+    pub fn tick(&mut self, orders: &mut Orders, drive: &mut board::Drive) {
         drive.begin_tick();
         let mut start = drive.clock();
         // Programming the flash and setting the timers anew take ticks away, both with the bridges open.
-        let excused = self.take_order(drive) || self.saving.is_active();
+        let excused = self.take_order(orders, drive) || self.saving.is_active();
         for axis in 0..AXES {
             self.step(axis, start, drive);
             start = drive.clock();
@@ -150,44 +151,47 @@ impl Control {
     }
 
     /// True if the timers were set anew.
-    fn take_order(&mut self, drive: &mut board::Drive) -> bool {
-        self.ends.orders.ready() && self.carry_out(drive)
+    fn take_order(&mut self, orders: &mut Orders, drive: &mut board::Drive) -> bool {
+        orders.ready() && self.carry_out(orders, drive)
     }
 
-    /// Kept out of the tick: what it needs on the stack would otherwise be reserved in every tick.
+    /// Kept out of the tick: what it needs on the stack would otherwise be reserved in every tick. An order is hundreds
+    /// of bytes, and so it is carried out where it lies.
     #[cold]
     #[inline(never)]
-    fn carry_out(&mut self, drive: &mut board::Drive) -> bool {
-        let Some((to, axis, order)) = self.ends.orders.dequeue() else {
+    fn carry_out(&mut self, orders: &mut Orders, drive: &mut board::Drive) -> bool {
+        let Some((to, axis, order)) = orders.peek() else {
             return false;
         };
-        let result = self.execute(axis, &order);
+        let (result, tick) = (self.execute(*axis, order), self.tick);
         let config = order.configuration().filter(|_| result.is_ok());
         if let Some(config) = config {
-            drive.configure(usize::from(axis), config);
+            drive.configure(usize::from(*axis), config);
         }
-        let tick = self.tick;
-        self.tell(Message::Answer { to, tick, result });
-        config.is_some()
+        let configured = config.is_some();
+        self.tell(Message::Answer {
+            to: *to,
+            tick,
+            result,
+        });
+        let _ = orders.dequeue();
+        configured
     }
 
     /// Telemetry, capture and store are the image's own; all else is the joint's.
     fn execute(&mut self, axis: u8, order: &Order) -> Result<(), Refusal> {
         let place = usize::from(axis);
         let joint = self.joints.get_mut(place).ok_or(Refusal::NoSuchAxis)?;
-        match *order {
-            Order::Run(Command::Subscribe { every }) => self.telemetry_every[place] = every,
-            Order::Run(Command::CaptureRead { from }) => self.read_capture(from),
+        match order {
+            Order::Run(Command::Subscribe { every }) => self.telemetry_every[place] = *every,
+            Order::Run(Command::CaptureRead { from }) => self.read_capture(*from),
             Order::Run(Command::Hello) => self.hello(),
-            Order::Run(Command::Parameters) => {
-                let parameters = joint.parameters();
-                self.tell(Message::Parameters { axis, parameters });
-            }
+            Order::Run(Command::Parameters) => self.tell_parameters(axis),
             Order::Run(Command::Stop) => return joint.execute(order),
             _ if self.saving.is_active() => return Err(Refusal::Storing),
             Order::Run(Command::CaptureArm { trigger, before }) => {
                 self.captured = axis;
-                self.capture.arm(trigger, before);
+                self.capture.arm(*trigger, *before);
             }
             Order::Run(Command::Save) => {
                 let rest = self.rest().ok_or(Refusal::NotAtRest)?;
@@ -245,6 +249,15 @@ impl Control {
         let _ = self.ends.jobs.enqueue(job);
     }
 
+    #[inline(never)]
+    fn tell_parameters(&mut self, axis: u8) {
+        if let Some(joint) = self.joints.get(usize::from(axis)) {
+            let parameters = joint.parameters();
+            self.tell(Message::Parameters { axis, parameters });
+        }
+    }
+
+    #[inline(never)]
     fn read_capture(&mut self, from: u16) {
         let first = usize::from(from);
         let shots = (first..first + CAPTURE_PIECE).map_while(|index| self.capture.get(index));
@@ -258,6 +271,7 @@ impl Control {
         self.tell(piece);
     }
 
+    #[inline(never)]
     fn hello(&mut self) {
         self.tell(Message::Hello {
             axes: AXES as u8,

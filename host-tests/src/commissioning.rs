@@ -60,7 +60,7 @@ fn run(plant: &Plant, budget_s: f64, seed: u32, watch: &mut dyn FnMut(&State, &I
 
 /// What the axis would hand over.
 fn input(scale: &Scale, sample: &Sample, bridge: Bridge, duty: i16) -> Input {
-    let supply = scale.supply(sample.vbus_raw);
+    let supply = scale.supply.voltage(sample.vbus_raw);
     let full = i32::from(scale.config.pwm_full_scale as i16);
     Input {
         count: sample.count,

@@ -145,7 +145,7 @@ impl Desk {
         if let Command::Subscribe { .. } | Command::Hello | Command::Parameters | Command::Save = command {
             return Ok(());
         }
-        self.joint.execute(&Order::from_command(command)?)?;
+        self.joint.execute(&Order::from_command(&command)?)?;
         match command {
             Command::Arm => self.armed = true,
             Command::Stop => self.armed = false,

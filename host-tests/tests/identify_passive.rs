@@ -47,7 +47,7 @@ impl Listening {
 
     /// Applies a share of the nominal voltage for one tick.
     fn tick(&mut self, share: f64) {
-        let supply = self.scale.supply(self.sample.vbus_raw);
+        let supply = self.scale.supply.voltage(self.sample.vbus_raw);
         let full = i32::from(self.scale.config.pwm_full_scale);
         let (bridge, duty) = self.acting;
         let input = Input {

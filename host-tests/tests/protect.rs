@@ -14,7 +14,7 @@ const STANDING: Sample = Sample {
 };
 
 fn order(joint: &mut Joint, command: Command) -> Result<(), Refusal> {
-    joint.execute(&Order::from_command(command)?)
+    joint.execute(&Order::from_command(&command)?)
 }
 
 /// A joint that applies one volt.

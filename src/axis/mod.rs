@@ -23,7 +23,7 @@ use crate::units::{Speed, Voltage, to_fixed};
 pub use demand::HOLD_BAND;
 use demand::{Demand, Meaning};
 pub use state::State;
-pub(crate) use state::{Commissioning, Listener, Mode};
+pub(crate) use state::{Listener, Mode, Start};
 
 /// Time that the voltage mode takes from zero to the nominal supply, s.
 const FULL_SWING_S: f32 = 0.1;
@@ -75,19 +75,17 @@ impl Axis {
 
     /// From stored parameters.
     pub fn from_parameters(parameters: &AxisParameters) -> Result<Self, SettingsError> {
-        parameters.check()?;
-        Self::with_tuning(&parameters.config, parameters.tuning)
-            .map_err(SettingsError::Value)?
+        parameters.within_range().map_err(SettingsError::Value)?;
+        let axis = Self::with_tuning(&parameters.config, parameters.tuning);
+        axis.map_err(SettingsError::Value)?
             .protected(&parameters.protection)
     }
 
     /// … with protection of one's own choice.
-    pub fn protected(self, settings: &Settings) -> Result<Self, SettingsError> {
-        Ok(Self {
-            protect: protect::Params::new(&self.scale, settings)?,
-            protection: *settings,
-            ..self
-        })
+    pub fn protected(mut self, settings: &Settings) -> Result<Self, SettingsError> {
+        self.protect = protect::Params::new(&self.scale, settings)?;
+        self.protection = *settings;
+        Ok(self)
     }
 
     /// … with what was chosen on an earlier axis about loops, protection and, where this one has none, limits. Refused if
@@ -277,7 +275,24 @@ impl Axis {
                     state.learn();
                 }
             }
+            Listener::Start(_) => self.prepare(state),
             Listener::Commissioning(_) => state.commission(&input),
+        }
+    }
+
+    /// One step towards a commissioning.
+    #[cold]
+    #[inline(never)]
+    fn prepare(&self, state: &mut State) {
+        let Listener::Start(start) = &mut state.listener else {
+            return;
+        };
+        match start.params {
+            Some(params) => state.begin_commissioning(&params),
+            None => {
+                let params = commission::Params::new(&self.scale, start.budget_ms, start.seed);
+                start.params = Some(params);
+            }
         }
     }
 

@@ -98,7 +98,7 @@ impl State {
                 [false, false] => Advisory::None,
                 _ => Advisory::DeadZoneMoved,
             },
-            Listener::None | Listener::Commissioning(_) => Advisory::None,
+            Listener::None | Listener::Start(_) | Listener::Commissioning(_) => Advisory::None,
         }
     }
 }

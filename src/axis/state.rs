@@ -53,6 +53,14 @@ pub(crate) struct Commissioning {
     pub(crate) state: commission::State,
 }
 
+/// A commissioning that is being set up: its fixed numbers in one tick, its memory in the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Start {
+    pub(crate) budget_ms: u32,
+    pub(crate) seed: u32,
+    pub(crate) params: Option<commission::Params>,
+}
+
 /// Who learns from count and voltage. One at a time, so they share their memory.
 #[derive(Clone, Copy, Debug, Default)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
@@ -60,6 +68,8 @@ pub(crate) enum Listener {
     /// Nobody yet: the passive identification begins as soon as the design has followed what is known.
     #[default]
     None,
+    /// A commissioning is about to begin.
+    Start(Start),
     /// A commissioning, which excites too.
     Commissioning(Commissioning),
     /// Whatever the motion is, it is listened to.
@@ -178,6 +188,20 @@ impl State {
         self.renewal = self.renewal.max(self.knowledge.adopt(&self.known));
     }
 
+    /// The memory of a commissioning, kilobytes of it. A function of its own, like all that needs so much of the stack.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn begin_commissioning(&mut self, params: &commission::Params) {
+        self.listener = Listener::Commissioning(Commissioning {
+            params: *params,
+            state: commission::State::new(params, self.count),
+        });
+        let origin = self.origin();
+        if let Listener::Commissioning(commissioning) = &mut self.listener {
+            commissioning.state.measure_from(origin);
+        }
+    }
+
     /// One tick of a commissioning. A function of its own: in ordinary ticks its stack frame is not there.
     #[inline(never)]
     pub(super) fn commission(&mut self, input: &commission::Input) {
@@ -228,17 +252,24 @@ impl State {
     pub(crate) fn commissioning(&self) -> Option<&Commissioning> {
         match &self.listener {
             Listener::Commissioning(commissioning) => Some(commissioning),
-            Listener::None | Listener::Passive(_) => None,
+            Listener::None | Listener::Start(_) | Listener::Passive(_) => None,
         }
     }
 
     /// Bridge open, whatever was going on; a commissioning ends with this reason.
     pub(crate) fn stop(&mut self, reason: Reason) {
-        if let Listener::Commissioning(commissioning) = &mut self.listener {
-            commissioning.state.refuse(reason);
-            if let Some(&outcome) = commissioning.state.outcome() {
-                self.conclude(outcome);
+        match &mut self.listener {
+            Listener::Start(_) => self.conclude(Outcome {
+                refused: Some(reason),
+                ..Outcome::default()
+            }),
+            Listener::Commissioning(commissioning) => {
+                commissioning.state.refuse(reason);
+                if let Some(&outcome) = commissioning.state.outcome() {
+                    self.conclude(outcome);
+                }
             }
+            Listener::None | Listener::Passive(_) => {}
         }
         self.mode = Mode::Idle;
         self.armed = false;

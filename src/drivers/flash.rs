@@ -20,9 +20,9 @@
 //!   blank slot: it is programmed to zero, too.
 //! - **A save is believed only when a fresh search finds it.** Otherwise its slot is zeroed and the next one is used.
 
-use crate::store::{AtRest, LAYOUT, Loaded, RECORD_LEN, Record, StoredParameters, encode};
+use crate::store::{AtRest, Found, LAYOUT, Loaded, RECORD_LEN, Record, StoredParameters, encode_into};
 use core::future::Future;
-use core::pin::pin;
+use core::pin::{Pin, pin};
 use core::task::{Context, Poll, Waker};
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
 use embedded_storage_async::nor_flash as asynchronous;
@@ -60,11 +60,36 @@ struct Head {
     used: u32,
 }
 
-/// The newest record of the flash.
+/// Where the newest record of the flash was found.
+#[derive(Clone, Copy, Debug)]
 struct Newest {
     sector: u32,
     epoch: u32,
-    record: [u8; RECORD_LEN],
+}
+
+/// What a search does with the intact records of a sector, oldest first. The records are large and the stack is small:
+/// a search holds one of them and knows of one more.
+enum Search<'a> {
+    /// Keeps the newest.
+    Keep(&'a mut Option<Newest>, &'a mut [u8; RECORD_LEN]),
+    /// Is the newest this one?
+    Compare(&'a [u8; RECORD_LEN], &'a mut bool),
+}
+
+impl Search<'_> {
+    /// Within a sector the later record is the newer one; between two the epoch decides.
+    fn see(&mut self, sector: u32, epoch: u32, bytes: &[u8; RECORD_LEN]) {
+        match self {
+            Search::Keep(newest, record) => {
+                let newer = |old: Newest| old.sector == sector || old.epoch <= epoch;
+                if newest.is_none_or(newer) {
+                    **newest = Some(Newest { sector, epoch });
+                    record.copy_from_slice(bytes);
+                }
+            }
+            Search::Compare(record, same) => **same = bytes == *record,
+        }
+    }
 }
 
 /// Two neighbouring sectors of a NOR flash as the store of parameters.
@@ -105,16 +130,36 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// Finds the newest set. Call it at power-up, before the bridge may be driven: after a power cut it programs a few
     /// words (never an erase) to make final what it returns.
     pub fn load(&mut self) -> Loaded {
-        (self.head, self.settled, self.sealed) = (None, false, false);
-        let newest = self.newest();
-        let blank = self.is_blank(0) && self.is_blank(1);
-        // A flash that cannot be programmed can still be read; the next save tries again and reports it.
-        let _ = self.settle(newest.as_ref());
-        match newest.as_ref().and_then(|newest| Record::parse(&newest.record)) {
-            Some(record) => record.load(),
-            None if blank => Loaded::Blank,
-            None => Loaded::Damaged,
+        let mut parameters = StoredParameters::default();
+        let found = self.load_into(&mut parameters);
+        Loaded::new(found, parameters)
+    }
+
+    /// … into the place where it is to stay; empty, unless a set is found.
+    #[inline(never)]
+    pub fn load_into(&mut self, set: &mut StoredParameters) -> Found {
+        set.axes.clear();
+        let mut record = [0; RECORD_LEN];
+        let (newest, blank) = self.find(&mut record);
+        match newest.and_then(|_| Record::parse(&record)) {
+            Some(record) => record.load_into(set),
+            None if blank => Found::Blank,
+            None => Found::Damaged,
         }
+    }
+
+    /// Finds the newest record and makes it final. And if there is none: is the flash blank?
+    #[inline(never)]
+    fn find(&mut self, record: &mut [u8; RECORD_LEN]) -> (Option<Newest>, bool) {
+        (self.head, self.settled, self.sealed) = (None, false, false);
+        let mut newest = None;
+        for sector in 0..2 {
+            self.search(sector, Search::Keep(&mut newest, record));
+        }
+        let blank = newest.is_none() && self.is_blank(0) && self.is_blank(1);
+        // A flash that cannot be programmed can still be read; the next save tries again and reports it.
+        let _ = self.settle(newest, record);
+        (newest, blank)
     }
 
     /// Appends the set. Erases nothing.
@@ -127,7 +172,8 @@ impl<F: NorFlash> ParameterFlash<F> {
         self.insist_on_settled()?;
         for _ in 0..ATTEMPTS {
             let (sector, slot, epoch) = self.next_slot()?;
-            let record = encode(set, epoch, layout).map_err(|_| SaveError::TooLarge)?;
+            let mut record = [0; RECORD_LEN];
+            encode_into(&mut record, set, epoch, layout).map_err(|_| SaveError::TooLarge)?;
             if self.write(sector, slot, &record)? {
                 let used = slot + 1;
                 self.head = Some(Head {
@@ -151,6 +197,7 @@ impl<F: NorFlash> ParameterFlash<F> {
     }
 
     /// Erases the sector that does not hold the newest set. Stalls a single-bank flash for seconds: announce it.
+    #[inline(never)]
     pub fn erase(&mut self, _rest: AtRest) -> Result<(), SaveError> {
         self.insist_on_settled()?;
         let sector = self.head.map_or(0, |head| 1 - head.sector);
@@ -172,9 +219,10 @@ impl<F: NorFlash> ParameterFlash<F> {
     }
 
     /// Nothing may be built on a record that could still read differently tomorrow.
+    #[inline(never)]
     fn insist_on_settled(&mut self) -> Result<(), SaveError> {
         if self.head.is_some() && !self.settled {
-            self.load();
+            self.find(&mut [0; RECORD_LEN]);
         }
         if self.head.is_none() || self.settled {
             Ok(())
@@ -201,10 +249,11 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// One record into one slot; `false`: it cannot be found there, the slot is lost.
     fn write(&mut self, sector: u32, slot: u32, record: &[u8; RECORD_LEN]) -> Result<bool, SaveError> {
         self.sealed = false;
-        let pushed = ready(self.queue(sector).push(record, false)).is_ok();
-        let found = pushed
-            && self.newest_in(sector).as_ref() == Some(record)
-            && self.slot_of(sector, record) == Some(slot);
+        let mut found = false;
+        if self.push(sector, record) {
+            self.search(sector, Search::Compare(record, &mut found));
+        }
+        found = found && self.slot_of(sector, record) == Some(slot);
         if found {
             self.confirm(sector, slot)?;
             self.fresh = self.fresh.filter(|&fresh| fresh != sector);
@@ -236,9 +285,10 @@ impl<F: NorFlash> ParameterFlash<F> {
     }
 
     /// Makes what was read final: the newest record whole, and every unfinished one gone.
-    fn settle(&mut self, newest: Option<&Newest>) -> Result<(), SaveError> {
+    #[inline(never)]
+    fn settle(&mut self, newest: Option<Newest>, record: &[u8; RECORD_LEN]) -> Result<(), SaveError> {
         if let Some(newest) = newest {
-            self.finish(newest)?;
+            self.finish(newest, record)?;
         }
         for sector in 0..2 {
             // The length of the log is asked for once: a word that reads unsteadily could answer differently.
@@ -255,25 +305,22 @@ impl<F: NorFlash> ParameterFlash<F> {
     }
 
     /// Remembers where the newest record lies, and programs it once more unless it is confirmed.
-    fn finish(&mut self, newest: &Newest) -> Result<(), SaveError> {
-        let Newest {
+    fn finish(&mut self, newest: Newest, record: &[u8; RECORD_LEN]) -> Result<(), SaveError> {
+        let Newest { sector, epoch } = newest;
+        let slot = self.slot_of(sector, record).ok_or(SaveError::Flash)?;
+        let used = self.used(sector)?;
+        self.head = Some(Head {
             sector,
             epoch,
-            record,
-        } = newest;
-        let slot = self.slot_of(*sector, record).ok_or(SaveError::Flash)?;
-        self.head = Some(Head {
-            sector: *sector,
-            epoch: *epoch,
             slot,
-            used: self.used(*sector)?,
+            used,
         });
-        if self.is_confirmed(*sector, slot)? {
+        if self.is_confirmed(sector, slot)? {
             return Ok(());
         }
-        let address = self.slot_address(*sector, slot) + ITEM_HEADER;
+        let address = self.slot_address(sector, slot) + ITEM_HEADER;
         self.program(address, record)?;
-        self.confirm(*sector, slot)
+        self.confirm(sector, slot)
     }
 
     /// A write that did not come to its end could read as a record one day: no more.
@@ -308,55 +355,60 @@ impl<F: NorFlash> ParameterFlash<F> {
         self.flash.write(address, bytes).map_err(|_| SaveError::Flash)
     }
 
-    /// Newest record of both sectors.
-    fn newest(&mut self) -> Option<Newest> {
-        let of = |sector, record: [u8; RECORD_LEN]| {
-            let epoch = Record::parse(&record)?.epoch;
-            Some(Newest {
-                sector,
-                epoch,
-                record,
-            })
-        };
-        let first = self.newest_in(0).and_then(|record| of(0, record));
-        let second = self.newest_in(1).and_then(|record| of(1, record));
-        first.into_iter().chain(second).max_by_key(|newest| newest.epoch)
+    #[inline(never)]
+    fn push(&mut self, sector: u32, record: &[u8; RECORD_LEN]) -> bool {
+        let mut queue = self.queue(sector);
+        ready(pin!(queue.push(record, false))).is_ok()
     }
 
-    /// Last intact record of a sector. A sector that a cut erase left behind can hold anything, also a header whose
-    /// length is absurd: the search then ends with what it has.
-    fn newest_in(&mut self, sector: u32) -> Option<[u8; RECORD_LEN]> {
-        let mut queue = self.queue(sector);
-        ready(async {
-            let mut items = queue.iter().await.ok()?;
-            let (mut buffer, mut newest) = ([0; RECORD_LEN], None);
+    /// Shows the search every intact record of a sector. A sector that a cut erase left behind can hold anything, also a
+    /// header whose length is absurd: the search then ends with what it has.
+    #[inline(never)]
+    fn search(&mut self, sector: u32, mut search: Search<'_>) {
+        let (mut queue, mut buffer) = (self.queue(sector), [0; RECORD_LEN]);
+        ready(pin!(async {
+            let Ok(mut items) = queue.iter().await else { return };
             while let Ok(Some(item)) = items.next(&mut buffer).await {
-                if Record::parse(&item).is_some() {
-                    newest = item[..].try_into().ok();
+                let bytes: Result<&[u8; RECORD_LEN], _> = (&item[..]).try_into();
+                if let (Ok(bytes), Some(record)) = (bytes, Record::parse(&item)) {
+                    search.see(sector, record.epoch, bytes);
                 }
             }
-            newest
-        })
+        }));
     }
 
     /// The last slot that holds this record. One word may differ: it may read unsteadily. Two records that are not the
     /// same differ in two words at least, one of them their checksum.
+    #[inline(never)]
     fn slot_of(&mut self, sector: u32, record: &[u8; RECORD_LEN]) -> Option<u32> {
-        let mut bytes = [0; RECORD_LEN];
         (0..Self::SLOTS).rev().find(|&slot| {
             let address = self.slot_address(sector, slot) + ITEM_HEADER;
-            self.read(address, &mut bytes).is_ok() && differing_words(&bytes, record) <= 1
+            let mut differing = 0;
+            for (word, at) in record
+                .chunks_exact(WORD as usize)
+                .zip((address..).step_by(WORD as usize))
+            {
+                let mut read = BLANK;
+                differing += u32::from(self.read(at, &mut read).is_err() || read != word);
+                if differing > 1 {
+                    return false;
+                }
+            }
+            true
         })
     }
 
     /// Slots up to the last one with a programmed bit.
+    #[inline(never)]
     fn used(&mut self, sector: u32) -> Result<u32, SaveError> {
-        let mut bytes = [0; SLOT as usize];
         for slot in (0..Self::SLOTS).rev() {
-            let address = self.slot_address(sector, slot);
-            self.read(address, &mut bytes)?;
-            if bytes.iter().any(|&byte| byte != 0xFF) {
-                return Ok(slot + 1);
+            let start = self.slot_address(sector, slot);
+            for address in (start..start + SLOT).step_by(WORD as usize) {
+                let mut word = BLANK;
+                self.read(address, &mut word)?;
+                if word != BLANK {
+                    return Ok(slot + 1);
+                }
             }
         }
         Ok(0)
@@ -457,17 +509,8 @@ impl<F: NorFlash> asynchronous::NorFlash for Page<'_, F> {
     }
 }
 
-fn differing_words(left: &[u8; RECORD_LEN], right: &[u8; RECORD_LEN]) -> usize {
-    let words = |bytes| <[u8]>::chunks_exact(bytes, WORD as usize);
-    words(left)
-        .zip(words(right))
-        .filter(|(left, right)| left != right)
-        .count()
-}
-
-/// Runs a future that never waits.
-fn ready<T>(future: impl Future<Output = T>) -> T {
-    let mut future = pin!(future);
+/// Runs a future that never waits, where it lies: it holds hundreds of bytes.
+fn ready<T>(mut future: Pin<&mut impl Future<Output = T>>) -> T {
     let mut context = Context::from_waker(Waker::noop());
     loop {
         if let Poll::Ready(value) = future.as_mut().poll(&mut context) {

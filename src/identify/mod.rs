@@ -200,7 +200,8 @@ pub struct State {
 }
 
 impl State {
-    /// Starts at rest.
+    /// Starts at rest. Inlined, like all that it consists of, so that it is built where it is to stay.
+    #[inline(always)]
     pub fn new(params: &Params, count: i32) -> Self {
         let lengths = params.lengths_for(0);
         State {

@@ -99,6 +99,7 @@ pub struct State {
 
 impl State {
     /// Starts at `count`, at rest, without voltage.
+    #[inline(always)]
     pub fn new(count: i32, lengths: &Lengths) -> Self {
         State {
             reference: count,

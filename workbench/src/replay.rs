@@ -167,7 +167,7 @@ fn execute(joint: &mut Joint, command: &Command) -> Result<(), InputError> {
     {
         return Ok(());
     }
-    Order::from_command(*command)
+    Order::from_command(command)
         .and_then(|order| joint.execute(&order))
         .map_err(|reason| {
             InputError(format!(
