@@ -58,11 +58,11 @@ pub fn sin_cos(phase: u32) -> (i32, i32) {
 /// sin of `phase` (2³² a turn), Q30, within [`SIN_ERROR`].
 fn sin(phase: u32) -> i32 {
     let turned = phase as i32;
-    // Beyond a quarter turn: sin(π − x) = sin x. Then ±1 in Q30 is ±90°.
+    // −x; beyond a quarter turn sin(π − x) = sin x. Then ±1 in Q30 is ±90°.
     let x = if (turned ^ (turned << 1)) < 0 {
-        i32::MIN.wrapping_sub(turned)
+        turned.wrapping_sub(i32::MIN)
     } else {
-        turned
+        turned.wrapping_neg()
     };
     // −x²/2 in Q32: for x = −1 … 1 it is −2³¹ … 0, so that the upper word of a product with it is all that is needed.
     let z = mul_high(x << 1, x << 1).wrapping_neg() << 1;
@@ -75,16 +75,17 @@ fn sin(phase: u32) -> i32 {
 
 /// Largest error of [`sin_cos`], LSB of Q30 (2⁻³⁰).
 pub const SIN_ERROR: i32 = 4;
-/// Taylor coefficients of sin(πx/2)/x in −x²/2, from the sixth power down to the constant, Q30: 2ᵏ·(π/2)ⁿ/n! with
-/// n = 2k + 1. The first one left out is 7·10⁻¹⁰.
+/// Taylor coefficients of −sin(πx/2)/x in −x²/2, from the sixth power down to the constant, Q30: −2ᵏ·(π/2)ⁿ/n! with
+/// n = 2k + 1. The first one left out is 7·10⁻¹⁰. Negative, like −x²/2: of sums that it knows to be positive the compiler
+/// makes unsigned numbers, and a product of two signs takes seven instructions instead of one.
 const TAYLOR: [i32; 7] = [
-    3_912,
-    123_655,
-    2_756_359,
-    40_215_962,
-    342_277_223,
-    1_387_197_337,
-    1_686_629_713,
+    -3_912,
+    -123_655,
+    -2_756_359,
+    -40_215_962,
+    -342_277_223,
+    -1_387_197_337,
+    -1_686_629_713,
 ];
 
 /// A sine with smooth ends, planned.
@@ -166,6 +167,26 @@ impl Sine {
 
     fn at(&self, phase: u32, r: i32, falling: bool) -> Reference {
         let (sin, cos) = sin_cos(phase);
+        let (offset, speed, acceleration) = if r >= ONE {
+            // Between rise and fall e = 1, and its derivatives vanish: the same bits as below.
+            (
+                sin,
+                mul_high(ONE, cos),
+                mul_shift_within((ONE >> 4).wrapping_neg(), sin, 30),
+            )
+        } else {
+            self.shaped(r, falling, sin, cos)
+        };
+        let offset = (self.amplitude as i64).wrapping_mul(offset as i64) >> 6;
+        Reference {
+            position: self.centre.plus(offset),
+            speed: Speed(mul_shift(self.speed, speed, 28)),
+            acceleration: Acceleration(mul_shift(self.acceleration, acceleration, 26)),
+        }
+    }
+
+    /// θ/A in Q30, ω/W in Q28, α/G in Q26 while the envelope rises or falls.
+    fn shaped(&self, r: i32, falling: bool, sin: i32, cos: i32) -> (i32, i32, i32) {
         let (value, slope, bend) = envelope(r);
         // dr/dφ is below 1, and so are sin, cos and the envelope.
         let per_radian = |x: i32| mul_shift_within(x, self.per_radian, 28);
@@ -178,12 +199,7 @@ impl Sine {
             sin,
             30,
         ));
-        let offset = (self.amplitude as i64).wrapping_mul(mul_shift_within(value, sin, 30) as i64) >> 6;
-        Reference {
-            position: self.centre.plus(offset),
-            speed: Speed(mul_shift(self.speed, speed, 28)),
-            acceleration: Acceleration(mul_shift(self.acceleration, acceleration, 26)),
-        }
+        (mul_shift_within(value, sin, 30), speed, acceleration)
     }
 }
 

@@ -19,6 +19,7 @@
 
 mod exchange;
 mod flash;
+mod stack;
 
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::{NVIC, SYST, syst::SystClkSource};
@@ -220,6 +221,7 @@ impl Idle {
             .for_each(|(from, to)| *to = *from);
         let (length, stop) = exchange::with(|exchange| exchange.take_answer(&head));
         if stop {
+            defmt::info!("stack: {=usize} bytes at most", stack::used());
             semihosting::process::exit(0);
         }
         let bytes = self.read(length);

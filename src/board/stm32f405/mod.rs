@@ -411,7 +411,10 @@ impl<const N: usize> DriveOf<N> {
             return;
         };
         if (self.full, self.periods) == (config.pwm_full_scale, periods) {
-            return self.axes[axis].rescale(axis, self.full);
+            if let Some(own) = self.axes.get_mut(axis) {
+                own.rescale(axis, self.full);
+            }
+            return;
         }
         (self.full, self.periods) = (config.pwm_full_scale, periods);
         for timer in timers::<N>() {
