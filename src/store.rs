@@ -196,13 +196,14 @@ pub fn encode(set: &impl Serialize, epoch: u32, layout: u16) -> Result<[u8; RECO
     Ok(bytes)
 }
 
-/// … into bytes that are all zero.
+/// … over whatever the bytes were.
 pub(crate) fn encode_into(
     bytes: &mut [u8; RECORD_LEN],
     set: &impl Serialize,
     epoch: u32,
     layout: u16,
 ) -> Result<(), postcard::Error> {
+    bytes.fill(0);
     let length = postcard::to_slice(set, &mut bytes[HEADER_LEN..PAYLOAD_END])?.len();
     bytes[..4].copy_from_slice(&epoch.to_le_bytes());
     bytes[4..6].copy_from_slice(&layout.to_le_bytes());

@@ -191,6 +191,7 @@ const fn product(value: i32, gain: i32, shift: u32) -> i64 {
 /// `value · 2^bits` as the nearest integer that fits in 32 bits, for parameters that are set up once.
 #[must_use]
 pub fn to_fixed(value: f32, bits: u32) -> i32 {
-    let scaled = value * (1u64 << bits) as f32;
+    // 2^bits by its exponent: there is no instruction that converts 64 bits.
+    let scaled = value * f32::from_bits(127u32.wrapping_add(bits) << 23);
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
 }

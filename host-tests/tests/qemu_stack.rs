@@ -64,7 +64,7 @@ fn the_stack_is_as_deep_as_documented() {
     let tasks = [commission, Task::Store, sine];
     let first = session::run_from(
         Box::new(wire),
-        Start::Configure(plant.config),
+        Start::Configure(plant.config.into()),
         listening,
         &tasks,
         &mut |_| {},

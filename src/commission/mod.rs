@@ -200,6 +200,7 @@ impl State {
     /// Ready to start at this count. Inlined, so that it is built where it is to stay and not copied there.
     #[inline(always)]
     pub fn new(params: &Params, count: i32) -> Self {
+        let learn_lengths = params.identify.lengths_for(0);
         State {
             phase: Phase::Settle,
             direction: params.first,
@@ -233,7 +234,7 @@ impl State {
             coast: [coast::Sums::default(); 2],
             slices: [Slice::default(); SLICES],
             spread: [Spread::default(); 2],
-            learn_lengths: params.identify.lengths_for(0),
+            learn_lengths,
             after_coast: Phase::Learn,
             mechanism: Mechanism::Unclear,
             low_knee: false,

@@ -169,10 +169,10 @@ impl<F: NorFlash> ParameterFlash<F> {
 
     /// Appends a set in any layout; tests leave with it what an older or a newer image would have left.
     pub fn save_as(&mut self, set: &impl Serialize, layout: u16, _rest: AtRest) -> Result<(), SaveError> {
-        self.insist_on_settled()?;
+        let mut record = [0; RECORD_LEN];
+        self.insist_on_settled(&mut record)?;
         for _ in 0..ATTEMPTS {
             let (sector, slot, epoch) = self.next_slot()?;
-            let mut record = [0; RECORD_LEN];
             encode_into(&mut record, set, epoch, layout).map_err(|_| SaveError::TooLarge)?;
             if self.write(sector, slot, &record)? {
                 let used = slot + 1;
@@ -199,7 +199,7 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// Erases the sector that does not hold the newest set. Stalls a single-bank flash for seconds: announce it.
     #[inline(never)]
     pub fn erase(&mut self, _rest: AtRest) -> Result<(), SaveError> {
-        self.insist_on_settled()?;
+        self.insist_on_settled(&mut [0; RECORD_LEN])?;
         let sector = self.head.map_or(0, |head| 1 - head.sector);
         let start = self.base(sector);
         self.fresh = None;
@@ -220,9 +220,9 @@ impl<F: NorFlash> ParameterFlash<F> {
 
     /// Nothing may be built on a record that could still read differently tomorrow.
     #[inline(never)]
-    fn insist_on_settled(&mut self) -> Result<(), SaveError> {
+    fn insist_on_settled(&mut self, scratch: &mut [u8; RECORD_LEN]) -> Result<(), SaveError> {
         if self.head.is_some() && !self.settled {
-            self.find(&mut [0; RECORD_LEN]);
+            self.find(scratch);
         }
         if self.head.is_none() || self.settled {
             Ok(())
