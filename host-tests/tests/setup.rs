@@ -147,7 +147,7 @@ fn a_choice_that_cannot_be_is_named_with_what_to_do() {
 }
 
 fn order(joint: &mut Joint, command: Command) -> Result<(), Refusal> {
-    joint.execute(&Order::from_command(command)?)
+    joint.execute(&Order::from_command(&command)?)
 }
 
 fn in_force(joint: &Joint) -> AxisParameters {
