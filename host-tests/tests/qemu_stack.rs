@@ -15,7 +15,7 @@ use truing::servo_link::{Client, Lockstep};
 use truing::session::{self, Listening, Profile, Start, Task};
 
 /// The deepest, bytes, as docs/cost.md has it.
-const DOCUMENTED: f64 = 4_204.0;
+const DOCUMENTED: f64 = 4_280.0;
 
 fn start(flash: &Path, plant: &Plant) -> Lockstep {
     let options = Options {
