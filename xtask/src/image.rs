@@ -20,7 +20,6 @@ pub fn build_all() -> Result<()> {
 pub fn build(board: &str) -> Result<PathBuf> {
     let mut command = cargo(&[
         "build",
-        "--quiet",
         "--package",
         "servo",
         "--bin",

@@ -89,6 +89,7 @@ fn demo(arguments: &[String]) -> Result<()> {
     setup::everything()?;
     // Some minutes the first time, so Cargo shows what it does.
     process::run(&mut process::cargo(&["build", "--package", "truing"]))?;
+    image::build("qemu")?;
     let mut truing = process::cargo(&["run", "--quiet", "--package", "truing", "--", "demo"]);
     process::run(truing.args(arguments))
 }
