@@ -67,8 +67,12 @@ pub(super) struct Ramp {
     quiet: Conductance,
     /// At the top of the ramp.
     loud: Conductance,
+    /// The shaft did not stand in the quiet part: it tells nothing about the winding.
+    unquiet: bool,
     /// Back-EMF since the motion began, beyond the doubt: Q14 · ticks · early current.
     emf: i64,
+    /// Displacement when it was 0 last.
+    emf_from: i32,
     /// Lowest displacement, counts: until there the motor still moved backwards.
     lowest: i32,
     /// Ticks since then.
@@ -100,12 +104,18 @@ impl Ramp {
     fn turns(&mut self, raw: Option<i16>, sign: i32, level: i32, most: i64) -> bool {
         let quiet = &self.quiet;
         let Some(raw) = raw else { return false };
-        if level < QUIET.end || quiet.current <= NO_CURRENT.saturating_mul(quiet.ticks) {
+        if self.unquiet || level < QUIET.end || quiet.current <= NO_CURRENT.saturating_mul(quiet.ticks) {
+            return false;
+        }
+        let current = i32::from(raw).wrapping_mul(sign);
+        // A motor that turns draws what its friction takes; behind an input dead zone nothing flows yet, and what flowed in
+        // the quiet part was the shaft's own drift.
+        if current <= NO_CURRENT {
             return false;
         }
         let product = |a: i32, b: i32| i64::from(a).wrapping_mul(i64::from(b));
         let driven = product(level, quiet.current);
-        let resistive = product(i32::from(raw).wrapping_mul(sign), quiet.voltage);
+        let resistive = product(current, quiet.voltage);
         let beyond = driven.wrapping_sub(driven >> DOUBT_SHIFT).wrapping_sub(resistive);
         self.emf = self.emf.saturating_add(beyond).max(0);
         self.emf >= most.saturating_mul(i64::from(quiet.current))
@@ -170,16 +180,22 @@ impl Params {
         state
             .ramp
             .note_current(input.current_raw, state.sign(), state.level);
+        state.ramp.unquiet |= state.level < QUIET.end && displacement.saturating_abs() >= NONE_SHOWN;
         if state.stroke == 0
+            && !state.shaking.proved
             && state
                 .ramp
                 .turns(input.current_raw, state.sign(), state.level, self.unseen)
         {
-            match displacement {
-                _ if displacement <= -NONE_SHOWN => return state.refuse(Reason::Reversed),
-                _ if displacement < NONE_SHOWN => return state.refuse(Reason::EncoderUnplugged),
+            // What random torque has done before the motion is no sign of its direction.
+            match displacement.wrapping_sub(state.ramp.emf_from) {
+                shown if shown <= -NONE_SHOWN => return state.refuse(Reason::Reversed),
+                shown if shown < NONE_SHOWN => return state.refuse(Reason::EncoderUnplugged),
                 _ => state.ramp.emf = 0,
             }
+        }
+        if state.ramp.emf == 0 {
+            state.ramp.emf_from = displacement;
         }
         if state.stroke == 0 && state.level < LEAST_BREAK_AWAY && displacement.saturating_abs() >= 2 {
             state.restless = true;

@@ -75,8 +75,8 @@ pub(super) struct Shaking {
     pulse: u32,
     /// Counter in the middle of its long part.
     middle: i32,
-    /// Counts that followed in all pulses.
-    followed: i32,
+    /// Counts that followed, in the pulses of either sign.
+    followed: [i32; 2],
     /// The counter left its place in a pulse: whatever else, there is an encoder.
     shown: bool,
     /// The encoder has proved itself.
@@ -151,7 +151,7 @@ impl Params {
             shaking.feel(input, towards);
         }
         if now == last.saturating_add(shake.delay) {
-            shaking.note(input.count, towards);
+            shaking.note(input.count, towards, pulse);
         }
         if now >= end {
             self.next_pulse(state, input, shake.proof);
@@ -160,18 +160,17 @@ impl Params {
 
     /// After every second pulse what they show together decides: a drift shows in both, with opposite signs.
     fn next_pulse(&self, state: &mut State, input: &Input, proof: i32) {
-        let reversed = proof.saturating_mul(-REVERSED_TIMES);
         let shaking = &mut state.shaking;
         shaking.pulse = shaking.pulse.saturating_add(1);
         match () {
             () if shaking.pulse & 1 == 1 => state.enter(Phase::Shake, input.count),
-            () if shaking.followed >= proof => {
+            () if shaking.total() >= proof => {
                 shaking.proved = true;
                 state.enter(Phase::Settle, input.count);
             }
-            () if shaking.followed <= reversed => state.refuse(Reason::Reversed),
+            () if shaking.runs_back(proof.saturating_mul(REVERSED_TIMES)) => state.refuse(Reason::Reversed),
             () if shaking.pulse < PULSES => state.enter(Phase::Shake, input.count),
-            () if shaking.followed <= proof.saturating_neg() => state.refuse(Reason::Reversed),
+            () if shaking.runs_back(proof) => state.refuse(Reason::Reversed),
             // It is there, and hardly seen to move: the ramp will tell.
             () if shaking.shown => {
                 shaking.proved = true;
@@ -199,9 +198,23 @@ impl Shaking {
         }
     }
 
-    fn note(&mut self, count: i32, towards: i32) {
+    fn note(&mut self, count: i32, towards: i32, pulse: u32) {
         let followed = count.wrapping_sub(self.middle).saturating_mul(towards);
-        self.followed = self.followed.saturating_add(followed);
+        let [even, odd] = &mut self.followed;
+        let sum = if pulse & 1 == 0 { even } else { odd };
+        *sum = sum.saturating_add(followed);
+    }
+
+    fn total(&self) -> i32 {
+        let [even, odd] = self.followed;
+        even.saturating_add(odd)
+    }
+
+    /// By so many counts, and in the pulses of either sign: a shaft whose drive acts in one direction alone, below the dead
+    /// zone of the other, coasts against every second pulse.
+    fn runs_back(&self, counts: i32) -> bool {
+        let share = counts.saturating_neg() / 4;
+        self.total() <= counts.saturating_neg() && self.followed.iter().all(|sum| *sum <= share)
     }
 
     /// The current is sensed, and there is none.
