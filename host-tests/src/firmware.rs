@@ -21,7 +21,16 @@ pub fn qemu() -> Options {
     }
 }
 
-/// The same with an image of two axes.
+/// A power-up on this flash, with this motor behind the image.
+pub fn power_up(flash: &Path, plant: &Plant) -> Lockstep {
+    let options = Options {
+        flash: Some(flash.to_owned()),
+        ..qemu()
+    };
+    Lockstep::start(&options, Box::new(VirtualMotor::new(plant)), plant.config).expect("QEMU")
+}
+
+/// QEMU with an image of two axes.
 pub fn qemu_two_axes() -> Options {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
     Options {

@@ -5,25 +5,15 @@
 //! save is not in it. The bound that `cargo xtask size` works out from the calls is. What was measured must stay below it.
 
 use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use host_tests::firmware::qemu;
-use host_tests::virtual_motor::VirtualMotor;
+use host_tests::firmware::power_up;
 use servo::protect::Permit;
 use servo::record::Activity;
-use std::path::Path;
-use truing::motor::qemu::{Lines, Options};
-use truing::servo_link::{Client, Lockstep};
+use truing::motor::qemu::Lines;
+use truing::servo_link::Client;
 use truing::session::{self, Listening, Profile, Start, Task};
 
 /// The deepest, bytes, as docs/cost.md has it.
 const DOCUMENTED: f64 = 4_280.0;
-
-fn start(flash: &Path, plant: &Plant) -> Lockstep {
-    let options = Options {
-        flash: Some(flash.to_owned()),
-        ..qemu()
-    };
-    Lockstep::start(&options, Box::new(VirtualMotor::new(plant)), plant.config).expect("QEMU")
-}
 
 /// What the image says of its stack at its end.
 fn depth(log: &[String]) -> f64 {
@@ -60,7 +50,7 @@ fn the_stack_is_as_deep_as_documented() {
         compensation: true,
     };
 
-    let wire = start(&flash, &plant);
+    let wire = power_up(&flash, &plant);
     let tasks = [commission, Task::Store, sine];
     let first = session::run_from(
         Box::new(wire),
@@ -71,7 +61,7 @@ fn the_stack_is_as_deep_as_documented() {
     );
     let first = depth(&first.expect("a session").firmware_log);
 
-    let wire = start(&flash, &plant);
+    let wire = power_up(&flash, &plant);
     let lines = wire.lines();
     let mut again = Client::new(Box::new(wire));
     assert!(

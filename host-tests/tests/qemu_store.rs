@@ -2,7 +2,7 @@
 //! that only the image can see.
 
 use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use host_tests::firmware::qemu;
+use host_tests::firmware::{power_up, qemu};
 use host_tests::power_cut::flash::Flash;
 use host_tests::power_cut::suite::Store;
 use host_tests::virtual_motor::VirtualMotor;
@@ -48,12 +48,7 @@ fn sine() -> Task {
 
 /// A power-up on this flash.
 fn wire(flash: &Path) -> Lockstep {
-    let options = Options {
-        flash: Some(flash.to_owned()),
-        ..qemu()
-    };
-    let plant = plant();
-    Lockstep::start(&options, Box::new(VirtualMotor::new(&plant)), plant.config).expect("QEMU")
+    power_up(flash, &plant())
 }
 
 fn client(flash: &Path) -> Client {

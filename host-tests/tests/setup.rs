@@ -3,15 +3,13 @@
 
 use host_tests::desk::{self, Desk};
 use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use host_tests::firmware::qemu;
-use host_tests::virtual_motor::VirtualMotor;
+use host_tests::firmware::power_up;
 use servo::joint::{Joint, Order};
 use servo::protect::{Action, Fault, Thermal};
 use servo::protocol::{Command, Refusal};
 use servo::store::AxisParameters;
 use std::path::Path;
 use truing::axis_file;
-use truing::motor::qemu::Options;
 use truing::replay;
 use truing::servo_link::{Client, Lockstep};
 use truing::session::{self, Listening, Profile, SessionResult, Start, Task};
@@ -213,12 +211,7 @@ fn plant() -> Plant {
 }
 
 fn wire(flash: &Path) -> Lockstep {
-    let options = Options {
-        flash: Some(flash.to_owned()),
-        ..qemu()
-    };
-    let plant = plant();
-    Lockstep::start(&options, Box::new(VirtualMotor::new(&plant)), plant.config).expect("QEMU")
+    power_up(flash, &plant())
 }
 
 fn run(flash: &Path, setup: Setup, tasks: &[Task]) -> SessionResult {
