@@ -10,7 +10,7 @@ use crate::model::Model;
 use crate::outcome::*;
 use crate::prediction::Prediction;
 use crate::residual::{fit_percent, rms};
-use crate::search::{Found, Progress, Scored, base_fit, dispersion, search};
+use crate::search::{Found, Progress, Scored, base_fit, dispersion, scatter, search};
 use crate::structure::{sensor_like, twin_pairs};
 use crate::view::samples;
 use crate::{effects, evidence, excitation, localise, plots, verdict};
@@ -178,7 +178,7 @@ fn steps(best: &Scored, given: f64) -> Vec<Step> {
 /// The accepted effects with their parameters and uncertainties.
 fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
     let covariance = covariance(&kept.hypothesis, &kept.fit, &FINAL);
-    let factor = dispersion(kept);
+    let (factor, scatter) = (dispersion(kept), scatter(kept));
     let linear = kept.hypothesis.bench.linear;
     let effect = |(index, item): (usize, &crate::hypothesis::Item)| {
         let mut parameters = BTreeMap::new();
@@ -196,7 +196,7 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
             }
             let scale = kept.hypothesis.bench.scales.of(spec.scale);
             let std = slot.map(|s| {
-                let variance = covariance[(s, s)].max(0.0) * factor * scale * scale;
+                let variance = (covariance[(s, s)].max(0.0) * factor + scatter[s]) * scale * scale;
                 (variance + zero_variance(kept, index, spec.name)).sqrt()
             });
             let (key, unit) = if linear {

@@ -71,7 +71,7 @@ impl Basis {
     /// Starts of an effect, in units of its parameters' scales.
     pub fn starts(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
         match effect.starts {
-            Starts::Grid(rows) => rows.iter().map(|row| row.to_vec()).collect(),
+            Starts::Grid(rows) | Starts::Rugged(rows, _) => rows.iter().map(|row| row.to_vec()).collect(),
             Starts::Quantiles(signal, rest) => self.quantiles(bench, effect, signal, rest),
             Starts::GravityScan => self.gravity(bench, effect),
             Starts::PositionScan => self.position_lines(bench, effect),

@@ -184,6 +184,9 @@ pub enum Scale {
 pub enum Starts {
     /// These.
     Grid(&'static [&'static [f64]]),
+    /// These, where the cost is so rugged between them that no derivative leads on: the most promising one is where an
+    /// evolution begins, with these relative standard deviations of the parameters.
+    Rugged(&'static [&'static [f64]], &'static [f64]),
     /// The first parameter at quantiles of a signal of the simulation (a threshold has no gradient where it is not
     /// reached); the others at these values.
     Quantiles(Signal, &'static [f64]),
@@ -196,6 +199,14 @@ pub enum Starts {
 }
 
 impl Starts {
+    /// The starts that do not depend on the log.
+    pub fn rows(&self) -> &'static [&'static [f64]] {
+        match *self {
+            Self::Grid(rows) | Self::Rugged(rows, _) => rows,
+            _ => &[],
+        }
+    }
+
     /// Whether a period is looked for among dozens: one of them always explains something.
     pub fn scans(&self) -> bool {
         matches!(self, Self::PositionScan | Self::TimeScan)

@@ -4,7 +4,7 @@ use super::Search;
 use super::promise::Projector;
 use super::score::{Scored, dispersion};
 use super::worth::WORTH;
-use crate::effects::{Effect, Family, LIBRARY, Starts};
+use crate::effects::{Effect, Family, LIBRARY};
 use crate::fit::{Fit, SEARCH, fit};
 use crate::hypothesis::{Hypothesis, Item, Slot};
 use crate::starts::Basis;
@@ -103,13 +103,11 @@ impl<'a> Search<'a, '_> {
 fn richer(effect: &Effect) -> Vec<Vec<f64>> {
     let optional = |k: usize| effect.parameters[k].default.is_some();
     let mut all: Vec<Vec<f64>> = Vec::new();
-    if let Starts::Grid(rows) = effect.starts {
-        for row in rows.iter().filter(|row| effect.moves_option(row)) {
-            let tail = |k: usize| if optional(k) { row[k] } else { 0.0 };
-            let tail: Vec<f64> = (0..row.len()).map(tail).collect();
-            if !all.contains(&tail) {
-                all.push(tail);
-            }
+    for row in effect.starts.rows().iter().filter(|row| effect.moves_option(row)) {
+        let tail = |k: usize| if optional(k) { row[k] } else { 0.0 };
+        let tail: Vec<f64> = (0..row.len()).map(tail).collect();
+        if !all.contains(&tail) {
+            all.push(tail);
         }
     }
     if all.is_empty() {

@@ -2,9 +2,10 @@
 //! for itself on the log (fit and cross-validation), be visible, and survive backward elimination.
 //!
 //! ```text
-//! base → promise of every candidate → race → worth → forms → next round … → exchange → elimination → rivals
+//! base → promise of every candidate → race (→ evolution) → worth → forms → next round … → exchange → elimination → rivals
 //! ```
 
+mod evolve;
 mod exchange;
 mod forms;
 mod promise;
@@ -13,6 +14,7 @@ mod rivals;
 mod score;
 mod worth;
 
+pub use evolve::scatter;
 pub use rivals::tied;
 pub use score::{HELD_OUT, Scored, chi2, dispersion};
 
@@ -87,7 +89,7 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
                     .take(12)
                     .collect();
                 search.dispersion = dispersion(&winner);
-                current = search.refined(winner);
+                current = search.refined(search.settled(winner));
                 beam.insert(0, current.clone());
                 beam.truncate(BEAM);
                 patience = 1;

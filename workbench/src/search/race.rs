@@ -1,11 +1,12 @@
 //! The candidates of a round: screened by promise, then raced in three fits, each longer and for fewer of them.
 
 use super::Search;
+use super::evolve::{evolved, spread};
 use super::promise::{Projector, Start, started};
 use super::score::{Scored, rank};
 use super::worth::{VISIBLE, WORTH};
 use crate::effects::{Effect, LIBRARY};
-use crate::fit::{Evaluator, SEARCH, Setting, dot, fit_near};
+use crate::fit::{Evaluator, SEARCH, Setting, dot, fit, fit_near};
 use crate::hypothesis::{Hypothesis, Item};
 use crate::starts::Basis;
 use rayon::prelude::*;
@@ -16,6 +17,8 @@ const FIRST_ROUND: usize = 40;
 const SECOND_ROUND: usize = 7;
 /// Candidates that are fitted to the end.
 const THIRD_ROUND: usize = 4;
+/// Candidates with a rugged cost that evolve: those that promise more than all but so many others.
+const EVOLVED: usize = 3;
 /// A round is fitted only if a start promises this part of what a name must gain.
 const HOPE: f64 = 0.3;
 
@@ -98,11 +101,16 @@ impl<'a> Search<'a, '_> {
             return Vec::new();
         }
         screened.truncate(most);
-        self.raced(screened, &projectors)
+        self.raced(screened, beam, &projectors)
     }
 
     /// Fits in three rounds, each longer and for fewer candidates; all of them are returned, best first.
-    fn raced(&self, screened: Vec<Screened<'a>>, projectors: &[Projector]) -> Vec<Scored<'a>> {
+    fn raced(
+        &self,
+        screened: Vec<Screened<'a>>,
+        beam: &[Scored<'a>],
+        projectors: &[Projector],
+    ) -> Vec<Scored<'a>> {
         let lasting = |iterations| Setting { iterations, ..SEARCH };
         let near = |it: &Screened<'a>, x: &[f64], setting: &Setting| {
             let projector = &projectors[it.parent];
@@ -127,6 +135,13 @@ impl<'a> Search<'a, '_> {
         };
         let mut near_best: Vec<Scored<'a>> = field.par_iter().take(SECOND_ROUND).map(again).collect();
         rank(&mut near_best);
+        for evolved in self.evolved(&near_best, &field, beam, projectors) {
+            near_best.retain(|other| {
+                other.hypothesis.names() != evolved.hypothesis.names() || other.fit.cost < evolved.fit.cost
+            });
+            near_best.push(evolved);
+        }
+        rank(&mut near_best);
         let full: Vec<Scored<'a>> = near_best
             .par_iter()
             .take(THIRD_ROUND)
@@ -136,6 +151,33 @@ impl<'a> Search<'a, '_> {
         near_best.extend(field.into_iter().skip(SECOND_ROUND).map(|entered| entered.scored));
         rank(&mut near_best);
         near_best
+    }
+
+    /// The candidates with a rugged cost that promise most, evolved, if nothing that was fitted explains all.
+    fn evolved(
+        &self,
+        fitted: &[Scored<'a>],
+        field: &[Entered<'a>],
+        beam: &[Scored<'a>],
+        projectors: &[Projector],
+    ) -> Vec<Scored<'a>> {
+        if fitted.iter().any(|scored| self.at_floor(scored)) {
+            return Vec::new();
+        }
+        let mut promising: Vec<&Screened<'a>> = field.iter().map(|entered| &entered.it).collect();
+        promising.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+        let rugged = |it: &&&Screened<'a>| {
+            let newest = it.hypothesis.items.last();
+            newest.is_some_and(|item| item.full && spread(item.effect).is_some())
+        };
+        let rugged: Vec<&&Screened<'a>> = promising.iter().take(EVOLVED).filter(rugged).collect();
+        let evolved = rugged.par_iter().map(|it| {
+            let (parent, projector) = (&beam[it.parent], &projectors[it.parent]);
+            let x = evolved(&it.hypothesis, parent, projector, &it.starts[0]);
+            let made = fit(&it.hypothesis, &x, &SEARCH);
+            self.scored(it.hypothesis.clone(), made)
+        });
+        evolved.collect()
     }
 
     /// One more effect: its starts, best first, the parent's numbers projected out. Starts that move an optional
