@@ -139,6 +139,11 @@ impl Params {
     }
 
     fn correct(&self, state: &mut State, innovation: i32) {
+        if innovation == 0 {
+            // The model is inside the count, as in most ticks of a slow or resting shaft: the same bits as below.
+            state.speed = bounded(state.speed, FASTEST_STATE);
+            return;
+        }
         state.position = state
             .position
             .plus((innovation as i64).wrapping_mul(self.to_position as i64));

@@ -255,7 +255,8 @@ impl Axis {
         voltage: Voltage,
         supply: Voltage,
     ) {
-        let input = commission::Input {
+        // Put together where it is needed: in ordinary motion it then stays in registers.
+        let input = || commission::Input {
             count: sample.count,
             voltage: voltage.q14(),
             bridge,
@@ -271,12 +272,12 @@ impl Axis {
             Listener::None if renewing => {}
             Listener::None => self.listen(state),
             Listener::Passive(passive) => {
-                if self.passive.step(passive, &mut state.known, &input) {
+                if self.passive.step(passive, &mut state.known, &input()) {
                     state.learn();
                 }
             }
             Listener::Start(_) => self.prepare(state),
-            Listener::Commissioning(_) => state.commission(&input),
+            Listener::Commissioning(_) => state.commission(&input()),
         }
     }
 
