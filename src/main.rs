@@ -14,6 +14,8 @@ mod board;
 #[cfg(target_os = "none")]
 mod boot;
 #[cfg(target_os = "none")]
+mod memory;
+#[cfg(target_os = "none")]
 mod post;
 #[cfg(target_os = "none")]
 mod tick;
