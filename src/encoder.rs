@@ -123,7 +123,12 @@ impl Params {
     /// bridge was open, no current brakes the motor, and the speed stays as it is but for the load.
     pub fn step(&self, state: &mut State, count: i32, voltage: Option<Voltage>) {
         self.predict(state, voltage);
-        self.correct(state, innovation(count, state.position));
+        if state.position.count() == count {
+            // The model is inside the count, as in most ticks of a slow or resting shaft: nothing to correct.
+            state.speed = bounded(state.speed, FASTEST_STATE);
+        } else {
+            self.correct(state, innovation(count, state.position));
+        }
     }
 
     fn predict(&self, state: &mut State, voltage: Option<Voltage>) {
@@ -139,11 +144,6 @@ impl Params {
     }
 
     fn correct(&self, state: &mut State, innovation: i32) {
-        if innovation == 0 {
-            // The model is inside the count, as in most ticks of a slow or resting shaft: the same bits as below.
-            state.speed = bounded(state.speed, FASTEST_STATE);
-            return;
-        }
         state.position = state
             .position
             .plus((innovation as i64).wrapping_mul(self.to_position as i64));
