@@ -6,21 +6,21 @@ use host_tests::counts::{self, Count};
 /// Subject, control rate → average, worst, share by which a count may differ. The crates that are compared with are fixed;
 /// ours changes with what it does.
 const DOCUMENTED: [(&str, u32, f64, u32, f64); 9] = [
-    ("identifier, learning", 10_000, 65.0, 871, 0.1),
-    ("identifier, learning", 1_000, 204.0, 926, 0.1),
-    ("identifier, listening", 1_000, 206.0, 958, 0.1),
-    ("loop, tracking", 10_000, 1_328.0, 2_111, 0.1),
-    ("loop, commissioning", 10_000, 1_095.0, 1_987, 0.1),
-    ("compensator", 0, 27.0, 35, 0.15),
-    ("flight-solver RlsParallel, 4 parameters", 0, 281.0, 284, 0.05),
+    ("identifier, learning", 10_000, 68.0, 856, 0.1),
+    ("identifier, learning", 1_000, 213.0, 907, 0.1),
+    ("identifier, listening", 1_000, 215.0, 941, 0.1),
+    ("loop, tracking", 10_000, 1_173.0, 1_997, 0.1),
+    ("loop, commissioning", 10_000, 1_033.0, 1_943, 0.1),
+    ("compensator", 0, 28.0, 36, 0.15),
+    ("flight-solver RlsParallel, 4 parameters", 0, 329.0, 332, 0.05),
     (
         "flight-solver InverseQrRls, 6 parameters",
         0,
-        3_207.0,
-        3_250,
+        3_268.0,
+        3_310,
         0.05,
     ),
-    ("pid", 0, 117.0, 117, 0.05),
+    ("pid", 0, 114.0, 115, 0.05),
 ];
 
 #[test]
