@@ -1,6 +1,6 @@
 //! The first motion of a joint that nobody knows, reduced: `cargo run -p host-tests --bin faults -- --first-motion`.
 
-use host_tests::families::{Family, Plant, Seeds};
+use host_tests::families::{Cause, Family, Options, Plant, Seeds, Severity};
 use host_tests::faults::first_motion::{FirstMotion, MOST_DEGREES, commission, plant};
 use host_tests::faults::world::Injury;
 use host_tests::tracking::quantile;
@@ -86,5 +86,44 @@ fn where_the_shaft_is_not_shaken_the_current_ends_the_ramp() {
     for plant in unhinted(true) {
         let whole = commission(&plant, Injury::None, 5_000);
         assert_eq!((whole.refused, whole.fault), (None, Fault::None));
+    }
+}
+
+/// Nothing holds a shaft behind an input dead zone: random torque pushes it before any current flows. That drift was once
+/// taken for the winding's conductance and for the direction, and these healthy plants were refused as reversed; the last
+/// three in the shaking, the others in the ramp.
+#[test]
+fn a_shaft_that_drifts_behind_an_input_dead_zone_is_no_reversed_motor() {
+    let drifting = [
+        (Family::G1, 265),
+        (Family::G1, 573),
+        (Family::G2, 15),
+        (Family::G2, 52),
+        (Family::G3, 82),
+        (Family::G3, 388),
+        (Family::G3, 42),
+        (Family::G3, 110),
+        (Family::G3, 200),
+    ];
+    let options = Options {
+        cause: Some(Cause::Input),
+        ..Options::default()
+    };
+    for (family, number) in drifting {
+        let mut plant = Plant::draw(family, Severity::Harsh, Seeds::Design(number), &options);
+        plant.sensing.current = true;
+        let whole = commission(&plant, Injury::None, 5_000);
+        assert_eq!(
+            (whole.refused, whole.fault),
+            (None, Fault::None),
+            "{family:?} {number}"
+        );
+        assert_eq!(
+            whole.shaken,
+            [42, 110, 200].contains(&number),
+            "{family:?} {number}"
+        );
+        let reversed = commission(&plant, Injury::EncoderReversed, 5_000);
+        assert_eq!(reversed.refused, Some(Reason::Reversed), "{family:?} {number}");
     }
 }
