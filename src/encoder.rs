@@ -167,35 +167,47 @@ fn innovation(count: i32, position: Position) -> i32 {
 /// Counts by which a shaft at an edge of the encoder flickers.
 const FLICKER: u32 = 1;
 
+/// Counts in one passage that are told apart; more of them are as fast.
+const MOST_PASSED: u32 = 2000;
+
 /// For how long the shaft has not moved. The observer's speed would not do: it is a fraction of a count for long.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Standstill {
     place: i32,
     ticks: u32,
+    /// Counts by which it left its last place, and the ticks that this took.
+    passed: i32,
+    took: u32,
 }
 
 impl Standstill {
     /// One tick. A shaft at an edge of the encoder flickers by one count and stands.
     pub fn watch(&mut self, count: i32) {
-        if count.wrapping_sub(self.place).unsigned_abs() > FLICKER {
+        self.ticks = self.ticks.saturating_add(1);
+        let passed = count.wrapping_sub(self.place);
+        if passed.unsigned_abs() > FLICKER {
             *self = Self {
                 place: count,
                 ticks: 0,
+                passed,
+                took: self.ticks,
             };
-        } else {
-            self.ticks = self.ticks.saturating_add(1);
         }
     }
 
     /// What of an estimated speed the counter allows: a shaft that turns passes the next count beyond the flicker in
-    /// time. The observer knows no break-away; under a voltage that friction takes it sees a shaft turn that stands.
+    /// time, and does not turn against its last passage. The observer knows no break-away, nor a drive that swallows
+    /// voltage; it sees a shaft turn that stands, or forwards one that still runs back.
     #[must_use]
     pub fn allows(&self, speed: Speed) -> Speed {
-        let beyond = (FLICKER + 1) << 20;
-        match beyond.checked_div(self.ticks) {
-            Some(most) => Speed(speed.0.clamp(-(most as i32), most as i32)),
-            None => speed,
+        let most = ((FLICKER + 1) << 20).checked_div(self.ticks);
+        let most = most.map_or(i32::MAX, |most| most as i32);
+        if speed.0.signum() == self.passed.signum().saturating_neg() {
+            let passed = self.passed.unsigned_abs().min(MOST_PASSED) << 20;
+            let rate = passed.checked_div(self.took).unwrap_or(0) as i32;
+            return Speed(rate.min(most).saturating_mul(self.passed.signum()));
         }
+        Speed(speed.0.clamp(most.saturating_neg(), most))
     }
 
     /// Has it lasted for so many ticks?

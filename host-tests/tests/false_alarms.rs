@@ -30,7 +30,24 @@ fn a_counter_that_stands_bounds_the_speed() {
     for tick in 1..=500 {
         standstill.watch(10 + (tick & 1));
         assert_eq!(standstill.allows(fast), Speed(((2 << 20) / tick).min(fast.0)));
-        assert_eq!(standstill.allows(Speed(-7)), Speed(-7));
+        assert_eq!(standstill.allows(Speed(7)), Speed(7));
+    }
+}
+
+/// A shaft that ran back when it last passed a count runs back still, or stands.
+#[test]
+fn a_counter_that_runs_back_bounds_the_speed() {
+    let mut standstill = Standstill::default();
+    for tick in 1..=40 {
+        standstill.watch(-(tick / 4));
+    }
+    let back = Speed(-(2 << 20) / 8);
+    assert_eq!(standstill.allows(Speed(5 << 16)), back);
+    assert_eq!(standstill.allows(Speed(-(5 << 16))), Speed(-(5 << 16)));
+    for tick in 1..=100 {
+        standstill.watch(-10);
+        let most = -((2 << 20) / tick);
+        assert_eq!(standstill.allows(Speed(5 << 16)), Speed(most.max(back.0)));
     }
 }
 

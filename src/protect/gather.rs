@@ -4,7 +4,7 @@
 //! (more often where counts come fast, [`MOST_COUNTS`]) and not in every tick: what lies between is gathered here, a few additions a tick. Counts that jump are seen in
 //! the very tick, because over several of them a jump would hide in a motion.
 
-use super::motion::Expectation;
+use super::expectation::Expectation;
 use crate::config::Scale;
 use crate::units::Voltage;
 

@@ -1,8 +1,8 @@
 //! What must stay within bounds: supply, current, speed, and the time since the last command.
 
+use super::expectation::Expectation;
 use super::fault::Fault;
 use super::gather::looks;
-use super::motion::Expectation;
 use super::{Input, Settings};
 use crate::config::Scale;
 use crate::units::{Speed, Voltage, to_fixed};

@@ -14,6 +14,7 @@
 
 pub mod action;
 mod balance;
+mod expectation;
 mod fault;
 mod gather;
 mod limits;
@@ -24,10 +25,10 @@ mod winding;
 
 use crate::units::{Speed, Voltage};
 pub use action::{Action, Actions, Forbidden};
+pub use expectation::{EXPECTED_COUNTS, Expectation, KINETIC_MARGIN, MOVING_MARGIN, REST_MARGIN};
 pub use fault::{Fault, Notice, Permit};
 use gather::Due;
 pub use gather::{Means, Reading};
-pub use motion::{EXPECTED_COUNTS, Expectation, KINETIC_MARGIN, MOVING_MARGIN, REST_MARGIN};
 pub use settings::{Settings, SettingsError};
 pub use thermal::Thermal;
 

@@ -44,7 +44,7 @@ const SWALLOWED_SHIFT: u32 = 3;
 /// Looks over which the unrest of the current is averaged, as a shift.
 const UNREST_BITS: u32 = 5;
 /// Counts from which on an undecided case is given up.
-const GIVE_UP_COUNTS: i32 = 20;
+const GIVE_UP_COUNTS: i32 = 10;
 /// Counts that show, together with a back-EMF, that the counter runs backwards.
 const BACKWARDS_COUNTS: i32 = -2;
 /// Longest L/R, share of a block as a shift: 1/4, 16 ms.
@@ -157,8 +157,9 @@ impl Balance {
 pub(super) struct State {
     glance: Stretch,
     block: Stretch,
-    /// Since the last proof that the encoder follows.
-    doubt: Stretch,
+    /// Since the last proof that the encoder follows: since the likely model travels, and since the sure one does. What
+    /// is not known of R grows with time, and before the sure one starts nothing is demanded.
+    doubts: [Stretch; 2],
     /// Current of the last look, and how much it differs from look to look, Q4: noise, and more while it rises.
     last: i32,
     unrest: i32,
@@ -218,7 +219,12 @@ impl State {
                 (false, false) => None,
             };
         };
-        let verdict = winding.judge(&self.doubt, missing, (i32::from(current), count), self.unrest);
+        let verdict = winding.judge(
+            &self.doubts[usize::from(overdue)],
+            missing,
+            (i32::from(current), count),
+            self.unrest,
+        );
         verdict.or((missing.sure >= GIVE_UP_COUNTS).then_some(Fault::NoMotion))
     }
 }
@@ -243,7 +249,8 @@ impl Params {
     }
 
     /// One look: `voltage` acted at the winding (`None`: bridge open), the current was `means` and is `current`, the
-    /// counter reads `count`. `fresh`: the encoder has just proved that it follows, or nothing is demanded of it.
+    /// counter reads `count`. `fresh`: the encoder has just proved to the likely and to the sure model that it follows, or
+    /// nothing is demanded of it.
     pub fn step(
         &self,
         state: &mut State,
@@ -251,7 +258,7 @@ impl Params {
         voltage: Option<Voltage>,
         current: i16,
         count: i32,
-        fresh: bool,
+        fresh: [bool; 2],
     ) {
         let current = i32::from(current);
         let q14 = |voltage: Voltage| voltage.0 >> (VOLTAGE_BITS - WINDING_BITS);
@@ -273,10 +280,12 @@ impl Params {
             .saturating_add((change << 4).saturating_sub(state.unrest) >> UNREST_BITS);
         state.last = current;
         state.glance.add(&look);
-        if fresh {
-            state.doubt = Stretch::begin(current, count);
-        } else {
-            state.doubt.add(&look);
+        for (doubt, fresh) in state.doubts.iter_mut().zip(fresh) {
+            if fresh {
+                *doubt = Stretch::begin(current, count);
+            } else {
+                doubt.add(&look);
+            }
         }
         state.looks = state.looks.wrapping_add(1);
         if state.looks >= self.glance {

@@ -1,0 +1,128 @@
+//! What the identified motor must do at least: the constants of the models of [`super::motion`], and their margins.
+
+use super::Input;
+use crate::config::Scale;
+use crate::encoder::Motor;
+use crate::units::{Speed, Voltage, mul_shift, to_fixed};
+
+/// Dead zones that the voltage must exceed before a shaft at rest must start: break-away friction reaches 1.6 times the
+/// kinetic level and its ripple 8 % of that, cogging and random torque take a tenth each, a load step a fifth: 2.13.
+/// The dead zone itself is known to 5 %.
+pub const REST_MARGIN: f32 = 2.25;
+/// Dead zones that friction and load can take, at most, from a shaft that turns: ripple, cogging and random torque of
+/// up to 0.3, a load step of 0.2.
+pub const MOVING_MARGIN: f32 = 1.5;
+/// The same, at rest too, where the drive swallows small voltages and no friction holds the shaft: random torque and
+/// cogging, a load step of 0.2.
+pub const FREE_MARGIN: f32 = 1.5;
+/// Dead zones that friction takes from a shaft that is known to turn, whatever the encoder says: ripple, cogging.
+pub const KINETIC_MARGIN: f32 = 1.2;
+/// … and at least an eighth of the nominal supply, so that somebody who pushes against a joint without friction is no
+/// fault; half of it in motion.
+const LEAST_MARGIN: Voltage = Voltage(Voltage::NOMINAL.0 / 8);
+/// Observed speed from which on a shaft counts as moving, share of full speed as a shift: 1/16. The Stribeck rise of
+/// friction has died away there.
+const MOVING_SHIFT: u32 = 4;
+/// Largest load that is believed, nominal supplies: a motor that needs more than that to stand still is stalled.
+const MOST_LOAD: Voltage = Voltage(Voltage::NOMINAL.0 / 4);
+/// The winding's share of the time constant, at most: torque follows voltage with this lag. 0.1 for a large motor without
+/// gear …
+const FREE_LAG_SHARE: f32 = 0.12;
+/// … and at most 1.2 of 20 ms for small ones, whose gear's friction is the dead zone.
+const LAG_SHARE: f32 = 0.06;
+/// Faster than this many times the identified no-load speed at nominal voltage no voltage drives the motor: rated speed
+/// is right within 30 % before commissioning, and the supply may be a tenth higher.
+const RUNAWAY: f32 = 2.0;
+/// Counts that one tick may bring beyond twice the runaway speed: jitter of the edges.
+const JITTER: i32 = 4;
+
+/// Counts that the sure model must have travelled alone before a missing motion is a fault.
+pub const EXPECTED_COUNTS: i32 = 6;
+/// The same of a shaft that no friction holds: a load turns it as it likes.
+const FREE_COUNTS: i32 = 8;
+
+/// What the motor must do at least. Times in looks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Expectation {
+    /// Speed per voltage, counts per look, Q20.
+    pub(super) full_speed: i32,
+    /// 1/τ per look, Q24.
+    pub(super) inverse_tau: i32,
+    /// 1/lag per look, Q24.
+    pub(super) inverse_lag: i32,
+    /// Voltage to exceed at rest, by direction; the maximum: nothing is demanded.
+    pub(super) rest: [Voltage; 2],
+    /// … in motion.
+    pub(super) moving: [Voltage; 2],
+    /// … of the likely model.
+    pub(super) kinetic: [Voltage; 2],
+    /// Counts of the sure model that are enough.
+    pub(super) counts: i32,
+    /// Ticks of a look, as a shift.
+    look_bits: u32,
+    /// Speed that no voltage gives.
+    runaway: Speed,
+    /// Counts that no shaft makes in one tick.
+    jump: i32,
+}
+
+impl Expectation {
+    /// From the motor and its dead zone, for an axis of this control rate. `None` for the dead zone: nothing is demanded.
+    #[must_use]
+    pub fn new(motor: &Motor, dead_zone: [Option<Voltage>; 2], sticks: bool, scale: &Scale) -> Self {
+        let margin = |width: Option<Voltage>, factor: f32, least: i32| {
+            width.map_or(Voltage(i32::MAX), |width| {
+                Voltage(mul_shift(width.0, to_fixed(factor, 16), 16)).max(Voltage(least))
+            })
+        };
+        let (_, look_bits) = super::gather::looks(scale);
+        let ticks = (1u32 << look_bits) as f32;
+        let tau = motor.tau_ticks / ticks;
+        let lag = tau * if sticks { LAG_SHARE } else { FREE_LAG_SHARE };
+        let least = LEAST_MARGIN.0;
+        let runaway = to_fixed(RUNAWAY * motor.full_speed, 20);
+        Self {
+            full_speed: to_fixed(motor.full_speed * ticks, 20),
+            inverse_tau: to_fixed((1.0 / tau).min(1.0), 24),
+            inverse_lag: to_fixed((1.0 / lag).min(1.0), 24),
+            rest: dead_zone.map(|width| margin(width, if sticks { REST_MARGIN } else { FREE_MARGIN }, least)),
+            moving: dead_zone
+                .map(|width| margin(width, if sticks { MOVING_MARGIN } else { FREE_MARGIN }, least / 2)),
+            kinetic: dead_zone.map(|width| margin(width, KINETIC_MARGIN, least)),
+            counts: if sticks { EXPECTED_COUNTS } else { FREE_COUNTS },
+            look_bits,
+            runaway: Speed(runaway),
+            jump: (runaway >> (20 - 1)).saturating_add(JITTER),
+        }
+    }
+
+    /// Speed that no voltage gives.
+    pub(super) fn runaway(&self) -> Speed {
+        self.runaway
+    }
+
+    /// More counts than that in one tick no shaft makes, not even one that runs away.
+    pub(super) fn jump(&self) -> i32 {
+        self.jump
+    }
+
+    /// Observed speed in this direction, counts per look, Q20.
+    pub(super) fn observed(&self, input: &Input, direction: i32) -> i32 {
+        let look = 1i32 << (self.look_bits & 15);
+        input.speed.0.saturating_mul(direction).saturating_mul(look)
+    }
+
+    /// Is that the speed of a shaft that turns for certain?
+    pub(super) fn turns(&self, speed: i32) -> bool {
+        speed > self.full_speed >> MOVING_SHIFT
+    }
+
+    /// What is left of a torque, as the voltage that gives it, behind a margin and a load, which is taken to hinder
+    /// whatever its sign: most loads do, and what is demanded is the least.
+    pub(super) fn drive(&self, torque: i32, direction: i32, margins: &[Voltage; 2], load: Voltage) -> i32 {
+        let margin = margins[usize::from(direction < 0)]
+            .0
+            .saturating_add(load.0.saturating_abs().min(MOST_LOAD.0));
+        torque.saturating_sub(margin).max(0)
+    }
+}
