@@ -1,6 +1,7 @@
 //! What long runs of ordinary motion once mistook for a fault, each with its cause.
 
 use host_tests::families::{Cause, Family, Options, Plant, Seeds, Severity};
+use host_tests::faults::calm;
 use host_tests::faults::trial::Trial;
 use host_tests::faults::world::Injury;
 use servo::encoder::Standstill;
@@ -84,5 +85,21 @@ fn a_current_that_passes_through_zero_is_not_missing() {
         trial.must(Command::Speed(speed));
         trial.run(4.0 * plant.truth.time_constant_s, |_, _| {});
         assert_eq!(trial.fault(), Fault::None, "towards {speed} rad/s");
+    }
+}
+
+/// Minutes of ordinary motion in which a shaft that stood, or still ran back, was believed to turn forwards slowly, and less
+/// than its break-away level was demanded of it.
+#[test]
+fn a_slow_speed_that_the_observer_alone_sees_begins_no_motion() {
+    for (family, number, sensed, seconds) in [
+        (Family::G1, 1000, true, 290.0),
+        (Family::G2, 1020, true, 335.0),
+        (Family::Paper, 903, false, 40.0),
+    ] {
+        let plant = calm::plant(family, Seeds::Evaluation(700_000 + number), 1000, sensed, seconds);
+        let calm = calm::run(&plant, family, seconds);
+        assert_eq!(calm.fault, Fault::None, "{family:?} {number} {calm:?}");
+        assert!(calm.seconds >= seconds, "{calm:?}");
     }
 }
