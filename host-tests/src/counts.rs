@@ -1,7 +1,6 @@
 //! The bench image in QEMU: what it counted.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use crate::test_image;
 
 /// One subject.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,48 +17,15 @@ pub struct Count {
     pub worst: u32,
 }
 
-/// Builds the bench image and runs it. Panics with the compiler's words if it cannot be built: tests in QEMU are never
-/// skipped.
+/// Builds the bench image and runs it.
 pub fn run() -> Vec<Count> {
-    let program = std::env::var_os("TRUING_QEMU").unwrap_or_else(|| "qemu-system-arm".into());
-    let output = Command::new(program)
-        .args([
-            "-M",
-            "netduinoplus2",
-            "-nographic",
-            "-monitor",
-            "none",
-            "-serial",
-            "none",
-        ])
-        .args([
-            "-semihosting-config",
-            "enable=on,target=native",
-            "-icount",
-            "shift=4",
-            "-kernel",
-        ])
-        .arg(build())
+    let output = test_image::qemu(&test_image::built("bench-image", "bench-image"))
+        .args(["-icount", "shift=4"])
         .output()
         .expect("QEMU can be started; try `cargo xtask setup`");
     assert!(output.status.success(), "{output:?}");
     let text = String::from_utf8(output.stdout).expect("text");
     text.lines().map(parse).collect()
-}
-
-fn build() -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("the workspace");
-    let target = "thumbv7em-none-eabihf";
-    let status = Command::new(env!("CARGO"))
-        .current_dir(root)
-        .args(["build", "--quiet", "--package", "bench-image", "--target", target])
-        .args(["--profile", "firmware"])
-        .status()
-        .expect("cargo runs");
-    assert!(status.success(), "the bench image does not build");
-    root.join("target").join(target).join("firmware/bench-image")
 }
 
 fn parse(line: &str) -> Count {

@@ -16,5 +16,6 @@ pub mod passive;
 pub mod power_cut;
 pub mod serial_line;
 pub mod stops;
+pub mod test_image;
 pub mod tracking;
 pub mod virtual_motor;

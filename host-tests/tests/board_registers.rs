@@ -6,9 +6,9 @@
 //! (RM0090), each with its reason; none is copied from a run. The sequences are complete: a write that is not expected
 //! fails, and so does one in the wrong place.
 
+use host_tests::test_image::{built, qemu};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 use std::sync::OnceLock;
 
 /// One recorded write.
@@ -96,52 +96,17 @@ struct Record {
 
 fn record() -> &'static Record {
     static RECORD: OnceLock<Record> = OnceLock::new();
-    RECORD.get_or_init(|| split(&run(&image())))
-}
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-fn image() -> PathBuf {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let built = Command::new(cargo)
-        .args(["build", "--quiet", "--package", "servo", "--bin", "registers"])
-        .args(["--target", "thumbv7em-none-eabihf", "--profile", "firmware"])
-        .current_dir(root())
-        .status()
-        .expect("cargo starts");
-    assert!(built.success(), "the test image does not build");
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    target.join("thumbv7em-none-eabihf/firmware/registers")
+    RECORD.get_or_init(|| split(&run(&built("servo", "registers"))))
 }
 
 fn run(image: &Path) -> String {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let log = folder.path().join("unimplemented.log");
-    let status = Command::new("qemu-system-arm")
-        .args([
-            "-M",
-            "netduinoplus2",
-            "-display",
-            "none",
-            "-serial",
-            "none",
-            "-monitor",
-            "none",
-        ])
-        .args([
-            "-semihosting-config",
-            "enable=on,target=native",
-            "-d",
-            "unimp",
-            "-D",
-        ])
+    let status = qemu(image)
+        .args(["-d", "unimp", "-D"])
         .arg(&log)
-        .arg("-kernel")
-        .arg(image)
         .status()
-        .expect("qemu-system-arm starts: `cargo xtask setup` installs it");
+        .expect("QEMU can be started; try `cargo xtask setup`");
     assert!(status.success(), "the image ended with {status}");
     std::fs::read_to_string(&log).expect("QEMU has written its log")
 }

@@ -1,0 +1,37 @@
+//! Images that are made for a test: built, and run by QEMU to their end, without a motor behind them.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Builds a binary of a package for the chip. Panics with the compiler's words if it cannot be built: tests in QEMU are
+/// never skipped.
+pub fn built(package: &str, binary: &str) -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .expect("the workspace");
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = Command::new(cargo)
+        .current_dir(root)
+        .args(["build", "--quiet", "--package", package, "--bin", binary])
+        .args(["--target", TARGET, "--profile", "firmware"])
+        .status()
+        .expect("cargo starts");
+    assert!(status.success(), "{binary} does not build");
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+    target.join(TARGET).join("firmware").join(binary)
+}
+
+/// QEMU's STM32F405 with an image; it ends when the image does.
+pub fn qemu(image: &Path) -> Command {
+    let program = std::env::var_os("TRUING_QEMU").unwrap_or_else(|| "qemu-system-arm".into());
+    let mut command = Command::new(program);
+    command
+        .args(["-M", "netduinoplus2", "-nographic"])
+        .args(["-monitor", "none", "-serial", "none"])
+        .args(["-semihosting-config", "enable=on,target=native"])
+        .arg("-kernel")
+        .arg(image);
+    command
+}
