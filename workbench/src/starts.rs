@@ -10,6 +10,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A threshold is tried where the signal exceeds it in 0.2 % … 50 % of the samples.
 const QUANTILES: [f64; 7] = [0.998, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5];
+/// … and parts of its largest value: an input that holds it for long has no quantile just below, where a limit of the drive
+/// often lies.
+const BELOW_LARGEST: [f64; 4] = [0.98, 0.95, 0.9, 0.83];
+/// Thresholds nearer to each other than this part of the largest value are one start.
+const SAME_THRESHOLD: f64 = 0.01;
 /// Periods per turn that are scanned on a rotary axis.
 const TURN_HARMONICS: usize = 60;
 /// Lines that are scanned over a whole log.
@@ -97,14 +102,15 @@ impl Basis {
         values.sort_by(f64::total_cmp);
         let scale = bench.scales.of(effect.parameters[0].scale);
         let row = |threshold: f64| [&[threshold / scale], rest].concat();
-        let mut starts: Vec<Vec<f64>> = QUANTILES
-            .iter()
-            .map(|q| row(values[((values.len() - 1) as f64 * q) as usize]))
-            .collect();
+        let largest = values[values.len() - 1];
+        let quantiles = QUANTILES.map(|q| values[((values.len() - 1) as f64 * q) as usize]);
+        let mut thresholds = [&quantiles[..], &BELOW_LARGEST.map(|part| part * largest)].concat();
         if signal == Signal::Speed {
-            starts.push(row(bench.scales.speed));
+            thresholds.push(bench.scales.speed);
         }
-        starts
+        thresholds.sort_by(|a, b| b.total_cmp(a));
+        thresholds.dedup_by(|next, kept| (*kept - *next).abs() < SAME_THRESHOLD * largest);
+        thresholds.into_iter().map(row).collect()
     }
 
     fn gravity(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
