@@ -10,7 +10,7 @@ use truing::log::{Dynamic, Input, Run};
 use truing::model::{self, Model};
 use truing::outcome::{Outcome, Verdict};
 use truing::truth::record::{Row, Window, simulate};
-use truing::truth::{Command, Knee, Motor, Simulator, Split, Train};
+use truing::truth::{Command, Friction, Knee, Motor, Simulator, Split, Tacho, Train};
 
 const TICK: f64 = 1.2e-3;
 const ROWS: usize = 3000;
@@ -256,6 +256,72 @@ fn a_play_whose_teeth_throw_the_load_back_is_named() {
     let h = &outcome.holdout;
     let left = square(h.rmse_after) / square(h.rmse_before);
     assert!(left < 0.03 && h.rmse_before > 5.0 * SIGMA, "{h:?}");
+}
+
+#[test]
+fn a_rectified_reading_with_an_offset_is_both() {
+    let offset = 4.0;
+    let hidden = Motor {
+        tacho: Some(Tacho {
+            rectified: true,
+            ..Tacho::default()
+        }),
+        ..motor()
+    };
+    let shifted = |seed| {
+        let mut log = recorded(&hidden, seed);
+        let speed = log.runs[0].speed.as_mut().unwrap();
+        speed.iter_mut().for_each(|reading| *reading += offset);
+        log
+    };
+    let outcome = gap::run(
+        &nominal(),
+        &shifted(91),
+        &[shifted(92)],
+        &Options::default(),
+        &|_| {},
+    )
+    .unwrap();
+    assert_eq!(
+        (outcome.verdict, names(&outcome)),
+        (Verdict::Named, vec!["sensor_rectified", "sensor_offset"])
+    );
+    close(&outcome, "sensor_offset", "offset", offset);
+    closes(&outcome);
+}
+
+#[test]
+fn a_base_parameter_that_a_further_effect_puts_right_is_dropped() {
+    let hidden = Motor {
+        inertia: 1.5 * motor().inertia,
+        torque_knee_a: 4.0,
+        ..motor()
+    };
+    let outcome = analysed(&hidden, 95);
+    let mut named = names(&outcome);
+    named.sort_unstable();
+    assert_eq!(
+        (outcome.verdict, named),
+        (Verdict::Named, vec!["inertia", "kt_saturation"])
+    );
+    closes(&outcome);
+}
+
+#[test]
+fn friction_that_grips_in_one_sector_is_not_named_in_confidence() {
+    let hidden = Motor {
+        friction: Friction {
+            ripple: 0.95,
+            ripple_periods: 1.0,
+            ripple_phase: 1.0,
+            ..Friction::coulomb(0.03)
+        },
+        ..motor()
+    };
+    let outcome = analysed(&hidden, 97);
+    assert_eq!(outcome.verdict, Verdict::Unexplained, "{:?}", names(&outcome));
+    let structure = &outcome.unexplained.structure;
+    assert!(structure.contains("goes with the turn"), "{structure}");
 }
 
 #[test]

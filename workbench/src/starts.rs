@@ -208,15 +208,16 @@ impl Basis {
         let mut lines: Vec<Line> = Vec::new();
         for harmonic in 1..=count {
             let mut sums = Sums::default();
-            for ((run, wave), residual) in bench
+            for (((run, wave), residual), trace) in bench
                 .runs
                 .iter()
                 .filter(|run| run.log == 0)
                 .zip(&mut waves)
                 .zip(&self.residuals)
+                .zip(&self.traces)
             {
                 wave.turn();
-                sums.add_run(run, wave, residual, &self.plant);
+                sums.add_run(run, wave, residual, &self.plant, &trace.omega);
             }
             lines.push(sums.line(harmonic as f64 * unit));
         }
@@ -323,7 +324,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn add_run(&mut self, run: &BenchRun, wave: &Wave, residual: &[f64], plant: &Physics) {
+    fn add_run(&mut self, run: &BenchRun, wave: &Wave, residual: &[f64], plant: &Physics, omega: &[f64]) {
         let (mut sine, mut cosine) = (0.0, 0.0);
         let mut sample = 0;
         for block in 0..run.blocks() {
@@ -344,7 +345,9 @@ impl Sums {
             cosine = keep * cosine + push * mean.1;
             while sample < run.speed.len() && run.speed.block[sample] as usize == block {
                 if residual[sample] != 0.0 {
-                    let weight = run.speed.weight[sample] * 0.5;
+                    // A sensor that reports the magnitude turns what is missing with the sign of the speed.
+                    let turned = plant.sensor_rectified && omega[block] < 0.0;
+                    let weight = run.speed.weight[sample] * if turned { -0.5 } else { 0.5 };
                     self.add(
                         weight * (was.0 + sine),
                         weight * (was.1 + cosine),

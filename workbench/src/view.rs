@@ -3,6 +3,7 @@
 use crate::bench::{Part, Traces};
 use crate::fit::FINE;
 use crate::hypothesis::Hypothesis;
+use crate::plant::physics::Physics;
 
 /// One compared sample with the model quantities at its time. Bins are made over these, never over the measurement:
 /// a measured speed shares its noise with the residual.
@@ -46,13 +47,9 @@ impl Sample {
 /// All compared samples of the given parts, run after run.
 pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample> {
     let plant = hypothesis.plant(x);
-    let mut traces = Traces::default();
-    let mut predicted = Vec::new();
     let mut all = Vec::new();
-    for (index, run) in hypothesis.bench.runs.iter().enumerate() {
-        run.simulate(&plant, hypothesis.start_speed(index, x), FINE, &mut traces);
-        run.speed
-            .predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
+    simulated(hypothesis, x, &plant, |index, traces, predicted| {
+        let run = &hypothesis.bench.runs[index];
         let first = all.len();
         for (k, predicted) in predicted.iter().enumerate() {
             let block = run.speed.block[k] as usize;
@@ -78,13 +75,30 @@ pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample
             });
         }
         missing_torque(&mut all[first..], &plant);
-    }
+    });
     all.retain(|sample| parts.contains(&sample.part));
     all
 }
 
+/// Simulates every run with a plant, which may be another than the hypothesis' own, and hands on the run's index, its traces
+/// and its predictions through the sensor's window.
+pub fn simulated(
+    hypothesis: &Hypothesis,
+    x: &[f64],
+    plant: &Physics,
+    mut each: impl FnMut(usize, &Traces, &[f64]),
+) {
+    let (mut traces, mut predicted) = (Traces::default(), Vec::new());
+    for (index, run) in hypothesis.bench.runs.iter().enumerate() {
+        run.simulate(plant, hypothesis.start_speed(index, x), FINE, &mut traces);
+        run.speed
+            .predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
+        each(index, &traces, &predicted);
+    }
+}
+
 /// J·ė + D·e from a line through the residual over about a tenth of the time constant.
-fn missing_torque(samples: &mut [Sample], plant: &crate::plant::physics::Physics) {
+fn missing_torque(samples: &mut [Sample], plant: &Physics) {
     if samples.len() < 8 {
         return;
     }

@@ -57,12 +57,18 @@ impl BenchRun {
         self.bridge.len()
     }
 
-    /// Simulates the run in free run. `finest`: longest inner step as a part of the time constant.
-    pub fn simulate(&self, plant: &Physics, start_speed: f64, finest: f64, traces: &mut Traces) {
+    /// Simulates the run in free run. `start`: reading of the speed from which it goes on; 0: it rests. `finest`: longest inner step
+    /// as a part of the time constant.
+    pub fn simulate(&self, plant: &Physics, start: f64, finest: f64, traces: &mut Traces) {
         traces.clear(self.blocks());
         let input = Drawn::new(self, plant);
         let longest = (plant.time_constant_s() * finest).max(1e-7);
-        let mut state = self.start(plant, start_speed);
+        let speed = if start == 0.0 {
+            0.0
+        } else {
+            plant.speed_behind(start)
+        };
+        let mut state = self.start(plant, speed);
         let mut dynamics = Dynamics::new(plant);
         let with_position = !plant.torques.is_empty() && !self.position.is_empty();
         let mut charge = 0.0;

@@ -254,9 +254,11 @@ fn noisy(seen: &[f64], subject: &Subject, sensors: &Sensors, seed: u64) -> Vec<f
         .motor
         .tacho
         .map_or(f64::INFINITY, |tacho| tacho.limit_rad_s);
+    // What converts the reading scales and shifts the tacho's clamp with it.
+    let edge = |limit: f64| limit * subject.reading_scale + subject.reading_offset;
     let clamp = |reading: f64| {
         if sensors.clamps_noise {
-            reading.clamp(-limit, limit)
+            reading.clamp(edge(-limit), edge(limit))
         } else {
             reading
         }

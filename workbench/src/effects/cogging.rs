@@ -1,7 +1,7 @@
 //! Torque that is periodic in the motor's position (slots, commutation, gear teeth).
 
 use super::{Axis, Effect, Family, Parameter, Scale, Starts};
-use crate::plant::physics::{Motion, TorqueLaw};
+use crate::plant::physics::{Acts, Motion, TorqueLaw};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -25,7 +25,7 @@ pub const EFFECT: Effect = Effect {
         plant.torques.push(TorqueLaw {
             torque,
             parameters,
-            at_load: false,
+            acts: Acts::Motor,
         });
     },
 };

@@ -1,7 +1,7 @@
 //! The weight of an arm on the load.
 
 use super::{Axis, Effect, Family, Parameter, Scale, Starts};
-use crate::plant::physics::{Motion, TorqueLaw};
+use crate::plant::physics::{Acts, Motion, TorqueLaw};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -24,7 +24,7 @@ pub const EFFECT: Effect = Effect {
         plant.torques.push(TorqueLaw {
             torque,
             parameters,
-            at_load: true,
+            acts: Acts::Load,
         });
     },
 };

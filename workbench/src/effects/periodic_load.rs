@@ -1,7 +1,7 @@
 //! A torque that is periodic in time.
 
 use super::{Axis, Effect, Family, Parameter, Scale, Starts};
-use crate::plant::physics::{Motion, TorqueLaw};
+use crate::plant::physics::{Acts, Motion, TorqueLaw};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -25,7 +25,7 @@ pub const EFFECT: Effect = Effect {
         plant.torques.push(TorqueLaw {
             torque,
             parameters,
-            at_load: true,
+            acts: Acts::Load,
         });
     },
 };

@@ -1,7 +1,7 @@
 //! Drag that grows with the square of the speed (fan, air, oil).
 
 use super::{Axis, Effect, Family, Parameter, Scale, Starts};
-use crate::plant::physics::{Motion, TorqueLaw};
+use crate::plant::physics::{Acts, Motion, TorqueLaw};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -21,7 +21,7 @@ pub const EFFECT: Effect = Effect {
         plant.torques.push(TorqueLaw {
             torque,
             parameters,
-            at_load: false,
+            acts: Acts::Motor,
         });
     },
 };

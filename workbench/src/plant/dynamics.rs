@@ -4,9 +4,9 @@
 //! back-EMF are coupled implicitly (trapezoid), so that no motor is too fast; friction acts as a proximal step
 //! (Acary, Brogliato: Numerical Methods for Nonsmooth Dynamical Systems, 2008): true sticking without switching logic.
 
-use super::physics::{Drive, Motion, Physics};
+use super::physics::{Acts, Drive, Motion, Physics};
 use super::state::State;
-use super::step::{Before, Loads, slowed};
+use super::step::{Before, Loads, slowed_from};
 use super::two_bodies;
 use super::winding::{Coefficients, Shaft};
 use std::f64::consts::PI;
@@ -107,14 +107,13 @@ impl<'a> Dynamics<'a> {
     #[inline]
     fn step(&mut self, state: &mut State, applied: f64, bridge: u8, h: f64, position: Option<(f64, f64)>) {
         let before = Before::of(state);
-        self.renew(state, applied, h);
+        self.renew(state, applied, bridge, h);
         let driven = Driven {
-            net: self.net_voltage(state, applied, bridge),
+            net: self.net_voltage(state, applied, bridge, h),
             bridge,
             h,
         };
-        let loads = self.loads(state, &driven, h, position);
-        let (omega, omega_load) = self.moved(state, &driven, &loads);
+        let (omega, omega_load) = self.moved_under_loads(state, &driven, position);
         self.settle_current(state, &driven, omega);
         if self.present.sag {
             self.settle_supply(state, applied, h);
@@ -128,12 +127,12 @@ impl<'a> Dynamics<'a> {
 
     /// Makes sure that the coefficients are those of this step.
     #[inline]
-    fn renew(&mut self, state: &State, applied: f64, h: f64) {
+    fn renew(&mut self, state: &State, applied: f64, bridge: u8, h: f64) {
         let p = self.plant;
         let (resistance, kt) = if self.present.varying_winding {
             (
-                self.resistance(state, applied),
-                p.kt * softened(state.current, p.kt_knee_a),
+                self.resistance(state, applied, h),
+                self.weakened(state, applied, bridge),
             )
         } else {
             (p.resistance, p.kt)
@@ -148,10 +147,31 @@ impl<'a> Dynamics<'a> {
         }
     }
 
-    /// Winding resistance with heat and the supply's source (referred through the duty).
-    fn resistance(&self, state: &State, applied: f64) -> f64 {
+    /// The torque constant at the mean current of the step, as the last step's winding predicts it: with the current at the start,
+    /// the torque would lag half a step behind.
+    fn weakened(&self, state: &State, applied: f64, bridge: u8) -> f64 {
+        let (p, c) = (self.plant, &self.coefficients);
+        if p.kt_knee_a == f64::INFINITY {
+            return p.kt;
+        }
+        let mean = match (bridge, p.drive) {
+            (bridge::DRIVEN | bridge::SHORTED, Drive::Voltage) => {
+                let volts = if bridge == bridge::DRIVEN { applied } else { 0.0 };
+                let settled = (volts - p.ke * state.omega) * c.conductance;
+                let mean = settled + (state.current - settled) * c.mean;
+                mean.clamp(-p.current_limit, p.current_limit)
+            }
+            _ => state.current,
+        };
+        p.kt * softened(mean, p.kt_knee_a)
+    }
+
+    /// Winding resistance with heat and the supply's source (referred through the duty) in the middle of the step.
+    fn resistance(&self, state: &State, applied: f64, h: f64) -> f64 {
         let p = self.plant;
-        let mut resistance = p.resistance * (1.0 + p.heat_rise_per_w * state.heat_w);
+        let loss = state.current * state.current * self.coefficients.resistance;
+        let heat_w = halfway(state.heat_w, loss, h, p.heat_time_s);
+        let mut resistance = p.resistance * (1.0 + p.heat_rise_per_w * heat_w);
         if p.source_ohm > 0.0 && p.bus_farad <= 0.0 {
             let duty = applied / p.supply_v;
             resistance += p.source_ohm * duty * duty;
@@ -161,7 +181,7 @@ impl<'a> Dynamics<'a> {
 
     /// The voltage across the winding before back-EMF (or the torque input); `None`: brushes block the current.
     #[inline]
-    fn net_voltage(&self, state: &State, applied: f64, bridge: u8) -> Option<f64> {
+    fn net_voltage(&self, state: &State, applied: f64, bridge: u8, h: f64) -> Option<f64> {
         let p = self.plant;
         if bridge != bridge::DRIVEN && (bridge == bridge::OPEN || p.drive == Drive::Torque) {
             return Some(0.0);
@@ -172,7 +192,12 @@ impl<'a> Dynamics<'a> {
         let slow_rail = p.source_ohm > 0.0 && p.bus_farad > 0.0;
         let terminal = match bridge {
             bridge::SHORTED => 0.0,
-            _ if slow_rail => applied * state.supply_v / p.supply_v,
+            _ if slow_rail => {
+                let drawn = applied / p.supply_v * state.current;
+                let settled = p.supply_v - p.source_ohm * drawn;
+                let rail = halfway(state.supply_v, settled, h, p.source_ohm * p.bus_farad);
+                applied * rail / p.supply_v
+            }
             _ => applied,
         };
         if p.drop_v <= 0.0 {
@@ -237,8 +262,9 @@ impl<'a> Dynamics<'a> {
         if self.present.two_bodies {
             return two_bodies::moved(self.plant, state, torque, shaft.damping, loads, h);
         }
-        let free = shaft.keep * state.omega + shaft.mobility * (torque + loads.motor + loads.load);
-        (slowed(free, shaft.mobility, loads), 0.0)
+        let pushed = shaft.mobility * (torque + loads.motor + loads.load);
+        let free = shaft.keep * state.omega + pushed;
+        (slowed_from(state.omega, free, pushed, shaft.mobility, loads), 0.0)
     }
 
     /// Current at the end of the step and its mean, from the speed at the end.
@@ -281,8 +307,21 @@ impl<'a> Dynamics<'a> {
         state.supply_v = settled + (state.supply_v - settled) * decay;
     }
 
+    /// Speeds at the end of the step under torques and friction that depend on the speed: at first with those of its start, then with
+    /// those of its middle.
     #[inline]
-    fn loads(&self, state: &State, driven: &Driven, h: f64, position: Option<(f64, f64)>) -> Loads {
+    fn moved_under_loads(&self, state: &State, driven: &Driven, position: Option<(f64, f64)>) -> (f64, f64) {
+        let first = self.moved(state, driven, &self.loads(state, state.omega, driven, position));
+        if !self.present.varying_friction && self.plant.torques.is_empty() {
+            return first;
+        }
+        let middle = 0.5 * (state.omega + first.0);
+        self.moved(state, driven, &self.loads(state, middle, driven, position))
+    }
+
+    /// What acts on the two sides of the gear at a speed.
+    #[inline]
+    fn loads(&self, state: &State, omega: f64, driven: &Driven, position: Option<(f64, f64)>) -> Loads {
         let p = self.plant;
         let mut loads = Loads {
             motor: 0.0,
@@ -291,47 +330,50 @@ impl<'a> Dynamics<'a> {
             friction_neg: p.friction_neg,
         };
         if !p.torques.is_empty() {
-            self.external(&mut loads, state, h, position);
+            self.external(&mut loads, state, omega, driven.h, position);
         }
         if self.present.varying_friction {
-            let extra = self.extra_friction(state, driven, &loads);
+            let extra = self.extra_friction(state, omega, driven, &loads);
             loads.friction_pos += extra;
             loads.friction_neg += extra;
         }
         loads
     }
 
-    fn external(&self, loads: &mut Loads, state: &State, h: f64, position: Option<(f64, f64)>) {
+    fn external(&self, loads: &mut Loads, state: &State, omega: f64, h: f64, position: Option<(f64, f64)>) {
         let (theta, theta_next) = position.unwrap_or((state.theta, state.theta + h * state.omega));
         let (time_s, gear_ratio) = (state.time_s + 0.5 * h, self.plant.gear_ratio);
         let motion = Motion {
             time_s,
             theta,
             theta_next,
-            omega: state.omega,
+            omega,
             gear_ratio,
         };
         for law in &self.plant.torques {
             let torque = (law.torque)(&law.parameters, &motion);
-            *(if law.at_load {
-                &mut loads.load
-            } else {
-                &mut loads.motor
-            }) += torque;
+            match law.acts {
+                Acts::Motor => loads.motor += torque,
+                Acts::Load => loads.load += torque,
+                Acts::Friction => {
+                    loads.friction_pos += torque;
+                    loads.friction_neg += torque;
+                }
+            }
         }
     }
 
     /// Breakaway near standstill, and what grows with the torque through the gear.
-    fn extra_friction(&self, state: &State, driven: &Driven, loads: &Loads) -> f64 {
+    fn extra_friction(&self, state: &State, omega: f64, driven: &Driven, loads: &Loads) -> f64 {
         let p = self.plant;
-        let ratio = state.omega / p.stribeck_speed;
+        let ratio = omega / p.stribeck_speed;
         let breakaway = if p.breakaway_extra > 0.0 {
             p.breakaway_extra * (-ratio * ratio).exp()
         } else {
             0.0
         };
         let (torque, shaft) = self.torque(state, driven);
-        let motor = torque - (shaft.damping - p.viscous) * state.omega;
+        let motor = torque - (shaft.damping - p.viscous) * omega;
         breakaway + p.friction_per_motor * motor.abs() + p.friction_per_load * loads.load.abs()
     }
 
@@ -348,6 +390,11 @@ impl<'a> Dynamics<'a> {
             state.omega_load = state.omega;
         }
     }
+}
+
+/// A value on its way to where it settles, in the middle of the step.
+fn halfway(value: f64, settled: f64, h: f64, time_constant: f64) -> f64 {
+    value + (settled - value) * (0.5 * h / time_constant.max(1e-12)).min(1.0)
 }
 
 /// Pieces of a step that turns a resonance by so many radians. One beyond half a turn is faster than any log could

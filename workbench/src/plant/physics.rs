@@ -38,8 +38,19 @@ pub struct TorqueLaw {
     pub torque: fn(&[f64; 3], &Motion) -> f64,
     /// Its parameters.
     pub parameters: [f64; 3],
-    /// True if it acts on the load behind the gear (then the gear's friction feels it).
-    pub at_load: bool,
+    /// On what it acts.
+    pub acts: Acts,
+}
+
+/// On what an external torque acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acts {
+    /// The motor's shaft.
+    Motor,
+    /// The load behind the gear: the gear's friction feels it.
+    Load,
+    /// The level of dry friction, of both directions: against the motion, whichever it is.
+    Friction,
 }
 
 /// The plant in numbers. SI units; on a linear axis read N for N m and m for rad.

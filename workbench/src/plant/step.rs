@@ -51,3 +51,23 @@ pub(super) fn slowed(free: f64, mobility: f64, loads: &Loads) -> f64 {
         (free + mobility * loads.friction_neg).min(0.0)
     }
 }
+
+/// The same from a speed that changes its sign on the way: up to there friction acts against that speed; only for the rest of
+/// the step, if the torque overcomes it, the shaft goes on from standstill. `pushed`: what the torque alone adds to the speed.
+#[inline]
+pub(super) fn slowed_from(omega: f64, free: f64, pushed: f64, mobility: f64, loads: &Loads) -> f64 {
+    let against = if omega > 0.0 {
+        free - mobility * loads.friction_pos
+    } else {
+        free + mobility * loads.friction_neg
+    };
+    let frictionless = loads.friction_pos + loads.friction_neg <= 0.0;
+    if omega == 0.0 || frictionless {
+        return slowed(free, mobility, loads);
+    }
+    if against * omega >= 0.0 {
+        return against;
+    }
+    let left = -against / (omega - against);
+    slowed(left * pushed, left * mobility, loads)
+}

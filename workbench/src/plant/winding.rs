@@ -12,7 +12,7 @@ const LITTLE: f64 = 0.02;
 /// torque = `per_volt`·net + `per_ampere`·current − damping·ω̄.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Coefficients {
-    resistance: f64,
+    pub resistance: f64,
     step: f64,
     kt: f64,
     /// R·h/L and its exp(−x), computed anew when the resistance has changed much.

@@ -24,7 +24,7 @@ use crate::fit::{FINAL, Fit, SEARCH, Setting, fit};
 use crate::hypothesis::Hypothesis;
 use crate::model::Model;
 use score::penalty;
-use std::cell::OnceCell;
+use worth::Accepted;
 
 /// Sets that are grown further side by side.
 const BEAM: usize = 3;
@@ -74,12 +74,12 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
         if depth == 1 {
             singles = children.clone();
         }
-        let validated = OnceCell::new();
+        let accepted = Accepted::default();
         let winner = children
             .iter()
             .take(BEAM)
-            .find(|child| search.accepts(&current, &validated, child))
-            .cloned();
+            .map(|child| search.pruned(child))
+            .find(|child| search.accepts(&current, &accepted, child));
         beam = children.iter().take(BEAM).cloned().collect();
         match winner {
             Some(winner) => {

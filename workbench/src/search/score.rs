@@ -40,7 +40,12 @@ impl AsMut<Self> for Scored<'_> {
 
 /// χ² per sample beyond 1, times the inflation of a mean's variance by the residual's correlation.
 pub fn dispersion(scored: &Scored) -> f64 {
-    let mut evaluator = Evaluator::new(&scored.hypothesis, &SEARCH);
+    dispersion_on(scored, &SEARCH)
+}
+
+/// The same on a grid.
+pub(super) fn dispersion_on(scored: &Scored, setting: &Setting) -> f64 {
+    let mut evaluator = Evaluator::new(&scored.hypothesis, setting);
     let mut residuals = Vec::new();
     evaluator.residuals(&scored.fit.x, &mut residuals);
     residuals.truncate(scored.fit.samples);

@@ -1,9 +1,9 @@
 //! Whether a larger set pays for itself.
 
 use super::Search;
-use super::score::{Scored, chi2, dispersion};
+use super::score::{Scored, chi2, dispersion, dispersion_on};
 use crate::bench::Part;
-use crate::fit::{SEARCH, Setting, fit};
+use crate::fit::{FINAL, SEARCH, Setting, fit};
 use crate::hypothesis::{Hypothesis, Item, tolerance};
 use crate::starts::Basis;
 use rayon::prelude::*;
@@ -24,30 +24,39 @@ const SHARE_OF_REST: f64 = 0.05;
 const SHARE_OF_GAP: f64 = 1e-2;
 /// … unless the name explains so much of what is left: a form that is wrong leaves something else, too.
 const NEARLY_ALL: f64 = 0.8;
+/// The same where nothing but noise is left …
+const MOST: f64 = 0.6;
+/// … so that the dispersion stays below this.
+const NOISE_ALONE: f64 = 2.0;
 /// The same for an effect whose period is looked for among dozens: one of them always explains something.
 const NEARLY_ALL_SCANNED: f64 = 0.92;
+/// A gain below this share of the first gap is looked at on the fine grid.
+const FINE_BELOW: f64 = 2e-2;
 /// A base parameter is named when it is further off than this many tolerances.
 const BEYOND: f64 = 3.0;
 
+/// What is known of an accepted set, once it was asked for.
+#[derive(Default)]
+pub(super) struct Accepted<'a> {
+    /// Its χ² on the folds that were not fitted.
+    validated: OnceCell<f64>,
+    /// The set on the fine grid.
+    fine: OnceCell<Scored<'a>>,
+}
+
 impl<'a> Search<'a, '_> {
     /// Whether a larger set pays for itself against the accepted one.
-    pub(super) fn accepts(
-        &self,
-        current: &Scored<'a>,
-        validated: &OnceCell<f64>,
-        child: &Scored<'a>,
-    ) -> bool {
-        let gain = current.fit.cost - child.fit.cost;
-        let factor = dispersion(child);
+    pub(super) fn accepts(&self, current: &Scored<'a>, accepted: &Accepted<'a>, child: &Scored<'a>) -> bool {
+        let (gain, factor, material) = self.gained(current, accepted, child);
         let more =
             (child.hypothesis.effect_slots() as f64 - current.hypothesis.effect_slots() as f64).max(1.0);
-        if gain < WORTH * factor * more.sqrt() || !self.material(current, child) {
+        if gain < WORTH * factor * more.sqrt() || !material {
             return false;
         }
         if self.any_inside_tolerance(child) || !self.stands_out(current, child) {
             return false;
         }
-        let validated = validated.get_or_init(|| cross_validated(current)) - cross_validated(child);
+        let validated = accepted.validated.get_or_init(|| cross_validated(current)) - cross_validated(child);
         let base_only = child
             .hypothesis
             .items
@@ -63,15 +72,35 @@ impl<'a> Search<'a, '_> {
             }
     }
 
+    /// The gain in χ², the dispersion behind it, and whether the gain is material. A gain that is small against the first gap is
+    /// looked at on the fine grid: on the coarse one the integrator's own error beside a large effect looks like another.
+    fn gained(&self, current: &Scored<'a>, accepted: &Accepted<'a>, child: &Scored<'a>) -> (f64, f64, bool) {
+        let gain = current.fit.cost - child.fit.cost;
+        if gain > FINE_BELOW * self.first_gap {
+            let factor = dispersion(child);
+            return (gain, factor, self.material(current, child, factor));
+        }
+        let current = accepted.fine.get_or_init(|| self.fine(current));
+        let child = self.fine(child);
+        let factor = dispersion_on(&child, &FINAL);
+        let material = self.material(current, &child, factor);
+        (current.fit.cost - child.fit.cost, factor, material)
+    }
+
     /// Visible against the noise, and a share of what is left and of the first gap.
-    fn material(&self, current: &Scored, child: &Scored) -> bool {
+    fn material(&self, current: &Scored, child: &Scored, dispersion: f64) -> bool {
         let samples = child.fit.samples as f64;
         let gain = current.fit.cost - child.fit.cost;
         let rest = (current.fit.chi2 - samples).max(1e-9);
         let first = self.first_gap - samples;
         let newest = child.hypothesis.items.last();
         let scanned = newest.is_some_and(|item| item.effect.starts.scans());
-        let explains_nearly_all = gain > if scanned { NEARLY_ALL_SCANNED } else { NEARLY_ALL } * rest;
+        let needed = match (scanned, dispersion < NOISE_ALONE) {
+            (true, _) => NEARLY_ALL_SCANNED,
+            (false, true) => MOST,
+            (false, false) => NEARLY_ALL,
+        };
+        let explains_nearly_all = gain > needed * rest;
         let large = gain > SHARE_OF_REST * rest && gain > SHARE_OF_GAP * first;
         // Where the noise itself is reached, its own uncertainty of some per cent must not be named.
         let at_noise = (!current.hypothesis.items.is_empty() && current.fit.chi2 < samples)
@@ -107,13 +136,27 @@ impl<'a> Search<'a, '_> {
         without.line_goes(&residuals(child), self.bench, newest.effect, dispersion(child))
     }
 
-    pub(super) fn any_inside_tolerance(&self, scored: &Scored) -> bool {
-        let items = scored.hypothesis.items.iter().enumerate();
-        items
-            .into_iter()
-            .any(|(index, item)| self.inside_tolerance(&scored.hypothesis, index, item, &scored.fit.x))
+    /// A set without its effects that stay inside their tolerance: what was named for want of a better may be put right by the
+    /// newest effect.
+    pub(super) fn pruned(&self, child: &Scored<'a>) -> Scored<'a> {
+        let mut best = child.clone();
+        while let Some(index) = self.inside(&best) {
+            best = self.without(&best, index, &SEARCH);
+        }
+        best
     }
 
+    pub(super) fn any_inside_tolerance(&self, scored: &Scored) -> bool {
+        self.inside(scored).is_some()
+    }
+
+    /// The first effect that stays inside its tolerance.
+    fn inside(&self, scored: &Scored) -> Option<usize> {
+        let mut items = scored.hypothesis.items.iter().enumerate();
+        items
+            .find(|(index, item)| self.inside_tolerance(&scored.hypothesis, *index, item, &scored.fit.x))
+            .map(|(index, _)| index)
+    }
     /// A freed base parameter that stays near its nominal value is no effect, and neither is a gain or a scale near 1.
     fn inside_tolerance(&self, hypothesis: &Hypothesis, index: usize, item: &Item, x: &[f64]) -> bool {
         let key = match item.effect.name {

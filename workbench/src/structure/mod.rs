@@ -1,5 +1,7 @@
 //! Is anything but noise left, and what does it look like?
 
+mod turn;
+
 use crate::bench::Part;
 use crate::residual::inflation;
 use crate::search::Scored;
@@ -15,13 +17,8 @@ const LINE_SHARE: f64 = 0.3;
 /// An axis that explains so much of the residual shows structure.
 const AXIS_SHARE: f64 = 0.1;
 
-/// Phases of a turn.
-const PHASES: usize = 12;
-/// What goes with the turn is worth a word from this share of the residual on …
-const TURN_SHARE: f64 = 0.05;
-/// … if it is so many times what the largest of these other periods explains. They are no simple parts of a turn.
-const BEYOND_CHANCE: f64 = 2.0;
-const NO_TURNS: [f64; 9] = [0.61, 0.67, 0.73, 0.79, 0.83, 1.21, 1.29, 1.37, 1.43];
+/// What is left is looked at more closely from this mean square beyond the noise on, in units of the noise's variance.
+const WORTH_A_LOOK: f64 = 0.05;
 
 /// What two runs have in common counts from so many of its standard errors.
 const CERTAIN: f64 = 3.0;
@@ -66,7 +63,10 @@ pub fn rest(scored: &Scored) -> Rest {
         0.0
     };
     let (text, structured) = described(&seen, &residual, scored.hypothesis.bench.linear);
-    let turning = turning(scored, &seen, &residual);
+    // Below what a verdict calls left, nobody asks.
+    let turning = (excess > WORTH_A_LOOK)
+        .then(|| turn::goes_with(scored, &seen, &residual))
+        .flatten();
     Rest {
         excess,
         structured: structured || turning.is_some(),
@@ -159,38 +159,6 @@ fn described(seen: &[Sample], residual: &[f64], linear: bool) -> (String, bool) 
         },
         false,
     )
-}
-
-/// What goes with the turn of the encoder's shaft or of the load, in words. Friction that grips in one sector leaves little
-/// beside a friction without sectors, but it leaves it there; no imperfect form of another effect knows the turn.
-fn turning(scored: &Scored, seen: &[Sample], residual: &[f64]) -> Option<String> {
-    if scored.hypothesis.bench.linear || residual.len() < 200 {
-        return None;
-    }
-    let gear = scored.hypothesis.model.physics().gear_ratio;
-    let share = |turns: f64| share_of_turn(seen, residual, TAU * turns);
-    let found = share(1.0).max(share(gear));
-    let chance = NO_TURNS
-        .iter()
-        .map(|turns| share(*turns).max(share(turns * gear)))
-        .fold(0.0, f64::max);
-    (found > TURN_SHARE && found > BEYOND_CHANCE * chance)
-        .then(|| format!("goes with the turn ({:.0} % of what is left)", 100.0 * found))
-}
-
-/// Share of the residual's square that its means over phases of a period in the position explain.
-fn share_of_turn(seen: &[Sample], residual: &[f64], period: f64) -> f64 {
-    let (mut sums, mut counts) = ([0.0; PHASES], [0.0; PHASES]);
-    let (mut total, mean) = (0.0, residual.iter().sum::<f64>() / residual.len() as f64);
-    for (sample, r) in seen.iter().zip(residual) {
-        let phase = (sample.position / period).rem_euclid(1.0) * PHASES as f64;
-        let bin = (phase as usize).min(PHASES - 1);
-        sums[bin] += r - mean;
-        counts[bin] += 1.0;
-        total += (r - mean) * (r - mean);
-    }
-    let bins = sums.iter().zip(&counts).filter(|(_, count)| **count > 0.0);
-    bins.map(|(sum, count)| sum * sum / count).sum::<f64>() / total
 }
 
 fn periodic_in_time(seen: &[Sample], residual: &[f64]) -> Option<String> {
