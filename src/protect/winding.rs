@@ -15,7 +15,7 @@ use super::fault::Fault;
 use super::gather::{Means, looks};
 use super::motion::Missing;
 use crate::config::Scale;
-use crate::units::{VOLTAGE_BITS, Voltage};
+use crate::units::{VOLTAGE_BITS, Voltage, mul_shift};
 
 /// The equation is integrated over 1/16 s: shorter stretches would drown the rise of the current, by which the
 /// inductance is found, in the noise of its two ends; longer ones see too little of a short commissioning.
@@ -43,6 +43,10 @@ const DOUBTFUL_SHIFTS: [u32; 2] = [3, 4];
 const SWALLOWED_SHIFT: u32 = 3;
 /// Looks over which the unrest of the current is averaged, as a shift.
 const UNREST_BITS: u32 = 5;
+/// … rounded: cut off, a converter count of noise in four would go unseen.
+const UNREST_HALF: i32 = 1 << (UNREST_BITS - 1);
+/// Variance of the difference of two normal readings over the square of its mean magnitude, π/2, Q16; the unrest is Q4.
+const VARIANCE_OF_UNREST: i32 = 102_944 >> 8;
 /// Counts from which on an undecided case is given up.
 const GIVE_UP_COUNTS: i32 = 10;
 /// Counts that show, together with a back-EMF, that the counter runs backwards.
@@ -275,9 +279,12 @@ impl Params {
         state.open |= voltage.is_none();
         state.spoilt |= acting.saturating_abs() > MOST_VOLTAGE;
         let change = current.saturating_sub(state.last).saturating_abs();
-        state.unrest = state
-            .unrest
-            .saturating_add((change << 4).saturating_sub(state.unrest) >> UNREST_BITS);
+        state.unrest = state.unrest.saturating_add(
+            (change << 4)
+                .saturating_sub(state.unrest)
+                .saturating_add(UNREST_HALF)
+                >> UNREST_BITS,
+        );
         state.last = current;
         state.glance.add(&look);
         for (doubt, fresh) in state.doubts.iter_mut().zip(fresh) {
@@ -347,7 +354,8 @@ impl State {
         }
         if turned.saturating_abs() >= LEAST_COUNTS {
             let rise = current.saturating_sub(block.first.0);
-            self.balance.add([block.current, turned, rise, block.voltage]);
+            self.balance
+                .add([block.current, turned, rise, block.voltage], noise(self.unrest));
         }
     }
 }
@@ -456,6 +464,11 @@ impl Winding {
             () => None,
         }
     }
+}
+
+/// Variance of the difference of two readings.
+fn noise(unrest: i32) -> i32 {
+    mul_shift(unrest.saturating_mul(unrest), VARIANCE_OF_UNREST, 16)
 }
 
 fn product(a: i32, b: i32) -> i64 {
