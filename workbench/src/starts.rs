@@ -327,7 +327,7 @@ impl Sums {
     fn add_run(&mut self, run: &BenchRun, wave: &Wave, residual: &[f64], plant: &Physics, omega: &[f64]) {
         let (mut sine, mut cosine) = (0.0, 0.0);
         let mut sample = 0;
-        for block in 0..run.blocks() {
+        for (block, omega) in omega.iter().enumerate().take(run.blocks()) {
             let h = run.time[block + 1] - run.time[block];
             let damping = if run.bridge[block] == bridge::OPEN {
                 plant.viscous
@@ -346,7 +346,7 @@ impl Sums {
             while sample < run.speed.len() && run.speed.block[sample] as usize == block {
                 if residual[sample] != 0.0 {
                     // A sensor that reports the magnitude turns what is missing with the sign of the speed.
-                    let turned = plant.sensor_rectified && omega[block] < 0.0;
+                    let turned = plant.sensor_rectified && *omega < 0.0;
                     let weight = run.speed.weight[sample] * if turned { -0.5 } else { 0.5 };
                     self.add(
                         weight * (was.0 + sine),
