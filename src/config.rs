@@ -19,16 +19,20 @@ pub struct Config {
     /// Control rate, Hz. 1,000 … 20,000.
     pub tick_hz: u32,
     /// Time constant of speed, s, right within a factor of 2; `None`: the chip finds it.
+    #[serde(with = "optional")]
     pub time_constant_hint_s: Option<f32>,
     /// Turns of the controlled shaft per turn of the joint.
     pub gear_ratio: f32,
     /// End stops, rad, relative to power-up; `None`: turns freely.
     pub travel_limit_rad: Option<[f32; 2]>,
     /// Current above which the bridge is switched off, A; `None`: no current sensor or no limit.
+    #[serde(with = "optional")]
     pub current_limit_a: Option<f32>,
     /// Electrical energy that one commissioning may spend, J; `None`: no limit.
+    #[serde(with = "optional")]
     pub energy_limit_j: Option<f32>,
     /// Speed never to be exceeded, rad/s; `None`: no limit.
+    #[serde(with = "optional")]
     pub speed_limit_rad_s: Option<f32>,
     /// Ticks between a command and its effect at the bridge, 1 … 3 (1: preloaded PWM compare register).
     pub pwm_delay_ticks: u8,
@@ -38,6 +42,41 @@ pub struct Config {
     pub vbus_v_per_lsb: f32,
     /// Amperes per count of the current converter.
     pub current_a_per_lsb: f32,
+    /// Supply below which the bridge is switched off, V; `None`: half the nominal supply.
+    #[serde(with = "optional", default)]
+    pub supply_low_v: Option<f32>,
+    /// … and above which, V; `None`: one and a half times the nominal supply.
+    #[serde(with = "optional", default)]
+    pub supply_high_v: Option<f32>,
+    /// Largest acceleration of a set-point, rad/s²; `None`: what the voltage gives.
+    #[serde(with = "optional", default)]
+    pub acceleration_limit_rad_s2: Option<f32>,
+    /// Largest jerk of a set-point that the chip plans, rad/s³; `None`: no limit.
+    #[serde(with = "optional", default)]
+    pub jerk_limit_rad_s3: Option<f32>,
+    /// Largest voltage at the terminals, V; `None`: what the supply gives.
+    #[serde(with = "optional", default)]
+    pub voltage_limit_v: Option<f32>,
+}
+
+/// An optional number travels as a number, NaN when there is none: so four axes fit into a record of the store. In text it
+/// is what it is; a log from before a limit was known has none.
+mod optional {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(value: &Option<f32>, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() {
+            return value.serialize(serializer);
+        }
+        value.unwrap_or(f32::NAN).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f32>, D::Error> {
+        if deserializer.is_human_readable() {
+            return Option::deserialize(deserializer);
+        }
+        f32::deserialize(deserializer).map(|value| (!value.is_nan()).then_some(value))
+    }
 }
 
 /// Why a [`Config`], or another number that arrives, cannot be: names the field as `axis.toml` spells it, and the range.
@@ -106,6 +145,16 @@ pub enum Field {
     ExcitationTo,
     /// [`crate::excitation::Waveform::duration_ms`], s.
     ExcitationDuration,
+    /// [`Config::supply_low_v`].
+    SupplyLow,
+    /// [`Config::supply_high_v`].
+    SupplyHigh,
+    /// [`Config::acceleration_limit_rad_s2`].
+    AccelerationLimit,
+    /// [`Config::jerk_limit_rad_s3`].
+    JerkLimit,
+    /// [`Config::voltage_limit_v`].
+    VoltageLimit,
 }
 
 impl Field {
@@ -140,6 +189,11 @@ impl Field {
             Field::ExcitationFrom => "excitation.from_hz",
             Field::ExcitationTo => "excitation.to_hz",
             Field::ExcitationDuration => "excitation.duration_s",
+            Field::SupplyLow => "limits.supply_low_v",
+            Field::SupplyHigh => "limits.supply_high_v",
+            Field::AccelerationLimit => "limits.acceleration_rad_s2",
+            Field::JerkLimit => "limits.jerk_rad_s3",
+            Field::VoltageLimit => "limits.voltage_v",
         }
     }
 }
@@ -186,6 +240,12 @@ impl Supply {
     }
 }
 
+/// Shares of the nominal supply between which its thresholds may lie: the duty is computed for an eighth at least, and a
+/// measured supply saturates at twice the nominal one.
+const LEAST_SUPPLY: f32 = 0.125;
+const MOST_SUPPLY: f32 = 1.9;
+/// The smallest voltage limit, share of the nominal supply: most dead zones are larger.
+const LEAST_VOLTAGE: f32 = 0.1;
 const TWO_PI: f32 = 6.283_185_5;
 
 impl Config {
@@ -216,6 +276,13 @@ impl Config {
             current_limit_a: self.current_limit_a.or(earlier.current_limit_a),
             energy_limit_j: self.energy_limit_j.or(earlier.energy_limit_j),
             speed_limit_rad_s: self.speed_limit_rad_s.or(earlier.speed_limit_rad_s),
+            supply_low_v: self.supply_low_v.or(earlier.supply_low_v),
+            supply_high_v: self.supply_high_v.or(earlier.supply_high_v),
+            acceleration_limit_rad_s2: self
+                .acceleration_limit_rad_s2
+                .or(earlier.acceleration_limit_rad_s2),
+            jerk_limit_rad_s3: self.jerk_limit_rad_s3.or(earlier.jerk_limit_rad_s3),
+            voltage_limit_v: self.voltage_limit_v.or(earlier.voltage_limit_v),
             ..*self
         }
     }
@@ -232,19 +299,6 @@ impl Config {
             10.0,
         )?;
         within(Field::GearRatio, self.gear_ratio, 1e-3, 1e4)?;
-        within(
-            Field::CurrentLimit,
-            self.current_limit_a.unwrap_or(1.0),
-            1e-3,
-            1e3,
-        )?;
-        within(Field::EnergyLimit, self.energy_limit_j.unwrap_or(1.0), 1e-3, 1e6)?;
-        within(
-            Field::SpeedLimit,
-            self.speed_limit_rad_s.unwrap_or(1.0),
-            1e-3,
-            1e4,
-        )?;
         within(Field::PwmDelay, f32::from(self.pwm_delay_ticks), 1.0, 3.0)?;
         within(
             Field::PwmFullScale,
@@ -261,7 +315,32 @@ impl Config {
         within(Field::CurrentPerLsb, self.current_a_per_lsb, 1e-6, 10.0)?;
         let [lower, upper] = self.travel_limit_rad.unwrap_or([-1.0, 1.0]);
         within(Field::TravelLimit, lower, -1e5, 0.0)?;
-        within(Field::TravelLimit, upper, 0.0, 1e5)
+        within(Field::TravelLimit, upper, 0.0, 1e5)?;
+        self.check_limits()
+    }
+
+    /// What may be absent.
+    fn check_limits(&self) -> Result<(), ConfigError> {
+        let nominal = self.supply_nominal_v;
+        let [lowest, highest] = [LEAST_SUPPLY, MOST_SUPPLY].map(|share| share * nominal);
+        for (field, limit, minimum, maximum) in [
+            (Field::CurrentLimit, self.current_limit_a, 1e-3, 1e3),
+            (Field::EnergyLimit, self.energy_limit_j, 1e-3, 1e6),
+            (Field::SpeedLimit, self.speed_limit_rad_s, 1e-3, 1e4),
+            (Field::SupplyLow, self.supply_low_v, lowest, nominal),
+            (Field::SupplyHigh, self.supply_high_v, nominal, highest),
+            (Field::AccelerationLimit, self.acceleration_limit_rad_s2, 0.1, 1e7),
+            (Field::JerkLimit, self.jerk_limit_rad_s3, 0.1, 1e10),
+            (
+                Field::VoltageLimit,
+                self.voltage_limit_v,
+                LEAST_VOLTAGE * nominal,
+                nominal,
+            ),
+        ] {
+            limit.map_or(Ok(()), |value| within(field, value, minimum, maximum))?;
+        }
+        Ok(())
     }
 }
 

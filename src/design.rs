@@ -332,9 +332,10 @@ pub fn counts_per_rad(scale: &Scale) -> f32 {
 /// Set-points keep 20 % of what the motor can do beyond its dead zone for the loops.
 fn limits(scale: &Scale, knowledge: &Knowledge, motor: &Motor) -> Limits {
     let one = Voltage::NOMINAL.0;
+    let most = voltage_limit(scale).0.min(one);
     let top = knowledge
         .saturation
-        .map(|held| held.value().unwrap_or(one).min(one));
+        .map(|held| held.value().unwrap_or(most).min(most));
     let swallowed = knowledge.widths();
     let room = (top[0] - swallowed[0].0)
         .min(top[1] - swallowed[1].0)
@@ -347,7 +348,26 @@ fn limits(scale: &Scale, knowledge: &Knowledge, motor: &Motor) -> Limits {
         speed,
         voltage: 0.8 * motor.full_speed * room as f32 / one as f32,
         tau_ticks: motor.tau_ticks,
+        acceleration: per_tick(scale, scale.config.acceleration_limit_rad_s2, 2),
+        jerk: per_tick(scale, scale.config.jerk_limit_rad_s3, 3),
     }
+}
+
+/// A limit in counts and ticks, `order` derivatives above the position.
+fn per_tick(scale: &Scale, limit: Option<f32>, order: usize) -> f32 {
+    let tick_hz = scale.config.tick_hz as f32;
+    limit.map_or(f32::MAX, |limit| {
+        (0..order).fold(limit * counts_per_rad(scale), |value, _| value / tick_hz)
+    })
+}
+
+/// The voltage limit; the maximum when there is none.
+#[must_use]
+pub fn voltage_limit(scale: &Scale) -> Voltage {
+    let config = &scale.config;
+    Voltage(config.voltage_limit_v.map_or(i32::MAX, |limit| {
+        to_fixed(limit / config.supply_nominal_v, Voltage::BITS)
+    }))
 }
 
 /// 90 % of the configured limit, so that ordinary overshoot is no fault.

@@ -46,7 +46,7 @@ pub enum Sweep {
 /// What to apply.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Waveform {
-    /// Amplitude, V. 0.001 … 1 of the nominal supply.
+    /// Amplitude, V. 0.001 of the nominal supply … all of it, or the voltage limit.
     pub amplitude_v: f32,
     /// Frequency at the beginning, Hz. 0.01 … a twentieth of the control rate.
     pub from_hz: f32,
@@ -67,7 +67,7 @@ impl Waveform {
             Field::ExcitationAmplitude,
             amplitude,
             LEAST_AMPLITUDE * supply,
-            supply,
+            scale.config.voltage_limit_v.unwrap_or(supply),
         )?;
         let highest = rate / FEWEST_TICKS;
         within(Field::ExcitationFrom, self.from_hz, LOWEST_HZ, highest)?;

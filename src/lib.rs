@@ -16,6 +16,7 @@
 pub mod answer;
 pub mod axis;
 pub mod capture;
+mod checksum;
 pub mod commission;
 pub mod compensate;
 pub mod config;

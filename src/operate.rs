@@ -159,7 +159,11 @@ impl Axis {
         let amplitude = rad * design::counts_per_rad(&self.scale);
         let ticks = (u64::from(ms) * u64::from(config.tick_hz) / 1000).min(u64::from(u32::MAX)) as u32;
         self.within_travel(state, start.position.count(), amplitude.abs())?;
-        let sine = Sine::plan(start.position, amplitude, hertz / config.tick_hz as f32, ticks);
+        let frequency = hertz / config.tick_hz as f32;
+        if !state.design.limits.allow_sine(amplitude, frequency, ticks) {
+            return Err(Refusal::OutOfRange);
+        }
+        let sine = Sine::plan(start.position, amplitude, frequency, ticks);
         state.begin(&start, Mode::Sine(sine.ok_or(Refusal::OutOfRange)?));
         Ok(())
     }
@@ -305,7 +309,9 @@ impl Axis {
         self.permitted(state)?;
         self.unexcited(state)?;
         let share = volts / self.scale.config.supply_nominal_v;
-        let fits = share.abs() <= 1.0 && self.scale.config.travel_limit_rad.is_none();
+        let fits = share.abs() <= 1.0
+            && to_fixed(share, Voltage::BITS).saturating_abs() <= self.most_voltage.0
+            && self.scale.config.travel_limit_rad.is_none();
         let target = fits
             .then(|| Voltage(to_fixed(share, Voltage::BITS)))
             .ok_or(Refusal::OutOfRange)?;

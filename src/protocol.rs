@@ -7,6 +7,7 @@
 
 use crate::axis;
 use crate::capture::{Extent, Shot, Stage, Trigger};
+use crate::checksum::CHECKSUM;
 use crate::commission::Outcome;
 use crate::config::{Config, ConfigError};
 use crate::excitation::Waveform;
@@ -18,17 +19,15 @@ use crate::saving::StoreEvent;
 use crate::store::{AxisParameters, Found};
 use crate::stream::Point;
 use core::marker::PhantomData;
-use crc::{CRC_32_ISO_HDLC, Crc};
 use postcard::ser_flavors::{Cobs, Flavor, Slice, crc::CrcModifier};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Version of the frames; first byte of every frame.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 
 /// Room for the longest frame on the wire, bytes: 254 of content fit into one COBS group.
 pub const FRAME_CAPACITY: usize = 256;
 
-static CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const CHECKSUM_BYTES: usize = 4;
 
 /// A command and the axis that it is for: the content of a frame to the servo.

@@ -42,8 +42,10 @@ pub enum Limit {
     Speed = 3,
     /// What a search for an end stop may push with.
     Push = 4,
-    /// The acceleration that the voltage leaves for a streamed set-point.
+    /// The acceleration limit, or the acceleration that the voltage leaves, for a streamed set-point.
     Acceleration = 5,
+    /// The voltage limit.
+    Voltage = 6,
 }
 
 /// Where the numbers that the loops use come from.

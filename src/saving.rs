@@ -179,7 +179,10 @@ impl<F: NorFlash> Archive<F> {
     #[inline(never)]
     fn collect(&mut self, parameters: &Option<AxisParameters>) {
         // No more axes than places: an image cannot have more than a set holds.
-        let _ = self.set.axes.push(*parameters);
+        let _ = self.set.axes.push(parameters.map(|axis| AxisParameters {
+            estimates: axis.estimates.to_store(),
+            ..axis
+        }));
     }
 
     #[inline(never)]

@@ -127,7 +127,7 @@ impl Sine {
         let (speed, acceleration) = (amplitude * radians, amplitude * radians * radians);
         let fits =
             amplitude.abs() <= Self::LARGEST_COUNTS && speed.abs() < 900.0 && acceleration.abs() < 50.0;
-        let ramp_turns = if turns < 2.0 { 0.5 * turns } else { 1.0 };
+        let ramp_turns = ramp_turns(turns);
         let ok = fits && frequency * Self::FEWEST_TICKS <= 1.0 && turns >= Self::SHORTEST_TURNS;
         ok.then(|| Self {
             centre,
@@ -212,6 +212,10 @@ pub struct Limits {
     pub voltage: f32,
     /// Time constant, ticks.
     pub tau_ticks: f32,
+    /// Acceleration, counts per tick²; the maximum when nobody asked for a limit.
+    pub acceleration: f32,
+    /// Jerk, counts per tick³; likewise.
+    pub jerk: f32,
 }
 
 /// Peak speed of the minimum-jerk polynomial, D/T.
@@ -220,6 +224,12 @@ const PEAK_SPEED: f32 = 1.875;
 const PEAK_ACCELERATION: f32 = 5.773_503;
 /// Largest magnitude of p″.
 const PEAK_BRAKING: f32 = 3.8;
+/// Its peak jerk, at both ends, D/T³.
+const PEAK_JERK: f32 = 60.0;
+/// Largest magnitudes of p‴ and q‴: at the start.
+const FIRST_JERKS: (f32, f32) = (36.0, 9.0);
+/// Share of the acceleration at the start that the rest of a course leaves room for: |q″| falls to it at once.
+const BENT_SHARE: f32 = 0.25;
 /// Shortest course, ticks.
 const SHORTEST: f32 = 16.0;
 /// Longest course, ticks.
@@ -249,6 +259,59 @@ impl Limits {
     fn ticks_for_change(&self, speed: f32) -> f32 {
         PEAK_BRAKING * self.tau_ticks * speed / self.voltage
     }
+
+    /// Ticks that a change of speed along `e(r)` takes to keep the limits of acceleration and jerk.
+    fn gentle_change(&self, speed: f32) -> f32 {
+        let by_acceleration = PEAK_SPEED * speed / self.acceleration;
+        by_acceleration.max(root(PEAK_ACCELERATION * speed / self.jerk))
+    }
+
+    /// Ticks, at least so many, in which a course over `distance` keeps the limits of acceleration and jerk, from this
+    /// speed and acceleration. All are magnitudes.
+    ///
+    /// From rest it is exact. In motion the bounds of the terms are added; each of them falls at least as 1/T.
+    fn gentle_course(&self, ticks: f32, distance: f32, speed: f32, acceleration: f32) -> f32 {
+        if self.acceleration == f32::MAX && self.jerk == f32::MAX {
+            return ticks;
+        }
+        let ticks = ticks
+            .max(root(PEAK_ACCELERATION * distance / self.acceleration))
+            .max(cube_root(PEAK_JERK * distance / self.jerk));
+        let left = self.acceleration - BENT_SHARE * acceleration.min(self.acceleration);
+        let bending = (PEAK_ACCELERATION * distance / ticks + PEAK_BRAKING * speed) / ticks;
+        let (carried, bent) = FIRST_JERKS;
+        let jerk = ((PEAK_JERK * distance / ticks + carried * speed) / ticks + bent * acceleration) / ticks;
+        ticks * (bending / left).max(jerk / self.jerk).max(1.0)
+    }
+
+    /// Does a sine keep the limits of acceleration and jerk? `amplitude` in counts, `frequency` in turns per tick.
+    ///
+    /// While its envelope rises or falls over n turns, a sine asks for at most 1 + 6.2k² of its acceleration and
+    /// 1 + 17k² + 47k⁴ of its jerk, with k = 1/2πn: bounds of the derivatives of `e·sin φ` for n = 1/4 … 1.
+    #[must_use]
+    pub fn allow_sine(&self, amplitude: f32, frequency: f32, length: u32) -> bool {
+        let radians = 2.0 * PI * frequency;
+        let slope = 1.0 / (2.0 * PI * ramp_turns(frequency * length as f32));
+        let square = slope * slope;
+        let acceleration = amplitude.abs() * radians * radians;
+        acceleration * (1.0 + 6.2 * square) <= self.acceleration
+            && acceleration * radians * (1.0 + square * (17.0 + 47.0 * square)) <= self.jerk
+    }
+}
+
+/// Turns over which the envelope of a sine rises, and falls.
+fn ramp_turns(turns: f32) -> f32 {
+    if turns < 2.0 { 0.5 * turns } else { 1.0 }
+}
+
+/// Cube root to single precision: three Newton steps from a third of the exponent, which is right to 5 % (the start of
+/// fdlibm's `cbrtf`).
+fn cube_root(x: f32) -> f32 {
+    if x <= 0.0 {
+        return 0.0;
+    }
+    let start = f32::from_bits((x.to_bits() / 3).wrapping_add(709_958_130));
+    (0..3).fold(start, |y, _| (2.0 * y + x / (y * y)) / 3.0)
 }
 
 /// Square root to single precision: three Newton steps from micromath's start, which is right to 6 %.
@@ -278,6 +341,14 @@ impl Clock {
         }
     }
 
+    /// A set-point that moves was at the start in the tick before: there a second time, it would stand still for a tick.
+    fn begun(self, moving: bool) -> Self {
+        Self {
+            elapsed: u32::from(moving),
+            ..self
+        }
+    }
+
     fn step(&mut self) -> i32 {
         let r = (u64::from(self.elapsed).wrapping_mul(u64::from(self.increment)) >> 6).min(ONE as u64) as i32;
         self.elapsed = self.elapsed.saturating_add(1);
@@ -288,6 +359,9 @@ impl Clock {
         self.elapsed > self.length
     }
 }
+
+/// Counts that the speed and the acceleration at the start of a course may carry over its time: more no Q8 can say.
+const MOST_CARRIED: f32 = 8e6;
 
 /// `c₀ + c₁r + c₂r² + …`, highest first, Q24; r in Q30.
 fn polynomial(coefficients: &[i32], r: i32) -> i32 {
@@ -329,8 +403,11 @@ impl Move {
         let acceleration = start.acceleration.0 as f32 / (1u32 << ACCELERATION_BITS) as f32;
         let stopping = limits.ticks_for_change(speed.abs() + limits.tau_ticks * acceleration.abs());
         let ticks = (limits.ticks_over(counts.abs() + 0.5 * speed.abs() * stopping) + stopping).max(SHORTEST);
-        (counts.abs() <= Self::LARGEST_COUNTS && ticks <= LONGEST).then(|| Self {
-            clock: Clock::new(ticks),
+        let ticks = limits.gentle_course(ticks, counts.abs(), speed.abs(), acceleration.abs());
+        let carried = speed.abs() * ticks + acceleration.abs() * ticks * ticks;
+        let fits = counts.abs() <= Self::LARGEST_COUNTS && carried <= MOST_CARRIED && ticks <= LONGEST;
+        fits.then(|| Self {
+            clock: Clock::new(ticks).begun(!start.rests()),
             start: *start,
             target,
             distance,
@@ -419,15 +496,23 @@ impl Cruise {
     pub fn plan(start: &Reference, speed: Speed, limits: &Limits) -> Self {
         let change = speed.0.saturating_sub(start.speed.0);
         let counts = change as f32 / (1u32 << SPEED_BITS) as f32;
-        let clock = Clock::new(limits.ticks_for_change(counts.abs()).max(0.1 * limits.tau_ticks));
+        let ticks = limits
+            .ticks_for_change(counts.abs())
+            .max(limits.gentle_change(counts.abs()));
+        let clock = Clock::new(ticks.max(0.1 * limits.tau_ticks));
         let acceleration = to_fixed(counts / clock.length as f32, ACCELERATION_BITS);
-        Self {
+        let mut cruise = Self {
             clock,
             position: start.position,
             from: start.speed.0,
             change,
             acceleration,
+        };
+        if !start.rests() {
+            // That place was the last tick's.
+            cruise.step(start.position, 0);
         }
+        cruise
     }
 
     /// True once the speed is reached.

@@ -36,6 +36,11 @@ pub fn config() -> Config {
         pwm_full_scale: 8400,
         vbus_v_per_lsb: 0.01,
         current_a_per_lsb: 0.005,
+        supply_low_v: None,
+        supply_high_v: None,
+        acceleration_limit_rad_s2: None,
+        jerk_limit_rad_s3: None,
+        voltage_limit_v: None,
     }
 }
 

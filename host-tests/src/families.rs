@@ -527,5 +527,10 @@ fn configure(rng: &mut ChaCha8Rng, motor: &Motor, counts_per_rev: u32, options: 
         // 12-bit converters; full scale 1.5 times the supply, ± 1.5 times the stall current.
         vbus_v_per_lsb: (1.5 * supply_v / 4096.0) as f32,
         current_a_per_lsb: (1.5 * stall / 2048.0) as f32,
+        supply_low_v: None,
+        supply_high_v: None,
+        acceleration_limit_rad_s2: None,
+        jerk_limit_rad_s3: None,
+        voltage_limit_v: None,
     }
 }

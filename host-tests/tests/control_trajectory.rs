@@ -118,6 +118,8 @@ fn what_cannot_be_done_is_refused() {
 }
 
 const LIMITS: Limits = Limits {
+    acceleration: f32::MAX,
+    jerk: f32::MAX,
     speed: 2.0,
     voltage: 1.0,
     tau_ticks: 400.0,

@@ -140,7 +140,7 @@ fn configuration() -> impl Strategy<Value = Config> {
         any::<u16>(),
         any::<u8>(),
     );
-    (numbers, 0..8usize).prop_map(|((a, b, c, count, scale, delay), which)| {
+    (numbers, 0..10usize).prop_map(|((a, b, c, count, scale, delay), which)| {
         let mut config = config();
         match which {
             0 => config.supply_nominal_v = a,
@@ -150,6 +150,14 @@ fn configuration() -> impl Strategy<Value = Config> {
             4 => (config.pwm_full_scale, config.pwm_delay_ticks) = (scale, delay),
             5 => (config.vbus_v_per_lsb, config.current_a_per_lsb) = (a, c),
             6 => (config.time_constant_hint_s, config.speed_limit_rad_s) = (Some(a), Some(b)),
+            7 => (config.supply_low_v, config.supply_high_v) = (Some(a), Some(b)),
+            8 => {
+                (
+                    config.acceleration_limit_rad_s2,
+                    config.jerk_limit_rad_s3,
+                    config.voltage_limit_v,
+                ) = (Some(a), Some(b), Some(c))
+            }
             _ => {}
         }
         config

@@ -74,7 +74,7 @@ fn a_file_chooses_by_the_keys_of_truing_params() {
 
 #[test]
 fn a_choice_that_cannot_be_is_named_with_what_to_do() {
-    let cases: [(&str, &[&str]); 11] = [
+    let cases: [(&str, &[&str]); 13] = [
         (
             "[loops]\nbandwith = 2.0\n",
             &[
@@ -87,7 +87,15 @@ fn a_choice_that_cannot_be_is_named_with_what_to_do() {
         ),
         (
             "[loops]\nbandwidth = 50.0\n",
-            &["loops.bandwidth", "between 0.6 and 20"],
+            &["line 9", "loops.bandwidth", "between 0.6 and 20"],
+        ),
+        (
+            "[limits]\ncurrent_a = 6.5\nsupply_high_v = 500.0\n",
+            &["line 10", "limits.supply_high_v", "between"],
+        ),
+        (
+            "[limits]\njerk = 500.0\n",
+            &["line 9", "[limits]", "nearest is `jerk_rad_s3`"],
         ),
         (
             "[loops]\nbandwidth = \"fast\"\n",

@@ -4,14 +4,14 @@
 use embedded_storage::nor_flash::NorFlash;
 use host_tests::power_cut::flash::Flash;
 use host_tests::power_cut::library;
-use host_tests::power_cut::sets::{SetLayout1, SetLayout2, migrated, set};
+use host_tests::power_cut::sets::{SetLayout1, SetLayout2, SetLayout3, limited_as_layout_3, migrated, set};
 use host_tests::power_cut::suite::{
     Situation, Store, Tally, cut_erase, cut_everywhere, life, loaded, operations, save,
 };
 use servo::axis::Bridge;
 use servo::control::Tuning;
 use servo::drivers::flash::SaveError;
-use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing};
+use servo::identify::estimate::{Estimate, Estimates, Mechanism, Standing};
 use servo::protect::{Action, Actions, Fault, Settings, Thermal};
 use servo::store::{AtRest, AxisParameters, LAYOUT, Loaded, RECORD_LEN, Record, StoredParameters, encode};
 
@@ -186,13 +186,27 @@ fn layout_1_is_migrated() {
 #[test]
 fn layout_2_is_migrated() {
     let record = encode(&SetLayout2::of(&set(0)), 1, 2).expect("fits");
-    let used = 8 + usize::from(u16::from_le_bytes([record[6], record[7]]));
-    assert_eq!(hex(&record[..used]), include_str!("store_layout_2.hex").trim());
+    assert_eq!(hex(used(&record)), include_str!("store_layout_2.hex").trim());
     let expected = Loaded::Set {
-        parameters: set(0),
+        parameters: limited_as_layout_3(&set(0)),
         layout: 2,
     };
     assert_eq!(Record::parse(&record).expect("intact").load(), expected);
+}
+
+/// The very bytes that layout 3 had: configurations without the limits that came later, empty axes too.
+#[test]
+fn layout_3_is_migrated() {
+    let record = encode(&SetLayout3::of(&set(0)), 1, 3).expect("fits");
+    assert_eq!(hex(used(&record)), include_str!("store_layout_3.hex").trim());
+    for number in [0, 5, 7] {
+        let record = encode(&SetLayout3::of(&set(number)), 1, 3).expect("fits");
+        let expected = Loaded::Set {
+            parameters: limited_as_layout_3(&set(number)),
+            layout: 3,
+        };
+        assert_eq!(Record::parse(&record).expect("intact").load(), expected);
+    }
 }
 
 /// An older image on a newer image's flash: it asks for commissioning and does not reach for an older set.
@@ -242,18 +256,19 @@ fn the_largest_set_fits_into_a_record() {
     let long = Estimate {
         value: i32::MIN,
         u95: i32::MIN,
-        standing: Standing::Doubtful(Reason::SupplyTooLow),
+        standing: Standing::Trusted,
     };
     let mut axis = AxisParameters {
         config: set(1).axes[0].expect("an axis").config,
         estimates: Estimates {
             dead_zone: [long; 2],
             saturation: [long; 2],
-            gain_skew: 0,
+            gain_skew: i32::MIN,
             gain: long,
             time_constant: long,
             mechanism: Mechanism::InputDeadZone,
-        },
+        }
+        .to_store(),
         tuning: Tuning {
             bandwidth: 20.0,
             integral: true,
@@ -276,11 +291,18 @@ fn the_largest_set_fits_into_a_record() {
     axis.config.energy_limit_j = Some(1.0);
     axis.config.pwm_full_scale = u16::MAX;
     axis.config.pwm_delay_ticks = u8::MAX;
+    axis.config.supply_high_v = Some(18.0);
+    axis.config.jerk_limit_rad_s3 = Some(1e6);
     let set = StoredParameters {
         axes: core::iter::repeat_n(Some(axis), 4).collect(),
     };
     assert_eq!(set.axes.len(), 4);
-    encode(&set, u32::MAX, LAYOUT).expect("fits");
+    let record = encode(&set, u32::MAX, LAYOUT).expect("fits");
+    assert_eq!(
+        used(&record).len() - 8,
+        609,
+        "as docs/store.md and `RECORD_LEN` say"
+    );
 }
 
 /// The bytes on the flash of customers. If this fails, the layout has changed: raise `LAYOUT`, keep a reader for the
@@ -288,8 +310,12 @@ fn the_largest_set_fits_into_a_record() {
 #[test]
 fn the_layout_is_what_it_was() {
     let record = encode(&set(0), 1, LAYOUT).expect("fits");
-    let used = 8 + usize::from(u16::from_le_bytes([record[6], record[7]]));
-    assert_eq!(hex(&record[..used]), include_str!("store_layout_3.hex").trim());
+    assert_eq!(hex(used(&record)), include_str!("store_layout_4.hex").trim());
+}
+
+/// Header and set, without the padding.
+fn used(record: &[u8; RECORD_LEN]) -> &[u8] {
+    &record[..8 + usize::from(u16::from_le_bytes([record[6], record[7]]))]
 }
 
 fn hex(bytes: &[u8]) -> String {

@@ -187,6 +187,8 @@ impl Judge {
             speed: top,
             voltage,
             tau_ticks,
+            acceleration: hardest,
+            ..
         } = self.limits;
         let top = f64::from(top.min(voltage));
         if speed.abs() > top * 1.0001 + 1e-5 {
@@ -203,6 +205,9 @@ impl Judge {
                 return Err(format!(
                     "acceleration {acceleration} at {speed}: {needed} of {voltage}"
                 ));
+            }
+            if acceleration.abs() > f64::from(hardest) * 1.001 + 2e-4 {
+                return Err(format!("acceleration {acceleration}, limit {hardest}"));
             }
             let moved = position - place;
             if (moved - 0.5 * (speed + before)).abs() > 0.07 + acceleration.abs() {
@@ -235,11 +240,16 @@ fn wild() -> impl Strategy<Value = Vec<(Point, u32)>> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever is streamed and whenever, the set-point keeps the limits of speed and voltage and moves as its speed
+    /// Whatever is streamed and whenever, the set-point keeps the limits of speed, acceleration and voltage and moves as its speed
     /// says; and when nothing comes any more the axis comes to rest and holds.
     #[test]
-    fn no_stream_leads_beyond_the_limits(points in wild(), speed_limit in prop::option::of(20.0f32..200.0)) {
+    fn no_stream_leads_beyond_the_limits(
+        points in wild(),
+        speed_limit in prop::option::of(20.0f32..200.0),
+        acceleration_limit in prop::option::of(200.0f32..2000.0),
+    ) {
         let mut plant = plant();
+        plant.config.acceleration_limit_rad_s2 = acceleration_limit;
         plant.config.speed_limit_rad_s = speed_limit.map(|limit| 2.0 * limit);
         let mut bench = knowing(&plant);
         let mut judge = Judge::new(&mut bench);

@@ -95,10 +95,7 @@ impl State {
     #[cold]
     #[inline(never)]
     fn run_dry(&mut self, from: &Reference) {
-        let mut halt = Cruise::plan(from, Speed(0), &self.design.limits);
-        // Its first tick is this one.
-        halt.step(from.position, 0);
-        self.mode = Mode::Halt(halt);
+        self.mode = Mode::Halt(Cruise::plan(from, Speed(0), &self.design.limits));
         self.dry = true;
     }
 

@@ -50,6 +50,8 @@ pub struct Axis {
     pub(crate) protection: Settings,
     /// Change of voltage per tick in voltage mode, Q20 of nominal.
     slew: i32,
+    /// The voltage limit; the maximum when there is none.
+    pub(crate) most_voltage: Voltage,
 }
 
 impl Axis {
@@ -70,6 +72,7 @@ impl Axis {
             protect: protect::Params::standard(&scale),
             protection: Settings::default(),
             slew: to_fixed(1.0 / (FULL_SWING_S * config.tick_hz as f32), Voltage::BITS),
+            most_voltage: design::voltage_limit(&scale),
         })
     }
 
@@ -89,11 +92,13 @@ impl Axis {
     }
 
     /// … with what was chosen on an earlier axis about loops, protection and, where this one has none, limits. Refused if
-    /// the thermal limit lies outside the range of the current that this axis measures.
-    pub(crate) fn keeping(mut self, earlier: &Axis) -> Result<Self, SettingsError> {
-        self.scale.config = self.scale.config.keeping_limits(&earlier.scale.config);
-        self.tuning = earlier.tuning;
-        self.protected(&earlier.protection)
+    /// the thermal limit lies outside the range of the current that this axis measures, or a limit of voltage outside the
+    /// range of its supply.
+    pub(crate) fn keeping(&self, earlier: &Axis) -> Result<Self, SettingsError> {
+        let config = self.scale.config.keeping_limits(&earlier.scale.config);
+        Self::with_tuning(&config, earlier.tuning)
+            .map_err(SettingsError::Value)?
+            .protected(&earlier.protection)
     }
 
     /// Machine units of this axis.
@@ -365,9 +370,9 @@ impl Axis {
         terminal
     }
 
-    /// The one clip: supply and saturation. Tells which of them acts.
+    /// The one clip: voltage limit, supply and saturation. Tells which of them acts.
     fn clip(&self, state: &State, wanted: Voltage, saturation: [Voltage; 2]) -> (Voltage, Limit) {
-        let ceiling = self.pwm.ceiling(&state.pwm);
+        let ceiling = self.pwm.ceiling(&state.pwm).min(self.most_voltage);
         let [positive, negative] = saturation;
         let (level, clipped) = if wanted.0 > 0 {
             let level = positive.min(ceiling);
@@ -378,6 +383,7 @@ impl Axis {
         };
         let limit = match () {
             () if clipped == wanted => state.limit,
+            () if level == self.most_voltage => Limit::Voltage,
             () if level == ceiling => Limit::Supply,
             () => Limit::Saturation,
         };

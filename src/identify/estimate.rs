@@ -4,6 +4,7 @@
 //! the control tick. [`Estimates::report`] turns them into SI, outside the control tick.
 
 use crate::config::{ConfigError, Field, Scale, within};
+use crate::units::limited;
 use serde::{Deserialize, Serialize};
 
 /// Why a number is missing or must not be used, or why a whole commissioning was refused. The texts that say what to
@@ -173,6 +174,12 @@ pub const GAIN_FRAC: u32 = 20;
 /// Fractional bits of the time constant (LSB = 2⁻¹² control ticks; up to 524,287 ticks = 26 s at 20 kHz).
 pub const TIME_FRAC: u32 = 12;
 
+/// Largest numbers that are stored: a voltage of four nominal supplies, an interval of one, a difference of the gains of
+/// 100 %, a gain of 128.
+const MOST_VOLTAGE: i32 = (1 << (VOLTAGE_FRAC + 2)) - 1;
+const MOST_SHARE: i32 = (1 << VOLTAGE_FRAC) - 1;
+const MOST_GAIN: i32 = (1 << (GAIN_FRAC + 7)) - 1;
+
 /// All that is known about one motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Estimates {
@@ -205,6 +212,21 @@ impl Estimates {
         }
         inside(Field::Gain, &self.gain, GAIN_FRAC, 0.01, 100.0)?;
         inside(Field::TimeConstant, &self.time_constant, TIME_FRAC, 1.0, 5e5)
+    }
+
+    /// What is worth storing: the numbers that are trusted, and of the others the reason. No number is larger than a record
+    /// has room for ([`crate::store::RECORD_LEN`]); those of a motor are far smaller.
+    #[must_use]
+    pub fn to_store(&self) -> Self {
+        let voltage = |estimate: &Estimate| estimate.to_store(MOST_VOLTAGE, MOST_SHARE);
+        Self {
+            dead_zone: [0, 1].map(|side| voltage(&self.dead_zone[side])),
+            saturation: [0, 1].map(|side| voltage(&self.saturation[side])),
+            gain: self.gain.to_store(MOST_GAIN, MOST_GAIN),
+            time_constant: self.time_constant.to_store(i32::MAX, i32::MAX),
+            gain_skew: limited(self.gain_skew, MOST_SHARE),
+            ..*self
+        }
     }
 
     /// Takes a later result over: what it does not trust gives way to what was trusted before.
@@ -291,6 +313,17 @@ impl Estimates {
 }
 
 impl Estimate {
+    fn to_store(self, value: i32, u95: i32) -> Self {
+        match self.standing {
+            Standing::Trusted => Self {
+                value: limited(self.value, value),
+                u95: limited(self.u95, u95),
+                ..self
+            },
+            Standing::Doubtful(reason) | Standing::Missing(reason) => Self::missing(reason),
+        }
+    }
+
     fn report(&self, unit: f32) -> Reported {
         Reported {
             value: self.known().map(|value| value as f32 * unit),

@@ -9,6 +9,9 @@ use crate::units::{Speed, Voltage, to_fixed};
 
 /// Conditions of supply, current and speed must last 1/200 s.
 const PERSISTENCE_HZ: f32 = 200.0;
+/// Shares of the nominal supply beyond which it is a fault, where nobody asked for others.
+const LOWEST_SUPPLY: f32 = 0.5;
+const HIGHEST_SUPPLY: f32 = 1.5;
 
 /// Conditions in the order in which they are named.
 const LASTING: [Fault; 6] = [
@@ -66,10 +69,14 @@ impl Params {
         let config = &scale.config;
         let counts = config.counts_per_rev as f32 / (2.0 * core::f32::consts::PI * config.tick_hz as f32);
         let (look_hz, bits) = looks(scale);
+        let supply = |limit: Option<f32>, share: f32| {
+            let share = limit.map_or(share, |limit| limit / config.supply_nominal_v);
+            Voltage(to_fixed(share, Voltage::BITS))
+        };
         let ticks = u64::from(settings.command_timeout_ms) * u64::from(config.tick_hz) / 1000;
         Self {
-            lowest_supply: Voltage(Voltage::NOMINAL.0 / 2),
-            highest_supply: Voltage(Voltage::NOMINAL.0 / 2 * 3),
+            lowest_supply: supply(config.supply_low_v, LOWEST_SUPPLY),
+            highest_supply: supply(config.supply_high_v, HIGHEST_SUPPLY),
             highest_speed: config
                 .speed_limit_rad_s
                 .map(|limit| Speed(to_fixed(limit * counts, 20))),

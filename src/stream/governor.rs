@@ -1,14 +1,14 @@
-//! What is streamed, held within the limits of speed and voltage.
+//! What is streamed, held within the limits of speed, acceleration and voltage.
 //!
 //! ```text
-//! |ω| ≤ ω_max        |ω + τ·ω̇| ≤ U        (U: the speed that the voltage left for set-points would sustain)
+//! |ω| ≤ ω_max        |ω + τ·ω̇| ≤ U        |ω̇| ≤ A        (U: the speed that the voltage left for set-points would sustain)
 //! ```
 //!
-//! As long as the streamed set-point keeps both, it passes unchanged. When it does not, the governor moves on by itself,
+//! As long as the streamed set-point keeps them, it passes unchanged. When it does not, the governor moves on by itself,
 //! as fast as the limits allow, and closes in along
 //!
 //! ```text
-//! ω = ω_wanted + sign(e)·min(√(2·b·|e|), |e|/16 ticks)        b = U/4τ
+//! ω = ω_wanted + sign(e)·min(√(2·b·|e|), |e|/16 ticks)        b = min(U/τ, A)/4
 //! ```
 //!
 //! the speed from which a quarter of the braking that is there ends at the target (L. Biagiotti, C. Melchiorri, *Trajectory
@@ -44,6 +44,8 @@ pub(super) struct Governor {
     top: Speed,
     /// U.
     sustained: Speed,
+    /// A.
+    hardest: Acceleration,
     /// 1/τ, Q30.
     rate: i32,
     /// b, Q24.
@@ -56,14 +58,16 @@ impl Governor {
         let rate = to_fixed(1.0 / limits.tau_ticks.max(1.0), 30);
         let speed = |limit: f32| Speed(to_fixed(limit.min(FASTEST), SPEED_BITS));
         let sustained = speed(limits.voltage);
+        let hardest = to_fixed(limits.acceleration, ACCELERATION_BITS).max(1);
         Self {
             position: start.position,
             speed: start.speed.per_tick(),
             passes: true,
             top: speed(limits.speed.min(limits.voltage)),
             sustained,
+            hardest: Acceleration(hardest),
             rate,
-            braking: (mul_shift(sustained.0, rate, 26) >> 2).max(1),
+            braking: (mul_shift(sustained.0, rate, 26).min(hardest) >> 2).max(1),
             stops,
         }
     }
@@ -79,14 +83,14 @@ impl Governor {
         self.catch_up(wanted)
     }
 
-    /// Accelerations that the voltage leaves at this speed, Q24.
+    /// Accelerations that limit and voltage leave at this speed, Q24.
     fn room(&self, speed: Speed) -> [i32; 2] {
         let top = self.sustained.0;
         [
             top.wrapping_neg().saturating_sub(speed.0),
             top.saturating_sub(speed.0),
         ]
-        .map(|left| mul_shift(left, self.rate, 26))
+        .map(|left| limited(mul_shift(left, self.rate, 26), self.hardest.0))
     }
 
     fn allows(&self, wanted: &Reference) -> bool {

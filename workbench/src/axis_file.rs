@@ -70,6 +70,11 @@ struct Limits {
     continuous_current_a: Option<f32>,
     thermal_time_constant_s: Option<u16>,
     command_timeout_ms: Option<u16>,
+    supply_low_v: Option<f32>,
+    supply_high_v: Option<f32>,
+    acceleration_rad_s2: Option<f32>,
+    jerk_rad_s3: Option<f32>,
+    voltage_v: Option<f32>,
 }
 
 #[derive(Default, Deserialize)]
@@ -106,7 +111,11 @@ pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
     };
     setup.parameters(None).check().map_err(|error| match error {
         SettingsError::Value(error) => {
-            InputError::file(source, format!("out of range: {}", range_text(&error)))
+            let words = format!("out of range: {}", range_text(&error));
+            match line_of_key(text, error.field.name()) {
+                Some(line) => InputError::line(source, line, words),
+                None => InputError::file(source, words),
+            }
         }
         // Refused above, with its line.
         SettingsError::Action(pair) => {
@@ -118,6 +127,20 @@ pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
 
 fn line_of(text: &str, place: usize) -> u64 {
     1 + text[..place.min(text.len())].matches('\n').count() as u64
+}
+
+/// The line of `table.key`, if the file has it; the file is known to be TOML with a header for every table.
+fn line_of_key(text: &str, name: &str) -> Option<u64> {
+    let (table, key) = name.split_once('.')?;
+    let mut inside = false;
+    for (line, number) in text.lines().map(str::trim).zip(1..) {
+        if let Some(header) = line.strip_prefix('[') {
+            inside = header.split(']').next().map(str::trim) == Some(table);
+        } else if inside && line.split('=').next().map(str::trim) == Some(key) {
+            return Some(number);
+        }
+    }
+    None
 }
 
 /// Names table and key, which the parser's own words leave out, and the nearest known key.
@@ -212,6 +235,11 @@ impl File {
                 .vbus_v_per_lsb
                 .unwrap_or(SUPPLY_HEADROOM * nominal / CONVERTER_FULL_SCALE),
             current_a_per_lsb: self.limits.current_a_per_lsb.unwrap_or(CURRENT_A_PER_LSB),
+            supply_low_v: self.limits.supply_low_v,
+            supply_high_v: self.limits.supply_high_v,
+            acceleration_limit_rad_s2: self.limits.acceleration_rad_s2,
+            jerk_limit_rad_s3: self.limits.jerk_rad_s3,
+            voltage_limit_v: self.limits.voltage_v,
         }
     }
 }

@@ -29,6 +29,11 @@ fn config(tick_hz: u32) -> Config {
         pwm_full_scale: 4200,
         vbus_v_per_lsb: 0.005,
         current_a_per_lsb: 0.01,
+        supply_low_v: None,
+        supply_high_v: None,
+        acceleration_limit_rad_s2: None,
+        jerk_limit_rad_s3: None,
+        voltage_limit_v: None,
     }
 }
 

@@ -80,7 +80,7 @@ impl Setup {
     fn config(&self) -> Config {
         let mut config = desk::config();
         let number = Some(self.number);
-        match self.which % 12 {
+        match self.which % 17 {
             0 => config.supply_nominal_v = self.number,
             1 => config.rated_speed_rad_s = self.number,
             2 => config.travel_limit_rad = Some([self.number, self.other]),
@@ -92,6 +92,11 @@ impl Setup {
             8 => config.energy_limit_j = number,
             9 => config.pwm_delay_ticks = self.count as u8,
             10 => config.gear_ratio = self.number,
+            11 => config.supply_low_v = number,
+            12 => config.supply_high_v = number,
+            13 => config.acceleration_limit_rad_s2 = number,
+            14 => config.jerk_limit_rad_s3 = number,
+            15 => config.voltage_limit_v = number,
             _ => {}
         }
         config

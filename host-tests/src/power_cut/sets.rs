@@ -46,6 +46,11 @@ pub fn config(number: u32, axis: u32) -> Config {
         pwm_full_scale: 8400,
         vbus_v_per_lsb: 0.01,
         current_a_per_lsb: 0.005,
+        supply_low_v: Some(9.0),
+        supply_high_v: None,
+        acceleration_limit_rad_s2: Some(2000.0 + number as f32),
+        jerk_limit_rad_s3: None,
+        voltage_limit_v: Some(10.5),
     }
 }
 
@@ -65,49 +70,121 @@ fn estimates(number: i32) -> Estimates {
     }
 }
 
+/// The configuration as layouts 1 to 3 knew it, field by field.
+type Config3 = (
+    f32,
+    u32,
+    f32,
+    u32,
+    Option<f32>,
+    f32,
+    Option<[f32; 2]>,
+    Option<f32>,
+    Option<f32>,
+    Option<f32>,
+    u8,
+    u16,
+    f32,
+    f32,
+);
+
+fn config_3(config: &Config) -> Config3 {
+    (
+        config.supply_nominal_v,
+        config.counts_per_rev,
+        config.rated_speed_rad_s,
+        config.tick_hz,
+        config.time_constant_hint_s,
+        config.gear_ratio,
+        config.travel_limit_rad,
+        config.current_limit_a,
+        config.energy_limit_j,
+        config.speed_limit_rad_s,
+        config.pwm_delay_ticks,
+        config.pwm_full_scale,
+        config.vbus_v_per_lsb,
+        config.current_a_per_lsb,
+    )
+}
+
+type Axis3 = (Config3, Estimates, Tuning, bool, Settings);
+
+/// The set as layout 3 knew it.
+#[derive(Serialize)]
+pub struct SetLayout3 {
+    axes: Vec<Option<Axis3>>,
+}
+
+impl SetLayout3 {
+    /// What an older image would have stored of this set.
+    pub fn of(set: &StoredParameters) -> Self {
+        let axis = |axis: &AxisParameters| {
+            let config = config_3(&axis.config);
+            (
+                config,
+                axis.estimates,
+                axis.tuning,
+                axis.compensation,
+                axis.protection,
+            )
+        };
+        let axes = set.axes.iter().map(|entry| entry.as_ref().map(axis));
+        SetLayout3 { axes: axes.collect() }
+    }
+}
+
 /// The set as layout 2 knew it: without empty axes.
 #[derive(Serialize)]
 pub struct SetLayout2 {
-    axes: Vec<(Config, Estimates, Tuning, bool)>,
+    axes: Vec<(Config3, Estimates, Tuning, bool)>,
 }
 
 impl SetLayout2 {
     /// What an older image would have stored of this set, which has no empty axis.
     pub fn of(set: &StoredParameters) -> Self {
-        SetLayout2 {
-            axes: set
-                .axes
-                .iter()
-                .flatten()
-                .map(|axis| (axis.config, axis.estimates, axis.tuning, axis.compensation))
-                .collect(),
-        }
+        let axes = set.axes.iter().flatten();
+        let axes = axes.map(|axis| {
+            let config = config_3(&axis.config);
+            (config, axis.estimates, axis.tuning, axis.compensation)
+        });
+        SetLayout2 { axes: axes.collect() }
     }
 }
 
 /// The set as layout 1 knew it: without tuning.
 #[derive(Serialize)]
 pub struct SetLayout1 {
-    axes: Vec<(Config, Estimates)>,
+    axes: Vec<(Config3, Estimates)>,
 }
 
 impl SetLayout1 {
     /// What an older image would have stored of this set.
     pub fn of(set: &StoredParameters) -> Self {
-        SetLayout1 {
-            axes: set
-                .axes
-                .iter()
-                .flatten()
-                .map(|axis| (axis.config, axis.estimates))
-                .collect(),
-        }
+        let axes = set.axes.iter().flatten();
+        let axes = axes.map(|axis| (config_3(&axis.config), axis.estimates));
+        SetLayout1 { axes: axes.collect() }
     }
 }
 
-/// What must be read from it: the same axes with the tuning that a new image gives them.
-pub fn migrated(set: &StoredParameters) -> StoredParameters {
+/// What must be read from it when it was stored in layout 2 or 3: without the limits that came with layout 4.
+pub fn limited_as_layout_3(set: &StoredParameters) -> StoredParameters {
     let mut set = set.clone();
+    for axis in set.axes.iter_mut().flatten() {
+        axis.config = Config {
+            supply_low_v: None,
+            supply_high_v: None,
+            acceleration_limit_rad_s2: None,
+            jerk_limit_rad_s3: None,
+            voltage_limit_v: None,
+            ..axis.config
+        };
+    }
+    set
+}
+
+/// … in layout 1: the same axes with the tuning that a new image gives them, too.
+pub fn migrated(set: &StoredParameters) -> StoredParameters {
+    let mut set = limited_as_layout_3(set);
     for axis in set.axes.iter_mut().flatten() {
         axis.tuning = Tuning::default();
         axis.compensation = true;

@@ -126,10 +126,10 @@ pub fn fault_advice(fault: Fault) -> String {
             "the current limit was exceeded: look for a short or a jammed shaft, or raise limits.current_a"
         }
         Fault::SupplyLow => {
-            "the supply fell below half of supply.nominal_v: check the supply, its wiring and its current limit"
+            "the supply fell below limits.supply_low_v (half of supply.nominal_v if it is not set): check the supply, its wiring and its current limit"
         }
         Fault::SupplyHigh => {
-            "the supply rose above 1.5 times supply.nominal_v: braking feeds it; use a supply or a battery that can take energy, a braking resistor, or brake more gently"
+            "the supply rose above limits.supply_high_v (1.5 times supply.nominal_v if it is not set): braking feeds it; use a supply or a battery that can take energy, a braking resistor, or brake more gently"
         }
         Fault::Stalled => {
             "the shaft is blocked: voltage was applied, nothing moved, and the current was that of a motor at standstill; free the shaft"

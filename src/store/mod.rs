@@ -14,23 +14,25 @@
 //! - *CRC-32* (IEEE 802.3) covers all that stands before it. The flash library underneath checks the same bytes with a
 //!   different polynomial (Castagnoli), so random bits pass both with a probability of 2⁻⁶⁴.
 
+mod layouts;
+
+use crate::checksum::CHECKSUM;
 use crate::config::{Config, ConfigError, Field, within};
 use crate::control::Tuning;
 use crate::identify::estimate::Estimates;
 use crate::protect::{self, Settings, SettingsError};
 use crate::sample::Bridge;
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use serde::{Deserialize, Serialize};
 
 /// Axes that one set can hold: as many as one STM32F405 can drive.
 pub const MAX_AXES: usize = 4;
-/// Bytes of a record. Four axes take up to 568 bytes in postcard.
+/// Bytes of a record. Four axes take up to 609 bytes in postcard ([`Estimates::to_store`] sees to it).
 pub const RECORD_LEN: usize = 640;
 /// Layout that this image writes.
-pub const LAYOUT: u16 = 3;
+pub const LAYOUT: u16 = 4;
 
 const HEADER_LEN: usize = 8;
 const PAYLOAD_END: usize = RECORD_LEN - 4;
-const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// Everything about one axis that must not be asked or measured again after power-up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -179,13 +181,20 @@ impl<'a> Record<'a> {
         Found::Unreadable { layout }
     }
 
+    /// Decodes one axis after the other into its place, so that the stack holds one and not four, and insists that nothing
+    /// is left over. In postcard a sequence is its length and its items.
+    #[inline(never)]
     fn migrate(&self, set: &mut StoredParameters) -> Option<()> {
-        match self.layout {
-            1 => each_axis(self.payload, set, layout_1::Axis::migrate),
-            2 => each_axis(self.payload, set, layout_2::Axis::migrate),
-            LAYOUT => each_axis(self.payload, set, core::convert::identity),
-            _ => None,
+        let mut rest = self.payload;
+        for _ in 0..layouts::take::<u32>(&mut rest)? {
+            let axis = match self.layout {
+                1..LAYOUT => layouts::axis(self.layout, &mut rest)?,
+                LAYOUT => layouts::take(&mut rest)?,
+                _ => return None,
+            };
+            set.axes.push(axis).ok()?;
         }
+        rest.is_empty().then_some(())
     }
 }
 
@@ -213,76 +222,9 @@ pub(crate) fn encode_into(
     Ok(())
 }
 
-/// Decodes one axis after the other into its place, so that the stack holds one and not four, and insists that nothing
-/// is left over. In postcard a sequence is its length and its items.
-#[inline(never)]
-fn each_axis<T: DeserializeOwned>(
-    payload: &[u8],
-    set: &mut StoredParameters,
-    migrate: impl Fn(T) -> Option<AxisParameters>,
-) -> Option<()> {
-    let (count, mut rest) = postcard::take_from_bytes::<u32>(payload).ok()?;
-    for _ in 0..count {
-        let (axis, behind) = postcard::take_from_bytes(rest).ok()?;
-        set.axes.push(migrate(axis)).ok()?;
-        rest = behind;
-    }
-    rest.is_empty().then_some(())
-}
-
 impl StoredParameters {
     /// Can an axis be built from every entry?
     fn is_valid(&self) -> bool {
         self.axes.iter().flatten().all(|axis| axis.check().is_ok())
-    }
-}
-
-/// Layout 1 knew no choice about the loops.
-mod layout_1 {
-    use super::{AxisParameters, Config, Estimates, Settings, Tuning};
-    use serde::Deserialize;
-
-    #[derive(Deserialize)]
-    pub struct Axis {
-        config: Config,
-        estimates: Estimates,
-    }
-
-    impl Axis {
-        pub fn migrate(self) -> Option<AxisParameters> {
-            Some(AxisParameters {
-                config: self.config,
-                estimates: self.estimates,
-                tuning: Tuning::default(),
-                compensation: true,
-                protection: Settings::default(),
-            })
-        }
-    }
-}
-
-/// Layout 2 knew no axis that is not configured, and no choice about protection.
-mod layout_2 {
-    use super::{AxisParameters, Config, Estimates, Settings, Tuning};
-    use serde::Deserialize;
-
-    #[derive(Deserialize)]
-    pub struct Axis {
-        config: Config,
-        estimates: Estimates,
-        tuning: Tuning,
-        compensation: bool,
-    }
-
-    impl Axis {
-        pub fn migrate(self) -> Option<AxisParameters> {
-            Some(AxisParameters {
-                config: self.config,
-                estimates: self.estimates,
-                tuning: self.tuning,
-                compensation: self.compensation,
-                protection: Settings::default(),
-            })
-        }
     }
 }

@@ -1,0 +1,87 @@
+//! Sets of parameters as older images stored them, and what a set of today is made of them.
+
+use super::AxisParameters;
+use crate::config::Config;
+use crate::control::Tuning;
+use crate::protect::Settings;
+use serde::{Deserialize, de::DeserializeOwned};
+
+/// The configuration up to layout 3, which knew no thresholds of the supply and no limits of acceleration, jerk and
+/// voltage.
+#[derive(Deserialize)]
+struct Config3 {
+    supply_nominal_v: f32,
+    counts_per_rev: u32,
+    rated_speed_rad_s: f32,
+    tick_hz: u32,
+    time_constant_hint_s: Option<f32>,
+    gear_ratio: f32,
+    travel_limit_rad: Option<[f32; 2]>,
+    current_limit_a: Option<f32>,
+    energy_limit_j: Option<f32>,
+    speed_limit_rad_s: Option<f32>,
+    pwm_delay_ticks: u8,
+    pwm_full_scale: u16,
+    vbus_v_per_lsb: f32,
+    current_a_per_lsb: f32,
+}
+
+impl Config3 {
+    fn migrate(self) -> Config {
+        Config {
+            supply_nominal_v: self.supply_nominal_v,
+            counts_per_rev: self.counts_per_rev,
+            rated_speed_rad_s: self.rated_speed_rad_s,
+            tick_hz: self.tick_hz,
+            time_constant_hint_s: self.time_constant_hint_s,
+            gear_ratio: self.gear_ratio,
+            travel_limit_rad: self.travel_limit_rad,
+            current_limit_a: self.current_limit_a,
+            energy_limit_j: self.energy_limit_j,
+            speed_limit_rad_s: self.speed_limit_rad_s,
+            pwm_delay_ticks: self.pwm_delay_ticks,
+            pwm_full_scale: self.pwm_full_scale,
+            vbus_v_per_lsb: self.vbus_v_per_lsb,
+            current_a_per_lsb: self.current_a_per_lsb,
+            supply_low_v: None,
+            supply_high_v: None,
+            acceleration_limit_rad_s2: None,
+            jerk_limit_rad_s3: None,
+            voltage_limit_v: None,
+        }
+    }
+}
+
+/// The next axis of a set in layout 1, 2 or 3; `None`: it cannot be read. An axis that is none was never configured.
+///
+/// Part by part: what the layouts have in common is decoded by the same code.
+pub(super) fn axis(layout: u16, rest: &mut &[u8]) -> Option<Option<AxisParameters>> {
+    // Layout 3 came with axes that were never configured: an optional is a byte, zero or one, before the content.
+    if layout >= 3 && !take::<bool>(rest)? {
+        return Some(None);
+    }
+    let (config, estimates) = (take::<Config3>(rest)?.migrate(), take(rest)?);
+    // Layout 1 knew no choice about the loops, layout 2 none about protection.
+    let (tuning, compensation) = match layout {
+        1 => (Tuning::default(), true),
+        _ => (take(rest)?, take(rest)?),
+    };
+    let protection = match layout {
+        1 | 2 => Settings::default(),
+        _ => take(rest)?,
+    };
+    Some(Some(AxisParameters {
+        config,
+        estimates,
+        tuning,
+        compensation,
+        protection,
+    }))
+}
+
+/// The next item.
+pub(super) fn take<T: DeserializeOwned>(rest: &mut &[u8]) -> Option<T> {
+    let (item, behind) = postcard::take_from_bytes(rest).ok()?;
+    *rest = behind;
+    Some(item)
+}
