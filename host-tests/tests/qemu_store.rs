@@ -81,7 +81,12 @@ fn turns(client: &mut Client, last: &mut Record, count: u32) {
 /// Saves; the announced erases.
 fn save(client: &mut Client) -> Vec<StoreEvent> {
     let mut announced = Vec::new();
-    client.save(&mut |event| announced.push(event)).expect("stored");
+    let mut heed = |message| {
+        if let Message::Store(event) = message {
+            announced.push(event);
+        }
+    };
+    client.save(&mut heed).expect("stored");
     announced
 }
 
@@ -97,6 +102,11 @@ fn what_was_commissioned_survives_a_restart_and_is_used() {
     let [Done::Commissioned(outcome), Done::Stored, Done::Tracked(fresh)] = &first.done[..] else {
         panic!("{:?}", first.done);
     };
+
+    // The first save of a life erases, too: the log has every tick of it.
+    let ticks: Vec<u32> = first.log.rows.iter().map(|row| row.tick).collect();
+    let gap = ticks.windows(2).find(|pair| pair[1] != pair[0] + 1);
+    assert_eq!(gap, None, "of {} rows", ticks.len());
 
     let mut again = client(&flash);
     let hello = again.hello().expect("a hello");

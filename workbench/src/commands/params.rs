@@ -10,7 +10,7 @@ use crate::parameters;
 use crate::servo_link::{Client, found_text, store_text};
 use anyhow::Context;
 use clap::{Args, Subcommand};
-use servo::protocol::Command;
+use servo::protocol::{Command, Message};
 use std::path::PathBuf;
 
 /// Arguments of `truing params`.
@@ -122,7 +122,11 @@ fn change(set: &Set) -> anyhow::Result<()> {
 }
 
 fn save(client: &mut Client) -> anyhow::Result<()> {
-    client.save(&mut |event| println!("{}", store_text(event)))?;
+    client.save(&mut |message| {
+        if let Message::Store(event) = message {
+            println!("{}", store_text(event));
+        }
+    })?;
     println!("{}", store_text(servo::saving::StoreEvent::Saved));
     Ok(())
 }

@@ -212,14 +212,14 @@ impl Client {
         })
     }
 
-    /// Stores what is in force on all axes; `announce` is told about an erase. A servo that has just been configured
-    /// needs a moment until it knows that its shafts stand.
-    pub fn save(&mut self, announce: &mut dyn FnMut(StoreEvent)) -> Result<(), InputError> {
+    /// Stores what is in force on all axes. Messages that arrive meanwhile go to `sink`: the announcement of an erase, and
+    /// the telemetry, for the control tick goes on. A servo that has just been configured needs a moment until it knows that
+    /// its shafts stand.
+    pub fn save(&mut self, sink: &mut dyn FnMut(Message)) -> Result<(), InputError> {
         let end = Cell::new(None);
         let mut heed = |message| match message {
-            Message::Store(event @ StoreEvent::Erasing { .. }) => announce(event),
-            Message::Store(event) => end.set(Some(event)),
-            _ => {}
+            Message::Store(event @ (StoreEvent::Saved | StoreEvent::Failed(_))) => end.set(Some(event)),
+            other => sink(other),
         };
         let patience = Instant::now() + PATIENCE;
         loop {

@@ -66,7 +66,8 @@ impl Session {
         let still = self.standstill();
         let end = self.kept.borrow().now() + self.ticks(LONGEST_REST_S);
         self.run_to(end, |kept| kept.stands(still), "coming to rest", progress)?;
-        self.client.save(&mut |_| {})?;
+        self.client
+            .save(&mut |message| self.kept.borrow_mut().take(message))?;
         Ok(Done::Stored)
     }
 }
