@@ -44,13 +44,24 @@ pub(super) struct Accepted<'a> {
     fine: OnceCell<Scored<'a>>,
 }
 
+/// What a larger set gains.
+struct Gain {
+    /// Fall of the cost: χ² and priors.
+    cost: f64,
+    /// Dispersion of what is left.
+    dispersion: f64,
+    /// Whether it is large enough to be a physical effect.
+    material: bool,
+}
+
 impl<'a> Search<'a, '_> {
     /// Whether a larger set pays for itself against the accepted one.
     pub(super) fn accepts(&self, current: &Scored<'a>, accepted: &Accepted<'a>, child: &Scored<'a>) -> bool {
-        let (gain, factor, material) = self.gained(current, accepted, child);
+        let gained = self.gained(current, accepted, child);
+        let gain = gained.cost;
         let more =
             (child.hypothesis.effect_slots() as f64 - current.hypothesis.effect_slots() as f64).max(1.0);
-        if gain < WORTH * factor * more.sqrt() || !material {
+        if gain < WORTH * gained.dispersion * more.sqrt() || !gained.material {
             return false;
         }
         if self.any_inside_tolerance(child) || !self.stands_out(current, child) {
@@ -72,19 +83,20 @@ impl<'a> Search<'a, '_> {
             }
     }
 
-    /// The gain in χ², the dispersion behind it, and whether the gain is material. A gain that is small against the first gap is
-    /// looked at on the fine grid: on the coarse one the integrator's own error beside a large effect looks like another.
-    fn gained(&self, current: &Scored<'a>, accepted: &Accepted<'a>, child: &Scored<'a>) -> (f64, f64, bool) {
-        let gain = current.fit.cost - child.fit.cost;
-        if gain > FINE_BELOW * self.first_gap {
-            let factor = dispersion(child);
-            return (gain, factor, self.material(current, child, factor));
+    /// What a larger set gains. A gain that is small against the first gap is looked at on the fine grid: on the coarse one the
+    /// integrator's own error beside a large effect looks like another.
+    fn gained(&self, current: &Scored<'a>, accepted: &Accepted<'a>, child: &Scored<'a>) -> Gain {
+        let weighed = |current: &Scored, child: &Scored, dispersion: f64| Gain {
+            cost: current.fit.cost - child.fit.cost,
+            dispersion,
+            material: self.material(current, child, dispersion),
+        };
+        if current.fit.cost - child.fit.cost > FINE_BELOW * self.first_gap {
+            return weighed(current, child, dispersion(child));
         }
         let current = accepted.fine.get_or_init(|| self.fine(current));
         let child = self.fine(child);
-        let factor = dispersion_on(&child, &FINAL);
-        let material = self.material(current, &child, factor);
-        (current.fit.cost - child.fit.cost, factor, material)
+        weighed(current, &child, dispersion_on(&child, &FINAL))
     }
 
     /// Visible against the noise, and a share of what is left and of the first gap.
