@@ -10,7 +10,7 @@ use servo::store::{Found, StoredParameters};
 
 /// Reads the store into the archive. A set that this board cannot run counts as unreadable: it is reported, not mended.
 #[inline(never)]
-pub fn restore(archive: &mut Archive<board::Flash>) -> Found {
+pub fn restore(archive: &mut Archive<board::Flash, AXES>) -> Found {
     let found = match archive.load() {
         Found::Set { layout } if !suits(archive.set()) => {
             archive.forget();
@@ -28,9 +28,9 @@ pub fn restore(archive: &mut Archive<board::Flash>) -> Found {
     found
 }
 
-fn suits(set: &StoredParameters) -> bool {
+fn suits(set: &StoredParameters<AXES>) -> bool {
     let mut configs = set.axes.iter().flatten().map(|axis| &axis.config);
-    set.axes.iter().skip(AXES).all(Option::is_none) && configs.all(|config| board::supports(config).is_ok())
+    configs.all(|config| board::supports(config).is_ok())
 }
 
 /// One joint an axis: as it was stored, or never configured. In the place where they stay: they are kilobytes, and
@@ -38,7 +38,7 @@ fn suits(set: &StoredParameters) -> bool {
 #[inline(never)]
 pub fn joints<'a>(
     place: &'a mut MaybeUninit<[Joint; AXES]>,
-    archive: &mut Archive<board::Flash>,
+    archive: &mut Archive<board::Flash, AXES>,
     found: Found,
     cause: ResetCause,
     drive: &mut board::Drive,

@@ -3,6 +3,7 @@
 //! `Config` (SI) → [`Config::build`] → [`Scale`] (fixed point): the one place where a volt, a radian and a second turn
 //! into machine units. Every stage derives its own `Params` from the [`Scale`].
 
+use crate::optional::Optional;
 use serde::{Deserialize, Serialize};
 
 /// One joint in SI units. The host reads it from `axis.toml`; it reaches the chip in [`crate::protocol::Command::Configure`].
@@ -19,21 +20,17 @@ pub struct Config {
     /// Control rate, Hz. 1,000 … 20,000.
     pub tick_hz: u32,
     /// Time constant of speed, s, right within a factor of 2; `None`: the chip finds it.
-    #[serde(with = "optional")]
-    pub time_constant_hint_s: Option<f32>,
+    pub time_constant_hint_s: Optional,
     /// Turns of the controlled shaft per turn of the joint.
     pub gear_ratio: f32,
     /// End stops, rad, relative to power-up; `None`: turns freely.
     pub travel_limit_rad: Option<[f32; 2]>,
     /// Current above which the bridge is switched off, A; `None`: no current sensor or no limit.
-    #[serde(with = "optional")]
-    pub current_limit_a: Option<f32>,
+    pub current_limit_a: Optional,
     /// Electrical energy that one commissioning may spend, J; `None`: no limit.
-    #[serde(with = "optional")]
-    pub energy_limit_j: Option<f32>,
+    pub energy_limit_j: Optional,
     /// Speed never to be exceeded, rad/s; `None`: no limit.
-    #[serde(with = "optional")]
-    pub speed_limit_rad_s: Option<f32>,
+    pub speed_limit_rad_s: Optional,
     /// Ticks between a command and its effect at the bridge, 1 … 3 (1: preloaded PWM compare register).
     pub pwm_delay_ticks: u8,
     /// PWM counts of full duty: the timer's reload value.
@@ -43,40 +40,20 @@ pub struct Config {
     /// Amperes per count of the current converter.
     pub current_a_per_lsb: f32,
     /// Supply below which the bridge is switched off, V; `None`: half the nominal supply.
-    #[serde(with = "optional", default)]
-    pub supply_low_v: Option<f32>,
+    #[serde(default)]
+    pub supply_low_v: Optional,
     /// … and above which, V; `None`: one and a half times the nominal supply.
-    #[serde(with = "optional", default)]
-    pub supply_high_v: Option<f32>,
+    #[serde(default)]
+    pub supply_high_v: Optional,
     /// Largest acceleration of a set-point, rad/s²; `None`: what the voltage gives.
-    #[serde(with = "optional", default)]
-    pub acceleration_limit_rad_s2: Option<f32>,
+    #[serde(default)]
+    pub acceleration_limit_rad_s2: Optional,
     /// Largest jerk of a set-point that the chip plans, rad/s³; `None`: no limit.
-    #[serde(with = "optional", default)]
-    pub jerk_limit_rad_s3: Option<f32>,
+    #[serde(default)]
+    pub jerk_limit_rad_s3: Optional,
     /// Largest voltage at the terminals, V; `None`: what the supply gives.
-    #[serde(with = "optional", default)]
-    pub voltage_limit_v: Option<f32>,
-}
-
-/// An optional number travels as a number, NaN when there is none: so four axes fit into a record of the store. In text it
-/// is what it is; a log from before a limit was known has none.
-mod optional {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub fn serialize<S: Serializer>(value: &Option<f32>, serializer: S) -> Result<S::Ok, S::Error> {
-        if serializer.is_human_readable() {
-            return value.serialize(serializer);
-        }
-        value.unwrap_or(f32::NAN).serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f32>, D::Error> {
-        if deserializer.is_human_readable() {
-            return Option::deserialize(deserializer);
-        }
-        f32::deserialize(deserializer).map(|value| (!value.is_nan()).then_some(value))
-    }
+    #[serde(default)]
+    pub voltage_limit_v: Optional,
 }
 
 /// Why a [`Config`], or another number that arrives, cannot be: names the field as `axis.toml` spells it, and the range.
@@ -294,7 +271,7 @@ impl Config {
         within(Field::TickHz, self.tick_hz as f32, 1e3, 2e4)?;
         within(
             Field::TimeConstantHint,
-            self.time_constant_hint_s.unwrap_or(0.1),
+            self.time_constant_hint_s.get().unwrap_or(0.1),
             2e-3,
             10.0,
         )?;
@@ -338,7 +315,9 @@ impl Config {
                 nominal,
             ),
         ] {
-            limit.map_or(Ok(()), |value| within(field, value, minimum, maximum))?;
+            limit
+                .get()
+                .map_or(Ok(()), |value| within(field, value, minimum, maximum))?;
         }
         Ok(())
     }

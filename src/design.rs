@@ -287,7 +287,7 @@ impl Design {
 fn motor(scale: &Scale, knowledge: &Knowledge) -> (Motor, Source) {
     let config = &scale.config;
     let rated = config.rated_speed_rad_s * counts_per_tick(scale);
-    let hint = config.time_constant_hint_s;
+    let hint = config.time_constant_hint_s.get();
     match (knowledge.gain.value(), knowledge.time_constant.value()) {
         (Some(gain), Some(tau)) => {
             let motor = Motor {
@@ -343,13 +343,14 @@ fn limits(scale: &Scale, knowledge: &Knowledge, motor: &Motor) -> Limits {
     let speed = scale
         .config
         .speed_limit_rad_s
+        .get()
         .map_or(f32::MAX, |limit| 0.8 * limit * counts_per_tick(scale));
     Limits {
         speed,
         voltage: 0.8 * motor.full_speed * room as f32 / one as f32,
         tau_ticks: motor.tau_ticks,
-        acceleration: per_tick(scale, scale.config.acceleration_limit_rad_s2, 2),
-        jerk: per_tick(scale, scale.config.jerk_limit_rad_s3, 3),
+        acceleration: per_tick(scale, scale.config.acceleration_limit_rad_s2.get(), 2),
+        jerk: per_tick(scale, scale.config.jerk_limit_rad_s3.get(), 3),
     }
 }
 
@@ -365,14 +366,14 @@ fn per_tick(scale: &Scale, limit: Option<f32>, order: usize) -> f32 {
 #[must_use]
 pub fn voltage_limit(scale: &Scale) -> Voltage {
     let config = &scale.config;
-    Voltage(config.voltage_limit_v.map_or(i32::MAX, |limit| {
+    Voltage(config.voltage_limit_v.get().map_or(i32::MAX, |limit| {
         to_fixed(limit / config.supply_nominal_v, Voltage::BITS)
     }))
 }
 
 /// 90 % of the configured limit, so that ordinary overshoot is no fault.
 fn speed_limit(scale: &Scale) -> Speed {
-    let limit = scale.config.speed_limit_rad_s;
+    let limit = scale.config.speed_limit_rad_s.get();
     Speed(limit.map_or(i32::MAX, |limit| {
         to_fixed(0.9 * limit * counts_per_tick(scale), 20)
     }))

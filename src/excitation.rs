@@ -67,7 +67,7 @@ impl Waveform {
             Field::ExcitationAmplitude,
             amplitude,
             LEAST_AMPLITUDE * supply,
-            scale.config.voltage_limit_v.unwrap_or(supply),
+            scale.config.voltage_limit_v.get().unwrap_or(supply),
         )?;
         let highest = rate / FEWEST_TICKS;
         within(Field::ExcitationFrom, self.from_hz, LOWEST_HZ, highest)?;

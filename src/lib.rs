@@ -29,6 +29,7 @@ pub mod identify;
 pub mod joint;
 pub mod link;
 pub mod operate;
+pub mod optional;
 pub mod protect;
 pub mod protocol;
 pub mod pwm;

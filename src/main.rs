@@ -51,8 +51,9 @@ mod app {
     /// Telemetry records on their way to the link, which runs after every tick; when it is late, its own kilobyte of
     /// frames is full.
     type Records = Queue<Telemetry, 8>;
-    /// Parameters on their way from the control interrupt to the store: every axis, then what to do with them.
-    type Jobs = Queue<Job, { AXES + 2 }>;
+    /// Parameters on their way from the control interrupt to the store: one axis after the other, then what to do with
+    /// them. The next job waits until idle has done this one.
+    type Jobs = Queue<Job, 2>;
     /// How that went.
     type Reports = Queue<Report, 2>;
 
@@ -68,7 +69,7 @@ mod app {
         answers_in: Consumer<'static, Message>,
         records_in: Consumer<'static, Telemetry>,
         idle: board::Idle,
-        archive: Archive<board::Flash>,
+        archive: Archive<board::Flash, AXES>,
         jobs_in: Consumer<'static, Job>,
         reports_out: Producer<'static, Report>,
     }

@@ -130,13 +130,13 @@ impl Saving {
     }
 }
 
-/// Idle's side: the flash, and the set that is being collected for it.
-pub struct Archive<F> {
+/// Idle's side: the flash, and the set of `AXES` axes that is being collected for it.
+pub struct Archive<F, const AXES: usize> {
     flash: ParameterFlash<F>,
-    set: StoredParameters,
+    set: StoredParameters<AXES>,
 }
 
-impl<F: NorFlash> Archive<F> {
+impl<F: NorFlash, const AXES: usize> Archive<F, AXES> {
     /// Nothing loaded yet.
     pub fn new(flash: ParameterFlash<F>) -> Self {
         Archive {
@@ -151,7 +151,7 @@ impl<F: NorFlash> Archive<F> {
     }
 
     /// What was loaded; empty if there was no set.
-    pub fn set(&self) -> &StoredParameters {
+    pub fn set(&self) -> &StoredParameters<AXES> {
         &self.set
     }
 

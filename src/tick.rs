@@ -232,6 +232,10 @@ impl Control {
     #[cold]
     #[inline(never)]
     fn save(&mut self) {
+        if !self.ends.jobs.ready() {
+            // Idle is still at the last job.
+            return;
+        }
         let tick_hz = self
             .joints
             .iter()
@@ -245,7 +249,7 @@ impl Control {
             Step::Write(rest) => Job::Write(rest),
             Step::Erase(rest) => Job::Erase(rest),
         };
-        // The queue has a place for every axis and the job behind them.
+        // It is ready.
         let _ = self.ends.jobs.enqueue(job);
     }
 

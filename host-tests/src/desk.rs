@@ -8,6 +8,7 @@ use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
 use servo::joint::{Joint, Order};
 use servo::link::{Inbox, Incoming};
+use servo::optional::Optional;
 use servo::protect::Notice;
 use servo::protocol::{Command, Message, Refusal, Request};
 use servo::store::AxisParameters;
@@ -26,21 +27,21 @@ pub fn config() -> Config {
         counts_per_rev: 4000,
         rated_speed_rad_s: 125.0,
         tick_hz: 10_000,
-        time_constant_hint_s: Some(0.04),
+        time_constant_hint_s: Optional::new(0.04),
         gear_ratio: 10.0,
         travel_limit_rad: None,
-        current_limit_a: None,
-        energy_limit_j: None,
-        speed_limit_rad_s: None,
+        current_limit_a: Optional::NONE,
+        energy_limit_j: Optional::NONE,
+        speed_limit_rad_s: Optional::NONE,
         pwm_delay_ticks: 1,
         pwm_full_scale: 8400,
         vbus_v_per_lsb: 0.01,
         current_a_per_lsb: 0.005,
-        supply_low_v: None,
-        supply_high_v: None,
-        acceleration_limit_rad_s2: None,
-        jerk_limit_rad_s3: None,
-        voltage_limit_v: None,
+        supply_low_v: Optional::NONE,
+        supply_high_v: Optional::NONE,
+        acceleration_limit_rad_s2: Optional::NONE,
+        jerk_limit_rad_s3: Optional::NONE,
+        voltage_limit_v: Optional::NONE,
     }
 }
 

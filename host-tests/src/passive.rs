@@ -7,6 +7,7 @@ use crate::tracking::{Left, commission};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::identify::estimate::{EstimatesReport, Reason, Reported};
+use servo::optional::Optional;
 use servo::protect::Fault;
 use servo::protocol::Command;
 use std::f64::consts::TAU;
@@ -101,7 +102,7 @@ impl Learning {
         let mut dice = ChaCha8Rng::seed_from_u64(plant.seed ^ 0x6f72_6469_6e61_7279);
         let full_speed = plant.truth.gain * plant.motor.drive.supply_v;
         let hint = plant.truth.time_constant_s * dice.random_range(0.7..1.3);
-        plant.config.time_constant_hint_s = Some(hint as f32);
+        plant.config.time_constant_hint_s = Optional::new(hint as f32);
         let mut bench = Bench::new(&plant);
         bench.run(0.01, |_, _| {});
         self.motion.run(&mut bench, full_speed, self.seconds, &mut dice);

@@ -5,6 +5,7 @@ use host_tests::families::{Plant, Sensing, Truth};
 use servo::axis::{Axis, Bridge, Output, Refusal, Sample};
 use servo::config::Config;
 use servo::identify::estimate::Reason;
+use servo::optional::Optional;
 use servo::protocol::Command;
 use servo::record::{Activity, Source};
 use std::f64::consts::TAU;
@@ -20,21 +21,21 @@ fn plant() -> Plant {
         counts_per_rev: 500,
         rated_speed_rad_s: 220.0,
         tick_hz: 10_000,
-        time_constant_hint_s: None,
+        time_constant_hint_s: Optional::NONE,
         gear_ratio: 1.0,
         travel_limit_rad: None,
-        current_limit_a: None,
-        energy_limit_j: None,
-        speed_limit_rad_s: None,
+        current_limit_a: Optional::NONE,
+        energy_limit_j: Optional::NONE,
+        speed_limit_rad_s: Optional::NONE,
         pwm_delay_ticks: 1,
         pwm_full_scale: 4200,
         vbus_v_per_lsb: 0.005,
         current_a_per_lsb: 0.01,
-        supply_low_v: None,
-        supply_high_v: None,
-        acceleration_limit_rad_s2: None,
-        jerk_limit_rad_s3: None,
-        voltage_limit_v: None,
+        supply_low_v: Optional::NONE,
+        supply_high_v: Optional::NONE,
+        acceleration_limit_rad_s2: Optional::NONE,
+        jerk_limit_rad_s3: Optional::NONE,
+        voltage_limit_v: Optional::NONE,
     };
     let sensing = Sensing {
         phase_error: 0.1,
@@ -150,7 +151,7 @@ fn torque_needs_arming_and_motion_needs_knowledge() {
 fn targets_beyond_the_end_stops_are_refused() {
     let mut plant = plant();
     plant.config.travel_limit_rad = Some([-3.0, 3.0]);
-    plant.config.time_constant_hint_s = Some(0.04);
+    plant.config.time_constant_hint_s = Optional::new(0.04);
     let mut bench = Bench::new(&plant);
     run(&mut bench, 0.01);
     must(&mut bench, Command::Arm);

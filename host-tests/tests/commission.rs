@@ -3,6 +3,7 @@
 use host_tests::commissioning::{Score, commission, quantiles};
 use host_tests::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
 use rayon::prelude::*;
+use servo::optional::Optional;
 
 /// Evaluation plants far from those that the documented suites use first.
 const FIRST: u32 = 700_000;
@@ -95,10 +96,10 @@ fn refusals_name_their_reason() {
     assert_eq!(sensed(disconnected, true), Some("motor_disconnected"));
     let mut hot = plant();
     hot.sensing.current = true;
-    hot.config.energy_limit_j = Some(0.01);
+    hot.config.energy_limit_j = Optional::new(0.01);
     assert_eq!(refused(&hot), Some("energy_spent"));
     let mut fast = plant();
-    fast.config.speed_limit_rad_s = Some(0.3 * fast.config.rated_speed_rad_s);
+    fast.config.speed_limit_rad_s = Optional::new(0.3 * fast.config.rated_speed_rad_s);
     assert_eq!(refused(&fast), Some("overspeed"));
 }
 

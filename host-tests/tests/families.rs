@@ -118,7 +118,7 @@ fn firmware_is_told_no_more_than_axis_toml_allows() {
         );
         let rated = f64::from(plant.config.rated_speed_rad_s) / (plant.motor.gain() * 12.0);
         assert!((0.69..1.31).contains(&rated));
-        if let Some(hint) = plant.config.time_constant_hint_s {
+        if let Some(hint) = plant.config.time_constant_hint_s.get() {
             hinted += 1;
             assert!((0.49..2.01).contains(&(f64::from(hint) / plant.truth.time_constant_s)));
         }

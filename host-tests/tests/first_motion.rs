@@ -13,7 +13,7 @@ fn bounded(family: Family, sensed: bool) -> impl Iterator<Item = Plant> {
         .map(move |number| plant(family, Seeds::Design(number), 2_000, sensed))
         .filter(|plant| {
             let counts = plant.config.gear_ratio * plant.config.counts_per_rev as f32 / 72.0;
-            plant.config.time_constant_hint_s.is_some() && counts > 33.0
+            plant.config.time_constant_hint_s.get().is_some() && counts > 33.0
         })
 }
 
@@ -58,7 +58,7 @@ fn where_the_shaft_is_not_shaken_the_current_ends_the_ramp() {
     let unhinted = |sensed: bool| {
         (400..)
             .map(move |number| plant(Family::G3, Seeds::Design(number), 2_000, sensed))
-            .filter(|plant| plant.config.time_constant_hint_s.is_none())
+            .filter(|plant| plant.config.time_constant_hint_s.get().is_none())
             .take(8)
     };
     let [sensed, blind] = [true, false].map(|sensed| {

@@ -8,6 +8,7 @@ use host_tests::tracking::exact;
 use servo::axis::{Output, Refusal};
 use servo::config::{Config, ConfigError, Field};
 use servo::excitation::{Sweep, Waveform};
+use servo::optional::Optional;
 use servo::protect::Fault;
 use servo::protocol::Command;
 use servo::record::{Activity, Limit};
@@ -26,8 +27,8 @@ fn plant(limits: impl Fn(&mut Config)) -> Plant {
 }
 
 fn gentle(config: &mut Config) {
-    config.acceleration_limit_rad_s2 = Some(ACCELERATION);
-    config.jerk_limit_rad_s3 = Some(JERK);
+    config.acceleration_limit_rad_s2 = Optional::new(ACCELERATION);
+    config.jerk_limit_rad_s3 = Optional::new(JERK);
 }
 
 /// An armed bench that knows its plant.
@@ -207,7 +208,7 @@ fn a_sine_beyond_them_is_refused_and_one_within_keeps_them() {
 #[test]
 fn nothing_puts_more_than_the_voltage_limit_at_the_terminals() {
     let share = 0.6;
-    let plant = plant(|config| config.voltage_limit_v = Some(share * config.supply_nominal_v));
+    let plant = plant(|config| config.voltage_limit_v = Optional::new(share * config.supply_nominal_v));
     let volts = share * plant.config.supply_nominal_v;
     let mut bench = knowing(&plant);
     let most = |output: &Output| {
@@ -259,7 +260,7 @@ fn nothing_puts_more_than_the_voltage_limit_at_the_terminals() {
 #[test]
 fn a_commissioning_keeps_the_voltage_limit_and_learns_the_dead_zone() {
     let share = 0.75;
-    let plant = plant(|config| config.voltage_limit_v = Some(share * config.supply_nominal_v));
+    let plant = plant(|config| config.voltage_limit_v = Optional::new(share * config.supply_nominal_v));
     let mut bench = Bench::new(&plant);
     bench.run(0.01, |_, _| {});
     ask(&mut bench, Command::Arm).expect("armed");
@@ -319,8 +320,8 @@ fn the_supply_is_a_fault_beyond_the_thresholds_asked_for_and_not_before() {
         let mut desk = Desk::default();
         let (supply_low_v, supply_high_v) = limits;
         let config = Config {
-            supply_low_v,
-            supply_high_v,
+            supply_low_v: supply_low_v.into(),
+            supply_high_v: supply_high_v.into(),
             ..desk::config()
         };
         desk.order(Command::Configure(config)).expect("a configuration");
@@ -347,7 +348,7 @@ fn limits_that_cannot_be_are_refused_with_their_range() {
     for (config, field, minimum, maximum) in [
         (
             Config {
-                supply_low_v: Some(12.1),
+                supply_low_v: Optional::new(12.1),
                 ..config()
             },
             Field::SupplyLow,
@@ -356,7 +357,7 @@ fn limits_that_cannot_be_are_refused_with_their_range() {
         ),
         (
             Config {
-                supply_high_v: Some(24.0),
+                supply_high_v: Optional::new(24.0),
                 ..config()
             },
             Field::SupplyHigh,
@@ -365,7 +366,7 @@ fn limits_that_cannot_be_are_refused_with_their_range() {
         ),
         (
             Config {
-                acceleration_limit_rad_s2: Some(0.0),
+                acceleration_limit_rad_s2: Optional::new(0.0),
                 ..config()
             },
             Field::AccelerationLimit,
@@ -374,7 +375,7 @@ fn limits_that_cannot_be_are_refused_with_their_range() {
         ),
         (
             Config {
-                jerk_limit_rad_s3: Some(f32::NAN),
+                jerk_limit_rad_s3: Optional::new(f32::NAN),
                 ..config()
             },
             Field::JerkLimit,
@@ -383,7 +384,7 @@ fn limits_that_cannot_be_are_refused_with_their_range() {
         ),
         (
             Config {
-                voltage_limit_v: Some(12.5),
+                voltage_limit_v: Optional::new(12.5),
                 ..config()
             },
             Field::VoltageLimit,
@@ -407,8 +408,8 @@ fn limits_that_cannot_be_are_refused_with_their_range() {
 fn limits_survive_a_new_configuration() {
     let mut desk = Desk::default();
     let config = Config {
-        supply_low_v: Some(10.0),
-        voltage_limit_v: Some(9.0),
+        supply_low_v: Optional::new(10.0),
+        voltage_limit_v: Optional::new(9.0),
         ..desk::config()
     };
     desk.order(Command::Configure(config)).expect("a configuration");

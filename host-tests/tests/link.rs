@@ -9,6 +9,7 @@ use servo::config::Config;
 use servo::control::Tuning;
 use servo::excitation::{Sweep, Waveform};
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing};
+use servo::optional::Optional;
 use servo::protect::Settings;
 use servo::protocol::{Command, FRAME_CAPACITY, Frame, Message, Refusal, Request, VERSION, encode};
 use servo::store::AxisParameters;
@@ -149,14 +150,16 @@ fn configuration() -> impl Strategy<Value = Config> {
             3 => (config.counts_per_rev, config.tick_hz) = (count, u32::from(scale)),
             4 => (config.pwm_full_scale, config.pwm_delay_ticks) = (scale, delay),
             5 => (config.vbus_v_per_lsb, config.current_a_per_lsb) = (a, c),
-            6 => (config.time_constant_hint_s, config.speed_limit_rad_s) = (Some(a), Some(b)),
-            7 => (config.supply_low_v, config.supply_high_v) = (Some(a), Some(b)),
+            6 => {
+                (config.time_constant_hint_s, config.speed_limit_rad_s) = (Optional::new(a), Optional::new(b))
+            }
+            7 => (config.supply_low_v, config.supply_high_v) = (Optional::new(a), Optional::new(b)),
             8 => {
                 (
                     config.acceleration_limit_rad_s2,
                     config.jerk_limit_rad_s3,
                     config.voltage_limit_v,
-                ) = (Some(a), Some(b), Some(c))
+                ) = (Optional::new(a), Optional::new(b), Optional::new(c))
             }
             _ => {}
         }

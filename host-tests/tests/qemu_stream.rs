@@ -4,6 +4,7 @@
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::{compare, qemu};
 use host_tests::virtual_motor::VirtualMotor;
+use servo::optional::Optional;
 use servo::protocol::{Command, Message};
 use servo::record::{Activity, Advisory, Record};
 use servo::stream::Point;
@@ -98,7 +99,7 @@ fn an_axis_whose_host_dies_slows_down_holds_and_says_so() {
     let wire = Lockstep::start(&qemu(), Box::new(VirtualMotor::new(&plant)), plant.config).expect("QEMU");
     let mut client = Client::new(Box::new(wire));
     let config = servo::config::Config {
-        time_constant_hint_s: Some(plant.truth.time_constant_s as f32),
+        time_constant_hint_s: Optional::new(plant.truth.time_constant_s as f32),
         ..plant.config
     };
     let mut last = Record::default();

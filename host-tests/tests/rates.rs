@@ -3,6 +3,7 @@
 
 use host_tests::commissioning::{Score, commission};
 use host_tests::families::{Cause, Family, Options, Plant, Seeds, Severity, Truth};
+use servo::optional::Optional;
 
 /// A plant of family G1 whose inertia makes this time constant.
 fn plant(tick_hz: u32, time_constant_s: f64, seed: u32) -> Plant {
@@ -20,7 +21,7 @@ fn with_time_constant(time_constant_s: f64, seed: u32, options: &Options) -> Pla
         let ratio = time_constant_s / plant.motor.time_constant();
         plant.motor.inertia *= ratio;
     }
-    plant.config.time_constant_hint_s = None;
+    plant.config.time_constant_hint_s = Optional::NONE;
     plant.truth = Truth::of(&plant.motor);
     plant
 }

@@ -5,6 +5,7 @@ use host_tests::desk::{self, Desk};
 use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
 use host_tests::firmware::power_up;
 use servo::joint::{Joint, Order};
+use servo::optional::Optional;
 use servo::protect::{Action, Fault, Thermal};
 use servo::protocol::{Command, Refusal};
 use servo::store::AxisParameters;
@@ -27,7 +28,7 @@ fn parse(text: &str) -> Setup {
 
 /// All that `CHOICES` says.
 fn assert_chosen(parameters: &AxisParameters) {
-    assert_eq!(parameters.config.current_limit_a, Some(6.5));
+    assert_eq!(parameters.config.current_limit_a, Optional::new(6.5));
     assert_eq!(
         (parameters.tuning.bandwidth, parameters.tuning.integral),
         (2.5, false)
@@ -180,9 +181,9 @@ fn a_new_configuration_keeps_choices_and_forgets_what_was_learned() {
     assert!(now.estimates.gain.trusted().is_none() && chosen.estimates.gain.trusted().is_some());
 
     // A limit of its own replaces the one before.
-    other.current_limit_a = Some(3.0);
+    other.current_limit_a = Optional::new(3.0);
     order(&mut joint, Command::Configure(other)).expect("accepted");
-    assert_eq!(in_force(&joint).config.current_limit_a, Some(3.0));
+    assert_eq!(in_force(&joint).config.current_limit_a, Optional::new(3.0));
 
     // A current range that the thermal limit does not fit: refused as a whole, nothing has changed.
     let before = in_force(&joint);
@@ -240,7 +241,7 @@ fn the_image_takes_the_choices_of_a_file_and_keeps_them_through_the_next() {
     let flash = folder.path().join("flash.bin");
     let choices = parse(&[MACHINE, CHOICES].concat()).choices;
     let mut config = plant().config;
-    config.current_limit_a = Some(6.5);
+    config.current_limit_a = Optional::new(6.5);
     let chosen = Setup { config, choices };
     let sine = Task::Track {
         profile: Profile::Sine {

@@ -12,8 +12,11 @@ use servo::axis::Bridge;
 use servo::control::Tuning;
 use servo::drivers::flash::SaveError;
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Standing};
+use servo::optional::Optional;
 use servo::protect::{Action, Actions, Fault, Settings, Thermal};
-use servo::store::{AtRest, AxisParameters, LAYOUT, Loaded, RECORD_LEN, Record, StoredParameters, encode};
+use servo::store::{
+    AtRest, AxisParameters, Found, LAYOUT, Loaded, RECORD_LEN, Record, StoredParameters, encode,
+};
 
 const SMALL: usize = 4096;
 
@@ -288,12 +291,12 @@ fn the_largest_set_fits_into_a_record() {
     // The largest that a configuration may have.
     axis.config.counts_per_rev = 1_000_000;
     axis.config.tick_hz = 20_000;
-    axis.config.energy_limit_j = Some(1.0);
+    axis.config.energy_limit_j = Optional::new(1.0);
     axis.config.pwm_full_scale = u16::MAX;
     axis.config.pwm_delay_ticks = u8::MAX;
-    axis.config.supply_high_v = Some(18.0);
-    axis.config.jerk_limit_rad_s3 = Some(1e6);
-    let set = StoredParameters {
+    axis.config.supply_high_v = Optional::new(18.0);
+    axis.config.jerk_limit_rad_s3 = Optional::new(1e6);
+    let set: StoredParameters = StoredParameters {
         axes: core::iter::repeat_n(Some(axis), 4).collect(),
     };
     assert_eq!(set.axes.len(), 4);
@@ -303,6 +306,34 @@ fn the_largest_set_fits_into_a_record() {
         609,
         "as docs/store.md and `RECORD_LEN` say"
     );
+}
+
+/// An image has room for the axes that it drives, and what it has no room for must be nothing.
+#[test]
+fn an_image_with_one_axis_reads_a_set_of_one_axis_alone() {
+    let whole = set(0);
+    let first = whole.axes[0];
+    assert!(first.is_some());
+    for (axes, fits) in [
+        (vec![first], true),
+        (vec![first, None, None, None], true),
+        (vec![None, None], true),
+        (vec![first, first], false),
+        (vec![None, first], false),
+        // More than any image drives.
+        (vec![None; 5], false),
+    ] {
+        let bytes = encode(&axes, 1, LAYOUT).expect("fits");
+        let mut room = StoredParameters::<1>::default();
+        let found = Record::parse(&bytes).expect("a record").load_into(&mut room);
+        if fits {
+            assert_eq!(found, Found::Set { layout: LAYOUT });
+            assert_eq!(room.axes.as_slice(), &axes[..1]);
+        } else {
+            assert_eq!(found, Found::Unreadable { layout: LAYOUT });
+            assert!(room.axes.is_empty());
+        }
+    }
 }
 
 /// The bytes on the flash of customers. If this fails, the layout has changed: raise `LAYOUT`, keep a reader for the

@@ -249,8 +249,8 @@ proptest! {
         acceleration_limit in prop::option::of(200.0f32..2000.0),
     ) {
         let mut plant = plant();
-        plant.config.acceleration_limit_rad_s2 = acceleration_limit;
-        plant.config.speed_limit_rad_s = speed_limit.map(|limit| 2.0 * limit);
+        plant.config.acceleration_limit_rad_s2 = acceleration_limit.into();
+        plant.config.speed_limit_rad_s = speed_limit.map(|limit| 2.0 * limit).into();
         let mut bench = knowing(&plant);
         let mut judge = Judge::new(&mut bench);
         for (point, ticks) in points {

@@ -39,10 +39,12 @@ impl Limits {
             still_ticks: (400 * 65_536 / scale.rated_counts_per_tick_q16.max(1)).max(config.tick_hz / 5),
             energy: config
                 .energy_limit_j
+                .get()
                 .map_or(u64::MAX, |limit| (limit / joule_ticks) as u64),
-            time_constant: (config.time_constant_hint_s.unwrap_or(0.1) * 2.0 * config.tick_hz as f32) as u32,
+            time_constant: (config.time_constant_hint_s.get().unwrap_or(0.1) * 2.0 * config.tick_hz as f32)
+                as u32,
             step_ticks,
-            step_counts: config.speed_limit_rad_s.map_or(u32::MAX, step),
+            step_counts: config.speed_limit_rad_s.get().map_or(u32::MAX, step),
         }
     }
 }

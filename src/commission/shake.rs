@@ -98,7 +98,7 @@ impl Shake {
     /// without one may be a large motor.
     pub(super) fn new(scale: &Scale) -> Option<Self> {
         let config = &scale.config;
-        let (tau_s, least) = match config.time_constant_hint_s {
+        let (tau_s, least) = match config.time_constant_hint_s.get() {
             Some(hint) if hint <= MOST_HINT_S => (LEAST_HINTED * hint, LEAST_COUNTS),
             None if config.gear_ratio != 1.0 => (LEAST_TAU_S, LEAST_COUNTS_UNHINTED),
             _ => return None,

@@ -137,7 +137,7 @@ impl<F: NorFlash> ParameterFlash<F> {
 
     /// … into the place where it is to stay; empty, unless a set is found.
     #[inline(never)]
-    pub fn load_into(&mut self, set: &mut StoredParameters) -> Found {
+    pub fn load_into<const AXES: usize>(&mut self, set: &mut StoredParameters<AXES>) -> Found {
         set.axes.clear();
         let mut record = [0; RECORD_LEN];
         let (newest, blank) = self.find(&mut record);
@@ -163,7 +163,11 @@ impl<F: NorFlash> ParameterFlash<F> {
     }
 
     /// Appends the set. Erases nothing.
-    pub fn save(&mut self, parameters: &StoredParameters, rest: AtRest) -> Result<(), SaveError> {
+    pub fn save<const AXES: usize>(
+        &mut self,
+        parameters: &StoredParameters<AXES>,
+        rest: AtRest,
+    ) -> Result<(), SaveError> {
         self.save_as(parameters, LAYOUT, rest)
     }
 

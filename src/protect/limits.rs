@@ -5,6 +5,7 @@ use super::fault::Fault;
 use super::gather::looks;
 use super::{Input, Settings};
 use crate::config::Scale;
+use crate::optional::Optional;
 use crate::units::{Speed, Voltage, to_fixed};
 
 /// Conditions of supply, current and speed must last 1/200 s.
@@ -69,8 +70,8 @@ impl Params {
         let config = &scale.config;
         let counts = config.counts_per_rev as f32 / (2.0 * core::f32::consts::PI * config.tick_hz as f32);
         let (look_hz, bits) = looks(scale);
-        let supply = |limit: Option<f32>, share: f32| {
-            let share = limit.map_or(share, |limit| limit / config.supply_nominal_v);
+        let supply = |limit: Optional, share: f32| {
+            let share = limit.get().map_or(share, |limit| limit / config.supply_nominal_v);
             Voltage(to_fixed(share, Voltage::BITS))
         };
         let ticks = u64::from(settings.command_timeout_ms) * u64::from(config.tick_hz) / 1000;
@@ -79,9 +80,11 @@ impl Params {
             highest_supply: supply(config.supply_high_v, HIGHEST_SUPPLY),
             highest_speed: config
                 .speed_limit_rad_s
+                .get()
                 .map(|limit| Speed(to_fixed(limit * counts, 20))),
             highest_current: config
                 .current_limit_a
+                .get()
                 .map(|limit| (limit / config.current_a_per_lsb) as u16),
             persistence: (look_hz / PERSISTENCE_HZ) as u16,
             timeout: (ticks >> bits) as u32,

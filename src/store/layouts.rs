@@ -3,6 +3,7 @@
 use super::AxisParameters;
 use crate::config::Config;
 use crate::control::Tuning;
+use crate::optional::Optional;
 use crate::protect::Settings;
 use serde::{Deserialize, de::DeserializeOwned};
 
@@ -33,21 +34,21 @@ impl Config3 {
             counts_per_rev: self.counts_per_rev,
             rated_speed_rad_s: self.rated_speed_rad_s,
             tick_hz: self.tick_hz,
-            time_constant_hint_s: self.time_constant_hint_s,
+            time_constant_hint_s: self.time_constant_hint_s.into(),
             gear_ratio: self.gear_ratio,
             travel_limit_rad: self.travel_limit_rad,
-            current_limit_a: self.current_limit_a,
-            energy_limit_j: self.energy_limit_j,
-            speed_limit_rad_s: self.speed_limit_rad_s,
+            current_limit_a: self.current_limit_a.into(),
+            energy_limit_j: self.energy_limit_j.into(),
+            speed_limit_rad_s: self.speed_limit_rad_s.into(),
             pwm_delay_ticks: self.pwm_delay_ticks,
             pwm_full_scale: self.pwm_full_scale,
             vbus_v_per_lsb: self.vbus_v_per_lsb,
             current_a_per_lsb: self.current_a_per_lsb,
-            supply_low_v: None,
-            supply_high_v: None,
-            acceleration_limit_rad_s2: None,
-            jerk_limit_rad_s3: None,
-            voltage_limit_v: None,
+            supply_low_v: Optional::NONE,
+            supply_high_v: Optional::NONE,
+            acceleration_limit_rad_s2: Optional::NONE,
+            jerk_limit_rad_s3: Optional::NONE,
+            voltage_limit_v: Optional::NONE,
         }
     }
 }

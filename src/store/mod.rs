@@ -64,11 +64,11 @@ impl AxisParameters {
     }
 }
 
-/// The set: saved and loaded as a whole.
+/// The set: saved and loaded as a whole. `AXES`: how many it has room for; an image has no more than it drives.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct StoredParameters {
+pub struct StoredParameters<const AXES: usize = MAX_AXES> {
     /// One entry an axis, in the order of the axes; `None`: that axis was not configured.
-    pub axes: heapless::Vec<Option<AxisParameters>, MAX_AXES>,
+    pub axes: heapless::Vec<Option<AxisParameters>, AXES>,
 }
 
 /// Proof that a set may be written: flash programming stalls the processor, so nothing may move and nothing may drive.
@@ -171,7 +171,7 @@ impl<'a> Record<'a> {
     }
 
     /// … into the place where it is to stay; empty if this image cannot read it.
-    pub fn load_into(&self, set: &mut StoredParameters) -> Found {
+    pub fn load_into<const AXES: usize>(&self, set: &mut StoredParameters<AXES>) -> Found {
         let layout = self.layout;
         set.axes.clear();
         if self.migrate(set).is_some() && set.is_valid() {
@@ -182,17 +182,23 @@ impl<'a> Record<'a> {
     }
 
     /// Decodes one axis after the other into its place, so that the stack holds one and not four, and insists that nothing
-    /// is left over. In postcard a sequence is its length and its items.
+    /// is left over: no axis that was configured and has no place here. In postcard a sequence is its length and its items.
     #[inline(never)]
-    fn migrate(&self, set: &mut StoredParameters) -> Option<()> {
+    fn migrate<const AXES: usize>(&self, set: &mut StoredParameters<AXES>) -> Option<()> {
         let mut rest = self.payload;
-        for _ in 0..layouts::take::<u32>(&mut rest)? {
+        let axes = layouts::take::<u32>(&mut rest)?;
+        if axes as usize > MAX_AXES {
+            return None;
+        }
+        for _ in 0..axes {
             let axis = match self.layout {
                 1..LAYOUT => layouts::axis(self.layout, &mut rest)?,
                 LAYOUT => layouts::take(&mut rest)?,
                 _ => return None,
             };
-            set.axes.push(axis).ok()?;
+            if let Err(Some(_)) = set.axes.push(axis) {
+                return None;
+            }
         }
         rest.is_empty().then_some(())
     }
@@ -222,7 +228,7 @@ pub(crate) fn encode_into(
     Ok(())
 }
 
-impl StoredParameters {
+impl<const AXES: usize> StoredParameters<AXES> {
     /// Can an axis be built from every entry?
     fn is_valid(&self) -> bool {
         self.axes.iter().flatten().all(|axis| axis.check().is_ok())

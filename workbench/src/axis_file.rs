@@ -222,12 +222,12 @@ impl File {
             counts_per_rev: self.encoder.counts_per_rev,
             rated_speed_rad_s: self.axis.rated_speed_rad_s,
             tick_hz: self.axis.tick_hz.unwrap_or(10_000),
-            time_constant_hint_s: self.axis.time_constant_hint_s,
+            time_constant_hint_s: self.axis.time_constant_hint_s.into(),
             gear_ratio: self.axis.gear_ratio.unwrap_or(1.0),
             travel_limit_rad: self.axis.travel_limit_rad,
-            current_limit_a: self.limits.current_a,
-            energy_limit_j: self.limits.energy_j,
-            speed_limit_rad_s: self.limits.speed_rad_s,
+            current_limit_a: self.limits.current_a.into(),
+            energy_limit_j: self.limits.energy_j.into(),
+            speed_limit_rad_s: self.limits.speed_rad_s.into(),
             pwm_delay_ticks: self.axis.pwm_delay_ticks.unwrap_or(1),
             pwm_full_scale: self.axis.pwm_full_scale.unwrap_or(PWM_FULL_SCALE),
             vbus_v_per_lsb: self
@@ -235,11 +235,11 @@ impl File {
                 .vbus_v_per_lsb
                 .unwrap_or(SUPPLY_HEADROOM * nominal / CONVERTER_FULL_SCALE),
             current_a_per_lsb: self.limits.current_a_per_lsb.unwrap_or(CURRENT_A_PER_LSB),
-            supply_low_v: self.limits.supply_low_v,
-            supply_high_v: self.limits.supply_high_v,
-            acceleration_limit_rad_s2: self.limits.acceleration_rad_s2,
-            jerk_limit_rad_s3: self.limits.jerk_rad_s3,
-            voltage_limit_v: self.limits.voltage_v,
+            supply_low_v: self.limits.supply_low_v.into(),
+            supply_high_v: self.limits.supply_high_v.into(),
+            acceleration_limit_rad_s2: self.limits.acceleration_rad_s2.into(),
+            jerk_limit_rad_s3: self.limits.jerk_rad_s3.into(),
+            voltage_limit_v: self.limits.voltage_v.into(),
         }
     }
 }

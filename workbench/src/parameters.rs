@@ -6,6 +6,7 @@ use crate::commission_report::{Kept, Params};
 use crate::input_error::{InputError, nearest};
 use servo::config::Config;
 use servo::identify::estimate::{EstimatesReport, Reported};
+use servo::optional::Optional;
 use servo::protect::{Action, Fault, Thermal};
 use servo::store::AxisParameters;
 use std::fmt::Write as _;
@@ -41,9 +42,9 @@ macro_rules! optional {
     ($name:literal, $($field:ident).+) => {
         Key {
             name: $name,
-            get: |p| p.$($field).+.map(|value| value.to_string()),
+            get: |p| p.$($field).+.get().map(|value| value.to_string()),
             set: |p, text| {
-                p.$($field).+ = if text == NONE { None } else { Some(text.parse().ok()?) };
+                p.$($field).+ = if text == NONE { Optional::NONE } else { Optional::new(text.parse().ok()?) };
                 Some(())
             },
         }

@@ -13,6 +13,7 @@ use servo::config::Config;
 use servo::control::Tuning;
 use servo::excitation::{Sweep, Waveform};
 use servo::identify::estimate::{Estimate, Estimates, Standing};
+use servo::optional::Optional;
 use servo::protect::{Notice, Permit, Settings};
 use servo::protocol::{Command, FRAME_CAPACITY, Request, VERSION, encode};
 use servo::store::AxisParameters;
@@ -79,7 +80,7 @@ struct Setup {
 impl Setup {
     fn config(&self) -> Config {
         let mut config = desk::config();
-        let number = Some(self.number);
+        let number = Optional::new(self.number);
         match self.which % 17 {
             0 => config.supply_nominal_v = self.number,
             1 => config.rated_speed_rad_s = self.number,

@@ -7,6 +7,7 @@ use clap::Parser;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::compare;
 use servo::excitation::{Sweep, Waveform};
+use servo::optional::Optional;
 use std::process::ExitCode;
 use truing::session::{Profile, Task};
 
@@ -41,7 +42,7 @@ fn main() -> ExitCode {
         let mut plant = Plant::draw(family, severity, Seeds::Evaluation(500_000 + number), &options);
         // A motor that could not be identified in time is still to be tracked: the loops then take the hint.
         let truth = plant.truth.time_constant_s as f32;
-        plant.config.time_constant_hint_s.get_or_insert(truth);
+        plant.config.time_constant_hint_s = plant.config.time_constant_hint_s.or(Optional::new(truth));
         match compare(&plant, &tasks(family, &plant, number)) {
             Ok((_, verdict)) => {
                 println!("plant {number} ({family:?}, {severity:?}, {tick_hz} Hz): {verdict}");

@@ -4,6 +4,7 @@ use serde::Serialize;
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing};
+use servo::optional::Optional;
 use servo::protect::Settings;
 use servo::store::{AxisParameters, StoredParameters};
 
@@ -36,21 +37,21 @@ pub fn config(number: u32, axis: u32) -> Config {
         counts_per_rev: 4096 + number,
         rated_speed_rad_s: 150.0 + axis as f32,
         tick_hz: 10_000,
-        time_constant_hint_s: Some(0.04),
+        time_constant_hint_s: Optional::new(0.04),
         gear_ratio: 30.0,
         travel_limit_rad: Some([-1.5, 1.5]),
-        current_limit_a: Some(3.0),
-        energy_limit_j: None,
-        speed_limit_rad_s: Some(200.0),
+        current_limit_a: Optional::new(3.0),
+        energy_limit_j: Optional::NONE,
+        speed_limit_rad_s: Optional::new(200.0),
         pwm_delay_ticks: 1,
         pwm_full_scale: 8400,
         vbus_v_per_lsb: 0.01,
         current_a_per_lsb: 0.005,
-        supply_low_v: Some(9.0),
-        supply_high_v: None,
-        acceleration_limit_rad_s2: Some(2000.0 + number as f32),
-        jerk_limit_rad_s3: None,
-        voltage_limit_v: Some(10.5),
+        supply_low_v: Optional::new(9.0),
+        supply_high_v: Optional::NONE,
+        acceleration_limit_rad_s2: Optional::new(2000.0 + number as f32),
+        jerk_limit_rad_s3: Optional::NONE,
+        voltage_limit_v: Optional::new(10.5),
     }
 }
 
@@ -94,12 +95,12 @@ fn config_3(config: &Config) -> Config3 {
         config.counts_per_rev,
         config.rated_speed_rad_s,
         config.tick_hz,
-        config.time_constant_hint_s,
+        config.time_constant_hint_s.get(),
         config.gear_ratio,
         config.travel_limit_rad,
-        config.current_limit_a,
-        config.energy_limit_j,
-        config.speed_limit_rad_s,
+        config.current_limit_a.get(),
+        config.energy_limit_j.get(),
+        config.speed_limit_rad_s.get(),
         config.pwm_delay_ticks,
         config.pwm_full_scale,
         config.vbus_v_per_lsb,
@@ -171,11 +172,11 @@ pub fn limited_as_layout_3(set: &StoredParameters) -> StoredParameters {
     let mut set = set.clone();
     for axis in set.axes.iter_mut().flatten() {
         axis.config = Config {
-            supply_low_v: None,
-            supply_high_v: None,
-            acceleration_limit_rad_s2: None,
-            jerk_limit_rad_s3: None,
-            voltage_limit_v: None,
+            supply_low_v: Optional::NONE,
+            supply_high_v: Optional::NONE,
+            acceleration_limit_rad_s2: Optional::NONE,
+            jerk_limit_rad_s3: Optional::NONE,
+            voltage_limit_v: Optional::NONE,
             ..axis.config
         };
     }

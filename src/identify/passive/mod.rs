@@ -98,7 +98,7 @@ impl Params {
         let config = &scale.config;
         Params {
             identify: super::Params::new(scale),
-            hint: (config.time_constant_hint_s.unwrap_or(0.0) * config.tick_hz as f32) as u32,
+            hint: (config.time_constant_hint_s.get().unwrap_or(0.0) * config.tick_hz as f32) as u32,
             life: (LIFE_S * config.tick_hz as f32) as u32,
         }
     }
