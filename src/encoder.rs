@@ -200,14 +200,26 @@ impl Standstill {
     /// voltage; it sees a shaft turn that stands, or forwards one that still runs back.
     #[must_use]
     pub fn allows(&self, speed: Speed) -> Speed {
-        let most = ((FLICKER + 1) << 20).checked_div(self.ticks);
-        let most = most.map_or(i32::MAX, |most| most as i32);
         if speed.0.signum() == self.passed.signum().saturating_neg() {
-            let passed = self.passed.unsigned_abs().min(MOST_PASSED) << 20;
-            let rate = passed.checked_div(self.took).unwrap_or(0) as i32;
-            return Speed(rate.min(most).saturating_mul(self.passed.signum()));
+            return self.passage();
         }
+        let most = self.most();
         Speed(speed.0.clamp(most.saturating_neg(), most))
+    }
+
+    /// Speed of the counter's last passage, no more than the time since allows. It knows no voltage: a large winding goes on
+    /// driving the shaft the old way when the voltage has turned, while the observer sees it turn round already.
+    #[must_use]
+    pub fn passage(&self) -> Speed {
+        let passed = self.passed.unsigned_abs().min(MOST_PASSED) << 20;
+        let rate = passed.checked_div(self.took).unwrap_or(0) as i32;
+        Speed(rate.min(self.most()).saturating_mul(self.passed.signum()))
+    }
+
+    /// A shaft that turned faster would have passed the next count beyond the flicker.
+    fn most(&self) -> i32 {
+        let most = ((FLICKER + 1) << 20).checked_div(self.ticks);
+        most.map_or(i32::MAX, |most| most as i32)
     }
 
     /// Has it lasted for so many ticks?

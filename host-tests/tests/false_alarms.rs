@@ -112,3 +112,12 @@ fn noise_does_not_teach_a_winding() {
     let calm = calm::run(&plant, Family::Paper, 500.0);
     assert_eq!(calm.fault, Fault::None, "{calm:?}");
 }
+
+/// The voltage of a large winding had turned, its current still drove the shaft the old way; the model turned round
+/// 50 ms before the shaft did.
+#[test]
+fn a_current_that_still_flows_the_old_way_begins_no_motion() {
+    let plant = calm::plant(Family::Paper, Seeds::Evaluation(706_004), 1000, true, 1420.0);
+    let calm = calm::run(&plant, Family::Paper, 1420.0);
+    assert_eq!(calm.fault, Fault::None, "{calm:?}");
+}

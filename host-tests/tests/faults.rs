@@ -197,6 +197,7 @@ fn constant(raw: i16, settings: &Settings, seconds: f64) -> Option<f64> {
         current: Some(raw),
         means: Means::default(),
         speed: Speed(0),
+        passage: Speed(0),
         load: Voltage::ZERO,
         holding: false,
         endless: false,

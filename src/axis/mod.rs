@@ -209,6 +209,7 @@ impl Axis {
             current: reading.current,
             means,
             speed: state.standstill.allows(state.encoder.speed()),
+            passage: state.standstill.passage(),
             load: Voltage::ZERO.minus(design.loops.accelerating_voltage(state.encoder.load())),
             holding: state.holding || state.search.as_ref().is_some_and(Search::leans),
             endless: state.mode.is_endless(),

@@ -106,10 +106,12 @@ impl Expectation {
         self.jump
     }
 
-    /// Observed speed in this direction, counts per look, Q20.
+    /// Observed speed in this direction, counts per look, Q20; of a shaft that runs back the faster of estimate and counter.
     pub(super) fn observed(&self, input: &Input, direction: i32) -> i32 {
         let look = 1i32 << (self.look_bits & 15);
-        input.speed.0.saturating_mul(direction).saturating_mul(look)
+        let [speed, passage] =
+            [input.speed, input.passage].map(|speed| speed.0.saturating_mul(direction).saturating_mul(look));
+        if passage < 0 { speed.min(passage) } else { speed }
     }
 
     /// Is that the speed of a shaft that turns for certain?

@@ -70,6 +70,8 @@ pub struct Input {
     pub means: Means,
     /// Speed estimate, no more than the counter allows.
     pub speed: Speed,
+    /// Speed of the counter's last passage.
+    pub passage: Speed,
     /// What of that voltage reaches the winding: behind the drive's input dead zone, if the drive is known to have one.
     pub winding: Voltage,
     /// Is it known to have one?

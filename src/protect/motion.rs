@@ -17,6 +17,9 @@
 //! still followed is taken off: a joint that carries a weight stands still with voltage applied. The observer's present
 //! load would not do, it soon explains away any motion that is missing.
 //!
+//! A large winding's current flows on the old way for a while after the voltage has turned, and drives the shaft on. Nothing is
+//! demanded as long as it does, and the models then begin with the speed that the counter shows.
+//!
 //! Two counts prove that the encoder follows; the models then start anew with the speed that they show.
 
 use super::Input;
@@ -117,8 +120,8 @@ pub(super) struct Missing {
 pub(super) struct State {
     /// Sign of the voltage.
     direction: i32,
-    /// Voltage that has become torque, its magnitude.
-    torque: i32,
+    /// Voltage that has become current, with its sign: behind the winding's lag.
+    flow: i32,
     sure: Model,
     likely: Model,
     /// It has broken away.
@@ -144,14 +147,17 @@ impl State {
     }
 
     /// Compares the motion with the least that must be. Without drive, and when the drive changes its sign, the models
-    /// start anew from the speed that is observed: a motor that is being braked may well turn against the voltage.
+    /// start anew from the speed that is observed: a motor that is being braked may well turn against the voltage. So
+    /// they do while the current still flows the old way.
     pub fn step(&mut self, expectation: &Expectation, input: &Input) -> Option<Missing> {
         let voltage = input.means.voltage.unwrap_or(Voltage::ZERO);
         let direction = voltage.0.signum();
-        let turned = direction != self.direction;
-        self.lag(expectation, if turned { 0 } else { self.torque }, voltage);
+        self.flow = approach(self.flow, voltage.0, expectation.inverse_lag);
         let left = |torque, margins| expectation.drive(torque, direction, margins, self.load);
-        let (soon, now) = (voltage.0.saturating_abs(), self.torque);
+        let soon = voltage.0.saturating_abs();
+        // Torque falls with the voltage at once.
+        let now = self.flow.saturating_mul(direction).min(soon);
+        let turned = direction != self.direction || now <= 0;
         if left(soon, &expectation.kinetic) == 0 || turned || input.holding {
             self.restart(expectation, direction, input);
             return None;
@@ -172,12 +178,6 @@ impl State {
             self.load = input.load;
         }
         self.missing(expectation, input)
-    }
-
-    /// Torque follows a voltage that rises behind the lag, one that falls at once.
-    fn lag(&mut self, expectation: &Expectation, torque: i32, voltage: Voltage) {
-        let wanted = voltage.0.saturating_abs();
-        self.torque = wanted.min(approach(torque, wanted, expectation.inverse_lag));
     }
 
     /// A model that begins with the observed speed. The observer knows no break-away and may take a shaft that stands,
