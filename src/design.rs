@@ -81,6 +81,8 @@ pub struct Knowledge {
     gain: Held,
     time_constant: Held,
     mechanism: Mechanism,
+    /// Difference of the dead zones, positive less negative, as they were first known.
+    split: Option<i32>,
 }
 
 impl Knowledge {
@@ -96,6 +98,7 @@ impl Knowledge {
         if estimates.mechanism != Mechanism::Unclear {
             self.mechanism = estimates.mechanism;
         }
+        self.split = self.split.or(self.difference());
         match () {
             () if before == *self => Stage::Done,
             () if (before.gain, before.time_constant) == (self.gain, self.time_constant) => Stage::DeadZone,
@@ -114,7 +117,13 @@ impl Knowledge {
         if estimates.mechanism != Mechanism::Unclear {
             self.mechanism = estimates.mechanism;
         }
+        self.split = self.difference();
         Stage::Motor
+    }
+
+    /// What is adopted next was measured anew.
+    pub fn begin_anew(&mut self) {
+        self.split = None;
     }
 
     /// What is to be stored: what is known now, and where that has lost its trust, the last value that had it.
@@ -137,6 +146,23 @@ impl Knowledge {
             Mechanism::InputDeadZone => SignSource::Command,
             Mechanism::Friction | Mechanism::Unclear => SignSource::Reference,
         }
+    }
+
+    fn difference(&self) -> Option<i32> {
+        let [positive, negative] = self.dead_zone.map(|held| held.value());
+        Some(positive?.saturating_sub(negative?))
+    }
+
+    /// Dead zones with which motion is judged. A load that stays while they are learned makes one smaller and the other
+    /// larger by the same voltage, and may be gone again: what the smaller one has lost so is given back to it.
+    fn unloaded(&self) -> [Option<Voltage>; 2] {
+        let load = match (self.split, self.difference()) {
+            (Some(first), Some(now)) => first.saturating_sub(now) / 2,
+            _ => 0,
+        };
+        let [positive, negative] = self.dead_zone.map(|held| held.value());
+        let with = |width: Option<i32>, lost: i32| Some(Voltage(width?.saturating_add(lost.max(0))));
+        [with(positive, load), with(negative, load.saturating_neg())]
     }
 
     fn widths(&self) -> [Voltage; 2] {
@@ -224,7 +250,7 @@ impl Design {
                 Stage::Expectation
             }
             Stage::Expectation => {
-                let widths = knowledge.dead_zone.map(|held| held.value().map(Voltage));
+                let widths = knowledge.unloaded();
                 self.expectation = Expectation::new(&self.motor, widths, !self.swallows(), scale);
                 Stage::Limits
             }

@@ -121,3 +121,11 @@ fn a_current_that_still_flows_the_old_way_begins_no_motion() {
     let calm = calm::run(&plant, Family::Paper, 1420.0);
     assert_eq!(calm.fault, Fault::None, "{calm:?}");
 }
+
+/// A load that stayed while the dead zone was learned was taken for friction, and then went.
+#[test]
+fn a_load_within_the_learned_dead_zone_does_not_lower_the_margin() {
+    let plant = calm::plant(Family::G2, Seeds::Evaluation(708_008), 1000, true, 770.0);
+    let calm = calm::run(&plant, Family::G2, 770.0);
+    assert_eq!(calm.fault, Fault::None, "{calm:?}");
+}

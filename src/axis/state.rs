@@ -232,6 +232,7 @@ impl State {
             self.known.age();
         } else {
             self.known = outcome.estimates;
+            self.knowledge.begin_anew();
         }
         self.learn();
     }
