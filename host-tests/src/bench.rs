@@ -2,7 +2,8 @@
 //! library.
 
 use crate::families::Plant;
-use servo::axis::{Axis, Bridge, Output, Sample, State};
+use servo::axis::{Axis, Bridge, Output, Refusal, Sample, State};
+use servo::protocol::Command;
 use std::collections::VecDeque;
 use truing::truth::{Converter, Encoder, Reading, Simulator};
 
@@ -126,6 +127,14 @@ impl Bench {
             state,
             board: Board::new(plant),
         }
+    }
+
+    /// Asks the library for something.
+    ///
+    /// # Errors
+    /// Why it refuses.
+    pub fn ask(&mut self, command: Command) -> Result<(), Refusal> {
+        self.axis.command(&mut self.state, &command)
     }
 
     /// One tick of both.

@@ -266,6 +266,18 @@ pub fn commission(bench: &mut Bench, budget_ms: u32) -> Result<f64, Left> {
     }
 }
 
+/// An armed bench that knows its plant.
+///
+/// # Panics
+/// If the library refuses what it is to know.
+pub fn knowing(plant: &Plant) -> Bench {
+    let mut bench = Bench::new(plant);
+    bench.run(0.01, |_, _| {});
+    bench.axis.adopt(&mut bench.state, &exact(plant)).expect("idle");
+    bench.ask(Command::Arm).expect("armed");
+    bench
+}
+
 /// Estimates as a commissioning without error would bring them.
 pub fn exact(plant: &Plant) -> Estimates {
     let (config, truth) = (&plant.config, &plant.truth);

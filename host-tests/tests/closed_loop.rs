@@ -2,7 +2,7 @@
 
 use host_tests::bench::Bench;
 use host_tests::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
-use host_tests::tracking::{Experiment, Knowledge, exact};
+use host_tests::tracking::{Experiment, Knowledge, knowing};
 use servo::axis::Output;
 use servo::control::{self, Tuning};
 use servo::encoder::Motor;
@@ -32,19 +32,9 @@ fn ten_kilohertz() -> Options {
     }
 }
 
-/// An armed bench that knows its plant.
-fn knowing(plant: &Plant) -> Bench {
-    let mut bench = Bench::new(plant);
-    bench.run(0.01, |_, _| {});
-    bench.axis.adopt(&mut bench.state, &exact(plant)).expect("idle");
-    must(&mut bench, Command::Arm);
-    bench
-}
-
 fn must(bench: &mut Bench, command: Command) {
     bench
-        .axis
-        .command(&mut bench.state, &command)
+        .ask(command)
         .unwrap_or_else(|refusal| panic!("{command:?}: {refusal:?}"));
 }
 

@@ -4,7 +4,7 @@
 use host_tests::bench::Bench;
 use host_tests::desk::{self, Desk};
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::tracking::exact;
+use host_tests::tracking::knowing;
 use servo::axis::{Output, Refusal};
 use servo::config::{Config, ConfigError, Field};
 use servo::excitation::{Sweep, Waveform};
@@ -29,19 +29,6 @@ fn plant(limits: impl Fn(&mut Config)) -> Plant {
 fn gentle(config: &mut Config) {
     config.acceleration_limit_rad_s2 = Optional::new(ACCELERATION);
     config.jerk_limit_rad_s3 = Optional::new(JERK);
-}
-
-/// An armed bench that knows its plant.
-fn knowing(plant: &Plant) -> Bench {
-    let mut bench = Bench::new(plant);
-    bench.run(0.01, |_, _| {});
-    bench.axis.adopt(&mut bench.state, &exact(plant)).expect("idle");
-    ask(&mut bench, Command::Arm).expect("armed");
-    bench
-}
-
-fn ask(bench: &mut Bench, command: Command) -> Result<(), Refusal> {
-    bench.axis.command(&mut bench.state, &command)
 }
 
 /// Largest acceleration and jerk of the set-points, rad/s² and rad/s³, by differences of their speed.
@@ -86,7 +73,7 @@ fn moves_use_the_limits_and_keep_them() {
     for rad in [0.05f32, 0.5, -2.0, 10.0] {
         let mut bench = knowing(&plant);
         let mut peaks = Peaks::default();
-        ask(&mut bench, Command::Position(rad)).expect("a target");
+        bench.ask(Command::Position(rad)).expect("a target");
         let last = run(&mut bench, 4_000, &mut peaks);
         assert_eq!(last.record.activity, Activity::Holding, "{rad}");
         let [acceleration, jerk] = peaks.of(&plant.config).map(|peak| peak as f32);
@@ -108,13 +95,11 @@ fn targets_that_change_in_motion_keep_them_too() {
     for turn in 1..40 {
         let mut bench = knowing(&plant);
         let mut peaks = Peaks::default();
-        ask(&mut bench, Command::Position(3.0)).expect("a target");
+        bench.ask(Command::Position(3.0)).expect("a target");
         run(&mut bench, 15 * turn, &mut peaks);
-        ask(
-            &mut bench,
-            Command::Position(if turn % 2 == 0 { -1.0 } else { 4.0 }),
-        )
-        .expect("another");
+        bench
+            .ask(Command::Position(if turn % 2 == 0 { -1.0 } else { 4.0 }))
+            .expect("another");
         let last = run(&mut bench, 6_000, &mut peaks);
         assert_eq!(last.record.activity, Activity::Holding, "{turn}");
         let [acceleration, jerk] = peaks.of(&plant.config).map(|peak| peak as f32);
@@ -132,7 +117,7 @@ fn speeds_and_streams_keep_them() {
     let mut bench = knowing(&plant);
     let mut peaks = Peaks::default();
     for speed in [20.0f32, -15.0, 0.0] {
-        ask(&mut bench, Command::Speed(speed)).expect("a speed");
+        bench.ask(Command::Speed(speed)).expect("a speed");
         run(&mut bench, 1_500, &mut peaks);
     }
     let [acceleration, jerk] = peaks.of(&plant.config).map(|peak| peak as f32);
@@ -157,7 +142,7 @@ fn speeds_and_streams_keep_them() {
                 acceleration_rad_s2: None,
                 ticks: 60,
             };
-            ask(&mut bench, Command::Stream(point)).expect("room");
+            bench.ask(Command::Stream(point)).expect("room");
         }
         let output = bench.tick();
         peaks.see(&output);
@@ -189,11 +174,12 @@ fn a_sine_beyond_them_is_refused_and_one_within_keeps_them() {
         } / factor;
         let mut bench = knowing(&plant);
         assert_eq!(
-            ask(&mut bench, sine(1.1 * most, hertz, turns)),
+            bench.ask(sine(1.1 * most, hertz, turns)),
             Err(Refusal::OutOfRange),
             "{hertz} Hz"
         );
-        ask(&mut bench, sine(0.9 * most, hertz, turns))
+        bench
+            .ask(sine(0.9 * most, hertz, turns))
             .unwrap_or_else(|error| panic!("{hertz} Hz: {error:?}"));
         let mut peaks = Peaks::default();
         run(&mut bench, (turns / hertz * 1000.0) as u32, &mut peaks);
@@ -216,7 +202,7 @@ fn nothing_puts_more_than_the_voltage_limit_at_the_terminals() {
         f32::from(output.duty).abs() / f32::from(plant.config.pwm_full_scale) * supply
     };
     assert_eq!(
-        ask(&mut bench, Command::Voltage(1.01 * volts)),
+        bench.ask(Command::Voltage(1.01 * volts)),
         Err(Refusal::OutOfRange)
     );
     let waveform = Waveform {
@@ -226,7 +212,7 @@ fn nothing_puts_more_than_the_voltage_limit_at_the_terminals() {
         sweep: Sweep::Linear,
         duration_ms: 1000,
     };
-    let refused = ask(&mut bench, Command::Excite(waveform));
+    let refused = bench.ask(Command::Excite(waveform));
     assert!(matches!(
         refused,
         Err(Refusal::Value(ConfigError {
@@ -242,7 +228,7 @@ fn nothing_puts_more_than_the_voltage_limit_at_the_terminals() {
         frequency_hz: 1.0,
         duration_ms: 3_000,
     };
-    ask(&mut bench, sine).expect("a sine");
+    bench.ask(sine).expect("a sine");
     let (mut highest, mut told) = (0.0f32, 0);
     for _ in 0..3_000 {
         let output = bench.tick();
@@ -263,15 +249,13 @@ fn a_commissioning_keeps_the_voltage_limit_and_learns_the_dead_zone() {
     let plant = plant(|config| config.voltage_limit_v = Optional::new(share * config.supply_nominal_v));
     let mut bench = Bench::new(&plant);
     bench.run(0.01, |_, _| {});
-    ask(&mut bench, Command::Arm).expect("armed");
-    ask(
-        &mut bench,
-        Command::Commission {
+    bench.ask(Command::Arm).expect("armed");
+    bench
+        .ask(Command::Commission {
             budget_ms: 8_000,
             seed: 1,
-        },
-    )
-    .expect("idle");
+        })
+        .expect("idle");
     let full = f32::from(plant.config.pwm_full_scale);
     let mut highest = 0.0f32;
     for _ in 0..40_000 {

@@ -3,7 +3,7 @@
 
 use host_tests::bench::Bench;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::tracking::exact;
+use host_tests::tracking::knowing;
 use proptest::prelude::*;
 use servo::axis::{Bridge, Output, Refusal};
 use servo::protect::Fault;
@@ -13,19 +13,6 @@ use servo::stream::Point;
 use servo::trajectory::Limits;
 use std::f64::consts::TAU;
 use truing::waypoints::{self, Knot, Waypoint};
-
-/// An armed bench that knows its plant, with its position in rad at a count.
-fn knowing(plant: &Plant) -> Bench {
-    let mut bench = Bench::new(plant);
-    bench.run(0.01, |_, _| {});
-    bench.axis.adopt(&mut bench.state, &exact(plant)).expect("idle");
-    ask(&mut bench, Command::Arm).expect("armed");
-    bench
-}
-
-fn ask(bench: &mut Bench, command: Command) -> Result<(), Refusal> {
-    bench.axis.command(&mut bench.state, &command)
-}
 
 fn point(knot: &Knot, before: u32) -> Command {
     Command::Stream(Point {
@@ -41,7 +28,7 @@ fn stream(bench: &mut Bench, knots: &[Knot], ticks: u32, mut watch: impl FnMut(u
     let mut next = 1;
     for tick in 0..ticks {
         while next < knots.len() {
-            match ask(bench, point(&knots[next], knots[next - 1].tick)) {
+            match bench.ask(point(&knots[next], knots[next - 1].tick)) {
                 Ok(()) => next += 1,
                 Err(Refusal::StreamFull) => break,
                 Err(refusal) => panic!("{:?}: {refusal:?}", knots[next]),
@@ -105,7 +92,7 @@ fn rms(plant: &Plant, share: f64, hertz: f64, rows_hz: f64) -> [f64; 2] {
                 frequency_hz: hertz as f32,
                 duration_ms: (seconds * 1000.0) as u32,
             };
-            ask(&mut bench, sine).expect("a sine");
+            bench.ask(sine).expect("a sine");
             for tick in 0..ticks {
                 let output = bench.tick();
                 judge(tick, &output, theta);
@@ -254,7 +241,7 @@ proptest! {
         let mut bench = knowing(&plant);
         let mut judge = Judge::new(&mut bench);
         for (point, ticks) in points {
-            let _ = ask(&mut bench, Command::Stream(point));
+            let _ = bench.ask(Command::Stream(point));
             for _ in 0..ticks {
                 let output = bench.tick();
                 prop_assume!(output.record.fault == Fault::None);
@@ -325,7 +312,7 @@ fn a_stream_that_stalls_slows_down_to_rest_and_says_so() {
         (Activity::Holding, Advisory::StreamRanDry)
     );
     // Another motion is another matter.
-    ask(&mut bench, Command::Position(0.0)).expect("a move");
+    bench.ask(Command::Position(0.0)).expect("a move");
     assert_eq!(bench.tick().record.advisory, Advisory::None);
 }
 
@@ -376,7 +363,7 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     };
     let mut bench = Bench::new(&plant);
     bench.run(0.01, |_, _| {});
-    assert_eq!(ask(&mut bench, Command::Stream(good)), Err(Refusal::NotArmed));
+    assert_eq!(bench.ask(Command::Stream(good)), Err(Refusal::NotArmed));
     let mut bench = knowing(&plant);
     let cases = [
         (
@@ -427,14 +414,14 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     ];
     let before = bench.state;
     for (point, refusal) in cases {
-        assert_eq!(ask(&mut bench, Command::Stream(point)), Err(refusal), "{point:?}");
+        assert_eq!(bench.ask(Command::Stream(point)), Err(refusal), "{point:?}");
     }
     assert_eq!(format!("{:?}", bench.state), format!("{before:?}"));
     // One under way, and as many as there is room for.
     for _ in 0..=Point::ROOM {
-        assert_eq!(ask(&mut bench, Command::Stream(good)), Ok(()));
+        assert_eq!(bench.ask(Command::Stream(good)), Ok(()));
     }
-    assert_eq!(ask(&mut bench, Command::Stream(good)), Err(Refusal::StreamFull));
+    assert_eq!(bench.ask(Command::Stream(good)), Err(Refusal::StreamFull));
     let mut last = Output::default();
     bench.run(0.5 * (Point::ROOM + 1) as f64 + 0.5, |output, _| last = *output);
     assert_eq!(
