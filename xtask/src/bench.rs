@@ -1,16 +1,10 @@
 //! Our identifier, compensator and loop beside published crates, counted in one run of QEMU.
 
-use crate::process::{cargo, run};
+use crate::process::run;
+use crate::programs::Program;
 use anyhow::Result;
 
 /// Prints the table of docs/cost.md.
 pub fn print() -> Result<()> {
-    run(&mut cargo(&[
-        "run",
-        "--quiet",
-        "--package",
-        "host-tests",
-        "--bin",
-        "bench_image",
-    ]))
+    run(&mut Program::BenchImage.run())
 }

@@ -1,7 +1,8 @@
 //! The image onto a board, or as if onto a board.
 
 use crate::image;
-use crate::process::{cargo, find, run};
+use crate::process::{find, run};
+use crate::programs::Program;
 use anyhow::{Result, bail};
 use std::path::Path;
 use std::process::Command;
@@ -25,17 +26,7 @@ pub fn flash(dry_run: bool) -> Result<()> {
     }
 }
 
-/// In a package of its own: probe-rs as a library takes a minute to build, and only this needs it.
 fn check(image: &Path) -> Result<()> {
     println!("dry run: {} for {CHIP}", image.display());
-    run(cargo(&[
-        "run",
-        "--quiet",
-        "--package",
-        "host-tests",
-        "--bin",
-        "flash-dry-run",
-        "--",
-    ])
-    .arg(image))
+    run(Program::FlashDryRun.run().arg(image))
 }

@@ -1,9 +1,11 @@
 //! The two firmware images.
 
-use crate::process::{cargo, root, run};
+use crate::process::{root, run};
+use crate::programs::Program;
 use crate::setup::TARGET;
 use anyhow::{Context, Result};
 use std::path::PathBuf;
+use std::process::Command;
 
 /// The board's image for as many axes as the chip can drive: built to see that it fits.
 pub const FOUR_AXES: &str = "stm32f405-four-axes";
@@ -16,25 +18,21 @@ pub fn build_all() -> Result<()> {
     Ok(())
 }
 
-/// Builds one image and returns where it lies. Both boards share Cargo's output name, so the file is copied.
-pub fn build(board: &str) -> Result<PathBuf> {
-    let mut command = cargo(&[
-        "build",
-        "--package",
-        "servo",
-        "--bin",
-        "firmware",
-        "--target",
-        TARGET,
-        "--profile",
-        "firmware",
-    ]);
+/// A Cargo command on the image for one board.
+pub fn command(verb: &str, board: &str) -> Command {
+    let mut command = Program::Firmware.cargo(verb);
+    command.args(["--target", TARGET, "--profile", "firmware"]);
     match board {
         "qemu" => drop(command.args(["--features", "qemu"])),
         FOUR_AXES => drop(command.args(["--features", "four-axes"])),
         _ => {}
     }
-    run(&mut command)?;
+    command
+}
+
+/// Builds one image and returns where it lies. Both boards share Cargo's output name, so the file is copied.
+pub fn build(board: &str) -> Result<PathBuf> {
+    run(&mut command("build", board))?;
     let folder = root().join("target/images");
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
     let image = folder.join(format!("{board}.elf"));

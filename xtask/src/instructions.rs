@@ -2,22 +2,16 @@
 
 use crate::figures::{self, Figures};
 use crate::image;
-use crate::process::{cargo, text};
+use crate::process::text;
+use crate::programs::Program;
 use anyhow::{Context, Result, bail};
 
 /// Builds the image for QEMU, has `truing instructions` count, and checks or enters the figures.
 pub fn print(accept: bool) -> Result<()> {
     let image = image::build("qemu")?;
-    let mut truing = cargo(&[
-        "run",
-        "--quiet",
-        "--package",
-        "truing",
-        "--",
-        "instructions",
-        "--image",
-    ]);
+    let mut truing = Program::Truing.run();
     let output = truing
+        .args(["instructions", "--image"])
         .arg(image)
         .stderr(std::process::Stdio::inherit())
         .output()?;

@@ -1,18 +1,22 @@
 //! `cargo xtask …`: what a newcomer types. Sets up what is missing, then runs the main job or every test.
 
 mod bench;
+mod documents;
 mod figures;
 mod flash;
 mod image;
 mod instructions;
 mod panics;
 mod process;
+mod programs;
 mod setup;
 mod size;
+mod targets;
 mod test;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
+use programs::Program;
 use std::process::ExitCode;
 
 /// Set-up, demo, tests and measurements of Truing.
@@ -76,7 +80,7 @@ fn run(command: Command) -> Result<()> {
         Command::Setup => setup::everything(),
         Command::Demo { arguments } => demo(&arguments),
         Command::Images => setup::everything().and_then(|()| image::build_all()),
-        Command::Flash { dry_run } => flash::flash(dry_run),
+        Command::Flash { dry_run } => setup::rust_target().and_then(|()| flash::flash(dry_run)),
         Command::Size { accept } => setup::everything().and_then(|()| size::print(accept)),
         Command::Instructions { accept } => setup::everything().and_then(|()| instructions::print(accept)),
         Command::Bench => setup::everything().and_then(|()| bench::print()),
@@ -88,8 +92,7 @@ fn run(command: Command) -> Result<()> {
 fn demo(arguments: &[String]) -> Result<()> {
     setup::everything()?;
     // Some minutes the first time, so Cargo shows what it does.
-    process::run(&mut process::cargo(&["build", "--package", "truing"]))?;
+    process::run(&mut Program::Truing.cargo("build"))?;
     image::build("qemu")?;
-    let mut truing = process::cargo(&["run", "--quiet", "--package", "truing", "--", "demo"]);
-    process::run(truing.args(arguments))
+    process::run(Program::Truing.run().arg("demo").args(arguments))
 }

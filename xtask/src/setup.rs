@@ -16,7 +16,8 @@ pub fn everything() -> Result<()> {
     qemu()
 }
 
-fn rust_target() -> Result<()> {
+/// Installs the chip's target: enough to build an image.
+pub fn rust_target() -> Result<()> {
     if target_is_installed()? {
         return Ok(());
     }

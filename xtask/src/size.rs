@@ -2,7 +2,8 @@
 
 use crate::figures::{self, Figures};
 use crate::image;
-use crate::process::{cargo, text};
+use crate::process::text;
+use crate::programs::Program;
 use anyhow::{Context, Result, bail};
 use object::{Object, ObjectSection, SectionFlags, SectionKind, elf::SHF_ALLOC};
 use std::path::Path;
@@ -52,15 +53,7 @@ pub fn print(accept: bool) -> Result<()> {
 /// The deepest calls of the initialisation, or of idle and, on top of them, of link and control with the frames of their
 /// interrupts: an upper bound from the calls in the image.
 fn stack(image: &Path) -> Result<u64> {
-    let mut command = cargo(&[
-        "run",
-        "--quiet",
-        "--package",
-        "panic-paths",
-        "--bin",
-        "stack-depth",
-        "--",
-    ]);
+    let mut command = Program::StackDepth.run();
     let output = command.arg(image).args(LEVELS).output()?;
     if !output.status.success() {
         bail!(

@@ -1,5 +1,7 @@
 //! Every test, in the order in which a person wants to hear of a failure: cheap and local first.
 
+use crate::documents;
+use crate::image;
 use crate::process::{cargo, root, run, text};
 use crate::setup;
 use anyhow::{Context, Result, bail};
@@ -19,44 +21,30 @@ pub fn everything() -> Result<()> {
         &mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]),
     )?;
     for board in ["stm32f405", "qemu"] {
-        step(
-            &format!("lints, image for {board}"),
-            &mut image("clippy", board, &["--", "-D", "warnings"]),
-        )?;
+        let mut clippy = image::command("clippy", board);
+        clippy.args(["--", "-D", "warnings"]);
+        step(&format!("lints, image for {board}"), &mut clippy)?;
     }
     heading("images");
-    crate::image::build_all()?;
+    image::build_all()?;
     heading("size and instructions against docs/cost.toml, ways to a panic");
     crate::size::print(false)?;
     crate::instructions::print(false)?;
     crate::panics::check(true)?;
     let tally = host_tests()?;
+    // What the tests have built is used from here on.
+    heading("the board's image and the chip's memory map");
+    crate::flash::flash(true)?;
+    heading("our parts beside published crates");
+    crate::bench::print()?;
+    heading("commands that README and documents show");
+    documents::check_arguments()?;
     step(
         "documentation",
         cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"),
     )?;
     close(&tally, begin);
     Ok(())
-}
-
-/// A Cargo command on the image for one board.
-fn image(verb: &str, board: &str, rest: &[&str]) -> Command {
-    let mut command = cargo(&[
-        verb,
-        "--package",
-        "servo",
-        "--bin",
-        "firmware",
-        "--target",
-        setup::TARGET,
-        "--profile",
-        "firmware",
-    ]);
-    if board == "qemu" {
-        command.args(["--features", "qemu"]);
-    }
-    command.args(rest);
-    command
 }
 
 fn heading(title: &str) {

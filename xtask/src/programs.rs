@@ -1,0 +1,78 @@
+//! The programs of the workspace that `xtask` starts. Their packages are named here and nowhere else, and a test compares
+//! the names with what Cargo knows.
+
+use crate::process::cargo;
+use clap::ValueEnum;
+use std::process::Command;
+
+/// One program. `ValueEnum` lists all of them for the test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Program {
+    /// The workbench.
+    Truing,
+    /// Our parts beside published crates, counted in QEMU.
+    BenchImage,
+    /// Would the image run on the chip?
+    FlashDryRun,
+    /// Ways to a panic in an image.
+    PanicPaths,
+    /// Depth of an image's stack.
+    StackDepth,
+    /// The firmware image.
+    Firmware,
+}
+
+impl Program {
+    /// Package and name of the program.
+    fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Program::Truing => ("truing", "truing"),
+            Program::BenchImage => ("host-tests", "bench_image"),
+            // In packages of their own: probe-rs takes a minute to build, and only panic-paths reads debug information.
+            Program::FlashDryRun => ("flash-dry-run", "flash-dry-run"),
+            Program::PanicPaths => ("panic-paths", "panic-paths"),
+            Program::StackDepth => ("panic-paths", "stack-depth"),
+            Program::Firmware => ("servo", "firmware"),
+        }
+    }
+
+    /// `cargo run` up to the program's own arguments, without Cargo's words.
+    pub fn run(self) -> Command {
+        let mut command = self.cargo("run");
+        command.args(["--quiet", "--"]);
+        command
+    }
+
+    /// A Cargo command on this program.
+    pub fn cargo(self, verb: &str) -> Command {
+        let (package, program) = self.names();
+        cargo(&[verb, "--package", package, "--bin", program])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::targets::Targets;
+
+    #[test]
+    fn every_program_that_is_started_exists() {
+        let targets = Targets::read().unwrap();
+        for program in Program::value_variants() {
+            let (package, name) = program.names();
+            targets.find(package, Some(("bin", name))).unwrap();
+        }
+    }
+
+    /// A name that stands elsewhere would not be compared.
+    #[test]
+    fn packages_are_named_here_alone() {
+        let word = ["--pack", "age"].concat();
+        for entry in std::fs::read_dir(crate::process::root().join("xtask/src")).unwrap() {
+            let path = entry.unwrap().path();
+            let text = std::fs::read_to_string(&path).unwrap();
+            let here = path.ends_with("programs.rs") || path.ends_with("documents.rs");
+            assert!(here || !text.contains(&word), "{}", path.display());
+        }
+    }
+}
