@@ -14,6 +14,8 @@ mod board;
 #[cfg(target_os = "none")]
 mod boot;
 #[cfg(target_os = "none")]
+mod last_resort;
+#[cfg(target_os = "none")]
 mod memory;
 #[cfg(target_os = "none")]
 mod post;
@@ -138,37 +140,5 @@ mod app {
                 report.map(|report| local.reports_out.enqueue(report));
             }
         }
-    }
-}
-
-/// Anything unforeseen: first the bridge, then words.
-#[cfg(target_os = "none")]
-mod last_resort {
-    use crate::board;
-    use cortex_m_rt::{ExceptionFrame, exception};
-
-    #[panic_handler]
-    fn panic(info: &core::panic::PanicInfo) -> ! {
-        board::bridge_off();
-        // The place alone: the words would bring 10 KiB of formatting into the image.
-        match info.location() {
-            Some(place) => defmt::error!("panic at {=str}:{=u32}", place.file(), place.line()),
-            None => defmt::error!("panic"),
-        }
-        board::halt()
-    }
-
-    #[exception]
-    unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-        board::bridge_off();
-        defmt::error!("hard fault at {=u32:#010x}", frame.pc());
-        board::halt()
-    }
-
-    #[exception]
-    unsafe fn DefaultHandler(number: i16) -> ! {
-        board::bridge_off();
-        defmt::error!("unexpected interrupt {=i16}", number);
-        board::halt()
     }
 }

@@ -59,7 +59,7 @@ enum Command {
     },
     /// Count our identifier, compensator and loop beside published crates, in QEMU.
     Bench,
-    /// List what of the control interrupt can reach a panic; fails on anything that is not accepted with a reason.
+    /// List what of control, link and idle can reach a panic; fails on anything that is not accepted with a reason.
     Panics,
     /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
     Test,

@@ -1,4 +1,4 @@
-//! Which calls of the control interrupt can end in a panic? Answered by the linked image itself, not by its sources: the
+//! Which calls of control, link and idle can end in a panic? Answered by the linked image itself, not by its sources: the
 //! optimiser has removed most checks, and only what is left matters.
 //!
 //! The walk follows direct calls and branches between functions ([`thumb`]). A call by register cannot be followed; it is

@@ -1,4 +1,4 @@
-//! From the control interrupt along every call.
+//! From one function of the image along every call.
 
 use crate::image::{Function, Image};
 use addr2line::Loader;

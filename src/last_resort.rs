@@ -1,0 +1,36 @@
+//! Anything unforeseen: first the bridge, then words.
+
+use crate::board;
+use cortex_m_rt::{ExceptionFrame, exception};
+
+/// Masks all interrupts, then switches the bridge off: the control interrupt outranks idle and link, and would drive the
+/// bridge again in its next tick.
+fn bridge_off() {
+    cortex_m::interrupt::disable();
+    board::bridge_off();
+}
+
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    bridge_off();
+    // The place alone: the words would bring 10 KiB of formatting into the image.
+    match info.location() {
+        Some(place) => defmt::error!("panic at {=str}:{=u32}", place.file(), place.line()),
+        None => defmt::error!("panic"),
+    }
+    board::halt()
+}
+
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    bridge_off();
+    defmt::error!("hard fault at {=u32:#010x}", frame.pc());
+    board::halt()
+}
+
+#[exception]
+unsafe fn DefaultHandler(number: i16) -> ! {
+    bridge_off();
+    defmt::error!("unexpected interrupt {=i16}", number);
+    board::halt()
+}
