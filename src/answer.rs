@@ -29,6 +29,8 @@ pub enum Refusal {
     Value(ConfigError),
     /// So many streamed points wait already: send this one again later.
     StreamFull,
+    /// The zero of the current sensor is still looked for, which takes a bounded time with the bridge open: ask again.
+    CurrentZeroSought,
 }
 
 /// What there is to tell about an axis, in SI units.

@@ -3,7 +3,7 @@
 //! The control interrupt of the image and the replay on the host both run exactly this, so that commands and samples
 //! in the same order give the same bits.
 
-use crate::axis::{Axis, Bridge, Output, Sample, State};
+use crate::axis::{self, Axis, Bridge, Output, Sample, State};
 use crate::commission::Outcome;
 use crate::config::Config;
 use crate::identify::estimate::Estimates;
@@ -128,6 +128,9 @@ impl Joint {
                 self.axis = None;
                 Ok(())
             }
+            (Order::Run(Command::Arm), Some(_)) if self.seeks_zero() => {
+                Err(Refusal::Axis(axis::Refusal::CurrentZeroSought))
+            }
             (Order::Run(command), Some(axis)) => execute(axis, &mut self.state, command),
             (Order::Run(Command::Stop), None) => {
                 self.waiting = Fault::None;
@@ -142,6 +145,11 @@ impl Joint {
         let (axis, state) = (self.axis.insert(*axis), &mut self.state);
         axis.restart(state);
         axis.latch(state, fault);
+    }
+
+    /// Did the last sample tell that the zero of the current sensor is still looked for? A fault is told first.
+    fn seeks_zero(&self) -> bool {
+        self.output.record.current_raw == Sample::CURRENT_ZERO_SOUGHT && self.fault() == Fault::None
     }
 
     /// The latched fault, or the one that waits for an axis.

@@ -21,6 +21,8 @@ mod image {
     use crate::board::{self, stage};
     use cortex_m_rt::entry;
     use servo::axis::Bridge;
+    use servo::config::Config;
+    use servo::optional::Optional;
     use stm32f4xx_hal::pac::{ADC_COMMON, ADC1, ADC2, Peripherals, RNG, TIM2, USART2};
 
     #[entry]
@@ -32,6 +34,8 @@ mod image {
         four_axes(unsafe { Peripherals::steal() });
         // SAFETY: as above.
         discrete_bridge(unsafe { Peripherals::steal() });
+        // SAFETY: as above.
+        zero_of_current(unsafe { Peripherals::steal() });
         mark(Step::End);
         semihosting::process::exit(0)
     }
@@ -94,6 +98,58 @@ mod image {
         drive.set(0, Bridge::Open, 0);
     }
 
+    /// Looks for the zero of the current sensor, which QEMU's converter delivers, and configures twice: to another PWM scale
+    /// and to the same. Each time the current goes into the record.
+    fn zero_of_current(device: Peripherals) {
+        mark(Step::ZeroOfCurrent);
+        let (mut drive, _line, _idle) = board::set_up::<1>(device, &stage::DRV8874);
+        let first = current(&mut drive);
+        for _ in 0..1100 {
+            current(&mut drive);
+        }
+        let found = current(&mut drive);
+        let [other, same] = [8400, 8400].map(|full_scale| {
+            drive.configure(0, &config(full_scale));
+            current(&mut drive)
+        });
+        for (number, current) in (READ_BACK..).zip([first, found, other, same]) {
+            note(0, number);
+            note(1, current as u16 as u32);
+        }
+    }
+
+    /// One tick with the bridge open.
+    fn current(drive: &mut board::DriveOf<1>) -> i16 {
+        drive.begin_tick();
+        let sample = drive.sample(0);
+        drive.set(0, Bridge::Open, 0);
+        sample.current_raw
+    }
+
+    fn config(pwm_full_scale: u16) -> Config {
+        Config {
+            supply_nominal_v: 12.0,
+            counts_per_rev: 4000,
+            rated_speed_rad_s: 125.0,
+            tick_hz: 10_000,
+            time_constant_hint_s: Optional::NONE,
+            gear_ratio: 1.0,
+            travel_limit_rad: None,
+            current_limit_a: Optional::NONE,
+            energy_limit_j: Optional::NONE,
+            speed_limit_rad_s: Optional::NONE,
+            pwm_delay_ticks: 1,
+            pwm_full_scale,
+            vbus_v_per_lsb: 0.01,
+            current_a_per_lsb: 0.001,
+            supply_low_v: Optional::NONE,
+            supply_high_v: Optional::NONE,
+            acceleration_limit_rad_s2: Optional::NONE,
+            jerk_limit_rad_s3: Optional::NONE,
+            voltage_limit_v: Optional::NONE,
+        }
+    }
+
     /// Where in the record a step begins.
     #[repr(u32)]
     enum Step {
@@ -113,6 +169,7 @@ mod image {
         SetUpDiscrete,
         DiscreteForward,
         DiscreteOpen,
+        ZeroOfCurrent,
         End,
     }
 
@@ -132,6 +189,9 @@ mod image {
                 .write_volatile(value)
         };
     }
+
+    /// Registers that [`read_back`] reads.
+    const READ_BACK: u32 = 16;
 
     /// What QEMU models and therefore does not record: number of the register, then its value.
     fn read_back() {

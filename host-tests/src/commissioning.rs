@@ -67,7 +67,7 @@ fn input(scale: &Scale, sample: &Sample, bridge: Bridge, duty: i16) -> Input {
         voltage: (i32::from(duty) * supply + full / 2).div_euclid(full),
         bridge,
         supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply),
-        current_raw: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
+        current_raw: Sample::sensed(sample.current_raw),
     }
 }
 

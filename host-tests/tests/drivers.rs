@@ -9,9 +9,8 @@ use servo::drivers::bridge::{Config, Decay, Error, HBridge, Levels, NotConnected
 use servo::drivers::encoder::{Counter, Encoder};
 use servo::drivers::hardware::AxisHardware;
 use servo::drivers::permit::{Permit, PermitLines};
-use servo::drivers::sense::{
-    Converter, CurrentKind, CurrentSense, Divider, OffsetError, OffsetLimits, OffsetState, Scale, SupplySense,
-};
+use servo::drivers::sense::{Converter, CurrentKind, CurrentSense, Divider, Scale, SupplySense};
+use servo::drivers::zero::{Reason, Zero, ZeroLimits, ZeroSearch};
 use std::cell::Cell;
 use std::io::ErrorKind;
 use std::rc::Rc;
@@ -384,12 +383,29 @@ impl Converter for Channel {
     }
 }
 
+/// Ticks that pass with an open bridge before the first reading counts.
+const SETTLING: usize = 16;
+
+const LIMITS: ZeroLimits = ZeroLimits {
+    readings_log2: 4,
+    window: (0, 2200),
+    spread: 12,
+};
+
+/// A sensor that has found its zero at what the channel reads now.
+fn sensor(kind: CurrentKind, channel: &Channel) -> CurrentSense<Channel> {
+    let mut sense = CurrentSense::new(kind, LIMITS, channel.clone());
+    for _ in 0..SETTLING + 15 {
+        assert_eq!(sense.read(), Sample::CURRENT_ZERO_SOUGHT);
+    }
+    assert_eq!(sense.read(), 0);
+    sense
+}
+
 #[test]
 fn a_signed_sensor_reads_zero_at_its_offset_and_both_signs_around_it() {
     let channel = Channel::reading(2050);
-    let mut sense = CurrentSense::new(CurrentKind::Signed, channel.clone());
-    sense.set_offset(2050);
-    assert_eq!(sense.read(), 0);
+    let mut sense = sensor(CurrentKind::Signed, &channel);
     channel.0.set(2150);
     assert_eq!(sense.read(), 100);
     channel.0.set(0);
@@ -398,9 +414,9 @@ fn a_signed_sensor_reads_zero_at_its_offset_and_both_signs_around_it() {
 
 #[test]
 fn a_magnitude_sensor_takes_the_sign_of_the_last_driven_duty() {
-    let channel = Channel::reading(310);
-    let mut sense = CurrentSense::new(CurrentKind::Magnitude, channel.clone());
-    sense.set_offset(10);
+    let channel = Channel::reading(10);
+    let mut sense = sensor(CurrentKind::Magnitude, &channel);
+    channel.0.set(310);
     sense.follow(Bridge::Driven, 500);
     assert_eq!(sense.read(), 300);
     sense.follow(Bridge::Driven, -500);
@@ -425,11 +441,41 @@ fn the_marks_of_what_is_not_measured_are_never_produced_by_a_reading() {
     let none: SupplySense<Channel> = SupplySense::new(None);
     assert_eq!(none.read(), Sample::VBUS_NOT_MEASURED);
     assert_eq!(SupplySense::new(Some(Channel::reading(4095))).read(), 4095);
-    let absent = CurrentSense::new(CurrentKind::Absent, Channel::reading(77));
-    assert_eq!(absent.read(), Sample::CURRENT_NOT_SENSED);
-    let mut deepest = CurrentSense::new(CurrentKind::Signed, Channel::reading(0));
-    deepest.set_offset(u16::MAX);
-    assert_eq!(deepest.read(), -i16::MAX);
+    let channel = Channel::reading(u16::MAX);
+    let limits = ZeroLimits {
+        window: (u16::MAX, u16::MAX),
+        ..LIMITS
+    };
+    let mut deepest = CurrentSense::new(CurrentKind::Signed, limits, channel.clone());
+    for _ in 0..=SETTLING + 15 {
+        deepest.read();
+    }
+    channel.0.set(0);
+    assert_eq!(deepest.read(), Sample::LOWEST_CURRENT);
+    assert_eq!(
+        Sample::sensed(Sample::LOWEST_CURRENT),
+        Some(Sample::LOWEST_CURRENT)
+    );
+    for mark in [
+        Sample::CURRENT_NOT_SENSED,
+        Sample::CURRENT_ZERO_SOUGHT,
+        Sample::CURRENT_ZERO_UNSTEADY,
+        Sample::CURRENT_ZERO_OUTSIDE,
+        Sample::CURRENT_ZERO_UNSEEN,
+    ] {
+        assert_eq!(Sample::sensed(mark), None);
+    }
+}
+
+/// A stage without sensor: its converter's pin floats, and nobody waits for a zero.
+#[test]
+fn where_there_is_no_sensor_no_zero_is_looked_for() {
+    let channel = Channel::reading(77);
+    let mut absent = CurrentSense::new(CurrentKind::Absent, LIMITS, channel.clone());
+    for k in 0..200 {
+        channel.0.set(4000 * (k % 2));
+        assert_eq!(absent.read(), Sample::CURRENT_NOT_SENSED);
+    }
 }
 
 #[test]
@@ -450,32 +496,58 @@ fn si_values_of_one_count_follow_from_the_circuit() {
     assert!((scale.ampere_per_lsb(1.1205) - 719.022e-6).abs() < 1e-9);
 }
 
-const LIMITS: OffsetLimits = OffsetLimits {
-    readings_log2: 4,
-    window: (1900, 2200),
-    spread: 12,
-};
+/// What is known after these readings, each with the bridge in this state.
+fn found(readings: impl IntoIterator<Item = (u16, Bridge)>) -> Zero {
+    let mut search = ZeroSearch::new(LIMITS);
+    let step = |_, (raw, bridge)| search.step(raw, bridge);
+    readings.into_iter().fold(Zero::Sought, step)
+}
 
-fn calibrate(readings: impl IntoIterator<Item = u16>) -> Option<Result<u16, OffsetError>> {
-    let mut state = OffsetState::default();
-    readings.into_iter().find_map(|raw| LIMITS.step(&mut state, raw))
+fn open(readings: impl IntoIterator<Item = u16>) -> impl Iterator<Item = (u16, Bridge)> {
+    let settling = [(0, Bridge::Open); SETTLING];
+    settling
+        .into_iter()
+        .chain(readings.into_iter().map(|raw| (raw, Bridge::Open)))
 }
 
 #[test]
-fn the_offset_is_the_rounded_mean_of_exactly_the_agreed_readings() {
-    assert_eq!(calibrate([2050; 15]), None, "one reading is missing");
-    assert_eq!(calibrate([2050; 16]), Some(Ok(2050)));
+fn the_zero_is_the_rounded_mean_of_exactly_the_agreed_readings() {
+    assert_eq!(found(open([2050; 15])), Zero::Sought, "one reading is missing");
+    assert_eq!(found(open([2050; 16])), Zero::Known(2050));
     // Fourteen readings of 2050 and two of 2056: mean 2050.75.
     let uneven = (0..16).map(|k| if k < 2 { 2056 } else { 2050 });
-    assert_eq!(calibrate(uneven), Some(Ok(2051)));
+    assert_eq!(found(open(uneven)), Zero::Known(2051));
 }
 
 #[test]
-fn a_missing_sensor_and_a_turning_motor_are_refused_by_name() {
-    assert_eq!(calibrate([40; 16]), Some(Err(OffsetError::OutsideWindow(40))));
-    assert_eq!(calibrate([4095; 16]), Some(Err(OffsetError::OutsideWindow(4095))));
-    let swinging = (0..16u16).map(|k| 2040 + 2 * k);
-    assert_eq!(calibrate(swinging), Some(Err(OffsetError::Unsteady(30))));
+fn a_known_zero_stays_whatever_is_read_later() {
+    let later = [2199; 200].map(|raw| (raw, Bridge::Open));
+    assert_eq!(found(open([2050; 16]).chain(later)), Zero::Known(2050));
+}
+
+/// A hold at a steady current reads like a zero, and so does a brake.
+#[test]
+fn a_current_of_a_bridge_that_is_not_open_is_never_taken_for_zero() {
+    for bridge in [Bridge::Driven, Bridge::Shorted] {
+        let held = [2150; 1000].map(|raw| (raw, bridge));
+        assert_eq!(found(held), Zero::Missing(Reason::BridgeNotOpen));
+        // The bridge opens in the middle of a mean, and the current decays.
+        let decay = (0..SETTLING as u16).map(|k| (2150 - 6 * k, Bridge::Open));
+        let rest = [2048; 16].map(|raw| (raw, Bridge::Open));
+        let mixed = held.into_iter().take(12).chain(decay).chain(rest);
+        assert_eq!(found(mixed), Zero::Known(2048));
+    }
+}
+
+#[test]
+fn the_wait_for_a_zero_is_bounded_and_ends_with_its_reason() {
+    let swinging = |ticks: u16| open((0..ticks).map(|k| 2040 + 20 * (k % 2)));
+    assert_eq!(found(swinging(48)), Zero::Sought, "three means more");
+    assert_eq!(found(swinging(49)), Zero::Missing(Reason::Unsteady));
+    assert_eq!(found(open([4095; 49])), Zero::Missing(Reason::OutsideWindow));
+    // What was in vain at first is found later.
+    let rest = [2050; 16].map(|raw| (raw, Bridge::Open));
+    assert_eq!(found(swinging(64).chain(rest)), Zero::Known(2050));
 }
 
 // ── The axis as a value ─────────────────────────────────────────────────────────────────────────────────────────────
@@ -494,14 +566,14 @@ fn two_axes_in_one_array_keep_their_own_counts_currents_and_offsets() {
             )
             .unwrap(),
             encoder: Encoder::new(shafts[n].clone()),
-            current: CurrentSense::new(CurrentKind::Signed, currents[n].clone()),
+            current: CurrentSense::new(CurrentKind::Signed, LIMITS, currents[n].clone()),
             supply: SupplySense::new(Some(Channel::reading(1354))),
         })
         .collect();
     for joint in &mut joints {
-        let mut state = OffsetState::default();
-        let verdict = (0..16).find_map(|_| joint.calibrate(&LIMITS, &mut state));
-        assert!(matches!(verdict, Some(Ok(2048 | 2060))));
+        for _ in 0..SETTLING + 16 {
+            joint.sample();
+        }
     }
     shafts[0].turn(-5);
     shafts[1].turn(9);

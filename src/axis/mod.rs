@@ -159,7 +159,7 @@ impl Axis {
         }
         let sight = Sight {
             count: sample.count,
-            current: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
+            current: Sample::sensed(sample.current_raw),
             index,
             pushing: state.limit == Limit::Push,
         };
@@ -186,7 +186,7 @@ impl Axis {
     fn protect(&self, state: &mut State, sample: &Sample, supply: Voltage) {
         let reading = Reading {
             count: sample.count,
-            current: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
+            current: Sample::sensed(sample.current_raw),
             voltage: state.acted,
         };
         let expectation = &state.design.expectation;
@@ -267,7 +267,7 @@ impl Axis {
             voltage: voltage.q14(),
             bridge,
             supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply.q14()),
-            current_raw: (sample.current_raw != Sample::CURRENT_NOT_SENSED).then_some(sample.current_raw),
+            current_raw: Sample::sensed(sample.current_raw),
         };
         let renewing = state.renewal != design::Stage::Done;
         if renewing {

@@ -2,7 +2,7 @@
 
 use super::bridge::{Error, HBridge};
 use super::encoder::{Counter, Encoder};
-use super::sense::{Converter, CurrentSense, OffsetError, OffsetLimits, OffsetState, SupplySense};
+use super::sense::{Converter, CurrentSense, SupplySense};
 use crate::axis::{Bridge, Sample};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
@@ -44,18 +44,5 @@ where
     pub fn apply(&mut self, bridge: Bridge, duty: i16) -> Result<(), Error> {
         self.current.follow(bridge, duty);
         self.bridge.apply(bridge, duty)
-    }
-
-    /// One reading towards the current sensor's zero. To be called with the bridge open and the motor at rest.
-    pub fn calibrate(
-        &mut self,
-        limits: &OffsetLimits,
-        state: &mut OffsetState,
-    ) -> Option<Result<u16, OffsetError>> {
-        let verdict = limits.step(state, self.current.raw());
-        if let Some(Ok(offset)) = verdict {
-            self.current.set_offset(offset);
-        }
-        verdict
     }
 }

@@ -15,3 +15,4 @@ pub mod flash;
 pub mod hardware;
 pub mod permit;
 pub mod sense;
+pub mod zero;

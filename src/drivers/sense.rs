@@ -1,9 +1,10 @@
 //! Current and supply sensing: converter counts, their zero, and what one count is worth in SI units.
 //!
 //! Model: raw = offset + gain · i for the current, raw = gain · V for the supply. The chip works in counts; the gains
-//! are computed once, in SI units, for [`crate::config::Config`]. The offset is measured at rest with the bridge open,
-//! where the current is zero by construction.
+//! are computed once, in SI units, for [`crate::config::Config`]. The offset is measured with the bridge open, where the
+//! current is zero by construction: [`super::zero`].
 
+use super::zero::{Reason, Zero, ZeroLimits, ZeroSearch};
 use crate::axis::{Bridge, Sample};
 
 /// The last completed conversion of one analogue channel.
@@ -63,54 +64,58 @@ pub enum CurrentKind {
 pub struct CurrentSense<C> {
     kind: CurrentKind,
     converter: C,
-    offset: u16,
+    zero: ZeroSearch,
+    bridge: Bridge,
     reverse: bool,
 }
 
 impl<C: Converter> CurrentSense<C> {
-    /// The offset is zero until [`CurrentSense::set_offset`].
-    pub fn new(kind: CurrentKind, converter: C) -> Self {
+    /// A sensor whose zero is looked for from the first reading on, and kept once it is known.
+    pub fn new(kind: CurrentKind, limits: ZeroLimits, converter: C) -> Self {
         Self {
             kind,
             converter,
-            offset: 0,
+            zero: ZeroSearch::new(limits),
+            bridge: Bridge::Open,
             reverse: false,
         }
     }
 
-    /// The converter's present reading without its offset, for the calibration.
-    pub fn raw(&self) -> u16 {
-        self.converter.sample()
-    }
-
-    /// Takes a calibrated offset over.
-    pub fn set_offset(&mut self, offset: u16) {
-        self.offset = offset;
-    }
-
-    /// Remembers the direction in which the bridge is being driven.
+    /// Remembers what the bridge does from now on, and the direction in which it is driven.
     pub fn follow(&mut self, bridge: Bridge, duty: i16) {
+        self.bridge = bridge;
         if bridge == Bridge::Driven && duty != 0 {
             self.reverse = duty < 0;
         }
     }
 
-    /// Current in counts, positive with positive torque, or [`Sample::CURRENT_NOT_SENSED`].
-    pub fn read(&self) -> i16 {
-        let raw = i32::from(self.converter.sample());
-        let counts = raw - i32::from(self.offset);
+    /// Current in counts, positive with positive torque, or a mark of [`Sample`]. To be called once a tick.
+    pub fn read(&mut self) -> i16 {
+        if self.kind == CurrentKind::Absent {
+            return Sample::CURRENT_NOT_SENSED;
+        }
+        let raw = self.converter.sample();
+        match self.zero.step(raw, self.bridge) {
+            Zero::Known(zero) => self.signed(i32::from(raw) - i32::from(zero)),
+            Zero::Sought => Sample::CURRENT_ZERO_SOUGHT,
+            Zero::Missing(Reason::Unsteady) => Sample::CURRENT_ZERO_UNSTEADY,
+            Zero::Missing(Reason::OutsideWindow) => Sample::CURRENT_ZERO_OUTSIDE,
+            Zero::Missing(Reason::BridgeNotOpen) => Sample::CURRENT_ZERO_UNSEEN,
+        }
+    }
+
+    fn signed(&self, counts: i32) -> i16 {
         match (self.kind, self.reverse) {
-            (CurrentKind::Absent, _) => Sample::CURRENT_NOT_SENSED,
-            (CurrentKind::Signed, _) => clamp(counts),
             (CurrentKind::Magnitude, false) => clamp(counts.max(0)),
             (CurrentKind::Magnitude, true) => clamp(-counts.max(0)),
+            (CurrentKind::Signed | CurrentKind::Absent, _) => clamp(counts),
         }
     }
 }
 
-/// Never reaches the mark of a current that is not sensed.
+/// Never reaches a mark of a current that is not sensed.
 fn clamp(counts: i32) -> i16 {
-    counts.clamp(-i32::from(i16::MAX), i32::from(i16::MAX)) as i16
+    counts.clamp(i32::from(Sample::LOWEST_CURRENT), i32::from(i16::MAX)) as i16
 }
 
 /// Supply voltage in counts.
@@ -129,71 +134,5 @@ impl<C: Converter> SupplySense<C> {
         self.converter
             .as_ref()
             .map_or(Sample::VBUS_NOT_MEASURED, Converter::sample)
-    }
-}
-
-/// Mean of 2ᵏ readings with the bridge open. It refuses what cannot be a sensor at rest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OffsetLimits {
-    /// Number of readings as a power of two, k. 0 … 15.
-    pub readings_log2: u8,
-    /// Lowest and highest offset that the sensor may have, counts.
-    pub window: (u16, u16),
-    /// Largest spread (highest − lowest reading) of a sensor at rest, counts.
-    pub spread: u16,
-}
-
-/// Why no offset was taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OffsetError {
-    /// The mean lies outside the window: sensor missing, miswired or broken.
-    OutsideWindow(u16),
-    /// The readings spread too far: current flows (the motor turns) or the input floats.
-    Unsteady(u16),
-}
-
-/// A calibration under way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OffsetState {
-    sum: u32,
-    taken: u32,
-    lowest: u16,
-    highest: u16,
-}
-
-impl Default for OffsetState {
-    fn default() -> Self {
-        Self {
-            sum: 0,
-            taken: 0,
-            lowest: u16::MAX,
-            highest: 0,
-        }
-    }
-}
-
-impl OffsetLimits {
-    /// Takes one reading in; the last one returns the offset, rounded, or why there is none.
-    pub fn step(&self, state: &mut OffsetState, raw: u16) -> Option<Result<u16, OffsetError>> {
-        // 2¹⁵ readings of 16 bits stay below 2³¹.
-        state.sum = state.sum.saturating_add(u32::from(raw));
-        state.taken = state.taken.saturating_add(1);
-        state.lowest = state.lowest.min(raw);
-        state.highest = state.highest.max(raw);
-        (state.taken >= 1 << self.readings_log2.min(15)).then(|| self.judge(state))
-    }
-
-    fn judge(&self, state: &OffsetState) -> Result<u16, OffsetError> {
-        let count = 1u32 << self.readings_log2.min(15);
-        // A mean of 16-bit readings fits 16 bits.
-        let mean = (state.sum.saturating_add(count / 2) / count) as u16;
-        let spread = state.highest.saturating_sub(state.lowest);
-        if spread > self.spread {
-            return Err(OffsetError::Unsteady(spread));
-        }
-        if mean < self.window.0 || mean > self.window.1 {
-            return Err(OffsetError::OutsideWindow(mean));
-        }
-        Ok(mean)
     }
 }

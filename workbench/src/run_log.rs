@@ -223,7 +223,7 @@ impl Sensed {
     fn of(rows: &[Row]) -> Self {
         let every = |has: fn(&Record) -> bool| !rows.is_empty() && rows.iter().all(|row| has(&row.record));
         Self {
-            current: every(|record| record.current_raw != Sample::CURRENT_NOT_SENSED),
+            current: every(|record| Sample::sensed(record.current_raw).is_some()),
             supply: every(|record| record.vbus_raw != Sample::VBUS_NOT_MEASURED),
             flags: rows.iter().any(|row| row.motor_flags != 0),
         }

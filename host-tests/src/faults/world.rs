@@ -136,18 +136,18 @@ impl World {
                     .wrapping_add((f64::from(since) * share).floor() as i32);
             }
             // The sensor sits at the bridge: it sees what the bridge drives.
-            Injury::MotorReversed if sample.current_raw != Sample::CURRENT_NOT_SENSED => {
+            Injury::MotorReversed if Sample::sensed(sample.current_raw).is_some() => {
                 sample.current_raw = sample.current_raw.saturating_neg();
             }
             Injury::SupplyUnseen => sample.vbus_raw = Sample::VBUS_NOT_MEASURED,
-            Injury::Current(share) if sample.current_raw != Sample::CURRENT_NOT_SENSED => {
+            Injury::Current(share) if Sample::sensed(sample.current_raw).is_some() => {
                 sample.current_raw = of_current(share);
             }
             _ => {}
         }
         if let Some(seized) = &self.seized {
             sample.count = seized.count;
-            if sample.current_raw != Sample::CURRENT_NOT_SENSED {
+            if Sample::sensed(sample.current_raw).is_some() {
                 sample.current_raw = (seized.shown / self.amperes).round() as i16;
             }
         }

@@ -31,7 +31,8 @@ use servo::drivers::bridge::{self, HBridge};
 use servo::drivers::encoder::Encoder;
 use servo::drivers::hardware::AxisHardware;
 use servo::drivers::permit::{Permit, PermitLines};
-use servo::drivers::sense::{CurrentSense, OffsetError, OffsetLimits, OffsetState, SupplySense};
+use servo::drivers::sense::{CurrentSense, SupplySense};
+use servo::drivers::zero::ZeroLimits;
 use servo::protocol::{Refusal, ResetCause};
 use stm32f4xx_hal::pac::{ADC1, CorePeripherals, DBGMCU, Peripherals};
 
@@ -95,10 +96,10 @@ const SETTLING: u8 = 30;
 
 /// 1,024 readings: 0.1 s at 10 kHz. A spread of 40 counts is several times the converter's noise (DS8626: ±2 counts) and
 /// less than one ampere on every stage.
-const fn offset_limits(stage: &PowerStage) -> OffsetLimits {
-    OffsetLimits {
+const fn zero_limits(stage: &PowerStage) -> ZeroLimits {
+    ZeroLimits {
         readings_log2: 10,
-        window: stage.offset_window,
+        window: stage.zero_window,
         spread: 40,
     }
 }
@@ -210,13 +211,12 @@ impl OutputPin for EnableLine {
     }
 }
 
-/// One axis with its permission lines and the zero of its current sensor.
+/// One axis with its permission lines.
 struct AxisOfBoard {
     hardware: AxisHardware<Compare, Compare, EnableLine, Quadrature, Channel, Channel>,
     permit: PermitLines<Wire, Wire>,
     timer: Timer,
     stage: &'static PowerStage,
-    offset: Option<OffsetState>,
     /// The lines in this tick.
     permission: Permit,
     /// Anything but granted lasts until the axis itself has opened the bridge.
@@ -229,30 +229,20 @@ impl AxisOfBoard {
             hardware: AxisHardware {
                 bridge: power_stage(axis, stage, full),
                 encoder: Encoder::new(Quadrature::of_axis(axis)),
-                current: CurrentSense::new(stage.current, Channel::current(axis)),
+                current: CurrentSense::new(stage.current, zero_limits(stage), Channel::current(axis)),
                 supply: SupplySense::new(Some(Channel::supply())),
             },
             permit: PermitLines::new(FAULT[axis / 2], ENABLE),
             timer: timer_of(axis),
             stage,
-            offset: Some(OffsetState::default()),
             permission: Permit::Granted,
             verdict: Permit::Disabled,
         }
     }
 
-    /// A new full scale needs new lines; the bridge is open at that moment, so its current is zero and can be measured.
+    /// A new full scale needs new lines. The converter stays as it is, and so does the zero of the current sensor.
     fn rescale(&mut self, axis: usize, full: u16) {
         self.hardware.bridge = power_stage(axis, self.stage, full);
-        self.offset = Some(OffsetState::default());
-    }
-
-    fn sample(&mut self) -> Sample {
-        let sample = self.hardware.sample();
-        Sample {
-            current_raw: self.calibrated(sample.current_raw),
-            ..sample
-        }
     }
 
     /// A break that was too short for the pin to be seen low is still a fault.
@@ -264,29 +254,6 @@ impl AxisOfBoard {
         if self.permission != Permit::Granted {
             self.verdict = self.permission;
         }
-    }
-
-    /// Not sensed until the zero is known.
-    fn calibrated(&mut self, current: i16) -> i16 {
-        let Some(state) = &mut self.offset else {
-            return current;
-        };
-        match self.hardware.calibrate(&offset_limits(self.stage), state) {
-            Some(Ok(_)) => self.offset = None,
-            Some(Err(error)) => {
-                match error {
-                    OffsetError::OutsideWindow(mean) => {
-                        defmt::warn!("current sensor: its zero at {=u16} lies outside the window", mean);
-                    }
-                    OffsetError::Unsteady(spread) => {
-                        defmt::warn!("current sensor: no zero, readings spread by {=u16}", spread);
-                    }
-                }
-                self.offset = Some(OffsetState::default());
-            }
-            None => {}
-        }
-        Sample::CURRENT_NOT_SENSED
     }
 
     /// Without permission the bridge opens whatever the axis wants, and stays open until the axis wants it open too.
@@ -373,7 +340,7 @@ impl<const N: usize> DriveOf<N> {
         if self.settling == 0 {
             self.axes[axis].judge();
         }
-        self.axes[axis].sample()
+        self.axes[axis].hardware.sample()
     }
 
     /// What the lines of one axis said when it was sampled.

@@ -33,7 +33,7 @@ pub struct PowerStage {
     /// Sensitivity of the current sensor, V/A.
     pub volt_per_ampere: f32,
     /// Lowest and highest reading of the current sensor at rest, counts.
-    pub offset_window: (u16, u16),
+    pub zero_window: (u16, u16),
 }
 
 impl PowerStage {
@@ -52,7 +52,7 @@ pub const DRV8874: PowerStage = PowerStage {
     duty_limit_permille: 1000,
     current: CurrentKind::Magnitude,
     volt_per_ampere: 1.1205,
-    offset_window: (0, 60),
+    zero_window: (0, 60),
 };
 
 /// Breakout of a DRV8871: two inputs and nothing else.
@@ -79,7 +79,7 @@ pub const DISCRETE: PowerStage = PowerStage {
     duty_limit_permille: 960,
     current: CurrentKind::Signed,
     volt_per_ampere: 0.1,
-    offset_window: (1900, 2196),
+    zero_window: (1900, 2196),
     ..DRV8874
 };
 

@@ -2,7 +2,7 @@
 
 use crate::axis_file;
 use crate::motor::{Door, qemu};
-use crate::servo_link::{Client, Wire, fault_advice};
+use crate::servo_link::{Client, Wire, current_text, fault_advice};
 use crate::session;
 use crate::setup::Setup;
 use clap::Args;
@@ -100,6 +100,10 @@ impl Firmware {
         let result = session::run_from(self.connect(&setup.config)?, start, listening, tasks, progress)?;
         if result.cleared != Fault::None {
             eprintln!("cleared: {}", fault_advice(result.cleared));
+        }
+        let last = result.log.rows.last();
+        if let Some(text) = last.and_then(|row| current_text(row.record.current_raw)) {
+            eprintln!("current: {text}");
         }
         if self.verbose {
             result

@@ -185,9 +185,9 @@ fn drive(log: &RunLog, record: &Record) -> String {
         raw => f64::from(raw) * f64::from(config.vbus_v_per_lsb),
     };
     let volts = f64::from(record.duty) / f64::from(config.pwm_full_scale) * supply;
-    let current = match record.current_raw {
-        Sample::CURRENT_NOT_SENSED => String::new(),
-        raw => format!(
+    let current = match Sample::sensed(record.current_raw) {
+        None => String::new(),
+        Some(raw) => format!(
             "   current {:7.3} A",
             f64::from(raw) * f64::from(config.current_a_per_lsb)
         ),

@@ -6,9 +6,12 @@ mod words;
 
 pub use lockstep::Lockstep;
 pub use serial::Serial;
-pub use words::{advice, advisory_text, fault_advice, found_text, range_text, refusal_text, store_text};
+pub use words::{
+    advice, advisory_text, current_text, fault_advice, found_text, range_text, refusal_text, store_text,
+};
 
 use crate::input_error::InputError;
+use servo::axis;
 use servo::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode};
 use servo::saving::StoreEvent;
 use servo::store::{AxisParameters, Found};
@@ -18,8 +21,10 @@ use std::time::{Duration, Instant};
 /// Answers come within a few ticks; after so many turns, and so long, there is nobody.
 const PATIENT_TURNS: u32 = 2_000;
 const PATIENCE: Duration = Duration::from_secs(3);
-/// Between two attempts to store, while the shaft comes to rest.
+/// Between two attempts to store, while the shaft comes to rest, or to arm, while the zero of the current is looked for.
 const TURNS_OF_REST: u32 = 20;
+/// The servo looks for the zero of its current sensor for 4.1 s at the slowest control rate.
+const LONGEST_ZERO: Duration = Duration::from_secs(6);
 /// An erase of the slowest kind takes 4 s.
 const LONGEST_SAVE: Duration = Duration::from_secs(6);
 
@@ -104,11 +109,20 @@ impl Client {
         self.axis = axis;
     }
 
-    /// Sends a command and waits for its answer: the control tick in which it acted.
+    /// Sends a command and waits for its answer: the control tick in which it acted. A servo that has just been switched on
+    /// needs a moment until it knows the zero of its current sensor.
     pub fn command(&mut self, command: Command, sink: &mut dyn FnMut(Message)) -> Result<u32, InputError> {
-        match self.request(command, sink)? {
-            (tick, Ok(())) => Ok(tick),
-            (_, Err(reason)) => Err(InputError(refusal_text(&reason))),
+        let patience = Instant::now() + LONGEST_ZERO;
+        loop {
+            match self.request(command, sink)? {
+                (tick, Ok(())) => return Ok(tick),
+                (_, Err(Refusal::Axis(axis::Refusal::CurrentZeroSought))) if Instant::now() < patience => {
+                    for _ in 0..TURNS_OF_REST {
+                        self.turn(sink)?;
+                    }
+                }
+                (_, Err(reason)) => return Err(InputError(refusal_text(&reason))),
+            }
         }
     }
 

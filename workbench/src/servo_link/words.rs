@@ -1,6 +1,6 @@
 //! The servo's codes in words that say what to do.
 
-use servo::axis;
+use servo::axis::{self, Sample};
 use servo::config::ConfigError;
 use servo::drivers::flash::SaveError;
 use servo::identify::estimate::Reason;
@@ -101,11 +101,33 @@ fn axis_text(refusal: axis::Refusal) -> &'static str {
             "amplitude, frequency or duration cannot be done at this control rate; choose a slower or smaller motion"
         }
         axis::Refusal::NotReferenced => "absolute targets need a reference: find one with `--reference`",
+        axis::Refusal::CurrentZeroSought => {
+            "the zero of the current sensor is still looked for, with the bridge open; try again in a second"
+        }
         axis::Refusal::StreamFull => {
             "so many streamed points wait already; send this one again when one has been reached"
         }
         axis::Refusal::Value(_) => "a number of the command is out of its range",
         axis::Refusal::NotForAxis => "the servo does not know this command; update its firmware",
+    }
+}
+
+/// Why a current sensor delivers nothing, and the remedy; `None`: it delivers, or there is none.
+pub fn current_text(current_raw: i16) -> Option<&'static str> {
+    match current_raw {
+        Sample::CURRENT_ZERO_SOUGHT => Some(
+            "the zero of the current sensor is still looked for: limits of current, energy and heat do not act yet",
+        ),
+        Sample::CURRENT_ZERO_UNSTEADY => Some(
+            "the current sensor has no zero, since its readings with the bridge open spread too far: limits of current, energy and heat do not act; let the shaft rest at power-up, and check the sensor's wiring for noise",
+        ),
+        Sample::CURRENT_ZERO_OUTSIDE => Some(
+            "the current sensor has no zero, since its readings with the bridge open are none of a sensor at rest: limits of current, energy and heat do not act; check that the sensor is connected and that the image is for this power stage",
+        ),
+        Sample::CURRENT_ZERO_UNSEEN => Some(
+            "the current sensor has no zero, since the bridge was not open long enough: limits of current, energy and heat do not act; stop the servo for a second",
+        ),
+        _ => None,
     }
 }
 

@@ -1,0 +1,86 @@
+//! The zero of the current sensor, as joint and host meet it: nothing is armed before it is known or the wait is over.
+
+use host_tests::desk::{self, Desk};
+use servo::axis::{self, Sample};
+use servo::protocol::{Command, FRAME_CAPACITY, Refusal, encode};
+use truing::input_error::InputError;
+use truing::servo_link::{Client, Wire, current_text};
+
+#[test]
+fn an_axis_cannot_be_armed_while_the_zero_is_looked_for() {
+    let mut desk = Desk::default();
+    let sought = Err(Refusal::Axis(axis::Refusal::CurrentZeroSought));
+    desk.world.current_raw = Sample::CURRENT_ZERO_SOUGHT;
+    desk.order(Command::Configure(desk::config()))
+        .expect("a good one");
+    desk.tick();
+    assert_eq!(desk.order(Command::Arm), sought);
+    assert_eq!(desk.order(Command::Stop), Ok(()));
+    for over in [
+        Sample::CURRENT_ZERO_UNSTEADY,
+        Sample::CURRENT_ZERO_OUTSIDE,
+        Sample::CURRENT_ZERO_UNSEEN,
+        Sample::CURRENT_NOT_SENSED,
+        0,
+    ] {
+        desk.world.current_raw = Sample::CURRENT_ZERO_SOUGHT;
+        desk.tick();
+        assert_eq!(desk.order(Command::Arm), sought);
+        desk.world.current_raw = over;
+        desk.tick();
+        assert_eq!(desk.order(Command::Arm), Ok(()), "{over}");
+    }
+}
+
+/// A desk at the end of a wire, with a sensor that knows its zero after some ticks.
+struct Line {
+    desk: Desk,
+    left: u32,
+    sequence: u16,
+}
+
+impl Wire for Line {
+    fn turn(&mut self, outgoing: &mut Vec<u8>, incoming: &mut Vec<u8>) -> Result<(), InputError> {
+        self.left = self.left.saturating_sub(1);
+        self.desk.world.current_raw = match self.left {
+            0 => 0,
+            _ => Sample::CURRENT_ZERO_SOUGHT,
+        };
+        for message in self.desk.receive(outgoing) {
+            let mut buffer = [0; FRAME_CAPACITY];
+            self.sequence = self.sequence.wrapping_add(1);
+            incoming.extend_from_slice(encode(self.sequence, message, &mut buffer).expect("it fits"));
+        }
+        outgoing.clear();
+        self.desk.tick();
+        Ok(())
+    }
+}
+
+#[test]
+fn the_host_waits_for_the_zero_before_it_arms() {
+    let line = Line {
+        desk: Desk::default(),
+        left: 1000,
+        sequence: 0,
+    };
+    let mut client = Client::new(Box::new(line));
+    let mut tell = |command| client.command(command, &mut |_| {});
+    tell(Command::Configure(desk::config())).expect("configured");
+    let tick = tell(Command::Arm).expect("armed");
+    assert!((999..1100).contains(&tick), "armed in tick {tick}");
+}
+
+#[test]
+fn a_sensor_without_zero_is_told_with_its_remedy() {
+    for (mark, word) in [
+        (Sample::CURRENT_ZERO_SOUGHT, "still looked for"),
+        (Sample::CURRENT_ZERO_UNSTEADY, "spread"),
+        (Sample::CURRENT_ZERO_OUTSIDE, "connected"),
+        (Sample::CURRENT_ZERO_UNSEEN, "stop the servo"),
+    ] {
+        assert!(current_text(mark).expect("a reason").contains(word));
+    }
+    assert_eq!(current_text(Sample::CURRENT_NOT_SENSED), None);
+    assert_eq!(current_text(0), None);
+}
