@@ -184,6 +184,19 @@ mod tests {
     }
 
     #[test]
+    fn packages_and_programs_of_cargo_s_aliases_exist() {
+        let targets = Targets::read().unwrap();
+        let text = std::fs::read_to_string(root().join(".cargo/config.toml")).unwrap();
+        let settings: toml::Table = text.parse().unwrap();
+        let aliases = settings["alias"].as_table().unwrap();
+        assert!(!aliases.is_empty());
+        for (name, words) in aliases {
+            let words = split(&format!("cargo {}", words.as_str().unwrap()));
+            exists(&targets, &words).unwrap_or_else(|error| panic!("{name}: {error}"));
+        }
+    }
+
+    #[test]
     fn commands_of_xtask_that_documents_show_are_understood() {
         let shown = shown().unwrap();
         let ours: Vec<&Words> = shown.iter().filter(|words| words[1] == "xtask").collect();
