@@ -6,6 +6,12 @@
 //! log → simulate → residual → localise → name → extend → report
 //! ```
 
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
+// First, for its macros.
+#[macro_use]
+pub mod screen;
+
 pub mod axis_file;
 pub mod bench;
 pub mod cases;

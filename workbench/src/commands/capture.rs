@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .captured
         .context("the commissioning was refused, so nothing was captured; see `truing commission`")?;
     write_whole(&arguments.out, &csv(&captured, &config))?;
-    println!(
+    outln!(
         "{} control ticks, {}, in {}",
         captured.shots.len(),
         match captured.stage {

@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let report = outcome(&result, &config)?;
     print(&report);
     if result.done.contains(&Done::Stored) {
-        println!("{:21} by the servo", "stored");
+        outln!("{:21} by the servo", "stored");
     }
     if let Some(path) = &arguments.json {
         write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
@@ -167,8 +167,8 @@ pub fn print_number(name: &str, unit: &str, number: &Number) {
         number.reason.unwrap_or("not trusted")
     };
     match (number.value, number.u95) {
-        (Some(value), Some(u95)) => println!("{name:21} {value:10.4} ± {u95:.4} {unit:8} {trust}"),
-        _ => println!("{name:21} {:>10}   {:15} {trust}", "-", ""),
+        (Some(value), Some(u95)) => outln!("{name:21} {value:10.4} ± {u95:.4} {unit:8} {trust}"),
+        _ => outln!("{name:21} {:>10}   {:15} {trust}", "-", ""),
     }
 }
 
@@ -177,16 +177,18 @@ pub fn print(report: &CommissionJson) {
     for (name, unit, number) in report.numbers() {
         print_number(name, unit, &number);
     }
-    println!(
+    outln!(
         "{:21} {}",
         "mechanism",
         format!("{:?}", report.mechanism).to_lowercase()
     );
-    println!(
+    outln!(
         "{:21} {:.2} s, {:.2} turns",
-        "took", report.duration_s, report.travel_rev
+        "took",
+        report.duration_s,
+        report.travel_rev
     );
     if let Some(refused) = &report.refused {
-        println!("refused ({}): {}", refused.code, refused.text);
+        outln!("refused ({}): {}", refused.code, refused.text);
     }
 }

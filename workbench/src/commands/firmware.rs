@@ -99,13 +99,13 @@ impl Firmware {
         };
         let result = session::run_from(self.connect(&setup.config)?, start, listening, tasks, progress)?;
         if result.cleared != Fault::None {
-            eprintln!("cleared: {}", fault_advice(result.cleared));
+            errln!("cleared: {}", fault_advice(result.cleared));
         }
         if self.verbose {
             result
                 .firmware_log
                 .iter()
-                .for_each(|line| eprintln!("firmware: {line}"));
+                .for_each(|line| errln!("firmware: {line}"));
         }
         Ok(result)
     }

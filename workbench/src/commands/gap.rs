@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .collect(),
     };
     let outcome = analysed(&model, log, holdouts, &options)?;
-    print!("{}", Terminal.export(&outcome)?);
+    out!("{}", Terminal.export(&outcome)?);
     write(arguments, &model, &outcome)
 }
 

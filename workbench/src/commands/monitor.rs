@@ -12,7 +12,7 @@ use servo::identify::estimate::{EstimatesReport, Reported};
 use servo::protect::Fault;
 use servo::record::{Activity, Record};
 use servo::referencing::Referenced;
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 /// How often the view is drawn.
@@ -90,7 +90,7 @@ impl View {
         self.drawn = Some(Instant::now());
         let lines = lines(progress);
         if !self.terminal {
-            println!("{}", lines.join("  |  "));
+            outln!("{}", lines.join("  |  "));
             return;
         }
         // Back to the first line of the last picture, and clear what is below.
@@ -98,8 +98,8 @@ impl View {
             0 => String::new(),
             lines => format!("\x1b[{lines}A\x1b[J"),
         };
-        println!("{up}{}", lines.join("\n"));
-        let _ = std::io::stdout().flush();
+        outln!("{up}{}", lines.join("\n"));
+        crate::screen::flush();
         self.lines = lines.len();
     }
 }

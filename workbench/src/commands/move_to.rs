@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         arrival.held,
         "the axis did not arrive; run it again with --verbose"
     );
-    println!("{:21} {:.3} s", "arrived after", arrival.seconds);
-    println!("{:21} {:.6} rad", "position error", arrival.error_rad);
+    outln!("{:21} {:.3} s", "arrived after", arrival.seconds);
+    outln!("{:21} {:.6} rad", "position error", arrival.error_rad);
     Ok(())
 }

@@ -91,26 +91,32 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         _ => None,
     };
     if let Some(shape) = known.and_then(|known| LoopShape::of(&config, result.tuning, known).ok().flatten()) {
-        println!(
+        outln!(
             "{:21} crossover {:.1} rad/s, phase margin {:.0}°",
-            "position loop", shape.crossover_rad_s, shape.phase_margin_deg
+            "position loop",
+            shape.crossover_rad_s,
+            shape.phase_margin_deg
         );
     }
     let report = TrackJson::new(&result.log, span);
-    println!(
+    outln!(
         "{:21} {:.6} rad, peak {:.6} rad",
-        "position error, rms", report.position_rms_rad, report.position_peak_rad
+        "position error, rms",
+        report.position_rms_rad,
+        report.position_peak_rad
     );
-    println!(
+    outln!(
         "{:21} {:.4} rad/s, peak {:.4} rad/s",
-        "speed error, rms", report.speed_rms_rad_s, report.speed_peak_rad_s
+        "speed error, rms",
+        report.speed_rms_rad_s,
+        report.speed_peak_rad_s
     );
     let mut faults = result.log.rows.iter().rev().map(|row| row.record.fault);
     if let Some(fault) = faults.find(|fault| span.faulted && *fault != Fault::None) {
-        println!("{:21} {}", "fault", fault_advice(fault));
+        outln!("{:21} {}", "fault", fault_advice(fault));
     }
     if report.saturated_share > 0.0 {
-        println!(
+        outln!(
             "{:21} {:.1} % of the time",
             "limits acted",
             100.0 * report.saturated_share
@@ -118,7 +124,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let last = result.log.rows.last();
     if let Some(text) = last.and_then(|row| advisory_text(row.record.advisory)) {
-        println!("{:21} {text}", "advisory");
+        outln!("{:21} {text}", "advisory");
     }
     if let Some(path) = &arguments.json {
         write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
@@ -132,7 +138,7 @@ fn excited(arguments: &Arguments, report: &TrackJson) -> anyhow::Result<()> {
         commission::print_number(name, unit, &number);
     }
     if report.faulted {
-        println!("{:21} a fault ended the excitation early", "fault");
+        outln!("{:21} a fault ended the excitation early", "fault");
     }
     match &arguments.json {
         Some(path) => Ok(write_whole(
