@@ -91,3 +91,27 @@ fn complaints_that_cannot_be_written_change_nothing() {
     let status = command.stdout(Stdio::null()).status().expect("it runs");
     assert_eq!(status.code(), Some(2));
 }
+
+/// Without a terminal there is no spinner; a line a round says that it lives, on standard error alone.
+#[test]
+fn a_gap_without_a_terminal_tells_every_round() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut gap = commands(folder.path()).pop().expect("gap");
+    let said = said(&mut gap, Stdio::piped());
+    assert_eq!(said.status, Some(0), "{said:?}");
+    let rounds: Vec<&str> = said.err.lines().filter(|line| line.contains("round ")).collect();
+    assert!(rounds[0].contains("candidates fitted, round 1"), "{said:?}");
+    assert!(rounds.len() >= 2, "{said:?}");
+    assert!(!said.out.contains("candidates fitted"), "{said:?}");
+}
+
+/// The first call compiles for minutes: Cargo shows it.
+#[test]
+fn the_alias_shows_the_compile() {
+    let config = include_str!("../../.cargo/config.toml");
+    let alias = config
+        .lines()
+        .find(|line| line.starts_with("truing ="))
+        .expect("the alias");
+    assert!(!alias.contains("quiet"), "{alias}");
+}
