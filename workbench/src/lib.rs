@@ -28,6 +28,7 @@ pub mod fit;
 pub mod gap;
 pub mod hypothesis;
 pub mod input_error;
+pub mod interrupt;
 pub mod localise;
 pub mod log;
 pub mod loops;

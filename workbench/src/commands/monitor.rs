@@ -1,11 +1,13 @@
 //! `truing monitor`: a live view of the servo in the terminal while it commissions and tracks.
 
-use super::commission::{BUDGET_S, Knowledge};
-use super::firmware::Firmware;
+use super::commission::{self, BUDGET_S, Knowledge};
+use super::firmware::{Firmware, fault_ended};
 use super::profile;
+use crate::interrupt;
 use crate::run_log::RunLog;
+use crate::screen;
 use crate::servo_link::{advisory_text, fault_advice};
-use crate::session::{Progress, Task};
+use crate::session::{Done, Progress, Task};
 use clap::Args;
 use servo::axis::Sample;
 use servo::identify::estimate::{EstimatesReport, Reported};
@@ -41,6 +43,7 @@ pub struct Arguments {
 
 /// Runs and shows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let _hold = interrupt::hold();
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;
@@ -49,10 +52,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
     let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
     let mut view = View::new(arguments.fast);
-    arguments
+    let result = arguments
         .firmware
         .run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
-    Ok(())
+    match (&result.broken, result.done.last()) {
+        (Some(error), _) => Err(error.clone().into()),
+        (None, Some(Done::Tracked(span) | Done::Excited(span, _))) if span.faulted => {
+            Err(fault_ended(&result.log).into())
+        }
+        (None, Some(Done::Commissioned(_))) => commission::succeeded(&result).map(|_| ()),
+        _ => Ok(()),
+    }
 }
 
 /// The screen.
@@ -89,6 +99,10 @@ impl View {
         }
         self.drawn = Some(Instant::now());
         let lines = lines(progress);
+        if screen::is_broken() {
+            // Nobody watches any more.
+            interrupt::ask();
+        }
         if !self.terminal {
             outln!("{}", lines.join("  |  "));
             return;
@@ -99,7 +113,7 @@ impl View {
             lines => format!("\x1b[{lines}A\x1b[J"),
         };
         outln!("{up}{}", lines.join("\n"));
-        crate::screen::flush();
+        screen::flush();
         self.lines = lines.len();
     }
 }

@@ -1,16 +1,16 @@
 //! `truing track`: the firmware follows a profile; how well?
 
 use super::commission::{self, Knowledge};
-use super::firmware::Firmware;
+use super::firmware::{Firmware, fault_ended, save_log};
 use super::profile;
+use crate::interrupt;
 use crate::loops::LoopShape;
-use crate::motor::write_whole;
-use crate::servo_link::{advisory_text, fault_advice};
-use crate::session::{Done, Task};
+use crate::motor::{check_outputs, write_whole};
+use crate::servo_link::advisory_text;
+use crate::session::{Done, SessionResult, Task};
 use crate::tracking::{Learned, TrackJson};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use servo::protect::Fault;
 use std::path::PathBuf;
 
 /// On or off.
@@ -53,6 +53,11 @@ pub struct Arguments {
 
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let _hold = interrupt::hold();
+    check_outputs([
+        ("--json", arguments.json.as_ref()),
+        ("--log", arguments.log.as_ref()),
+    ])?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let chosen = setup.choices.compensation.unwrap_or(true);
@@ -65,32 +70,58 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
     let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
-    if let Some(path) = &arguments.log {
-        result.log.save(path)?;
-    }
-    if let Some(Done::Excited(span, learned)) = result.done.last() {
-        return excited(arguments, &TrackJson::excited(&result.log, span, learned));
-    }
-    if arguments.knowledge.is_learned() {
-        let report = commission::outcome(&result, &config)?;
-        commission::print(&report);
-        if let Some(refused) = report.refused {
-            bail!(
-                "the commissioning was refused ({}): {}",
-                refused.code,
-                refused.text
-            );
+    save_log(&result.log, arguments.log.as_ref())?;
+    match (&result.broken, result.done.last()) {
+        (Some(error), _) => Err(error.clone().into()),
+        (None, Some(Done::Excited(span, learned))) => {
+            let report = TrackJson::excited(&result.log, span, learned);
+            concluded(arguments, &result, &report, print_excited)
         }
+        (None, Some(Done::Tracked(span))) => {
+            if arguments.knowledge.is_learned() {
+                commission::print(&commission::succeeded(&result)?);
+            }
+            print_loop(&result, &tasks);
+            concluded(
+                arguments,
+                &result,
+                &TrackJson::new(&result.log, span),
+                print_tracked,
+            )
+        }
+        // What was first has failed.
+        _ => commission::succeeded(&result)
+            .and_then(|_| bail!("the servo has not tracked; run it again with --verbose")),
     }
-    let Some(Done::Tracked(span)) = result.done.last() else {
-        bail!("the servo has not tracked; run it again with --verbose");
-    };
+}
+
+/// Prints and writes; a fault first.
+fn concluded(
+    arguments: &Arguments,
+    result: &SessionResult,
+    report: &TrackJson,
+    print: fn(&SessionResult, &TrackJson),
+) -> anyhow::Result<()> {
+    let fault = report.faulted.then(|| fault_ended(&result.log));
+    print(result, report);
+    if let Some(path) = &arguments.json {
+        write_whole(path, &(serde_json::to_string_pretty(report)? + "\n"))?;
+    }
+    fault.map_or(Ok(()), |fault| Err(fault.into()))
+}
+
+fn print_loop(result: &SessionResult, tasks: &[Task]) {
     let known = match (result.done.first(), tasks.first()) {
         (Some(Done::Commissioned(outcome)), _) => Some(&outcome.estimates),
         (_, Some(Task::Adopt(estimates))) => Some(&**estimates),
         _ => None,
     };
-    if let Some(shape) = known.and_then(|known| LoopShape::of(&config, result.tuning, known).ok().flatten()) {
+    let shape = |known| {
+        LoopShape::of(&result.log.config, result.tuning, known)
+            .ok()
+            .flatten()
+    };
+    if let Some(shape) = known.and_then(shape) {
         outln!(
             "{:21} crossover {:.1} rad/s, phase margin {:.0}°",
             "position loop",
@@ -98,7 +129,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             shape.phase_margin_deg
         );
     }
-    let report = TrackJson::new(&result.log, span);
+}
+
+fn print_tracked(result: &SessionResult, report: &TrackJson) {
     outln!(
         "{:21} {:.6} rad, peak {:.6} rad",
         "position error, rms",
@@ -111,10 +144,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         report.speed_rms_rad_s,
         report.speed_peak_rad_s
     );
-    let mut faults = result.log.rows.iter().rev().map(|row| row.record.fault);
-    if let Some(fault) = faults.find(|fault| span.faulted && *fault != Fault::None) {
-        outln!("{:21} {}", "fault", fault_advice(fault));
-    }
     if report.saturated_share > 0.0 {
         outln!(
             "{:21} {:.1} % of the time",
@@ -126,25 +155,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(text) = last.and_then(|row| advisory_text(row.record.advisory)) {
         outln!("{:21} {text}", "advisory");
     }
-    if let Some(path) = &arguments.json {
-        write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
-    }
-    Ok(())
 }
 
 /// An excitation has no set-point that could be missed; what was learned from it is its result.
-fn excited(arguments: &Arguments, report: &TrackJson) -> anyhow::Result<()> {
+fn print_excited(_: &SessionResult, report: &TrackJson) {
     for (name, unit, number) in report.learned.iter().flat_map(Learned::numbers) {
         commission::print_number(name, unit, &number);
-    }
-    if report.faulted {
-        outln!("{:21} a fault ended the excitation early", "fault");
-    }
-    match &arguments.json {
-        Some(path) => Ok(write_whole(
-            path,
-            &(serde_json::to_string_pretty(report)? + "\n"),
-        )?),
-        None => Ok(()),
     }
 }

@@ -9,6 +9,7 @@ pub use serial::Serial;
 pub use words::{advice, advisory_text, fault_advice, found_text, range_text, refusal_text, store_text};
 
 use crate::input_error::InputError;
+use crate::interrupt;
 use servo::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode};
 use servo::saving::StoreEvent;
 use servo::store::{AxisParameters, Found};
@@ -18,6 +19,10 @@ use std::time::{Duration, Instant};
 /// Answers come within a few ticks; after so many turns, and so long, there is nobody.
 const PATIENT_TURNS: u32 = 2_000;
 const PATIENCE: Duration = Duration::from_secs(3);
+/// … and when it is to stop before the program ends.
+const LAST_PATIENCE: Duration = Duration::from_secs(1);
+/// The bridge opens, and the telemetry of that arrives, within so many turns.
+const TURNS_OF_PARTING: u32 = 20;
 /// Between two attempts to store, while the shaft comes to rest.
 const TURNS_OF_REST: u32 = 20;
 /// An erase of the slowest kind takes 4 s.
@@ -70,6 +75,10 @@ pub struct Client {
     outgoing: Vec<u8>,
     incoming: Vec<u8>,
     damaged: u64,
+    /// The wire carries nothing any more.
+    lost: bool,
+    /// It is being stopped: an interruption is heeded already.
+    parting: bool,
 }
 
 impl Client {
@@ -83,12 +92,19 @@ impl Client {
             outgoing: Vec::new(),
             incoming: Vec::new(),
             damaged: 0,
+            lost: false,
+            parting: false,
         }
     }
 
-    /// One turn of the wire; every message goes to `sink`.
+    /// One turn of the wire; every message goes to `sink`. None if the user has interrupted the session.
     pub fn turn(&mut self, sink: &mut dyn FnMut(Message)) -> Result<(), InputError> {
-        self.wire.turn(&mut self.outgoing, &mut self.incoming)?;
+        if interrupt::asked() && !self.parting {
+            return Err(InputError("interrupted".into()));
+        }
+        let turned = self.wire.turn(&mut self.outgoing, &mut self.incoming);
+        self.lost |= turned.is_err();
+        turned?;
         for byte in self.incoming.drain(..) {
             match self.receiver.push(byte) {
                 Some(Ok(frame)) => sink(frame.body),
@@ -142,7 +158,11 @@ impl Client {
         let bytes =
             encode(number, request, &mut buffer).map_err(|_| InputError("a command is too long".into()))?;
         self.outgoing.extend_from_slice(bytes);
-        let deadline = Instant::now() + PATIENCE;
+        let (patience, patient_turns) = match self.parting {
+            true => (LAST_PATIENCE, 0),
+            false => (PATIENCE, PATIENT_TURNS),
+        };
+        let deadline = Instant::now() + patience;
         let (mut turns, mut answer) = (0, None);
         loop {
             self.turn(&mut |message| match message {
@@ -153,13 +173,31 @@ impl Client {
                 return Ok(answer);
             }
             turns += 1;
-            if turns > PATIENT_TURNS && Instant::now() > deadline {
+            if turns > patient_turns && Instant::now() > deadline {
                 return Err(InputError(
                     "the servo does not answer; check port, wiring and that the firmware speaks this version"
                         .into(),
                 ));
             }
         }
+    }
+
+    /// The last command of a session that ends early: stop. The control tick in which it acted; `None`: the wire carries
+    /// nothing any more, or the servo does not answer.
+    pub fn stop(&mut self, sink: &mut dyn FnMut(Message)) -> Option<u32> {
+        if self.lost {
+            return None;
+        }
+        self.parting = true;
+        let tick = self.command(Command::Stop, sink).ok()?;
+        // An answer is no open bridge yet.
+        let deadline = Instant::now() + LAST_PATIENCE;
+        for _ in 0..TURNS_OF_PARTING {
+            if Instant::now() > deadline || self.turn(sink).is_err() {
+                break;
+            }
+        }
+        Some(tick)
     }
 
     /// A command whose answer brings a message of its own; the message. All others go to `sink`.
