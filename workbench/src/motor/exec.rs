@@ -20,6 +20,8 @@ const FAILING: Duration = Duration::from_millis(500);
 /// Nothing that a motor of this size needs lies beyond; numbers beyond are no measurements but text or a lost byte.
 const MOST_AMPERES: f32 = 1e5;
 const MOST_VOLTS: f32 = 1e4;
+/// A supply is nothing, or not less than this.
+const LEAST_VOLTS: f32 = 1e-9;
 /// So many letters at the start of a frame are text: what follows may be the end of a line and a frame.
 const LETTERS: usize = 6;
 
@@ -131,12 +133,12 @@ fn nonsense(frame: &[u8; FRAME], reading: &Reading) -> Option<String> {
             .iter()
             .all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace())
     };
-    let beyond = |value: f32, most: f32| value.abs() > most;
-    if text(frame) || text(&frame[..LETTERS]) && beyond(reading.supply_v, MOST_VOLTS) {
+    let (current, supply) = (reading.current_a, reading.supply_v);
+    let no_supply = supply.abs() > MOST_VOLTS || supply != 0.0 && supply.abs() < LEAST_VOLTS;
+    if text(frame) || text(&frame[..LETTERS]) && no_supply {
         return Some(format!("the text `{}`", frame.escape_ascii()));
     }
-    let (current, supply) = (reading.current_a, reading.supply_v);
-    if beyond(current, MOST_AMPERES) || beyond(supply, MOST_VOLTS) {
+    if current.abs() > MOST_AMPERES || no_supply {
         return Some(format!(
             "a current of {current:e} A and a supply of {supply:e} V (bytes {})",
             frame.map(|byte| format!("{byte:02x}")).join(" ")
