@@ -69,24 +69,21 @@ fn a_refused_commissioning_says_why_first_and_exits_with_1() {
 
 #[test]
 fn a_track_that_a_fault_ends_says_so_first_and_exits_with_1() {
-    let bench = ExecBench::default();
-    let profile = [
-        "--profile",
-        "voltage_sine:6,1,3",
-        "--log",
-        "run.csv",
-        "--json",
-        "out.json",
-    ];
-    let said = bench.run(&[&["track"], &profile[..]].concat(), "0.2 600 nan");
-    assert_eq!(said.status, Some(1), "{said:?}");
-    let first = said.out.lines().next().expect("a line");
-    assert!(
-        first.starts_with("a fault ended the motion: the supply was measured and is not any more"),
-        "{said:?}"
-    );
-    assert!(bench.text("out.json").contains("\"faulted\": true"));
-    assert!(!tape(&bench.path("run.csv")).traces.is_empty());
+    // Without a commissioning before it, and with one, which ends before tick 6,000.
+    for (profile, motor) in [
+        ("voltage_sine:6,1,3", "0.2 600 nan"),
+        ("sine:1,0.5,9", "0.2 8000 nan"),
+    ] {
+        let bench = ExecBench::default();
+        let outputs = ["--log", "run.csv", "--json", "out.json"];
+        let said = bench.run(&[&["track", "--profile", profile], &outputs[..]].concat(), motor);
+        assert_eq!(said.status, Some(1), "{said:?}");
+        let first = said.out.lines().next().expect("a line");
+        let reason = "a fault ended the motion: the supply was measured and is not any more";
+        assert!(first.starts_with(reason), "{said:?}");
+        assert!(bench.text("out.json").contains("\"faulted\": true"));
+        assert!(!tape(&bench.path("run.csv")).traces.is_empty());
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@ use super::profile;
 use crate::interrupt;
 use crate::loops::LoopShape;
 use crate::motor::{check_outputs, write_whole};
+use crate::run_log::RunLog;
 use crate::servo_link::advisory_text;
 use crate::session::{Done, SessionResult, Task};
 use crate::tracking::{Learned, TrackJson};
@@ -71,39 +72,43 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
     save_log(&result.log, arguments.log.as_ref())?;
-    match (&result.broken, result.done.last()) {
-        (Some(error), _) => Err(error.clone().into()),
-        (None, Some(Done::Excited(span, learned))) => {
+    if let Some(error) = result.broken {
+        return Err(error.into());
+    }
+    match result.done.last() {
+        Some(Done::Excited(span, learned)) => {
             let report = TrackJson::excited(&result.log, span, learned);
-            concluded(arguments, &result, &report, print_excited)
+            concluded(arguments, &result.log, &report, &|| print_learned(&report))
         }
-        (None, Some(Done::Tracked(span))) => {
-            if arguments.knowledge.is_learned() {
-                commission::print(&commission::succeeded(&result)?);
-            }
-            print_loop(&result, &tasks);
-            concluded(
-                arguments,
-                &result,
-                &TrackJson::new(&result.log, span),
-                print_tracked,
-            )
+        Some(Done::Tracked(span)) => {
+            let report = TrackJson::new(&result.log, span);
+            let learned = arguments
+                .knowledge
+                .is_learned()
+                .then(|| commission::succeeded(&result));
+            let learned = learned.transpose()?;
+            concluded(arguments, &result.log, &report, &|| {
+                learned.iter().for_each(commission::print);
+                print_loop(&result, &tasks);
+                print_tracked(&result.log, &report);
+            })
         }
-        // What was first has failed.
-        _ => commission::succeeded(&result)
-            .and_then(|_| bail!("the servo has not tracked; run it again with --verbose")),
+        _ => {
+            commission::succeeded(&result)?;
+            bail!("the servo has not tracked; run it again with --verbose")
+        }
     }
 }
 
 /// Prints and writes; a fault first.
 fn concluded(
     arguments: &Arguments,
-    result: &SessionResult,
+    log: &RunLog,
     report: &TrackJson,
-    print: fn(&SessionResult, &TrackJson),
+    print: &dyn Fn(),
 ) -> anyhow::Result<()> {
-    let fault = report.faulted.then(|| fault_ended(&result.log));
-    print(result, report);
+    let fault = report.faulted.then(|| fault_ended(log));
+    print();
     if let Some(path) = &arguments.json {
         write_whole(path, &(serde_json::to_string_pretty(report)? + "\n"))?;
     }
@@ -131,7 +136,7 @@ fn print_loop(result: &SessionResult, tasks: &[Task]) {
     }
 }
 
-fn print_tracked(result: &SessionResult, report: &TrackJson) {
+fn print_tracked(log: &RunLog, report: &TrackJson) {
     outln!(
         "{:21} {:.6} rad, peak {:.6} rad",
         "position error, rms",
@@ -151,14 +156,14 @@ fn print_tracked(result: &SessionResult, report: &TrackJson) {
             100.0 * report.saturated_share
         );
     }
-    let last = result.log.rows.last();
+    let last = log.rows.last();
     if let Some(text) = last.and_then(|row| advisory_text(row.record.advisory)) {
         outln!("{:21} {text}", "advisory");
     }
 }
 
 /// An excitation has no set-point that could be missed; what was learned from it is its result.
-fn print_excited(_: &SessionResult, report: &TrackJson) {
+fn print_learned(report: &TrackJson) {
     for (name, unit, number) in report.learned.iter().flat_map(Learned::numbers) {
         commission::print_number(name, unit, &number);
     }
