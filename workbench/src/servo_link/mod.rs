@@ -21,8 +21,10 @@ const PATIENT_TURNS: u32 = 2_000;
 const PATIENCE: Duration = Duration::from_secs(3);
 /// … and when it is to stop before the program ends.
 const LAST_PATIENCE: Duration = Duration::from_secs(1);
-/// The bridge opens, and the telemetry of that arrives, within so many turns.
-const TURNS_OF_PARTING: u32 = 20;
+/// Behind a stop: the bridge is open, and the motor has seen it, after so many control ticks …
+const TICKS_OF_PARTING: u32 = 4;
+/// … of which the telemetry has arrived after so long.
+const LONGEST_PARTING: Duration = Duration::from_millis(500);
 /// Between two attempts to store, while the shaft comes to rest.
 const TURNS_OF_REST: u32 = 20;
 /// An erase of the slowest kind takes 4 s.
@@ -190,13 +192,16 @@ impl Client {
         }
         self.parting = true;
         let tick = self.command(Command::Stop, sink).ok()?;
-        // An answer is no open bridge yet.
-        let deadline = Instant::now() + LAST_PATIENCE;
-        for _ in 0..TURNS_OF_PARTING {
-            if Instant::now() > deadline || self.turn(sink).is_err() {
-                break;
+        // An answer is no open bridge yet; the log is to show it.
+        let deadline = Instant::now() + LONGEST_PARTING;
+        let shown = Cell::new(false);
+        let mut heed = |message| {
+            if let Message::Telemetry { tick: now, .. } = &message {
+                shown.set(shown.get() || *now >= tick.saturating_add(TICKS_OF_PARTING));
             }
-        }
+            sink(message);
+        };
+        while !shown.get() && Instant::now() < deadline && self.turn(&mut heed).is_ok() {}
         Some(tick)
     }
 
