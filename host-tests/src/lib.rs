@@ -5,6 +5,7 @@ pub mod bench;
 pub mod commissioning;
 pub mod counts;
 pub mod desk;
+pub mod exec_bench;
 pub mod families;
 pub mod faults;
 pub mod firmware;

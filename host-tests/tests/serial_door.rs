@@ -1,9 +1,16 @@
 //! `serial:PORT`, end to end: the command line on one end of a pseudo terminal, the image in QEMU on the other, in real time.
 
+use host_tests::exec_bench::send;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::truing;
 use host_tests::serial_line::SerialServo;
+use servo::axis::Bridge;
+use servo::protocol::Command as Order;
 use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+use truing::axis_file;
+use truing::run_log::Tape;
 
 fn plant() -> Plant {
     Plant::draw(
@@ -122,4 +129,32 @@ fn a_servo_on_a_serial_line_is_commissioned_stored_changed_captured_and_watched(
         told.contains("stored parameters are in force") && told.contains("loops.bandwidth = 1.5"),
         "{told}"
     );
+}
+
+/// Nobody else would stop the motor at the other end of a real line.
+#[test]
+fn ctrl_c_stops_a_servo_on_a_serial_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plant = plant();
+    let axis = axis_file(folder.path(), &plant);
+    let log = folder.path().join("run.csv");
+    let servo = SerialServo::start(&plant, None);
+    let child = Command::new("env")
+        .arg("--default-signal=INT")
+        .arg(truing().get_program())
+        .args(["commission", "--motor", &servo.door(), "--config", &axis, "--log"])
+        .arg(&log)
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program runs");
+    // Real time: the commissioning of 5 s has begun.
+    std::thread::sleep(Duration::from_millis(2500));
+    send("INT", &child);
+    let output = child.wait_with_output().expect("its end");
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    let config = axis_file::read(Path::new(&axis)).expect("the axis").config;
+    let tape = Tape::read(&log, &config).expect("a log that can be read");
+    assert!(matches!(tape.commands.last(), Some((_, Order::Stop))));
+    assert!(tape.traces.iter().any(|trace| trace.bridge == Bridge::Driven));
+    assert_eq!(tape.traces.last().expect("a row").bridge, Bridge::Open);
 }

@@ -2,7 +2,7 @@
 //! same numbers, to be used again.
 
 use crate::input_error::InputError;
-use crate::servo_link::advice;
+use crate::servo_link::{advice, fault_advice};
 use serde::{Deserialize, Serialize};
 use servo::commission::Outcome;
 use servo::config::Config;
@@ -10,6 +10,7 @@ use servo::identify::estimate::{
     Estimate, Estimates, EstimatesReport, GAIN_FRAC, Mechanism, Reason, Reported, Standing, TIME_FRAC,
     VOLTAGE_FRAC,
 };
+use servo::protect::Fault;
 use std::path::Path;
 
 /// A refusal.
@@ -18,7 +19,7 @@ pub struct Refused {
     /// Stable code.
     pub code: &'static str,
     /// What to do.
-    pub text: &'static str,
+    pub text: String,
 }
 
 /// One number.
@@ -103,9 +104,21 @@ impl CommissionJson {
             travel_rev: decimal(report.travel_rev),
             refused: report.refused.map(|reason| Refused {
                 code: reason.code(),
-                text: advice(reason),
+                text: advice(reason).into(),
             }),
         })
+    }
+
+    /// "Stopped before the end" is no reason where a latched fault has stopped it.
+    #[must_use]
+    pub fn blaming(mut self, fault: Fault) -> Self {
+        if let Some(refused) = &mut self.refused
+            && refused.code == Reason::Aborted.code()
+            && fault != Fault::None
+        {
+            refused.text = format!("a fault stopped it: {}", fault_advice(fault));
+        }
+        self
     }
 
     /// The numbers with names and units, for people.

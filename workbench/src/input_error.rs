@@ -1,4 +1,5 @@
-//! An input that cannot be used: one sentence that names file, line, field and the remedy.
+//! An input that cannot be used, or a servo that does not do what it is asked for: one sentence that names file, line,
+//! field or cause, and the remedy.
 
 use std::fmt::Display;
 
@@ -6,6 +7,11 @@ use std::fmt::Display;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct InputError(pub String);
+
+/// The input was usable, but the servo did not do what it was asked for: one sentence that says why.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct NotDone(pub String);
 
 impl InputError {
     /// A whole file is unusable.

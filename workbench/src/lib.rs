@@ -6,6 +6,12 @@
 //! log → simulate → residual → localise → name → extend → report
 //! ```
 
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
+// First, for its macros.
+#[macro_use]
+pub mod screen;
+
 pub mod axis_file;
 pub mod bench;
 pub mod cases;
@@ -22,6 +28,7 @@ pub mod fit;
 pub mod gap;
 pub mod hypothesis;
 pub mod input_error;
+pub mod interrupt;
 pub mod localise;
 pub mod log;
 pub mod loops;

@@ -125,6 +125,12 @@ impl RunLog {
         self.rows.first().map_or(0, |row| row.record.count)
     }
 
+    /// The last fault that was latched.
+    pub fn fault(&self) -> Fault {
+        let mut faults = self.rows.iter().rev().map(|row| row.record.fault);
+        faults.find(|fault| *fault != Fault::None).unwrap_or_default()
+    }
+
     /// Counts → rad at the controlled shaft.
     pub fn rad(&self, counts: f64) -> f64 {
         counts * TAU / f64::from(self.config.counts_per_rev)

@@ -1,13 +1,15 @@
 //! `truing capture`: 1,024 control ticks around an event, at full rate, whatever the link carries.
 
-use super::commission::{BUDGET_S, Knowledge};
+use super::commission::{self, BUDGET_S, Knowledge};
 use super::firmware::Firmware;
 use super::profile;
-use crate::motor::write_whole;
+use crate::input_error::NotDone;
+use crate::interrupt;
+use crate::motor::{check_outputs, write_whole};
 use crate::session::{Captured, Task};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
-use servo::capture::{Stage, Trigger};
+use servo::capture::{LENGTH, Stage, Trigger};
 use servo::config::Config;
 use servo::record::Activity;
 use std::fmt::Write as _;
@@ -44,7 +46,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "motion")]
     pub trigger: Event,
     /// Control ticks to keep from before the event, up to 1023.
-    #[arg(long, default_value_t = 256)]
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u16).range(..=LENGTH as i64 - 1))]
     pub before: u16,
     /// Where to write the capture, CSV.
     #[arg(long)]
@@ -53,6 +55,8 @@ pub struct Arguments {
 
 /// Runs and writes.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let _hold = interrupt::hold();
+    check_outputs([("--out", Some(&arguments.out))])?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;
@@ -75,19 +79,27 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let tasks: Vec<Task> = first.into_iter().chain([capture, motion]).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
+    if let Some(captured) = &result.captured {
+        write_whole(&arguments.out, &csv(captured, &config))?;
+    }
+    if let Some(error) = result.broken {
+        return Err(error.into());
+    }
+    if arguments.knowledge.is_learned() && !matches!(tasks.last(), Some(Task::Excite(_))) {
+        commission::succeeded(&result)?;
+    }
     let captured = result
         .captured
-        .context("the commissioning was refused, so nothing was captured; see `truing commission`")?;
-    write_whole(&arguments.out, &csv(&captured, &config))?;
-    println!(
-        "{} control ticks, {}, in {}",
-        captured.shots.len(),
-        match captured.stage {
-            Stage::Done => format!("event at tick {}", captured.extent.trigger_tick),
-            _ => "the event has not come".to_owned(),
-        },
-        arguments.out.display()
-    );
+        .context("the servo has not captured anything; update its firmware")?;
+    let (ticks, out) = (captured.shots.len(), arguments.out.display());
+    if captured.stage != Stage::Done {
+        let what = format!(
+            "the event has not come: wait for another --trigger, or give a longer --profile ({ticks} control ticks up to its end are in {out})"
+        );
+        return Err(NotDone(what).into());
+    }
+    let event = captured.extent.trigger_tick;
+    outln!("{ticks} control ticks, event at tick {event}, in {out}");
     Ok(())
 }
 

@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         write(&draw(&spec, seed), &out.join(&name), &answers, &name)
             .with_context(|| format!("{}: cannot be written", out.join(&name).display()))?;
     }
-    println!(
+    outln!(
         "{} cases in {}, answers in {}",
         arguments.count,
         out.display(),

@@ -1,11 +1,15 @@
 //! `truing commission`: the firmware excites its motor and says what it is.
 
-use super::firmware::Firmware;
-use crate::commission_report::{CommissionJson, Number, Params};
-use crate::motor::write_whole;
+use super::firmware::{Firmware, save_log};
+use crate::commission_report::{CommissionJson, Number, Params, Refused};
+use crate::input_error::NotDone;
+use crate::interrupt;
+use crate::motor::{check_outputs, write_whole};
+use crate::run_log::RunLog;
 use crate::session::{Done, SessionResult, Task};
 use anyhow::Context;
 use clap::Args;
+use servo::commission::Outcome;
 use servo::config::Config;
 use servo::referencing::Referencing;
 use std::path::PathBuf;
@@ -36,32 +40,59 @@ pub struct Arguments {
     pub log: Option<PathBuf>,
 }
 
-/// Runs and reports.
+/// Runs and reports. What was found is printed and written before the servo stores it, which may fail.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let _hold = interrupt::hold();
+    check_outputs([
+        ("--save", arguments.save.as_ref()),
+        ("--json", arguments.json.as_ref()),
+        ("--log", arguments.log.as_ref()),
+    ])?;
     let setup = arguments.firmware.axis()?;
-    let config = setup.config;
     let task = Task::Commission {
         budget_s: budget(arguments.budget_s)?,
         seed: arguments.firmware.seed as u32,
     };
     let tasks = [Some(task), arguments.store.then_some(Task::Store)];
     let tasks: Vec<Task> = tasks.into_iter().flatten().collect();
-    let result = arguments.firmware.run(&setup, &tasks)?;
-    let report = outcome(&result, &config)?;
-    print(&report);
-    if result.done.contains(&Done::Stored) {
-        println!("{:21} by the servo", "stored");
+    let mut told = None;
+    let result = arguments
+        .firmware
+        .run_telling(&setup, &tasks, &mut |done, log| match done {
+            Done::Commissioned(outcome) => told = Some(tell(arguments, outcome, log)),
+            Done::Stored => outln!("{:21} by the servo", "stored"),
+            _ => {}
+        })?;
+    save_log(&result.log, arguments.log.as_ref())?;
+    let report = told.transpose()?;
+    if let Some(error) = result.broken {
+        return Err(error.into());
     }
+    match report.and_then(|report| report.refused) {
+        Some(refused) => Err(refusal(&refused).into()),
+        None => Ok(()),
+    }
+}
+
+/// Prints what was found, and writes it; the log too, as far as it is.
+fn tell(arguments: &Arguments, outcome: &Outcome, log: &RunLog) -> anyhow::Result<CommissionJson> {
+    let report = CommissionJson::new(outcome, &log.config)?.blaming(log.fault());
+    print(&report);
     if let Some(path) = &arguments.json {
         write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
-    }
-    if let Some(path) = &arguments.log {
-        result.log.save(path)?;
     }
     if let Some(path) = &arguments.save {
         Params::new(&report).save(path)?;
     }
-    Ok(())
+    if arguments.store {
+        save_log(log, arguments.log.as_ref())?;
+    }
+    Ok(report)
+}
+
+/// The reason of exit status 1.
+pub fn refusal(refused: &Refused) -> NotDone {
+    NotDone(format!("the commissioning was refused: {}", refused.text))
 }
 
 /// Where the numbers of a motion come from.
@@ -147,16 +178,24 @@ pub fn budget(seconds: f64) -> anyhow::Result<f64> {
     Ok(seconds)
 }
 
+/// The first commissioning of a session; printed, if it was refused.
+pub fn succeeded(result: &SessionResult) -> anyhow::Result<CommissionJson> {
+    let report = outcome(result)?;
+    if let Some(refused) = &report.refused {
+        print(&report);
+        return Err(refusal(refused).into());
+    }
+    Ok(report)
+}
+
 /// The first commissioning of a session.
-pub fn outcome(result: &SessionResult, config: &Config) -> anyhow::Result<CommissionJson> {
+fn outcome(result: &SessionResult) -> anyhow::Result<CommissionJson> {
     let outcome = result.done.iter().find_map(|done| match done {
         Done::Commissioned(outcome) => Some(outcome),
         _ => None,
     });
-    Ok(CommissionJson::new(
-        outcome.context("the session had no commissioning")?,
-        config,
-    )?)
+    let outcome = outcome.context("the session had no commissioning")?;
+    Ok(CommissionJson::new(outcome, &result.log.config)?.blaming(result.log.fault()))
 }
 
 /// One number, for people.
@@ -167,26 +206,28 @@ pub fn print_number(name: &str, unit: &str, number: &Number) {
         number.reason.unwrap_or("not trusted")
     };
     match (number.value, number.u95) {
-        (Some(value), Some(u95)) => println!("{name:21} {value:10.4} ± {u95:.4} {unit:8} {trust}"),
-        _ => println!("{name:21} {:>10}   {:15} {trust}", "-", ""),
+        (Some(value), Some(u95)) => outln!("{name:21} {value:10.4} ± {u95:.4} {unit:8} {trust}"),
+        _ => outln!("{name:21} {:>10}   {:15} {trust}", "-", ""),
     }
 }
 
-/// For people.
+/// For people; a refusal first.
 pub fn print(report: &CommissionJson) {
+    if let Some(refused) = &report.refused {
+        outln!("refused: {} ({})", refused.text, refused.code);
+    }
     for (name, unit, number) in report.numbers() {
         print_number(name, unit, &number);
     }
-    println!(
+    outln!(
         "{:21} {}",
         "mechanism",
         format!("{:?}", report.mechanism).to_lowercase()
     );
-    println!(
+    outln!(
         "{:21} {:.2} s, {:.2} turns",
-        "took", report.duration_s, report.travel_rev
+        "took",
+        report.duration_s,
+        report.travel_rev
     );
-    if let Some(refused) = &report.refused {
-        println!("refused ({}): {}", refused.code, refused.text);
-    }
 }

@@ -42,12 +42,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Event::Step(title) => {
             step += 1;
             bar.reset();
-            println!("\n{step}. {title}");
+            outln!("\n{step}. {title}");
         }
         Event::Found(text) => {
             bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
             bar.finish_and_clear();
-            text.lines().for_each(|line| println!("   {line}"));
+            text.lines().for_each(|line| outln!("   {line}"));
         }
         Event::Progress(task, share) => {
             bar.set_message(task.to_owned());
@@ -55,14 +55,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
     })?;
     let out = options.out.display();
-    println!("\nThe report: {out}/report.html");
-    println!("Beside it: summary.json, model-before.toml, model-after.toml, run.csv, hidden-motor.toml");
+    outln!("\nThe report: {out}/report.html");
+    outln!("Beside it: summary.json, model-before.toml, model-after.toml, run.csv, hidden-motor.toml");
     Ok(())
 }
 
 /// Runs the servo case for each seed and closes with the figures over all of them.
 fn survey(last: u64, options: &Options, bar: &ProgressBar) -> anyhow::Result<()> {
-    println!("{}", survey::HEAD);
+    outln!("{}", survey::HEAD);
     let mut rows = Vec::new();
     for seed in 1..=last {
         let row = survey::Row::run(seed, options, &mut |event| {
@@ -71,10 +71,10 @@ fn survey(last: u64, options: &Options, bar: &ProgressBar) -> anyhow::Result<()>
                 share.map_or_else(|| bar.tick(), |share| bar.set_position((share * 1000.0) as u64));
             }
         })?;
-        bar.suspend(|| println!("{}", row.text()));
+        bar.suspend(|| outln!("{}", row.text()));
         rows.push(row);
     }
     bar.finish_and_clear();
-    println!("{}", survey::closing(&rows));
+    outln!("{}", survey::closing(&rows));
     Ok(())
 }

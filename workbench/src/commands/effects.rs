@@ -25,7 +25,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     LIBRARY
         .iter()
         .filter(wanted)
-        .for_each(|effect| print!("{}", described(effect)));
+        .for_each(|effect| out!("{}", described(effect)));
     Ok(())
 }
 

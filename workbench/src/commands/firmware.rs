@@ -1,9 +1,11 @@
 //! What the commands that run the firmware have in common.
 
 use crate::axis_file;
+use crate::input_error::NotDone;
 use crate::motor::{Door, qemu};
+use crate::run_log::RunLog;
 use crate::servo_link::{Client, Wire, current_text, fault_advice};
-use crate::session;
+use crate::session::{self, Done, Progress, SessionResult, Task};
 use crate::setup::Setup;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -60,57 +62,82 @@ impl Firmware {
         Ok(client)
     }
 
-    /// Runs the tasks with a progress bar.
-    pub fn run(&self, setup: &Setup, tasks: &[session::Task]) -> anyhow::Result<session::SessionResult> {
+    /// Runs the tasks with a progress bar. What was recorded before an error is kept; it stands in the result.
+    pub fn run(&self, setup: &Setup, tasks: &[Task]) -> anyhow::Result<SessionResult> {
+        self.run_telling(setup, tasks, &mut |_, _| {})
+    }
+
+    /// The same; `done` is told as soon as a task is done, with the log so far.
+    pub fn run_telling(
+        &self,
+        setup: &Setup,
+        tasks: &[Task],
+        done: &mut dyn FnMut(&Done, &RunLog),
+    ) -> anyhow::Result<SessionResult> {
         let bar = ProgressBar::new(1000);
         bar.set_style(ProgressStyle::with_template(
             "{msg:14} {wide_bar} {percent:>3} %",
         )?);
-        let result = self.run_with(setup, tasks, &mut |progress| {
-            bar.set_message(progress.task.to_owned());
-            bar.set_position((progress.share * 1000.0) as u64);
+        let result = self.run_with(setup, tasks, &mut |progress| match progress.done {
+            Some(what) => bar.suspend(|| done(what, progress.log)),
+            None => {
+                bar.set_message(progress.task.to_owned());
+                bar.set_position((progress.share * 1000.0) as u64);
+            }
         });
         bar.finish_and_clear();
         result
     }
 
-    /// Runs the tasks; `progress` is told about every 512 control ticks.
+    /// Runs the tasks; `progress` is told about every 512 control ticks, and when a task is done.
     pub fn run_with(
         &self,
         setup: &Setup,
-        tasks: &[session::Task],
-        progress: &mut dyn FnMut(session::Progress),
-    ) -> anyhow::Result<session::SessionResult> {
+        tasks: &[Task],
+        progress: &mut dyn FnMut(Progress),
+    ) -> anyhow::Result<SessionResult> {
         // A servo that is to use what it has stored is not configured anew.
-        let excites = matches!(tasks.last(), Some(session::Task::Excite(_)));
+        let excites = matches!(tasks.last(), Some(Task::Excite(_)));
         let start = match tasks.first() {
             Some(_) if excites => session::Start::Configure(*setup),
-            Some(
-                session::Task::Track { .. }
-                | session::Task::Capture { .. }
-                | session::Task::Reference(_)
-                | session::Task::Move(_),
-            ) => session::Start::Stored,
+            Some(Task::Track { .. } | Task::Capture { .. } | Task::Reference(_) | Task::Move(_)) => {
+                session::Start::Stored
+            }
             _ => session::Start::Configure(*setup),
         };
         let listening = session::Listening {
             axis: self.axis,
             every: session::decimation(&self.motor, &setup.config),
         };
-        let result = session::run_from(self.connect(&setup.config)?, start, listening, tasks, progress)?;
+        let result = session::run_kept(self.connect(&setup.config)?, start, listening, tasks, progress)?;
         if result.cleared != Fault::None {
-            eprintln!("cleared: {}", fault_advice(result.cleared));
+            errln!("cleared: {}", fault_advice(result.cleared));
         }
         let last = result.log.rows.last();
         if let Some(text) = last.and_then(|row| current_text(row.record.current_raw)) {
-            eprintln!("current: {text}");
+            errln!("current: {text}");
         }
         if self.verbose {
             result
                 .firmware_log
                 .iter()
-                .for_each(|line| eprintln!("firmware: {line}"));
+                .for_each(|line| errln!("firmware: {line}"));
         }
         Ok(result)
+    }
+}
+
+/// A fault that has ended a motion, as a line of the report and as the reason of exit status 1.
+pub fn fault_ended(log: &RunLog) -> NotDone {
+    let text = format!("a fault ended the motion: {}", fault_advice(log.fault()));
+    outln!("{text}");
+    NotDone(text)
+}
+
+/// Writes the log of a session as far as it came; an empty one says nothing.
+pub fn save_log(log: &RunLog, path: Option<&PathBuf>) -> anyhow::Result<()> {
+    match path {
+        Some(path) if !log.rows.is_empty() => Ok(log.save(path)?),
+        _ => Ok(()),
     }
 }

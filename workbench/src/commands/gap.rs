@@ -62,7 +62,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .collect(),
     };
     let outcome = analysed(&model, log, holdouts, &options)?;
-    print!("{}", Terminal.export(&outcome)?);
+    out!("{}", Terminal.export(&outcome)?);
     write(arguments, &model, &outcome)
 }
 
@@ -91,7 +91,12 @@ fn analysed(model: &Model, log: Log, holdouts: Vec<Log>, options: &Options) -> a
         if text.is_empty() {
             bar.inc(1)
         } else {
-            bar.set_message(text.to_owned())
+            bar.set_message(text.to_owned());
+            // Without a terminal there is no bar: a line a round says that it lives.
+            if bar.is_hidden() {
+                let (seconds, fitted) = (bar.elapsed().as_secs(), bar.position());
+                errln!("{seconds} s, {fitted} candidates fitted, {text}");
+            }
         }
     });
     bar.finish_and_clear();

@@ -55,8 +55,8 @@ pub struct Arguments {
 
 /// Runs the image at 1 and 10 kHz and prints a table for docs/cost.md.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    println!("| control rate | activity | ticks | average | worst |");
-    println!("|---|---|---|---|---|");
+    outln!("| control rate | activity | ticks | average | worst |");
+    outln!("|---|---|---|---|---|");
     for tick_hz in [1_000, 10_000] {
         let rows = measure(&arguments.image, tick_hz)?;
         for (activity, name) in [
@@ -119,7 +119,7 @@ fn line<'a>(tick_hz: u32, name: &str, rows: impl Iterator<Item = &'a Row>) -> an
         .reduce(f64::max)
         .context("no ticks of this kind")?;
     let average = counts.iter().sum::<f64>() / counts.len() as f64;
-    println!(
+    outln!(
         "| {tick_hz} Hz | {name} | {} | {average:.0} | {worst:.0} |",
         counts.len()
     );

@@ -19,9 +19,14 @@ pub mod track;
 
 use clap::{Parser, Subcommand};
 
+/// For the help.
+const EXIT_STATUS: &str = "\
+Exit status: 0 done, whatever was found; 1 the servo did not do what it was asked for (a refused commissioning, a fault, an
+event that did not come); 2 the input is unusable or the output cannot be written; 130 interrupted, the servo stopped.";
+
 /// Finds where a motor model and measured data disagree, names the missing effect, adds it and shows the gap shrink.
 #[derive(Debug, Parser)]
-#[command(name = "truing", version)]
+#[command(name = "truing", version, after_help = EXIT_STATUS)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -60,7 +65,7 @@ pub enum Command {
 }
 
 impl Cli {
-    /// Runs the chosen subcommand. An error is one sentence for the user; the program then ends with status 2.
+    /// Runs the chosen subcommand. An error is one sentence for the user.
     pub fn run(self) -> anyhow::Result<()> {
         match self.command {
             Command::Gap(arguments) => gap::run(&arguments),

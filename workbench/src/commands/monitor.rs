@@ -1,18 +1,20 @@
 //! `truing monitor`: a live view of the servo in the terminal while it commissions and tracks.
 
-use super::commission::{BUDGET_S, Knowledge};
-use super::firmware::Firmware;
+use super::commission::{self, BUDGET_S, Knowledge};
+use super::firmware::{Firmware, fault_ended};
 use super::profile;
+use crate::interrupt;
 use crate::run_log::RunLog;
+use crate::screen;
 use crate::servo_link::{advisory_text, fault_advice};
-use crate::session::{Progress, Task};
+use crate::session::{Done, Progress, Task};
 use clap::Args;
 use servo::axis::Sample;
 use servo::identify::estimate::{EstimatesReport, Reported};
 use servo::protect::Fault;
 use servo::record::{Activity, Record};
 use servo::referencing::Referenced;
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 /// How often the view is drawn.
@@ -41,6 +43,7 @@ pub struct Arguments {
 
 /// Runs and shows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let _hold = interrupt::hold();
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;
@@ -49,10 +52,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
     let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
     let mut view = View::new(arguments.fast);
-    arguments
+    let result = arguments
         .firmware
         .run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
-    Ok(())
+    match (&result.broken, result.done.last()) {
+        (Some(error), _) => Err(error.clone().into()),
+        (None, Some(Done::Tracked(span) | Done::Excited(span, _))) if span.faulted => {
+            Err(fault_ended(&result.log).into())
+        }
+        (None, Some(Done::Commissioned(_))) => commission::succeeded(&result).map(|_| ()),
+        _ => Ok(()),
+    }
 }
 
 /// The screen.
@@ -89,8 +99,12 @@ impl View {
         }
         self.drawn = Some(Instant::now());
         let lines = lines(progress);
+        if screen::is_broken() {
+            // Nobody watches any more.
+            interrupt::ask();
+        }
         if !self.terminal {
-            println!("{}", lines.join("  |  "));
+            outln!("{}", lines.join("  |  "));
             return;
         }
         // Back to the first line of the last picture, and clear what is below.
@@ -98,8 +112,8 @@ impl View {
             0 => String::new(),
             lines => format!("\x1b[{lines}A\x1b[J"),
         };
-        println!("{up}{}", lines.join("\n"));
-        let _ = std::io::stdout().flush();
+        outln!("{up}{}", lines.join("\n"));
+        screen::flush();
         self.lines = lines.len();
     }
 }

@@ -1,10 +1,14 @@
 //! `truing move`: the firmware goes to a place and holds it.
 
 use super::commission::{self, Knowledge};
-use super::firmware::Firmware;
+use super::firmware::{Firmware, fault_ended, save_log};
+use crate::input_error::NotDone;
+use crate::interrupt;
+use crate::motor::check_outputs;
 use crate::session::{Done, Target, Task};
 use anyhow::{bail, ensure};
 use clap::Args;
+use servo::protect::Fault;
 use std::path::PathBuf;
 
 /// Arguments of `truing move`.
@@ -56,6 +60,8 @@ impl Place {
 
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let _hold = interrupt::hold();
+    check_outputs([("--log", arguments.log.as_ref())])?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = Task::Move(arguments.place.target()?);
@@ -65,23 +71,24 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
     tasks.push(motion);
     let result = arguments.firmware.run(&setup, &tasks)?;
-    if let Some(path) = &arguments.log {
-        result.log.save(path)?;
+    save_log(&result.log, arguments.log.as_ref())?;
+    if let Some(error) = result.broken {
+        return Err(error.into());
     }
-    if let Some(Done::Commissioned(outcome)) = result.done.first()
-        && outcome.refused.is_some()
-    {
-        commission::print(&commission::outcome(&result, &config)?);
-        bail!("the commissioning was refused, so there is nothing to move with");
+    if arguments.knowledge.is_learned() {
+        commission::succeeded(&result)?;
     }
     let Some(Done::Moved(arrival)) = result.done.last() else {
         bail!("the servo has not moved; run it again with --verbose");
     };
-    ensure!(
-        arrival.held,
-        "the axis did not arrive; run it again with --verbose"
-    );
-    println!("{:21} {:.3} s", "arrived after", arrival.seconds);
-    println!("{:21} {:.6} rad", "position error", arrival.error_rad);
+    if !arrival.held && result.log.fault() != Fault::None {
+        return Err(fault_ended(&result.log).into());
+    }
+    if !arrival.held {
+        let what = "the axis did not arrive: see that it moves freely, and look at a --log of the move";
+        return Err(NotDone(what.into()).into());
+    }
+    outln!("{:21} {:.3} s", "arrived after", arrival.seconds);
+    outln!("{:21} {:.6} rad", "position error", arrival.error_rad);
     Ok(())
 }

@@ -90,14 +90,14 @@ fn open(firmware: &Firmware) -> anyhow::Result<Client> {
 
 fn print(client: &mut Client) -> anyhow::Result<()> {
     let hello = client.hello()?;
-    println!(
+    outln!(
         "# {}; started by {}",
         found_text(hello.stored),
         format!("{:?}", hello.cause).to_lowercase()
     );
     match client.parameters()? {
-        Some(parameters) => print!("{}", parameters::print(&parameters)),
-        None => println!("# this axis is not configured"),
+        Some(parameters) => out!("{}", parameters::print(&parameters)),
+        None => outln!("# this axis is not configured"),
     }
     Ok(())
 }
@@ -124,10 +124,10 @@ fn change(set: &Set) -> anyhow::Result<()> {
 fn save(client: &mut Client) -> anyhow::Result<()> {
     client.save(&mut |message| {
         if let Message::Store(event) = message {
-            println!("{}", store_text(event));
+            outln!("{}", store_text(event));
         }
     })?;
-    println!("{}", store_text(servo::saving::StoreEvent::Saved));
+    outln!("{}", store_text(servo::saving::StoreEvent::Saved));
     Ok(())
 }
 
@@ -141,14 +141,14 @@ fn write(export: &Export) -> anyhow::Result<()> {
     let model = model::read(&export.model)?;
     let (params, left_out) = compensation::from_model(&model, &config)?;
     for effect in left_out {
-        eprintln!("not compensated by the firmware: {effect}");
+        errln!("not compensated by the firmware: {effect}");
     }
     match &export.out {
         Some(path) => {
             write_whole(path, &params.text()?)?;
-            println!("written to {}", path.display());
+            outln!("written to {}", path.display());
         }
-        None => print!("{}", params.text().context("the parameters cannot be written")?),
+        None => out!("{}", params.text().context("the parameters cannot be written")?),
     }
     Ok(())
 }

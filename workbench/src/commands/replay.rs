@@ -35,12 +35,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     );
     let verdict = replay::replay(&tape)?;
     for (tick, told) in &verdict.told {
-        println!(
+        outln!(
             "{:8.2} s   {told}",
             f64::from(*tick) / f64::from(setup.config.tick_hz)
         );
     }
     anyhow::ensure!(verdict.identical(), "{}: {verdict}", arguments.log.display());
-    println!("{verdict}");
+    outln!("{verdict}");
     Ok(())
 }

@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     match &arguments.out {
         Some(path) => write_atomically(path, &text),
         None => {
-            print!("{text}");
+            out!("{text}");
             Ok(())
         }
     }

@@ -1,16 +1,17 @@
 //! `truing track`: the firmware follows a profile; how well?
 
 use super::commission::{self, Knowledge};
-use super::firmware::Firmware;
+use super::firmware::{Firmware, fault_ended, save_log};
 use super::profile;
+use crate::interrupt;
 use crate::loops::LoopShape;
-use crate::motor::write_whole;
-use crate::servo_link::{advisory_text, fault_advice};
-use crate::session::{Done, Task};
+use crate::motor::{check_outputs, write_whole};
+use crate::run_log::RunLog;
+use crate::servo_link::advisory_text;
+use crate::session::{Done, SessionResult, Task};
 use crate::tracking::{Learned, TrackJson};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use servo::protect::Fault;
 use std::path::PathBuf;
 
 /// On or off.
@@ -53,6 +54,11 @@ pub struct Arguments {
 
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let _hold = interrupt::hold();
+    check_outputs([
+        ("--json", arguments.json.as_ref()),
+        ("--log", arguments.log.as_ref()),
+    ])?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let chosen = setup.choices.compensation.unwrap_or(true);
@@ -65,80 +71,100 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
     let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
-    if let Some(path) = &arguments.log {
-        result.log.save(path)?;
+    save_log(&result.log, arguments.log.as_ref())?;
+    if let Some(error) = result.broken {
+        return Err(error.into());
     }
-    if let Some(Done::Excited(span, learned)) = result.done.last() {
-        return excited(arguments, &TrackJson::excited(&result.log, span, learned));
-    }
-    if arguments.knowledge.is_learned() {
-        let report = commission::outcome(&result, &config)?;
-        commission::print(&report);
-        if let Some(refused) = report.refused {
-            bail!(
-                "the commissioning was refused ({}): {}",
-                refused.code,
-                refused.text
-            );
+    match result.done.last() {
+        Some(Done::Excited(span, learned)) => {
+            let report = TrackJson::excited(&result.log, span, learned);
+            concluded(arguments, &result.log, &report, &|| print_learned(&report))
+        }
+        Some(Done::Tracked(span)) => {
+            let report = TrackJson::new(&result.log, span);
+            let learned = arguments
+                .knowledge
+                .is_learned()
+                .then(|| commission::succeeded(&result));
+            let learned = learned.transpose()?;
+            concluded(arguments, &result.log, &report, &|| {
+                learned.iter().for_each(commission::print);
+                print_loop(&result, &tasks);
+                print_tracked(&result.log, &report);
+            })
+        }
+        _ => {
+            commission::succeeded(&result)?;
+            bail!("the servo has not tracked; run it again with --verbose")
         }
     }
-    let Some(Done::Tracked(span)) = result.done.last() else {
-        bail!("the servo has not tracked; run it again with --verbose");
-    };
+}
+
+/// Prints and writes; a fault first.
+fn concluded(
+    arguments: &Arguments,
+    log: &RunLog,
+    report: &TrackJson,
+    print: &dyn Fn(),
+) -> anyhow::Result<()> {
+    let fault = report.faulted.then(|| fault_ended(log));
+    print();
+    if let Some(path) = &arguments.json {
+        write_whole(path, &(serde_json::to_string_pretty(report)? + "\n"))?;
+    }
+    fault.map_or(Ok(()), |fault| Err(fault.into()))
+}
+
+fn print_loop(result: &SessionResult, tasks: &[Task]) {
     let known = match (result.done.first(), tasks.first()) {
         (Some(Done::Commissioned(outcome)), _) => Some(&outcome.estimates),
         (_, Some(Task::Adopt(estimates))) => Some(&**estimates),
         _ => None,
     };
-    if let Some(shape) = known.and_then(|known| LoopShape::of(&config, result.tuning, known).ok().flatten()) {
-        println!(
+    let shape = |known| {
+        LoopShape::of(&result.log.config, result.tuning, known)
+            .ok()
+            .flatten()
+    };
+    if let Some(shape) = known.and_then(shape) {
+        outln!(
             "{:21} crossover {:.1} rad/s, phase margin {:.0}°",
-            "position loop", shape.crossover_rad_s, shape.phase_margin_deg
+            "position loop",
+            shape.crossover_rad_s,
+            shape.phase_margin_deg
         );
     }
-    let report = TrackJson::new(&result.log, span);
-    println!(
+}
+
+fn print_tracked(log: &RunLog, report: &TrackJson) {
+    outln!(
         "{:21} {:.6} rad, peak {:.6} rad",
-        "position error, rms", report.position_rms_rad, report.position_peak_rad
+        "position error, rms",
+        report.position_rms_rad,
+        report.position_peak_rad
     );
-    println!(
+    outln!(
         "{:21} {:.4} rad/s, peak {:.4} rad/s",
-        "speed error, rms", report.speed_rms_rad_s, report.speed_peak_rad_s
+        "speed error, rms",
+        report.speed_rms_rad_s,
+        report.speed_peak_rad_s
     );
-    let mut faults = result.log.rows.iter().rev().map(|row| row.record.fault);
-    if let Some(fault) = faults.find(|fault| span.faulted && *fault != Fault::None) {
-        println!("{:21} {}", "fault", fault_advice(fault));
-    }
     if report.saturated_share > 0.0 {
-        println!(
+        outln!(
             "{:21} {:.1} % of the time",
             "limits acted",
             100.0 * report.saturated_share
         );
     }
-    let last = result.log.rows.last();
+    let last = log.rows.last();
     if let Some(text) = last.and_then(|row| advisory_text(row.record.advisory)) {
-        println!("{:21} {text}", "advisory");
+        outln!("{:21} {text}", "advisory");
     }
-    if let Some(path) = &arguments.json {
-        write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
-    }
-    Ok(())
 }
 
 /// An excitation has no set-point that could be missed; what was learned from it is its result.
-fn excited(arguments: &Arguments, report: &TrackJson) -> anyhow::Result<()> {
+fn print_learned(report: &TrackJson) {
     for (name, unit, number) in report.learned.iter().flat_map(Learned::numbers) {
         commission::print_number(name, unit, &number);
-    }
-    if report.faulted {
-        println!("{:21} a fault ended the excitation early", "fault");
-    }
-    match &arguments.json {
-        Some(path) => Ok(write_whole(
-            path,
-            &(serde_json::to_string_pretty(report)? + "\n"),
-        )?),
-        None => Ok(()),
     }
 }

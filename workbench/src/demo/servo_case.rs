@@ -81,7 +81,7 @@ impl ServoCase {
             let refused = commission
                 .refused
                 .as_ref()
-                .map_or("no reason given", |refused| refused.text);
+                .map_or("no reason given", |refused| refused.text.as_str());
             bail!("the firmware refused its commissioning: {refused}");
         };
         let csv = options.out.join(LOG);

@@ -4,6 +4,7 @@ pub mod builtin;
 pub mod exec;
 mod firmware_log;
 mod pipe;
+mod program;
 pub mod qemu;
 
 pub use builtin::Builtin;
@@ -11,7 +12,7 @@ pub use exec::Exec;
 
 use crate::input_error::InputError;
 use servo::axis::Bridge;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// What the bridge does for one tick.
@@ -70,20 +71,50 @@ impl FromStr for Door {
     }
 }
 
+/// Makes sure that files can be written, before a motor moves: the folder exists and takes a file, and nothing but a file
+/// is replaced. Each with the argument that names it.
+pub fn check_outputs<'a>(
+    outputs: impl IntoIterator<Item = (&'a str, Option<&'a PathBuf>)>,
+) -> Result<(), InputError> {
+    for (argument, path) in outputs {
+        let Some(path) = path else { continue };
+        let refused = |what: String| InputError::file(format!("{argument} {}", path.display()), what);
+        let folder = folder_of(path);
+        if !folder.is_dir() {
+            let what = format!("the folder {} does not exist; make it first", folder.display());
+            return Err(refused(what));
+        }
+        if path.exists() && !path.is_file() {
+            return Err(refused(
+                "is no file that can be replaced; name another one".into(),
+            ));
+        }
+        tempfile::tempfile_in(folder).map_err(|error| {
+            refused(format!(
+                "cannot be written ({error}); check the folder's permissions and space"
+            ))
+        })?;
+    }
+    Ok(())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.unwrap_or(Path::new("."))
+}
+
 /// Writes a file by renaming a finished neighbour, so that an earlier one stays whole whatever happens.
-pub fn write_whole(path: &std::path::Path, text: &str) -> Result<(), InputError> {
+pub fn write_whole(path: &Path, text: &str) -> Result<(), InputError> {
     let broken = |error: std::io::Error| {
         InputError::file(
             path.display(),
             format!("cannot be written ({error}); check folder and space"),
         )
     };
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(std::path::Path::new("."));
     let readable = std::os::unix::fs::PermissionsExt::from_mode(0o644);
     let mut file = tempfile::Builder::new()
         .permissions(readable)
-        .tempfile_in(folder)
+        .tempfile_in(folder_of(path))
         .map_err(broken)?;
     std::io::Write::write_all(&mut file, text.as_bytes()).map_err(broken)?;
     file.persist(path).map_err(|error| broken(error.error))?;

@@ -1,20 +1,31 @@
 //! Reading from a pipe whose other end may be slow or gone.
 
+use crate::interrupt;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{ErrorKind, Read};
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
-/// A partner that says nothing for so long is given up.
-pub const PATIENCE: Duration = Duration::from_secs(10);
+/// A partner is given up after so long,
+const PATIENCE: Duration = Duration::from_secs(10);
+/// … and after so long when the user has interrupted the session.
+const SHORT_PATIENCE: Duration = Duration::from_secs(1);
 
 /// Why nothing came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Silence {
     /// The other end is closed.
     Closed,
-    /// [`PATIENCE`] is over.
+    /// [`patience`] is over.
     Late,
+}
+
+/// A partner that says nothing for so long is given up.
+pub fn patience() -> Duration {
+    match interrupt::asked() {
+        true => SHORT_PATIENCE,
+        false => PATIENCE,
+    }
 }
 
 /// How often the other end is looked after while it is silent.
@@ -44,11 +55,11 @@ fn wait(pipe: &impl AsFd, alive: &mut impl FnMut() -> bool) -> Result<(), Silenc
         tv_sec: 0,
         tv_nsec: GLANCE.subsec_nanos().into(),
     };
-    let deadline = Instant::now() + PATIENCE;
+    let begin = Instant::now();
     loop {
         match poll(&mut [PollFd::new(pipe, PollFlags::IN)], Some(&glance)) {
             Ok(1..) => return Ok(()),
-            Ok(0) if Instant::now() > deadline => return Err(Silence::Late),
+            Ok(0) if begin.elapsed() > patience() => return Err(Silence::Late),
             Ok(0) if alive() => {}
             Err(rustix::io::Errno::INTR) => {}
             _ => return Err(Silence::Closed),

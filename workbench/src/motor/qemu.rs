@@ -1,17 +1,18 @@
 //! The firmware image in QEMU, one exchange a control tick (the layout stands in the image's `board/qemu`).
 
 use super::firmware_log::FirmwareLog;
-use super::pipe::{self, PATIENCE, Silence};
+use super::pipe::{self, Silence};
+use super::program::Program;
 use crate::input_error::InputError;
+use crate::interrupt::TemporaryFolder;
 use rustix::fs::{CWD, Mode, OFlags, mkfifoat, open};
 use servo::axis::{Bridge, Sample};
 use servo::protect::Permit;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
-use tempfile::TempDir;
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 /// QEMU's machine with an STM32F405.
 const MACHINE: &str = "netduinoplus2";
@@ -26,6 +27,8 @@ const STOP: u16 = 1;
 const FLASH_BYTES: usize = 2 * 4096;
 /// Link bytes that one answer may carry: what the image takes from its line in one tick.
 pub const MOST_LINK_BYTES: usize = 512;
+/// How long the image may take to end when it is told to.
+const FAREWELL: Duration = Duration::from_secs(2);
 
 /// What the image sees of the world apart from samples and link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -107,16 +110,16 @@ impl Default for Options {
     }
 }
 
-/// A running QEMU. Dropping it ends it.
+/// A running QEMU. Dropping it ends it; the folder goes after the program.
 pub struct Qemu {
-    child: Child,
+    program: Program,
     to_host: File,
     from_host: File,
     log: FirmwareLog,
     errors: Option<std::process::ChildStderr>,
     /// As the image has said in its first message.
     axes: usize,
-    _folder: TempDir,
+    _folder: TemporaryFolder,
 }
 
 impl Qemu {
@@ -130,22 +133,20 @@ impl Qemu {
             .image
             .canonicalize()
             .unwrap_or_else(|_| options.image.clone());
-        let folder = TempDir::new().map_err(pipes)?;
+        let folder = TemporaryFolder::new().map_err(pipes)?;
         let (to_host, from_host) = fifos(folder.path()).map_err(pipes)?;
         flash(folder.path(), options.flash.as_deref())?;
         if options.started_by_watchdog {
             std::fs::write(folder.path().join("started_by_watchdog"), "").map_err(pipes)?;
         }
-        let mut child = command(&path, options)
-            .current_dir(folder.path())
-            .spawn()
+        let mut program = Program::start(command(&path, options).current_dir(folder.path()))
             .map_err(|error| missing(&options.program, &error))?;
-        let stdout = child.stdout.take().ok_or_else(|| pipes("no output"))?;
+        let stdout = program.child.stdout.take().ok_or_else(|| pipes("no output"))?;
         Ok(Self {
             log: FirmwareLog::follow(&image, stdout),
-            errors: child.stderr.take(),
+            errors: program.child.stderr.take(),
             axes: 1,
-            child,
+            program,
             to_host,
             from_host,
             _folder: folder,
@@ -185,22 +186,19 @@ impl Qemu {
         let _ = self
             .from_host
             .write_all(&answer(STOP, &vec![still; self.axes], &[]));
-        let deadline = Instant::now() + Duration::from_secs(2);
-        while Instant::now() < deadline && !matches!(self.child.try_wait(), Ok(Some(_))) {
-            std::thread::sleep(Duration::from_millis(2));
-        }
-        self.end();
+        self.program.ends_within(FAREWELL);
+        self.program.end();
         self.log.finish()
     }
 
     /// QEMU's process number.
     pub fn process(&self) -> u32 {
-        self.child.id()
+        self.program.child.id()
     }
 
     fn read(&mut self, buffer: &mut [u8]) -> Result<(), InputError> {
-        let child = &mut self.child;
-        let alive = || matches!(child.try_wait(), Ok(None));
+        let program = &self.program;
+        let alive = || !program.has_ended();
         match pipe::read_exact(&mut self.to_host, buffer, alive) {
             Ok(()) => Ok(()),
             Err(Silence::Closed) => Err(self.died()),
@@ -208,13 +206,8 @@ impl Qemu {
         }
     }
 
-    fn end(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-
     fn died(&mut self) -> InputError {
-        self.end();
+        self.program.end();
         let mut words = self.log.finish().join("; ");
         if let Some(mut errors) = self.errors.take() {
             let _ = errors.read_to_string(&mut words);
@@ -226,17 +219,11 @@ impl Qemu {
     }
 
     fn hangs(&mut self) -> InputError {
-        self.end();
+        self.program.end();
         InputError(format!(
             "the firmware in QEMU has said nothing for {} s; rebuild it with `cargo xtask images`",
-            PATIENCE.as_secs()
+            pipe::patience().as_secs()
         ))
-    }
-}
-
-impl Drop for Qemu {
-    fn drop(&mut self) {
-        self.end();
     }
 }
 

@@ -11,6 +11,7 @@ pub use words::{
 };
 
 use crate::input_error::InputError;
+use crate::interrupt;
 use servo::axis;
 use servo::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode};
 use servo::saving::StoreEvent;
@@ -21,6 +22,12 @@ use std::time::{Duration, Instant};
 /// Answers come within a few ticks; after so many turns, and so long, there is nobody.
 const PATIENT_TURNS: u32 = 2_000;
 const PATIENCE: Duration = Duration::from_secs(3);
+/// The same when the servo is to stop before the program ends.
+const LAST_PATIENCE: Duration = Duration::from_secs(1);
+/// Behind a stop: the bridge is open, and the motor has seen it, after so many control ticks,
+const TICKS_OF_PARTING: u32 = 4;
+/// of which the telemetry has arrived after so long.
+const LONGEST_PARTING: Duration = Duration::from_millis(500);
 /// Between two attempts to store, while the shaft comes to rest, or to arm, while the zero of the current is looked for.
 const TURNS_OF_REST: u32 = 20;
 /// The servo looks for the zero of its current sensor for 4.1 s at the slowest control rate.
@@ -75,6 +82,10 @@ pub struct Client {
     outgoing: Vec<u8>,
     incoming: Vec<u8>,
     damaged: u64,
+    /// The wire carries nothing any more.
+    lost: bool,
+    /// It is being stopped: an interruption is heeded already.
+    parting: bool,
 }
 
 impl Client {
@@ -88,12 +99,19 @@ impl Client {
             outgoing: Vec::new(),
             incoming: Vec::new(),
             damaged: 0,
+            lost: false,
+            parting: false,
         }
     }
 
-    /// One turn of the wire; every message goes to `sink`.
+    /// One turn of the wire; every message goes to `sink`. None if the user has interrupted the session.
     pub fn turn(&mut self, sink: &mut dyn FnMut(Message)) -> Result<(), InputError> {
-        self.wire.turn(&mut self.outgoing, &mut self.incoming)?;
+        if interrupt::asked() && !self.parting {
+            return Err(InputError("interrupted".into()));
+        }
+        let turned = self.wire.turn(&mut self.outgoing, &mut self.incoming);
+        self.lost |= turned.is_err();
+        turned?;
         for byte in self.incoming.drain(..) {
             match self.receiver.push(byte) {
                 Some(Ok(frame)) => sink(frame.body),
@@ -156,7 +174,11 @@ impl Client {
         let bytes =
             encode(number, request, &mut buffer).map_err(|_| InputError("a command is too long".into()))?;
         self.outgoing.extend_from_slice(bytes);
-        let deadline = Instant::now() + PATIENCE;
+        let (patience, patient_turns) = match self.parting {
+            true => (LAST_PATIENCE, 0),
+            false => (PATIENCE, PATIENT_TURNS),
+        };
+        let deadline = Instant::now() + patience;
         let (mut turns, mut answer) = (0, None);
         loop {
             self.turn(&mut |message| match message {
@@ -167,13 +189,34 @@ impl Client {
                 return Ok(answer);
             }
             turns += 1;
-            if turns > PATIENT_TURNS && Instant::now() > deadline {
+            if turns > patient_turns && Instant::now() > deadline {
                 return Err(InputError(
                     "the servo does not answer; check port, wiring and that the firmware speaks this version"
                         .into(),
                 ));
             }
         }
+    }
+
+    /// The last command of a session that ends early: stop. The control tick in which it acted; `None`: the wire carries
+    /// nothing any more, or the servo does not answer.
+    pub fn stop(&mut self, sink: &mut dyn FnMut(Message)) -> Option<u32> {
+        if self.lost {
+            return None;
+        }
+        self.parting = true;
+        let tick = self.command(Command::Stop, sink).ok()?;
+        // An answer is no open bridge yet; the log is to show it.
+        let deadline = Instant::now() + LONGEST_PARTING;
+        let shown = Cell::new(false);
+        let mut heed = |message| {
+            if let Message::Telemetry { tick: now, .. } = &message {
+                shown.set(shown.get() || *now >= tick.saturating_add(TICKS_OF_PARTING));
+            }
+            sink(message);
+        };
+        while !shown.get() && Instant::now() < deadline && self.turn(&mut heed).is_ok() {}
+        Some(tick)
     }
 
     /// A command whose answer brings a message of its own; the message. All others go to `sink`.

@@ -52,7 +52,8 @@ impl Wire for Serial {
         let mut buffer = [0; 4096];
         match self.port.read(&mut buffer) {
             Ok(count) => incoming.extend_from_slice(&buffer[..count]),
-            Err(error) if error.kind() == ErrorKind::TimedOut => {}
+            // A signal interrupts the wait; it is heeded before the next turn.
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {}
             Err(error) => return Err(self.lost(&error)),
         }
         Ok(())

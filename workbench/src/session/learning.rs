@@ -9,6 +9,8 @@ use servo::referencing::{Referenced, Referencing};
 
 /// No search for a reference takes longer, s.
 const LONGEST_SEARCH_S: f64 = 600.0;
+/// Who stores waits so long, s, for friction to end the motion; then the shaft is braked.
+const LONGEST_COAST_S: f64 = 2.0;
 /// A commissioning that takes longer than its budget by this factor and this time has hung.
 const OVERTIME: (f64, f64) = (2.0, 10.0);
 
@@ -61,13 +63,36 @@ impl Session {
         }
     }
 
-    /// An open bridge lets the shaft coast; only when it stands may the flash be written.
+    /// An open bridge lets the shaft coast; only when it stands may the flash be written. What has hardly any friction is
+    /// braked.
     pub(super) fn store(&mut self, progress: &mut dyn FnMut(Progress)) -> Result<Done, InputError> {
-        let still = self.standstill();
-        let end = self.kept.borrow().now() + self.ticks(LONGEST_REST_S);
-        self.run_to(end, |kept| kept.stands(still), "coming to rest", progress)?;
+        if !self.coast(LONGEST_COAST_S, progress)? {
+            self.brake(progress)?;
+            self.command(Command::Stop)?;
+            self.coast(LONGEST_REST_S, progress)?;
+        }
         self.client
             .save(&mut |message| self.kept.borrow_mut().take(message))?;
         Ok(Done::Stored)
+    }
+
+    /// No voltage at a driven bridge is a shorted winding and needs no loop. Between end stops only the loops may drive: they
+    /// hold the shaft where it is.
+    fn brake(&mut self, progress: &mut dyn FnMut(Progress)) -> Result<(), InputError> {
+        self.command(Command::Arm)?;
+        self.command(match self.config().travel_limit_rad {
+            None => Command::Voltage(0.0),
+            Some(_) => Command::Position(self.here()),
+        })?;
+        self.coast(LONGEST_REST_S, progress)?;
+        Ok(())
+    }
+
+    /// Waits until the shaft stands, no longer than this; does it?
+    fn coast(&mut self, longest_s: f64, progress: &mut dyn FnMut(Progress)) -> Result<bool, InputError> {
+        let still = self.standstill();
+        let end = self.kept.borrow().now() + self.ticks(longest_s);
+        self.run_to(end, |kept| kept.stands(still), "coming to rest", progress)?;
+        Ok(self.kept.borrow().stands(still))
     }
 }

@@ -9,9 +9,10 @@ pub use motion::HOLD_S;
 pub use task::{Arrival, Captured, Done, Profile, Span, Target, Task};
 
 use crate::input_error::InputError;
+use crate::interrupt;
 use crate::motor::{Builtin, Door, Exec, qemu};
 use crate::run_log::RunLog;
-use crate::servo_link::{Client, Lockstep, Serial, Wire, found_text};
+use crate::servo_link::{Client, Lockstep, Serial, Wire, fault_advice, found_text};
 use crate::setup::Setup;
 use kept::Kept;
 use servo::capture::Trigger;
@@ -50,9 +51,11 @@ pub struct SessionResult {
     pub cleared: Fault,
     /// The loops' tuning in force.
     pub tuning: Tuning,
+    /// What ended it before all tasks were done.
+    pub broken: Option<InputError>,
 }
 
-/// How far a session is. Reported about every 512 control ticks.
+/// How far a session is. Reported about every 512 control ticks, and when a task is done.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
     /// Everything so far.
@@ -63,6 +66,8 @@ pub struct Progress<'a> {
     pub share: f64,
     /// What the servo has learned, here or in an earlier life.
     pub estimates: Option<&'a EstimatesReport>,
+    /// What the task has given, once it is done.
+    pub done: Option<&'a Done>,
 }
 
 /// Opens the way to the servo. `seed` is the builtin motor's noise.
@@ -133,32 +138,42 @@ pub fn run_from(
     tasks: &[Task],
     progress: &mut dyn FnMut(Progress),
 ) -> Result<SessionResult, InputError> {
+    let mut result = run_kept(wire, start, listening, tasks, progress)?;
+    result.broken.take().map_or(Ok(result), Err)
+}
+
+/// The same; what was recorded and done before an error or an interruption is kept. In every case the servo is stopped
+/// as long as it can be reached.
+pub fn run_kept(
+    wire: Box<dyn Wire>,
+    start: Start,
+    listening: Listening,
+    tasks: &[Task],
+    progress: &mut dyn FnMut(Progress),
+) -> Result<SessionResult, InputError> {
+    let _hold = interrupt::hold();
     let mut session = Session::open(wire, start, listening)?;
     let mut done = Vec::new();
-    for task in tasks {
-        let result = match task {
-            Task::Commission { budget_s, seed } => session.commission(*budget_s, *seed, progress)?,
-            Task::Adopt(estimates) => session.adopt(estimates)?,
-            Task::Reference(how) => session.reference(*how, progress)?,
-            Task::Store => session.store(progress)?,
-            Task::Move(target) => session.go(*target, progress)?,
-            Task::Capture { trigger, before } => {
-                session.capture = Some((*trigger, *before));
-                Done::Armed
-            }
-            Task::Track {
-                profile,
-                compensation,
-            } => session.track(profile, *compensation, progress)?,
-            Task::Excite(waveform) => session.excite(waveform, progress)?,
-        };
-        let refused = matches!(&result, Done::Commissioned(outcome) if outcome.refused.is_some());
-        done.push(result);
-        if refused {
-            break;
-        }
-    }
-    session.close(done)
+    let broken = match session.all(tasks, &mut done, progress) {
+        Ok(()) => None,
+        Err(error) => Some(session.halt(error)),
+    };
+    Ok(session.close(done, broken))
+}
+
+/// Why a session ended early, and whether the servo is known to stand.
+fn ending(error: InputError, fault: Fault, stopped: bool) -> InputError {
+    let latched = match fault {
+        Fault::None => String::new(),
+        fault => format!("; the servo had latched a fault: {}", fault_advice(fault)),
+    };
+    InputError(match (interrupt::asked(), stopped) {
+        (true, true) => format!("interrupted: the servo was stopped, its bridge is open{latched}"),
+        (true, false) => format!(
+            "interrupted, and the servo has not confirmed the stop: see that the motor stands, or switch its supply off{latched}"
+        ),
+        (false, _) => format!("{error}{latched}"),
+    })
 }
 
 /// What the servo has stored.
@@ -190,10 +205,13 @@ impl Session {
         client.select(axis);
         let (config, known) = match start {
             Start::Configure(setup) => (setup.config, None),
-            Start::Stored => {
-                let parameters = stored(&mut client)?;
-                (parameters.config, Some(parameters))
-            }
+            Start::Stored => match stored(&mut client) {
+                Ok(parameters) => (parameters.config, Some(parameters)),
+                Err(error) => {
+                    let stopped = client.stop(&mut |_| {}).is_some();
+                    return Err(ending(error, Fault::None, stopped));
+                }
+            },
         };
         let mut session = Session {
             client,
@@ -213,14 +231,79 @@ impl Session {
         if let Some(known) = &known {
             session.kept.get_mut().learn(&known.estimates);
         }
-        let before = session.listen(every)?;
+        match session.begin(start) {
+            Ok(()) => Ok(session),
+            Err(error) => Err(session.halt(error)),
+        }
+    }
+
+    fn begin(&mut self, start: Start) -> Result<(), InputError> {
+        let before = self.listen(self.every)?;
         if let Start::Configure(setup) = start {
-            session.set_up(&setup, before.as_ref())?;
+            self.set_up(&setup, before.as_ref())?;
         }
-        while session.kept.borrow().log.rows.is_empty() {
-            session.turn()?;
+        while self.kept.borrow().log.rows.is_empty() {
+            self.turn()?;
         }
-        Ok(session)
+        Ok(())
+    }
+
+    /// Does all tasks in order; a refused commissioning ends it early.
+    fn all(
+        &mut self,
+        tasks: &[Task],
+        done: &mut Vec<Done>,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<(), InputError> {
+        for task in tasks {
+            let result = self.perform(task, progress)?;
+            let kept = self.kept.borrow();
+            progress(Progress {
+                log: &kept.log,
+                task: "done",
+                share: 1.0,
+                estimates: kept.estimates.as_ref(),
+                done: Some(&result),
+            });
+            let refused = matches!(&result, Done::Commissioned(outcome) if outcome.refused.is_some());
+            done.push(result);
+            if refused {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn perform(&mut self, task: &Task, progress: &mut dyn FnMut(Progress)) -> Result<Done, InputError> {
+        match task {
+            Task::Commission { budget_s, seed } => self.commission(*budget_s, *seed, progress),
+            Task::Adopt(estimates) => self.adopt(estimates),
+            Task::Reference(how) => self.reference(*how, progress),
+            Task::Store => self.store(progress),
+            Task::Move(target) => self.go(*target, progress),
+            Task::Capture { trigger, before } => {
+                self.capture = Some((*trigger, *before));
+                Ok(Done::Armed)
+            }
+            Task::Track {
+                profile,
+                compensation,
+            } => self.track(profile, *compensation, progress),
+            Task::Excite(waveform) => self.excite(waveform, progress),
+        }
+    }
+
+    /// Opens the bridge if the servo can still be reached; why the session ended, in words.
+    fn halt(&mut self, error: InputError) -> InputError {
+        // A stop clears the fault.
+        let fault = self.kept.get_mut().fault;
+        let stopped = self
+            .client
+            .stop(&mut |message| self.kept.borrow_mut().take(message));
+        if let Some(tick) = stopped {
+            self.kept.get_mut().log.commands.push((tick, Command::Stop));
+        }
+        ending(error, fault, stopped.is_some())
     }
 
     /// Subscribes, and opens the bridge: whoever begins a session has seen to what went before. What is in force.
@@ -296,6 +379,7 @@ impl Session {
                     task,
                     share,
                     estimates: kept.estimates.as_ref(),
+                    done: None,
                 });
             }
         }
@@ -347,7 +431,7 @@ impl Session {
         Ok(())
     }
 
-    fn close(self, done: Vec<Done>) -> Result<SessionResult, InputError> {
+    fn close(self, done: Vec<Done>, broken: Option<InputError>) -> SessionResult {
         let (cleared, tuning) = (self.cleared, self.tuning);
         let farewell = self.client.close();
         let Kept {
@@ -356,13 +440,14 @@ impl Session {
         for row in &mut log.rows {
             row.motor_flags = farewell.motor_flags.get(row.tick as usize).copied().unwrap_or(0);
         }
-        Ok(SessionResult {
+        SessionResult {
             log,
             done,
             firmware_log: farewell.firmware_log,
             captured,
             cleared,
             tuning,
-        })
+            broken,
+        }
     }
 }
