@@ -53,6 +53,11 @@ pub struct Arguments {
 
 /// Runs and writes.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    arguments
+        .knowledge
+        .files(&arguments.firmware, &arguments.profile)
+        .writes("--out", [&arguments.out])
+        .check()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;

@@ -2,6 +2,7 @@
 
 use super::firmware::Firmware;
 use crate::commission_report::{CommissionJson, Number, Params};
+use crate::files::Files;
 use crate::motor::write_whole;
 use crate::session::{Done, SessionResult, Task};
 use anyhow::Context;
@@ -38,6 +39,12 @@ pub struct Arguments {
 
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let files = arguments.firmware.files();
+    files
+        .writes("--json", &arguments.json)
+        .writes("--log", &arguments.log)
+        .writes("--save", &arguments.save)
+        .check()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let task = Task::Commission {
@@ -105,6 +112,12 @@ fn referencing(text: &str) -> Result<Referencing, String> {
 }
 
 impl Knowledge {
+    /// The files of a command that lets this firmware follow this profile.
+    pub fn files(&self, firmware: &Firmware, profile: &str) -> Files {
+        let files = firmware.files().reads("--params", &self.params);
+        files.reads("--profile", profile.strip_prefix("file:"))
+    }
+
     /// The tasks before the motion; none if the servo goes on with what it has stored. An excitation asks for no
     /// commissioning.
     pub fn tasks(

@@ -1,6 +1,7 @@
 //! What the commands that run the firmware have in common.
 
 use crate::axis_file;
+use crate::files::Files;
 use crate::motor::{Door, qemu};
 use crate::servo_link::{Client, Wire, fault_advice};
 use crate::session;
@@ -9,7 +10,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use servo::config::Config;
 use servo::protect::Fault;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Which servo.
 #[derive(Args, Debug)]
@@ -38,6 +39,15 @@ pub struct Firmware {
 }
 
 impl Firmware {
+    /// The files that these options name; the flash is written, too.
+    pub fn files(&self) -> Files {
+        Files::default()
+            .reads("--config", [&self.config])
+            .reads("--image", [&self.image])
+            .reads("--motor", motor_files(&self.motor))
+            .writes("--flash", &self.flash)
+    }
+
     /// Reads the axis file.
     pub fn axis(&self) -> anyhow::Result<Setup> {
         Ok(axis_file::read(&self.config)?)
@@ -108,5 +118,17 @@ impl Firmware {
                 .for_each(|line| eprintln!("firmware: {line}"));
         }
         Ok(result)
+    }
+}
+
+/// The builtin motor's file; of a program every word of the command that is a file.
+fn motor_files(motor: &Door) -> Vec<&Path> {
+    match motor {
+        Door::Builtin(file) => vec![file],
+        Door::Exec(command) => {
+            let words = command.split_whitespace().map(Path::new);
+            words.filter(|word| word.is_file()).collect()
+        }
+        Door::Serial(_) => Vec::new(),
     }
 }

@@ -1,6 +1,7 @@
 //! `truing gap`: where do model and log disagree, and what is missing?
 
 use crate::effects::{self, Effect};
+use crate::files::Files;
 use crate::gap::{self, Options};
 use crate::log::{self, Columns, Dynamic, Log, Table};
 use crate::model::{self, Model};
@@ -30,7 +31,7 @@ pub struct Arguments {
     /// Effects that are not offered (repeatable): how would the log be explained without them?
     #[arg(long, num_args = 1..)]
     pub without: Vec<String>,
-    /// Folder for report.html, outcome.json and the extended model.toml.
+    /// Folder for report.html, outcome.json and the extended model, model.extended.toml.
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Write the result as JSON.
@@ -44,8 +45,34 @@ pub struct Arguments {
     pub report: Option<PathBuf>,
 }
 
+/// What `--out` writes into its folder.
+const JSON: &str = "outcome.json";
+const REPORT: &str = "report.html";
+/// Not the usual name of a model: what the user wrote stays beside it.
+const EXTENDED: &str = "model.extended.toml";
+
+impl Arguments {
+    fn files(&self) -> Files {
+        let folder = |name: &str| self.out.as_ref().map(|folder| folder.join(name));
+        Files::default()
+            .reads("--model", [&self.model])
+            .reads("--log", [&self.log])
+            .reads("--holdout", &self.holdout)
+            .writes(
+                "--json or --out",
+                self.json.clone().into_iter().chain(folder(JSON)),
+            )
+            .writes(
+                "--report or --out",
+                self.report.clone().into_iter().chain(folder(REPORT)),
+            )
+            .writes("--out", folder(EXTENDED))
+    }
+}
+
 /// Reads, analyses, reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    arguments.files().check()?;
     let columns: Columns = arguments.columns.parse()?;
     let model = model::read(&arguments.model)?;
     let log = log::read(&arguments.log, &columns)?;
@@ -131,20 +158,14 @@ fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Res
         original: &model.source_text,
         origin: &origin,
     };
-    for path in [arguments.json.clone(), folder("outcome.json")]
-        .into_iter()
-        .flatten()
-    {
+    for path in [arguments.json.clone(), folder(JSON)].into_iter().flatten() {
         Json.write(outcome, &path)?;
     }
-    for path in [arguments.report.clone(), folder("report.html")]
-        .into_iter()
-        .flatten()
-    {
+    for path in [arguments.report.clone(), folder(REPORT)].into_iter().flatten() {
         html.write(outcome, &path)?;
     }
     if let Some(folder) = &arguments.pictures {
         pictures::write(outcome, folder)?;
     }
-    folder("model.toml").map_or(Ok(()), |path: PathBuf| extended.write(outcome, Path::new(&path)))
+    folder(EXTENDED).map_or(Ok(()), |path: PathBuf| extended.write(outcome, Path::new(&path)))
 }

@@ -41,6 +41,10 @@ pub struct Arguments {
 
 /// Runs and shows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    arguments
+        .knowledge
+        .files(&arguments.firmware, &arguments.profile)
+        .check()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;

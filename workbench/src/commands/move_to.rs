@@ -56,6 +56,8 @@ impl Place {
 
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let files = arguments.knowledge.files(&arguments.firmware, "");
+    files.writes("--log", &arguments.log).check()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = Task::Move(arguments.place.target()?);

@@ -53,6 +53,12 @@ pub struct Arguments {
 
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    arguments
+        .knowledge
+        .files(&arguments.firmware, &arguments.profile)
+        .writes("--json", &arguments.json)
+        .writes("--log", &arguments.log)
+        .check()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let chosen = setup.choices.compensation.unwrap_or(true);
