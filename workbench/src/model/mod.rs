@@ -1,5 +1,6 @@
 //! The model that is compared with a log: base motor, tolerances, sensors, and the effects it already contains.
 
+mod keys;
 mod read;
 
 pub use read::{parse, read};
