@@ -45,6 +45,7 @@ pub mod setup;
 pub mod starts;
 pub mod steady;
 pub mod structure;
+pub mod time_base;
 pub mod tracking;
 pub mod truth;
 pub mod verdict;

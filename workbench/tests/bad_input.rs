@@ -219,3 +219,34 @@ fn no_command_replaces_a_file_that_it_reads() {
         assert!(held() == before, "{case:?}");
     }
 }
+
+/// A log of a motor of 0.08 s with a row every 10 ms, the time counted in `unit` seconds.
+fn turned(unit: f64) -> String {
+    let (mut omega, mut random) = (0.0, 1_u32);
+    let row = |k: usize| {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let noise = f64::from(random) / f64::from(u32::MAX) - 0.5;
+        let u = if k % 40 < 20 { 6.0 } else { -3.0 };
+        let line = format!("{},{u},{}", k as f64 * 0.01 / unit, omega + noise);
+        omega += (20.0 * u - omega) * 0.01 / 0.08;
+        line
+    };
+    let rows: Vec<String> = (0..400).map(row).collect();
+    format!("t_s,u_v,omega_rad_s\n{}", rows.join("\n"))
+}
+
+#[test]
+fn milliseconds_under_seconds_are_asked_about() {
+    let desk = Desk::new(&turned(1e-3));
+    desk.refuses(&["log.csv", "time were in ms", "--columns \"t_s=t_s*0.001\""]);
+    assert_eq!(desk.gap(&["--columns", "t_s=t_s*0.001"]).status.code(), Some(0));
+}
+
+#[test]
+fn a_time_column_never_goes_unused_in_silence() {
+    let rows: Vec<String> = (0..30).map(|k| format!("{k},{k},{}", 20 * k)).collect();
+    let desk = Desk::new(&format!("t_s,u_v,omega_rad_s\n{}", rows.join("\n")));
+    let output = desk.gap(&[]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(read(&desk.path("gap.json")).contains("the time is not used"));
+}

@@ -7,7 +7,7 @@ use crate::log::{self, Columns, Dynamic, Log, Table};
 use crate::model::{self, Model};
 use crate::outcome::Outcome;
 use crate::report::{Exporter, html::Html, json::Json, model_file::ModelFile, pictures, terminal::Terminal};
-use crate::steady;
+use crate::{steady, time_base};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
@@ -88,6 +88,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .map(named)
             .collect(),
     };
+    if let Log::Dynamic(record) = &log {
+        time_base::check(&model, record, &columns)?;
+    }
     let outcome = analysed(&model, log, holdouts, &options)?;
     print!("{}", Terminal.export(&outcome)?);
     write(arguments, &model, &outcome)
@@ -107,7 +110,11 @@ fn analysed(model: &Model, log: Log, holdouts: Vec<Log>, options: &Options) -> a
                 table.source
             )
         })?;
-        return Ok(steady::run(model, &table, &others));
+        let mut outcome = steady::run(model, &table, &others);
+        if let Log::Dynamic(record) = &log {
+            outcome.notes.push(time_unused(model, record));
+        }
+        return Ok(outcome);
     }
     let Log::Dynamic(record) = log else {
         unreachable!("tables are handled above")
@@ -123,6 +130,16 @@ fn analysed(model: &Model, log: Log, holdouts: Vec<Log>, options: &Options) -> a
     });
     bar.finish_and_clear();
     Ok(outcome?)
+}
+
+/// A time column never goes unused in silence.
+fn time_unused(model: &Model, record: &Dynamic) -> String {
+    let apart_s = record.runs[0].sample_s();
+    format!(
+        "The rows are {apart_s:.3} s apart, the model's time constant is {:.3} s: each row is taken as a settled speed, and the \
+         time is not used. If the time is not in seconds, map it, e.g. --columns \"t_ms=t_s\".",
+        steady::time_constant_s(model)
+    )
 }
 
 fn dynamic(log: Log) -> anyhow::Result<Dynamic> {

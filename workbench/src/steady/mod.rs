@@ -59,7 +59,6 @@ fn unsuitable(model: &Model) -> Option<String> {
 fn analyse(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
     let given = map::visible(model);
     let data = table::split(log, !holdouts.is_empty());
-    let offer = Offer::new(model, &given, &data.volts, &data.omega);
     let nuisances = fit::nuisances(model);
     let problem = Problem {
         base: &given,
@@ -93,7 +92,6 @@ fn analyse(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
 fn held_out<'a>(data: &'a fit::Data, holdouts: &'a [Table]) -> HeldOut<'a> {
     let kept = || data.fitted.iter().map(|f| !f).collect();
     let sweeps = match holdouts {
-        [] => vec![(&data.volts[..], &data.omega[..], kept())],
         files => files
             .iter()
             .map(|t| (&t.u_v[..], &t.omega_rad_s[..], vec![true; t.u_v.len()]))
@@ -102,11 +100,16 @@ fn held_out<'a>(data: &'a fit::Data, holdouts: &'a [Table]) -> HeldOut<'a> {
     HeldOut { sweeps }
 }
 
+/// Time constant of the model with the effects that it contains, s.
+pub fn time_constant_s(model: &Model) -> f64 {
+    map::visible(model).time_constant_s()
+}
+
 /// A record over time whose rows are so far apart that each shows a settled speed, as a table; `None` if it is not one.
 pub fn settled(model: &Model, log: &Dynamic) -> Option<Table> {
     let [run] = &log.runs[..] else { return None };
     let omega_rad_s = run.speed.clone()?;
-    let apart = run.sample_s() > SETTLED * map::visible(model).time_constant_s();
+    let apart = run.sample_s() > SETTLED * time_constant_s(model);
     let driven = run.bridge.iter().all(|b| *b == 1);
     (apart && driven && log.input == Input::Voltage && !log.linear).then(|| Table {
         source: log.source.clone(),
