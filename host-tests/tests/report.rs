@@ -364,3 +364,66 @@ fn every_plot_becomes_a_picture_of_its_own() {
         assert!(text.contains("xmlns=\"http://www.w3.org/2000/svg\"") && text.contains("fill=\"#fff\""));
     }
 }
+
+/// A first-order model has no torque constant: 0.045 N m of its motor of 1 Ω and 15 rad/s/V are 0.675 V.
+#[test]
+fn friction_of_a_first_order_model_is_told_in_volts() {
+    const MODEL: &str = "schema = \"truing-model/1\"\n[model]\nkind = \"first_order\"\ngain_rad_s_per_v = 15.0\ntime_constant_s = 0.1\n";
+    let model = truing::model::parse("model.toml", MODEL).unwrap();
+    let effects = vec![
+        effect("coulomb_friction", ("level_nm", value(0.045, 0.001, "N m")), None),
+        effect(
+            "flexible_coupling",
+            ("damping", value(0.2, 0.1, "N m s/rad")),
+            None,
+        ),
+    ];
+    let outcome = Outcome {
+        effects: truing::volts::told(&model, effects.clone()),
+        ..outcome()
+    };
+    let text = Terminal.export(&outcome).unwrap();
+    let html = Html {
+        title: "A gap",
+        subtitle: "model against log",
+    };
+    let page = html.export(&outcome).unwrap();
+    for said in [&text, &page] {
+        assert!(
+            said.contains("level_v") && said.contains("0.675 ± 0.015 V"),
+            "{said}"
+        );
+        assert!(
+            said.contains("damping_v") && said.contains("3.0 ± 1.5 V s/rad"),
+            "{said}"
+        );
+        assert!(!said.contains("N m") && !said.contains("level_nm"), "{said}");
+    }
+    let json = Json.export(&outcome).unwrap();
+    assert!(
+        json.contains("\"level_nm\"") && json.contains("\"level_v\""),
+        "{json}"
+    );
+    let file = ModelFile {
+        original: MODEL,
+        origin: "log.csv",
+    };
+    let extended = file.export(&outcome).unwrap();
+    assert!(
+        extended.contains("level_nm = 0.045 # stands for level_v: 0.675 ± 0.015 V"),
+        "{extended}"
+    );
+    let one = Outcome {
+        effects: outcome.effects[..1].to_vec(),
+        ..outcome.clone()
+    };
+    let again = truing::model::parse("extended", &file.export(&one).unwrap()).unwrap();
+    assert_eq!(again.known[0].values, [0.045]);
+    // A motor with a torque constant has torques.
+    let motor = truing::model::parse(
+        "motor.toml",
+        "schema = \"truing-model/1\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\nJ_kgm2 = 1e-4\n",
+    )
+    .unwrap();
+    assert_eq!(truing::volts::told(&motor, effects.clone()), effects);
+}

@@ -13,7 +13,7 @@ use crate::residual::{fit_percent, rms};
 use crate::search::{Found, Progress, Scored, base_fit, dispersion, scatter, search};
 use crate::structure::{sensor_like, twin_pairs};
 use crate::view::samples;
-use crate::{effects, evidence, excitation, localise, plots, verdict};
+use crate::{effects, evidence, excitation, localise, plots, verdict, volts};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -97,7 +97,7 @@ fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
     }
     let steps = steps(&judged.kept, before.gap());
     let after = Prediction::of(&judged.kept.hypothesis, &judged.kept.fit.x, &[Part::HoldOut]);
-    let effects = named(&judged.kept, &steps, &judged.ties);
+    let effects = volts::told(model, named(&judged.kept, &steps, &judged.ties));
     Outcome {
         schema: "truing-gap/1",
         verdict: judged.verdict,

@@ -50,4 +50,5 @@ pub mod tracking;
 pub mod truth;
 pub mod verdict;
 pub mod view;
+pub mod volts;
 pub mod waypoints;

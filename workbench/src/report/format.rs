@@ -1,6 +1,7 @@
 //! Numbers and names as text.
 
 use crate::outcome::{NamedEffect, Outcome, Segment, Shift, Tie, Value, Verdict};
+use crate::volts;
 
 /// Four significant digits, without trailing zeros; powers of ten where plain digits would not be readable.
 pub fn figure(x: f64) -> String {
@@ -82,7 +83,27 @@ fn with_deviation(value: f64, std: f64) -> String {
 /// `half_width_v = 1.10 ± 0.01 V, …`
 pub fn parameters(effect: &NamedEffect) -> String {
     let named = |(name, v): (&String, &Value)| format!("{name} = {}", value(v));
-    effect.parameters.iter().map(named).collect::<Vec<_>>().join(", ")
+    readable(effect)
+        .into_iter()
+        .map(named)
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+/// The parameters as people read them: what stands for a voltage as that voltage.
+pub fn readable(effect: &NamedEffect) -> Vec<(&String, &Value)> {
+    let parameters = effect.parameters.iter();
+    parameters
+        .map(|(name, v)| volts::of(effect, name).unwrap_or((name, v)))
+        .collect()
+}
+
+/// The figures that follow from them.
+pub fn following(effect: &NamedEffect) -> Vec<(&String, &Value)> {
+    let shown = readable(effect);
+    let mut figures = effect.derived.iter().collect::<Vec<_>>();
+    figures.retain(|figure| !shown.contains(figure));
+    figures
 }
 
 /// A set of names: `motor_gain + viscous_friction`.

@@ -268,10 +268,10 @@ fn parameters(outcome: &Outcome) -> Markup {
             table {
                 thead { tr { th { "Effect" } th { "Parameter" } th.number { "Value ± one standard deviation" } } }
                 tbody { @for effect in &outcome.effects {
-                    @for (name, v) in &effect.parameters { tr {
+                    @for (name, v) in format::readable(effect) { tr {
                         td { code { (effect.name) } } td { code { (name) } } td.number { (format::value(v)) }
                     } }
-                    @for (name, v) in &effect.derived { tr.derived {
+                    @for (name, v) in format::following(effect) { tr.derived {
                         td {} td { code { (name) } " (follows)" } td.number { (format::value(v)) }
                     } }
                 } }

@@ -3,6 +3,7 @@
 
 use super::Exporter;
 use crate::outcome::{NamedEffect, Outcome, Shift};
+use crate::volts;
 use anyhow::{Context, Result, anyhow};
 use toml_edit::{DocumentMut, Item, Table, Value, value};
 
@@ -38,13 +39,24 @@ impl ModelFile<'_> {
     fn table(&self, effect: &NamedEffect) -> Table {
         let mut table = Table::new();
         for (name, v) in &effect.parameters {
-            table.insert(name, value(v.value));
+            let mut number = value(v.value);
+            if let Some((name, volts)) = volts::of(effect, name) {
+                comment(&mut number, &format!("{name}: {}", super::format::value(volts)));
+            }
+            table.insert(name, number);
             if let Some(std) = v.std.filter(|s| s.is_finite()) {
                 table.insert(&format!("{name}_std"), value(std));
             }
         }
         table.insert("origin", value(self.origin));
         table
+    }
+}
+
+/// Behind a torque that is none: a reader of the file sees what it stands for.
+fn comment(number: &mut Item, text: &str) {
+    if let Some(number) = number.as_value_mut() {
+        number.decor_mut().set_suffix(format!(" # stands for {text}"));
     }
 }
 

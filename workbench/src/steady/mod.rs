@@ -25,6 +25,7 @@ mod words;
 use crate::log::{Dynamic, Input, Table};
 use crate::model::{Kind, Model};
 use crate::outcome::Outcome;
+use crate::volts;
 use candidates::Offer;
 use fit::Problem;
 use search::Search;
@@ -43,6 +44,7 @@ pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
         Some(reason) => verdict::insufficient(log, reason),
         None => analyse(model, log, holdouts),
     };
+    outcome.effects = volts::told(model, outcome.effects);
     outcome.runtime_s = started.elapsed().as_secs_f64();
     outcome
 }
@@ -59,6 +61,7 @@ fn unsuitable(model: &Model) -> Option<String> {
 fn analyse(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
     let given = map::visible(model);
     let data = table::split(log, !holdouts.is_empty());
+    let offer = Offer::new(model, &given, &data.volts, &data.omega);
     let nuisances = fit::nuisances(model);
     let problem = Problem {
         base: &given,
@@ -92,6 +95,7 @@ fn analyse(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
 fn held_out<'a>(data: &'a fit::Data, holdouts: &'a [Table]) -> HeldOut<'a> {
     let kept = || data.fitted.iter().map(|f| !f).collect();
     let sweeps = match holdouts {
+        [] => vec![(&data.volts[..], &data.omega[..], kept())],
         files => files
             .iter()
             .map(|t| (&t.u_v[..], &t.omega_rad_s[..], vec![true; t.u_v.len()]))
