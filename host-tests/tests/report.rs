@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use truing::commission_report::Number;
 use truing::exhibit::{Check, Exhibit, Table};
 use truing::outcome::*;
 use truing::report::html::{Document, Html};
@@ -85,6 +86,7 @@ fn outcome() -> Outcome {
             parameter: "J_kgm2".into(),
             shift_percent: 2.0,
             std_percent: 0.4,
+            refitted: false,
         }],
         places: vec![Where {
             region: "0 < |u| < 1.2 V".into(),
@@ -426,4 +428,47 @@ fn friction_of_a_first_order_model_is_told_in_volts() {
     )
     .unwrap();
     assert_eq!(truing::volts::told(&motor, effects.clone()), effects);
+}
+
+#[test]
+fn a_plus_minus_is_explained_where_it_stands() {
+    let text = Terminal.export(&outcome()).unwrap();
+    assert_eq!(text.matches("± is one standard deviation").count(), 1, "{text}");
+    let without = Outcome {
+        effects: Vec::new(),
+        within_tolerance: Vec::new(),
+        ..outcome()
+    };
+    assert!(!Terminal.export(&without).unwrap().contains('±'));
+}
+
+/// The chip's half widths hold 95 %: they are told as intervals, so that ± has one meaning.
+#[test]
+fn the_chip_s_numbers_are_told_as_intervals() {
+    let number = Number {
+        value: Some(1.5764),
+        u95: Some(0.0636),
+        trusted: true,
+        reason: None,
+        advice: None,
+    };
+    assert_eq!(number.interval("V").unwrap(), "1.5128 … 1.6400 V (95 %)");
+    assert_eq!(Number { u95: None, ..number }.interval("V"), None);
+}
+
+#[test]
+fn a_parameter_of_a_fitted_model_is_refitted_and_not_within_a_tolerance() {
+    let mut refitted = outcome();
+    refitted.within_tolerance[0].refitted = true;
+    let text = Terminal.export(&refitted).unwrap();
+    assert!(text.contains("refitted: J_kgm2 +2.00 ± 0.40 %"), "{text}");
+    assert!(!text.contains("within what the model allows"), "{text}");
+    let page = Html {
+        title: "A gap",
+        subtitle: "model against log",
+    };
+    let page = page.export(&refitted).unwrap();
+    assert!(page.contains("refitted") && !page.contains("within their tolerance"));
+    assert!(Json.export(&refitted).unwrap().contains("\"refitted\": true"));
+    assert!(!Json.export(&outcome()).unwrap().contains("refitted"));
 }

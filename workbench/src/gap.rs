@@ -255,6 +255,7 @@ fn shifts(kept: &Scored) -> Vec<Shift> {
                 parameter: (*key).to_owned(),
                 shift_percent: 100.0 * ((tolerance * kept.fit.x[k]).exp() - 1.0),
                 std_percent: 100.0 * tolerance * covariance[(k, k)].max(0.0).sqrt().min(1.0),
+                refitted: kept.hypothesis.model.fitted_to_log,
             }),
             crate::hypothesis::Slot::Known {
                 known,
@@ -267,6 +268,7 @@ fn shifts(kept: &Scored) -> Vec<Shift> {
                     parameter: format!("known.{}.{}", known.effect.name, spec.name),
                     shift_percent: 100.0 * std * kept.fit.x[k] / value,
                     std_percent: 100.0 * (std / value).abs() * covariance[(k, k)].max(0.0).sqrt().min(1.0),
+                    refitted: false,
                 })
             }
             _ => None,

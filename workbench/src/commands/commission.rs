@@ -179,9 +179,9 @@ pub fn print_number(name: &str, unit: &str, number: &Number) {
     } else {
         number.reason.unwrap_or("not trusted")
     };
-    match (number.value, number.u95) {
-        (Some(value), Some(u95)) => println!("{name:21} {value:10.4} ± {u95:.4} {unit:8} {trust}"),
-        _ => println!("{name:21} {:>10}   {:15} {trust}", "-", ""),
+    match (number.value, number.interval(unit)) {
+        (Some(value), Some(interval)) => println!("{name:21} {value:8.4}  {interval:33} {trust}"),
+        _ => println!("{name:21} {:>8}  {:33} {trust}", "-", ""),
     }
 }
 

@@ -221,9 +221,9 @@ fn estimates(report: &EstimatesReport) -> [String; 3] {
 }
 
 fn number(reported: &Reported, unit: &str) -> String {
-    match (reported.value, reported.u95, reported.trusted) {
-        (Some(value), Some(u95), true) => format!("{value:.4} ± {u95:.4} {unit}"),
-        (Some(value), _, _) => format!("{value:.4} {unit} (not trusted)"),
-        (None, _, _) => "not seen".to_owned(),
+    match (reported.value, reported.trusted) {
+        (Some(value), true) => format!("{value:.4} {unit}"),
+        (Some(value), false) => format!("{value:.4} {unit} (not trusted)"),
+        (None, _) => "not seen".to_owned(),
     }
 }

@@ -22,6 +22,17 @@ pub fn fit(percent: f64) -> String {
     format!("{percent:.2} %")
 }
 
+/// Is there a ± to be explained?
+pub fn deviates(outcome: &Outcome) -> bool {
+    let known = |v: &Value| v.std.is_some_and(|std| std.is_finite() && std > 0.0);
+    let effects = outcome.effects.iter();
+    effects.flat_map(readable).any(|(_, v)| known(v))
+        || outcome
+            .within_tolerance
+            .iter()
+            .any(|shift| shift.std_percent > 0.0)
+}
+
 /// A base parameter's shift inside its tolerance: `-5.770 ± 0.020 %`.
 pub fn shift(shift: &Shift) -> String {
     let sign = if shift.shift_percent > 0.0 { "+" } else { "" };

@@ -45,6 +45,9 @@ pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
         None => analyse(model, log, holdouts),
     };
     outcome.effects = volts::told(model, outcome.effects);
+    for shift in &mut outcome.within_tolerance {
+        shift.refitted = model.fitted_to_log;
+    }
     outcome.runtime_s = started.elapsed().as_secs_f64();
     outcome
 }
