@@ -472,3 +472,25 @@ fn a_parameter_of_a_fitted_model_is_refitted_and_not_within_a_tolerance() {
     assert!(Json.export(&refitted).unwrap().contains("\"refitted\": true"));
     assert!(!Json.export(&outcome()).unwrap().contains("refitted"));
 }
+
+#[test]
+fn the_extended_model_tells_how_sure_each_name_is() {
+    let standing = |outcome: &Outcome, name: &str| {
+        let text = ModelFile {
+            original: "schema = \"truing-model/1\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\nJ_kgm2 = 1e-4\n",
+            origin: "log.csv",
+        }
+        .export(outcome)
+        .unwrap();
+        let model = truing::model::parse("extended.toml", &text).unwrap();
+        model.standing(name).unwrap().to_owned()
+    };
+    let tied = outcome();
+    assert_eq!(standing(&tied, "dead_zone"), "named");
+    assert_eq!(standing(&tied, "drive_gain"), "tie");
+    let unexplained = Outcome {
+        verdict: Verdict::Unexplained,
+        ..outcome()
+    };
+    assert_eq!(standing(&unexplained, "dead_zone"), "unexplained");
+}

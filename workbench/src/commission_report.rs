@@ -145,18 +145,19 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// To be used, with the half width of its 95 % interval.
-    pub fn trusted(value: f64, u95: f64) -> Self {
-        Kept {
-            value,
-            u95,
-            trusted: true,
-        }
+    /// With the half width of its 95 % interval; `trusted`: to be used.
+    pub fn new(value: f64, u95: f64, trusted: bool) -> Self {
+        Kept { value, u95, trusted }
+    }
+
+    /// To be used?
+    pub fn is_trusted(&self) -> bool {
+        self.trusted
     }
 
     /// Chosen by a person.
     pub fn by_hand(value: f64) -> Self {
-        Kept::trusted(value, 0.0)
+        Kept::new(value, 0.0, true)
     }
 }
 

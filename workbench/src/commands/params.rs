@@ -147,16 +147,16 @@ fn write(export: &Export) -> anyhow::Result<()> {
         .check()?;
     let config = axis_file::read(&export.config)?.config;
     let model = model::read(&export.model)?;
-    let (params, left_out) = compensation::from_model(&model, &config)?;
-    for effect in left_out {
-        eprintln!("not compensated by the firmware: {effect}");
+    let found = compensation::from_model(&model, &config)?;
+    for remark in found.remarks() {
+        eprintln!("{remark}");
     }
     match &export.out {
         Some(path) => {
-            write_whole(path, &params.text()?)?;
+            write_whole(path, &found.text()?)?;
             println!("written to {}", path.display());
         }
-        None => print!("{}", params.text().context("the parameters cannot be written")?),
+        None => print!("{}", found.text().context("the parameters cannot be written")?),
     }
     Ok(())
 }

@@ -89,13 +89,18 @@ pub const SPEEDS: [&str; 3] = [
     "analog_tacho",
 ];
 
+/// Key of a known effect: how sure the gap workflow was of its name.
+pub const STANDING: &str = "standing";
+/// Its value where no other name explains the data and nothing else is left.
+pub const NAMED: &str = "named";
+
 /// Letters of a part of a known value that is more than a word of a description.
 const PART: usize = 8;
 
 /// Keys of a section that are known besides `numbers`.
 pub fn texts(section: &str) -> &'static [&'static str] {
     if section.starts_with("known.") {
-        return &["origin"];
+        return &["origin", STANDING];
     }
     let found = TEXTS.iter().find(|(name, _)| *name == section);
     found.map_or(&[], |(_, keys)| keys)

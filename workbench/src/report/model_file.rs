@@ -2,7 +2,8 @@
 //! `[known.<effect>]` and every base parameter moved by the shift that the data ask for within its tolerance.
 
 use super::Exporter;
-use crate::outcome::{NamedEffect, Outcome, Shift};
+use crate::model::{NAMED, STANDING};
+use crate::outcome::{NamedEffect, Outcome, Shift, Tie, Verdict};
 use crate::volts;
 use anyhow::{Context, Result, anyhow};
 use toml_edit::{DocumentMut, Item, Table, Value, value};
@@ -29,7 +30,9 @@ impl Exporter for ModelFile<'_> {
             .as_table_mut()
             .ok_or_else(|| anyhow!("model: `known` is not a table; write [known.<effect>]"))?;
         for effect in &outcome.effects {
-            known.insert(&effect.name, Item::Table(self.table(effect)));
+            let mut table = self.table(effect);
+            table.insert(STANDING, value(standing(outcome, &effect.name)));
+            known.insert(&effect.name, Item::Table(table));
         }
         Ok(document.to_string())
     }
@@ -50,6 +53,19 @@ impl ModelFile<'_> {
         }
         table.insert("origin", value(self.origin));
         table
+    }
+}
+
+/// How sure the name is: `named`, `tie` (other names explain the data, too) or `unexplained` (something else is left).
+fn standing(outcome: &Outcome, name: &str) -> &'static str {
+    let in_doubt = |tie: &Tie| {
+        let has = |rival: &Vec<String>| rival.iter().any(|other| other == name);
+        tie.rivals.iter().any(has) && !tie.rivals.iter().all(has)
+    };
+    match outcome.verdict {
+        Verdict::Unexplained | Verdict::InsufficientExcitation => "unexplained",
+        _ if outcome.ties.iter().any(in_doubt) => "tie",
+        _ => NAMED,
     }
 }
 
