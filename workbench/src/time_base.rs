@@ -110,14 +110,14 @@ impl<'a> Piece<'a> {
         })
     }
 
-    fn from_rest(&self) -> bool {
+    fn starts_at_rest(&self) -> bool {
         let fastest = self.speed.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
         self.speed[0].abs() < STANDS * fastest
     }
 
     /// Nothing that a response could follow.
     fn unchanged(&self) -> bool {
-        !self.from_rest() && self.input.iter().all(|u| *u == self.input[0])
+        !self.starts_at_rest() && self.input.iter().all(|u| *u == self.input[0])
     }
 
     fn input_before(&self) -> Vec<f64> {
@@ -126,7 +126,7 @@ impl<'a> Piece<'a> {
 
     /// The first-order response to the held input, reshaped; of an axis without damping the integral.
     fn response(&self, shape: fn(f64) -> f64, factor: f64, slow_s: f64) -> Vec<f64> {
-        let mut state = if self.from_rest() {
+        let mut state = if self.starts_at_rest() {
             0.0
         } else {
             shape(self.input[0])
