@@ -198,3 +198,81 @@ fn every_defect_is_named_with_its_place_and_remedy() {
         .to_string();
     assert!(unreadable.contains("no/such.toml"));
 }
+
+#[test]
+fn an_informative_key_never_stops_a_run() {
+    for value in ["\"irregular\"", "-1", "0", "nan", "[1, 2]"] {
+        let model = read(&MOTOR.replace("sample_hz = 500", &format!("sample_hz = {value}")));
+        assert_eq!(model.sample_hz, None, "{value}");
+    }
+    assert_eq!(read(MOTOR).sample_hz, Some(500.0));
+}
+
+#[test]
+fn a_mistyped_text_key_or_value_is_named_with_its_line() {
+    let changed = |from: &str, to: &str| defect(&MOTOR.replace(from, to));
+    let speed = "speed = \"encoder_difference_centred\"";
+    let cases = [
+        (changed("kind = ", "knid = "), "line 5: [model] knid", "kind"),
+        (changed("speed = ", "sped = "), "line 25: [sensors] sped", "speed"),
+        (changed("side = ", "sde = "), "line 23: [encoder] sde", "side"),
+        (
+            changed("origin = ", "orgin = "),
+            "line 34: [known.coulomb] orgin",
+            "origin",
+        ),
+        (
+            changed("R_ohm = 1.522", "R_ohn = \"1.5\""),
+            "line 8: [motor] R_ohn",
+            "R_ohm",
+        ),
+        (
+            changed(speed, "speed = \"encoder_diference\""),
+            "line 25",
+            "encoder_difference_centred",
+        ),
+        (
+            changed(speed, "speed = \"difference\""),
+            "line 25",
+            "encoder_difference_causal",
+        ),
+        (changed("[model]\nkind", "kind"), "kind", "[model]"),
+        (
+            changed("[sensors]", "[sensor]\nspeed = \"x\"\n[sensors]").replace(speed, ""),
+            "line 24",
+            "[sensors]",
+        ),
+    ];
+    for (message, place, near) in cases {
+        assert!(
+            message.contains(place) && message.contains(near),
+            "{place}: {message}"
+        );
+    }
+}
+
+#[test]
+fn a_text_in_words_of_its_own_is_kept() {
+    let own = [
+        "[sensors]\nspeed = \"central difference over 90 ms\"\n",
+        "[log]\nsign = \"+input gives +output\"\nruns = \"one\"\n",
+        "[bench]\nplace = \"cellar\"\n",
+        "[sensors]\nspeed = \"resolver\"\n",
+        "[sensors]\nspeed = \"tacho\"\n",
+    ];
+    for text in own {
+        read(&format!(
+            "schema = \"truing-model/1\"\n[motor]\nR_ohm=1\nKt_nm_per_a=0.1\nJ_kgm2=1e-4\n{text}"
+        ));
+    }
+}
+
+#[test]
+fn several_wrong_keys_are_told_at_once() {
+    let message = defect(&MOTOR.replace("kind = ", "knid = ").replace("L_h", "no_load_rpm"));
+    assert!(
+        message.contains("knid") && message.contains("no_load_rpm"),
+        "{message}"
+    );
+    assert!(message.contains("the known ones are R_ohm, L_h"), "{message}");
+}

@@ -5,6 +5,7 @@ use servo::control::Tuning;
 use servo::identify::estimate::{Estimates, Mechanism};
 use servo::protect::{Action, Fault, Settings};
 use servo::store::AxisParameters;
+use truing::commission_report::Params;
 use truing::{compensation, model, parameters};
 
 fn blank() -> AxisParameters {
@@ -118,13 +119,14 @@ counts_per_rev = 4000
 #[test]
 fn effects_become_terminal_voltages() {
     let text = format!(
-        "{MODEL}\n[known.coulomb_friction]\nlevel_nm = 0.02\nlevel_nm_std = 0.001\n\
+        "{MODEL}[tolerance]\ndefault = 0.03\n[known.coulomb_friction]\nlevel_nm = 0.02\nlevel_nm_std = 0.001\n\
          [known.dead_zone_asymmetric]\npos_v = 0.5\nneg_v = 0.3\n[known.voltage_saturation]\nlimit_v = 9.0\n\
          [known.constant_load]\ntorque_nm = 0.005\n[known.drive_gain]\nratio = 0.9\n[known.backlash]\ngap_rad = 0.01\n"
     );
     let model = model::parse("model.toml", &text).expect("a model");
-    let (params, left_out) = compensation::from_model(&model, &config()).expect("parameters");
-    assert_eq!(left_out, ["backlash"]);
+    let export = compensation::from_model(&model, &config()).expect("parameters");
+    assert_eq!(export.left_out, ["backlash"]);
+    let params = export.params;
     assert_eq!(params.mechanism, Mechanism::Unclear);
     let scale = config().build().expect("a configuration");
     let report = params.estimates(&config()).report(&scale);
@@ -143,7 +145,7 @@ fn effects_become_terminal_voltages() {
         );
         assert!(found.trusted, "{name}");
     }
-    // 0.001 N m is 0.044 V; the base parameters' 5 % add to it.
+    // 0.001 N m is 0.044 V; the base parameters' 3 % add to it.
     let u95 = f64::from(report.dead_zone_pos_v.u95.expect("there"));
     assert!((1.96 * 0.044..0.4).contains(&u95), "{u95} V");
 }
@@ -151,14 +153,100 @@ fn effects_become_terminal_voltages() {
 #[test]
 fn a_limit_above_the_supply_is_no_saturation_and_another_encoder_is_refused() {
     let model = model::parse("model.toml", &format!("{MODEL}[supply]\nlimit_v = 24.0\n")).expect("a model");
-    let (params, _) = compensation::from_model(&model, &config()).expect("parameters");
+    let params = compensation::from_model(&model, &config())
+        .expect("parameters")
+        .params;
     assert_eq!((params.saturation_pos_v, params.dead_zone_pos_v), (None, None));
     let other = servo::config::Config {
         counts_per_rev: 2048,
         ..config()
     };
     let error = compensation::from_model(&model, &other)
+        .map(|_| ())
         .expect_err("another encoder")
         .to_string();
     assert!(error.contains("4000") && error.contains("2048"), "{error}");
+}
+
+/// What the export of a model with these effects says; its text is read back as the commands do.
+fn exported(known: &str) -> (compensation::Export, String) {
+    let model = model::parse("model.toml", &format!("{MODEL}{known}")).expect("a model");
+    let export = compensation::from_model(&model, &config()).expect("parameters");
+    let text = export.text().expect("a text");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("params.toml");
+    std::fs::write(&path, &text).expect("written");
+    assert_eq!(Params::read(&path).expect("read"), export.params);
+    (export, text)
+}
+
+fn trusted(export: &compensation::Export) -> [bool; 4] {
+    let params = &export.params;
+    let numbers = [
+        params.dead_zone_pos_v,
+        params.dead_zone_neg_v,
+        params.gain_rad_s_per_v,
+        params.time_constant_s,
+    ];
+    numbers.map(|kept| kept.is_some_and(|kept| kept.is_trusted()))
+}
+
+#[test]
+fn an_export_trusts_what_is_named_and_narrow() {
+    let zone = |std: f64, standing: &str| {
+        exported(&format!(
+            "[known.dead_zone]\nhalf_width_v = 1.0\nhalf_width_v_std = {std}\nstanding = \"{standing}\"\n"
+        ))
+    };
+    assert_eq!(trusted(&zone(0.06, "named").0), [true; 4]);
+    for (std, standing, said) in [
+        (0.062, "named", "more than 12 % of it"),
+        (0.01, "tie", "dead_zone is one name of a tie"),
+        (0.01, "unexplained", "leaves something unexplained"),
+    ] {
+        let (export, text) = zone(std, standing);
+        assert_eq!(trusted(&export), [false; 4], "{standing} ± {std}");
+        let line = text
+            .lines()
+            .find(|line| line.contains("not trusted: dead_zone_pos_v"));
+        assert!(
+            line.is_some_and(|line| line.starts_with('#') && line.contains(said)),
+            "{text}"
+        );
+    }
+}
+
+/// A fitted torque times R/Kt is what the log has shown: the tolerances of R and Kt do not widen it again.
+#[test]
+fn a_fitted_friction_is_as_narrow_as_the_log_has_shown_it() {
+    let friction = "[known.coulomb_friction]\nlevel_nm = 0.02\nlevel_nm_std = 0.0004\n";
+    assert_eq!(trusted(&exported(friction).0), [false; 4], "written by a person");
+    let named = format!("{friction}standing = \"named\"\n");
+    assert_eq!(trusted(&exported(&named).0), [true; 4]);
+}
+
+#[test]
+fn an_export_names_what_the_firmware_cannot_take() {
+    let (export, text) = exported(
+        "[known.stribeck_friction]\nlevel_nm = 0.01\nbreakaway_nm = 0.02\nstribeck_rad_s = 1.0\n\
+         [known.gravity]\nmgl_nm = 0.01\nphase_rad = 0.0\n\
+         [known.cogging]\namplitude_nm = 0.002\nperiods_per_rev = 12\nphase_rad = 0.0\n\
+         [known.voltage_saturation]\nlimit_v = 9.0\nsoftness = 0.1\n",
+    );
+    let mut left_out = export.left_out.clone();
+    left_out.sort();
+    let expected = [
+        "cogging",
+        "gravity",
+        "stribeck_friction.breakaway_nm",
+        "stribeck_friction.stribeck_rad_s",
+        "voltage_saturation.softness",
+    ];
+    assert_eq!(left_out, expected);
+    for name in expected {
+        assert!(
+            text.contains(&format!("# not compensated by the firmware: {name}\n")),
+            "{text}"
+        );
+    }
 }

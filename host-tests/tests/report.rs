@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use truing::commission_report::Number;
 use truing::exhibit::{Check, Exhibit, Table};
 use truing::outcome::*;
 use truing::report::html::{Document, Html};
@@ -85,6 +86,7 @@ fn outcome() -> Outcome {
             parameter: "J_kgm2".into(),
             shift_percent: 2.0,
             std_percent: 0.4,
+            refitted: false,
         }],
         places: vec![Where {
             region: "0 < |u| < 1.2 V".into(),
@@ -363,4 +365,132 @@ fn every_plot_becomes_a_picture_of_its_own() {
         );
         assert!(text.contains("xmlns=\"http://www.w3.org/2000/svg\"") && text.contains("fill=\"#fff\""));
     }
+}
+
+/// A first-order model has no torque constant: 0.045 N m of its motor of 1 Ω and 15 rad/s/V are 0.675 V.
+#[test]
+fn friction_of_a_first_order_model_is_told_in_volts() {
+    const MODEL: &str = "schema = \"truing-model/1\"\n[model]\nkind = \"first_order\"\ngain_rad_s_per_v = 15.0\ntime_constant_s = 0.1\n";
+    let model = truing::model::parse("model.toml", MODEL).unwrap();
+    let effects = vec![
+        effect("coulomb_friction", ("level_nm", value(0.045, 0.001, "N m")), None),
+        effect(
+            "flexible_coupling",
+            ("damping", value(0.2, 0.1, "N m s/rad")),
+            None,
+        ),
+    ];
+    let outcome = Outcome {
+        effects: truing::volts::told(&model, effects.clone()),
+        ..outcome()
+    };
+    let text = Terminal.export(&outcome).unwrap();
+    let html = Html {
+        title: "A gap",
+        subtitle: "model against log",
+    };
+    let page = html.export(&outcome).unwrap();
+    for said in [&text, &page] {
+        assert!(
+            said.contains("level_v") && said.contains("0.675 ± 0.015 V"),
+            "{said}"
+        );
+        assert!(
+            said.contains("damping_v") && said.contains("3.0 ± 1.5 V s/rad"),
+            "{said}"
+        );
+        assert!(!said.contains("N m") && !said.contains("level_nm"), "{said}");
+    }
+    let json = Json.export(&outcome).unwrap();
+    assert!(
+        json.contains("\"level_nm\"") && json.contains("\"level_v\""),
+        "{json}"
+    );
+    let file = ModelFile {
+        original: MODEL,
+        origin: "log.csv",
+    };
+    let extended = file.export(&outcome).unwrap();
+    assert!(
+        extended.contains("level_nm = 0.045 # stands for level_v: 0.675 ± 0.015 V"),
+        "{extended}"
+    );
+    let one = Outcome {
+        effects: outcome.effects[..1].to_vec(),
+        ..outcome.clone()
+    };
+    let again = truing::model::parse("extended", &file.export(&one).unwrap()).unwrap();
+    assert_eq!(again.known[0].values, [0.045]);
+    // A motor with a torque constant has torques.
+    let motor = truing::model::parse(
+        "motor.toml",
+        "schema = \"truing-model/1\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\nJ_kgm2 = 1e-4\n",
+    )
+    .unwrap();
+    assert_eq!(truing::volts::told(&motor, effects.clone()), effects);
+}
+
+#[test]
+fn a_plus_minus_is_explained_where_it_stands() {
+    let text = Terminal.export(&outcome()).unwrap();
+    assert_eq!(text.matches("± is one standard deviation").count(), 1, "{text}");
+    let without = Outcome {
+        effects: Vec::new(),
+        within_tolerance: Vec::new(),
+        ..outcome()
+    };
+    assert!(!Terminal.export(&without).unwrap().contains('±'));
+}
+
+/// The chip's half widths hold 95 %: they are told as intervals, so that ± has one meaning.
+#[test]
+fn the_chip_s_numbers_are_told_as_intervals() {
+    let number = Number {
+        value: Some(1.5764),
+        u95: Some(0.0636),
+        trusted: true,
+        reason: None,
+        advice: None,
+    };
+    assert_eq!(number.interval("V").unwrap(), "1.5128 … 1.6400 V (95 %)");
+    assert_eq!(Number { u95: None, ..number }.interval("V"), None);
+}
+
+#[test]
+fn a_parameter_of_a_fitted_model_is_refitted_and_not_within_a_tolerance() {
+    let mut refitted = outcome();
+    refitted.within_tolerance[0].refitted = true;
+    let text = Terminal.export(&refitted).unwrap();
+    assert!(text.contains("refitted: J_kgm2 +2.00 ± 0.40 %"), "{text}");
+    assert!(!text.contains("within what the model allows"), "{text}");
+    let page = Html {
+        title: "A gap",
+        subtitle: "model against log",
+    };
+    let page = page.export(&refitted).unwrap();
+    assert!(page.contains("refitted") && !page.contains("within their tolerance"));
+    assert!(Json.export(&refitted).unwrap().contains("\"refitted\": true"));
+    assert!(!Json.export(&outcome()).unwrap().contains("refitted"));
+}
+
+#[test]
+fn the_extended_model_tells_how_sure_each_name_is() {
+    let standing = |outcome: &Outcome, name: &str| {
+        let text = ModelFile {
+            original: "schema = \"truing-model/1\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\nJ_kgm2 = 1e-4\n",
+            origin: "log.csv",
+        }
+        .export(outcome)
+        .unwrap();
+        let model = truing::model::parse("extended.toml", &text).unwrap();
+        model.standing(name).unwrap().to_owned()
+    };
+    let tied = outcome();
+    assert_eq!(standing(&tied, "dead_zone"), "named");
+    assert_eq!(standing(&tied, "drive_gain"), "tie");
+    let unexplained = Outcome {
+        verdict: Verdict::Unexplained,
+        ..outcome()
+    };
+    assert_eq!(standing(&unexplained, "dead_zone"), "unexplained");
 }

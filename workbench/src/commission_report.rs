@@ -134,6 +134,20 @@ impl CommissionJson {
     }
 }
 
+impl Number {
+    /// The interval that covers the truth in 95 % of cases, as text: `1.5128 … 1.6400 V (95 %)`. A ± would be taken for the
+    /// standard deviation that it is in the workbench's own reports.
+    pub fn interval(&self, unit: &str) -> Option<String> {
+        interval(self.value?, self.u95?, unit)
+    }
+}
+
+/// The interval of a value with its half width, if both are finite.
+pub fn interval(value: f64, u95: f64, unit: &str) -> Option<String> {
+    let (low, high) = (value - u95, value + u95);
+    (low.is_finite() && high.is_finite()).then(|| format!("{low:.4} … {high:.4} {unit} (95 %)"))
+}
+
 /// One number of `params.toml`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -144,18 +158,19 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// To be used, with the half width of its 95 % interval.
-    pub fn trusted(value: f64, u95: f64) -> Self {
-        Kept {
-            value,
-            u95,
-            trusted: true,
-        }
+    /// With the half width of its 95 % interval; `trusted`: to be used.
+    pub fn new(value: f64, u95: f64, trusted: bool) -> Self {
+        Kept { value, u95, trusted }
+    }
+
+    /// To be used?
+    pub fn is_trusted(&self) -> bool {
+        self.trusted
     }
 
     /// Chosen by a person.
     pub fn by_hand(value: f64) -> Self {
-        Kept::trusted(value, 0.0)
+        Kept::new(value, 0.0, true)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::residual::{fit_percent, rms};
 use crate::search::{Found, Progress, Scored, base_fit, dispersion, scatter, search};
 use crate::structure::{sensor_like, twin_pairs};
 use crate::view::samples;
-use crate::{effects, evidence, excitation, localise, plots, verdict};
+use crate::{effects, evidence, excitation, localise, plots, verdict, volts};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -97,7 +97,7 @@ fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
     }
     let steps = steps(&judged.kept, before.gap());
     let after = Prediction::of(&judged.kept.hypothesis, &judged.kept.fit.x, &[Part::HoldOut]);
-    let effects = named(&judged.kept, &steps, &judged.ties);
+    let effects = volts::told(model, named(&judged.kept, &steps, &judged.ties));
     Outcome {
         schema: "truing-gap/1",
         verdict: judged.verdict,
@@ -255,6 +255,7 @@ fn shifts(kept: &Scored) -> Vec<Shift> {
                 parameter: (*key).to_owned(),
                 shift_percent: 100.0 * ((tolerance * kept.fit.x[k]).exp() - 1.0),
                 std_percent: 100.0 * tolerance * covariance[(k, k)].max(0.0).sqrt().min(1.0),
+                refitted: kept.hypothesis.model.fitted_to_log,
             }),
             crate::hypothesis::Slot::Known {
                 known,
@@ -267,6 +268,7 @@ fn shifts(kept: &Scored) -> Vec<Shift> {
                     parameter: format!("known.{}.{}", known.effect.name, spec.name),
                     shift_percent: 100.0 * std * kept.fit.x[k] / value,
                     std_percent: 100.0 * (std / value).abs() * covariance[(k, k)].max(0.0).sqrt().min(1.0),
+                    refitted: false,
                 })
             }
             _ => None,

@@ -2,6 +2,7 @@
 //! field or cause, and the remedy.
 
 use std::fmt::Display;
+use strsim::osa_distance;
 
 /// Why an input is unusable.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -23,6 +24,15 @@ impl InputError {
     pub fn line(path: impl Display, line: u64, what: impl Display) -> Self {
         Self(format!("{path}, line {line}: {what}"))
     }
+
+    /// All of these at once, if there are any.
+    pub fn all(complaints: Vec<Self>) -> Result<(), Self> {
+        let texts: Vec<String> = complaints.into_iter().map(|complaint| complaint.0).collect();
+        match texts.is_empty() {
+            true => Ok(()),
+            false => Err(Self(texts.join("; "))),
+        }
+    }
 }
 
 /// The known name that is nearest to a mistyped one: one that begins with it, else by edit distance, if any is near.
@@ -37,23 +47,14 @@ pub fn nearest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
     }
     let (distance, name) = known
         .into_iter()
-        .map(|name| (edit_distance(&wrong, &name.to_lowercase()), name))
+        .map(|name| (osa_distance(&wrong, &name.to_lowercase()), name))
         .min_by_key(|pair| pair.0)?;
     (distance <= name.len().max(wrong.len()) * 2 / 3).then_some(name)
 }
 
-/// Levenshtein's distance: insertions, deletions and substitutions that turn `a` into `b`.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(row[j + 1] + 1);
-        }
-    }
-    row[b.len()]
+/// Looks a word like a typing error of another: within one letter, in a long word two or three, changed, missing, too much
+/// or exchanged with its neighbour? Two words that a user may well mean as they are differ by more.
+pub fn mistyped(word: &str, meant: &str) -> bool {
+    let (word, meant) = (word.to_lowercase(), meant.to_lowercase());
+    word.len() > 2 && osa_distance(&word, &meant) <= 1 + word.len() / 8
 }

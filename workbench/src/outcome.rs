@@ -86,6 +86,9 @@ pub struct Shift {
     pub shift_percent: f64,
     /// Standard deviation of the shift, %.
     pub std_percent: f64,
+    /// The model was fitted to the log, so that its parameters are fitted anew with the effects.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub refitted: bool,
 }
 
 /// A region that holds a share of the gap.

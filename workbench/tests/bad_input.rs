@@ -135,8 +135,7 @@ fn a_model_that_cannot_be_is_named_by_its_field() {
 
 #[test]
 fn a_log_that_never_moves_is_an_answer_and_no_error() {
-    let still: Vec<String> = (0..300).map(|k| format!("{},6,0", k as f64 * 0.01)).collect();
-    let desk = Desk::new(&format!("t_s,u_v,omega_rad_s\n{}", still.join("\n")));
+    let desk = Desk::new(&still());
     let output = desk.gap(&[]);
     assert_eq!(
         output.status.code(),
@@ -145,4 +144,109 @@ fn a_log_that_never_moves_is_an_answer_and_no_error() {
         String::from_utf8_lossy(&output.stderr)
     );
     assert!(read(&desk.path("gap.json")).contains("\"verdict\": \"insufficient_excitation\""));
+}
+
+/// A log that is answered at once.
+fn still() -> String {
+    let rows: Vec<String> = (0..300).map(|k| format!("{},6,0", k as f64 * 0.01)).collect();
+    format!("t_s,u_v,omega_rad_s\n{}", rows.join("\n"))
+}
+
+#[test]
+fn the_extended_model_leaves_the_model_beside_it_alone() {
+    let desk = Desk::new(&still());
+    let output = desk.gap(&["--out", "."]);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(read(&desk.path("model.toml")), MODEL);
+    assert!(read(&desk.path("model.extended.toml")).starts_with("schema"));
+}
+
+#[test]
+fn no_command_replaces_a_file_that_it_reads() {
+    let axis = ["--motor", "builtin:model.toml", "--config", "axis.toml"];
+    let motion = ["--profile", "file:log.csv", "--params", "params.toml"];
+    let firmware = |command: &'static str, more: &[&'static str]| {
+        let all = [command].into_iter().chain(axis).chain(more.iter().copied());
+        all.collect::<Vec<_>>()
+    };
+    let moved = |command, more: &[&'static str]| firmware(command, &[&motion[..], more].concat());
+    let gap = |more: &[&'static str]| [&["gap", "--model", "model.toml", "--log", "log.csv"], more].concat();
+    let export = ["params", "export", "model.toml", "--config", "axis.toml"];
+    let cases = [
+        gap(&["--report", "log.csv"]),
+        gap(&["--json", "model.toml"]),
+        gap(&["--holdout", "outcome.json", "--out", "."]),
+        gap(&["--holdout", "model.extended.toml", "--out", "."]),
+        vec![
+            "simulate",
+            "--model",
+            "model.toml",
+            "--input",
+            "log.csv",
+            "--out",
+            "log.csv",
+        ],
+        [&export[..], &["--out", "model.toml"]].concat(),
+        [&export[..], &["--out", "axis.toml"]].concat(),
+        firmware("commission", &["--save", "axis.toml"]),
+        firmware("commission", &["--json", "model.toml"]),
+        firmware("commission", &["--log", "axis.toml"]),
+        firmware("commission", &["--flash", "model.toml"]),
+        moved("track", &["--json", "params.toml"]),
+        moved("track", &["--log", "log.csv"]),
+        moved("capture", &["--out", "axis.toml"]),
+        moved("monitor", &["--flash", "params.toml"]),
+        firmware("move", &["--by", "1", "--log", "model.toml"]),
+    ];
+    let desk = Desk::new(&still());
+    let names = [
+        "model.toml",
+        "log.csv",
+        "axis.toml",
+        "params.toml",
+        "outcome.json",
+        "model.extended.toml",
+    ];
+    names[2..].iter().for_each(|name| desk.put(name, "an input"));
+    let held = || names.map(|name| read(&desk.path(name)));
+    let before = held();
+    for case in cases {
+        let output = truing().current_dir(desk.0.path()).args(&case).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{case:?}: {said}");
+        assert!(said.contains("would replace the input of"), "{case:?}: {said}");
+        assert!(said.contains("name another place for --"), "{case:?}: {said}");
+        assert!(held() == before, "{case:?}");
+    }
+}
+
+/// A log of a motor of 0.08 s with a row every 10 ms, the time counted in `unit` seconds.
+fn turned(unit: f64) -> String {
+    let (mut omega, mut random) = (0.0, 1_u32);
+    let row = |k: usize| {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let noise = f64::from(random) / f64::from(u32::MAX) - 0.5;
+        let u = if k % 40 < 20 { 6.0 } else { -3.0 };
+        let line = format!("{},{u},{}", k as f64 * 0.01 / unit, omega + noise);
+        omega += (20.0 * u - omega) * 0.01 / 0.08;
+        line
+    };
+    let rows: Vec<String> = (0..400).map(row).collect();
+    format!("t_s,u_v,omega_rad_s\n{}", rows.join("\n"))
+}
+
+#[test]
+fn milliseconds_under_seconds_are_asked_about() {
+    let desk = Desk::new(&turned(1e-3));
+    desk.refuses(&["log.csv", "time were in ms", "--columns \"t_s=t_s*0.001\""]);
+    assert_eq!(desk.gap(&["--columns", "t_s=t_s*0.001"]).status.code(), Some(0));
+}
+
+#[test]
+fn a_time_column_never_goes_unused_in_silence() {
+    let rows: Vec<String> = (0..30).map(|k| format!("{k},{k},{}", 20 * k)).collect();
+    let desk = Desk::new(&format!("t_s,u_v,omega_rad_s\n{}", rows.join("\n")));
+    let output = desk.gap(&[]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(read(&desk.path("gap.json")).contains("the time is not used"));
 }

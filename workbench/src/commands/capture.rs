@@ -5,7 +5,7 @@ use super::firmware::Firmware;
 use super::profile;
 use crate::input_error::NotDone;
 use crate::interrupt;
-use crate::motor::{check_outputs, write_whole};
+use crate::motor::write_whole;
 use crate::session::{Captured, Task};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
@@ -56,7 +56,11 @@ pub struct Arguments {
 /// Runs and writes.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
-    check_outputs([("--out", Some(&arguments.out))])?;
+    arguments
+        .knowledge
+        .files(&arguments.firmware, &arguments.profile)
+        .writes("--out", [&arguments.out])
+        .check_ready()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;

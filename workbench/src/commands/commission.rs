@@ -2,9 +2,10 @@
 
 use super::firmware::{Firmware, save_log};
 use crate::commission_report::{CommissionJson, Number, Params, Refused};
+use crate::files::Files;
 use crate::input_error::NotDone;
 use crate::interrupt;
-use crate::motor::{check_outputs, write_whole};
+use crate::motor::write_whole;
 use crate::run_log::RunLog;
 use crate::session::{Done, SessionResult, Task};
 use anyhow::Context;
@@ -43,11 +44,12 @@ pub struct Arguments {
 /// Runs and reports. What was found is printed and written before the servo stores it, which may fail.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
-    check_outputs([
-        ("--save", arguments.save.as_ref()),
-        ("--json", arguments.json.as_ref()),
-        ("--log", arguments.log.as_ref()),
-    ])?;
+    let files = arguments.firmware.files();
+    files
+        .writes("--json", &arguments.json)
+        .writes("--log", &arguments.log)
+        .writes("--save", &arguments.save)
+        .check_ready()?;
     let setup = arguments.firmware.axis()?;
     let task = Task::Commission {
         budget_s: budget(arguments.budget_s)?,
@@ -136,6 +138,12 @@ fn referencing(text: &str) -> Result<Referencing, String> {
 }
 
 impl Knowledge {
+    /// The files of a command that lets this firmware follow this profile.
+    pub fn files(&self, firmware: &Firmware, profile: &str) -> Files {
+        let files = firmware.files().reads("--params", &self.params);
+        files.reads("--profile", profile.strip_prefix("file:"))
+    }
+
     /// The tasks before the motion; none if the servo goes on with what it has stored. An excitation asks for no
     /// commissioning.
     pub fn tasks(
@@ -205,9 +213,9 @@ pub fn print_number(name: &str, unit: &str, number: &Number) {
     } else {
         number.reason.unwrap_or("not trusted")
     };
-    match (number.value, number.u95) {
-        (Some(value), Some(u95)) => outln!("{name:21} {value:10.4} ± {u95:.4} {unit:8} {trust}"),
-        _ => outln!("{name:21} {:>10}   {:15} {trust}", "-", ""),
+    match (number.value, number.interval(unit)) {
+        (Some(value), Some(interval)) => outln!("{name:21} {value:8.4}  {interval:33} {trust}"),
+        _ => outln!("{name:21} {:>8}  {:33} {trust}", "-", ""),
     }
 }
 

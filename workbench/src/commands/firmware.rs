@@ -1,6 +1,7 @@
 //! What the commands that run the firmware have in common.
 
 use crate::axis_file;
+use crate::files::Files;
 use crate::input_error::NotDone;
 use crate::motor::{Door, qemu};
 use crate::run_log::RunLog;
@@ -11,7 +12,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use servo::config::Config;
 use servo::protect::Fault;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Which servo.
 #[derive(Args, Debug)]
@@ -40,6 +41,15 @@ pub struct Firmware {
 }
 
 impl Firmware {
+    /// The files that these options name; the flash is written, too.
+    pub fn files(&self) -> Files {
+        Files::default()
+            .reads("--config", [&self.config])
+            .reads("--image", [&self.image])
+            .reads("--motor", motor_files(&self.motor))
+            .writes("--flash", &self.flash)
+    }
+
     /// Reads the axis file.
     pub fn axis(&self) -> anyhow::Result<Setup> {
         Ok(axis_file::read(&self.config)?)
@@ -139,5 +149,17 @@ pub fn save_log(log: &RunLog, path: Option<&PathBuf>) -> anyhow::Result<()> {
     match path {
         Some(path) if !log.rows.is_empty() => Ok(log.save(path)?),
         _ => Ok(()),
+    }
+}
+
+/// The builtin motor's file; of a program every word of the command that is a file.
+fn motor_files(motor: &Door) -> Vec<&Path> {
+    match motor {
+        Door::Builtin(file) => vec![file],
+        Door::Exec(command) => {
+            let words = command.split_whitespace().map(Path::new);
+            words.filter(|word| word.is_file()).collect()
+        }
+        Door::Serial(_) => Vec::new(),
     }
 }

@@ -1,12 +1,13 @@
 //! `truing gap`: where do model and log disagree, and what is missing?
 
 use crate::effects::{self, Effect};
+use crate::files::Files;
 use crate::gap::{self, Options};
 use crate::log::{self, Columns, Dynamic, Log, Table};
 use crate::model::{self, Model};
 use crate::outcome::Outcome;
 use crate::report::{Exporter, html::Html, json::Json, model_file::ModelFile, pictures, terminal::Terminal};
-use crate::steady;
+use crate::{steady, time_base};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
@@ -30,7 +31,7 @@ pub struct Arguments {
     /// Effects that are not offered (repeatable): how would the log be explained without them?
     #[arg(long, num_args = 1..)]
     pub without: Vec<String>,
-    /// Folder for report.html, outcome.json and the extended model.toml.
+    /// Folder for report.html, outcome.json and the extended model, model.extended.toml.
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Write the result as JSON.
@@ -44,8 +45,34 @@ pub struct Arguments {
     pub report: Option<PathBuf>,
 }
 
+/// What `--out` writes into its folder.
+const JSON: &str = "outcome.json";
+const REPORT: &str = "report.html";
+/// Not the usual name of a model: what the user wrote stays beside it.
+const EXTENDED: &str = "model.extended.toml";
+
+impl Arguments {
+    fn files(&self) -> Files {
+        let folder = |name: &str| self.out.as_ref().map(|folder| folder.join(name));
+        Files::default()
+            .reads("--model", [&self.model])
+            .reads("--log", [&self.log])
+            .reads("--holdout", &self.holdout)
+            .writes(
+                "--json or --out",
+                self.json.clone().into_iter().chain(folder(JSON)),
+            )
+            .writes(
+                "--report or --out",
+                self.report.clone().into_iter().chain(folder(REPORT)),
+            )
+            .writes("--out", folder(EXTENDED))
+    }
+}
+
 /// Reads, analyses, reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    arguments.files().check()?;
     let columns: Columns = arguments.columns.parse()?;
     let model = model::read(&arguments.model)?;
     let log = log::read(&arguments.log, &columns)?;
@@ -61,6 +88,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .map(named)
             .collect(),
     };
+    if let Log::Dynamic(record) = &log {
+        time_base::check(&model, record, &columns)?;
+    }
     let outcome = analysed(&model, log, holdouts, &options)?;
     out!("{}", Terminal.export(&outcome)?);
     write(arguments, &model, &outcome)
@@ -80,7 +110,11 @@ fn analysed(model: &Model, log: Log, holdouts: Vec<Log>, options: &Options) -> a
                 table.source
             )
         })?;
-        return Ok(steady::run(model, &table, &others));
+        let mut outcome = steady::run(model, &table, &others);
+        if let Log::Dynamic(record) = &log {
+            outcome.notes.push(time_unused(model, record));
+        }
+        return Ok(outcome);
     }
     let Log::Dynamic(record) = log else {
         unreachable!("tables are handled above")
@@ -101,6 +135,16 @@ fn analysed(model: &Model, log: Log, holdouts: Vec<Log>, options: &Options) -> a
     });
     bar.finish_and_clear();
     Ok(outcome?)
+}
+
+/// A time column never goes unused in silence.
+fn time_unused(model: &Model, record: &Dynamic) -> String {
+    let apart_s = record.runs[0].sample_s();
+    format!(
+        "The rows are {apart_s:.3} s apart, the model's time constant is {:.3} s: each row is taken as a settled speed, and the \
+         time is not used. If the time is not in seconds, map it, e.g. --columns \"t_ms=t_s\".",
+        steady::time_constant_s(model)
+    )
 }
 
 fn dynamic(log: Log) -> anyhow::Result<Dynamic> {
@@ -136,20 +180,14 @@ fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Res
         original: &model.source_text,
         origin: &origin,
     };
-    for path in [arguments.json.clone(), folder("outcome.json")]
-        .into_iter()
-        .flatten()
-    {
+    for path in [arguments.json.clone(), folder(JSON)].into_iter().flatten() {
         Json.write(outcome, &path)?;
     }
-    for path in [arguments.report.clone(), folder("report.html")]
-        .into_iter()
-        .flatten()
-    {
+    for path in [arguments.report.clone(), folder(REPORT)].into_iter().flatten() {
         html.write(outcome, &path)?;
     }
     if let Some(folder) = &arguments.pictures {
         pictures::write(outcome, folder)?;
     }
-    folder("model.toml").map_or(Ok(()), |path: PathBuf| extended.write(outcome, Path::new(&path)))
+    folder(EXTENDED).map_or(Ok(()), |path: PathBuf| extended.write(outcome, Path::new(&path)))
 }

@@ -44,6 +44,10 @@ pub struct Arguments {
 /// Runs and shows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
+    arguments
+        .knowledge
+        .files(&arguments.firmware, &arguments.profile)
+        .check_ready()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;
@@ -231,9 +235,9 @@ fn estimates(report: &EstimatesReport) -> [String; 3] {
 }
 
 fn number(reported: &Reported, unit: &str) -> String {
-    match (reported.value, reported.u95, reported.trusted) {
-        (Some(value), Some(u95), true) => format!("{value:.4} ± {u95:.4} {unit}"),
-        (Some(value), _, _) => format!("{value:.4} {unit} (not trusted)"),
-        (None, _, _) => "not seen".to_owned(),
+    match (reported.value, reported.trusted) {
+        (Some(value), true) => format!("{value:.4} {unit}"),
+        (Some(value), false) => format!("{value:.4} {unit} (not trusted)"),
+        (None, _) => "not seen".to_owned(),
     }
 }

@@ -4,7 +4,6 @@ use super::commission::{self, Knowledge};
 use super::firmware::{Firmware, fault_ended, save_log};
 use crate::input_error::NotDone;
 use crate::interrupt;
-use crate::motor::check_outputs;
 use crate::session::{Done, Target, Task};
 use anyhow::{bail, ensure};
 use clap::Args;
@@ -61,7 +60,8 @@ impl Place {
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
-    check_outputs([("--log", arguments.log.as_ref())])?;
+    let files = arguments.knowledge.files(&arguments.firmware, "");
+    files.writes("--log", &arguments.log).check_ready()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = Task::Move(arguments.place.target()?);

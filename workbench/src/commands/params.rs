@@ -4,6 +4,7 @@ use super::firmware::Firmware;
 use crate::axis_file;
 use crate::commission_report::Params;
 use crate::compensation;
+use crate::files::Files;
 use crate::model;
 use crate::motor::write_whole;
 use crate::parameters;
@@ -63,7 +64,7 @@ pub struct Set {
 /// Which model.
 #[derive(Args, Debug)]
 pub struct Export {
-    /// The extended model, as `truing gap --out` writes it.
+    /// The extended model, as `truing gap --out` writes it: model.extended.toml.
     pub model: PathBuf,
     /// What the firmware may know: axis.toml.
     #[arg(long)]
@@ -85,6 +86,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn open(firmware: &Firmware) -> anyhow::Result<Client> {
+    firmware.files().check()?;
     firmware.client(&firmware.axis()?.config)
 }
 
@@ -103,6 +105,7 @@ fn print(client: &mut Client) -> anyhow::Result<()> {
 }
 
 fn change(set: &Set) -> anyhow::Result<()> {
+    set.firmware.files().reads("--params", &set.params).check()?;
     let setup = set.firmware.axis()?;
     let mut client = set.firmware.client(&setup.config)?;
     let known = client.parameters()?;
@@ -137,18 +140,23 @@ fn reset(client: &mut Client) -> anyhow::Result<()> {
 }
 
 fn write(export: &Export) -> anyhow::Result<()> {
+    Files::default()
+        .reads("MODEL", [&export.model])
+        .reads("--config", [&export.config])
+        .writes("--out", &export.out)
+        .check()?;
     let config = axis_file::read(&export.config)?.config;
     let model = model::read(&export.model)?;
-    let (params, left_out) = compensation::from_model(&model, &config)?;
-    for effect in left_out {
-        errln!("not compensated by the firmware: {effect}");
+    let found = compensation::from_model(&model, &config)?;
+    for remark in found.remarks() {
+        errln!("{remark}");
     }
     match &export.out {
         Some(path) => {
-            write_whole(path, &params.text()?)?;
+            write_whole(path, &found.text()?)?;
             outln!("written to {}", path.display());
         }
-        None => out!("{}", params.text().context("the parameters cannot be written")?),
+        None => out!("{}", found.text().context("the parameters cannot be written")?),
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! `truing simulate`: any model on any input.
 
 use crate::bench::{BenchRun, Traces, driven_by};
+use crate::files::Files;
 use crate::fit::FINE;
 use crate::log::{self, Columns, Dynamic, Log};
 use crate::model::{self, Model};
@@ -28,6 +29,11 @@ pub struct Arguments {
 
 /// Reads, simulates, writes.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    Files::default()
+        .reads("--model", [&arguments.model])
+        .reads("--input", [&arguments.input])
+        .writes("--out", &arguments.out)
+        .check()?;
     let columns: Columns = arguments.columns.parse()?;
     let model = model::read(&arguments.model)?;
     let Log::Dynamic(input) = log::read_input(&arguments.input, &columns)? else {

@@ -5,7 +5,7 @@ use super::firmware::{Firmware, fault_ended, save_log};
 use super::profile;
 use crate::interrupt;
 use crate::loops::LoopShape;
-use crate::motor::{check_outputs, write_whole};
+use crate::motor::write_whole;
 use crate::run_log::RunLog;
 use crate::servo_link::advisory_text;
 use crate::session::{Done, SessionResult, Task};
@@ -55,10 +55,12 @@ pub struct Arguments {
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
-    check_outputs([
-        ("--json", arguments.json.as_ref()),
-        ("--log", arguments.log.as_ref()),
-    ])?;
+    arguments
+        .knowledge
+        .files(&arguments.firmware, &arguments.profile)
+        .writes("--json", &arguments.json)
+        .writes("--log", &arguments.log)
+        .check_ready()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let chosen = setup.choices.compensation.unwrap_or(true);

@@ -112,9 +112,11 @@ impl ServoCase {
             let value = number
                 .value
                 .map_or("not seen".into(), |value| format!("{value:.4} {unit}"));
-            let width = number.u95.map_or(String::new(), |u95| format!(" ± {u95:.4}"));
+            let interval = number
+                .interval(unit)
+                .map_or(String::new(), |text| format!(", {text}"));
             let trust = if number.trusted { "trusted" } else { "not trusted" };
-            text += &format!("{name:22} {value}{width}, {trust}\n");
+            text += &format!("{name:22} {value}{interval}, {trust}\n");
         }
         text += &format!(
             "sine, RMS position error: {:.5} rad without compensation, {:.5} rad with it: {:.1} times better\n",
@@ -207,7 +209,7 @@ impl ServoCase {
         };
         Table {
             caption: format!("What the chip found in {:.1} s", self.commission.duration_s),
-            header: ["quantity", "unit", "estimate", "± (95 %)", "trusted"]
+            header: ["quantity", "unit", "estimate", "half width, 95 %", "trusted"]
                 .map(String::from)
                 .to_vec(),
             rows: self.commission.numbers().into_iter().map(row).collect(),

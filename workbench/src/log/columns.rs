@@ -196,6 +196,16 @@ impl Columns {
         Ok(found)
     }
 
+    /// The file's name of the time column, and its factor to seconds.
+    pub fn time(&self) -> (&str, f64) {
+        let of_time =
+            |mapping: &&Mapping| quantity_of(&mapping.ours).is_some_and(|known| known.0 == Quantity::Time);
+        self.0.iter().find(of_time).map_or(("t_s", 1.0), |mapping| {
+            let unit = quantity_of(&mapping.ours).map_or(1.0, |known| known.1);
+            (&mapping.theirs, unit * mapping.factor)
+        })
+    }
+
     /// What to say when a needed quantity is missing: the likeliest mistyped column, if there is one.
     pub fn missing(header: &[String], wanted: &str, stems: &[&str]) -> String {
         let near = header.iter().find(|name| {

@@ -1,7 +1,9 @@
 //! The model that is compared with a log: base motor, tolerances, sensors, and the effects it already contains.
 
+mod keys;
 mod read;
 
+pub use keys::{NAMED, STANDING};
 pub use read::{parse, read};
 
 use crate::effects::{self, Effect};
@@ -270,6 +272,14 @@ impl Model {
             (known.effect.apply)(&known.values, &mut plant);
         }
         plant
+    }
+
+    /// How sure the gap workflow was of the name of a known effect; `None`: a person has written it.
+    pub fn standing(&self, effect: &str) -> Option<&str> {
+        let section = format!("known.{effect}");
+        let mut texts = self.texts.iter();
+        let found = texts.find(|(place, key, _)| *place == section && key == STANDING);
+        found.map(|(_, _, standing)| standing.as_str())
     }
 
     /// Name of a parameter on this axis (`_nm` reads `_n` on a linear axis).

@@ -1,5 +1,6 @@
 //! Reading a model from TOML. Every defect names section, key, line and remedy.
 
+use super::keys::{self, KINDS, SECTIONS, SPEEDS};
 use super::{DEFAULT_TOLERANCE, Encoder, Kind, Known, Model, Sensors, Side, SpeedSensor};
 use crate::effects::{self, Effect, LIBRARY};
 use crate::input_error::{InputError, nearest};
@@ -35,7 +36,7 @@ pub fn parse(source: &str, text: &str) -> Result<Model, InputError> {
         supply_limit_v: supply.positive_or_none("limit_v")?,
         encoder: file.encoder(&root)?,
         sensors: file.sensors(&root)?,
-        sample_hz: file.section(&root, "log")?.positive_or_none("sample_hz")?,
+        sample_hz: sample_hz(&root),
         known: file.known(&root, matches!(kind, Kind::Inertia { linear: true, .. }))?,
         fitted_to_log: model
             .flag("fitted_to_log")?
@@ -44,63 +45,6 @@ pub fn parse(source: &str, text: &str) -> Result<Model, InputError> {
         texts: texts(&root),
     })
 }
-
-/// Sections and the keys whose values are numbers or switches. Other keys must be texts.
-const SECTIONS: &[(&str, &[&str])] = &[
-    (
-        "model",
-        &[
-            "fitted_to_log",
-            "gain_rad_s_per_v",
-            "time_constant_s",
-            "inertia_kgm2",
-            "mass_kg",
-            "viscous",
-            "drive_gain",
-            "gear_ratio",
-        ],
-    ),
-    (
-        "motor",
-        &[
-            "R_ohm",
-            "L_h",
-            "Kt_nm_per_a",
-            "Ke_vs_per_rad",
-            "J_kgm2",
-            "b_nms_per_rad",
-            "gear_ratio",
-            "gain_rad_s_per_v",
-            "time_constant_s",
-            "inertia_kgm2",
-            "mass_kg",
-            "viscous",
-            "drive_gain",
-        ],
-    ),
-    (
-        "tolerance",
-        &[
-            "default",
-            "R_ohm",
-            "L_h",
-            "Kt_nm_per_a",
-            "Ke_vs_per_rad",
-            "J_kgm2",
-            "b_nms_per_rad",
-            "gain_rad_s_per_v",
-            "time_constant_s",
-            "inertia_kgm2",
-            "mass_kg",
-            "viscous",
-            "drive_gain",
-        ],
-    ),
-    ("supply", &["nominal_v", "limit_v"]),
-    ("encoder", &["counts_per_rev"]),
-    ("sensors", &["speed_window_s", "current_logged", "vbus_logged"]),
-    ("log", &["sample_hz"]),
-];
 
 /// The file, for messages.
 struct File<'a> {
@@ -172,44 +116,69 @@ impl<'a> File<'a> {
         }
     }
 
-    /// Every key is known or a text.
+    /// Every key is known, or a text that is no typing error of a known one.
     fn sections(&self, root: &Table) -> Result<(), InputError> {
-        let names = || SECTIONS.iter().map(|section| section.0).chain(["known"]);
+        let mut complaints = Vec::new();
         for (name, value) in root {
             match (value, SECTIONS.iter().find(|section| section.0 == name)) {
-                (Value::Table(table), Some((_, keys))) => self.keys(name, table, keys)?,
+                (Value::Table(table), Some((_, keys))) => complaints.extend(self.keys(name, table, keys)),
                 (Value::Table(_), None) if name == "known" => {}
-                (Value::Table(table), None) if table.values().all(Value::is_str) => {}
-                (Value::Table(_), None) => {
-                    let near = nearest(name, names()).unwrap_or("motor");
-                    return Err(self.wrong(
-                        name,
-                        "",
-                        &format!("is no known section; the nearest is [{near}]"),
-                    ));
-                }
-                (Value::String(_), _) => {}
+                (Value::Table(table), None) => complaints.extend(self.other_section(name, table)),
+                (Value::String(text), _) => complaints.extend(self.text_outside(name, text)),
                 (Value::Boolean(_), _) if name == "fitted_to_log" => {}
-                _ => {
-                    return Err(self.wrong(
-                        "",
-                        name,
-                        "is no known key outside a section; move it into one ([motor], [tolerance], …)",
-                    ));
-                }
+                _ => complaints.push(self.wrong(
+                    "",
+                    name,
+                    "is no known key outside a section; move it into one ([motor], [tolerance], …)",
+                )),
             }
         }
-        Ok(())
+        InputError::all(complaints)
     }
 
-    fn keys(&self, section: &str, table: &Table, known: &[&str]) -> Result<(), InputError> {
-        for (key, value) in table {
-            if !value.is_str() && !known.contains(&key.as_str()) {
-                let near = nearest(key, known.iter().copied()).unwrap_or(known[0]);
-                return Err(self.wrong(section, key, &format!("is no known key; the nearest is {near}")));
-            }
+    /// A section of one's own holds texts alone.
+    fn other_section(&self, name: &str, table: &Table) -> Option<InputError> {
+        let known = || SECTIONS.iter().map(|section| section.0).chain(["known"]);
+        let near = match table.values().all(Value::is_str) {
+            true => keys::meant(name, known())?,
+            false => nearest(name, known()).unwrap_or("motor"),
+        };
+        Some(self.wrong(name, "", &format!("is no known section; the nearest is [{near}]")))
+    }
+
+    fn text_outside(&self, name: &str, text: &str) -> Option<InputError> {
+        if name == "kind" && KINDS.contains(&text) {
+            return Some(self.wrong("", name, "stands outside a section; move it under [model]"));
         }
-        Ok(())
+        self.mistyped("", name, &[])
+    }
+
+    fn mistyped(&self, section: &str, key: &str, numbers: &[&str]) -> Option<InputError> {
+        let known = numbers.iter().chain(keys::texts(section)).copied();
+        let near = keys::meant(key, known)?;
+        Some(self.wrong(section, key, &format!("is no known key; the nearest is {near}")))
+    }
+
+    /// `numbers`: the keys that are known besides the texts.
+    fn keys(&self, section: &str, table: &Table, numbers: &[&str]) -> Vec<InputError> {
+        let complaint = |(key, value): (&String, &Value)| match value {
+            Value::String(text) if key == "kind" && section == "motor" && KINDS.contains(&text.as_str()) => {
+                Some(self.wrong(section, key, "stands in the wrong section; move it under [model]"))
+            }
+            Value::String(_) => self.mistyped(section, key, numbers),
+            _ if numbers.contains(&key.as_str()) => None,
+            _ if keys::texts(section).contains(&key.as_str()) => {
+                Some(self.wrong(section, key, "must be a text in quotes"))
+            }
+            _ => {
+                let known = match nearest(key, numbers.iter().copied()) {
+                    Some(near) => format!("the nearest is {near}"),
+                    None => format!("the known ones are {}", numbers.join(", ")),
+                };
+                Some(self.wrong(section, key, &format!("is no known key; {known}")))
+            }
+        };
+        table.iter().filter_map(complaint).collect()
     }
 
     fn section(&'a self, root: &Table, name: &str) -> Result<Section<'a>, InputError> {
@@ -244,7 +213,7 @@ impl<'a> File<'a> {
             },
             "inertia" => self.inertia(&motor)?,
             other => {
-                let near = nearest(other, ["dc_motor", "first_order", "inertia"]).unwrap_or("dc_motor");
+                let near = nearest(other, KINDS).unwrap_or("dc_motor");
                 return Err(self.wrong(
                     "model",
                     "kind",
@@ -344,7 +313,8 @@ impl<'a> File<'a> {
             Some("encoder_difference_centred") => SpeedSensor::EncoderDifferenceCentred,
             Some("encoder_difference_causal") => SpeedSensor::EncoderDifferenceCausal,
             Some("analog_tacho") => SpeedSensor::AnalogTacho,
-            _ => SpeedSensor::Unknown,
+            Some(other) => self.described(other)?,
+            None => SpeedSensor::Unknown,
         };
         Ok(Sensors {
             speed,
@@ -352,6 +322,18 @@ impl<'a> File<'a> {
             current_logged: section.flag("current_logged")?,
             vbus_logged: section.flag("vbus_logged")?,
         })
+    }
+
+    /// A speed sensor in the user's own words, of which no window is known.
+    fn described(&self, words: &str) -> Result<SpeedSensor, InputError> {
+        let Some(near) = keys::speed_meant(words) else {
+            return Ok(SpeedSensor::Unknown);
+        };
+        let known = SPEEDS.map(|name| format!("\"{name}\"")).join(", ");
+        let what = format!(
+            "\"{words}\" is unknown; the nearest is \"{near}\"; write one of {known}, or a description in other words"
+        );
+        Err(self.wrong("sensors", "speed", &what))
     }
 
     fn known(&'a self, root: &Table, linear: bool) -> Result<Vec<Known>, InputError> {
@@ -404,7 +386,7 @@ impl Section<'_> {
         let mut allowed: Vec<String> = names.clone();
         allowed.extend(names.iter().map(|name| format!("{name}_std")));
         let allowed: Vec<&str> = allowed.iter().map(String::as_str).collect();
-        self.file.keys(&self.name, &self.table, &allowed)?;
+        InputError::all(self.file.keys(&self.name, &self.table, &allowed))?;
         let mut values = Vec::new();
         for (parameter, name) in effect.parameters.iter().zip(&names) {
             values.push(match (self.number(name)?, parameter.default) {
@@ -498,6 +480,13 @@ impl Section<'_> {
             Some(_) => Err(self.wrong(key, "must be true or false")),
         }
     }
+}
+
+/// Informative: whatever is written there, it never stops a run.
+fn sample_hz(root: &Table) -> Option<f64> {
+    let value = root.get("log")?.get("sample_hz")?;
+    let number = value.as_float().or(value.as_integer().map(|hz| hz as f64));
+    number.filter(|hz| hz.is_finite() && *hz > 0.0)
 }
 
 /// Every text of the file with its section.

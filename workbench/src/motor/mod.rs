@@ -71,34 +71,8 @@ impl FromStr for Door {
     }
 }
 
-/// Makes sure that files can be written, before a motor moves: the folder exists and takes a file, and nothing but a file
-/// is replaced. Each with the argument that names it.
-pub fn check_outputs<'a>(
-    outputs: impl IntoIterator<Item = (&'a str, Option<&'a PathBuf>)>,
-) -> Result<(), InputError> {
-    for (argument, path) in outputs {
-        let Some(path) = path else { continue };
-        let refused = |what: String| InputError::file(format!("{argument} {}", path.display()), what);
-        let folder = folder_of(path);
-        if !folder.is_dir() {
-            let what = format!("the folder {} does not exist; make it first", folder.display());
-            return Err(refused(what));
-        }
-        if path.exists() && !path.is_file() {
-            return Err(refused(
-                "is no file that can be replaced; name another one".into(),
-            ));
-        }
-        tempfile::tempfile_in(folder).map_err(|error| {
-            refused(format!(
-                "cannot be written ({error}); check the folder's permissions and space"
-            ))
-        })?;
-    }
-    Ok(())
-}
-
-fn folder_of(path: &Path) -> &Path {
+/// The folder of a file.
+pub(crate) fn folder_of(path: &Path) -> &Path {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     folder.unwrap_or(Path::new("."))
 }

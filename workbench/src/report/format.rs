@@ -1,6 +1,7 @@
 //! Numbers and names as text.
 
 use crate::outcome::{NamedEffect, Outcome, Segment, Shift, Tie, Value, Verdict};
+use crate::volts;
 
 /// Four significant digits, without trailing zeros; powers of ten where plain digits would not be readable.
 pub fn figure(x: f64) -> String {
@@ -19,6 +20,17 @@ pub fn gap(rms: f64) -> String {
 /// A fit in percent.
 pub fn fit(percent: f64) -> String {
     format!("{percent:.2} %")
+}
+
+/// Is there a ± to be explained?
+pub fn deviates(outcome: &Outcome) -> bool {
+    let known = |v: &Value| v.std.is_some_and(|std| std.is_finite() && std > 0.0);
+    let effects = outcome.effects.iter();
+    effects.flat_map(readable).any(|(_, v)| known(v))
+        || outcome
+            .within_tolerance
+            .iter()
+            .any(|shift| shift.std_percent > 0.0)
 }
 
 /// A base parameter's shift inside its tolerance: `-5.770 ± 0.020 %`.
@@ -82,7 +94,27 @@ fn with_deviation(value: f64, std: f64) -> String {
 /// `half_width_v = 1.10 ± 0.01 V, …`
 pub fn parameters(effect: &NamedEffect) -> String {
     let named = |(name, v): (&String, &Value)| format!("{name} = {}", value(v));
-    effect.parameters.iter().map(named).collect::<Vec<_>>().join(", ")
+    readable(effect)
+        .into_iter()
+        .map(named)
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+/// The parameters as people read them: what stands for a voltage as that voltage.
+pub fn readable(effect: &NamedEffect) -> Vec<(&String, &Value)> {
+    let parameters = effect.parameters.iter();
+    parameters
+        .map(|(name, v)| volts::of(effect, name).unwrap_or((name, v)))
+        .collect()
+}
+
+/// The figures that follow from them.
+pub fn following(effect: &NamedEffect) -> Vec<(&String, &Value)> {
+    let shown = readable(effect);
+    let mut figures = effect.derived.iter().collect::<Vec<_>>();
+    figures.retain(|figure| !shown.contains(figure));
+    figures
 }
 
 /// A set of names: `motor_gain + viscous_friction`.

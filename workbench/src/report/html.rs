@@ -268,10 +268,10 @@ fn parameters(outcome: &Outcome) -> Markup {
             table {
                 thead { tr { th { "Effect" } th { "Parameter" } th.number { "Value ± one standard deviation" } } }
                 tbody { @for effect in &outcome.effects {
-                    @for (name, v) in &effect.parameters { tr {
+                    @for (name, v) in format::readable(effect) { tr {
                         td { code { (effect.name) } } td { code { (name) } } td.number { (format::value(v)) }
                     } }
-                    @for (name, v) in &effect.derived { tr.derived {
+                    @for (name, v) in format::following(effect) { tr.derived {
                         td {} td { code { (name) } " (follows)" } td.number { (format::value(v)) }
                     } }
                 } }
@@ -283,9 +283,13 @@ fn parameters(outcome: &Outcome) -> Markup {
 fn tolerances(outcome: &Outcome) -> Markup {
     html! {
         @if !outcome.within_tolerance.is_empty() {
-            h4 { "Base parameters that moved within their tolerance" }
+            @if outcome.within_tolerance.iter().any(|shift| shift.refitted) {
+                h4 { "Base parameters, refitted: the model was fitted to the log without the effects" }
+            } @else {
+                h4 { "Base parameters that moved within their tolerance" }
+            }
             table {
-                thead { tr { th { "Parameter" } th.number { "Shift" } } }
+                thead { tr { th { "Parameter" } th.number { "Shift ± one standard deviation" } } }
                 tbody { @for s in &outcome.within_tolerance { tr {
                     td { code { (s.parameter) } }
                     td.number { (format::shift(s)) }

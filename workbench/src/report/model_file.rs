@@ -2,7 +2,9 @@
 //! `[known.<effect>]` and every base parameter moved by the shift that the data ask for within its tolerance.
 
 use super::Exporter;
-use crate::outcome::{NamedEffect, Outcome, Shift};
+use crate::model::{NAMED, STANDING};
+use crate::outcome::{NamedEffect, Outcome, Shift, Tie, Verdict};
+use crate::volts;
 use anyhow::{Context, Result, anyhow};
 use toml_edit::{DocumentMut, Item, Table, Value, value};
 
@@ -28,7 +30,9 @@ impl Exporter for ModelFile<'_> {
             .as_table_mut()
             .ok_or_else(|| anyhow!("model: `known` is not a table; write [known.<effect>]"))?;
         for effect in &outcome.effects {
-            known.insert(&effect.name, Item::Table(self.table(effect)));
+            let mut table = self.table(effect);
+            table.insert(STANDING, value(standing(outcome, &effect.name)));
+            known.insert(&effect.name, Item::Table(table));
         }
         Ok(document.to_string())
     }
@@ -38,13 +42,37 @@ impl ModelFile<'_> {
     fn table(&self, effect: &NamedEffect) -> Table {
         let mut table = Table::new();
         for (name, v) in &effect.parameters {
-            table.insert(name, value(v.value));
+            let mut number = value(v.value);
+            if let Some((name, volts)) = volts::of(effect, name) {
+                comment(&mut number, &format!("{name}: {}", super::format::value(volts)));
+            }
+            table.insert(name, number);
             if let Some(std) = v.std.filter(|s| s.is_finite()) {
                 table.insert(&format!("{name}_std"), value(std));
             }
         }
         table.insert("origin", value(self.origin));
         table
+    }
+}
+
+/// How sure the name is: `named`, `tie` (other names explain the data, too) or `unexplained` (something else is left).
+fn standing(outcome: &Outcome, name: &str) -> &'static str {
+    let in_doubt = |tie: &Tie| {
+        let has = |rival: &Vec<String>| rival.iter().any(|other| other == name);
+        tie.rivals.iter().any(has) && !tie.rivals.iter().all(has)
+    };
+    match outcome.verdict {
+        Verdict::Unexplained | Verdict::InsufficientExcitation => "unexplained",
+        _ if outcome.ties.iter().any(in_doubt) => "tie",
+        _ => NAMED,
+    }
+}
+
+/// Behind a torque that is none: a reader of the file sees what it stands for.
+fn comment(number: &mut Item, text: &str) {
+    if let Some(number) = number.as_value_mut() {
+        number.decor_mut().set_suffix(format!(" # stands for {text}"));
     }
 }
 

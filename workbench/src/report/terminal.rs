@@ -139,13 +139,23 @@ fn ties(text: &mut String, outcome: &Outcome) -> Result<()> {
 
 fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
     let left = &outcome.unexplained;
-    if !outcome.within_tolerance.is_empty() || left.structure != "none" || !outcome.closest_known.is_empty() {
+    if format::deviates(outcome)
+        || !outcome.within_tolerance.is_empty()
+        || left.structure != "none"
+        || !outcome.closest_known.is_empty()
+    {
         writeln!(text)?;
     }
     for (k, shift) in outcome.within_tolerance.iter().enumerate() {
         let head = if k == 0 { "Tolerances" } else { "" };
         let (name, by) = (&shift.parameter, format::shift(shift));
-        block(text, head, &format!("{name} {by}: within what the model allows"));
+        match shift.refitted {
+            true => block(text, head, &format!("refitted: {name} {by}")),
+            false => block(text, head, &format!("{name} {by}: within what the model allows")),
+        }
+    }
+    if format::deviates(outcome) {
+        block(text, "", "(± is one standard deviation)");
     }
     if left.structure != "none" {
         let share = format::percent(left.share_of_gap);

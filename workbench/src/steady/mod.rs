@@ -25,6 +25,7 @@ mod words;
 use crate::log::{Dynamic, Input, Table};
 use crate::model::{Kind, Model};
 use crate::outcome::Outcome;
+use crate::volts;
 use candidates::Offer;
 use fit::Problem;
 use search::Search;
@@ -43,6 +44,10 @@ pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
         Some(reason) => verdict::insufficient(log, reason),
         None => analyse(model, log, holdouts),
     };
+    outcome.effects = volts::told(model, outcome.effects);
+    for shift in &mut outcome.within_tolerance {
+        shift.refitted = model.fitted_to_log;
+    }
     outcome.runtime_s = started.elapsed().as_secs_f64();
     outcome
 }
@@ -102,11 +107,16 @@ fn held_out<'a>(data: &'a fit::Data, holdouts: &'a [Table]) -> HeldOut<'a> {
     HeldOut { sweeps }
 }
 
+/// Time constant of the model with the effects that it contains, s.
+pub fn time_constant_s(model: &Model) -> f64 {
+    map::visible(model).time_constant_s()
+}
+
 /// A record over time whose rows are so far apart that each shows a settled speed, as a table; `None` if it is not one.
 pub fn settled(model: &Model, log: &Dynamic) -> Option<Table> {
     let [run] = &log.runs[..] else { return None };
     let omega_rad_s = run.speed.clone()?;
-    let apart = run.sample_s() > SETTLED * map::visible(model).time_constant_s();
+    let apart = run.sample_s() > SETTLED * time_constant_s(model);
     let driven = run.bridge.iter().all(|b| *b == 1);
     (apart && driven && log.input == Input::Voltage && !log.linear).then(|| Table {
         source: log.source.clone(),

@@ -89,6 +89,7 @@ impl Case<'_> {
                 parameter: key.to_string(),
                 shift_percent: 100.0 * (ratio - 1.0),
                 std_percent: 100.0 * ratio * std,
+                refitted: false,
             })
         };
         moved.flat_map(shift).collect()
