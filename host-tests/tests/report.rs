@@ -82,6 +82,7 @@ fn outcome() -> Outcome {
             fit_percent_before: 80.1,
             fit_percent_after: 99.7,
         },
+        final_records: None,
         within_tolerance: vec![Shift {
             parameter: "J_kgm2".into(),
             shift_percent: 2.0,

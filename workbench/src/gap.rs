@@ -1,8 +1,8 @@
 //! The gap workflow in plain words: log → simulate → residual → localise → name → extend.
 
-use crate::bench::{Bench, Part, hf_noise, prepare};
-use crate::effects::Starts;
-use crate::fit::{FINAL, SEARCH, Setting, covariance};
+use crate::bench::{self, Bench, Part, hf_noise, prepare};
+use crate::estimate::{self, Estimate};
+use crate::fit::{FINAL, covariance};
 use crate::hypothesis::Hypothesis;
 use crate::input_error::InputError;
 use crate::log::Dynamic;
@@ -10,22 +10,20 @@ use crate::model::Model;
 use crate::outcome::*;
 use crate::prediction::Prediction;
 use crate::residual::{fit_percent, rms};
-use crate::search::{Found, Progress, Scored, base_fit, dispersion, scatter, search};
+use crate::search::{Found, Progress, Scored, base_fit, search};
 use crate::structure::{sensor_like, twin_pairs};
 use crate::view::samples;
 use crate::{effects, evidence, excitation, localise, plots, verdict, volts};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// A set that leaves this much (χ² a sample) is wrong by several times the noise: its numbers are fitted anew with its own
-/// error in the weights.
-const BEYOND_NOISE: f64 = 4.0;
-
 /// What the user may choose.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Effects that are not offered.
     pub without: Vec<String>,
+    /// Records that are only predicted, at the very end: the held-out records may refuse names, these choose nothing.
+    pub finals: Vec<Dynamic>,
 }
 
 /// Finds where model and log disagree, names what is missing and predicts the held-out data with it.
@@ -41,8 +39,17 @@ pub fn run(
     if let Some(outcome) = verdict::not_excited(&bench) {
         return Ok(outcome);
     }
+    let copy = |last: &&Dynamic| holdouts.iter().any(|held| bench::same(held, last));
+    if let Some(copy) = options.finals.iter().find(copy) {
+        let what = "is one of the held-out records, which had a veto; give --final another record";
+        return Err(InputError::file(&copy.source, what));
+    }
+    let last = match &options.finals[..] {
+        [] => None,
+        finals => Some(made_ready(model, log, finals)?),
+    };
     let found = search(&bench, model, &options.without, progress);
-    let mut outcome = concluded(&bench, model, &found);
+    let mut outcome = concluded(&bench, model, &found, last.as_ref());
     outcome.runtime_s = started.elapsed().as_secs_f64();
     Ok(outcome)
 }
@@ -86,14 +93,14 @@ fn repeated_noise(base: &Scored) -> Option<f64> {
 }
 
 /// From what was found to the one result.
-fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
+fn concluded(bench: &Bench, model: &Model, found: &Found, last: Option<&Bench>) -> Outcome {
     let given = Hypothesis::new(bench, model, Vec::new());
     let nominal = vec![0.0; given.slots.len()];
     let before = Prediction::of(&given, &nominal, &[Part::HoldOut]);
     let mut judged = verdict::judge(found, &given, &nominal);
-    let eased = eased(&judged.kept);
+    let eased = estimate::eased(&judged.kept);
     if let Some(eased) = &eased {
-        judged.kept = refitted(eased, &judged.kept);
+        judged.kept = estimate::refitted(eased, &judged.kept);
     }
     let steps = steps(&judged.kept, before.gap());
     let after = Prediction::of(&judged.kept.hypothesis, &judged.kept.fit.x, &[Part::HoldOut]);
@@ -103,20 +110,19 @@ fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
         verdict: judged.verdict,
         effects,
         closest_known: judged.closest.clone(),
-        holdout: HoldOut {
-            signal: bench.signal.to_owned(),
-            rmse_before: before.gap(),
-            rmse_after: after.gap(),
-            noise_floor: bench.sigma,
-            fit_percent_before: fit_percent(&before.measured, &before.predicted),
-            fit_percent_after: fit_percent(&after.measured, &after.predicted),
-        },
+        holdout: held_out(bench, &before, &after),
+        final_records: last.map(|bench| predicted(bench, &judged.kept)),
         within_tolerance: shifts(&judged.kept),
         places: localise::places(&given, &nominal),
         unexplained: judged.unexplained.clone(),
         next_experiment: judged.next.clone(),
         runtime_s: 0.0,
-        notes: [bench.notes.clone(), excitation::missing(bench)].concat(),
+        notes: [
+            bench.notes.clone(),
+            vetoed(model, found),
+            excitation::missing(bench),
+        ]
+        .concat(),
         rivals: evidence::rivals(found, &judged.ties),
         plots: plots::all(&given, &nominal, &judged.kept),
         ties: judged.ties,
@@ -125,27 +131,38 @@ fn concluded(bench: &Bench, model: &Model, found: &Found) -> Outcome {
     }
 }
 
-/// A bench whose weights hold the error of a set that leaves several times the noise.
-fn eased(kept: &Scored) -> Option<Bench> {
-    let hypothesis = &kept.hypothesis;
-    let coarse = kept.fit.chi2 > BEYOND_NOISE * kept.fit.samples as f64;
-    let start = |run: usize| hypothesis.start_speed(run, &kept.fit.x);
-    coarse.then(|| hypothesis.bench.eased(&hypothesis.plant(&kept.fit.x), start))
+/// How well measured values are predicted before and after.
+fn held_out(bench: &Bench, before: &Prediction, after: &Prediction) -> HoldOut {
+    HoldOut {
+        signal: bench.signal.to_owned(),
+        rmse_before: before.gap(),
+        rmse_after: after.gap(),
+        noise_floor: bench.sigma,
+        fit_percent_before: fit_percent(&before.measured, &before.predicted),
+        fit_percent_after: fit_percent(&after.measured, &after.predicted),
+    }
 }
 
-/// The same set, fitted with the weights of another bench.
-fn refitted<'a>(bench: &'a Bench, kept: &Scored<'a>) -> Scored<'a> {
-    let hypothesis = Hypothesis::new(bench, kept.hypothesis.model, kept.hypothesis.items.clone());
-    let setting = Setting {
-        iterations: SEARCH.iterations,
-        ..FINAL
-    };
-    let fit = crate::fit::fit(&hypothesis, &kept.fit.x, &setting);
-    Scored {
-        score: fit.cost,
-        hypothesis,
-        fit,
-    }
+/// What the set predicts for the held-out part of another bench of the same log.
+fn predicted(bench: &Bench, kept: &Scored) -> HoldOut {
+    let model = kept.hypothesis.model;
+    let made = |hypothesis: &Hypothesis, x: &[f64]| Prediction::of(hypothesis, x, &[Part::HoldOut]);
+    let given = Hypothesis::new(bench, model, Vec::new());
+    let extended = Hypothesis::new(bench, model, kept.hypothesis.items.clone());
+    let x = extended.carried(&kept.hypothesis, &kept.fit.x, &|_| 0.0);
+    let before = made(&given, &vec![0.0; given.slots.len()]);
+    held_out(bench, &before, &made(&extended, &x))
+}
+
+/// What the held-out records had to say about the names of a model that is a fit to the log.
+fn vetoed(model: &Model, found: &Found) -> Vec<String> {
+    let chosen = model.fitted_to_log && !found.best.hypothesis.items.is_empty();
+    chosen
+        .then(|| {
+            "the held-out records had a veto: a name stays only if every one of them is predicted better with it. A further record given with --final is only predicted".to_owned()
+        })
+        .into_iter()
+        .collect()
 }
 
 /// The held-out gap of the model as given, and after each effect in the order of naming.
@@ -177,35 +194,8 @@ fn steps(best: &Scored, given: f64) -> Vec<Step> {
 
 /// The accepted effects with their parameters and uncertainties.
 fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
-    let covariance = covariance(&kept.hypothesis, &kept.fit, &FINAL);
-    let (factor, scatter) = (dispersion(kept), scatter(kept));
     let linear = kept.hypothesis.bench.linear;
-    let effect = |(index, item): (usize, &crate::hypothesis::Item)| {
-        let mut parameters = BTreeMap::new();
-        for (k, spec) in item.effect.parameters.iter().enumerate() {
-            let value = kept.hypothesis.value(index, k, &kept.fit.x);
-            let slot = kept.hypothesis.slots.iter().position(|slot| {
-                *slot
-                    == crate::hypothesis::Slot::Effect {
-                        item: index,
-                        parameter: k,
-                    }
-            });
-            if slot.is_none() && spec.default.is_some() {
-                continue;
-            }
-            let scale = kept.hypothesis.bench.scales.of(spec.scale);
-            let std = slot.map(|s| {
-                let variance = (covariance[(s, s)].max(0.0) * factor + scatter[s]) * scale * scale;
-                (variance + zero_variance(kept, index, spec.name)).sqrt()
-            });
-            let (key, unit) = if linear {
-                (effects::linear_key(spec.name), effects::linear_unit(spec.unit))
-            } else {
-                (spec.name.into(), spec.unit.into())
-            };
-            parameters.insert(key, Value { value, std, unit });
-        }
+    let effect = |(item, estimates): (&crate::hypothesis::Item, Vec<Estimate>)| {
         let name = item.effect.name.to_owned();
         let place = steps
             .iter()
@@ -218,27 +208,27 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
             evidence: evidence::sentence(item.effect, &steps[place - 1], &steps[place], unit_of_gap(linear)),
             tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
             name,
-            parameters,
+            parameters: estimates
+                .iter()
+                .map(|estimate| parameter(estimate, linear))
+                .collect(),
             derived: BTreeMap::new(),
         }
     };
-    kept.hypothesis.items.iter().enumerate().map(effect).collect()
+    let items = kept.hypothesis.items.iter();
+    items.zip(estimate::estimates(kept)).map(effect).collect()
 }
 
-/// Variance of the phase of an effect of the position, because the encoder's zero lies anywhere within a count.
-fn zero_variance(kept: &Scored, index: usize, parameter: &str) -> f64 {
-    let hypothesis = &kept.hypothesis;
-    let effect = hypothesis.items[index].effect;
-    let place = effect.parameters.iter().position(|p| p.name == "periods_per_rev");
-    let periods = match effect.starts {
-        Starts::GravityScan => 1.0 / hypothesis.model.physics().gear_ratio,
-        Starts::PositionScan => place.map_or(0.0, |k| hypothesis.value(index, k, &kept.fit.x)),
-        _ => 0.0,
+/// Key and value of a parameter on a turning or a linear axis.
+fn parameter(estimate: &Estimate, linear: bool) -> (String, Value) {
+    let spec = estimate.parameter;
+    let (key, unit) = if linear {
+        (effects::linear_key(spec.name), effects::linear_unit(spec.unit))
+    } else {
+        (spec.name.into(), spec.unit.into())
     };
-    let encoder = hypothesis.model.encoder.filter(|_| parameter == "phase_rad");
-    encoder.map_or(0.0, |encoder| {
-        (periods * std::f64::consts::TAU / encoder.counts_per_rev).powi(2) / 12.0
-    })
+    let (value, std) = (estimate.value, estimate.std);
+    (key, Value { value, std, unit })
 }
 
 fn unit_of_gap(linear: bool) -> &'static str {

@@ -232,6 +232,9 @@ pub struct Outcome {
     pub closest_known: Vec<String>,
     /// Prediction of data that were not fitted.
     pub holdout: HoldOut,
+    /// Prediction of records that nobody chose by, given with `--final`; absent without them.
+    #[serde(rename = "final", skip_serializing_if = "Option::is_none")]
+    pub final_records: Option<HoldOut>,
     /// Base parameters that moved within tolerance.
     pub within_tolerance: Vec<Shift>,
     /// Where simulation and data disagree.

@@ -50,3 +50,26 @@ impl Prediction {
         rms(&residual)
     }
 }
+
+/// Sums of squared residuals of each held-out record, in the order of the records: what a person sees of a prediction, without
+/// weights. Where no record was given, the held-out part of the log is the one.
+pub fn held_out_errors(hypothesis: &Hypothesis, x: &[f64]) -> Vec<f64> {
+    let plant = hypothesis.plant(x);
+    let (mut traces, mut predicted) = (Traces::default(), Vec::new());
+    let mut sums = std::collections::BTreeMap::new();
+    for (index, run) in hypothesis.bench.runs.iter().enumerate() {
+        if !run.speed.part.contains(&Part::HoldOut) {
+            continue;
+        }
+        run.simulate(&plant, hypothesis.start_speed(index, x), FINE, &mut traces);
+        run.speed
+            .predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
+        let held_out = (0..predicted.len()).filter(|k| run.speed.part[*k] == Part::HoldOut);
+        let square = |k: usize| (run.speed.measured[k] - predicted[k]).powi(2);
+        *sums.entry(run.log).or_insert(0.0) += held_out.map(square).sum::<f64>();
+    }
+    // A simulation that ran away is as wrong as can be.
+    sums.into_values()
+        .map(|sum: f64| if sum.is_nan() { f64::INFINITY } else { sum })
+        .collect()
+}

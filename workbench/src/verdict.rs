@@ -4,10 +4,11 @@ use crate::bench::{Bench, Part};
 use crate::fit::{SEARCH, fit};
 use crate::hypothesis::Hypothesis;
 use crate::outcome::{Experiment, HoldOut, Outcome, Tie, Unexplained, Verdict};
+use crate::prediction::held_out_errors;
 use crate::search::{Found, HELD_OUT, Scored, chi2, tied};
 use crate::structure::Rest;
 use crate::view::samples;
-use crate::{experiment, structure};
+use crate::{estimate, experiment, structure};
 
 /// The judgement on a search.
 pub struct Judged<'a> {
@@ -46,6 +47,7 @@ pub fn not_excited(bench: &Bench) -> Option<Outcome> {
             fit_percent_before: 0.0,
             fit_percent_after: 0.0,
         },
+        final_records: None,
         within_tolerance: Vec::new(),
         places: Vec::new(),
         unexplained: Unexplained {
@@ -89,21 +91,29 @@ const CONFIRMED: f64 = 10.0;
 
 /// Judges what was found.
 pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judged<'a> {
+    let supported = supported(found);
+    let found = supported.as_ref().unwrap_or(found);
+    if given.model.fitted_to_log && !found.best.hypothesis.items.is_empty() {
+        return by_shares(found, given, nominal);
+    }
     let rest = structure::rest(&found.best);
     let first = excess(given, nominal).max(1e-9);
     let share = (rest.excess / first).min(1.0);
     let held_out = held_out_share(&found.best, given, nominal);
-    let unpredicted = !found.best.hypothesis.items.is_empty() && held_out > HELD_OUT_SHARE;
-    let left = is_left(found, &rest, share) || unpredicted;
-    let share = if unpredicted {
-        share.max(held_out.min(1.0))
-    } else {
-        share
+    let unpredicted = match found.best.hypothesis.items.is_empty() {
+        false => held_out > HELD_OUT_SHARE,
+        true => strange(&found.best),
     };
-    let (kept, closest) = if left {
-        confirmed(found, share * first)
-    } else {
-        (found.best.clone(), Vec::new())
+    let left = is_left(found, &rest, share) || unpredicted;
+    let share = match (unpredicted, found.best.hypothesis.items.is_empty()) {
+        (true, true) => 1.0,
+        (true, false) => share.max(held_out.min(1.0)),
+        (false, _) => share,
+    };
+    let (kept, closest) = match left {
+        true if found.best.hypothesis.items.is_empty() => (found.best.clone(), found.dropped.clone()),
+        true => confirmed(found, share * first),
+        false => (found.best.clone(), Vec::new()),
     };
     let (ties, next) = if left { (Vec::new(), None) } else { ties(found) };
     let verdict = match (left, ties.is_empty(), kept.hypothesis.items.is_empty()) {
@@ -116,6 +126,7 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
         (false, _) if share > SHARE => rest.text,
         (false, _) => "none".into(),
         (true, false) => rest.text,
+        (true, true) if kept.hypothesis.items.is_empty() => "the model fits the log and misses a held-out record: is that record of the same motor, with the same load and the same units?".into(),
         (true, true) => "different in every record: what fits the log does not predict the hold-out".into(),
     };
     Judged {
@@ -129,6 +140,77 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
         },
         next,
     }
+}
+
+/// The same without the names that do not lower the held-out gap or whose numbers lie within two standard deviations of nothing;
+/// `None` if all stay.
+fn supported<'a>(found: &Found<'a>) -> Option<Found<'a>> {
+    let mut best = found.best.clone();
+    while let Some(index) = indistinct(&best).or_else(|| useless(&best)) {
+        best = refitted(&best, |k| k != index);
+    }
+    let all = found.best.hypothesis.names();
+    (best.hypothesis.items.len() < all.len()).then(|| Found {
+        best,
+        others: Vec::new(),
+        dropped: all,
+        ..found.clone()
+    })
+}
+
+/// The first effect of a set whose numbers, as they would be reported, lie within two standard deviations of nothing.
+fn indistinct(best: &Scored) -> Option<usize> {
+    match estimate::eased(best) {
+        Some(bench) => {
+            let eased = Hypothesis::new(&bench, best.hypothesis.model, best.hypothesis.items.clone());
+            let eased = Scored {
+                hypothesis: eased,
+                fit: best.fit.clone(),
+                score: best.score,
+            };
+            estimate::indistinct(&estimate::refitted(&bench, &eased))
+        }
+        None => estimate::indistinct(best),
+    }
+}
+
+/// The first effect of a set without which the held-out data are predicted as well, everything fitted anew.
+fn useless(best: &Scored) -> Option<usize> {
+    let error = |set: &Scored| -> f64 { held_out_errors(&set.hypothesis, &set.fit.x).iter().sum() };
+    let with = error(best);
+    (0..best.hypothesis.items.len()).find(|index| error(&refitted(best, |k| k != *index)) <= with)
+}
+
+/// The judgement on names that a search by shares kept: they stand, and what is left stands beside them.
+fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judged<'a> {
+    let rest = structure::rest(&found.best);
+    let share = (rest.excess / excess(given, nominal).max(1e-9)).min(1.0);
+    let (ties, next) = ties(found);
+    Judged {
+        verdict: if ties.is_empty() {
+            Verdict::Named
+        } else {
+            Verdict::Tie
+        },
+        kept: found.best.clone(),
+        closest: Vec::new(),
+        ties,
+        unexplained: Unexplained {
+            share_of_gap: share,
+            structure: if share > SHARE { rest.text } else { "none".into() },
+        },
+        next,
+    }
+}
+
+/// A held-out record that is missed by this many times the noise, where the log is not, is of another motor.
+const STRANGE: f64 = 3.0;
+
+/// Whether the model misses a held-out record although it fits the log.
+fn strange(best: &Scored) -> bool {
+    let (held_out, samples) = chi2(&best.hypothesis, &best.fit.x, &HELD_OUT);
+    let log = best.fit.chi2 / best.fit.samples.max(1) as f64;
+    held_out / samples.max(1) as f64 > STRANGE * STRANGE * log.max(1.0)
 }
 
 /// Whether what is left is worth a verdict of its own.

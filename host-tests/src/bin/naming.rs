@@ -53,6 +53,9 @@ struct Arguments {
     /// Use design seeds: to look at single cases while building.
     #[arg(long)]
     design: bool,
+    /// The model files say `fitted_to_log`: the search goes by shares, as on a measured rig.
+    #[arg(long)]
+    fitted: bool,
     /// Cases at once. CPU times are those of a case with 1.
     #[arg(long, default_value_t = 1)]
     jobs: usize,
@@ -164,7 +167,11 @@ fn plan(arguments: &Arguments) -> Vec<(Spec, u32)> {
 }
 
 fn record(arguments: &Arguments, spec: &Spec, seed: u32) {
-    let line = match analyse(&draw(spec, seed)) {
+    let mut case = draw(spec, seed);
+    if arguments.fitted {
+        case.model = case.model.replacen("[model]", "[model]\nfitted_to_log = true", 1);
+    }
+    let line = match analyse(&case) {
         Ok(line) => line,
         Err(error) => return eprintln!("{:?} {seed}: {error:#}", spec.set),
     };

@@ -46,7 +46,7 @@ pub(super) fn agree(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Resul
 }
 
 /// True if two logs hold the same measurements.
-fn same(a: &Dynamic, b: &Dynamic) -> bool {
+pub fn same(a: &Dynamic, b: &Dynamic) -> bool {
     let outputs = |log: &Dynamic| {
         log.runs
             .iter()

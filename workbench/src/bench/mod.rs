@@ -15,6 +15,7 @@ mod start;
 mod view;
 mod weigh;
 
+pub use agree::same;
 pub use noise::{Noise, hf_noise};
 pub use prepare::prepare;
 pub use probe::Probes;
@@ -60,6 +61,8 @@ pub struct Bench {
     pub twins: Option<(usize, usize)>,
     /// True if the compared speed is derived from the position.
     pub from_position: bool,
+    /// True if the log holds the position, so that nobody has to integrate a measured speed.
+    pub position_logged: bool,
     /// Things the reader must know.
     pub notes: Vec<String>,
 }
@@ -113,6 +116,20 @@ impl Scales {
 }
 
 impl Bench {
+    /// The longest way between two positions of one run of the log, rad or m.
+    pub fn travel(&self) -> f64 {
+        let range = |run: &BenchRun| {
+            let low = run.position.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = run.position.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            (high - low).max(0.0)
+        };
+        self.runs
+            .iter()
+            .filter(|run| run.log == 0)
+            .map(range)
+            .fold(0.0, f64::max)
+    }
+
     /// Number of compared samples of the main signal in the given parts.
     pub fn samples(&self, parts: &[Part]) -> usize {
         self.runs

@@ -31,6 +31,7 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Ben
         sigma_current: None,
         twins: None,
         from_position: view.derived_rows.is_some(),
+        position_logged: log.runs.iter().all(|run| run.position.is_some()),
         notes: view.notes.clone(),
     };
     for (index, source) in std::iter::once(log).chain(holdouts).enumerate() {

@@ -25,6 +25,9 @@ pub struct Arguments {
     /// Further logs that are not fitted, only predicted.
     #[arg(long, num_args = 1..)]
     pub holdout: Vec<PathBuf>,
+    /// Logs that are predicted at the very end and choose nothing: the figure that nobody chose by.
+    #[arg(long = "final", num_args = 1..)]
+    pub finals: Vec<PathBuf>,
     /// Foreign column names: `u_v=u_V,omega_rad_s=left_rpm*0.104720`; `t_s=none` ignores the time (a steady-state table).
     #[arg(long, default_value = "")]
     pub columns: String,
@@ -81,7 +84,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let without = arguments.without.iter().map(|name| effects::known(name));
     let without: Result<Vec<&Effect>, String> = without.collect();
     let named = |effect: &&Effect| effect.name.to_owned();
+    let finals = arguments.finals.iter().map(read).map(|log| dynamic(log?));
     let options = Options {
+        finals: finals.collect::<Result<_, _>>()?,
         without: without
             .map_err(|text| anyhow::anyhow!("--without: {text}"))?
             .iter()
@@ -97,7 +102,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// A table, or a record whose rows are settled, goes the steady way; every other record is simulated.
-fn analysed(model: &Model, log: Log, holdouts: Vec<Log>, options: &Options) -> anyhow::Result<Outcome> {
+pub(super) fn analysed(
+    model: &Model,
+    log: Log,
+    holdouts: Vec<Log>,
+    options: &Options,
+) -> anyhow::Result<Outcome> {
     let as_table = |log: &Log| match log {
         Log::Table(table) => Some(table.clone()),
         Log::Dynamic(record) => steady::settled(model, record),
@@ -110,6 +120,11 @@ fn analysed(model: &Model, log: Log, holdouts: Vec<Log>, options: &Options) -> a
                 table.source
             )
         })?;
+        anyhow::ensure!(
+            options.finals.is_empty(),
+            "--final is for records over time; {} is a steady-state table: give the rows to --holdout",
+            table.source
+        );
         let mut outcome = steady::run(model, &table, &others);
         if let Log::Dynamic(record) = &log {
             outcome.notes.push(time_unused(model, record));

@@ -9,6 +9,7 @@ pub mod effects;
 pub mod firmware;
 pub mod gap;
 pub mod instructions;
+pub mod judge;
 pub mod monitor;
 pub mod move_to;
 pub mod params;
@@ -38,6 +39,8 @@ pub struct Cli {
 pub enum Command {
     /// Compare a model with a log, name what is missing, extend the model.
     Gap(gap::Arguments),
+    /// Run the gap workflow on a folder of rigs and compare its answers with what is known of them.
+    Judge(judge::Arguments),
     /// Run any model on any input.
     Simulate(simulate::Arguments),
     /// List the library of physical effects with their equations.
@@ -69,6 +72,7 @@ impl Cli {
     pub fn run(self) -> anyhow::Result<()> {
         match self.command {
             Command::Gap(arguments) => gap::run(&arguments),
+            Command::Judge(arguments) => judge::run(&arguments),
             Command::Simulate(arguments) => simulate::run(&arguments),
             Command::Effects(arguments) => effects::run(&arguments),
             Command::Commission(arguments) => commission::run(&arguments),

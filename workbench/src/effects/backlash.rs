@@ -1,7 +1,7 @@
 //! Free play between motor and load. `load_share` 0 is the massless play operator; above it the load's inertia
 //! moves freely inside the gap and is caught at its ends: inelastically, or within `contact_s` by teeth that give way.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// A contact shorter than this part of the time constant is inelastic.
 const SHORTEST: f64 = 2e-3;
@@ -98,6 +98,7 @@ pub const EFFECT: Effect = Effect {
     ),
     axis: Axis::Any,
     family: Family::Own("coupling"),
+    form: Form::Rich,
     apply: |p, plant| {
         plant.gap_rad += p[0];
         plant.load_share = plant.load_share.max(p[1]);

@@ -1,7 +1,7 @@
 //! A base parameter of the model that is wrong by more than its tolerance allows. As a candidate it is freed from
 //! its prior.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The resistance is not what the model says.
 pub const RESISTANCE: Effect = Effect {
@@ -16,6 +16,7 @@ pub const RESISTANCE: Effect = Effect {
     starts: Starts::Grid(&[&[0.5], &[0.7], &[0.85], &[1.15], &[1.4], &[2.0]]),
     axis: Axis::Winding,
     family: Family::Own("resistance"),
+    form: Form::Absorbed,
     apply: |p, plant| plant.resistance *= p[0],
 };
 
@@ -32,6 +33,7 @@ pub const MOTOR_GAIN: Effect = Effect {
     starts: Starts::Grid(&[&[0.5], &[0.7], &[0.85], &[1.15], &[1.4], &[2.0]]),
     axis: Axis::Winding,
     family: Family::Own("motor_gain"),
+    form: Form::Absorbed,
     apply: |p, plant| {
         plant.kt *= p[0];
         plant.ke *= p[0];
@@ -51,6 +53,7 @@ pub const INERTIA: Effect = Effect {
     starts: Starts::Grid(&[&[0.5], &[0.7], &[0.85], &[1.15], &[1.4], &[2.0]]),
     axis: Axis::Any,
     family: Family::Own("inertia"),
+    form: Form::Absorbed,
     apply: |p, plant| plant.inertia *= p[0],
 };
 
@@ -67,5 +70,6 @@ pub const VISCOUS: Effect = Effect {
     starts: Starts::Grid(&[&[0.1], &[0.5], &[2.0], &[5.0], &[15.0]]),
     axis: Axis::Any,
     family: Family::Viscous,
+    form: Form::Absorbed,
     apply: |p, plant| plant.viscous *= p[0],
 };

@@ -1,6 +1,6 @@
 //! Torque that is periodic in the motor's position (slots, commutation, gear teeth).
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 use crate::plant::physics::{Acts, Motion, TorqueLaw};
 
 /// The effect.
@@ -20,6 +20,7 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::PositionScan,
     axis: Axis::Any,
     family: Family::Own("cogging"),
+    form: Form::RichWithoutPosition,
     apply: |p, plant| {
         let parameters = [p[0], p[1], p[2]];
         plant.torques.push(TorqueLaw {

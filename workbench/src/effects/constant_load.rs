@@ -1,6 +1,6 @@
 //! A constant external torque; positive drives the speed upwards.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 use crate::plant::physics::{Acts, Motion, TorqueLaw};
 
 /// The effect.
@@ -16,6 +16,7 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[-0.1], &[-0.02], &[0.02], &[0.1]]),
     axis: Axis::Any,
     family: Family::Own("constant_load"),
+    form: Form::Plain,
     apply: |p, plant| {
         let parameters = [p[0], 0.0, 0.0];
         plant.torques.push(TorqueLaw {

@@ -1,6 +1,6 @@
 //! Constant friction that differs between the two directions.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -24,6 +24,7 @@ pub const EFFECT: Effect = Effect {
     ]),
     axis: Axis::Any,
     family: Family::DryFriction,
+    form: Form::Rich,
     apply: |p, plant| {
         plant.friction_pos += p[0];
         plant.friction_neg += p[1];

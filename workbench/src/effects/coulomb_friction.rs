@@ -1,6 +1,6 @@
 //! Constant (kinetic) friction, equal in both directions; below it the axis sticks.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -20,6 +20,7 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[0.005], &[0.02], &[0.05], &[0.12], &[0.25], &[0.5]]),
     axis: Axis::Any,
     family: Family::DryFriction,
+    form: Form::Plain,
     apply: |p, plant| {
         plant.friction_pos += p[0];
         plant.friction_neg += p[0];

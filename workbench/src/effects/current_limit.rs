@@ -1,6 +1,6 @@
 //! Current limit of the drive.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Signal, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Signal, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -15,5 +15,6 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Quantiles(Signal::Current, &[]),
     axis: Axis::Current,
     family: Family::Own("current_limit"),
+    form: Form::Plain,
     apply: |p, plant| plant.current_limit = plant.current_limit.min(p[0]),
 };

@@ -1,7 +1,7 @@
 //! Dead zone of the input: small commands move nothing. Its corners may be rounded (`softness_v`), as dither and
 //! switching ripple do.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// Equal on both sides.
 pub const SYMMETRIC: Effect = Effect {
@@ -26,6 +26,7 @@ pub const SYMMETRIC: Effect = Effect {
     ]),
     axis: Axis::Any,
     family: Family::DeadZone,
+    form: Form::Plain,
     apply: |p, plant| {
         plant.dead_pos += p[0];
         plant.dead_neg += p[0];
@@ -57,6 +58,7 @@ pub const ASYMMETRIC: Effect = Effect {
     ]),
     axis: Axis::Any,
     family: Family::DeadZone,
+    form: Form::Rich,
     apply: |p, plant| {
         plant.dead_pos += p[0];
         plant.dead_neg += p[1];

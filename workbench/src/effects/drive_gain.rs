@@ -1,6 +1,6 @@
 //! Gain error of the drive or of the supply.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -15,5 +15,6 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[0.6], &[0.8], &[0.95], &[1.05], &[1.2], &[1.6]]),
     axis: Axis::Any,
     family: Family::Own("drive_gain"),
+    form: Form::Absorbed,
     apply: |p, plant| plant.drive_gain *= p[0],
 };

@@ -1,6 +1,6 @@
 //! Motor and load joined by a spring: two masses.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -37,6 +37,7 @@ pub const EFFECT: Effect = Effect {
     ]),
     axis: Axis::Any,
     family: Family::Own("coupling"),
+    form: Form::Rich,
     apply: |p, plant| {
         plant.stiffness = p[0];
         plant.coupling_damping = p[1];

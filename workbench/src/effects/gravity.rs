@@ -1,6 +1,6 @@
 //! The weight of an arm on the load.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 use crate::plant::physics::{Acts, Motion, TorqueLaw};
 
 /// The effect.
@@ -19,6 +19,7 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::GravityScan,
     axis: Axis::Rotary,
     family: Family::Own("gravity"),
+    form: Form::Plain,
     apply: |p, plant| {
         let parameters = [p[0], p[1], 0.0];
         plant.torques.push(TorqueLaw {

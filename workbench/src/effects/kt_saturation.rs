@@ -1,6 +1,6 @@
 //! The iron saturates: the torque constant falls with the current.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -15,5 +15,6 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[0.5], &[1.2], &[3.0]]),
     axis: Axis::Current,
     family: Family::Own("kt_saturation"),
+    form: Form::Plain,
     apply: |p, plant| plant.kt_knee_a = plant.kt_knee_a.min(p[0]),
 };

@@ -1,6 +1,6 @@
 //! Friction of a gear: it grows with the torque that passes through it.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -19,6 +19,7 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[0.01, 0.05, 0.02], &[0.03, 0.15, 0.1], &[0.08, 0.3, 0.05]]),
     axis: Axis::Any,
     family: Family::DryFriction,
+    form: Form::Rich,
     apply: |p, plant| {
         plant.friction_pos += p[0];
         plant.friction_neg += p[0];

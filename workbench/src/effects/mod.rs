@@ -75,6 +75,11 @@ pub static LIBRARY: &[Effect] = &[
     sensor_offset::EFFECT,
 ];
 
+/// What makes a measured speed late: controllers average the speed that they report over 30 to 220 ms, and send it late.
+pub static LAGS: [&Effect; 2] = [&sensor_lag::EFFECT, &transport_delay::EFFECT];
+/// A drive that follows its command so late is rare, and an applied voltage that was logged has its lag behind it.
+pub static RARE_LAG: &Effect = &actuator_lag::EFFECT;
+
 /// One physical effect.
 #[derive(Debug)]
 pub struct Effect {
@@ -100,6 +105,8 @@ pub struct Effect {
     pub axis: Axis,
     /// Effects of one family replace each other; they are never added to each other.
     pub family: Family,
+    /// How much it claims beside the plain form of the same thing.
+    pub form: Form,
     /// Puts the parameters into the plant.
     pub apply: fn(&[f64], &mut Physics),
 }
@@ -140,9 +147,24 @@ impl Parameter {
         self
     }
 
-    /// Whether it measures how much of the effect there is: at 0 there is none. Thresholds, ratios and phases do not.
+    /// Whether it measures how much of the effect there is, in a unit: at 0 there is none. Thresholds, ratios and phases do not.
     pub fn is_size(&self) -> bool {
         self.scale != Scale::One && self.lower <= 0.0 && self.default.is_none()
+    }
+
+    /// Whether it measures how much of the effect there is: a size, a share (a plain number from 0 on), or a ratio.
+    pub fn measures(&self) -> bool {
+        let share = self.scale == Scale::One && self.lower == 0.0 && self.default.is_none();
+        self.is_size() || share || self.is_ratio()
+    }
+
+    /// The value at which there is nothing of the effect.
+    pub fn nothing(&self) -> f64 {
+        if self.is_ratio() { 1.0 } else { 0.0 }
+    }
+
+    fn is_ratio(&self) -> bool {
+        self.name == "ratio"
     }
 }
 
@@ -248,6 +270,20 @@ pub enum Family {
     DryFriction,
     /// Friction in proportion to the speed.
     Viscous,
+}
+
+/// How much an effect claims. It matters for a model that is a fit to the log of a real rig: a rich form wins such a log by a
+/// hair and fails on the next record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// The plain form.
+    Plain,
+    /// A form with more freedom: two sides instead of one, a second level, a second body, a period that is looked for.
+    Rich,
+    /// The same, unless the log holds the position on which it acts.
+    RichWithoutPosition,
+    /// A number that the fit of the model has taken up already.
+    Absorbed,
 }
 
 impl Effect {

@@ -1,6 +1,6 @@
 //! A torque that is periodic in time.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 use crate::plant::physics::{Acts, Motion, TorqueLaw};
 
 /// The effect.
@@ -20,6 +20,7 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::TimeScan,
     axis: Axis::Any,
     family: Family::Own("periodic_load"),
+    form: Form::Rich,
     apply: |p, plant| {
         let parameters = [p[0], p[1], p[2]];
         plant.torques.push(TorqueLaw {

@@ -1,6 +1,6 @@
 //! Drag that grows with the square of the speed (fan, air, oil).
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 use crate::plant::physics::{Acts, Motion, TorqueLaw};
 
 /// The effect.
@@ -16,6 +16,7 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[0.01], &[0.05], &[0.15], &[0.5]]),
     axis: Axis::Any,
     family: Family::Own("quadratic_drag"),
+    form: Form::Plain,
     apply: |p, plant| {
         let parameters = [p[0], 0.0, 0.0];
         plant.torques.push(TorqueLaw {

@@ -1,6 +1,6 @@
 //! First-order lag of the reading.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -15,5 +15,6 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[0.01], &[0.04], &[0.1], &[0.25], &[0.6]]),
     axis: Axis::Any,
     family: Family::Own("sensor_lag"),
+    form: Form::Plain,
     apply: |p, plant| plant.sensor_lag_s += p[0],
 };

@@ -1,6 +1,6 @@
 //! The reading has an offset.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -15,5 +15,6 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[-0.05], &[-0.01], &[0.01], &[0.05]]),
     axis: Axis::Any,
     family: Family::Own("sensor_offset"),
+    form: Form::Plain,
     apply: |p, plant| plant.sensor_offset += p[0],
 };

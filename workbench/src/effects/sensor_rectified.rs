@@ -1,6 +1,6 @@
 //! The sensor reports the magnitude of the speed.
 
-use super::{Axis, Effect, Family, Starts};
+use super::{Axis, Effect, Family, Form, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -15,5 +15,6 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[]]),
     axis: Axis::Any,
     family: Family::Own("sensor_rectified"),
+    form: Form::Plain,
     apply: |_, plant| plant.sensor_rectified = true,
 };

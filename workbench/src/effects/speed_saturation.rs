@@ -1,6 +1,6 @@
 //! The reading is clamped.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Signal, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Signal, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -15,5 +15,6 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Quantiles(Signal::Speed, &[]),
     axis: Axis::Any,
     family: Family::Own("speed_saturation"),
+    form: Form::Plain,
     apply: |p, plant| plant.sensor_limit = plant.sensor_limit.min(p[0]),
 };

@@ -1,6 +1,6 @@
 //! The supply falls with the current that is drawn; with a bus capacity it follows with a lag.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -18,6 +18,7 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[0.02, 0.0], &[0.1, 0.0], &[0.3, 0.0], &[0.8, 0.0]]),
     axis: Axis::Winding,
     family: Family::Own("supply_sag"),
+    form: Form::Plain,
     apply: |p, plant| {
         plant.source_ohm += p[0];
         plant.bus_farad = plant.bus_farad.max(p[1]);

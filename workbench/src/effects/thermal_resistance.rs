@@ -1,6 +1,6 @@
 //! The winding heats up and its resistance grows.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -28,6 +28,7 @@ pub const EFFECT: Effect = Effect {
     ]),
     axis: Axis::Winding,
     family: Family::Own("thermal"),
+    form: Form::Absorbed,
     apply: |p, plant| {
         plant.heat_rise_per_w += p[0];
         plant.heat_time_s = p[1];

@@ -1,6 +1,6 @@
 //! Pure delay between command and terminal voltage.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -15,5 +15,6 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[0.01], &[0.04], &[0.1], &[0.25], &[0.6]]),
     axis: Axis::Any,
     family: Family::Own("transport_delay"),
+    form: Form::Plain,
     apply: |p, plant| plant.delay_s += p[0],
 };

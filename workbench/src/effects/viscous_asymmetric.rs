@@ -1,6 +1,6 @@
 //! Viscous friction, in addition to the model's, that differs between the two directions.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -18,6 +18,7 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[0.05, -0.05], &[-0.05, 0.05], &[0.2, 0.05], &[0.05, 0.2]]),
     axis: Axis::Any,
     family: Family::Viscous,
+    form: Form::Rich,
     apply: |p, plant| {
         plant.viscous_pos += p[0];
         plant.viscous_neg += p[1];

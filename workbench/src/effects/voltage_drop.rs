@@ -1,6 +1,6 @@
 //! Constant drop of brushes and bridge in the direction of the current.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -15,5 +15,6 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[0.02], &[0.06], &[0.15], &[0.3]]),
     axis: Axis::Winding,
     family: Family::Own("voltage_drop"),
+    form: Form::Plain,
     apply: |p, plant| plant.drop_v += p[0],
 };

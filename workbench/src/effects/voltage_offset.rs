@@ -1,6 +1,6 @@
 //! Offset of the drive.
 
-use super::{Axis, Effect, Family, Parameter, Scale, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -15,5 +15,6 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Grid(&[&[-0.1], &[-0.02], &[0.02], &[0.1]]),
     axis: Axis::Any,
     family: Family::Own("voltage_offset"),
+    form: Form::Plain,
     apply: |p, plant| plant.drive_offset += p[0],
 };

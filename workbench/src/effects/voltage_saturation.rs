@@ -1,7 +1,7 @@
 //! Limit of the input behind the dead zone. `softness` 0 is a hard knee; above it the knee is rounded
 //! (compression).
 
-use super::{Axis, Effect, Family, Parameter, Scale, Signal, Starts};
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Signal, Starts};
 
 /// The effect.
 pub const EFFECT: Effect = Effect {
@@ -19,6 +19,7 @@ pub const EFFECT: Effect = Effect {
     starts: Starts::Quantiles(Signal::Input, &[0.0]),
     axis: Axis::Any,
     family: Family::Own("limit"),
+    form: Form::Plain,
     apply: |p, plant| {
         plant.limit = plant.limit.min(p[0]);
         plant.limit_softness = plant.limit_softness.max(p[1]);
@@ -43,6 +44,7 @@ pub const ASYMMETRIC: Effect = Effect {
     starts: Starts::Grid(&[]),
     axis: Axis::Any,
     family: Family::Own("limit"),
+    form: Form::Rich,
     apply: |p, plant| {
         plant.limit = plant.limit.min(p[0]);
         plant.limit_skew = p[1] / p[0];

@@ -156,12 +156,25 @@ pub fn headline(outcome: &Outcome) -> String {
             "Found: {names}; something else is left: {}.",
             outcome.unexplained.structure
         ),
+        Verdict::Tie if left(outcome) => format!(
+            "Found: {names}; {} of the gap (squared) is left. Other names fit these data equally well; an experiment tells them apart.",
+            percent(outcome.unexplained.share_of_gap)
+        ),
         Verdict::Tie => format!(
             "Found: {names}. Other names fit these data equally well; an experiment tells them apart."
+        ),
+        Verdict::Named if left(outcome) => format!(
+            "The model lacks {names}; {} of the gap (squared) is left.",
+            percent(outcome.unexplained.share_of_gap)
         ),
         Verdict::Named => format!("The model lacks {names}."),
         Verdict::NothingMissing => "Nothing is missing: simulation and data agree to the noise.".into(),
     }
+}
+
+/// Whether something is left beside the names.
+fn left(outcome: &Outcome) -> bool {
+    outcome.unexplained.structure != "none"
 }
 
 fn listing(names: &[String]) -> String {

@@ -11,7 +11,7 @@ pub mod pictures;
 pub mod plot;
 pub mod terminal;
 
-pub use format::{figure, gap};
+pub use format::{figure, gap, verdict};
 
 use crate::outcome::Outcome;
 use anyhow::{Context, Result};

@@ -82,6 +82,15 @@ fn gap(text: &mut String, outcome: &Outcome) -> Result<()> {
         format::fit(before),
         format::fit(after)
     )?;
+    if let Some(last) = &outcome.final_records {
+        let (before, after) = (last.fit_percent_before, last.fit_percent_after);
+        let (before, after) = (format::fit(before), format::fit(after));
+        writeln!(
+            text,
+            "{:INDENT$}records that chose nothing: fit {before} → {after}",
+            ""
+        )?;
+    }
     Ok(())
 }
 

@@ -38,7 +38,7 @@ impl<'a> Search<'a, '_> {
         best
     }
 
-    fn variants(&self, hypothesis: &Hypothesis<'a>, index: usize) -> Vec<Item> {
+    pub(super) fn variants(&self, hypothesis: &Hypothesis<'a>, index: usize) -> Vec<Item> {
         let item = hypothesis.items[index];
         let mut variants = Vec::new();
         if item.can_grow() {
@@ -48,14 +48,16 @@ impl<'a> Search<'a, '_> {
             let twins = LIBRARY
                 .iter()
                 .filter(|other| other.family == item.effect.family && other.name != item.effect.name);
-            let allowed = twins.filter(|other| !self.excluded.iter().any(|name| name == other.name));
+            let allowed = twins.filter(|other| {
+                self.offers_form(other.form) && !self.excluded.iter().any(|name| name == other.name)
+            });
             variants.extend(allowed.map(|effect| Item { effect, full: false }));
         }
         variants
     }
 
     /// The same set with one effect in another form.
-    fn replaced(&self, scored: &Scored<'a>, index: usize, item: Item) -> Option<Scored<'a>> {
+    pub(super) fn replaced(&self, scored: &Scored<'a>, index: usize, item: Item) -> Option<Scored<'a>> {
         let mut items = scored.hypothesis.items.clone();
         items[index] = item;
         let hypothesis = Hypothesis::new(self.bench, self.model, items);

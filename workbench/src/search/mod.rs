@@ -12,6 +12,7 @@ mod promise;
 mod race;
 mod rivals;
 mod score;
+mod shares;
 mod worth;
 
 pub use evolve::scatter;
@@ -19,7 +20,7 @@ pub use rivals::tied;
 pub use score::{HELD_OUT, Scored, chi2, dispersion};
 
 use crate::bench::Bench;
-use crate::effects::Effect;
+use crate::effects::{Effect, Form};
 use crate::fit::{FINAL, Fit, SEARCH, Setting, fit};
 use crate::hypothesis::Hypothesis;
 use crate::model::Model;
@@ -32,6 +33,7 @@ const BEAM: usize = 3;
 const DEEPEST: usize = 5;
 
 /// What the search found.
+#[derive(Clone)]
 pub struct Found<'a> {
     /// The base inside its tolerances.
     pub base: Scored<'a>,
@@ -43,6 +45,8 @@ pub struct Found<'a> {
     pub singles: Vec<Scored<'a>>,
     /// The best candidate that was not accepted in the last round.
     pub declined: Option<Scored<'a>>,
+    /// Names that were tried together and did not all stay.
+    pub dropped: Vec<String>,
 }
 
 /// Called with the effects found so far and the number of candidates tried.
@@ -54,12 +58,15 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
     let mut search = Search {
         bench,
         model,
-        excluded,
+        excluded: excluded.to_vec(),
+        offer: Offer::All,
         progress,
         first_gap: base.fit.chi2,
-        dispersion: 1.0,
+        dispersion: dispersion(&base),
     };
-    search.dispersion = dispersion(&base);
+    if model.fitted_to_log {
+        return search.by_shares(base);
+    }
     let mut current = base.clone();
     let mut beam = vec![base.clone()];
     let (mut singles, mut others, mut declined) = (Vec::new(), Vec::new(), None);
@@ -116,6 +123,7 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
         others,
         singles,
         declined,
+        dropped: Vec::new(),
     }
 }
 
@@ -131,10 +139,25 @@ pub fn base_fit<'a>(bench: &'a Bench, model: &'a Model) -> Scored<'a> {
     }
 }
 
+/// Which effects a search offers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Offer {
+    /// The whole library: the gap is measured by the noise.
+    All,
+    /// Plain forms: the gap is measured by shares.
+    Plain,
+    /// Richer forms alone, by shares.
+    Rich,
+    /// Plain and richer forms, by shares.
+    Forms,
+}
+
+#[derive(Clone)]
 struct Search<'a, 'p> {
     bench: &'a Bench,
     model: &'a Model,
-    excluded: &'p [String],
+    excluded: Vec<String>,
+    offer: Offer,
     progress: Progress<'p>,
     /// χ² of the base inside its tolerances.
     first_gap: f64,
@@ -144,7 +167,26 @@ struct Search<'a, 'p> {
 
 impl<'a> Search<'a, '_> {
     fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {
-        !self.excluded.iter().any(|name| name == effect.name) && parent.hypothesis.admits(effect)
+        !self.excluded.iter().any(|name| name == effect.name)
+            && self.offers_form(effect.form)
+            && parent.hypothesis.admits(effect)
+    }
+
+    fn offers_form(&self, form: Form) -> bool {
+        match self.offer {
+            Offer::All => true,
+            Offer::Forms => form != Form::Absorbed,
+            Offer::Rich => self.is_rich(form),
+            Offer::Plain => form != Form::Absorbed && !self.is_rich(form),
+        }
+    }
+
+    fn is_rich(&self, form: Form) -> bool {
+        match form {
+            Form::Rich => true,
+            Form::RichWithoutPosition => !self.bench.position_logged,
+            Form::Plain | Form::Absorbed => false,
+        }
     }
 
     fn scored(&self, hypothesis: Hypothesis<'a>, fit: Fit) -> Scored<'a> {

@@ -1,10 +1,11 @@
 //! The candidates of a round: screened by promise, then raced in three fits, each longer and for fewer of them.
 
-use super::Search;
 use super::evolve::{evolved, spread};
 use super::promise::{Projector, Start, started};
 use super::score::{Scored, rank};
+use super::shares::SHARE;
 use super::worth::{VISIBLE, WORTH};
+use super::{Offer, Search};
 use crate::effects::{Effect, LIBRARY};
 use crate::fit::{Evaluator, SEARCH, Setting, dot, fit, fit_near};
 use crate::hypothesis::{Hypothesis, Item};
@@ -21,6 +22,9 @@ const THIRD_ROUND: usize = 4;
 const EVOLVED: usize = 3;
 /// A round is fitted only if a start promises this part of what a name must gain.
 const HOPE: f64 = 0.3;
+/// Candidates beyond [`SECOND_ROUND`] that are fitted on all the same where the gap is measured by shares: those that still
+/// promise more than the best has reached. Two iterations are too few for a phase.
+const PROMISING: usize = 7;
 
 /// A candidate before its fits.
 struct Screened<'a> {
@@ -94,6 +98,9 @@ impl<'a> Search<'a, '_> {
         screened.sort_by(|a, b| a.promise.total_cmp(&b.promise));
         let hoped = |it: &Screened| {
             let parent = &beam[it.parent].fit;
+            if self.offer != Offer::All {
+                return parent.cost - it.promise > HOPE * SHARE * parent.cost;
+            }
             let visible = VISIBLE * VISIBLE * parent.samples as f64;
             parent.cost - it.promise > HOPE * visible.max(WORTH * self.dispersion)
         };
@@ -125,6 +132,7 @@ impl<'a> Search<'a, '_> {
             })
             .collect();
         rank(&mut field);
+        let second = self.second_round(&mut field);
         let again = |Entered { it, scored }: &Entered<'a>| {
             let other = it.starts.get(1).map(|x| near(it, x, &lasting(3)));
             let on = match other {
@@ -133,7 +141,7 @@ impl<'a> Search<'a, '_> {
             };
             self.refit(&on, &lasting(5))
         };
-        let mut near_best: Vec<Scored<'a>> = field.par_iter().take(SECOND_ROUND).map(again).collect();
+        let mut near_best: Vec<Scored<'a>> = field.par_iter().take(second).map(again).collect();
         rank(&mut near_best);
         for evolved in self.evolved(&near_best, &field, beam, projectors) {
             near_best.retain(|other| {
@@ -148,9 +156,22 @@ impl<'a> Search<'a, '_> {
             .map(|child| self.refit(child, &SEARCH))
             .collect();
         near_best.splice(0..full.len(), full);
-        near_best.extend(field.into_iter().skip(SECOND_ROUND).map(|entered| entered.scored));
+        near_best.extend(field.into_iter().skip(second).map(|entered| entered.scored));
         rank(&mut near_best);
         near_best
+    }
+
+    /// How many candidates are fitted on: those with the best rank, and where the gap is measured by shares also those, moved up
+    /// behind them, that still promise more than the best has reached.
+    fn second_round(&self, field: &mut [Entered<'a>]) -> usize {
+        if self.offer == Offer::All || field.len() <= SECOND_ROUND {
+            return SECOND_ROUND;
+        }
+        let reached = field[0].scored.fit.cost;
+        let promising = |entered: &Entered| entered.it.promise < reached;
+        field[SECOND_ROUND..].sort_by_key(|entered| !promising(entered));
+        let more = field[SECOND_ROUND..].iter().take(PROMISING);
+        SECOND_ROUND + more.filter(|entered| promising(entered)).count()
     }
 
     /// The candidates with a rugged cost that promise most, evolved, if nothing that was fitted explains all.
@@ -193,7 +214,7 @@ impl<'a> Search<'a, '_> {
         let starts = basis.starts(self.bench, effect);
         let (full, plain): (Vec<&Vec<f64>>, Vec<&Vec<f64>>) = starts.iter().partition(moves);
         let plain = self.formed(parent, projector, Item { effect, full: false }, &plain);
-        if full.is_empty() {
+        if full.is_empty() || self.offer == Offer::Plain {
             return plain;
         }
         let full = self.formed(parent, projector, Item { effect, full: true }, &full);

@@ -2,8 +2,10 @@
 
 use super::Search;
 use super::score::{Scored, dispersion};
+use super::shares::no_more;
 use crate::effects::Family;
 use crate::hypothesis::{Hypothesis, Item};
+use crate::prediction::held_out_errors;
 use rayon::prelude::*;
 
 /// Sets closer than this, times the same factors, are a tie.
@@ -59,11 +61,32 @@ fn sorted_names(scored: &Scored) -> Vec<String> {
     names
 }
 
+/// Where the gap is measured by shares, sets that leave this much more of the squared error, on the log or on a held-out record,
+/// are no tie.
+const TIED_SHARE: f64 = 0.1;
+
 /// Sets that the data cannot tell from the best.
 pub fn tied<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>]) -> Vec<&'s Scored<'a>> {
     let margin = TIED * dispersion(best);
+    if best.hypothesis.model.fitted_to_log {
+        return tied_by_shares(best, others, margin);
+    }
     others
         .iter()
         .filter(|other| other.fit.cost - best.fit.cost < margin)
         .collect()
+}
+
+/// The same by shares: as near on the log, and no worse on any held-out record.
+fn tied_by_shares<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>], margin: f64) -> Vec<&'s Scored<'a>> {
+    let held_out = held_out_errors(&best.hypothesis, &best.fit.x);
+    let predicts = |other: &Scored| {
+        let errors = held_out_errors(&other.hypothesis, &other.fit.x);
+        no_more(&errors, &held_out, 1.0 + TIED_SHARE)
+    };
+    let near = |other: &&Scored| {
+        let more = other.fit.cost - best.fit.cost;
+        more < margin && more < TIED_SHARE * best.fit.cost && predicts(other)
+    };
+    others.iter().filter(near).collect()
 }

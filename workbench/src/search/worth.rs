@@ -129,7 +129,7 @@ impl<'a> Search<'a, '_> {
     }
 
     /// Whether the newest effect, if its period is looked for, is one line and not one of many.
-    fn stands_out(&self, current: &Scored<'a>, child: &Scored<'a>) -> bool {
+    pub(super) fn stands_out(&self, current: &Scored<'a>, child: &Scored<'a>) -> bool {
         let Some(newest) = child
             .hypothesis
             .items
@@ -192,7 +192,7 @@ impl<'a> Search<'a, '_> {
 }
 
 /// χ² of each fold predicted by the fit of the other.
-fn cross_validated(scored: &Scored) -> f64 {
+pub(super) fn cross_validated(scored: &Scored) -> f64 {
     const FIT_A: Setting = Setting {
         parts: &[Part::A],
         iterations: 6,

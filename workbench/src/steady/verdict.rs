@@ -70,6 +70,7 @@ pub fn insufficient(log: &Table, reason: String) -> Outcome {
             fit_percent_before: f64::NAN,
             fit_percent_after: f64::NAN,
         },
+        final_records: None,
         within_tolerance: vec![],
         places: vec![],
         unexplained: Unexplained {
@@ -113,6 +114,7 @@ impl Case<'_> {
             marks: marks.clone(),
         };
         Outcome {
+            final_records: None,
             schema: "truing-gap/1",
             verdict: verdict(&unexplained, &ties, &effects),
             closest_known: vec![],
