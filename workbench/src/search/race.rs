@@ -3,7 +3,6 @@
 use super::evolve::{evolved, spread};
 use super::promise::{Projector, Start, started};
 use super::score::{Scored, rank};
-use super::shares::SHARE;
 use super::worth::{VISIBLE, WORTH};
 use super::{Offer, Search};
 use crate::effects::{Effect, LIBRARY};
@@ -98,8 +97,9 @@ impl<'a> Search<'a, '_> {
         screened.sort_by(|a, b| a.promise.total_cmp(&b.promise));
         let hoped = |it: &Screened| {
             let parent = &beam[it.parent].fit;
-            if self.offer != Offer::All {
-                return parent.cost - it.promise > HOPE * SHARE * parent.cost;
+            // A promise holds near the parent alone. Far above the noise nothing is refused by it.
+            if self.offer != Offer::All && !self.at_floor(&beam[it.parent]) {
+                return true;
             }
             let visible = VISIBLE * VISIBLE * parent.samples as f64;
             parent.cost - it.promise > HOPE * visible.max(WORTH * self.dispersion)
