@@ -8,7 +8,7 @@ use crate::input_error::InputError;
 use crate::log::Dynamic;
 use crate::model::Model;
 use crate::outcome::*;
-use crate::prediction::Prediction;
+use crate::prediction::{Prediction, held_out_errors};
 use crate::residual::{fit_percent, rms};
 use crate::search::{Found, Progress, Scored, base_fit, search};
 use crate::structure::{sensor_like, twin_pairs};
@@ -100,7 +100,10 @@ fn concluded(bench: &Bench, model: &Model, found: &Found, last: Option<&Bench>) 
     let mut judged = verdict::judge(found, &given, &nominal);
     let eased = estimate::eased(&judged.kept);
     if let Some(eased) = &eased {
-        judged.kept = estimate::refitted(eased, &judged.kept);
+        let anew = estimate::refitted(eased, &judged.kept);
+        if !model.fitted_to_log || predicts_as_well(&anew, &judged.kept) {
+            judged.kept = anew;
+        }
     }
     let steps = steps(&judged.kept, before.gap());
     let after = Prediction::of(&judged.kept.hypothesis, &judged.kept.fit.x, &[Part::HoldOut]);
@@ -129,6 +132,18 @@ fn concluded(bench: &Bench, model: &Model, found: &Found, last: Option<&Bench>) 
         steps,
         gap_unit: unit_of_gap(bench.linear).into(),
     }
+}
+
+/// By how much more of a held-out record's squared error other weights may leave.
+const AS_WELL: f64 = 1.1;
+
+/// Whether a set fitted with other weights predicts every held-out record as well.
+fn predicts_as_well(anew: &Scored, kept: &Scored) -> bool {
+    let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
+    errors(anew)
+        .iter()
+        .zip(errors(kept))
+        .all(|(anew, kept)| *anew <= AS_WELL * kept)
 }
 
 /// How well measured values are predicted before and after.

@@ -97,6 +97,7 @@ impl<'a> Search<'a, '_> {
     fn enriched(&self, plain: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
         let search = Search {
             offer: Offer::Forms,
+            dispersion: dispersion(&plain),
             ..self.clone()
         };
         let mut best = plain;
@@ -128,6 +129,7 @@ impl<'a> Search<'a, '_> {
             .collect();
         let alone = Search {
             offer: Offer::Rich,
+            dispersion: dispersion(set),
             ..self.clone()
         };
         richer.extend(alone.expand(std::slice::from_ref(set)).into_iter().take(BEAM));
@@ -171,9 +173,9 @@ impl<'a> Search<'a, '_> {
                         .filter(|child| child.hypothesis.names() != names)
                         .take(12)
                         .collect();
+                    self.dispersion = dispersion(&winner);
                     current = self.settled(winner);
                     if self.offer == Offer::Forms {
-                        self.dispersion = dispersion(&current);
                         current = self.refined(current);
                     }
                     beam.insert(0, current.clone());
