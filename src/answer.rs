@@ -29,6 +29,20 @@ pub enum Refusal {
     Value(ConfigError),
     /// So many streamed points wait already: send this one again later.
     StreamFull,
+    /// The motion takes more voltage than is left beyond the dead zone.
+    BeyondVoltage {
+        /// What it takes at its peak, V.
+        needed_v: f32,
+        /// What the limit, the supply and the saturation leave, V.
+        available_v: f32,
+    },
+    /// The motion is faster than the speed limit lets the loops go.
+    BeyondSpeed {
+        /// Its peak speed, rad/s.
+        needed_rad_s: f32,
+        /// The fastest that is followed, rad/s.
+        available_rad_s: f32,
+    },
 }
 
 /// What there is to tell about an axis, in SI units.

@@ -18,6 +18,7 @@ pub mod evidence;
 pub mod excitation;
 pub mod exhibit;
 pub mod experiment;
+pub mod feasible;
 pub mod fit;
 pub mod gap;
 pub mod hypothesis;

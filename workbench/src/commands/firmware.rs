@@ -88,6 +88,7 @@ impl Firmware {
             Some(
                 session::Task::Track { .. }
                 | session::Task::Capture { .. }
+                | session::Task::Fit
                 | session::Task::Reference(_)
                 | session::Task::Move(_),
             ) => session::Start::Stored,

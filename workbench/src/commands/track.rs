@@ -43,6 +43,9 @@ pub struct Arguments {
     /// Use the inverse dead zone. Without it: as `loops.compensation` of the axis file says, on by default.
     #[arg(long, value_enum)]
     pub compensation: Option<Switch>,
+    /// If the motion takes more voltage than is left, scale it so that it fits: a sine's amplitude, the times of a file.
+    #[arg(long)]
+    pub fit: bool,
     /// Write the result as JSON, schema truing-track/1.
     #[arg(long)]
     pub json: Option<PathBuf>,
@@ -60,10 +63,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .compensation
         .map_or(chosen, |switch| switch == Switch::On);
     let motion = profile::task(&arguments.profile, compensation, &config)?;
+    if !arguments.fit {
+        arguments.knowledge.allows(&motion, &config)?;
+    }
     let first = arguments
         .knowledge
         .tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
-    let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
+    let fit = arguments.fit.then_some(Task::Fit);
+    let tasks: Vec<Task> = first.into_iter().chain(fit).chain([motion]).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
     if let Some(path) = &arguments.log {
         result.log.save(path)?;
@@ -96,7 +103,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             "position loop", shape.crossover_rad_s, shape.phase_margin_deg
         );
     }
-    let report = TrackJson::new(&result.log, span);
+    let report = TrackJson {
+        fitted: result.fitted.map(Into::into),
+        ..TrackJson::new(&result.log, span)
+    };
+    if let Some(fitted) = &result.fitted {
+        println!("{:21} {}", "scaled to fit", fitted.fitted_text());
+    }
     println!(
         "{:21} {:.6} rad, peak {:.6} rad",
         "position error, rms", report.position_rms_rad, report.position_peak_rad

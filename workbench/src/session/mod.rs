@@ -8,6 +8,7 @@ mod task;
 pub use motion::HOLD_S;
 pub use task::{Arrival, Captured, Done, Profile, Span, Target, Task};
 
+use crate::feasible::Shortfall;
 use crate::input_error::InputError;
 use crate::motor::{Builtin, Door, Exec, qemu};
 use crate::run_log::RunLog;
@@ -17,7 +18,7 @@ use kept::Kept;
 use servo::capture::Trigger;
 use servo::config::Config;
 use servo::control::Tuning;
-use servo::identify::estimate::EstimatesReport;
+use servo::identify::estimate::{Estimates, EstimatesReport};
 use servo::protect::Fault;
 use servo::protocol::Command;
 use servo::store::AxisParameters;
@@ -50,6 +51,8 @@ pub struct SessionResult {
     pub cleared: Fault,
     /// The loops' tuning in force.
     pub tuning: Tuning,
+    /// What a profile lacked that was scaled for [`Task::Fit`].
+    pub fitted: Option<Shortfall>,
 }
 
 /// How far a session is. Reported about every 512 control ticks.
@@ -146,6 +149,10 @@ pub fn run_from(
                 session.capture = Some((*trigger, *before));
                 Done::Armed
             }
+            Task::Fit => {
+                session.fit = true;
+                Done::Fits
+            }
             Task::Track {
                 profile,
                 compensation,
@@ -181,6 +188,8 @@ struct Session {
     capture: Option<(Trigger, u16)>,
     cleared: Fault,
     tuning: Tuning,
+    fit: bool,
+    fitted: Option<Shortfall>,
 }
 
 impl Session {
@@ -203,12 +212,15 @@ impl Session {
                 ended: None,
                 captured: None,
                 estimates: None,
+                known: Estimates::default(),
                 fault: Fault::None,
             }),
             every,
             capture: None,
             cleared: Fault::None,
             tuning: known.map_or_else(Tuning::default, |known| known.tuning),
+            fit: false,
+            fitted: None,
         };
         if let Some(known) = &known {
             session.kept.get_mut().learn(&known.estimates);
@@ -348,7 +360,7 @@ impl Session {
     }
 
     fn close(self, done: Vec<Done>) -> Result<SessionResult, InputError> {
-        let (cleared, tuning) = (self.cleared, self.tuning);
+        let (cleared, tuning, fitted) = (self.cleared, self.tuning, self.fitted);
         let farewell = self.client.close();
         let Kept {
             mut log, captured, ..
@@ -363,6 +375,7 @@ impl Session {
             captured,
             cleared,
             tuning,
+            fitted,
         })
     }
 }
