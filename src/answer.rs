@@ -31,6 +31,20 @@ pub enum Refusal {
     StreamFull,
     /// The zero of the current sensor is still looked for, which takes a bounded time with the bridge open: ask again.
     CurrentZeroSought,
+    /// The motion takes more voltage than is left beyond the dead zone.
+    BeyondVoltage {
+        /// What it takes at its peak, V.
+        needed_v: f32,
+        /// What the limit, the supply and the saturation leave, V.
+        available_v: f32,
+    },
+    /// The motion is faster than the speed limit lets the loops go.
+    BeyondSpeed {
+        /// Its peak speed, rad/s.
+        needed_rad_s: f32,
+        /// The fastest that is followed, rad/s.
+        available_rad_s: f32,
+    },
 }
 
 /// What there is to tell about an axis, in SI units.

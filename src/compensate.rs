@@ -212,13 +212,4 @@ impl Compensator {
     pub fn apply(&self, linear: Voltage, towards: Option<Voltage>) -> Voltage {
         linear.plus(self.dead_zone.push(self.fixed_sign(towards).unwrap_or(linear)))
     }
-
-    /// Inverse of [`Compensator::apply`]: what a terminal voltage, e.g. a clipped one, means to the loops.
-    #[must_use]
-    pub fn undo(&self, terminal: Voltage, towards: Option<Voltage>) -> Voltage {
-        match self.fixed_sign(towards) {
-            Some(sign) => terminal.minus(self.dead_zone.push(sign)),
-            None => self.dead_zone.forward(terminal),
-        }
-    }
 }

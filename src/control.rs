@@ -5,12 +5,13 @@
 //! ```text
 //! ω*  = ω_ref + k_p·(θ_ref − θ)                               position loop
 //! v   = (ω_ref + τ·ω̇_ref)/ω₀ + k_v·(ω* − ω) + I              speed loop and feed-forward
-//! İ   = k_i·(θ_ref − θ) + (v_clipped − v)/T_t                 integrator, back-calculated
+//! İ   = k_i·(θ_ref − θ)                                       integrator; waits while that would clip v further
 //! ```
 //!
 //! Both poles of the position loop lie at −ω_c (critically damped): `(1 + ω₀k_v)/τ = 2ω_c` and `ω₀k_v·k_p/τ = ω_c²`.
 //! The one knob is the bandwidth in units of 1/τ, ω_c = [`Tuning::bandwidth`]/τ. The integrator adds a slow pole at
-//! about [`INTEGRAL_SHARE`]·ω_c. Back-calculation: K. J. Åström, T. Hägglund, *Advanced PID Control*, ISA 2006, sec. 3.5.
+//! about [`INTEGRAL_SHARE`]·ω_c. Conditional integration: K. J. Åström, T. Hägglund, *Advanced PID Control*, ISA 2006,
+//! sec. 3.5.
 
 use crate::encoder::Motor;
 use crate::units::{
@@ -26,8 +27,6 @@ const SMALLEST_BANDWIDTH: f32 = 0.6;
 const LARGEST_BANDWIDTH: f32 = 0.3;
 /// Fraction bits of the integrator, nominal voltages.
 const INTEGRATOR_BITS: u32 = 52;
-/// Share by which the integrator approaches what the clip allows, per tick: 2⁻⁶.
-const BACK_CALCULATION_BITS: u32 = 6;
 
 /// Share of the time constant without a count after which an axis off its target is stuck.
 const STUCK_SHARE: f32 = 0.25;
@@ -265,14 +264,15 @@ impl Params {
         state.side = 0;
     }
 
-    /// The integrator's tick: position error in, and back what the clip took (`clipped − wanted`, zero without clip).
-    pub fn integrate(&self, state: &mut State, error: i32, taken: Voltage) {
-        if self.integral != 0 {
-            let back = (taken.0 as i64) << (INTEGRATOR_BITS - Voltage::BITS - BACK_CALCULATION_BITS);
+    /// The integrator's tick. `beyond`: by how much the wanted voltage exceeds the clipped one, zero without clip. While
+    /// it is clipped, the integrator takes in only what leads out of the clip (conditional integration): most of what is
+    /// clipped off is feed-forward, and the integrator would need its own slow time to forget that again.
+    pub fn integrate(&self, state: &mut State, error: i32, beyond: Voltage) {
+        let further = beyond.0.signum().saturating_mul(error.signum()) > 0;
+        if self.integral != 0 && !further {
             let step = (error as i64).wrapping_mul(self.integral as i64);
-            // At most 2⁶² + 2⁵⁷ on top of 2⁶³⁻⁸ (a preset voltage is far from the ends of its 32 bits).
-            let sum = state.integrator.wrapping_add(step).wrapping_add(back);
-            state.integrator = bounded(sum, Voltage::NOMINAL.0);
+            // At most 2⁶² on top of 2⁶³⁻⁸ (a preset voltage is far from the ends of its 32 bits).
+            state.integrator = bounded(state.integrator.wrapping_add(step), Voltage::NOMINAL.0);
         }
     }
 }

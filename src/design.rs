@@ -170,6 +170,14 @@ impl Knowledge {
     }
 }
 
+/// A motion may take so many times the voltage that is left. Gain and time constant are right within 4 % each and the dead
+/// zone within 12 %, friction and load go up and down; and of a sine that takes a tenth too much the clip acts a quarter
+/// of the time and costs 3 % of the amplitude (describing function of a saturation).
+pub const FEASIBLE: f32 = 1.1;
+/// A configured gain is right within this factor, and a configured time constant within that one.
+const RATED_WITHIN: f32 = 1.3;
+const HINT_WITHIN: f32 = 2.0;
+
 /// What of a [`Design`] has to follow next. One stage a control tick, because each divides in single precision; from
 /// the last to the first, so that the greater of two is the one that is to be done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -263,6 +271,35 @@ impl Design {
                 Stage::Done
             }
         };
+    }
+
+    /// The most able motor that agrees with what is known: a motion that it cannot do is none for the true one.
+    #[must_use]
+    pub fn ablest_motor(&self) -> Motor {
+        let Motor {
+            full_speed,
+            tau_ticks,
+        } = self.motor;
+        match self.gain_source {
+            Source::None => Motor {
+                full_speed: RATED_WITHIN * full_speed,
+                tau_ticks: 0.0,
+            },
+            Source::Configured => Motor {
+                full_speed: RATED_WITHIN * full_speed,
+                tau_ticks: tau_ticks / HINT_WITHIN,
+            },
+            _ => self.motor,
+        }
+    }
+
+    /// Voltage beyond the dead zone that is left for both directions when the terminals get no more than `ceiling`.
+    #[must_use]
+    pub fn voltage_left(&self, ceiling: Voltage) -> Voltage {
+        let [positive, negative] = self.saturation.map(|level| level.min(ceiling));
+        let forward = self.dead_zone.forward(positive);
+        let backward = self.dead_zone.forward(Voltage::ZERO.minus(negative));
+        forward.min(Voltage::ZERO.minus(backward))
     }
 
     fn renew_dead_zone(&mut self, knowledge: &Knowledge) {

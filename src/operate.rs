@@ -17,7 +17,7 @@ use crate::record::Source;
 use crate::referencing::{Mark, Referencing, Search};
 use crate::store::AxisParameters;
 use crate::stream::{Knot, Plan, Point, Stream};
-use crate::trajectory::{Cruise, Move, Sine};
+use crate::trajectory::{self, Cruise, Move, Sine};
 use crate::units::{Acceleration, Position, SPEED_BITS, Speed, Voltage, to_fixed};
 
 /// Counts per tick at which an index pulse of one count is still seen by looking once a tick.
@@ -163,9 +163,45 @@ impl Axis {
         if !state.design.limits.allow_sine(amplitude, frequency, ticks) {
             return Err(Refusal::OutOfRange);
         }
-        let sine = Sine::plan(start.position, amplitude, frequency, ticks);
-        state.begin(&start, Mode::Sine(sine.ok_or(Refusal::OutOfRange)?));
+        let sine = Sine::plan(start.position, amplitude, frequency, ticks).ok_or(Refusal::OutOfRange)?;
+        self.sustained(state, amplitude, frequency, ticks)?;
+        state.begin(&start, Mode::Sine(sine));
         Ok(())
+    }
+
+    /// Are there speed and voltage enough for a sine? `amplitude` in counts, `frequency` in turns per tick.
+    #[inline(never)]
+    fn sustained(&self, state: &State, amplitude: f32, frequency: f32, ticks: u32) -> Result<(), Refusal> {
+        let config = &self.scale.config;
+        let design = &state.design;
+        let rad_s = 1.0 / design::counts_per_tick(&self.scale);
+        let peak = trajectory::sine_takes(0.0, amplitude, frequency, ticks);
+        let fastest = design.speed_limit.0 as f32 / (1u32 << SPEED_BITS) as f32;
+        if peak > fastest {
+            return Err(Refusal::BeyondSpeed {
+                needed_rad_s: peak * rad_s,
+                available_rad_s: fastest * rad_s,
+            });
+        }
+        let motor = design.ablest_motor();
+        let takes = trajectory::sine_takes(motor.tau_ticks, amplitude, frequency, ticks);
+        let nominal = config.supply_nominal_v;
+        let needed_v = takes / motor.full_speed * nominal;
+        let left = design.voltage_left(self.ceiling(state));
+        let available_v = left.0 as f32 / Voltage::NOMINAL.0 as f32 * nominal;
+        if needed_v > design::FEASIBLE * available_v {
+            return Err(Refusal::BeyondVoltage {
+                needed_v,
+                available_v,
+            });
+        }
+        Ok(())
+    }
+
+    /// Highest voltage at the terminals: the limit or the measured supply, the nominal one before the first sample.
+    fn ceiling(&self, state: &State) -> Voltage {
+        let supply = Some(self.pwm.ceiling(&state.pwm)).filter(|supply| *supply != Voltage::ZERO);
+        supply.unwrap_or(Voltage::NOMINAL).min(self.most_voltage)
     }
 
     /// Relative to power-up, whether referenced or not.

@@ -299,6 +299,20 @@ impl Limits {
     }
 }
 
+/// Peak of `|ω + τ·ω̇|` of a sine, counts per tick: the speed that the voltage it takes would sustain. `amplitude` in
+/// counts, `frequency` in turns per tick, `tau_ticks` of the motor.
+///
+/// In the middle it is `A·Ω·√(1 + (Ωτ)²)`. The rise over a full turn takes up to 13 % more for a moment, which is not
+/// counted; what a shorter one takes beyond that is, as in [`Limits::allow_sine`].
+#[must_use]
+pub fn sine_takes(tau_ticks: f32, amplitude: f32, frequency: f32, length: u32) -> f32 {
+    let radians = 2.0 * PI * frequency;
+    let slope = 1.0 / (2.0 * PI * ramp_turns(frequency * length as f32));
+    let rise = (1.0 + 6.2 * slope * slope) / 1.157;
+    let lag = radians * tau_ticks * rise;
+    amplitude.abs() * radians * root(1.0 + lag * lag)
+}
+
 /// Turns over which the envelope of a sine rises, and falls.
 fn ramp_turns(turns: f32) -> f32 {
     if turns < 2.0 { 0.5 * turns } else { 1.0 }

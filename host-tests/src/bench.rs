@@ -22,6 +22,7 @@ pub struct Board {
     full_scale: f64,
     tick_s: f64,
     line: VecDeque<(Bridge, i16)>,
+    supply_share: f64,
     last: Reading,
 }
 
@@ -53,16 +54,24 @@ impl Board {
             full_scale: f64::from(config.pwm_full_scale),
             tick_s: 1.0 / f64::from(config.tick_hz),
             line: VecDeque::from(vec![(Bridge::Open, 0); usize::from(config.pwm_delay_ticks)]),
+            supply_share: 1.0,
             simulator,
             last,
         }
+    }
+
+    /// The supply is this share of the plant's from now on.
+    pub fn supply_falls_to(&mut self, share: f64) {
+        self.supply_share = share;
     }
 
     /// What the firmware reads now. Once a tick.
     pub fn sample(&mut self) -> Sample {
         let count = self.encoder.count(self.last.theta) as i32;
         let vbus_raw = match &mut self.supply {
-            Some(converter) => (converter.read(self.last.supply) / self.vbus_v_per_lsb).round() as u16,
+            Some(converter) => {
+                (converter.read(self.last.supply * self.supply_share) / self.vbus_v_per_lsb).round() as u16
+            }
             None => Sample::VBUS_NOT_MEASURED,
         };
         let current_raw = match &mut self.current {
@@ -80,9 +89,8 @@ impl Board {
     pub fn pass(&mut self, bridge: Bridge, duty: i16) -> Reading {
         self.line.push_back((bridge, duty));
         let (bridge, duty) = self.line.pop_front().unwrap_or((bridge, duty));
-        self.last = self
-            .simulator
-            .step(f64::from(duty) / self.full_scale, bridge, self.tick_s);
+        let share = self.supply_share * f64::from(duty) / self.full_scale;
+        self.last = self.simulator.step(share, bridge, self.tick_s);
         self.last
     }
 

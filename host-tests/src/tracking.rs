@@ -162,6 +162,89 @@ impl Experiment {
     }
 }
 
+/// A sine that is feasible when it is asked for; then the supply falls, and the feed-forward is clipped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shortage {
+    /// Amplitude, rad.
+    pub amplitude_rad: f64,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Supply when the sine is asked for, and while it runs: shares of the plant's own.
+    pub supply: [f64; 2],
+}
+
+impl Shortage {
+    /// Turns of the sine.
+    const TURNS: f64 = 30.0;
+    /// Turns that are not judged: a clipped start throws the mean off, whatever the integrator does.
+    const START: f64 = 10.0;
+
+    /// A sine that needs 80 % of what a plant has beyond its dead zone, and a supply that falls until it needs `excess`
+    /// times what is left.
+    pub fn of(plant: &Plant, frequency_hz: f64, excess: f64) -> Self {
+        let supply_v = plant.motor.drive.supply_v;
+        let saturation = plant.truth.saturation_v.iter().flatten();
+        let top = saturation.fold(supply_v, |least, &level| least.min(level));
+        let width = plant.truth.dead_zone_v[0].max(plant.truth.dead_zone_v[1]);
+        let needed = 0.8 * (top - width);
+        Self {
+            amplitude_rad: needed / feed_forward(plant, 1.0, frequency_hz),
+            frequency_hz,
+            supply: [1.0, (needed / excess + width) / supply_v],
+        }
+    }
+
+    /// Rms of the position error over the amplitude, without and with compensation.
+    ///
+    /// # Panics
+    /// If the axis refuses the sine or ends it with a fault.
+    pub fn run(&self, plant: &Plant) -> [f64; 2] {
+        [false, true].map(|compensation| self.track(plant, compensation))
+    }
+
+    fn track(&self, plant: &Plant, compensation: bool) -> f64 {
+        let mut bench = Bench::new(plant);
+        bench.board.supply_falls_to(self.supply[0]);
+        // Until the axis believes its supply.
+        bench.run(0.1, |_, _| {});
+        bench.axis.adopt(&mut bench.state, &exact(plant)).expect("idle");
+        let seconds = Self::TURNS / self.frequency_hz;
+        for command in [
+            Command::Arm,
+            Command::Compensation(compensation),
+            Command::TrackSine {
+                amplitude_rad: self.amplitude_rad as f32,
+                frequency_hz: self.frequency_hz as f32,
+                duration_ms: (seconds * 1e3) as u32,
+            },
+        ] {
+            bench
+                .ask(command)
+                .unwrap_or_else(|refusal| panic!("{command:?}: {refusal:?}"));
+        }
+        bench.board.supply_falls_to(self.supply[1]);
+        let scale = Scale::of(&plant.config);
+        let judged = Self::START / self.frequency_hz..seconds - 1.0 / self.frequency_hz;
+        let (mut errors, mut time, mut theta) = (Mean::default(), 0.0, 0.0);
+        bench.run(seconds, |output, reading| {
+            if judged.contains(&time) {
+                let reference = f64::from(output.record.reference_q8) / 256.0 / scale.counts_per_rad;
+                errors.add((reference - theta) / self.amplitude_rad);
+            }
+            theta = reading.theta;
+            time += scale.tick_s;
+        });
+        assert_eq!(bench.state.fault(), Fault::None);
+        errors.rms()
+    }
+}
+
+/// Peak voltage behind the dead zone that a sine takes, V: `A·ω·√(1 + (ωτ)²)/K`.
+pub fn feed_forward(plant: &Plant, amplitude_rad: f64, frequency_hz: f64) -> f64 {
+    let omega = TAU * frequency_hz;
+    amplitude_rad * omega * (omega * plant.truth.time_constant_s).hypot(1.0) / plant.truth.gain
+}
+
 /// Conversions of one configuration.
 struct Scale {
     tick_s: f64,

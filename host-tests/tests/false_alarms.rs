@@ -1,13 +1,15 @@
 //! What long runs of ordinary motion once mistook for a fault, each with its cause.
 
-use host_tests::families::{Cause, Family, Options, Plant, Seeds, Severity};
+use host_tests::families::{Cause, Family, Imperfection, Options, Plant, Seeds, Severity};
 use host_tests::faults::calm;
 use host_tests::faults::trial::Trial;
 use host_tests::faults::world::Injury;
+use host_tests::tracking::knowing;
 use servo::encoder::Standstill;
 use servo::protect::{Fault, Settings};
 use servo::protocol::Command;
 use servo::units::Speed;
+use truing::truth::Train;
 
 fn commissioned(family: Family, number: u32, sensed: bool, budget_ms: u32) -> (Plant, Trial) {
     let options = Options {
@@ -128,4 +130,57 @@ fn a_load_within_the_learned_dead_zone_does_not_lower_the_margin() {
     let plant = calm::plant(Family::G2, Seeds::Evaluation(708_008), 1000, true, 770.0);
     let calm = calm::run(&plant, Family::G2, 770.0);
     assert_eq!(calm.fault, Fault::None, "{calm:?}");
+}
+
+/// A rotor with 15 % of the inertia behind a gear with play and teeth that meet hard.
+fn with_heavy_play(mut plant: Plant) -> Plant {
+    let half = plant.clone().with(Imperfection::Backlash);
+    let Train::Play {
+        mut split,
+        gap_rad,
+        stiffness,
+        damping,
+    } = half.motor.train
+    else {
+        panic!("no play");
+    };
+    split.inertia = 0.85;
+    // Five times the contact's rate on the reduced inertia, the same share of critical damping.
+    let reduced = split.inertia * (1.0 - split.inertia) / 0.25;
+    plant.motor.train = Train::Play {
+        split,
+        gap_rad,
+        stiffness: 25.0 * reduced * stiffness,
+        damping: 5.0 * reduced * damping,
+    };
+    plant
+}
+
+/// In small steps the rotor ran free through the play; the speed of two or three counts was taken for that of the whole
+/// inertia, and was missing when the teeth had met, 7 to 20 ms after the step.
+#[test]
+fn a_rotor_that_runs_free_through_play_begins_no_motion() {
+    for family in [Family::G1, Family::G2, Family::G3] {
+        for seed in 0..12 {
+            let plant = Plant::draw(
+                family,
+                Severity::Nominal,
+                Seeds::Design(seed),
+                &Options::default(),
+            );
+            let plant = with_heavy_play(plant);
+            let tau = plant.truth.time_constant_s;
+            let mut bench = knowing(&plant);
+            let mut size = 0.003 * plant.truth.gain * plant.motor.drive.supply_v * tau;
+            let mut target = 0.0;
+            for step in 0..14 {
+                target += if step % 2 == 0 { size } else { -1.5 * size };
+                size *= if step % 2 == 0 { 1.0 } else { 1.7 };
+                bench.ask(Command::Position(target as f32)).expect("no fault");
+                bench.run(10.0 * tau, |_, _| {});
+                let fault = bench.state.fault();
+                assert_eq!(fault, Fault::None, "{family:?} {seed}, step {step} of {size} rad");
+            }
+        }
+    }
 }

@@ -22,6 +22,7 @@ fn model(text: &str) -> Model {
 fn analysed(model: &Model, log: &Dynamic, holdouts: &[Dynamic], without: &[&str]) -> Outcome {
     let options = Options {
         without: without.iter().map(|name| (*name).to_owned()).collect(),
+        ..Options::default()
     };
     gap::run(model, log, holdouts, &options, &|_| {}).unwrap()
 }

@@ -4,7 +4,7 @@
 use host_tests::bench::Bench;
 use host_tests::desk::{self, Desk};
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::tracking::knowing;
+use host_tests::tracking::{feed_forward, knowing};
 use servo::axis::{Output, Refusal};
 use servo::config::{Config, ConfigError, Field};
 use servo::excitation::{Sweep, Waveform};
@@ -191,6 +191,81 @@ fn a_sine_beyond_them_is_refused_and_one_within_keeps_them() {
     }
 }
 
+/// With the voltage limit, with a low supply, with a saturation: a tenth too much is refused with both numbers, and what
+/// is left is done. 2.4 times the speed limit: as well.
+#[test]
+fn a_sine_that_takes_more_voltage_than_is_left_is_refused_with_the_numbers() {
+    let limited = |config: &mut Config| config.voltage_limit_v = Optional::new(0.6 * config.supply_nominal_v);
+    for (what, share, plant) in [
+        ("limit", 1.0, plant(limited)),
+        ("supply", 0.7, plant(|_| {})),
+        ("saturation", 1.0, plant(|_| {})),
+    ] {
+        let mut bench = knowing(&plant);
+        bench.board.supply_falls_to(share);
+        bench.run(0.1, |_, _| {});
+        let supply_v = plant.motor.drive.supply_v;
+        let top = match what {
+            "limit" => 0.6 * supply_v,
+            "supply" => share * supply_v,
+            _ => f64::INFINITY,
+        };
+        let side = |side: usize| {
+            let saturation = plant.truth.saturation_v[side].unwrap_or(supply_v);
+            saturation.min(top) - plant.truth.dead_zone_v[side]
+        };
+        let left = side(0).min(side(1));
+        let fits = left / feed_forward(&plant, 1.0, 2.0);
+        let sine = |share: f64| Command::TrackSine {
+            amplitude_rad: (share * fits) as f32,
+            frequency_hz: 2.0,
+            duration_ms: 2_000,
+        };
+        let Err(Refusal::BeyondVoltage {
+            needed_v,
+            available_v,
+        }) = bench.ask(sine(1.15))
+        else {
+            panic!("{what}: a sine with 1.15 times the voltage is not refused");
+        };
+        let wrong = (f64::from(available_v) / left - 1.0).abs() + (f64::from(needed_v) / left - 1.15).abs();
+        assert!(
+            wrong < 0.04,
+            "{what}: needs {needed_v} V of {available_v} V, {left} V are left"
+        );
+        bench
+            .ask(sine(1.0))
+            .unwrap_or_else(|refusal| panic!("{what}: {refusal:?}"));
+    }
+    let plant = plant(|config| config.speed_limit_rad_s = Optional::new(0.1 * config.rated_speed_rad_s));
+    let fast = Command::TrackSine {
+        amplitude_rad: 0.24 * plant.config.rated_speed_rad_s / std::f32::consts::TAU,
+        frequency_hz: 1.0,
+        duration_ms: 3_000,
+    };
+    let refused = knowing(&plant).ask(fast);
+    assert!(matches!(refused, Err(Refusal::BeyondSpeed { .. })), "{refused:?}");
+}
+
+/// A rated speed within 30 % and a hint within a factor of 2 refuse only what no such motor can do.
+#[test]
+fn a_motor_that_is_not_identified_is_refused_only_what_is_impossible() {
+    let plant = plant(|config| config.time_constant_hint_s = Optional::new(0.05));
+    let mut bench = Bench::new(&plant);
+    bench.ask(Command::Arm).expect("no fault");
+    let sine = |share: f32| Command::TrackSine {
+        amplitude_rad: share * plant.config.rated_speed_rad_s / (2.0 * std::f32::consts::TAU),
+        frequency_hz: 2.0,
+        duration_ms: 2_000,
+    };
+    let refused = bench.ask(sine(1.6));
+    assert!(
+        matches!(refused, Err(Refusal::BeyondVoltage { .. })),
+        "{refused:?}"
+    );
+    bench.ask(sine(1.2)).expect("possible within what is known");
+}
+
 #[test]
 fn nothing_puts_more_than_the_voltage_limit_at_the_terminals() {
     let share = 0.6;
@@ -221,10 +296,10 @@ fn nothing_puts_more_than_the_voltage_limit_at_the_terminals() {
         }))
     ));
 
-    // A sine that this motor cannot follow with so little.
-    let fastest = 0.9 * plant.config.rated_speed_rad_s;
+    // A sine that this motor can just not follow with so little.
+    let left = f64::from(volts) - plant.truth.dead_zone_v[0].max(plant.truth.dead_zone_v[1]);
     let sine = Command::TrackSine {
-        amplitude_rad: fastest / std::f32::consts::TAU,
+        amplitude_rad: (1.08 * left / feed_forward(&plant, 1.0, 1.0)) as f32,
         frequency_hz: 1.0,
         duration_ms: 3_000,
     };

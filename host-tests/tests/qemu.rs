@@ -17,6 +17,7 @@ use truing::replay::replay;
 use truing::run_log::Tape;
 use truing::session::{self, Done, Profile, Task};
 use truing::tracking::TrackJson;
+use truing::waypoints::Waypoint;
 
 const COMMISSION: Task = Task::Commission {
     budget_s: 5.0,
@@ -186,6 +187,54 @@ fn a_python_program_as_the_motor_is_identified_and_follows() {
     );
 }
 
+/// At 1.4 times what the commissioning finds to be left: before the axis is armed for it, or scaled.
+#[test]
+fn a_profile_that_takes_too_much_voltage_is_refused_or_scaled_with_the_number() {
+    let run = |tasks: &[Task]| {
+        let wire = session::connect(&Door::Exec(python_motor()), &config(), 1, &qemu()).expect("a motor");
+        session::run(wire, config(), 1, tasks, &mut |_| {})
+    };
+    let motion = |profile: Profile| Task::Track {
+        profile,
+        compensation: true,
+    };
+    let fast = motion(Profile::Sine {
+        amplitude_rad: 33.0,
+        frequency_hz: 1.0,
+        seconds: 4.0,
+    });
+    let learned = run(&[COMMISSION]).expect("a session");
+    let [Done::Commissioned(outcome)] = &learned.done[..] else {
+        panic!("{:?}", learned.done);
+    };
+    let known = Task::Adopt(Box::new(outcome.estimates));
+    let Err(error) = run(&[known.clone(), fast.clone()]) else {
+        panic!("it is not refused");
+    };
+    let error = error.to_string();
+    assert!(
+        error.contains("V beyond the dead zone and") && error.contains("choose at most"),
+        "{error}"
+    );
+
+    let turns = (0..=200).map(|row| f64::from(row) * 0.02);
+    let points = turns.map(|time_s| Waypoint {
+        time_s,
+        theta_rad: 33.0 * (std::f64::consts::TAU * time_s).sin(),
+        ..Waypoint::default()
+    });
+    for too_much in [fast, motion(Profile::Points(points.collect()))] {
+        let result = run(&[known.clone(), Task::Fit, too_much]).expect("it is scaled");
+        let fitted = result.fitted.expect("scaled");
+        let Some(Done::Tracked(span)) = result.done.last() else {
+            panic!("{:?}", result.done);
+        };
+        let report = TrackJson::new(&result.log, span);
+        println!("{}, limited {}", fitted.fitted_text(), report.saturated_share);
+        assert!(report.saturated_share < 0.2 && !report.faulted, "{report:?}");
+    }
+}
+
 #[test]
 fn a_capture_holds_every_tick_around_its_event() {
     let door = Door::Exec(python_motor());
@@ -349,6 +398,7 @@ fn a_bad_profile_is_refused_before_anything_runs() {
         ("sine:1,2", "sine:amp_rad,hz,seconds"),
         ("triangle:1,2,3", "sine:amp_rad,hz,seconds"),
         ("step:1,-4", "0.01 to 3600"),
+        ("sine:10,50,2", "choose at most"),
         (file.as_str(), "line 4"),
     ] {
         let axis = axis.display().to_string();

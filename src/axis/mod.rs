@@ -345,7 +345,7 @@ impl Axis {
         }
     }
 
-    /// Dead zone, then the only clip; what the clip takes goes back to the integrator through the inverse.
+    /// Dead zone, then the only clip; the integrator is told what the clip takes.
     fn compensate(&self, state: &mut State, demand: &Demand) -> Voltage {
         let Meaning::Linear { towards, error } = demand.meaning else {
             // Whoever excites looks for the saturation, too: what is known of it must not bound that.
@@ -358,15 +358,8 @@ impl Axis {
         let (terminal, limit) = self.clip(state, wanted, state.design.saturation);
         state.limit = limit;
         if let Some(error) = error {
-            let clipped = terminal != wanted;
-            let taken = if clipped {
-                compensator
-                    .map_or(terminal, |inverse| inverse.undo(terminal, towards))
-                    .minus(demand.voltage)
-            } else {
-                Voltage::ZERO
-            };
-            state.design.loops.integrate(&mut state.control, error, taken);
+            let beyond = wanted.minus(terminal);
+            state.design.loops.integrate(&mut state.control, error, beyond);
         }
         terminal
     }

@@ -114,6 +114,11 @@ impl Expectation {
         if passage < 0 { speed.min(passage) } else { speed }
     }
 
+    /// One look on from a speed with this torque, counts per look, Q20.
+    pub(super) fn towards(&self, speed: i32, torque: i32) -> i32 {
+        approach(speed, mul_shift(torque, self.full_speed, 20), self.inverse_tau)
+    }
+
     /// Is that the speed of a shaft that turns for certain?
     pub(super) fn turns(&self, speed: i32) -> bool {
         speed > self.full_speed >> MOVING_SHIFT
@@ -127,4 +132,9 @@ impl Expectation {
             .saturating_add(load.0.saturating_abs().min(MOST_LOAD.0));
         torque.saturating_sub(margin).max(0)
     }
+}
+
+/// One look of a first-order lag; `rate` per look, Q24.
+pub(super) fn approach(from: i32, to: i32, rate: i32) -> i32 {
+    from.saturating_add(mul_shift(to.saturating_sub(from), rate, 24))
 }

@@ -23,8 +23,8 @@
 //! Two counts prove that the encoder follows; the models then start anew with the speed that they show.
 
 use super::Input;
-use super::expectation::Expectation;
-use crate::units::{Voltage, mul_shift};
+use super::expectation::{Expectation, approach};
+use crate::units::Voltage;
 
 /// Counts of the sure model that are waited for while the counter runs back: until that shows by half of them.
 const BACKWARDS_COUNTS: i32 = 2 * REVERSED_COUNTS;
@@ -37,11 +37,22 @@ const PROOF_COUNTS: i32 = 2;
 /// Counts against the demanded direction that a reversed motor or encoder makes at least.
 const REVERSED_COUNTS: i32 = 4;
 
+/// Torque, as the voltage that gives it.
+#[derive(Clone, Copy, Debug)]
+struct Torque {
+    /// What accelerates the motor at least.
+    least: i32,
+    /// All of it.
+    whole: i32,
+}
+
 /// One of the models, in the direction of the voltage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Model {
     /// Speed that the motor must have, counts per look, Q20; below zero: it still turns against the voltage.
     speed: i32,
+    /// Speed that the whole inertia can have, if all of the voltage accelerates it: counts per look, Q20.
+    most: i32,
     /// Travel since the last proof, counts Q20.
     travel: i32,
     /// Counter at the last proof, or when there was nothing to prove.
@@ -54,21 +65,22 @@ impl Model {
     fn begin(speed: i32, count: i32) -> Self {
         Self {
             speed,
+            most: speed,
             proof: count,
             ..Self::default()
         }
     }
 
     /// One look; true if the encoder has proved that it follows.
-    fn run(&mut self, expectation: &Expectation, drive: i32, direction: i32, count: i32) -> bool {
+    fn run(&mut self, expectation: &Expectation, torque: Torque, direction: i32, count: i32) -> bool {
         self.since = self.since.saturating_add(1);
+        self.most = expectation.towards(self.most, torque.whole);
         let followed = self.followed(direction, count);
         if followed >= PROOF_COUNTS {
             self.prove(followed, count);
             return true;
         }
-        let steady = mul_shift(drive, expectation.full_speed, 20);
-        self.speed = approach(self.speed, steady, expectation.inverse_tau);
+        self.speed = expectation.towards(self.speed, torque.least);
         if self.speed > 0 {
             self.travel = self.travel.saturating_add(self.speed);
         } else {
@@ -78,10 +90,13 @@ impl Model {
     }
 
     /// The encoder follows, with the mean speed over the counts of the proof: the observer's estimate runs ahead of a
-    /// motor that starts slowly.
+    /// motor that starts slowly. A rotor that runs free within the play of its gear is faster than the whole can be, and
+    /// loses that speed when the teeth meet: then they have the momentum that the voltage has given, shared out.
     fn prove(&mut self, followed: i32, count: i32) {
         let counts = (followed.clamp(0, 2000) as u32) << 20;
-        self.speed = counts.checked_div(self.since).unwrap_or(0) as i32;
+        let shown = counts.checked_div(self.since).unwrap_or(0) as i32;
+        self.speed = shown.min(self.most.max(0));
+        self.most = self.speed;
         self.wait(count);
     }
 
@@ -165,11 +180,14 @@ impl State {
         let [likely, sure] = [&expectation.kinetic, &expectation.moving].map(|margins| left(now, margins));
         let broken_away = left(now, &expectation.rest) > 0;
         let demands = left(soon, &expectation.moving) > 0;
-        let mut proved = self.likely.run(expectation, likely, direction, input.count);
+        let torque = |least: i32| Torque { least, whole: soon };
+        let mut proved = self
+            .likely
+            .run(expectation, torque(likely), direction, input.count);
         if demands {
             self.moving |= broken_away || expectation.turns(expectation.observed(input, direction));
             let sure = if self.moving { sure } else { 0 };
-            proved |= self.sure.run(expectation, sure, direction, input.count);
+            proved |= self.sure.run(expectation, torque(sure), direction, input.count);
         } else {
             // Friction may brake it as well as hold it.
             self.sure = self.observe(expectation, direction, input);
@@ -228,9 +246,4 @@ impl State {
             self.load = input.load;
         }
     }
-}
-
-/// One look of a first-order lag; `rate` per look, Q24.
-fn approach(from: i32, to: i32, rate: i32) -> i32 {
-    from.saturating_add(mul_shift(to.saturating_sub(from), rate, 24))
 }

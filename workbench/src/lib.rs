@@ -25,6 +25,7 @@ pub mod evidence;
 pub mod excitation;
 pub mod exhibit;
 pub mod experiment;
+pub mod feasible;
 pub mod files;
 pub mod fit;
 pub mod gap;

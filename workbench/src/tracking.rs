@@ -1,6 +1,7 @@
 //! `truing-track/1`: how well a motion followed its set-point.
 
 use crate::commission_report::Number;
+use crate::feasible::{Fitted, Shortfall};
 use crate::run_log::{Row, RunLog};
 use crate::session::Span;
 use serde::Serialize;
@@ -41,9 +42,37 @@ pub struct TrackJson {
     pub used_parameters: UsedParameters,
     /// A fault ended the motion early.
     pub faulted: bool,
+    /// How the motion was scaled, if it was for `--fit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fitted: Option<Scaled>,
     /// What the servo knew behind an excitation. It has no set-point, so that the errors above are `null`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<Learned>,
+}
+
+/// What of a motion was scaled so that it fits, and to what.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Scaled {
+    /// A sine.
+    Amplitude {
+        /// rad.
+        amplitude_rad: f64,
+    },
+    /// Points.
+    Times {
+        /// All times were multiplied by this.
+        time_factor: f64,
+    },
+}
+
+impl From<Shortfall> for Scaled {
+    fn from(short: Shortfall) -> Self {
+        match short.fitted {
+            Fitted::Sine { amplitude_rad, .. } => Scaled::Amplitude { amplitude_rad },
+            Fitted::Slower(time_factor) => Scaled::Times { time_factor },
+        }
+    }
 }
 
 /// What ordinary motion tells.
@@ -103,6 +132,7 @@ impl TrackJson {
             hold_chatter_per_s: chatter(log, span),
             used_parameters: used(within(span.start, span.hold).next_back()),
             faulted: span.faulted,
+            fitted: None,
             learned: None,
         }
     }

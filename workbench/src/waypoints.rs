@@ -30,6 +30,17 @@ pub struct Knot {
     pub alpha_rad_s2: Option<f64>,
 }
 
+/// The same way with all times multiplied by `factor`, speeds and accelerations to match.
+pub fn slower(profile: &[Waypoint], factor: f64) -> Vec<Waypoint> {
+    let stretched = profile.iter().map(|point| Waypoint {
+        time_s: point.time_s * factor,
+        theta_rad: point.theta_rad,
+        omega_rad_s: point.omega_rad_s.map(|omega| omega / factor),
+        alpha_rad_s2: point.alpha_rad_s2.map(|alpha| alpha / (factor * factor)),
+    });
+    stretched.collect()
+}
+
 /// Points at least `spacing` control ticks apart; the first and the last are among them, at rest.
 pub fn knots(profile: &[Waypoint], tick_hz: u32, spacing: u32) -> Vec<Knot> {
     let kept = thinned(profile, f64::from(tick_hz), f64::from(spacing));

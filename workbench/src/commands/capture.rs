@@ -64,6 +64,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;
+    arguments.knowledge.allows(&motion, &config)?;
     let first = arguments
         .knowledge
         .tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;

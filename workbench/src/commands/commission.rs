@@ -1,6 +1,7 @@
 //! `truing commission`: the firmware excites its motor and says what it is.
 
 use super::firmware::{Firmware, save_log};
+use super::profile;
 use crate::commission_report::{CommissionJson, Number, Params, Refused};
 use crate::files::Files;
 use crate::input_error::NotDone;
@@ -169,6 +170,15 @@ impl Knowledge {
         };
         let reference = self.reference.map(Task::Reference);
         Ok(first.into_iter().chain(reference).collect())
+    }
+
+    /// An error if the motion cannot be, by the axis file alone. A servo that goes on with what it has stored knows better.
+    pub fn allows(&self, motion: &Task, config: &Config) -> anyhow::Result<()> {
+        if self.stored {
+            Ok(())
+        } else {
+            profile::possible(motion, config)
+        }
     }
 
     /// Is there a commissioning first?

@@ -110,9 +110,9 @@ impl Firmware {
         let excites = matches!(tasks.last(), Some(Task::Excite(_)));
         let start = match tasks.first() {
             Some(_) if excites => session::Start::Configure(*setup),
-            Some(Task::Track { .. } | Task::Capture { .. } | Task::Reference(_) | Task::Move(_)) => {
-                session::Start::Stored
-            }
+            Some(
+                Task::Track { .. } | Task::Capture { .. } | Task::Fit | Task::Reference(_) | Task::Move(_),
+            ) => session::Start::Stored,
             _ => session::Start::Configure(*setup),
         };
         let listening = session::Listening {

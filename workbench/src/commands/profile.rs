@@ -1,11 +1,13 @@
 //! The argument `--profile`: a motion to follow, or a voltage to apply.
 
+use crate::feasible::Ability;
 use crate::servo_link::range_text;
 use crate::session::{Profile, Task};
 use crate::waypoints::Waypoint;
 use anyhow::{Context, anyhow, bail, ensure};
 use servo::config::Config;
 use servo::excitation::{Sweep, Waveform};
+use servo::identify::estimate::Estimates;
 use std::path::Path;
 
 /// What the argument may be, for messages.
@@ -68,6 +70,18 @@ pub fn task(text: &str, compensation: bool, config: &Config) -> anyhow::Result<T
         ("chirp", &[volts, from, to, seconds]) => excite(volts, from, to, Sweep::Linear, seconds),
         ("log_chirp", &[volts, from, to, seconds]) => excite(volts, from, to, Sweep::Logarithmic, seconds),
         _ => bail!("--profile is `{text}`; {}", shape()),
+    }
+}
+
+/// An error if no motor that agrees with the axis file can follow the motion. What a commissioning finds is asked again.
+pub fn possible(motion: &Task, config: &Config) -> anyhow::Result<()> {
+    let Task::Track { profile, .. } = motion else {
+        return Ok(());
+    };
+    let ability = Ability::of(config, &Estimates::default());
+    match ability.and_then(|ability| ability.shortfall(profile)) {
+        Some(short) => bail!("{short}"),
+        None => Ok(()),
     }
 }
 

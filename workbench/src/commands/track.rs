@@ -44,6 +44,9 @@ pub struct Arguments {
     /// Use the inverse dead zone. Without it: as `loops.compensation` of the axis file says, on by default.
     #[arg(long, value_enum)]
     pub compensation: Option<Switch>,
+    /// If the motion takes more voltage than is left, scale it so that it fits: a sine's amplitude, the times of a file.
+    #[arg(long)]
+    pub fit: bool,
     /// Write the result as JSON, schema truing-track/1.
     #[arg(long)]
     pub json: Option<PathBuf>,
@@ -68,10 +71,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .compensation
         .map_or(chosen, |switch| switch == Switch::On);
     let motion = profile::task(&arguments.profile, compensation, &config)?;
+    if !arguments.fit {
+        arguments.knowledge.allows(&motion, &config)?;
+    }
     let first = arguments
         .knowledge
         .tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
-    let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
+    let fit = arguments.fit.then_some(Task::Fit);
+    let tasks: Vec<Task> = first.into_iter().chain(fit).chain([motion]).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
     save_log(&result.log, arguments.log.as_ref())?;
     if let Some(error) = result.broken {
@@ -83,7 +90,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             concluded(arguments, &result.log, &report, &|| print_learned(&report))
         }
         Some(Done::Tracked(span)) => {
-            let report = TrackJson::new(&result.log, span);
+            let report = TrackJson {
+                fitted: result.fitted.map(Into::into),
+                ..TrackJson::new(&result.log, span)
+            };
             let learned = arguments
                 .knowledge
                 .is_learned()
@@ -92,6 +102,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             concluded(arguments, &result.log, &report, &|| {
                 learned.iter().for_each(commission::print);
                 print_loop(&result, &tasks);
+                print_fitted(&result);
                 print_tracked(&result.log, &report);
             })
         }
@@ -135,6 +146,12 @@ fn print_loop(result: &SessionResult, tasks: &[Task]) {
             shape.crossover_rad_s,
             shape.phase_margin_deg
         );
+    }
+}
+
+fn print_fitted(result: &SessionResult) {
+    if let Some(fitted) = &result.fitted {
+        outln!("{:21} {}", "scaled to fit", fitted.fitted_text());
     }
 }
 

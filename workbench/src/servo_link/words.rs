@@ -32,6 +32,21 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         Refusal::Axis(axis::Refusal::Value(error)) => {
             format!("the servo refuses the command: {}", range_text(error))
         }
+        Refusal::Axis(axis::Refusal::BeyondVoltage {
+            needed_v,
+            available_v,
+        }) => format!(
+            "the motion takes {needed_v:.2} V beyond the dead zone and {available_v:.2} V are left: choose an amplitude of \
+             at most {:.3} times, or a lower frequency",
+            available_v / needed_v
+        ),
+        Refusal::Axis(axis::Refusal::BeyondSpeed {
+            needed_rad_s,
+            available_rad_s,
+        }) => format!(
+            "the motion takes {needed_rad_s:.2} rad/s and limits.speed_rad_s leaves {available_rad_s:.2} rad/s: choose a \
+             slower or smaller one, or raise the limit"
+        ),
         Refusal::Axis(reason) => axis_text(*reason).into(),
         Refusal::NoSuchAxis => "this firmware has fewer axes; choose a smaller --axis, or build an image with more".into(),
         Refusal::SharedTick => {
@@ -106,6 +121,12 @@ fn axis_text(refusal: axis::Refusal) -> &'static str {
         }
         axis::Refusal::StreamFull => {
             "so many streamed points wait already; send this one again when one has been reached"
+        }
+        axis::Refusal::BeyondVoltage { .. } => {
+            "the motion takes more voltage than is left; choose a slower or smaller one"
+        }
+        axis::Refusal::BeyondSpeed { .. } => {
+            "the motion is faster than limits.speed_rad_s; choose a slower or smaller one"
         }
         axis::Refusal::Value(_) => "a number of the command is out of its range",
         axis::Refusal::NotForAxis => "the servo does not know this command; update its firmware",

@@ -18,6 +18,8 @@ pub(super) struct Kept {
     pub ended: Option<Outcome>,
     pub captured: Option<Captured>,
     pub estimates: Option<EstimatesReport>,
+    /// The same in the servo's own units; nothing at first.
+    pub known: Estimates,
     /// The last fault that any telemetry has told, before the first configuration too.
     pub fault: Fault,
 }
@@ -63,6 +65,7 @@ impl Kept {
     }
 
     pub fn learn(&mut self, estimates: &Estimates) {
+        self.known = *estimates;
         self.estimates = self.log.config.build().ok().map(|scale| estimates.report(&scale));
     }
 

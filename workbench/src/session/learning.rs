@@ -36,6 +36,7 @@ impl Session {
 
     pub(super) fn adopt(&mut self, estimates: &Estimates) -> Result<Done, InputError> {
         self.command(Command::Adopt(*estimates))?;
+        self.kept.get_mut().known = *estimates;
         Ok(Done::Adopted)
     }
 

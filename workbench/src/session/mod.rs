@@ -8,6 +8,7 @@ mod task;
 pub use motion::HOLD_S;
 pub use task::{Arrival, Captured, Done, Profile, Span, Target, Task};
 
+use crate::feasible::Shortfall;
 use crate::input_error::InputError;
 use crate::interrupt;
 use crate::motor::{Builtin, Door, Exec, qemu};
@@ -18,7 +19,7 @@ use kept::Kept;
 use servo::capture::Trigger;
 use servo::config::Config;
 use servo::control::Tuning;
-use servo::identify::estimate::EstimatesReport;
+use servo::identify::estimate::{Estimates, EstimatesReport};
 use servo::protect::Fault;
 use servo::protocol::Command;
 use servo::store::AxisParameters;
@@ -53,6 +54,8 @@ pub struct SessionResult {
     pub tuning: Tuning,
     /// What ended it before all tasks were done.
     pub broken: Option<InputError>,
+    /// What a profile lacked that was scaled for [`Task::Fit`].
+    pub fitted: Option<Shortfall>,
 }
 
 /// How far a session is. Reported about every 512 control ticks, and when a task is done.
@@ -196,6 +199,8 @@ struct Session {
     capture: Option<(Trigger, u16)>,
     cleared: Fault,
     tuning: Tuning,
+    fit: bool,
+    fitted: Option<Shortfall>,
 }
 
 impl Session {
@@ -221,12 +226,15 @@ impl Session {
                 ended: None,
                 captured: None,
                 estimates: None,
+                known: Estimates::default(),
                 fault: Fault::None,
             }),
             every,
             capture: None,
             cleared: Fault::None,
             tuning: known.map_or_else(Tuning::default, |known| known.tuning),
+            fit: false,
+            fitted: None,
         };
         if let Some(known) = &known {
             session.kept.get_mut().learn(&known.estimates);
@@ -284,6 +292,10 @@ impl Session {
             Task::Capture { trigger, before } => {
                 self.capture = Some((*trigger, *before));
                 Ok(Done::Armed)
+            }
+            Task::Fit => {
+                self.fit = true;
+                Ok(Done::Fits)
             }
             Task::Track {
                 profile,
@@ -432,7 +444,7 @@ impl Session {
     }
 
     fn close(self, done: Vec<Done>, broken: Option<InputError>) -> SessionResult {
-        let (cleared, tuning) = (self.cleared, self.tuning);
+        let (cleared, tuning, fitted) = (self.cleared, self.tuning, self.fitted);
         let farewell = self.client.close();
         let Kept {
             mut log, captured, ..
@@ -448,6 +460,7 @@ impl Session {
             cleared,
             tuning,
             broken,
+            fitted,
         }
     }
 }

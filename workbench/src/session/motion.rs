@@ -2,6 +2,7 @@
 
 use super::kept::Kept;
 use super::{Arrival, Captured, Done, LONGEST_REST_S, Profile, Progress, STILL_S, Session, Span, Target};
+use crate::feasible::Ability;
 use crate::input_error::InputError;
 use crate::waypoints::{self, Waypoint};
 use servo::excitation::Waveform;
@@ -27,6 +28,7 @@ impl Session {
         compensation: bool,
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Done, InputError> {
+        let profile = &self.feasible(profile)?;
         self.command(Command::Compensation(compensation))?;
         self.command(Command::Arm)?;
         self.come_to_rest(progress)?;
@@ -58,6 +60,20 @@ impl Session {
             end: reached,
             faulted,
         }))
+    }
+
+    /// The profile, or the one that is left of it for [`super::Task::Fit`]; an error if the motor cannot do it.
+    fn feasible(&mut self, profile: &Profile) -> Result<Profile, InputError> {
+        let known = self.kept.borrow().known;
+        let ability = Ability::of(&self.config(), &known);
+        let Some(short) = ability.and_then(|ability| ability.shortfall(profile)) else {
+            return Ok(profile.clone());
+        };
+        if !self.fit {
+            return Err(InputError(short.to_string()));
+        }
+        self.fitted = Some(short);
+        Ok(short.fit(profile))
     }
 
     /// The servo opens the bridge by itself; the shaft is watched while it coasts.

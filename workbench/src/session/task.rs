@@ -55,6 +55,8 @@ pub enum Task {
     Store,
     /// Go there, and hold.
     Move(Target),
+    /// If the next profile takes more voltage than is left, scale it so that it fits.
+    Fit,
     /// Follow a profile, then hold.
     Track {
         /// What to follow.
@@ -99,6 +101,8 @@ pub enum Done {
     Stored,
     /// A capture is armed.
     Armed,
+    /// The next profile will be scaled if need be.
+    Fits,
     /// The axis is there, or is not.
     Moved(Arrival),
     /// Ticks of a motion.
