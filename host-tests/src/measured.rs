@@ -9,10 +9,7 @@ use std::path::PathBuf;
 /// The folder is `$TRUING_SHARED/data`, or `../shared/data` beside the project; `docs/measured-data.md` tells where each
 /// set is published.
 pub fn measured(relative: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("TRUING_SHARED")
-        .map(PathBuf::from)
-        .unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"));
-    let path = root.join("data").join(relative);
+    let path = root().join(relative);
     if path.is_file() {
         return Some(path);
     }
@@ -20,6 +17,14 @@ pub fn measured(relative: &str) -> Option<PathBuf> {
         "measured data {relative} not present, see docs/measured-data.md"
     ));
     None
+}
+
+/// The folder of measured data, present or not.
+pub fn root() -> PathBuf {
+    let shared = std::env::var_os("TRUING_SHARED")
+        .map(PathBuf::from)
+        .unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared"));
+    shared.join("data")
 }
 
 /// Reports that the calling test is skipped, and why.

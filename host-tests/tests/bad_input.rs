@@ -55,6 +55,7 @@ fn command(model: &str, log: &str, holdout: Option<&str>, without: &[&str]) -> R
             .map(|text| written(folder.path(), "holdout.csv", text))
             .into_iter()
             .collect(),
+        finals: Vec::new(),
         columns: String::new(),
         without: without.iter().map(|name| (*name).to_owned()).collect(),
         out: None,

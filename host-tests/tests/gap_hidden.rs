@@ -332,6 +332,7 @@ fn what_the_library_is_denied_is_not_explained_by_something_else_in_confidence()
     let (log, holdout) = (recorded(&hidden, 51), recorded(&hidden, 52));
     let without = Options {
         without: vec!["periodic_load".into()],
+        ..Options::default()
     };
     let outcome = gap::run(&nominal(), &log, &[holdout], &without, &|_| {}).unwrap();
     assert_eq!(

@@ -122,11 +122,12 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
         (false, true, false) => Verdict::Named,
         (false, true, true) => Verdict::NothingMissing,
     };
+    let another_motor = unpredicted && found.best.hypothesis.items.is_empty();
     let structure = match (left, unpredicted && rest.text == "none") {
+        _ if another_motor => ANOTHER_MOTOR.into(),
         (false, _) if share > SHARE => rest.text,
         (false, _) => "none".into(),
         (true, false) => rest.text,
-        (true, true) if kept.hypothesis.items.is_empty() => "the model fits the log and misses a held-out record: is that record of the same motor, with the same load and the same units?".into(),
         (true, true) => "different in every record: what fits the log does not predict the hold-out".into(),
     };
     Judged {
@@ -205,6 +206,8 @@ fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
 
 /// A held-out record that is missed by this many times the noise, where the log is not, is of another motor.
 const STRANGE: f64 = 3.0;
+
+const ANOTHER_MOTOR: &str = "the model fits the log and misses a held-out record: is that record of the same motor, with the same load and in the same units?";
 
 /// Whether the model misses a held-out record although it fits the log.
 fn strange(best: &Scored) -> bool {

@@ -77,6 +77,8 @@ pub static LIBRARY: &[Effect] = &[
 
 /// What makes a measured speed late: controllers average the speed that they report over 30 to 220 ms, and send it late.
 pub static LAGS: [&Effect; 2] = [&sensor_lag::EFFECT, &transport_delay::EFFECT];
+/// What shifts the whole motion to one side: beside a symmetric threshold or friction the same as two different sides.
+pub static SHIFTS: [&Effect; 2] = [&voltage_offset::EFFECT, &constant_load::EFFECT];
 /// A drive that follows its command so late is rare, and an applied voltage that was logged has its lag behind it.
 pub static RARE_LAG: &Effect = &actuator_lag::EFFECT;
 

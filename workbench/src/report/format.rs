@@ -91,9 +91,17 @@ fn with_deviation(value: f64, std: f64) -> String {
     format!("{value:.decimals$} ± {std:.decimals$}")
 }
 
-/// `half_width_v = 1.10 ± 0.01 V, …`
+/// A number that lies within two of its standard deviations of 0 is not in the headline as if it were known.
+fn is_told_from_nothing(v: &Value) -> bool {
+    v.std.is_none_or(|std| v.value.abs() > 2.0 * std)
+}
+
+/// `half_width_v = 1.10 ± 0.01 V, neg_ns not told from 0 (13 ± 16 N s/m)`
 pub fn parameters(effect: &NamedEffect) -> String {
-    let named = |(name, v): (&String, &Value)| format!("{name} = {}", value(v));
+    let named = |(name, v): (&String, &Value)| match is_told_from_nothing(v) {
+        true => format!("{name} = {}", value(v)),
+        false => format!("{name} not told from 0 ({})", value(v)),
+    };
     readable(effect)
         .into_iter()
         .map(named)

@@ -11,7 +11,7 @@
 use super::score::{Scored, dispersion};
 use super::worth::cross_validated;
 use super::{BEAM, DEEPEST, Found, Offer, Search};
-use crate::effects::{LAGS, RARE_LAG, Starts, find};
+use crate::effects::{LAGS, RARE_LAG, SHIFTS, Starts, find};
 use crate::fit::{Evaluator, SEARCH};
 use crate::hypothesis::{Hypothesis, Item};
 use crate::prediction::held_out_errors;
@@ -39,6 +39,8 @@ const VALIDATED: f64 = 0.25;
 const PER_NUMBER: f64 = 3.0;
 /// Whole periods that a log must have seen before a period is named.
 const PERIODS: f64 = 3.0;
+/// Two descriptions leave the same if one leaves at most so many times the squared error of the other.
+const THE_SAME: f64 = 1.02;
 /// Names that the held-out records may refuse in one round.
 const VETOES: usize = 3;
 /// Searches that go on because a name of the whole set did not stay.
@@ -57,6 +59,7 @@ impl<'a> Search<'a, '_> {
             }
         }
         let kept = self.by_convention(kept, &mut path);
+        let kept = self.one_name_for_two(kept, &mut path);
         let best = self.fine(&kept);
         let others = self.rivals(&best, path.others, &path.singles);
         Found {
@@ -346,6 +349,47 @@ impl<'a> Search<'a, '_> {
             Some(likely) => {
                 path.others.push(scored);
                 likely
+            }
+            None => scored,
+        }
+    }
+}
+
+impl<'a> Search<'a, '_> {
+    /// A symmetric form and a shift to one side are the same as the form with two sides: where both leave the same, one name is
+    /// said instead of two.
+    fn one_name_for_two(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
+        let names = scored.hypothesis.names();
+        let Some(shift) = SHIFTS
+            .iter()
+            .find_map(|shift| names.iter().position(|name| name == shift.name))
+        else {
+            return scored;
+        };
+        let search = Search {
+            offer: Offer::Forms,
+            ..self.clone()
+        };
+        let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
+        let rest = self.without(&scored, shift, &SEARCH);
+        let two_sided = (0..rest.hypothesis.items.len()).flat_map(|index| {
+            let variants = search.variants(&rest.hypothesis, index);
+            variants.into_iter().map(move |item| (index, item))
+        });
+        let same = |other: &Scored<'a>| {
+            let errors = held_out_errors(&other.hypothesis, &other.fit.x);
+            other.hypothesis.effect_slots() <= scored.hypothesis.effect_slots()
+                && other.fit.cost <= THE_SAME * scored.fit.cost
+                && no_more(&errors, &held_out, THE_SAME)
+        };
+        let found = two_sided
+            .filter_map(|(index, item)| search.replaced(&rest, index, item))
+            .map(|other| self.refit(&other, &SEARCH))
+            .find(same);
+        match found {
+            Some(found) => {
+                path.others.push(scored);
+                found
             }
             None => scored,
         }

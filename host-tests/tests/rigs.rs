@@ -1,0 +1,181 @@
+//! Rigs of other people whose effects are known: what `truing judge` says of them, as a test. Expectations stand in
+//! `data/rigs/*/expect.toml` and are written from what is known of the rig.
+
+use host_tests::measured;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use truing::commands::judge::answer;
+use truing::effects;
+use truing::gap::{self, Options};
+use truing::judge::Rig;
+use truing::log::{self, Columns, Dynamic, Log};
+use truing::model::{self, Model};
+use truing::outcome::{Outcome, Verdict};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/rigs")
+}
+
+fn names(outcome: &Outcome) -> Vec<String> {
+    outcome.effects.iter().map(|effect| effect.name.clone()).collect()
+}
+
+/// Whether a number of each named effect lies beyond two of its standard deviations from nothing; effects without numbers do.
+fn indistinct(outcome: &Outcome) -> Vec<&str> {
+    let vague = |effect: &&truing::outcome::NamedEffect| {
+        let known = effects::find(&effect.name).expect("in the library");
+        let clear = |(key, value): (&String, &truing::outcome::Value)| {
+            let parameter = known
+                .parameters
+                .iter()
+                .find(|p| p.name == *key || effects::linear_key(p.name) == *key);
+            let nothing = parameter.map_or(0.0, effects::Parameter::nothing);
+            value
+                .std
+                .is_none_or(|std| (value.value - nothing).abs() > 2.0 * std)
+        };
+        !effect.parameters.is_empty() && !effect.parameters.iter().any(clear)
+    };
+    let effects = outcome.effects.iter().filter(vague);
+    effects.map(|effect| effect.name.as_str()).collect()
+}
+
+#[test]
+fn the_rigs_of_other_people_are_named_as_is_known_of_them() {
+    let rigs = Rig::all(&folder()).unwrap();
+    assert!(rigs.len() >= 22, "{} rigs", rigs.len());
+    let shared = measured::root();
+    let wrong: Vec<String> = rigs
+        .par_iter()
+        .filter_map(|rig| {
+            let Some(outcome) = answer(rig, Some(&shared)).unwrap() else {
+                measured::skip(&format!(
+                    "the data of rig {} not present, see docs/measured-data.md",
+                    rig.name
+                ));
+                return None;
+            };
+            let mut faults = rig.expectation.faults(&outcome);
+            let held = &outcome.holdout;
+            if !outcome.effects.is_empty() && held.rmse_after >= held.rmse_before {
+                faults.push("names that do not shrink the held-out gap".into());
+            }
+            let record = outcome.steps.len() > 1 && !rig.name.contains("sweep") && rig.name != "un_map";
+            faults.extend(
+                indistinct(&outcome)
+                    .iter()
+                    .filter(|_| record)
+                    .map(|name| format!("{name} within two deviations of nothing")),
+            );
+            (!faults.is_empty() && rig.expectation.shortfall.is_none()).then(|| {
+                format!(
+                    "{}: {} ({})",
+                    rig.name,
+                    faults.join("; "),
+                    names(&outcome).join(" + ")
+                )
+            })
+        })
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A rig with its log and its held-out record.
+fn opened(name: &str) -> (Model, Dynamic, Dynamic) {
+    let folder = folder().join(name);
+    let record = |file: &str| match log::read(&folder.join(file), &Columns::default()).unwrap() {
+        Log::Dynamic(log) => log,
+        Log::Table(_) => panic!("{name}: a table"),
+    };
+    let model = model::read(&folder.join("model.toml")).unwrap();
+    (model, record("log.csv"), record("holdout.csv"))
+}
+
+/// Its runs from one place on, as a record of their own.
+fn runs(record: &Dynamic, which: impl Fn(usize) -> bool, source: &str) -> Dynamic {
+    let kept = record.runs.iter().enumerate().filter(|(k, _)| which(*k));
+    Dynamic {
+        source: source.into(),
+        runs: kept.map(|(_, run)| run.clone()).collect(),
+        ..record.clone()
+    }
+}
+
+/// Every held-out record has the same veto, in whatever order they are shown; what is left stands beside the names.
+#[test]
+fn names_do_not_depend_on_the_order_of_the_held_out_records() {
+    let (model, log, holdout) = opened("angel_drive");
+    assert!(holdout.runs.len() > 1);
+    let first = runs(&holdout, |k| k % 2 == 0, "first");
+    let second = runs(&holdout, |k| k % 2 == 1, "second");
+    let said = |holdouts: &[Dynamic]| {
+        let outcome = gap::run(&model, &log, holdouts, &Options::default(), &|_| {}).unwrap();
+        (names(&outcome), outcome.verdict, outcome.unexplained.share_of_gap)
+    };
+    let one_way = said(&[first.clone(), second.clone()]);
+    let other_way = said(&[second, first]);
+    assert_eq!(one_way, other_way);
+    assert!(!one_way.0.is_empty() && one_way.2 > 0.0, "{one_way:?}");
+}
+
+/// A record given as final is predicted and chooses nothing; a copy of a record that had a veto is refused.
+#[test]
+fn a_final_record_is_only_predicted() {
+    let (model, log, holdout) = opened("frc501_drive");
+    let veto = runs(&holdout, |k| k == 0, "veto");
+    let last = runs(&holdout, |k| k > 0, "last");
+    let said = |finals: Vec<Dynamic>| {
+        let options = Options {
+            finals,
+            ..Options::default()
+        };
+        gap::run(&model, &log, std::slice::from_ref(&veto), &options, &|_| {})
+    };
+    let (without, with) = (said(Vec::new()).unwrap(), said(vec![last]).unwrap());
+    assert_eq!(names(&without), names(&with));
+    assert_eq!(without.holdout, with.holdout);
+    assert_eq!(without.final_records, None);
+    let predicted = with.final_records.unwrap();
+    assert!(predicted.rmse_after < predicted.rmse_before, "{predicted:?}");
+    let refused = said(vec![veto.clone()]).unwrap_err().to_string();
+    assert!(refused.contains("give --final another record"), "{refused}");
+}
+
+/// Another motor's record, which the model misses by many times the noise, is no proof that nothing is missing.
+#[test]
+fn a_held_out_record_of_another_motor_is_not_nothing_missing() {
+    use host_tests::opened::opened;
+    use truing::cases::{Set, Spec, draw};
+    let spec = Spec {
+        rows: 1500,
+        ..Spec::new(Set::Nothing)
+    };
+    // The same drive and the same rates, so that the files fit together.
+    let case = opened(&draw(&spec, 61)).unwrap();
+    let right = gap::run(
+        &case.model,
+        &case.log,
+        std::slice::from_ref(&case.holdout),
+        &Options::default(),
+        &|_| {},
+    );
+    assert_eq!(right.unwrap().verdict, Verdict::NothingMissing);
+    let mut other = case.holdout.clone();
+    for run in &mut other.runs {
+        run.speed.iter_mut().flatten().for_each(|speed| *speed *= 0.6);
+        run.position
+            .iter_mut()
+            .flatten()
+            .for_each(|position| *position *= 0.6);
+        run.current_a = None;
+    }
+    let mut log = case.log.clone();
+    log.runs.iter_mut().for_each(|run| run.current_a = None);
+    let outcome = gap::run(&case.model, &log, &[other], &Options::default(), &|_| {}).unwrap();
+    assert_eq!(outcome.verdict, Verdict::Unexplained, "{:?}", names(&outcome));
+    assert!(
+        outcome.unexplained.structure.contains("misses a held-out record"),
+        "{}",
+        outcome.unexplained.structure
+    );
+}
