@@ -9,10 +9,13 @@ use crate::search::{Found, Scored};
 /// Why an effect is named.
 pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> String {
     let (from, to) = (gap(before.gap), gap(after.gap));
-    format!(
-        "The held-out gap falls from {from} to {to} {unit} with it: {}. Its trace: {}.",
-        effect.summary, effect.signature
-    )
+    let (summary, trace) = (effect.summary, effect.signature);
+    if from == to || after.gap >= before.gap {
+        return format!(
+            "It lowers the held-out gap together with the other names, not alone ({from} and {to} {unit}): {summary}. Its trace: {trace}."
+        );
+    }
+    format!("The held-out gap falls from {from} to {to} {unit} with it: {summary}. Its trace: {trace}.")
 }
 
 /// Explanations that lost, and why.
@@ -54,4 +57,24 @@ fn reason(other: &Scored, best: &Scored) -> String {
         ));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(before: f64, after: f64) -> String {
+        let step = |gap: f64| Step {
+            label: String::new(),
+            gap,
+        };
+        sentence(&crate::effects::LIBRARY[0], &step(before), &step(after), "rad/s")
+    }
+
+    #[test]
+    fn a_gap_falls_only_where_it_falls() {
+        assert!(said(1.6, 1.5).contains("falls from 1.600 to 1.500 rad/s"));
+        assert!(!said(1.5381, 1.5379).contains("falls"), "the same figure twice");
+        assert!(!said(0.6725, 0.6823).contains("falls"));
+    }
 }
