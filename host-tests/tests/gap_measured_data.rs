@@ -131,8 +131,8 @@ fn the_pendulum_needs_gravity() {
     between(outcome.holdout.fit_percent_after, 70.0, 97.0);
 }
 
-/// A micromouse's left wheel from rest to 200 rpm: a delay is a decoy; the threshold of the drive is the answer, and beside
-/// it the break-away that the static sweep shows too. The gain has to grow almost fourfold together with the zone.
+/// A micromouse's left wheel from rest to 200 rpm: a delay is a decoy; the threshold of the drive is the answer.
+/// The gain has to grow almost fourfold together with the zone.
 #[test]
 fn the_micromouse_has_a_dead_zone_not_a_delay() {
     let set = |ms: u32| measured(&format!("micromouse/closedloop_controllerDelayImpact{ms}ms.csv"));
@@ -161,5 +161,6 @@ fn the_micromouse_has_a_dead_zone_not_a_delay() {
         found.contains(&"dead_zone") && !found.contains(&"transport_delay"),
         "{found:?}"
     );
-    between(outcome.holdout.fit_percent_after, 81.0, 90.0);
+    // The break-away that the sweep shows brings 84.6 %, which is not the fifth that a richer form must remove (decision 0240).
+    between(outcome.holdout.fit_percent_after, 79.0, 90.0);
 }

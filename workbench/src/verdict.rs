@@ -175,11 +175,16 @@ fn indistinct(best: &Scored) -> Option<usize> {
     }
 }
 
-/// The first effect of a set without which the held-out data are predicted as well, everything fitted anew.
+/// The first effect of a set without which the held-out data are predicted as well, everything fitted anew. A base parameter
+/// stays: without it the others are bent to the ends of their tolerances and may predict as much.
 fn useless(best: &Scored) -> Option<usize> {
     let error = |set: &Scored| -> f64 { held_out_errors(&set.hypothesis, &set.fit.x).iter().sum() };
     let with = error(best);
-    (0..best.hypothesis.items.len()).find(|index| error(&refitted(best, |k| k != *index)) <= with)
+    let mut items = best.hypothesis.items.iter().enumerate();
+    let useless = |index: usize| error(&refitted(best, |k| k != index)) <= with;
+    items
+        .find(|(index, item)| !item.effect.is_base_parameter() && useless(*index))
+        .map(|(index, _)| index)
 }
 
 /// The judgement on names that a search by shares kept: they stand, and what is left stands beside them.

@@ -267,8 +267,8 @@ impl<'a> Search<'a, '_> {
         periods.is_none_or(|periods| periods >= PERIODS)
     }
 
-    /// The set by elimination, and the names that did not stay. The weakest goes
-    /// first; as a whole the set must leave less than the model as given on every held-out record.
+    /// The set by elimination, the weakest name first, and the names that did not stay. As a whole the set must leave less than the
+    /// model as given on every held-out record.
     fn retained(&self, scored: Scored<'a>) -> (Scored<'a>, Vec<String>) {
         let mut best = scored;
         let mut dropped = Vec::new();
