@@ -81,9 +81,6 @@ const VISIBLE: f64 = 0.25;
 const SHARE: f64 = 0.006;
 /// The same where what is left goes with the turn of a shaft: no form of another effect does.
 const SHARE_TURNING: f64 = 1e-3;
-/// The same for a model that is itself a fit to the log (`fitted_to_log`): it stands for a rig nobody has described, whose
-/// smaller imperfections stay. Outsiders leave several times as much, of the log or of the hold-out.
-const SHARE_FITTED: f64 = 0.1;
 /// A model that leaves this share of the hold-out's gap has described the log, not the axis.
 const HELD_OUT_SHARE: f64 = 0.15;
 /// A name stands, although something is left, if it shrinks the structured part by this factor.
@@ -229,16 +226,8 @@ fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
     match (visible && !white, nothing_named) {
         (false, _) => false,
         (true, true) => rest.structured || rest.repeated || rest.excess > 1.0,
-        (true, false) => share > enough(found, rest),
-    }
-}
-
-/// The share of the first gap that names may leave.
-fn enough(found: &Found, rest: &Rest) -> f64 {
-    match (found.best.hypothesis.model.fitted_to_log, rest.turning) {
-        (true, _) => SHARE_FITTED,
-        (false, true) => SHARE_TURNING,
-        (false, false) => SHARE,
+        (true, false) if rest.turning => share > SHARE_TURNING,
+        (true, false) => share > SHARE,
     }
 }
 
