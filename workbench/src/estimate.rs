@@ -127,12 +127,13 @@ impl<'s, 'a> Spread<'s, 'a> {
     }
 }
 
-/// The first effect of a set whose numbers all lie within two standard deviations of nothing.
+/// The first effect of a set whose numbers all lie within two standard deviations of nothing. A base parameter has a measure of its
+/// own: it is named beyond three tolerances.
 pub fn indistinct(kept: &Scored) -> Option<usize> {
     let spread = Spread::of(kept);
     let items = kept.hypothesis.items.iter().enumerate();
     items
-        .filter(|(index, item)| !spread.stands_out(*index, item))
+        .filter(|(index, item)| !item.effect.is_base_parameter() && !spread.stands_out(*index, item))
         .map(|(index, _)| index)
         .next()
 }
