@@ -495,3 +495,38 @@ fn the_extended_model_tells_how_sure_each_name_is() {
     };
     assert_eq!(standing(&unexplained, "dead_zone"), "unexplained");
 }
+
+/// Names with their sizes and what is left stand in the first sentence; a number within two deviations of 0 is not told as known.
+#[test]
+fn what_is_left_stands_beside_the_names() {
+    let mut named = outcome();
+    named.verdict = Verdict::Named;
+    named.ties.clear();
+    named.effects[1] = effect("constant_load", ("torque_nm", value(0.01, 0.02, "N m")), None);
+    named.unexplained = Unexplained {
+        share_of_gap: 0.17,
+        structure: "noise-like, correlated in time".into(),
+    };
+    named.final_records = Some(HoldOut {
+        fit_percent_before: 70.0,
+        fit_percent_after: 97.5,
+        ..named.holdout.clone()
+    });
+    let text = Terminal.export(&named).unwrap();
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let first = "The model lacks dead_zone of 1.1 V and constant_load; 17 % of the gap (squared) is left.";
+    assert!(words.contains(first), "{words}");
+    assert!(
+        words.contains("torque_nm not told from 0 (0.010 ± 0.020 N m)"),
+        "{words}"
+    );
+    assert!(
+        words.contains("records that chose nothing: fit 70.00 % → 97.50 %"),
+        "{words}"
+    );
+    let json: serde_json::Value = serde_json::from_str(&Json.export(&named).unwrap()).unwrap();
+    assert_eq!(json["final"]["fit_percent_after"], 97.5);
+    assert_eq!(json["unexplained"]["share_of_gap"], 0.17);
+    let plain: serde_json::Value = serde_json::from_str(&Json.export(&outcome()).unwrap()).unwrap();
+    assert!(plain.get("final").is_none());
+}

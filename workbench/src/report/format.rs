@@ -172,11 +172,22 @@ pub fn headline(outcome: &Outcome) -> String {
             "Found: {names}. Other names fit these data equally well; an experiment tells them apart."
         ),
         Verdict::Named if left(outcome) => format!(
-            "The model lacks {names}; {} of the gap (squared) is left.",
+            "The model lacks {}; {} of the gap (squared) is left.",
+            listing(&outcome.effects.iter().map(sized).collect::<Vec<_>>()),
             percent(outcome.unexplained.share_of_gap)
         ),
         Verdict::Named => format!("The model lacks {names}."),
         Verdict::NothingMissing => "Nothing is missing: simulation and data agree to the noise.".into(),
+    }
+}
+
+/// A name with its size, where it has one: `dead_zone of 0.65 V`.
+fn sized(effect: &NamedEffect) -> String {
+    let measured =
+        |(_, v): &(&String, &Value)| is_told_from_nothing(v) && !v.unit.is_empty() && v.unit != "1";
+    match readable(effect).into_iter().find(measured) {
+        Some((_, v)) => format!("{} of {} {}", effect.name, significant(v.value, 2), v.unit),
+        None => effect.name.clone(),
     }
 }
 
