@@ -179,3 +179,13 @@ fn a_held_out_record_of_another_motor_is_not_nothing_missing() {
         outcome.unexplained.structure
     );
 }
+
+/// One short run in one direction, missed by many times the noise, shows no structure; that is no proof that nothing is missing.
+#[test]
+fn a_short_log_that_is_missed_is_not_nothing_missing() {
+    let (model, log, holdout) = opened("durham_elevator");
+    let outcome = gap::run(&model, &holdout, &[log], &Options::default(), &|_| {}).unwrap();
+    assert_eq!(outcome.verdict, Verdict::Unexplained, "{:?}", names(&outcome));
+    let structure = &outcome.unexplained.structure;
+    assert!(structure.contains("too few samples"), "{structure}");
+}

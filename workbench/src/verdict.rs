@@ -122,6 +122,7 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
     let another_motor = unpredicted && found.best.hypothesis.items.is_empty();
     let structure = match (left, unpredicted && rest.text == "none") {
         _ if another_motor => ANOTHER_MOTOR.into(),
+        (true, false) if rest.text == "none" => TOO_FEW.into(),
         (false, _) if share > SHARE => rest.text,
         (false, _) => "none".into(),
         (true, false) => rest.text,
@@ -209,6 +210,12 @@ fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
 /// A held-out record that is missed by this many times the noise, where the log is not, is of another motor.
 const STRANGE: f64 = 3.0;
 
+/// Fewer samples show no structure, whatever they leave.
+const FEW: usize = 200;
+/// What they leave is no agreement from so many times the noise's variance on.
+const DISAGREE: f64 = 9.0;
+const TOO_FEW: &str =
+    "the log has too few samples to say what it looks like; log more runs, in both directions";
 const ANOTHER_MOTOR: &str = "the model fits the log and misses a held-out record: is that record of the same motor, with the same load and in the same units?";
 
 /// Whether the model misses a held-out record although it fits the log.
@@ -223,6 +230,9 @@ fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
     let visible = rest.excess.sqrt() > VISIBLE;
     let nothing_named = found.best.hypothesis.items.is_empty();
     let white = rest.text == "none";
+    if nothing_named && found.best.fit.samples < FEW && rest.excess > DISAGREE {
+        return true;
+    }
     match (visible && !white, nothing_named) {
         (false, _) => false,
         (true, true) => rest.structured || rest.repeated || rest.excess > 1.0,
