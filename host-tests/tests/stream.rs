@@ -262,6 +262,33 @@ proptest! {
     }
 }
 
+/// Points five ticks apart whose speeds lie far from each other: the acceleration swings within a tick, and the set-point took
+/// 5 % more than the voltage leaves while every tick's own acceleration kept the limit.
+#[test]
+fn points_that_follow_each_other_at_once_keep_the_voltage() {
+    let mut bench = knowing(&plant());
+    let mut judge = Judge::new(&mut bench);
+    let points = [
+        (2.584_434_5, -98.039_39, 151),
+        (2.116_771_2, -54.461_99, 5),
+        (0.0, 0.0, 21),
+    ];
+    for (position_rad, speed_rad_s, ticks) in points {
+        let point = Point {
+            position_rad,
+            speed_rad_s,
+            acceleration_rad_s2: None,
+            ticks,
+        };
+        let _ = bench.ask(Command::Stream(point));
+    }
+    for _ in 0..20_000 {
+        let output = bench.tick();
+        assert_eq!(output.record.fault, Fault::None);
+        judge.see(&output).expect("within the limits");
+    }
+}
+
 /// A sine at full swing from the first point on: nothing eases it in.
 fn raw_sine(amplitude: f64, hertz: f64, seconds: f64, tick_hz: u32) -> Vec<Knot> {
     let rows: Vec<Waypoint> = (0..=(seconds * 100.0) as u32)

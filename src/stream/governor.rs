@@ -29,6 +29,8 @@ const FASTEST: f32 = 2000.0;
 const CLOSING_BITS: u32 = 4;
 /// A lag that is none, counts Q12: 1/16.
 const CAUGHT_UP: i32 = 1 << (ERROR_BITS - 4);
+/// Two speeds, each rounded to Q20, may differ by so much more than their accelerations say, Q24.
+const ROUNDED: i32 = 2 * SPEED_TO_ACCELERATION;
 /// From Q20 to Q24.
 const SPEED_TO_ACCELERATION: i32 = 1 << (ACCELERATION_BITS - SPEED_BITS);
 
@@ -75,7 +77,7 @@ impl Governor {
     /// The set-point of this tick, and what keeps it from the streamed one.
     #[inline]
     pub fn step(&mut self, wanted: &Reference) -> (Reference, Limit) {
-        if self.passes && self.allows(wanted) {
+        if self.passes && self.allows(wanted) && self.reaches(wanted) {
             self.position = wanted.position;
             self.speed = wanted.speed.per_tick();
             return (*wanted, Limit::None);
@@ -101,26 +103,35 @@ impl Governor {
             && wanted.acceleration.0 <= high.saturating_add(1)
     }
 
+    /// Whether the change of speed since the last tick keeps the limits too: between points a few ticks apart the acceleration
+    /// swings within a tick, and that of its end says nothing of the rest.
+    fn reaches(&self, wanted: &Reference) -> bool {
+        let before = self.speed_q20();
+        let [low, high] = self.room(before);
+        let change = change(before, wanted.speed.0);
+        change >= low.saturating_sub(ROUNDED) && change <= high.saturating_add(ROUNDED)
+    }
+
+    /// The speed that was given out last.
+    fn speed_q20(&self) -> Speed {
+        Speed((self.speed >> (32 - SPEED_BITS)) as i32)
+    }
+
     #[inline(never)]
     fn catch_up(&mut self, wanted: &Reference) -> (Reference, Limit) {
-        let before = Speed((self.speed >> (32 - SPEED_BITS)) as i32);
+        let before = self.speed_q20();
         let [low, high] = self.room(before);
         let coasted = self.position.plus(self.speed);
         let lag = wanted.position.minus(coasted);
         let asked = self.within_travel(coasted, wanted.speed.0.saturating_add(self.closing(lag)));
         let speed = limited(asked, self.top.0);
-        let change = |speed: i32| {
-            speed
-                .saturating_sub(before.0)
-                .saturating_mul(SPEED_TO_ACCELERATION)
-        };
-        let needed = change(speed);
+        let needed = change(before, speed);
         let acceleration = needed.max(low).min(high);
         let step = (acceleration as i64) << (32 - ACCELERATION_BITS);
         self.position = coasted.plus(step >> 1);
         self.speed = self.speed.wrapping_add(step);
         let left = wanted.position.minus(self.position);
-        let meets = (low..=high).contains(&change(wanted.speed.0));
+        let meets = (low..=high).contains(&change(before, wanted.speed.0));
         self.passes = meets && left.saturating_abs() <= CAUGHT_UP && self.allows(wanted);
         if self.passes {
             self.position = wanted.position;
@@ -159,6 +170,13 @@ impl Governor {
         let up = self.closing(upper.minus(place));
         speed.max(down).min(up)
     }
+}
+
+/// The acceleration, Q24, that changes one speed into another, Q20, within a tick.
+fn change(before: Speed, speed: i32) -> i32 {
+    speed
+        .saturating_sub(before.0)
+        .saturating_mul(SPEED_TO_ACCELERATION)
 }
 
 /// Square root, 16 significant bits.
