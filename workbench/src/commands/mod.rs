@@ -22,8 +22,8 @@ use clap::{Parser, Subcommand};
 
 /// For the help.
 const EXIT_STATUS: &str = "\
-Exit status: 0 done, whatever was found; 1 the servo did not do what it was asked for (a refused commissioning, a fault, an
-event that did not come); 2 the input is unusable or the output cannot be written; 130 interrupted, the servo stopped.";
+Exit status: 0 done, whatever was found; 1 the servo did not do what it was asked for (a refused commissioning, a fault, an event that did \
+not come), or a rig is answered wrongly (judge); 2 the input is unusable or the output cannot be written; 130 interrupted, the servo stopped.";
 
 /// Finds where a motor model and measured data disagree, names the missing effect, adds it and shows the gap shrink.
 #[derive(Debug, Parser)]
