@@ -9,8 +9,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use truing::log::Table;
 use truing::outcome::{Outcome, Verdict};
+use truing::system::log::Table;
 
 /// What was drawn.
 struct Case {
@@ -158,8 +158,8 @@ fn main() {
         .into_par_iter()
         .map(|seed| {
             let case = draw(seed);
-            let model = truing::model::parse("drawn", &case.model).unwrap();
-            let outcome = truing::steady::run(&model, &case.table, &[]);
+            let model = truing::system::model::parse("drawn", &case.model).unwrap();
+            let outcome = truing::gap::tables::run(&model, &case.table, &[]);
             (case, outcome)
         })
         .collect();

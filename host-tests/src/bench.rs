@@ -5,7 +5,7 @@ use crate::families::Plant;
 use servo::axis::{Axis, Bridge, Output, Refusal, Sample, State};
 use servo::protocol::Command;
 use std::collections::VecDeque;
-use truing::truth::{Converter, Encoder, Reading, Simulator};
+use truing::synthetic::reference_plant::{Converter, Encoder, Reading, Simulator};
 
 /// Error of the simulation in one step, relative to full scale: far below a count and a converter step.
 const TOLERANCE: f64 = 1e-6;

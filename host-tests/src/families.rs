@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use servo::config::Config;
 use servo::optional::Optional;
 use std::f64::consts::TAU;
-use truing::truth::{Decay, Friction, Load, Motor, Split, Thermal, Train};
+use truing::synthetic::reference_plant::{Decay, Friction, Load, Motor, Split, Thermal, Train};
 
 /// Size and kind of motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

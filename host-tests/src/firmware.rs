@@ -5,11 +5,11 @@ use crate::virtual_motor::VirtualMotor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
-use truing::input_error::InputError;
-use truing::motor::qemu::Options;
-use truing::replay::{self, Verdict};
-use truing::servo_link::Lockstep;
-use truing::session::{self, SessionResult, Task};
+use truing::console::input_error::InputError;
+use truing::device::link::Lockstep;
+use truing::device::motor::qemu::Options;
+use truing::device::replay::{self, Verdict};
+use truing::device::session::{self, SessionResult, Task};
 
 /// QEMU with an image of the sources as they are. Panics with the compiler's words if it cannot be built: tests in QEMU
 /// are never skipped.

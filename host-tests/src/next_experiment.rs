@@ -6,12 +6,12 @@ use crate::opened::{Opened, opened, recorded};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::error::Error;
-use truing::cases::{Set, Spec, draw};
+use truing::gap::hypothesis::Hypothesis;
+use truing::gap::search::{HELD_OUT, Scored, chi2, search, tied};
 use truing::gap::{self, Options, made_ready};
-use truing::hypothesis::Hypothesis;
-use truing::log::{Dynamic, Run};
 use truing::outcome::{Outcome, Verdict};
-use truing::search::{HELD_OUT, Scored, chi2, search, tied};
+use truing::synthetic::cases::{Set, Spec, draw};
+use truing::system::log::{Dynamic, Run};
 
 /// A difference in χ² from which two rivals can be told apart: the workbench's own limit for "not separable".
 const SEPARABLE: f64 = 20.0;

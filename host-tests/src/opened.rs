@@ -2,10 +2,10 @@
 
 use std::error::Error;
 use std::path::Path;
-use truing::cases::Case;
-use truing::cases::sheet::Sheet;
-use truing::log::{self, Columns, Dynamic, Log};
-use truing::model::{self, Model};
+use truing::synthetic::cases::Case;
+use truing::synthetic::cases::sheet::Sheet;
+use truing::system::log::{self, Columns, Dynamic, Log};
+use truing::system::model::{self, Model};
 
 /// What the analysis gets of a case.
 pub struct Opened {

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use truing::motor::qemu::Options;
-use truing::servo_link::{Lockstep, Wire};
+use truing::device::link::{Lockstep, Wire};
+use truing::device::motor::qemu::Options;
 
 /// Real time between two looks at the clock and the line.
 const PACE: Duration = Duration::from_millis(2);

@@ -2,7 +2,7 @@
 
 use crate::families::{Family, Options, Plant, Seeds, Severity};
 use std::f64::consts::TAU;
-use truing::truth::Oddity;
+use truing::synthetic::reference_plant::Oddity;
 
 /// Where the stops are, turns of the controlled shaft to either side of power-up.
 pub const STOP_TURNS: f64 = 2.0;

@@ -9,7 +9,7 @@ use servo::optional::Optional;
 use servo::protocol::Command;
 use servo::record::{Activity, Source};
 use std::f64::consts::TAU;
-use truing::truth::{Friction, Motor};
+use truing::synthetic::reference_plant::{Friction, Motor};
 
 /// A small geared motor: 12 V, 20 rad/s/V, 40 ms, 1.2 V of friction, 500 counts.
 fn plant() -> Plant {

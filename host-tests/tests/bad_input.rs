@@ -4,12 +4,12 @@ use host_tests::opened::{Opened, opened};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
-use truing::cases::{Case, Set, Spec, draw};
-use truing::commands::gap::{Arguments, run};
+use truing::cli::gap::{Arguments, run};
 use truing::gap::{self, Options};
-use truing::model;
 use truing::outcome::{Outcome, Verdict};
 use truing::report::{Exporter, model_file::ModelFile};
+use truing::synthetic::cases::{Case, Set, Spec, draw};
+use truing::system::model;
 
 /// Effects that the tests hide.
 const NAMES: [&str; 3] = ["dead_zone", "coulomb_friction", "motor_gain"];

@@ -1,10 +1,10 @@
 //! The generator of hidden cases: what it writes can be read, repeats by seed, and hides what the answer says.
 
 use std::collections::BTreeSet;
-use truing::cases::hidden::KINDS;
-use truing::cases::outside::OUTSIDERS;
-use truing::cases::{Set, Spec, draw, rms_difference};
-use truing::commands;
+use truing::cli;
+use truing::synthetic::cases::hidden::KINDS;
+use truing::synthetic::cases::outside::OUTSIDERS;
+use truing::synthetic::cases::{Set, Spec, draw, rms_difference};
 
 fn spec(set: Set) -> Spec {
     Spec {
@@ -37,7 +37,7 @@ fn same_seed_gives_the_same_files_and_evaluation_gives_others() {
 #[test]
 fn names_are_those_of_the_library_and_parameters_too() {
     for kind in KINDS {
-        let effect = truing::effects::LIBRARY
+        let effect = truing::system::effects::LIBRARY
             .iter()
             .find(|effect| effect.name == kind.name);
         let effect = effect.unwrap_or_else(|| panic!("{} is not in the library", kind.name));
@@ -50,9 +50,9 @@ fn names_are_those_of_the_library_and_parameters_too() {
         }
     }
     // An effect without starts is offered for steady-state tables only; these cases are records over time.
-    let library: BTreeSet<&str> = truing::effects::LIBRARY
+    let library: BTreeSet<&str> = truing::system::effects::LIBRARY
         .iter()
-        .filter(|effect| !matches!(effect.starts, truing::effects::Starts::Grid([])))
+        .filter(|effect| !matches!(effect.starts, truing::system::effects::Starts::Grid([])))
         .map(|effect| effect.name)
         .collect();
     let hidden: BTreeSet<&str> = KINDS.iter().map(|kind| kind.name).collect();
@@ -127,12 +127,12 @@ fn what_is_written_can_be_read_and_the_answer_stays_apart() {
         ];
         let paths = [out.as_os_str(), "--answers".as_ref(), answers.as_os_str()];
         let all = arguments.iter().map(|a| a.as_ref()).chain(paths);
-        <commands::Cli as clap::Parser>::try_parse_from(all)
+        <cli::Cli as clap::Parser>::try_parse_from(all)
             .expect("arguments")
             .run()
     };
     run(&answers).expect("cases");
-    let model = truing::model::read(&out.join("case-00001/model.toml")).expect("model");
+    let model = truing::system::model::read(&out.join("case-00001/model.toml")).expect("model");
     assert!(model.known.is_empty());
     assert!(
         !std::fs::read_to_string(out.join("case-00001/model.toml"))

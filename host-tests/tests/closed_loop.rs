@@ -10,8 +10,8 @@ use servo::protect::Fault;
 use servo::protocol::Command;
 use servo::record::{Activity, Limit};
 use std::f64::consts::TAU;
-use truing::loops::LoopShape;
-use truing::truth::Friction;
+use truing::device::loops::LoopShape;
+use truing::synthetic::reference_plant::Friction;
 
 /// The middle family without friction, noise or saturation.
 fn ideal() -> Plant {

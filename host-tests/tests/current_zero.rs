@@ -3,8 +3,8 @@
 use host_tests::desk::{self, Desk};
 use servo::axis::{self, Sample};
 use servo::protocol::{Command, FRAME_CAPACITY, Refusal, encode};
-use truing::input_error::InputError;
-use truing::servo_link::{Client, Wire, current_text};
+use truing::console::input_error::InputError;
+use truing::device::link::{Client, Wire, current_text};
 
 #[test]
 fn an_axis_cannot_be_armed_while_the_zero_is_looked_for() {

@@ -1,8 +1,8 @@
 //! The library of effects: every published name is there, every entry is complete, and each one acts on the plant.
 
-use truing::effects::{self, LIBRARY, Scale};
-use truing::plant::Motor;
-use truing::plant::physics::Physics;
+use truing::system::effects::{self, LIBRARY, Scale};
+use truing::system::plant::Motor;
+use truing::system::plant::physics::Physics;
 
 /// The names that stay, whatever is added.
 const PUBLISHED: &[&str] = &[

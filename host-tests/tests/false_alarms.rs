@@ -9,7 +9,7 @@ use servo::encoder::Standstill;
 use servo::protect::{Fault, Settings};
 use servo::protocol::Command;
 use servo::units::Speed;
-use truing::truth::Train;
+use truing::synthetic::reference_plant::Train;
 
 fn commissioned(family: Family, number: u32, sensed: bool, budget_ms: u32) -> (Plant, Trial) {
     let options = Options {

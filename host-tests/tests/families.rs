@@ -3,7 +3,7 @@
 use host_tests::bench::{Bench, Board};
 use host_tests::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
 use servo::axis::Bridge;
-use truing::truth::{Command, Motor, Simulator};
+use truing::synthetic::reference_plant::{Command, Motor, Simulator};
 
 const FAMILIES: [Family; 4] = [Family::G1, Family::G2, Family::G3, Family::Paper];
 const SEVERITIES: [Severity; 3] = [Severity::Exact, Severity::Nominal, Severity::Harsh];
@@ -81,7 +81,7 @@ fn time_constant_is_the_area_above_a_small_step_response() {
         motor.drag = 0.0;
         motor.friction = Default::default();
         motor.load = Default::default();
-        motor.drive = truing::truth::Drive::ideal(motor.drive.supply_v);
+        motor.drive = truing::synthetic::reference_plant::Drive::ideal(motor.drive.supply_v);
         let (gain, settled) = (motor.gain(), 20.0 * motor.time_constant());
         assert!((plant.truth.gain / gain / k - 1.0).abs() < 0.031);
         let end = Simulator::new(motor, 1e-9, 0).run(Command::Volts(1.0), Bridge::Driven, settled);

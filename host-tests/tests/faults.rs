@@ -15,11 +15,11 @@ use servo::protect::{
 };
 use servo::protocol::Command;
 use servo::units::{Speed, Voltage};
-use truing::input_error::InputError;
-use truing::motor::{Drive, Motor, Reading};
-use truing::replay::replay;
-use truing::servo_link::Lockstep;
-use truing::session::{self, Done, Profile, Task};
+use truing::console::input_error::InputError;
+use truing::device::link::Lockstep;
+use truing::device::motor::{Drive, Motor, Reading};
+use truing::device::replay::replay;
+use truing::device::session::{self, Done, Profile, Task};
 
 fn plant(family: Family, seed: u32, tick_hz: u32, sensed: bool) -> Plant {
     let options = Options {
@@ -295,7 +295,7 @@ fn the_image_finds_an_unplugged_encoder_and_the_host_agrees_bit_by_bit() {
         "{:?}",
         result.done
     );
-    let faulted = |row: &&truing::run_log::Row| row.record.fault != Fault::None;
+    let faulted = |row: &&truing::device::run_log::Row| row.record.fault != Fault::None;
     let first = result.log.rows.iter().find(faulted).expect("a fault");
     assert_eq!(first.record.fault, Fault::EncoderUnplugged);
     // The first reading is that of tick 0. A tick brings some ten counts here, more than a missing motion needs.

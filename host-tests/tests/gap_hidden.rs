@@ -6,11 +6,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use servo::axis::Bridge;
 use truing::gap::{self, Options};
-use truing::log::{Dynamic, Input, Run};
-use truing::model::{self, Model};
 use truing::outcome::{Outcome, Verdict};
-use truing::truth::record::{Row, Window, simulate};
-use truing::truth::{Command, Friction, Knee, Motor, Simulator, Split, Tacho, Train};
+use truing::synthetic::reference_plant::record::{Row, Window, simulate};
+use truing::synthetic::reference_plant::{Command, Friction, Knee, Motor, Simulator, Split, Tacho, Train};
+use truing::system::log::{Dynamic, Input, Run};
+use truing::system::model::{self, Model};
 
 const TICK: f64 = 1.2e-3;
 const ROWS: usize = 3000;

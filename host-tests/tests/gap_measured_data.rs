@@ -3,9 +3,9 @@
 use host_tests::measured::measured;
 use std::path::Path;
 use truing::gap::{self, Options};
-use truing::log::{self, Columns, Dynamic, Log, Run};
-use truing::model::{self, Model};
 use truing::outcome::{Outcome, Verdict};
+use truing::system::log::{self, Columns, Dynamic, Log, Run};
+use truing::system::model::{self, Model};
 
 fn record(path: &Path, columns: &str) -> Dynamic {
     let columns: Columns = columns.parse().unwrap();
@@ -100,8 +100,8 @@ fn emps_with_coulomb_and_offset_only_gives_the_published_friction() {
     };
     let (identify, held_out) = halves(&record(&path, "u_v=u_V"));
     let allowed = ["coulomb_friction", "constant_load"];
-    let names_of = |effect: &truing::effects::Effect| effect.name;
-    let others = truing::effects::LIBRARY.iter().map(names_of);
+    let names_of = |effect: &truing::system::effects::Effect| effect.name;
+    let others = truing::system::effects::LIBRARY.iter().map(names_of);
     let without: Vec<&str> = others.filter(|name| !allowed.contains(name)).collect();
     let rig = model(
         "[model]\nkind = \"inertia\"\n[motor]\nmass_kg = 95.1089\nviscous = 203.5034\ndrive_gain = 35.15065\ndrive_gain_unit = \"N/V\"\n[tolerance]\ndrive_gain = 0.0\n",

@@ -4,8 +4,8 @@
 use host_tests::exec_bench::{ExecBench, Said, send};
 use servo::protocol::Command;
 use std::time::{Duration, Instant};
-use truing::axis_file;
-use truing::run_log::Tape;
+use truing::device::axis_file;
+use truing::device::run_log::Tape;
 
 /// An interrupted command has ended by then, whatever its motor does.
 const PROMPT: Duration = Duration::from_secs(8);

@@ -1,6 +1,6 @@
 //! Reading logs: units, aliases, foreign headers, and every defect named by line, column and remedy.
 
-use truing::log::{self, Columns, Dynamic, Input, Log};
+use truing::system::log::{self, Columns, Dynamic, Input, Log};
 
 fn dynamic(text: &str, columns: &str) -> Dynamic {
     match log::parse("log.csv", text, &columns.parse().unwrap()).unwrap() {

@@ -1,7 +1,7 @@
 //! The paper's servo model, its claims, and the data files that they are computed from.
 
-use truing::exhibit::{Check, Exhibit};
-use truing::paper;
+use truing::cli::paper;
+use truing::report::exhibit::{Check, Exhibit};
 
 fn failing(exhibit: &Exhibit) -> Vec<&Check> {
     exhibit.checks.iter().filter(|c| !c.holds).collect()

@@ -5,8 +5,10 @@ use servo::control::Tuning;
 use servo::identify::estimate::{Estimates, Mechanism};
 use servo::protect::{Action, Fault, Settings};
 use servo::store::AxisParameters;
-use truing::commission_report::Params;
-use truing::{compensation, model, parameters};
+use truing::device::commission_report::Params;
+use truing::device::compensation;
+use truing::device::parameters;
+use truing::system::model;
 
 fn blank() -> AxisParameters {
     AxisParameters {

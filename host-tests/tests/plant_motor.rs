@@ -1,7 +1,7 @@
 //! The plant against closed forms, and against itself with half the step.
 
-use truing::plant::Motor;
-use truing::plant::physics::Physics;
+use truing::system::plant::Motor;
+use truing::system::plant::physics::Physics;
 
 /// A 12 V motor with a visible winding: τ_m ≈ 60 ms, τ_e ≈ 1.4 ms.
 fn motor() -> Physics {

@@ -8,16 +8,16 @@ use servo::capture::{LENGTH, Shot, Stage, Trigger};
 use servo::protocol::Command;
 use servo::record::Activity;
 use std::path::Path;
-use truing::axis_file;
-use truing::commands::Cli;
-use truing::commission_report::{CommissionJson, Params};
-use truing::motor::qemu::{Options as QemuOptions, Qemu};
-use truing::motor::{Door, Drive, Exec, Motor};
-use truing::replay::replay;
-use truing::run_log::Tape;
-use truing::session::{self, Done, Profile, Task};
-use truing::tracking::TrackJson;
-use truing::waypoints::Waypoint;
+use truing::cli::Cli;
+use truing::device::axis_file;
+use truing::device::commission_report::{CommissionJson, Params};
+use truing::device::motor::qemu::{Options as QemuOptions, Qemu};
+use truing::device::motor::{Door, Drive, Exec, Motor};
+use truing::device::replay::replay;
+use truing::device::run_log::Tape;
+use truing::device::session::{self, Done, Profile, Task};
+use truing::device::tracking::TrackJson;
+use truing::device::waypoints::Waypoint;
 
 const COMMISSION: Task = Task::Commission {
     budget_s: 5.0,

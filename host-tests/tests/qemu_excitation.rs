@@ -6,7 +6,7 @@ use serde_json::Value;
 use servo::excitation::{Sweep, Waveform};
 use servo::record::Activity;
 use std::path::Path;
-use truing::session::{Done, Task};
+use truing::device::session::{Done, Task};
 
 #[test]
 fn chip_and_host_excite_with_the_same_bits() {
@@ -29,7 +29,7 @@ fn chip_and_host_excite_with_the_same_bits() {
             panic!("{:?}", result.done);
         };
         assert!(!span.faulted);
-        let driving = |row: &&truing::run_log::Row| row.record.activity == Activity::Driving;
+        let driving = |row: &&truing::device::run_log::Row| row.record.activity == Activity::Driving;
         assert_eq!(
             result.log.rows.iter().filter(driving).count(),
             3 * tick_hz as usize

@@ -7,8 +7,8 @@ use host_tests::virtual_motor::VirtualMotor;
 use servo::axis::Bridge;
 use servo::protocol::{Command, Message};
 use servo::record::{Activity, Record};
-use truing::motor::Motor;
-use truing::servo_link::{Client, Lockstep};
+use truing::device::link::{Client, Lockstep};
+use truing::device::motor::Motor;
 
 const AXES: usize = 4;
 /// Behind the dead zone, V; another one for each axis.

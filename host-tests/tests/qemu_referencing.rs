@@ -10,13 +10,13 @@ use servo::referencing::{Referenced, Referencing};
 use std::cell::{Cell, OnceCell};
 use std::f64::consts::TAU;
 use std::rc::Rc;
-use truing::input_error::InputError;
-use truing::motor::qemu::Lines;
-use truing::motor::{Drive, Motor, Reading};
-use truing::replay;
-use truing::run_log::Tape;
-use truing::servo_link::Lockstep;
-use truing::session::{self, Done, SessionResult, Target, Task};
+use truing::console::input_error::InputError;
+use truing::device::link::Lockstep;
+use truing::device::motor::qemu::Lines;
+use truing::device::motor::{Drive, Motor, Reading};
+use truing::device::replay;
+use truing::device::run_log::Tape;
+use truing::device::session::{self, Done, SessionResult, Target, Task};
 
 /// What the stop is called, rad.
 const AT_STOP: f32 = -1.0;

@@ -8,9 +8,9 @@ use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severi
 use host_tests::firmware::power_up;
 use servo::protect::Permit;
 use servo::record::Activity;
-use truing::motor::qemu::Lines;
-use truing::servo_link::Client;
-use truing::session::{self, Listening, Profile, Start, Task};
+use truing::device::link::Client;
+use truing::device::motor::qemu::Lines;
+use truing::device::session::{self, Listening, Profile, Start, Task};
 
 /// The deepest, bytes, as docs/cost.md has it.
 const DOCUMENTED: f64 = 3_472.0;

@@ -13,12 +13,12 @@ use servo::record::{Activity, Record, Source};
 use servo::saving::StoreEvent;
 use servo::store::{AtRest, AxisParameters, Found, LAYOUT};
 use std::path::Path;
-use truing::motor::qemu::{Lines, Options};
-use truing::replay::{self, Telling};
-use truing::run_log::Tape;
-use truing::servo_link::{Client, Lockstep, fault_advice};
-use truing::session::{self, Done, Listening, Profile, SessionResult, Start, Task};
-use truing::tracking::TrackJson;
+use truing::device::link::{Client, Lockstep, fault_advice};
+use truing::device::motor::qemu::{Lines, Options};
+use truing::device::replay::{self, Telling};
+use truing::device::run_log::Tape;
+use truing::device::session::{self, Done, Listening, Profile, SessionResult, Start, Task};
+use truing::device::tracking::TrackJson;
 
 const COMMISSION: Task = Task::Commission {
     budget_s: 5.0,

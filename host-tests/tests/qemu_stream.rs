@@ -9,10 +9,10 @@ use servo::protocol::{Command, Message};
 use servo::record::{Activity, Advisory, Record};
 use servo::stream::Point;
 use std::f64::consts::TAU;
-use truing::commands::profile;
-use truing::servo_link::{Client, Lockstep};
-use truing::session::{Done, Profile, Task};
-use truing::tracking::TrackJson;
+use truing::cli::profile;
+use truing::device::link::{Client, Lockstep};
+use truing::device::session::{Done, Profile, Task};
+use truing::device::tracking::TrackJson;
 
 const COMMISSION: Task = Task::Commission {
     budget_s: 5.0,

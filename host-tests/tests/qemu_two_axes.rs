@@ -10,8 +10,8 @@ use servo::protocol::{Command, Message};
 use servo::record::{Activity, Record};
 use servo::store::{Found, LAYOUT};
 use std::path::Path;
-use truing::motor::qemu::Options;
-use truing::servo_link::{Client, Lockstep};
+use truing::device::link::{Client, Lockstep};
+use truing::device::motor::qemu::Options;
 
 /// Motors of different families on encoders of their own; one chip, so one control rate and one PWM.
 fn plants() -> [Plant; 2] {
@@ -31,7 +31,7 @@ fn power_up(plants: &[Plant; 2], flash: &Path) -> Client {
         ..qemu_two_axes()
     };
     let joints = plants.iter().map(|plant| {
-        let motor: Box<dyn truing::motor::Motor> = Box::new(VirtualMotor::new(plant));
+        let motor: Box<dyn truing::device::motor::Motor> = Box::new(VirtualMotor::new(plant));
         (motor, plant.config)
     });
     Client::new(Box::new(

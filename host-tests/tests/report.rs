@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use truing::commission_report::Number;
-use truing::exhibit::{Check, Exhibit, Table};
+use truing::device::commission_report::Number;
 use truing::outcome::*;
+use truing::report::exhibit::{Check, Exhibit, Table};
 use truing::report::html::{Document, Html};
 use truing::report::json::Json;
 use truing::report::model_file::ModelFile;
@@ -372,7 +372,7 @@ fn every_plot_becomes_a_picture_of_its_own() {
 #[test]
 fn friction_of_a_first_order_model_is_told_in_volts() {
     const MODEL: &str = "schema = \"truing-model/1\"\n[model]\nkind = \"first_order\"\ngain_rad_s_per_v = 15.0\ntime_constant_s = 0.1\n";
-    let model = truing::model::parse("model.toml", MODEL).unwrap();
+    let model = truing::system::model::parse("model.toml", MODEL).unwrap();
     let effects = vec![
         effect("coulomb_friction", ("level_nm", value(0.045, 0.001, "N m")), None),
         effect(
@@ -382,7 +382,7 @@ fn friction_of_a_first_order_model_is_told_in_volts() {
         ),
     ];
     let outcome = Outcome {
-        effects: truing::volts::told(&model, effects.clone()),
+        effects: truing::report::volts::told(&model, effects.clone()),
         ..outcome()
     };
     let text = Terminal.export(&outcome).unwrap();
@@ -420,15 +420,15 @@ fn friction_of_a_first_order_model_is_told_in_volts() {
         effects: outcome.effects[..1].to_vec(),
         ..outcome.clone()
     };
-    let again = truing::model::parse("extended", &file.export(&one).unwrap()).unwrap();
+    let again = truing::system::model::parse("extended", &file.export(&one).unwrap()).unwrap();
     assert_eq!(again.known[0].values, [0.045]);
     // A motor with a torque constant has torques.
-    let motor = truing::model::parse(
+    let motor = truing::system::model::parse(
         "motor.toml",
         "schema = \"truing-model/1\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\nJ_kgm2 = 1e-4\n",
     )
     .unwrap();
-    assert_eq!(truing::volts::told(&motor, effects.clone()), effects);
+    assert_eq!(truing::report::volts::told(&motor, effects.clone()), effects);
 }
 
 #[test]
@@ -483,7 +483,7 @@ fn the_extended_model_tells_how_sure_each_name_is() {
         }
         .export(outcome)
         .unwrap();
-        let model = truing::model::parse("extended.toml", &text).unwrap();
+        let model = truing::system::model::parse("extended.toml", &text).unwrap();
         model.standing(name).unwrap().to_owned()
     };
     let tied = outcome();

@@ -3,8 +3,8 @@
 
 use host_tests::exec_bench::ExecBench;
 use std::path::Path;
-use truing::axis_file;
-use truing::run_log::Tape;
+use truing::device::axis_file;
+use truing::device::run_log::Tape;
 
 /// Comes to rest within a moment.
 const MOTOR: &str = "0.2";

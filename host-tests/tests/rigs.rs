@@ -4,13 +4,13 @@
 use host_tests::measured;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-use truing::commands::judge::answer;
-use truing::effects;
+use truing::cli::judge::answer;
+use truing::gap::expectation::Rig;
 use truing::gap::{self, Options};
-use truing::judge::Rig;
-use truing::log::{self, Columns, Dynamic, Log};
-use truing::model::{self, Model};
 use truing::outcome::{Outcome, Verdict};
+use truing::system::effects;
+use truing::system::log::{self, Columns, Dynamic, Log};
+use truing::system::model::{self, Model};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/rigs")
@@ -145,7 +145,7 @@ fn a_final_record_is_only_predicted() {
 #[test]
 fn a_held_out_record_of_another_motor_is_not_nothing_missing() {
     use host_tests::opened::opened;
-    use truing::cases::{Set, Spec, draw};
+    use truing::synthetic::cases::{Set, Spec, draw};
     let spec = Spec {
         rows: 1500,
         ..Spec::new(Set::Nothing)

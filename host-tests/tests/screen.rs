@@ -5,7 +5,7 @@ use host_tests::firmware::truing;
 use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use truing::cases::{Case, Set, Spec, draw};
+use truing::synthetic::cases::{Case, Set, Spec, draw};
 
 /// A pipe whose reader has gone, as behind `| head`.
 fn closed_pipe() -> Stdio {

@@ -9,8 +9,8 @@ use servo::protocol::Command as Order;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
-use truing::axis_file;
-use truing::run_log::Tape;
+use truing::device::axis_file;
+use truing::device::run_log::Tape;
 
 fn plant() -> Plant {
     Plant::draw(

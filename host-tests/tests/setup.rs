@@ -10,11 +10,11 @@ use servo::protect::{Action, Fault, Thermal};
 use servo::protocol::{Command, Refusal};
 use servo::store::AxisParameters;
 use std::path::Path;
-use truing::axis_file;
-use truing::replay;
-use truing::servo_link::{Client, Lockstep};
-use truing::session::{self, Listening, Profile, SessionResult, Start, Task};
-use truing::setup::Setup;
+use truing::device::axis_file;
+use truing::device::link::{Client, Lockstep};
+use truing::device::replay;
+use truing::device::session::{self, Listening, Profile, SessionResult, Start, Task};
+use truing::device::setup::Setup;
 
 const MACHINE: &str = "[supply]\nnominal_v = 12.0\n[encoder]\ncounts_per_rev = 4000\n\
                        [axis]\nrated_speed_rad_s = 125.0\ntick_hz = 1000\n";
@@ -56,7 +56,7 @@ fn a_file_chooses_by_the_keys_of_truing_params() {
     let chosen = parse(&[MACHINE, CHOICES].concat()).parameters(None);
     assert_chosen(&chosen);
     // What `truing params get` prints of it is the file again, key by key.
-    let printed = truing::parameters::print(&chosen);
+    let printed = truing::device::parameters::print(&chosen);
     let table: toml::Table = printed.parse().expect("TOML");
     let file: toml::Table = CHOICES.parse().expect("TOML");
     for (section, keys) in &file {

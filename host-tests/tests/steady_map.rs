@@ -1,9 +1,9 @@
 //! The steady map is the equilibrium of the simulated plant.
 
-use truing::effects;
-use truing::plant::Motor;
-use truing::plant::physics::Physics;
-use truing::steady::map::sweep;
+use truing::gap::tables::map::sweep;
+use truing::system::effects;
+use truing::system::plant::Motor;
+use truing::system::plant::physics::Physics;
 
 fn motor() -> Physics {
     let mut plant = Physics::linear_motor(1.5, 0.0, 0.05, 0.05, 2e-4, 1e-4);

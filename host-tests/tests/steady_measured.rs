@@ -2,9 +2,9 @@
 
 use host_tests::measured::measured;
 use std::path::Path;
-use truing::log::{self, Columns, Log, Table};
-use truing::model::{self, Model};
 use truing::outcome::{Outcome, Verdict};
+use truing::system::log::{self, Columns, Log, Table};
+use truing::system::model::{self, Model};
 
 fn first_order() -> Model {
     let text = "schema = \"truing-model/1\"\n[model]\nkind = \"first_order\"\nfitted_to_log = true\n\
@@ -21,8 +21,8 @@ fn wheel(path: &Path, side: &str) -> Outcome {
         panic!("the sweep has a time column")
     };
     let model = first_order();
-    let table = truing::steady::settled(&model, &log).expect("rows 1.1 s apart are settled");
-    truing::steady::run(&model, &table, &[])
+    let table = truing::gap::tables::settled(&model, &log).expect("rows 1.1 s apart are settled");
+    truing::gap::tables::run(&model, &table, &[])
 }
 
 fn names(outcome: &Outcome) -> Vec<&str> {
@@ -90,14 +90,14 @@ const GAIN: f64 = 0.05 / (1.5 * 1e-4 + 0.05 * 0.05);
 
 #[test]
 fn a_complete_model_lacks_nothing() {
-    let outcome = truing::steady::run(&motor(), &table((-12..=12).map(f64::from), |u| GAIN * u), &[]);
+    let outcome = truing::gap::tables::run(&motor(), &table((-12..=12).map(f64::from), |u| GAIN * u), &[]);
     assert_eq!(outcome.verdict, Verdict::NothingMissing, "{:?}", names(&outcome));
     assert!(outcome.effects.is_empty() && outcome.ties.is_empty());
 }
 
 #[test]
 fn a_gain_inside_the_tolerance_is_reported_and_not_named() {
-    let outcome = truing::steady::run(
+    let outcome = truing::gap::tables::run(
         &motor(),
         &table((-12..=12).map(f64::from), |u| 1.03 * GAIN * u),
         &[],
@@ -119,7 +119,7 @@ fn a_gain_inside_the_tolerance_is_reported_and_not_named() {
 #[test]
 fn a_dead_zone_in_the_table_is_named_and_tied_with_friction() {
     let zone = |u: f64| GAIN * (u.abs() - 1.4).max(0.0) * u.signum();
-    let outcome = truing::steady::run(
+    let outcome = truing::gap::tables::run(
         &motor(),
         &table((-24..=24).map(|k| 0.5 * f64::from(k)), zone),
         &[],
@@ -141,7 +141,7 @@ fn a_dead_zone_in_the_table_is_named_and_tied_with_friction() {
 
 #[test]
 fn few_points_are_refused_with_a_reason() {
-    let outcome = truing::steady::run(
+    let outcome = truing::gap::tables::run(
         &motor(),
         &table([1.0, 2.0, 3.0, 4.0].into_iter(), |u| GAIN * u),
         &[],
@@ -152,14 +152,14 @@ fn few_points_are_refused_with_a_reason() {
         "{:?}",
         outcome.notes
     );
-    let still = truing::steady::run(&motor(), &table((-6..6).map(f64::from), |_| 0.0), &[]);
+    let still = truing::gap::tables::run(&motor(), &table((-6..6).map(f64::from), |_| 0.0), &[]);
     assert!(still.notes[0].contains("does not move"), "{:?}", still.notes);
 }
 
 #[test]
 fn a_shape_outside_the_library_is_called_unexplained() {
     let wavy = |u: f64| GAIN * u + 12.0 * (1.3 * u).sin();
-    let outcome = truing::steady::run(
+    let outcome = truing::gap::tables::run(
         &motor(),
         &table((-48..=48).map(|k| 0.25 * f64::from(k)), wavy),
         &[],

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
-use truing::log::{self, Columns, Log, Table};
-use truing::model::{self, Model};
 use truing::outcome::{NamedEffect, Outcome, Verdict};
 use truing::report::Exporter;
 use truing::report::model_file::ModelFile;
+use truing::system::log::{self, Columns, Log, Table};
+use truing::system::model::{self, Model};
 
 const RPM: f64 = std::f64::consts::PI / 30.0;
 
@@ -28,7 +28,7 @@ fn table() -> Table {
 }
 
 /// One analysis for all tests.
-static OUTCOME: LazyLock<Outcome> = LazyLock::new(|| truing::steady::run(&motor(), &table(), &[]));
+static OUTCOME: LazyLock<Outcome> = LazyLock::new(|| truing::gap::tables::run(&motor(), &table(), &[]));
 
 fn effect<'a>(outcome: &'a Outcome, name: &str) -> &'a NamedEffect {
     outcome
@@ -156,7 +156,7 @@ fn the_extended_model_lacks_nothing_more() {
     .export(outcome)
     .unwrap();
     let extended = model::parse("extended.toml", &text).unwrap();
-    let again = truing::steady::run(&extended, &table(), &[]);
+    let again = truing::gap::tables::run(&extended, &table(), &[]);
     assert_eq!(again.verdict, Verdict::NothingMissing, "{:?}", again.effects);
     assert!(again.holdout.rmse_before < 3.3, "{:?}", again.holdout);
 }
@@ -164,7 +164,7 @@ fn the_extended_model_lacks_nothing_more() {
 #[test]
 fn the_same_table_gives_the_same_report() {
     let json = || {
-        let mut outcome = truing::steady::run(&motor(), &table(), &[]);
+        let mut outcome = truing::gap::tables::run(&motor(), &table(), &[]);
         outcome.runtime_s = 0.0;
         truing::report::json::Json.export(&outcome).unwrap()
     };

@@ -12,7 +12,7 @@ use servo::record::{Activity, Advisory, Limit};
 use servo::stream::Point;
 use servo::trajectory::Limits;
 use std::f64::consts::TAU;
-use truing::waypoints::{self, Knot, Waypoint};
+use truing::device::waypoints::{self, Knot, Waypoint};
 
 fn point(knot: &Knot, before: u32) -> Command {
     Command::Stream(Point {

@@ -3,10 +3,10 @@
 use host_tests::measured::measured;
 use host_tests::opened::opened;
 use std::path::Path;
-use truing::cases::{Set, Spec, draw};
-use truing::log::{self, Columns, Dynamic, Log};
-use truing::model::{self, Model};
-use truing::time_base::check;
+use truing::gap::time_base::check;
+use truing::synthetic::cases::{Set, Spec, draw};
+use truing::system::log::{self, Columns, Dynamic, Log};
+use truing::system::model::{self, Model};
 
 const MODEL: &str = "schema = \"truing-model/1\"\n[model]\nkind = \"first_order\"\ngain_rad_s_per_v = 10\ntime_constant_s = 0.1\n";
 const FILES: [&str; 2] = ["log.csv", "holdout.csv"];

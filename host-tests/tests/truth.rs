@@ -2,9 +2,11 @@
 
 use servo::axis::Bridge;
 use std::f64::consts::TAU;
-use truing::truth::motor::Motor;
-use truing::truth::state::*;
-use truing::truth::{Bristle, Command, Decay, Drive, Friction, Simulator, Split, Thermal, Train};
+use truing::synthetic::reference_plant::motor::Motor;
+use truing::synthetic::reference_plant::state::*;
+use truing::synthetic::reference_plant::{
+    Bristle, Command, Decay, Drive, Friction, Simulator, Split, Thermal, Train,
+};
 
 fn motor() -> Motor {
     Motor::linear(2.0, 1e-3, 0.05, 1e-4, 1e-4, 12.0)

@@ -11,8 +11,11 @@
 
 use clap::Parser;
 use std::process::ExitCode;
-use truing::input_error::NotDone;
-use truing::{commands::Cli, errln, interrupt, screen};
+use truing::cli::Cli;
+use truing::console::input_error::NotDone;
+use truing::console::interrupt;
+use truing::console::screen;
+use truing::errln;
 
 fn main() -> ExitCode {
     let cli = Cli::parse();

@@ -14,15 +14,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use truing::bench::{Part, prepare};
-use truing::cases::{Answer, Case, Set, Spec, draw, rms_difference};
+use truing::gap::dataset::{Part, prepare};
+use truing::gap::hypothesis::Hypothesis;
+use truing::gap::prediction::Prediction;
 use truing::gap::{self, Options};
-use truing::hypothesis::Hypothesis;
-use truing::log::Dynamic;
-use truing::model::{self, Model};
 use truing::outcome::Outcome;
-use truing::prediction::Prediction;
 use truing::report::{Exporter, model_file::ModelFile};
+use truing::synthetic::cases::{Answer, Case, Set, Spec, draw, rms_difference};
+use truing::system::log::Dynamic;
+use truing::system::model::{self, Model};
 
 #[derive(Parser)]
 struct Arguments {

@@ -9,7 +9,7 @@ use host_tests::firmware::compare;
 use servo::excitation::{Sweep, Waveform};
 use servo::optional::Optional;
 use std::process::ExitCode;
-use truing::session::{Profile, Task};
+use truing::device::session::{Profile, Task};
 
 /// Commissions, tracks and excites sampled plants in QEMU and replays every session on the host.
 #[derive(Parser)]

@@ -4,7 +4,7 @@
 //! plant → commissioned bench → motion → injury at a random moment → bridge open → Finding
 //! ```
 //!
-//! The motor is the truth's integrator ([`truing::truth`]), with a seized shaft as a piece of its own ([`world`]). The
+//! The motor is the truth's integrator ([`truing::synthetic::reference_plant`]), with a seized shaft as a piece of its own ([`world`]). The
 //! clock of the requirement is the identified model, run beside ([`clock`]).
 
 pub mod calm;

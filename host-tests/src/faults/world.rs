@@ -3,8 +3,8 @@
 use crate::bench::Board;
 use crate::families::Plant;
 use servo::axis::{Bridge, Sample};
-use truing::truth::drive::{Command, Piece};
-use truing::truth::{Drive, Motor, Reading};
+use truing::synthetic::reference_plant::drive::{Command, Piece};
+use truing::synthetic::reference_plant::{Drive, Motor, Reading};
 
 /// What breaks.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Numbers and names as text.
 
 use crate::outcome::{NamedEffect, Outcome, Segment, Shift, Tie, Value, Verdict};
-use crate::volts;
+use crate::report::volts;
 
 /// Four significant digits, without trailing zeros; powers of ten where plain digits would not be readable.
 pub fn figure(x: f64) -> String {

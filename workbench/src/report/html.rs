@@ -2,8 +2,8 @@
 //! workflow becomes three chapters (detection, characterisation, parameter extraction).
 
 use super::{Exporter, format, plot};
-use crate::exhibit::{Check, Exhibit, Table};
 use crate::outcome::{Experiment, NamedEffect, Outcome, Plot, Rival, Stage, Style, Verdict};
+use crate::report::exhibit::{Check, Exhibit, Table};
 use anyhow::Result;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::path::Path;

@@ -3,6 +3,7 @@
 //! A report computes nothing; it writes what the outcome says. Every file is written beside its destination and renamed
 //! into place, so that an earlier report survives whatever goes wrong.
 
+pub mod exhibit;
 mod format;
 pub mod html;
 pub mod json;
@@ -10,6 +11,7 @@ pub mod model_file;
 pub mod pictures;
 pub mod plot;
 pub mod terminal;
+pub mod volts;
 
 pub use format::{figure, gap, verdict};
 

@@ -2,9 +2,9 @@
 //! `[known.<effect>]` and every base parameter moved by the shift that the data ask for within its tolerance.
 
 use super::Exporter;
-use crate::model::{NAMED, STANDING};
 use crate::outcome::{NamedEffect, Outcome, Shift, Tie, Verdict};
-use crate::volts;
+use crate::report::volts;
+use crate::system::model::{NAMED, STANDING};
 use anyhow::{Context, Result, anyhow};
 use toml_edit::{DocumentMut, Item, Table, Value, value};
 

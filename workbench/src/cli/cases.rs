@@ -1,0 +1,90 @@
+//! `truing cases`: data in which an effect is hidden, the answers elsewhere.
+
+use crate::synthetic::cases::{Case, Set, Spec, draw};
+use anyhow::{Context, ensure};
+use clap::Args;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Draws hidden cases: each a model file, a log and a hold-out, with the answer in another folder.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// What is hidden.
+    #[arg(long, value_enum, default_value = "single")]
+    set: Set,
+    /// Number of cases.
+    #[arg(long, default_value_t = 10)]
+    count: u32,
+    /// Seed of the first case; the others follow.
+    #[arg(long, default_value_t = 1)]
+    seed: u32,
+    /// Rows of log and hold-out.
+    #[arg(long, default_value_t = 3000)]
+    rows: usize,
+    /// Log the current in every case (without: in three of ten).
+    #[arg(long)]
+    current: bool,
+    /// Use the seeds that are kept for evaluation.
+    #[arg(long)]
+    evaluation: bool,
+    /// Folder for the cases, one folder each.
+    #[arg(long)]
+    out: PathBuf,
+    /// Folder for the answers; must not lie inside `--out`, where the analysis reads.
+    #[arg(long)]
+    answers: PathBuf,
+}
+
+/// Draws and writes.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let (out, answers) = (folder(&arguments.out)?, folder(&arguments.answers)?);
+    let apart = !answers.starts_with(&out);
+    ensure!(
+        apart,
+        "--answers {}: lies inside --out, where the analysis reads; name another folder",
+        answers.display()
+    );
+    ensure!(
+        arguments.rows >= 600,
+        "--rows {}: at least 600 are needed for one protocol",
+        arguments.rows
+    );
+    let spec = Spec {
+        rows: arguments.rows,
+        current: arguments.current.then_some(true),
+        evaluation: arguments.evaluation,
+        ..Spec::new(arguments.set)
+    };
+    for seed in arguments.seed..arguments.seed.saturating_add(arguments.count) {
+        // The name tells the seed, not what is hidden.
+        let name = format!("case-{seed:05}");
+        write(&draw(&spec, seed), &out.join(&name), &answers, &name)
+            .with_context(|| format!("{}: cannot be written", out.join(&name).display()))?;
+    }
+    outln!(
+        "{} cases in {}, answers in {}",
+        arguments.count,
+        out.display(),
+        answers.display()
+    );
+    Ok(())
+}
+
+fn folder(path: &Path) -> anyhow::Result<PathBuf> {
+    fs::create_dir_all(path)
+        .and_then(|()| path.canonicalize())
+        .with_context(|| format!("{}: cannot be made a folder", path.display()))
+}
+
+/// Writes one case into `folder` and its answer into `answers`.
+pub fn write(case: &Case, folder: &Path, answers: &Path, name: &str) -> anyhow::Result<()> {
+    fs::create_dir_all(folder)?;
+    fs::write(folder.join("model.toml"), &case.model)?;
+    case.log.write(&folder.join("log.csv"))?;
+    case.holdout.write(&folder.join("holdout.csv"))?;
+    fs::write(
+        answers.join(format!("{name}.json")),
+        serde_json::to_string_pretty(&case.answer)?,
+    )?;
+    Ok(())
+}

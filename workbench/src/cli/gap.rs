@@ -1,0 +1,209 @@
+//! `truing gap`: where do model and log disagree, and what is missing?
+
+use crate::cli::files::Files;
+use crate::gap::tables;
+use crate::gap::time_base;
+use crate::gap::{self, Options};
+use crate::outcome::Outcome;
+use crate::report::{Exporter, html::Html, json::Json, model_file::ModelFile, pictures, terminal::Terminal};
+use crate::system::effects::{self, Effect};
+use crate::system::log::{self, Columns, Dynamic, Log, Table};
+use crate::system::model::{self, Model};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Arguments of `truing gap`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// The model, TOML.
+    #[arg(long)]
+    pub model: PathBuf,
+    /// The log, CSV: a record over time, or a table of steady states.
+    #[arg(long)]
+    pub log: PathBuf,
+    /// Further logs that are not fitted, only predicted.
+    #[arg(long, num_args = 1..)]
+    pub holdout: Vec<PathBuf>,
+    /// Logs that are predicted at the very end and choose nothing: the figure that nobody chose by.
+    #[arg(long = "final", num_args = 1..)]
+    pub finals: Vec<PathBuf>,
+    /// Foreign column names: `u_v=u_V,omega_rad_s=left_rpm*0.104720`; `t_s=none` ignores the time (a steady-state table).
+    #[arg(long, default_value = "")]
+    pub columns: String,
+    /// Effects that are not offered (repeatable): how would the log be explained without them?
+    #[arg(long, num_args = 1..)]
+    pub without: Vec<String>,
+    /// Folder for report.html, outcome.json and the extended model, model.extended.toml.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Write the result as JSON.
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Folder for the report's plots as SVG files.
+    #[arg(long)]
+    pub pictures: Option<PathBuf>,
+    /// Write the report as one HTML file.
+    #[arg(long)]
+    pub report: Option<PathBuf>,
+}
+
+/// What `--out` writes into its folder.
+const JSON: &str = "outcome.json";
+const REPORT: &str = "report.html";
+/// Not the usual name of a model: what the user wrote stays beside it.
+const EXTENDED: &str = "model.extended.toml";
+
+impl Arguments {
+    fn files(&self) -> Files {
+        let folder = |name: &str| self.out.as_ref().map(|folder| folder.join(name));
+        Files::default()
+            .reads("--model", [&self.model])
+            .reads("--log", [&self.log])
+            .reads("--holdout", &self.holdout)
+            .writes(
+                "--json or --out",
+                self.json.clone().into_iter().chain(folder(JSON)),
+            )
+            .writes(
+                "--report or --out",
+                self.report.clone().into_iter().chain(folder(REPORT)),
+            )
+            .writes("--out", folder(EXTENDED))
+    }
+}
+
+/// Reads, analyses, reports.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    arguments.files().check()?;
+    let columns: Columns = arguments.columns.parse()?;
+    let model = model::read(&arguments.model)?;
+    let log = log::read(&arguments.log, &columns)?;
+    let read = |path: &PathBuf| log::read(path, &columns);
+    let holdouts: Vec<Log> = arguments.holdout.iter().map(read).collect::<Result<_, _>>()?;
+    let without = arguments.without.iter().map(|name| effects::known(name));
+    let without: Result<Vec<&Effect>, String> = without.collect();
+    let named = |effect: &&Effect| effect.name.to_owned();
+    let finals = arguments.finals.iter().map(read).map(|log| dynamic(log?));
+    let options = Options {
+        finals: finals.collect::<Result<_, _>>()?,
+        without: without
+            .map_err(|text| anyhow::anyhow!("--without: {text}"))?
+            .iter()
+            .map(named)
+            .collect(),
+    };
+    if let Log::Dynamic(record) = &log {
+        time_base::check(&model, record, &columns)?;
+    }
+    let outcome = analysed(&model, log, holdouts, &options)?;
+    out!("{}", Terminal.export(&outcome)?);
+    write(arguments, &model, &outcome)
+}
+
+/// A table, or a record whose rows are settled, goes the steady way; every other record is simulated.
+pub(super) fn analysed(
+    model: &Model,
+    log: Log,
+    holdouts: Vec<Log>,
+    options: &Options,
+) -> anyhow::Result<Outcome> {
+    let as_table = |log: &Log| match log {
+        Log::Table(table) => Some(table.clone()),
+        Log::Dynamic(record) => tables::settled(model, record),
+    };
+    if let Some(table) = as_table(&log) {
+        let others: Option<Vec<Table>> = holdouts.iter().map(as_table).collect();
+        let others = others.ok_or_else(|| {
+            anyhow::anyhow!(
+                "{}: is a steady-state table, but a hold-out is a record over time; give a table",
+                table.source
+            )
+        })?;
+        anyhow::ensure!(
+            options.finals.is_empty(),
+            "--final is for records over time; {} is a steady-state table: give the rows to --holdout",
+            table.source
+        );
+        let mut outcome = tables::run(model, &table, &others);
+        if let Log::Dynamic(record) = &log {
+            outcome.notes.push(time_unused(model, record));
+        }
+        return Ok(outcome);
+    }
+    let Log::Dynamic(record) = log else {
+        unreachable!("tables are handled above")
+    };
+    let others: Vec<Dynamic> = holdouts.into_iter().map(dynamic).collect::<Result<_, _>>()?;
+    let bar = progress_bar();
+    let outcome = gap::run(model, &record, &others, options, &|text| {
+        if text.is_empty() {
+            bar.inc(1)
+        } else {
+            bar.set_message(text.to_owned());
+            // Without a terminal there is no bar: a line a round says that it lives.
+            if bar.is_hidden() {
+                let (seconds, fitted) = (bar.elapsed().as_secs(), bar.position());
+                errln!("{seconds} s, {fitted} candidates fitted, {text}");
+            }
+        }
+    });
+    bar.finish_and_clear();
+    Ok(outcome?)
+}
+
+/// A time column never goes unused in silence.
+fn time_unused(model: &Model, record: &Dynamic) -> String {
+    let apart_s = record.runs[0].sample_s();
+    format!(
+        "The rows are {apart_s:.3} s apart, the model's time constant is {:.3} s: each row is taken as a settled speed, and the \
+         time is not used. If the time is not in seconds, map it, e.g. --columns \"t_ms=t_s\".",
+        tables::time_constant_s(model)
+    )
+}
+
+fn dynamic(log: Log) -> anyhow::Result<Dynamic> {
+    match log {
+        Log::Dynamic(log) => Ok(log),
+        Log::Table(table) => anyhow::bail!(
+            "{}: is a steady-state table, but the log is a record over time; give a record",
+            table.source
+        ),
+    }
+}
+
+fn progress_bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("{spinner} {elapsed} {pos} candidates fitted, {msg}");
+    let bar = ProgressBar::new_spinner().with_style(style.expect("a constant template"));
+    bar.enable_steady_tick(Duration::from_millis(120));
+    bar
+}
+
+fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Result<()> {
+    let folder = |name: &str| arguments.out.as_ref().map(|folder| folder.join(name));
+    let subtitle = format!(
+        "{} against {}",
+        arguments.model.display(),
+        arguments.log.display()
+    );
+    let html = Html {
+        title: "Where model and log disagree",
+        subtitle: &subtitle,
+    };
+    let origin = arguments.log.display().to_string();
+    let extended = ModelFile {
+        original: &model.source_text,
+        origin: &origin,
+    };
+    for path in [arguments.json.clone(), folder(JSON)].into_iter().flatten() {
+        Json.write(outcome, &path)?;
+    }
+    for path in [arguments.report.clone(), folder(REPORT)].into_iter().flatten() {
+        html.write(outcome, &path)?;
+    }
+    if let Some(folder) = &arguments.pictures {
+        pictures::write(outcome, folder)?;
+    }
+    folder(EXTENDED).map_or(Ok(()), |path: PathBuf| extended.write(outcome, Path::new(&path)))
+}

@@ -1,0 +1,92 @@
+//! One file a subcommand: its arguments and a recipe of a dozen lines. A new subcommand is one file, one variant of
+//! [`Command`] and one arm of [`Cli::run`].
+
+pub mod capture;
+pub mod cases;
+pub mod commission;
+pub mod demo;
+pub mod effects;
+pub mod files;
+pub mod firmware;
+pub mod gap;
+pub mod instructions;
+pub mod judge;
+pub mod monitor;
+pub mod move_to;
+pub mod paper;
+pub mod params;
+pub mod profile;
+pub mod replay;
+pub mod simulate;
+pub mod track;
+
+use clap::{Parser, Subcommand};
+
+/// For the help.
+const EXIT_STATUS: &str = "\
+Exit status: 0 done, whatever was found; 1 the servo did not do what it was asked for (a refused commissioning, a fault, an event that did \
+not come), or a rig is answered wrongly (judge); 2 the input is unusable or the output cannot be written; 130 interrupted, the servo stopped.";
+
+/// Finds where a motor model and measured data disagree, names the missing effect, adds it and shows the gap shrink.
+#[derive(Debug, Parser)]
+#[command(name = "truing", version, after_help = EXIT_STATUS)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Compare a model with a log, name what is missing, extend the model.
+    Gap(gap::Arguments),
+    /// Run the gap workflow on a folder of rigs and compare its answers with what is known of them.
+    Judge(judge::Arguments),
+    /// Run any model on any input.
+    Simulate(simulate::Arguments),
+    /// List the library of physical effects with their equations.
+    Effects(effects::Arguments),
+    /// Let the firmware excite its motor and identify it.
+    Commission(commission::Arguments),
+    /// Let the firmware follow a profile.
+    Track(track::Arguments),
+    /// Let the firmware go to a place and hold it.
+    Move(move_to::Arguments),
+    /// Count the instructions of a control tick of the firmware in QEMU.
+    Instructions(instructions::Arguments),
+    /// Run the main job end to end and write a report.
+    Demo(demo::command::Arguments),
+    /// Record 1,024 control ticks around an event at full rate.
+    Capture(capture::Arguments),
+    /// Watch the servo commission and track, live.
+    Monitor(monitor::Arguments),
+    /// Read, change, store and reset a servo's parameters; turn a model into parameters.
+    Params(params::Arguments),
+    /// Run a firmware log through the library on the host and compare every bit.
+    Replay(replay::Arguments),
+    /// Draw data in which an effect is hidden, answers apart.
+    Cases(cases::Arguments),
+}
+
+impl Cli {
+    /// Runs the chosen subcommand. An error is one sentence for the user.
+    pub fn run(self) -> anyhow::Result<()> {
+        match self.command {
+            Command::Gap(arguments) => gap::run(&arguments),
+            Command::Judge(arguments) => judge::run(&arguments),
+            Command::Simulate(arguments) => simulate::run(&arguments),
+            Command::Effects(arguments) => effects::run(&arguments),
+            Command::Commission(arguments) => commission::run(&arguments),
+            Command::Track(arguments) => track::run(&arguments),
+            Command::Move(arguments) => move_to::run(&arguments),
+            Command::Instructions(arguments) => instructions::run(&arguments),
+            Command::Demo(arguments) => demo::command::run(&arguments),
+            Command::Capture(arguments) => capture::run(&arguments),
+            Command::Monitor(arguments) => monitor::run(&arguments),
+            Command::Params(arguments) => params::run(&arguments),
+            Command::Replay(arguments) => replay::run(&arguments),
+            Command::Cases(arguments) => cases::run(&arguments),
+        }
+    }
+}

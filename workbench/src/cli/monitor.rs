@@ -1,0 +1,244 @@
+//! `truing monitor`: a live view of the servo in the terminal while it commissions and tracks.
+
+use super::commission::{self, BUDGET_S, Knowledge};
+use super::firmware::{Firmware, fault_ended};
+use super::profile;
+use crate::console::interrupt;
+use crate::console::screen;
+use crate::device::link::{advisory_text, fault_advice};
+use crate::device::run_log::RunLog;
+use crate::device::session::{Done, Progress, Task};
+use clap::Args;
+use servo::axis::Sample;
+use servo::identify::estimate::{EstimatesReport, Reported};
+use servo::protect::Fault;
+use servo::record::{Activity, Record};
+use servo::referencing::Referenced;
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+/// How often the view is drawn.
+const REFRESH: Duration = Duration::from_millis(100);
+/// Columns of a narrow terminal.
+const WIDTH: usize = 78;
+/// … where there is no terminal to redraw.
+const LINE: Duration = Duration::from_secs(1);
+
+/// Arguments of `truing monitor`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// Which servo.
+    #[command(flatten)]
+    pub firmware: Firmware,
+    /// What is known about the motor.
+    #[command(flatten)]
+    pub knowledge: Knowledge,
+    /// The motion, as in `truing track`.
+    #[arg(long)]
+    pub profile: String,
+    /// Do not slow a simulated motor down to real time.
+    #[arg(long)]
+    pub fast: bool,
+}
+
+/// Runs and shows.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let _hold = interrupt::hold();
+    arguments
+        .knowledge
+        .files(&arguments.firmware, &arguments.profile)
+        .check_ready()?;
+    let setup = arguments.firmware.axis()?;
+    let config = setup.config;
+    let motion = profile::task(&arguments.profile, true, &config)?;
+    arguments.knowledge.allows(&motion, &config)?;
+    let first = arguments
+        .knowledge
+        .tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
+    let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
+    let mut view = View::new(arguments.fast);
+    let result = arguments
+        .firmware
+        .run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
+    match (&result.broken, result.done.last()) {
+        (Some(error), _) => Err(error.clone().into()),
+        (None, Some(Done::Tracked(span) | Done::Excited(span, _))) if span.faulted => {
+            Err(fault_ended(&result.log).into())
+        }
+        (None, Some(Done::Commissioned(_))) => commission::succeeded(&result).map(|_| ()),
+        _ => Ok(()),
+    }
+}
+
+/// The screen.
+struct View {
+    begin: Instant,
+    drawn: Option<Instant>,
+    lines: usize,
+    terminal: bool,
+    fast: bool,
+}
+
+impl View {
+    fn new(fast: bool) -> Self {
+        Self {
+            begin: Instant::now(),
+            drawn: None,
+            lines: 0,
+            terminal: std::io::stdout().is_terminal(),
+            fast,
+        }
+    }
+
+    fn show(&mut self, progress: &Progress) {
+        let Some(row) = progress.log.rows.last() else {
+            return;
+        };
+        let simulated = Duration::from_secs_f64(f64::from(row.tick) / f64::from(progress.log.config.tick_hz));
+        if !self.fast {
+            std::thread::sleep(simulated.saturating_sub(self.begin.elapsed()));
+        }
+        let wait = if self.terminal { REFRESH } else { LINE };
+        if self.drawn.is_some_and(|drawn| drawn.elapsed() < wait) {
+            return;
+        }
+        self.drawn = Some(Instant::now());
+        let lines = lines(progress);
+        if screen::is_broken() {
+            // Nobody watches any more.
+            interrupt::ask();
+        }
+        if !self.terminal {
+            outln!("{}", lines.join("  |  "));
+            return;
+        }
+        // Back to the first line of the last picture, and clear what is below.
+        let up = match self.lines {
+            0 => String::new(),
+            lines => format!("\x1b[{lines}A\x1b[J"),
+        };
+        outln!("{up}{}", lines.join("\n"));
+        screen::flush();
+        self.lines = lines.len();
+    }
+}
+
+/// What there is to see, one subject a line, none longer than a narrow terminal.
+fn lines(progress: &Progress) -> Vec<String> {
+    let log = progress.log;
+    let Some(row) = log.rows.last() else {
+        return Vec::new();
+    };
+    let (config, record) = (&log.config, &row.record);
+    let mut lines = vec![
+        format!(
+            "{:8.2} s   {} ({:.0} %)   bridge {}",
+            f64::from(row.tick) / f64::from(config.tick_hz),
+            progress.task,
+            100.0 * progress.share,
+            word(record.bridge)
+        ),
+        motion(log, record),
+        drive(log, record),
+        format!(
+            "limit {}   position {}   gain {}   dead zone {}, {}",
+            word(record.limit),
+            match record.referenced {
+                Referenced::Yes => "absolute",
+                Referenced::Searching => "searching for zero",
+                Referenced::No | Referenced::Missed => "from power-up",
+            },
+            word(record.gain_source),
+            word(record.dead_zone_source[0]),
+            word(record.dead_zone_source[1])
+        ),
+    ];
+    let fault = match record.fault {
+        Fault::None => "none".to_owned(),
+        other => fault_advice(other),
+    };
+    lines.extend(wrapped(&format!("fault {fault}")));
+    lines.extend(
+        advisory_text(record.advisory)
+            .iter()
+            .flat_map(|text| wrapped(text)),
+    );
+    match progress.estimates {
+        Some(report) => lines.extend(estimates(report)),
+        None => lines.push("estimates: none yet".to_owned()),
+    }
+    lines
+}
+
+/// The variant's name in small letters.
+fn word(code: impl std::fmt::Debug) -> String {
+    format!("{code:?}").to_lowercase()
+}
+
+fn wrapped(text: &str) -> Vec<String> {
+    let options = textwrap::Options::new(WIDTH).subsequent_indent("      ");
+    let lines = textwrap::wrap(text, options);
+    lines.into_iter().map(|line| line.into_owned()).collect()
+}
+
+/// Where it is to be and where it is. While no loop is closed there is no set-point.
+fn motion(log: &RunLog, record: &Record) -> String {
+    let position = log.rad(f64::from(record.count.wrapping_sub(log.zero())) + 0.5);
+    match record.activity {
+        Activity::Tracking | Activity::Holding => {
+            let set_point = log.rad(f64::from(record.reference_q8) / 256.0);
+            format!(
+                "set-point {set_point:9.4} rad   position {position:9.4} rad   error {:8.4} rad",
+                set_point - position
+            )
+        }
+        _ => format!("set-point         - rad   position {position:9.4} rad"),
+    }
+}
+
+fn drive(log: &RunLog, record: &Record) -> String {
+    let config = &log.config;
+    let speed = log.rad(f64::from(record.speed_q20) / f64::from(1 << 20)) * f64::from(config.tick_hz);
+    let supply = match record.vbus_raw {
+        Sample::VBUS_NOT_MEASURED => f64::from(config.supply_nominal_v),
+        raw => f64::from(raw) * f64::from(config.vbus_v_per_lsb),
+    };
+    let volts = f64::from(record.duty) / f64::from(config.pwm_full_scale) * supply;
+    let current = match Sample::sensed(record.current_raw) {
+        None => String::new(),
+        Some(raw) => format!(
+            "   current {:7.3} A",
+            f64::from(raw) * f64::from(config.current_a_per_lsb)
+        ),
+    };
+    format!("speed {speed:9.3} rad/s   voltage {volts:7.3} V of {supply:.2} V{current}")
+}
+
+/// Both directions of a number in one line.
+fn estimates(report: &EstimatesReport) -> [String; 3] {
+    let pair = |name: &str, [positive, negative]: [&Reported; 2]| {
+        format!(
+            "{name:12} + {}   \u{2212} {}",
+            number(positive, "V"),
+            number(negative, "V")
+        )
+    };
+    [
+        pair("dead zone", [&report.dead_zone_pos_v, &report.dead_zone_neg_v]),
+        pair("saturation", [&report.saturation_pos_v, &report.saturation_neg_v]),
+        format!(
+            "{:12}   {}   time constant {}",
+            "gain",
+            number(&report.gain_rad_s_per_v, "rad/s/V"),
+            number(&report.time_constant_s, "s")
+        ),
+    ]
+}
+
+fn number(reported: &Reported, unit: &str) -> String {
+    match (reported.value, reported.trusted) {
+        (Some(value), true) => format!("{value:.4} {unit}"),
+        (Some(value), false) => format!("{value:.4} {unit} (not trusted)"),
+        (None, _) => "not seen".to_owned(),
+    }
+}

@@ -1,0 +1,215 @@
+//! `truing-track/1`: how well a motion followed its set-point.
+
+use crate::device::commission_report::Number;
+use crate::device::feasible::{Fitted, Shortfall};
+use crate::device::run_log::{Row, RunLog};
+use crate::device::session::Span;
+use serde::Serialize;
+use servo::identify::estimate::EstimatesReport;
+use servo::record::{Limit, Source};
+
+/// Where the numbers came from that the loops used.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct UsedParameters {
+    /// Gain and time constant: `none`, `configured`, `last_trusted`, `trusted`.
+    pub gain: &'static str,
+    /// Dead zone, positive.
+    pub dead_zone_pos: &'static str,
+    /// Dead zone, negative.
+    pub dead_zone_neg: &'static str,
+    /// Was the inverse dead zone in use?
+    pub compensation: bool,
+}
+
+/// The figures of one motion.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrackJson {
+    /// `truing-track/1`.
+    pub schema: &'static str,
+    /// Set-point minus measured position, rad.
+    pub position_rms_rad: f64,
+    /// … at worst.
+    pub position_peak_rad: f64,
+    /// Set-point's speed minus the firmware's speed estimate, rad/s.
+    pub speed_rms_rad_s: f64,
+    /// … at worst.
+    pub speed_peak_rad_s: f64,
+    /// Share of the time in which a limit acted.
+    pub saturated_share: f64,
+    /// Changes of the duty's sign per second while holding.
+    pub hold_chatter_per_s: f64,
+    /// Which parameters the loops used.
+    pub used_parameters: UsedParameters,
+    /// A fault ended the motion early.
+    pub faulted: bool,
+    /// How the motion was scaled, if it was for `--fit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fitted: Option<Scaled>,
+    /// What the servo knew behind an excitation. It has no set-point, so that the errors above are `null`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub learned: Option<Learned>,
+}
+
+/// What of a motion was scaled so that it fits, and to what.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Scaled {
+    /// A sine.
+    Amplitude {
+        /// rad.
+        amplitude_rad: f64,
+    },
+    /// Points.
+    Times {
+        /// All times were multiplied by this.
+        time_factor: f64,
+    },
+}
+
+impl From<Shortfall> for Scaled {
+    fn from(short: Shortfall) -> Self {
+        match short.fitted {
+            Fitted::Sine { amplitude_rad, .. } => Scaled::Amplitude { amplitude_rad },
+            Fitted::Slower(time_factor) => Scaled::Times { time_factor },
+        }
+    }
+}
+
+/// What ordinary motion tells.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Learned {
+    /// V.
+    pub dead_zone_pos_v: Number,
+    /// V, positive magnitude.
+    pub dead_zone_neg_v: Number,
+    /// rad/s/V.
+    pub gain_rad_s_per_v: Number,
+    /// s.
+    pub time_constant_s: Number,
+}
+
+impl Learned {
+    /// The numbers with names and units, for people.
+    pub fn numbers(&self) -> [(&'static str, &'static str, Number); 4] {
+        [
+            ("dead zone, positive", "V", self.dead_zone_pos_v),
+            ("dead zone, negative", "V", self.dead_zone_neg_v),
+            ("gain", "rad/s/V", self.gain_rad_s_per_v),
+            ("time constant", "s", self.time_constant_s),
+        ]
+    }
+}
+
+impl From<&EstimatesReport> for Learned {
+    fn from(report: &EstimatesReport) -> Self {
+        Learned {
+            dead_zone_pos_v: report.dead_zone_pos_v.into(),
+            dead_zone_neg_v: report.dead_zone_neg_v.into(),
+            gain_rad_s_per_v: report.gain_rad_s_per_v.into(),
+            time_constant_s: report.time_constant_s.into(),
+        }
+    }
+}
+
+impl TrackJson {
+    /// Computes the figures from the log.
+    pub fn new(log: &RunLog, span: &Span) -> Self {
+        let within = |from: u32, to: u32| log.rows.iter().filter(move |row| (from..to).contains(&row.tick));
+        let (position_rms, position_peak) =
+            norms(within(span.start, span.hold).map(|row| position_error(log, row)));
+        let (speed_rms, speed_peak) = norms(within(span.start, span.hold).map(|row| speed_error(log, row)));
+        let ticks = within(span.start, span.hold).count().max(1);
+        let limited = within(span.start, span.hold)
+            .filter(|row| row.record.limit != Limit::None)
+            .count();
+        TrackJson {
+            schema: "truing-track/1",
+            position_rms_rad: position_rms,
+            position_peak_rad: position_peak,
+            speed_rms_rad_s: speed_rms,
+            speed_peak_rad_s: speed_peak,
+            saturated_share: limited as f64 / ticks as f64,
+            hold_chatter_per_s: chatter(log, span),
+            used_parameters: used(within(span.start, span.hold).next_back()),
+            faulted: span.faulted,
+            fitted: None,
+            learned: None,
+        }
+    }
+
+    /// Of an excitation.
+    pub fn excited(log: &RunLog, span: &Span, learned: &EstimatesReport) -> Self {
+        TrackJson {
+            // Not a number is `null` in JSON.
+            position_rms_rad: f64::NAN,
+            position_peak_rad: f64::NAN,
+            speed_rms_rad_s: f64::NAN,
+            speed_peak_rad_s: f64::NAN,
+            learned: Some(learned.into()),
+            ..TrackJson::new(log, span)
+        }
+    }
+}
+
+/// rad. A counter that reads n stands for n + ½ counts.
+pub fn position_error(log: &RunLog, row: &Row) -> f64 {
+    let measured = f64::from(row.record.count.wrapping_sub(log.zero())) + 0.5;
+    log.rad(f64::from(row.record.reference_q8) / 256.0 - measured)
+}
+
+/// rad/s.
+fn speed_error(log: &RunLog, row: &Row) -> f64 {
+    let per_tick = f64::from(
+        row.record
+            .reference_speed_q20
+            .saturating_sub(row.record.speed_q20),
+    ) / f64::from(1 << 20);
+    log.rad(per_tick) * f64::from(log.config.tick_hz)
+}
+
+fn norms(errors: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (mut squares, mut peak, mut count) = (0.0, 0.0f64, 0);
+    for error in errors {
+        squares += error * error;
+        peak = peak.max(error.abs());
+        count += 1;
+    }
+    ((squares / f64::from(count.max(1))).sqrt(), peak)
+}
+
+fn chatter(log: &RunLog, span: &Span) -> f64 {
+    let signs = log
+        .rows
+        .iter()
+        .filter(|row| (span.hold..span.end).contains(&row.tick))
+        .map(|row| row.record.command_duty.signum())
+        .filter(|sign| *sign != 0);
+    let (mut changes, mut last) = (0u32, 0);
+    for sign in signs {
+        changes += u32::from(last != 0 && sign != last);
+        last = sign;
+    }
+    let seconds = f64::from(span.end.saturating_sub(span.hold)) / f64::from(log.config.tick_hz);
+    if seconds > 0.0 {
+        f64::from(changes) / seconds
+    } else {
+        0.0
+    }
+}
+
+fn used(row: Option<&Row>) -> UsedParameters {
+    let name = |source: Source| match source {
+        Source::None => "none",
+        Source::Configured => "configured",
+        Source::LastTrusted => "last_trusted",
+        Source::Trusted => "trusted",
+        Source::Stored => "stored",
+    };
+    let record = row.map(|row| row.record).unwrap_or_default();
+    UsedParameters {
+        gain: name(record.gain_source),
+        dead_zone_pos: name(record.dead_zone_source[0]),
+        dead_zone_neg: name(record.dead_zone_source[1]),
+        compensation: record.compensation,
+    }
+}

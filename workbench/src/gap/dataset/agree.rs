@@ -1,0 +1,57 @@
+//! Whether model, log and hold-outs speak of the same axis.
+
+use crate::console::input_error::InputError;
+use crate::system::log::{Dynamic, Input};
+use crate::system::model::{Kind, Model};
+
+/// Model, log and hold-outs must speak of the same axis.
+pub(super) fn agree(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<(), InputError> {
+    let source = &log.source;
+    if matches!(model.kind, Kind::DcMotor { .. } | Kind::FirstOrder { .. }) && log.linear {
+        return Err(InputError::file(
+            source,
+            "has a linear axis (m), but the model turns; use kind = \"inertia\" with mass_kg",
+        ));
+    }
+    if matches!(model.kind, Kind::FirstOrder { .. }) && log.input != Input::Voltage {
+        let what = format!(
+            "drives the axis by {}, but a first_order model needs u_v",
+            log.input.column()
+        );
+        return Err(InputError::file(source, what));
+    }
+    if matches!(model.kind, Kind::Inertia { .. }) && model.linear() != log.linear {
+        return Err(InputError::file(
+            source,
+            "and the model disagree on whether the axis is linear (mass_kg, q_m) or turns (inertia_kgm2, theta_rad)",
+        ));
+    }
+    for other in holdouts {
+        if (other.input, other.linear) != (log.input, log.linear) {
+            let what = format!(
+                "has other columns than {source} (input {} against {})",
+                other.input.column(),
+                log.input.column()
+            );
+            return Err(InputError::file(&other.source, what));
+        }
+        if same(log, other) {
+            let what = format!(
+                "holds the same rows as {source}; a copy proves nothing, give another record or leave --holdout out"
+            );
+            return Err(InputError::file(&other.source, what));
+        }
+    }
+    Ok(())
+}
+
+/// True if two logs hold the same measurements.
+pub fn same(a: &Dynamic, b: &Dynamic) -> bool {
+    let outputs = |log: &Dynamic| {
+        log.runs
+            .iter()
+            .map(|run| run.speed.clone().or(run.position.clone()))
+            .collect::<Vec<_>>()
+    };
+    outputs(a) == outputs(b)
+}

@@ -1,0 +1,158 @@
+//! A log made ready for simulation: a grid of blocks, what is compared with what, and with which weight.
+//!
+//! Block k lasts from `time[k]` to `time[k + 1]`. Long logs are thinned: a block then holds several rows. Nothing is
+//! lost on the input side, because the memoryless part of the input chain is evaluated on every row before it is
+//! averaged; on the output side the sensor's window is applied to simulation and measurement alike.
+
+mod agree;
+mod noise;
+mod parts;
+mod prepare;
+mod probe;
+mod rows;
+mod run;
+mod start;
+mod view;
+mod weigh;
+
+pub use agree::same;
+pub use noise::{Noise, hf_noise};
+pub use prepare::prepare;
+pub use probe::Probes;
+pub use run::{BenchRun, Traces};
+
+use crate::system::log::Input;
+use crate::system::model::Kind;
+use crate::system::plant::physics::{Drive, Physics};
+
+/// Which rows serve for what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Fitted (first fold of the cross-validation).
+    A,
+    /// Fitted (second fold).
+    B,
+    /// Never fitted: read once, for the report.
+    HoldOut,
+    /// Not compared at all: spikes, gaps.
+    Masked,
+}
+
+/// A log, or several, made ready.
+#[derive(Clone, Debug)]
+pub struct Bench {
+    /// What the input is.
+    pub input: Input,
+    /// True on a linear axis.
+    pub linear: bool,
+    /// The runs.
+    pub runs: Vec<BenchRun>,
+    /// Natural magnitudes of motor and log.
+    pub scales: Scales,
+    /// Name of the compared column.
+    pub signal: &'static str,
+    /// Lag n of the moving-average noise of the compared signal, in samples; 0: white.
+    pub noise_lag: usize,
+    /// Standard deviation of the compared signal's noise.
+    pub sigma: f64,
+    /// Standard deviation of the current's noise, if the current is compared.
+    pub sigma_current: Option<f64>,
+    /// Two runs of the log with the same input, if there are.
+    pub twins: Option<(usize, usize)>,
+    /// True if the compared speed is derived from the position.
+    pub from_position: bool,
+    /// True if the log holds the position, so that nobody has to integrate a measured speed.
+    pub position_logged: bool,
+    /// Things the reader must know.
+    pub notes: Vec<String>,
+}
+
+/// The natural magnitudes of a motor and its log, by which parameters are measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Scales {
+    /// Largest input.
+    pub input: f64,
+    /// Torque at that input and standstill.
+    pub torque: f64,
+    /// Largest measured speed; where nothing moves, the speed that the input would reach.
+    pub speed: f64,
+    /// Largest measured speed, 0 where nothing moves.
+    pub motion: f64,
+    /// Mechanical time constant, s.
+    pub time: f64,
+    /// Current at the largest input and standstill.
+    pub current: f64,
+    /// Winding resistance.
+    pub resistance: f64,
+    /// Inertia.
+    pub inertia: f64,
+    /// Speed that the largest input would reach without any effect.
+    pub reachable: f64,
+    /// Length of the longest run, s.
+    pub duration: f64,
+}
+
+impl Scales {
+    /// What one unit of a scale means.
+    pub fn of(&self, scale: crate::system::effects::Scale) -> f64 {
+        use crate::system::effects::Scale;
+        match scale {
+            Scale::One => 1.0,
+            Scale::Input => self.input,
+            Scale::Torque => self.torque,
+            Scale::Speed => self.speed,
+            Scale::Time => self.time,
+            Scale::Current => self.current,
+            Scale::Resistance => self.resistance,
+            Scale::Viscous => self.torque / self.speed,
+            Scale::Drag => self.torque / (self.speed * self.speed),
+            Scale::Angle => self.speed * self.time,
+            Scale::Frequency => 1.0 / self.time,
+            Scale::PerPower => 1.0 / (self.current * self.current * self.resistance),
+            Scale::Stiffness => self.inertia / (self.time * self.time),
+            Scale::Capacity => self.time / self.resistance,
+        }
+    }
+}
+
+impl Bench {
+    /// The longest way between two positions of one run of the log, rad or m.
+    pub fn travel(&self) -> f64 {
+        let range = |run: &BenchRun| {
+            let low = run.position.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = run.position.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            (high - low).max(0.0)
+        };
+        self.runs
+            .iter()
+            .filter(|run| run.log == 0)
+            .map(range)
+            .fold(0.0, f64::max)
+    }
+
+    /// Number of compared samples of the main signal in the given parts.
+    pub fn samples(&self, parts: &[Part]) -> usize {
+        self.runs
+            .iter()
+            .flat_map(|run| &run.speed.part)
+            .filter(|part| parts.contains(part))
+            .count()
+    }
+}
+
+/// The base plant of a kind when this input drives it.
+pub fn driven_by(kind: &Kind, base: Physics, input: Input) -> Physics {
+    match (kind, input) {
+        (Kind::Inertia { .. }, _) | (_, Input::Voltage) => base,
+        (_, Input::Current) => Physics {
+            drive: Drive::Torque,
+            force_gain: base.kt,
+            ..base
+        },
+        (_, Input::Torque | Input::Force) => Physics {
+            drive: Drive::Torque,
+            force_gain: 1.0,
+            ..base
+        },
+    }
+}

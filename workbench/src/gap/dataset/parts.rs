@@ -1,0 +1,71 @@
+//! What the samples of a run serve for.
+
+use super::noise::median;
+use super::probe::Probes;
+use super::{Bench, BenchRun, Part};
+use crate::system::log::Dynamic;
+
+/// Pieces into which a run is cut for fitting, choosing and holding out.
+const PIECES: usize = 16;
+
+/// Alternating pieces of a run: fit, choose, and, without hold-out logs, every fourth one held out.
+pub(super) fn parts(run: &mut BenchRun, holdout_given: bool) {
+    let (start, end) = (run.time[0], run.time[run.time.len() - 1]);
+    for probes in [&mut run.speed, &mut run.current] {
+        for (time, served) in probes.time.iter().zip(&mut probes.part) {
+            let piece = ((time - start) / (end - start) * PIECES as f64)
+                .floor()
+                .min(PIECES as f64 - 1.0) as usize;
+            *served = part(piece, run.log, holdout_given);
+        }
+    }
+}
+
+fn part(piece: usize, log: usize, holdout_given: bool) -> Part {
+    match (log, holdout_given, piece % 4) {
+        (0, false, 3) => Part::HoldOut,
+        (0, _, fold) => {
+            if fold % 2 == 0 {
+                Part::A
+            } else {
+                Part::B
+            }
+        }
+        _ => Part::HoldOut,
+    }
+}
+
+/// Isolated samples far from their neighbours are no motion.
+pub(super) fn mask_spikes(probes: &mut Probes, sigma: f64) {
+    let measured = &probes.measured;
+    for k in 2..measured.len().saturating_sub(2) {
+        let mut near = [
+            measured[k - 2],
+            measured[k - 1],
+            measured[k],
+            measured[k + 1],
+            measured[k + 2],
+        ];
+        let middle = median(&mut near);
+        let spread = (measured[k + 1] - measured[k - 1]).abs();
+        if (measured[k] - middle).abs() > 7.0 * sigma + 2.0 * spread {
+            probes.part[k] = Part::Masked;
+        }
+    }
+}
+
+pub(super) fn say_holdout(bench: &mut Bench, holdouts: &[Dynamic]) {
+    let text = if holdouts.is_empty() {
+        format!("held out: every fourth of {PIECES} equal pieces of each run")
+    } else {
+        format!(
+            "held out: {}",
+            holdouts
+                .iter()
+                .map(|log| log.source.as_str())
+                .collect::<Vec<_>>()
+                .join(", ")
+        )
+    };
+    bench.notes.push(text);
+}

@@ -1,0 +1,182 @@
+//! From model and logs to a [`Bench`].
+
+use super::agree::agree;
+use super::noise::{hf_noise, median};
+use super::parts::{mask_spikes, parts, say_holdout};
+use super::probe::Probes;
+use super::rows::{on_its_grid, unbroken};
+use super::start::start_speed;
+use super::view::{View, bench_run};
+use super::{Bench, Scales, driven_by};
+use crate::console::input_error::InputError;
+use crate::system::log::{Dynamic, Input, Run};
+use crate::system::model::{Kind, Model};
+use crate::system::plant::physics::{Drive, Physics};
+use std::f64::consts::TAU;
+
+/// Makes a log and its hold-outs ready.
+pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Bench, InputError> {
+    agree(model, log, holdouts)?;
+    let plant = driven_by(&model.kind, model.physics(), log.input);
+    let scales = scales(&plant, log)?;
+    let view = View::choose(model, log, &scales);
+    let mut bench = Bench {
+        input: log.input,
+        linear: log.linear,
+        runs: Vec::new(),
+        scales,
+        signal: if log.linear { "v_m_s" } else { "omega_rad_s" },
+        noise_lag: 0,
+        sigma: 0.0,
+        sigma_current: None,
+        twins: None,
+        from_position: view.derived_rows.is_some(),
+        position_logged: log.runs.iter().all(|run| run.position.is_some()),
+        notes: view.notes.clone(),
+    };
+    for (index, source) in std::iter::once(log).chain(holdouts).enumerate() {
+        for run in source
+            .runs
+            .iter()
+            .flat_map(|run| unbroken(&on_its_grid(run), scales.time, &mut bench.notes))
+        {
+            bench.runs.push(bench_run(&run, index, &view));
+        }
+    }
+    bench.noise_lag = view.noise_lag;
+    noise(&mut bench, model, &view);
+    for run in &mut bench.runs {
+        parts(run, !holdouts.is_empty());
+        mask_spikes(&mut run.speed, bench.sigma);
+        start_speed(run, &plant, bench.sigma, bench.scales.speed);
+    }
+    bench.twins = twins(&bench);
+    suspect_units(&mut bench, plant.drive);
+    say_holdout(&mut bench, holdouts);
+    Ok(bench)
+}
+
+fn scales(plant: &Physics, log: &Dynamic) -> Result<Scales, InputError> {
+    let input = largest(log.runs.iter().flat_map(|run| run.input.iter().copied()));
+    if input <= 0.0 {
+        let what = format!(
+            "the input {} is 0 throughout; nothing drives the axis",
+            log.input.column()
+        );
+        return Err(InputError::file(&log.source, what));
+    }
+    let speed = largest(log.runs.iter().flat_map(rough_speed));
+    let torque = plant.torque_per_input() * input;
+    let settling = plant.inertia / plant.total_damping().max(1e-300);
+    let rising = plant.inertia * speed.max(1e-9) / torque;
+    Ok(Scales {
+        input,
+        torque,
+        speed: if speed > 0.0 {
+            speed
+        } else {
+            plant.dc_gain() * input
+        },
+        motion: speed,
+        time: if plant.drive == Drive::Voltage {
+            settling
+        } else {
+            settling.min(4.0 * rising)
+        },
+        current: if plant.drive == Drive::Voltage {
+            input / plant.resistance
+        } else {
+            input
+        },
+        resistance: plant.resistance,
+        inertia: plant.inertia,
+        reachable: plant.dc_gain() * input,
+        duration: log
+            .runs
+            .iter()
+            .map(|run| run.t_s[run.rows() - 1] - run.t_s[0])
+            .fold(0.0, f64::max),
+    })
+}
+
+/// Largest magnitude but for one sample in a thousand.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.map(f64::abs).collect();
+    if values.is_empty() {
+        return 0.0;
+    }
+    let rank = (values.len() - 1) - (values.len() - 1) / 1000;
+    *values.select_nth_unstable_by(rank, f64::total_cmp).1
+}
+
+/// Speeds good enough for a scale: as logged, or position differences over some rows.
+fn rough_speed(run: &Run) -> Vec<f64> {
+    if let Some(speed) = &run.speed {
+        return speed.clone();
+    }
+    let position = run.position.as_ref().expect("a log has an output");
+    let span = (run.rows() / 200).clamp(1, 50);
+    let pair = |k: usize| (position[k + span] - position[k]) / (run.t_s[k + span] - run.t_s[k]);
+    (0..run.rows() - span).map(pair).collect()
+}
+
+/// Speeds beyond what the largest input can reach by about the factor between rpm and rad/s, 9.55, are called out: less where a
+/// missing dead zone or friction takes half of the speed, more where the drive or the model is off besides.
+const RPM: std::ops::Range<f64> = 5.0..14.0;
+
+/// Calls out units that cannot be.
+fn suspect_units(bench: &mut Bench, drive: Drive) {
+    let reachable = bench.scales.reachable;
+    let factor = bench.scales.speed / reachable;
+    if drive == Drive::Voltage && RPM.contains(&factor) {
+        bench.notes.push(format!(
+            "the speeds lie {factor:.1} times above the no-load speed of {reachable:.0} rad/s: is the column in rpm? (then: --columns \"omega_rad_s=NAME*0.104720\")"
+        ));
+    }
+}
+
+/// The noise of speed and current: from the signals' high frequencies, and not below the declared encoder's steps.
+fn noise(bench: &mut Bench, model: &Model, view: &View) {
+    let mut each: Vec<f64> = bench
+        .runs
+        .iter()
+        .map(|run| hf_noise(&run.speed.measured, bench.noise_lag))
+        .collect();
+    let step = match model.encoder {
+        Some(encoder) if view.window_s > 0.0 && !bench.linear => {
+            TAU / encoder.counts_per_rev / (6f64.sqrt() * view.window_s)
+        }
+        _ => 0.0,
+    };
+    bench.sigma = median(&mut each).max(step).max(1e-5 * bench.scales.speed);
+    let mut each: Vec<f64> = bench
+        .runs
+        .iter()
+        .filter(|run| !run.current.is_empty())
+        .map(|run| hf_noise(&run.current.measured, 0))
+        .collect();
+    if each.len() == bench.runs.len()
+        && bench.input == Input::Voltage
+        && matches!(model.kind, Kind::DcMotor { .. })
+    {
+        bench.sigma_current = Some(median(&mut each).max(1e-4 * bench.scales.current));
+    } else {
+        bench
+            .runs
+            .iter_mut()
+            .for_each(|run| run.current = Probes::default());
+    }
+}
+
+/// The first two runs of the log that have the same input.
+fn twins(bench: &Bench) -> Option<(usize, usize)> {
+    let runs = &bench.runs;
+    let alike = |a: usize, b: usize| {
+        let (x, y) = (&runs[a].input, &runs[b].input);
+        let close = |(u, v): (&f64, &f64)| (u - v).abs() <= 1e-6 * bench.scales.input;
+        runs[b].log == 0 && x.len() == y.len() && x.iter().zip(y).all(close)
+    };
+    let own = runs.iter().filter(|run| run.log == 0).count();
+    let mut pairs = (0..own).flat_map(|a| (a + 1..own).map(move |b| (a, b)));
+    pairs.find(|(a, b)| alike(*a, *b))
+}

@@ -1,0 +1,167 @@
+//! What to measure next: both rivals are simulated on a catalogue of runs, and the run on which they differ most is
+//! recommended.
+
+use crate::gap::dataset::{Bench, BenchRun, Traces};
+use crate::gap::fit::FINE;
+use crate::gap::search::Scored;
+use crate::outcome::{Experiment, Segment};
+
+/// Samples per time constant of a simulated experiment.
+const SAMPLES: f64 = 50.0;
+/// χ² below which two rivals cannot be told apart.
+const SEPARABLE: f64 = 20.0;
+
+/// A run of the catalogue.
+struct Protocol {
+    name: &'static str,
+    profile: Vec<Segment>,
+}
+
+/// What an experiment would tell about two rivals.
+pub struct Separation {
+    /// The recommendation.
+    pub experiment: Experiment,
+    /// In a sentence.
+    pub text: String,
+}
+
+/// The run of the catalogue that separates two rivals best.
+pub fn separation(a: &Scored, b: &Scored) -> Separation {
+    let bench = a.hypothesis.bench;
+    let judged = catalogue(bench)
+        .into_iter()
+        .map(|protocol| (difference(bench, &protocol, a, b), protocol));
+    let ((speed, current, samples), protocol) = judged
+        .max_by(|x, y| x.0.0.total_cmp(&y.0.0))
+        .expect("the catalogue is not empty");
+    let chi2 = samples * (speed / bench.sigma).powi(2);
+    let (left, right) = (a.label(), b.label());
+    let unit = if bench.linear { "m/s" } else { "rad/s" };
+    let text = if chi2 > SEPARABLE {
+        format!(
+            "{}: {left} and {right} then differ by {} {unit} rms",
+            protocol.name,
+            crate::report::figure(speed)
+        )
+    } else if current > 0.0 {
+        format!(
+            "{} with the winding current logged: {left} and {right} differ by {} A rms there, but not in speed",
+            protocol.name,
+            crate::report::figure(current)
+        )
+    } else {
+        format!("{left} and {right} cannot be separated with these sensors")
+    };
+    Separation {
+        experiment: Experiment {
+            why: text.clone(),
+            profile: protocol.profile,
+        },
+        text,
+    }
+}
+
+/// Differences of two rivals on a run: rms of speed and current, and the number of samples.
+fn difference(bench: &Bench, protocol: &Protocol, a: &Scored, b: &Scored) -> (f64, f64, f64) {
+    let run = bench_run(bench, &protocol.profile);
+    let (mut left, mut right) = (Traces::default(), Traces::default());
+    run.simulate(&a.hypothesis.plant(&a.fit.x), 0.0, FINE, &mut left);
+    run.simulate(&b.hypothesis.plant(&b.fit.x), 0.0, FINE, &mut right);
+    let rms = |x: &[f64], y: &[f64]| {
+        (x.iter().zip(y).map(|(p, q)| (p - q).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
+    };
+    (
+        rms(&left.reading, &right.reading),
+        rms(&left.current, &right.current),
+        left.reading.len() as f64,
+    )
+}
+
+/// A profile on a grid.
+fn bench_run(bench: &Bench, profile: &[Segment]) -> BenchRun {
+    let step = bench.scales.time / SAMPLES;
+    let mut run = BenchRun {
+        time: vec![0.0],
+        ..BenchRun::default()
+    };
+    for segment in profile {
+        for _ in 0..(segment.seconds / step).round().max(1.0) as usize {
+            run.time.push(run.time[run.time.len() - 1] + step);
+            run.bridge.push(segment.bridge);
+            run.input.push(segment.u_v.unwrap_or(0.0));
+        }
+    }
+    run.row_time = run.time.clone();
+    run.first_row = (0..run.time.len() as u32).collect();
+    run
+}
+
+/// Runs that a bench can do, in units of the largest input and the time constant.
+fn catalogue(bench: &Bench) -> Vec<Protocol> {
+    let (full, tau) = (bench.scales.input, bench.scales.time);
+    let drive = |share: f64, taus: f64| Segment {
+        bridge: 1,
+        u_v: Some(share * full),
+        seconds: taus * tau,
+    };
+    let coast = |taus: f64| Segment {
+        bridge: 0,
+        u_v: None,
+        seconds: taus * tau,
+    };
+    let repeat = |pair: &[Segment], times: usize| {
+        std::iter::repeat_n(pair, times)
+            .flatten()
+            .cloned()
+            .collect::<Vec<_>>()
+    };
+    let stairs = |shares: &[f64]| shares.iter().map(|share| drive(*share, 2.0)).collect::<Vec<_>>();
+    vec![
+        Protocol {
+            name: "square reversals at 80 % of the largest input",
+            profile: repeat(&[drive(0.8, 0.8), drive(-0.8, 0.8)], 6),
+        },
+        Protocol {
+            name: "coast-downs from both directions",
+            profile: repeat(&[drive(0.75, 3.0), coast(3.0), drive(-0.75, 3.0), coast(3.0)], 1),
+        },
+        Protocol {
+            name: "a slow crawl through zero",
+            profile: repeat(
+                &[
+                    drive(0.05, 1.5),
+                    drive(0.1, 1.5),
+                    drive(0.2, 1.5),
+                    drive(-0.05, 1.5),
+                    drive(-0.1, 1.5),
+                    drive(-0.2, 1.5),
+                ],
+                2,
+            ),
+        },
+        Protocol {
+            name: "a staircase to the largest input in both directions",
+            profile: stairs(&[0.2, 0.4, 0.7, 1.0, -0.2, -0.4, -0.7, -1.0]),
+        },
+        Protocol {
+            name: "releases from the largest input to half of it",
+            profile: repeat(
+                &[
+                    drive(1.0, 3.0),
+                    drive(0.5, 2.0),
+                    drive(-1.0, 3.0),
+                    drive(-0.5, 2.0),
+                ],
+                1,
+            ),
+        },
+        Protocol {
+            name: "fast reversals at the largest input",
+            profile: repeat(&[drive(1.0, 0.25), drive(-1.0, 0.25)], 16),
+        },
+        Protocol {
+            name: "a long run at the largest input and a step down",
+            profile: vec![drive(1.0, 25.0), drive(0.3, 4.0)],
+        },
+    ]
+}

@@ -1,0 +1,381 @@
+//! From where the fits of a candidate start: its grid, quantiles of a signal, or a scan for a periodic torque.
+
+use crate::gap::dataset::{Bench, BenchRun, Part, Traces};
+use crate::gap::fit::COARSE;
+use crate::gap::hypothesis::Hypothesis;
+use crate::system::effects::{Effect, Scale, Signal, Starts};
+use crate::system::plant::dynamics::bridge;
+use crate::system::plant::physics::Physics;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// A threshold is tried where the signal exceeds it in 0.2 % … 50 % of the samples.
+const QUANTILES: [f64; 7] = [0.998, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5];
+/// … and parts of its largest value: an input that holds it for long has no quantile just below, where a limit of the drive
+/// often lies.
+const BELOW_LARGEST: [f64; 4] = [0.98, 0.95, 0.9, 0.83];
+/// Thresholds nearer to each other than this part of the largest value are one start.
+const SAME_THRESHOLD: f64 = 0.01;
+/// Periods per turn that are scanned on a rotary axis.
+const TURN_HARMONICS: usize = 60;
+/// Lines that are scanned over a whole log.
+const LINES: usize = 400;
+/// Peaks of a scan that are starts.
+const STRONGEST: usize = 3;
+/// A line of a periodic torque leaves no other line that is larger than this part of it (docs/decisions/0128).
+const LEFT: f64 = 0.3;
+/// … but for what the largest of some hundred lines gains by chance: 2·ln(400), and a reserve.
+const CHANCE: f64 = 20.0;
+/// Lines at these ratios belong to the same torque, whose shape is no sine.
+const SAME_TORQUE: [f64; 5] = [1.0, 2.0, 3.0, 0.5, 1.0 / 3.0];
+/// … to within this part.
+const SAME: f64 = 0.03;
+
+/// Simulation and residual of a fitted hypothesis: what starts are drawn from.
+pub struct Basis {
+    plant: Physics,
+    traces: Vec<Traces>,
+    /// Weighted residual of each run's speed samples; 0 where a sample does not count.
+    residuals: Vec<Vec<f64>>,
+}
+
+impl Basis {
+    /// Simulates the hypothesis on the log's own runs.
+    pub fn new(hypothesis: &Hypothesis, x: &[f64]) -> Self {
+        let plant = hypothesis.plant(x);
+        let (mut traces, mut residuals) = (Vec::new(), Vec::new());
+        let mut predicted = Vec::new();
+        for (index, run) in hypothesis
+            .bench
+            .runs
+            .iter()
+            .enumerate()
+            .filter(|(_, run)| run.log == 0)
+        {
+            let mut trace = Traces::default();
+            run.simulate(&plant, hypothesis.start_speed(index, x), COARSE, &mut trace);
+            run.speed
+                .predict(&run.time, &trace.reading, &trace.integral, &mut predicted);
+            let weighted = |k: usize| {
+                let counts = matches!(run.speed.part[k], Part::A | Part::B);
+                if counts {
+                    (run.speed.measured[k] - predicted[k]) * run.speed.weight[k]
+                } else {
+                    0.0
+                }
+            };
+            residuals.push((0..predicted.len()).map(weighted).collect());
+            traces.push(trace);
+        }
+        Self {
+            plant,
+            traces,
+            residuals,
+        }
+    }
+
+    /// Starts of an effect, in units of its parameters' scales.
+    pub fn starts(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+        match effect.starts {
+            Starts::Grid(rows) | Starts::Rugged(rows, _) => rows.iter().map(|row| row.to_vec()).collect(),
+            Starts::Quantiles(signal, rest) => self.quantiles(bench, effect, signal, rest),
+            Starts::GravityScan => self.gravity(bench, effect),
+            Starts::PositionScan => self.position_lines(bench, effect),
+            Starts::TimeScan => self.time_lines(bench, effect),
+        }
+    }
+
+    fn quantiles(&self, bench: &Bench, effect: &Effect, signal: Signal, rest: &[f64]) -> Vec<Vec<f64>> {
+        let runs = bench.runs.iter().filter(|run| run.log == 0);
+        let mut values: Vec<f64> = match signal {
+            Signal::Input => runs.flat_map(|run| run.input.iter().map(|u| u.abs())).collect(),
+            Signal::Speed => self
+                .traces
+                .iter()
+                .flat_map(|trace| trace.reading.iter().map(|y| y.abs()))
+                .collect(),
+            Signal::Current => self
+                .traces
+                .iter()
+                .flat_map(|trace| trace.current.iter().map(|i| i.abs()))
+                .collect(),
+        };
+        values.sort_by(f64::total_cmp);
+        let scale = bench.scales.of(effect.parameters[0].scale);
+        let row = |threshold: f64| [&[threshold / scale], rest].concat();
+        let largest = values[values.len() - 1];
+        let quantiles = QUANTILES.map(|q| values[((values.len() - 1) as f64 * q) as usize]);
+        let mut thresholds = [&quantiles[..], &BELOW_LARGEST.map(|part| part * largest)].concat();
+        if signal == Signal::Speed {
+            thresholds.push(bench.scales.speed);
+        }
+        thresholds.sort_by(|a, b| b.total_cmp(a));
+        thresholds.dedup_by(|next, kept| (*kept - *next).abs() < SAME_THRESHOLD * largest);
+        thresholds.into_iter().map(row).collect()
+    }
+
+    fn gravity(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+        let ratio = self.plant.gear_ratio;
+        let torque = bench.scales.of(effect.parameters[0].scale);
+        let mut starts: Vec<Vec<f64>> = [0.0, FRAC_PI_2, PI, -FRAC_PI_2]
+            .iter()
+            .map(|phase| vec![0.05 * ratio, *phase])
+            .collect();
+        for line in self.scan(bench, Axis::Position, 1.0 / ratio, 1) {
+            starts.push(vec![line.amplitude * ratio / torque, line.phase]);
+        }
+        starts
+    }
+
+    /// Whether what the strongest line of an effect is among these residuals, if its period is looked for, goes with the
+    /// effect: `fitted` are the residuals with it. What another effect leaves spreads over many lines, and one of them
+    /// takes no other along. `dispersion`: of the residuals, with their correlation.
+    pub fn line_goes(&self, fitted: &Self, bench: &Bench, effect: &Effect, dispersion: f64) -> bool {
+        let peaks = |basis: &Self| match effect.starts {
+            Starts::PositionScan => basis.position_peaks(bench),
+            _ => basis.time_peaks(bench),
+        };
+        let Some(line) = peaks(self).into_iter().next() else {
+            return false;
+        };
+        let same = |other: &Line| {
+            let ratio = other.number / line.number;
+            SAME_TORQUE.iter().any(|it| (ratio / it - 1.0).abs() < SAME)
+        };
+        let left = peaks(fitted).into_iter().find(|other| !same(other));
+        left.is_none_or(|left| left.gain < LEFT * line.gain + CHANCE * dispersion)
+    }
+
+    /// Peaks of the scan over the position, the strongest first.
+    fn position_peaks(&self, bench: &Bench) -> Vec<Line> {
+        let span = bench
+            .runs
+            .iter()
+            .filter(|run| run.log == 0)
+            .map(|run| span(&run.position))
+            .fold(0.0, f64::max);
+        let (unit, count) = if bench.linear {
+            (PI / span.max(1e-9), LINES)
+        } else {
+            (1.0, TURN_HARMONICS)
+        };
+        // One period per turn without a gear is gravity.
+        let gravity = |n: f64| !bench.linear && n < 1.5 && self.plant.gear_ratio == 1.0;
+        let mut lines = self.scan(bench, Axis::Position, unit, count);
+        lines.retain(|line| !gravity(line.number));
+        lines
+    }
+
+    /// Peaks of the scan over the time, the strongest first.
+    fn time_peaks(&self, bench: &Bench) -> Vec<Line> {
+        let unit = PI / bench.scales.duration;
+        let highest = 20.0 / bench.scales.time;
+        let count = ((highest / unit) as usize).clamp(1, 3 * LINES);
+        let mut lines = self.scan(bench, Axis::Time, unit, count);
+        // Fewer than three periods in the log are a drift.
+        lines.retain(|line| line.number > 6.0 * unit);
+        lines
+    }
+
+    fn position_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+        let torque = bench.scales.of(effect.parameters[0].scale);
+        let lines = self.position_peaks(bench).into_iter().take(STRONGEST);
+        lines
+            .map(|line| vec![line.amplitude / torque, line.number, line.phase])
+            .collect()
+    }
+
+    fn time_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+        let torque = bench.scales.of(effect.parameters[0].scale);
+        let hertz = bench.scales.of(Scale::Frequency);
+        let lines = self.time_peaks(bench).into_iter().take(STRONGEST);
+        lines
+            .map(|line| {
+                vec![
+                    line.amplitude / torque,
+                    line.number / std::f64::consts::TAU / hertz,
+                    line.phase,
+                ]
+            })
+            .collect()
+    }
+
+    /// The peaks of a periodic torque, strongest first, among `unit`, 2·`unit`, … `count`·`unit`.
+    fn scan(&self, bench: &Bench, axis: Axis, unit: f64, count: usize) -> Vec<Line> {
+        let mut waves: Vec<Wave> = Vec::new();
+        for (run, trace) in bench.runs.iter().filter(|run| run.log == 0).zip(&self.traces) {
+            waves.push(Wave::new(&self.plant, run, trace, axis, unit));
+        }
+        let mut lines: Vec<Line> = Vec::new();
+        for harmonic in 1..=count {
+            let mut sums = Sums::default();
+            for (((run, wave), residual), trace) in bench
+                .runs
+                .iter()
+                .filter(|run| run.log == 0)
+                .zip(&mut waves)
+                .zip(&self.residuals)
+                .zip(&self.traces)
+            {
+                wave.turn();
+                sums.add_run(run, wave, residual, &self.plant, &trace.omega);
+            }
+            lines.push(sums.line(harmonic as f64 * unit));
+        }
+        let mut peaks: Vec<Line> = (0..lines.len())
+            .filter(|k| {
+                (*k == 0 || lines[k - 1].gain <= lines[*k].gain)
+                    && lines.get(k + 1).is_none_or(|next| next.gain <= lines[*k].gain)
+            })
+            .map(|k| lines[k])
+            .collect();
+        peaks.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        peaks
+    }
+}
+
+fn span(values: &[f64]) -> f64 {
+    let (lowest, highest) = values
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+    (highest - lowest).max(0.0)
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Axis {
+    Position,
+    Time,
+}
+
+/// A line of a scan: torque amplitude·sin(number·x + phase), with the sign convention of the axis.
+#[derive(Clone, Copy)]
+struct Line {
+    number: f64,
+    amplitude: f64,
+    phase: f64,
+    gain: f64,
+}
+
+/// exp(i·k·unit·x) of every block, turned by one harmonic at a time.
+struct Wave {
+    base: Vec<(f64, f64)>,
+    now: Vec<(f64, f64)>,
+    /// The same for half of the way of each block, and that way: a torque that passes many periods in a block is
+    /// averaged away.
+    half: Vec<(f64, f64)>,
+    half_now: Vec<(f64, f64)>,
+    half_way: Vec<f64>,
+    harmonic: f64,
+    sign: f64,
+}
+
+impl Wave {
+    fn new(plant: &Physics, run: &BenchRun, trace: &Traces, axis: Axis, unit: f64) -> Self {
+        let at = |point: usize| match axis {
+            Axis::Position if run.position.is_empty() => trace.integral[point] / plant.sensor_scale,
+            Axis::Position => run.shaft(plant, point),
+            Axis::Time => run.time[point] - run.time[0],
+        };
+        let middle = |k: usize| 0.5 * (at(k) + at(k + 1));
+        let way = |k: usize| at(k + 1) - at(k);
+        let base: Vec<(f64, f64)> = (0..run.blocks()).map(|k| (unit * middle(k)).sin_cos()).collect();
+        let half_way: Vec<f64> = (0..run.blocks()).map(|k| 0.5 * unit * way(k)).collect();
+        Self {
+            now: vec![(0.0, 1.0); base.len()],
+            half_now: vec![(0.0, 1.0); base.len()],
+            half: half_way.iter().map(|way| way.sin_cos()).collect(),
+            half_way,
+            harmonic: 0.0,
+            base,
+            sign: if axis == Axis::Position { -1.0 } else { 1.0 },
+        }
+    }
+
+    fn turn(&mut self) {
+        let turned = |now: &mut [(f64, f64)], base: &[(f64, f64)]| {
+            for ((s, c), (bs, bc)) in now.iter_mut().zip(base) {
+                (*s, *c) = (*s * bc + *c * bs, *c * bc - *s * bs);
+            }
+        };
+        turned(&mut self.now, &self.base);
+        turned(&mut self.half_now, &self.half);
+        self.harmonic += 1.0;
+    }
+
+    /// Mean of sine and cosine over a block.
+    fn mean(&self, block: usize) -> (f64, f64) {
+        let x = self.harmonic * self.half_way[block];
+        let kept = if x.abs() < 1e-3 {
+            1.0
+        } else {
+            self.half_now[block].0 / x
+        };
+        (kept * self.now[block].0, kept * self.now[block].1)
+    }
+}
+
+/// Sums of a two-column least-squares fit of the residual by the linear motor's response to sine and cosine.
+#[derive(Default)]
+struct Sums {
+    ss: f64,
+    sc: f64,
+    cc: f64,
+    sr: f64,
+    cr: f64,
+}
+
+impl Sums {
+    fn add_run(&mut self, run: &BenchRun, wave: &Wave, residual: &[f64], plant: &Physics, omega: &[f64]) {
+        let (mut sine, mut cosine) = (0.0, 0.0);
+        let mut sample = 0;
+        for (block, omega) in omega.iter().enumerate().take(run.blocks()) {
+            let h = run.time[block + 1] - run.time[block];
+            let damping = if run.bridge[block] == bridge::OPEN {
+                plant.viscous
+            } else {
+                plant.total_damping()
+            };
+            let half = 0.5 * h * damping / plant.inertia;
+            let (keep, push) = (
+                (1.0 - half) / (1.0 + half),
+                wave.sign * h / plant.inertia / (1.0 + half),
+            );
+            let was = (sine, cosine);
+            let mean = wave.mean(block);
+            sine = keep * sine + push * mean.0;
+            cosine = keep * cosine + push * mean.1;
+            while sample < run.speed.len() && run.speed.block[sample] as usize == block {
+                if residual[sample] != 0.0 {
+                    // A sensor that reports the magnitude turns what is missing with the sign of the speed.
+                    let turned = plant.sensor_rectified && *omega < 0.0;
+                    let weight = run.speed.weight[sample] * if turned { -0.5 } else { 0.5 };
+                    self.add(
+                        weight * (was.0 + sine),
+                        weight * (was.1 + cosine),
+                        residual[sample],
+                    );
+                }
+                sample += 1;
+            }
+        }
+    }
+
+    fn add(&mut self, s: f64, c: f64, r: f64) {
+        self.ss += s * s;
+        self.sc += s * c;
+        self.cc += c * c;
+        self.sr += s * r;
+        self.cr += c * r;
+    }
+
+    fn line(&self, number: f64) -> Line {
+        let determinant = (self.ss * self.cc - self.sc * self.sc).max(1e-300);
+        let a = (self.cc * self.sr - self.sc * self.cr) / determinant;
+        let b = (self.ss * self.cr - self.sc * self.sr) / determinant;
+        Line {
+            number,
+            amplitude: a.hypot(b),
+            phase: b.atan2(a),
+            gain: a * self.sr + b * self.cr,
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Where simulation and data disagree: the regions of input, speed, direction, acceleration, current, time since
+//! reversal and time in which the missing torque is concentrated.
+//!
+//! The missing torque J·ė + D·e of a linear base is exact (superposition), and unlike the residual it is not smeared
+//! over a time constant. A region is worth telling when it holds much more of the squared torque than of the samples.
+
+use crate::gap::dataset::Part;
+use crate::gap::hypothesis::Hypothesis;
+use crate::gap::samples::{Sample, samples};
+use crate::outcome::Where;
+use crate::system::model::Kind;
+
+/// Regions that are told.
+const TOLD: usize = 4;
+/// A region must hold this much more of the error than of the samples.
+const CONCENTRATED: f64 = 0.15;
+
+/// A quantity over which the missing torque is looked at.
+struct Axis {
+    name: &'static str,
+    unit: &'static str,
+    values: Vec<f64>,
+}
+
+/// A stretch of an axis: below or above a value.
+struct Region {
+    text: String,
+    share: f64,
+    concentration: f64,
+}
+
+/// The regions that hold more than their part, most concentrated first.
+pub fn places(given: &Hypothesis, x: &[f64]) -> Vec<Where> {
+    let samples = samples(given, x, &[Part::A, Part::B, Part::HoldOut]);
+    let total: f64 = samples.iter().map(|s| s.torque * s.torque).sum();
+    if samples.len() < 50 || total <= 0.0 {
+        return Vec::new();
+    }
+    let squares: Vec<f64> = samples.iter().map(|s| s.torque * s.torque / total).collect();
+    let mut regions: Vec<Region> = axes(given, &samples)
+        .iter()
+        .filter_map(|axis| densest(axis, &squares))
+        .collect();
+    regions.extend(direction(&samples, &squares));
+    regions.retain(|region| region.concentration > CONCENTRATED);
+    regions.sort_by(|a, b| b.concentration.total_cmp(&a.concentration));
+    regions.truncate(TOLD);
+    regions
+        .into_iter()
+        .map(|region| Where {
+            region: region.text,
+            share_of_squared_error: region.share,
+        })
+        .collect()
+}
+
+fn axes(given: &Hypothesis, samples: &[Sample]) -> Vec<Axis> {
+    let (speed, acceleration) = if given.bench.linear {
+        ("m/s", "m/s²")
+    } else {
+        ("rad/s", "rad/s²")
+    };
+    let over = |name, unit, value: &dyn Fn(&Sample) -> f64| Axis {
+        name,
+        unit,
+        values: samples.iter().map(value).collect(),
+    };
+    let mut axes = vec![
+        over("|u|", given.bench.input.unit(), &|s| s.input.abs()),
+        over("|speed|", speed, &|s| s.omega.abs()),
+        over("|acceleration|", acceleration, &|s| s.acceleration.abs()),
+        Axis {
+            name: "time since reversal",
+            unit: "s",
+            values: since_reversal(samples),
+        },
+        over("time", "s", &|s| s.time),
+    ];
+    if given.bench.input == crate::system::log::Input::Voltage
+        && matches!(given.model.kind, Kind::DcMotor { .. })
+    {
+        axes.push(over("|current|", "A", &|s| s.current.abs()));
+    }
+    axes
+}
+
+/// Time since the simulated speed last changed its sign, s.
+fn since_reversal(samples: &[Sample]) -> Vec<f64> {
+    let mut last = samples.first().map_or(0.0, |s| s.time);
+    let mut made = Vec::with_capacity(samples.len());
+    for (k, sample) in samples.iter().enumerate() {
+        let turned = k > 0 && (samples[k - 1].run != sample.run || samples[k - 1].omega * sample.omega < 0.0);
+        if turned {
+            last = sample.time;
+        }
+        made.push(sample.time - last);
+    }
+    made
+}
+
+/// The stretch below or above a quantile that holds most more than its part of the squared torque.
+fn densest(axis: &Axis, squares: &[f64]) -> Option<Region> {
+    let mut order: Vec<usize> = (0..squares.len()).collect();
+    order.sort_by(|a, b| axis.values[*a].total_cmp(&axis.values[*b]));
+    let mut best: Option<Region> = None;
+    let mut below = 0.0;
+    for (rank, index) in order.iter().enumerate() {
+        below += squares[*index];
+        let next = order.get(rank + 1).map(|k| axis.values[*k]);
+        if next == Some(axis.values[*index]) || next.is_none() {
+            continue;
+        }
+        let part = (rank + 1) as f64 / order.len() as f64;
+        let edge = axis.values[*index];
+        for (share, part, sign) in [(below, part, "<"), (1.0 - below, 1.0 - part, ">")] {
+            let concentration = share - part;
+            if part > 0.02
+                && best
+                    .as_ref()
+                    .is_none_or(|known| concentration > known.concentration)
+            {
+                best = Some(Region {
+                    text: format!(
+                        "{} {sign} {} {}",
+                        axis.name,
+                        crate::report::figure(edge),
+                        axis.unit
+                    ),
+                    share,
+                    concentration,
+                });
+            }
+        }
+    }
+    best
+}
+
+fn direction(samples: &[Sample], squares: &[f64]) -> Vec<Region> {
+    let region = |text: &str, inside: &dyn Fn(&Sample) -> bool| {
+        let share: f64 = samples
+            .iter()
+            .zip(squares)
+            .filter(|(s, _)| inside(s))
+            .map(|(_, q)| q)
+            .sum();
+        let part = samples.iter().filter(|s| inside(s)).count() as f64 / samples.len() as f64;
+        Region {
+            text: text.into(),
+            share,
+            concentration: share - part,
+        }
+    };
+    vec![
+        region("speed > 0", &|s| s.omega > 0.0),
+        region("speed < 0", &|s| s.omega < 0.0),
+        region("bridge open", &|s| s.open),
+    ]
+}

@@ -1,0 +1,134 @@
+//! Measured, simulated and what the model does at each compared sample: what localisation, structure and plots look at.
+
+use crate::gap::dataset::{Part, Traces};
+use crate::gap::fit::FINE;
+use crate::gap::hypothesis::Hypothesis;
+use crate::system::plant::physics::Physics;
+
+/// One compared sample with the model quantities at its time. Bins are made over these, never over the measurement:
+/// a measured speed shares its noise with the residual.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// Index of the run.
+    pub run: usize,
+    /// Time since the start of the run, s.
+    pub time: f64,
+    /// Measured value.
+    pub measured: f64,
+    /// Simulated value, through the sensor's window.
+    pub predicted: f64,
+    /// One over the standard deviation.
+    pub weight: f64,
+    /// Input command.
+    pub input: f64,
+    /// Simulated speed.
+    pub omega: f64,
+    /// Simulated acceleration.
+    pub acceleration: f64,
+    /// Simulated current.
+    pub current: f64,
+    /// Shaft position.
+    pub position: f64,
+    /// True while the bridge is open.
+    pub open: bool,
+    /// What the sample serves for.
+    pub part: Part,
+    /// Missing torque: J·de/dt + D·e, from a local line through the residual e.
+    pub torque: f64,
+}
+
+impl Sample {
+    /// Measured minus simulated.
+    pub fn residual(&self) -> f64 {
+        self.measured - self.predicted
+    }
+}
+
+/// All compared samples of the given parts, run after run.
+pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample> {
+    let plant = hypothesis.plant(x);
+    let mut all = Vec::new();
+    simulated(hypothesis, x, &plant, |index, traces, predicted| {
+        let run = &hypothesis.bench.runs[index];
+        let first = all.len();
+        for (k, predicted) in predicted.iter().enumerate() {
+            let block = run.speed.block[k] as usize;
+            let h = run.time[block + 1] - run.time[block];
+            all.push(Sample {
+                run: index,
+                time: run.speed.time[k] - run.time[0],
+                measured: run.speed.measured[k],
+                predicted: *predicted,
+                weight: run.speed.weight[k],
+                input: run.input[run.first_row[block] as usize],
+                omega: traces.omega[block],
+                acceleration: (traces.omega[block + 1] - traces.omega[block]) / h,
+                current: traces.current[block + 1],
+                position: if run.position.is_empty() {
+                    traces.integral[block]
+                } else {
+                    run.position[block]
+                },
+                open: run.bridge[block] == 0,
+                part: run.speed.part[k],
+                torque: 0.0,
+            });
+        }
+        missing_torque(&mut all[first..], &plant);
+    });
+    all.retain(|sample| parts.contains(&sample.part));
+    all
+}
+
+/// Simulates every run with a plant, which may be another than the hypothesis' own, and hands on the run's index, its traces
+/// and its predictions through the sensor's window.
+pub fn simulated(
+    hypothesis: &Hypothesis,
+    x: &[f64],
+    plant: &Physics,
+    mut each: impl FnMut(usize, &Traces, &[f64]),
+) {
+    let (mut traces, mut predicted) = (Traces::default(), Vec::new());
+    for (index, run) in hypothesis.bench.runs.iter().enumerate() {
+        run.simulate(plant, hypothesis.start_speed(index, x), FINE, &mut traces);
+        run.speed
+            .predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
+        each(index, &traces, &predicted);
+    }
+}
+
+/// J·ė + D·e from a line through the residual over about a tenth of the time constant.
+fn missing_torque(samples: &mut [Sample], plant: &Physics) {
+    if samples.len() < 8 {
+        return;
+    }
+    let spacing = (samples[samples.len() - 1].time - samples[0].time) / (samples.len() - 1) as f64;
+    let reach = ((0.05 * plant.time_constant_s() / spacing) as usize).clamp(2, 25);
+    let residuals: Vec<f64> = samples.iter().map(Sample::residual).collect();
+    for k in 0..samples.len() {
+        let (from, to) = (k.saturating_sub(reach), (k + reach + 1).min(samples.len()));
+        let (level, slope) = line(&samples[from..to], &residuals[from..to], samples[k].time);
+        let damping = if samples[k].open {
+            plant.viscous
+        } else {
+            plant.total_damping()
+        };
+        samples[k].torque = plant.inertia * slope + damping * level;
+    }
+}
+
+/// Value at `at` and slope of the least-squares line.
+fn line(samples: &[Sample], values: &[f64], at: f64) -> (f64, f64) {
+    let n = values.len() as f64;
+    let (mean_t, mean_v) = (
+        samples.iter().map(|s| s.time).sum::<f64>() / n,
+        values.iter().sum::<f64>() / n,
+    );
+    let (mut tt, mut tv) = (0.0, 0.0);
+    for (sample, value) in samples.iter().zip(values) {
+        tt += (sample.time - mean_t) * (sample.time - mean_t);
+        tv += (sample.time - mean_t) * (value - mean_v);
+    }
+    let slope = tv / tt.max(1e-300);
+    (mean_v + slope * (at - mean_t), slope)
+}

@@ -1,0 +1,195 @@
+//! Where the cost is rugged, an evolution goes on: teeth that meet a moment too early send a load elsewhere, and the
+//! derivative of that moment says nothing about the next.
+//!
+//! Covariance matrix adaptation (Hansen, Ostermeier: Evolutionary Computation 9(2), 2001), always with the same seeds:
+//! the same log makes the same report.
+
+use super::Search;
+use super::promise::{Projector, started};
+use super::score::Scored;
+use super::worth::VISIBLE;
+use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, dot, fit};
+use crate::gap::hypothesis::{Hypothesis, Slot};
+use crate::system::effects::{Effect, Starts};
+use cmaes::{CMAESOptions, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+/// Simulations for the numbers of one effect, those of the base following linearly.
+const FOR_ONE: usize = 300;
+/// … and for all numbers of a set.
+const FOR_ALL: usize = 1000;
+/// Of each generation.
+const POPULATION: usize = 14;
+/// Standard deviation of a nuisance when all numbers move, in tolerances.
+const NUISANCE: f64 = 0.3;
+/// … of a rugged effect's parameters, as a part of what its file gives for the search over a grid.
+const NEAR: f64 = 0.25;
+/// … of those of the other effects of the set, relative.
+const OTHERS: f64 = 0.02;
+/// Fits that look for hollows beside the one that was found.
+const HOLLOWS: usize = 10;
+/// Generations whose costs differ by less than this part have come together.
+const TOGETHER: f64 = 1e-3;
+/// Evolutions of all numbers, one after the other, as multiples of those standard deviations: a narrow one ends in the
+/// nearest hollow, a wide one may find the next.
+const WIDTHS: [f64; 4] = [1.0, 2.0, 0.5, 1.0];
+
+/// The relative standard deviations of an effect's parameters, if its cost is rugged.
+pub(super) fn spread(effect: &Effect) -> Option<&'static [f64]> {
+    match effect.starts {
+        Starts::Rugged(_, spread) => Some(spread),
+        _ => None,
+    }
+}
+
+/// The newest effect of a set, evolved from a start; the parent's numbers follow linearly.
+pub(super) fn evolved(child: &Hypothesis, parent: &Scored, projector: &Projector, start: &[f64]) -> Vec<f64> {
+    let new = child.items.len() - 1;
+    let effect = child.items[new].effect;
+    let Some(spread) = spread(effect) else {
+        return start.to_vec();
+    };
+    let defaults = effect.parameters.iter().map(|p| p.default.unwrap_or(0.0));
+    let mut begin: Vec<f64> = defaults.collect();
+    for (slot, x) in child.slots.iter().zip(start) {
+        match slot {
+            Slot::Effect { item, parameter } if *item == new => begin[*parameter] = *x,
+            _ => {}
+        }
+    }
+    let place = |z: &DVector<f64>| -> Vec<f64> {
+        let moved = begin.iter().zip(spread.iter().zip(z.iter()));
+        let values: Vec<f64> = moved
+            .map(|(value, (spread, z))| value * (spread * z).exp())
+            .collect();
+        started(child, parent, &values)
+    };
+    let (mut evaluator, mut residuals) = (Evaluator::new(child, &SEARCH), Vec::new());
+    let mut followed = |z: &DVector<f64>| {
+        let x = place(z);
+        evaluator.residuals(&x, &mut residuals);
+        projector.projected(child, &x, &residuals)
+    };
+    let best = least(begin.len(), FOR_ONE, 0, |z| followed(z).promise);
+    followed(&best).x
+}
+
+impl<'a> Search<'a, '_> {
+    /// A set with a rugged effect that leaves more than the noise: all its numbers evolve and are fitted again, as long as
+    /// that helps.
+    pub(super) fn settled(&self, mut scored: Scored<'a>) -> Scored<'a> {
+        for (seed, width) in WIDTHS.into_iter().enumerate() {
+            if !rugged(&scored) || self.at_floor(&scored) {
+                break;
+            }
+            let made = evolved_whole(&scored, seed as u64, width);
+            if made.cost < scored.fit.cost {
+                scored = self.scored(scored.hypothesis.clone(), made);
+            }
+        }
+        scored
+    }
+}
+
+/// Whether a set holds an effect whose cost is rugged.
+fn rugged(scored: &Scored) -> bool {
+    let mut items = scored.hypothesis.items.iter();
+    items.any(|item| spread(item.effect).is_some())
+}
+
+/// All numbers of a set, evolved and fitted again.
+fn evolved_whole(scored: &Scored, seed: u64, width: f64) -> Fit {
+    let hypothesis = &scored.hypothesis;
+    let place = |z: &DVector<f64>| -> Vec<f64> {
+        let moved = scored.fit.x.iter().zip(z.iter()).enumerate();
+        moved
+            .map(|(k, (x, z))| moved_by(hypothesis, k, *x, width * z))
+            .collect()
+    };
+    let (mut evaluator, mut residuals) = (Evaluator::new(hypothesis, &SEARCH), Vec::new());
+    let best = least(scored.fit.x.len(), FOR_ALL, seed, |z| {
+        evaluator.residuals(&place(z), &mut residuals);
+        dot(&residuals, &residuals)
+    });
+    fit(hypothesis, &place(&best), &SEARCH)
+}
+
+/// Squared distance of the hollows beside the one in which a set with a rugged effect was fitted, on average: what its
+/// numbers are uncertain by besides their covariance, which knows one hollow only. Hollows count if no name could
+/// depend on their difference, or if what they leave is of the size of what this one leaves.
+pub fn scatter(scored: &Scored) -> Vec<f64> {
+    let mut sums = vec![0.0; scored.fit.x.len()];
+    let hypothesis = &scored.hypothesis;
+    if !rugged(scored) {
+        return sums;
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    let mut begin = || -> Vec<f64> {
+        let moved = scored.fit.x.iter().enumerate();
+        moved
+            .map(|(k, x)| moved_by(hypothesis, k, *x, StandardNormal.sample(&mut random)))
+            .collect()
+    };
+    let begins: Vec<Vec<f64>> = (0..HOLLOWS).map(|_| begin()).collect();
+    let nearest = Setting {
+        iterations: SEARCH.iterations / 2,
+        ..SEARCH
+    };
+    let centre = fit(hypothesis, &scored.fit.x, &nearest);
+    let fits: Vec<Fit> = begins.par_iter().map(|x| fit(hypothesis, x, &nearest)).collect();
+    let samples = centre.samples as f64;
+    let alike_within = (VISIBLE * VISIBLE * samples).max(centre.chi2 - samples);
+    let alike = |it: &&Fit| it.cost < centre.cost + alike_within;
+    let alike: Vec<&Fit> = fits.iter().filter(alike).collect();
+    for it in &alike {
+        let distances =
+            it.x.iter()
+                .zip(&scored.fit.x)
+                .map(|(a, b)| (a - b).powi(2) / alike.len() as f64);
+        sums.iter_mut()
+            .zip(distances)
+            .for_each(|(sum, distance)| *sum += distance);
+    }
+    sums
+}
+
+/// A number of a set, moved by `z` standard deviations inside its bounds.
+fn moved_by(hypothesis: &Hypothesis, slot: usize, x: f64, z: f64) -> f64 {
+    let moved = match hypothesis.slots[slot] {
+        Slot::Effect { item, parameter } => {
+            let spread =
+                spread(hypothesis.items[item].effect).map_or(OTHERS, |spread| NEAR * spread[parameter]);
+            x * (spread * z).exp()
+        }
+        _ => x + NUISANCE * z,
+    };
+    let (lower, upper) = hypothesis.bounds(slot);
+    moved.clamp(lower, upper)
+}
+
+/// Where a cost is least, in standard deviations from the place where the evolution begins; that place if nothing is
+/// better.
+fn least(
+    dimensions: usize,
+    simulations: usize,
+    seed: u64,
+    mut cost: impl FnMut(&DVector<f64>) -> f64,
+) -> DVector<f64> {
+    // Costs span decades, and only their order counts; the logarithm lets their differences be compared.
+    let options = CMAESOptions::new(vec![0.0; dimensions], 1.0)
+        .population_size(POPULATION)
+        .max_function_evals(simulations)
+        .tol_fun(TOGETHER)
+        .seed(seed);
+    let begin = DVector::zeros(dimensions);
+    let at_begin = cost(&begin);
+    let best = options
+        .build(|z: &DVector<f64>| cost(z).ln())
+        .ok()
+        .and_then(|mut state| state.run().overall_best);
+    best.filter(|best| best.value < at_begin.ln())
+        .map_or(begin, |best| best.point)
+}

@@ -1,0 +1,79 @@
+//! Effects of a set are replaced by others, and dropped.
+
+use super::Search;
+use super::score::{Scored, dispersion, score_with};
+use super::worth::{VISIBLE, WORTH};
+use crate::gap::fit::{FINAL, SEARCH};
+use crate::gap::initial_guesses::Basis;
+use crate::system::effects::LIBRARY;
+use rayon::prelude::*;
+
+/// … and of those that could take the place of an accepted effect.
+const EXCHANGE_ROUND: usize = 8;
+/// Exchanges at most.
+const EXCHANGES: usize = 3;
+
+impl<'a> Search<'a, '_> {
+    /// Replaces one effect of a set at a time by any other, as long as that helps: a first name that explained much of two
+    /// effects together is not dropped by elimination alone. The sets that lost are the rivals.
+    pub(super) fn exchanged(&self, scored: Scored<'a>) -> (Scored<'a>, Vec<Scored<'a>>) {
+        let (mut best, mut lost) = (scored, Vec::new());
+        for _ in 0..EXCHANGES {
+            if best.hypothesis.items.len() < 2 {
+                break;
+            }
+            let before = best.clone();
+            for index in 0..before.hypothesis.items.len() {
+                let parents = [self.without(&before, index, &SEARCH)];
+                let bases = [Basis::new(&parents[0].hypothesis, &parents[0].fit.x)];
+                let left_out = before.hypothesis.items[index].effect;
+                let others = LIBRARY.iter().filter(|effect| effect.name != left_out.name);
+                let tasks = others
+                    .filter(|effect| self.offers(&parents[0], effect))
+                    .map(|e| (0, e));
+                let children = self.fitted(&parents, &bases, tasks.collect(), EXCHANGE_ROUND);
+                lost.extend(children);
+            }
+            let factor = dispersion(&best);
+            let better = |child: &&Scored<'a>| {
+                child.hypothesis.items.len() == best.hypothesis.items.len()
+                    && score_with(child, factor) + WORTH * factor < score_with(&best, factor)
+                    && !self.any_inside_tolerance(child)
+            };
+            let least =
+                |a: &&Scored<'a>, b: &&Scored<'a>| score_with(a, factor).total_cmp(&score_with(b, factor));
+            let Some(winner) = lost.iter().filter(better).min_by(least).cloned() else {
+                break;
+            };
+            lost.push(std::mem::replace(&mut best, self.refined(winner)));
+        }
+        (best, lost)
+    }
+
+    /// Drops every effect whose removal costs too little, on the fine grid.
+    pub(super) fn eliminated(&self, scored: Scored<'a>) -> Scored<'a> {
+        let mut best = scored;
+        'again: loop {
+            if best.hypothesis.items.len() < 2 {
+                return best;
+            }
+            let factor = dispersion(&best);
+            let smaller: Vec<Scored<'a>> = (0..best.hypothesis.items.len())
+                .into_par_iter()
+                .map(|index| self.without(&best, index, &FINAL))
+                .collect();
+            let cheapest = smaller
+                .into_iter()
+                .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))
+                .expect("two or more");
+            let samples = best.fit.samples as f64;
+            let cost = cheapest.fit.cost - best.fit.cost;
+            let too_little = cost < WORTH * factor || cost / samples < VISIBLE * VISIBLE;
+            if too_little || self.any_inside_tolerance(&best) {
+                best = cheapest;
+                continue 'again;
+            }
+            return best;
+        }
+    }
+}

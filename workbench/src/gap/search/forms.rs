@@ -1,0 +1,119 @@
+//! Richer and poorer forms of the effects of a set.
+
+use super::Search;
+use super::promise::Projector;
+use super::score::{Scored, dispersion};
+use super::worth::WORTH;
+use crate::gap::fit::{Fit, SEARCH, fit};
+use crate::gap::hypothesis::{Hypothesis, Item, Slot};
+use crate::gap::initial_guesses::Basis;
+use crate::system::effects::{Effect, Family, LIBRARY};
+use rayon::prelude::*;
+
+/// Starts of an optional parameter, a softness, that the grid of its effect does not move.
+const SMALL: [f64; 2] = [0.03, 0.2];
+
+impl<'a> Search<'a, '_> {
+    /// Tries the richer and the poorer forms of each effect (a softness, two sides instead of one).
+    pub(super) fn refined(&self, scored: Scored<'a>) -> Scored<'a> {
+        let mut best = self.scored(scored.hypothesis, scored.fit);
+        for index in 0..best.hypothesis.items.len() {
+            let variants: Vec<Item> = self.variants(&best.hypothesis, index);
+            let tried: Vec<Scored<'a>> = variants
+                .par_iter()
+                .filter_map(|item| self.replaced(&best, index, *item))
+                .collect();
+            for other in tried {
+                let more = other.hypothesis.effect_slots() > best.hypothesis.effect_slots();
+                let margin = if more {
+                    WORTH * self.dispersion.min(dispersion(&other))
+                } else {
+                    0.0
+                };
+                if other.score + margin < best.score {
+                    best = other;
+                }
+            }
+        }
+        best
+    }
+
+    pub(super) fn variants(&self, hypothesis: &Hypothesis<'a>, index: usize) -> Vec<Item> {
+        let item = hypothesis.items[index];
+        let mut variants = Vec::new();
+        if item.can_grow() {
+            variants.push(Item { full: true, ..item });
+        }
+        if !matches!(item.effect.family, Family::Own(_)) {
+            let twins = LIBRARY
+                .iter()
+                .filter(|other| other.family == item.effect.family && other.name != item.effect.name);
+            let allowed = twins.filter(|other| {
+                self.offers_form(other.form) && !self.excluded.iter().any(|name| name == other.name)
+            });
+            variants.extend(allowed.map(|effect| Item { effect, full: false }));
+        }
+        variants
+    }
+
+    /// The same set with one effect in another form.
+    pub(super) fn replaced(&self, scored: &Scored<'a>, index: usize, item: Item) -> Option<Scored<'a>> {
+        let mut items = scored.hypothesis.items.clone();
+        items[index] = item;
+        let hypothesis = Hypothesis::new(self.bench, self.model, items);
+        if item.effect.name == scored.hypothesis.items[index].effect.name {
+            let fits = richer(item.effect).into_iter().map(|start| {
+                let default = |slot: &Slot| match slot {
+                    Slot::Effect { parameter, .. } => start[*parameter],
+                    _ => 0.0,
+                };
+                fit(
+                    &hypothesis,
+                    &hypothesis.carried(&scored.hypothesis, &scored.fit.x, &default),
+                    &SEARCH,
+                )
+            });
+            let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+            return Some(self.scored(hypothesis, best));
+        }
+        let mut others = scored.hypothesis.items.clone();
+        others.remove(index);
+        let without = Hypothesis::new(self.bench, self.model, others);
+        let x = without.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+        let parent = self.scored(
+            without,
+            Fit {
+                x,
+                ..scored.fit.clone()
+            },
+        );
+        let basis = Basis::new(&parent.hypothesis, &parent.fit.x);
+        let child = self.child(&parent, &basis, &Projector::new(&parent), item.effect)?;
+        // Back to the order of naming.
+        let reordered = hypothesis.carried(&child.hypothesis, &child.fit.x, &|_| 0.0);
+        Some(self.scored(
+            hypothesis,
+            Fit {
+                x: reordered,
+                ..child.fit
+            },
+        ))
+    }
+}
+
+/// Starts of an effect's optional parameters, at the places of all its parameters: those of its own grid, or small ones.
+fn richer(effect: &Effect) -> Vec<Vec<f64>> {
+    let optional = |k: usize| effect.parameters[k].default.is_some();
+    let mut all: Vec<Vec<f64>> = Vec::new();
+    for row in effect.starts.rows().iter().filter(|row| effect.moves_option(row)) {
+        let tail = |k: usize| if optional(k) { row[k] } else { 0.0 };
+        let tail: Vec<f64> = (0..row.len()).map(tail).collect();
+        if !all.contains(&tail) {
+            all.push(tail);
+        }
+    }
+    if all.is_empty() {
+        all = SMALL.map(|value| vec![value; effect.parameters.len()]).into();
+    }
+    all
+}

@@ -1,0 +1,218 @@
+//! Which effects are missing: every candidate is fitted by simulation error, sets grow by a beam, and a set must pay
+//! for itself on the log (fit and cross-validation), be visible, and survive backward elimination.
+//!
+//! ```text
+//! base → promise of every candidate → race (→ evolution) → worth → forms → next round … → exchange → elimination → rivals
+//! ```
+
+mod evolve;
+mod exchange;
+mod forms;
+mod promise;
+mod race;
+mod rivals;
+mod score;
+mod shares;
+mod worth;
+
+pub use evolve::scatter;
+pub use rivals::tied;
+pub use score::{HELD_OUT, Scored, chi2, dispersion};
+
+use crate::gap::dataset::Bench;
+use crate::gap::fit::{FINAL, Fit, SEARCH, Setting, fit};
+use crate::gap::hypothesis::Hypothesis;
+use crate::system::effects::{Effect, Form};
+use crate::system::model::Model;
+use score::penalty;
+use worth::Accepted;
+
+/// Sets that are grown further side by side.
+const BEAM: usize = 3;
+/// Most effects of a set.
+const DEEPEST: usize = 5;
+
+/// What the search found.
+#[derive(Clone)]
+pub struct Found<'a> {
+    /// The base inside its tolerances.
+    pub base: Scored<'a>,
+    /// The accepted set, finely fitted.
+    pub best: Scored<'a>,
+    /// Other sets of the last round, finely fitted, best first.
+    pub others: Vec<Scored<'a>>,
+    /// All singles of the first round, best first.
+    pub singles: Vec<Scored<'a>>,
+    /// The best candidate that was not accepted in the last round.
+    pub declined: Option<Scored<'a>>,
+    /// Names that were tried together and did not all stay.
+    pub dropped: Vec<String>,
+}
+
+/// Called with the effects found so far and the number of candidates tried.
+pub type Progress<'p> = &'p (dyn Fn(&str) + Sync);
+
+/// Searches the library. `excluded`: names that are not offered.
+pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progress: Progress) -> Found<'a> {
+    let base = base_fit(bench, model);
+    let mut search = Search {
+        bench,
+        model,
+        excluded: excluded.to_vec(),
+        offer: Offer::All,
+        progress,
+        first_gap: base.fit.chi2,
+        dispersion: dispersion(&base),
+    };
+    if model.fitted_to_log {
+        return search.by_shares(base);
+    }
+    let mut current = base.clone();
+    let mut beam = vec![base.clone()];
+    let (mut singles, mut others, mut declined) = (Vec::new(), Vec::new(), None);
+    let mut patience = 1;
+    for depth in 1..=DEEPEST {
+        progress(&format!("round {depth}: {}", current.label()));
+        let children = search.expand(&beam);
+        // Nothing promises to pay.
+        if children.is_empty() {
+            break;
+        }
+        if depth == 1 {
+            singles = children.clone();
+        }
+        let accepted = Accepted::default();
+        let winner = children
+            .iter()
+            .take(BEAM)
+            .map(|child| search.pruned(child))
+            .find(|child| search.accepts(&current, &accepted, child));
+        beam = children.iter().take(BEAM).cloned().collect();
+        match winner {
+            Some(winner) => {
+                others = children
+                    .into_iter()
+                    .filter(|child| child.hypothesis.names() != winner.hypothesis.names())
+                    .take(12)
+                    .collect();
+                search.dispersion = dispersion(&winner);
+                current = search.refined(search.settled(winner));
+                beam.insert(0, current.clone());
+                beam.truncate(BEAM);
+                patience = 1;
+            }
+            None => {
+                declined = declined.or_else(|| children.first().cloned());
+                if patience == 0
+                    || search.at_floor(&current)
+                    || children[0].fit.cost > 0.95 * current.fit.cost
+                {
+                    break;
+                }
+                patience -= 1;
+            }
+        }
+    }
+    let (current, exchanged) = search.exchanged(current);
+    others.extend(exchanged);
+    let best = search.eliminated(search.fine(&current));
+    let others = search.rivals(&best, others, &singles);
+    Found {
+        base: search.fine(&base),
+        best,
+        others,
+        singles,
+        declined,
+        dropped: Vec::new(),
+    }
+}
+
+/// The base inside its tolerances.
+pub fn base_fit<'a>(bench: &'a Bench, model: &'a Model) -> Scored<'a> {
+    let hypothesis = Hypothesis::new(bench, model, Vec::new());
+    let start = vec![0.0; hypothesis.slots.len()];
+    let fit = fit(&hypothesis, &start, &SEARCH);
+    Scored {
+        score: fit.cost,
+        hypothesis,
+        fit,
+    }
+}
+
+/// Which effects a search offers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Offer {
+    /// The whole library: the gap is measured by the noise.
+    All,
+    /// Plain forms: the gap is measured by shares.
+    Plain,
+    /// Richer forms alone, by shares.
+    Rich,
+    /// Plain and richer forms, by shares.
+    Forms,
+}
+
+#[derive(Clone)]
+struct Search<'a, 'p> {
+    bench: &'a Bench,
+    model: &'a Model,
+    excluded: Vec<String>,
+    offer: Offer,
+    progress: Progress<'p>,
+    /// χ² of the base inside its tolerances.
+    first_gap: f64,
+    /// Over-dispersion times inflation by correlation, of the best set so far.
+    dispersion: f64,
+}
+
+impl<'a> Search<'a, '_> {
+    fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {
+        !self.excluded.iter().any(|name| name == effect.name)
+            && self.offers_form(effect.form)
+            && parent.hypothesis.admits(effect)
+    }
+
+    fn offers_form(&self, form: Form) -> bool {
+        match self.offer {
+            Offer::All => true,
+            Offer::Forms => form != Form::Absorbed,
+            Offer::Rich => self.is_rich(form),
+            Offer::Plain => form != Form::Absorbed && !self.is_rich(form),
+        }
+    }
+
+    fn is_rich(&self, form: Form) -> bool {
+        match form {
+            Form::Rich => true,
+            Form::RichWithoutPosition => !self.bench.position_logged,
+            Form::Plain | Form::Absorbed => false,
+        }
+    }
+
+    fn scored(&self, hypothesis: Hypothesis<'a>, fit: Fit) -> Scored<'a> {
+        Scored {
+            score: fit.cost + self.dispersion * penalty(&hypothesis, fit.samples),
+            hypothesis,
+            fit,
+        }
+    }
+
+    fn refit(&self, scored: &Scored<'a>, setting: &Setting) -> Scored<'a> {
+        let made = fit(&scored.hypothesis, &scored.fit.x, setting);
+        self.scored(scored.hypothesis.clone(), made)
+    }
+
+    fn fine(&self, scored: &Scored<'a>) -> Scored<'a> {
+        self.refit(scored, &FINAL)
+    }
+
+    /// The set without one effect, refitted from its own values and from the base's nominal ones.
+    fn without(&self, scored: &Scored<'a>, index: usize, setting: &Setting) -> Scored<'a> {
+        let mut items = scored.hypothesis.items.clone();
+        items.remove(index);
+        let hypothesis = Hypothesis::new(self.bench, self.model, items);
+        let x = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+        let made = fit(&hypothesis, &x, setting);
+        self.scored(hypothesis, made)
+    }
+}

@@ -1,0 +1,287 @@
+//! The candidates of a round: screened by promise, then raced in three fits, each longer and for fewer of them.
+
+use super::evolve::{evolved, spread};
+use super::promise::{Projector, Start, started};
+use super::score::{Scored, rank};
+use super::worth::{VISIBLE, WORTH};
+use super::{Offer, Search};
+use crate::gap::fit::{Evaluator, SEARCH, Setting, dot, fit, fit_near};
+use crate::gap::hypothesis::{Hypothesis, Item};
+use crate::gap::initial_guesses::Basis;
+use crate::system::effects::{Effect, LIBRARY};
+use rayon::prelude::*;
+
+/// Candidates that are fitted at all, of those that promise most.
+const FIRST_ROUND: usize = 40;
+/// Candidates that are fitted beyond their first two iterations.
+const SECOND_ROUND: usize = 7;
+/// Candidates that are fitted to the end.
+const THIRD_ROUND: usize = 4;
+/// Candidates with a rugged cost that evolve: those that promise more than all but so many others.
+const EVOLVED: usize = 3;
+/// A round is fitted only if a start promises this part of what a name must gain.
+const HOPE: f64 = 0.3;
+/// Candidates beyond [`SECOND_ROUND`] that are fitted on all the same where the gap is measured by shares: those that still
+/// promise more than the best has reached. Two iterations are too few for a phase.
+const PROMISING: usize = 7;
+
+/// A candidate before its fits.
+struct Screened<'a> {
+    hypothesis: Hypothesis<'a>,
+    /// The most promising starts, best first.
+    starts: Vec<Vec<f64>>,
+    /// The cost that the best of them promises.
+    promise: f64,
+    /// Which set of the beam it grew from.
+    parent: usize,
+}
+
+/// A candidate after its first fit.
+struct Entered<'a> {
+    it: Screened<'a>,
+    scored: Scored<'a>,
+}
+
+impl<'a> AsRef<Scored<'a>> for Entered<'a> {
+    fn as_ref(&self) -> &Scored<'a> {
+        &self.scored
+    }
+}
+
+impl<'a> AsMut<Scored<'a>> for Entered<'a> {
+    fn as_mut(&mut self) -> &mut Scored<'a> {
+        &mut self.scored
+    }
+}
+
+impl<'a> Search<'a, '_> {
+    /// All sets that have one effect more than a set of the beam, best first.
+    pub(super) fn expand(&self, beam: &[Scored<'a>]) -> Vec<Scored<'a>> {
+        let bases: Vec<Basis> = beam
+            .iter()
+            .map(|parent| Basis::new(&parent.hypothesis, &parent.fit.x))
+            .collect();
+        let mut tasks: Vec<(usize, &'static Effect)> = Vec::new();
+        let mut seen: Vec<Vec<String>> = Vec::new();
+        for (index, parent) in beam.iter().enumerate() {
+            for effect in LIBRARY.iter().filter(|effect| self.offers(parent, effect)) {
+                let mut names = parent.hypothesis.names();
+                names.push(effect.name.to_owned());
+                names.sort();
+                if !seen.contains(&names) {
+                    seen.push(names);
+                    tasks.push((index, effect));
+                }
+            }
+        }
+        self.fitted(beam, &bases, tasks, FIRST_ROUND)
+    }
+
+    /// Screens the tasks (set of the beam, new effect) and fits those that promise most.
+    pub(super) fn fitted(
+        &self,
+        beam: &[Scored<'a>],
+        bases: &[Basis],
+        tasks: Vec<(usize, &'static Effect)>,
+        most: usize,
+    ) -> Vec<Scored<'a>> {
+        let projectors: Vec<Projector> = beam.par_iter().map(Projector::new).collect();
+        let screened = tasks.par_iter().map(|(index, effect)| {
+            (self.progress)("");
+            Screened {
+                parent: *index,
+                ..self.screened(&beam[*index], &bases[*index], &projectors[*index], effect)
+            }
+        });
+        let mut screened: Vec<Screened<'a>> = screened.collect();
+        screened.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+        let hoped = |it: &Screened| {
+            let parent = &beam[it.parent].fit;
+            // A promise holds near the parent alone. Far above the noise nothing is refused by it.
+            if self.offer != Offer::All && !self.at_floor(&beam[it.parent]) {
+                return true;
+            }
+            let visible = VISIBLE * VISIBLE * parent.samples as f64;
+            parent.cost - it.promise > HOPE * visible.max(WORTH * self.dispersion)
+        };
+        if !screened.iter().any(hoped) {
+            return Vec::new();
+        }
+        screened.truncate(most);
+        self.raced(screened, beam, &projectors)
+    }
+
+    /// Fits in three rounds, each longer and for fewer candidates; all of them are returned, best first.
+    fn raced(
+        &self,
+        screened: Vec<Screened<'a>>,
+        beam: &[Scored<'a>],
+        projectors: &[Projector],
+    ) -> Vec<Scored<'a>> {
+        let lasting = |iterations| Setting { iterations, ..SEARCH };
+        let near = |it: &Screened<'a>, x: &[f64], setting: &Setting| {
+            let projector = &projectors[it.parent];
+            let made = fit_near(&it.hypothesis, x, setting, &|slot| projector.column(slot));
+            self.scored(it.hypothesis.clone(), made)
+        };
+        let mut field: Vec<Entered<'a>> = screened
+            .into_par_iter()
+            .filter_map(|it| {
+                let scored = near(&it, it.starts.first()?, &lasting(2));
+                Some(Entered { it, scored })
+            })
+            .collect();
+        rank(&mut field);
+        let second = self.second_round(&mut field);
+        let again = |Entered { it, scored }: &Entered<'a>| {
+            let other = it.starts.get(1).map(|x| near(it, x, &lasting(3)));
+            let on = match other {
+                Some(other) if other.fit.cost < scored.fit.cost => other,
+                _ => scored.clone(),
+            };
+            self.refit(&on, &lasting(5))
+        };
+        let mut near_best: Vec<Scored<'a>> = field.par_iter().take(second).map(again).collect();
+        rank(&mut near_best);
+        for evolved in self.evolved(&near_best, &field, beam, projectors) {
+            near_best.retain(|other| {
+                other.hypothesis.names() != evolved.hypothesis.names() || other.fit.cost < evolved.fit.cost
+            });
+            near_best.push(evolved);
+        }
+        rank(&mut near_best);
+        let full: Vec<Scored<'a>> = near_best
+            .par_iter()
+            .take(THIRD_ROUND)
+            .map(|child| self.refit(child, &SEARCH))
+            .collect();
+        near_best.splice(0..full.len(), full);
+        near_best.extend(field.into_iter().skip(second).map(|entered| entered.scored));
+        rank(&mut near_best);
+        near_best
+    }
+
+    /// How many candidates are fitted on: those with the best rank, and where the gap is measured by shares also those, moved up
+    /// behind them, that still promise more than the best has reached.
+    fn second_round(&self, field: &mut [Entered<'a>]) -> usize {
+        if self.offer == Offer::All || field.len() <= SECOND_ROUND {
+            return SECOND_ROUND;
+        }
+        let reached = field[0].scored.fit.cost;
+        let promising = |entered: &Entered| entered.it.promise < reached;
+        field[SECOND_ROUND..].sort_by_key(|entered| !promising(entered));
+        let more = field[SECOND_ROUND..].iter().take(PROMISING);
+        SECOND_ROUND + more.filter(|entered| promising(entered)).count()
+    }
+
+    /// The candidates with a rugged cost that promise most, evolved, if nothing that was fitted explains all.
+    fn evolved(
+        &self,
+        fitted: &[Scored<'a>],
+        field: &[Entered<'a>],
+        beam: &[Scored<'a>],
+        projectors: &[Projector],
+    ) -> Vec<Scored<'a>> {
+        if fitted.iter().any(|scored| self.at_floor(scored)) {
+            return Vec::new();
+        }
+        let mut promising: Vec<&Screened<'a>> = field.iter().map(|entered| &entered.it).collect();
+        promising.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+        let rugged = |it: &&&Screened<'a>| {
+            let newest = it.hypothesis.items.last();
+            newest.is_some_and(|item| item.full && spread(item.effect).is_some())
+        };
+        let rugged: Vec<&&Screened<'a>> = promising.iter().take(EVOLVED).filter(rugged).collect();
+        let evolved = rugged.par_iter().map(|it| {
+            let (parent, projector) = (&beam[it.parent], &projectors[it.parent]);
+            let x = evolved(&it.hypothesis, parent, projector, &it.starts[0]);
+            let made = fit(&it.hypothesis, &x, &SEARCH);
+            self.scored(it.hypothesis.clone(), made)
+        });
+        evolved.collect()
+    }
+
+    /// One more effect: its starts, best first, the parent's numbers projected out. Starts that move an optional
+    /// parameter belong to the full form; the form that promises more stays.
+    fn screened(
+        &self,
+        parent: &Scored<'a>,
+        basis: &Basis,
+        projector: &Projector,
+        effect: &'static Effect,
+    ) -> Screened<'a> {
+        let moves = |start: &&Vec<f64>| effect.moves_option(start);
+        let starts = basis.starts(self.bench, effect);
+        let (full, plain): (Vec<&Vec<f64>>, Vec<&Vec<f64>>) = starts.iter().partition(moves);
+        let plain = self.formed(parent, projector, Item { effect, full: false }, &plain);
+        if full.is_empty() || self.offer == Offer::Plain {
+            return plain;
+        }
+        let full = self.formed(parent, projector, Item { effect, full: true }, &full);
+        if full.promise < plain.promise { full } else { plain }
+    }
+
+    /// One more effect in one form.
+    fn formed(
+        &self,
+        parent: &Scored<'a>,
+        projector: &Projector,
+        item: Item,
+        grid: &[&Vec<f64>],
+    ) -> Screened<'a> {
+        let mut items = parent.hypothesis.items.clone();
+        items.push(item);
+        let hypothesis = Hypothesis::new(self.bench, self.model, items);
+        let mut evaluator = Evaluator::new(&hypothesis, &SEARCH);
+        let mut residuals = Vec::new();
+        let mut starts: Vec<Start> = Vec::with_capacity(grid.len());
+        for start in grid {
+            let x = started(&hypothesis, parent, start);
+            evaluator.residuals(&x, &mut residuals);
+            starts.push(projector.projected(&hypothesis, &x, &residuals));
+        }
+        starts.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+        let promise = starts
+            .iter()
+            .map(|start| start.hope)
+            .fold(f64::INFINITY, f64::min);
+        starts.truncate(2);
+        // Where the parent bends, what its numbers do at a whole start may lead them far away.
+        let mut cost = |x: &[f64]| {
+            evaluator.residuals(x, &mut residuals);
+            dot(&residuals, &residuals)
+        };
+        let nearer = |start: Start| {
+            if cost(&start.part) < cost(&start.x) {
+                start.part
+            } else {
+                start.x
+            }
+        };
+        let starts = starts.into_iter().map(nearer).collect();
+        drop(evaluator);
+        Screened {
+            promise,
+            parent: 0,
+            hypothesis,
+            starts,
+        }
+    }
+
+    /// One more effect, fitted from its best two starts.
+    pub(super) fn child(
+        &self,
+        parent: &Scored<'a>,
+        basis: &Basis,
+        projector: &Projector,
+        effect: &'static Effect,
+    ) -> Option<Scored<'a>> {
+        let screened = self.screened(parent, basis, projector, effect);
+        let fits = screened
+            .starts
+            .iter()
+            .map(|x| fit_near(&screened.hypothesis, x, &SEARCH, &|slot| projector.column(slot)));
+        let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        Some(self.scored(screened.hypothesis, best))
+    }
+}

@@ -1,0 +1,92 @@
+//! Sets that come near the accepted one.
+
+use super::Search;
+use super::score::{Scored, dispersion};
+use super::shares::no_more;
+use crate::gap::hypothesis::{Hypothesis, Item};
+use crate::gap::prediction::held_out_errors;
+use crate::system::effects::Family;
+use rayon::prelude::*;
+
+/// Sets closer than this, times the same factors, are a tie.
+const TIED: f64 = 10.0;
+
+impl<'a> Search<'a, '_> {
+    /// Sets of the same size as the best that come near, finely fitted, best first.
+    pub(super) fn rivals(
+        &self,
+        best: &Scored<'a>,
+        others: Vec<Scored<'a>>,
+        singles: &[Scored<'a>],
+    ) -> Vec<Scored<'a>> {
+        let size = best.hypothesis.items.len();
+        let pool = others.into_iter().chain(singles.iter().cloned());
+        let mut near: Vec<Scored<'a>> = Vec::new();
+        for other in pool.filter(|other| other.hypothesis.items.len() == size && size > 0) {
+            let names = sorted_names(&other);
+            if !same_family_set(&other.hypothesis, &best.hypothesis)
+                && names != sorted_names(best)
+                && !near.iter().any(|known| sorted_names(known) == names)
+            {
+                near.push(other);
+            }
+        }
+        near.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let margin = 5.0 * TIED * dispersion(best);
+        near.retain(|other| other.fit.cost - best.fit.cost < margin);
+        near.truncate(6);
+        let mut fine: Vec<Scored<'a>> = near.par_iter().map(|other| self.fine(other)).collect();
+        fine.sort_by(|a, b| a.score.total_cmp(&b.score));
+        fine
+    }
+}
+
+/// True if two sets differ only by richer or poorer forms of the same families: then the score has decided.
+fn same_family_set(a: &Hypothesis, b: &Hypothesis) -> bool {
+    let key = |item: &Item| match item.effect.family {
+        Family::Own(name) => name.to_owned(),
+        other => format!("{other:?}"),
+    };
+    let sorted = |h: &Hypothesis| {
+        let mut keys: Vec<String> = h.items.iter().map(key).collect();
+        keys.sort();
+        keys
+    };
+    sorted(a) == sorted(b)
+}
+
+fn sorted_names(scored: &Scored) -> Vec<String> {
+    let mut names = scored.hypothesis.names();
+    names.sort();
+    names
+}
+
+/// Where the gap is measured by shares, sets that leave this much more of the squared error, on the log or on a held-out record,
+/// are no tie.
+const TIED_SHARE: f64 = 0.1;
+
+/// Sets that the data cannot tell from the best.
+pub fn tied<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>]) -> Vec<&'s Scored<'a>> {
+    let margin = TIED * dispersion(best);
+    if best.hypothesis.model.fitted_to_log {
+        return tied_by_shares(best, others, margin);
+    }
+    others
+        .iter()
+        .filter(|other| other.fit.cost - best.fit.cost < margin)
+        .collect()
+}
+
+/// The same by shares: as near on the log, and no worse on any held-out record.
+fn tied_by_shares<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>], margin: f64) -> Vec<&'s Scored<'a>> {
+    let held_out = held_out_errors(&best.hypothesis, &best.fit.x);
+    let predicts = |other: &Scored| {
+        let errors = held_out_errors(&other.hypothesis, &other.fit.x);
+        no_more(&errors, &held_out, 1.0 + TIED_SHARE)
+    };
+    let near = |other: &&Scored| {
+        let more = other.fit.cost - best.fit.cost;
+        more < margin && more < TIED_SHARE * best.fit.cost && predicts(other)
+    };
+    others.iter().filter(near).collect()
+}

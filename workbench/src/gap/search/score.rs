@@ -1,0 +1,94 @@
+//! A fitted set and its score.
+
+use crate::gap::dataset::Part;
+use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting, dot};
+use crate::gap::hypothesis::Hypothesis;
+
+/// A fitted set.
+#[derive(Clone, Debug)]
+pub struct Scored<'a> {
+    /// The set.
+    pub hypothesis: Hypothesis<'a>,
+    /// Its fit.
+    pub fit: Fit,
+    /// Cost and penalty for its parameters: lower is better.
+    pub score: f64,
+}
+
+impl Scored<'_> {
+    /// The effects' names with plus signs.
+    pub fn label(&self) -> String {
+        if self.hypothesis.items.is_empty() {
+            "the model as given".into()
+        } else {
+            self.hypothesis.names().join(" + ")
+        }
+    }
+}
+
+impl AsRef<Self> for Scored<'_> {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
+impl AsMut<Self> for Scored<'_> {
+    fn as_mut(&mut self) -> &mut Self {
+        self
+    }
+}
+
+/// χ² per sample beyond 1, times the inflation of a mean's variance by the residual's correlation.
+pub fn dispersion(scored: &Scored) -> f64 {
+    dispersion_on(scored, &SEARCH)
+}
+
+/// The same on a grid.
+pub(super) fn dispersion_on(scored: &Scored, setting: &Setting) -> f64 {
+    let mut evaluator = Evaluator::new(&scored.hypothesis, setting);
+    let mut residuals = Vec::new();
+    evaluator.residuals(&scored.fit.x, &mut residuals);
+    residuals.truncate(scored.fit.samples);
+    let mean_square = dot(&residuals, &residuals) / residuals.len() as f64;
+    mean_square.max(1.0) * crate::gap::residual::inflation(&residuals)
+}
+
+/// What a set pays for its parameters (Schwarz, Annals of Statistics 6, 1978).
+pub(super) fn penalty(hypothesis: &Hypothesis, samples: usize) -> f64 {
+    (2.0 * samples as f64).ln() * hypothesis.effect_slots() as f64
+}
+
+/// The score of a set, its penalty measured by another set's dispersion.
+pub(super) fn score_with(scored: &Scored, factor: f64) -> f64 {
+    scored.fit.cost + factor * penalty(&scored.hypothesis, scored.fit.samples)
+}
+
+/// Sorts sets by score, best first, the penalty measured by the dispersion of the set that fits best: with the
+/// dispersion of a set that lacks an effect, a second parameter could never pay.
+pub(super) fn rank<'a, T: AsMut<Scored<'a>> + AsRef<Scored<'a>>>(sets: &mut [T]) {
+    let costs = |set: &T| set.as_ref().fit.cost;
+    let Some(nearest) = sets.iter().min_by(|a, b| costs(a).total_cmp(&costs(b))) else {
+        return;
+    };
+    let factor = dispersion(nearest.as_ref());
+    for scored in sets.iter_mut().map(AsMut::as_mut) {
+        scored.score = score_with(scored, factor);
+    }
+    sets.sort_by(|a, b| a.as_ref().score.total_cmp(&b.as_ref().score));
+}
+
+/// χ² and number of samples of a hypothesis on the parts of a setting.
+pub fn chi2(hypothesis: &Hypothesis, x: &[f64], setting: &Setting) -> (f64, usize) {
+    let mut residuals = Vec::new();
+    Evaluator::new(hypothesis, setting).residuals(x, &mut residuals);
+    let priors = hypothesis.slots.iter().filter(|slot| slot.has_prior()).count();
+    residuals.truncate(residuals.len() - priors);
+    (dot(&residuals, &residuals), residuals.len())
+}
+
+/// The residual on the held-out part, unweighted by anything but the noise.
+pub const HELD_OUT: Setting = Setting {
+    parts: &[Part::HoldOut],
+    finest: FINE,
+    iterations: 0,
+};

@@ -1,0 +1,127 @@
+//! Steady-state tables: what is missing in a model that has to explain settled speeds.
+//!
+//! ```text
+//! table → steady map of the model → residual → search → ties and rivals → verdict
+//! ```
+//!
+//! A table shows no dynamics, so many names explain it equally; the verdict then is a tie, with the experiment over time
+//! that separates the names.
+
+mod candidates;
+mod fit;
+mod losers;
+pub mod map;
+mod named;
+mod plots;
+mod rivals;
+mod search;
+mod separate;
+mod study;
+mod table;
+mod ties;
+mod verdict;
+mod words;
+
+use crate::outcome::Outcome;
+use crate::report::volts;
+use crate::system::log::{Dynamic, Input, Table};
+use crate::system::model::{Kind, Model};
+use candidates::Offer;
+use fit::Problem;
+use search::Search;
+use std::time::Instant;
+use study::HeldOut;
+use verdict::Case;
+
+/// Rows further apart than this many time constants of the model are steady states.
+const SETTLED: f64 = 6.0;
+
+/// Compares a model with a table of settled speeds. Without `holdouts` every second row is held out (every third of a
+/// short table); the parameters that are reported come from all rows.
+pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
+    let started = Instant::now();
+    let mut outcome = match table::too_poor(log).or_else(|| unsuitable(model)) {
+        Some(reason) => verdict::insufficient(log, reason),
+        None => analyse(model, log, holdouts),
+    };
+    outcome.effects = volts::told(model, outcome.effects);
+    for shift in &mut outcome.within_tolerance {
+        shift.refitted = model.fitted_to_log;
+    }
+    outcome.runtime_s = started.elapsed().as_secs_f64();
+    outcome
+}
+
+fn unsuitable(model: &Model) -> Option<String> {
+    match model.kind {
+        Kind::Inertia { .. } => {
+            Some("a table of voltages needs a model with a winding: dc_motor or first_order".into())
+        }
+        _ => None,
+    }
+}
+
+fn analyse(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
+    let given = map::visible(model);
+    let data = table::split(log, !holdouts.is_empty());
+    let offer = Offer::new(model, &given, &data.volts, &data.omega);
+    let nuisances = fit::nuisances(model);
+    let problem = Problem {
+        base: &given,
+        nuisances: &nuisances,
+        natural: &offer.natural,
+        data: &data,
+    };
+    let search = Search {
+        problem: &problem,
+        offer: &offer,
+    };
+    let held_out = held_out(&data, holdouts);
+    match search.run() {
+        Some(found) => {
+            let accepted = search.canonical(found);
+            Case {
+                log,
+                search: &search,
+                held_out: &held_out,
+                separate_files: !holdouts.is_empty(),
+            }
+            .outcome(&accepted)
+        }
+        None => verdict::insufficient(
+            log,
+            "the model has no steady speed for these voltages; check its parameters".into(),
+        ),
+    }
+}
+
+fn held_out<'a>(data: &'a fit::Data, holdouts: &'a [Table]) -> HeldOut<'a> {
+    let kept = || data.fitted.iter().map(|f| !f).collect();
+    let sweeps = match holdouts {
+        [] => vec![(&data.volts[..], &data.omega[..], kept())],
+        files => files
+            .iter()
+            .map(|t| (&t.u_v[..], &t.omega_rad_s[..], vec![true; t.u_v.len()]))
+            .collect(),
+    };
+    HeldOut { sweeps }
+}
+
+/// Time constant of the model with the effects that it contains, s.
+pub fn time_constant_s(model: &Model) -> f64 {
+    map::visible(model).time_constant_s()
+}
+
+/// A record over time whose rows are so far apart that each shows a settled speed, as a table; `None` if it is not one.
+pub fn settled(model: &Model, log: &Dynamic) -> Option<Table> {
+    let [run] = &log.runs[..] else { return None };
+    let omega_rad_s = run.speed.clone()?;
+    let apart = run.sample_s() > SETTLED * time_constant_s(model);
+    let driven = run.bridge.iter().all(|b| *b == 1);
+    (apart && driven && log.input == Input::Voltage && !log.linear).then(|| Table {
+        source: log.source.clone(),
+        u_v: run.input.clone(),
+        omega_rad_s,
+        speed_unit_rad_s: 1.0,
+    })
+}

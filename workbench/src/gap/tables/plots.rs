@@ -1,0 +1,162 @@
+//! Curves for the report, in the unit of the reader's table.
+
+use super::fit::Data;
+use super::map;
+use super::words::SpeedUnit;
+use crate::outcome::{Curve, Plot, Series, Stage, Style};
+use crate::system::plant::physics::Physics;
+
+/// Samples of a drawn map.
+const SAMPLES: usize = 400;
+
+/// Everything that the plots show.
+pub struct Gallery<'a> {
+    /// Rows.
+    pub data: &'a Data,
+    /// The model as given.
+    pub given: &'a Physics,
+    /// The extended model.
+    pub extended: &'a Physics,
+    /// Unit of the speed axis.
+    pub unit: SpeedUnit,
+    /// Noise, rad/s.
+    pub noise: f64,
+    /// Edges and knees, V, with labels.
+    pub marks: Vec<(f64, String)>,
+}
+
+impl Gallery<'_> {
+    /// One plot a stage, two for the last.
+    pub fn plots(&self) -> Vec<Plot> {
+        vec![
+            self.detection(),
+            self.characterisation(),
+            self.extraction(),
+            self.remains(),
+        ]
+    }
+
+    fn detection(&self) -> Plot {
+        let mut series = self.measured();
+        series.insert(1, self.curve("model as given", self.given, Style::Dashed));
+        Plot {
+            title: "Steady speed over voltage".into(),
+            caption: "The measurement beside what the model as given settles at.".into(),
+            stage: Stage::Detection,
+            series,
+            ..self.axes("speed")
+        }
+    }
+
+    fn characterisation(&self) -> Plot {
+        Plot {
+            title: "What the model as given leaves".into(),
+            caption: "Measured minus simulated over the voltage: the shape tells the kind, the marks where it changes.".into(),
+            stage: Stage::Characterisation,
+            series: vec![self.residual("measured − model as given", self.given)],
+            noise_band: Some(self.noise / self.unit.rad_s),
+            marks: self.marks.clone(),
+            ..self.axes("residual")
+        }
+    }
+
+    fn extraction(&self) -> Plot {
+        let mut series = self.measured();
+        series.insert(1, self.curve("model as given", self.given, Style::Dashed));
+        series.insert(2, self.curve("extended model", self.extended, Style::Line));
+        Plot {
+            title: "Steady speed with the extended model".into(),
+            caption: "Hollow points were held out while the effects were chosen.".into(),
+            stage: Stage::Extraction,
+            series,
+            marks: self.marks.clone(),
+            ..self.axes("speed")
+        }
+    }
+
+    fn remains(&self) -> Plot {
+        Plot {
+            title: "What the extended model leaves".into(),
+            caption: "Measured minus simulated; the band is the noise that neighbouring rows do not share."
+                .into(),
+            stage: Stage::Extraction,
+            series: vec![self.residual("measured − extended model", self.extended)],
+            noise_band: Some(self.noise / self.unit.rad_s),
+            ..self.axes("residual")
+        }
+    }
+
+    fn axes(&self, what: &str) -> Plot {
+        Plot {
+            x_label: "voltage, V".into(),
+            y_label: format!("{what}, {}", self.unit.name),
+            ..Plot::default()
+        }
+    }
+
+    fn measured(&self) -> Vec<Series> {
+        let rows = |fitted: bool| {
+            let chosen: Vec<usize> = (0..self.data.volts.len())
+                .filter(|k| self.data.fitted[*k] == fitted)
+                .collect();
+            let x = chosen.iter().map(|k| self.data.volts[*k]).collect();
+            let y = chosen
+                .iter()
+                .map(|k| self.data.omega[*k] / self.unit.rad_s)
+                .collect();
+            Curve { x, y }
+        };
+        let fitted = Series {
+            label: "measured".into(),
+            curve: rows(true),
+            style: Style::Points,
+        };
+        let held = Series {
+            label: "measured, held out".into(),
+            curve: rows(false),
+            style: Style::Hollow,
+        };
+        if held.curve.x.is_empty() {
+            vec![fitted]
+        } else {
+            vec![fitted, held]
+        }
+    }
+
+    /// The map over the range of the table, swept upwards as most tables are.
+    fn curve(&self, label: &str, plant: &Physics, style: Style) -> Series {
+        let low = self.data.volts.iter().copied().fold(0.0, f64::min);
+        let high = self.data.volts.iter().copied().fold(0.0, f64::max);
+        let x: Vec<f64> = (0..=SAMPLES)
+            .map(|k| low + (high - low) * k as f64 / SAMPLES as f64)
+            .collect();
+        let y = map::sweep(plant, &x)
+            .iter()
+            .map(|w| w / self.unit.rad_s)
+            .collect();
+        Series {
+            label: label.into(),
+            curve: Curve { x, y },
+            style,
+        }
+    }
+
+    fn residual(&self, label: &str, plant: &Physics) -> Series {
+        let predicted = map::sweep(plant, &self.data.volts);
+        let y = self
+            .data
+            .omega
+            .iter()
+            .zip(&predicted)
+            .map(|(y, p)| (y - p) / self.unit.rad_s)
+            .collect();
+        Series {
+            label: label.into(),
+            curve: Curve {
+                x: self.data.volts.clone(),
+                y,
+            },
+            style: Style::Points,
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! The evidence for each name as a sentence, and the figures that follow from its parameters.
+
+use super::study::Residual;
+use crate::system::plant::physics::Physics;
+use std::f64::consts::TAU;
+
+/// The unit in which the reader's table counts speed.
+#[derive(Clone, Copy, Debug)]
+pub struct SpeedUnit {
+    /// Name of the column.
+    pub column: &'static str,
+    /// Name of the unit.
+    pub name: &'static str,
+    /// One unit, rad/s.
+    pub rad_s: f64,
+}
+
+impl SpeedUnit {
+    /// Revolutions per minute if the file counts them, else rad/s.
+    pub fn of(unit_rad_s: f64) -> Self {
+        match (unit_rad_s - TAU / 60.0).abs() < 1e-9 {
+            true => SpeedUnit {
+                column: "speed_rpm",
+                name: "rpm",
+                rad_s: unit_rad_s,
+            },
+            false => SpeedUnit {
+                column: "omega_rad_s",
+                name: "rad/s",
+                rad_s: 1.0,
+            },
+        }
+    }
+
+    /// A speed with its unit.
+    pub fn text(&self, omega: f64) -> String {
+        format!("{} {}", figure(omega / self.rad_s), self.name)
+    }
+}
+
+/// Four significant digits.
+pub fn figure(x: f64) -> String {
+    crate::report::figure(x)
+}
+
+/// A figure that follows from the parameters: its key, unit, and how it is read from the plant.
+pub type Derived = (&'static str, &'static str, fn(&Physics) -> f64);
+
+/// The figures that follow from an effect's parameters.
+pub fn derived(name: &str) -> Vec<Derived> {
+    match name {
+        "voltage_saturation" | "voltage_saturation_asymmetric" | "current_limit" | "speed_saturation" => {
+            vec![("knee_command_v", "V", knee), ("level_rad_s", "rad/s", level)]
+        }
+        "dead_zone" | "dead_zone_asymmetric" | "coulomb_friction" | "coulomb_asymmetric" | "voltage_drop" => {
+            vec![("stops_above_v", "V", edge_pos), ("stops_below_v", "V", edge_neg)]
+        }
+        "voltage_offset" | "constant_load" | "sensor_offset" => vec![("zero_speed_at_v", "V", zero_crossing)],
+        "drive_gain" | "encoder_scale" | "motor_gain" | "resistance" | "viscous_friction" => {
+            vec![("slope_rad_s_per_v", "rad/s/V", slope)]
+        }
+        _ => vec![],
+    }
+}
+
+/// Command at which the limit of the drive begins.
+pub fn knee(plant: &Physics) -> f64 {
+    let line = unlimited(plant);
+    let reached = level(plant);
+    solve(|u| speed(&line, u) - reached, plant)
+}
+
+/// The speed at which a limit holds the reading, rad/s.
+pub fn level(plant: &Physics) -> f64 {
+    speed(plant, 1e3 * span(plant))
+}
+
+/// Smallest positive command that keeps the motor turning.
+pub fn edge_pos(plant: &Physics) -> f64 {
+    let shaft = shaft(plant);
+    solve(|u| speed(&shaft, u), plant)
+}
+
+/// Largest negative command that keeps the motor turning.
+pub fn edge_neg(plant: &Physics) -> f64 {
+    let shaft = shaft(plant);
+    -solve(|u| -speed(&shaft, -u), plant)
+}
+
+/// Command about which the curve is symmetric: where its straight parts of both directions, drawn on, meet zero on average.
+pub fn zero_crossing(plant: &Physics) -> f64 {
+    let line = unlimited(plant);
+    let meets = |u: f64| {
+        let (near, far) = (speed(&line, u), speed(&line, 1.01 * u));
+        u - near / ((far - near) / (0.01 * u))
+    };
+    0.5 * (meets(0.5 * span(plant)) + meets(-0.5 * span(plant)))
+}
+
+/// The plant with a sensor that shows the shaft as it is.
+fn shaft(plant: &Physics) -> Physics {
+    Physics {
+        sensor_offset: 0.0,
+        sensor_scale: 1.0,
+        sensor_rectified: false,
+        sensor_limit: f64::INFINITY,
+        ..plant.clone()
+    }
+}
+
+/// Slope of the map beyond its dead zone and below its limit, rad/s/V.
+pub fn slope(plant: &Physics) -> f64 {
+    let line = unlimited(plant);
+    let u = 0.5 * span(plant);
+    (speed(&line, 1.01 * u) - speed(&line, u)) / (0.01 * u)
+}
+
+/// The plant without its limits.
+fn unlimited(plant: &Physics) -> Physics {
+    let free = f64::INFINITY;
+    Physics {
+        limit: free,
+        sensor_limit: free,
+        current_limit: free,
+        ..plant.clone()
+    }
+}
+
+/// A reading while the motor is already turning.
+fn speed(plant: &Physics, u: f64) -> f64 {
+    super::map::sweep(plant, &[3.0 * u, u])[1]
+}
+
+/// A voltage of the order of those in the table: what the limits and zones are worth in commands, else 1 V.
+fn span(plant: &Physics) -> f64 {
+    let behind = [plant.dead_pos, plant.dead_neg, plant.limit, 1.0];
+    let largest = behind
+        .iter()
+        .filter(|v| v.is_finite())
+        .fold(0.0_f64, |m, v| m.max(v.abs()));
+    10.0 * largest / plant.drive_gain
+}
+
+/// Where a rising function of the command becomes positive, by bisection.
+fn solve(f: impl Fn(f64) -> f64, plant: &Physics) -> f64 {
+    let (mut low, mut high) = (0.0, 100.0 * span(plant));
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if f(middle) > 0.0 {
+            high = middle
+        } else {
+            low = middle
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// What the table shows of an effect.
+pub fn evidence(name: &str, plant: &Physics, given: &Physics, unit: SpeedUnit) -> String {
+    let per_volt = |w: f64| format!("{} {}/V", figure(w / unit.rad_s), unit.name);
+    match name {
+        "drive_gain" | "encoder_scale" | "motor_gain" | "resistance" | "viscous_friction" => format!(
+            "below any limit the table rises by {}, the model as given by {}: a factor of {}",
+            per_volt(slope(plant)),
+            per_volt(slope(given)),
+            figure(slope(plant) / slope(given))
+        ),
+        "voltage_saturation" | "voltage_saturation_asymmetric" | "current_limit" | "speed_saturation" if plant.limit_softness > 1e-3 => {
+            format!("the speed rises ever less and tends to {}", unit.text(level(plant)))
+        }
+        "voltage_saturation" | "voltage_saturation_asymmetric" | "current_limit" | "speed_saturation" => {
+            format!("the speed stays at {} from {} V on", unit.text(level(plant)), figure(knee(plant)))
+        }
+        "dead_zone" | "dead_zone_asymmetric" | "coulomb_friction" | "coulomb_asymmetric" | "voltage_drop" => {
+            format!("no motion between {} V and {} V", figure(edge_neg(plant)), figure(edge_pos(plant)))
+        }
+        "voltage_offset" | "constant_load" | "sensor_offset" => {
+            format!("the straight part of the curve meets zero speed at {} V", figure(zero_crossing(plant)))
+        }
+        "stribeck_friction" => {
+            "it takes more voltage to start the motor than to keep it turning: the rows depend on the rows before".into()
+        }
+        "viscous_asymmetric" => "the slope differs between the directions".into(),
+        "quadratic_drag" | "supply_sag" => "the curve bends downwards as the speed grows".into(),
+        "sensor_rectified" => "the reading is positive in both directions".into(),
+        _ => crate::system::effects::find(name).map_or(String::new(), |e| e.summary.to_string()),
+    }
+}
+
+/// Regions of the voltage axis that the found edges and knees part, as (label, from, to) in |u|; thirds where there are none.
+pub fn regions(marks: &[f64], largest: f64) -> Vec<(String, f64, f64)> {
+    let mut edges: Vec<f64> = marks
+        .iter()
+        .map(|m| m.abs())
+        .filter(|m| *m > 0.02 * largest && *m < 0.98 * largest)
+        .collect();
+    edges.sort_by(f64::total_cmp);
+    edges.dedup_by(|a, b| (*a - *b).abs() < 0.05 * largest);
+    if edges.is_empty() {
+        edges = vec![largest / 3.0, 2.0 * largest / 3.0];
+    }
+    let inner = edges.windows(2).map(|w| {
+        (
+            format!("{} V < |u| < {} V", figure(w[0]), figure(w[1])),
+            w[0],
+            w[1],
+        )
+    });
+    let first = (format!("|u| < {} V", figure(edges[0])), -1.0, edges[0]);
+    let top = edges[edges.len() - 1];
+    std::iter::once(first)
+        .chain(inner)
+        .chain([(format!("|u| > {} V", figure(top)), top, f64::INFINITY)])
+        .collect()
+}
+
+/// Shares of the squared error over regions of |u|, the largest first.
+pub fn shares(residual: &Residual, regions: &[(String, f64, f64)]) -> Vec<(String, f64)> {
+    let total: f64 = residual
+        .error
+        .iter()
+        .map(|e| e * e)
+        .sum::<f64>()
+        .max(f64::MIN_POSITIVE);
+    let inside = |from: f64, to: f64| {
+        let rows = residual.volts.iter().zip(&residual.error);
+        rows.filter(|(u, _)| u.abs() > from && u.abs() <= to)
+            .map(|(_, e)| e * e)
+            .sum::<f64>()
+            / total
+    };
+    let mut all: Vec<_> = regions
+        .iter()
+        .map(|(label, from, to)| (label.clone(), inside(*from, *to)))
+        .collect();
+    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    all
+}

@@ -1,0 +1,319 @@
+//! What may be said: named, tie, nothing missing, unexplained, not excited.
+
+use crate::gap::dataset::{Bench, Part};
+use crate::gap::estimate;
+use crate::gap::experiment;
+use crate::gap::fit::{SEARCH, fit};
+use crate::gap::hypothesis::Hypothesis;
+use crate::gap::prediction::held_out_errors;
+use crate::gap::residual_tests;
+use crate::gap::residual_tests::Rest;
+use crate::gap::samples::samples;
+use crate::gap::search::{Found, HELD_OUT, Scored, chi2, tied};
+use crate::outcome::{Experiment, HoldOut, Outcome, Tie, Unexplained, Verdict};
+
+/// The judgement on a search.
+pub struct Judged<'a> {
+    /// What holds.
+    pub verdict: Verdict,
+    /// The set that is reported as named.
+    pub kept: Scored<'a>,
+    /// Names that only resemble what is missing.
+    pub closest: Vec<String>,
+    /// Explanations that cannot be told apart.
+    pub ties: Vec<Tie>,
+    /// What is left.
+    pub unexplained: Unexplained,
+    /// What to measure next.
+    pub next: Option<Experiment>,
+}
+
+/// A log whose speeds stay below this part of what its input could reach does not move.
+const SMALLEST_MOTION: f64 = 0.005;
+
+/// If nothing moves, nothing can be tested.
+pub fn not_excited(bench: &Bench) -> Option<Outcome> {
+    let scales = &bench.scales;
+    let moves = scales.motion > 5.0 * bench.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
+    (!moves).then(|| Outcome {
+        schema: "truing-gap/1",
+        verdict: Verdict::InsufficientExcitation,
+        effects: Vec::new(),
+        ties: Vec::new(),
+        closest_known: Vec::new(),
+        holdout: HoldOut {
+            signal: bench.signal.into(),
+            rmse_before: 0.0,
+            rmse_after: 0.0,
+            noise_floor: bench.sigma,
+            fit_percent_before: 0.0,
+            fit_percent_after: 0.0,
+        },
+        final_records: None,
+        within_tolerance: Vec::new(),
+        places: Vec::new(),
+        unexplained: Unexplained {
+            share_of_gap: 0.0,
+            structure: "none".into(),
+        },
+        next_experiment: None,
+        runtime_s: 0.0,
+        notes: still(bench),
+        steps: Vec::new(),
+        rivals: Vec::new(),
+        plots: Vec::new(),
+        gap_unit: "rad/s".into(),
+    })
+}
+
+/// What a log that does not move lacks.
+fn still(bench: &Bench) -> Vec<String> {
+    let mut notes = [bench.notes.clone(), crate::gap::excitation::missing(bench)].concat();
+    notes.push(format!(
+        "the log never moves: drive the axis in both directions with more than {} of input",
+        crate::report::figure(bench.scales.input)
+    ));
+    notes
+}
+
+/// What is left is worth a word when it is visible: this much rms beyond the noise, in units of the noise.
+const VISIBLE: f64 = 0.25;
+/// … and when it is more than this share of the first gap (squared). Right names in a form that is not exactly the
+/// library's leave up to half a per cent (docs/naming.md), wrong ones several times that.
+const SHARE: f64 = 0.006;
+/// The same where what is left goes with the turn of a shaft: no form of another effect does.
+const SHARE_TURNING: f64 = 1e-3;
+/// A model that leaves this share of the hold-out's gap has described the log, not the axis.
+const HELD_OUT_SHARE: f64 = 0.15;
+/// A name stands, although something is left, if it shrinks the structured part by this factor.
+const CONFIRMED: f64 = 10.0;
+
+/// Judges what was found.
+pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judged<'a> {
+    let supported = supported(found);
+    let found = supported.as_ref().unwrap_or(found);
+    if given.model.fitted_to_log && !found.best.hypothesis.items.is_empty() {
+        return by_shares(found, given, nominal);
+    }
+    let rest = residual_tests::rest(&found.best);
+    let first = excess(given, nominal).max(1e-9);
+    let share = (rest.excess / first).min(1.0);
+    let held_out = held_out_share(&found.best, given, nominal);
+    let unpredicted = match found.best.hypothesis.items.is_empty() {
+        false => held_out > HELD_OUT_SHARE,
+        true => strange(&found.best),
+    };
+    let left = is_left(found, &rest, share) || unpredicted;
+    let share = match (unpredicted, found.best.hypothesis.items.is_empty()) {
+        (true, true) => 1.0,
+        (true, false) => share.max(held_out.min(1.0)),
+        (false, _) => share,
+    };
+    let (kept, closest) = match left {
+        true if found.best.hypothesis.items.is_empty() => (found.best.clone(), found.dropped.clone()),
+        true => confirmed(found, share * first),
+        false => (found.best.clone(), Vec::new()),
+    };
+    let (ties, next) = if left { (Vec::new(), None) } else { ties(found) };
+    let verdict = match (left, ties.is_empty(), kept.hypothesis.items.is_empty()) {
+        (true, ..) => Verdict::Unexplained,
+        (false, false, _) => Verdict::Tie,
+        (false, true, false) => Verdict::Named,
+        (false, true, true) => Verdict::NothingMissing,
+    };
+    let another_motor = unpredicted && found.best.hypothesis.items.is_empty();
+    let structure = match (left, unpredicted && rest.text == "none") {
+        _ if another_motor => ANOTHER_MOTOR.into(),
+        (true, false) if rest.text == "none" => TOO_FEW.into(),
+        (false, _) if share > SHARE => rest.text,
+        (false, _) => "none".into(),
+        (true, false) => rest.text,
+        (true, true) => "different in every record: what fits the log does not predict the hold-out".into(),
+    };
+    Judged {
+        verdict,
+        kept,
+        closest,
+        ties,
+        unexplained: Unexplained {
+            share_of_gap: share,
+            structure,
+        },
+        next,
+    }
+}
+
+/// The same without the names that do not lower the held-out gap or whose numbers lie within two standard deviations of nothing;
+/// `None` if all stay.
+fn supported<'a>(found: &Found<'a>) -> Option<Found<'a>> {
+    let mut best = found.best.clone();
+    while let Some(index) = indistinct(&best).or_else(|| useless(&best)) {
+        best = refitted(&best, |k| k != index);
+    }
+    let all = found.best.hypothesis.names();
+    (best.hypothesis.items.len() < all.len()).then(|| Found {
+        best,
+        others: Vec::new(),
+        dropped: all,
+        ..found.clone()
+    })
+}
+
+/// The first effect of a set whose numbers, as they would be reported, lie within two standard deviations of nothing.
+fn indistinct(best: &Scored) -> Option<usize> {
+    match estimate::eased(best) {
+        Some(bench) => {
+            let eased = Hypothesis::new(&bench, best.hypothesis.model, best.hypothesis.items.clone());
+            let eased = Scored {
+                hypothesis: eased,
+                fit: best.fit.clone(),
+                score: best.score,
+            };
+            estimate::indistinct(&estimate::refitted(&bench, &eased))
+        }
+        None => estimate::indistinct(best),
+    }
+}
+
+/// The first effect of a set without which the held-out data are predicted as well, everything fitted anew. A base parameter
+/// stays: without it the others are bent to the ends of their tolerances and may predict as much.
+fn useless(best: &Scored) -> Option<usize> {
+    let error = |set: &Scored| -> f64 { held_out_errors(&set.hypothesis, &set.fit.x).iter().sum() };
+    let with = error(best);
+    let mut items = best.hypothesis.items.iter().enumerate();
+    let useless = |index: usize| error(&refitted(best, |k| k != index)) <= with;
+    items
+        .find(|(index, item)| !item.effect.is_base_parameter() && useless(*index))
+        .map(|(index, _)| index)
+}
+
+/// The judgement on names that a search by shares kept: they stand, and what is left stands beside them.
+fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judged<'a> {
+    let rest = residual_tests::rest(&found.best);
+    let share = (rest.excess / excess(given, nominal).max(1e-9)).min(1.0);
+    let (ties, next) = ties(found);
+    Judged {
+        verdict: if ties.is_empty() {
+            Verdict::Named
+        } else {
+            Verdict::Tie
+        },
+        kept: found.best.clone(),
+        closest: Vec::new(),
+        ties,
+        unexplained: Unexplained {
+            share_of_gap: share,
+            structure: if share > SHARE { rest.text } else { "none".into() },
+        },
+        next,
+    }
+}
+
+/// A held-out record that is missed by this many times the noise, where the log is not, is of another motor.
+const STRANGE: f64 = 3.0;
+
+/// Fewer samples show no structure, whatever they leave.
+const FEW: usize = 200;
+/// What they leave is no agreement from so many times the noise's variance on.
+const DISAGREE: f64 = 9.0;
+const TOO_FEW: &str =
+    "the log has too few samples to say what it looks like; log more runs, in both directions";
+const ANOTHER_MOTOR: &str = "the model fits the log and misses a held-out record: is that record of the same motor, with the same load and in the same units?";
+
+/// Whether the model misses a held-out record although it fits the log.
+fn strange(best: &Scored) -> bool {
+    let (held_out, samples) = chi2(&best.hypothesis, &best.fit.x, &HELD_OUT);
+    let log = best.fit.chi2 / best.fit.samples.max(1) as f64;
+    held_out / samples.max(1) as f64 > STRANGE * STRANGE * log.max(1.0)
+}
+
+/// Whether what is left is worth a verdict of its own.
+fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
+    let visible = rest.excess.sqrt() > VISIBLE;
+    let nothing_named = found.best.hypothesis.items.is_empty();
+    let white = rest.text == "none";
+    if nothing_named && found.best.fit.samples < FEW && rest.excess > DISAGREE {
+        return true;
+    }
+    match (visible && !white, nothing_named) {
+        (false, _) => false,
+        (true, true) => rest.structured || rest.repeated || rest.excess > 1.0,
+        (true, false) if rest.turning => share > SHARE_TURNING,
+        (true, false) => share > SHARE,
+    }
+}
+
+/// Mean square of the speed's residuals beyond the noise, in units of the noise's variance. Of the speed alone: a gap in
+/// a logged current, which may be far quieter, would dwarf it.
+fn excess(hypothesis: &Hypothesis, x: &[f64]) -> f64 {
+    let seen = samples(hypothesis, x, &[Part::A, Part::B]);
+    let sum: f64 = seen.iter().map(|s| (s.residual() * s.weight).powi(2)).sum();
+    sum / seen.len().max(1) as f64 - 1.0
+}
+
+/// What a set leaves of the hold-out's gap (squared, above the noise).
+fn held_out_share(best: &Scored, given: &Hypothesis, nominal: &[f64]) -> f64 {
+    let excess = |hypothesis: &Hypothesis, x: &[f64]| {
+        let (chi2, samples) = chi2(hypothesis, x, &HELD_OUT);
+        chi2 / samples.max(1) as f64 - 1.0
+    };
+    let (before, after) = (excess(given, nominal), excess(&best.hypothesis, &best.fit.x));
+    // A gap that hardly shows in the hold-out says nothing.
+    if before > 1.0 { after / before } else { 0.0 }
+}
+
+/// The effects that shrink what is left tenfold, refitted; the others only resemble it.
+fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
+    let best = &found.best;
+    let (mut keep, mut closest) = (Vec::new(), Vec::new());
+    for (index, item) in best.hypothesis.items.iter().enumerate() {
+        let without = refitted(best, |k| k != index);
+        if excess(&without.hypothesis, &without.fit.x) > CONFIRMED * left {
+            keep.push(index)
+        } else {
+            closest.push(item.effect.name.to_owned())
+        }
+    }
+    if closest.is_empty() {
+        return (best.clone(), closest);
+    }
+    (refitted(best, |k| keep.contains(&k)), closest)
+}
+
+/// The set with some of its effects, fitted anew.
+fn refitted<'a>(scored: &Scored<'a>, keep: impl Fn(usize) -> bool) -> Scored<'a> {
+    let items = scored
+        .hypothesis
+        .items
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| keep(*k))
+        .map(|(_, item)| *item)
+        .collect();
+    let hypothesis = Hypothesis::new(scored.hypothesis.bench, scored.hypothesis.model, items);
+    let start = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+    let made = fit(&hypothesis, &start, &SEARCH);
+    Scored {
+        score: made.cost,
+        hypothesis,
+        fit: made,
+    }
+}
+
+/// Rivals that the data cannot tell from the accepted set, and what would.
+fn ties(found: &Found) -> (Vec<Tie>, Option<Experiment>) {
+    let rivals = tied(&found.best, &found.others);
+    let Some(nearest) = rivals.first() else {
+        return (Vec::new(), None);
+    };
+    let separation = experiment::separation(&found.best, nearest);
+    let mut sets = vec![found.best.hypothesis.names()];
+    sets.extend(rivals.iter().map(|rival| rival.hypothesis.names()));
+    (
+        vec![Tie {
+            rivals: sets,
+            separated_by: separation.text,
+        }],
+        Some(separation.experiment),
+    )
+}

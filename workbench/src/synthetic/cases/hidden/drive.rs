@@ -1,0 +1,136 @@
+//! Imperfect drives: voltages that do not arrive, or arrive late.
+
+use super::{Kind, Subject, sign, unequal, wrong_ratio};
+use crate::synthetic::cases::base::log_range;
+use crate::synthetic::reference_plant::Knee;
+use rand::RngExt;
+
+fn dead_zone(widths: [f64; 2], shape: Option<f64>, subject: &mut Subject) {
+    let drive = &mut subject.motor.drive;
+    drive.dead_zone_v = widths;
+    if let Some(shape) = shape {
+        drive.dead_zone_knee = Knee::Logistic((0.02 + 0.08 * shape) * widths[0].min(widths[1]));
+    }
+}
+
+pub(super) static DEAD_ZONE: Kind = Kind {
+    name: "dead_zone",
+    parameters: &["half_width_v"],
+    group: "dead zone",
+    needs_tacho: false,
+    has_other_form: true,
+    draw: |rng, n| vec![log_range(rng, 0.005, 0.25) * n.volts],
+    put: |v, shape, _, subject| dead_zone([v[0]; 2], shape, subject),
+};
+
+pub(super) static DEAD_ZONE_ASYMMETRIC: Kind = Kind {
+    name: "dead_zone_asymmetric",
+    parameters: &["pos_v", "neg_v"],
+    group: "dead zone",
+    needs_tacho: false,
+    has_other_form: true,
+    draw: |rng, n| {
+        let width = log_range(rng, 0.01, 0.25) * n.volts;
+        unequal(rng, width)
+    },
+    put: |v, shape, _, subject| dead_zone([v[0], v[1]], shape, subject),
+};
+
+pub(super) static VOLTAGE_SATURATION: Kind = Kind {
+    name: "voltage_saturation",
+    parameters: &["limit_v", "softness"],
+    group: "limit",
+    needs_tacho: false,
+    has_other_form: true,
+    draw: |rng, n| {
+        let softness = if rng.random_bool(0.3) {
+            rng.random_range(0.1..0.4)
+        } else {
+            0.0
+        };
+        vec![(1.0 - log_range(rng, 0.01, 0.6)) * n.volts, softness]
+    },
+    put: |v, shape, n, subject| {
+        let drive = &mut subject.motor.drive;
+        drive.limit_v = [v[0]; 2];
+        drive.limit_knee = match shape {
+            Some(shape) => Knee::Logistic((0.02 + 0.06 * shape) * n.volts),
+            None if v[1] > 0.0 => Knee::Compression(v[1]),
+            None => Knee::Hard,
+        };
+    },
+};
+
+pub(super) static DRIVE_GAIN: Kind = Kind {
+    name: "drive_gain",
+    parameters: &["ratio"],
+    group: "scale",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: wrong_ratio,
+    put: |v, _, _, subject| subject.motor.drive.gain = [v[0]; 2],
+};
+
+pub(super) static VOLTAGE_OFFSET: Kind = Kind {
+    name: "voltage_offset",
+    parameters: &["offset_v"],
+    group: "constant",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| vec![sign(rng) * log_range(rng, 0.003, 0.12) * n.volts],
+    put: |v, _, _, subject| subject.motor.drive.offset_v = v[0],
+};
+
+pub(super) static TRANSPORT_DELAY: Kind = Kind {
+    name: "transport_delay",
+    parameters: &["seconds"],
+    group: "delay",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| vec![log_range(rng, 0.005, 0.5) * n.tau],
+    put: |v, _, _, subject| subject.motor.drive.delay_s = v[0],
+};
+
+pub(super) static ACTUATOR_LAG: Kind = Kind {
+    name: "actuator_lag",
+    parameters: &["time_constant_s"],
+    group: "delay",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| vec![log_range(rng, 0.01, 0.6) * n.tau],
+    put: |v, _, _, subject| subject.motor.drive.lag_s = v[0],
+};
+
+pub(super) static VOLTAGE_DROP: Kind = Kind {
+    name: "voltage_drop",
+    parameters: &["drop_v"],
+    group: "drop",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| vec![log_range(rng, 0.005, 0.15) * n.volts],
+    put: |v, _, _, subject| subject.motor.drive.drop_v = v[0],
+};
+
+pub(super) static SUPPLY_SAG: Kind = Kind {
+    name: "supply_sag",
+    parameters: &["source_ohm"],
+    group: "sag",
+    needs_tacho: false,
+    has_other_form: true,
+    draw: |rng, n| vec![log_range(rng, 0.02, 0.6) * n.resistance],
+    put: |v, shape, n, subject| {
+        subject.motor.drive.source_ohm = v[0];
+        // A capacitor across the bridge in place of a rail without memory.
+        subject.motor.drive.bus_farad = shape.map_or(0.0, |shape| (0.005 + 0.03 * shape) * n.tau / v[0]);
+    },
+};
+
+pub(super) static CURRENT_LIMIT: Kind = Kind {
+    name: "current_limit",
+    parameters: &["limit_a"],
+    group: "current limit",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| vec![log_range(rng, 0.15, 1.2) * n.current],
+    put: |v, _, _, subject| subject.motor.drive.current_limit_a = v[0],
+};

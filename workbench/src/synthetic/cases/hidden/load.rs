@@ -1,0 +1,134 @@
+//! Loads, and what joins them to the motor.
+
+use super::{Kind, sign};
+use crate::synthetic::cases::base::log_range;
+use crate::synthetic::reference_plant::{Split, Train};
+use rand::RngExt;
+
+pub(super) static CONSTANT_LOAD: Kind = Kind {
+    name: "constant_load",
+    parameters: &["torque_nm"],
+    group: "constant",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| vec![sign(rng) * log_range(rng, 0.003, 0.15) * n.torque],
+    put: |v, _, _, subject| subject.motor.load.constant_nm = v[0],
+};
+
+pub(super) static GRAVITY: Kind = Kind {
+    name: "gravity",
+    parameters: &["mgl_nm", "phase_rad"],
+    group: "gravity",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| {
+        let torque = log_range(rng, 0.005, 0.25) * n.torque * n.gear_ratio;
+        vec![
+            torque,
+            rng.random_range(-std::f64::consts::PI..std::f64::consts::PI),
+        ]
+    },
+    put: |v, _, _, subject| {
+        subject.motor.load.mgl_nm = v[0];
+        subject.motor.load.gravity_phase = v[1];
+    },
+};
+
+pub(super) static COGGING: Kind = Kind {
+    name: "cogging",
+    parameters: &["amplitude_nm", "periods_per_rev", "phase_rad"],
+    group: "cogging",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| {
+        let periods = f64::from(rng.random_range(2..=40));
+        vec![
+            log_range(rng, 0.01, 0.2) * n.torque,
+            periods,
+            rng.random_range(-3.0..3.0),
+        ]
+    },
+    put: |v, _, _, subject| {
+        let load = &mut subject.motor.load;
+        (load.cogging_nm, load.cogging_periods, load.cogging_phase) = (v[0], v[1], v[2]);
+    },
+};
+
+pub(super) static PERIODIC_LOAD: Kind = Kind {
+    name: "periodic_load",
+    parameters: &["amplitude_nm", "frequency_hz", "phase_rad"],
+    group: "periodic",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| {
+        let frequency = log_range(rng, 0.1, 3.0) / n.tau;
+        vec![
+            log_range(rng, 0.005, 0.15) * n.torque,
+            frequency,
+            rng.random_range(-3.0..3.0),
+        ]
+    },
+    put: |v, _, _, subject| {
+        let load = &mut subject.motor.load;
+        (load.periodic_nm, load.periodic_hz, load.periodic_phase) = (v[0], v[1], v[2]);
+    },
+};
+
+pub(super) static BACKLASH: Kind = Kind {
+    name: "backlash",
+    parameters: &["gap_rad", "load_share"],
+    group: "train",
+    needs_tacho: false,
+    has_other_form: true,
+    draw: |rng, n| {
+        vec![
+            log_range(rng, 0.005, 0.8) * n.speed * n.tau,
+            rng.random_range(0.15..0.6),
+        ]
+    },
+    put: |v, shape, n, subject| {
+        // Teeth far stiffer than the motor: they catch the load without a rebound, or, in the other form, throw it back.
+        // Friction acts on the motor's side, as in the library.
+        let split = Split {
+            inertia: v[1],
+            viscous: 0.0,
+        };
+        let damping_ratio = shape.map_or(1.0, |shape| 0.8 - 0.4 * shape);
+        let (reduced, rate) = (subject.motor.inertia * v[1] * (1.0 - v[1]), 150.0 / n.tau);
+        let stiffness = reduced * rate.powi(2);
+        subject.motor.train = Train::Play {
+            split,
+            gap_rad: v[0],
+            stiffness,
+            damping: 2.0 * damping_ratio * reduced * rate,
+        };
+        // Referred to the shaft of the encoder, an encoder at the load means a gear ratio of 1.
+        subject.encoder_at_load = n.gear_ratio == 1.0;
+    },
+};
+
+pub(super) static FLEXIBLE_COUPLING: Kind = Kind {
+    name: "flexible_coupling",
+    parameters: &["stiffness_nm_per_rad", "damping", "load_share"],
+    group: "train",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| {
+        let share = rng.random_range(0.2..0.7);
+        let inertia = n.inertia * share * (1.0 - share);
+        let frequency = log_range(rng, 3.0, 30.0) / n.tau;
+        let damping = 2.0 * rng.random_range(0.02..0.2) * frequency * inertia;
+        vec![inertia * frequency.powi(2), damping, share]
+    },
+    put: |v, _, _, subject| {
+        let split = Split {
+            inertia: v[2],
+            viscous: 0.0,
+        };
+        subject.motor.train = Train::Flexible {
+            split,
+            stiffness: v[0],
+            damping: v[1],
+        };
+    },
+};

@@ -1,0 +1,134 @@
+//! What can be hidden: every effect of the library, drawn from barely visible to large, put into the truth.
+//!
+//! Nothing here touches the library's own code or bounds: names and parameter conventions alone are shared, because the
+//! answer has to be compared. Sizes are relative to the motor's natural scales.
+
+mod drive;
+mod friction;
+mod load;
+mod motor;
+mod sensor;
+
+use super::base::Natural;
+use crate::synthetic::reference_plant::{Motor, Tacho};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// The motor with its sensor, under construction.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// The truth.
+    pub motor: Motor,
+    /// Scale of everything that is read from the encoder or tacho.
+    pub reading_scale: f64,
+    /// Added to the speed reading, rad/s.
+    pub reading_offset: f64,
+    /// The encoder sits at the load.
+    pub encoder_at_load: bool,
+}
+
+impl Subject {
+    fn tacho(&mut self) -> &mut Tacho {
+        self.motor.tacho.get_or_insert_with(Tacho::default)
+    }
+}
+
+/// One kind of effect.
+#[derive(Debug)]
+pub struct Kind {
+    /// Published name.
+    pub name: &'static str,
+    /// Names of its parameters, in the order of the values.
+    pub parameters: &'static [&'static str],
+    /// Two of the same group never hide together: they exclude each other, or no data could part them.
+    pub group: &'static str,
+    /// Whether it lives in a tacho, so that the speed cannot come from encoder differences.
+    pub needs_tacho: bool,
+    /// Whether the truth can take a form that resembles the library's but is not it.
+    pub has_other_form: bool,
+    /// Draws the values.
+    pub draw: fn(&mut ChaCha8Rng, &Natural) -> Vec<f64>,
+    /// Puts them into the subject. `shape` 0 … 1: in a form that resembles the library's but is not it; `None`: exactly
+    /// the library's form.
+    pub put: fn(&[f64], Option<f64>, &Natural, &mut Subject),
+}
+
+/// A hidden effect.
+#[derive(Clone, Debug)]
+pub struct Hidden {
+    /// What.
+    pub kind: &'static Kind,
+    /// Its parameters.
+    pub values: Vec<f64>,
+    /// See [`Kind::put`].
+    pub shape: Option<f64>,
+}
+
+impl Hidden {
+    /// Puts the effect into the subject.
+    pub fn put_into(&self, natural: &Natural, subject: &mut Subject) {
+        (self.kind.put)(&self.values, self.shape, natural, subject);
+    }
+
+    /// Whether the truth has the library's form.
+    pub fn form_in_library(&self) -> bool {
+        self.shape.is_none()
+    }
+}
+
+fn sign(rng: &mut ChaCha8Rng) -> f64 {
+    if rng.random_bool(0.5) { 1.0 } else { -1.0 }
+}
+
+/// A ratio that no tolerance covers: beyond 4.5 of them, up to a factor of 2.
+fn wrong_ratio(rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<f64> {
+    let size = rng.random_range((4.5 * natural.tolerance).ln_1p()..2.0_f64.ln());
+    vec![(sign(rng) * size).exp()]
+}
+
+/// Two magnitudes that differ by 25 to 60 %.
+fn unequal(rng: &mut ChaCha8Rng, value: f64) -> Vec<f64> {
+    let other = value * rng.random_range(0.4..0.75);
+    if rng.random_bool(0.5) {
+        vec![value, other]
+    } else {
+        vec![other, value]
+    }
+}
+
+/// Every effect that can hide. A seed draws by the place in this list.
+pub static KINDS: [&Kind; 33] = [
+    &drive::DEAD_ZONE,
+    &drive::DEAD_ZONE_ASYMMETRIC,
+    &drive::VOLTAGE_SATURATION,
+    &drive::DRIVE_GAIN,
+    &drive::VOLTAGE_OFFSET,
+    &drive::TRANSPORT_DELAY,
+    &drive::ACTUATOR_LAG,
+    &drive::VOLTAGE_DROP,
+    &drive::SUPPLY_SAG,
+    &drive::CURRENT_LIMIT,
+    &motor::RESISTANCE,
+    &motor::MOTOR_GAIN,
+    &motor::INERTIA,
+    &motor::VISCOUS_FRICTION,
+    &motor::THERMAL_RESISTANCE,
+    &motor::KT_SATURATION,
+    &friction::COULOMB_FRICTION,
+    &friction::COULOMB_ASYMMETRIC,
+    &friction::STRIBECK_FRICTION,
+    &friction::LOAD_DEPENDENT_FRICTION,
+    &friction::VISCOUS_ASYMMETRIC,
+    &friction::QUADRATIC_DRAG,
+    &load::CONSTANT_LOAD,
+    &load::GRAVITY,
+    &load::COGGING,
+    &load::PERIODIC_LOAD,
+    &load::BACKLASH,
+    &load::FLEXIBLE_COUPLING,
+    &sensor::ENCODER_SCALE,
+    &sensor::SPEED_SATURATION,
+    &sensor::SENSOR_LAG,
+    &sensor::SENSOR_RECTIFIED,
+    &sensor::SENSOR_OFFSET,
+];

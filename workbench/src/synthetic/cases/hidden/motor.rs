@@ -1,0 +1,87 @@
+//! Motors that are not as their model file says.
+
+use super::{Kind, wrong_ratio};
+use crate::synthetic::cases::base::log_range;
+use crate::synthetic::reference_plant::Thermal;
+use rand::RngExt;
+
+pub(super) static RESISTANCE: Kind = Kind {
+    name: "resistance",
+    parameters: &["ratio"],
+    group: "base",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: wrong_ratio,
+    put: |v, _, _, subject| subject.motor.resistance_ohm *= v[0],
+};
+
+pub(super) static MOTOR_GAIN: Kind = Kind {
+    name: "motor_gain",
+    parameters: &["ratio"],
+    group: "base",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: wrong_ratio,
+    put: |v, _, _, subject| {
+        subject.motor.torque_constant *= v[0];
+        subject.motor.emf_constant *= v[0];
+    },
+};
+
+pub(super) static INERTIA: Kind = Kind {
+    name: "inertia",
+    parameters: &["ratio"],
+    group: "base",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: wrong_ratio,
+    put: |v, _, _, subject| subject.motor.inertia *= v[0],
+};
+
+pub(super) static VISCOUS_FRICTION: Kind = Kind {
+    name: "viscous_friction",
+    parameters: &["ratio"],
+    group: "base",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| {
+        // b is often wrong by a factor.
+        let size = rng.random_range((4.5 * n.tolerance).ln_1p()..5.0_f64.ln());
+        vec![(if rng.random_bool(0.7) { size } else { -size }).exp()]
+    },
+    put: |v, _, _, subject| subject.motor.viscous = subject.motor.viscous.map(|b| b * v[0]),
+};
+
+pub(super) static THERMAL_RESISTANCE: Kind = Kind {
+    name: "thermal_resistance",
+    parameters: &["rise_per_w", "time_constant_s"],
+    group: "thermal",
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| {
+        let power = 0.1 * n.volts * n.current;
+        vec![
+            log_range(rng, 0.05, 1.0) / power,
+            log_range(rng, 5.0, 150.0) * n.tau,
+        ]
+    },
+    put: |v, _, _, subject| {
+        subject.motor.thermal = Some(Thermal {
+            rise_per_w: v[0],
+            time_constant_s: v[1],
+        });
+    },
+};
+
+pub(super) static KT_SATURATION: Kind = Kind {
+    name: "kt_saturation",
+    parameters: &["knee_a"],
+    group: "kt",
+    needs_tacho: false,
+    has_other_form: true,
+    draw: |rng, n| vec![log_range(rng, 0.5, 5.0) * n.current],
+    put: |v, shape, _, subject| {
+        subject.motor.torque_knee_a = v[0];
+        subject.motor.torque_knee_order = shape.map_or(1.0, |shape| 0.4 + 0.4 * shape);
+    },
+};

@@ -1,0 +1,36 @@
+//! The weight of an arm on the load.
+
+use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use crate::system::plant::physics::{Acts, Motion, TorqueLaw};
+
+/// The effect.
+pub const EFFECT: Effect = Effect {
+    name: "gravity",
+    summary: "the weight of an arm",
+    equation: "T = −(mgl/N)·sin(θ/N + phase), N = gear ratio",
+    source: "Spong, Hutchinson, Vidyasagar: Robot Modeling and Control, 2006",
+    signature: "missing torque is one sine per turn of the load",
+    confusable_with: &["constant_load", "cogging"],
+    separated_by: "slow motion over a full turn of the load",
+    parameters: &[
+        Parameter::new("mgl_nm", "N m", Scale::Torque, 0.0, 60.0),
+        Parameter::new("phase_rad", "rad", Scale::One, -9.5, 9.5),
+    ],
+    starts: Starts::GravityScan,
+    axis: Axis::Rotary,
+    family: Family::Own("gravity"),
+    form: Form::Plain,
+    apply: |p, plant| {
+        let parameters = [p[0], p[1], 0.0];
+        plant.torques.push(TorqueLaw {
+            torque,
+            parameters,
+            acts: Acts::Load,
+        });
+    },
+};
+
+fn torque(p: &[f64; 3], motion: &Motion) -> f64 {
+    let middle = 0.5 * (motion.theta + motion.theta_next);
+    -p[0] / motion.gear_ratio * (middle / motion.gear_ratio + p[1]).sin()
+}

@@ -1,0 +1,293 @@
+//! The model that is compared with a log: base motor, tolerances, sensors, and the effects it already contains.
+
+mod keys;
+mod read;
+
+pub use keys::{NAMED, STANDING};
+pub use read::{parse, read};
+
+use crate::system::effects::{self, Effect};
+use crate::system::plant::physics::Physics;
+use std::collections::BTreeMap;
+
+/// Relative tolerance (1 σ) of a parameter for which the file declares none.
+pub const DEFAULT_TOLERANCE: f64 = 0.05;
+
+/// The equations of the base, with their parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// L di/dt = u − R i − Ke ω; J dω/dt = Kt i − b ω.
+    DcMotor {
+        /// Winding resistance, Ω.
+        r_ohm: f64,
+        /// Winding inductance, H; 0: neglected.
+        l_h: f64,
+        /// Torque constant, N m/A.
+        kt_nm_per_a: f64,
+        /// Back-EMF constant, V s/rad.
+        ke_vs_per_rad: f64,
+        /// Total inertia, kg m².
+        j_kgm2: f64,
+        /// Viscous friction, N m s/rad.
+        b_nms_per_rad: f64,
+    },
+    /// T dω/dt + ω = gain · u.
+    FirstOrder {
+        /// Steady speed per volt.
+        gain_rad_s_per_v: f64,
+        /// Time constant, s.
+        time_constant_s: f64,
+    },
+    /// J dω/dt = drive_gain · input − viscous · ω (or M dv/dt on a linear axis).
+    Inertia {
+        /// Inertia, kg m², or mass, kg.
+        inertia: f64,
+        /// Viscous friction, N m s/rad or N s/m.
+        viscous: f64,
+        /// Torque or force per unit of input.
+        drive_gain: f64,
+        /// True: the file gave `mass_kg`.
+        linear: bool,
+    },
+}
+
+/// An effect that the model already contains.
+#[derive(Clone, Debug)]
+pub struct Known {
+    /// The effect.
+    pub effect: &'static Effect,
+    /// Its parameters in the effect's own order.
+    pub values: Vec<f64>,
+    /// Their standard deviations where the file gives them (`NAME_std`).
+    pub stds: Vec<Option<f64>>,
+    /// Where it came from.
+    pub origin: Option<String>,
+}
+
+/// Which side of the gear carries the encoder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// The motor's shaft.
+    #[default]
+    Motor,
+    /// The load's shaft (also written `output`).
+    Load,
+}
+
+/// `[encoder]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Encoder {
+    /// Counts per turn after ×4 decoding.
+    pub counts_per_rev: f64,
+    /// Where it sits.
+    pub side: Side,
+}
+
+/// How the logged speed came about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SpeedSensor {
+    /// Mean over a window centred on the row's time.
+    EncoderDifferenceCentred,
+    /// Mean over the window that ends at the row's time.
+    EncoderDifferenceCausal,
+    /// Instantaneous.
+    AnalogTacho,
+    /// Not known: taken as instantaneous.
+    #[default]
+    Unknown,
+}
+
+/// `[sensors]`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sensors {
+    /// How the speed came about.
+    pub speed: SpeedSensor,
+    /// The window over which it is a mean, s.
+    pub speed_window_s: f64,
+    /// Whether `i_a` is logged (informative; the columns decide).
+    pub current_logged: Option<bool>,
+    /// Whether `vbus_v` is logged (informative; the columns decide).
+    pub vbus_logged: Option<bool>,
+}
+
+/// The model file.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// File name, for messages.
+    pub source: String,
+    /// The file's text: an extended model keeps its comments.
+    pub source_text: String,
+    /// The base.
+    pub kind: Kind,
+    /// Turns of the encoder's shaft per turn of the load.
+    pub gear_ratio: f64,
+    /// Tolerance of parameters that are not in `tolerances`.
+    pub default_tolerance: f64,
+    /// Relative tolerances (1 σ) by key.
+    pub tolerances: BTreeMap<String, f64>,
+    /// Nominal supply, V.
+    pub supply_nominal_v: Option<f64>,
+    /// Known limit of the drive, V.
+    pub supply_limit_v: Option<f64>,
+    /// The encoder, if declared.
+    pub encoder: Option<Encoder>,
+    /// How the speed came about.
+    pub sensors: Sensors,
+    /// Informative sample rate, Hz.
+    pub sample_hz: Option<f64>,
+    /// Effects that the model already contains.
+    pub known: Vec<Known>,
+    /// True: the values are the best linear fit to the log and are refitted together with any effect.
+    pub fitted_to_log: bool,
+    /// Every key whose value is a text, as (section, key, value): kept, and written again.
+    pub texts: Vec<(String, String, String)>,
+}
+
+impl Kind {
+    /// Sets a parameter by key. Unknown keys change nothing.
+    pub fn set(&mut self, key: &str, value: f64) {
+        match (self, key) {
+            (Kind::DcMotor { r_ohm, .. }, "R_ohm") => *r_ohm = value,
+            (Kind::DcMotor { l_h, .. }, "L_h") => *l_h = value,
+            (Kind::DcMotor { kt_nm_per_a, .. }, "Kt_nm_per_a") => *kt_nm_per_a = value,
+            (Kind::DcMotor { ke_vs_per_rad, .. }, "Ke_vs_per_rad") => *ke_vs_per_rad = value,
+            (Kind::DcMotor { j_kgm2, .. }, "J_kgm2") => *j_kgm2 = value,
+            (Kind::DcMotor { b_nms_per_rad, .. }, "b_nms_per_rad") => *b_nms_per_rad = value,
+            (Kind::FirstOrder { gain_rad_s_per_v, .. }, "gain_rad_s_per_v") => *gain_rad_s_per_v = value,
+            (Kind::FirstOrder { time_constant_s, .. }, "time_constant_s") => *time_constant_s = value,
+            (Kind::Inertia { inertia, .. }, "mass_kg" | "inertia_kgm2") => *inertia = value,
+            (Kind::Inertia { viscous, .. }, "viscous") => *viscous = value,
+            (Kind::Inertia { drive_gain, .. }, "drive_gain") => *drive_gain = value,
+            _ => {}
+        }
+    }
+}
+
+impl Model {
+    /// The base parameters by key, in the file's order.
+    pub fn parameters(&self) -> Vec<(&'static str, f64)> {
+        match self.kind {
+            Kind::DcMotor {
+                r_ohm,
+                l_h,
+                kt_nm_per_a,
+                ke_vs_per_rad,
+                j_kgm2,
+                b_nms_per_rad,
+            } => vec![
+                ("R_ohm", r_ohm),
+                ("L_h", l_h),
+                ("Kt_nm_per_a", kt_nm_per_a),
+                ("Ke_vs_per_rad", ke_vs_per_rad),
+                ("J_kgm2", j_kgm2),
+                ("b_nms_per_rad", b_nms_per_rad),
+            ],
+            Kind::FirstOrder {
+                gain_rad_s_per_v,
+                time_constant_s,
+            } => {
+                vec![
+                    ("gain_rad_s_per_v", gain_rad_s_per_v),
+                    ("time_constant_s", time_constant_s),
+                ]
+            }
+            Kind::Inertia {
+                inertia,
+                viscous,
+                drive_gain,
+                linear,
+            } => {
+                let key = if linear { "mass_kg" } else { "inertia_kgm2" };
+                vec![(key, inertia), ("viscous", viscous), ("drive_gain", drive_gain)]
+            }
+        }
+    }
+
+    /// Sets a base parameter by key. Unknown keys change nothing.
+    pub fn set_parameter(&mut self, key: &str, value: f64) {
+        self.kind.set(key, value);
+    }
+
+    /// Relative tolerance (1 σ) of a base parameter.
+    pub fn tolerance(&self, key: &str) -> f64 {
+        self.tolerances
+            .get(key)
+            .copied()
+            .unwrap_or(self.default_tolerance)
+    }
+
+    /// True on a linear axis.
+    pub fn linear(&self) -> bool {
+        matches!(self.kind, Kind::Inertia { linear: true, .. })
+    }
+
+    /// The base without any effect, not even the known ones.
+    ///
+    /// A first-order model is the motor with R = 1 Ω, Kt = Ke = 1/gain, J = T/gain², b = 0: its torques count in that
+    /// motor's unit, in which a torque times the gain is a voltage.
+    pub fn base(&self) -> Physics {
+        self.base_of(&self.kind)
+    }
+
+    /// The same with another set of base parameters.
+    pub fn base_of(&self, kind: &Kind) -> Physics {
+        let mut plant = match *kind {
+            Kind::DcMotor {
+                r_ohm,
+                l_h,
+                kt_nm_per_a,
+                ke_vs_per_rad,
+                j_kgm2,
+                b_nms_per_rad,
+            } => Physics::linear_motor(r_ohm, l_h, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad),
+            Kind::FirstOrder {
+                gain_rad_s_per_v: gain,
+                time_constant_s,
+            } => Physics::linear_motor(
+                1.0,
+                0.0,
+                1.0 / gain,
+                1.0 / gain,
+                time_constant_s / (gain * gain),
+                0.0,
+            ),
+            Kind::Inertia {
+                inertia,
+                viscous,
+                drive_gain,
+                ..
+            } => Physics::inertia(inertia, viscous, drive_gain),
+        };
+        plant.gear_ratio = self.gear_ratio;
+        plant.supply_v = self.supply_nominal_v.unwrap_or(f64::INFINITY);
+        plant.limit = self.supply_limit_v.unwrap_or(f64::INFINITY);
+        plant.encoder_at_load = self.encoder.is_some_and(|encoder| encoder.side == Side::Load);
+        plant
+    }
+
+    /// The plant that the model describes, known effects included.
+    pub fn physics(&self) -> Physics {
+        let mut plant = self.base();
+        for known in &self.known {
+            (known.effect.apply)(&known.values, &mut plant);
+        }
+        plant
+    }
+
+    /// How sure the gap workflow was of the name of a known effect; `None`: a person has written it.
+    pub fn standing(&self, effect: &str) -> Option<&str> {
+        let section = format!("known.{effect}");
+        let mut texts = self.texts.iter();
+        let found = texts.find(|(place, key, _)| *place == section && key == STANDING);
+        found.map(|(_, _, standing)| standing.as_str())
+    }
+
+    /// Name of a parameter on this axis (`_nm` reads `_n` on a linear axis).
+    pub fn key_on_axis(&self, name: &str) -> String {
+        if self.linear() {
+            effects::linear_key(name)
+        } else {
+            name.to_owned()
+        }
+    }
+}
