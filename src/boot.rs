@@ -2,10 +2,10 @@
 
 use crate::board::{self, AXES};
 use core::mem::MaybeUninit;
-use servo::joint::{Joint, Order};
+use servo::axis::servo_axis::{Joint, Order};
+use servo::link::protocol::ResetCause;
 use servo::protect::Notice;
-use servo::protocol::ResetCause;
-use servo::saving::Archive;
+use servo::store::saving::Archive;
 use servo::store::{Found, StoredParameters};
 
 /// Reads the store into the archive. A set that this board cannot run counts as unreadable: it is reported, not mended.

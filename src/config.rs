@@ -6,7 +6,7 @@
 use crate::optional::Optional;
 use serde::{Deserialize, Serialize};
 
-/// One joint in SI units. The host reads it from `axis.toml`; it reaches the chip in [`crate::protocol::Command::Configure`].
+/// One joint in SI units. The host reads it from `axis.toml`; it reaches the chip in [`crate::link::protocol::Command::Configure`].
 /// Single precision: only `+ − × ÷` and comparisons touch it, which round alike on every IEEE 754 machine, so the
 /// fixed-point parameters built from it are the same bits on host and chip.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -114,13 +114,13 @@ pub enum Field {
     Gain,
     /// [`crate::identify::estimate::Estimates::time_constant`], control ticks.
     TimeConstant,
-    /// [`crate::excitation::Waveform::amplitude_v`].
+    /// [`crate::motion::excitation::Waveform::amplitude_v`].
     ExcitationAmplitude,
-    /// [`crate::excitation::Waveform::from_hz`].
+    /// [`crate::motion::excitation::Waveform::from_hz`].
     ExcitationFrom,
-    /// [`crate::excitation::Waveform::to_hz`].
+    /// [`crate::motion::excitation::Waveform::to_hz`].
     ExcitationTo,
-    /// [`crate::excitation::Waveform::duration_ms`], s.
+    /// [`crate::motion::excitation::Waveform::duration_ms`], s.
     ExcitationDuration,
     /// [`Config::supply_low_v`].
     SupplyLow,

@@ -13,31 +13,20 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-pub mod answer;
 pub mod axis;
-pub mod capture;
-mod checksum;
 pub mod commission;
 pub mod compensate;
 pub mod config;
 pub mod control;
-pub mod design;
 pub mod drivers;
 pub mod encoder;
-pub mod excitation;
 pub mod identify;
-pub mod joint;
 pub mod link;
-pub mod operate;
+pub mod motion;
 pub mod optional;
 pub mod protect;
-pub mod protocol;
 pub mod pwm;
 pub mod record;
-pub mod referencing;
 pub mod sample;
-pub mod saving;
 pub mod store;
-pub mod stream;
-pub mod trajectory;
 pub mod units;

@@ -38,11 +38,11 @@ mod app {
     use crate::tick::{self, Control, Ends, Telemetry};
     use core::mem::MaybeUninit;
     use heapless::spsc::{Consumer, Producer, Queue};
-    use servo::capture::{EMPTY, Ring};
+    use servo::axis::servo_axis::{Joint, Order};
     use servo::drivers::flash::ParameterFlash;
-    use servo::joint::{Joint, Order};
-    use servo::protocol::Message;
-    use servo::saving::{Archive, Job, Report};
+    use servo::link::capture::{EMPTY, Ring};
+    use servo::link::protocol::Message;
+    use servo::store::saving::{Archive, Job, Report};
 
     /// Commands on their way from the link to the control interrupt, with sequence number and axis.
     type Orders = Queue<(u16, u8, Order), 2>;

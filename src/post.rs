@@ -2,9 +2,9 @@
 
 use crate::board;
 use heapless::spsc::{Consumer, Producer};
-use servo::joint::Order;
-use servo::link::{Inbox, Incoming, refusal};
-use servo::protocol::{Command, FRAME_CAPACITY, Message, Refusal, Request, encode};
+use servo::axis::servo_axis::Order;
+use servo::link::inbox::{Inbox, Incoming, refusal};
+use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Refusal, Request, encode};
 
 /// Bytes taken from the line in one go; the rest waits for the next tick.
 const BYTES_AT_ONCE: usize = 2 * FRAME_CAPACITY;

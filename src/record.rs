@@ -1,7 +1,7 @@
 //! The telemetry record: what one control tick saw, thought and did. One struct for image, host and tests.
 
+use crate::motion::referencing::Referenced;
 use crate::protect::Fault;
-use crate::referencing::Referenced;
 use crate::sample::Bridge;
 use serde::{Deserialize, Serialize};
 

@@ -2,12 +2,12 @@
 
 use crate::board::{self, AXES};
 use heapless::spsc::{Consumer, Producer};
-use servo::capture::{Capture, Ring};
-use servo::joint::{Joint, Order};
+use servo::axis::servo_axis::{Joint, Order};
+use servo::link::capture::{Capture, Ring};
+use servo::link::protocol::{CAPTURE_PIECE, Command, Message, Refusal, ResetCause};
 use servo::protect::{Notice, Permit};
-use servo::protocol::{CAPTURE_PIECE, Command, Message, Refusal, ResetCause};
 use servo::record::Record;
-use servo::saving::{Job, Report, Saving, Step};
+use servo::store::saving::{Job, Report, Saving, Step};
 use servo::store::{AtRest, Found};
 
 /// Before any axis is configured: as the board starts.

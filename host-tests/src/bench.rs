@@ -3,7 +3,7 @@
 
 use crate::families::Plant;
 use servo::axis::{Axis, Bridge, Output, Refusal, Sample, State};
-use servo::protocol::Command;
+use servo::link::protocol::Command;
 use std::collections::VecDeque;
 use truing::synthetic::reference_plant::{Converter, Encoder, Reading, Simulator};
 

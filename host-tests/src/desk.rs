@@ -4,13 +4,13 @@
 //! speed follows the voltage beyond a dead zone with one time constant (exact for a constant voltage), an open bridge
 //! lets it coast, the encoder counts whole counts.
 
+use servo::axis::servo_axis::{Joint, Order};
 use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
-use servo::joint::{Joint, Order};
-use servo::link::{Inbox, Incoming};
+use servo::link::inbox::{Inbox, Incoming};
+use servo::link::protocol::{Command, Message, Refusal, Request};
 use servo::optional::Optional;
 use servo::protect::Notice;
-use servo::protocol::{Command, Message, Refusal, Request};
 use servo::store::AxisParameters;
 
 /// Dead zone of the motor, share of the full duty.

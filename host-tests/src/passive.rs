@@ -7,9 +7,9 @@ use crate::tracking::{Left, commission};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::identify::estimate::{EstimatesReport, Reason, Reported};
+use servo::link::protocol::Command;
 use servo::optional::Optional;
 use servo::protect::Fault;
-use servo::protocol::Command;
 use std::f64::consts::TAU;
 
 /// Frequencies of the swings, Hz.

@@ -11,8 +11,8 @@ use servo::control::Tuning;
 use servo::identify::estimate::{
     Estimate, Estimates, GAIN_FRAC, Mechanism, Standing, TIME_FRAC, VOLTAGE_FRAC,
 };
+use servo::link::protocol::Command;
 use servo::protect::Fault;
-use servo::protocol::Command;
 use std::f64::consts::TAU;
 
 /// Where the loops' knowledge comes from.

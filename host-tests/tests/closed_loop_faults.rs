@@ -4,8 +4,8 @@ use host_tests::bench::Bench;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::tracking::exact;
 use servo::axis::{Bridge, Refusal, Sample};
+use servo::link::protocol::Command;
 use servo::protect::Fault;
-use servo::protocol::Command;
 use std::f64::consts::TAU;
 
 const TICK_HZ: u32 = 10_000;

@@ -1,7 +1,7 @@
 //! Set-points: the integers follow the equations, and nothing jumps.
 
 use servo::control::Reference;
-use servo::trajectory::{Cruise, Limits, Move, SIN_ERROR, Sine, sin_cos};
+use servo::motion::trajectory::{Cruise, Limits, Move, SIN_ERROR, Sine, sin_cos};
 use servo::units::{Position, Speed};
 use std::f64::consts::TAU;
 

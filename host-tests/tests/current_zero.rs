@@ -2,7 +2,7 @@
 
 use host_tests::desk::{self, Desk};
 use servo::axis::{self, Sample};
-use servo::protocol::{Command, FRAME_CAPACITY, Refusal, encode};
+use servo::link::protocol::{Command, FRAME_CAPACITY, Refusal, encode};
 use truing::console::input_error::InputError;
 use truing::device::link::{Client, Wire, current_text};
 

@@ -6,8 +6,8 @@ use host_tests::faults::trial::Trial;
 use host_tests::faults::world::Injury;
 use host_tests::tracking::knowing;
 use servo::encoder::Standstill;
+use servo::link::protocol::Command;
 use servo::protect::{Fault, Settings};
-use servo::protocol::Command;
 use servo::units::Speed;
 use truing::synthetic::reference_plant::Train;
 

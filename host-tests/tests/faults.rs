@@ -10,10 +10,10 @@ use host_tests::tracking::exact;
 use host_tests::virtual_motor::VirtualMotor;
 use servo::axis::{Axis, Bridge};
 use servo::config::Scale;
+use servo::link::protocol::Command;
 use servo::protect::{
     Action, Actions, Expectation, Fault, Input, Means, Params, Settings, SettingsError, State, Thermal,
 };
-use servo::protocol::Command;
 use servo::units::{Speed, Voltage};
 use truing::console::input_error::InputError;
 use truing::device::link::Lockstep;

@@ -13,7 +13,7 @@ use servo::compensate::Compensator;
 use servo::config::Scale;
 use servo::identify::estimate::{Estimates, Reason, Standing};
 use servo::identify::passive::{Params, State};
-use servo::protocol::Command;
+use servo::link::protocol::Command;
 use servo::record::{Advisory, Record, Source};
 
 /// A board that is told voltages, with the passive identification listening.

@@ -2,7 +2,7 @@
 //! stays behind.
 
 use host_tests::exec_bench::{ExecBench, Said, send};
-use servo::protocol::Command;
+use servo::link::protocol::Command;
 use std::time::{Duration, Instant};
 use truing::device::axis_file;
 use truing::device::run_log::Tape;

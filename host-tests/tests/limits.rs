@@ -7,10 +7,10 @@ use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::tracking::{feed_forward, knowing};
 use servo::axis::{Output, Refusal};
 use servo::config::{Config, ConfigError, Field};
-use servo::excitation::{Sweep, Waveform};
+use servo::link::protocol::Command;
+use servo::motion::excitation::{Sweep, Waveform};
 use servo::optional::Optional;
 use servo::protect::Fault;
-use servo::protocol::Command;
 use servo::record::{Activity, Limit};
 use std::f64::consts::TAU;
 
@@ -136,7 +136,7 @@ fn speeds_and_streams_keep_them() {
     for number in 0..400u32 {
         if number % 40 == 0 {
             let position_rad = if number % 80 == 0 { 1.5 } else { -1.5 };
-            let point = servo::stream::Point {
+            let point = servo::motion::stream::Point {
                 position_rad,
                 speed_rad_s: 0.0,
                 acceleration_rad_s2: None,

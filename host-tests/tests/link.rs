@@ -7,13 +7,13 @@ use proptest::prelude::*;
 use servo::axis::{Bridge, Output};
 use servo::config::Config;
 use servo::control::Tuning;
-use servo::excitation::{Sweep, Waveform};
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing};
+use servo::link::protocol::{Command, FRAME_CAPACITY, Frame, Message, Refusal, Request, VERSION, encode};
+use servo::motion::excitation::{Sweep, Waveform};
+use servo::motion::stream::Point;
 use servo::optional::Optional;
 use servo::protect::Settings;
-use servo::protocol::{Command, FRAME_CAPACITY, Frame, Message, Refusal, Request, VERSION, encode};
 use servo::store::AxisParameters;
-use servo::stream::Point;
 
 /// Frames by the book: split at zeros, undo COBS, divide the polynomial bit by bit, look at version and content.
 mod oracle {
@@ -437,7 +437,7 @@ fn every_command() -> Vec<Command> {
         Command::Speed(20.0),
         Command::Voltage(-3.0),
         Command::CaptureArm {
-            trigger: servo::capture::Trigger::Fault,
+            trigger: servo::link::capture::Trigger::Fault,
             before: 512,
         },
         Command::CaptureRead { from: 5 },

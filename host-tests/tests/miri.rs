@@ -7,12 +7,12 @@ use host_tests::power_cut::sets::set;
 use host_tests::power_cut::suite::{Store, loaded, save};
 use servo::axis::Bridge;
 use servo::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Standing, TIME_FRAC, VOLTAGE_FRAC};
-use servo::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Request, encode};
+use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Request, encode};
 
 /// Miri takes some thousand times as long.
 const SHARE: u32 = if cfg!(miri) { 1 } else { 20 };
 
-fn send(desk: &mut Desk, number: u16, command: Command) -> Result<(), servo::protocol::Refusal> {
+fn send(desk: &mut Desk, number: u16, command: Command) -> Result<(), servo::link::protocol::Refusal> {
     let mut buffer = [0; FRAME_CAPACITY];
     let bytes = encode(number, Request { axis: 0, command }, &mut buffer).expect("fits");
     match desk.receive(bytes)[..] {

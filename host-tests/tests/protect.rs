@@ -1,10 +1,10 @@
 //! Protection beside the motor: the table of actions, and what the image tells the joint.
 
 use host_tests::desk::config;
+use servo::axis::servo_axis::{Joint, Order};
 use servo::axis::{self, Bridge, Sample};
-use servo::joint::{Joint, Order};
+use servo::link::protocol::{Command, Refusal};
 use servo::protect::{Action, Actions, Fault, Forbidden, Notice, Permit};
-use servo::protocol::{Command, Refusal};
 use servo::record::Activity;
 
 const STANDING: Sample = Sample {

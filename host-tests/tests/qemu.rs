@@ -4,8 +4,8 @@
 use clap::Parser;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::{compare, qemu, session};
-use servo::capture::{LENGTH, Shot, Stage, Trigger};
-use servo::protocol::Command;
+use servo::link::capture::{LENGTH, Shot, Stage, Trigger};
+use servo::link::protocol::Command;
 use servo::record::Activity;
 use std::path::Path;
 use truing::cli::Cli;

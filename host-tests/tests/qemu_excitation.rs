@@ -3,7 +3,7 @@
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::{compare, qemu, truing};
 use serde_json::Value;
-use servo::excitation::{Sweep, Waveform};
+use servo::motion::excitation::{Sweep, Waveform};
 use servo::record::Activity;
 use std::path::Path;
 use truing::device::session::{Done, Task};

@@ -5,7 +5,7 @@ use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severi
 use host_tests::firmware::qemu_four_axes;
 use host_tests::virtual_motor::VirtualMotor;
 use servo::axis::Bridge;
-use servo::protocol::{Command, Message};
+use servo::link::protocol::{Command, Message};
 use servo::record::{Activity, Record};
 use truing::device::link::{Client, Lockstep};
 use truing::device::motor::Motor;

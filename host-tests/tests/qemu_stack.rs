@@ -74,12 +74,12 @@ fn the_stack_is_as_deep_as_documented() {
     });
     let mut faulted = false;
     let mut heed = |message| {
-        if let servo::protocol::Message::Telemetry { record, .. } = message {
+        if let servo::link::protocol::Message::Telemetry { record, .. } = message {
             faulted |= record.activity == Activity::Faulted;
         }
     };
     again
-        .command(servo::protocol::Command::Subscribe { every: 1 }, &mut heed)
+        .command(servo::link::protocol::Command::Subscribe { every: 1 }, &mut heed)
         .expect("subscribed");
     for _ in 0..20 {
         again.turn(&mut heed).expect("a turn");

@@ -4,10 +4,10 @@
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::{compare, qemu};
 use host_tests::virtual_motor::VirtualMotor;
+use servo::link::protocol::{Command, Message};
+use servo::motion::stream::Point;
 use servo::optional::Optional;
-use servo::protocol::{Command, Message};
 use servo::record::{Activity, Advisory, Record};
-use servo::stream::Point;
 use std::f64::consts::TAU;
 use truing::cli::profile;
 use truing::device::link::{Client, Lockstep};

@@ -4,9 +4,9 @@ use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severi
 use host_tests::firmware::qemu_two_axes;
 use host_tests::virtual_motor::VirtualMotor;
 use servo::axis::Bridge;
-use servo::capture::Trigger;
 use servo::commission::Outcome;
-use servo::protocol::{Command, Message};
+use servo::link::capture::Trigger;
+use servo::link::protocol::{Command, Message};
 use servo::record::{Activity, Record};
 use servo::store::{Found, LAYOUT};
 use std::path::Path;

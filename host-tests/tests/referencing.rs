@@ -7,10 +7,10 @@ use host_tests::tracking::exact;
 use servo::axis::{Bridge, Refusal};
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
+use servo::link::protocol::Command;
+use servo::motion::referencing::{Referenced, Referencing};
 use servo::protect::Fault;
-use servo::protocol::Command;
 use servo::record::{Activity, Limit};
-use servo::referencing::{Referenced, Referencing};
 use std::f64::consts::TAU;
 
 fn bench(plant: &Plant, estimates: Option<Estimates>) -> Bench {

@@ -5,7 +5,7 @@ use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::truing;
 use host_tests::serial_line::SerialServo;
 use servo::axis::Bridge;
-use servo::protocol::Command as Order;
+use servo::link::protocol::Command as Order;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;

@@ -4,10 +4,10 @@
 use host_tests::desk::{self, Desk};
 use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
 use host_tests::firmware::power_up;
-use servo::joint::{Joint, Order};
+use servo::axis::servo_axis::{Joint, Order};
+use servo::link::protocol::{Command, Refusal};
 use servo::optional::Optional;
 use servo::protect::{Action, Fault, Thermal};
-use servo::protocol::{Command, Refusal};
 use servo::store::AxisParameters;
 use std::path::Path;
 use truing::device::axis_file;

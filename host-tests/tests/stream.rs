@@ -6,11 +6,11 @@ use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::tracking::knowing;
 use proptest::prelude::*;
 use servo::axis::{Bridge, Output, Refusal};
+use servo::link::protocol::Command;
+use servo::motion::stream::Point;
+use servo::motion::trajectory::Limits;
 use servo::protect::Fault;
-use servo::protocol::Command;
 use servo::record::{Activity, Advisory, Limit};
-use servo::stream::Point;
-use servo::trajectory::Limits;
 use std::f64::consts::TAU;
 use truing::device::waypoints::{self, Knot, Waypoint};
 

@@ -3,9 +3,9 @@
 use super::Bridge;
 use super::state::{Mode, State};
 use crate::control::Reference;
+use crate::motion::stream::{Flow, Step};
+use crate::motion::trajectory::Cruise;
 use crate::record::Limit;
-use crate::stream::{Flow, Step};
-use crate::trajectory::Cruise;
 use crate::units::{Position, Speed, Voltage, limited};
 
 /// Half width of the band around a resting target in which the axis is silent, counts.

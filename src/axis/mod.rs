@@ -1,24 +1,27 @@
 //! One joint. A control tick is [`Axis::step`], and reads as the flow: encoder → speed → identify → control →
 //! compensate → PWM.
 
+mod answer;
+pub mod command;
 mod demand;
+pub mod design;
 mod report;
+pub mod servo_axis;
 mod state;
 
-pub use crate::answer::{Refusal, Report};
+pub use crate::axis::answer::{Refusal, Report};
 use crate::commission;
 use crate::config::{Config, ConfigError, Scale};
 use crate::control::Tuning;
-use crate::design;
 use crate::encoder;
 use crate::identify::passive;
+use crate::motion::referencing::{Finding, Search, Sight};
+use crate::motion::trajectory::Cruise;
 use crate::protect::{self, Action, Fault, Means, Notice, Reading, Settings, SettingsError};
 use crate::pwm;
 use crate::record::{Limit, Record};
-use crate::referencing::{Finding, Search, Sight};
 pub use crate::sample::{Bridge, Sample};
 use crate::store::AxisParameters;
-use crate::trajectory::Cruise;
 use crate::units::{Speed, Voltage, to_fixed};
 pub use demand::HOLD_BAND;
 use demand::{Demand, Meaning};

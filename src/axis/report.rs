@@ -4,10 +4,10 @@ use super::Sample;
 use super::state::{Listener, Mode, State};
 use crate::commission::{self, Outcome};
 use crate::identify::estimate::Estimates;
+use crate::motion::referencing::Referenced;
 use crate::protect::Fault;
 use crate::pwm;
 use crate::record::{self, Activity, Advisory, Record};
-use crate::referencing::Referenced;
 
 impl State {
     /// All that is known of the motor now, with trust and reasons.

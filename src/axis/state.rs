@@ -1,19 +1,19 @@
 //! What an axis remembers, and how it gets from one state of affairs into another.
 
 use super::Axis;
+use crate::axis::design::{self, Design, Knowledge};
 use crate::commission::{self, Outcome, Request};
 use crate::control::{self, Reference};
-use crate::design::{self, Design, Knowledge};
 use crate::encoder;
-use crate::excitation::Excitation;
 use crate::identify::estimate::{Estimates, Reason};
 use crate::identify::passive;
+use crate::motion::excitation::Excitation;
+use crate::motion::referencing::Search;
+use crate::motion::stream::Stream;
+use crate::motion::trajectory::{Cruise, Move, Sine};
 use crate::protect;
 use crate::pwm;
 use crate::record::Limit;
-use crate::referencing::Search;
-use crate::stream::Stream;
-use crate::trajectory::{Cruise, Move, Sine};
 use crate::units::{Position, Voltage};
 
 /// What the axis is doing.

@@ -19,8 +19,8 @@
 
 use super::breakaway::NO_CURRENT;
 use super::{Input, Params, Phase, State};
+use crate::axis::design::counts_per_rad;
 use crate::config::Scale;
-use crate::design::counts_per_rad;
 use crate::identify::estimate::Reason;
 
 /// Travel of the joint that is allowed before an encoder has proved itself, rad: 5°.

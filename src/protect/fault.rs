@@ -116,7 +116,7 @@ pub enum Permit {
     BridgeFault = 2,
 }
 
-/// What the samples of a tick do not show and the image knows; see [`crate::joint::Joint::heed`].
+/// What the samples of a tick do not show and the image knows; see [`crate::axis::servo_axis::Joint::heed`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Notice {
     /// The lines as read in this tick. Give it in every tick: permission is a level, not an event.

@@ -9,7 +9,7 @@
 //!                   → fault, latched → action: open, brake, hold
 //! ```
 //!
-//! A latched fault stays until it is cleared explicitly ([`crate::protocol::Command::Stop`]), and is found anew if its
+//! A latched fault stays until it is cleared explicitly ([`crate::link::protocol::Command::Stop`]), and is found anew if its
 //! cause is still there.
 
 pub mod action;

@@ -14,14 +14,16 @@
 //! - *CRC-32* (IEEE 802.3) covers all that stands before it. The flash library underneath checks the same bytes with a
 //!   different polynomial (Castagnoli), so random bits pass both with a probability of 2⁻⁶⁴.
 
+pub(crate) mod checksum;
 mod layouts;
+pub mod saving;
 
-use crate::checksum::CHECKSUM;
 use crate::config::{Config, ConfigError, Field, within};
 use crate::control::Tuning;
 use crate::identify::estimate::Estimates;
 use crate::protect::{self, Settings, SettingsError};
 use crate::sample::Bridge;
+use crate::store::checksum::CHECKSUM;
 use serde::{Deserialize, Serialize};
 
 /// Axes that one set can hold: as many as one STM32F405 can drive.

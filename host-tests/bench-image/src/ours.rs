@@ -9,8 +9,8 @@ use servo::compensate::{Compensator, SignSource, Smoothing};
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
 use servo::identify::passive;
+use servo::link::protocol::Command;
 use servo::optional::Optional;
-use servo::protocol::Command;
 use servo::record::Activity;
 use servo::units::Voltage;
 

@@ -8,16 +8,16 @@
 use arbitrary::Arbitrary;
 use libfuzzer_sys::fuzz_target;
 use servo::axis::{Bridge, Sample};
-use servo::capture::Trigger;
+use servo::link::capture::Trigger;
 use servo::config::Config;
 use servo::control::Tuning;
-use servo::excitation::{Sweep, Waveform};
+use servo::motion::excitation::{Sweep, Waveform};
 use servo::identify::estimate::{Estimate, Estimates, Standing};
 use servo::optional::Optional;
 use servo::protect::{Notice, Permit, Settings};
-use servo::protocol::{Command, FRAME_CAPACITY, Request, VERSION, encode};
+use servo::link::protocol::{Command, FRAME_CAPACITY, Request, VERSION, encode};
 use servo::store::AxisParameters;
-use servo::stream::Point;
+use servo::motion::stream::Point;
 
 #[path = "../../src/desk.rs"]
 mod desk;

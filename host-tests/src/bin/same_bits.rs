@@ -6,7 +6,7 @@
 use clap::Parser;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::compare;
-use servo::excitation::{Sweep, Waveform};
+use servo::motion::excitation::{Sweep, Waveform};
 use servo::optional::Optional;
 use std::process::ExitCode;
 use truing::device::session::{Profile, Task};

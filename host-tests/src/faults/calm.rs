@@ -8,8 +8,8 @@ use super::trial::Trial;
 use crate::families::{Family, Options, Plant, Seeds, Severity};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use servo::link::protocol::Command;
 use servo::protect::{Fault, Settings};
-use servo::protocol::Command;
 
 /// Load steps, share of the mean dead zone.
 const LOAD_STEP: f64 = 0.2;

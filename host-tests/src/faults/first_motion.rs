@@ -11,8 +11,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::commission::Phase;
 use servo::identify::estimate::Reason;
+use servo::link::protocol::Command;
 use servo::protect::{Fault, Settings};
-use servo::protocol::Command;
 
 /// Travel that is allowed, degrees of the joint.
 pub const MOST_DEGREES: f64 = 5.0;

@@ -8,8 +8,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::axis::{Axis, Bridge, Output, State};
 use servo::commission::CommissionReport;
+use servo::link::protocol::Command;
 use servo::protect::{Fault, Settings};
-use servo::protocol::Command;
 use servo::record::Record;
 use std::f64::consts::TAU;
 

@@ -27,8 +27,8 @@ use semihosting::fs::File;
 use semihosting::io::{Read, Write};
 use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
+use servo::link::protocol::{Refusal, ResetCause};
 use servo::protect::Permit;
-use servo::protocol::{Refusal, ResetCause};
 use stm32f4xx_hal::pac::{CorePeripherals, Interrupt, Peripherals};
 
 use defmt_semihosting as _;

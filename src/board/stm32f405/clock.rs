@@ -1,7 +1,7 @@
 //! Clocks and reset cause.
 
 use super::timing;
-use servo::protocol::ResetCause;
+use servo::link::protocol::ResetCause;
 use stm32f4xx_hal::pac::{FLASH, RCC};
 
 /// Crystal of the board, Hz. Other common values: 12 and 25 MHz. A wrong value here runs the chip at a wrong speed.

@@ -33,7 +33,7 @@ use servo::drivers::hardware::AxisHardware;
 use servo::drivers::permit::{Permit, PermitLines};
 use servo::drivers::sense::{CurrentSense, SupplySense};
 use servo::drivers::zero::ZeroLimits;
-use servo::protocol::{Refusal, ResetCause};
+use servo::link::protocol::{Refusal, ResetCause};
 use stm32f4xx_hal::pac::{ADC1, CorePeripherals, DBGMCU, Peripherals};
 
 use converter::Channel;

@@ -13,7 +13,7 @@ use anyhow::Context;
 use clap::Args;
 use servo::commission::Outcome;
 use servo::config::Config;
-use servo::referencing::Referencing;
+use servo::motion::referencing::Referencing;
 use std::path::PathBuf;
 
 /// Length of a commissioning when nothing else is asked for, s.

@@ -11,9 +11,9 @@ use crate::device::session::{Done, Progress, Task};
 use clap::Args;
 use servo::axis::Sample;
 use servo::identify::estimate::{EstimatesReport, Reported};
+use servo::motion::referencing::Referenced;
 use servo::protect::Fault;
 use servo::record::{Activity, Record};
-use servo::referencing::Referenced;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 

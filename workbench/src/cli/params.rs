@@ -11,7 +11,7 @@ use crate::device::parameters;
 use crate::system::model;
 use anyhow::Context;
 use clap::{Args, Subcommand};
-use servo::protocol::{Command, Message};
+use servo::link::protocol::{Command, Message};
 use std::path::PathBuf;
 
 /// Arguments of `truing params`.
@@ -130,7 +130,7 @@ fn save(client: &mut Client) -> anyhow::Result<()> {
             outln!("{}", store_text(event));
         }
     })?;
-    outln!("{}", store_text(servo::saving::StoreEvent::Saved));
+    outln!("{}", store_text(servo::store::saving::StoreEvent::Saved));
     Ok(())
 }
 

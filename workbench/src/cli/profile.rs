@@ -6,8 +6,8 @@ use crate::device::session::{Profile, Task};
 use crate::device::waypoints::Waypoint;
 use anyhow::{Context, anyhow, bail, ensure};
 use servo::config::Config;
-use servo::excitation::{Sweep, Waveform};
 use servo::identify::estimate::Estimates;
+use servo::motion::excitation::{Sweep, Waveform};
 use std::path::Path;
 
 /// What the argument may be, for messages.

@@ -4,7 +4,7 @@ use crate::device::axis_file;
 use crate::device::replay;
 use crate::device::run_log::Tape;
 use clap::Args;
-use servo::protocol::Command;
+use servo::link::protocol::Command;
 use std::path::PathBuf;
 
 /// Arguments of `truing replay`.

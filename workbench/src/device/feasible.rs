@@ -5,12 +5,12 @@
 use crate::device::session::Profile;
 use crate::device::waypoints::{self, Knot};
 use servo::axis::Axis;
+use servo::axis::design::{FEASIBLE, counts_per_tick};
 use servo::config::Config;
 use servo::control::Tuning;
-use servo::design::{FEASIBLE, counts_per_tick};
 use servo::identify::estimate::Estimates;
+use servo::motion::trajectory::sine_takes;
 use servo::record::Source;
-use servo::trajectory::sine_takes;
 use servo::units::Voltage;
 use std::f64::consts::PI;
 
@@ -76,7 +76,7 @@ impl Ability {
         let nominal = f64::from(config.supply_nominal_v);
         let per_rad_s = f64::from(counts_per_tick(axis.scale()));
         let volts = |voltage: Voltage| f64::from(voltage.0) / f64::from(Voltage::NOMINAL.0) * nominal;
-        let ceiling = servo::design::voltage_limit(axis.scale()).min(Voltage::NOMINAL);
+        let ceiling = servo::axis::design::voltage_limit(axis.scale()).min(Voltage::NOMINAL);
         let available_v = volts(design.voltage_left(ceiling));
         let streamed_v = match design.gain_source {
             Source::None | Source::Configured => available_v,

@@ -7,12 +7,12 @@
 use crate::console::input_error::InputError;
 use crate::device::link::{advisory_text, fault_advice};
 use crate::device::run_log::{Tape, digest};
+use servo::axis::servo_axis::{Joint, Order};
 use servo::commission::Outcome;
-use servo::joint::{Joint, Order};
+use servo::link::protocol::Command;
+use servo::motion::referencing::Referenced;
 use servo::protect::{Fault, Notice};
-use servo::protocol::Command;
 use servo::record::Advisory;
-use servo::referencing::Referenced;
 use std::fmt;
 
 /// How a replay ended.

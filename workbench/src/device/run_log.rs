@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `command_raw` | duty that acts from this row to the next, PWM counts (as `u_v`, after the PWM's delay) |
 //! | `reference_rad`, `speed_estimate_rad_s` | the firmware's set-point and speed estimate |
-//! | `activity`, `phase`, `limit`, `fault`, `referenced` | codes of the record (`servo::record`, `servo::commission::Phase`, `servo::referencing`) |
+//! | `activity`, `phase`, `limit`, `fault`, `referenced` | codes of the record (`servo::record`, `servo::commission::Phase`, `servo::motion::referencing`) |
 //! | `motor_flags` | flags of the motor program; absent if it has set none |
 //! | `digest` | CRC-32 of the whole record: one wrong bit anywhere shows |
 
@@ -13,10 +13,10 @@ use crate::console::input_error::InputError;
 use servo::axis::{Bridge, Sample};
 use servo::commission::Outcome;
 use servo::config::Config;
+use servo::link::protocol::Command;
+use servo::motion::referencing::Referenced;
 use servo::protect::Fault;
-use servo::protocol::Command;
 use servo::record::Record;
-use servo::referencing::Referenced;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::Path;

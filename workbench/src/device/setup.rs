@@ -6,7 +6,7 @@
 //! | `[supply]`, `[encoder]`, `[axis]`, `current_a_per_lsb` | describe the machine: replaced as a whole, keys left out take their defaults |
 //! | `[limits]`, `[loops]`, `[protection]` | are choices: a key that is left out keeps what is in force on the servo |
 //!
-//! The same rule as on the chip (see [`servo::protocol::Command::Configure`]).
+//! The same rule as on the chip (see [`servo::link::protocol::Command::Configure`]).
 
 use servo::config::Config;
 use servo::control::Tuning;

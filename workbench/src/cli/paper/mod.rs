@@ -8,7 +8,9 @@ mod claims;
 mod servo;
 
 pub use claims::claims;
-pub use servo::{DEAD_ZONE_V, Scopes, servo};
+pub use servo::DEAD_ZONE_V;
+pub use servo::Scopes;
+pub use servo::servo;
 
 use crate::system::log::{self, Columns, Log, Table};
 use crate::system::model::{self, Model};

@@ -13,8 +13,10 @@ pub use words::{
 use crate::console::input_error::InputError;
 use crate::console::interrupt;
 use servo::axis;
-use servo::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode};
-use servo::saving::StoreEvent;
+use servo::link::protocol::{
+    Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode,
+};
+use servo::store::saving::StoreEvent;
 use servo::store::{AxisParameters, Found};
 use std::cell::Cell;
 use std::time::{Duration, Instant};

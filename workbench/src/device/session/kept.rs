@@ -4,8 +4,8 @@ use super::task::Captured;
 use crate::device::run_log::{Row, RunLog};
 use servo::commission::Outcome;
 use servo::identify::estimate::{Estimates, EstimatesReport};
+use servo::link::protocol::Message;
 use servo::protect::Fault;
-use servo::protocol::Message;
 use servo::record::Activity;
 
 /// An axis that moves no more than these counts stands.

@@ -4,8 +4,8 @@ use super::kept::Kept;
 use super::{Done, LONGEST_REST_S, Progress, Session};
 use crate::console::input_error::InputError;
 use servo::identify::estimate::Estimates;
-use servo::protocol::Command;
-use servo::referencing::{Referenced, Referencing};
+use servo::link::protocol::Command;
+use servo::motion::referencing::{Referenced, Referencing};
 
 /// No search for a reference takes longer, s.
 const LONGEST_SEARCH_S: f64 = 600.0;

@@ -5,10 +5,10 @@ use super::{Arrival, Captured, Done, LONGEST_REST_S, Profile, Progress, STILL_S,
 use crate::console::input_error::InputError;
 use crate::device::feasible::Ability;
 use crate::device::waypoints::{self, Waypoint};
-use servo::excitation::Waveform;
-use servo::protocol::Command;
+use servo::link::protocol::Command;
+use servo::motion::excitation::Waveform;
+use servo::motion::stream::Point;
 use servo::record::{Activity, Advisory};
-use servo::stream::Point;
 use std::f32::consts::TAU;
 
 /// After a motion the axis holds for so long, s; chatter is counted here.

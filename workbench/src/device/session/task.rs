@@ -1,11 +1,11 @@
 //! What a session is to do, and what came of it.
 
 use crate::device::waypoints::Waypoint;
-use servo::capture::{Extent, Shot, Stage, Trigger};
 use servo::commission::Outcome;
-use servo::excitation::Waveform;
 use servo::identify::estimate::{Estimates, EstimatesReport};
-use servo::referencing::Referencing;
+use servo::link::capture::{Extent, Shot, Stage, Trigger};
+use servo::motion::excitation::Waveform;
+use servo::motion::referencing::Referencing;
 
 /// What to follow.
 #[derive(Clone, Debug, PartialEq)]

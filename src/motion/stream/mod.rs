@@ -14,8 +14,8 @@ mod governor;
 mod segment;
 
 use crate::control::Reference;
+use crate::motion::trajectory::Limits;
 use crate::record::Limit;
-use crate::trajectory::Limits;
 use crate::units::Position;
 use governor::Governor;
 use segment::Segment;

@@ -3,7 +3,7 @@
 //! Every command carries a number. The next one in order is executed, once; a repeated number (the host missed the
 //! answer) gets the same answer again, an older one is refused. So whatever the line does, no command acts twice.
 
-use crate::protocol::{Frame, FrameError, Message, Receiver, Refusal, Request};
+use crate::link::protocol::{Frame, FrameError, Message, Receiver, Refusal, Request};
 
 /// What to do with a complete frame.
 #[derive(Clone, Debug, PartialEq)]

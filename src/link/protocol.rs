@@ -6,18 +6,18 @@
 //! appended and published ones stay where they are; a change that breaks this raises [`VERSION`].
 
 use crate::axis;
-use crate::capture::{Extent, Shot, Stage, Trigger};
-use crate::checksum::CHECKSUM;
 use crate::commission::Outcome;
 use crate::config::{Config, ConfigError};
-use crate::excitation::Waveform;
 use crate::identify::estimate::Estimates;
+use crate::link::capture::{Extent, Shot, Stage, Trigger};
+use crate::motion::excitation::Waveform;
+use crate::motion::referencing::Referencing;
+use crate::motion::stream::Point;
 use crate::protect::SettingsError;
 use crate::record::Record;
-use crate::referencing::Referencing;
-use crate::saving::StoreEvent;
+use crate::store::checksum::CHECKSUM;
+use crate::store::saving::StoreEvent;
 use crate::store::{AxisParameters, Found};
-use crate::stream::Point;
 use core::marker::PhantomData;
 use postcard::ser_flavors::{Cobs, Flavor, Slice, crc::CrcModifier};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -112,7 +112,7 @@ pub enum Command {
     GoTo(f32),
     /// Apply a sine or a chirp of voltage at the terminals, then open the bridge; no loop is closed.
     Excite(Waveform),
-    /// The next point of a streamed motion, ahead of its time; the first one begins the stream. See [`crate::stream`].
+    /// The next point of a streamed motion, ahead of its time; the first one begins the stream. See [`crate::motion::stream`].
     Stream(Point),
 }
 

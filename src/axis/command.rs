@@ -3,21 +3,21 @@
 //! Nothing jumps when the mode changes: the new set-point starts with the position, speed and acceleration of the old
 //! one, or with those of the shaft when no loop was closed, and the integrator takes over the voltage that was there.
 
-use crate::answer::{Refusal, Report};
+use crate::axis::answer::{Refusal, Report};
+use crate::axis::design::{self, Design};
+use crate::axis::servo_axis::Restored;
 use crate::axis::{Axis, Listener, Mode, Start, State};
 use crate::commission::Request;
 use crate::control::{self, Reference};
-use crate::design::{self, Design};
-use crate::excitation::Waveform;
 use crate::identify::estimate::{Estimates, Reason};
-use crate::joint::Restored;
+use crate::link::protocol::Command;
+use crate::motion::excitation::Waveform;
+use crate::motion::referencing::{Mark, Referencing, Search};
+use crate::motion::stream::{Knot, Plan, Point, Stream};
+use crate::motion::trajectory::{self, Cruise, Move, Sine};
 use crate::protect::Fault;
-use crate::protocol::Command;
 use crate::record::Source;
-use crate::referencing::{Mark, Referencing, Search};
 use crate::store::AxisParameters;
-use crate::stream::{Knot, Plan, Point, Stream};
-use crate::trajectory::{self, Cruise, Move, Sine};
 use crate::units::{Acceleration, Position, SPEED_BITS, Speed, Voltage, to_fixed};
 
 /// Counts per tick at which an index pulse of one count is still seen by looking once a tick.

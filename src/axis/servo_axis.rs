@@ -7,8 +7,8 @@ use crate::axis::{self, Axis, Bridge, Output, Sample, State};
 use crate::commission::Outcome;
 use crate::config::Config;
 use crate::identify::estimate::Estimates;
+use crate::link::protocol::{Command, Refusal};
 use crate::protect::{Fault, Notice, SettingsError};
-use crate::protocol::{Command, Refusal};
 use crate::record::Activity;
 use crate::store::{AtRest, AxisParameters};
 

@@ -10,9 +10,9 @@ use crate::encoder::{self, Motor};
 use crate::identify::estimate::{
     Estimate, Estimates, GAIN_FRAC, Mechanism, NEGATIVE, POSITIVE, Standing, TIME_FRAC,
 };
+use crate::motion::trajectory::Limits;
 use crate::protect::Expectation;
 use crate::record::Source;
-use crate::trajectory::Limits;
 use crate::units::{Speed, Voltage, to_fixed};
 
 /// Time constant when neither hint nor estimate is there, s: the middle of small geared motors. The loops then stay

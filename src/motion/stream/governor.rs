@@ -17,8 +17,8 @@
 //! come here.
 
 use crate::control::Reference;
+use crate::motion::trajectory::Limits;
 use crate::record::Limit;
-use crate::trajectory::Limits;
 use crate::units::{
     ACCELERATION_BITS, Acceleration, ERROR_BITS, Position, SPEED_BITS, Speed, limited, mul_shift, to_fixed,
 };

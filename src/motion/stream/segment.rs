@@ -56,7 +56,7 @@ impl Knot {
         let acceleration = point.acceleration_rad_s2.unwrap_or(0.0) * counts_per_rad / tick_hz / tick_hz;
         let ticks = Point::FEWEST_TICKS..=Point::MOST_TICKS;
         // No number that is none passes a comparison.
-        let fits = counts.abs() < crate::trajectory::Move::LARGEST_COUNTS
+        let fits = counts.abs() < crate::motion::trajectory::Move::LARGEST_COUNTS
             && speed.abs() < FASTEST
             && acceleration.abs() < HARDEST
             && ticks.contains(&point.ticks);

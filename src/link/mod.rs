@@ -1,0 +1,5 @@
+//! What travels between a servo and its host: messages and frames, the inbox of requests, and the record of a motion.
+
+pub mod capture;
+pub mod inbox;
+pub mod protocol;

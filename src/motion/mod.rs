@@ -1,0 +1,7 @@
+//! Where the shaft is to go: profiles with limited speed, acceleration and jerk, streamed set points, excitations, and the
+//! reference at the index pulse.
+
+pub mod excitation;
+pub mod referencing;
+pub mod stream;
+pub mod trajectory;
