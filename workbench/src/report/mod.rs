@@ -3,6 +3,7 @@
 //! A report computes nothing; it writes what the outcome says. Every file is written beside its destination and renamed
 //! into place, so that an earlier report survives whatever goes wrong.
 
+mod chapters;
 pub mod exhibit;
 mod format;
 pub mod html;
