@@ -2,7 +2,7 @@
 
 use super::{format, plot};
 use crate::outcome::{Experiment, NamedEffect, Outcome, Plot, Rival, Stage, Style, Verdict};
-use crate::report::exhibit::{Check, Exhibit, Table};
+use crate::report::section::{Check, Section, Table};
 use maud::{Markup, PreEscaped, html};
 
 pub(super) fn gap(outcome: &Outcome) -> Markup {
@@ -217,12 +217,12 @@ fn notes(outcome: &Outcome) -> Markup {
     }
 }
 
-pub(super) fn exhibit(exhibit: &Exhibit) -> Markup {
+pub(super) fn section(section: &Section) -> Markup {
     html! {
-        (paragraphs(&exhibit.text))
-        @for plot in &exhibit.plots { (drawn(plot)) }
-        @for table in &exhibit.tables { (plain_table(table)) }
-        (checks(&exhibit.checks))
+        (paragraphs(&section.text))
+        @for plot in &section.plots { (drawn(plot)) }
+        @for table in &section.tables { (plain_table(table)) }
+        (checks(&section.checks))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Exporter, chapters};
 use crate::outcome::Outcome;
-use crate::report::exhibit::Exhibit;
+use crate::report::section::Section;
 use anyhow::Result;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::path::Path;
@@ -17,7 +17,7 @@ enum Part {
         text: Vec<String>,
         outcome: Box<Outcome>,
     },
-    Exhibit(Exhibit),
+    Section(Section),
 }
 
 /// A report of several parts.
@@ -50,8 +50,8 @@ impl Document {
     }
 
     /// Adds plots, tables and checks.
-    pub fn exhibit(mut self, exhibit: Exhibit) -> Self {
-        self.parts.push(Part::Exhibit(exhibit));
+    pub fn section(mut self, section: Section) -> Self {
+        self.parts.push(Part::Section(section));
         self
     }
 
@@ -97,7 +97,7 @@ impl Document {
                 @if numbered { h2 { span.number { (k + 1) } (part.title()) } }
                 @match part {
                     Part::Gap { text, outcome, .. } => { (chapters::paragraphs(text)) (chapters::gap(outcome)) }
-                    Part::Exhibit(exhibit) => (chapters::exhibit(exhibit)),
+                    Part::Section(section) => (chapters::section(section)),
                 }
             }
         }
@@ -108,7 +108,7 @@ impl Part {
     fn title(&self) -> &str {
         match self {
             Part::Gap { title, .. } => title,
-            Part::Exhibit(exhibit) => &exhibit.title,
+            Part::Section(section) => &section.title,
         }
     }
 }

@@ -4,13 +4,13 @@
 //! into place, so that an earlier report survives whatever goes wrong.
 
 mod chapters;
-pub mod exhibit;
 mod format;
 pub mod html;
 pub mod json;
 pub mod model_file;
 pub mod pictures;
 pub mod plot;
+pub mod section;
 pub mod terminal;
 pub mod volts;
 
