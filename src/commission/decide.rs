@@ -182,7 +182,7 @@ impl Params {
         if time_constant * LEAST_TIME_CONSTANTS_QUARTERS > u64::from(self.budget) * 4 {
             return state.refuse(Reason::TooShort);
         }
-        state.outcome.duration_ticks = state.total.saturating_add(state.shaking.ticks);
+        state.outcome.duration_ticks = state.total.saturating_add(state.pulses.ticks);
         state.outcome.travel_counts = state.travel;
         state.phase = Phase::Done;
     }

@@ -45,8 +45,8 @@ impl Params {
             return;
         }
         // What moves by itself shows that it is seen.
-        if self.shake.is_some() && !state.shaking.proved && !state.restless {
-            state.enter(Phase::Shake, input.count);
+        if self.pulse_test.is_some() && !state.pulses.proved && !state.restless {
+            state.enter(Phase::PulseTest, input.count);
         } else if state.break_away[state.direction] == 0 {
             state.enter(Phase::BreakAway, input.count);
         } else {

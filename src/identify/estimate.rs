@@ -102,7 +102,7 @@ pub enum Mechanism {
     Unclear,
     /// Friction: it acts against the motion, whatever the voltage. The compensation takes the sign of the speed.
     Friction,
-    /// Dead zone at the input: it swallows the command. The compensation takes the sign of the command.
+    /// Dead zone at the input: it ignores a small command. The compensation takes the sign of the command.
     InputDeadZone,
 }
 
