@@ -7,13 +7,11 @@ use crate::compensate::{Compensator, DeadZone, SignSource, Smoothing};
 use crate::config::Scale;
 use crate::control::{self, Tuning};
 use crate::encoder::{self, Motor};
-use crate::identify::estimate::{
-    Estimate, Estimates, GAIN_FRAC, Mechanism, NEGATIVE, POSITIVE, Standing, TIME_FRAC,
-};
+use crate::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Standing, TIME_FRAC};
 use crate::motion::trajectory::Limits;
 use crate::protect::Expectation;
 use crate::record::Source;
-use crate::units::{Speed, Voltage, to_fixed};
+use crate::units::{Direction, Speed, Voltage, to_fixed};
 
 /// Time constant when neither hint nor estimate is there, s: the middle of small geared motors. The loops then stay
 /// closed to motion commands; only the observer runs with it.
@@ -89,7 +87,7 @@ impl LastTrusted {
     /// Takes what is trusted; the stage from which the design has to follow.
     pub fn adopt(&mut self, estimates: &Estimates) -> Stage {
         let before = *self;
-        for side in [POSITIVE, NEGATIVE] {
+        for side in Direction::BOTH {
             self.dead_zone[side].adopt(&estimates.dead_zone[side]);
             self.saturation[side].adopt(&estimates.saturation[side]);
         }
@@ -108,7 +106,7 @@ impl LastTrusted {
 
     /// Takes what an earlier life has trusted; the stage from which the design has to follow.
     pub fn restore(&mut self, estimates: &Estimates) -> Stage {
-        for side in [POSITIVE, NEGATIVE] {
+        for side in Direction::BOTH {
             self.dead_zone[side].restore(&estimates.dead_zone[side]);
             self.saturation[side].restore(&estimates.saturation[side]);
         }

@@ -243,7 +243,10 @@ impl Params {
 
     /// A slow motor that coasted backwards had to be stopped first: its ramp overshot, the other direction tells more.
     fn plausible_break_away(&self, state: &State) -> i32 {
-        let (level, other) = (state.ramp.pause_level, state.break_away[state.direction ^ 1]);
+        let (level, other) = (
+            state.ramp.pause_level,
+            state.break_away[state.direction.reversed()],
+        );
         let level = if other > 0 {
             level.min(other + other / 2)
         } else {
@@ -255,7 +258,7 @@ impl Params {
     fn moved(&self, state: &mut State, input: &Input) {
         state.stroke = state.stroke.saturating_add(1);
         if state.stroke < 2 {
-            state.direction ^= 1;
+            state.direction = state.direction.reversed();
         }
         state.enter(Phase::Settle, input.count);
     }

@@ -28,6 +28,7 @@ use crate::identify::solve::Solver;
 use crate::identify::spline::Lengths;
 use crate::identify::timescale;
 use crate::sample::Bridge;
+use crate::units::Direction;
 use breakaway::Ramp;
 use guard::Limits;
 use pulse_test::{PulseTest, Pulses};
@@ -119,7 +120,7 @@ pub struct Params {
     scale: Scale,
     identify: identify::Params,
     budget: u32,
-    first: usize,
+    first: Direction,
     limits: Limits,
     /// `None`: its first travel is not bounded.
     pulse_test: Option<PulseTest>,
@@ -135,7 +136,11 @@ impl Params {
             scale: *scale,
             identify: identify::Params::new(scale),
             budget,
-            first: (seed & 1) as usize,
+            first: if seed & 1 == 0 {
+                Direction::Positive
+            } else {
+                Direction::Negative
+            },
             limits: Limits::new(scale),
             pulse_test: PulseTest::new(scale),
             unseen: Self::unseen(scale),
@@ -152,7 +157,7 @@ impl Params {
 pub struct State {
     phase: Phase,
     /// 0 positive, 1 negative.
-    direction: usize,
+    direction: Direction,
     stroke: u8,
     elapsed: u32,
     total: u32,
@@ -296,7 +301,7 @@ impl State {
     }
 
     fn sign(&self) -> i32 {
-        if self.direction == 0 { 1 } else { -1 }
+        self.direction.sign()
     }
 
     /// Counts since the phase began, in its direction.
