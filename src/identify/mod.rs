@@ -23,7 +23,7 @@ pub mod trust;
 
 use crate::config::Scale;
 use crate::sample::Bridge;
-use crate::units::Direction;
+use crate::units::{Direction, VoltageQ14};
 use regression::Sums;
 use spline::{Lengths, Window};
 
@@ -43,13 +43,13 @@ const SLOWEST_SPEED_1024: i64 = 82;
 pub struct Input {
     /// Encoder counter at the start of this tick, wraps.
     pub count: i32,
-    /// Mean terminal voltage that acts from now to the next sample, Q14 of nominal supply: the duty in force
-    /// (after delay, clip and quantisation) times the measured supply. 0 unless the bridge is driven.
-    pub voltage: i32,
+    /// Mean terminal voltage that acts from now to the next sample, the duty in force (after
+    /// delay, clip and quantisation) times the measured supply. 0 unless the bridge is driven.
+    pub voltage: VoltageQ14,
     /// State of the bridge from now to the next sample.
     pub bridge: Bridge,
-    /// Measured supply, Q14 of nominal supply; `None` when it is not measured.
-    pub supply: Option<i32>,
+    /// Measured supply; `None` when it is not measured.
+    pub supply: Option<VoltageQ14>,
     /// Winding current in converter counts; `None` when it is not sensed.
     pub current_raw: Option<i16>,
 }
@@ -133,10 +133,10 @@ impl Params {
         1 << (lengths.decimation + lengths.block)
     }
 
-    /// The per-tick part: sums count and voltage (acting from now on, Q14 of nominal); a window one tick after its last
+    /// The per-tick part: sums count and voltage (acting from now on); a window one tick after its last
     /// hop. Spreading hop and comb over two ticks keeps both short.
     #[inline(always)]
-    pub fn observe(&self, state: &mut State, count: i32, voltage: i32) -> Option<Window> {
+    pub fn observe(&self, state: &mut State, count: i32, voltage: VoltageQ14) -> Option<Window> {
         let window = if state.hopped { state.hop() } else { None };
         self.sum(state, count, voltage);
         window
@@ -144,8 +144,8 @@ impl Params {
 
     /// The sums alone. [`State::hopped`] then tells whether the next tick, before its own sums, has a hop to look at.
     #[inline(always)]
-    pub fn sum(&self, state: &mut State, count: i32, voltage: i32) {
-        state.hopped = state.spline.step(&state.lengths, count, voltage);
+    pub fn sum(&self, state: &mut State, count: i32, voltage: VoltageQ14) {
+        state.hopped = state.spline.step(&state.lengths, count, voltage.0);
     }
 
     /// Looks at the hop that ended: a window and its direction, if it is usable. Nothing is computed for the others.
