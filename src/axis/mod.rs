@@ -5,9 +5,12 @@ mod answer;
 pub mod command;
 mod demand;
 pub mod design;
+mod find_zero;
+mod last_trusted;
 mod report;
 pub mod servo_axis;
 mod state;
+mod transition;
 
 use crate::commission;
 use crate::config::{Config, ConfigError, Scale};
