@@ -16,6 +16,7 @@ pub mod sensing;
 pub mod sheet;
 
 use crate::outcome::Segment;
+use crate::system::effects::Effect;
 use base::{Claim, Natural};
 use hidden::{Hidden, KINDS, Subject};
 use outside::{OUTSIDERS, Outsider};
@@ -224,23 +225,7 @@ fn attempt(spec: &Spec, seed: u32, rng: &mut ChaCha8Rng) -> (bool, Case) {
     (enough, case)
 }
 
-/// Pairs that are one effect under another name, exactly: an offset moves both edges of a dead zone, a constant torque
-/// adds to friction in one direction and subtracts in the other, and uneven viscous friction holds a wrong even one.
-const SAME_TOGETHER: [[&str; 2]; 5] = [
-    ["dead_zone", "voltage_offset"],
-    ["dead_zone_asymmetric", "voltage_offset"],
-    ["coulomb_friction", "constant_load"],
-    ["coulomb_asymmetric", "constant_load"],
-    ["viscous_asymmetric", "viscous_friction"],
-];
-
-fn same_together(a: &str, b: &str) -> bool {
-    SAME_TOGETHER
-        .iter()
-        .any(|pair| pair.contains(&a) && pair.contains(&b) && a != b)
-}
-
-/// Chooses what hides. Effects of one group never hide together.
+/// Chooses what hides.
 fn choose(spec: &Spec, rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<Hidden> {
     let number = match spec.set {
         Set::Nothing | Set::Outside => 0,
@@ -253,9 +238,7 @@ fn choose(spec: &Spec, rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<Hidden> {
         let kind = KINDS[rng.random_range(0..KINDS.len())];
         let values = (kind.draw)(rng, natural);
         let shape = rng.random_bool(0.5).then(|| rng.random_range(0.0..1.0));
-        let apart =
-            |other: &Hidden| other.kind.group != kind.group && !same_together(other.kind.name, kind.name);
-        if hidden.iter().all(apart) {
+        if !hidden.iter().any(|other| other.kind.excludes(kind)) {
             let shape = if kind.has_other_form { shape } else { None };
             hidden.push(Hidden { kind, values, shape });
         }
@@ -336,9 +319,9 @@ impl Draft {
             }
             sheet.unwrap_or_default()
         });
-        let names: Vec<&str> = self.hidden.iter().map(|effect| effect.kind.name).collect();
+        let hidden: Vec<&Effect> = self.hidden.iter().map(|hidden| hidden.kind.effect).collect();
         let base = Claim::true_values(&self.motor);
-        let claimed = base.with_errors(rng, self.natural.tolerance, &names);
+        let claimed = base.with_errors(rng, self.natural.tolerance, &hidden);
         let holdout = std::mem::take(&mut records[1]);
         let answer = Answer {
             schema: "truing-answer/1",
@@ -376,7 +359,7 @@ impl Draft {
         let effects = self.hidden.iter().zip(visibilities);
         effects
             .map(|(effect, visibility)| HiddenEffect {
-                name: effect.kind.name,
+                name: effect.kind.effect.name,
                 parameters: effect
                     .kind
                     .parameters

@@ -11,6 +11,7 @@ mod sensor;
 
 use super::base::Natural;
 use crate::synthetic::reference_plant::{Motor, Tacho};
+use crate::system::effects::Effect;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -33,15 +34,36 @@ impl Subject {
     }
 }
 
+/// Kinds that exclude each other, or that no data could part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// A group of its own.
+    Own,
+    /// Dead zones.
+    DeadZone,
+    /// Scales of the input or of the reading.
+    Scale,
+    /// Constants that shift the motion to one side.
+    Constant,
+    /// What makes the reading late.
+    Delay,
+    /// Numbers of the linear motor.
+    Base,
+    /// Dry friction.
+    DryFriction,
+    /// What joins rotor and load.
+    Train,
+}
+
 /// One kind of effect.
 #[derive(Debug)]
 pub struct Kind {
-    /// Published name.
-    pub name: &'static str,
+    /// The effect of the library, whose name and parameter names the answer takes.
+    pub effect: &'static Effect,
     /// Names of its parameters, in the order of the values.
     pub parameters: &'static [&'static str],
-    /// Two of the same group never hide together: they exclude each other, or no data could part them.
-    pub group: &'static str,
+    /// Two of the same group never hide together.
+    pub group: Group,
     /// Whether it lives in a tacho, so that the speed cannot come from encoder differences.
     pub needs_tacho: bool,
     /// Whether the truth can take a form that resembles the library's but is not it.
@@ -51,6 +73,22 @@ pub struct Kind {
     /// Puts them into the subject. `shape` 0 … 1: in a form that resembles the library's but is not it; `None`: exactly
     /// the library's form.
     pub put: fn(&[f64], Option<f64>, &Natural, &mut Subject),
+}
+
+impl Kind {
+    /// Whether the two never hide together.
+    pub fn excludes(&self, other: &Kind) -> bool {
+        let one_group = self.group == other.group && self.group != Group::Own;
+        self.effect == other.effect || one_group || self.is_inseparable_from(other)
+    }
+
+    /// Whether the two are one effect under another name, exactly: an offset moves both edges of a dead zone, a constant
+    /// torque adds to friction in one direction and subtracts in the other, and uneven viscous friction holds a wrong even
+    /// one.
+    fn is_inseparable_from(&self, other: &Kind) -> bool {
+        let holds = |a: &Effect, b: &Effect| a.relations.inseparable_from.contains(&b);
+        holds(self.effect, other.effect) || holds(other.effect, self.effect)
+    }
 }
 
 /// A hidden effect.
