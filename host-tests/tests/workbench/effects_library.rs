@@ -118,6 +118,7 @@ fn with_effect(effect: &effects::Effect) -> Physics {
         Scale::PerPower => 0.01,
         Scale::Stiffness => 0.025,
         Scale::Capacity => 0.07 / 1.5,
+        Scale::TorquePerAngle(power) => 0.4 / 16.0_f64.powi(power.into()),
         Scale::One => 1.0,
     };
     let middle = |p: &effects::Parameter| match p.name {

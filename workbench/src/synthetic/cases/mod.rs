@@ -18,7 +18,7 @@ pub mod sheet;
 use crate::outcome::Segment;
 use crate::system::effects::Effect;
 use base::{Claim, Natural};
-use hidden::{Hidden, KINDS, Subject};
+use hidden::{Hidden, Subject};
 use outside::{OUTSIDERS, Outsider};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -233,17 +233,17 @@ fn choose(spec: &Spec, rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<Hidden> {
         Set::Pair => 2,
         Set::Triple => 3,
     };
-    let mut hidden: Vec<Hidden> = Vec::new();
-    while hidden.len() < number {
-        let kind = KINDS[rng.random_range(0..KINDS.len())];
+    let mut chosen: Vec<Hidden> = Vec::new();
+    while chosen.len() < number {
+        let kind = hidden::any(rng);
         let values = (kind.draw)(rng, natural);
         let shape = rng.random_bool(0.5).then(|| rng.random_range(0.0..1.0));
-        if !hidden.iter().any(|other| other.kind.excludes(kind)) {
+        if !chosen.iter().any(|other| other.kind.excludes(kind)) {
             let shape = if kind.has_other_form { shape } else { None };
-            hidden.push(Hidden { kind, values, shape });
+            chosen.push(Hidden { kind, values, shape });
         }
     }
-    hidden
+    chosen
 }
 
 /// A case before it is simulated.

@@ -48,6 +48,9 @@ impl Motor {
             let angle = std::f64::consts::TAU * load.periodic_hz * t + load.periodic_phase;
             torque += load.periodic_nm * angle.sin();
         }
+        if let Some(law) = &load.law {
+            torque += (law.torque)(&law.parameters, theta);
+        }
         torque
             + load
                 .oddity
