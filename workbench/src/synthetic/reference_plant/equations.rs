@@ -63,10 +63,6 @@ impl Motor {
                 -self.viscous[usize::from(omega < 0.0)] * rate_per_s * t * omega
             }
             Oddity::CommutationRipple { .. } | Oddity::CrankInertia { .. } => 0.0,
-            Oddity::CubicSpring {
-                stiffness,
-                theta0_rad,
-            } => -stiffness * theta * (theta / theta0_rad).powi(2),
             Oddity::SweepingLoad {
                 amplitude_nm,
                 start_hz,

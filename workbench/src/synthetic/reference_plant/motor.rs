@@ -135,13 +135,6 @@ pub enum Oddity {
         /// Periods per turn.
         periods: f64,
     },
-    /// Progressive return spring: −k θ³ / θ₀².
-    CubicSpring {
-        /// Stiffness at θ₀, N m/rad.
-        stiffness: f64,
-        /// Reference angle, rad.
-        theta0_rad: f64,
-    },
     /// A periodic torque whose frequency sweeps: A sin(2π (f t + s t²/2)).
     SweepingLoad {
         /// Amplitude, N m.
