@@ -185,4 +185,5 @@ pub static KINDS: &[&Kind] = &[
     &sensor::SENSOR_LAG,
     &sensor::SENSOR_RECTIFIED,
     &sensor::SENSOR_OFFSET,
+    &load::TORSIONAL_SPRING,
 ];
