@@ -40,6 +40,7 @@ const PUBLISHED: &[&str] = &[
     "sensor_rectified",
     "sensor_offset",
     "voltage_saturation_asymmetric",
+    "torsional_spring",
 ];
 
 #[test]
@@ -124,7 +125,7 @@ fn with_effect(effect: &effects::Effect) -> Physics {
     let middle = |p: &effects::Parameter| match p.name {
         "periods_per_rev" => 7.0,
         "load_share" => 0.3,
-        "stiffness_nm_per_rad" => 3.0,
+        _ if p.scale == Scale::Stiffness => 3.0,
         _ => (p.lower.max(0.0) + 0.2 * (p.upper.min(3.0) - p.lower.max(0.0))) * unit(p.scale),
     };
     let values: Vec<f64> = effect.parameters.iter().map(middle).collect();
