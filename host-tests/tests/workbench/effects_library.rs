@@ -1,6 +1,6 @@
 //! The library of effects: every published name is there, every entry is complete, and each one acts on the plant.
 
-use truing::system::effects::{self, LIBRARY, Scale};
+use truing::system::effects::{self, Effect, Forms, LIBRARY, Scale, Shape, Starts, Steady};
 use truing::system::plant::Motor;
 use truing::system::plant::physics::Physics;
 
@@ -78,6 +78,26 @@ fn every_effect_is_complete() {
                 parameter.name
             );
         }
+        if let Some(steady) = effect.steady() {
+            complete_in_tables(effect, steady);
+        }
+    }
+}
+
+/// What a table of settled speeds says of an effect, and in which form it is tried.
+fn complete_in_tables(effect: &Effect, steady: &Steady) {
+    if let Shape::Told(sentence) = steady.shape {
+        assert!(sentence.len() > 3, "{effect:?}: an empty sentence");
+    }
+    if let Forms::FromRest(pinned) = steady.forms {
+        assert_eq!(pinned.len(), effect.parameters.len(), "{effect:?}");
+    }
+}
+
+#[test]
+fn every_effect_that_records_may_name_has_starts() {
+    for effect in LIBRARY.iter().filter(|effect| effect.on_records()) {
+        assert!(!matches!(effect.starts, Starts::Grid([])), "{effect:?}");
     }
 }
 

@@ -106,6 +106,25 @@ fn no_effect_is_called_by_a_string_outside_the_library() {
     );
 }
 
+/// The statics of type `Effect` in the library's files.
+fn statics() -> BTreeSet<String> {
+    let files = files(&root().join(AT_HOME[0]));
+    let sources = files.iter().map(|path| std::fs::read_to_string(path).unwrap());
+    let names = |source: String| {
+        let lines = source.lines().filter_map(|line| line.strip_prefix("pub static "));
+        let effects = lines.filter_map(|line| line.strip_suffix(": Effect = Effect {"));
+        effects.map(str::to_owned).collect::<Vec<_>>()
+    };
+    sources.flat_map(names).collect()
+}
+
+#[test]
+fn every_effect_of_a_file_is_in_the_library_under_its_own_name() {
+    let library: BTreeSet<String> = LIBRARY.iter().map(|effect| effect.name.to_uppercase()).collect();
+    assert_eq!(statics(), library);
+    assert_eq!(library.len(), LIBRARY.len(), "no effect twice");
+}
+
 #[test]
 fn the_reader_sees_strings_and_neither_comments_nor_tests() {
     let source = r##"
