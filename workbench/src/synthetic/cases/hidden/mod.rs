@@ -134,9 +134,24 @@ fn unequal(rng: &mut ChaCha8Rng, value: f64) -> Vec<f64> {
     }
 }
 
+/// Chooses so many effects, none of which excludes another.
+pub(super) fn choose(number: usize, rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<Hidden> {
+    let mut chosen: Vec<Hidden> = Vec::new();
+    while chosen.len() < number {
+        let kind = any(rng);
+        let values = (kind.draw)(rng, natural);
+        let shape = rng.random_bool(0.5).then(|| rng.random_range(0.0..1.0));
+        if !chosen.iter().any(|other| other.kind.excludes(kind)) {
+            let shape = shape.filter(|_| kind.has_other_form);
+            chosen.push(Hidden { kind, values, shape });
+        }
+    }
+    chosen
+}
+
 /// One of [`KINDS`], each as probable as any other. A later kind takes its share of the cases (reservoir sampling, Vitter, ACM
 /// Trans. Math. Software 11, 1985) by a stream of random numbers of its own; every other case of a seed stays what it was.
-pub(super) fn any(rng: &mut ChaCha8Rng) -> &'static Kind {
+fn any(rng: &mut ChaCha8Rng) -> &'static Kind {
     let first = KINDS[rng.random_range(0..FIRST_KINDS)];
     let takes = |place: &usize| {
         let mut own = rng.clone();
