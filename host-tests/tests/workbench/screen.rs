@@ -108,7 +108,7 @@ fn a_gap_without_a_terminal_tells_every_round() {
 /// The first call compiles for minutes: Cargo shows it.
 #[test]
 fn the_alias_shows_the_compile() {
-    let config = include_str!("../../.cargo/config.toml");
+    let config = include_str!("../../../.cargo/config.toml");
     let alias = config
         .lines()
         .find(|line| line.starts_with("truing ="))

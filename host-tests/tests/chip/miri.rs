@@ -1,5 +1,5 @@
 //! The core in small doses, for the interpreter that finds undefined behaviour: `servo` itself forbids `unsafe`, what it
-//! builds on does not. Under Miri: `cargo +nightly miri test --package host-tests --test miri`.
+//! builds on does not. Under Miri: `cargo +nightly miri test --package host-tests --test chip miri::`.
 
 use host_tests::desk::{Desk, config};
 use host_tests::power_cut::flash::Flash;
