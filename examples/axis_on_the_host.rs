@@ -1,28 +1,42 @@
 //! An axis on the host: it commissions a simulated motor and then follows a sine.
 //!
-//! The loop below is the same on a chip: read the encoder, step the axis, drive the bridge.
+//! ```text
+//! cargo run --example axis_on_the_host
+//! ```
 
-use servo::axis::{Axis, Bridge, Output, Sample, State};
-use servo::config::Config;
+mod motor;
+
+use motor::{CONFIG, Motor};
+use servo::axis::{Axis, State};
 use servo::link::protocol::Command;
 
-#[path = "shared/motor.rs"]
-mod motor;
-use motor::{CONFIG, Motor};
-
 fn main() {
-    let axis = Axis::new(&CONFIG).expect("a configuration within its ranges");
+    let axis = Axis::new(&CONFIG).expect("every value within its range");
     let (mut state, mut motor) = (axis.start(), Motor::default());
-    run(&axis, &mut state, &mut motor, 0.1);
 
-    order(&axis, &mut state, Command::Arm);
-    order(&axis, &mut state, Command::Commission { budget_ms: 5_000, seed: 1 });
+    axis.command(&mut state, &Command::Arm).expect("nothing moves");
+    let (budget_ms, seed) = (5_000, 1);
+    axis.command(&mut state, &Command::Commission { budget_ms, seed })
+        .expect("it is armed");
     run(&axis, &mut state, &mut motor, 6.0);
-    let report = axis.report(&state).commissioning.expect("it has ended");
-    assert_eq!(report.refused, None);
-    println!("found a dead zone of {:.3} V and {:.3} V", volts(report.estimates.dead_zone_pos_v), volts(report.estimates.dead_zone_neg_v));
+    let found = axis.report(&state).commissioning.expect("six seconds are enough");
+    let dead_zone_v = found.estimates.dead_zone_pos_v;
+    println!(
+        "dead zone: {:.2} V, trusted: {}",
+        dead_zone_v.value.unwrap_or_default(),
+        dead_zone_v.trusted
+    );
 
-    order(&axis, &mut state, Command::TrackSine { amplitude_rad: 1.0, frequency_hz: 1.0, duration_ms: 2_000 });
-    run(&axis, &mut state, &mut motor, 3.0);
-    println!("and followed a sine of 1 rad");
+    axis.command(&mut state, &Command::Position(3.0))
+        .expect("it is identified");
+    run(&axis, &mut state, &mut motor, 1.0);
+    println!("angle: {:.2} rad", motor.angle());
+}
+
+/// The control interrupt, as often as it comes in this time: read, step, drive.
+fn run(axis: &Axis, state: &mut State, motor: &mut Motor, seconds: f64) {
+    for _ in 0..(seconds * f64::from(CONFIG.tick_hz)) as u32 {
+        let output = axis.step(state, motor.sample());
+        motor.pass(output);
+    }
 }

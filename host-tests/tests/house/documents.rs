@@ -20,7 +20,8 @@ const README_WORDS: usize = 900;
 /// Fewest blocks that have to run: below, the runner has lost its documents.
 const FEWEST_BLOCKS: usize = 6;
 
-/// `cargo truing` and `truing` are the program under test, with the tested image behind commands that drive a motor.
+/// `cargo truing` and `truing` are the program under test, with the tested image behind commands that drive a motor;
+/// `cargo run` runs an example.
 const SHELL: &str = r#"
 truing() {
     case "$1" in
@@ -28,7 +29,13 @@ truing() {
         *) "$TRUING" "$@" ;;
     esac
 }
-cargo() { test "$1" = truing && shift && truing "$@"; }
+cargo() {
+    case "$1" in
+        truing) shift && truing "$@" ;;
+        run) shift && (cd "$ROOT" && command "$CARGO" run --quiet "$@") ;;
+        *) echo "not for this test: cargo $*" >&2 && false ;;
+    esac
+}
 "#;
 
 fn root() -> &'static Path {
@@ -149,7 +156,9 @@ impl Desk {
         shell
             .args(["-c", &format!("{SHELL}{}", shown.command)])
             .current_dir(self.folder.path())
-            .env("TRUING", truing().get_program());
+            .env("TRUING", truing().get_program())
+            .env("CARGO", env!("CARGO"))
+            .env("ROOT", root());
         if shown.command.contains("--motor") {
             shell.env("IMAGE", qemu().image);
         }
