@@ -1,4 +1,4 @@
-//! Commissioning end to end on drawn plants, reduced; the full suites are `cargo run -p host-tests --bin accuracy`.
+//! Commissioning end to end on drawn plants, reduced; the full suites are `cargo run -p evaluation --bin accuracy`.
 
 use host_tests::commissioning::{Score, commission, quantiles};
 use host_tests::families::{Ceiling, Family, Options, Plant, Seeds, Severity};

@@ -1,4 +1,4 @@
-//! Protection in a broken world, reduced: the whole suite is `cargo run -p host-tests --bin faults`.
+//! Protection in a broken world, reduced: the whole suite is `cargo run -p evaluation --bin faults`.
 
 use host_tests::bench::{Bench, Board};
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};

@@ -1,4 +1,4 @@
-//! The first motion of a joint that nobody knows, reduced: `cargo run -p host-tests --bin faults -- --first-motion`.
+//! The first motion of a joint that nobody knows, reduced: `cargo run -p evaluation --bin faults -- --first-motion`.
 
 use host_tests::families::{Cause, Family, Options, Plant, Seeds, Severity};
 use host_tests::faults::first_motion::{FirstMotion, MOST_DEGREES, commission, plant};

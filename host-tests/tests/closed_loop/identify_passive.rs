@@ -191,7 +191,7 @@ fn wear_is_noticed() {
     }
 }
 
-/// Reduced suite in closed loop, two-sided; the full one is the program `passive` of this package.
+/// Reduced suite in closed loop, two-sided; the full one is the program `passive` of `evaluation`.
 #[test]
 fn learns_and_follows_with_the_real_loops_around_it() {
     let (mut errors, mut trusted, mut times) = (Vec::new(), 0, Vec::new());

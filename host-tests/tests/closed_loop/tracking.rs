@@ -1,5 +1,5 @@
 //! Reduced tracking suite: the figures of docs/tracking.md, two-sided, on few plants. The full one is the program
-//! `tracking` of this package.
+//! `tracking` of `evaluation`.
 
 use host_tests::families::{Family, Seeds, Severity};
 use host_tests::tracking::{Experiment, Knowledge, Run, quantile};

@@ -342,7 +342,7 @@ fn tests_that_the_architecture_names_exist() {
         .collect();
     assert!(names.len() >= 8, "{names:?}");
     let mut sources = String::new();
-    for folder in ["host-tests", "src", "workbench", "xtask"] {
+    for folder in ["host-tests", "src", "tools", "workbench", "xtask"] {
         read_sources(&root().join(folder), &mut sources);
     }
     let missing = names

@@ -1,4 +1,4 @@
-//! The tracking and hunting suite: `cargo run -p host-tests --bin tracking -- --plants 200`.
+//! The tracking and hunting suite: `cargo run -p evaluation --bin tracking -- --plants 200`.
 //!
 //! Prints one Markdown table: every row an experiment on as many plants as asked for, seeds apart from those that the
 //! loops were designed with.

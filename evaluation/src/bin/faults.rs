@@ -1,4 +1,4 @@
-//! The fault-injection suite: `cargo run -p host-tests --bin faults -- --help`.
+//! The fault-injection suite: `cargo run -p evaluation --bin faults -- --help`.
 
 use clap::Parser;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};

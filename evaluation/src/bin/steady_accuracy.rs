@@ -1,4 +1,4 @@
-//! Accuracy of steady-state tables on random motors: `cargo run -p host-tests --example steady_accuracy -- [TABLES] [SEED]`.
+//! Accuracy of steady-state tables on random motors: `cargo run -p evaluation --bin steady_accuracy -- [TABLES] [SEED]`.
 //!
 //! Each table draws a motor, base errors N(0, 5 %) cut at two, noise of 0.1–1 % of the largest speed, 20–60 voltages in one
 //! or both directions, and no effect, one, or two. Speeds come from closed forms written here, not from the library's map.

@@ -1,7 +1,7 @@
 //! Same code, same bits, at length: sampled plants commission, track and are excited by a chirp through the image in
 //! QEMU; every bit is compared with the host.
 //!
-//! `cargo run -p host-tests --bin same_bits -- --plants 36`
+//! `cargo run -p evaluation --bin same_bits -- --plants 36`
 
 use clap::Parser;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};

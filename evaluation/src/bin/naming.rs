@@ -1,5 +1,5 @@
 //! Evaluation of the gap workflow on hidden cases:
-//! `cargo run -p host-tests --bin naming -- --singles 100 --nothing 100 --lines target/naming.jsonl`.
+//! `cargo run -p evaluation --bin naming -- --singles 100 --nothing 100 --lines target/naming.jsonl`.
 //!
 //! Each case goes through files, as a user's would: the answer stays in memory here, out of the analysis' reach. Lines are
 //! appended to `--lines`, and cases that stand there are not run again, so a long evaluation may be interrupted; without

@@ -19,7 +19,7 @@ use servo::link::protocol::{Command, FRAME_CAPACITY, Request, VERSION, encode};
 use servo::store::AxisParameters;
 use servo::motion::stream::Point;
 
-#[path = "../../src/desk.rs"]
+#[path = "../../../host-tests/src/desk.rs"]
 mod desk;
 use desk::Desk;
 

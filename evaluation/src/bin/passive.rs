@@ -1,4 +1,4 @@
-//! Identification in ordinary motion, real loops around it: `cargo run -p host-tests --bin passive -- --plants 30`.
+//! Identification in ordinary motion, real loops around it: `cargo run -p evaluation --bin passive -- --plants 30`.
 //!
 //! Prints two Markdown tables: learning where nothing was commissioned, and following a load step at constant speed after
 //! a commissioning. Seeds apart from those that the identifier was designed with.
