@@ -1,4 +1,4 @@
-//! The simplest motor with friction: 20 rad/s per volt, 40 ms, and a dead zone of 1.2 V.
+// The simplest motor with friction: 20 rad/s per volt, 40 ms, and a dead zone of 1.2 V. Examples and doctests share it.
 
 use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
