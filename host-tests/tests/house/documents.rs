@@ -206,8 +206,8 @@ fn alike(expected: &str, actual: &str) -> bool {
             .map(|found| found.as_str().to_owned())
             .collect()
     };
-    let pairs = numbers(expected).into_iter().zip(numbers(actual));
-    words(expected) == words(actual) && pairs.map(|(a, b)| close(&a, &b)).all(|close| close)
+    let mut pairs = numbers(expected).into_iter().zip(numbers(actual));
+    words(expected) == words(actual) && pairs.all(|(a, b)| close(&a, &b))
 }
 
 /// Within the tolerance, or within one of the last printed digit.
