@@ -149,10 +149,10 @@ fn command(code: &str) -> Option<Words> {
     (words.len() > 1).then_some(words)
 }
 
-/// Words without quotes and without the brackets of what may be left out.
+/// Words without quotes and without the brackets of what may be left out, up to a comment or a redirection.
 fn split(code: &str) -> Words {
     code.split_whitespace()
-        .take_while(|word| !word.starts_with('#') && !word.contains('…'))
+        .take_while(|word| !word.starts_with('#') && !word.contains('…') && !word.contains('>'))
         .map(|word| word.trim_matches(['"', '[', ']']).replace("=\"", "="))
         .collect()
 }
