@@ -4,7 +4,7 @@ use crate::gap::dataset::Bench;
 use crate::gap::fit::{FINAL, SEARCH, Setting, covariance, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::search::{Scored, dispersion, scatter};
-use crate::system::effects::{Parameter, Starts};
+use crate::system::effects::{Meaning, Parameter, Starts};
 use nalgebra::{DMatrix, DVector};
 
 /// An effect is in the headline if one of its numbers lies further from nothing than this many standard deviations.
@@ -70,7 +70,7 @@ impl<'s, 'a> Spread<'s, 'a> {
             let std = slot.map(|s| {
                 let variance =
                     (self.covariance[(s, s)].max(0.0) * self.factor + self.scatter[s]) * scale * scale;
-                let std = (variance + zero_variance(self.kept, index, parameter.name)).sqrt();
+                let std = (variance + zero_variance(self.kept, index, parameter)).sqrt();
                 std.min(largest(self.kept, index, item, value, self.factor))
             });
             Some(Estimate {
@@ -181,16 +181,19 @@ fn largest(kept: &Scored, index: usize, item: &Item, value: f64, factor: f64) ->
 }
 
 /// Variance of the phase of an effect of the position, because the encoder's zero lies anywhere within a count.
-fn zero_variance(kept: &Scored, index: usize, parameter: &str) -> f64 {
+fn zero_variance(kept: &Scored, index: usize, parameter: &Parameter) -> f64 {
     let hypothesis = &kept.hypothesis;
     let effect = hypothesis.items[index].effect;
-    let place = effect.parameters.iter().position(|p| p.name == "periods_per_rev");
+    let place = effect.place(Meaning::PeriodsPerTurn);
     let periods = match effect.starts {
         Starts::GravityScan => 1.0 / hypothesis.model.physics().gear_ratio,
         Starts::PositionScan => place.map_or(0.0, |k| hypothesis.value(index, k, &kept.fit.x)),
         _ => 0.0,
     };
-    let encoder = hypothesis.model.encoder.filter(|_| parameter == "phase_rad");
+    let encoder = hypothesis
+        .model
+        .encoder
+        .filter(|_| parameter.meaning == Meaning::Phase);
     encoder.map_or(0.0, |encoder| {
         (periods * std::f64::consts::TAU / encoder.counts_per_rev).powi(2) / 12.0
     })

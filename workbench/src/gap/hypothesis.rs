@@ -4,7 +4,7 @@
 //! file that is off by its tolerance must not make an effect, and must not hide one.
 
 use crate::gap::dataset::{Bench, driven_by};
-use crate::system::effects::{Effect, Family, Parameter, Scale};
+use crate::system::effects::{Effect, Meaning, Parameter, Scale};
 use crate::system::model::{Kind, Model};
 use crate::system::plant::physics::Physics;
 
@@ -145,9 +145,9 @@ impl<'a> Hypothesis<'a> {
     /// A thousandth of the scale; for frequencies a phase of a hundredth of a turn over the log.
     fn effect_step(&self, parameter: &Parameter) -> f64 {
         let scales = &self.bench.scales;
-        match (parameter.scale, parameter.name) {
+        match (parameter.scale, parameter.meaning) {
             (Scale::Frequency, _) => 0.01 * scales.time / scales.duration,
-            (_, "periods_per_rev") => 0.01 / (1.0 + scales.speed * scales.duration),
+            (_, Meaning::PeriodsPerTurn) => 0.01 / (1.0 + scales.speed * scales.duration),
             (Scale::Stiffness, _) => 0.01,
             _ => 1e-3,
         }
@@ -184,10 +184,11 @@ impl<'a> Hypothesis<'a> {
             (known.effect.apply)(&values, &mut plant);
         }
         for (item, it) in self.items.iter().enumerate() {
-            let count = it.effect.parameters.len();
-            let mut values = [0.0; 4];
-            (0..count).for_each(|parameter| values[parameter] = self.value(item, parameter, x));
-            (it.effect.apply)(&values[..count], &mut plant);
+            let parameters = 0..it.effect.parameters.len();
+            let values: Vec<f64> = parameters
+                .map(|parameter| self.value(item, parameter, x))
+                .collect();
+            (it.effect.apply)(&values, &mut plant);
         }
         plant
     }
@@ -223,8 +224,8 @@ impl<'a> Hypothesis<'a> {
     pub fn carried(&self, from: &Hypothesis, x: &[f64], default: &dyn Fn(&Slot) -> f64) -> Vec<f64> {
         let value = |slot: &Slot| match slot {
             Slot::Effect { item, parameter } => {
-                let name = self.items[*item].effect.name;
-                let twin = from.items.iter().position(|it| it.effect.name == name);
+                let effect = self.items[*item].effect;
+                let twin = from.items.iter().position(|it| it.effect == effect);
                 twin.and_then(|item| {
                     from.slots.iter().position(|s| {
                         *s == Slot::Effect {
@@ -256,16 +257,10 @@ impl<'a> Hypothesis<'a> {
         let drive = driven_by(&self.model.kind, self.model.base(), self.bench.input).drive;
         let winding = matches!(self.model.kind, Kind::DcMotor { .. });
         let known = self.model.known.iter().map(|known| known.effect);
-        let clash = |other: &Effect| other.name == effect.name || same_family(other.family, effect.family);
         effect.fits(drive, winding, self.bench.linear)
-            && !self.items.iter().any(|item| clash(item.effect))
-            && !known.into_iter().any(|other| other.name == effect.name)
+            && !self.items.iter().any(|item| item.effect.same_family(effect))
+            && !known.into_iter().any(|other| other == effect)
     }
-}
-
-/// Effects of one family replace each other.
-fn same_family(a: Family, b: Family) -> bool {
-    a == b
 }
 
 /// Relative tolerance (1 σ) of a base parameter, wide where the model is the best linear fit to the log.
@@ -312,8 +307,9 @@ fn known_slots(model: &Model) -> Vec<Slot> {
     for (known, it) in model.known.iter().enumerate() {
         for (parameter, spec) in it.effect.parameters.iter().enumerate() {
             let value = it.values[parameter];
-            let fixed = spec.name == "periods_per_rev" || (value == 0.0 && it.stds[parameter].is_none());
-            let default = if spec.name == "phase_rad" {
+            let fixed =
+                spec.meaning == Meaning::PeriodsPerTurn || (value == 0.0 && it.stds[parameter].is_none());
+            let default = if spec.meaning == Meaning::Phase {
                 model.default_tolerance
             } else {
                 model.default_tolerance * value.abs()

@@ -27,7 +27,7 @@ impl<'a> Search<'a, '_> {
                 let parents = [self.without(&before, index, &SEARCH)];
                 let bases = [Basis::new(&parents[0].hypothesis, &parents[0].fit.x)];
                 let left_out = before.hypothesis.items[index].effect;
-                let others = LIBRARY.iter().filter(|effect| effect.name != left_out.name);
+                let others = LIBRARY.iter().copied().filter(|effect| *effect != left_out);
                 let tasks = others
                     .filter(|effect| self.offers(&parents[0], effect))
                     .map(|e| (0, e));

@@ -7,7 +7,7 @@ use super::worth::WORTH;
 use crate::gap::fit::{Fit, SEARCH, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::initial_guesses::Basis;
-use crate::system::effects::{Effect, Family, LIBRARY};
+use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
 
 /// Starts of an optional parameter, a softness, that the grid of its effect does not move.
@@ -44,10 +44,9 @@ impl<'a> Search<'a, '_> {
         if item.can_grow() {
             variants.push(Item { full: true, ..item });
         }
-        if !matches!(item.effect.family, Family::Own(_)) {
-            let twins = LIBRARY
-                .iter()
-                .filter(|other| other.family == item.effect.family && other.name != item.effect.name);
+        if item.effect.family.is_ladder() {
+            let library = LIBRARY.iter().copied();
+            let twins = library.filter(|other| other.same_family(item.effect) && *other != item.effect);
             let allowed = twins.filter(|other| {
                 self.offers_form(other.form) && !self.excluded.iter().any(|name| name == other.name)
             });
@@ -61,7 +60,7 @@ impl<'a> Search<'a, '_> {
         let mut items = scored.hypothesis.items.clone();
         items[index] = item;
         let hypothesis = Hypothesis::new(self.bench, self.model, items);
-        if item.effect.name == scored.hypothesis.items[index].effect.name {
+        if item.effect == scored.hypothesis.items[index].effect {
             let fits = richer(item.effect).into_iter().map(|start| {
                 let default = |slot: &Slot| match slot {
                     Slot::Effect { parameter, .. } => start[*parameter],

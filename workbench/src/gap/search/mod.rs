@@ -167,7 +167,8 @@ struct Search<'a, 'p> {
 
 impl<'a> Search<'a, '_> {
     fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {
-        !self.excluded.iter().any(|name| name == effect.name)
+        effect.on_records()
+            && !self.excluded.iter().any(|name| name == effect.name)
             && self.offers_form(effect.form)
             && parent.hypothesis.admits(effect)
     }

@@ -64,7 +64,11 @@ impl<'a> Search<'a, '_> {
         let mut tasks: Vec<(usize, &'static Effect)> = Vec::new();
         let mut seen: Vec<Vec<String>> = Vec::new();
         for (index, parent) in beam.iter().enumerate() {
-            for effect in LIBRARY.iter().filter(|effect| self.offers(parent, effect)) {
+            for effect in LIBRARY
+                .iter()
+                .copied()
+                .filter(|effect| self.offers(parent, effect))
+            {
                 let mut names = parent.hypothesis.names();
                 names.push(effect.name.to_owned());
                 names.sort();

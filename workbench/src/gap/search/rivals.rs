@@ -44,8 +44,8 @@ impl<'a> Search<'a, '_> {
 /// True if two sets differ only by richer or poorer forms of the same families: then the score has decided.
 fn same_family_set(a: &Hypothesis, b: &Hypothesis) -> bool {
     let key = |item: &Item| match item.effect.family {
-        Family::Own(name) => name.to_owned(),
-        other => format!("{other:?}"),
+        Family::Own => item.effect.name.to_owned(),
+        shared => format!("{shared:?}"),
     };
     let sorted = |h: &Hypothesis| {
         let mut keys: Vec<String> = h.items.iter().map(key).collect();

@@ -14,7 +14,7 @@ use super::{BEAM, DEEPEST, Found, Offer, Search};
 use crate::gap::fit::{Evaluator, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::held_out_errors;
-use crate::system::effects::{LAGS, RARE_LAG, SHIFTS, Starts, find};
+use crate::system::effects::{LAGS, Meaning, RARE_LAG, SHIFTS, Starts};
 use rayon::prelude::*;
 
 /// Share of the squared error of the log that a name must remove to join. Names that stay remove a fifth ([`GROWTH`]); a
@@ -250,18 +250,14 @@ impl<'a> Search<'a, '_> {
     fn goes_round(&self, child: &Scored<'a>) -> bool {
         let newest = child.hypothesis.items.len() - 1;
         let effect = child.hypothesis.items[newest].effect;
-        let place = |name: &str| {
-            effect
-                .parameters
-                .iter()
-                .position(|parameter| parameter.name == name)
+        let value = |meaning: Meaning| {
+            let place = effect.place(meaning)?;
+            Some(child.hypothesis.value(newest, place, &child.fit.x))
         };
-        let value = |k: usize| child.hypothesis.value(newest, k, &child.fit.x);
         let periods = match effect.starts {
-            Starts::PositionScan => {
-                place("periods_per_rev").map(|k| value(k) * self.bench.travel() / std::f64::consts::TAU)
-            }
-            Starts::TimeScan => place("frequency_hz").map(|k| value(k) * self.bench.scales.duration),
+            Starts::PositionScan => value(Meaning::PeriodsPerTurn)
+                .map(|periods| periods * self.bench.travel() / std::f64::consts::TAU),
+            Starts::TimeScan => value(Meaning::Frequency).map(|hertz| hertz * self.bench.scales.duration),
             _ => None,
         };
         periods.is_none_or(|periods| periods >= PERIODS)
@@ -329,7 +325,8 @@ impl<'a> Search<'a, '_> {
     /// stays as a rival.
     fn by_convention(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
         let names = scored.hypothesis.names();
-        let Some(index) = names.iter().position(|name| name == RARE_LAG.name) else {
+        let items = &scored.hypothesis.items;
+        let Some(index) = items.iter().position(|item| item.effect == RARE_LAG) else {
             return scored;
         };
         let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
@@ -339,8 +336,8 @@ impl<'a> Search<'a, '_> {
         };
         let likely = LAGS
             .iter()
+            .copied()
             .filter(|lag| !self.excluded.iter().chain(&names).any(|name| name == lag.name))
-            .filter_map(|lag| find(lag.name))
             .filter_map(|effect| self.replaced(&scored, index, Item { effect, full: false }))
             .map(|other| self.refit(&other, &SEARCH))
             .filter(near)
@@ -359,10 +356,10 @@ impl<'a> Search<'a, '_> {
     /// A symmetric form and a shift to one side are the same as the form with two sides: where both leave the same, one name is
     /// said instead of two.
     fn one_name_for_two(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        let names = scored.hypothesis.names();
+        let items = &scored.hypothesis.items;
         let Some(shift) = SHIFTS
             .iter()
-            .find_map(|shift| names.iter().position(|name| name == shift.name))
+            .find_map(|shift| items.iter().position(|item| item.effect == *shift))
         else {
             return scored;
         };

@@ -171,18 +171,11 @@ impl<'a> Search<'a, '_> {
     }
     /// A freed base parameter that stays near its nominal value is no effect, and neither is a gain or a scale near 1.
     fn inside_tolerance(&self, hypothesis: &Hypothesis, index: usize, item: &Item, x: &[f64]) -> bool {
-        let key = match item.effect.name {
-            "resistance" => "R_ohm",
-            "motor_gain" => "Kt_nm_per_a",
-            "inertia" if self.model.linear() => "mass_kg",
-            "inertia" => "J_kgm2",
-            "viscous_friction" => "b_nms_per_rad",
-            "drive_gain" => "drive_gain",
-            "encoder_scale" => "encoder_scale",
-            _ => return false,
+        let Some(number) = item.effect.relations.multiplies else {
+            return false;
         };
         let shift = hypothesis.value(index, 0, x).ln().abs();
-        shift < BEYOND * tolerance(self.model, key)
+        shift < BEYOND * tolerance(self.model, number.tolerance_key(self.model.linear()))
     }
 
     pub(super) fn at_floor(&self, scored: &Scored) -> bool {

@@ -1,65 +1,9 @@
 //! Which effects of the library leave a trace in a steady state, in which forms they are tried, and by what their
 //! parameters are measured.
 
-use crate::system::effects::{Effect, Family, LIBRARY, Scale, Signal, Starts};
+use crate::system::effects::{Effect, Family, Forms, LIBRARY, Needs, Role, Scale, Signal, Starts};
 use crate::system::model::Model;
 use crate::system::plant::physics::{Drive, Physics};
-
-/// Effects that change a steady state. What only delays, and what averages out over a turn, does not.
-const VISIBLE: [&str; 22] = [
-    "dead_zone",
-    "dead_zone_asymmetric",
-    "voltage_saturation",
-    "voltage_saturation_asymmetric",
-    "drive_gain",
-    "voltage_offset",
-    "voltage_drop",
-    "supply_sag",
-    "current_limit",
-    "resistance",
-    "motor_gain",
-    "viscous_friction",
-    "coulomb_friction",
-    "coulomb_asymmetric",
-    "stribeck_friction",
-    "viscous_asymmetric",
-    "quadratic_drag",
-    "constant_load",
-    "encoder_scale",
-    "speed_saturation",
-    "sensor_rectified",
-    "sensor_offset",
-];
-
-/// One effect of each kind of trace: what the search tries first. The others enter as rivals of those that are found.
-const REPRESENTATIVES: [&str; 11] = [
-    "drive_gain",
-    "dead_zone",
-    "dead_zone_asymmetric",
-    "voltage_saturation",
-    "voltage_saturation_asymmetric",
-    "voltage_offset",
-    "constant_load",
-    "sensor_offset",
-    "supply_sag",
-    "quadratic_drag",
-    "sensor_rectified",
-];
-
-/// Effects that refine a set that was found: they matter near standstill, or tell one direction from the other.
-const REFINEMENTS: [&str; 2] = ["stribeck_friction", "viscous_asymmetric"];
-
-/// What only a model with a winding has apart from its gain.
-const NEEDS_WINDING: &str = "viscous_friction";
-
-/// Effects that only an input in both directions can show.
-const NEEDS_REVERSAL: [&str; 5] = [
-    "dead_zone_asymmetric",
-    "voltage_saturation_asymmetric",
-    "coulomb_asymmetric",
-    "viscous_asymmetric",
-    "sensor_rectified",
-];
 
 /// An effect with some of its parameters pinned to a value.
 #[derive(Clone, Debug)]
@@ -102,13 +46,10 @@ impl Form {
     }
 }
 
-/// Whether two effects describe the same place, so that one replaces the other.
+/// Whether two effects describe the same place, so that one replaces the other. The damping of the base and a further one
+/// that differs between the directions add up.
 pub fn same_place(a: &Effect, b: &Effect) -> bool {
-    let shared = matches!(
-        a.family,
-        Family::DeadZone | Family::DryFriction | Family::Own("limit")
-    );
-    a.name == b.name || (shared && a.family == b.family)
+    a == b || (a.same_family(b) && a.family != Family::Viscous)
 }
 
 /// What the candidates are drawn from.
@@ -141,20 +82,18 @@ impl Offer {
 
     /// Every effect that could be named from this table.
     pub fn effects(&self) -> Vec<&'static Effect> {
-        LIBRARY
-            .iter()
-            .filter(|e| VISIBLE.contains(&e.name) && self.allows(e))
-            .collect()
+        let library = LIBRARY.iter().copied();
+        library.filter(|effect| self.allows(effect)).collect()
     }
 
     /// The forms that the search tries.
     pub fn forms(&self) -> Vec<Form> {
-        self.among(&REPRESENTATIVES)
+        self.in_role(Role::Representative)
     }
 
     /// The forms that are tried on top of a set.
     pub fn refinements(&self) -> Vec<Form> {
-        self.among(&REFINEMENTS)
+        self.in_role(Role::Refinement)
     }
 
     /// Voltages at which the table shows the motor starting from rest, the first of each direction.
@@ -162,37 +101,40 @@ impl Offer {
         &self.restarts
     }
 
-    fn among(&self, names: &[&str]) -> Vec<Form> {
-        self.effects()
-            .into_iter()
-            .filter(|e| names.contains(&e.name))
-            .flat_map(forms)
-            .collect()
+    fn in_role(&self, role: Role) -> Vec<Form> {
+        let effects = self.effects().into_iter();
+        let chosen = effects.filter(|effect| effect.steady().is_some_and(|steady| steady.role == role));
+        chosen.flat_map(forms).collect()
     }
 
     fn allows(&self, effect: &Effect) -> bool {
-        let scale = effect.is_base_parameter() || matches!(effect.name, "drive_gain" | "encoder_scale");
-        !self.taken.iter().any(|t| same_place(t, effect))
+        effect.steady().is_some_and(|steady| self.holds(steady.needs))
+            && !self.taken.iter().any(|taken| same_place(taken, effect))
             && effect.fits(Drive::Voltage, self.winding, false)
-            && (self.winding || effect.name != NEEDS_WINDING)
-            && (self.reversed || !NEEDS_REVERSAL.contains(&effect.name))
-            && (self.rectifiable || effect.name != "sensor_rectified")
-            && !(self.fitted_to_log && scale)
+            && !(self.fitted_to_log && effect.is_scale())
+    }
+
+    /// Whether model and table hold what an effect needs to be seen.
+    fn holds(&self, needs: Needs) -> bool {
+        match needs {
+            Needs::Nothing => true,
+            Needs::Winding => self.winding,
+            Needs::Reversal => self.reversed,
+            Needs::Magnitudes => self.reversed && self.rectifiable,
+        }
     }
 }
 
-/// The forms of an effect: with its optional parameters at their defaults, and with them fitted. Friction with a
-/// breakaway level is tried as breakaway alone, because a steady state cannot tell its kinetic level from a dead zone.
+/// The forms in which an effect is tried.
 pub fn forms(effect: &'static Effect) -> Vec<Form> {
-    match effect.name {
-        "stribeck_friction" => vec![Form {
+    let optional = effect.parameters.iter().any(|p| p.default.is_some());
+    match effect.steady().map(|steady| steady.forms) {
+        Some(Forms::FromRest(pinned)) => vec![Form {
             effect,
-            pinned: vec![Some(0.0), None, None],
+            pinned: pinned.to_vec(),
         }],
-        "supply_sag" => vec![Form::plain(effect)],
-        _ if effect.parameters.iter().any(|p| p.default.is_some()) => {
-            vec![Form::plain(effect), Form::free(effect)]
-        }
+        Some(Forms::Plain) => vec![Form::plain(effect)],
+        _ if optional => vec![Form::plain(effect), Form::free(effect)],
         _ => vec![Form::free(effect)],
     }
 }
@@ -275,7 +217,7 @@ impl Natural {
             .map(|p| self.unit(p.scale))
             .collect();
         match form.effect.starts {
-            _ if form.effect.family == Family::Own("limit") => self.limits(form),
+            _ if form.effect.family == Family::Limit => self.limits(form),
             Starts::Grid(grid) => grid.iter().map(|g| scaled(g, &units)).collect(),
             Starts::Quantiles(signal, _) => {
                 self.levels(signal).into_iter().map(|level| vec![level]).collect()

@@ -1,10 +1,11 @@
 //! Explanations that lost, each with its reason.
 
 use super::fit::Problem;
-use super::rivals::{Replacement, is_scale};
+use super::rivals::Replacement;
 use super::verdict::{Case, Found};
 use super::words::{self, SpeedUnit};
 use crate::outcome::*;
+use crate::system::effects::DEAD_ZONE;
 
 /// Explanations that were tried on top and brought nothing, listed.
 const IDLE: usize = 4;
@@ -26,18 +27,18 @@ impl Case<'_> {
                 )
             });
             Rival {
-                names: r.names.clone(),
+                names: r.names(),
                 gap,
                 reason,
             }
         });
         let added = self.search.additions(&found.chosen);
         // A dead zone is what everybody asks about first.
-        let listed = |(k, r): &(usize, Replacement)| *k < IDLE || r.names[0] == "dead_zone";
+        let listed = |(k, r): &(usize, Replacement)| *k < IDLE || r.effects[0] == &DEAD_ZONE;
         let idle = added.into_iter().enumerate().filter(listed).map(|(_, r)| Rival {
             gap: self.gap(&r.fit, unit),
             reason: r.objection.clone().unwrap_or_default() + &at_bound(found.problem, &r),
-            names: r.names,
+            names: r.names(),
         });
         lost.chain(idle).collect()
     }
@@ -59,12 +60,12 @@ fn at_bound(problem: &Problem, r: &Replacement) -> String {
         .forms
         .iter()
         .enumerate()
-        .filter(|(_, f)| r.names.iter().any(|n| n == f.effect.name))
+        .filter(|(_, f)| r.effects.contains(&f.effect))
     {
         for (p, value) in form.effect.parameters.iter().zip(r.fit.values(k)) {
             let unit = problem.natural.unit(p.scale);
             let near = |bound: f64| (value - bound * unit).abs() < VANISHED * unit * (p.upper - p.lower);
-            let sizes = is_scale(form.effect) || near(p.upper);
+            let sizes = form.effect.is_scale() || near(p.upper);
             if sizes && (near(p.lower) || near(p.upper)) {
                 return format!(
                     ", and that only at its bound ({} = {})",

@@ -4,6 +4,7 @@ use super::study::deviation;
 use super::verdict::{Case, Found};
 use super::words::{self, SpeedUnit};
 use crate::outcome::*;
+use crate::system::effects::{Effect, Shape};
 use std::collections::BTreeMap;
 
 /// A deviation beyond this share of the parameter's range says that the rows do not feel it.
@@ -18,11 +19,12 @@ impl Case<'_> {
             .map(|k| {
                 let effect = found.fit.forms[k].effect;
                 let (before, after) = (steps[k].gap, steps[k + 1].gap);
-                let text = words::evidence(effect.name, &found.plant, self.search.problem.base, unit);
+                let shape = shape(effect);
+                let text = words::evidence(shape, &found.plant, self.search.problem.base, unit);
                 NamedEffect {
                     name: effect.name.into(),
                     parameters: self.parameters(found, k),
-                    derived: derived(found, effect.name),
+                    derived: derived(found, shape),
                     gap_before: before,
                     gap_after: after,
                     evidence: format!(
@@ -96,8 +98,14 @@ impl Case<'_> {
     }
 }
 
-fn derived(found: &Found, name: &str) -> BTreeMap<String, Value> {
-    let figures = words::derived(name).into_iter().map(|(key, unit, figure)| {
+/// What the effect does to the curve. One that no table names is told by its summary; the search offers none.
+fn shape(effect: &Effect) -> Shape {
+    let steady = effect.steady();
+    steady.map_or(Shape::Told(effect.summary), |steady| steady.shape)
+}
+
+fn derived(found: &Found, shape: Shape) -> BTreeMap<String, Value> {
+    let figures = words::derived(shape).into_iter().map(|(key, unit, figure)| {
         let std = found
             .covariance
             .as_ref()

@@ -3,21 +3,21 @@
 use super::candidates::{Form, forms};
 use super::fit::Fit;
 use super::search::{Search, THRESHOLD, TIE};
-use crate::system::effects::{self, Effect};
+use crate::system::effects::{Effect, MOTOR_GAIN, RESISTANCE, VISCOUS_FRICTION};
 use rayon::prelude::*;
 
 /// Parameters of the motor that can imitate a gain only together; damping, which a data sheet knows least, first.
-const PAIRS: [[&str; 2]; 3] = [
-    ["motor_gain", "viscous_friction"],
-    ["motor_gain", "resistance"],
-    ["resistance", "viscous_friction"],
+static PAIRS: [[&Effect; 2]; 3] = [
+    [&MOTOR_GAIN, &VISCOUS_FRICTION],
+    [&MOTOR_GAIN, &RESISTANCE],
+    [&RESISTANCE, &VISCOUS_FRICTION],
 ];
 
 /// A set in which one accepted effect is replaced.
 #[derive(Clone, Debug)]
 pub struct Replacement {
     /// What stands in its place.
-    pub names: Vec<String>,
+    pub effects: Vec<&'static Effect>,
     /// The refitted set.
     pub fit: Fit,
     /// Score above that of the accepted set; negative: better.
@@ -27,6 +27,11 @@ pub struct Replacement {
 }
 
 impl Replacement {
+    /// Their names.
+    pub fn names(&self) -> Vec<String> {
+        self.effects.iter().map(|effect| effect.name.to_owned()).collect()
+    }
+
     /// Whether the data cannot tell it from the accepted effect.
     pub fn ties(&self, inflation: f64) -> bool {
         self.objection.is_none() && self.worse_by < TIE * inflation
@@ -38,8 +43,8 @@ impl Search<'_> {
     /// one unit of score, the first in the library's order along the signal stands for all.
     pub fn canonical(&self, mut fit: Fit) -> Fit {
         for k in 0..fit.forms.len() {
-            let chosen = fit.forms[k].effect.name;
-            let earlier = self.offer.effects().into_iter().take_while(|e| e.name != chosen);
+            let chosen = fit.forms[k].effect;
+            let earlier = self.offer.effects().into_iter().take_while(|e| *e != chosen);
             let equal = earlier
                 .flat_map(forms)
                 .filter(|f| f.size() <= fit.forms[k].size())
@@ -56,17 +61,13 @@ impl Search<'_> {
 
     /// Every replacement of effect k, the best first.
     pub fn replacements(&self, fit: &Fit, k: usize) -> Vec<Replacement> {
-        let others = self
-            .offer
-            .effects()
-            .into_iter()
-            .filter(|e| e.name != fit.forms[k].effect.name);
-        let others: Vec<&'static Effect> = others.collect();
+        let mut others = self.offer.effects();
+        others.retain(|effect| *effect != fit.forms[k].effect);
         let mut all: Vec<Replacement> = others
             .into_par_iter()
             .filter_map(|e| self.replacement(fit, k, e))
             .collect();
-        if is_scale(fit.forms[k].effect) {
+        if fit.forms[k].effect.is_scale() {
             all.extend(self.base_pairs(fit, k, &all));
         }
         all.sort_by(|a, b| a.worse_by.total_cmp(&b.worse_by));
@@ -78,13 +79,13 @@ impl Search<'_> {
             .into_iter()
             .flat_map(|form| self.exchanged(fit, k, &[form]));
         let best = fits.min_by(|a, b| self.score(a).total_cmp(&self.score(b)))?;
-        Some(self.compared(fit, vec![effect.name.to_string()], best))
+        Some(self.compared(fit, vec![effect], best))
     }
 
-    fn compared(&self, accepted: &Fit, names: Vec<String>, fit: Fit) -> Replacement {
+    fn compared(&self, accepted: &Fit, effects: Vec<&'static Effect>, fit: Fit) -> Replacement {
         let worse_by = self.score(&fit) - self.score(accepted);
         Replacement {
-            names,
+            effects,
             fit,
             worse_by,
             objection: None,
@@ -96,17 +97,14 @@ impl Search<'_> {
     /// for it.
     fn base_pairs(&self, fit: &Fit, k: usize, singles: &[Replacement]) -> Vec<Replacement> {
         let inflation = self.inflation(fit);
-        let base = |r: &&Replacement| effects::find(&r.names[0]).is_some_and(Effect::is_base_parameter);
+        let base = |r: &&Replacement| r.effects[0].is_base_parameter();
         if singles.iter().filter(base).any(|r| r.ties(inflation)) {
             return vec![];
         }
-        let mut pairs: Vec<Replacement> = PAIRS
-            .iter()
-            .filter_map(|names| self.pair(fit, k, names))
-            .collect();
+        let mut pairs: Vec<Replacement> = PAIRS.iter().filter_map(|pair| self.pair(fit, k, *pair)).collect();
         let mut fitting = pairs.iter_mut().filter(|p| p.ties(inflation));
         if let Some(first) = fitting.next() {
-            let stands = first.names.join(" + ");
+            let stands = first.names().join(" + ");
             fitting.for_each(|p| {
                 p.objection = Some(format!("the same as {stands}: only the product R·b is seen"))
             });
@@ -114,15 +112,16 @@ impl Search<'_> {
         pairs
     }
 
-    fn pair(&self, fit: &Fit, k: usize, names: &[&str; 2]) -> Option<Replacement> {
+    fn pair(&self, fit: &Fit, k: usize, pair: [&'static Effect; 2]) -> Option<Replacement> {
         let offered = self.offer.effects();
-        let find = |name: &str| offered.iter().copied().find(|e| e.name == name);
-        let (first, second) = (find(names[0])?, find(names[1])?);
-        let fits = self.exchanged(fit, k, &[Form::free(first), Form::free(second)]);
+        if !pair.iter().all(|effect| offered.contains(effect)) {
+            return None;
+        }
+        let fits = self.exchanged(fit, k, &pair.map(Form::free));
         let best = fits
             .into_iter()
             .min_by(|a, b| self.score(a).total_cmp(&self.score(b)))?;
-        Some(self.compared(fit, names.iter().map(|n| n.to_string()).collect(), best))
+        Some(self.compared(fit, pair.to_vec(), best))
     }
 
     /// Effect k exchanged for others: once with the rest where it was, once grown anew, because a gain that moves to
@@ -137,7 +136,7 @@ impl Search<'_> {
         };
         let warm = new.iter().fold(Some(rest.clone()), extend);
         // Only a gain does that; other exchanges leave the thresholds where they are.
-        let moves = is_scale(fit.forms[k].effect);
+        let moves = fit.forms[k].effect.is_scale();
         let cold = moves
             .then(|| new.iter().chain(&rest.forms).fold(self.nothing(), extend))
             .flatten();
@@ -154,7 +153,7 @@ impl Search<'_> {
         let added = offered.filter_map(|e| {
             let fits = forms(e).into_iter().filter_map(|form| self.extended(fit, &form));
             let best = fits.min_by(|a, b| self.score(a).total_cmp(&self.score(b)))?;
-            Some(self.compared(fit, vec![e.name.to_string()], best))
+            Some(self.compared(fit, vec![e], best))
         });
         let mut all: Vec<Replacement> = added.collect();
         for r in &mut all {
@@ -168,11 +167,6 @@ impl Search<'_> {
         all.sort_by(|a, b| a.worse_by.total_cmp(&b.worse_by));
         all
     }
-}
-
-/// Effects that scale the whole map.
-pub fn is_scale(effect: &Effect) -> bool {
-    effect.is_base_parameter() || matches!(effect.name, "drive_gain" | "encoder_scale")
 }
 
 /// Moves the last effect of a set to place k.

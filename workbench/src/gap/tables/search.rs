@@ -6,7 +6,7 @@
 
 use super::candidates::{Form, Offer, forms, same_place};
 use super::fit::{Fit, Problem};
-use crate::system::effects::{Effect, Scale};
+use crate::system::effects::{Effect, Family, Forms, LIBRARY, Scale};
 use rayon::prelude::*;
 
 /// Score that an effect has to earn. The evidence of 2 in the log-likelihood that Kass and Raftery (J. Am. Stat. Assoc.
@@ -55,15 +55,7 @@ impl Search<'_> {
     /// One width and an offset are two widths under other names, exactly; so are friction and a constant torque. Such a
     /// pair becomes the one effect that it is.
     fn united(&self, fit: Fit) -> Fit {
-        let place = |name: &str| fit.forms.iter().position(|form| form.effect.name == name);
-        let pair = UNITED.iter().find_map(|(even, constant, uneven)| {
-            Some((
-                place(even)?,
-                place(constant)?,
-                crate::system::effects::find(uneven)?,
-            ))
-        });
-        let Some((even, constant, uneven)) = pair else {
+        let Some((even, constant, uneven)) = even_and_constant(&fit) else {
             return fit;
         };
         let without = self.others(&fit, even.max(constant));
@@ -94,8 +86,8 @@ impl Search<'_> {
     }
 
     fn refined(&self, fit: &Fit, form: &Form) -> Option<Fit> {
-        match form.effect.name {
-            "stribeck_friction" => self.with_breakaway(fit, form),
+        match form.effect.steady().map(|steady| steady.forms) {
+            Some(Forms::FromRest(_)) => self.with_breakaway(fit, form),
             _ => self.extended(fit, form),
         }
     }
@@ -170,7 +162,7 @@ impl Search<'_> {
         !parent
             .forms
             .iter()
-            .any(|f| same_place(f.effect, effect) || excludes(f.effect, effect))
+            .any(|f| same_place(f.effect, effect) || f.effect.excludes_in_tables(effect))
     }
 
     /// The set with one more effect, refitted.
@@ -307,16 +299,13 @@ fn fitted_values(fit: &Fit, k: usize) -> Vec<f64> {
 
 /// The fitted parameters with each width of the dead zone narrowed in steps, one side at a time and both together.
 fn narrowed(fit: &Fit, own: &[f64]) -> Vec<Vec<f64>> {
-    let zone = |f: &Form| matches!(f.effect.name, "dead_zone" | "dead_zone_asymmetric");
+    let zone = |f: &Form| f.effect.family == Family::DeadZone;
     let Some(k) = fit.forms.iter().position(zone) else {
         return vec![own.to_vec()];
     };
     let first: usize = fit.forms[..k].iter().map(Form::size).sum();
-    let sides = if fit.forms[k].effect.name == "dead_zone" {
-        1
-    } else {
-        2
-    };
+    let widths = fit.forms[k].effect.parameters.iter();
+    let sides = widths.filter(|width| width.default.is_none()).count();
     let mut all = vec![own.to_vec()];
     for share in [0.95, 0.9, 0.85, 0.8, 0.7, 0.6] {
         for which in 1..1 << sides {
@@ -336,55 +325,21 @@ fn simpler(form: &Form) -> Vec<Form> {
         .into_iter()
         .filter(|f| f.size() < form.size())
         .collect();
-    let symmetric = match form.effect.name {
-        "dead_zone_asymmetric" => crate::system::effects::find("dead_zone"),
-        "coulomb_asymmetric" => crate::system::effects::find("coulomb_friction"),
-        "voltage_saturation_asymmetric" => crate::system::effects::find("voltage_saturation"),
-        _ => None,
-    };
-    simpler.extend(
-        symmetric
-            .into_iter()
-            .flat_map(forms)
-            .filter(|f| f.size() < form.size()),
-    );
+    let even = form.effect.relations.uneven_of.map(|uneven| uneven.even);
+    let even = even.into_iter().flat_map(forms);
+    simpler.extend(even.filter(|f| f.size() < form.size()));
     simpler
 }
 
-/// Effects of one group are one thing in a steady state, or nearly so, and must not stand side by side.
-fn excludes(a: &Effect, b: &Effect) -> bool {
-    const SAME: [&[&str]; 7] = [
-        &["drive_gain", "encoder_scale"],
-        &[
-            "dead_zone",
-            "dead_zone_asymmetric",
-            "coulomb_friction",
-            "coulomb_asymmetric",
-            "voltage_drop",
-        ],
-        &[
-            "voltage_saturation",
-            "voltage_saturation_asymmetric",
-            "speed_saturation",
-            "current_limit",
-        ],
-        &["quadratic_drag", "supply_sag"],
-        &["voltage_offset", "constant_load", "sensor_offset"],
-        // Two widths that differ are one width and an offset.
-        &["dead_zone_asymmetric", "voltage_offset"],
-        &["dead_zone_asymmetric", "constant_load"],
-    ];
-    SAME.iter()
-        .any(|group| group.contains(&a.name) && group.contains(&b.name))
+/// The places of an even effect and of a constant in a set, and the uneven effect that the two make together.
+fn even_and_constant(fit: &Fit) -> Option<(usize, usize, &'static Effect)> {
+    let place = |effect: &Effect| fit.forms.iter().position(|form| form.effect == effect);
+    LIBRARY.iter().find_map(|effect| {
+        let uneven = effect.relations.uneven_of?;
+        let constant = uneven.with.iter().find_map(|constant| place(constant))?;
+        Some((place(uneven.even)?, constant, *effect))
+    })
 }
-
-/// An even effect, a constant, and the uneven effect that the two make together.
-const UNITED: [(&str, &str, &str); 4] = [
-    ("dead_zone", "voltage_offset", "dead_zone_asymmetric"),
-    ("dead_zone", "constant_load", "dead_zone_asymmetric"),
-    ("coulomb_friction", "constant_load", "coulomb_asymmetric"),
-    ("coulomb_friction", "voltage_offset", "coulomb_asymmetric"),
-];
 
 /// What a set is: names and how many parameters are free.
 fn identity(fit: &Fit) -> Vec<(&'static str, usize)> {

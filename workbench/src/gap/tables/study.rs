@@ -3,6 +3,7 @@
 use super::fit::{Data, Fit, Problem};
 use super::map;
 use super::search::Search;
+use crate::system::effects::Effect;
 use crate::system::plant::physics::Physics;
 use nalgebra::DMatrix;
 
@@ -76,8 +77,8 @@ fn settle_last(sets: &mut [Fit], accepted: &Fit) {
     if last.mean_square <= accepted.mean_square {
         return;
     }
-    let place = |name: &str| accepted.forms.iter().position(|f| f.effect.name == name);
-    let order: Vec<usize> = last.forms.iter().filter_map(|f| place(f.effect.name)).collect();
+    let place = |effect: &Effect| accepted.forms.iter().position(|f| f.effect == effect);
+    let order: Vec<usize> = last.forms.iter().filter_map(|f| place(f.effect)).collect();
     let start = |k: usize| accepted.forms[..k].iter().map(|f| f.size()).sum::<usize>();
     let own = order
         .iter()

@@ -22,13 +22,13 @@ impl Case<'_> {
                 .filter_map(|r| {
                     let other = self.search.problem.plant(&r.fit.forms, &r.fit.x);
                     Some((
-                        r.names.join(" + "),
+                        r.names().join(" + "),
                         separate::best(&found.plant, &other, top, noise)?,
                     ))
                 })
                 .collect();
             let rivals = std::iter::once(vec![name])
-                .chain(tied.iter().map(|r| r.names.clone()))
+                .chain(tied.iter().map(Replacement::names))
                 .collect();
             let separated_by = separation(&contrasts, noise, unit);
             (
