@@ -7,8 +7,7 @@
 mod motor;
 
 use motor::{CONFIG, Motor};
-use servo::axis::{Axis, State};
-use servo::link::protocol::Command;
+use servo::axis::{Axis, Command, State};
 
 fn main() {
     let axis = Axis::new(&CONFIG).expect("every value within its range");

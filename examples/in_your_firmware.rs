@@ -8,9 +8,8 @@
 //! control rate.
 #![no_std]
 
-use servo::axis::{Axis, Bridge, Sample, State};
+use servo::axis::{Axis, Bridge, Command, Refusal, Sample, State};
 use servo::config::{Config, ConfigError};
-use servo::link::protocol::{Command, Refusal};
 use servo::protect::Fault;
 
 /// What the servo needs of a board.
@@ -45,7 +44,7 @@ impl<B: Board> Servo<B> {
 
     /// Asks for a motion, a commissioning, or a stop. Nothing has changed if it is refused.
     pub fn command(&mut self, command: &Command) -> Result<(), Refusal> {
-        self.axis.command(&mut self.state, command).map_err(Refusal::Axis)
+        self.axis.command(&mut self.state, command)
     }
 
     /// The latched fault.

@@ -4,8 +4,7 @@
 //! ```
 //! # mod motor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/motor/mod.rs")); }
 //! # use motor::{CONFIG, Motor};
-//! use servo::axis::Axis;
-//! use servo::link::protocol::Command;
+//! use servo::axis::{Axis, Command};
 //!
 //! let axis = Axis::new(&CONFIG).expect("every value within its range");
 //! let (mut state, mut motor) = (axis.start(), Motor::default());

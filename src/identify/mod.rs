@@ -12,7 +12,7 @@
 //! ```
 //! # mod motor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/motor/mod.rs")); }
 //! # use motor::{CONFIG, Motor};
-//! # use servo::{axis::Axis, link::protocol::Command};
+//! # use servo::axis::{Axis, Command};
 //! # let axis = Axis::new(&CONFIG).expect("every value within its range");
 //! # let (mut state, mut motor) = (axis.start(), Motor::default());
 //! # axis.command(&mut state, &Command::Arm).expect("nothing moves");
