@@ -6,6 +6,27 @@
 //!
 //! [`Params::observe`] does the per-tick part; what a window is used for is decided by the caller: the
 //! [`crate::commission`] state machine, or the passive identification in ordinary motion.
+//!
+//! An axis does all of this by itself. What it has found is a number with its uncertainty, and whether it may be used:
+//!
+//! ```
+//! # mod motor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/motor/mod.rs")); }
+//! # use motor::{CONFIG, Motor};
+//! # use servo::axis::{Axis, Command};
+//! # let axis = Axis::new(&CONFIG).expect("every value within its range");
+//! # let (mut state, mut motor) = (axis.start(), Motor::default());
+//! # axis.command(&mut state, &Command::Arm).expect("nothing moves");
+//! axis.command(&mut state, &Command::Commission { budget_ms: 5_000, seed: 1 }).expect("it is armed");
+//! # for _tick in 0..60_000 {
+//! #     let output = axis.step(&mut state, motor.sample());
+//! #     motor.pass(output);
+//! # }
+//! // Six seconds later, on a motor with 1.2 V of friction:
+//! let report = axis.report(&state).commissioning.expect("it has ended");
+//! let dead_zone_v = report.estimates.dead_zone_pos_v;
+//! assert!(dead_zone_v.trusted);
+//! assert!((dead_zone_v.value.expect("a number") - 1.2).abs() < 0.02);
+//! ```
 
 pub mod coast;
 pub mod estimate;

@@ -21,7 +21,7 @@ const TURN_HARMONICS: usize = 60;
 const LINES: usize = 400;
 /// Peaks of a scan that are starts.
 const STRONGEST: usize = 3;
-/// A line of a periodic torque leaves no other line that is larger than this part of it (docs/decisions/0128).
+/// A line of a periodic torque leaves no other line that is larger than this part of it (docs/notebook/0128).
 const LEFT: f64 = 0.3;
 /// … but for what the largest of some hundred lines gains by chance: 2·ln(400), and a reserve.
 const CHANCE: f64 = 20.0;

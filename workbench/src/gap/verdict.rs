@@ -79,7 +79,7 @@ fn still(bench: &Bench) -> Vec<String> {
 /// What is left is worth a word when it is visible: this much rms beyond the noise, in units of the noise.
 const VISIBLE: f64 = 0.25;
 /// … and when it is more than this share of the first gap (squared). Right names in a form that is not exactly the
-/// library's leave up to half a per cent (docs/naming.md), wrong ones several times that.
+/// library's leave up to half a per cent (docs/results/naming.md), wrong ones several times that.
 const SHARE: f64 = 0.006;
 /// The same where what is left goes with the turn of a shaft: no form of another effect does.
 const SHARE_TURNING: f64 = 1e-3;
