@@ -1,10 +1,10 @@
 //! The paper's servo model, its claims, and the data files that they are computed from.
 
 use truing::cli::paper;
-use truing::report::exhibit::{Check, Exhibit};
+use truing::report::section::{Check, Section};
 
-fn failing(exhibit: &Exhibit) -> Vec<&Check> {
-    exhibit.checks.iter().filter(|c| !c.holds).collect()
+fn failing(section: &Section) -> Vec<&Check> {
+    section.checks.iter().filter(|c| !c.holds).collect()
 }
 
 #[test]

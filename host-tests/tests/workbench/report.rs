@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use truing::device::commission_report::Number;
 use truing::outcome::*;
-use truing::report::exhibit::{Check, Exhibit, Table};
 use truing::report::html::{Document, Html};
 use truing::report::json::Json;
 use truing::report::model_file::ModelFile;
+use truing::report::section::{Check, Section, Table};
 use truing::report::terminal::{Terminal, WIDTH};
 use truing::report::{Exporter, write_atomically};
 
@@ -237,7 +237,7 @@ fn html_is_self_contained_escaped_and_tells_the_three_stages() {
 
 #[test]
 fn a_document_of_several_parts_has_a_table_of_contents() {
-    let exhibit = Exhibit {
+    let section = Section {
         title: "Closing table".into(),
         text: vec!["Estimates beside the truth.".into()],
         plots: vec![traces()],
@@ -254,7 +254,7 @@ fn a_document_of_several_parts_has_a_table_of_contents() {
     };
     let document = Document::new("Demo", "two parts")
         .gap("The case", &["An introduction."], &outcome())
-        .exhibit(exhibit);
+        .section(section);
     let page = document.render();
     for piece in [
         "href=\"#part-2\"",

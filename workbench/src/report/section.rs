@@ -26,7 +26,7 @@ pub struct Check {
 
 /// Plots, tables and checks under one heading.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Exhibit {
+pub struct Section {
     /// Heading.
     pub title: String,
     /// Paragraphs in front.

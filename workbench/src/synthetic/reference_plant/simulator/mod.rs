@@ -1,18 +1,17 @@
 //! Drives the motor through time: breaks of the inputs, steps under error control, switchings located to rounding.
 
-use super::drive::{Command, Decay};
-use super::modes::{GUARDS, Held, Modes};
-use super::motor::{Motor, Oddity, Train};
-use super::noise::GaussMarkov;
-use super::rosenbrock::{self, N, State, Step, System};
-use super::state::*;
-use servo::axis::Bridge;
-use std::collections::VecDeque;
+mod sizes;
+mod steps;
 
-/// Held noise changes this often per correlation time: its spectrum is right to within a per cent up to the corner.
-const HOLDS_PER_CORRELATION: f64 = 8.0;
-/// Switchings at one instant before one is overlooked for a moment (see [`Simulator::overlooked`]).
-const MOST_SWITCHINGS_AT_ONCE: u32 = 40;
+use crate::synthetic::reference_plant::drive::{Command, Decay};
+use crate::synthetic::reference_plant::modes::{Held, Modes};
+use crate::synthetic::reference_plant::motor::{Motor, Oddity};
+use crate::synthetic::reference_plant::noise::GaussMarkov;
+use crate::synthetic::reference_plant::rosenbrock::{N, State, System};
+use crate::synthetic::reference_plant::state::*;
+use servo::axis::Bridge;
+use sizes::{moving_states, natural_sizes, needed_columns, noise_hold};
+use std::collections::VecDeque;
 
 /// The state of the world at the end of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -277,133 +276,6 @@ impl Simulator {
         self.modes
             .settle(&self.motor, &self.held, self.time, &mut self.state);
     }
-
-    /// Integrates to `stop` with constant inputs.
-    fn integrate(&mut self, stop: f64) {
-        let mut at_once = 0;
-        // Below this length a rest is rounding.
-        let least = 1e-14 * stop.abs().max(1e-3);
-        while stop - self.time > least {
-            let rest = stop - self.time;
-            // Two equal steps rather than a long one and a sliver.
-            let h = if self.next_step >= rest {
-                rest
-            } else {
-                self.next_step.min(0.5 * rest).max(least)
-            };
-            let step = rosenbrock::step(self, self.time, &self.state, h);
-            self.steps += 1;
-            let ratio = step.error / self.tolerance;
-            let factor = if ratio > 0.0 {
-                (0.9 * ratio.powf(-0.25)).clamp(0.1, 5.0)
-            } else {
-                5.0
-            };
-            if ratio > 1.0 && h > 10.0 * least {
-                self.next_step = h * factor.min(0.9);
-                continue;
-            }
-            if h == self.next_step || factor < 1.0 {
-                self.next_step = h * factor;
-            } else {
-                self.next_step = self.next_step.max(h * factor);
-            }
-            at_once = if at_once > MOST_SWITCHINGS_AT_ONCE {
-                self.overlooked += 1;
-                self.accept(&step);
-                0
-            } else {
-                self.accept_up_to_switching(step, at_once)
-            };
-        }
-    }
-
-    /// Accepts the step, or the part of it before the first switching. Returns the number of switchings in a row that
-    /// took no time.
-    fn accept_up_to_switching(&mut self, step: Step, at_once: u32) -> u32 {
-        let start = self.guards(self.time, &self.state);
-        let end = self.guards(self.time + step.h, &step.end);
-        if let Some(which) = (0..GUARDS).find(|&g| start[g] <= 0.0 && end[g] < 0.0) {
-            self.switch(which);
-            return at_once + 1;
-        }
-        let crossed = |guards: &[f64; GUARDS]| (0..GUARDS).any(|g| start[g] > 0.0 && guards[g] < 0.0);
-        let middle = self.guards(self.time + 0.5 * step.h, &step.at(0.5));
-        let bracket = if crossed(&middle) {
-            rosenbrock::step(self, self.time, &self.state, 0.5 * step.h)
-        } else {
-            step
-        };
-        let end = self.guards(self.time + bracket.h, &bracket.end);
-        if !crossed(&end) {
-            self.accept(&bracket);
-            return 0;
-        }
-        let (which, step) = self.locate(bracket, &start);
-        self.accept(&step);
-        self.switch(which);
-        0
-    }
-
-    /// Shortens the step to the first switching: false position with halved ends (the Illinois rule) on real steps, so that
-    /// the switching is as exact as the solution. Ends just beyond the switching.
-    fn locate(&self, mut beyond: Step, start: &[f64; GUARDS]) -> (usize, Step) {
-        let worst = |guards: &[f64; GUARDS]| {
-            let active = |g: usize| start[g] > 0.0 && start[g].is_finite();
-            let relative = |g: usize| {
-                if active(g) {
-                    guards[g] / start[g]
-                } else {
-                    f64::INFINITY
-                }
-            };
-            (0..GUARDS)
-                .map(|g| (g, relative(g)))
-                .min_by(|a, b| a.1.total_cmp(&b.1))
-                .unwrap_or((0, 0.0))
-        };
-        let (mut which, mut high) = worst(&self.guards(self.time + beyond.h, &beyond.end));
-        let (mut before, mut low) = (0.0, 1.0);
-        let (mut side, mut value_beyond) = (0, high);
-        for _ in 0..80 {
-            let width = beyond.h - before;
-            if width <= 4.0 * f64::EPSILON * (self.time.abs() + beyond.h) || value_beyond > -1e-14 {
-                break;
-            }
-            let guess =
-                (before + width * low / (low - high)).clamp(before + 0.001 * width, beyond.h - 0.001 * width);
-            let step = rosenbrock::step(self, self.time, &self.state, guess);
-            let (guard, value) = worst(&self.guards(self.time + guess, &step.end));
-            if value < 0.0 {
-                (beyond, high, value_beyond, which) = (step, value, value, guard);
-                low *= if side == 1 { 0.5 } else { 1.0 };
-                side = 1;
-            } else {
-                (before, low) = (guess, value.min(1.0));
-                high *= if side == -1 { 0.5 } else { 1.0 };
-                side = -1;
-            }
-        }
-        (which, beyond)
-    }
-
-    fn guards(&self, t: f64, y: &State) -> [f64; GUARDS] {
-        self.modes.guards(&self.motor, &self.held, t, y)
-    }
-
-    fn switch(&mut self, which: usize) {
-        self.switchings += 1;
-        self.modes
-            .switch(which, &self.motor, &self.held, self.time, &mut self.state);
-    }
-
-    fn accept(&mut self, step: &Step) {
-        // Simpson's rule on the continuous extension.
-        let middle = step.at(0.5)[CURRENT];
-        self.charge += step.h / 6.0 * (self.state[CURRENT] + 4.0 * middle + step.end[CURRENT]);
-        self.time += step.h;
-        self.state = step.end;
-    }
 }
 
 impl System for Simulator {
@@ -430,84 +302,4 @@ impl System for Simulator {
     fn scale(&self) -> &State {
         &self.scale
     }
-}
-
-fn noise_hold(motor: &Motor) -> f64 {
-    let torque = if motor.load.noise_nm > 0.0 {
-        motor.load.noise_s
-    } else {
-        f64::INFINITY
-    };
-    let ripple = if motor.drive.ripple > 0.0 {
-        motor.drive.ripple_s
-    } else {
-        f64::INFINITY
-    };
-    torque.min(ripple) / HOLDS_PER_CORRELATION
-}
-
-fn moving_states(motor: &Motor) -> Vec<usize> {
-    let tacho = motor.tacho.as_ref();
-    let present = [
-        (CURRENT, true),
-        (SPEED, true),
-        (ANGLE, true),
-        (LOAD_SPEED, motor.has_two_bodies()),
-        (LOAD_ANGLE, motor.has_two_bodies()),
-        (BRISTLE, motor.friction.bristle.is_some()),
-        (HEAT, motor.thermal.is_some()),
-        (BUS, motor.drive.bus_farad > 0.0),
-        (LAG, motor.drive.lag_s > 0.0),
-        (SENSED, tacho.is_some_and(|tacho| tacho.lag_s > 0.0)),
-        (SENSED_ANGLE, tacho.is_some()),
-    ];
-    present
-        .iter()
-        .filter(|state| state.1)
-        .map(|state| state.0)
-        .collect()
-}
-
-/// Columns of the Jacobian that are not zero.
-fn needed_columns(motor: &Motor) -> [bool; N] {
-    let load = &motor.load;
-    let by_angle = load.mgl_nm != 0.0
-        || load.cogging_nm != 0.0
-        || load.oddity.is_some()
-        || motor.friction.depends_on_angle()
-        || motor.load_friction.depends_on_angle()
-        || motor.has_two_bodies();
-    let mut needed = [true; N];
-    needed[ANGLE] = by_angle;
-    needed[LOAD_ANGLE] = by_angle;
-    needed[SENSED_ANGLE] = false;
-    needed
-}
-
-/// Full scale of each state, from the supply.
-fn natural_sizes(motor: &Motor) -> State {
-    let volts = motor.drive.supply_v;
-    let speed = (volts * motor.gain()).max(1e-9);
-    let angle = speed * motor.time_constant();
-    let current = volts / motor.resistance_ohm;
-    let mut size = [1.0; N];
-    size[CURRENT] = current;
-    size[SPEED] = speed;
-    size[ANGLE] = angle;
-    size[LOAD_SPEED] = speed;
-    size[LOAD_ANGLE] = angle;
-    size[BRISTLE] = motor
-        .friction
-        .bristle
-        .map_or(1.0, |bristle| bristle.deflection_rad);
-    size[HEAT] = volts * current;
-    size[BUS] = volts;
-    size[LAG] = volts;
-    size[SENSED] = speed;
-    size[SENSED_ANGLE] = angle;
-    if let Train::Play { gap_rad, .. } = motor.train {
-        size[ANGLE] = angle.min(100.0 * gap_rad);
-        size[LOAD_ANGLE] = size[ANGLE];
-    }
-    size
 }
