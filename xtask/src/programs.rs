@@ -18,6 +18,8 @@ pub enum Program {
     PanicPaths,
     /// Depth of an image's stack.
     StackDepth,
+    /// Figures of the code base.
+    House,
     /// The firmware image.
     Firmware,
 }
@@ -32,6 +34,7 @@ impl Program {
             Program::FlashDryRun => ("flash-dry-run", "flash-dry-run"),
             Program::PanicPaths => ("panic-paths", "panic-paths"),
             Program::StackDepth => ("panic-paths", "stack-depth"),
+            Program::House => ("house", "house"),
             Program::Firmware => ("servo", "firmware"),
         }
     }
