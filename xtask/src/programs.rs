@@ -39,6 +39,11 @@ impl Program {
         }
     }
 
+    /// Name of the package.
+    pub fn package(self) -> &'static str {
+        self.names().0
+    }
+
     /// `cargo run` up to the program's own arguments, without Cargo's words.
     pub fn run(self) -> Command {
         let mut command = self.cargo("run");
