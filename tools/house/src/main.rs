@@ -6,28 +6,32 @@ use house::body;
 use house::figures::{Figures, LONG_FILE, functions};
 use house::floors::{self, Floors};
 use house::parts::Part;
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-/// Functions and arrows that a list names at most.
+/// Functions of a part that are named at most.
 const LISTED: usize = 5;
 
 fn main() -> Result<()> {
     let root = std::env::args_os().nth(1).map(PathBuf::from);
     let figures = Figures::read(root.as_deref().unwrap_or(house::root()))?;
-    parts(&figures);
-    long_files(&figures);
+    let mut lines = parts(&figures);
+    lines.extend(long_files(&figures));
     for (folder, package, floors) in figures.packages() {
-        rooms(folder, package, floors);
+        lines.extend(rooms(folder, package, floors));
     }
-    Ok(())
+    match writeln!(std::io::stdout(), "{}", lines.join("\n")) {
+        // Nobody reads on.
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        other => Ok(other?),
+    }
 }
 
-fn parts(figures: &Figures) {
-    println!("| part | files | code lines | functions | body median / p90 / longest | the longest |");
-    println!("|---|---|---|---|---|---|");
-    for part in figures.product.iter().chain(&figures.rest) {
-        println!("{}", row(part));
-    }
+fn parts(figures: &Figures) -> Vec<String> {
+    let head = "| part | files | code lines | functions | body median / p90 / longest | the longest |";
+    let heads = [head.to_owned(), "|---|---|---|---|---|---|".to_owned()];
+    let rows = figures.product.iter().chain(&figures.rest).map(row);
+    heads.into_iter().chain(rows).collect()
 }
 
 fn row(part: &Part) -> String {
@@ -51,33 +55,32 @@ fn row(part: &Part) -> String {
     )
 }
 
-fn long_files(figures: &Figures) {
+fn long_files(figures: &Figures) -> Vec<String> {
     let long = figures.long_files();
-    println!("\nProduct files over {LONG_FILE} lines: {}", long.len());
-    for source in long {
-        println!("- {} {}", source.path.display(), source.lines);
-    }
+    let head = format!("\nProduct files over {LONG_FILE} lines: {}", long.len());
+    let files = long
+        .iter()
+        .map(|source| format!("- {} {}", source.path.display(), source.lines));
+    std::iter::once(head).chain(files).collect()
 }
 
-fn rooms(folder: &str, package: &Package, floors: Floors) {
+fn rooms(folder: &str, package: &Package, floors: Floors) -> Vec<String> {
     let names: Vec<&str> = package.rooms.iter().map(String::as_str).collect();
-    println!("\nRooms of {folder}: {}: {}", names.len(), names.join(", "));
-    list("arrows", &arrows(package));
-    list("upward arrows", &floors::upward(package, floors));
-    let joined = |circles: Vec<Vec<&str>>| circles.iter().map(|circle| circle.join(", ")).collect::<Vec<_>>();
-    list("circles between rooms", &joined(package.circles()));
-    list("circles between files", &joined(package.file_circles()));
+    let arrows = package.arrows.keys().map(|(from, to)| format!("{from} → {to}"));
+    let joined = |circles: Vec<Vec<&str>>| circles.iter().map(|circle| circle.join(", ")).collect();
+    let lists = [
+        ("arrows", arrows.collect()),
+        ("upward arrows", floors::upward(package, floors)),
+        ("circles between rooms", joined(package.circles())),
+        ("circles between files", joined(package.file_circles())),
+    ];
+    let head = format!("\nRooms of {folder}: {}: {}", names.len(), names.join(", "));
+    let lines = lists.into_iter().flat_map(|(what, entries)| list(what, &entries));
+    std::iter::once(head).chain(lines).collect()
 }
 
-/// One line a room: whom it uses.
-fn arrows(package: &Package) -> Vec<String> {
-    let arrows = package.arrows.keys();
-    arrows.map(|(from, to)| format!("{from} → {to}")).collect()
-}
-
-fn list(what: &str, entries: &[String]) {
-    println!("- {what}: {}", entries.len());
-    for entry in entries {
-        println!("  - {entry}");
-    }
+fn list(what: &str, entries: &[String]) -> Vec<String> {
+    let head = format!("- {what}: {}", entries.len());
+    let entries = entries.iter().map(|entry| format!("  - {entry}"));
+    std::iter::once(head).chain(entries).collect()
 }
