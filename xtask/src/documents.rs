@@ -52,7 +52,7 @@ fn started(words: &[String]) -> Option<(&str, &[String])> {
     }
 }
 
-/// Fails unless package, program and test of the command exist.
+/// Fails unless package, program, test and the test's module of the command exist.
 fn exists(targets: &Targets, words: &[String]) -> Result<()> {
     let Some(package) = after(words, &["-p", "--package"]) else {
         return Ok(());
@@ -65,7 +65,15 @@ fn exists(targets: &Targets, words: &[String]) -> Result<()> {
                 .with_context(|| format!("a document shows `{}`", words.join(" ")))?;
         }
     }
+    if let (Some(test), Some(module)) = (after(words, &["--test"]), module(words)) {
+        targets.find_module(package, test, module)?;
+    }
     Ok(())
+}
+
+/// `module` of the filter `module::`, which picks the tests of one file.
+fn module(words: &[String]) -> Option<&str> {
+    words.iter().find_map(|word| word.strip_suffix("::"))
 }
 
 /// The word behind one of `options`.
@@ -186,6 +194,7 @@ mod tests {
             exists(&targets, words).unwrap();
         }
         assert!(exists(&targets, &split("cargo test -p host-tests --test nothing")).is_err());
+        assert!(exists(&targets, &split("cargo test -p host-tests --test chip nothing::")).is_err());
     }
 
     #[test]

@@ -4,6 +4,8 @@
 //! or both directions, and no effect, one, or two. Speeds come from closed forms written here, not from the library's map.
 //! Seeds below 1,000,000 are for design; evaluate with others.
 
+use clap::Parser;
+use evaluation::Results;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
@@ -150,10 +152,23 @@ fn right(case: &Case, outcome: &Outcome) -> (bool, bool) {
     (all, all && outcome.effects.len() == case.hidden.len())
 }
 
+/// Accuracy of steady-state tables on random motors.
+#[derive(Parser)]
+struct Arguments {
+    /// How many tables.
+    #[arg(default_value_t = 160)]
+    tables: u64,
+    /// First seed.
+    #[arg(default_value_t = 0)]
+    seed: u64,
+    #[command(flatten)]
+    results: Results,
+}
+
 fn main() {
-    let arguments: Vec<u64> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
-    let tables = arguments.first().copied().unwrap_or(160);
-    let first = arguments.get(1).copied().unwrap_or(0);
+    let arguments = Arguments::parse();
+    let (tables, first) = (arguments.tables, arguments.seed);
+    let mut page = arguments.results.page();
     let results: Vec<(Case, Outcome)> = (first..first + tables)
         .into_par_iter()
         .map(|seed| {
@@ -174,7 +189,7 @@ fn main() {
         row[3] += usize::from(outcome.verdict == Verdict::Unexplained);
         if !exact {
             let names: Vec<&str> = outcome.effects.iter().map(|e| e.name.as_str()).collect();
-            println!("{}: {} -> {names:?}", case.table.source, case.kind);
+            page.line(format_args!("{}: {} -> {names:?}", case.table.source, case.kind));
         }
         let Some((effect, parameter, truth)) = case.truth else {
             continue;
@@ -189,8 +204,11 @@ fn main() {
             row[5] += usize::from((value - truth).abs() < 2.0 * std);
         }
     }
-    println!("kind          tables  named or rival  exactly  unexplained  within 2 sigma");
+    page.line("kind          tables  named or rival  exactly  unexplained  within 2 sigma");
     for (kind, [n, all, exact, unexplained, compared, inside]) in rows {
-        println!("{kind:12} {n:7} {all:15} {exact:8} {unexplained:12} {inside:8}/{compared}");
+        page.line(format_args!(
+            "{kind:12} {n:7} {all:15} {exact:8} {unexplained:12} {inside:8}/{compared}"
+        ));
     }
+    page.close(&format!("{first} to {}", first + tables.saturating_sub(1)));
 }

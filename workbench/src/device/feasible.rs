@@ -2,7 +2,7 @@
 //! what a commissioning has found. The servo asks the same of a sine; points it would follow as fast as its limits allow,
 //! far behind.
 
-use crate::device::session::Profile;
+use crate::device::motion_profile::Profile;
 use crate::device::waypoints::{self, Knot};
 use servo::axis::Axis;
 use servo::axis::design::FEASIBLE;
@@ -283,7 +283,7 @@ impl std::fmt::Display for Shortfall {
 #[cfg(test)]
 mod tests {
     use super::{Ability, Fitted};
-    use crate::device::session::Profile;
+    use crate::device::motion_profile::Profile;
     use crate::device::waypoints::Waypoint;
     use servo::identify::estimate::Estimates;
     use std::f64::consts::TAU;
