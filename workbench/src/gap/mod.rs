@@ -16,6 +16,7 @@ pub mod residual;
 pub mod residual_tests;
 pub mod samples;
 pub mod search;
+pub mod solver;
 pub mod tables;
 pub mod time_base;
 pub mod verdict;

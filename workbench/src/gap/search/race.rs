@@ -5,9 +5,10 @@ use super::promise::{Projector, Start, started};
 use super::score::{Scored, rank};
 use super::worth::{VISIBLE, WORTH};
 use super::{Offer, Search};
-use crate::gap::fit::{Evaluator, SEARCH, Setting, dot, fit, fit_near};
+use crate::gap::fit::{Evaluator, SEARCH, Setting, fit, fit_near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::initial_guesses::Basis;
+use crate::gap::solver::{Problem, dot};
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
 

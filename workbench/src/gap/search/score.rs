@@ -1,8 +1,9 @@
 //! A fitted set and its score.
 
 use crate::gap::dataset::Part;
-use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting, dot};
+use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting};
 use crate::gap::hypothesis::Hypothesis;
+use crate::gap::solver::{Problem, dot};
 
 /// A fitted set.
 #[derive(Clone, Debug)]

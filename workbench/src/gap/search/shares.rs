@@ -14,6 +14,7 @@ use super::{BEAM, DEEPEST, Found, Offer, Search};
 use crate::gap::fit::{Evaluator, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::held_out_errors;
+use crate::gap::solver::Problem;
 use crate::system::effects::{LAGS, Meaning, RARE_LAG, SHIFTS, Starts};
 use rayon::prelude::*;
 
