@@ -4,6 +4,9 @@
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+/// The schema of the serialised result.
+const SCHEMA: &str = "truing-gap/1";
+
 /// What the workflow concluded. The first that holds, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -260,4 +263,46 @@ pub struct Outcome {
     /// Unit of the gap.
     #[serde(skip)]
     pub gap_unit: String,
+}
+
+impl Outcome {
+    /// A result in which nothing but this is told yet.
+    pub fn new(verdict: Verdict, holdout: HoldOut, gap_unit: &str) -> Self {
+        Self {
+            schema: SCHEMA,
+            verdict,
+            effects: Vec::new(),
+            ties: Vec::new(),
+            closest_known: Vec::new(),
+            holdout,
+            final_records: None,
+            within_tolerance: Vec::new(),
+            places: Vec::new(),
+            unexplained: Unexplained {
+                share_of_gap: 0.0,
+                structure: "none".into(),
+            },
+            next_experiment: None,
+            runtime_s: 0.0,
+            notes: Vec::new(),
+            steps: Vec::new(),
+            rivals: Vec::new(),
+            plots: Vec::new(),
+            gap_unit: gap_unit.into(),
+        }
+    }
+
+    /// The result when nothing could be tested: a gap that nobody measured is no number.
+    pub fn untested(signal: &str, gap_unit: &str) -> Self {
+        let unknown = f64::NAN;
+        let holdout = HoldOut {
+            signal: signal.into(),
+            rmse_before: unknown,
+            rmse_after: unknown,
+            noise_floor: unknown,
+            fit_percent_before: unknown,
+            fit_percent_after: unknown,
+        };
+        Self::new(Verdict::InsufficientExcitation, holdout, gap_unit)
+    }
 }

@@ -1,5 +1,6 @@
 //! The gap workflow in plain words: log → simulate → residual → localise → name → extend.
 
+pub mod beam;
 pub mod dataset;
 pub mod estimate;
 pub mod evidence;

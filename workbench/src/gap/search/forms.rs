@@ -42,7 +42,7 @@ impl<'a> Search<'a, '_> {
         let item = hypothesis.items[index];
         let mut variants = Vec::new();
         if item.can_grow() {
-            variants.push(Item { full: true, ..item });
+            variants.push(Item::full(item.effect));
         }
         if item.effect.family.is_ladder() {
             let library = LIBRARY.iter().copied();
@@ -50,7 +50,7 @@ impl<'a> Search<'a, '_> {
             let allowed = twins.filter(|other| {
                 self.offers_form(other.form) && !self.excluded.iter().any(|name| name == other.name)
             });
-            variants.extend(allowed.map(|effect| Item { effect, full: false }));
+            variants.extend(allowed.map(Item::plain));
         }
         variants
     }

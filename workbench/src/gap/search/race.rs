@@ -194,7 +194,7 @@ impl<'a> Search<'a, '_> {
         promising.sort_by(|a, b| a.promise.total_cmp(&b.promise));
         let rugged = |it: &&&Screened<'a>| {
             let newest = it.hypothesis.items.last();
-            newest.is_some_and(|item| item.full && spread(item.effect).is_some())
+            newest.is_some_and(|item| item.is_full() && spread(item.effect).is_some())
         };
         let rugged: Vec<&&Screened<'a>> = promising.iter().take(EVOLVED).filter(rugged).collect();
         let evolved = rugged.par_iter().map(|it| {
@@ -218,11 +218,11 @@ impl<'a> Search<'a, '_> {
         let moves = |start: &&Vec<f64>| effect.moves_option(start);
         let starts = basis.starts(self.bench, effect);
         let (full, plain): (Vec<&Vec<f64>>, Vec<&Vec<f64>>) = starts.iter().partition(moves);
-        let plain = self.formed(parent, projector, Item { effect, full: false }, &plain);
+        let plain = self.formed(parent, projector, Item::plain(effect), &plain);
         if full.is_empty() || self.offer == Offer::Plain {
             return plain;
         }
-        let full = self.formed(parent, projector, Item { effect, full: true }, &full);
+        let full = self.formed(parent, projector, Item::full(effect), &full);
         if full.promise < plain.promise { full } else { plain }
     }
 

@@ -145,7 +145,7 @@ impl<'a> Search<'a, '_> {
     /// Whether a set with richer forms replaces the plain one: it leaves clearly less on the log, on the folds that were not fitted
     /// and on every held-out record.
     fn replaces(&self, plain: &Scored<'a>, rich: &Scored<'a>) -> bool {
-        let is_rich = |item: &Item| item.full || self.is_rich(item.effect.form);
+        let is_rich = |item: &Item| item.is_full() || self.is_rich(item.effect.form);
         let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
         rich.hypothesis.items.iter().any(is_rich)
             && rich.fit.cost <= RICHER * plain.fit.cost
@@ -339,7 +339,7 @@ impl<'a> Search<'a, '_> {
             .iter()
             .copied()
             .filter(|lag| !self.excluded.iter().chain(&names).any(|name| name == lag.name))
-            .filter_map(|effect| self.replaced(&scored, index, Item { effect, full: false }))
+            .filter_map(|effect| self.replaced(&scored, index, Item::plain(effect)))
             .map(|other| self.refit(&other, &SEARCH))
             .filter(near)
             .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));

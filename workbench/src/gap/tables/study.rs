@@ -1,11 +1,12 @@
 //! The numbers behind a verdict: gap per step, noise floor, what is left, uncertainties.
 
-use super::fit::{Data, Fit, Problem};
+use super::fit::Set;
 use super::map;
-use super::search::Search;
-use crate::system::effects::Effect;
+use super::rows::Rows;
+use super::sets::Search;
+use crate::gap::hypothesis::Item;
 use crate::system::plant::physics::Physics;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// Rows on which a gap is measured: voltages, readings, and which rows count.
 pub struct HeldOut<'a> {
@@ -44,52 +45,32 @@ pub fn rms(values: impl Iterator<Item = f64>) -> f64 {
     (sum / n.max(1) as f64).sqrt()
 }
 
-/// The accepted set and its growth, effect by effect.
-pub struct Growth {
-    /// The sets, each with one effect more; the last is the accepted set, its effects in the order of naming.
-    pub sets: Vec<Fit>,
-}
-
-/// Orders the effects of a set: at each step the one that lowers the mean square of the fitted rows most.
-pub fn grow(search: &Search, accepted: &Fit) -> Growth {
-    let mut rest: Vec<_> = accepted.forms.clone();
-    let mut sets: Vec<Fit> = Vec::new();
+/// The accepted set as it grows, each with one effect more: at each step the one that lowers the mean square of the fitted
+/// rows most. The last holds all effects, in the order of naming.
+pub fn grow<'a>(search: &Search<'a>, accepted: &Set<'a>) -> Vec<Set<'a>> {
+    let mut rest: Vec<Item> = accepted.hypothesis.items.clone();
+    let mut sets: Vec<Set<'a>> = Vec::new();
     let mut parent = search.nothing();
     while let (Some(before), false) = (&parent, rest.is_empty()) {
         let tried = rest
             .iter()
             .enumerate()
-            .filter_map(|(k, form)| Some((k, search.extended(before, form)?)));
-        let Some((k, best)) = tried.min_by(|a, b| a.1.mean_square.total_cmp(&b.1.mean_square)) else {
+            .filter_map(|(k, item)| Some((k, search.extended(before, item)?)));
+        let Some((k, best)) = tried.min_by(|a, b| a.1.mean_square().total_cmp(&b.1.mean_square())) else {
             break;
         };
         rest.remove(k);
         sets.push(best.clone());
         parent = Some(best);
     }
-    settle_last(&mut sets, accepted);
-    Growth { sets }
-}
-
-/// The last set grown step by step may sit in another minimum than the accepted one: the better of both stands.
-fn settle_last(sets: &mut [Fit], accepted: &Fit) {
-    let Some(last) = sets.last_mut() else { return };
-    if last.mean_square <= accepted.mean_square {
-        return;
+    // The last set may sit in another minimum than the accepted one: the better of both stands.
+    if let Some(last) = sets
+        .last_mut()
+        .filter(|last| last.mean_square() > accepted.mean_square())
+    {
+        *last = search.arranged(accepted, last.hypothesis.items.clone());
     }
-    let place = |effect: &Effect| accepted.forms.iter().position(|f| f.effect == effect);
-    let order: Vec<usize> = last.forms.iter().filter_map(|f| place(f.effect)).collect();
-    let start = |k: usize| accepted.forms[..k].iter().map(|f| f.size()).sum::<usize>();
-    let own = order
-        .iter()
-        .flat_map(|&k| accepted.x[start(k)..start(k) + accepted.forms[k].size()].to_vec());
-    let x = own.chain(accepted.shifts().iter().copied()).collect();
-    let forms = order.iter().map(|&k| accepted.forms[k].clone()).collect();
-    *last = Fit {
-        forms,
-        x,
-        ..accepted.clone()
-    };
+    sets
 }
 
 /// Residuals of a table in the order of its voltages: what is noise, what is structure.
@@ -102,14 +83,8 @@ pub struct Residual {
 
 impl Residual {
     /// Of a fitted set on every row.
-    pub fn of(data: &Data, plant: &Physics) -> Self {
-        let predicted = map::sweep(plant, &data.volts);
-        let mut rows: Vec<(f64, f64)> = data
-            .volts
-            .iter()
-            .zip(data.omega.iter().zip(&predicted))
-            .map(|(u, (y, p))| (*u, y - p))
-            .collect();
+    pub fn of(table: &Rows, plant: &Physics) -> Self {
+        let mut rows: Vec<(f64, f64)> = table.volts.iter().copied().zip(table.residual(plant)).collect();
         rows.sort_by(|a, b| a.0.total_cmp(&b.0));
         Residual {
             volts: rows.iter().map(|r| r.0).collect(),
@@ -136,22 +111,15 @@ impl Residual {
 }
 
 /// Standard deviation of a figure that follows from the fitted parameters: √(g Σ gᵀ), g by differences.
-pub fn deviation(
-    problem: &Problem,
-    fit: &Fit,
-    covariance: &DMatrix<f64>,
-    figure: impl Fn(&Physics) -> f64,
-) -> Option<f64> {
-    let at = figure(&problem.plant(&fit.forms, &fit.x));
-    let gradient: Vec<f64> = (0..fit.x.len())
-        .map(|j| {
-            let width = 1e-3 * covariance[(j, j)].sqrt().max(1e-12);
-            let mut moved = fit.x.clone();
-            moved[j] += width;
-            (figure(&problem.plant(&fit.forms, &moved)) - at) / width
-        })
-        .collect();
-    let gradient = nalgebra::DVector::from_vec(gradient);
-    let variance = (gradient.transpose() * covariance * &gradient)[(0, 0)];
+pub fn deviation(set: &Set, covariance: &DMatrix<f64>, figure: impl Fn(&Physics) -> f64) -> Option<f64> {
+    let at = figure(&set.plant());
+    let slope = |j: usize| {
+        let width = 1e-3 * covariance[(j, j)].sqrt().max(1e-12);
+        let mut moved = set.fit.x.clone();
+        moved[j] += width;
+        (figure(&set.hypothesis.plant(&moved)) - at) / width
+    };
+    let gradient = DVector::from_fn(set.fit.x.len(), |j, _| slope(j));
+    let variance = gradient.dot(&(covariance * &gradient));
     (variance.is_finite() && variance >= 0.0).then(|| variance.sqrt())
 }
