@@ -293,13 +293,13 @@ impl Outcome {
     }
 
     /// The result when nothing could be tested: a gap that nobody measured is no number.
-    pub fn untested(signal: &str, gap_unit: &str) -> Self {
+    pub fn untested(signal: &str, noise_floor: f64, gap_unit: &str) -> Self {
         let unknown = f64::NAN;
         let holdout = HoldOut {
             signal: signal.into(),
             rmse_before: unknown,
             rmse_after: unknown,
-            noise_floor: unknown,
+            noise_floor,
             fit_percent_before: unknown,
             fit_percent_after: unknown,
         };

@@ -36,7 +36,7 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
         .expect("the catalogue is not empty");
     let chi2 = samples * (speed / bench.sigma).powi(2);
     let (left, right) = (a.label(), b.label());
-    let unit = if bench.linear { "m/s" } else { "rad/s" };
+    let unit = bench.speed_unit();
     let text = if chi2 > SEPARABLE {
         format!(
             "{}: {left} and {right} then differ by {} {unit} rms",

@@ -2,7 +2,7 @@
 //!
 //! Derivatives are taken on a coarse grid, and those of the nuisances follow the steps: see [`super::solver`].
 
-use crate::gap::dataset::{Part, Traces};
+use crate::gap::dataset::{Part, Probes, Simulation};
 use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::solver::{self, Problem, Schedule, Solution, solve, solve_near};
 use nalgebra::DMatrix;
@@ -59,20 +59,17 @@ pub struct Evaluator<'h, 'a> {
     hypothesis: &'h Hypothesis<'a>,
     parts: &'static [Part],
     finest: f64,
-    traces: Traces,
-    predicted: Vec<f64>,
+    simulation: Simulation,
 }
 
 impl<'h, 'a> Evaluator<'h, 'a> {
     /// For a hypothesis.
     pub fn new(hypothesis: &'h Hypothesis<'a>, setting: &Setting) -> Self {
-        let (traces, predicted) = (Traces::default(), Vec::new());
         Self {
             hypothesis,
             parts: setting.parts,
             finest: setting.finest,
-            traces,
-            predicted,
+            simulation: Simulation::default(),
         }
     }
 
@@ -85,49 +82,26 @@ impl<'h, 'a> Evaluator<'h, 'a> {
             if run.log > 0 && !only_holdout {
                 continue;
             }
-            run.simulate(
-                &plant,
-                self.hypothesis.start_speed(index, x),
-                finest,
-                &mut self.traces,
-            );
-            run.speed.predict(
-                &run.time,
-                &self.traces.reading,
-                &self.traces.integral,
-                &mut self.predicted,
-            );
-            self.compare(&run.speed, out);
+            let start = self.hypothesis.start_speed(index, x);
+            let (_, predicted) = self.simulation.speed(run, &plant, start, finest);
+            compare(self.parts, &run.speed, predicted, out);
             if !run.current.is_empty() {
-                run.current.predict(
-                    &run.time,
-                    &self.traces.current,
-                    &self.traces.charge,
-                    &mut self.predicted,
-                );
-                self.compare(&run.current, out);
+                compare(self.parts, &run.current, self.simulation.current(run), out);
             }
         }
-        let priors = self
-            .hypothesis
-            .slots
-            .iter()
-            .zip(x)
-            .filter(|(slot, _)| slot.has_prior());
-        out.extend(priors.map(|(_, z)| *z));
+        out.extend(self.hypothesis.priors(x));
         // A simulation that ran away must lose, not poison the sums.
         out.iter_mut()
             .filter(|r| r.is_nan() || r.abs() > 1e6)
             .for_each(|r| *r = 1e6);
     }
+}
 
-    fn compare(&self, probes: &crate::gap::dataset::Probes, out: &mut Vec<f64>) {
-        for (k, predicted) in self.predicted.iter().enumerate() {
-            if self.parts.contains(&probes.part[k]) {
-                out.push((probes.measured[k] - predicted) * probes.weight[k]);
-            }
-        }
-    }
+/// The weighted residuals of the parts that count.
+fn compare(parts: &[Part], probes: &Probes, predicted: &[f64], out: &mut Vec<f64>) {
+    let samples = predicted.iter().enumerate();
+    let counted = samples.filter(|(k, _)| parts.contains(&probes.part[*k]));
+    out.extend(counted.map(|(k, predicted)| (probes.measured[k] - predicted) * probes.weight[k]));
 }
 
 impl Problem for Evaluator<'_, '_> {
@@ -188,11 +162,9 @@ pub fn fit_near(
 }
 
 fn fitted(hypothesis: &Hypothesis, solution: Solution) -> Fit {
-    let slots = || hypothesis.slots.iter().zip(&solution.x);
-    let nuisances = || slots().filter(|(slot, _)| slot.has_prior());
-    let priors: f64 = nuisances().map(|(_, z)| z * z).sum();
+    let priors: f64 = hypothesis.priors(&solution.x).map(|z| z * z).sum();
     Fit {
-        samples: solution.residuals.len() - nuisances().count(),
+        samples: solution.residuals.len() - hypothesis.priors(&solution.x).count(),
         chi2: solution.cost - priors,
         cost: solution.cost,
         x: solution.x,

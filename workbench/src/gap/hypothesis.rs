@@ -3,7 +3,8 @@
 //! Every base parameter moves inside its tolerance in every fit (a prior of one tolerance, bounds of two): a model
 //! file that is off by its tolerance must not make an effect, and must not hide one.
 
-use crate::gap::dataset::{Bench, Scales, driven_by};
+use crate::gap::dataset::{Bench, BenchRun, Scales, Simulation, Traces, driven_by};
+use crate::gap::fit::FINE;
 use crate::system::effects::{Effect, Meaning, Parameter, Scale};
 use crate::system::log::Input;
 use crate::system::model::{Kind, Model};
@@ -319,6 +320,22 @@ impl<'a, D: Data> Hypothesis<'a, D> {
 }
 
 impl Hypothesis<'_> {
+    /// Simulates the chosen runs with a plant, which may be another than that of the numbers, and hands on each run's index,
+    /// its traces and what its speed sensor would have shown.
+    pub fn simulated(
+        &self,
+        x: &[f64],
+        plant: &Physics,
+        chosen: impl Fn(&BenchRun) -> bool,
+        mut each: impl FnMut(usize, &Traces, &[f64]),
+    ) {
+        let mut simulation = Simulation::default();
+        for (index, run) in self.bench.runs.iter().enumerate().filter(|(_, run)| chosen(run)) {
+            let (traces, predicted) = simulation.speed(run, plant, self.start_speed(index, x), FINE);
+            each(index, traces, predicted);
+        }
+    }
+
     /// Start speed of a run.
     pub fn start_speed(&self, run: usize, x: &[f64]) -> f64 {
         let found = self.slots.iter().position(|slot| *slot == Slot::Start { run });

@@ -10,7 +10,7 @@ use crate::gap::residual_tests;
 use crate::gap::residual_tests::Rest;
 use crate::gap::samples::samples;
 use crate::gap::search::{Found, HELD_OUT, Scored, chi2, tied};
-use crate::outcome::{Experiment, HoldOut, Outcome, Tie, Unexplained, Verdict};
+use crate::outcome::{Experiment, Outcome, Tie, Unexplained, Verdict};
 
 /// The judgement on a search.
 pub struct Judged<'a> {
@@ -36,33 +36,8 @@ pub fn not_excited(bench: &Bench) -> Option<Outcome> {
     let scales = &bench.scales;
     let moves = scales.motion > 5.0 * bench.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
     (!moves).then(|| Outcome {
-        schema: "truing-gap/1",
-        verdict: Verdict::InsufficientExcitation,
-        effects: Vec::new(),
-        ties: Vec::new(),
-        closest_known: Vec::new(),
-        holdout: HoldOut {
-            signal: bench.signal.into(),
-            rmse_before: 0.0,
-            rmse_after: 0.0,
-            noise_floor: bench.sigma,
-            fit_percent_before: 0.0,
-            fit_percent_after: 0.0,
-        },
-        final_records: None,
-        within_tolerance: Vec::new(),
-        places: Vec::new(),
-        unexplained: Unexplained {
-            share_of_gap: 0.0,
-            structure: "none".into(),
-        },
-        next_experiment: None,
-        runtime_s: 0.0,
         notes: still(bench),
-        steps: Vec::new(),
-        rivals: Vec::new(),
-        plots: Vec::new(),
-        gap_unit: "rad/s".into(),
+        ..Outcome::untested(bench.signal, bench.sigma, bench.speed_unit())
     })
 }
 

@@ -98,8 +98,7 @@ pub(super) fn rank<'a, T: AsMut<Scored<'a>> + AsRef<Scored<'a>>>(sets: &mut [T])
 pub fn chi2(hypothesis: &Hypothesis, x: &[f64], setting: &Setting) -> (f64, usize) {
     let mut residuals = Vec::new();
     Evaluator::new(hypothesis, setting).residuals(x, &mut residuals);
-    let priors = hypothesis.slots.iter().filter(|slot| slot.has_prior()).count();
-    residuals.truncate(residuals.len() - priors);
+    residuals.truncate(residuals.len() - hypothesis.priors(x).count());
     (dot(&residuals, &residuals), residuals.len())
 }
 

@@ -31,7 +31,6 @@ use crate::system::model::{Kind, Model};
 use candidates::Offer;
 use rows::Rows;
 use sets::Search;
-use std::time::Instant;
 use study::HeldOut;
 use verdict::Case;
 
@@ -41,13 +40,11 @@ const SETTLED: f64 = 6.0;
 /// Compares a model with a table of settled speeds. Without `holdouts` every second row is held out (every third of a
 /// short table); the parameters that are reported come from all rows.
 pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
-    let started = Instant::now();
     let mut outcome = match table::too_poor(log).or_else(|| unsuitable(model)) {
         Some(reason) => verdict::insufficient(log, reason),
         None => analyse(model, log, holdouts),
     };
     outcome.effects = volts::told(model, outcome.effects);
-    outcome.runtime_s = started.elapsed().as_secs_f64();
     outcome
 }
 

@@ -63,7 +63,7 @@ pub fn insufficient(log: &Table, reason: String) -> Outcome {
             profile: vec![],
         }),
         notes: vec![reason],
-        ..Outcome::untested(unit.column, unit.name)
+        ..Outcome::untested(unit.column, f64::NAN, unit.name)
     }
 }
 
