@@ -8,7 +8,7 @@ mod last_resort;
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!(
-        "This is a test image for QEMU: `cargo test --package host-tests --test last_resort` builds and runs it."
+        "This is a test image for QEMU: `cargo test --package host-tests --test image last_resort::` builds and runs it."
     );
 }
 

@@ -8,7 +8,7 @@ mod memory;
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!(
-        "This is a test image for QEMU: `cargo test --package host-tests --test memory` builds and runs it."
+        "This is a test image for QEMU: `cargo test --package host-tests --test image memory::` builds and runs it."
     );
 }
 

@@ -12,7 +12,7 @@ mod board;
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!(
-        "This is a test image for QEMU: `cargo test --package host-tests --test board_registers` builds and runs it."
+        "This is a test image for QEMU: `cargo test --package host-tests --test image board_registers::` builds and runs it."
     );
 }
 

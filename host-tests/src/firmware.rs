@@ -4,7 +4,7 @@ use crate::families::Plant;
 use crate::virtual_motor::VirtualMotor;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock};
 use truing::console::input_error::InputError;
 use truing::device::link::Lockstep;
 use truing::device::motor::qemu::Options;
@@ -83,7 +83,11 @@ fn cargo(arguments: &[&str], what: &str) {
     );
 }
 
+/// Builds the image with these features and keeps it under a name of its own. One at a time: every build leaves its image
+/// in the same file of Cargo's.
 fn build(features: &str, name: &str) -> PathBuf {
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _turn = ONE_AT_A_TIME.lock().expect("no earlier build has failed");
     let target = "thumbv7em-none-eabihf";
     let what = ["build", "--quiet", "--package", "servo", "--bin", "firmware"];
     let how = [

@@ -36,8 +36,19 @@ pub fn skip(reason: &str) {
             .append(true)
             .open(&file)
             .unwrap_or_else(|error| panic!("cannot open {}: {error}", file.display()));
-        // One write per line: tests run side by side.
-        log.write_all(format!("{reason}\n").as_bytes())
+        // One write per line: tests run side by side. `cargo xtask test` counts a test once, however often it skips.
+        log.write_all(format!("{}\t{reason}\n", test()).as_bytes())
             .expect("skip log is writable");
     }
+}
+
+/// The test that calls: its binary and its path in there. The test runner names each thread after its test.
+fn test() -> String {
+    let binary = std::env::current_exe().expect("a program knows its file");
+    let thread = std::thread::current();
+    format!(
+        "{}: {}",
+        binary.file_name().unwrap_or_default().to_string_lossy(),
+        thread.name().unwrap_or("no name")
+    )
 }

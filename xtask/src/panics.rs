@@ -9,7 +9,7 @@ use std::process::Stdio;
 /// Control and link by their entries in the vector table, and idle.
 const ROOTS: [&str; 3] = ["ADC", "USART2", "firmware::app::idle"];
 /// What is accepted, with reasons.
-const ACCEPTED: &str = "host-tests/panic-paths/accepted.txt";
+const ACCEPTED: &str = "tools/panic-paths/accepted.txt";
 
 /// Builds the board's image and walks its calls; fails on a way to a panic that is not listed. `silent`: without the list.
 pub fn check(silent: bool) -> Result<()> {

@@ -27,7 +27,7 @@ impl Program {
     fn names(self) -> (&'static str, &'static str) {
         match self {
             Program::Truing => ("truing", "truing"),
-            Program::BenchImage => ("host-tests", "bench_image"),
+            Program::BenchImage => ("evaluation", "bench_image"),
             // In packages of their own: probe-rs takes a minute to build, and only panic-paths reads debug information.
             Program::FlashDryRun => ("flash-dry-run", "flash-dry-run"),
             Program::PanicPaths => ("panic-paths", "panic-paths"),

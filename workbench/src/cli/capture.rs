@@ -30,6 +30,23 @@ pub enum Event {
     Hold,
 }
 
+impl Event {
+    /// What the servo waits for. A voltage that is applied is no motion that it tracks.
+    fn of(self, motion: &Task) -> Trigger {
+        let begins = match motion {
+            Task::Excite(_) => Activity::Driving,
+            _ => Activity::Tracking,
+        };
+        match self {
+            Event::Now => Trigger::Now,
+            Event::Fault => Trigger::Fault,
+            Event::Limit => Trigger::Limit,
+            Event::Motion => Trigger::Activity(begins),
+            Event::Hold => Trigger::Activity(Activity::Holding),
+        }
+    }
+}
+
 /// Arguments of `truing capture`.
 #[derive(Args, Debug)]
 pub struct Arguments {
@@ -68,18 +85,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let first = arguments
         .knowledge
         .tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
-    let begins = match motion {
-        Task::Excite(_) => Activity::Driving,
-        _ => Activity::Tracking,
-    };
     let capture = Task::Capture {
-        trigger: match arguments.trigger {
-            Event::Now => Trigger::Now,
-            Event::Fault => Trigger::Fault,
-            Event::Limit => Trigger::Limit,
-            Event::Motion => Trigger::Activity(begins),
-            Event::Hold => Trigger::Activity(Activity::Holding),
-        },
+        trigger: arguments.trigger.of(&motion),
         before: arguments.before,
     };
     let tasks: Vec<Task> = first.into_iter().chain([capture, motion]).collect();
@@ -96,6 +103,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let captured = result
         .captured
         .context("the servo has not captured anything; update its firmware")?;
+    reported(&captured, arguments)
+}
+
+/// The closing line, or what to do if the event has not come.
+fn reported(captured: &Captured, arguments: &Arguments) -> anyhow::Result<()> {
     let (ticks, out) = (captured.shots.len(), arguments.out.display());
     if captured.stage != Stage::Done {
         let what = format!(

@@ -72,7 +72,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// The screen.
 struct View {
-    begin: Instant,
+    /// When the first row came, and the servo's own time in it.
+    begin: Option<(Instant, Duration)>,
     drawn: Option<Instant>,
     lines: usize,
     terminal: bool,
@@ -82,7 +83,7 @@ struct View {
 impl View {
     fn new(fast: bool) -> Self {
         Self {
-            begin: Instant::now(),
+            begin: None,
             drawn: None,
             lines: 0,
             terminal: std::io::stdout().is_terminal(),
@@ -94,9 +95,9 @@ impl View {
         let Some(row) = progress.log.rows.last() else {
             return;
         };
-        let simulated = Duration::from_secs_f64(f64::from(row.tick) / f64::from(progress.log.config.tick_hz));
         if !self.fast {
-            std::thread::sleep(simulated.saturating_sub(self.begin.elapsed()));
+            let seconds = f64::from(row.tick) / f64::from(progress.log.config.tick_hz);
+            self.pace(Duration::from_secs_f64(seconds));
         }
         let wait = if self.terminal { REFRESH } else { LINE };
         if self.drawn.is_some_and(|drawn| drawn.elapsed() < wait) {
@@ -120,6 +121,15 @@ impl View {
         outln!("{up}{}", lines.join("\n"));
         screen::flush();
         self.lines = lines.len();
+    }
+}
+
+impl View {
+    /// Slows a simulated motor down to real time. Time counts from the first row, because a servo on a line may have been
+    /// switched on long before.
+    fn pace(&mut self, servo_time: Duration) {
+        let (begin, first) = *self.begin.get_or_insert((Instant::now(), servo_time));
+        std::thread::sleep(servo_time.saturating_sub(first).saturating_sub(begin.elapsed()));
     }
 }
 
@@ -240,5 +250,19 @@ fn number(reported: &Reported, unit: &str) -> String {
         (Some(value), true) => format!("{value:.4} {unit}"),
         (Some(value), false) => format!("{value:.4} {unit} (not trusted)"),
         (None, _) => "not seen".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_servo_that_was_switched_on_an_hour_ago_is_shown_at_once() {
+        let (mut view, begin) = (View::new(false), Instant::now());
+        view.pace(Duration::from_secs(3600));
+        assert!(begin.elapsed() < Duration::from_secs(60));
+        view.pace(Duration::from_millis(3_600_020));
+        assert!(begin.elapsed() >= Duration::from_millis(20));
     }
 }

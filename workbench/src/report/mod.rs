@@ -3,13 +3,14 @@
 //! A report computes nothing; it writes what the outcome says. Every file is written beside its destination and renamed
 //! into place, so that an earlier report survives whatever goes wrong.
 
-pub mod exhibit;
+mod chapters;
 mod format;
 pub mod html;
 pub mod json;
 pub mod model_file;
 pub mod pictures;
 pub mod plot;
+pub mod section;
 pub mod terminal;
 pub mod volts;
 

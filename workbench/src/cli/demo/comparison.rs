@@ -2,7 +2,7 @@
 
 use super::HiddenServo;
 use crate::device::commission_report::{CommissionJson, Number};
-use crate::report::exhibit::{Exhibit, Table};
+use crate::report::section::{Section, Table};
 use crate::system::effects::{DEAD_ZONE, DEAD_ZONE_ASYMMETRIC, Effect, VOLTAGE_SATURATION};
 use crate::system::model::{self, Model};
 use anyhow::Result;
@@ -99,7 +99,7 @@ impl Comparison {
     }
 
     /// The table for the report.
-    pub fn exhibit(&self) -> Exhibit {
+    pub fn section(&self) -> Section {
         let header = [
             "quantity",
             "hidden truth",
@@ -109,7 +109,7 @@ impl Comparison {
             "workbench",
             "error, %",
         ];
-        Exhibit {
+        Section {
             title: "Chip, workbench and hidden truth".into(),
             text: vec![
                 "The truth was drawn from the seed before anything ran and is shown here for the first time. A dead zone \
@@ -121,7 +121,7 @@ impl Comparison {
                 header: header.map(String::from).to_vec(),
                 rows: self.cells().into_iter().map(|cells| cells.to_vec()).collect(),
             }],
-            ..Exhibit::default()
+            ..Section::default()
         }
     }
 

@@ -127,14 +127,14 @@ fn write(
         format!("Hidden servo drawn from seed {}", summary.seed),
     )
     .gap("The paper's table", &paper_case::INTRODUCTION, &summary.paper)
-    .exhibit(paper::servo())
-    .exhibit(paper::claims())
-    .exhibit(case.exhibit())
+    .section(paper::servo())
+    .section(paper::claims())
+    .section(case.section())
     .gap(
         "The gap workflow on the servo's log",
         &servo_case::INTRODUCTION,
         &summary.servo,
     )
-    .exhibit(summary.comparison.exhibit())
+    .section(summary.comparison.section())
     .write(&out.join("report.html"))
 }

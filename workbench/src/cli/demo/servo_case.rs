@@ -11,7 +11,7 @@ use crate::device::session::{self, Done, Profile, Span, Task};
 use crate::device::tracking::{TrackJson, position_error};
 use crate::gap;
 use crate::outcome::{Curve, Outcome, Plot, Series, Style};
-use crate::report::exhibit::{Check, Exhibit, Table};
+use crate::report::section::{Check, Section, Table};
 use crate::report::{Exporter, model_file::ModelFile, write_atomically};
 use crate::system::log::{self, Columns, Dynamic, Log};
 use crate::system::model;
@@ -165,8 +165,8 @@ impl ServoCase {
     }
 
     /// The report's part on the firmware.
-    pub fn exhibit(&self) -> Exhibit {
-        Exhibit {
+    pub fn section(&self) -> Section {
+        Section {
             title: "The servo learns its own dead zone".into(),
             text: vec![
                 "The firmware image runs in QEMU in lock-step with a motor whose dead zone and saturation it does not \

@@ -2,8 +2,8 @@
 
 use super::servo::poles;
 use crate::gap::tables::map;
-use crate::report::exhibit::{Check, Exhibit, Table};
 use crate::report::figure;
+use crate::report::section::{Check, Section, Table};
 use std::f64::consts::PI;
 
 /// rad/s in one rpm.
@@ -95,8 +95,8 @@ impl Sine {
 }
 
 /// The paper's claims and what its numbers say.
-pub fn claims() -> Exhibit {
-    Exhibit {
+pub fn claims() -> Section {
+    Section {
         title: "What the paper says and what its own numbers say".into(),
         text: vec![
             "Recomputed from the published tables and parameters. What does not hold is shown, because it is the first \

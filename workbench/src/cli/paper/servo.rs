@@ -6,7 +6,7 @@
 //! function, Gelb and Vander Velde, Multiple-Input Describing Functions, 1968, table B) times |G(jω)|.
 
 use crate::outcome::{Curve, Plot, Series, Style};
-use crate::report::exhibit::{Check, Exhibit};
+use crate::report::section::{Check, Section};
 use crate::system::plant::Motor;
 use crate::system::plant::physics::Physics;
 use std::f64::consts::PI;
@@ -108,7 +108,7 @@ fn step_of_the_table(rows: &[(f64, f64)], t: f64) -> f64 {
 }
 
 /// The servo model under its three inputs, with plots and checked figures.
-pub fn servo() -> Exhibit {
+pub fn servo() -> Section {
     let plant = servo_model();
     let rows = super::input(super::TABLE_3_3);
     let text = Scopes::run(&plant, sine_of_the_text, SECONDS);
@@ -120,7 +120,7 @@ pub fn servo() -> Exhibit {
     let mut checks = peaks(&text, &table, &step);
     checks.extend(crossings(&text, &table));
     checks.extend(speeds(&plant));
-    Exhibit {
+    Section {
         title: "The paper's servo model with its dead zone".into(),
         text: vec![
             "The motor of Fig. 1 behind a dead zone of ±1.2 V, driven by the inputs that the paper describes. The scopes \

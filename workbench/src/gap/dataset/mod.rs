@@ -111,6 +111,7 @@ impl Scales {
             Scale::PerPower => 1.0 / (self.current * self.current * self.resistance),
             Scale::Stiffness => self.inertia / (self.time * self.time),
             Scale::Capacity => self.time / self.resistance,
+            Scale::TorquePerAngle(power) => self.torque / (self.speed * self.time).powi(power.into()),
         }
     }
 }

@@ -18,7 +18,7 @@ pub mod sheet;
 use crate::outcome::Segment;
 use crate::system::effects::Effect;
 use base::{Claim, Natural};
-use hidden::{Hidden, KINDS, Subject};
+use hidden::{Hidden, Subject};
 use outside::{OUTSIDERS, Outsider};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -41,6 +41,18 @@ pub enum Set {
     Triple,
     /// One effect that the library does not hold, plainly visible.
     Outside,
+}
+
+impl Set {
+    /// Number of effects of the library that hide.
+    fn effects(self) -> usize {
+        match self {
+            Self::Nothing | Self::Outside => 0,
+            Self::Single => 1,
+            Self::Pair => 2,
+            Self::Triple => 3,
+        }
+    }
 }
 
 /// What to draw.
@@ -194,7 +206,7 @@ pub fn draw(spec: &Spec, seed: u32) -> Case {
 /// One try: the case, and whether everything hidden is visible enough.
 fn attempt(spec: &Spec, seed: u32, rng: &mut ChaCha8Rng) -> (bool, Case) {
     let (motor, natural) = base::draw(rng);
-    let hidden = choose(spec, rng, &natural);
+    let hidden = hidden::choose(spec.set.effects(), rng, &natural);
     let outsider = (spec.set == Set::Outside).then(|| &OUTSIDERS[rng.random_range(0..OUTSIDERS.len())]);
     let draft = Draft {
         natural,
@@ -223,27 +235,6 @@ fn attempt(spec: &Spec, seed: u32, rng: &mut ChaCha8Rng) -> (bool, Case) {
         Set::Outside => draft.visibilities(&sensors, &[&log, &holdout], &[None])[0] >= PLAIN,
     };
     (enough, case)
-}
-
-/// Chooses what hides.
-fn choose(spec: &Spec, rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<Hidden> {
-    let number = match spec.set {
-        Set::Nothing | Set::Outside => 0,
-        Set::Single => 1,
-        Set::Pair => 2,
-        Set::Triple => 3,
-    };
-    let mut hidden: Vec<Hidden> = Vec::new();
-    while hidden.len() < number {
-        let kind = KINDS[rng.random_range(0..KINDS.len())];
-        let values = (kind.draw)(rng, natural);
-        let shape = rng.random_bool(0.5).then(|| rng.random_range(0.0..1.0));
-        if !hidden.iter().any(|other| other.kind.excludes(kind)) {
-            let shape = if kind.has_other_form { shape } else { None };
-            hidden.push(Hidden { kind, values, shape });
-        }
-    }
-    hidden
 }
 
 /// A case before it is simulated.

@@ -47,23 +47,6 @@ pub struct Truth {
 /// Simulates the rows. `on_load`: the encoder sits at the load of a train of two bodies. Before the first row the motor
 /// rests, and the last row is held for the rest of its window.
 pub fn simulate(simulator: &mut Simulator, rows: &[Row], window: Window, on_load: bool) -> Truth {
-    let mut stops: Vec<(f64, usize, Probe)> = Vec::with_capacity(3 * rows.len());
-    let (back, ahead) = if window.causal {
-        (window.seconds, 0.0)
-    } else {
-        (0.5 * window.seconds, 0.5 * window.seconds)
-    };
-    for (k, row) in rows.iter().enumerate() {
-        stops.push((row.t - back, k, Probe::Opens));
-        stops.push((row.t, k, Probe::Row));
-        stops.push((row.t + ahead, k, Probe::Closes));
-    }
-    // A window that closes at a row closes before the row's command acts; at equal times the order is Closes, Opens, Row.
-    stops.sort_by(|a, b| {
-        a.0.total_cmp(&b.0)
-            .then(a.2.order().cmp(&b.2.order()))
-            .then(a.1.cmp(&b.1))
-    });
     let origin = rows.first().map_or(0.0, |row| row.t) - simulator.time();
     let mut truth = Truth::with_length(rows.len());
     let mut sensed = vec![[0.0; 2]; rows.len()];
@@ -78,7 +61,7 @@ pub fn simulate(simulator: &mut Simulator, rows: &[Row], window: Window, on_load
     } else {
         body.0
     };
-    for (t, k, probe) in stops {
+    for (t, k, probe) in stops(rows, window) {
         simulator.advance(t - origin);
         let state = *simulator.state();
         // Before the start: straight back along the initial speed.
@@ -102,6 +85,28 @@ pub fn simulate(simulator: &mut Simulator, rows: &[Row], window: Window, on_load
         truth.seen[k] = (closed - opened) / window.seconds;
     }
     truth
+}
+
+/// Where the simulation stops, in the order of time, with the row that the stop belongs to.
+fn stops(rows: &[Row], window: Window) -> Vec<(f64, usize, Probe)> {
+    let mut stops = Vec::with_capacity(3 * rows.len());
+    let (back, ahead) = if window.causal {
+        (window.seconds, 0.0)
+    } else {
+        (0.5 * window.seconds, 0.5 * window.seconds)
+    };
+    for (k, row) in rows.iter().enumerate() {
+        stops.push((row.t - back, k, Probe::Opens));
+        stops.push((row.t, k, Probe::Row));
+        stops.push((row.t + ahead, k, Probe::Closes));
+    }
+    // A window that closes at a row closes before the row's command acts; at equal times the order is Closes, Opens, Row.
+    stops.sort_by(|a, b| {
+        a.0.total_cmp(&b.0)
+            .then(a.2.order().cmp(&b.2.order()))
+            .then(a.1.cmp(&b.1))
+    });
+    stops
 }
 
 #[derive(Clone, Copy, Debug)]

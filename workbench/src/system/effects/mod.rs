@@ -32,6 +32,7 @@ mod speed_saturation;
 mod stribeck_friction;
 mod supply_sag;
 mod thermal_resistance;
+mod torsional_spring;
 mod transport_delay;
 mod viscous_asymmetric;
 mod voltage_drop;
@@ -76,6 +77,7 @@ library! {
     quadratic_drag::QUADRATIC_DRAG,
     constant_load::CONSTANT_LOAD,
     gravity::GRAVITY,
+    torsional_spring::TORSIONAL_SPRING,
     cogging::COGGING,
     periodic_load::PERIODIC_LOAD,
     backlash::BACKLASH,

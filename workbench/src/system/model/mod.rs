@@ -2,6 +2,7 @@
 
 mod keys;
 mod read;
+mod section;
 
 pub use keys::{NAMED, STANDING};
 pub use read::{parse, read};

@@ -2,7 +2,7 @@
 
 use super::{Group, Kind, sign};
 use crate::synthetic::cases::base::log_range;
-use crate::synthetic::reference_plant::{Split, Train};
+use crate::synthetic::reference_plant::{Law, Split, Train};
 use crate::system::effects;
 use rand::RngExt;
 
@@ -131,5 +131,32 @@ pub(super) static FLEXIBLE_COUPLING: Kind = Kind {
             stiffness: v[0],
             damping: v[1],
         };
+    },
+};
+
+pub(super) static TORSIONAL_SPRING: Kind = Kind {
+    effect: &effects::TORSIONAL_SPRING,
+    parameters: &["stiffness_nm_per_rad", "rest_rad", "cubic_nm_per_rad3"],
+    group: Group::Own,
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| {
+        let angle = n.speed * n.tau;
+        let stiffness = log_range(rng, 0.001, 0.5) * n.torque / angle;
+        let progressive = rng.random_bool(0.3);
+        // The cubic part is as large as the linear one two to six such angles from rest.
+        let as_large = rng.random_range(2.0..6.0) * angle;
+        let cubic = if progressive {
+            stiffness / (as_large * as_large)
+        } else {
+            0.0
+        };
+        vec![stiffness, rng.random_range(-2.0..2.0) * angle, cubic]
+    },
+    put: |v, _, _, subject| {
+        subject.motor.load.law = Some(Law {
+            torque: |p, theta| -(p[0] * (theta - p[1]) + p[2] * (theta - p[1]).powi(3)),
+            parameters: v.to_vec(),
+        });
     },
 };

@@ -134,8 +134,39 @@ fn unequal(rng: &mut ChaCha8Rng, value: f64) -> Vec<f64> {
     }
 }
 
-/// Every effect that can hide. A seed draws by the place in this list.
-pub static KINDS: [&Kind; 33] = [
+/// Chooses so many effects, none of which excludes another.
+pub(super) fn choose(number: usize, rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<Hidden> {
+    let mut chosen: Vec<Hidden> = Vec::new();
+    while chosen.len() < number {
+        let kind = any(rng);
+        let values = (kind.draw)(rng, natural);
+        let shape = rng.random_bool(0.5).then(|| rng.random_range(0.0..1.0));
+        if !chosen.iter().any(|other| other.kind.excludes(kind)) {
+            let shape = shape.filter(|_| kind.has_other_form);
+            chosen.push(Hidden { kind, values, shape });
+        }
+    }
+    chosen
+}
+
+/// One of [`KINDS`], each as probable as any other. A later kind takes its share of the cases (reservoir sampling, Vitter, ACM
+/// Trans. Math. Software 11, 1985) by a stream of random numbers of its own; every other case of a seed stays what it was.
+fn any(rng: &mut ChaCha8Rng) -> &'static Kind {
+    let first = KINDS[rng.random_range(0..FIRST_KINDS)];
+    let takes = |place: &usize| {
+        let mut own = rng.clone();
+        own.set_stream(*place as u64);
+        own.random_range(0..=*place) == 0
+    };
+    let taker = (FIRST_KINDS..KINDS.len()).rev().find(takes);
+    taker.map_or(first, |place| KINDS[place])
+}
+
+/// Kinds from which the cases were drawn at first.
+const FIRST_KINDS: usize = 33;
+
+/// Every effect that can hide. A seed draws by the place in this list: a new kind goes to its end.
+pub static KINDS: &[&Kind] = &[
     &drive::DEAD_ZONE,
     &drive::DEAD_ZONE_ASYMMETRIC,
     &drive::VOLTAGE_SATURATION,
@@ -169,4 +200,5 @@ pub static KINDS: [&Kind; 33] = [
     &sensor::SENSOR_LAG,
     &sensor::SENSOR_RECTIFIED,
     &sensor::SENSOR_OFFSET,
+    &load::TORSIONAL_SPRING,
 ];

@@ -119,4 +119,6 @@ pub enum Scale {
     Stiffness,
     /// Time constant over resistance.
     Capacity,
+    /// Torque over a power of the angle.
+    TorquePerAngle(u8),
 }

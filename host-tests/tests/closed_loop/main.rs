@@ -1,0 +1,18 @@
+//! The servo as a whole around simulated motors: control, commissioning, passive identification, protection, motion.
+
+mod axis;
+mod commission;
+mod excitation;
+mod false_alarms;
+mod families;
+mod faults;
+mod first_motion;
+mod identify_passive;
+mod imperfections;
+mod injected;
+mod limits;
+mod rates;
+mod referencing;
+mod shortage;
+mod stream;
+mod tracking;

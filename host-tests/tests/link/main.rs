@@ -1,0 +1,8 @@
+//! What goes over the wire and what is kept: frames, parameters, the store and the settings of an axis file.
+
+mod current_zero;
+mod link;
+mod optional;
+mod parameters;
+mod setup;
+mod store;

@@ -1,0 +1,23 @@
+//! The workbench on the host: the gap workflow, its effects, plants, readers and reports, and the command line.
+
+mod bad_input;
+mod cases;
+mod effects_library;
+mod effects_names;
+mod gap_hidden;
+mod gap_measured_data;
+mod interruption;
+mod log_reading;
+mod model_reading;
+mod next_experiment;
+mod paper;
+mod plant_motor;
+mod report;
+mod results_kept;
+mod rigs;
+mod screen;
+mod steady_map;
+mod steady_measured;
+mod steady_paper;
+mod time_base;
+mod truth;

@@ -1,0 +1,532 @@
+//! The reports: what they must contain, that they are self-contained, and that a failed write leaves the earlier file.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use truing::device::commission_report::Number;
+use truing::outcome::*;
+use truing::report::html::{Document, Html};
+use truing::report::json::Json;
+use truing::report::model_file::ModelFile;
+use truing::report::section::{Check, Section, Table};
+use truing::report::terminal::{Terminal, WIDTH};
+use truing::report::{Exporter, write_atomically};
+
+fn value(value: f64, std: f64, unit: &str) -> Value {
+    Value {
+        value,
+        std: Some(std),
+        unit: unit.into(),
+    }
+}
+
+fn effect(name: &str, parameter: (&str, Value), tie: Option<usize>) -> NamedEffect {
+    NamedEffect {
+        name: name.into(),
+        parameters: BTreeMap::from([(parameter.0.to_string(), parameter.1)]),
+        derived: BTreeMap::new(),
+        gap_before: 6.4,
+        gap_after: 0.09,
+        evidence: "82 % of the missing torque sits at |u| below 1.3 V, on both sides of zero and in both directions.".into(),
+        tie,
+    }
+}
+
+fn curve(f: impl Fn(f64) -> f64) -> Curve {
+    let x: Vec<f64> = (0..400).map(|k| k as f64 * 0.01).collect();
+    Curve {
+        y: x.iter().map(|x| f(*x)).collect(),
+        x,
+    }
+}
+
+fn traces() -> Plot {
+    let series = |label: &str, style, curve| Series {
+        label: label.into(),
+        curve,
+        style,
+    };
+    Plot {
+        title: "Speed before and after".into(),
+        caption: "The extended model follows the measurement.".into(),
+        stage: Stage::Extraction,
+        x_label: "time, s".into(),
+        y_label: "speed, rad/s".into(),
+        series: vec![
+            series("measured", Style::Points, curve(|t| 40.0 * (3.0 * t).sin())),
+            series("model as given", Style::Dashed, curve(|t| 50.0 * (3.0 * t).sin())),
+            series("extended model", Style::Line, curve(|t| 40.3 * (3.0 * t).sin())),
+        ],
+        noise_band: None,
+        marks: vec![(1.2, "dead zone 1.2 V".into())],
+    }
+}
+
+fn outcome() -> Outcome {
+    Outcome {
+        schema: "truing-gap/1",
+        verdict: Verdict::Tie,
+        effects: vec![
+            effect("dead_zone", ("half_width_v", value(1.1, 0.01, "V")), None),
+            effect("drive_gain", ("ratio", value(1.31, 0.004, "1")), Some(0)),
+        ],
+        ties: vec![Tie {
+            rivals: vec![vec!["drive_gain".into()], vec!["encoder_scale".into()]],
+            separated_by: "the winding current at 6 V".into(),
+        }],
+        closest_known: vec![],
+        holdout: HoldOut {
+            signal: "omega_rad_s".into(),
+            rmse_before: 6.4,
+            rmse_after: 0.09,
+            noise_floor: 0.087,
+            fit_percent_before: 80.1,
+            fit_percent_after: 99.7,
+        },
+        final_records: None,
+        within_tolerance: vec![Shift {
+            parameter: "J_kgm2".into(),
+            shift_percent: 2.0,
+            std_percent: 0.4,
+            refitted: false,
+        }],
+        places: vec![Where {
+            region: "0 < |u| < 1.2 V".into(),
+            share_of_squared_error: 0.83,
+        }],
+        unexplained: Unexplained {
+            share_of_gap: 0.01,
+            structure: "none".into(),
+        },
+        next_experiment: Some(Experiment {
+            why: "A logged current tells a drive gain from a sensor scale.".into(),
+            profile: vec![
+                Segment {
+                    bridge: 1,
+                    u_v: Some(6.0),
+                    seconds: 1.0,
+                },
+                Segment {
+                    bridge: 0,
+                    u_v: None,
+                    seconds: 2.0,
+                },
+            ],
+        }),
+        runtime_s: 3.2,
+        notes: vec!["Every second row was held out.".into()],
+        steps: vec![
+            Step {
+                label: "model as given".into(),
+                gap: 6.4,
+            },
+            Step {
+                label: "+ dead_zone".into(),
+                gap: 1.9,
+            },
+            Step {
+                label: "+ drive_gain".into(),
+                gap: 0.09,
+            },
+        ],
+        rivals: vec![Rival {
+            names: vec!["coulomb_friction".into()],
+            gap: 3.1,
+            reason: "acts in coast too <b>".into(),
+        }],
+        plots: vec![traces()],
+        gap_unit: "rad/s".into(),
+    }
+}
+
+#[test]
+fn the_terminal_summary_fits_80_columns_and_says_everything() {
+    let text = Terminal.export(&outcome()).unwrap();
+    assert!(text.lines().all(|l| l.chars().count() <= WIDTH), "{text}");
+    for piece in [
+        "tie",
+        "dead_zone",
+        "1.100 ± 0.010 V",
+        "drive_gain | encoder_scale",
+        "noise floor",
+        "80.10 % → 99.70 %",
+        "J_kgm2 +2.00 ± 0.40 %",
+        "6 V for 1 s, bridge open for 2 s",
+        "83 %",
+        "Every second row",
+    ] {
+        assert!(text.contains(piece), "{piece:?} is missing in\n{text}");
+    }
+}
+
+#[test]
+fn bars_grow_with_the_gap() {
+    let text = Terminal.export(&outcome()).unwrap();
+    let bar = |label: &str| {
+        text.lines()
+            .find(|l| l.contains(label))
+            .unwrap()
+            .matches('█')
+            .count()
+    };
+    let lengths = ["model as given", "  + dead_zone", "  + drive_gain", "noise floor"].map(bar);
+    assert!(
+        lengths.is_sorted_by(|a, b| a > b || (a >= b && lengths[2] <= lengths[3] + 1)),
+        "{lengths:?}"
+    );
+    assert!(lengths[0] > 3 * lengths[3]);
+}
+
+#[test]
+fn json_has_exactly_the_keys_of_the_schema() {
+    let parsed: serde_json::Value = serde_json::from_str(&Json.export(&outcome()).unwrap()).unwrap();
+    let keys: Vec<&str> = parsed.as_object().unwrap().keys().map(String::as_str).collect();
+    let mut expected = vec![
+        "schema",
+        "verdict",
+        "effects",
+        "ties",
+        "closest_known",
+        "holdout",
+        "within_tolerance",
+        "where",
+        "unexplained",
+        "next_experiment",
+        "runtime_s",
+        "notes",
+    ];
+    let mut found = keys.clone();
+    expected.sort_unstable();
+    found.sort_unstable();
+    assert_eq!(found, expected);
+    assert_eq!(parsed["verdict"], "tie");
+    assert_eq!(parsed["effects"][0]["parameters"]["half_width_v"]["std"], 0.01);
+    assert_eq!(parsed["effects"][0]["tie"], serde_json::Value::Null);
+    assert_eq!(parsed["effects"][1]["tie"], 0);
+    assert_eq!(parsed["ties"][0]["rivals"][1][0], "encoder_scale");
+    assert_eq!(
+        parsed["next_experiment"]["profile"][1],
+        serde_json::json!({ "bridge": 0, "seconds": 2.0 })
+    );
+    assert_eq!(parsed["where"][0]["share_of_squared_error"], 0.83);
+}
+
+#[test]
+fn html_is_self_contained_escaped_and_tells_the_three_stages() {
+    let page = Html {
+        title: "A gap",
+        subtitle: "model against log",
+    }
+    .export(&outcome())
+    .unwrap();
+    for stage in [
+        "Detection",
+        "Characterisation",
+        "Parameter extraction",
+        "Next experiment",
+        "Considered and rejected",
+    ] {
+        assert!(page.contains(stage), "{stage}");
+    }
+    assert_eq!(page.matches("<svg").count(), 2, "traces and waterfall");
+    assert!(page.contains("acts in coast too &lt;b&gt;"));
+    for outside in ["<script", "<link", "<img", "src=", "url(", "@import"] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    assert!(!page.replace("http://www.w3.org/2000/svg", "").contains("http"));
+}
+
+#[test]
+fn a_document_of_several_parts_has_a_table_of_contents() {
+    let section = Section {
+        title: "Closing table".into(),
+        text: vec!["Estimates beside the truth.".into()],
+        plots: vec![traces()],
+        tables: vec![Table {
+            caption: "Errors".into(),
+            header: vec!["quantity".into(), "chip".into()],
+            rows: vec![vec!["dead zone".into(), "1.2 V".into()]],
+        }],
+        checks: vec![Check {
+            claim: "9 V become 7.8 V".into(),
+            found: "7.80 V".into(),
+            holds: true,
+        }],
+    };
+    let document = Document::new("Demo", "two parts")
+        .gap("The case", &["An introduction."], &outcome())
+        .section(section);
+    let page = document.render();
+    for piece in [
+        "href=\"#part-2\"",
+        "id=\"part-2\"",
+        "Closing table",
+        "9 V become 7.8 V",
+        "holds",
+        "An introduction.",
+    ] {
+        assert!(page.contains(piece), "{piece}");
+    }
+    document
+        .write(&PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("report.html"))
+        .unwrap();
+}
+
+#[test]
+fn an_outcome_that_could_not_be_tested_claims_no_figures() {
+    let mut untested = outcome();
+    untested.verdict = Verdict::InsufficientExcitation;
+    untested.effects.clear();
+    untested.steps.clear();
+    let page = Html {
+        title: "A gap",
+        subtitle: "",
+    }
+    .export(&untested)
+    .unwrap();
+    assert!(
+        page.contains("insufficient excitation") && !page.contains("noise floor") && !page.contains("NaN")
+    );
+    let text = Terminal.export(&untested).unwrap();
+    assert!(text.contains("insufficient excitation") && !text.contains("noise floor"));
+}
+
+const MODEL: &str = r#"# a motor of the workshop
+schema = "truing-model/1"
+[motor]
+R_ohm = 1.5
+J_kgm2 = 0.001 # total, measured by coasting
+[known.coulomb_friction]
+level_nm = 0.008
+"#;
+
+#[test]
+fn the_extended_model_keeps_the_text_and_holds_the_accepted_set() {
+    let text = ModelFile {
+        original: MODEL,
+        origin: "truing gap on run.csv",
+    }
+    .export(&outcome())
+    .unwrap();
+    assert!(text.starts_with("# a motor of the workshop"));
+    assert!(
+        text.contains("J_kgm2 = 0.00102 # total, measured by coasting"),
+        "{text}"
+    );
+    assert!(!text.contains("[known]"), "{text}");
+    for piece in [
+        "[known.coulomb_friction]\nlevel_nm = 0.008",
+        "[known.dead_zone]\nhalf_width_v = 1.1\nhalf_width_v_std = 0.01",
+        "[known.drive_gain]\nratio = 1.31",
+        "origin = \"truing gap on run.csv\"",
+    ] {
+        assert!(text.contains(piece), "{piece:?} is missing in\n{text}");
+    }
+    assert!(
+        !text.contains("encoder_scale"),
+        "a rival that was not accepted is not part of the model"
+    );
+}
+
+#[test]
+fn a_failed_write_leaves_the_earlier_report_and_names_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out/report.json");
+    write_atomically(&path, "earlier").unwrap();
+    Json.write(&outcome(), &path).unwrap();
+    let written = std::fs::read_to_string(&path).unwrap();
+    assert!(written.contains("truing-gap/1"));
+    // A folder in the place of the file cannot be replaced.
+    let blocked = folder.path().join("out");
+    let error = write_atomically(&blocked, "later").unwrap_err();
+    assert!(
+        format!("{error:#}").contains("out: cannot be written"),
+        "{error:#}"
+    );
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), written);
+    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
+    assert_eq!(left.len(), 1, "no draft is left behind");
+}
+
+#[test]
+fn every_plot_becomes_a_picture_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    truing::report::pictures::write(&outcome(), folder.path()).unwrap();
+    let mut names: Vec<String> = std::fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names.len(), outcome().plots.len() + 1, "{names:?}");
+    assert!(names.contains(&"gap.svg".to_owned()), "{names:?}");
+    for name in names {
+        let text = std::fs::read_to_string(folder.path().join(&name)).unwrap();
+        assert!(
+            text.starts_with("<svg") && text.trim_end().ends_with("</svg>"),
+            "{name}"
+        );
+        assert!(text.contains("xmlns=\"http://www.w3.org/2000/svg\"") && text.contains("fill=\"#fff\""));
+    }
+}
+
+/// A first-order model has no torque constant: 0.045 N m of its motor of 1 Ω and 15 rad/s/V are 0.675 V.
+#[test]
+fn friction_of_a_first_order_model_is_told_in_volts() {
+    const MODEL: &str = "schema = \"truing-model/1\"\n[model]\nkind = \"first_order\"\ngain_rad_s_per_v = 15.0\ntime_constant_s = 0.1\n";
+    let model = truing::system::model::parse("model.toml", MODEL).unwrap();
+    let effects = vec![
+        effect("coulomb_friction", ("level_nm", value(0.045, 0.001, "N m")), None),
+        effect(
+            "flexible_coupling",
+            ("damping", value(0.2, 0.1, "N m s/rad")),
+            None,
+        ),
+    ];
+    let outcome = Outcome {
+        effects: truing::report::volts::told(&model, effects.clone()),
+        ..outcome()
+    };
+    let text = Terminal.export(&outcome).unwrap();
+    let html = Html {
+        title: "A gap",
+        subtitle: "model against log",
+    };
+    let page = html.export(&outcome).unwrap();
+    for said in [&text, &page] {
+        assert!(
+            said.contains("level_v") && said.contains("0.675 ± 0.015 V"),
+            "{said}"
+        );
+        assert!(
+            said.contains("damping_v") && said.contains("3.0 ± 1.5 V s/rad"),
+            "{said}"
+        );
+        assert!(!said.contains("N m") && !said.contains("level_nm"), "{said}");
+    }
+    let json = Json.export(&outcome).unwrap();
+    assert!(
+        json.contains("\"level_nm\"") && json.contains("\"level_v\""),
+        "{json}"
+    );
+    let file = ModelFile {
+        original: MODEL,
+        origin: "log.csv",
+    };
+    let extended = file.export(&outcome).unwrap();
+    assert!(
+        extended.contains("level_nm = 0.045 # stands for level_v: 0.675 ± 0.015 V"),
+        "{extended}"
+    );
+    let one = Outcome {
+        effects: outcome.effects[..1].to_vec(),
+        ..outcome.clone()
+    };
+    let again = truing::system::model::parse("extended", &file.export(&one).unwrap()).unwrap();
+    assert_eq!(again.known[0].values, [0.045]);
+    // A motor with a torque constant has torques.
+    let motor = truing::system::model::parse(
+        "motor.toml",
+        "schema = \"truing-model/1\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\nJ_kgm2 = 1e-4\n",
+    )
+    .unwrap();
+    assert_eq!(truing::report::volts::told(&motor, effects.clone()), effects);
+}
+
+#[test]
+fn a_plus_minus_is_explained_where_it_stands() {
+    let text = Terminal.export(&outcome()).unwrap();
+    assert_eq!(text.matches("± is one standard deviation").count(), 1, "{text}");
+    let without = Outcome {
+        effects: Vec::new(),
+        within_tolerance: Vec::new(),
+        ..outcome()
+    };
+    assert!(!Terminal.export(&without).unwrap().contains('±'));
+}
+
+/// The chip's half widths hold 95 %: they are told as intervals, so that ± has one meaning.
+#[test]
+fn the_chip_s_numbers_are_told_as_intervals() {
+    let number = Number {
+        value: Some(1.5764),
+        u95: Some(0.0636),
+        trusted: true,
+        reason: None,
+        advice: None,
+    };
+    assert_eq!(number.interval("V").unwrap(), "1.5128 … 1.6400 V (95 %)");
+    assert_eq!(Number { u95: None, ..number }.interval("V"), None);
+}
+
+#[test]
+fn a_parameter_of_a_fitted_model_is_refitted_and_not_within_a_tolerance() {
+    let mut refitted = outcome();
+    refitted.within_tolerance[0].refitted = true;
+    let text = Terminal.export(&refitted).unwrap();
+    assert!(text.contains("refitted: J_kgm2 +2.00 ± 0.40 %"), "{text}");
+    assert!(!text.contains("within what the model allows"), "{text}");
+    let page = Html {
+        title: "A gap",
+        subtitle: "model against log",
+    };
+    let page = page.export(&refitted).unwrap();
+    assert!(page.contains("refitted") && !page.contains("within their tolerance"));
+    assert!(Json.export(&refitted).unwrap().contains("\"refitted\": true"));
+    assert!(!Json.export(&outcome()).unwrap().contains("refitted"));
+}
+
+#[test]
+fn the_extended_model_tells_how_sure_each_name_is() {
+    let standing = |outcome: &Outcome, name: &str| {
+        let text = ModelFile {
+            original: "schema = \"truing-model/1\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\nJ_kgm2 = 1e-4\n",
+            origin: "log.csv",
+        }
+        .export(outcome)
+        .unwrap();
+        let model = truing::system::model::parse("extended.toml", &text).unwrap();
+        model.standing(name).unwrap().to_owned()
+    };
+    let tied = outcome();
+    assert_eq!(standing(&tied, "dead_zone"), "named");
+    assert_eq!(standing(&tied, "drive_gain"), "tie");
+    let unexplained = Outcome {
+        verdict: Verdict::Unexplained,
+        ..outcome()
+    };
+    assert_eq!(standing(&unexplained, "dead_zone"), "unexplained");
+}
+
+/// Names with their sizes and what is left stand in the first sentence; a number within two deviations of 0 is not told as known.
+#[test]
+fn what_is_left_stands_beside_the_names() {
+    let mut named = outcome();
+    named.verdict = Verdict::Named;
+    named.ties.clear();
+    named.effects[1] = effect("constant_load", ("torque_nm", value(0.01, 0.02, "N m")), None);
+    named.unexplained = Unexplained {
+        share_of_gap: 0.17,
+        structure: "noise-like, correlated in time".into(),
+    };
+    named.final_records = Some(HoldOut {
+        fit_percent_before: 70.0,
+        fit_percent_after: 97.5,
+        ..named.holdout.clone()
+    });
+    let text = Terminal.export(&named).unwrap();
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let first = "The model lacks dead_zone of 1.1 V and constant_load; 17 % of the gap (squared) is left.";
+    assert!(words.contains(first), "{words}");
+    assert!(
+        words.contains("torque_nm not told from 0 (0.010 ± 0.020 N m)"),
+        "{words}"
+    );
+    assert!(
+        words.contains("records that chose nothing: fit 70.00 % → 97.50 %"),
+        "{words}"
+    );
+    let json: serde_json::Value = serde_json::from_str(&Json.export(&named).unwrap()).unwrap();
+    assert_eq!(json["final"]["fit_percent_after"], 97.5);
+    assert_eq!(json["unexplained"]["share_of_gap"], 0.17);
+    let plain: serde_json::Value = serde_json::from_str(&Json.export(&outcome()).unwrap()).unwrap();
+    assert!(plain.get("final").is_none());
+}

@@ -1,0 +1,292 @@
+//! The result of the gap workflow as three chapters of a page: detection, characterisation, parameter extraction.
+
+use super::{format, plot};
+use crate::outcome::{Experiment, NamedEffect, Outcome, Plot, Rival, Stage, Style, Verdict};
+use crate::report::section::{Check, Section, Table};
+use maud::{Markup, PreEscaped, html};
+
+pub(super) fn gap(outcome: &Outcome) -> Markup {
+    html! {
+        (verdict(outcome))
+        (detection(outcome))
+        @if outcome.verdict != Verdict::InsufficientExcitation { (characterisation(outcome)) (extraction(outcome)) }
+        @if let Some(experiment) = &outcome.next_experiment { (next(experiment)) }
+        (notes(outcome))
+    }
+}
+
+fn verdict(outcome: &Outcome) -> Markup {
+    let held = &outcome.holdout;
+    let tested = outcome.verdict != Verdict::InsufficientExcitation;
+    let class = format::verdict(outcome.verdict).replace(' ', "-");
+    html! {
+        div class=(format!("verdict {class}")) {
+            p.word { (format::verdict(outcome.verdict)) }
+            p.headline { (format::headline(outcome)) }
+            @if tested {
+                div.tiles {
+                    (tile("gap as given", &format!("{} {}", format::gap(held.rmse_before), outcome.gap_unit)))
+                    (tile("gap now", &format!("{} {}", format::gap(held.rmse_after), outcome.gap_unit)))
+                    (tile("noise floor", &format!("{} {}", format::gap(held.noise_floor), outcome.gap_unit)))
+                    (tile("fit, held out", &format!("{} → {}", format::fit(held.fit_percent_before), format::fit(held.fit_percent_after))))
+                    @if let Some(last) = &outcome.final_records {
+                        (tile("fit, records that chose nothing", &format!("{} → {}", format::fit(last.fit_percent_before), format::fit(last.fit_percent_after))))
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn tile(label: &str, figure: &str) -> Markup {
+    html! { div.tile { span.label { (label) } span.figure { (figure) } } }
+}
+
+fn detection(outcome: &Outcome) -> Markup {
+    html! {
+        article {
+            h3 { "Detection" span.question { "Do simulation and data disagree, and where?" } }
+            @if !outcome.places.is_empty() {
+                table.bars {
+                    thead { tr { th { "Where" } th { "Share of the squared error" } th {} } }
+                    tbody { @for place in &outcome.places { tr {
+                        td { (place.region) }
+                        td.number { (format::percent(place.share_of_squared_error)) }
+                        td.bar { (share_bar(place.share_of_squared_error)) }
+                    } } }
+                }
+            }
+            (figures(outcome, Stage::Detection))
+        }
+    }
+}
+
+fn share_bar(share: f64) -> Markup {
+    let width = format!("width:{:.1}%", 100.0 * share.clamp(0.0, 1.0));
+    html! { div.track { div.fill style=(width) {} } }
+}
+
+fn characterisation(outcome: &Outcome) -> Markup {
+    html! {
+        article {
+            h3 { "Characterisation" span.question { "What is it?" } }
+            @if outcome.effects.is_empty() { p { "No effect is named." } }
+            ol.effects { @for effect in &outcome.effects { li { (effect_named(effect)) } } }
+            (ties(outcome))
+            (figures(outcome, Stage::Characterisation))
+            (rivals(&outcome.rivals, &outcome.gap_unit))
+        }
+    }
+}
+
+fn effect_named(effect: &NamedEffect) -> Markup {
+    html! {
+        code.name { (effect.name) }
+        @if let Some(tie) = effect.tie { " " span.tag { "tie " (tie + 1) } }
+        " " (effect.evidence)
+    }
+}
+
+fn ties(outcome: &Outcome) -> Markup {
+    html! {
+        @if !outcome.ties.is_empty() {
+            h4 { "Ties: names that these data cannot tell apart" }
+            ol.ties { @for tie in &outcome.ties { li {
+                @for (k, rival) in tie.rivals.iter().enumerate() {
+                    @if k > 0 { span.or { "or" } }
+                    code.name { (format::set(rival)) }
+                }
+                p.muted { "Told apart: " (tie.separated_by) }
+            } } }
+        }
+    }
+}
+
+fn rivals(rivals: &[Rival], unit: &str) -> Markup {
+    html! {
+        @if !rivals.is_empty() {
+            h4 { "Considered and rejected" }
+            table {
+                thead { tr { th { "Explanation" } th.number { "Gap with it" } th { "Why it lost" } } }
+                tbody { @for rival in rivals { tr {
+                    td { code { (format::set(&rival.names)) } }
+                    td.number { (format::gap(rival.gap)) " " (unit) }
+                    td { (rival.reason) }
+                } } }
+            }
+        }
+    }
+}
+
+fn extraction(outcome: &Outcome) -> Markup {
+    let held = &outcome.holdout;
+    html! {
+        article {
+            h3 { "Parameter extraction" span.question { "How large is it, and what does it explain?" } }
+            (parameters(outcome))
+            (tolerances(outcome))
+            @if let Some(svg) = plot::waterfall(&outcome.steps, held.noise_floor, &outcome.gap_unit) {
+                figure {
+                    (PreEscaped(svg))
+                    figcaption {
+                        strong { "Gap per step. " }
+                        "Rms of " code { (held.signal) } " on data that were not fitted, after each added effect."
+                    }
+                }
+            }
+            (figures(outcome, Stage::Extraction))
+            (left(outcome))
+        }
+    }
+}
+
+fn parameters(outcome: &Outcome) -> Markup {
+    html! {
+        @if !outcome.effects.is_empty() {
+            table {
+                thead { tr { th { "Effect" } th { "Parameter" } th.number { "Value ± one standard deviation" } } }
+                tbody { @for effect in &outcome.effects {
+                    @for (name, v) in format::readable(effect) { tr {
+                        td { code { (effect.name) } } td { code { (name) } } td.number { (format::value(v)) }
+                    } }
+                    @for (name, v) in format::following(effect) { tr.derived {
+                        td {} td { code { (name) } " (follows)" } td.number { (format::value(v)) }
+                    } }
+                } }
+            }
+        }
+    }
+}
+
+fn tolerances(outcome: &Outcome) -> Markup {
+    html! {
+        @if !outcome.within_tolerance.is_empty() {
+            @if outcome.within_tolerance.iter().any(|shift| shift.refitted) {
+                h4 { "Base parameters, refitted: the model was fitted to the log without the effects" }
+            } @else {
+                h4 { "Base parameters that moved within their tolerance" }
+            }
+            table {
+                thead { tr { th { "Parameter" } th.number { "Shift ± one standard deviation" } } }
+                tbody { @for s in &outcome.within_tolerance { tr {
+                    td { code { (s.parameter) } }
+                    td.number { (format::shift(s)) }
+                } } }
+            }
+        }
+    }
+}
+
+fn left(outcome: &Outcome) -> Markup {
+    let rest = &outcome.unexplained;
+    html! {
+        h4 { "What remains" }
+        @if rest.structure == "none" {
+            p { "No structure is left in the residual (" (format::percent(rest.share_of_gap)) " of the squared gap)." }
+        } @else {
+            p { (format::percent(rest.share_of_gap)) " of the squared gap: " (rest.structure) "." }
+        }
+        @if !outcome.closest_known.is_empty() {
+            p.muted { "Closest known effects, not names: " (outcome.closest_known.join(", ")) "." }
+        }
+    }
+}
+
+fn next(experiment: &Experiment) -> Markup {
+    html! {
+        article.next {
+            h3 { "Next experiment" }
+            p { (experiment.why) }
+            @if !experiment.profile.is_empty() {
+                table {
+                    thead { tr { th.number { "Step" } th { "Apply" } } }
+                    tbody { @for (k, piece) in experiment.profile.iter().enumerate() { tr {
+                        td.number { (k + 1) } td { (format::segment(piece)) }
+                    } } }
+                }
+            }
+        }
+    }
+}
+
+fn notes(outcome: &Outcome) -> Markup {
+    html! {
+        @if !outcome.notes.is_empty() {
+            article { h3 { "Notes" } ul { @for note in &outcome.notes { li { (note) } } } }
+        }
+    }
+}
+
+pub(super) fn section(section: &Section) -> Markup {
+    html! {
+        (paragraphs(&section.text))
+        @for plot in &section.plots { (drawn(plot)) }
+        @for table in &section.tables { (plain_table(table)) }
+        (checks(&section.checks))
+    }
+}
+
+pub(super) fn paragraphs(text: &[String]) -> Markup {
+    html! { @for paragraph in text { p { (paragraph) } } }
+}
+
+fn plain_table(table: &Table) -> Markup {
+    html! {
+        h4 { (table.caption) }
+        table {
+            thead { tr { @for head in &table.header { th { (head) } } } }
+            tbody { @for row in &table.rows { tr { @for cell in row { td { (cell) } } } } }
+        }
+    }
+}
+
+fn checks(checks: &[Check]) -> Markup {
+    html! {
+        @if !checks.is_empty() {
+            table.checks {
+                thead { tr { th { "Claim" } th { "Found" } th {} } }
+                tbody { @for check in checks { tr {
+                    td { (check.claim) } td { (check.found) }
+                    td { @if check.holds { span.yes { "holds" } } @else { span.no { "does not hold" } } }
+                } } }
+            }
+        }
+    }
+}
+
+fn figures(outcome: &Outcome, stage: Stage) -> Markup {
+    html! { @for plot in outcome.plots.iter().filter(|p| p.stage == stage) { (drawn(plot)) } }
+}
+
+fn drawn(plot: &Plot) -> Markup {
+    html! {
+        @if let Some(svg) = plot::svg(plot) {
+            figure {
+                (legend(plot))
+                (PreEscaped(svg))
+                figcaption { strong { (plot.title) ". " } (plot.caption) }
+            }
+        }
+    }
+}
+
+fn legend(plot: &Plot) -> Markup {
+    html! {
+        div.legend {
+            @for (k, series) in plot.series.iter().enumerate().filter(|(_, s)| !s.label.is_empty()) {
+                span { (swatch(series.style, &plot::colour(k))) (series.label) }
+            }
+            @if plot.noise_band.is_some() { span { i.band {} "noise" } }
+        }
+    }
+}
+
+fn swatch(style: Style, colour: &str) -> Markup {
+    let css = match style {
+        Style::Line => format!("border-top:3px solid {colour}"),
+        Style::Dashed => format!("border-top:3px dashed {colour}"),
+        Style::Points => format!("background:{colour};width:8px;height:8px;border-radius:50%"),
+        Style::Hollow => format!("border:1.5px solid {colour};width:7px;height:7px;border-radius:50%"),
+    };
+    html! { i style=(css) {} }
+}
