@@ -196,6 +196,18 @@ impl Scale {
     pub fn volts(&self, voltage_q14: i32) -> f32 {
         voltage_q14 as f32 * self.config.supply_nominal_v / Self::VOLTAGE_ONE as f32
     }
+
+    /// 1 rad in counts.
+    #[must_use]
+    pub fn counts_per_rad(&self) -> f32 {
+        self.config.counts_per_rev as f32 / TWO_PI
+    }
+
+    /// 1 rad/s in counts per tick.
+    #[must_use]
+    pub fn counts_per_tick(&self) -> f32 {
+        self.counts_per_rad() / self.config.tick_hz as f32
+    }
 }
 
 /// The supply's converter.

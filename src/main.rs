@@ -1,7 +1,7 @@
 //! The firmware image.
 //!
 //! ```text
-//! priority 3  control  every tick: read the encoders, step the joints, set the bridges, queue the records
+//! priority 3  control  every tick: read the encoders, step the axes, set the bridges, queue the records
 //! priority 2  link     commands in, answers and telemetry out
 //! priority 0  idle     the stored parameters, and the board's own business (in QEMU: the motors on the host)
 //! ```
@@ -38,11 +38,12 @@ mod app {
     use crate::tick::{self, Control, Ends, Telemetry};
     use core::mem::MaybeUninit;
     use heapless::spsc::{Consumer, Producer, Queue};
-    use servo::axis::servo_axis::{Joint, Order};
+    use servo::axis::servo_axis::ServoAxis;
     use servo::drivers::flash::ParameterFlash;
+    use servo::drivers::saving::{Archive, Job, Report};
     use servo::link::capture::{EMPTY, Ring};
+    use servo::link::order::Order;
     use servo::link::protocol::Message;
-    use servo::store::saving::{Archive, Job, Report};
 
     /// Commands on their way from the link to the control interrupt, with sequence number and axis.
     type Orders = Queue<(u16, u8, Order), 2>;
@@ -77,14 +78,14 @@ mod app {
     }
 
     #[init(local = [ring: Ring = EMPTY, orders: Orders = Queue::new(), answers: Answers = Queue::new(),
-                   joints: MaybeUninit<[Joint; AXES]> = MaybeUninit::uninit(), records: Records = Queue::new(), jobs: Jobs = Queue::new(), reports: Reports = Queue::new()])]
+                   axes: MaybeUninit<[ServoAxis; AXES]> = MaybeUninit::uninit(), records: Records = Queue::new(), jobs: Jobs = Queue::new(), reports: Reports = Queue::new()])]
     fn init(mut cx: init::Context) -> (Shared, Local) {
         let cause = board::begin(&cx.device, &mut cx.core);
         let mut archive = Archive::new(ParameterFlash::new(board::flash(), board::PARAMETERS));
         let found = boot::restore(&mut archive);
         let (mut drive, line, idle) = board::init(cx.device, cx.core);
         defmt::info!("servo {=str} on {=str}", env!("CARGO_PKG_VERSION"), board::NAME);
-        let joints = boot::joints(cx.local.joints, &mut archive, found, cause, &mut drive);
+        let axes = boot::axes(cx.local.axes, &mut archive, found, cause, &mut drive);
         let (orders_out, orders_in) = cx.local.orders.split();
         let (answers, answers_in) = cx.local.answers.split();
         let (records, records_in) = cx.local.records.split();
@@ -97,7 +98,7 @@ mod app {
             reports,
         };
         let local = Local {
-            control: Control::new(joints, cx.local.ring, cause, found, ends),
+            control: Control::new(axes, cx.local.ring, cause, found, ends),
             orders_in,
             drive,
             post: Post::new(line, orders_out),

@@ -2,8 +2,8 @@
 
 use crate::board;
 use heapless::spsc::{Consumer, Producer};
-use servo::axis::servo_axis::Order;
 use servo::link::inbox::{Inbox, Incoming, refusal};
+use servo::link::order::Order;
 use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Refusal, Request, encode};
 
 /// Bytes taken from the line in one go; the rest waits for the next tick.
@@ -100,6 +100,8 @@ impl Post {
 /// Builds what the control interrupt will put in place, and asks the board.
 fn unpack(command: &Command) -> Result<Order, Refusal> {
     let order = Order::from_command(command)?;
-    order.configuration().map_or(Ok(()), board::supports)?;
+    if let Order::Axis(axis) = &order {
+        axis.configuration().map_or(Ok(()), board::supports)?;
+    }
     Ok(order)
 }

@@ -195,3 +195,74 @@ pub fn to_fixed(value: f32, bits: u32) -> i32 {
     let scaled = value * f32::from_bits(127u32.wrapping_add(bits) << 23);
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
 }
+
+/// A sense of rotation, and the index of what is kept for each of the two.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Direction {
+    /// Positive voltage, rising count.
+    #[default]
+    Positive = 0,
+    /// Negative voltage, falling count.
+    Negative = 1,
+}
+
+impl Direction {
+    /// Both, in the order of their indices.
+    pub const BOTH: [Self; 2] = [Self::Positive, Self::Negative];
+
+    /// The direction of a number that is not zero.
+    #[must_use]
+    #[inline]
+    pub const fn of(number: i32) -> Self {
+        if number < 0 {
+            Self::Negative
+        } else {
+            Self::Positive
+        }
+    }
+
+    /// The other one.
+    #[must_use]
+    #[inline]
+    pub const fn reversed(self) -> Self {
+        match self {
+            Self::Positive => Self::Negative,
+            Self::Negative => Self::Positive,
+        }
+    }
+
+    /// +1 or −1.
+    #[must_use]
+    #[inline]
+    pub const fn sign(self) -> i32 {
+        match self {
+            Self::Positive => 1,
+            Self::Negative => -1,
+        }
+    }
+}
+
+impl<T> core::ops::Index<Direction> for [T; 2] {
+    type Output = T;
+
+    #[inline]
+    fn index(&self, direction: Direction) -> &T {
+        let [positive, negative] = self;
+        match direction {
+            Direction::Positive => positive,
+            Direction::Negative => negative,
+        }
+    }
+}
+
+impl<T> core::ops::IndexMut<Direction> for [T; 2] {
+    #[inline]
+    fn index_mut(&mut self, direction: Direction) -> &mut T {
+        let [positive, negative] = self;
+        match direction {
+            Direction::Positive => positive,
+            Direction::Negative => negative,
+        }
+    }
+}

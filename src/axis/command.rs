@@ -5,12 +5,10 @@
 
 use crate::axis::answer::{Refusal, Report};
 use crate::axis::design::{self, Design};
-use crate::axis::servo_axis::Restored;
 use crate::axis::{Axis, Listener, Mode, Start, State};
 use crate::commission::Request;
 use crate::control::{self, Reference};
 use crate::identify::estimate::{Estimates, Reason};
-use crate::link::protocol::Command;
 use crate::motion::excitation::Waveform;
 use crate::motion::referencing::{Mark, Referencing, Search};
 use crate::motion::stream::{Knot, Plan, Point, Stream};
@@ -25,8 +23,53 @@ const FASTEST_INDEX: f32 = 0.9;
 /// A shaft that has not moved for 50 ms stands.
 const STANDING_HZ: u32 = 20;
 
+/// What an axis can be asked to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
+pub enum Command {
+    /// Allow the bridge to be driven.
+    Arm,
+    /// Switch the bridge off, from any state.
+    Stop,
+    /// Excite, identify, verify.
+    Commission {
+        /// Length of the excitation, ms.
+        budget_ms: u32,
+        /// Orders the excitation.
+        seed: u32,
+    },
+    /// Use the inverse dead zone in the loops, or do not.
+    Compensation(bool),
+    /// Track `amplitude · sin(2π f t)` in position, for a time; smooth start.
+    TrackSine {
+        /// Amplitude, rad at the controlled shaft.
+        amplitude_rad: f32,
+        /// Frequency, Hz.
+        frequency_hz: f32,
+        /// Duration, ms.
+        duration_ms: u32,
+    },
+    /// Hold this position from now on, rad relative to the position at power-up.
+    Position(f32),
+    /// Hold this absolute position from now on, rad from the reference's zero. Refused until there is one.
+    GoTo(f32),
+    /// Turn at this speed from now on, rad/s at the controlled shaft.
+    Speed(f32),
+    /// Apply this voltage behind the dead zone from now on, V; no loop is closed.
+    Voltage(f32),
+    /// Take over what an earlier commissioning has found.
+    Adopt(Estimates),
+    /// Find out where zero is.
+    Reference(Referencing),
+    /// Apply a sine or a chirp of voltage at the terminals, then open the bridge; no loop is closed.
+    Excite(Waveform),
+    /// The next point of a streamed motion, ahead of its time; the first one begins the stream.
+    /// See [`crate::motion::stream`].
+    Stream(Point),
+}
+
 impl Axis {
-    /// Carries out a command, or says why not. What concerns the link or another axis is for the image.
+    /// Carries out a command, or says why not.
     pub fn command(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
         self.design(state);
         self.carry_out(state, command)?;
@@ -53,15 +96,6 @@ impl Axis {
             Command::GoTo(rad) => self.go_to(state, rad),
             Command::Excite(ref waveform) => self.excite(state, waveform),
             Command::Stream(ref point) => self.stream(state, point),
-            Command::Configure(_)
-            | Command::Subscribe { .. }
-            | Command::CaptureArm { .. }
-            | Command::CaptureRead { .. }
-            | Command::Hello
-            | Command::Parameters
-            | Command::Restore(_)
-            | Command::Reset
-            | Command::Save => Err(Refusal::NotForAxis),
         }
     }
 
@@ -70,7 +104,7 @@ impl Axis {
         while state.renewal != design::Stage::Done {
             state
                 .design
-                .renew(&mut state.renewal, &self.scale, &self.tuning, &state.knowledge);
+                .renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
         }
         &state.design
     }
@@ -87,18 +121,12 @@ impl Axis {
         }
     }
 
-    /// Takes over what an earlier life has found and chosen.
-    pub(crate) fn restore(&self, state: &mut State, restored: &Restored) -> Result<(), Refusal> {
-        state.compensation = restored.compensation;
-        self.adopt(state, &restored.estimates)
-    }
-
     /// Takes trusted estimates over, e.g. stored ones. Refused while something runs: gains do not jump under way.
     pub fn adopt(&self, state: &mut State, estimates: &Estimates) -> Result<(), Refusal> {
         self.idle(state)?;
         state.known = *estimates;
         state.listener = Listener::None;
-        state.renewal = state.renewal.max(state.knowledge.restore(estimates));
+        state.renewal = state.renewal.max(state.last_trusted.restore(estimates));
         Ok(())
     }
 
@@ -112,7 +140,7 @@ impl Axis {
     pub fn parameters(&self, state: &State) -> AxisParameters {
         AxisParameters {
             config: self.scale.config,
-            estimates: state.knowledge.complete(&state.known),
+            estimates: state.last_trusted.complete(&state.known),
             tuning: self.tuning,
             compensation: state.compensation,
             protection: self.protection,
@@ -156,7 +184,7 @@ impl Axis {
         self.ready(state)?;
         let start = state.resting_place().ok_or(Refusal::Busy)?;
         let config = &self.scale.config;
-        let amplitude = rad * design::counts_per_rad(&self.scale);
+        let amplitude = rad * self.scale.counts_per_rad();
         let ticks = (u64::from(ms) * u64::from(config.tick_hz) / 1000).min(u64::from(u32::MAX)) as u32;
         self.within_travel(state, start.position.count(), amplitude.abs())?;
         let frequency = hertz / config.tick_hz as f32;
@@ -174,7 +202,7 @@ impl Axis {
     fn sustained(&self, state: &State, amplitude: f32, frequency: f32, ticks: u32) -> Result<(), Refusal> {
         let config = &self.scale.config;
         let design = &state.design;
-        let rad_s = 1.0 / design::counts_per_tick(&self.scale);
+        let rad_s = 1.0 / self.scale.counts_per_tick();
         let peak = trajectory::sine_takes(0.0, amplitude, frequency, ticks);
         let fastest = design.speed_limit.0 as f32 / (1u32 << SPEED_BITS) as f32;
         if peak > fastest {
@@ -227,7 +255,7 @@ impl Axis {
     }
 
     fn counts(&self, rad: f32) -> Result<i32, Refusal> {
-        let counts = rad * design::counts_per_rad(&self.scale);
+        let counts = rad * self.scale.counts_per_rad();
         (counts.abs() < Move::LARGEST_COUNTS)
             .then_some(counts as i32)
             .ok_or(Refusal::OutOfRange)
@@ -278,7 +306,7 @@ impl Axis {
         reach_rad: f32,
     ) -> Result<(), Refusal> {
         self.ready(state)?;
-        let speed = speed_rad_s * design::counts_per_tick(&self.scale);
+        let speed = speed_rad_s * self.scale.counts_per_tick();
         let limits = &state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
         let slow = match mark {
             Mark::Index => FASTEST_INDEX,
@@ -327,7 +355,7 @@ impl Axis {
     /// Endless motion: refused between end stops.
     fn speed(&self, state: &mut State, rad_s: f32) -> Result<(), Refusal> {
         self.ready(state)?;
-        let speed = rad_s * design::counts_per_tick(&self.scale);
+        let speed = rad_s * self.scale.counts_per_tick();
         let limits = &state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
         if self.scale.config.travel_limit_rad.is_some() {
             return Err(Refusal::BeyondTravel);
@@ -374,7 +402,7 @@ impl Axis {
         self.ready(state)?;
         let tick_hz = self.scale.config.tick_hz as f32;
         let zero = state.zero.unwrap_or(0);
-        let knot = Knot::of(point, zero, design::counts_per_rad(&self.scale), tick_hz);
+        let knot = Knot::of(point, zero, self.scale.counts_per_rad(), tick_hz);
         let knot = knot.ok_or(Refusal::OutOfRange)?;
         let start = state.present();
         let from = match &state.mode {

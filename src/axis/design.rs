@@ -7,13 +7,11 @@ use crate::compensate::{Compensator, DeadZone, SignSource, Smoothing};
 use crate::config::Scale;
 use crate::control::{self, Tuning};
 use crate::encoder::{self, Motor};
-use crate::identify::estimate::{
-    Estimate, Estimates, GAIN_FRAC, Mechanism, NEGATIVE, POSITIVE, Standing, TIME_FRAC,
-};
+use crate::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Standing, TIME_FRAC};
 use crate::motion::trajectory::Limits;
 use crate::protect::Expectation;
 use crate::record::Source;
-use crate::units::{Speed, Voltage, to_fixed};
+use crate::units::{Direction, Speed, Voltage, to_fixed};
 
 /// Time constant when neither hint nor estimate is there, s: the middle of small geared motors. The loops then stay
 /// closed to motion commands; only the observer runs with it.
@@ -24,12 +22,12 @@ const FRICTION_SPREAD: u32 = 2;
 
 /// One number with its source.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Held {
+struct Trusted {
     value: i32,
     source: Source,
 }
 
-impl Held {
+impl Trusted {
     /// Takes what was trusted when it was stored.
     fn restore(&mut self, estimate: &Estimate) {
         if let Some(value) = estimate.trusted() {
@@ -75,21 +73,21 @@ impl Held {
 
 /// The last trusted value of everything the loops use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Knowledge {
-    dead_zone: [Held; 2],
-    saturation: [Held; 2],
-    gain: Held,
-    time_constant: Held,
+pub struct LastTrusted {
+    dead_zone: [Trusted; 2],
+    saturation: [Trusted; 2],
+    gain: Trusted,
+    time_constant: Trusted,
     mechanism: Mechanism,
     /// Difference of the dead zones, positive less negative, as they were first known.
     split: Option<i32>,
 }
 
-impl Knowledge {
+impl LastTrusted {
     /// Takes what is trusted; the stage from which the design has to follow.
     pub fn adopt(&mut self, estimates: &Estimates) -> Stage {
         let before = *self;
-        for side in [POSITIVE, NEGATIVE] {
+        for side in Direction::BOTH {
             self.dead_zone[side].adopt(&estimates.dead_zone[side]);
             self.saturation[side].adopt(&estimates.saturation[side]);
         }
@@ -108,7 +106,7 @@ impl Knowledge {
 
     /// Takes what an earlier life has trusted; the stage from which the design has to follow.
     pub fn restore(&mut self, estimates: &Estimates) -> Stage {
-        for side in [POSITIVE, NEGATIVE] {
+        for side in Direction::BOTH {
             self.dead_zone[side].restore(&estimates.dead_zone[side]);
             self.saturation[side].restore(&estimates.saturation[side]);
         }
@@ -130,7 +128,7 @@ impl Knowledge {
     #[must_use]
     pub fn complete(&self, known: &Estimates) -> Estimates {
         let pair =
-            |held: &[Held; 2], known: &[Estimate; 2]| [0, 1].map(|side| held[side].complete(&known[side]));
+            |held: &[Trusted; 2], known: &[Estimate; 2]| [0, 1].map(|side| held[side].complete(&known[side]));
         Estimates {
             dead_zone: pair(&self.dead_zone, &known.dead_zone),
             saturation: pair(&self.saturation, &known.saturation),
@@ -197,7 +195,7 @@ pub enum Stage {
     Motor,
 }
 
-/// Everything that follows from [`Knowledge`].
+/// Everything that follows from [`LastTrusted`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Design {
     /// The linear motor.
@@ -230,21 +228,21 @@ pub struct Design {
 impl Design {
     /// All at once. Not for the control tick.
     #[must_use]
-    pub fn new(scale: &Scale, tuning: &Tuning, knowledge: &Knowledge) -> Self {
+    pub fn new(scale: &Scale, tuning: &Tuning, last_trusted: &LastTrusted) -> Self {
         let mut design = Self::default();
         let mut stage = Stage::Motor;
         while stage != Stage::Done {
-            design.renew(&mut stage, scale, tuning, knowledge);
+            design.renew(&mut stage, scale, tuning, last_trusted);
         }
         design
     }
 
     /// One stage, and on to the next. The old values of the other stages stay in force meanwhile.
-    pub fn renew(&mut self, stage: &mut Stage, scale: &Scale, tuning: &Tuning, knowledge: &Knowledge) {
+    pub fn renew(&mut self, stage: &mut Stage, scale: &Scale, tuning: &Tuning, last_trusted: &LastTrusted) {
         *stage = match *stage {
             Stage::Done => Stage::Done,
             Stage::Motor => {
-                (self.motor, self.gain_source) = motor(scale, knowledge);
+                (self.motor, self.gain_source) = motor(scale, last_trusted);
                 self.observer = encoder::Params::new(&self.motor);
                 Stage::Loops
             }
@@ -254,20 +252,20 @@ impl Design {
                 Stage::DeadZone
             }
             Stage::DeadZone => {
-                self.renew_dead_zone(knowledge);
+                self.renew_dead_zone(last_trusted);
                 Stage::Expectation
             }
             Stage::Expectation => {
-                let widths = knowledge.unloaded();
-                self.expectation = Expectation::new(&self.motor, widths, !self.swallows(), scale);
+                let widths = last_trusted.unloaded();
+                self.expectation = Expectation::new(&self.motor, widths, !self.input_dead_zone(), scale);
                 Stage::Limits
             }
             Stage::Limits => {
-                self.saturation = knowledge
+                self.saturation = last_trusted
                     .saturation
                     .map(|held| Voltage(held.value().unwrap_or(i32::MAX)));
                 self.speed_limit = speed_limit(scale);
-                self.limits = limits(scale, knowledge, &self.motor);
+                self.limits = limits(scale, last_trusted, &self.motor);
                 Stage::Done
             }
         };
@@ -302,13 +300,13 @@ impl Design {
         forward.min(Voltage::ZERO.minus(backward))
     }
 
-    fn renew_dead_zone(&mut self, knowledge: &Knowledge) {
-        let [positive, negative] = knowledge.widths();
+    fn renew_dead_zone(&mut self, last_trusted: &LastTrusted) {
+        let [positive, negative] = last_trusted.widths();
         let smoothing = Smoothing::within(self.loops.per_count());
-        self.sign = knowledge.sign_source();
+        self.sign = last_trusted.sign_source();
         self.compensator = Compensator::new(positive, negative, self.sign, smoothing);
         self.dead_zone = DeadZone::new(positive, negative, Smoothing::WIDEST);
-        self.dead_zone_source = knowledge.dead_zone.map(|held| held.source);
+        self.dead_zone_source = last_trusted.dead_zone.map(|held| held.source);
     }
 
     /// Does the shaft stick? An input dead zone alone lets it coast, and what pushed it out of friction would throw it.
@@ -319,14 +317,14 @@ impl Design {
 
     /// Does the drive swallow small voltages?
     #[must_use]
-    pub fn swallows(&self) -> bool {
+    pub fn input_dead_zone(&self) -> bool {
         self.sign == SignSource::Command
     }
 
     /// What the drive leaves of a terminal voltage; friction takes its part behind the winding.
     #[must_use]
     pub fn at_winding(&self, terminal: Voltage) -> Voltage {
-        if self.swallows() {
+        if self.input_dead_zone() {
             self.dead_zone.forward(terminal)
         } else {
             terminal
@@ -347,11 +345,11 @@ impl Design {
 }
 
 /// The identified motor, or the configured one.
-fn motor(scale: &Scale, knowledge: &Knowledge) -> (Motor, Source) {
+fn motor(scale: &Scale, last_trusted: &LastTrusted) -> (Motor, Source) {
     let config = &scale.config;
-    let rated = config.rated_speed_rad_s * counts_per_tick(scale);
+    let rated = config.rated_speed_rad_s * scale.counts_per_tick();
     let hint = config.time_constant_hint_s.get();
-    match (knowledge.gain.value(), knowledge.time_constant.value()) {
+    match (last_trusted.gain.value(), last_trusted.time_constant.value()) {
         (Some(gain), Some(tau)) => {
             let motor = Motor {
                 full_speed: gain as f32 / (1u32 << GAIN_FRAC) as f32 * rated,
@@ -359,7 +357,7 @@ fn motor(scale: &Scale, knowledge: &Knowledge) -> (Motor, Source) {
             };
             (
                 motor,
-                knowledge.gain.source.weaker(knowledge.time_constant.source),
+                last_trusted.gain.source.weaker(last_trusted.time_constant.source),
             )
         }
         _ => {
@@ -380,26 +378,14 @@ fn motor(scale: &Scale, knowledge: &Knowledge) -> (Motor, Source) {
     }
 }
 
-/// 1 rad/s in counts per tick.
-#[must_use]
-pub fn counts_per_tick(scale: &Scale) -> f32 {
-    counts_per_rad(scale) / scale.config.tick_hz as f32
-}
-
-/// 1 rad in counts.
-#[must_use]
-pub fn counts_per_rad(scale: &Scale) -> f32 {
-    scale.config.counts_per_rev as f32 / (2.0 * core::f32::consts::PI)
-}
-
 /// Set-points keep 20 % of what the motor can do beyond its dead zone for the loops.
-fn limits(scale: &Scale, knowledge: &Knowledge, motor: &Motor) -> Limits {
+fn limits(scale: &Scale, last_trusted: &LastTrusted, motor: &Motor) -> Limits {
     let one = Voltage::NOMINAL.0;
     let most = voltage_limit(scale).0.min(one);
-    let top = knowledge
+    let top = last_trusted
         .saturation
         .map(|held| held.value().unwrap_or(most).min(most));
-    let swallowed = knowledge.widths();
+    let swallowed = last_trusted.widths();
     let room = (top[0] - swallowed[0].0)
         .min(top[1] - swallowed[1].0)
         .max(one / 16);
@@ -407,7 +393,7 @@ fn limits(scale: &Scale, knowledge: &Knowledge, motor: &Motor) -> Limits {
         .config
         .speed_limit_rad_s
         .get()
-        .map_or(f32::MAX, |limit| 0.8 * limit * counts_per_tick(scale));
+        .map_or(f32::MAX, |limit| 0.8 * limit * scale.counts_per_tick());
     Limits {
         speed,
         voltage: 0.8 * motor.full_speed * room as f32 / one as f32,
@@ -421,7 +407,7 @@ fn limits(scale: &Scale, knowledge: &Knowledge, motor: &Motor) -> Limits {
 fn per_tick(scale: &Scale, limit: Option<f32>, order: usize) -> f32 {
     let tick_hz = scale.config.tick_hz as f32;
     limit.map_or(f32::MAX, |limit| {
-        (0..order).fold(limit * counts_per_rad(scale), |value, _| value / tick_hz)
+        (0..order).fold(limit * scale.counts_per_rad(), |value, _| value / tick_hz)
     })
 }
 
@@ -438,6 +424,6 @@ pub fn voltage_limit(scale: &Scale) -> Voltage {
 fn speed_limit(scale: &Scale) -> Speed {
     let limit = scale.config.speed_limit_rad_s.get();
     Speed(limit.map_or(i32::MAX, |limit| {
-        to_fixed(0.9 * limit * counts_per_tick(scale), 20)
+        to_fixed(0.9 * limit * scale.counts_per_tick(), 20)
     }))
 }

@@ -8,7 +8,7 @@
 //! | `flash() -> Flash`, `PARAMETERS` | the flash of the stored parameters, and where in it they begin |
 //! | `init(device, core) -> (Drive, Line, Idle)` | pins, timers; the bridges are open, control ticks start |
 //! | `supports(&Config) -> Result<(), Refusal>` | refuses what the timers cannot do |
-//! | `Drive` | owned by the control interrupt: `begin_tick()` acknowledges the interrupt; `sample(axis)` reads counter and converters, `permit(axis)` the lines behind it; `apply(axis, &Output)` sets the bridge; `end_tick() -> bool` tells whether the next tick is already due; `configure(axis, &Config)` sets the tick; `clock()`, `clock_since(start)` measure the cost of a tick |
+//! | `Drive` | owned by the control interrupt: `begin_tick()` acknowledges the interrupt; `sample(axis)` reads counter and converters, `interlock(axis)` the lines behind it; `apply(axis, &Output)` sets the bridge; `end_tick() -> bool` tells whether the next tick is already due; `configure(axis, &Config)` sets the tick; `clock()`, `clock_since(start)` measure the cost of a tick |
 //! | `Line` | owned by the link task: `read() -> Option<u8>`, `room()` in bytes, `write(&[u8])` |
 //! | `Idle` | `turn()` runs for ever below all interrupts; `while_storing(work)` runs what may stall the processor |
 //! | `bridge_off()` | from any context, even a fault: switches the bridge off |

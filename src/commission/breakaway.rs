@@ -6,7 +6,7 @@
 //! too. Its motion counts as broken away once it has lasted: the level is that of the last pause before it, a pause being a
 //! thirty-second of the ramp below 1 % of rated speed.
 
-use super::{Input, Params, Phase, State, shake};
+use super::{Input, NO_CURRENT, Params, Phase, State, pulse_test};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
 
@@ -25,8 +25,6 @@ const PAUSE: i32 = 100;
 /// taken again: 40 %.
 const QUIET: core::ops::Range<i32> = 655..1_311;
 const LOUD: i32 = 6_554;
-/// Mean current at the top of the ramp that is none, converter counts.
-pub(super) const NO_CURRENT: i32 = 8;
 /// Share of the early conductance that is left at the top of the ramp, in quarters: at least three, and the motor stands;
 /// back-EMF leaves the break-away voltage over the ramp's, at most 0.6.
 const STALLED_QUARTERS: i64 = 3;
@@ -182,7 +180,7 @@ impl Params {
             .note_current(input.current_raw, state.sign(), state.level);
         state.ramp.unquiet |= state.level < QUIET.end && displacement.saturating_abs() >= NONE_SHOWN;
         if state.stroke == 0
-            && !state.shaking.proved
+            && !state.pulses.proved
             && state
                 .ramp
                 .turns(input.current_raw, state.sign(), state.level, self.unseen)
@@ -233,7 +231,7 @@ impl Params {
     /// Back-EMF of a travel that an encoder must have shown, Q14 · ticks: [`LEAST_UNSEEN`] counts, or an eighth of the travel
     /// that a joint is allowed.
     pub(super) fn unseen(scale: &Scale) -> i64 {
-        let counts = LEAST_UNSEEN.max(shake::travel_counts(scale) / 8.0);
+        let counts = LEAST_UNSEEN.max(pulse_test::travel_counts(scale) / 8.0);
         (counts * (1u32 << 30) as f32 / scale.rated_counts_per_tick_q16.max(1) as f32) as i64
     }
 
@@ -245,7 +243,10 @@ impl Params {
 
     /// A slow motor that coasted backwards had to be stopped first: its ramp overshot, the other direction tells more.
     fn plausible_break_away(&self, state: &State) -> i32 {
-        let (level, other) = (state.ramp.pause_level, state.break_away[state.direction ^ 1]);
+        let (level, other) = (
+            state.ramp.pause_level,
+            state.break_away[state.direction.reversed()],
+        );
         let level = if other > 0 {
             level.min(other + other / 2)
         } else {
@@ -257,7 +258,7 @@ impl Params {
     fn moved(&self, state: &mut State, input: &Input) {
         state.stroke = state.stroke.saturating_add(1);
         if state.stroke < 2 {
-            state.direction ^= 1;
+            state.direction = state.direction.reversed();
         }
         state.enter(Phase::Settle, input.count);
     }

@@ -4,6 +4,7 @@ use super::{Input, Params, Phase, State};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
 use crate::protect::Fault;
+use crate::units::Direction;
 
 /// Voltage at which every motor that has broken away keeps turning, Q14: 0.5.
 const HARD: i32 = 8_192;
@@ -85,13 +86,13 @@ impl Params {
             return;
         }
         let position = input.count.wrapping_sub(state.zero);
-        let room = if state.direction == 0 {
+        let room = if state.direction == Direction::Positive {
             upper.saturating_sub(position)
         } else {
             position.saturating_sub(lower)
         };
         if room < self.stopping_distance(state) {
-            state.direction ^= 1;
+            state.direction = state.direction.reversed();
             state.turned = true;
         }
     }

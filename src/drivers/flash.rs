@@ -20,7 +20,9 @@
 //!   blank slot: it is programmed to zero, too.
 //! - **A save is believed only when a fresh search finds it.** Otherwise its slot is zeroed and the next one is used.
 
-use crate::store::{AtRest, Found, LAYOUT, Loaded, RECORD_LEN, Record, StoredParameters, encode_into};
+use crate::store::{
+    AtRest, Found, LAYOUT, Loaded, RECORD_LEN, Record, SaveError, StoredParameters, encode_into,
+};
 use core::future::Future;
 use core::pin::{Pin, pin};
 use core::task::{Context, Poll, Waker};
@@ -28,7 +30,7 @@ use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
 use embedded_storage_async::nor_flash as asynchronous;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::queue::{QueueConfig, QueueStorage};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// The flash word: the unit of programming.
 const WORD: u32 = 4;
@@ -38,17 +40,6 @@ const SLOT: u32 = ITEM_HEADER + RECORD_LEN as u32;
 const BLANK: [u8; WORD as usize] = [0xFF; WORD as usize];
 /// Slots that one save may spend on words that cannot be programmed.
 const ATTEMPTS: u32 = 3;
-
-/// Why a set was not saved. The one stored before is untouched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum SaveError {
-    /// No slot is left: announce the pause, call [`ParameterFlash::erase`], then save again.
-    EraseNeeded,
-    /// The set does not fit into a record.
-    TooLarge,
-    /// The flash reported an error, or does not hold what was programmed.
-    Flash,
-}
 
 /// Where the newest record lies.
 #[derive(Clone, Copy, Debug)]

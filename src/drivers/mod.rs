@@ -13,6 +13,7 @@ pub mod bridge;
 pub mod encoder;
 pub mod flash;
 pub mod hardware;
-pub mod permit;
+pub mod interlock;
+pub mod saving;
 pub mod sense;
 pub mod zero;

@@ -23,6 +23,7 @@ pub mod trust;
 
 use crate::config::Scale;
 use crate::sample::Bridge;
+use crate::units::Direction;
 use regression::Sums;
 use spline::{Lengths, Window};
 
@@ -149,9 +150,12 @@ impl Params {
 
     /// Looks at the hop that ended: a window and its direction, if it is usable. Nothing is computed for the others.
     #[inline(never)]
-    pub fn usable_window(&self, state: &mut State) -> Option<(usize, Window)> {
+    pub fn usable_window(&self, state: &mut State) -> Option<(Direction, Window)> {
         state.gate.note(state.spline.hop(), state.break_away);
-        if !(state.admits(0) || state.admits(1)) {
+        if !(Direction::BOTH
+            .into_iter()
+            .any(|direction| state.admits(direction)))
+        {
             return None;
         }
         let window = state.spline.window(&state.lengths)?;
@@ -161,17 +165,17 @@ impl Params {
 
     /// The direction in which the motor was driven and moving, in the linear range, all through the window; its sign is
     /// that of the voltage.
-    pub fn direction(&self, state: &State, window: &Window) -> Option<usize> {
-        let direction = usize::from(window.voltage < 0);
+    pub fn direction(&self, state: &State, window: &Window) -> Option<Direction> {
+        let direction = Direction::of(window.voltage);
         self.usable(state, window, direction).then_some(direction)
     }
 
-    fn usable(&self, state: &State, window: &Window, direction: usize) -> bool {
+    fn usable(&self, state: &State, window: &Window, direction: Direction) -> bool {
         if !state.admits(direction) {
             return false;
         }
         let slowest = (i64::from(self.rated_speed(&state.lengths)) * SLOWEST_SPEED_1024 / 1024) as i32;
-        let speed = if direction == 0 {
+        let speed = if direction == Direction::Positive {
             window.speed
         } else {
             window.speed.saturating_neg()
@@ -221,7 +225,7 @@ impl State {
     }
 
     /// Do the gates let a window of this direction pass, whatever its speed?
-    fn admits(&self, direction: usize) -> bool {
+    fn admits(&self, direction: Direction) -> bool {
         let gate = &self.gate;
         gate.linear(direction) && gate.driven(direction) && (self.follows_input || gate.moving(direction))
     }

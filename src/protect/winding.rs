@@ -12,7 +12,8 @@
 
 use super::balance::{self, Constants};
 use super::fault::Fault;
-use super::gather::{Means, looks};
+use super::gather::Averages;
+use super::looks::looks;
 use super::motion::Missing;
 use crate::config::Scale;
 use crate::units::{VOLTAGE_BITS, Voltage, mul_shift};
@@ -39,7 +40,7 @@ const UNCERTAIN_SHIFT: u32 = 5;
 /// The same where friction may hold it: 3/16. A winding that warms up by 45 K gains so much, and a stalled one must not
 /// look like one that turns.
 const DOUBTFUL_SHIFTS: [u32; 2] = [3, 4];
-/// Relative uncertainty of what an input dead zone swallows, as a shift: 1/8.
+/// Relative uncertainty of what an input dead zone takes, as a shift: 1/8.
 const SWALLOWED_SHIFT: u32 = 3;
 /// Looks over which the unrest of the current is averaged, as a shift.
 const UNREST_BITS: u32 = 5;
@@ -252,13 +253,13 @@ impl Params {
         }
     }
 
-    /// One look: `voltage` acted at the winding (`None`: bridge open), the current was `means` and is `current`, the
+    /// One look: `voltage` acted at the winding (`None`: bridge open), the current was `averages` and is `current`, the
     /// counter reads `count`. `fresh`: the encoder has just proved to the likely and to the sure model that it follows, or
     /// nothing is demanded of it.
     pub fn step(
         &self,
         state: &mut State,
-        means: &Means,
+        averages: &Averages,
         voltage: Option<Voltage>,
         current: i16,
         count: i32,
@@ -267,11 +268,11 @@ impl Params {
         let current = i32::from(current);
         let q14 = |voltage: Voltage| voltage.0 >> (VOLTAGE_BITS - WINDING_BITS);
         let acting = voltage.map_or(0, q14);
-        let terminal = means.voltage.map_or(0, q14);
+        let terminal = averages.voltage.map_or(0, q14);
         let look = Stretch {
             voltage: acting << (self.look_bits & 15),
             swallowed: terminal.saturating_sub(acting).saturating_abs() << (self.look_bits & 15),
-            current: means.current,
+            current: averages.current,
             first: (0, 0),
             ticks: 1 << (self.look_bits & 15),
         };

@@ -148,7 +148,7 @@ fn compare(plant: &Plant) -> (f64, Compared) {
                 .iter()
                 .zip([w, a, j, u])
                 .fold(worst, |worst, (x, y)| worst.max((x - y).abs()));
-            add(&mut system, direction, w, a, j, u);
+            add(&mut system, direction as usize, w, a, j, u);
             rows += 1;
         }
     }

@@ -7,13 +7,13 @@ use host_tests::passive::{Following, Learning, Motion};
 use host_tests::tracking::quantile;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use servo::axis::Command;
 use servo::axis::{Bridge, Sample};
 use servo::commission::Input;
 use servo::compensate::Compensator;
 use servo::config::Scale;
 use servo::identify::estimate::{Estimates, Reason, Standing};
 use servo::identify::passive::{Params, State};
-use servo::link::protocol::Command;
 use servo::record::{Advisory, Record, Source};
 
 /// A board that is told voltages, with the passive identification listening.

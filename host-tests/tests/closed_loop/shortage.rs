@@ -6,7 +6,7 @@
 use host_tests::bench::Bench;
 use host_tests::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
 use host_tests::tracking::{Shortage, exact, feed_forward};
-use servo::link::protocol::Command;
+use servo::axis::Command;
 
 /// Voltage that a paper-like motor's drive has while all is well, shares of the nominal 9 V.
 const AMPLE: f64 = 1.4;

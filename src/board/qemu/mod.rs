@@ -28,7 +28,7 @@ use semihosting::io::{Read, Write};
 use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
 use servo::link::protocol::{Refusal, ResetCause};
-use servo::protect::Permit;
+use servo::protect::Interlock;
 use stm32f4xx_hal::pac::{CorePeripherals, Interrupt, Peripherals};
 
 use defmt_semihosting as _;
@@ -81,7 +81,7 @@ pub fn init(_device: Peripherals, mut core: CorePeripherals) -> (Drive, Line, Id
     (
         Drive {
             samples: [Sample::NONE; AXES],
-            permit: Permit::Granted,
+            interlock: Interlock::Granted,
             index: false,
             decided: [(Bridge::Open, 0); AXES],
         },
@@ -104,7 +104,7 @@ pub fn supports(_config: &Config) -> Result<(), Refusal> {
 /// only QEMU needs is not counted as part of the tick.
 pub struct Drive {
     samples: [Sample; AXES],
-    permit: Permit,
+    interlock: Interlock,
     index: bool,
     decided: [(Bridge, i16); AXES],
 }
@@ -116,7 +116,7 @@ impl Drive {
             for (sample, axis) in self.samples.iter_mut().zip(&exchange.axes) {
                 *sample = axis.sample;
             }
-            self.permit = exchange.permit();
+            self.interlock = exchange.interlock();
             self.index = exchange.index();
         });
     }
@@ -127,8 +127,8 @@ impl Drive {
     }
 
     /// What the host says of the lines, for all axes alike.
-    pub fn permit(&self, _axis: usize) -> Permit {
-        self.permit
+    pub fn interlock(&self, _axis: usize) -> Interlock {
+        self.interlock
     }
 
     /// What the host says of the index line, for all axes alike.

@@ -3,13 +3,13 @@
 use crate::motor::Motor;
 use crate::tally::Tally;
 use core::hint::black_box;
+use servo::axis::Command;
 use servo::axis::{Axis, Bridge, Output, Sample, State};
 use servo::commission::Input;
 use servo::compensate::{Compensator, SignSource, Smoothing};
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
 use servo::identify::passive;
-use servo::link::protocol::Command;
 use servo::optional::Optional;
 use servo::record::Activity;
 use servo::units::Voltage;

@@ -5,7 +5,7 @@
 use crate::device::session::Profile;
 use crate::device::waypoints::{self, Knot};
 use servo::axis::Axis;
-use servo::axis::design::{FEASIBLE, counts_per_tick};
+use servo::axis::design::FEASIBLE;
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::Estimates;
@@ -74,7 +74,7 @@ impl Ability {
         let design = axis.design(&mut state);
         let motor = design.ablest_motor();
         let nominal = f64::from(config.supply_nominal_v);
-        let per_rad_s = f64::from(counts_per_tick(axis.scale()));
+        let per_rad_s = f64::from(axis.scale().counts_per_tick());
         let volts = |voltage: Voltage| f64::from(voltage.0) / f64::from(Voltage::NOMINAL.0) * nominal;
         let ceiling = servo::axis::design::voltage_limit(axis.scale()).min(Voltage::NOMINAL);
         let available_v = volts(design.voltage_left(ceiling));

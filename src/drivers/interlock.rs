@@ -5,28 +5,28 @@
 
 use embedded_hal::digital::InputPin;
 
-pub use crate::protect::Permit;
+pub use crate::protect::Interlock;
 
 /// The two lines of one bridge.
-pub struct PermitLines<F, E> {
+pub struct InterlockLines<F, E> {
     fault_n: F,
     enable: E,
 }
 
-impl<F: InputPin, E: InputPin> PermitLines<F, E> {
+impl<F: InputPin, E: InputPin> InterlockLines<F, E> {
     /// `fault_n` is low in case of fault, `enable` is high for permission.
     pub fn new(fault_n: F, enable: E) -> Self {
         Self { fault_n, enable }
     }
 
     /// Reads both lines; an open enable contact is named first, since the person who opened it knows why.
-    pub fn read(&mut self) -> Permit {
+    pub fn read(&mut self) -> Interlock {
         let enabled = self.enable.is_high().unwrap_or(false);
         let healthy = self.fault_n.is_high().unwrap_or(false);
         match (enabled, healthy) {
-            (false, _) => Permit::Disabled,
-            (true, false) => Permit::BridgeFault,
-            (true, true) => Permit::Granted,
+            (false, _) => Interlock::Disabled,
+            (true, false) => Interlock::BridgeFault,
+            (true, true) => Interlock::Granted,
         }
     }
 }

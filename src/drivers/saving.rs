@@ -10,10 +10,9 @@
 //! stalls the processor while it programs or erases, the control tick included, so all this happens with the bridges
 //! open, and the announcement of an erase has left the line before the erase begins.
 
-use crate::drivers::flash::{ParameterFlash, SaveError};
-use crate::store::{AtRest, AxisParameters, Found, StoredParameters};
+use crate::drivers::flash::ParameterFlash;
+use crate::store::{AtRest, AxisParameters, Found, SaveError, StoreEvent, StoredParameters};
 use embedded_storage::nor_flash::NorFlash;
-use serde::{Deserialize, Serialize};
 
 /// Time between the announcement of an erase and the erase: a full transmit queue of 1,024 bytes takes 11 ms at
 /// 921,600 baud.
@@ -21,20 +20,6 @@ const NOTICE_HZ: u32 = 40;
 /// What an erase is announced to take at most: 128 KiB by words at 2.7 to 3.6 V (DS8626, flash memory characteristics:
 /// 2 s), and the save behind it.
 const LONGEST_ERASE_MS: u32 = 2_200;
-
-/// What the host is told about a save.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum StoreEvent {
-    /// The servo is about to fall silent for at most this time; bytes sent to it meanwhile are lost.
-    Erasing {
-        /// ms.
-        longest_ms: u32,
-    },
-    /// What was in force at the command is stored.
-    Saved,
-    /// It is not; what was stored before is untouched.
-    Failed(SaveError),
-}
 
 /// From the control interrupt to idle.
 #[derive(Clone, Copy, Debug)]

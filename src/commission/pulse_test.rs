@@ -15,11 +15,9 @@
 //! is below 0.6·V. What the pulses show together settles the matter; a shaft that drifts with random torque disagrees with itself.
 //!
 //! This takes a joint whose travel holds enough counts, and a motor whose time constant is known roughly
-//! ([`Shake::new`]); others are not shaken, and their first travel is not bounded.
+//! ([`PulseTest::new`]); others are not shaken, and their first travel is not bounded.
 
-use super::breakaway::NO_CURRENT;
-use super::{Input, Params, Phase, State};
-use crate::axis::design::counts_per_rad;
+use super::{Input, NO_CURRENT, Params, Phase, State};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
 
@@ -59,7 +57,7 @@ const SHOWN: i32 = 2;
 
 /// How an axis is shaken.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Shake {
+pub(super) struct PulseTest {
     /// Ticks of a quarter of the last pulse.
     length: u32,
     /// Counts that prove it.
@@ -68,9 +66,9 @@ pub(super) struct Shake {
     delay: u32,
 }
 
-/// Where the shaking stands.
+/// Where the pulses stands.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Shaking {
+pub(super) struct Pulses {
     /// Pulse under way.
     pulse: u32,
     /// Counter in the middle of its long part.
@@ -90,10 +88,10 @@ pub(super) struct Shaking {
 
 /// Counts of the travel that is allowed.
 pub(super) fn travel_counts(scale: &Scale) -> f32 {
-    TRAVEL_RAD * scale.config.gear_ratio * counts_per_rad(scale)
+    TRAVEL_RAD * scale.config.gear_ratio * scale.counts_per_rad()
 }
 
-impl Shake {
+impl PulseTest {
     /// For this axis; `None`: its first travel cannot be bounded so. Without a hint it takes a gear: what turns a joint
     /// without one may be a large motor.
     pub(super) fn new(scale: &Scale) -> Option<Self> {
@@ -125,9 +123,9 @@ impl Shake {
 
 impl Params {
     /// One tick of a pulse.
-    pub(super) fn shake(&self, state: &mut State, input: &Input, shake: &Shake) {
-        let pulse = state.shaking.pulse;
-        let quarter = shake.quarter(pulse);
+    pub(super) fn pulse_test(&self, state: &mut State, input: &Input, pulse_test: &PulseTest) {
+        let pulse = state.pulses.pulse;
+        let quarter = pulse_test.quarter(pulse);
         let [half, last, rest, end] = [2, 3, 4, 5].map(|n| quarter.saturating_mul(n));
         let level = (TOP.saturating_mul(pulse.saturating_add(1)) / PULSES) as i32;
         let level = if pulse & 1 == 0 { level } else { -level };
@@ -141,48 +139,48 @@ impl Params {
         // The long part drives there.
         let towards = -state.sign() * level.signum();
         let away = input.count.wrapping_sub(state.start_count).saturating_abs();
-        let shaking = &mut state.shaking;
-        shaking.ticks = shaking.ticks.saturating_add(1);
-        shaking.shown |= away >= SHOWN;
-        if now == half.saturating_add(shake.delay) {
-            shaking.begin(input);
+        let pulses = &mut state.pulses;
+        pulses.ticks = pulses.ticks.saturating_add(1);
+        pulses.shown |= away >= SHOWN;
+        if now == half.saturating_add(pulse_test.delay) {
+            pulses.begin(input);
         }
         if (half..last).contains(&now) {
-            shaking.feel(input, towards);
+            pulses.feel(input, towards);
         }
-        if now == last.saturating_add(shake.delay) {
-            shaking.note(input.count, towards, pulse);
+        if now == last.saturating_add(pulse_test.delay) {
+            pulses.note(input.count, towards, pulse);
         }
         if now >= end {
-            self.next_pulse(state, input, shake.proof);
+            self.next_pulse(state, input, pulse_test.proof);
         }
     }
 
     /// After every second pulse what they show together decides: a drift shows in both, with opposite signs.
     fn next_pulse(&self, state: &mut State, input: &Input, proof: i32) {
-        let shaking = &mut state.shaking;
-        shaking.pulse = shaking.pulse.saturating_add(1);
+        let pulses = &mut state.pulses;
+        pulses.pulse = pulses.pulse.saturating_add(1);
         match () {
-            () if shaking.pulse & 1 == 1 => state.enter(Phase::Shake, input.count),
-            () if shaking.total() >= proof => {
-                shaking.proved = true;
+            () if pulses.pulse & 1 == 1 => state.enter(Phase::PulseTest, input.count),
+            () if pulses.total() >= proof => {
+                pulses.proved = true;
                 state.enter(Phase::Settle, input.count);
             }
-            () if shaking.runs_back(proof.saturating_mul(REVERSED_TIMES)) => state.refuse(Reason::Reversed),
-            () if shaking.pulse < PULSES => state.enter(Phase::Shake, input.count),
-            () if shaking.runs_back(proof) => state.refuse(Reason::Reversed),
+            () if pulses.runs_back(proof.saturating_mul(REVERSED_TIMES)) => state.refuse(Reason::Reversed),
+            () if pulses.pulse < PULSES => state.enter(Phase::PulseTest, input.count),
+            () if pulses.runs_back(proof) => state.refuse(Reason::Reversed),
             // It is there, and hardly seen to move: the ramp will tell.
-            () if shaking.shown => {
-                shaking.proved = true;
+            () if pulses.shown => {
+                pulses.proved = true;
                 state.enter(Phase::Settle, input.count);
             }
-            () if shaking.silent() => state.refuse(Reason::MotorDisconnected),
+            () if pulses.silent() => state.refuse(Reason::MotorDisconnected),
             () => state.refuse(Reason::NoMotion),
         }
     }
 }
 
-impl Shaking {
+impl Pulses {
     /// The second half of the long part begins.
     fn begin(&mut self, input: &Input) {
         self.middle = input.count;
