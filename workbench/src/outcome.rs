@@ -23,6 +23,18 @@ pub enum Verdict {
     NothingMissing,
 }
 
+impl Verdict {
+    /// What holds where something is left, explanations are tied, and effects are named.
+    pub fn of(left: bool, tied: bool, named: bool) -> Self {
+        match (left, tied, named) {
+            (true, ..) => Self::Unexplained,
+            (_, true, _) => Self::Tie,
+            (.., true) => Self::Named,
+            _ => Self::NothingMissing,
+        }
+    }
+}
+
 /// A fitted number with its standard deviation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Value {
@@ -124,6 +136,20 @@ pub struct Segment {
     pub seconds: f64,
 }
 
+impl Segment {
+    /// A voltage, or whatever else drives the axis, held for a time.
+    pub fn driven(input: f64, seconds: f64) -> Self {
+        let (bridge, u_v) = (1, Some(input));
+        Self { bridge, u_v, seconds }
+    }
+
+    /// The bridge left open.
+    pub fn open(seconds: f64) -> Self {
+        let (bridge, u_v) = (0, None);
+        Self { bridge, u_v, seconds }
+    }
+}
+
 /// What to measure next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Experiment {
@@ -177,6 +203,14 @@ pub struct Series {
     pub curve: Curve,
     /// How it is drawn.
     pub style: Style,
+}
+
+impl Series {
+    /// A curve with its legend entry.
+    pub fn new(label: &str, curve: Curve, style: Style) -> Self {
+        let label = label.into();
+        Self { label, curve, style }
+    }
 }
 
 /// Curves on axes.

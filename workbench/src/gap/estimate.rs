@@ -162,10 +162,7 @@ fn largest(kept: &Scored, index: usize, item: &Item, value: f64, factor: f64) ->
     if !kept.hypothesis.model.fitted_to_log || item.effect.parameters.len() != 1 {
         return f64::INFINITY;
     }
-    let mut items = kept.hypothesis.items.clone();
-    items.remove(index);
-    let without = Hypothesis::new(kept.hypothesis.bench, kept.hypothesis.model, items);
-    let start = without.carried(&kept.hypothesis, &kept.fit.x, &|_| 0.0);
+    let (without, start) = kept.hypothesis.only(&kept.fit.x, |k| k != index);
     let growth = (fit(&without, &start, &SEARCH).cost - kept.fit.cost) / factor;
     if growth > 1.0 {
         value.abs() / growth.sqrt()

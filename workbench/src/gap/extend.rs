@@ -4,9 +4,8 @@ use crate::gap::dataset::{Bench, Part};
 use crate::gap::estimate::{self, Estimate};
 use crate::gap::fit::{FINAL, covariance, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
-use crate::gap::prediction::Prediction;
+use crate::gap::prediction::{Prediction, compared};
 use crate::gap::record::Given;
-use crate::gap::residual::fit_percent;
 use crate::gap::search::{Found, Scored};
 use crate::gap::verdict::Judged;
 use crate::gap::{evidence, excitation, plots};
@@ -40,21 +39,9 @@ pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Optio
         steps,
         ..Outcome::new(
             judged.verdict,
-            held_out(bench, &given.prediction, &after),
+            compared(bench.signal, bench.sigma, &given.prediction, &after),
             bench.speed_unit(),
         )
-    }
-}
-
-/// How well measured values are predicted before and after.
-fn held_out(bench: &Bench, before: &Prediction, after: &Prediction) -> HoldOut {
-    HoldOut {
-        signal: bench.signal.to_owned(),
-        rmse_before: before.gap(),
-        rmse_after: after.gap(),
-        noise_floor: bench.sigma,
-        fit_percent_before: fit_percent(&before.measured, &before.predicted),
-        fit_percent_after: fit_percent(&after.measured, &after.predicted),
     }
 }
 
@@ -66,7 +53,7 @@ fn predicted(bench: &Bench, kept: &Scored) -> HoldOut {
     let extended = Hypothesis::new(bench, model, kept.hypothesis.items.clone());
     let x = extended.carried(&kept.hypothesis, &kept.fit.x, &|_| 0.0);
     let before = made(&given, &vec![0.0; given.slots.len()]);
-    held_out(bench, &before, &made(&extended, &x))
+    compared(bench.signal, bench.sigma, &before, &made(&extended, &x))
 }
 
 /// What the held-out records had to say about the names of a model that is a fit to the log.
@@ -87,8 +74,7 @@ fn steps(best: &Scored, given: f64) -> Vec<Step> {
         gap: given,
     }];
     for count in 1..=best.hypothesis.items.len() {
-        let hypothesis = best.hypothesis.with(best.hypothesis.items[..count].to_vec());
-        let start = hypothesis.carried(&best.hypothesis, &best.fit.x, &|_| 0.0);
+        let (hypothesis, start) = best.hypothesis.only(&best.fit.x, |k| k < count);
         let x = if count == best.hypothesis.items.len() {
             start
         } else {

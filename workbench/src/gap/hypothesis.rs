@@ -310,6 +310,14 @@ impl<'a, D: Data> Hypothesis<'a, D> {
             .collect()
     }
 
+    /// The hypothesis with some of its effects, and the numbers that it keeps.
+    pub fn only(&self, x: &[f64], keep: impl Fn(usize) -> bool) -> (Self, Vec<f64>) {
+        let kept = (0..self.items.len()).filter(|k| keep(*k));
+        let some = self.with(kept.map(|k| self.items[k]).collect());
+        let x = some.carried(self, x, &|_| 0.0);
+        (some, x)
+    }
+
     /// Names of the effects.
     pub fn names(&self) -> Vec<String> {
         self.items

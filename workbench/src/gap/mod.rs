@@ -3,6 +3,7 @@
 //! A log is a record over time, which is simulated, or a table of settled speeds, whose equilibria are solved. Both are
 //! fitted by one [`solver`] as a [`hypothesis`], grown by one [`beam`], and told as one [`Outcome`].
 
+pub mod acceptance;
 pub mod beam;
 pub mod dataset;
 pub mod estimate;

@@ -2,11 +2,13 @@
 
 use crate::gap::dataset::{BenchRun, Part};
 use crate::gap::hypothesis::Hypothesis;
-use crate::gap::residual::rms;
+use crate::gap::residual::{fit_percent, rms};
+use crate::outcome::HoldOut;
 
 /// Measured and predicted values of some parts, in order.
+#[derive(Clone, Debug, Default)]
 pub struct Prediction {
-    /// Time, s.
+    /// Time, s; of settled speeds there is none.
     pub time: Vec<f64>,
     /// Measured.
     pub measured: Vec<f64>,
@@ -17,11 +19,7 @@ pub struct Prediction {
 impl Prediction {
     /// Simulates finely and collects the samples of the given parts.
     pub fn of(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Self {
-        let mut prediction = Self {
-            time: Vec::new(),
-            measured: Vec::new(),
-            predicted: Vec::new(),
-        };
+        let mut prediction = Self::default();
         hypothesis.simulated(
             x,
             &hypothesis.plant(x),
@@ -47,6 +45,18 @@ impl Prediction {
     /// Root mean square of measured minus predicted.
     pub fn gap(&self) -> f64 {
         rms(&self.residual())
+    }
+}
+
+/// How well measured values are predicted before and after.
+pub fn compared(signal: &str, noise_floor: f64, before: &Prediction, after: &Prediction) -> HoldOut {
+    HoldOut {
+        signal: signal.to_owned(),
+        rmse_before: before.gap(),
+        rmse_after: after.gap(),
+        noise_floor,
+        fit_percent_before: fit_percent(&before.measured, &before.predicted),
+        fit_percent_after: fit_percent(&after.measured, &after.predicted),
     }
 }
 

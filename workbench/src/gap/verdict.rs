@@ -90,12 +90,7 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
         false => (found.best.clone(), Vec::new()),
     };
     let (ties, next) = if left { (Vec::new(), None) } else { ties(found) };
-    let verdict = match (left, ties.is_empty(), kept.hypothesis.items.is_empty()) {
-        (true, ..) => Verdict::Unexplained,
-        (false, false, _) => Verdict::Tie,
-        (false, true, false) => Verdict::Named,
-        (false, true, true) => Verdict::NothingMissing,
-    };
+    let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
     let another_motor = unpredicted && found.best.hypothesis.items.is_empty();
     let structure = match (left, unpredicted && rest.text == "none") {
         _ if another_motor => ANOTHER_MOTOR.into(),
@@ -168,11 +163,7 @@ fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
     let share = (rest.excess / excess(given, nominal).max(1e-9)).min(1.0);
     let (ties, next) = ties(found);
     Judged {
-        verdict: if ties.is_empty() {
-            Verdict::Named
-        } else {
-            Verdict::Tie
-        },
+        verdict: Verdict::of(false, !ties.is_empty(), true),
         kept: found.best.clone(),
         closest: Vec::new(),
         ties,
@@ -257,16 +248,7 @@ fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
 
 /// The set with some of its effects, fitted anew.
 fn refitted<'a>(scored: &Scored<'a>, keep: impl Fn(usize) -> bool) -> Scored<'a> {
-    let items = scored
-        .hypothesis
-        .items
-        .iter()
-        .enumerate()
-        .filter(|(k, _)| keep(*k))
-        .map(|(_, item)| *item)
-        .collect();
-    let hypothesis = Hypothesis::new(scored.hypothesis.bench, scored.hypothesis.model, items);
-    let start = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+    let (hypothesis, start) = scored.hypothesis.only(&scored.fit.x, keep);
     let made = fit(&hypothesis, &start, &SEARCH);
     Scored {
         score: made.cost,

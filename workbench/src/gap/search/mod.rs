@@ -165,10 +165,7 @@ impl<'a> Search<'a, '_> {
 
     /// The set without one effect, refitted from its own values and from the base's nominal ones.
     fn without(&self, scored: &Scored<'a>, index: usize, setting: &Setting) -> Scored<'a> {
-        let mut items = scored.hypothesis.items.clone();
-        items.remove(index);
-        let hypothesis = Hypothesis::new(self.bench, self.model, items);
-        let x = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+        let (hypothesis, x) = scored.hypothesis.only(&scored.fit.x, |k| k != index);
         let made = fit(&hypothesis, &x, setting);
         self.scored(hypothesis, made)
     }

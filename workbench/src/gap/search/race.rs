@@ -3,8 +3,9 @@
 use super::evolve::{evolved, spread};
 use super::promise::{Projector, Start, started};
 use super::score::{Scored, rank};
-use super::worth::{VISIBLE, WORTH};
+use super::worth::VISIBLE;
 use super::{Offer, Search};
+use crate::gap::acceptance::worth;
 use crate::gap::fit::{Evaluator, SEARCH, Setting, fit, fit_near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::initial_guesses::Basis;
@@ -107,7 +108,7 @@ impl<'a> Search<'a, '_> {
                 return true;
             }
             let visible = VISIBLE * VISIBLE * parent.samples as f64;
-            parent.cost - it.promise > HOPE * visible.max(WORTH * self.dispersion)
+            parent.cost - it.promise > HOPE * visible.max(worth(self.dispersion))
         };
         if !screened.iter().any(hoped) {
             return Vec::new();

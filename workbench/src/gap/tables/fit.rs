@@ -15,7 +15,7 @@ use nalgebra::DMatrix;
 /// A set of effects fitted to rows, with its score.
 pub type Set<'a> = Scored<'a, Rows>;
 
-/// A descent ends at a relative decrease of 1e-5: ten times finer than over a record, since a table is read in 20 µs. Its
+/// A descent ends at a relative decrease of 1e-5: ten times finer than over a record, since some dozen rows cost little. Its
 /// figures are reported as they come out, without a final fit on a finer grid, so that no gain is negligible.
 const SCHEDULE: Schedule = Schedule {
     iterations: 20,

@@ -2,7 +2,7 @@
 
 use super::rivals::Replacement;
 use super::verdict::{Case, Found};
-use super::words::{self, SpeedUnit};
+use super::words::SpeedUnit;
 use crate::gap::hypothesis::Data;
 use crate::outcome::*;
 use crate::system::effects::DEAD_ZONE;
@@ -63,7 +63,7 @@ fn at_bound(r: &Replacement) -> String {
     let mut told = parameters.filter_map(|(is_scale, p, value)| {
         let x = value / hypothesis.bench.scales().of(p.scale);
         let near = |bound: f64| (x - bound).abs() < VANISHED * (p.upper - p.lower);
-        let value = words::figure(value);
+        let value = crate::report::figure(value);
         if near(p.upper) || (is_scale && near(p.lower)) {
             return Some(format!(", and that only at its bound ({} = {value})", p.name));
         }

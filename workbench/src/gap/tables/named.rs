@@ -122,7 +122,10 @@ pub(super) fn marks(effects: &[NamedEffect]) -> Vec<(f64, String)> {
     let all = effects.iter().flat_map(|e| &e.derived);
     let mark = |(key, v): (&String, &Value)| {
         let label = labels.iter().find(|l| l.0 == key)?;
-        Some((v.value, format!("{} {} V", label.1, words::figure(v.value))))
+        Some((
+            v.value,
+            format!("{} {} V", label.1, crate::report::figure(v.value)),
+        ))
     };
     all.filter_map(mark).collect()
 }

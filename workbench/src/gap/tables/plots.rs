@@ -106,16 +106,8 @@ impl Gallery<'_> {
                 .collect();
             Curve { x, y }
         };
-        let fitted = Series {
-            label: "measured".into(),
-            curve: rows(true),
-            style: Style::Points,
-        };
-        let held = Series {
-            label: "measured, held out".into(),
-            curve: rows(false),
-            style: Style::Hollow,
-        };
+        let fitted = Series::new("measured", rows(true), Style::Points);
+        let held = Series::new("measured, held out", rows(false), Style::Hollow);
         if held.curve.x.is_empty() {
             vec![fitted]
         } else {
@@ -134,23 +126,13 @@ impl Gallery<'_> {
             .iter()
             .map(|w| w / self.unit.rad_s)
             .collect();
-        Series {
-            label: label.into(),
-            curve: Curve { x, y },
-            style,
-        }
+        Series::new(label, Curve { x, y }, style)
     }
 
     fn residual(&self, label: &str, plant: &Physics) -> Series {
         let residual = self.data.residual(plant).into_iter();
         let y = residual.map(|error| error / self.unit.rad_s).collect();
-        Series {
-            label: label.into(),
-            curve: Curve {
-                x: self.data.volts.clone(),
-                y,
-            },
-            style: Style::Points,
-        }
+        let x = self.data.volts.clone();
+        Series::new(label, Curve { x, y }, Style::Points)
     }
 }

@@ -2,8 +2,9 @@
 
 use super::candidates::forms;
 use super::fit::Set;
-use super::search::{THRESHOLD, TIE, best};
+use super::search::best;
 use super::sets::Search;
+use crate::gap::acceptance::{WORTH, tied};
 use crate::gap::hypothesis::Item;
 use crate::system::effects::{Effect, MOTOR_GAIN, RESISTANCE, VISCOUS_FRICTION};
 use rayon::prelude::*;
@@ -36,7 +37,7 @@ impl Replacement<'_> {
 
     /// Whether the data cannot tell it from the accepted effect.
     pub fn ties(&self, inflation: f64) -> bool {
-        self.objection.is_none() && self.worse_by < TIE * inflation
+        self.objection.is_none() && self.worse_by < tied(inflation)
     }
 }
 
@@ -161,7 +162,7 @@ fn compared<'a>(accepted: &Set, effects: Vec<&'static Effect>, set: Set<'a>) -> 
 /// What an effect gains that does not earn a name.
 fn earned(gain: f64) -> String {
     if gain > 0.5 {
-        format!("added, it earns {gain:.0} of the {THRESHOLD:.0} points that a name needs")
+        format!("added, it earns {gain:.0} of the {WORTH:.0} points that a name needs")
     } else {
         "added, it explains nothing more".into()
     }

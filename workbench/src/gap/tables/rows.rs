@@ -16,7 +16,7 @@ const FINEST: f64 = 1e-5;
 /// A base parameter moves by at most this many tolerances.
 const REACH: f64 = 2.0;
 /// Tolerance of a model that was itself fitted to the log: its values absorb what is missing. The natural logarithm of the
-/// ratio has this standard deviation. It is twice that of a record, because a table tells the parameters only together.
+/// ratio has this standard deviation. Over a record it is half of that.
 const FITTED_TOLERANCE: f64 = 1.0;
 /// Step of the numeric derivatives. A steady state is exact, so that it may be far smaller than for a simulation.
 const STEP: f64 = 1e-5;

@@ -2,22 +2,18 @@
 //!
 //! The score of a set is n·ln(mean square) + Σ(δ/tolerance)² + k·ln n (Schwarz, Annals of Statistics 6, 1978, with the
 //! noise unknown). A beam keeps sets that do not help yet, because some effects help only together. An effect stays only
-//! if dropping it costs more than [`THRESHOLD`], widened where neighbouring residuals are alike, and if it is material.
+//! if dropping it costs more than [`worth`] says where neighbouring residuals are alike, and if it is material.
 
 use super::candidates::forms;
 use super::fit::Set;
 use super::sets::Search;
+use crate::gap::acceptance::worth;
 use crate::gap::beam::{Growth, grown};
 use crate::gap::hypothesis::{Data, Item};
 use crate::system::effects::{Effect, Family, Forms, LIBRARY};
 use rayon::prelude::*;
 
-/// Score that an effect has to earn. The evidence of 2 in the log-likelihood that Kass and Raftery (J. Am. Stat. Assoc.
-/// 90, 1995) call very strong is 10; with a dozen candidates the chance of one false name stays below 1 %.
-pub const THRESHOLD: f64 = 12.0;
-/// Sets within this score of the best explain a table as well.
-pub const TIE: f64 = 10.0;
-/// Sets kept at each depth.
+/// Sets kept at each depth: many, because a table of some dozen rows is fitted at once.
 const BEAM: usize = 10;
 /// A gain in score from which a round was no idle one.
 const CLEAR: f64 = 2.0;
@@ -111,7 +107,7 @@ impl<'a> Search<'a> {
     pub fn earns(&self, larger: &Set, smaller: &Set, inflation: f64) -> bool {
         let floor = self.rows.resolution.powi(2);
         let (before, after) = (smaller.mean_square() + floor, larger.mean_square() + floor);
-        smaller.score - larger.score > THRESHOLD * inflation
+        smaller.score - larger.score > worth(inflation)
             && before > MATERIAL * after
             && (before - after).sqrt() > VISIBLE * self.rows.largest_speed()
     }

@@ -114,20 +114,16 @@ impl<'a> Search<'a> {
 
     /// The set without effect k, not refitted.
     pub fn others(&self, set: &Set<'a>, k: usize) -> Set<'a> {
-        let mut items = set.hypothesis.items.clone();
-        items.remove(k);
-        self.arranged(set, items)
+        let (hypothesis, x) = set.hypothesis.only(&set.fit.x, |other| other != k);
+        let fit = Fit { x, ..set.fit.clone() };
+        self.scored(hypothesis, fit)
     }
 
     /// Some of the effects of a set in another order, not refitted.
     pub fn arranged(&self, set: &Set<'a>, items: Vec<Item>) -> Set<'a> {
         let hypothesis = self.hypothesis(items);
         let x = hypothesis.carried(&set.hypothesis, &set.fit.x, &|_| 0.0);
-        Set {
-            hypothesis,
-            fit: Fit { x, ..set.fit.clone() },
-            score: set.score,
-        }
+        self.scored(hypothesis, Fit { x, ..set.fit.clone() })
     }
 }
 

@@ -4,7 +4,10 @@ use super::fit::Set;
 use super::map;
 use super::rows::Rows;
 use super::sets::Search;
+use super::words::SpeedUnit;
 use crate::gap::hypothesis::Item;
+use crate::gap::prediction::Prediction;
+use crate::gap::residual::rms;
 use crate::system::plant::physics::Physics;
 use nalgebra::{DMatrix, DVector};
 
@@ -15,34 +18,18 @@ pub struct HeldOut<'a> {
 }
 
 impl HeldOut<'_> {
-    /// Readings and predictions of the rows that count.
-    pub fn pairs(&self, plant: &Physics) -> Vec<(f64, f64)> {
-        let of = |(volts, omega, counts): &(&[f64], &[f64], Vec<bool>)| {
-            let predicted = map::sweep(plant, volts);
-            let rows = omega.iter().copied().zip(predicted).zip(counts.iter().copied());
-            rows.filter(|(_, c)| *c).map(|(pair, _)| pair).collect::<Vec<_>>()
-        };
-        self.sweeps.iter().flat_map(of).collect()
+    /// The rows that count beside what a plant settles at, in the unit of the reader's table.
+    pub fn predicted(&self, plant: &Physics, unit: SpeedUnit) -> Prediction {
+        let mut prediction = Prediction::default();
+        for (volts, omega, counts) in &self.sweeps {
+            let pairs = omega.iter().zip(map::sweep(plant, volts));
+            for ((measured, predicted), _) in pairs.zip(counts).filter(|(_, counts)| **counts) {
+                prediction.measured.push(measured / unit.rad_s);
+                prediction.predicted.push(predicted / unit.rad_s);
+            }
+        }
+        prediction
     }
-
-    /// Root mean square of the residual, rad/s.
-    pub fn rms(&self, plant: &Physics) -> f64 {
-        rms(self.pairs(plant).into_iter().map(|(y, p)| y - p))
-    }
-
-    /// 100·(1 − ‖y−ŷ‖/‖y−ȳ‖).
-    pub fn fit_percent(&self, plant: &Physics) -> f64 {
-        let pairs = self.pairs(plant);
-        let mean = pairs.iter().map(|p| p.0).sum::<f64>() / pairs.len().max(1) as f64;
-        let spread = rms(pairs.iter().map(|p| p.0 - mean)).max(f64::MIN_POSITIVE);
-        100.0 * (1.0 - self.rms(plant) / spread)
-    }
-}
-
-/// Root mean square; 0 for nothing.
-pub fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, n) = values.fold((0.0, 0_usize), |(s, n), v| (s + v * v, n + 1));
-    (sum / n.max(1) as f64).sqrt()
 }
 
 /// The accepted set as it grows, each with one effect more: at each step the one that lowers the mean square of the fitted
@@ -94,12 +81,16 @@ impl Residual {
 
     /// Rms that neighbours do not share: half the mean squared difference (von Neumann, Ann. Math. Statist. 12, 1941).
     pub fn noise(&self) -> f64 {
-        rms(self.error.windows(2).map(|w| (w[1] - w[0]) / 2f64.sqrt()))
+        rms(&self
+            .error
+            .windows(2)
+            .map(|w| (w[1] - w[0]) / 2f64.sqrt())
+            .collect::<Vec<f64>>())
     }
 
     /// Rms of all.
     pub fn rms(&self) -> f64 {
-        rms(self.error.iter().copied())
+        rms(&self.error)
     }
 
     /// Correlation of neighbours in standard deviations of what independent residuals show.

@@ -3,7 +3,7 @@
 use super::rivals::Replacement;
 use super::separate::{self, Contrast};
 use super::verdict::{Case, Found};
-use super::words::{self, SpeedUnit};
+use super::words::SpeedUnit;
 use crate::outcome::*;
 
 impl Case<'_> {
@@ -43,7 +43,7 @@ fn separation(contrasts: &[(String, Contrast)], noise: f64, unit: SpeedUnit) -> 
         false if c.current_a > 1e-3 => format!(
             "from {rival} by the winding current in {} (up to {} A apart, while the speeds agree)",
             c.protocol.name,
-            words::figure(c.current_a)
+            crate::report::figure(c.current_a)
         ),
         false => format!("from {rival} by nothing that speed and current show: inspect the parts themselves"),
     };

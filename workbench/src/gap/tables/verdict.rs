@@ -4,12 +4,12 @@ use super::fit::Set;
 use super::named::marks;
 use super::plots::Gallery;
 use super::rivals::Replacement;
-use super::separate::Contrast;
 use super::sets::Search;
 use super::study::{HeldOut, Residual, grow};
 use super::table;
 use super::ties::next;
 use super::words::{self, SpeedUnit};
+use crate::gap::prediction::compared;
 use crate::outcome::*;
 use crate::system::log::Table;
 use crate::system::plant::physics::Physics;
@@ -90,7 +90,8 @@ impl Case<'_> {
             noise: residual.noise(),
             marks: marks.clone(),
         };
-        let verdict = verdict(&unexplained, &ties, &effects);
+        let left = unexplained.structure != "none";
+        let verdict = Verdict::of(left, !ties.is_empty(), !effects.is_empty());
         Outcome {
             within_tolerance: self.within_tolerance(&found),
             places: self.places(&marks),
@@ -134,7 +135,7 @@ impl Case<'_> {
     pub(super) fn steps(&self, found: &Found, unit: SpeedUnit) -> Vec<Step> {
         let step = |label: String, plant: &Physics| Step {
             label,
-            gap: self.display(unit, self.held_out.rms(plant)),
+            gap: self.held_out.predicted(plant, unit).gap(),
         };
         let mut steps = vec![step("model as given".into(), self.given)];
         steps.extend(found.growth.iter().map(|set| {
@@ -149,15 +150,10 @@ impl Case<'_> {
     }
 
     fn holdout(&self, found: &Found, residual: &Residual, unit: SpeedUnit) -> HoldOut {
-        let extended = found.chosen.plant();
-        HoldOut {
-            signal: unit.column.into(),
-            rmse_before: self.display(unit, self.held_out.rms(self.given)),
-            rmse_after: self.display(unit, self.held_out.rms(&extended)),
-            noise_floor: self.display(unit, residual.noise()),
-            fit_percent_before: self.held_out.fit_percent(self.given),
-            fit_percent_after: self.held_out.fit_percent(&extended),
-        }
+        let (before, after) = (self.given, &found.chosen.plant());
+        let predicted = |plant| self.held_out.predicted(plant, unit);
+        let noise = self.display(unit, residual.noise());
+        compared(unit.column, noise, &predicted(before), &predicted(after))
     }
 
     fn places(&self, marks: &[(f64, String)]) -> Vec<Where> {
@@ -193,7 +189,7 @@ impl Case<'_> {
 
     /// Held-out gap of a set.
     pub(super) fn gap(&self, set: &Set, unit: SpeedUnit) -> f64 {
-        self.display(unit, self.held_out.rms(&set.plant()))
+        self.held_out.predicted(&set.plant(), unit).gap()
     }
 
     fn notes(&self) -> Vec<String> {
@@ -225,19 +221,6 @@ fn compare<'a>(search: &Search<'a>, found: &mut Found<'a>, long: bool, inflation
         }
         let lost = lost.into_iter().take(LOSERS);
         found.losers.extend(lost.map(|replacement| (k, replacement)));
-    }
-}
-
-fn verdict(unexplained: &Unexplained, ties: &[(Tie, Option<Contrast>)], effects: &[NamedEffect]) -> Verdict {
-    match (
-        unexplained.structure != "none",
-        ties.is_empty(),
-        effects.is_empty(),
-    ) {
-        (true, _, _) => Verdict::Unexplained,
-        (_, false, _) => Verdict::Tie,
-        (_, _, false) => Verdict::Named,
-        _ => Verdict::NothingMissing,
     }
 }
 
