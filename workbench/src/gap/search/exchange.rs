@@ -2,7 +2,8 @@
 
 use super::Search;
 use super::score::{Scored, dispersion, score_with};
-use super::worth::{VISIBLE, WORTH};
+use super::worth::VISIBLE;
+use crate::gap::acceptance::worth;
 use crate::gap::fit::{FINAL, SEARCH};
 use crate::gap::initial_guesses::Basis;
 use crate::system::effects::LIBRARY;
@@ -37,7 +38,7 @@ impl<'a> Search<'a, '_> {
             let factor = dispersion(&best);
             let better = |child: &&Scored<'a>| {
                 child.hypothesis.items.len() == best.hypothesis.items.len()
-                    && score_with(child, factor) + WORTH * factor < score_with(&best, factor)
+                    && score_with(child, factor) + worth(factor) < score_with(&best, factor)
                     && !self.any_inside_tolerance(child)
             };
             let least =
@@ -68,7 +69,7 @@ impl<'a> Search<'a, '_> {
                 .expect("two or more");
             let samples = best.fit.samples as f64;
             let cost = cheapest.fit.cost - best.fit.cost;
-            let too_little = cost < WORTH * factor || cost / samples < VISIBLE * VISIBLE;
+            let too_little = cost < worth(factor) || cost / samples < VISIBLE * VISIBLE;
             if too_little || self.any_inside_tolerance(&best) {
                 best = cheapest;
                 continue 'again;

@@ -3,7 +3,7 @@
 use super::Search;
 use super::promise::Projector;
 use super::score::{Scored, dispersion};
-use super::worth::WORTH;
+use crate::gap::acceptance::worth;
 use crate::gap::fit::{Fit, SEARCH, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::initial_guesses::Basis;
@@ -26,7 +26,7 @@ impl<'a> Search<'a, '_> {
             for other in tried {
                 let more = other.hypothesis.effect_slots() > best.hypothesis.effect_slots();
                 let margin = if more {
-                    WORTH * self.dispersion.min(dispersion(&other))
+                    worth(self.dispersion.min(dispersion(&other)))
                 } else {
                     0.0
                 };
@@ -42,7 +42,7 @@ impl<'a> Search<'a, '_> {
         let item = hypothesis.items[index];
         let mut variants = Vec::new();
         if item.can_grow() {
-            variants.push(Item { full: true, ..item });
+            variants.push(Item::full(item.effect));
         }
         if item.effect.family.is_ladder() {
             let library = LIBRARY.iter().copied();
@@ -50,7 +50,7 @@ impl<'a> Search<'a, '_> {
             let allowed = twins.filter(|other| {
                 self.offers_form(other.form) && !self.excluded.iter().any(|name| name == other.name)
             });
-            variants.extend(allowed.map(|effect| Item { effect, full: false }));
+            variants.extend(allowed.map(Item::plain));
         }
         variants
     }
@@ -75,10 +75,7 @@ impl<'a> Search<'a, '_> {
             let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
             return Some(self.scored(hypothesis, best));
         }
-        let mut others = scored.hypothesis.items.clone();
-        others.remove(index);
-        let without = Hypothesis::new(self.bench, self.model, others);
-        let x = without.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+        let (without, x) = scored.hypothesis.only(&scored.fit.x, |k| k != index);
         let parent = self.scored(
             without,
             Fit {

@@ -1,6 +1,7 @@
 //! The evidence for each name as a sentence, and the figures that follow from its parameters.
 
 use super::study::Residual;
+use crate::report::figure;
 use crate::system::effects::Shape;
 use crate::system::plant::physics::Physics;
 use std::f64::consts::TAU;
@@ -37,11 +38,6 @@ impl SpeedUnit {
     pub fn text(&self, omega: f64) -> String {
         format!("{} {}", figure(omega / self.rad_s), self.name)
     }
-}
-
-/// Four significant digits.
-pub fn figure(x: f64) -> String {
-    crate::report::figure(x)
 }
 
 /// A figure that follows from the parameters: its key, unit, and how it is read from the plant.
