@@ -2,7 +2,6 @@
 
 use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
-use servo::optional::Optional;
 
 /// What the servo may know of it. A real axis reads this from `axis.toml`.
 pub const CONFIG: Config = Config {
@@ -10,21 +9,12 @@ pub const CONFIG: Config = Config {
     counts_per_rev: 2048,
     rated_speed_rad_s: 220.0,
     tick_hz: 10_000,
-    time_constant_hint_s: Optional::NONE,
     gear_ratio: 1.0,
-    travel_limit_rad: None,
-    current_limit_a: Optional::NONE,
-    energy_limit_j: Optional::NONE,
-    speed_limit_rad_s: Optional::NONE,
     pwm_delay_ticks: 1,
     pwm_full_scale: 4200,
     vbus_v_per_lsb: 0.005,
     current_a_per_lsb: 0.01,
-    supply_low_v: Optional::NONE,
-    supply_high_v: Optional::NONE,
-    acceleration_limit_rad_s2: Optional::NONE,
-    jerk_limit_rad_s3: Optional::NONE,
-    voltage_limit_v: Optional::NONE,
+    ..Config::EXAMPLE
 };
 
 const GAIN: f64 = 20.0;

@@ -30,19 +30,11 @@ pub fn config() -> Config {
         tick_hz: 10_000,
         time_constant_hint_s: Optional::new(0.04),
         gear_ratio: 10.0,
-        travel_limit_rad: None,
-        current_limit_a: Optional::NONE,
-        energy_limit_j: Optional::NONE,
-        speed_limit_rad_s: Optional::NONE,
         pwm_delay_ticks: 1,
         pwm_full_scale: 8400,
         vbus_v_per_lsb: 0.01,
         current_a_per_lsb: 0.005,
-        supply_low_v: Optional::NONE,
-        supply_high_v: Optional::NONE,
-        acceleration_limit_rad_s2: Optional::NONE,
-        jerk_limit_rad_s3: Optional::NONE,
-        voltage_limit_v: Optional::NONE,
+        ..Config::EXAMPLE
     }
 }
 

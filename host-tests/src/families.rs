@@ -10,7 +10,6 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::config::Config;
-use servo::optional::Optional;
 use std::f64::consts::TAU;
 use truing::synthetic::reference_plant::{Decay, Friction, Load, Motor, Split, Thermal, Train};
 
@@ -518,20 +517,12 @@ fn configure(rng: &mut ChaCha8Rng, motor: &Motor, counts_per_rev: u32, options: 
         tick_hz: options.tick_hz,
         time_constant_hint_s: hinted.then_some(hint as f32).into(),
         gear_ratio: 1.0,
-        travel_limit_rad: None,
-        current_limit_a: Optional::NONE,
-        energy_limit_j: Optional::NONE,
-        speed_limit_rad_s: Optional::NONE,
         pwm_delay_ticks: 1,
         // 168 MHz / (2 · 20 kHz), centre-aligned.
         pwm_full_scale: 4200,
         // 12-bit converters; full scale 1.5 times the supply, ± 1.5 times the stall current.
         vbus_v_per_lsb: (1.5 * supply_v / 4096.0) as f32,
         current_a_per_lsb: (1.5 * stall / 2048.0) as f32,
-        supply_low_v: Optional::NONE,
-        supply_high_v: Optional::NONE,
-        acceleration_limit_rad_s2: Optional::NONE,
-        jerk_limit_rad_s3: Optional::NONE,
-        voltage_limit_v: Optional::NONE,
+        ..Config::EXAMPLE
     }
 }

@@ -41,17 +41,15 @@ pub fn config(number: u32, axis: u32) -> Config {
         gear_ratio: 30.0,
         travel_limit_rad: Some([-1.5, 1.5]),
         current_limit_a: Optional::new(3.0),
-        energy_limit_j: Optional::NONE,
         speed_limit_rad_s: Optional::new(200.0),
         pwm_delay_ticks: 1,
         pwm_full_scale: 8400,
         vbus_v_per_lsb: 0.01,
         current_a_per_lsb: 0.005,
         supply_low_v: Optional::new(9.0),
-        supply_high_v: Optional::NONE,
         acceleration_limit_rad_s2: Optional::new(2000.0 + number as f32),
-        jerk_limit_rad_s3: Optional::NONE,
         voltage_limit_v: Optional::new(10.5),
+        ..Config::EXAMPLE
     }
 }
 

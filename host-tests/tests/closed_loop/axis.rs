@@ -21,21 +21,12 @@ fn plant() -> Plant {
         counts_per_rev: 500,
         rated_speed_rad_s: 220.0,
         tick_hz: 10_000,
-        time_constant_hint_s: Optional::NONE,
         gear_ratio: 1.0,
-        travel_limit_rad: None,
-        current_limit_a: Optional::NONE,
-        energy_limit_j: Optional::NONE,
-        speed_limit_rad_s: Optional::NONE,
         pwm_delay_ticks: 1,
         pwm_full_scale: 4200,
         vbus_v_per_lsb: 0.005,
         current_a_per_lsb: 0.01,
-        supply_low_v: Optional::NONE,
-        supply_high_v: Optional::NONE,
-        acceleration_limit_rad_s2: Optional::NONE,
-        jerk_limit_rad_s3: Optional::NONE,
-        voltage_limit_v: Optional::NONE,
+        ..Config::EXAMPLE
     };
     let sensing = Sensing {
         phase_error: 0.1,

@@ -20,21 +20,12 @@ fn config(tick_hz: u32) -> Config {
         counts_per_rev: 2048,
         rated_speed_rad_s: 200.0,
         tick_hz,
-        time_constant_hint_s: Optional::NONE,
         gear_ratio: 1.0,
-        travel_limit_rad: None,
-        current_limit_a: Optional::NONE,
-        energy_limit_j: Optional::NONE,
-        speed_limit_rad_s: Optional::NONE,
         pwm_delay_ticks: 1,
         pwm_full_scale: 4200,
         vbus_v_per_lsb: 0.005,
         current_a_per_lsb: 0.01,
-        supply_low_v: Optional::NONE,
-        supply_high_v: Optional::NONE,
-        acceleration_limit_rad_s2: Optional::NONE,
-        jerk_limit_rad_s3: Optional::NONE,
-        voltage_limit_v: Optional::NONE,
+        ..Config::EXAMPLE
     }
 }
 
