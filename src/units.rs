@@ -95,17 +95,27 @@ impl Voltage {
         Self(self.0.saturating_sub(other.0))
     }
 
-    /// In Q14 of the nominal supply, rounded to nearest: the identifier's format.
+    /// Rounded to nearest, in the identifier's format.
     #[must_use]
-    pub const fn q14(self) -> i32 {
-        self.0.saturating_add(1 << (VOLTAGE_BITS - 15)) >> (VOLTAGE_BITS - 14)
+    pub const fn q14(self) -> VoltageQ14 {
+        VoltageQ14(self.0.saturating_add(1 << (VOLTAGE_BITS - 15)) >> (VOLTAGE_BITS - 14))
     }
 
-    /// From Q14 of the nominal supply.
+    /// From the identifier's format.
     #[must_use]
-    pub const fn from_q14(value: i32) -> Self {
-        Self(value.saturating_mul(1 << (VOLTAGE_BITS - 14)))
+    pub const fn from_q14(voltage: VoltageQ14) -> Self {
+        Self(voltage.0.saturating_mul(1 << (VOLTAGE_BITS - 14)))
     }
+}
+
+/// A voltage in Q14 of the nominal supply (LSB 2⁻¹⁴ nominal supplies, range ±2), as the identifier sums it: five integrations
+/// of a Q20 number would not fit into 64 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct VoltageQ14(pub i32);
+
+impl VoltageQ14 {
+    /// The nominal supply.
+    pub const NOMINAL: Self = Self(1 << 14);
 }
 
 /// `value` cut to 32 bits. It fits if the upper word only repeats the sign of the lower one: one comparison, where two

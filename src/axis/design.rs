@@ -3,15 +3,17 @@
 //! Only trusted numbers are taken. A number that has lost its trust keeps its last trusted value, and the record says
 //! so ([`Source`]). Gain and time constant that were never trusted come from the configuration (rated speed and hint).
 
+use super::last_trusted::LastTrusted;
+pub use super::last_trusted::Stage;
 use crate::compensate::{Compensator, DeadZone, SignSource, Smoothing};
 use crate::config::Scale;
 use crate::control::{self, Tuning};
 use crate::encoder::{self, Motor};
-use crate::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Standing, TIME_FRAC};
+use crate::identify::estimate::{GAIN_FRAC, TIME_FRAC};
 use crate::motion::trajectory::Limits;
 use crate::protect::Expectation;
 use crate::record::Source;
-use crate::units::{Direction, Speed, Voltage, to_fixed};
+use crate::units::{Speed, Voltage, to_fixed};
 
 /// Time constant when neither hint nor estimate is there, s: the middle of small geared motors. The loops then stay
 /// closed to motion commands; only the observer runs with it.
@@ -20,154 +22,6 @@ const USUAL_TAU_S: f32 = 0.05;
 /// slope stays stable in a forward-Euler step of a fifth of τ.
 const FRICTION_SPREAD: u32 = 2;
 
-/// One number with its source.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Trusted {
-    value: i32,
-    source: Source,
-}
-
-impl Trusted {
-    /// Takes what was trusted when it was stored.
-    fn restore(&mut self, estimate: &Estimate) {
-        if let Some(value) = estimate.trusted() {
-            *self = Self {
-                value,
-                source: Source::Stored,
-            };
-        }
-    }
-
-    /// The held value as a trusted estimate, unless there is one.
-    fn complete(&self, known: &Estimate) -> Estimate {
-        match (known.trusted(), self.value()) {
-            (None, Some(value)) => Estimate {
-                value,
-                u95: known.u95,
-                standing: Standing::Trusted,
-            },
-            _ => *known,
-        }
-    }
-
-    /// Takes a trusted estimate, or keeps what was trusted before. A stored number counts as such until another one is
-    /// measured.
-    fn adopt(&mut self, estimate: &Estimate) {
-        match estimate.trusted() {
-            Some(value) if self.source == Source::Stored && value == self.value => {}
-            Some(value) => {
-                *self = Self {
-                    value,
-                    source: Source::Trusted,
-                }
-            }
-            None if self.source == Source::Trusted => self.source = Source::LastTrusted,
-            None => {}
-        }
-    }
-
-    fn value(&self) -> Option<i32> {
-        (self.source != Source::None).then_some(self.value)
-    }
-}
-
-/// The last trusted value of everything the loops use.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LastTrusted {
-    dead_zone: [Trusted; 2],
-    saturation: [Trusted; 2],
-    gain: Trusted,
-    time_constant: Trusted,
-    mechanism: Mechanism,
-    /// Difference of the dead zones, positive less negative, as they were first known.
-    split: Option<i32>,
-}
-
-impl LastTrusted {
-    /// Takes what is trusted; the stage from which the design has to follow.
-    pub fn adopt(&mut self, estimates: &Estimates) -> Stage {
-        let before = *self;
-        for side in Direction::BOTH {
-            self.dead_zone[side].adopt(&estimates.dead_zone[side]);
-            self.saturation[side].adopt(&estimates.saturation[side]);
-        }
-        self.gain.adopt(&estimates.gain);
-        self.time_constant.adopt(&estimates.time_constant);
-        if estimates.mechanism != Mechanism::Unclear {
-            self.mechanism = estimates.mechanism;
-        }
-        self.split = self.split.or(self.difference());
-        match () {
-            () if before == *self => Stage::Done,
-            () if (before.gain, before.time_constant) == (self.gain, self.time_constant) => Stage::DeadZone,
-            () => Stage::Motor,
-        }
-    }
-
-    /// Takes what an earlier life has trusted; the stage from which the design has to follow.
-    pub fn restore(&mut self, estimates: &Estimates) -> Stage {
-        for side in Direction::BOTH {
-            self.dead_zone[side].restore(&estimates.dead_zone[side]);
-            self.saturation[side].restore(&estimates.saturation[side]);
-        }
-        self.gain.restore(&estimates.gain);
-        self.time_constant.restore(&estimates.time_constant);
-        if estimates.mechanism != Mechanism::Unclear {
-            self.mechanism = estimates.mechanism;
-        }
-        self.split = self.difference();
-        Stage::Motor
-    }
-
-    /// What is adopted next was measured anew.
-    pub fn begin_anew(&mut self) {
-        self.split = None;
-    }
-
-    /// What is to be stored: what is known now, and where that has lost its trust, the last value that had it.
-    #[must_use]
-    pub fn complete(&self, known: &Estimates) -> Estimates {
-        let pair =
-            |held: &[Trusted; 2], known: &[Estimate; 2]| [0, 1].map(|side| held[side].complete(&known[side]));
-        Estimates {
-            dead_zone: pair(&self.dead_zone, &known.dead_zone),
-            saturation: pair(&self.saturation, &known.saturation),
-            gain: self.gain.complete(&known.gain),
-            time_constant: self.time_constant.complete(&known.time_constant),
-            mechanism: self.mechanism,
-            ..*known
-        }
-    }
-
-    fn sign_source(&self) -> SignSource {
-        match self.mechanism {
-            Mechanism::InputDeadZone => SignSource::Command,
-            Mechanism::Friction | Mechanism::Unclear => SignSource::Reference,
-        }
-    }
-
-    fn difference(&self) -> Option<i32> {
-        let [positive, negative] = self.dead_zone.map(|held| held.value());
-        Some(positive?.saturating_sub(negative?))
-    }
-
-    /// Dead zones with which motion is judged. A load that stays while they are learned makes one smaller and the other
-    /// larger by the same voltage, and may be gone again: what the smaller one has lost so is given back to it.
-    fn unloaded(&self) -> [Option<Voltage>; 2] {
-        let load = match (self.split, self.difference()) {
-            (Some(first), Some(now)) => first.saturating_sub(now) / 2,
-            _ => 0,
-        };
-        let [positive, negative] = self.dead_zone.map(|held| held.value());
-        let with = |width: Option<i32>, lost: i32| Some(Voltage(width?.saturating_add(lost.max(0))));
-        [with(positive, load), with(negative, load.saturating_neg())]
-    }
-
-    fn widths(&self) -> [Voltage; 2] {
-        self.dead_zone.map(|held| Voltage(held.value().unwrap_or(0)))
-    }
-}
-
 /// A motion may take so many times the voltage that is left. Gain and time constant are right within 4 % each and the dead
 /// zone within 12 %, friction and load go up and down; and of a sine that takes a tenth too much the clip acts a quarter
 /// of the time and costs 3 % of the amplitude (describing function of a saturation).
@@ -175,25 +29,6 @@ pub const FEASIBLE: f32 = 1.1;
 /// A configured gain is right within this factor, and a configured time constant within that one.
 const RATED_WITHIN: f32 = 1.3;
 const HINT_WITHIN: f32 = 2.0;
-
-/// What of a [`Design`] has to follow next. One stage a control tick, because each divides in single precision; from
-/// the last to the first, so that the greater of two is the one that is to be done.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Stage {
-    /// Nothing.
-    #[default]
-    Done,
-    /// What set-points may ask for.
-    Limits,
-    /// The least that the motor must do.
-    Expectation,
-    /// Compensator, and the dead zone of the observer.
-    DeadZone,
-    /// Gains of the loops.
-    Loops,
-    /// Linear motor and observer.
-    Motor,
-}
 
 /// Everything that follows from [`LastTrusted`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

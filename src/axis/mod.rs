@@ -1,13 +1,32 @@
 //! One axis. A control tick is [`Axis::step`], and reads as the flow: encoder → speed → identify → control →
 //! compensate → PWM.
+//!
+//! ```
+//! # mod motor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/motor/mod.rs")); }
+//! # use motor::{CONFIG, Motor};
+//! use servo::axis::{Axis, Command};
+//!
+//! let axis = Axis::new(&CONFIG).expect("every value within its range");
+//! let (mut state, mut motor) = (axis.start(), Motor::default());
+//! axis.command(&mut state, &Command::Arm).expect("nothing moves");
+//! axis.command(&mut state, &Command::Voltage(3.0)).expect("it is armed");
+//! for _tick in 0..10_000 {
+//!     let output = axis.step(&mut state, motor.sample());
+//!     motor.pass(output);
+//! }
+//! assert!(motor.angle() > 1.0, "3 V are more than its friction");
+//! ```
 
 mod answer;
 pub mod command;
 mod demand;
 pub mod design;
+mod find_zero;
+mod last_trusted;
 mod report;
 pub mod servo_axis;
 mod state;
+mod transition;
 
 use crate::commission;
 use crate::config::{Config, ConfigError, Scale};

@@ -1,7 +1,8 @@
 //! What an axis remembers, and how it gets from one state of affairs into another.
 
 use super::Axis;
-use crate::axis::design::{self, Design, LastTrusted};
+use super::last_trusted::LastTrusted;
+use crate::axis::design::{self, Design};
 use crate::commission::{self, Outcome, Request};
 use crate::control::{self, Reference};
 use crate::encoder;
@@ -9,8 +10,9 @@ use crate::identify::estimate::{Estimates, Reason};
 use crate::identify::passive;
 use crate::motion::excitation::Excitation;
 use crate::motion::referencing::Search;
+use crate::motion::sine::Sine;
 use crate::motion::stream::Stream;
-use crate::motion::trajectory::{Cruise, Move, Sine};
+use crate::motion::trajectory::{Cruise, Move};
 use crate::protect;
 use crate::pwm;
 use crate::record::Limit;
@@ -18,7 +20,7 @@ use crate::units::{Position, Voltage};
 
 /// What the axis is doing.
 ///
-/// A tag of its own (decision 0180): the compiler would hide it in 64 bits of the largest variant, where every look at it,
+/// A tag of its own (docs/notebook/0180): the compiler would hide it in 64 bits of the largest variant, where every look at it,
 /// five a tick, takes six instructions more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]

@@ -2,13 +2,12 @@
 
 use super::breakaway::MOST_BREAK_AWAY;
 use super::{Input, Params, Phase, State};
-use crate::config::Scale;
 use crate::identify::estimate::Mechanism;
 use crate::identify::regression::Sums;
 use crate::identify::slices::Slice;
 use crate::identify::solve::Structure;
 use crate::identify::spline::{HOPS_PER_WINDOW, Window};
-use crate::units::Direction;
+use crate::units::{Direction, VoltageQ14};
 
 /// Highest voltage of the linear segments, Q14 of nominal: 0.62, just below the gate's limit.
 const HIGH: i32 = 10_158;
@@ -34,7 +33,7 @@ const PARTS_SLOW_FIRST: (u32, u32) = (150, 210);
 /// Voltage of the first part of the verification, Q14: 0.44, within the range of the lowest knee that is supported.
 const VERIFY: i32 = 7_209;
 /// Full voltage, Q14.
-const FULL: i32 = Scale::VOLTAGE_ONE;
+const FULL: i32 = VoltageQ14::NOMINAL.0;
 
 impl Params {
     pub(super) fn settle(&self, state: &mut State, input: &Input) {

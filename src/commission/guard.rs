@@ -4,7 +4,7 @@ use super::{Input, Params, Phase, State};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
 use crate::protect::Fault;
-use crate::units::Direction;
+use crate::units::{Direction, VoltageQ14};
 
 /// Voltage at which every motor that has broken away keeps turning, Q14: 0.5.
 const HARD: i32 = 8_192;
@@ -30,7 +30,7 @@ pub(super) struct Limits {
 impl Limits {
     pub(super) fn new(scale: &Scale) -> Self {
         let config = &scale.config;
-        let joule_ticks = scale.volts(1) * config.current_a_per_lsb / config.tick_hz as f32;
+        let joule_ticks = scale.volts(VoltageQ14(1)) * config.current_a_per_lsb / config.tick_hz as f32;
         let step_ticks = (config.tick_hz / 64).max(1);
         let counts_per_tick_per_rad_s =
             scale.rated_counts_per_tick_q16 as f32 / 65_536.0 / config.rated_speed_rad_s;
@@ -61,7 +61,7 @@ impl Params {
     pub(super) fn guard(&self, state: &State, input: &Input) -> Option<Reason> {
         let driven_hard =
             state.level >= HARD && matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
-        let supply = input.supply.unwrap_or(Scale::VOLTAGE_ONE);
+        let supply = input.supply.unwrap_or(VoltageQ14::NOMINAL).0;
         match () {
             () if driven_hard
                 && state.still > self.limits.still_ticks

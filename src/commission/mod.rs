@@ -28,7 +28,7 @@ use crate::identify::solve::Solver;
 use crate::identify::spline::Lengths;
 use crate::identify::timescale;
 use crate::sample::Bridge;
-use crate::units::Direction;
+use crate::units::{Direction, VoltageQ14};
 use breakaway::Ramp;
 use guard::Limits;
 use pulse_test::{PulseTest, Pulses};
@@ -43,8 +43,8 @@ const NO_CURRENT: i32 = 8;
 pub struct Request {
     /// State of the bridge.
     pub bridge: Bridge,
-    /// Terminal voltage, Q14 of nominal supply.
-    pub voltage: i32,
+    /// Terminal voltage.
+    pub voltage: VoltageQ14,
 }
 
 /// Where the commissioning stands.
@@ -348,7 +348,7 @@ impl Params {
             state.total = state.total.saturating_add(1);
         }
         state.supply_measured &= input.supply.is_some();
-        let power = i64::from(input.voltage) * i64::from(input.current_raw.unwrap_or(0));
+        let power = i64::from(input.voltage.0) * i64::from(input.current_raw.unwrap_or(0));
         state.energy = state.energy.saturating_add(power.unsigned_abs());
     }
 
@@ -363,7 +363,7 @@ impl Params {
         };
         Request {
             bridge: Bridge::Driven,
-            voltage: magnitude * state.sign(),
+            voltage: VoltageQ14(magnitude * state.sign()),
         }
     }
 

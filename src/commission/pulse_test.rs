@@ -20,6 +20,7 @@
 use super::{Input, NO_CURRENT, Params, Phase, State};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
+use crate::units::VoltageQ14;
 
 /// Travel of the joint that is allowed before an encoder has proved itself, rad: 5°.
 const TRAVEL_RAD: f32 = 5.0 / 180.0 * core::f32::consts::PI;
@@ -104,7 +105,7 @@ impl PulseTest {
         let travel = travel_counts(scale);
         let tau = tau_s * config.tick_hz as f32;
         let fastest = scale.rated_counts_per_tick_q16 as f32 / 65_536.0 / LEAST_RATED * TOP as f32
-            / Scale::VOLTAGE_ONE as f32;
+            / VoltageQ14::NOMINAL.0 as f32;
         // The root is right to 6 %, the travel then to 12 %. Pulses longer than a time constant show no more.
         let length = micromath::F32Ext::sqrt(SHARE * travel * tau / fastest).min(tau);
         (travel >= least && length >= LEAST_TICKS).then_some(Self {

@@ -16,6 +16,7 @@ use super::gather::Averages;
 use super::looks::looks;
 use super::motion::Missing;
 use crate::config::Scale;
+use crate::identify::gate::LINEAR_LIMIT;
 use crate::units::{VOLTAGE_BITS, Voltage, mul_shift};
 
 /// The equation is integrated over 1/16 s: shorter stretches would drown the rise of the current, by which the
@@ -25,8 +26,9 @@ const BLOCKS_PER_S: f32 = 16.0;
 const GLANCES_PER_BLOCK: u32 = 4;
 /// Fraction bits of voltages here, nominal supply.
 const WINDING_BITS: u32 = 14;
-/// Voltage above which a drive may have reached its limit, Q14: 0.66 of nominal, as the identifier's gate has it.
-const MOST_VOLTAGE: i32 = 10_813;
+/// Voltage above which a drive may have reached its limit, Q14: as the identifier's gate has it.
+const MOST_VOLTAGE: i32 = LINEAR_LIMIT;
+const _: () = assert!(WINDING_BITS == 14, "the gate's limit is Q14");
 /// Counts that a block must see: an encoder that says nothing teaches nothing.
 const LEAST_COUNTS: i32 = 2;
 /// Blocks in a row in which current and counter must disagree: 0.4 s.

@@ -30,6 +30,13 @@ pub fn command(verb: &str, board: &str) -> Command {
     command
 }
 
+/// A Cargo command on an example of the library for the chip, with what the images have compiled already.
+pub fn example(verb: &str, name: &str) -> Command {
+    let mut command = Program::Firmware.example(verb, name);
+    command.args(["--target", TARGET, "--profile", "firmware"]);
+    command
+}
+
 /// Builds one image and returns where it lies. Both boards share Cargo's output name, so the file is copied.
 pub fn build(board: &str) -> Result<PathBuf> {
     run(&mut command("build", board))?;

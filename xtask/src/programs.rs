@@ -56,6 +56,11 @@ impl Program {
         let (package, program) = self.names();
         cargo(&[verb, "--package", package, "--bin", program])
     }
+
+    /// A Cargo command on an example in this program's package.
+    pub fn example(self, verb: &str, name: &str) -> Command {
+        cargo(&[verb, "--package", self.names().0, "--example", name])
+    }
 }
 
 #[cfg(test)]

@@ -27,6 +27,10 @@ pub fn everything() -> Result<()> {
         clippy.args(["--", "-D", "warnings"]);
         step(&format!("lints, image for {board}"), &mut clippy)?;
     }
+    step(
+        "lints, an axis inside of somebody else's firmware",
+        image::example("clippy", "in_your_firmware").args(["--", "-D", "warnings"]),
+    )?;
     heading("images");
     image::build_all()?;
     heading("size and instructions against docs/cost.toml, ways to a panic");

@@ -1,4 +1,4 @@
-//! Instructions of our identifier, compensator and loop beside published crates: the table of docs/cost.md.
+//! Instructions of our identifier, compensator and loop beside published crates: the table of docs/results/cost.md.
 //!
 //! `cargo xtask bench`
 

@@ -22,6 +22,7 @@ use truing::gap::{self, Options};
 use truing::outcome::Outcome;
 use truing::report::{Exporter, model_file::ModelFile};
 use truing::synthetic::cases::{Answer, Case, Set, Spec, draw, rms_difference};
+use truing::system::effects::{self, Meaning};
 use truing::system::log::Dynamic;
 use truing::system::model::{self, Model};
 
@@ -287,6 +288,12 @@ fn score(answer: &Answer, outcome: &Outcome, before: Option<f64>, after: Option<
     }
 }
 
+/// Whether a parameter of an effect is the angle of a sine.
+fn is_phase(effect: &str, parameter: &str) -> bool {
+    let place = effects::find(effect).and_then(|effect| Some((effect, effect.place(Meaning::Phase)?)));
+    place.is_some_and(|(effect, place)| effect.parameters[place].name == parameter)
+}
+
 /// (estimate − truth)/std of every parameter of an effect that is exactly right in name and form, in cases whose names are
 /// all right: what a wrong partner does to a parameter is no matter of its interval.
 fn deviations(answer: &Answer, outcome: &Outcome) -> Vec<(String, f64)> {
@@ -322,7 +329,7 @@ fn deviations(answer: &Answer, outcome: &Outcome) -> Vec<(String, f64)> {
                 continue;
             };
             let mut error = value.value - truth;
-            if *name == "phase_rad" {
+            if is_phase(effect.name, name) {
                 let turn = std::f64::consts::TAU;
                 error -= turn * (error / turn).round();
             }

@@ -1,4 +1,4 @@
-//! The full table of power cuts, as it stands in docs/store.md.
+//! The full table of power cuts, as it stands in docs/results/power-cuts.md.
 
 use clap::Parser;
 use evaluation::{Page, Results};

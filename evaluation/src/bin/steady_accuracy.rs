@@ -12,13 +12,16 @@ use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use truing::outcome::{Outcome, Verdict};
+use truing::system::effects::{
+    DEAD_ZONE, DEAD_ZONE_ASYMMETRIC, DRIVE_GAIN, Effect, VOLTAGE_OFFSET, VOLTAGE_SATURATION,
+};
 use truing::system::log::Table;
 
 /// What was drawn.
 struct Case {
     kind: &'static str,
-    hidden: Vec<&'static str>,
-    truth: Option<(&'static str, &'static str, f64)>,
+    hidden: Vec<&'static Effect>,
+    truth: Option<(&'static Effect, &'static str, f64)>,
     model: String,
     table: Table,
 }
@@ -92,28 +95,25 @@ fn draw(seed: u64) -> Case {
         claimed(resistance),
         claimed(damping)
     );
-    let (hidden, truth): (Vec<&str>, _) = match kind {
-        "gain" => (vec!["drive_gain"], Some(("drive_gain", "ratio", scale))),
-        "dead_zone" => (vec!["dead_zone"], Some(("dead_zone", "half_width_v", zone))),
+    let (hidden, truth): (Vec<&Effect>, _) = match kind {
+        "gain" => (vec![&DRIVE_GAIN], Some((&DRIVE_GAIN, "ratio", scale))),
+        "dead_zone" => (vec![&DEAD_ZONE], Some((&DEAD_ZONE, "half_width_v", zone))),
         "asymmetric" => (
-            vec!["dead_zone_asymmetric"],
-            Some(("dead_zone_asymmetric", "neg_v", other)),
+            vec![&DEAD_ZONE_ASYMMETRIC],
+            Some((&DEAD_ZONE_ASYMMETRIC, "neg_v", other)),
         ),
         "saturation" => (
-            vec!["voltage_saturation"],
-            Some(("voltage_saturation", "limit_v", limit)),
+            vec![&VOLTAGE_SATURATION],
+            Some((&VOLTAGE_SATURATION, "limit_v", limit)),
         ),
-        "offset" => (
-            vec!["voltage_offset"],
-            Some(("voltage_offset", "offset_v", offset)),
-        ),
+        "offset" => (vec![&VOLTAGE_OFFSET], Some((&VOLTAGE_OFFSET, "offset_v", offset))),
         "zone+limit" => (
-            vec!["dead_zone", "voltage_saturation"],
-            Some(("dead_zone", "half_width_v", zone)),
+            vec![&DEAD_ZONE, &VOLTAGE_SATURATION],
+            Some((&DEAD_ZONE, "half_width_v", zone)),
         ),
         "gain+limit" => (
-            vec!["drive_gain", "voltage_saturation"],
-            Some(("drive_gain", "ratio", scale)),
+            vec![&DRIVE_GAIN, &VOLTAGE_SATURATION],
+            Some((&DRIVE_GAIN, "ratio", scale)),
         ),
         _ => (vec![], None),
     };
@@ -142,11 +142,11 @@ fn right(case: &Case, outcome: &Outcome) -> (bool, bool) {
                 .any(|r| r.len() == 1 && r[0] == name)
         })
     };
-    let found = |name: &&str| {
+    let found = |hidden: &&Effect| {
         outcome
             .effects
             .iter()
-            .any(|e| e.name == **name || covers(e.tie, name))
+            .any(|e| e.name == hidden.name || covers(e.tie, hidden.name))
     };
     let all = case.hidden.iter().all(found);
     (all, all && outcome.effects.len() == case.hidden.len())
@@ -197,7 +197,7 @@ fn main() {
         let value = outcome
             .effects
             .iter()
-            .find(|e| e.name == effect)
+            .find(|e| e.name == effect.name)
             .and_then(|e| e.parameters.get(parameter));
         if let Some((value, std)) = value.and_then(|v| Some((v.value, v.std?))) {
             row[4] += 1;

@@ -9,7 +9,7 @@ use servo::axis::design::FEASIBLE;
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::Estimates;
-use servo::motion::trajectory::sine_takes;
+use servo::motion::sine::sine_takes;
 use servo::record::Source;
 use servo::units::Voltage;
 use std::f64::consts::PI;

@@ -217,7 +217,8 @@ impl<'a> File<'a> {
     fn one_known(&'a self, name: &str, value: &Value, linear: bool) -> Result<Known, InputError> {
         let place = format!("known.{name}");
         let effect = effects::find(name).ok_or_else(|| {
-            let near = nearest(name, LIBRARY.iter().map(|effect| effect.name)).unwrap_or("coulomb_friction");
+            let near = nearest(name, LIBRARY.iter().map(|effect| effect.name))
+                .unwrap_or(effects::COULOMB_FRICTION.name);
             self.wrong(
                 &place,
                 "",
