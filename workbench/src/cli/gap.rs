@@ -85,11 +85,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let without = arguments.without.iter().map(|name| effects::known(name));
     let without: Result<Vec<&Effect>, String> = without.collect();
     let named = |effect: &&Effect| effect.name.to_owned();
-    let finals = arguments
-        .finals
-        .iter()
-        .map(read)
-        .map(|log| Ok(gap::as_record(log?)?));
+    let finals = arguments.finals.iter().map(read).map(|log| gap::as_record(log?));
     let options = Options {
         finals: finals.collect::<Result<_, InputError>>()?,
         without: without
