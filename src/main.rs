@@ -6,21 +6,11 @@
 //! priority 0  idle     the stored parameters, and the board's own business (in QEMU: the motors on the host)
 //! ```
 //!
-//! The image for QEMU and the one for the board differ in `board/` alone.
+//! The image for QEMU and the one for the board differ in `image/board/` alone.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
-mod board;
-#[cfg(target_os = "none")]
-mod boot;
-#[cfg(target_os = "none")]
-mod last_resort;
-#[cfg(target_os = "none")]
-mod memory;
-#[cfg(target_os = "none")]
-mod post;
-#[cfg(target_os = "none")]
-mod tick;
+mod image;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
@@ -32,10 +22,10 @@ fn main() {
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use crate::board::{self, AXES};
-    use crate::boot;
-    use crate::post::Post;
-    use crate::tick::{self, Control, Ends, Telemetry};
+    use crate::image::board::{self, AXES};
+    use crate::image::boot;
+    use crate::image::link_task::Post;
+    use crate::image::tick::{self, Control, Ends, Telemetry};
     use core::mem::MaybeUninit;
     use heapless::spsc::{Consumer, Producer, Queue};
     use servo::axis::servo_axis::{Joint, Order};

@@ -1,6 +1,6 @@
 //! The image's control tick: at most one order, one step of every joint, one record each.
 
-use crate::board::{self, AXES};
+use super::board::{self, AXES};
 use heapless::spsc::{Consumer, Producer};
 use servo::axis::servo_axis::{Joint, Order};
 use servo::link::capture::{Capture, Ring};

@@ -1,6 +1,6 @@
 //! From the stored parameters to joints that are ready to be armed.
 
-use crate::board::{self, AXES};
+use super::board::{self, AXES};
 use core::mem::MaybeUninit;
 use servo::axis::servo_axis::{Joint, Order};
 use servo::link::protocol::ResetCause;

@@ -6,7 +6,7 @@
 
 #[cfg(target_os = "none")]
 #[allow(dead_code, unused_imports)]
-#[path = "board/stm32f405/mod.rs"]
+#[path = "../board/stm32f405/mod.rs"]
 mod board;
 
 #[cfg(not(target_os = "none"))]

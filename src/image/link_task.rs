@@ -1,6 +1,6 @@
 //! The image's end of the link: bytes become orders for the control interrupt, its messages become frames.
 
-use crate::board;
+use super::board;
 use heapless::spsc::{Consumer, Producer};
 use servo::axis::servo_axis::Order;
 use servo::link::inbox::{Inbox, Incoming, refusal};
