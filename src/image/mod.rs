@@ -1,8 +1,13 @@
-//! The parts of the firmware image.
+//! The parts of the firmware image. All but the entry, one file a chip, know neither chip nor board.
 
-pub mod board;
-pub mod boot;
+mod board;
+mod boot;
+mod idle_task;
 mod last_resort;
-pub mod link_task;
+mod link_task;
 mod memory;
-pub mod tick;
+mod start;
+mod tick;
+
+#[cfg(chip = "stm32f405")]
+mod stm32f405;

@@ -1,6 +1,6 @@
 //! The image's control tick: at most one order, one step of every joint, one record each.
 
-use super::board::{self, AXES};
+use super::board::{AXES, Board, Drive};
 use heapless::spsc::{Consumer, Producer};
 use servo::axis::servo_axis::{Joint, Order};
 use servo::link::capture::{Capture, Ring};
@@ -53,7 +53,30 @@ impl From<Telemetry> for Message {
     }
 }
 
-/// Owned by the control interrupt.
+/// What the control interrupt owns.
+pub struct ControlTask<B: Board> {
+    control: Control,
+    orders: Orders,
+    drive: B::Drive,
+}
+
+impl<B: Board> ControlTask<B> {
+    /// Puts the parts together.
+    pub fn new(control: Control, orders: Orders, drive: B::Drive) -> Self {
+        ControlTask {
+            control,
+            orders,
+            drive,
+        }
+    }
+
+    /// Runs one tick.
+    pub fn run(&mut self) {
+        self.control.tick(&mut self.orders, &mut self.drive);
+    }
+}
+
+/// The state of the control tick.
 pub struct Control {
     joints: &'static mut [Joint; AXES],
     telemetry_every: [u32; AXES],
@@ -95,7 +118,7 @@ impl Control {
     }
 
     /// One tick.
-    pub fn tick(&mut self, orders: &mut Orders, drive: &mut board::Drive) {
+    pub fn tick(&mut self, orders: &mut Orders, drive: &mut impl Drive) {
         drive.begin_tick();
         let mut start = drive.clock();
         // Programming the flash and setting the timers anew take ticks away, both with the bridges open.
@@ -112,7 +135,7 @@ impl Control {
     }
 
     /// `start`: the clock where the tick began, or where the axis before this one had ended.
-    fn step(&mut self, axis: usize, start: u32, drive: &mut board::Drive) {
+    fn step(&mut self, axis: usize, start: u32, drive: &mut impl Drive) {
         let sample = drive.sample(axis);
         let joint = &mut self.joints[axis];
         if drive.index(axis) {
@@ -151,7 +174,7 @@ impl Control {
     }
 
     /// True if the timers were set anew.
-    fn take_order(&mut self, orders: &mut Orders, drive: &mut board::Drive) -> bool {
+    fn take_order(&mut self, orders: &mut Orders, drive: &mut impl Drive) -> bool {
         orders.ready() && self.carry_out(orders, drive)
     }
 
@@ -159,7 +182,7 @@ impl Control {
     /// of bytes, and so it is carried out where it lies.
     #[cold]
     #[inline(never)]
-    fn carry_out(&mut self, orders: &mut Orders, drive: &mut board::Drive) -> bool {
+    fn carry_out(&mut self, orders: &mut Orders, drive: &mut impl Drive) -> bool {
         let Some((to, axis, order)) = orders.peek() else {
             return false;
         };
