@@ -42,11 +42,18 @@ pub struct Board {
     pub name: &'static str,
     /// What runs its program.
     pub chip: &'static Chip,
-    /// The Cargo feature that chooses it. The board without a feature is what an image is built for by default.
+    /// The Cargo feature that chooses it. [`DEFAULT`] has none.
     pub feature: Option<&'static str>,
+    /// The Cargo feature of an image for as many axes as the board can drive.
+    pub most_axes: &'static str,
     /// The machine of QEMU, if QEMU plays the board.
     pub machine: Option<&'static str>,
 }
+
+/// The Cargo feature of an image for two axes. Without a feature an image drives one.
+pub const TWO_AXES: &str = "two-axes";
+/// The Cargo feature of an image for four axes.
+pub const FOUR_AXES: &str = "four-axes";
 
 /// STM32F405RG. Memory: reference manual RM0090, section 2.3 and table 5; the last two sectors of the flash hold the
 /// stored parameters, and the core-coupled memory is not used.
@@ -69,6 +76,7 @@ pub const STM32F405: Board = Board {
     name: "stm32f405",
     chip: &STM32F405_CHIP,
     feature: None,
+    most_axes: FOUR_AXES,
     machine: None,
 };
 
@@ -77,14 +85,20 @@ pub const QEMU: Board = Board {
     name: "qemu",
     chip: &STM32F405_CHIP,
     feature: Some("qemu"),
+    most_axes: FOUR_AXES,
     machine: Some("netduinoplus2"),
 };
+
+/// The board of an image without features.
+pub const DEFAULT: &Board = &STM32F405;
 
 /// All boards.
 pub const BOARDS: [&Board; 2] = [&STM32F405, &QEMU];
 
-/// Number of axes in an image, by the Cargo feature that chooses it. Without a feature an image drives one axis.
-pub const AXES: [(usize, &str); 2] = [(2, "two-axes"), (4, "four-axes")];
+/// The boards that are no program.
+pub fn real() -> impl Iterator<Item = &'static Board> {
+    BOARDS.into_iter().filter(|board| board.machine.is_none())
+}
 
 /// The board that these features choose.
 ///
@@ -95,7 +109,7 @@ pub fn chosen(is_on: impl Fn(&str) -> bool) -> Result<&'static Board, &'static s
         .into_iter()
         .filter(|board| board.feature.is_some_and(&is_on));
     match (named.next(), named.next()) {
-        (None, _) => Ok(&STM32F405),
+        (None, _) => Ok(DEFAULT),
         (Some(board), None) => Ok(board),
         _ => Err("an image is built for one board: choose one feature that names a board"),
     }
