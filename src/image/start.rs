@@ -49,12 +49,13 @@ impl Places {
     }
 }
 
-/// Starts the board and makes the tasks of the image: control, link and idle.
+/// Starts the board and makes the tasks of the image. The drive stands beside the control task, not in it: putting it there
+/// would copy it on the stack, which is deepest here.
 pub fn start<B: Board>(
     places: &'static mut Places,
     device: B::Device,
     mut core: CorePeripherals,
-) -> (ControlTask<B>, LinkTask<B>, IdleTask<B>) {
+) -> (B::Drive, ControlTask, LinkTask<B>, IdleTask<B>) {
     let cause = B::begin(&device, &mut core);
     let mut archive = Archive::new(ParameterFlash::new(B::flash(), B::PARAMETERS));
     let found = boot::restore::<B>(&mut archive);
@@ -74,7 +75,8 @@ pub fn start<B: Board>(
     };
     let control = Control::new(joints, &mut places.ring, cause, found, ends);
     (
-        ControlTask::new(control, orders_in, drive),
+        drive,
+        ControlTask::new(control, orders_in),
         LinkTask::new(Link::new(line, orders_out), answers_in, records_in),
         IdleTask::new(idle, archive, jobs_in, reports_out),
     )

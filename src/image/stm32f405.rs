@@ -5,7 +5,7 @@
 
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use crate::image::board::Selected;
+    use crate::image::board::{Board, Selected};
     use crate::image::idle_task::IdleTask;
     use crate::image::link_task::LinkTask;
     use crate::image::start::{Places, start};
@@ -17,20 +17,29 @@ mod app {
 
     #[local]
     struct Local {
-        control: ControlTask<Selected>,
+        drive: <Selected as Board>::Drive,
+        control: ControlTask,
         link: LinkTask<Selected>,
         idle: IdleTask<Selected>,
     }
 
     #[init(local = [places: Places = Places::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let (control, link, idle) = start(cx.local.places, cx.device, cx.core);
-        (Shared {}, Local { control, link, idle })
+        let (drive, control, link, idle) = start(cx.local.places, cx.device, cx.core);
+        (
+            Shared {},
+            Local {
+                drive,
+                control,
+                link,
+                idle,
+            },
+        )
     }
 
-    #[task(binds = ADC, priority = 3, local = [control])]
+    #[task(binds = ADC, priority = 3, local = [drive, control])]
     fn control(cx: control::Context) {
-        cx.local.control.run();
+        cx.local.control.run(cx.local.drive);
         rtic::pend(Interrupt::USART2);
     }
 

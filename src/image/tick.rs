@@ -1,6 +1,6 @@
 //! The image's control tick: at most one order, one step of every joint, one record each.
 
-use super::board::{AXES, Board, Drive};
+use super::board::{AXES, Drive};
 use heapless::spsc::{Consumer, Producer};
 use servo::axis::servo_axis::{Joint, Order};
 use servo::link::capture::{Capture, Ring};
@@ -54,25 +54,20 @@ impl From<Telemetry> for Message {
 }
 
 /// What the control interrupt owns.
-pub struct ControlTask<B: Board> {
+pub struct ControlTask {
     control: Control,
     orders: Orders,
-    drive: B::Drive,
 }
 
-impl<B: Board> ControlTask<B> {
+impl ControlTask {
     /// Puts the parts together.
-    pub fn new(control: Control, orders: Orders, drive: B::Drive) -> Self {
-        ControlTask {
-            control,
-            orders,
-            drive,
-        }
+    pub fn new(control: Control, orders: Orders) -> Self {
+        ControlTask { control, orders }
     }
 
     /// Runs one tick.
-    pub fn run(&mut self) {
-        self.control.tick(&mut self.orders, &mut self.drive);
+    pub fn run(&mut self, drive: &mut impl Drive) {
+        self.control.tick(&mut self.orders, drive);
     }
 }
 
