@@ -12,7 +12,10 @@ use servo::axis::servo_axis::{Joint, Order};
 use servo::drivers::flash::ParameterFlash;
 use servo::link::capture::{EMPTY, Ring};
 use servo::link::protocol::Message;
+use servo::store::MAX_AXES;
 use servo::store::saving::{Archive, Job, Report};
+
+const _: () = assert!(AXES <= MAX_AXES, "a stored record has no room for that many axes");
 
 /// Memory that the tasks share, or that is too large for the stack. It stays where it is for the life of the program.
 pub struct Places {
