@@ -16,6 +16,19 @@
 //! acts on the sign of the motion; fed with the command's sign it would fight the motion during every deceleration.
 //! Its compensation follows the reference speed and, while the reference rests, the way to the target by the counter:
 //! both are free of noise.
+//!
+//! ```
+//! use servo::compensate::{DeadZone, Smoothing};
+//! use servo::units::Voltage;
+//!
+//! let tenth = Voltage(Voltage::NOMINAL.0 / 10);
+//! let dead_zone = DeadZone::new(tenth, tenth, Smoothing::WIDEST);
+//! let wanted = Voltage(Voltage::NOMINAL.0 / 4);
+//! let terminal = dead_zone.inverse(wanted);
+//! assert_eq!(terminal, wanted.plus(tenth));
+//! assert_eq!(dead_zone.forward(terminal), wanted);
+//! ```
+//!
 //! Adaptive dead-zone inverses: G. Tao, P. V. Kokotović, *Adaptive Control of Systems with Actuator and Sensor
 //! Nonlinearities*, Wiley 1996, ch. 3.
 

@@ -4,6 +4,7 @@
 //! into machine units. Every stage derives its own `Params` from the [`Scale`].
 
 use crate::optional::Optional;
+use crate::units::VoltageQ14;
 use serde::{Deserialize, Serialize};
 
 /// One joint in SI units. The host reads it from `axis.toml`; it reaches the chip in [`crate::link::protocol::Command::Configure`].
@@ -175,7 +176,7 @@ impl Field {
     }
 }
 
-/// Machine units of one axis. Voltages inside the tick are [`Scale::VOLTAGE_ONE`] = nominal supply.
+/// Machine units of one axis. Voltages inside the tick are shares of the nominal supply (see [`crate::units`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     /// The configuration it was built from.
@@ -189,12 +190,21 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// Nominal supply voltage in the unit of all voltages of the tick: Q14, range ±2 (regenerating supply included).
-    pub const VOLTAGE_ONE: i32 = 1 << 14;
+    /// V.
+    pub fn volts(&self, voltage: VoltageQ14) -> f32 {
+        voltage.0 as f32 * self.config.supply_nominal_v / VoltageQ14::NOMINAL.0 as f32
+    }
 
-    /// Volts of a Q14 voltage.
-    pub fn volts(&self, voltage_q14: i32) -> f32 {
-        voltage_q14 as f32 * self.config.supply_nominal_v / Self::VOLTAGE_ONE as f32
+    /// 1 rad in counts.
+    #[must_use]
+    pub fn counts_per_rad(&self) -> f32 {
+        self.config.counts_per_rev as f32 / TWO_PI
+    }
+
+    /// 1 rad/s in counts per tick.
+    #[must_use]
+    pub fn counts_per_tick(&self) -> f32 {
+        self.counts_per_rad() / self.config.tick_hz as f32
     }
 }
 
@@ -208,11 +218,11 @@ pub struct Supply {
 impl Supply {
     /// Supply in Q14 of nominal from the converter's count; nominal when it is not measured.
     #[inline]
-    pub fn voltage(self, vbus_raw: u16) -> i32 {
+    pub fn voltage(self, vbus_raw: u16) -> VoltageQ14 {
         match vbus_raw {
-            crate::sample::Sample::VBUS_NOT_MEASURED => Scale::VOLTAGE_ONE,
+            crate::sample::Sample::VBUS_NOT_MEASURED => VoltageQ14::NOMINAL,
             // Saturates at twice the nominal supply, where protection has long acted: wrapped, it would turn negative.
-            raw => (i32::from(raw).saturating_mul(self.per_raw_q16)) >> 16,
+            raw => VoltageQ14((i32::from(raw).saturating_mul(self.per_raw_q16)) >> 16),
         }
     }
 }

@@ -167,7 +167,7 @@ fn innovation(count: i32, position: Position) -> i32 {
 /// Counts by which a shaft at an edge of the encoder flickers.
 const FLICKER: u32 = 1;
 
-/// Counts in one passage that are told apart; more of them are as fast.
+/// Counts in one edge interval that are told apart; more of them are as fast.
 const MOST_PASSED: u32 = 2000;
 
 /// For how long the shaft has not moved. The observer's speed would not do: it is a fraction of a count for long.
@@ -196,21 +196,21 @@ impl Standstill {
     }
 
     /// What of an estimated speed the counter allows: a shaft that turns passes the next count beyond the flicker in
-    /// time, and does not turn against its last passage. The observer knows no break-away, nor a drive that swallows
+    /// time, and does not turn against its last edge. The observer knows no break-away, nor a drive that ignores
     /// voltage; it sees a shaft turn that stands, or forwards one that still runs back.
     #[must_use]
     pub fn allows(&self, speed: Speed) -> Speed {
         if speed.0.signum() == self.passed.signum().saturating_neg() {
-            return self.passage();
+            return self.edge_speed();
         }
         let most = self.most();
         Speed(speed.0.clamp(most.saturating_neg(), most))
     }
 
-    /// Speed of the counter's last passage, no more than the time since allows. It knows no voltage: a large winding goes on
+    /// Speed over the last edge interval, no more than the time since allows. It knows no voltage: a large winding goes on
     /// driving the shaft the old way when the voltage has turned, while the observer sees it turn round already.
     #[must_use]
-    pub fn passage(&self) -> Speed {
+    pub fn edge_speed(&self) -> Speed {
         let passed = self.passed.unsigned_abs().min(MOST_PASSED) << 20;
         let rate = passed.checked_div(self.took).unwrap_or(0) as i32;
         Speed(rate.min(self.most()).saturating_mul(self.passed.signum()))

@@ -10,6 +10,9 @@
 //! `Params` once, a small `State` changes, and `step(&self, &mut State, input) -> output` does bounded integer work.
 //! The library holds no pin, no clock, no logger and no chip, and it is `no_std` on the host too, so the host and the
 //! chip compute the same bits.
+//!
+//! Start at [`axis::Axis`]. `examples/axis_on_the_host.rs` commissions a simulated motor and moves it;
+//! `examples/in_your_firmware.rs` puts an axis into another firmware.
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -1,7 +1,7 @@
 //! The firmware image.
 //!
 //! ```text
-//! priority 3  control  every tick: read the encoders, step the joints, set the bridges, queue the records
+//! priority 3  control  every tick: read the encoders, step the axes, set the bridges, queue the records
 //! priority 2  link     commands in, answers and telemetry out
 //! priority 0  idle     the stored parameters, and the board's own business (in QEMU: the motors on the host)
 //! ```

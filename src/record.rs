@@ -1,6 +1,5 @@
 //! The telemetry record: what one control tick saw, thought and did. One struct for image, host and tests.
 
-use crate::motion::referencing::Referenced;
 use crate::protect::Fault;
 use crate::sample::Bridge;
 use serde::{Deserialize, Serialize};
@@ -25,6 +24,21 @@ pub enum Activity {
     Faulted = 4,
     /// Voltage mode: no loop is closed.
     Driving = 5,
+}
+
+/// What is known about zero. Numbers as in the record; stable.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[repr(u8)]
+pub enum Referenced {
+    /// Positions count from power-up.
+    #[default]
+    No = 0,
+    /// A search is under way.
+    Searching = 1,
+    /// Positions are absolute.
+    Yes = 2,
+    /// The last search ended without a result; positions count as before it.
+    Missed = 3,
 }
 
 /// The limit that acted in this tick; the first in this order.

@@ -95,17 +95,27 @@ impl Voltage {
         Self(self.0.saturating_sub(other.0))
     }
 
-    /// In Q14 of the nominal supply, rounded to nearest: the identifier's format.
+    /// Rounded to nearest, in the identifier's format.
     #[must_use]
-    pub const fn q14(self) -> i32 {
-        self.0.saturating_add(1 << (VOLTAGE_BITS - 15)) >> (VOLTAGE_BITS - 14)
+    pub const fn q14(self) -> VoltageQ14 {
+        VoltageQ14(self.0.saturating_add(1 << (VOLTAGE_BITS - 15)) >> (VOLTAGE_BITS - 14))
     }
 
-    /// From Q14 of the nominal supply.
+    /// From the identifier's format.
     #[must_use]
-    pub const fn from_q14(value: i32) -> Self {
-        Self(value.saturating_mul(1 << (VOLTAGE_BITS - 14)))
+    pub const fn from_q14(voltage: VoltageQ14) -> Self {
+        Self(voltage.0.saturating_mul(1 << (VOLTAGE_BITS - 14)))
     }
+}
+
+/// A voltage in Q14 of the nominal supply (LSB 2⁻¹⁴ nominal supplies, range ±2), as the identifier sums it: five integrations
+/// of a Q20 number would not fit into 64 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct VoltageQ14(pub i32);
+
+impl VoltageQ14 {
+    /// The nominal supply.
+    pub const NOMINAL: Self = Self(1 << 14);
 }
 
 /// `value` cut to 32 bits. It fits if the upper word only repeats the sign of the lower one: one comparison, where two
@@ -194,4 +204,75 @@ pub fn to_fixed(value: f32, bits: u32) -> i32 {
     // 2^bits by its exponent: there is no instruction that converts 64 bits.
     let scaled = value * f32::from_bits(127u32.wrapping_add(bits) << 23);
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
+}
+
+/// A sense of rotation, and the index of what is kept for each of the two.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Direction {
+    /// Positive voltage, rising count.
+    #[default]
+    Positive = 0,
+    /// Negative voltage, falling count.
+    Negative = 1,
+}
+
+impl Direction {
+    /// Both, in the order of their indices.
+    pub const BOTH: [Self; 2] = [Self::Positive, Self::Negative];
+
+    /// The direction of a number that is not zero.
+    #[must_use]
+    #[inline]
+    pub const fn of(number: i32) -> Self {
+        if number < 0 {
+            Self::Negative
+        } else {
+            Self::Positive
+        }
+    }
+
+    /// The other one.
+    #[must_use]
+    #[inline]
+    pub const fn reversed(self) -> Self {
+        match self {
+            Self::Positive => Self::Negative,
+            Self::Negative => Self::Positive,
+        }
+    }
+
+    /// +1 or −1.
+    #[must_use]
+    #[inline]
+    pub const fn sign(self) -> i32 {
+        match self {
+            Self::Positive => 1,
+            Self::Negative => -1,
+        }
+    }
+}
+
+impl<T> core::ops::Index<Direction> for [T; 2] {
+    type Output = T;
+
+    #[inline]
+    fn index(&self, direction: Direction) -> &T {
+        let [positive, negative] = self;
+        match direction {
+            Direction::Positive => positive,
+            Direction::Negative => negative,
+        }
+    }
+}
+
+impl<T> core::ops::IndexMut<Direction> for [T; 2] {
+    #[inline]
+    fn index_mut(&mut self, direction: Direction) -> &mut T {
+        let [positive, negative] = self;
+        match direction {
+            Direction::Positive => positive,
+            Direction::Negative => negative,
+        }
+    }
 }

@@ -2,8 +2,8 @@
 //! library.
 
 use crate::families::Plant;
+use servo::axis::Command;
 use servo::axis::{Axis, Bridge, Output, Refusal, Sample, State};
-use servo::link::protocol::Command;
 use std::collections::VecDeque;
 use truing::synthetic::reference_plant::{Converter, Encoder, Reading, Simulator};
 

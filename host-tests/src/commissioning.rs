@@ -6,6 +6,7 @@ use servo::axis::{Bridge, Sample};
 use servo::commission::{CommissionReport, Input, Outcome, Params, State};
 use servo::config::Scale;
 use servo::identify::estimate::{Mechanism, Reported};
+use servo::units::VoltageQ14;
 
 /// The outcome in the chip's integers, and the scale that gives them meaning.
 ///
@@ -50,8 +51,8 @@ fn run(plant: &Plant, budget_s: f64, seed: u32, watch: &mut dyn FnMut(&State, &I
         }
         let duty = duty_for(
             &scale,
-            request.voltage,
-            input.supply.unwrap_or(Scale::VOLTAGE_ONE),
+            request.voltage.0,
+            input.supply.unwrap_or(VoltageQ14::NOMINAL).0,
         );
         acting = [(request.bridge, duty), acting[0]];
         board.pass(request.bridge, duty);
@@ -64,7 +65,7 @@ fn input(scale: &Scale, sample: &Sample, bridge: Bridge, duty: i16) -> Input {
     let full = i32::from(scale.config.pwm_full_scale as i16);
     Input {
         count: sample.count,
-        voltage: (i32::from(duty) * supply + full / 2).div_euclid(full),
+        voltage: VoltageQ14((i32::from(duty) * supply.0 + full / 2).div_euclid(full)),
         bridge,
         supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply),
         current_raw: Sample::sensed(sample.current_raw),

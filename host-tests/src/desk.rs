@@ -4,13 +4,14 @@
 //! speed follows the voltage beyond a dead zone with one time constant (exact for a constant voltage), an open bridge
 //! lets it coast, the encoder counts whole counts.
 
-use servo::axis::servo_axis::{Joint, Order};
+use servo::axis::servo_axis::ServoAxis;
 use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
 use servo::link::inbox::{Inbox, Incoming};
+use servo::link::order::Order;
 use servo::link::protocol::{Command, Message, Refusal, Request};
 use servo::optional::Optional;
-use servo::protect::Notice;
+use servo::protect::Condition;
 use servo::store::AxisParameters;
 
 /// Dead zone of the motor, share of the full duty.
@@ -74,7 +75,7 @@ impl Motor {
 #[derive(Clone, Debug)]
 pub struct Desk {
     inbox: Inbox,
-    joint: Joint,
+    joint: ServoAxis,
     motor: Motor,
     waiting: Option<(Bridge, i16)>,
     tick: u32,
@@ -92,7 +93,7 @@ impl Default for Desk {
     fn default() -> Self {
         Desk {
             inbox: Inbox::new(),
-            joint: Joint::new(),
+            joint: ServoAxis::new(),
             motor: Motor::default(),
             waiting: None,
             tick: 0,
@@ -151,7 +152,7 @@ impl Desk {
         if let Command::Subscribe { .. } | Command::Hello | Command::Parameters | Command::Save = command {
             return Ok(());
         }
-        self.joint.execute(&Order::from_command(&command)?)?;
+        self.joint.execute(&Order::from_command(&command)?.for_axis()?)?;
         match command {
             Command::Arm => self.armed = true,
             Command::Stop => self.armed = false,
@@ -165,8 +166,8 @@ impl Desk {
     }
 
     /// Something that only the image sees.
-    pub fn heed(&mut self, notice: Notice) {
-        self.joint.heed(notice);
+    pub fn raise(&mut self, notice: Condition) {
+        self.joint.raise(notice);
     }
 
     /// The shaft is found elsewhere.

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use truing::system::effects::{COULOMB_FRICTION, DRIVE_GAIN, ENCODER_SCALE, STRIBECK_FRICTION};
 
 /// What the analysis of one case came to, against the answer.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -43,11 +44,14 @@ pub struct Line {
 
 /// Names that steady or short data cannot part, counted as one.
 pub fn group(name: &str) -> &str {
-    match name {
-        "drive_gain" | "encoder_scale" => "drive_gain|encoder_scale",
-        "coulomb_friction" | "stribeck_friction" => "coulomb|stribeck",
-        _ => name,
-    }
+    let groups = [
+        ([&DRIVE_GAIN, &ENCODER_SCALE], "drive_gain|encoder_scale"),
+        ([&COULOMB_FRICTION, &STRIBECK_FRICTION], "coulomb|stribeck"),
+    ];
+    let own = groups
+        .iter()
+        .find(|(effects, _)| effects.iter().any(|effect| effect.name == name));
+    own.map_or(name, |(_, group)| group)
 }
 
 impl Line {

@@ -5,13 +5,13 @@
 
 use crate::bench::{Bench, Board};
 use crate::families::{Cause, Family, Options, Plant, Seeds, Severity};
+use servo::axis::Command;
 use servo::axis::{Axis, HOLD_BAND};
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::{
     Estimate, Estimates, GAIN_FRAC, Mechanism, Standing, TIME_FRAC, VOLTAGE_FRAC,
 };
-use servo::link::protocol::Command;
 use servo::protect::Fault;
 use std::f64::consts::TAU;
 

@@ -25,7 +25,7 @@ pub enum Refusal {
     NotForAxis,
     /// Absolute targets need a reference.
     NotReferenced,
-    /// A number of the command cannot be.
+    /// A parameter is out of range; the error names it.
     Value(ConfigError),
     /// So many streamed points wait already: send this one again later.
     StreamFull,

@@ -5,28 +5,70 @@
 
 use crate::axis::answer::{Refusal, Report};
 use crate::axis::design::{self, Design};
-use crate::axis::servo_axis::Restored;
 use crate::axis::{Axis, Listener, Mode, Start, State};
 use crate::commission::Request;
-use crate::control::{self, Reference};
+
 use crate::identify::estimate::{Estimates, Reason};
-use crate::link::protocol::Command;
 use crate::motion::excitation::Waveform;
-use crate::motion::referencing::{Mark, Referencing, Search};
+use crate::motion::referencing::Referencing;
+use crate::motion::sine::{Sine, sine_takes};
 use crate::motion::stream::{Knot, Plan, Point, Stream};
-use crate::motion::trajectory::{self, Cruise, Move, Sine};
+use crate::motion::trajectory::{Cruise, Move};
 use crate::protect::Fault;
 use crate::record::Source;
 use crate::store::AxisParameters;
-use crate::units::{Acceleration, Position, SPEED_BITS, Speed, Voltage, to_fixed};
+use crate::units::{Position, SPEED_BITS, Speed, Voltage, to_fixed};
 
-/// Counts per tick at which an index pulse of one count is still seen by looking once a tick.
-const FASTEST_INDEX: f32 = 0.9;
 /// A shaft that has not moved for 50 ms stands.
-const STANDING_HZ: u32 = 20;
+pub(super) const STANDING_HZ: u32 = 20;
+
+/// What an axis can be asked to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
+pub enum Command {
+    /// Allow the bridge to be driven.
+    Arm,
+    /// Switch the bridge off, from any state.
+    Stop,
+    /// Excite, identify, verify.
+    Commission {
+        /// Length of the excitation, ms.
+        budget_ms: u32,
+        /// Orders the excitation.
+        seed: u32,
+    },
+    /// Use the inverse dead zone in the loops, or do not.
+    Compensation(bool),
+    /// Track `amplitude · sin(2π f t)` in position, for a time; smooth start.
+    TrackSine {
+        /// Amplitude, rad at the controlled shaft.
+        amplitude_rad: f32,
+        /// Frequency, Hz.
+        frequency_hz: f32,
+        /// Duration, ms.
+        duration_ms: u32,
+    },
+    /// Hold this position from now on, rad relative to the position at power-up.
+    Position(f32),
+    /// Hold this absolute position from now on, rad from the reference's zero. Refused until there is one.
+    GoTo(f32),
+    /// Turn at this speed from now on, rad/s at the controlled shaft.
+    Speed(f32),
+    /// Apply this voltage behind the dead zone from now on, V; no loop is closed.
+    Voltage(f32),
+    /// Take over what an earlier commissioning has found.
+    Adopt(Estimates),
+    /// Find out where zero is.
+    Reference(Referencing),
+    /// Apply a sine or a chirp of voltage at the terminals, then open the bridge; no loop is closed.
+    Excite(Waveform),
+    /// The next point of a streamed motion, ahead of its time; the first one begins the stream.
+    /// See [`crate::motion::stream`].
+    Stream(Point),
+}
 
 impl Axis {
-    /// Carries out a command, or says why not. What concerns the link or another axis is for the image.
+    /// Carries out a command, or says why not.
     pub fn command(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
         self.design(state);
         self.carry_out(state, command)?;
@@ -53,15 +95,6 @@ impl Axis {
             Command::GoTo(rad) => self.go_to(state, rad),
             Command::Excite(ref waveform) => self.excite(state, waveform),
             Command::Stream(ref point) => self.stream(state, point),
-            Command::Configure(_)
-            | Command::Subscribe { .. }
-            | Command::CaptureArm { .. }
-            | Command::CaptureRead { .. }
-            | Command::Hello
-            | Command::Parameters
-            | Command::Restore(_)
-            | Command::Reset
-            | Command::Save => Err(Refusal::NotForAxis),
         }
     }
 
@@ -70,7 +103,7 @@ impl Axis {
         while state.renewal != design::Stage::Done {
             state
                 .design
-                .renew(&mut state.renewal, &self.scale, &self.tuning, &state.knowledge);
+                .renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
         }
         &state.design
     }
@@ -87,18 +120,12 @@ impl Axis {
         }
     }
 
-    /// Takes over what an earlier life has found and chosen.
-    pub(crate) fn restore(&self, state: &mut State, restored: &Restored) -> Result<(), Refusal> {
-        state.compensation = restored.compensation;
-        self.adopt(state, &restored.estimates)
-    }
-
     /// Takes trusted estimates over, e.g. stored ones. Refused while something runs: gains do not jump under way.
     pub fn adopt(&self, state: &mut State, estimates: &Estimates) -> Result<(), Refusal> {
         self.idle(state)?;
         state.known = *estimates;
         state.listener = Listener::None;
-        state.renewal = state.renewal.max(state.knowledge.restore(estimates));
+        state.renewal = state.renewal.max(state.last_trusted.restore(estimates));
         Ok(())
     }
 
@@ -112,7 +139,7 @@ impl Axis {
     pub fn parameters(&self, state: &State) -> AxisParameters {
         AxisParameters {
             config: self.scale.config,
-            estimates: state.knowledge.complete(&state.known),
+            estimates: state.last_trusted.complete(&state.known),
             tuning: self.tuning,
             compensation: state.compensation,
             protection: self.protection,
@@ -156,7 +183,7 @@ impl Axis {
         self.ready(state)?;
         let start = state.resting_place().ok_or(Refusal::Busy)?;
         let config = &self.scale.config;
-        let amplitude = rad * design::counts_per_rad(&self.scale);
+        let amplitude = rad * self.scale.counts_per_rad();
         let ticks = (u64::from(ms) * u64::from(config.tick_hz) / 1000).min(u64::from(u32::MAX)) as u32;
         self.within_travel(state, start.position.count(), amplitude.abs())?;
         let frequency = hertz / config.tick_hz as f32;
@@ -174,8 +201,8 @@ impl Axis {
     fn sustained(&self, state: &State, amplitude: f32, frequency: f32, ticks: u32) -> Result<(), Refusal> {
         let config = &self.scale.config;
         let design = &state.design;
-        let rad_s = 1.0 / design::counts_per_tick(&self.scale);
-        let peak = trajectory::sine_takes(0.0, amplitude, frequency, ticks);
+        let rad_s = 1.0 / self.scale.counts_per_tick();
+        let peak = sine_takes(0.0, amplitude, frequency, ticks);
         let fastest = design.speed_limit.0 as f32 / (1u32 << SPEED_BITS) as f32;
         if peak > fastest {
             return Err(Refusal::BeyondSpeed {
@@ -184,7 +211,7 @@ impl Axis {
             });
         }
         let motor = design.ablest_motor();
-        let takes = trajectory::sine_takes(motor.tau_ticks, amplitude, frequency, ticks);
+        let takes = sine_takes(motor.tau_ticks, amplitude, frequency, ticks);
         let nominal = config.supply_nominal_v;
         let needed_v = takes / motor.full_speed * nominal;
         let left = design.voltage_left(self.ceiling(state));
@@ -226,108 +253,17 @@ impl Axis {
         Ok(())
     }
 
-    fn counts(&self, rad: f32) -> Result<i32, Refusal> {
-        let counts = rad * design::counts_per_rad(&self.scale);
+    pub(super) fn counts(&self, rad: f32) -> Result<i32, Refusal> {
+        let counts = rad * self.scale.counts_per_rad();
         (counts.abs() < Move::LARGEST_COUNTS)
             .then_some(counts as i32)
             .ok_or(Refusal::OutOfRange)
     }
 
-    fn reference(&self, state: &mut State, how: &Referencing) -> Result<(), Refusal> {
-        match *how {
-            Referencing::Here { position_rad } => self.reference_here(state, position_rad),
-            Referencing::EndStop {
-                speed_rad_s,
-                position_rad,
-                reach_rad,
-                current_a,
-            } => {
-                let raw = |limit: f32| (limit / self.scale.config.current_a_per_lsb) as u16;
-                let mark = Mark::EndStop {
-                    current: current_a.map(raw),
-                };
-                self.seek(state, mark, speed_rad_s, position_rad, reach_rad)
-            }
-            Referencing::Index {
-                speed_rad_s,
-                position_rad,
-                reach_rad,
-            } => self.seek(state, Mark::Index, speed_rad_s, position_rad, reach_rad),
-        }
-    }
-
-    /// The set-point of a motion under way would jump: refused then.
-    fn reference_here(&self, state: &mut State, rad: f32) -> Result<(), Refusal> {
-        let rests = matches!(state.mode, Mode::Idle | Mode::Hold(_));
-        let counts = self.counts(rad)?;
-        if !rests {
-            return Err(Refusal::Busy);
-        }
-        state.datum = Some(state.count.wrapping_sub(counts));
-        state.missed = false;
-        Ok(())
-    }
-
-    /// Cruises until the mark is found. Travel limits are not known yet; `reach` stands for them.
-    fn seek(
-        &self,
-        state: &mut State,
-        mark: Mark,
-        speed_rad_s: f32,
-        position_rad: f32,
-        reach_rad: f32,
-    ) -> Result<(), Refusal> {
-        self.ready(state)?;
-        let speed = speed_rad_s * design::counts_per_tick(&self.scale);
-        let limits = &state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
-        let slow = match mark {
-            Mark::Index => FASTEST_INDEX,
-            Mark::EndStop { .. } => f32::MAX,
-        };
-        let fits =
-            speed.abs() <= limits.speed.min(limits.voltage).min(slow) && speed != 0.0 && reach_rad > 0.0;
-        let speed = fits
-            .then(|| Speed(to_fixed(speed, SPEED_BITS)))
-            .filter(|speed| speed.0 != 0)
-            .ok_or(Refusal::OutOfRange)?;
-        let search = Search {
-            mark,
-            direction: speed.0.signum(),
-            start: state.count,
-            reach: self.counts(reach_rad)?,
-            position: self.counts(position_rad)?,
-            push: self.push(state, speed),
-            patience: self.patience(state, speed),
-            farthest: state.count,
-            still: 0,
-        };
-        let start = state.present();
-        state.begin(&start, Mode::Cruise(Cruise::plan(&start, speed, limits)));
-        state.search = Some(search);
-        state.missed = false;
-        Ok(())
-    }
-
-    /// Twice what the speed takes and a sixteenth of the nominal supply; a fifth where nothing compensates the dead zone.
-    fn push(&self, state: &State, speed: Speed) -> Voltage {
-        let steady = Voltage(state.design.loops.steady_voltage(speed).0.saturating_abs());
-        let compensated = state.compensation && state.design.dead_zone_source != [Source::None; 2];
-        let margin = if compensated { 16 } else { 5 };
-        steady.plus(steady).plus(Voltage(Voltage::NOMINAL.0 / margin))
-    }
-
-    /// A time constant, 50 ms, and the time of eight counts, whichever is longest.
-    fn patience(&self, state: &State, speed: Speed) -> u32 {
-        let counts = 8.0 * (1u32 << SPEED_BITS) as f32 / speed.0.unsigned_abs() as f32;
-        let tau = state.design.motor.tau_ticks;
-        let least = (self.scale.config.tick_hz / STANDING_HZ) as f32;
-        tau.max(least).max(counts) as u32
-    }
-
     /// Endless motion: refused between end stops.
     fn speed(&self, state: &mut State, rad_s: f32) -> Result<(), Refusal> {
         self.ready(state)?;
-        let speed = rad_s * design::counts_per_tick(&self.scale);
+        let speed = rad_s * self.scale.counts_per_tick();
         let limits = &state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
         if self.scale.config.travel_limit_rad.is_some() {
             return Err(Refusal::BeyondTravel);
@@ -374,7 +310,7 @@ impl Axis {
         self.ready(state)?;
         let tick_hz = self.scale.config.tick_hz as f32;
         let zero = state.zero.unwrap_or(0);
-        let knot = Knot::of(point, zero, design::counts_per_rad(&self.scale), tick_hz);
+        let knot = Knot::of(point, zero, self.scale.counts_per_rad(), tick_hz);
         let knot = knot.ok_or(Refusal::OutOfRange)?;
         let start = state.present();
         let from = match &state.mode {
@@ -401,7 +337,7 @@ impl Axis {
         Ok(())
     }
 
-    fn idle(&self, state: &State) -> Result<(), Refusal> {
+    pub(super) fn idle(&self, state: &State) -> Result<(), Refusal> {
         if state.mode == Mode::Idle {
             Ok(())
         } else {
@@ -419,7 +355,7 @@ impl Axis {
     }
 
     /// May there be torque?
-    fn permitted(&self, state: &State) -> Result<(), Refusal> {
+    pub(super) fn permitted(&self, state: &State) -> Result<(), Refusal> {
         match (state.fault(), state.armed) {
             (Fault::None, true) => Ok(()),
             (Fault::None, false) => Err(Refusal::NotArmed),
@@ -428,7 +364,7 @@ impl Axis {
     }
 
     /// May a loop close now?
-    fn ready(&self, state: &State) -> Result<(), Refusal> {
+    pub(super) fn ready(&self, state: &State) -> Result<(), Refusal> {
         self.permitted(state)?;
         self.unexcited(state)?;
         if state.design.gain_source == Source::None {
@@ -439,7 +375,7 @@ impl Axis {
     }
 
     /// Is `centre ± swing` between the end stops?
-    fn within_travel(&self, state: &State, centre: i32, swing: f32) -> Result<(), Refusal> {
+    pub(super) fn within_travel(&self, state: &State, centre: i32, swing: f32) -> Result<(), Refusal> {
         let from_zero = centre.wrapping_sub(state.origin()) as f32;
         let [lower, upper] = self.scale.travel_counts.map(|stop| stop as f32);
         if from_zero - swing >= lower && from_zero + swing <= upper {
@@ -447,68 +383,5 @@ impl Axis {
         } else {
             Err(Refusal::BeyondTravel)
         }
-    }
-}
-
-impl State {
-    /// Slower than this the shaft counts as resting, counts per tick, Q20: a count in 256 ticks.
-    const RESTING: i32 = 1 << (SPEED_BITS - 8);
-
-    /// Where the set-point is now; where the shaft is, when no loop is closed.
-    pub(crate) fn present(&self) -> Reference {
-        match self.mode {
-            Mode::Hold(position) => Reference::rest(position),
-            Mode::Sine(_) | Mode::Move(_) | Mode::Cruise(_) | Mode::Stream(_) | Mode::Halt(_) => {
-                self.reference
-            }
-            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Excite(_) | Mode::Brake => self.shaft(),
-        }
-    }
-
-    /// Where a motion that begins at rest begins: the set-point, or the shaft when no loop is closed. `None`: the
-    /// set-point moves.
-    fn resting_place(&self) -> Option<Reference> {
-        match self.mode {
-            Mode::Idle | Mode::Commission(_) | Mode::Drive(_) | Mode::Excite(_) | Mode::Brake => {
-                Some(Reference::rest(Position::of_count(self.count)))
-            }
-            _ => Some(self.present()).filter(Reference::rests),
-        }
-    }
-
-    /// Can the loops hold a position: are they closed, or could they be?
-    pub(crate) fn closed(&self) -> bool {
-        let driven = !matches!(self.mode, Mode::Idle | Mode::Commission(_) | Mode::Brake);
-        driven && self.design.gain_source != Source::None
-    }
-
-    fn shaft(&self) -> Reference {
-        let speed = self.encoder.speed();
-        if speed.0.saturating_abs() < Self::RESTING {
-            return Reference::rest(Position::of_count(self.count));
-        }
-        Reference {
-            position: self.encoder.position(),
-            speed,
-            acceleration: Acceleration(0),
-        }
-    }
-
-    /// Changes the mode without a jump of the voltage.
-    pub(crate) fn begin(&mut self, start: &Reference, mode: Mode) {
-        // Another motion ends a search without a result.
-        self.missed |= self.search.take().is_some();
-        self.dry = false;
-        match self.mode {
-            Mode::Idle | Mode::Excite(_) => {
-                self.control = control::State::default();
-                self.voltage = Voltage::ZERO;
-            }
-            Mode::Drive(_) => self
-                .control
-                .preset(self.voltage.minus(self.design.loops.steady_voltage(start.speed))),
-            _ => {}
-        }
-        self.mode = mode;
     }
 }

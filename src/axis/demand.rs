@@ -133,53 +133,55 @@ impl State {
     pub(super) fn follow(&mut self, reference: Reference) -> Demand {
         self.reference = reference;
         self.control.watch(self.count);
-        let loops = &self.design.loops;
         self.holding = reference.rests() && self.in_band(reference.position);
-        if self.holding {
+        let (towards, error) = if self.holding {
             self.voltage = self.control.integral();
-            let meaning = Meaning::Linear {
-                towards: Some(Voltage::ZERO),
-                error: None,
-            };
-            return Demand {
-                bridge: Bridge::Driven,
-                voltage: self.voltage,
-                meaning,
-            };
-        }
-        let error = reference.position.minus(self.encoder.position());
-        let (wanted, limited) = loops.position_loop(error, reference.speed, self.design.speed_limit);
-        if limited {
-            self.limit = Limit::Speed;
-        }
-        self.voltage = loops.speed_loop(&self.control, &reference, wanted, self.encoder.speed());
-        let mut integrated = Some(if reference.rests() {
-            loops.at_rest(&mut self.control, error, self.design.sticks())
+            (Voltage::ZERO, None)
         } else {
-            loops.in_motion(&mut self.control);
-            error
-        });
-        if let Some((bounded, true)) = self.search.as_ref().map(|search| search.bound(self.voltage)) {
-            (self.voltage, integrated) = (bounded, None);
-            self.limit = Limit::Push;
-        }
-        let towards = if reference.rests() {
-            // By the counter: no estimate's noise reaches this sign, and it stays until the target is crossed.
-            Voltage(
-                Voltage::NOMINAL
-                    .0
-                    .saturating_mul(self.short_of(reference.position).signum()),
-            )
-        } else {
-            loops.steady_voltage(reference.speed)
+            let error = self.regulate(&reference);
+            (self.towards(&reference), error)
         };
         Demand {
             bridge: Bridge::Driven,
             voltage: self.voltage,
             meaning: Meaning::Linear {
                 towards: Some(towards),
-                error: integrated,
+                error,
             },
+        }
+    }
+
+    /// Both loops. Returns the error that the integrator takes in.
+    fn regulate(&mut self, reference: &Reference) -> Option<i32> {
+        let loops = &self.design.loops;
+        let error = reference.position.minus(self.encoder.position());
+        let (wanted, limited) = loops.position_loop(error, reference.speed, self.design.speed_limit);
+        if limited {
+            self.limit = Limit::Speed;
+        }
+        self.voltage = loops.speed_loop(&self.control, reference, wanted, self.encoder.speed());
+        let integrated = if reference.rests() {
+            loops.at_rest(&mut self.control, error, self.design.sticks())
+        } else {
+            loops.in_motion(&mut self.control);
+            error
+        };
+        if let Some((bounded, true)) = self.search.as_ref().map(|search| search.bound(self.voltage)) {
+            self.voltage = bounded;
+            self.limit = Limit::Push;
+            return None;
+        }
+        Some(integrated)
+    }
+
+    /// The voltage whose sign tells which way the shaft is to go.
+    fn towards(&self, reference: &Reference) -> Voltage {
+        if reference.rests() {
+            // By the counter: no estimate's noise reaches this sign, and it stays until the target is crossed.
+            let sign = self.short_of(reference.position).signum();
+            Voltage(Voltage::NOMINAL.0.saturating_mul(sign))
+        } else {
+            self.design.loops.steady_voltage(reference.speed)
         }
     }
 

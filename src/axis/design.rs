@@ -3,13 +3,13 @@
 //! Only trusted numbers are taken. A number that has lost its trust keeps its last trusted value, and the record says
 //! so ([`Source`]). Gain and time constant that were never trusted come from the configuration (rated speed and hint).
 
+use super::last_trusted::LastTrusted;
+pub use super::last_trusted::Stage;
 use crate::compensate::{Compensator, DeadZone, SignSource, Smoothing};
 use crate::config::Scale;
 use crate::control::{self, Tuning};
 use crate::encoder::{self, Motor};
-use crate::identify::estimate::{
-    Estimate, Estimates, GAIN_FRAC, Mechanism, NEGATIVE, POSITIVE, Standing, TIME_FRAC,
-};
+use crate::identify::estimate::{GAIN_FRAC, TIME_FRAC};
 use crate::motion::trajectory::Limits;
 use crate::protect::Expectation;
 use crate::record::Source;
@@ -22,154 +22,6 @@ const USUAL_TAU_S: f32 = 0.05;
 /// slope stays stable in a forward-Euler step of a fifth of τ.
 const FRICTION_SPREAD: u32 = 2;
 
-/// One number with its source.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Held {
-    value: i32,
-    source: Source,
-}
-
-impl Held {
-    /// Takes what was trusted when it was stored.
-    fn restore(&mut self, estimate: &Estimate) {
-        if let Some(value) = estimate.trusted() {
-            *self = Self {
-                value,
-                source: Source::Stored,
-            };
-        }
-    }
-
-    /// The held value as a trusted estimate, unless there is one.
-    fn complete(&self, known: &Estimate) -> Estimate {
-        match (known.trusted(), self.value()) {
-            (None, Some(value)) => Estimate {
-                value,
-                u95: known.u95,
-                standing: Standing::Trusted,
-            },
-            _ => *known,
-        }
-    }
-
-    /// Takes a trusted estimate, or keeps what was trusted before. A stored number counts as such until another one is
-    /// measured.
-    fn adopt(&mut self, estimate: &Estimate) {
-        match estimate.trusted() {
-            Some(value) if self.source == Source::Stored && value == self.value => {}
-            Some(value) => {
-                *self = Self {
-                    value,
-                    source: Source::Trusted,
-                }
-            }
-            None if self.source == Source::Trusted => self.source = Source::LastTrusted,
-            None => {}
-        }
-    }
-
-    fn value(&self) -> Option<i32> {
-        (self.source != Source::None).then_some(self.value)
-    }
-}
-
-/// The last trusted value of everything the loops use.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Knowledge {
-    dead_zone: [Held; 2],
-    saturation: [Held; 2],
-    gain: Held,
-    time_constant: Held,
-    mechanism: Mechanism,
-    /// Difference of the dead zones, positive less negative, as they were first known.
-    split: Option<i32>,
-}
-
-impl Knowledge {
-    /// Takes what is trusted; the stage from which the design has to follow.
-    pub fn adopt(&mut self, estimates: &Estimates) -> Stage {
-        let before = *self;
-        for side in [POSITIVE, NEGATIVE] {
-            self.dead_zone[side].adopt(&estimates.dead_zone[side]);
-            self.saturation[side].adopt(&estimates.saturation[side]);
-        }
-        self.gain.adopt(&estimates.gain);
-        self.time_constant.adopt(&estimates.time_constant);
-        if estimates.mechanism != Mechanism::Unclear {
-            self.mechanism = estimates.mechanism;
-        }
-        self.split = self.split.or(self.difference());
-        match () {
-            () if before == *self => Stage::Done,
-            () if (before.gain, before.time_constant) == (self.gain, self.time_constant) => Stage::DeadZone,
-            () => Stage::Motor,
-        }
-    }
-
-    /// Takes what an earlier life has trusted; the stage from which the design has to follow.
-    pub fn restore(&mut self, estimates: &Estimates) -> Stage {
-        for side in [POSITIVE, NEGATIVE] {
-            self.dead_zone[side].restore(&estimates.dead_zone[side]);
-            self.saturation[side].restore(&estimates.saturation[side]);
-        }
-        self.gain.restore(&estimates.gain);
-        self.time_constant.restore(&estimates.time_constant);
-        if estimates.mechanism != Mechanism::Unclear {
-            self.mechanism = estimates.mechanism;
-        }
-        self.split = self.difference();
-        Stage::Motor
-    }
-
-    /// What is adopted next was measured anew.
-    pub fn begin_anew(&mut self) {
-        self.split = None;
-    }
-
-    /// What is to be stored: what is known now, and where that has lost its trust, the last value that had it.
-    #[must_use]
-    pub fn complete(&self, known: &Estimates) -> Estimates {
-        let pair =
-            |held: &[Held; 2], known: &[Estimate; 2]| [0, 1].map(|side| held[side].complete(&known[side]));
-        Estimates {
-            dead_zone: pair(&self.dead_zone, &known.dead_zone),
-            saturation: pair(&self.saturation, &known.saturation),
-            gain: self.gain.complete(&known.gain),
-            time_constant: self.time_constant.complete(&known.time_constant),
-            mechanism: self.mechanism,
-            ..*known
-        }
-    }
-
-    fn sign_source(&self) -> SignSource {
-        match self.mechanism {
-            Mechanism::InputDeadZone => SignSource::Command,
-            Mechanism::Friction | Mechanism::Unclear => SignSource::Reference,
-        }
-    }
-
-    fn difference(&self) -> Option<i32> {
-        let [positive, negative] = self.dead_zone.map(|held| held.value());
-        Some(positive?.saturating_sub(negative?))
-    }
-
-    /// Dead zones with which motion is judged. A load that stays while they are learned makes one smaller and the other
-    /// larger by the same voltage, and may be gone again: what the smaller one has lost so is given back to it.
-    fn unloaded(&self) -> [Option<Voltage>; 2] {
-        let load = match (self.split, self.difference()) {
-            (Some(first), Some(now)) => first.saturating_sub(now) / 2,
-            _ => 0,
-        };
-        let [positive, negative] = self.dead_zone.map(|held| held.value());
-        let with = |width: Option<i32>, lost: i32| Some(Voltage(width?.saturating_add(lost.max(0))));
-        [with(positive, load), with(negative, load.saturating_neg())]
-    }
-
-    fn widths(&self) -> [Voltage; 2] {
-        self.dead_zone.map(|held| Voltage(held.value().unwrap_or(0)))
-    }
-}
-
 /// A motion may take so many times the voltage that is left. Gain and time constant are right within 4 % each and the dead
 /// zone within 12 %, friction and load go up and down; and of a sine that takes a tenth too much the clip acts a quarter
 /// of the time and costs 3 % of the amplitude (describing function of a saturation).
@@ -178,26 +30,7 @@ pub const FEASIBLE: f32 = 1.1;
 const RATED_WITHIN: f32 = 1.3;
 const HINT_WITHIN: f32 = 2.0;
 
-/// What of a [`Design`] has to follow next. One stage a control tick, because each divides in single precision; from
-/// the last to the first, so that the greater of two is the one that is to be done.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Stage {
-    /// Nothing.
-    #[default]
-    Done,
-    /// What set-points may ask for.
-    Limits,
-    /// The least that the motor must do.
-    Expectation,
-    /// Compensator, and the dead zone of the observer.
-    DeadZone,
-    /// Gains of the loops.
-    Loops,
-    /// Linear motor and observer.
-    Motor,
-}
-
-/// Everything that follows from [`Knowledge`].
+/// Everything that follows from [`LastTrusted`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Design {
     /// The linear motor.
@@ -230,21 +63,21 @@ pub struct Design {
 impl Design {
     /// All at once. Not for the control tick.
     #[must_use]
-    pub fn new(scale: &Scale, tuning: &Tuning, knowledge: &Knowledge) -> Self {
+    pub fn new(scale: &Scale, tuning: &Tuning, last_trusted: &LastTrusted) -> Self {
         let mut design = Self::default();
         let mut stage = Stage::Motor;
         while stage != Stage::Done {
-            design.renew(&mut stage, scale, tuning, knowledge);
+            design.renew(&mut stage, scale, tuning, last_trusted);
         }
         design
     }
 
     /// One stage, and on to the next. The old values of the other stages stay in force meanwhile.
-    pub fn renew(&mut self, stage: &mut Stage, scale: &Scale, tuning: &Tuning, knowledge: &Knowledge) {
+    pub fn renew(&mut self, stage: &mut Stage, scale: &Scale, tuning: &Tuning, last_trusted: &LastTrusted) {
         *stage = match *stage {
             Stage::Done => Stage::Done,
             Stage::Motor => {
-                (self.motor, self.gain_source) = motor(scale, knowledge);
+                (self.motor, self.gain_source) = motor(scale, last_trusted);
                 self.observer = encoder::Params::new(&self.motor);
                 Stage::Loops
             }
@@ -254,20 +87,20 @@ impl Design {
                 Stage::DeadZone
             }
             Stage::DeadZone => {
-                self.renew_dead_zone(knowledge);
+                self.renew_dead_zone(last_trusted);
                 Stage::Expectation
             }
             Stage::Expectation => {
-                let widths = knowledge.unloaded();
-                self.expectation = Expectation::new(&self.motor, widths, !self.swallows(), scale);
+                let widths = last_trusted.unloaded();
+                self.expectation = Expectation::new(&self.motor, widths, !self.input_dead_zone(), scale);
                 Stage::Limits
             }
             Stage::Limits => {
-                self.saturation = knowledge
+                self.saturation = last_trusted
                     .saturation
                     .map(|held| Voltage(held.value().unwrap_or(i32::MAX)));
                 self.speed_limit = speed_limit(scale);
-                self.limits = limits(scale, knowledge, &self.motor);
+                self.limits = limits(scale, last_trusted, &self.motor);
                 Stage::Done
             }
         };
@@ -302,13 +135,13 @@ impl Design {
         forward.min(Voltage::ZERO.minus(backward))
     }
 
-    fn renew_dead_zone(&mut self, knowledge: &Knowledge) {
-        let [positive, negative] = knowledge.widths();
+    fn renew_dead_zone(&mut self, last_trusted: &LastTrusted) {
+        let [positive, negative] = last_trusted.widths();
         let smoothing = Smoothing::within(self.loops.per_count());
-        self.sign = knowledge.sign_source();
+        self.sign = last_trusted.sign_source();
         self.compensator = Compensator::new(positive, negative, self.sign, smoothing);
         self.dead_zone = DeadZone::new(positive, negative, Smoothing::WIDEST);
-        self.dead_zone_source = knowledge.dead_zone.map(|held| held.source);
+        self.dead_zone_source = last_trusted.dead_zone.map(|held| held.source);
     }
 
     /// Does the shaft stick? An input dead zone alone lets it coast, and what pushed it out of friction would throw it.
@@ -319,14 +152,14 @@ impl Design {
 
     /// Does the drive swallow small voltages?
     #[must_use]
-    pub fn swallows(&self) -> bool {
+    pub fn input_dead_zone(&self) -> bool {
         self.sign == SignSource::Command
     }
 
     /// What the drive leaves of a terminal voltage; friction takes its part behind the winding.
     #[must_use]
     pub fn at_winding(&self, terminal: Voltage) -> Voltage {
-        if self.swallows() {
+        if self.input_dead_zone() {
             self.dead_zone.forward(terminal)
         } else {
             terminal
@@ -347,11 +180,11 @@ impl Design {
 }
 
 /// The identified motor, or the configured one.
-fn motor(scale: &Scale, knowledge: &Knowledge) -> (Motor, Source) {
+fn motor(scale: &Scale, last_trusted: &LastTrusted) -> (Motor, Source) {
     let config = &scale.config;
-    let rated = config.rated_speed_rad_s * counts_per_tick(scale);
+    let rated = config.rated_speed_rad_s * scale.counts_per_tick();
     let hint = config.time_constant_hint_s.get();
-    match (knowledge.gain.value(), knowledge.time_constant.value()) {
+    match (last_trusted.gain.value(), last_trusted.time_constant.value()) {
         (Some(gain), Some(tau)) => {
             let motor = Motor {
                 full_speed: gain as f32 / (1u32 << GAIN_FRAC) as f32 * rated,
@@ -359,7 +192,7 @@ fn motor(scale: &Scale, knowledge: &Knowledge) -> (Motor, Source) {
             };
             (
                 motor,
-                knowledge.gain.source.weaker(knowledge.time_constant.source),
+                last_trusted.gain.source.weaker(last_trusted.time_constant.source),
             )
         }
         _ => {
@@ -380,26 +213,14 @@ fn motor(scale: &Scale, knowledge: &Knowledge) -> (Motor, Source) {
     }
 }
 
-/// 1 rad/s in counts per tick.
-#[must_use]
-pub fn counts_per_tick(scale: &Scale) -> f32 {
-    counts_per_rad(scale) / scale.config.tick_hz as f32
-}
-
-/// 1 rad in counts.
-#[must_use]
-pub fn counts_per_rad(scale: &Scale) -> f32 {
-    scale.config.counts_per_rev as f32 / (2.0 * core::f32::consts::PI)
-}
-
 /// Set-points keep 20 % of what the motor can do beyond its dead zone for the loops.
-fn limits(scale: &Scale, knowledge: &Knowledge, motor: &Motor) -> Limits {
+fn limits(scale: &Scale, last_trusted: &LastTrusted, motor: &Motor) -> Limits {
     let one = Voltage::NOMINAL.0;
     let most = voltage_limit(scale).0.min(one);
-    let top = knowledge
+    let top = last_trusted
         .saturation
         .map(|held| held.value().unwrap_or(most).min(most));
-    let swallowed = knowledge.widths();
+    let swallowed = last_trusted.widths();
     let room = (top[0] - swallowed[0].0)
         .min(top[1] - swallowed[1].0)
         .max(one / 16);
@@ -407,7 +228,7 @@ fn limits(scale: &Scale, knowledge: &Knowledge, motor: &Motor) -> Limits {
         .config
         .speed_limit_rad_s
         .get()
-        .map_or(f32::MAX, |limit| 0.8 * limit * counts_per_tick(scale));
+        .map_or(f32::MAX, |limit| 0.8 * limit * scale.counts_per_tick());
     Limits {
         speed,
         voltage: 0.8 * motor.full_speed * room as f32 / one as f32,
@@ -421,7 +242,7 @@ fn limits(scale: &Scale, knowledge: &Knowledge, motor: &Motor) -> Limits {
 fn per_tick(scale: &Scale, limit: Option<f32>, order: usize) -> f32 {
     let tick_hz = scale.config.tick_hz as f32;
     limit.map_or(f32::MAX, |limit| {
-        (0..order).fold(limit * counts_per_rad(scale), |value, _| value / tick_hz)
+        (0..order).fold(limit * scale.counts_per_rad(), |value, _| value / tick_hz)
     })
 }
 
@@ -438,6 +259,6 @@ pub fn voltage_limit(scale: &Scale) -> Voltage {
 fn speed_limit(scale: &Scale) -> Speed {
     let limit = scale.config.speed_limit_rad_s.get();
     Speed(limit.map_or(i32::MAX, |limit| {
-        to_fixed(0.9 * limit * counts_per_tick(scale), 20)
+        to_fixed(0.9 * limit * scale.counts_per_tick(), 20)
     }))
 }

@@ -1,15 +1,33 @@
-//! One joint. A control tick is [`Axis::step`], and reads as the flow: encoder → speed → identify → control →
+//! One axis. A control tick is [`Axis::step`], and reads as the flow: encoder → speed → identify → control →
 //! compensate → PWM.
+//!
+//! ```
+//! # mod motor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/motor/mod.rs")); }
+//! # use motor::{CONFIG, Motor};
+//! use servo::axis::{Axis, Command};
+//!
+//! let axis = Axis::new(&CONFIG).expect("every value within its range");
+//! let (mut state, mut motor) = (axis.start(), Motor::default());
+//! axis.command(&mut state, &Command::Arm).expect("nothing moves");
+//! axis.command(&mut state, &Command::Voltage(3.0)).expect("it is armed");
+//! for _tick in 0..10_000 {
+//!     let output = axis.step(&mut state, motor.sample());
+//!     motor.pass(output);
+//! }
+//! assert!(motor.angle() > 1.0, "3 V are more than its friction");
+//! ```
 
 mod answer;
 pub mod command;
 mod demand;
 pub mod design;
+mod find_zero;
+mod last_trusted;
 mod report;
 pub mod servo_axis;
 mod state;
+mod transition;
 
-pub use crate::axis::answer::{Refusal, Report};
 use crate::commission;
 use crate::config::{Config, ConfigError, Scale};
 use crate::control::Tuning;
@@ -17,16 +35,18 @@ use crate::encoder;
 use crate::identify::passive;
 use crate::motion::referencing::{Finding, Search, Sight};
 use crate::motion::trajectory::Cruise;
-use crate::protect::{self, Action, Fault, Means, Notice, Reading, Settings, SettingsError};
+use crate::protect::{self, Action, Averages, Condition, Fault, Reading, Settings, SettingsError};
 use crate::pwm;
 use crate::record::{Limit, Record};
 pub use crate::sample::{Bridge, Sample};
 use crate::store::AxisParameters;
 use crate::units::{Speed, Voltage, to_fixed};
+pub use answer::{Refusal, Report};
+pub use command::Command;
 pub use demand::HOLD_BAND;
 use demand::{Demand, Meaning};
 pub use state::State;
-pub(crate) use state::{Listener, Mode, Start};
+use state::{Listener, Mode, Start};
 
 /// Time that the voltage mode takes from zero to the nominal supply, s.
 const FULL_SWING_S: f32 = 0.1;
@@ -42,7 +62,7 @@ pub struct Output {
     pub record: Record,
 }
 
-/// One joint: constants.
+/// The constants of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis {
     pub(crate) scale: Scale,
@@ -63,7 +83,7 @@ impl Axis {
         Self::with_tuning(config, Tuning::default())
     }
 
-    /// … with loops of one's own choice.
+    /// Checks the configuration, with loops of one's own choice.
     pub fn with_tuning(config: &Config, tuning: Tuning) -> Result<Self, ConfigError> {
         let scale = config.build()?;
         Ok(Self {
@@ -87,14 +107,14 @@ impl Axis {
             .protected(&parameters.protection)
     }
 
-    /// … with protection of one's own choice.
+    /// The same axis with protection of one's own choice.
     pub fn protected(mut self, settings: &Settings) -> Result<Self, SettingsError> {
         self.protect = protect::Params::new(&self.scale, settings)?;
         self.protection = *settings;
         Ok(self)
     }
 
-    /// … with what was chosen on an earlier axis about loops, protection and, where this one has none, limits. Refused if
+    /// The same axis with what was chosen on an earlier one about loops, protection and, where this one has none, limits. Refused if
     /// the thermal limit lies outside the range of the current that this axis measures, or a limit of voltage outside the
     /// range of its supply.
     pub(crate) fn keeping(&self, earlier: &Axis) -> Result<Self, SettingsError> {
@@ -180,7 +200,7 @@ impl Axis {
         }
     }
 
-    /// The index pulse is there: heeded by the next step, which has to see the count of the same moment.
+    /// Call this before [`Axis::step`] if the index pulse was high when the count was sampled.
     pub fn index(&self, state: &mut State) {
         state.index = true;
     }
@@ -193,9 +213,9 @@ impl Axis {
             voltage: state.acted,
         };
         let expectation = &state.design.expectation;
-        if let Some(means) = self.protect.tick(&mut state.protect, expectation, &reading) {
+        if let Some(averages) = self.protect.tick(&mut state.protect, expectation, &reading) {
             let supply = (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply);
-            self.look(state, &reading, means, supply);
+            self.look(state, &reading, averages, supply);
         }
         if let Some(action) = state.protect.action() {
             self.answer(state, action);
@@ -204,26 +224,26 @@ impl Axis {
 
     /// A look for faults: not in every tick.
     #[inline(never)]
-    fn look(&self, state: &mut State, reading: &Reading, means: Means, supply: Option<Voltage>) {
+    fn look(&self, state: &mut State, reading: &Reading, averages: Averages, supply: Option<Voltage>) {
         let design = &state.design;
         let input = protect::Input {
             count: reading.count,
             supply,
             current: reading.current,
-            means,
+            averages,
             speed: state.standstill.allows(state.encoder.speed()),
-            passage: state.standstill.passage(),
+            edge_speed: state.standstill.edge_speed(),
             load: Voltage::ZERO.minus(design.loops.accelerating_voltage(state.encoder.load())),
             holding: state.holding || state.search.as_ref().is_some_and(Search::leans),
             endless: state.mode.is_endless(),
-            winding: design.at_winding(means.voltage.unwrap_or_default()),
-            swallows: design.swallows(),
+            winding: design.at_winding(averages.voltage.unwrap_or_default()),
+            input_dead_zone: design.input_dead_zone(),
         };
         self.protect.look(&mut state.protect, &design.expectation, &input);
     }
 
     /// What the samples do not show: acts in the next step.
-    pub fn heed(&self, state: &mut State, notice: Notice) {
+    pub fn raise(&self, state: &mut State, notice: Condition) {
         self.latch(state, notice.fault());
     }
 
@@ -313,7 +333,7 @@ impl Axis {
     fn renew(&self, state: &mut State) {
         state
             .design
-            .renew(&mut state.renewal, &self.scale, &self.tuning, &state.knowledge);
+            .renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
     }
 
     /// Listens to ordinary motion from this tick on.

@@ -4,9 +4,9 @@ use super::Sample;
 use super::state::{Listener, Mode, State};
 use crate::commission::{self, Outcome};
 use crate::identify::estimate::Estimates;
-use crate::motion::referencing::Referenced;
 use crate::protect::Fault;
 use crate::pwm;
+use crate::record::Referenced;
 use crate::record::{self, Activity, Advisory, Record};
 
 impl State {

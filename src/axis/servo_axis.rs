@@ -3,22 +3,21 @@
 //! The control interrupt of the image and the replay on the host both run exactly this, so that commands and samples
 //! in the same order give the same bits.
 
-use crate::axis::{self, Axis, Bridge, Output, Sample, State};
+use crate::axis::{Axis, Bridge, Command, Output, Refusal, Sample, State};
 use crate::commission::Outcome;
-use crate::config::Config;
+use crate::config::{Config, ConfigError};
 use crate::identify::estimate::Estimates;
-use crate::link::protocol::{Command, Refusal};
-use crate::protect::{Fault, Notice, SettingsError};
+use crate::protect::{Condition, Fault, SettingsError};
 use crate::record::Activity;
 use crate::store::{AtRest, AxisParameters};
 
-/// What a command becomes once the link has unpacked it. Building an [`Axis`] divides in floating point and so is done
-/// by the link task; the control interrupt only puts it in place.
+/// What is done with an axis at the start of a tick. Building an [`Axis`] divides in floating point, so whoever takes
+/// commands builds it, and the control interrupt only puts it in place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Order {
     /// Put this axis in place and start anew; with what an earlier life has found and chosen, if it comes along. Without,
-    /// the choices of the axis that was there before stay (see [`Command::Configure`]).
+    /// the choices of the axis that was there before stay.
     Install(Axis, Option<Restored>),
     /// Forget everything.
     Reset,
@@ -35,21 +34,25 @@ pub struct Restored {
     pub compensation: bool,
 }
 
+/// Why an order was not carried out. Nothing has changed then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OrderRefusal {
+    /// The configuration cannot be.
+    Config(ConfigError),
+    /// A set of parameters cannot be.
+    Parameters(SettingsError),
+    /// There is no axis yet.
+    NotConfigured,
+    /// Allowed only while the bridge is open.
+    BridgeDriven,
+    /// The axis says why.
+    Axis(Refusal),
+}
+
 impl Order {
-    /// Unpacks a command.
-    pub fn from_command(command: &Command) -> Result<Order, Refusal> {
-        match command {
-            Command::Configure(config) => Axis::new(config)
-                .map(|axis| Order::Install(axis, None))
-                .map_err(Refusal::Config),
-            Command::Restore(parameters) => Order::restore(parameters).map_err(Refusal::Parameters),
-            Command::Adopt(estimates) => match estimates.check() {
-                Ok(()) => Ok(Order::Run(*command)),
-                Err(error) => Err(Refusal::Config(error)),
-            },
-            Command::Reset => Ok(Order::Reset),
-            other => Ok(Order::Run(*other)),
-        }
+    /// Puts a new configuration in force.
+    pub fn configure(config: &Config) -> Result<Order, ConfigError> {
+        Axis::new(config).map(|axis| Order::Install(axis, None))
     }
 
     /// Puts stored parameters in force.
@@ -73,7 +76,7 @@ impl Order {
 
 /// What a tick brought.
 ///
-/// Borrowed from the joint, so that nothing large is copied in every tick.
+/// Borrowed from the axis, so that nothing large is copied in every tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tick<'a> {
     /// What the bridge is to do, and the record; the default before the first configuration: bridge open.
@@ -82,62 +85,79 @@ pub struct Tick<'a> {
     pub concluded: Option<&'a Outcome>,
 }
 
-/// One joint.
+/// An axis and its state, before and after its configuration.
 #[derive(Clone, Debug, Default)]
-pub struct Joint {
+pub struct ServoAxis {
     /// `None`: not configured.
     axis: Option<Axis>,
     /// Of the axis, if there is one. Apart from it, so that a configuration sets it up in place.
     state: State,
-    /// What was found before there was an axis to tell.
+    /// Fault raised before the first configuration; latched once the axis exists.
     waiting: Fault,
     driven: bool,
     commissioning: bool,
     output: Output,
 }
 
-impl Joint {
+impl ServoAxis {
     /// Before the first configuration.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Executes an order at the start of a tick, before [`Joint::step`].
-    pub fn execute(&mut self, order: &Order) -> Result<(), Refusal> {
-        match (order, &self.axis) {
-            (Order::Install(..) | Order::Reset, _) if self.driven => Err(Refusal::BridgeDriven),
-            (Order::Install(axis, Some(restored)), _) => {
-                self.install(axis);
-                axis.restore(&mut self.state, restored).map_err(Refusal::Axis)
-            }
-            (Order::Install(axis, None), Some(earlier)) => {
-                let (axis, compensation) = (
-                    axis.keeping(earlier).map_err(Refusal::Parameters)?,
-                    self.state.compensation,
-                );
-                self.install(&axis);
-                self.state.compensation = compensation;
-                Ok(())
-            }
-            (Order::Install(axis, None), None) => {
-                self.install(axis);
-                Ok(())
-            }
-            (Order::Reset, _) => {
+    /// Executes an order at the start of a tick, before [`ServoAxis::step`].
+    pub fn execute(&mut self, order: &Order) -> Result<(), OrderRefusal> {
+        match order {
+            Order::Install(..) | Order::Reset if self.driven => Err(OrderRefusal::BridgeDriven),
+            Order::Install(axis, restored) => self.replace(axis, restored.as_ref()),
+            Order::Reset => {
                 self.waiting = self.fault();
                 self.axis = None;
                 Ok(())
             }
-            (Order::Run(Command::Arm), Some(_)) if self.seeks_zero() => {
-                Err(Refusal::Axis(axis::Refusal::CurrentZeroSought))
+            Order::Run(command) => self.run(command),
+        }
+    }
+
+    fn replace(&mut self, axis: &Axis, restored: Option<&Restored>) -> Result<(), OrderRefusal> {
+        match (restored, &self.axis) {
+            (Some(restored), _) => {
+                self.install(axis);
+                self.state.compensation = restored.compensation;
+                axis.adopt(&mut self.state, &restored.estimates)
+                    .map_err(OrderRefusal::Axis)
             }
-            (Order::Run(command), Some(axis)) => execute(axis, &mut self.state, command),
-            (Order::Run(Command::Stop), None) => {
-                self.waiting = Fault::None;
+            (None, Some(earlier)) => {
+                let axis = axis.keeping(earlier).map_err(OrderRefusal::Parameters)?;
+                let compensation = self.state.compensation;
+                self.install(&axis);
+                self.state.compensation = compensation;
                 Ok(())
             }
-            (Order::Run(_), None) => Err(Refusal::NotConfigured),
+            (None, None) => {
+                self.install(axis);
+                Ok(())
+            }
         }
+    }
+
+    fn run(&mut self, command: &Command) -> Result<(), OrderRefusal> {
+        let seeks_zero = self.seeks_zero();
+        let Some(axis) = &self.axis else {
+            return match command {
+                Command::Stop => {
+                    self.waiting = Fault::None;
+                    Ok(())
+                }
+                _ => Err(OrderRefusal::NotConfigured),
+            };
+        };
+        match command {
+            Command::Arm if seeks_zero => Err(Refusal::CurrentZeroSought),
+            Command::Adopt(estimates) => axis.adopt(&mut self.state, estimates),
+            other => axis.command(&mut self.state, other),
+        }
+        .map_err(OrderRefusal::Axis)
     }
 
     fn install(&mut self, axis: &Axis) {
@@ -160,18 +180,19 @@ impl Joint {
         }
     }
 
-    /// Takes what the samples do not show: between [`Joint::execute`] and [`Joint::step`] of the same tick, so that a
-    /// condition that lasts cannot be cleared. The permission in every tick, everything else when it happens. A fault
-    /// that follows is latched, and kept through a configuration, until [`Command::Stop`] clears it.
-    pub fn heed(&mut self, notice: Notice) {
+    /// Reports a condition outside the samples (interlock, overrun, watchdog). Call it after [`ServoAxis::execute`] and
+    /// before [`ServoAxis::step`]: a `Stop` in the same tick then cannot clear a condition that persists. The interlock is
+    /// a level: report it in every tick. A fault that follows is latched, and kept through a configuration, until
+    /// [`Command::Stop`] clears it.
+    pub fn raise(&mut self, notice: Condition) {
         match &self.axis {
-            Some(axis) => axis.heed(&mut self.state, notice),
+            Some(axis) => axis.raise(&mut self.state, notice),
             None if self.waiting == Fault::None => self.waiting = notice.fault(),
             None => {}
         }
     }
 
-    /// The index pulse of the encoder is there in this tick: before [`Joint::step`] with the count of the same moment.
+    /// Call this before [`ServoAxis::step`] if the index pulse was high when the count was sampled.
     pub fn index(&mut self) {
         if let Some(axis) = &self.axis {
             axis.index(&mut self.state);
@@ -227,12 +248,4 @@ fn unconfigured(waiting: Fault) -> Output {
         output.record.activity = Activity::Faulted;
     }
     output
-}
-
-fn execute(axis: &Axis, state: &mut State, command: &Command) -> Result<(), Refusal> {
-    match command {
-        Command::Adopt(estimates) => axis.adopt(state, estimates),
-        other => axis.command(state, other),
-    }
-    .map_err(Refusal::Axis)
 }

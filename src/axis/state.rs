@@ -1,7 +1,8 @@
 //! What an axis remembers, and how it gets from one state of affairs into another.
 
 use super::Axis;
-use crate::axis::design::{self, Design, Knowledge};
+use super::last_trusted::LastTrusted;
+use crate::axis::design::{self, Design};
 use crate::commission::{self, Outcome, Request};
 use crate::control::{self, Reference};
 use crate::encoder;
@@ -9,8 +10,9 @@ use crate::identify::estimate::{Estimates, Reason};
 use crate::identify::passive;
 use crate::motion::excitation::Excitation;
 use crate::motion::referencing::Search;
+use crate::motion::sine::Sine;
 use crate::motion::stream::Stream;
-use crate::motion::trajectory::{Cruise, Move, Sine};
+use crate::motion::trajectory::{Cruise, Move};
 use crate::protect;
 use crate::pwm;
 use crate::record::Limit;
@@ -18,7 +20,7 @@ use crate::units::{Position, Voltage};
 
 /// What the axis is doing.
 ///
-/// A tag of its own (decision 0180): the compiler would hide it in 64 bits of the largest variant, where every look at it,
+/// A tag of its own (docs/notebook/0180): the compiler would hide it in 64 bits of the largest variant, where every look at it,
 /// five a tick, takes six instructions more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
@@ -81,7 +83,7 @@ pub(crate) enum Listener {
     Passive(passive::State),
 }
 
-/// One joint: everything that changes. A value: as many axes as there are states. The default is that of no axis at all;
+/// All of an axis that changes. A value: as many axes as there are states. The default is that of no axis at all;
 /// [`Axis::start`] makes one of an axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct State {
@@ -114,9 +116,9 @@ pub struct State {
     /// What is known now, by whomever, trusted or not.
     pub(crate) known: Estimates,
     /// The last trusted value of each of them: what the loops use.
-    pub(crate) knowledge: Knowledge,
+    pub(crate) last_trusted: LastTrusted,
     pub(crate) design: Design,
-    /// What of the design is still to follow the knowledge.
+    /// What of the design is still to follow the last_trusted.
     pub(crate) renewal: design::Stage,
     pub(crate) encoder: encoder::State,
     pub(crate) control: control::State,
@@ -157,7 +159,7 @@ impl Axis {
             listener,
             outcome,
             known,
-            knowledge,
+            last_trusted,
             design,
             renewal,
             encoder,
@@ -176,8 +178,8 @@ impl Axis {
         *voltage = Voltage::ZERO;
         *listener = Listener::None;
         *known = Estimates::default();
-        *knowledge = Knowledge::default();
-        *design = Design::new(&self.scale, &self.tuning, knowledge);
+        *last_trusted = LastTrusted::default();
+        *design = Design::new(&self.scale, &self.tuning, last_trusted);
         // The last stage once more: what listens begins in the tick after.
         *renewal = design::Stage::Limits;
         *encoder = encoder::State::default();
@@ -190,7 +192,7 @@ impl Axis {
 impl State {
     /// The loops are to use what is known now, as far as it is trusted.
     pub(crate) fn learn(&mut self) {
-        self.renewal = self.renewal.max(self.knowledge.adopt(&self.known));
+        self.renewal = self.renewal.max(self.last_trusted.adopt(&self.known));
     }
 
     /// The memory of a commissioning, kilobytes of it. A function of its own, like all that needs so much of the stack.
@@ -232,7 +234,7 @@ impl State {
             self.known.age();
         } else {
             self.known = outcome.estimates;
-            self.knowledge.begin_anew();
+            self.last_trusted.begin_anew();
         }
         self.learn();
     }

@@ -6,7 +6,7 @@
 //! too. Its motion counts as broken away once it has lasted: the level is that of the last pause before it, a pause being a
 //! thirty-second of the ramp below 1 % of rated speed.
 
-use super::{Input, Params, Phase, State, shake};
+use super::{Input, NO_CURRENT, Params, Phase, State, pulse_test};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
 
@@ -25,8 +25,6 @@ const PAUSE: i32 = 100;
 /// taken again: 40 %.
 const QUIET: core::ops::Range<i32> = 655..1_311;
 const LOUD: i32 = 6_554;
-/// Mean current at the top of the ramp that is none, converter counts.
-pub(super) const NO_CURRENT: i32 = 8;
 /// Share of the early conductance that is left at the top of the ramp, in quarters: at least three, and the motor stands;
 /// back-EMF leaves the break-away voltage over the ramp's, at most 0.6.
 const STALLED_QUARTERS: i64 = 3;
@@ -167,32 +165,12 @@ impl Params {
         self.share(20).max(16)
     }
 
+    /// One tick of the ramp that looks for the break-away.
     pub(super) fn break_away(&self, state: &mut State, input: &Input) {
         let (length, displacement) = (self.ramp_ticks(), state.displacement(input.count));
-        state.level = (MOST_BREAK_AWAY as u32 * (state.elapsed >> 4).min(length >> 4) / (length >> 4)) as i32;
-        let interval = length >> 5;
-        state.ramp.note(
-            displacement,
-            state.level,
-            interval,
-            self.rated_counts(interval) / PAUSE,
-        );
-        state
-            .ramp
-            .note_current(input.current_raw, state.sign(), state.level);
-        state.ramp.unquiet |= state.level < QUIET.end && displacement.saturating_abs() >= NONE_SHOWN;
-        if state.stroke == 0
-            && !state.shaking.proved
-            && state
-                .ramp
-                .turns(input.current_raw, state.sign(), state.level, self.unseen)
-        {
-            // What random torque has done before the motion is no sign of its direction.
-            match displacement.wrapping_sub(state.ramp.emf_from) {
-                shown if shown <= -NONE_SHOWN => return state.refuse(Reason::Reversed),
-                shown if shown < NONE_SHOWN => return state.refuse(Reason::EncoderUnplugged),
-                _ => state.ramp.emf = 0,
-            }
+        self.raise(state, input, length, displacement);
+        if let Some(reason) = self.unseen_motion(state, input, displacement) {
+            return state.refuse(reason);
         }
         if state.ramp.emf == 0 {
             state.ramp.emf_from = displacement;
@@ -200,6 +178,39 @@ impl Params {
         if state.stroke == 0 && state.level < LEAST_BREAK_AWAY && displacement.saturating_abs() >= 2 {
             state.restless = true;
         }
+        self.judge_ramp(state, input, length, displacement);
+    }
+
+    /// The next level of the ramp, and what the tick shows.
+    fn raise(&self, state: &mut State, input: &Input, length: u32, displacement: i32) {
+        state.level = (MOST_BREAK_AWAY as u32 * (state.elapsed >> 4).min(length >> 4) / (length >> 4)) as i32;
+        let (interval, sign, level) = (length >> 5, state.sign(), state.level);
+        let slow = self.rated_counts(interval) / PAUSE;
+        state.ramp.note(displacement, level, interval, slow);
+        state.ramp.note_current(input.current_raw, sign, level);
+        state.ramp.unquiet |= level < QUIET.end && displacement.saturating_abs() >= NONE_SHOWN;
+    }
+
+    /// Why a shaft whose current says that it turns is not believed.
+    fn unseen_motion(&self, state: &mut State, input: &Input, displacement: i32) -> Option<Reason> {
+        let (sign, level) = (state.sign(), state.level);
+        let unproved = state.stroke == 0 && !state.pulses.proved;
+        if !(unproved && state.ramp.turns(input.current_raw, sign, level, self.unseen)) {
+            return None;
+        }
+        // What random torque has done before the motion is no sign of its direction.
+        match displacement.wrapping_sub(state.ramp.emf_from) {
+            shown if shown <= -NONE_SHOWN => Some(Reason::Reversed),
+            shown if shown < NONE_SHOWN => Some(Reason::EncoderUnplugged),
+            _ => {
+                state.ramp.emf = 0;
+                None
+            }
+        }
+    }
+
+    /// Has the shaft broken away, run backwards, or given no sign of life?
+    fn judge_ramp(&self, state: &mut State, input: &Input, length: u32, displacement: i32) {
         let lasting = match state.restless {
             true => (self.rated_counts(length) / LASTING).max(MOTION),
             false => MOTION,
@@ -218,22 +229,23 @@ impl Params {
         } else if state.stroke == 0 && -displacement >= reversed {
             state.refuse(Reason::Reversed);
         } else if given_up {
-            let reason = match state.ramp.silence() {
-                Reason::NoMotion | Reason::EncoderUnplugged
-                    if self.identify.coarse() && displacement != 0 =>
-                {
-                    Reason::EncoderTooSlow
-                }
-                reason => reason,
-            };
-            state.refuse(reason);
+            state.refuse(self.silence(state, displacement));
+        }
+    }
+
+    fn silence(&self, state: &State, displacement: i32) -> Reason {
+        match state.ramp.silence() {
+            Reason::NoMotion | Reason::EncoderUnplugged if self.identify.coarse() && displacement != 0 => {
+                Reason::EncoderTooSlow
+            }
+            reason => reason,
         }
     }
 
     /// Back-EMF of a travel that an encoder must have shown, Q14 · ticks: [`LEAST_UNSEEN`] counts, or an eighth of the travel
     /// that a joint is allowed.
     pub(super) fn unseen(scale: &Scale) -> i64 {
-        let counts = LEAST_UNSEEN.max(shake::travel_counts(scale) / 8.0);
+        let counts = LEAST_UNSEEN.max(pulse_test::travel_counts(scale) / 8.0);
         (counts * (1u32 << 30) as f32 / scale.rated_counts_per_tick_q16.max(1) as f32) as i64
     }
 
@@ -245,7 +257,10 @@ impl Params {
 
     /// A slow motor that coasted backwards had to be stopped first: its ramp overshot, the other direction tells more.
     fn plausible_break_away(&self, state: &State) -> i32 {
-        let (level, other) = (state.ramp.pause_level, state.break_away[state.direction ^ 1]);
+        let (level, other) = (
+            state.ramp.pause_level,
+            state.break_away[state.direction.reversed()],
+        );
         let level = if other > 0 {
             level.min(other + other / 2)
         } else {
@@ -257,7 +272,7 @@ impl Params {
     fn moved(&self, state: &mut State, input: &Input) {
         state.stroke = state.stroke.saturating_add(1);
         if state.stroke < 2 {
-            state.direction ^= 1;
+            state.direction = state.direction.reversed();
         }
         state.enter(Phase::Settle, input.count);
     }

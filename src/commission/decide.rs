@@ -10,6 +10,7 @@ use crate::identify::slices::{SLICES, VERIFY_SLICE};
 use crate::identify::solve::{Progress, Structure};
 use crate::identify::spline::Window;
 use crate::identify::trust::{Evidence, Excitation, Part, saturation};
+use crate::units::Direction;
 
 /// Time constants that a budget must hold, in quarters: 3.5.
 const LEAST_TIME_CONSTANTS_QUARTERS: u64 = 14;
@@ -67,7 +68,7 @@ impl Params {
             self.compare(state, window, Comparison::Saturation);
         } else if gate.linear(direction) && state.phase == Phase::Verify {
             self.compare(state, window, Comparison::Check);
-            self.learn_row(state, window, VERIFY_SLICE + direction);
+            self.learn_row(state, window, VERIFY_SLICE + direction as usize);
         }
     }
 
@@ -168,11 +169,11 @@ impl Params {
                 .decide(part, estimates, lengths, &reading.solution, &evidence);
             return true;
         }
-        let direction = step.wrapping_sub(Part::ALL.len());
-        let Some(seen) = reading.seen(direction) else {
+        let Some(&direction) = Direction::BOTH.get(step.wrapping_sub(Part::ALL.len())) else {
             return false;
         };
-        estimates.saturation[direction & 1] = saturation(&seen, direction, estimates, state.turned);
+        let seen = reading.seen(direction);
+        estimates.saturation[direction] = saturation(&seen, direction, estimates, state.turned);
         true
     }
 
@@ -182,7 +183,7 @@ impl Params {
         if time_constant * LEAST_TIME_CONSTANTS_QUARTERS > u64::from(self.budget) * 4 {
             return state.refuse(Reason::TooShort);
         }
-        state.outcome.duration_ticks = state.total.saturating_add(state.shaking.ticks);
+        state.outcome.duration_ticks = state.total.saturating_add(state.pulses.ticks);
         state.outcome.travel_counts = state.travel;
         state.phase = Phase::Done;
     }

@@ -2,12 +2,12 @@
 
 use super::breakaway::MOST_BREAK_AWAY;
 use super::{Input, Params, Phase, State};
-use crate::config::Scale;
 use crate::identify::estimate::Mechanism;
 use crate::identify::regression::Sums;
 use crate::identify::slices::Slice;
 use crate::identify::solve::Structure;
 use crate::identify::spline::{HOPS_PER_WINDOW, Window};
+use crate::units::{Direction, VoltageQ14};
 
 /// Highest voltage of the linear segments, Q14 of nominal: 0.62, just below the gate's limit.
 const HIGH: i32 = 10_158;
@@ -33,7 +33,7 @@ const PARTS_SLOW_FIRST: (u32, u32) = (150, 210);
 /// Voltage of the first part of the verification, Q14: 0.44, within the range of the lowest knee that is supported.
 const VERIFY: i32 = 7_209;
 /// Full voltage, Q14.
-const FULL: i32 = Scale::VOLTAGE_ONE;
+const FULL: i32 = VoltageQ14::NOMINAL.0;
 
 impl Params {
     pub(super) fn settle(&self, state: &mut State, input: &Input) {
@@ -45,8 +45,8 @@ impl Params {
             return;
         }
         // What moves by itself shows that it is seen.
-        if self.shake.is_some() && !state.shaking.proved && !state.restless {
-            state.enter(Phase::Shake, input.count);
+        if self.pulse_test.is_some() && !state.pulses.proved && !state.restless {
+            state.enter(Phase::PulseTest, input.count);
         } else if state.break_away[state.direction] == 0 {
             state.enter(Phase::BreakAway, input.count);
         } else {
@@ -55,8 +55,8 @@ impl Params {
             state.remaining = self.budget.saturating_sub(state.total);
             // An overshooting ramp overestimates; the lower of both directions still drives.
             state.identify.break_away = self
-                .break_away_level(state, 0)
-                .min(self.break_away_level(state, 1));
+                .break_away_level(state, Direction::Positive)
+                .min(self.break_away_level(state, Direction::Negative));
             state.enter(Phase::Learn, input.count);
         }
     }
@@ -108,7 +108,7 @@ impl Params {
             state.solver.start(Structure::Shared);
             return state.enter(Phase::Verify, input.count);
         }
-        state.direction ^= 1;
+        state.direction = state.direction.reversed();
         state.stroke = state.stroke.saturating_add(1);
         if state.stroke == 1 {
             state.solver.start(Structure::Single(self.first));
@@ -185,7 +185,7 @@ impl Params {
         if state.elapsed < self.verify_ticks(state) {
             return;
         }
-        state.direction ^= 1;
+        state.direction = state.direction.reversed();
         state.stroke = state.stroke.saturating_add(1);
         let next = if state.stroke < 2 {
             Phase::Saturate

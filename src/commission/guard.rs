@@ -4,6 +4,7 @@ use super::{Input, Params, Phase, State};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
 use crate::protect::Fault;
+use crate::units::{Direction, VoltageQ14};
 
 /// Voltage at which every motor that has broken away keeps turning, Q14: 0.5.
 const HARD: i32 = 8_192;
@@ -29,7 +30,7 @@ pub(super) struct Limits {
 impl Limits {
     pub(super) fn new(scale: &Scale) -> Self {
         let config = &scale.config;
-        let joule_ticks = scale.volts(1) * config.current_a_per_lsb / config.tick_hz as f32;
+        let joule_ticks = scale.volts(VoltageQ14(1)) * config.current_a_per_lsb / config.tick_hz as f32;
         let step_ticks = (config.tick_hz / 64).max(1);
         let counts_per_tick_per_rad_s =
             scale.rated_counts_per_tick_q16 as f32 / 65_536.0 / config.rated_speed_rad_s;
@@ -60,7 +61,7 @@ impl Params {
     pub(super) fn guard(&self, state: &State, input: &Input) -> Option<Reason> {
         let driven_hard =
             state.level >= HARD && matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
-        let supply = input.supply.unwrap_or(Scale::VOLTAGE_ONE);
+        let supply = input.supply.unwrap_or(VoltageQ14::NOMINAL).0;
         match () {
             () if driven_hard
                 && state.still > self.limits.still_ticks
@@ -85,13 +86,13 @@ impl Params {
             return;
         }
         let position = input.count.wrapping_sub(state.zero);
-        let room = if state.direction == 0 {
+        let room = if state.direction == Direction::Positive {
             upper.saturating_sub(position)
         } else {
             position.saturating_sub(lower)
         };
         if room < self.stopping_distance(state) {
-            state.direction ^= 1;
+            state.direction = state.direction.reversed();
             state.turned = true;
         }
     }

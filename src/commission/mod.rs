@@ -1,7 +1,7 @@
 //! Commissioning: the state machine that excites the motor, lets the identifier learn, verifies, and decides on trust.
 //!
 //! ```text
-//! settle → (shake) → break away (both directions) → [learn high, low, middle → coast] × directions × repeats
+//! settle → (pulse_test) → break away (both directions) → [learn high, low, middle → coast] × directions × repeats
 //!        → [saturate → verify] × directions → decide → done
 //! ```
 //!
@@ -13,9 +13,9 @@ mod breakaway;
 mod decide;
 mod excite;
 mod guard;
+mod pulse_test;
 mod reading;
 mod schedule;
-mod shake;
 
 use crate::config::Scale;
 use crate::identify;
@@ -28,19 +28,23 @@ use crate::identify::solve::Solver;
 use crate::identify::spline::Lengths;
 use crate::identify::timescale;
 use crate::sample::Bridge;
+use crate::units::{Direction, VoltageQ14};
 use breakaway::Ramp;
 use guard::Limits;
+use pulse_test::{PulseTest, Pulses};
 use reading::Reading;
 use serde::{Deserialize, Serialize};
-use shake::{Shake, Shaking};
+
+/// Mean current that counts as none, converter counts: the noise of a sensor without current.
+const NO_CURRENT: i32 = 8;
 
 /// What the commissioning wants the bridge to do. The axis divides by the measured supply and clips.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Request {
     /// State of the bridge.
     pub bridge: Bridge,
-    /// Terminal voltage, Q14 of nominal supply.
-    pub voltage: i32,
+    /// Terminal voltage.
+    pub voltage: VoltageQ14,
 }
 
 /// Where the commissioning stands.
@@ -69,7 +73,7 @@ pub enum Phase {
     /// Ended without estimates.
     Refused,
     /// Shakes the shaft until the encoder has proved itself; on top of the budget.
-    Shake,
+    PulseTest,
 }
 
 /// How a commissioning ended.
@@ -116,10 +120,10 @@ pub struct Params {
     scale: Scale,
     identify: identify::Params,
     budget: u32,
-    first: usize,
+    first: Direction,
     limits: Limits,
     /// `None`: its first travel is not bounded.
-    shake: Option<Shake>,
+    pulse_test: Option<PulseTest>,
     /// Back-EMF of a travel that an encoder must have shown, Q14 · ticks.
     unseen: i64,
 }
@@ -132,9 +136,13 @@ impl Params {
             scale: *scale,
             identify: identify::Params::new(scale),
             budget,
-            first: (seed & 1) as usize,
+            first: if seed & 1 == 0 {
+                Direction::Positive
+            } else {
+                Direction::Negative
+            },
             limits: Limits::new(scale),
-            shake: Shake::new(scale),
+            pulse_test: PulseTest::new(scale),
             unseen: Self::unseen(scale),
         }
     }
@@ -149,7 +157,7 @@ impl Params {
 pub struct State {
     phase: Phase,
     /// 0 positive, 1 negative.
-    direction: usize,
+    direction: Direction,
     stroke: u8,
     elapsed: u32,
     total: u32,
@@ -169,7 +177,7 @@ pub struct State {
     supply_measured: bool,
     /// The axis moves without voltage.
     restless: bool,
-    shaking: Shaking,
+    pulses: Pulses,
     ramp: Ramp,
     break_away: [i32; 2],
     /// Windows until the low voltage may be raised again.
@@ -220,7 +228,7 @@ impl State {
             step_count: count,
             supply_measured: true,
             restless: false,
-            shaking: Shaking::default(),
+            pulses: Pulses::default(),
             ramp: Ramp::default(),
             break_away: [0; 2],
             raise_pause: 0,
@@ -269,7 +277,7 @@ impl State {
             self.outcome.refused = Some(reason);
             // A decision that was under way is void.
             self.outcome.estimates = Estimates::default();
-            self.outcome.duration_ticks = self.total.saturating_add(self.shaking.ticks);
+            self.outcome.duration_ticks = self.total.saturating_add(self.pulses.ticks);
             self.outcome.travel_counts = self.travel;
         }
     }
@@ -293,7 +301,7 @@ impl State {
     }
 
     fn sign(&self) -> i32 {
-        if self.direction == 0 { 1 } else { -1 }
+        self.direction.sign()
     }
 
     /// Counts since the phase began, in its direction.
@@ -336,11 +344,11 @@ impl Params {
             0
         };
         state.elapsed = state.elapsed.saturating_add(1);
-        if state.phase != Phase::Shake {
+        if state.phase != Phase::PulseTest {
             state.total = state.total.saturating_add(1);
         }
         state.supply_measured &= input.supply.is_some();
-        let power = i64::from(input.voltage) * i64::from(input.current_raw.unwrap_or(0));
+        let power = i64::from(input.voltage.0) * i64::from(input.current_raw.unwrap_or(0));
         state.energy = state.energy.saturating_add(power.unsigned_abs());
     }
 
@@ -348,12 +356,14 @@ impl Params {
     fn request(&self, state: &State) -> Request {
         let magnitude = match state.phase {
             Phase::Settle | Phase::Coast => 0,
-            Phase::Shake | Phase::BreakAway | Phase::Learn | Phase::Saturate | Phase::Verify => state.level,
+            Phase::PulseTest | Phase::BreakAway | Phase::Learn | Phase::Saturate | Phase::Verify => {
+                state.level
+            }
             Phase::Idle | Phase::Decide | Phase::Done | Phase::Refused => return Request::default(),
         };
         Request {
             bridge: Bridge::Driven,
-            voltage: magnitude * state.sign(),
+            voltage: VoltageQ14(magnitude * state.sign()),
         }
     }
 
@@ -361,8 +371,8 @@ impl Params {
     fn advance(&self, state: &mut State, input: &Input) {
         match state.phase {
             Phase::Settle => self.settle(state, input),
-            Phase::Shake => match &self.shake {
-                Some(shake) => self.shake(state, input, shake),
+            Phase::PulseTest => match &self.pulse_test {
+                Some(pulse_test) => self.pulse_test(state, input, pulse_test),
                 None => state.enter(Phase::BreakAway, input.count),
             },
             Phase::BreakAway => self.break_away(state, input),

@@ -11,6 +11,7 @@ use crate::identify::saturation;
 use crate::identify::solve::Solution;
 use crate::identify::spline::Window;
 use crate::identify::trust::Check;
+use crate::units::Direction;
 
 /// A solution under test.
 #[derive(Clone, Copy, Debug)]
@@ -36,19 +37,18 @@ impl Reading {
     }
 
     /// Saturation level of a direction as this solution sees it, Q20 of nominal.
-    pub(super) fn level(&self, direction: usize) -> Option<i32> {
+    pub(super) fn level(&self, direction: Direction) -> Option<i32> {
         self.saturation[direction].level(&self.solution, direction)
     }
 
     /// What was seen of the saturation of a direction; `None`: there is no such direction.
-    pub(super) fn seen(&self, direction: usize) -> Option<saturation::Seen> {
-        let state = self.saturation.get(direction)?;
-        Some(state.seen(self.level(direction)))
+    pub(super) fn seen(&self, direction: Direction) -> saturation::Seen {
+        self.saturation[direction].seen(self.level(direction))
     }
 
     /// Applied against needed voltage: above the linear range a sample of the saturation, within it a check.
-    fn compare(&mut self, window: &Window, direction: usize, what: Comparison) {
-        let applied = if direction == 0 {
+    fn compare(&mut self, window: &Window, direction: Direction, what: Comparison) {
+        let applied = if direction == Direction::Positive {
             window.voltage
         } else {
             -window.voltage
@@ -91,7 +91,7 @@ impl State {
             return false;
         };
         let within = |level: Option<i32>| level.is_some_and(|level| level < LOW_LEVEL);
-        let seen = |reading: &Reading| [0, 1].iter().any(|&d| within(reading.level(d)));
+        let seen = |reading: &Reading| Direction::BOTH.into_iter().any(|d| within(reading.level(d)));
         let (all, below) = (whole.solution.gain, core.solution.gain);
         // A level that only the whole shows lies near the upper end; a far steeper core is then a poor one.
         let poor = all.times(Positive::of(POOR_CORE_1024, 10)).below(below);
@@ -104,7 +104,7 @@ impl State {
             return self.whole;
         }
         let (whole, mut core) = (self.whole?, self.core?);
-        for direction in [0, 1] {
+        for direction in Direction::BOTH {
             // The core rows alone may be too few to tell a sample of the level from its own uncertainty.
             if core.level(direction).is_none() {
                 core.saturation[direction] = whole.saturation[direction];

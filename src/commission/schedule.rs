@@ -5,13 +5,14 @@ use super::{Params, State};
 use crate::identify::regression::Sums;
 use crate::identify::slices::{LEARN_SLICES, SLICES, Slice};
 use crate::identify::spline::Lengths;
+use crate::units::Direction;
 
 /// Length of the second part of the verification, in 1/256 of the time after the ramps, for each direction.
 const VERIFY_LOW: u32 = 18;
 
 impl Params {
     /// The ramp overshoots on a motor whose time constant it does not know to be short.
-    pub(super) fn break_away_level(&self, state: &State, direction: usize) -> i32 {
+    pub(super) fn break_away_level(&self, state: &State, direction: Direction) -> i32 {
         let level = state.break_away[direction];
         if state.timescale.found.is_some() {
             level

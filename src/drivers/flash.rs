@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A slot is one queue item that holds one [`Record`]. The library frames, checks and finds items; what it does not
-//! promise is added here (measured in docs/store.md):
+//! promise is added here (measured in docs/results/power-cuts.md):
 //!
 //! - **A half-erased sector reads as anything.** The library is never allowed to erase or to rotate pages by itself. A
 //!   sector is written only after an erase that ran to its end since power-up, and only the sector *without* the newest
@@ -20,35 +20,21 @@
 //!   blank slot: it is programmed to zero, too.
 //! - **A save is believed only when a fresh search finds it.** Otherwise its slot is zeroed and the next one is used.
 
-use crate::store::{AtRest, Found, LAYOUT, Loaded, RECORD_LEN, Record, StoredParameters, encode_into};
-use core::future::Future;
-use core::pin::{Pin, pin};
-use core::task::{Context, Poll, Waker};
-use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
-use embedded_storage_async::nor_flash as asynchronous;
+use super::page::{ITEM_HEADER, Page, SLOT, WORD, ready, slots};
+use crate::store::{
+    AtRest, Found, LAYOUT, Loaded, RECORD_LEN, Record, SaveError, StoredParameters, encode_into,
+};
+use core::pin::pin;
+use embedded_storage::nor_flash::NorFlash;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::queue::{QueueConfig, QueueStorage};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-/// The flash word: the unit of programming.
-const WORD: u32 = 4;
-/// Length and checksum that the library puts in front of an item.
-const ITEM_HEADER: u32 = 8;
-const SLOT: u32 = ITEM_HEADER + RECORD_LEN as u32;
+type NoCache = Cache<Uncached, Uncached, Uncached, ()>;
+
 const BLANK: [u8; WORD as usize] = [0xFF; WORD as usize];
 /// Slots that one save may spend on words that cannot be programmed.
 const ATTEMPTS: u32 = 3;
-
-/// Why a set was not saved. The one stored before is untouched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum SaveError {
-    /// No slot is left: announce the pause, call [`ParameterFlash::erase`], then save again.
-    EraseNeeded,
-    /// The set does not fit into a record.
-    TooLarge,
-    /// The flash reported an error, or does not hold what was programmed.
-    Flash,
-}
 
 /// Where the newest record lies.
 #[derive(Clone, Copy, Debug)]
@@ -107,7 +93,7 @@ pub struct ParameterFlash<F> {
 
 impl<F: NorFlash> ParameterFlash<F> {
     /// Records that one sector holds.
-    pub const SLOTS: u32 = (F::ERASE_SIZE as u32 - 2 * WORD) / (SLOT + WORD);
+    pub const SLOTS: u32 = slots(F::ERASE_SIZE as u32);
 
     /// `origin`: offset of the first of the two sectors from the start of the flash.
     pub fn new(flash: F, origin: u32) -> Self {
@@ -452,73 +438,5 @@ impl<F: NorFlash> ParameterFlash<F> {
             const { QueueConfig::new(0..Page::<F>::LEN) },
             Cache::new_uncached(),
         )
-    }
-}
-
-type NoCache = Cache<Uncached, Uncached, Uncached, ()>;
-
-/// One sector without its confirm words, as the library sees it: words, no erase. The blocking flash underneath is
-/// always ready, so the library's futures finish at their first poll.
-struct Page<'a, F> {
-    flash: &'a mut F,
-    base: u32,
-}
-
-impl<F: NorFlash> Page<'_, F> {
-    const LEN: u32 = F::ERASE_SIZE as u32 - WORD * ParameterFlash::<F>::SLOTS;
-}
-
-/// Why the library's request was not carried out.
-#[derive(Debug)]
-enum PageError {
-    Flash,
-    /// The library wanted to erase by itself.
-    EraseRefused,
-}
-
-impl asynchronous::NorFlashError for PageError {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
-    }
-}
-
-impl<F> asynchronous::ErrorType for Page<'_, F> {
-    type Error = PageError;
-}
-
-impl<F: NorFlash> asynchronous::ReadNorFlash for Page<'_, F> {
-    const READ_SIZE: usize = WORD as usize;
-
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PageError> {
-        ReadNorFlash::read(self.flash, self.base + offset, bytes).map_err(|_| PageError::Flash)
-    }
-
-    fn capacity(&self) -> usize {
-        Self::LEN as usize
-    }
-}
-
-impl<F: NorFlash> asynchronous::NorFlash for Page<'_, F> {
-    const WRITE_SIZE: usize = WORD as usize;
-    const ERASE_SIZE: usize = Self::LEN as usize;
-
-    async fn erase(&mut self, _from: u32, _to: u32) -> Result<(), PageError> {
-        Err(PageError::EraseRefused)
-    }
-
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PageError> {
-        self.flash
-            .write(self.base + offset, bytes)
-            .map_err(|_| PageError::Flash)
-    }
-}
-
-/// Runs a future that never waits, where it lies: it holds hundreds of bytes.
-fn ready<T>(mut future: Pin<&mut impl Future<Output = T>>) -> T {
-    let mut context = Context::from_waker(Waker::noop());
-    loop {
-        if let Poll::Ready(value) = future.as_mut().poll(&mut context) {
-            return value;
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! Friction or input dead zone? The test with shorted terminals.
 //!
 //! While 0 V lie at the terminals and the motor still turns, friction goes on braking: a + α·w + δ·j = −γ. A dead zone
-//! at the input swallows 0 V as it swallows any small voltage: a + α·w + δ·j = 0. The mean over the windows of a
+//! at the input ignores 0 V as it ignores any small voltage: a + α·w + δ·j = 0. The mean over the windows of a
 //! coast, relative to γ, is −1 or 0; what lies between is neither, or too noisy to tell.
 //!
 //! Coasts of fast motors are short, so their windows are: blocks shorter by 2ᵏ with W₀ = 2^(counts−k) keep the speed's

@@ -4,7 +4,7 @@
 //! the control tick. [`Estimates::report`] turns them into SI, outside the control tick.
 
 use crate::config::{ConfigError, Field, Scale, within};
-use crate::units::limited;
+use crate::units::{Direction, limited};
 use serde::{Deserialize, Serialize};
 
 /// Why a number is missing or must not be used, or why a whole commissioning was refused. The texts that say what to
@@ -102,7 +102,7 @@ pub enum Mechanism {
     Unclear,
     /// Friction: it acts against the motion, whatever the voltage. The compensation takes the sign of the speed.
     Friction,
-    /// Dead zone at the input: it swallows the command. The compensation takes the sign of the command.
+    /// Dead zone at the input: it ignores a small command. The compensation takes the sign of the command.
     InputDeadZone,
 }
 
@@ -163,10 +163,6 @@ impl Default for Estimate {
     }
 }
 
-/// Index of the positive direction in every `[_; 2]` here.
-pub const POSITIVE: usize = 0;
-/// Index of the negative direction; its values are positive magnitudes.
-pub const NEGATIVE: usize = 1;
 /// Fractional bits of voltages (LSB = nominal supply · 2⁻²⁰ ≈ 11 µV at 12 V; range ±2048).
 pub const VOLTAGE_FRAC: u32 = 20;
 /// Fractional bits of the gain (LSB = 2⁻²⁰ rated speeds per nominal supply).
@@ -206,7 +202,7 @@ impl Estimates {
             Some(value) => within(field, value as f32 / (1u32 << bits) as f32, low, high),
             None => Ok(()),
         };
-        for side in [POSITIVE, NEGATIVE] {
+        for side in Direction::BOTH {
             inside(Field::DeadZone, &self.dead_zone[side], VOLTAGE_FRAC, 0.0, 2.0)?;
             inside(Field::Saturation, &self.saturation[side], VOLTAGE_FRAC, 0.01, 2.0)?;
         }
@@ -301,10 +297,10 @@ impl Estimates {
         let gain = config.rated_speed_rad_s / config.supply_nominal_v / (1 << GAIN_FRAC) as f32;
         let second = 1.0 / (config.tick_hz as f32 * (1 << TIME_FRAC) as f32);
         EstimatesReport {
-            dead_zone_pos_v: self.dead_zone[POSITIVE].report(volt),
-            dead_zone_neg_v: self.dead_zone[NEGATIVE].report(volt),
-            saturation_pos_v: self.saturation[POSITIVE].report(volt),
-            saturation_neg_v: self.saturation[NEGATIVE].report(volt),
+            dead_zone_pos_v: self.dead_zone[Direction::Positive].report(volt),
+            dead_zone_neg_v: self.dead_zone[Direction::Negative].report(volt),
+            saturation_pos_v: self.saturation[Direction::Positive].report(volt),
+            saturation_neg_v: self.saturation[Direction::Negative].report(volt),
             gain_rad_s_per_v: self.gain.report(gain),
             time_constant_s: self.time_constant.report(second),
             mechanism: self.mechanism,

@@ -4,6 +4,7 @@
 //! window is searched.
 
 use super::spline::{HOPS_PER_BLOCK, HOPS_PER_WINDOW, Hop};
+use crate::units::Direction;
 
 /// Highest voltage of the linear range, Q14: below the lowest saturation that is supported without the second set.
 pub const LINEAR_LIMIT: i32 = 10_813; // 0.66
@@ -31,7 +32,7 @@ impl Run {
 
 /// Run lengths of one direction.
 #[derive(Clone, Copy, Debug, Default)]
-struct Direction {
+struct Side {
     moving: Run,
     driven: Run,
     linear: Run,
@@ -45,7 +46,7 @@ pub struct State {
     positions: [i32; HOPS_PER_BLOCK as usize],
     /// Hops noted, wraps.
     now: u16,
-    directions: [Direction; 2],
+    directions: [Side; 2],
     still: Run,
 }
 
@@ -82,8 +83,8 @@ impl State {
         }
     }
 
-    /// The motor moved in this direction (0 positive, 1 negative) all the time.
-    pub fn moving(&self, direction: usize) -> bool {
+    /// The motor moved in this direction all the time.
+    pub fn moving(&self, direction: Direction) -> bool {
         // The first block's own start is not a hop of the window: 16 − 3 overlapping blocks.
         self.get(direction)
             .moving
@@ -91,22 +92,22 @@ impl State {
     }
 
     /// The voltage drove in this direction all the time.
-    pub fn driven(&self, direction: usize) -> bool {
+    pub fn driven(&self, direction: Direction) -> bool {
         self.get(direction).driven.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// The voltage stayed in the linear range all the time.
-    pub fn linear(&self, direction: usize) -> bool {
+    pub fn linear(&self, direction: Direction) -> bool {
         self.get(direction).linear.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// The voltage stayed in the core of the linear range all the time.
-    pub fn core(&self, direction: usize) -> bool {
+    pub fn core(&self, direction: Direction) -> bool {
         self.get(direction).core.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// The voltage was above the linear range all the time.
-    pub fn high(&self, direction: usize) -> bool {
+    pub fn high(&self, direction: Direction) -> bool {
         self.get(direction).high.spans(self.now, HOPS_PER_WINDOW)
     }
 
@@ -120,7 +121,7 @@ impl State {
         *self = State::default();
     }
 
-    fn get(&self, direction: usize) -> Direction {
-        self.directions[direction & 1]
+    fn get(&self, direction: Direction) -> Side {
+        self.directions[direction]
     }
 }

@@ -6,6 +6,27 @@
 //!
 //! [`Params::observe`] does the per-tick part; what a window is used for is decided by the caller: the
 //! [`crate::commission`] state machine, or the passive identification in ordinary motion.
+//!
+//! An axis does all of this by itself. What it has found is a number with its uncertainty, and whether it may be used:
+//!
+//! ```
+//! # mod motor { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/motor/mod.rs")); }
+//! # use motor::{CONFIG, Motor};
+//! # use servo::axis::{Axis, Command};
+//! # let axis = Axis::new(&CONFIG).expect("every value within its range");
+//! # let (mut state, mut motor) = (axis.start(), Motor::default());
+//! # axis.command(&mut state, &Command::Arm).expect("nothing moves");
+//! axis.command(&mut state, &Command::Commission { budget_ms: 5_000, seed: 1 }).expect("it is armed");
+//! # for _tick in 0..60_000 {
+//! #     let output = axis.step(&mut state, motor.sample());
+//! #     motor.pass(output);
+//! # }
+//! // Six seconds later, on a motor with 1.2 V of friction:
+//! let report = axis.report(&state).commissioning.expect("it has ended");
+//! let dead_zone_v = report.estimates.dead_zone_pos_v;
+//! assert!(dead_zone_v.trusted);
+//! assert!((dead_zone_v.value.expect("a number") - 1.2).abs() < 0.02);
+//! ```
 
 pub mod coast;
 pub mod estimate;
@@ -23,6 +44,7 @@ pub mod trust;
 
 use crate::config::Scale;
 use crate::sample::Bridge;
+use crate::units::{Direction, VoltageQ14};
 use regression::Sums;
 use spline::{Lengths, Window};
 
@@ -42,13 +64,13 @@ const SLOWEST_SPEED_1024: i64 = 82;
 pub struct Input {
     /// Encoder counter at the start of this tick, wraps.
     pub count: i32,
-    /// Mean terminal voltage that acts from now to the next sample, Q14 of nominal supply: the duty in force
-    /// (after delay, clip and quantisation) times the measured supply. 0 unless the bridge is driven.
-    pub voltage: i32,
+    /// Mean terminal voltage that acts from now to the next sample, the duty in force (after
+    /// delay, clip and quantisation) times the measured supply. 0 unless the bridge is driven.
+    pub voltage: VoltageQ14,
     /// State of the bridge from now to the next sample.
     pub bridge: Bridge,
-    /// Measured supply, Q14 of nominal supply; `None` when it is not measured.
-    pub supply: Option<i32>,
+    /// Measured supply; `None` when it is not measured.
+    pub supply: Option<VoltageQ14>,
     /// Winding current in converter counts; `None` when it is not sensed.
     pub current_raw: Option<i16>,
 }
@@ -132,10 +154,10 @@ impl Params {
         1 << (lengths.decimation + lengths.block)
     }
 
-    /// The per-tick part: sums count and voltage (acting from now on, Q14 of nominal); a window one tick after its last
+    /// The per-tick part: sums count and voltage (acting from now on); a window one tick after its last
     /// hop. Spreading hop and comb over two ticks keeps both short.
     #[inline(always)]
-    pub fn observe(&self, state: &mut State, count: i32, voltage: i32) -> Option<Window> {
+    pub fn observe(&self, state: &mut State, count: i32, voltage: VoltageQ14) -> Option<Window> {
         let window = if state.hopped { state.hop() } else { None };
         self.sum(state, count, voltage);
         window
@@ -143,15 +165,18 @@ impl Params {
 
     /// The sums alone. [`State::hopped`] then tells whether the next tick, before its own sums, has a hop to look at.
     #[inline(always)]
-    pub fn sum(&self, state: &mut State, count: i32, voltage: i32) {
-        state.hopped = state.spline.step(&state.lengths, count, voltage);
+    pub fn sum(&self, state: &mut State, count: i32, voltage: VoltageQ14) {
+        state.hopped = state.spline.step(&state.lengths, count, voltage.0);
     }
 
     /// Looks at the hop that ended: a window and its direction, if it is usable. Nothing is computed for the others.
     #[inline(never)]
-    pub fn usable_window(&self, state: &mut State) -> Option<(usize, Window)> {
+    pub fn usable_window(&self, state: &mut State) -> Option<(Direction, Window)> {
         state.gate.note(state.spline.hop(), state.break_away);
-        if !(state.admits(0) || state.admits(1)) {
+        if !(Direction::BOTH
+            .into_iter()
+            .any(|direction| state.admits(direction)))
+        {
             return None;
         }
         let window = state.spline.window(&state.lengths)?;
@@ -161,17 +186,17 @@ impl Params {
 
     /// The direction in which the motor was driven and moving, in the linear range, all through the window; its sign is
     /// that of the voltage.
-    pub fn direction(&self, state: &State, window: &Window) -> Option<usize> {
-        let direction = usize::from(window.voltage < 0);
+    pub fn direction(&self, state: &State, window: &Window) -> Option<Direction> {
+        let direction = Direction::of(window.voltage);
         self.usable(state, window, direction).then_some(direction)
     }
 
-    fn usable(&self, state: &State, window: &Window, direction: usize) -> bool {
+    fn usable(&self, state: &State, window: &Window, direction: Direction) -> bool {
         if !state.admits(direction) {
             return false;
         }
         let slowest = (i64::from(self.rated_speed(&state.lengths)) * SLOWEST_SPEED_1024 / 1024) as i32;
-        let speed = if direction == 0 {
+        let speed = if direction == Direction::Positive {
             window.speed
         } else {
             window.speed.saturating_neg()
@@ -221,7 +246,7 @@ impl State {
     }
 
     /// Do the gates let a window of this direction pass, whatever its speed?
-    fn admits(&self, direction: usize) -> bool {
+    fn admits(&self, direction: Direction) -> bool {
         let gate = &self.gate;
         gate.linear(direction) && gate.driven(direction) && (self.follows_input || gate.moving(direction))
     }

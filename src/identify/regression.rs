@@ -11,6 +11,7 @@
 //! jerk column an electrical time constant of 1 ms costs several per cent of dead zone.
 
 use super::spline::{ROW_FRAC, Window};
+use crate::units::Direction;
 
 /// Coefficients per direction: γ, β, α, δ in this order (the constant first keeps the factors small).
 pub const COEFFICIENTS: usize = 4;
@@ -26,9 +27,9 @@ pub struct Row(pub [i32; COLUMNS]);
 
 impl Row {
     /// The equation that a window gives for a direction (0 positive, 1 negative).
-    pub fn new(window: &Window, direction: usize) -> Self {
+    pub fn new(window: &Window, direction: Direction) -> Self {
         let mirror = |value: i32| {
-            if direction == 0 {
+            if direction == Direction::Positive {
                 value
             } else {
                 value.saturating_neg()

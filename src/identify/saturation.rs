@@ -7,6 +7,7 @@
 use super::coast::Sums;
 use super::solve::Solution;
 use super::spline::Window;
+use crate::units::Direction;
 
 /// Least excess of the applied over the needed voltage that counts as saturation, Q20 of nominal: 2.5 %. Model error of
 /// real motors (drag, unequal gain) reaches 1.5 %.
@@ -42,7 +43,7 @@ pub struct Seen {
 impl State {
     /// Notes one window at high voltage, `applied` and `needed` magnitudes, Q20 of nominal. `sigma`: standard deviation of
     /// `needed`.
-    pub fn note(&mut self, window: &Window, direction: usize, applied: i32, needed: i32, sigma: i32) {
+    pub fn note(&mut self, window: &Window, direction: Direction, applied: i32, needed: i32, sigma: i32) {
         let margin = MARGIN.max(sigma.saturating_mul(3));
         self.windows = self.windows.saturating_add(1);
         let informative = self.hits == 0 || applied > self.level.saturating_add(margin);
@@ -50,7 +51,8 @@ impl State {
             return;
         }
         self.hits += 1;
-        self.sums.note(window, if direction == 0 { 1 } else { -1 }, 0);
+        self.sums
+            .note(window, if direction == Direction::Positive { 1 } else { -1 }, 0);
         let weight = i32::from(self.hits);
         self.applied = self
             .applied
@@ -63,14 +65,14 @@ impl State {
     }
 
     /// The level, Q20 of nominal, once enough samples, and a quarter of all high windows, agree that there is one.
-    pub fn level(&self, solution: &Solution, direction: usize) -> Option<i32> {
+    pub fn level(&self, solution: &Solution, direction: Direction) -> Option<i32> {
         let seen = self.hits >= LEAST_HITS && self.hits >= self.windows / 4;
         seen.then(|| {
             let effective = self.sums.mean_voltage(
-                &solution.coefficients[direction & 1],
-                solution.inverse_beta[direction & 1],
+                &solution.coefficients[direction],
+                solution.inverse_beta[direction],
             );
-            effective.saturating_add(solution.dead_zone[direction & 1])
+            effective.saturating_add(solution.dead_zone[direction])
         })
     }
 

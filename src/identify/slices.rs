@@ -8,6 +8,7 @@
 use super::positive::Positive;
 use super::regression::{COLUMNS, Row};
 use super::solve::{COEFFICIENT_FRAC, Solution};
+use crate::units::Direction;
 
 /// Slices of the learning segments, both directions together; the verification adds one a direction.
 pub const LEARN_SLICES: usize = 16;
@@ -28,20 +29,20 @@ const MOST_RESIDUAL: i64 = 1 << 24;
 pub struct Slice {
     sums: [i32; COLUMNS],
     rows: u16,
-    direction: u8,
+    direction: Direction,
     outer: bool,
 }
 
 impl Slice {
     /// Adds one row of `direction`; `outer`: above the core limit.
-    pub fn add(&mut self, row: &Row, direction: usize, outer: bool) {
+    pub fn add(&mut self, row: &Row, direction: Direction, outer: bool) {
         self.outer |= outer;
         for (sum, column) in self.sums.iter_mut().zip(row.0) {
             // Rounded: cut off, the sums would all lean to one side, by a hundredth of a volt on slow motors.
             *sum = sum.wrapping_add(column.saturating_add(HALF) >> SUM_SHIFT);
         }
         self.rows = self.rows.saturating_add(1);
-        self.direction = direction as u8;
+        self.direction = direction;
     }
 
     /// Mean residual as a voltage, Q20 of nominal, positive: more voltage was needed than the solution says.
@@ -50,7 +51,7 @@ impl Slice {
         if rows < LEAST_ROWS {
             return None;
         }
-        let direction = usize::from(self.direction & 1);
+        let direction = self.direction;
         let c = &solution.coefficients[direction];
         let mut torque = -(i64::from(self.sums[COLUMNS - 1]) << COEFFICIENT_FRAC);
         for (sum, coefficient) in self.sums.iter().zip([c.gamma, c.beta, c.alpha, c.delta]) {
@@ -74,8 +75,8 @@ impl Slice {
     }
 
     /// Direction of its rows.
-    pub fn direction(&self) -> usize {
-        usize::from(self.direction)
+    pub fn direction(&self) -> Direction {
+        self.direction
     }
 }
 

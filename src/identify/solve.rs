@@ -5,7 +5,7 @@ use super::ldl::{Factor, Forward, MOST, UNKNOWN_FRAC};
 use super::positive::Positive;
 use super::regression::Sums;
 use super::spline::{HOPS_PER_BLOCK, Window};
-use crate::units::saturate;
+use crate::units::{Direction, saturate};
 
 /// Fraction bits of [`Solution`] coefficients (|coefficient| < 32).
 pub const COEFFICIENT_FRAC: u32 = 26;
@@ -18,7 +18,7 @@ pub const RELATIVE_FRAC: u32 = 20;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Structure {
     /// One direction alone (0 positive, 1 negative): γ, β, α, δ.
-    Single(usize),
+    Single(Direction),
     /// Damping, gain and winding shared: γ₊, γ₋, β, α, δ. Fewest unknowns, for poor data.
     Common,
     /// Damping and winding shared, gain per direction: γ₊, γ₋, β₊, β₋, α, δ.
@@ -41,20 +41,20 @@ impl Structure {
     }
 
     /// For each system column, the column of a row of `direction`; [`NONE`]: not contained.
-    fn columns(self, direction: usize) -> &'static [u8; MOST] {
+    fn columns(self, direction: Direction) -> &'static [u8; MOST] {
         match (self, direction) {
             (Structure::Single(own), _) if own == direction => &[0, 1, 2, 3, 4, NONE, NONE],
             (Structure::Single(_), _) => &[NONE; MOST],
-            (Structure::Common, 0) => &[0, NONE, 1, 2, 3, 4, NONE],
+            (Structure::Common, Direction::Positive) => &[0, NONE, 1, 2, 3, 4, NONE],
             (Structure::Common, _) => &[NONE, 0, 1, 2, 3, 4, NONE],
-            (Structure::Shared, 0) => &[0, NONE, 1, NONE, 2, 3, 4],
+            (Structure::Shared, Direction::Positive) => &[0, NONE, 1, NONE, 2, 3, 4],
             (Structure::Shared, _) => &[NONE, 0, NONE, 1, 2, 3, 4],
         }
     }
 
     /// System columns of γ, β, α, δ of one direction.
-    fn unknowns(self, direction: usize) -> [usize; 4] {
-        let d = direction & 1;
+    fn unknowns(self, direction: Direction) -> [usize; 4] {
+        let d = direction as usize;
         match self {
             Structure::Single(_) => [0, 1, 2, 3],
             Structure::Common => [d, 2, 3, 4],
@@ -108,14 +108,22 @@ enum Stage {
     Column(usize),
     ColumnRest(usize),
     Substitute,
-    Derive(usize),
+    Derive(Direction),
     DeriveCommon,
-    Gradient(usize),
-    Forward(usize),
-    Variance(usize),
-    VarianceRest(usize),
-    PerRow(usize),
-    Deviation(usize),
+    Gradient(Derived),
+    Forward(Derived),
+    Variance(Derived),
+    VarianceRest(Derived),
+    PerRow(Derived),
+    Deviation(Derived),
+}
+
+/// A number that follows from the unknowns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Derived {
+    DeadZone(Direction),
+    Gain,
+    TimeConstant,
 }
 
 /// How a call of [`Solver::step`] ended.
@@ -199,81 +207,73 @@ impl Solver {
 
     /// One step. `sums`: per direction, all sets that count together.
     pub fn step(&mut self, sums: &[&[Sums; 2]]) -> Progress {
-        let order = self.structure.order();
-        let (fine, next) = match self.stage {
-            Stage::Idle => return Progress::Idle,
-            Stage::Scale => (self.scale(sums), Stage::Assemble(0)),
-            Stage::Assemble(i) => {
-                self.assemble(i, sums);
-                (
-                    true,
-                    if i.wrapping_add(1) < order {
-                        Stage::Assemble(i.wrapping_add(1))
-                    } else {
-                        Stage::Column(0)
-                    },
-                )
-            }
-            Stage::Column(j) => (
-                self.factor.column(j, last_rows(order)..order),
-                Stage::ColumnRest(j),
-            ),
-            Stage::ColumnRest(j) => (
-                self.factor.column(j, 0..last_rows(order)),
-                if j.wrapping_add(2) < order {
-                    Stage::Column(j.wrapping_add(1))
-                } else {
-                    Stage::Substitute
-                },
-            ),
-            Stage::Substitute => {
-                self.unknowns = self.factor.unknowns_scaled();
-                (true, Stage::Derive(self.directions()[0]))
-            }
-            Stage::Derive(direction) => (
-                self.derive(direction),
-                match self.directions().last() {
-                    Some(&last) if last != direction => Stage::Derive(last),
-                    _ => Stage::DeriveCommon,
-                },
-            ),
-            Stage::DeriveCommon => {
-                self.derive_common();
-                (true, Stage::Gradient(self.directions()[0]))
-            }
-            Stage::Gradient(which) => {
-                self.forward = self.factor.load(&self.gradient(which));
-                (true, Stage::Forward(which))
-            }
-            Stage::Forward(which) => {
-                self.factor.substitute(&mut self.forward);
-                (true, Stage::Variance(which))
-            }
-            Stage::Variance(which) => {
-                let none = Positive::default();
-                self.variance = self.factor.variance(&self.forward, none, 0..HALF);
-                (true, Stage::VarianceRest(which))
-            }
-            Stage::VarianceRest(which) => {
-                self.variance = self.factor.variance(&self.forward, self.variance, HALF..MOST);
-                (true, Stage::PerRow(which))
-            }
-            Stage::PerRow(which) => {
-                let variance = self.factor.scaled_variance(&self.forward, self.variance);
-                self.variance = self.per_row(variance);
-                (true, Stage::Deviation(which))
-            }
-            Stage::Deviation(which) => {
-                self.deviation(which);
-                (true, self.after(which).map_or(Stage::Idle, Stage::Gradient))
-            }
-        };
+        if self.stage == Stage::Idle {
+            return Progress::Idle;
+        }
+        let next = self.next();
+        let fine = self.work(sums);
         self.stage = if fine { next } else { Stage::Idle };
         match (fine, self.stage) {
             (false, _) => Progress::Singular,
             (true, Stage::Idle) => Progress::Solved,
             _ => Progress::Busy,
         }
+    }
+
+    /// What comes after this stage.
+    fn next(&self) -> Stage {
+        let order = self.structure.order();
+        match self.stage {
+            Stage::Idle => Stage::Idle,
+            Stage::Scale => Stage::Assemble(0),
+            Stage::Assemble(i) if i.wrapping_add(1) < order => Stage::Assemble(i.wrapping_add(1)),
+            Stage::Assemble(_) => Stage::Column(0),
+            Stage::Column(j) => Stage::ColumnRest(j),
+            Stage::ColumnRest(j) if j.wrapping_add(2) < order => Stage::Column(j.wrapping_add(1)),
+            Stage::ColumnRest(_) => Stage::Substitute,
+            Stage::Substitute => Stage::Derive(self.directions()[0]),
+            Stage::Derive(direction) => match self.directions().last() {
+                Some(&last) if last != direction => Stage::Derive(last),
+                _ => Stage::DeriveCommon,
+            },
+            Stage::DeriveCommon => Stage::Gradient(Derived::DeadZone(self.directions()[0])),
+            Stage::Gradient(which) => Stage::Forward(which),
+            Stage::Forward(which) => Stage::Variance(which),
+            Stage::Variance(which) => Stage::VarianceRest(which),
+            Stage::VarianceRest(which) => Stage::PerRow(which),
+            Stage::PerRow(which) => Stage::Deviation(which),
+            Stage::Deviation(which) => self.after(which).map_or(Stage::Idle, Stage::Gradient),
+        }
+    }
+
+    /// The work of one stage; false: the data do not determine the unknowns.
+    fn work(&mut self, sums: &[&[Sums; 2]]) -> bool {
+        let order = self.structure.order();
+        match self.stage {
+            Stage::Idle => {}
+            Stage::Scale => return self.scale(sums),
+            Stage::Assemble(i) => self.assemble(i, sums),
+            Stage::Column(j) => return self.factor.column(j, last_rows(order)..order),
+            Stage::ColumnRest(j) => return self.factor.column(j, 0..last_rows(order)),
+            Stage::Substitute => self.unknowns = self.factor.unknowns_scaled(),
+            Stage::Derive(direction) => return self.derive(direction),
+            Stage::DeriveCommon => self.derive_common(),
+            Stage::Gradient(which) => self.forward = self.factor.load(&self.gradient(which)),
+            Stage::Forward(_) => self.factor.substitute(&mut self.forward),
+            Stage::Variance(_) => {
+                let none = Positive::default();
+                self.variance = self.factor.variance(&self.forward, none, 0..HALF);
+            }
+            Stage::VarianceRest(_) => {
+                self.variance = self.factor.variance(&self.forward, self.variance, HALF..MOST);
+            }
+            Stage::PerRow(_) => {
+                let variance = self.factor.scaled_variance(&self.forward, self.variance);
+                self.variance = self.per_row(variance);
+            }
+            Stage::Deviation(which) => self.deviation(which),
+        }
+        true
     }
 
     fn scale(&mut self, sums: &[&[Sums; 2]]) -> bool {
@@ -289,7 +289,7 @@ impl Solver {
 
     fn assemble(&mut self, i: usize, sums: &[&[Sums; 2]]) {
         let mut row = [0i64; MOST];
-        for direction in [0, 1] {
+        for direction in Direction::BOTH {
             let columns = self.structure.columns(direction);
             let Some(&p) = columns.get(i).filter(|&&p| p != NONE) else {
                 continue;
@@ -312,7 +312,7 @@ impl Solver {
     /// Entry (i, i).
     fn diagonal(&self, sums: &[&[Sums; 2]], i: usize) -> i64 {
         let mut total = 0i64;
-        for direction in [0, 1] {
+        for direction in Direction::BOTH {
             let columns = self.structure.columns(direction);
             let Some(&p) = columns.get(i).filter(|&&p| p != NONE) else {
                 continue;
@@ -334,8 +334,7 @@ impl Solver {
     }
 
     /// Dead zone and coefficients of one direction. `false`: gain or damping came out negative, which no motor has.
-    fn derive(&mut self, direction: usize) -> bool {
-        let direction = direction & 1;
+    fn derive(&mut self, direction: Direction) -> bool {
         let [gamma, beta, alpha, delta] = self.structure.unknowns(direction).map(|i| self.unknown(i));
         if beta.0 <= 0 || alpha.0 <= 0 {
             return false;
@@ -368,16 +367,16 @@ impl Solver {
     }
 
     /// Directions that the structure solves for.
-    fn directions(&self) -> &'static [usize] {
+    fn directions(&self) -> &'static [Direction] {
         match self.structure {
-            Structure::Single(0) => &[0],
-            Structure::Single(_) => &[1],
-            _ => &[0, 1],
+            Structure::Single(Direction::Positive) => &[Direction::Positive],
+            Structure::Single(Direction::Negative) => &[Direction::Negative],
+            _ => &Direction::BOTH,
         }
     }
 
-    /// Derivatives of one derived number by the unknowns, with their signs: 0, 1 dead zones, 2 gain, 3 time constant.
-    fn gradient(&self, which: usize) -> [(Positive, bool); MOST] {
+    /// Derivatives of one derived number by the unknowns, with their signs.
+    fn gradient(&self, which: Derived) -> [(Positive, bool); MOST] {
         let directions = self.directions();
         let one = Positive::new(1, 0);
         let mut gradient = [(Positive::default(), false); MOST];
@@ -385,37 +384,44 @@ impl Solver {
         let last = self.structure.unknowns(directions[directions.len() - 1]);
         let alpha = Positive::of(self.solution.coefficients[directions[0]].alpha, COEFFICIENT_FRAC);
         match which {
-            0 | 1 => {
-                let dead_zone = self.solution.dead_zone[which];
-                let beta = Positive::of(self.solution.coefficients[which].beta, COEFFICIENT_FRAC);
-                let [gamma_at, beta_at, ..] = self.structure.unknowns(which);
+            Derived::DeadZone(side) => {
+                let dead_zone = self.solution.dead_zone[side];
+                let beta = Positive::of(self.solution.coefficients[side].beta, COEFFICIENT_FRAC);
+                let [gamma_at, beta_at, ..] = self.structure.unknowns(side);
                 gradient[gamma_at] = (one.over(beta), false);
                 gradient[beta_at] = (Positive::of(dead_zone, VOLTAGE_FRAC).over(beta), dead_zone > 0);
             }
-            2 => {
+            Derived::Gain => {
                 let share = one.over(self.solution.gain.times(alpha)).shifted(-1);
                 gradient[first[1]].0 = gradient[first[1]].0.plus(share);
                 gradient[last[1]].0 = gradient[last[1]].0.plus(share);
                 gradient[first[2]] = (one.over(alpha), true);
             }
-            _ => gradient[first[2]] = (one.over(alpha), false),
+            Derived::TimeConstant => gradient[first[2]] = (one.over(alpha), false),
         }
         gradient
     }
 
     /// Standard deviation of one derived number by linear propagation, from its gradient on its way.
-    fn deviation(&mut self, which: usize) {
+    fn deviation(&mut self, which: Derived) {
         let sigma = self.variance.sqrt();
         match which {
-            0 | 1 => self.solution.dead_zone_sigma[which] = sigma.to_q(VOLTAGE_FRAC),
-            2 => self.solution.gain_sigma = sigma.to_q(RELATIVE_FRAC),
-            _ => self.solution.time_constant_sigma = sigma.to_q(RELATIVE_FRAC),
+            Derived::DeadZone(side) => self.solution.dead_zone_sigma[side] = sigma.to_q(VOLTAGE_FRAC),
+            Derived::Gain => self.solution.gain_sigma = sigma.to_q(RELATIVE_FRAC),
+            Derived::TimeConstant => self.solution.time_constant_sigma = sigma.to_q(RELATIVE_FRAC),
         }
     }
 
     /// The derived number after `which`, if any. A single direction has one dead zone.
-    fn after(&self, which: usize) -> Option<usize> {
-        (which.wrapping_add(1)..4).find(|next| *next > 1 || self.directions().contains(next))
+    fn after(&self, which: Derived) -> Option<Derived> {
+        match which {
+            Derived::DeadZone(side) => match self.directions().last() {
+                Some(&last) if last != side => Some(Derived::DeadZone(last)),
+                _ => Some(Derived::Gain),
+            },
+            Derived::Gain => Some(Derived::TimeConstant),
+            Derived::TimeConstant => None,
+        }
     }
 
     /// Windows overlap by all but one hop: `HOPS_PER_BLOCK` of them count as one independent row.
@@ -439,18 +445,15 @@ fn magnitude((scaled, exponent): (i32, i32)) -> Positive {
 impl Solution {
     /// Voltage that a window's motion needs beyond the dead zone, (a + αw + δj)/β, mirrored for the negative direction,
     /// Q20 of nominal supply.
-    pub fn effective_voltage(&self, window: &Window, direction: usize) -> i32 {
-        let (c, inverse_beta) = (
-            &self.coefficients[direction & 1],
-            self.inverse_beta[direction & 1],
-        );
+    pub fn effective_voltage(&self, window: &Window, direction: Direction) -> i32 {
+        let (c, inverse_beta) = (&self.coefficients[direction], self.inverse_beta[direction]);
         let torque = (i64::from(window.acceleration) << COEFFICIENT_FRAC)
             .wrapping_add(i64::from(c.alpha).wrapping_mul(i64::from(window.speed)))
             .wrapping_add(i64::from(c.delta).wrapping_mul(i64::from(window.jerk)))
             >> COEFFICIENT_FRAC;
         let voltage = torque.wrapping_mul(i64::from(inverse_beta)) >> INVERSE_FRAC;
         let voltage = saturate(voltage);
-        if direction == 0 {
+        if direction == Direction::Positive {
             voltage
         } else {
             voltage.saturating_neg()

@@ -13,6 +13,7 @@
 //! Magnitudes: the largest comb, that of the voltage, is 2·D²·N⁴·2¹⁴ ≤ 2⁶¹ for D = 16, N = 512.
 
 use crate::units::saturate;
+use core::num::Wrapping;
 
 /// Snapshots per block.
 pub const HOPS_PER_BLOCK: u32 = 4;
@@ -61,14 +62,14 @@ pub struct Lengths {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Snapshot {
-    jerk: i64,
-    acceleration: i64,
-    speed: i64,
-    voltage: i64,
+    jerk: Wrapping<i64>,
+    acceleration: Wrapping<i64>,
+    speed: Wrapping<i64>,
+    voltage: Wrapping<i64>,
 }
 
 impl Snapshot {
-    fn parts(&self) -> [i64; 4] {
+    fn parts(&self) -> [Wrapping<i64>; 4] {
         [self.jerk, self.acceleration, self.speed, self.voltage]
     }
 }
@@ -77,12 +78,12 @@ impl Snapshot {
 #[derive(Clone, Copy, Debug)]
 pub struct State {
     reference: i32,
-    position: i64,
-    count_sum: i32,
-    voltage_sum: i32,
+    position: Wrapping<i64>,
+    count_sum: Wrapping<i32>,
+    voltage_sum: Wrapping<i32>,
     acting: i32,
-    count_integrals: [i64; 3],
-    voltage_integrals: [i64; 4],
+    count_integrals: [Wrapping<i64>; 3],
+    voltage_integrals: [Wrapping<i64>; 4],
     /// The one under way.
     lowest: i32,
     highest: i32,
@@ -103,12 +104,12 @@ impl State {
     pub fn new(count: i32, lengths: &Lengths) -> Self {
         State {
             reference: count,
-            position: 0,
-            count_sum: 0,
-            voltage_sum: 0,
+            position: Wrapping(0),
+            count_sum: Wrapping(0),
+            voltage_sum: Wrapping(0),
             acting: 0,
-            count_integrals: [0; 3],
-            voltage_integrals: [0; 4],
+            count_integrals: [Wrapping(0); 3],
+            voltage_integrals: [Wrapping(0); 4],
             lowest: i32::MAX,
             highest: i32::MIN,
             ticks: lengths.ticks_per_sample(),
@@ -131,8 +132,8 @@ impl State {
     #[inline(always)]
     pub fn step(&mut self, lengths: &Lengths, count: i32, voltage: i32) -> bool {
         let offset = count.wrapping_sub(self.reference);
-        self.count_sum = self.count_sum.wrapping_add(offset);
-        self.voltage_sum = self.voltage_sum.wrapping_add(self.acting);
+        self.count_sum += offset;
+        self.voltage_sum += self.acting;
         self.lowest = self.lowest.min(self.acting);
         self.highest = self.highest.max(self.acting);
         self.acting = voltage;
@@ -160,21 +161,21 @@ impl State {
 
     fn sample(&mut self, offset: i32) {
         // A product by the number of ticks: the core has no 64-bit shift by a register.
-        let count = self
-            .position
-            .wrapping_mul(i64::from(self.ticks))
-            .wrapping_add(i64::from(self.count_sum));
+        let count = self.position * Wrapping(i64::from(self.ticks)) + Wrapping(i64::from(self.count_sum.0));
         // Written out: an image optimised for size would keep a loop.
         let [first, second, third] = &mut self.count_integrals;
         add(third, add(second, add(first, count)));
         let [first, second, third, fourth] = &mut self.voltage_integrals;
         add(
             fourth,
-            add(third, add(second, add(first, i64::from(self.voltage_sum)))),
+            add(
+                third,
+                add(second, add(first, Wrapping(i64::from(self.voltage_sum.0)))),
+            ),
         );
-        self.position = self.position.wrapping_add(i64::from(offset));
-        self.count_sum = 0;
-        self.voltage_sum = 0;
+        self.position += i64::from(offset);
+        self.count_sum = Wrapping(0);
+        self.voltage_sum = Wrapping(0);
         self.ticks_left = self.ticks;
     }
 
@@ -192,8 +193,8 @@ impl State {
             *slot = Snapshot {
                 jerk: i1,
                 acceleration: i2,
-                speed: i3.wrapping_mul(2).wrapping_sub(i2),
-                voltage: j4.wrapping_sub(j3).wrapping_shl(twice).wrapping_add(j3),
+                speed: i3 + i3 - i2,
+                voltage: Wrapping((j4 - j3).0.wrapping_shl(twice)) + j3,
             };
         }
         self.filled = self.filled.saturating_add(1).min(RING as u8);
@@ -201,7 +202,7 @@ impl State {
         self.hop = Hop {
             lowest: self.lowest,
             highest: self.highest,
-            position: self.position as i32,
+            position: self.position.0 as i32,
         };
         self.lowest = i32::MAX;
         self.highest = i32::MIN;
@@ -242,10 +243,9 @@ impl State {
         let [s0, s1, s2, s3, s4] = [0, 1, 2, 3, 4].map(|lag| self.before(lag).parts());
         let mut comb = [0i64; 4];
         for (i, comb) in comb.iter_mut().enumerate() {
-            let ends = s0[i].wrapping_add(s4[i]);
-            let middle = s2[i];
-            let bend = middle.wrapping_sub(s1[i].wrapping_add(s3[i]));
-            *comb = ends.wrapping_add(bend << 2).wrapping_add(middle << 1);
+            let (ends, middle) = (s0[i] + s4[i], s2[i]);
+            let bend = middle - (s1[i] + s3[i]);
+            *comb = (ends + (bend << 2) + (middle << 1)).0;
         }
         comb
     }
@@ -273,8 +273,8 @@ impl Lengths {
 
 /// One integrator: takes `input` and returns its sum.
 #[inline(always)]
-fn add(integral: &mut i64, input: i64) -> i64 {
-    *integral = integral.wrapping_add(input);
+fn add(integral: &mut Wrapping<i64>, input: Wrapping<i64>) -> Wrapping<i64> {
+    *integral += input;
     *integral
 }
 

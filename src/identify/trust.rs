@@ -1,7 +1,7 @@
 //! From a solution to estimates: half widths, and whether the loops may use them.
 //!
 //! A least-squares deviation cannot see that the model is not the motor. On motors with drag, cogging, unequal gain and
-//! Stribeck friction that bias stays within 4 % of the dead zone in 19 of 20 (docs/accuracy.md), hence
+//! Stribeck friction that bias stays within 4 % of the dead zone in 19 of 20 (docs/results/accuracy.md), hence
 //! u95 = 2σ + 4 %.
 
 use super::Params;
@@ -12,6 +12,7 @@ use super::saturation;
 use super::slices::Spread;
 use super::solve::{RELATIVE_FRAC, Solution, VOLTAGE_FRAC};
 use super::spline::{Lengths, ROW_FRAC};
+use crate::units::Direction;
 
 /// Share of a value that its model error may be, in 1/1024: dead zone, gain and time constant 4 %, saturation 1.5 %.
 const MODEL_ERROR_1024: i32 = 41;
@@ -84,7 +85,7 @@ pub enum Excitation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// Dead zone of a direction.
-    DeadZone(usize),
+    DeadZone(Direction),
     /// Gain and its difference between the directions.
     Gain,
     /// Time constant and mechanism.
@@ -94,8 +95,8 @@ pub enum Part {
 impl Part {
     /// All of them in their order, the saturation apart.
     pub const ALL: [Part; 4] = [
-        Part::DeadZone(0),
-        Part::DeadZone(1),
+        Part::DeadZone(Direction::Positive),
+        Part::DeadZone(Direction::Negative),
         Part::Gain,
         Part::TimeConstant,
     ];
@@ -132,8 +133,7 @@ impl Params {
     ) {
         match part {
             Part::DeadZone(direction) => {
-                estimates.dead_zone[direction & 1] =
-                    self.dead_zone(lengths, solution, evidence, direction & 1);
+                estimates.dead_zone[direction] = self.dead_zone(lengths, solution, evidence, direction);
             }
             Part::Gain => {
                 if evidence.excitation == Excitation::Chosen {
@@ -155,7 +155,7 @@ impl Params {
         lengths: &Lengths,
         solution: &Solution,
         evidence: &Evidence,
-        direction: usize,
+        direction: Direction,
     ) -> Estimate {
         let value = solution.dead_zone[direction];
         let blind = if evidence.supply_measured {
@@ -214,7 +214,13 @@ impl Params {
     }
 
     /// Did the rows used cover enough speed? At low speed friction bends the line; an input dead zone does not.
-    fn spans(&self, lengths: &Lengths, solution: &Solution, evidence: &Evidence, direction: usize) -> bool {
+    fn spans(
+        &self,
+        lengths: &Lengths,
+        solution: &Solution,
+        evidence: &Evidence,
+        direction: Direction,
+    ) -> bool {
         let (slowest, fastest) = speeds(evidence, direction);
         let rated = self.rated_speed(lengths);
         let (reached, whole, least) = match (evidence.excitation, evidence.mechanism) {
@@ -303,11 +309,11 @@ fn standing(estimates: &Estimates) -> Standing {
 /// needs and the margin is no saturation.
 pub fn saturation(
     seen: &saturation::Seen,
-    direction: usize,
+    direction: Direction,
     estimates: &Estimates,
     short_of_travel: bool,
 ) -> Estimate {
-    let (needed_u95, standing) = (estimates.dead_zone[direction & 1].u95, standing(estimates));
+    let (needed_u95, standing) = (estimates.dead_zone[direction].u95, standing(estimates));
     match seen.level {
         Some(value) if seen.excess > saturation::MARGIN.saturating_add(needed_u95) => {
             let u95 = share(value, SATURATION_ERROR_1024).saturating_add(seen.deviation);
@@ -320,8 +326,8 @@ pub fn saturation(
 }
 
 /// Slowest and fastest speed of the rows of a direction, Q20 of W₀.
-fn speeds(evidence: &Evidence, direction: usize) -> (i32, i32) {
-    let sums = evidence.sums.iter().map(|set| &set[direction & 1]);
+fn speeds(evidence: &Evidence, direction: Direction) -> (i32, i32) {
+    let sums = evidence.sums.iter().map(|set| &set[direction]);
     sums.fold((i32::MAX, 0), |(slowest, fastest), sums| {
         (slowest.min(sums.slowest), fastest.max(sums.fastest))
     })
@@ -329,7 +335,7 @@ fn speeds(evidence: &Evidence, direction: usize) -> (i32, i32) {
 
 /// Share of a dead zone that the model may err by, in 1/1024: in ordinary motion half as much again for every span
 /// that the slowest row is away from zero.
-fn model_error(evidence: &Evidence, direction: usize) -> i32 {
+fn model_error(evidence: &Evidence, direction: Direction) -> i32 {
     let (slowest, fastest) = speeds(evidence, direction);
     let spans = match evidence.excitation {
         Excitation::Chosen => 0,
@@ -343,7 +349,7 @@ fn model_error(evidence: &Evidence, direction: usize) -> i32 {
 
 /// The same for gain and time constant.
 fn linear_error(evidence: &Evidence) -> i32 {
-    model_error(evidence, 0).max(model_error(evidence, 1))
+    model_error(evidence, Direction::Positive).max(model_error(evidence, Direction::Negative))
 }
 
 fn half_width(value: i32, relative_sigma: i32, model: i32) -> i32 {

@@ -1,11 +1,11 @@
-//! From the stored parameters to joints that are ready to be armed.
+//! From the stored parameters to axes that are ready to be armed.
 
 use super::board::{AXES, Board, Drive};
 use core::mem::MaybeUninit;
-use servo::axis::servo_axis::{Joint, Order};
+use servo::axis::servo_axis::{Order, ServoAxis};
+use servo::drivers::saving::Archive;
 use servo::link::protocol::ResetCause;
-use servo::protect::Notice;
-use servo::store::saving::Archive;
+use servo::protect::Condition;
 use servo::store::{Found, StoredParameters};
 
 /// Reads the store into the archive. A set that this board cannot run counts as unreadable: it is reported, not mended.
@@ -33,31 +33,31 @@ fn suits<B: Board>(set: &StoredParameters<AXES>) -> bool {
     configs.all(|config| B::supports(config).is_ok())
 }
 
-/// One joint an axis: as it was stored, or never configured. In the place where they stay: they are kilobytes, and
+/// One a shaft: as it was stored, or never configured. In the place where they stay: they are kilobytes, and
 /// copies would make this the deepest point of the stack. The archive is then ready for the next save.
 #[inline(never)]
-pub fn joints<'a, B: Board>(
-    place: &'a mut MaybeUninit<[Joint; AXES]>,
+pub fn axes<'a, B: Board>(
+    place: &'a mut MaybeUninit<[ServoAxis; AXES]>,
     archive: &mut Archive<B::Flash, AXES>,
     found: Found,
     cause: ResetCause,
     drive: &mut B::Drive,
-) -> &'a mut [Joint; AXES] {
-    let joints = place.write(core::array::from_fn(|_| Joint::new()));
-    for (axis, joint) in joints.iter_mut().enumerate() {
+) -> &'a mut [ServoAxis; AXES] {
+    let axes = place.write(core::array::from_fn(|_| ServoAxis::new()));
+    for (axis, servo_axis) in axes.iter_mut().enumerate() {
         if cause == ResetCause::Watchdog {
-            joint.heed(Notice::WatchdogReset);
+            servo_axis.raise(Condition::WatchdogReset);
         }
         if found == Found::Damaged {
-            joint.heed(Notice::ParametersDamaged);
+            servo_axis.raise(Condition::ParametersDamaged);
         }
         if let Some(Some(parameters)) = archive.set().axes.get(axis)
             && let Ok(order) = Order::restore(parameters)
-            && joint.execute(&order).is_ok()
+            && servo_axis.execute(&order).is_ok()
         {
             drive.configure(axis, &parameters.config);
         }
     }
     archive.forget();
-    joints
+    axes
 }

@@ -2,7 +2,7 @@
 
 use super::board::{AXES, Board, Idle};
 use heapless::spsc::{Consumer, Producer};
-use servo::store::saving::{Archive, Job, Report};
+use servo::drivers::saving::{Archive, Job, Report};
 
 /// What the loop owns.
 pub struct IdleTask<B: Board> {

@@ -3,8 +3,8 @@
 use super::board::{Board, Line};
 use super::tick::Telemetry;
 use heapless::spsc::{Consumer, Producer};
-use servo::axis::servo_axis::Order;
 use servo::link::inbox::{Inbox, Incoming, refusal};
+use servo::link::order::Order;
 use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Refusal, Request, encode};
 
 /// Bytes taken from the line in one go; the rest waits for the next tick.
@@ -130,6 +130,8 @@ impl<B: Board> Link<B> {
 /// Builds what the control interrupt will put in place, and asks the board.
 fn unpack<B: Board>(command: &Command) -> Result<Order, Refusal> {
     let order = Order::from_command(command)?;
-    order.configuration().map_or(Ok(()), B::supports)?;
+    if let Order::Axis(axis) = &order {
+        axis.configuration().map_or(Ok(()), B::supports)?;
+    }
     Ok(order)
 }

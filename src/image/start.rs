@@ -8,19 +8,20 @@ use super::tick::{Control, ControlTask, Ends, Telemetry};
 use core::mem::MaybeUninit;
 use cortex_m::Peripherals as CorePeripherals;
 use heapless::spsc::Queue;
-use servo::axis::servo_axis::{Joint, Order};
+use servo::axis::servo_axis::ServoAxis;
 use servo::drivers::flash::ParameterFlash;
+use servo::drivers::saving::{Archive, Job, Report};
 use servo::link::capture::{EMPTY, Ring};
+use servo::link::order::Order;
 use servo::link::protocol::Message;
 use servo::store::MAX_AXES;
-use servo::store::saving::{Archive, Job, Report};
 
 const _: () = assert!(AXES <= MAX_AXES, "a stored record has no room for that many axes");
 
 /// Memory that the tasks share, or that is too large for the stack. It stays where it is for the life of the program.
 pub struct Places {
     ring: Ring,
-    joints: MaybeUninit<[Joint; AXES]>,
+    axes: MaybeUninit<[ServoAxis; AXES]>,
     /// Commands on their way from the link to the control interrupt, with sequence number and axis.
     orders: Queue<(u16, u8, Order), 2>,
     /// Answers on their way back. The link hands over an order only when it has room for what comes back, so these can
@@ -42,7 +43,7 @@ impl Places {
     pub const fn new() -> Self {
         Places {
             ring: EMPTY,
-            joints: MaybeUninit::uninit(),
+            axes: MaybeUninit::uninit(),
             orders: Queue::new(),
             answers: Queue::new(),
             records: Queue::new(),
@@ -64,7 +65,7 @@ pub fn start<B: Board>(
     let found = boot::restore::<B>(&mut archive);
     let (mut drive, line, idle) = B::init(device, core);
     defmt::info!("servo {=str} on {=str}", env!("CARGO_PKG_VERSION"), B::NAME);
-    let joints = boot::joints::<B>(&mut places.joints, &mut archive, found, cause, &mut drive);
+    let axes = boot::axes::<B>(&mut places.axes, &mut archive, found, cause, &mut drive);
     let (orders_out, orders_in) = places.orders.split();
     let (answers, answers_in) = places.answers.split();
     let (records, records_in) = places.records.split();
@@ -76,7 +77,7 @@ pub fn start<B: Board>(
         jobs,
         reports,
     };
-    let control = Control::new(joints, &mut places.ring, cause, found, ends);
+    let control = Control::new(axes, &mut places.ring, cause, found, ends);
     (
         drive,
         ControlTask::new(control, orders_in),

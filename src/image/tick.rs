@@ -1,13 +1,15 @@
-//! The image's control tick: at most one order, one step of every joint, one record each.
+//! The image's control tick: at most one order, one step of every axis, one record each.
 
 use super::board::{AXES, Drive};
 use heapless::spsc::{Consumer, Producer};
-use servo::axis::servo_axis::{Joint, Order};
+use servo::axis::servo_axis::{self, ServoAxis};
+use servo::config::Config;
+use servo::drivers::saving::{Job, Report, Saving, Step};
 use servo::link::capture::{Capture, Ring};
-use servo::link::protocol::{CAPTURE_PIECE, Command, Message, Refusal, ResetCause};
-use servo::protect::{Notice, Permit};
+use servo::link::order::{Order, Service};
+use servo::link::protocol::{CAPTURE_PIECE, Message, Refusal, ResetCause};
+use servo::protect::{Condition, Interlock};
 use servo::record::Record;
-use servo::store::saving::{Job, Report, Saving, Step};
 use servo::store::{AtRest, Found};
 
 /// Before any axis is configured: as the board starts.
@@ -73,7 +75,7 @@ impl ControlTask {
 
 /// The state of the control tick.
 pub struct Control {
-    joints: &'static mut [Joint; AXES],
+    axes: &'static mut [ServoAxis; AXES],
     telemetry_every: [u32; AXES],
     tick: u32,
     capture: Capture<'static>,
@@ -88,16 +90,16 @@ pub struct Control {
 }
 
 impl Control {
-    /// Nothing subscribed. `joints`: as they were stored.
+    /// Nothing subscribed. `axes`: as they were stored.
     pub fn new(
-        joints: &'static mut [Joint; AXES],
+        axes: &'static mut [ServoAxis; AXES],
         ring: &'static mut Ring,
         cause: ResetCause,
         stored: Found,
         ends: Ends,
     ) -> Self {
         let mut control = Control {
-            joints,
+            axes,
             telemetry_every: [0; AXES],
             tick: 0,
             capture: Capture::new(ring),
@@ -132,18 +134,18 @@ impl Control {
     /// `start`: the clock where the tick began, or where the axis before this one had ended.
     fn step(&mut self, axis: usize, start: u32, drive: &mut impl Drive) {
         let sample = drive.sample(axis);
-        let joint = &mut self.joints[axis];
+        let servo_axis = &mut self.axes[axis];
         if drive.index(axis) {
-            joint.index();
+            servo_axis.index();
         }
-        let permit = drive.permit(axis);
-        if permit != Permit::Granted {
-            joint.heed(Notice::Permit(permit));
+        let interlock = drive.interlock(axis);
+        if interlock != Interlock::Granted {
+            servo_axis.raise(Condition::Interlock(interlock));
         }
         if self.overrun {
-            joint.heed(Notice::TickOverrun);
+            servo_axis.raise(Condition::TickOverrun);
         }
-        let result = joint.step(sample);
+        let result = servo_axis.step(sample);
         drive.apply(axis, result.output);
         if axis == usize::from(self.captured) {
             self.capture.step(self.tick, &result.output.record);
@@ -182,7 +184,7 @@ impl Control {
             return false;
         };
         let (result, tick) = (self.execute(*axis, order), self.tick);
-        let config = order.configuration().filter(|_| result.is_ok());
+        let config = configuration(order).filter(|_| result.is_ok());
         if let Some(config) = config {
             drive.configure(usize::from(*axis), config);
         }
@@ -196,42 +198,56 @@ impl Control {
         configured
     }
 
-    /// Telemetry, capture and store are the image's own; all else is the joint's.
+    /// Telemetry, capture and store are the image's own; all else is the axis'.
     fn execute(&mut self, axis: u8, order: &Order) -> Result<(), Refusal> {
         let place = usize::from(axis);
-        let joint = self.joints.get_mut(place).ok_or(Refusal::NoSuchAxis)?;
+        if place >= self.axes.len() {
+            return Err(Refusal::NoSuchAxis);
+        }
         match order {
-            Order::Run(Command::Subscribe { every }) => self.telemetry_every[place] = *every,
-            Order::Run(Command::CaptureRead { from }) => self.read_capture(*from),
-            Order::Run(Command::Hello) => self.hello(),
-            Order::Run(Command::Parameters) => self.tell_parameters(axis),
-            Order::Run(Command::Stop) => return joint.execute(order),
+            Order::Service(service) => self.serve(axis, service),
+            Order::Axis(order) => self.order(place, order),
+        }
+    }
+
+    fn serve(&mut self, axis: u8, service: &Service) -> Result<(), Refusal> {
+        match *service {
+            Service::Subscribe { every } => self.telemetry_every[usize::from(axis)] = every,
+            Service::CaptureRead { from } => self.read_capture(from),
+            Service::Hello => self.hello(),
+            Service::Parameters => self.tell_parameters(axis),
             _ if self.saving.is_active() => return Err(Refusal::Storing),
-            Order::Run(Command::CaptureArm { trigger, before }) => {
+            Service::CaptureArm { trigger, before } => {
                 self.captured = axis;
-                self.capture.arm(*trigger, *before);
+                self.capture.arm(trigger, before);
             }
-            Order::Run(Command::Save) => {
+            Service::Save => {
                 let rest = self.rest().ok_or(Refusal::NotAtRest)?;
                 self.saving.begin(rest);
             }
-            _ if !self.shares_tick(place, order) => return Err(Refusal::SharedTick),
-            _ => return self.joints[place].execute(order),
         }
         Ok(())
     }
 
+    /// While parameters are stored nothing but a stop is carried out.
+    fn order(&mut self, place: usize, order: &servo_axis::Order) -> Result<(), Refusal> {
+        let stops = matches!(order, servo_axis::Order::Run(servo::axis::Command::Stop));
+        if !stops && self.saving.is_active() {
+            return Err(Refusal::Storing);
+        }
+        if !self.shares_tick(place, order) {
+            return Err(Refusal::SharedTick);
+        }
+        Ok(self.axes[place].execute(order)?)
+    }
+
     /// One timer paces all axes.
-    fn shares_tick(&self, place: usize, order: &Order) -> bool {
+    fn shares_tick(&self, place: usize, order: &servo_axis::Order) -> bool {
         let Some(new) = order.configuration() else {
             return true;
         };
-        let others = self
-            .joints
-            .iter()
-            .enumerate()
-            .filter(|(other, _)| *other != place);
-        others.filter_map(|(_, joint)| joint.config()).all(|config| {
+        let others = self.axes.iter().enumerate().filter(|(other, _)| *other != place);
+        others.filter_map(|(_, other)| other.config()).all(|config| {
             (config.tick_hz, config.pwm_full_scale, config.pwm_delay_ticks)
                 == (new.tick_hz, new.pwm_full_scale, new.pwm_delay_ticks)
         })
@@ -240,8 +256,8 @@ impl Control {
     /// Is every bridge open, and does every shaft stand?
     fn rest(&self) -> Option<AtRest> {
         let mut rest = None;
-        for joint in self.joints.iter() {
-            rest = Some(joint.rests()?);
+        for axis in self.axes.iter() {
+            rest = Some(axis.rests()?);
         }
         rest
     }
@@ -255,15 +271,15 @@ impl Control {
             return;
         }
         let tick_hz = self
-            .joints
+            .axes
             .iter()
-            .find_map(|joint| joint.config())
+            .find_map(|axis| axis.config())
             .map_or(START_TICK_HZ, |config| config.tick_hz);
         let report = self.ends.reports.dequeue();
         let job = match self.saving.step(AXES as u8, tick_hz, report) {
             Step::Rest => return,
             Step::Tell(event) => return self.tell(Message::Store(event)),
-            Step::HandOver(axis) => Job::Axis(self.joints[usize::from(axis)].parameters()),
+            Step::HandOver(axis) => Job::Axis(self.axes[usize::from(axis)].parameters()),
             Step::Write(rest) => Job::Write(rest),
             Step::Erase(rest) => Job::Erase(rest),
         };
@@ -273,8 +289,8 @@ impl Control {
 
     #[inline(never)]
     fn tell_parameters(&mut self, axis: u8) {
-        if let Some(joint) = self.joints.get(usize::from(axis)) {
-            let parameters = joint.parameters();
+        if let Some(servo_axis) = self.axes.get(usize::from(axis)) {
+            let parameters = servo_axis.parameters();
             self.tell(Message::Parameters { axis, parameters });
         }
     }
@@ -306,5 +322,13 @@ impl Control {
     /// it has room for what comes back.
     fn tell(&mut self, message: Message) {
         let _ = self.ends.answers.enqueue(message);
+    }
+}
+
+/// The configuration that the board has to take over, if there is one.
+fn configuration(order: &Order) -> Option<&Config> {
+    match order {
+        Order::Axis(order) => order.configuration(),
+        Order::Service(_) => None,
     }
 }

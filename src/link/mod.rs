@@ -2,4 +2,5 @@
 
 pub mod capture;
 pub mod inbox;
+pub mod order;
 pub mod protocol;

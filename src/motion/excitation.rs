@@ -9,7 +9,7 @@
 //! span for a linear chirp and 10⁻³ for a logarithmic one. The waveform is `micromath`'s sine in single precision, which
 //! is right to [`SINE_ERROR`] of the amplitude. That is enough *here*: whoever learns from the motion or records it
 //! takes the voltage that was applied, not the one that was meant, and a thousandth of third harmonic excites the motor
-//! no worse. Set-points come from [`crate::motion::trajectory::sin_cos`] instead.
+//! no worse. Set-points come from [`crate::motion::sine::sin_cos`] instead.
 //!
 //! A motor without identified gains can be excited; the identification in ordinary motion learns from it. Nothing is
 //! compensated: the voltage stands at the terminals.

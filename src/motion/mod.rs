@@ -3,5 +3,6 @@
 
 pub mod excitation;
 pub mod referencing;
+pub mod sine;
 pub mod stream;
 pub mod trajectory;

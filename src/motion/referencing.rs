@@ -42,21 +42,6 @@ pub enum Referencing {
     },
 }
 
-/// What is known about zero. Numbers as in the record; stable.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[repr(u8)]
-pub enum Referenced {
-    /// Positions count from power-up.
-    #[default]
-    No = 0,
-    /// A search is under way.
-    Searching = 1,
-    /// Positions are absolute.
-    Yes = 2,
-    /// The last search ended without a result; positions count as before it.
-    Missed = 3,
-}
-
 /// Counts in the direction of the search that prove that shaft and encoder follow.
 const PROOF_COUNTS: i32 = 8;
 /// A shaft that has not moved for so many times the patience will not move any more.

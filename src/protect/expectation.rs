@@ -1,6 +1,7 @@
 //! What the identified motor must do at least: the constants of the models of [`super::motion`], and their margins.
 
 use super::Input;
+use super::looks::look_bits;
 use crate::config::Scale;
 use crate::encoder::Motor;
 use crate::units::{Speed, Voltage, mul_shift, to_fixed};
@@ -12,7 +13,7 @@ pub const REST_MARGIN: f32 = 2.25;
 /// Dead zones that friction and load can take, at most, from a shaft that turns: ripple, cogging and random torque of
 /// up to 0.3, a load step of 0.2.
 pub const MOVING_MARGIN: f32 = 1.5;
-/// The same, at rest too, where the drive swallows small voltages and no friction holds the shaft: random torque and
+/// The same, at rest too, where the drive ignores small voltages and no friction holds the shaft: random torque and
 /// cogging, a load step of 0.2.
 pub const FREE_MARGIN: f32 = 1.5;
 /// Dead zones that friction takes from a shaft that is known to turn, whatever the encoder says: ripple, cogging.
@@ -75,7 +76,7 @@ impl Expectation {
                 Voltage(mul_shift(width.0, to_fixed(factor, 16), 16)).max(Voltage(least))
             })
         };
-        let (_, look_bits) = super::gather::looks(scale);
+        let look_bits = look_bits(scale);
         let ticks = (1u32 << look_bits) as f32;
         let tau = motor.tau_ticks / ticks;
         let lag = tau * if sticks { LAG_SHARE } else { FREE_LAG_SHARE };
@@ -109,9 +110,13 @@ impl Expectation {
     /// Observed speed in this direction, counts per look, Q20; of a shaft that runs back the faster of estimate and counter.
     pub(super) fn observed(&self, input: &Input, direction: i32) -> i32 {
         let look = 1i32 << (self.look_bits & 15);
-        let [speed, passage] =
-            [input.speed, input.passage].map(|speed| speed.0.saturating_mul(direction).saturating_mul(look));
-        if passage < 0 { speed.min(passage) } else { speed }
+        let [speed, edge_speed] = [input.speed, input.edge_speed]
+            .map(|speed| speed.0.saturating_mul(direction).saturating_mul(look));
+        if edge_speed < 0 {
+            speed.min(edge_speed)
+        } else {
+            speed
+        }
     }
 
     /// One look on from a speed with this torque, counts per look, Q20.

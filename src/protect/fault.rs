@@ -106,7 +106,7 @@ impl Fault {
 /// What the lines that may forbid motion say at this moment. A line that cannot be read counts as forbidding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(u8)]
-pub enum Permit {
+pub enum Interlock {
     /// Enable is high and the driver reports no fault.
     #[default]
     Granted = 0,
@@ -116,11 +116,11 @@ pub enum Permit {
     BridgeFault = 2,
 }
 
-/// What the samples of a tick do not show and the image knows; see [`crate::axis::servo_axis::Joint::heed`].
+/// What the samples of a tick do not show and the image knows; see [`crate::axis::servo_axis::ServoAxis::raise`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Notice {
+pub enum Condition {
     /// The lines as read in this tick. Give it in every tick: permission is a level, not an event.
-    Permit(Permit),
+    Interlock(Interlock),
     /// The last control tick did not end before the next one was due.
     TickOverrun,
     /// The watchdog has caused the last reset. Once, after boot.
@@ -129,14 +129,14 @@ pub enum Notice {
     ParametersDamaged,
 }
 
-impl Notice {
+impl Condition {
     /// The fault that follows; [`Fault::None`] for a permission.
     #[must_use]
     pub const fn fault(self) -> Fault {
         match self {
-            Self::Permit(Permit::Granted) => Fault::None,
-            Self::Permit(Permit::Disabled) => Fault::Disabled,
-            Self::Permit(Permit::BridgeFault) => Fault::BridgeFault,
+            Self::Interlock(Interlock::Granted) => Fault::None,
+            Self::Interlock(Interlock::Disabled) => Fault::Disabled,
+            Self::Interlock(Interlock::BridgeFault) => Fault::BridgeFault,
             Self::TickOverrun => Fault::TickOverrun,
             Self::WatchdogReset => Fault::WatchdogReset,
             Self::ParametersDamaged => Fault::ParametersDamaged,
@@ -147,8 +147,8 @@ impl Notice {
     #[must_use]
     pub const fn behind(fault: Fault) -> Option<Self> {
         match fault {
-            Fault::Disabled => Some(Self::Permit(Permit::Disabled)),
-            Fault::BridgeFault => Some(Self::Permit(Permit::BridgeFault)),
+            Fault::Disabled => Some(Self::Interlock(Interlock::Disabled)),
+            Fault::BridgeFault => Some(Self::Interlock(Interlock::BridgeFault)),
             Fault::TickOverrun => Some(Self::TickOverrun),
             Fault::WatchdogReset => Some(Self::WatchdogReset),
             Fault::ParametersDamaged => Some(Self::ParametersDamaged),

@@ -1,18 +1,13 @@
 //! What happens between two looks: sums of voltage and current, and the one thing that a mean would hide.
 //!
-//! Faults of a motor take milliseconds. Protection therefore looks at an axis [`LOOK_HZ`] to 2·[`LOOK_HZ`] times a second
-//! (more often where counts come fast, [`MOST_COUNTS`]) and not in every tick: what lies between is gathered here, a few additions a tick. Counts that jump are seen in
+//! Faults of a motor take milliseconds. Protection therefore looks at an axis 2,500 to 5,000 times a second
+//! (see [`super::looks`]) and not in every tick: what lies between is gathered here, a few additions a tick. Counts that jump are seen in
 //! the very tick, because over several of them a jump would hide in a motion.
 
 use super::expectation::Expectation;
+use super::looks::look_bits;
 use crate::config::Scale;
 use crate::units::Voltage;
-
-/// Looks per second, at least (or every tick, where ticks are slower).
-const LOOK_HZ: u32 = 2500;
-/// Counts between two looks at rated speed, at most: together with those that a fault needs
-/// ([`super::EXPECTED_COUNTS`]) they are fewer than 24.
-const MOST_COUNTS: u32 = 12;
 
 /// What a tick brings.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +22,7 @@ pub struct Reading {
 
 /// What lay between two looks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Means {
+pub struct Averages {
     /// Mean terminal voltage; `None`: the bridge was open, at least in one tick.
     pub voltage: Option<Voltage>,
     /// Sum of the current over the ticks, converter counts; 0 where it was not sensed.
@@ -62,9 +57,9 @@ pub(super) enum Due {
 }
 
 impl State {
-    /// Means of what was gathered; the next tick begins anew.
-    pub fn take(&mut self, bits: u32) -> Means {
-        let means = Means {
+    /// Averages of what was gathered; the next tick begins anew.
+    pub fn take(&mut self, bits: u32) -> Averages {
+        let averages = Averages {
             voltage: (!self.open).then_some(Voltage(self.voltage >> (bits & 31))),
             current: self.current,
         };
@@ -72,16 +67,14 @@ impl State {
             count: self.count,
             ..Self::default()
         };
-        means
+        averages
     }
 }
 
 impl Params {
     pub fn new(scale: &Scale) -> Self {
-        let by_rate = scale.config.tick_hz / LOOK_HZ;
-        let by_speed = (MOST_COUNTS << 16) / scale.rated_counts_per_tick_q16.max(1);
         Self {
-            bits: by_rate.min(by_speed).max(1).ilog2(),
+            bits: look_bits(scale),
         }
     }
 
@@ -109,10 +102,4 @@ impl Params {
             Due::Nothing
         }
     }
-}
-
-/// Looks per second, and ticks between two of them as a shift.
-pub(super) fn looks(scale: &Scale) -> (f32, u32) {
-    let bits = Params::new(scale).bits();
-    (scale.config.tick_hz as f32 / (1u32 << bits) as f32, bits)
 }

@@ -2,7 +2,7 @@
 
 use super::expectation::Expectation;
 use super::fault::Fault;
-use super::gather::looks;
+use super::looks::looks;
 use super::{Input, Settings};
 use crate::config::Scale;
 use crate::optional::Optional;

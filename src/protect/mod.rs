@@ -18,6 +18,7 @@ mod expectation;
 mod fault;
 mod gather;
 mod limits;
+mod looks;
 mod motion;
 mod settings;
 mod thermal;
@@ -26,9 +27,9 @@ mod winding;
 use crate::units::{Speed, Voltage};
 pub use action::{Action, Actions, Forbidden};
 pub use expectation::{EXPECTED_COUNTS, Expectation, KINETIC_MARGIN, MOVING_MARGIN, REST_MARGIN};
-pub use fault::{Fault, Notice, Permit};
+pub use fault::{Condition, Fault, Interlock};
 use gather::Due;
-pub use gather::{Means, Reading};
+pub use gather::{Averages, Reading};
 pub use settings::{Settings, SettingsError};
 pub use thermal::Thermal;
 
@@ -54,7 +55,7 @@ pub struct State {
     motion: motion::State,
     winding: winding::State,
     /// The winding was learned behind an input dead zone.
-    swallows: bool,
+    input_dead_zone: bool,
 }
 
 /// What protection looks at, now and then.
@@ -67,15 +68,15 @@ pub struct Input {
     /// Raw current; `None`: not sensed.
     pub current: Option<i16>,
     /// What acted and flowed since the last look.
-    pub means: Means,
+    pub averages: Averages,
     /// Speed estimate, no more than the counter allows.
     pub speed: Speed,
-    /// Speed of the counter's last passage.
-    pub passage: Speed,
+    /// Speed over the counter's last edge interval.
+    pub edge_speed: Speed,
     /// What of that voltage reaches the winding: behind the drive's input dead zone, if the drive is known to have one.
     pub winding: Voltage,
     /// Is it known to have one?
-    pub swallows: bool,
+    pub input_dead_zone: bool,
     /// Terminal voltage that the observed load takes.
     pub load: Voltage,
     /// At rest within the hold band: nothing is to move.
@@ -163,7 +164,7 @@ impl Params {
 
     /// One tick. The means since the last look when another one is due.
     #[inline]
-    pub fn tick(&self, state: &mut State, expectation: &Expectation, reading: &Reading) -> Option<Means> {
+    pub fn tick(&self, state: &mut State, expectation: &Expectation, reading: &Reading) -> Option<Averages> {
         match self.gather.step(&mut state.gather, expectation, reading) {
             Due::Nothing => None,
             Due::Look => Some(state.gather.take(self.gather.bits())),
@@ -197,15 +198,15 @@ impl Params {
     fn moves(&self, state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
         let missing = state.motion.step(expectation, input);
         if let Some(current) = input.current {
-            if input.swallows != state.swallows {
-                state.swallows = input.swallows;
+            if input.input_dead_zone != state.input_dead_zone {
+                state.input_dead_zone = input.input_dead_zone;
                 state.winding.forget();
             }
-            let voltage = input.means.voltage.map(|_| input.winding);
+            let voltage = input.averages.voltage.map(|_| input.winding);
             let fresh = state.motion.fresh();
             let winding = &mut state.winding;
             self.winding
-                .step(winding, &input.means, voltage, current, input.count, fresh);
+                .step(winding, &input.averages, voltage, current, input.count, fresh);
         }
         match (missing, input.current) {
             (None, Some(_)) => state.winding.lasting(),

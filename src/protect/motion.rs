@@ -165,7 +165,7 @@ impl State {
     /// start anew from the speed that is observed: a motor that is being braked may well turn against the voltage. So
     /// they do while the current still flows the old way.
     pub fn step(&mut self, expectation: &Expectation, input: &Input) -> Option<Missing> {
-        let voltage = input.means.voltage.unwrap_or(Voltage::ZERO);
+        let voltage = input.averages.voltage.unwrap_or(Voltage::ZERO);
         let direction = voltage.0.signum();
         self.flow = approach(self.flow, voltage.0, expectation.inverse_lag);
         let left = |torque, margins| expectation.drive(torque, direction, margins, self.load);
@@ -217,7 +217,7 @@ impl State {
             expectation.counts
         };
         let overdue = sure >= least;
-        let suspect = likely >= SUSPECT_COUNTS && !input.swallows;
+        let suspect = likely >= SUSPECT_COUNTS && !input.input_dead_zone;
         let (model, least) = if overdue {
             (&self.sure, sure)
         } else {
@@ -242,7 +242,7 @@ impl State {
     fn restart(&mut self, expectation: &Expectation, direction: i32, input: &Input) {
         let model = self.observe(expectation, direction, input);
         (self.direction, self.sure, self.likely) = (direction, model, model);
-        if input.means.voltage.is_none() || input.holding {
+        if input.averages.voltage.is_none() || input.holding {
             self.load = input.load;
         }
     }

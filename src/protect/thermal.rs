@@ -7,7 +7,7 @@
 //! The first-order model of IEC 60255-149 without its cold state: power-up counts as cold, so a drive that is switched
 //! off and on again while hot is not protected until it has warmed the model up anew.
 
-use super::gather::looks;
+use super::looks::looks;
 use crate::config::{ConfigError, Field, Scale, within};
 use serde::{Deserialize, Serialize};
 

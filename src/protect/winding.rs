@@ -12,9 +12,11 @@
 
 use super::balance::{self, Constants};
 use super::fault::Fault;
-use super::gather::{Means, looks};
+use super::gather::Averages;
+use super::looks::looks;
 use super::motion::Missing;
 use crate::config::Scale;
+use crate::identify::gate::LINEAR_LIMIT;
 use crate::units::{VOLTAGE_BITS, Voltage, mul_shift};
 
 /// The equation is integrated over 1/16 s: shorter stretches would drown the rise of the current, by which the
@@ -24,8 +26,9 @@ const BLOCKS_PER_S: f32 = 16.0;
 const GLANCES_PER_BLOCK: u32 = 4;
 /// Fraction bits of voltages here, nominal supply.
 const WINDING_BITS: u32 = 14;
-/// Voltage above which a drive may have reached its limit, Q14: 0.66 of nominal, as the identifier's gate has it.
-const MOST_VOLTAGE: i32 = 10_813;
+/// Voltage above which a drive may have reached its limit, Q14: as the identifier's gate has it.
+const MOST_VOLTAGE: i32 = LINEAR_LIMIT;
+const _: () = assert!(WINDING_BITS == 14, "the gate's limit is Q14");
 /// Counts that a block must see: an encoder that says nothing teaches nothing.
 const LEAST_COUNTS: i32 = 2;
 /// Blocks in a row in which current and counter must disagree: 0.4 s.
@@ -39,7 +42,7 @@ const UNCERTAIN_SHIFT: u32 = 5;
 /// The same where friction may hold it: 3/16. A winding that warms up by 45 K gains so much, and a stalled one must not
 /// look like one that turns.
 const DOUBTFUL_SHIFTS: [u32; 2] = [3, 4];
-/// Relative uncertainty of what an input dead zone swallows, as a shift: 1/8.
+/// Relative uncertainty of what an input dead zone takes, as a shift: 1/8.
 const SWALLOWED_SHIFT: u32 = 3;
 /// Looks over which the unrest of the current is averaged, as a shift.
 const UNREST_BITS: u32 = 5;
@@ -252,13 +255,13 @@ impl Params {
         }
     }
 
-    /// One look: `voltage` acted at the winding (`None`: bridge open), the current was `means` and is `current`, the
+    /// One look: `voltage` acted at the winding (`None`: bridge open), the current was `averages` and is `current`, the
     /// counter reads `count`. `fresh`: the encoder has just proved to the likely and to the sure model that it follows, or
     /// nothing is demanded of it.
     pub fn step(
         &self,
         state: &mut State,
-        means: &Means,
+        averages: &Averages,
         voltage: Option<Voltage>,
         current: i16,
         count: i32,
@@ -267,11 +270,11 @@ impl Params {
         let current = i32::from(current);
         let q14 = |voltage: Voltage| voltage.0 >> (VOLTAGE_BITS - WINDING_BITS);
         let acting = voltage.map_or(0, q14);
-        let terminal = means.voltage.map_or(0, q14);
+        let terminal = averages.voltage.map_or(0, q14);
         let look = Stretch {
             voltage: acting << (self.look_bits & 15),
             swallowed: terminal.saturating_sub(acting).saturating_abs() << (self.look_bits & 15),
-            current: means.current,
+            current: averages.current,
             first: (0, 0),
             ticks: 1 << (self.look_bits & 15),
         };

@@ -15,8 +15,10 @@
 //!   different polynomial (Castagnoli), so random bits pass both with a probability of 2⁻⁶⁴.
 
 pub(crate) mod checksum;
+mod event;
 mod layouts;
-pub mod saving;
+
+pub use event::{SaveError, StoreEvent};
 
 use crate::config::{Config, ConfigError, Field, within};
 use crate::control::Tuning;

@@ -4,6 +4,9 @@
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+/// The schema of the serialised result.
+const SCHEMA: &str = "truing-gap/1";
+
 /// What the workflow concluded. The first that holds, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -18,6 +21,18 @@ pub enum Verdict {
     Named,
     /// Simulation and data agree to the noise.
     NothingMissing,
+}
+
+impl Verdict {
+    /// What holds where something is left, explanations are tied, and effects are named.
+    pub fn of(left: bool, tied: bool, named: bool) -> Self {
+        match (left, tied, named) {
+            (true, ..) => Self::Unexplained,
+            (_, true, _) => Self::Tie,
+            (.., true) => Self::Named,
+            _ => Self::NothingMissing,
+        }
+    }
 }
 
 /// A fitted number with its standard deviation.
@@ -121,6 +136,20 @@ pub struct Segment {
     pub seconds: f64,
 }
 
+impl Segment {
+    /// A voltage, or whatever else drives the axis, held for a time.
+    pub fn driven(input: f64, seconds: f64) -> Self {
+        let (bridge, u_v) = (1, Some(input));
+        Self { bridge, u_v, seconds }
+    }
+
+    /// The bridge left open.
+    pub fn open(seconds: f64) -> Self {
+        let (bridge, u_v) = (0, None);
+        Self { bridge, u_v, seconds }
+    }
+}
+
 /// What to measure next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Experiment {
@@ -174,6 +203,14 @@ pub struct Series {
     pub curve: Curve,
     /// How it is drawn.
     pub style: Style,
+}
+
+impl Series {
+    /// A curve with its legend entry.
+    pub fn new(label: &str, curve: Curve, style: Style) -> Self {
+        let label = label.into();
+        Self { label, curve, style }
+    }
 }
 
 /// Curves on axes.
@@ -260,4 +297,46 @@ pub struct Outcome {
     /// Unit of the gap.
     #[serde(skip)]
     pub gap_unit: String,
+}
+
+impl Outcome {
+    /// A result in which nothing but this is told yet.
+    pub fn new(verdict: Verdict, holdout: HoldOut, gap_unit: &str) -> Self {
+        Self {
+            schema: SCHEMA,
+            verdict,
+            effects: Vec::new(),
+            ties: Vec::new(),
+            closest_known: Vec::new(),
+            holdout,
+            final_records: None,
+            within_tolerance: Vec::new(),
+            places: Vec::new(),
+            unexplained: Unexplained {
+                share_of_gap: 0.0,
+                structure: "none".into(),
+            },
+            next_experiment: None,
+            runtime_s: 0.0,
+            notes: Vec::new(),
+            steps: Vec::new(),
+            rivals: Vec::new(),
+            plots: Vec::new(),
+            gap_unit: gap_unit.into(),
+        }
+    }
+
+    /// The result when nothing could be tested: a gap that nobody measured is no number.
+    pub fn untested(signal: &str, noise_floor: f64, gap_unit: &str) -> Self {
+        let unknown = f64::NAN;
+        let holdout = HoldOut {
+            signal: signal.into(),
+            rmse_before: unknown,
+            rmse_after: unknown,
+            noise_floor,
+            fit_percent_before: unknown,
+            fit_percent_after: unknown,
+        };
+        Self::new(Verdict::InsufficientExcitation, holdout, gap_unit)
+    }
 }

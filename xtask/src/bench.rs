@@ -4,7 +4,7 @@ use crate::process::run;
 use crate::programs::Program;
 use anyhow::Result;
 
-/// Prints the table of docs/cost.md.
+/// Prints the table of docs/results/cost.md.
 pub fn print() -> Result<()> {
     run(&mut Program::BenchImage.run())
 }

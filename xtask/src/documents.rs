@@ -43,7 +43,7 @@ pub fn check_arguments() -> Result<()> {
 fn started(words: &[String]) -> Option<(&str, &[String])> {
     match words.get(1)?.as_str() {
         "truing" => Some(("truing", &words[2..])),
-        "run" => {
+        "run" if !words.iter().any(|word| word == "--example") => {
             let split = words.iter().position(|word| word == "--").unwrap_or(words.len());
             let name = after(words, &["--bin"]).or_else(|| after(words, &["-p", "--package"]))?;
             Some((name, words.get(split + 1..).unwrap_or_default()))
@@ -52,20 +52,28 @@ fn started(words: &[String]) -> Option<(&str, &[String])> {
     }
 }
 
-/// Fails unless package, program and test of the command exist.
+/// Fails unless package, program, test and the test's module of the command exist.
 fn exists(targets: &Targets, words: &[String]) -> Result<()> {
     let Some(package) = after(words, &["-p", "--package"]) else {
         return Ok(());
     };
     targets.find(package, None)?;
-    for (option, kind) in [("--bin", "bin"), ("--test", "test")] {
+    for (option, kind) in [("--bin", "bin"), ("--test", "test"), ("--example", "example")] {
         if let Some(name) = after(words, &[option]) {
             targets
                 .find(package, Some((kind, name)))
                 .with_context(|| format!("a document shows `{}`", words.join(" ")))?;
         }
     }
+    if let (Some(test), Some(module)) = (after(words, &["--test"]), module(words)) {
+        targets.find_module(package, test, module)?;
+    }
     Ok(())
+}
+
+/// `module` of the filter `module::`, which picks the tests of one file.
+fn module(words: &[String]) -> Option<&str> {
+    words.iter().find_map(|word| word.strip_suffix("::"))
 }
 
 /// The word behind one of `options`.
@@ -74,7 +82,7 @@ fn after<'a>(words: &'a [String], options: &[&str]) -> Option<&'a str> {
     words.get(place + 1).map(String::as_str)
 }
 
-/// All commands of README.md and docs/*.md, each once.
+/// All commands of the documents, each once. Records of decisions tell of commands as they were.
 fn shown() -> Result<BTreeSet<Words>> {
     let mut shown = BTreeSet::new();
     for path in documents()? {
@@ -86,11 +94,16 @@ fn shown() -> Result<BTreeSet<Words>> {
 }
 
 fn documents() -> Result<Vec<PathBuf>> {
-    let mut paths = vec![root().join("README.md")];
-    for entry in std::fs::read_dir(root().join("docs")).context("cannot read docs/")? {
-        let path = entry?.path();
-        if path.extension().is_some_and(|ending| ending == "md") {
-            paths.push(path);
+    let mut paths = vec![root().join("README.md"), root().join("CONTRIBUTING.md")];
+    for folder in ["docs", "docs/results"] {
+        let folder = root().join(folder);
+        let entries =
+            std::fs::read_dir(&folder).with_context(|| format!("cannot read {}", folder.display()))?;
+        for entry in entries {
+            let path = entry?.path();
+            if path.extension().is_some_and(|ending| ending == "md") {
+                paths.push(path);
+            }
         }
     }
     Ok(paths)
@@ -144,10 +157,10 @@ fn command(code: &str) -> Option<Words> {
     (words.len() > 1).then_some(words)
 }
 
-/// Words without quotes and without the brackets of what may be left out.
+/// Words without quotes and without the brackets of what may be left out, up to a comment or a redirection.
 fn split(code: &str) -> Words {
     code.split_whitespace()
-        .take_while(|word| !word.starts_with('#') && !word.contains('…'))
+        .take_while(|word| !word.starts_with('#') && !word.contains('…') && !word.contains('>'))
         .map(|word| word.trim_matches(['"', '[', ']']).replace("=\"", "="))
         .collect()
 }
@@ -181,6 +194,7 @@ mod tests {
             exists(&targets, words).unwrap();
         }
         assert!(exists(&targets, &split("cargo test -p host-tests --test nothing")).is_err());
+        assert!(exists(&targets, &split("cargo test -p host-tests --test chip nothing::")).is_err());
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use crate::process::{root, run};
 use crate::programs::Program;
 use anyhow::{Context, Result};
-use boards::{BOARDS, Board};
+use boards::{BOARDS, Board, DEFAULT};
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -74,4 +74,11 @@ pub fn build_all() -> Result<()> {
         Image::of(board).build()?;
     }
     Ok(())
+}
+
+/// A Cargo command on an example of the library for the default board's chip, with what the images have compiled already.
+pub fn example(verb: &str, name: &str) -> Command {
+    let mut command = Program::Firmware.example(verb, name);
+    command.args(["--target", DEFAULT.chip.target, "--profile", "firmware"]);
+    command
 }

@@ -62,6 +62,8 @@ enum Command {
     Bench,
     /// List what of control, link and idle can reach a panic; fails on anything that is not accepted with a reason.
     Panics,
+    /// Print the figures of the code base: code lines, lengths of functions and files, rooms, arrows between them, circles.
+    House,
     /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
     Test,
 }
@@ -86,6 +88,7 @@ fn run(command: Command) -> Result<()> {
         Command::Instructions { accept } => setup::everything().and_then(|()| instructions::print(accept)),
         Command::Bench => setup::everything().and_then(|()| bench::print()),
         Command::Panics => setup::everything().and_then(|()| panics::check(false)),
+        Command::House => process::run(&mut Program::House.run()),
         Command::Test => test::everything(),
     }
 }

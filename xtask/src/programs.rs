@@ -18,6 +18,8 @@ pub enum Program {
     PanicPaths,
     /// Depth of an image's stack.
     StackDepth,
+    /// Figures of the code base.
+    House,
     /// The firmware image.
     Firmware,
 }
@@ -32,8 +34,14 @@ impl Program {
             Program::FlashDryRun => ("flash-dry-run", "flash-dry-run"),
             Program::PanicPaths => ("panic-paths", "panic-paths"),
             Program::StackDepth => ("panic-paths", "stack-depth"),
+            Program::House => ("house", "house"),
             Program::Firmware => ("servo", "firmware"),
         }
+    }
+
+    /// Name of the package.
+    pub fn package(self) -> &'static str {
+        self.names().0
     }
 
     /// `cargo run` up to the program's own arguments, without Cargo's words.
@@ -47,6 +55,11 @@ impl Program {
     pub fn cargo(self, verb: &str) -> Command {
         let (package, program) = self.names();
         cargo(&[verb, "--package", package, "--bin", program])
+    }
+
+    /// A Cargo command on an example in this program's package.
+    pub fn example(self, verb: &str, name: &str) -> Command {
+        cargo(&[verb, "--package", self.names().0, "--example", name])
     }
 }
 

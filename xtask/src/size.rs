@@ -22,7 +22,7 @@ struct Size {
     zeroed: u64,
 }
 
-/// Builds the images, prints a table for docs/cost.md and checks or enters its figures.
+/// Builds the images, prints a table for docs/results/cost.md and checks or enters its figures.
 pub fn print(accept: bool) -> Result<()> {
     let mut figures = Figures::new();
     println!("| image | flash, bytes | RAM, bytes | of which initialised | stack at most, bytes |");

@@ -3,6 +3,7 @@
 use crate::process::{cargo, text};
 use anyhow::{Context, Result, bail};
 use serde::Deserialize;
+use std::path::PathBuf;
 
 /// What of `cargo metadata` is looked at.
 #[derive(Deserialize)]
@@ -20,6 +21,7 @@ struct Package {
 struct Target {
     name: String,
     kind: Vec<String>,
+    src_path: PathBuf,
 }
 
 impl Targets {
@@ -39,16 +41,33 @@ impl Targets {
 
     /// Fails when the workspace lacks the package, or the package lacks a target of this kind and name.
     pub fn find(&self, package: &str, target: Option<(&str, &str)>) -> Result<()> {
-        let found = self.packages.iter().find(|found| found.name == package);
-        let found = found.with_context(|| format!("the workspace has no package {package}"))?;
-        let Some((kind, name)) = target else {
-            return Ok(());
-        };
-        let fits = |target: &Target| target.name == name && target.kind.iter().any(|of| of == kind);
-        if !found.targets.iter().any(fits) {
-            bail!("the package {package} has no {kind} {name}");
+        let found = self.package(package)?;
+        match target {
+            Some((kind, name)) => found.target(kind, name).map(|_| ()),
+            None => Ok(()),
+        }
+    }
+
+    /// Fails when a test of a package has no file `module` beside its `main.rs`.
+    pub fn find_module(&self, package: &str, test: &str, module: &str) -> Result<()> {
+        let main = &self.package(package)?.target("test", test)?.src_path;
+        if !main.with_file_name(format!("{module}.rs")).is_file() {
+            bail!("the test {test} of {package} has no module {module}");
         }
         Ok(())
+    }
+
+    fn package(&self, name: &str) -> Result<&Package> {
+        let found = self.packages.iter().find(|found| found.name == name);
+        found.with_context(|| format!("the workspace has no package {name}"))
+    }
+}
+
+impl Package {
+    fn target(&self, kind: &str, name: &str) -> Result<&Target> {
+        let fits = |target: &&Target| target.name == name && target.kind.iter().any(|of| of == kind);
+        let found = self.targets.iter().find(fits);
+        found.with_context(|| format!("the package {} has no {kind} {name}", self.name))
     }
 }
 
@@ -66,5 +85,7 @@ mod tests {
             error("host-tests", Some(("bin", "flash-dry-run"))),
             "the package host-tests has no bin flash-dry-run"
         );
+        targets.find_module("host-tests", "chip", "drivers").unwrap();
+        assert!(targets.find_module("host-tests", "chip", "qemu").is_err());
     }
 }

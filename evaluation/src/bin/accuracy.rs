@@ -1,6 +1,7 @@
-//! The accuracy suites: commissions many plants and prints markdown rows for docs/accuracy.md.
+//! The accuracy suites: commissions many plants and prints markdown rows for docs/results/accuracy.md.
 
 use clap::{Parser, ValueEnum};
+use evaluation::{Page, Results};
 use host_tests::commissioning::{Score, commission, quantiles};
 use host_tests::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
 use rayon::prelude::*;
@@ -66,22 +67,28 @@ struct Arguments {
     /// Print each plant.
     #[arg(long)]
     each: bool,
+    #[command(flatten)]
+    results: Results,
 }
 
 fn main() {
     let arguments = Arguments::parse();
-    println!(
+    let mut page = arguments.results.page();
+    page.line(
         "| family | budget | rate | n | dead zone % | gain % | time constant % | saturation % | unseen, invented | trusted, worst | false trust | covered, u95 % | mechanism right, wrong | refused, doubts |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    page.line("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     let imperfections = imperfections(&arguments.imperfection);
     for imperfection in imperfections {
         for &family in &arguments.family {
             for &severity in &arguments.severity {
-                row(&arguments, family, severity, imperfection);
+                row(&mut page, &arguments, family, severity, imperfection);
             }
         }
     }
+    let kind = if arguments.design { "design" } else { "evaluation" };
+    let last = arguments.first + arguments.plants.saturating_sub(1);
+    page.close(&format!("{kind}, {} to {last}", arguments.first));
 }
 
 /// Those that are asked for; `None`: the plants as they are drawn.
@@ -97,6 +104,7 @@ fn imperfections(names: &[String]) -> Vec<Option<Imperfection>> {
 }
 
 fn row(
+    page: &mut Page,
     arguments: &Arguments,
     family: FamilyName,
     severity: SeverityName,
@@ -108,12 +116,17 @@ fn row(
         .collect();
     if arguments.each {
         for (number, score) in &scores {
-            println!("{number}: {score:?}");
+            page.line(format_args!("{number}: {score:?}"));
         }
     }
     let scores: Vec<Score> = scores.into_iter().map(|(_, score)| score).collect();
     let with = imperfection.map_or(String::new(), |imperfection| format!(" {imperfection:?}"));
-    print(arguments, &format!("{family:?} {severity:?}{with}"), &scores);
+    print(
+        page,
+        arguments,
+        &format!("{family:?} {severity:?}{with}"),
+        &scores,
+    );
 }
 
 /// A number between 0 and 1 that belongs to a plant's number.
@@ -180,7 +193,7 @@ fn draw(arguments: &Arguments, family: FamilyName, severity: SeverityName, numbe
     Plant::draw(family, severity, seeds, &options)
 }
 
-fn print(arguments: &Arguments, name: &str, scores: &[Score]) {
+fn print(page: &mut Page, arguments: &Arguments, name: &str, scores: &[Score]) {
     let three = |values: Vec<f64>| {
         let [median, most, worst] = quantiles(values);
         format!("{median:.2} / {most:.2} / {worst:.1}")
@@ -195,7 +208,7 @@ fn print(arguments: &Arguments, name: &str, scores: &[Score]) {
     for reason in scores.iter().filter_map(|score| score.refused.or(score.doubt)) {
         *why.entry(reason).or_default() += 1;
     }
-    println!(
+    page.line(format_args!(
         "| {name}{} | {} s | {} Hz | {} | {} | {} | {} | {} | {}, {} | {} %, {worst:.1} | {} | {} %, {u95:.1} | {}, {} | {}, {why:?} |",
         if arguments.blind { " blind" } else { "" },
         arguments.seconds,
@@ -219,5 +232,5 @@ fn print(arguments: &Arguments, name: &str, scores: &[Score]) {
             .filter(|score| score.mechanism == Some(false))
             .count(),
         scores.iter().filter(|score| score.refused.is_some()).count(),
-    );
+    ));
 }

@@ -1,7 +1,9 @@
-//! Instructions of our identifier, compensator and loop beside published crates: the table of docs/cost.md.
+//! Instructions of our identifier, compensator and loop beside published crates: the table of docs/results/cost.md.
 //!
 //! `cargo xtask bench`
 
+use clap::Parser;
+use evaluation::Results;
 use host_tests::counts;
 
 /// Subject → arithmetic, what it delivers.
@@ -54,9 +56,17 @@ const WHAT: [(&str, &str, &str); 10] = [
     ),
 ];
 
+/// Counts instructions in QEMU: ours beside published crates.
+#[derive(Parser)]
+struct Arguments {
+    #[command(flatten)]
+    results: Results,
+}
+
 fn main() {
-    println!("| subject | control rate | updates | average | worst | arithmetic | delivers |");
-    println!("|---|---|---|---|---|---|---|");
+    let mut page = Arguments::parse().results.page();
+    page.line("| subject | control rate | updates | average | worst | arithmetic | delivers |");
+    page.line("|---|---|---|---|---|---|---|");
     for count in counts::run() {
         let (_, arithmetic, delivers) = WHAT
             .iter()
@@ -67,9 +77,10 @@ fn main() {
             0 => "any".into(),
             hz => format!("{hz} Hz"),
         };
-        println!(
+        page.line(format_args!(
             "| {} | {rate} | {} | {:.0} | {} | {arithmetic} | {delivers} |",
             count.name, count.updates, count.average, count.worst
-        );
+        ));
     }
+    page.close("none");
 }

@@ -1,6 +1,7 @@
 //! The fault-injection suite: `cargo run -p evaluation --bin faults -- --help`.
 
 use clap::Parser;
+use evaluation::{Page, Results};
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::faults::calm;
 use host_tests::faults::first_motion::{self, Travels};
@@ -37,7 +38,12 @@ struct Arguments {
     /// Print every finding.
     #[arg(long)]
     verbose: bool,
+    #[command(flatten)]
+    results: Results,
 }
+
+/// Evaluation seeds of this suite start here.
+const SEEDS: u32 = 700_000;
 
 const FAMILIES: [(&str, Family); 4] = [
     ("G1", Family::G1),
@@ -76,22 +82,34 @@ const BEFORE: [(&str, Injury); 5] = [
 
 fn main() {
     let arguments = Arguments::parse();
-    if let Some(hours) = arguments.calm_h {
-        return calm(&arguments, hours);
+    let mut page = arguments.results.page();
+    match arguments.calm_h {
+        Some(hours) => calm(&mut page, &arguments, hours),
+        None if arguments.first_motion => first_motion(&mut page, &arguments),
+        None => injuries(&mut page, &arguments),
     }
-    if arguments.first_motion {
-        return first_motion(&arguments);
-    }
+    let (kind, offset) = if arguments.design {
+        ("design", 0)
+    } else {
+        ("evaluation", SEEDS)
+    };
+    let first = offset + arguments.first;
+    let last = first + arguments.plants.saturating_sub(1);
+    page.close(&format!("{kind}, {first} to {last}"));
+}
+
+/// Broken in the middle of ordinary motion, or at rest.
+fn injuries(page: &mut Page, arguments: &Arguments) {
     let mut rows: Vec<(String, Tally)> = Vec::new();
     for (name, family) in arguments.families() {
         for number in arguments.numbers() {
-            injure_all(&arguments, name, family, number, &mut rows);
+            injure_all(page, arguments, name, family, number, &mut rows);
         }
     }
-    println!("{}", Tally::HEAD);
+    page.line(Tally::HEAD);
     for (key, tally) in &rows {
         let [fault, when, current] = [0, 1, 2].map(|k| key.split('|').nth(k).unwrap_or_default());
-        println!("{}", tally.row(fault, when, current));
+        page.line(tally.row(fault, when, current));
         if arguments.verbose {
             eprintln!("{key}: {:?}", tally.verdicts);
         }
@@ -99,10 +117,10 @@ fn main() {
 }
 
 /// The same time for every plant; all currents sensed in every other one.
-fn calm(arguments: &Arguments, hours: f64) {
+fn calm(page: &mut Page, arguments: &Arguments, hours: f64) {
     let number = arguments.families().count() as f64 * f64::from(arguments.plants);
     let seconds = 3600.0 * hours / number;
-    println!(
+    page.line(
         "| family | plants | simulated | moving | motions | contacts | false alarms |\n|---|---|---|---|---|---|---|"
     );
     for (name, family) in arguments.families() {
@@ -126,19 +144,19 @@ fn calm(arguments: &Arguments, hours: f64) {
             sum.motions += one.motions;
             sum.contacts += one.contacts;
         }
-        println!(
+        page.line(format_args!(
             "| {name} | {plants} | {:.2} h | {:.0} % | {} | {} | {alarms} |",
             sum.seconds / 3600.0,
             100.0 * sum.moving_s / sum.seconds,
             sum.motions,
             sum.contacts
-        );
+        ));
     }
 }
 
 /// Broken before they are switched on, or healthy.
-fn first_motion(arguments: &Arguments) {
-    println!("{}", Travels::HEAD);
+fn first_motion(page: &mut Page, arguments: &Arguments) {
+    page.line(Travels::HEAD);
     for (name, family) in arguments.families() {
         let mut rows: BTreeMap<String, Travels> = BTreeMap::new();
         for number in arguments.numbers() {
@@ -156,7 +174,7 @@ fn first_motion(arguments: &Arguments) {
             }
         }
         for (key, travels) in &rows {
-            println!("{}", travels.row(key));
+            page.line(travels.row(key));
         }
     }
 }
@@ -175,12 +193,13 @@ impl Arguments {
         if self.design {
             Seeds::Design(number)
         } else {
-            Seeds::Evaluation(700_000 + number)
+            Seeds::Evaluation(SEEDS + number)
         }
     }
 }
 
 fn injure_all(
+    page: &mut Page,
     arguments: &Arguments,
     name: &str,
     family: Family,
@@ -195,10 +214,10 @@ fn injure_all(
     plant.sensing.current = number.is_multiple_of(2);
     let trial = Trial::commissioned(&plant, &Settings::default(), calm::budget_ms(family));
     if trial.fault() != Fault::None {
-        println!(
+        page.line(format_args!(
             "false alarm before any injury: {name} {number}: {:?}",
             trial.fault()
-        );
+        ));
         return;
     }
     for (k, (fault, injury, whens)) in INJURIES.iter().enumerate() {

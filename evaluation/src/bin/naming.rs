@@ -6,6 +6,7 @@
 //! counts the table is made from the file alone.
 
 use clap::Parser;
+use evaluation::Results;
 use host_tests::naming::{Line, group, report};
 use host_tests::next_experiment::{self, Found, examine};
 use host_tests::opened::{Opened, opened};
@@ -21,6 +22,7 @@ use truing::gap::{self, Options};
 use truing::outcome::Outcome;
 use truing::report::{Exporter, model_file::ModelFile};
 use truing::synthetic::cases::{Answer, Case, Set, Spec, draw, rms_difference};
+use truing::system::effects::{self, Meaning};
 use truing::system::log::Dynamic;
 use truing::system::model::{self, Model};
 
@@ -69,6 +71,8 @@ struct Arguments {
     /// Show each case that was not answered right.
     #[arg(long)]
     misses: bool,
+    #[command(flatten)]
+    results: Results,
 }
 
 /// Seeds of cases with the current logged start here, apart from the others of their set.
@@ -93,7 +97,10 @@ fn main() {
         work.par_iter()
             .for_each(|(spec, seed)| record(&arguments, spec, *seed))
     });
-    print!("{}", report(&lines(&arguments.lines)));
+    let lines = lines(&arguments.lines);
+    let mut page = arguments.results.page();
+    page.print(report(&lines));
+    page.close(&seeds(&lines));
 }
 
 /// Ties of short noisy logs, and what the suggested experiments are worth.
@@ -112,7 +119,23 @@ fn next_experiments(arguments: &Arguments) {
             Some(found)
         })
         .collect();
-    print!("{}", next_experiment::report(&found));
+    let mut page = arguments.results.page();
+    page.print(next_experiment::report(&found));
+    let last = arguments.first + arguments.next_experiments - 1;
+    page.close(&format!("{} to {last}", arguments.first));
+}
+
+/// The first and the last seed of each set that the table is made of.
+fn seeds(lines: &[Line]) -> String {
+    let mut sets: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
+    for line in lines {
+        let (first, last) = sets.entry(&line.set).or_insert((line.seed, line.seed));
+        (*first, *last) = ((*first).min(line.seed), (*last).max(line.seed));
+    }
+    let sets = sets
+        .iter()
+        .map(|(set, (first, last))| format!("{set} {first} to {last}"));
+    sets.collect::<Vec<_>>().join(", ")
 }
 
 /// The lines written so far.
@@ -265,6 +288,12 @@ fn score(answer: &Answer, outcome: &Outcome, before: Option<f64>, after: Option<
     }
 }
 
+/// Whether a parameter of an effect is the angle of a sine.
+fn is_phase(effect: &str, parameter: &str) -> bool {
+    let place = effects::find(effect).and_then(|effect| Some((effect, effect.place(Meaning::Phase)?)));
+    place.is_some_and(|(effect, place)| effect.parameters[place].name == parameter)
+}
+
 /// (estimate − truth)/std of every parameter of an effect that is exactly right in name and form, in cases whose names are
 /// all right: what a wrong partner does to a parameter is no matter of its interval.
 fn deviations(answer: &Answer, outcome: &Outcome) -> Vec<(String, f64)> {
@@ -300,7 +329,7 @@ fn deviations(answer: &Answer, outcome: &Outcome) -> Vec<(String, f64)> {
                 continue;
             };
             let mut error = value.value - truth;
-            if *name == "phase_rad" {
+            if is_phase(effect.name, name) {
                 let turn = std::f64::consts::TAU;
                 error -= turn * (error / turn).round();
             }

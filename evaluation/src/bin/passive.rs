@@ -4,6 +4,7 @@
 //! a commissioning. Seeds apart from those that the identifier was designed with.
 
 use clap::Parser;
+use evaluation::{Page, Results};
 use host_tests::families::{Family, Seeds, Severity};
 use host_tests::passive::{Followed, Following, Learned, Learning, Motion};
 use host_tests::tracking::quantile;
@@ -32,16 +33,21 @@ struct Arguments {
     /// Use the design seeds.
     #[arg(long)]
     design: bool,
+    #[command(flatten)]
+    results: Results,
 }
 
+/// Evaluation seeds of this suite start here.
+const SEEDS: u32 = 740_000;
 const FAMILIES: [Family; 3] = [Family::G1, Family::G2, Family::G3];
 
 fn main() {
     let arguments = Arguments::parse();
-    println!(
+    let mut page = arguments.results.page();
+    page.line(
         "| nothing commissioned | family | plants | dead zone % | gain % | time constant % | trusted, worst dead zone, gain, time constant | false trust | covered, u95 % | doubts | faults |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    page.line("|---|---|---|---|---|---|---|---|---|---|---|");
     for (name, motion) in [
         ("moves, as fast as planned", Motion::Moves),
         ("swings, peak 50 %", Motion::Swings(0.5)),
@@ -55,19 +61,27 @@ fn main() {
         let mut pooled = Vec::new();
         for family in FAMILIES {
             let runs = learn(&arguments, family, motion);
-            learned(name, &format!("{family:?}"), &runs);
+            learned(&mut page, name, &format!("{family:?}"), &runs);
             pooled.extend(runs);
         }
-        learned(name, "all", &pooled);
+        learned(&mut page, name, "all", &pooled);
     }
-    println!();
-    println!(
+    page.line("");
+    page.line(
         "| load step 0.2 d at 30 % speed | plants | error before % | within 6 % after, s | error 15 s later % | other direction aged | faults |"
     );
-    println!("|---|---|---|---|---|---|---|");
+    page.line("|---|---|---|---|---|---|---|");
     for family in FAMILIES {
-        follow(&arguments, family);
+        follow(&mut page, &arguments, family);
     }
+    let (kind, offset) = if arguments.design {
+        ("design", 0)
+    } else {
+        ("evaluation", SEEDS)
+    };
+    let first = offset + arguments.first;
+    let last = first + arguments.plants.saturating_sub(1);
+    page.close(&format!("{kind}, {first} to {last}"));
 }
 
 fn seeds(arguments: &Arguments) -> impl IndexedParallelIterator<Item = Seeds> {
@@ -75,7 +89,7 @@ fn seeds(arguments: &Arguments) -> impl IndexedParallelIterator<Item = Seeds> {
     let design = arguments.design;
     range.into_par_iter().map(move |n| match design {
         true => Seeds::Design(n),
-        false => Seeds::Evaluation(740_000 + n),
+        false => Seeds::Evaluation(SEEDS + n),
     })
 }
 
@@ -100,7 +114,7 @@ fn spread(values: impl Iterator<Item = f64>) -> String {
     format!("{:.2} / {:.2} / {:.1}", at(0.5), at(0.95), at(1.0))
 }
 
-fn learned(motion: &str, family: &str, runs: &[Learned]) {
+fn learned(page: &mut Page, motion: &str, family: &str, runs: &[Learned]) {
     let numbers = || {
         runs.iter()
             .flat_map(|run| [0, 1].map(|side| (run.dead_zone[side], run.u95[side])))
@@ -118,7 +132,7 @@ fn learned(motion: &str, family: &str, runs: &[Learned]) {
             .entry(run.doubt.map_or("gain_or_time_constant", |reason| reason.code()))
             .or_insert(0) += 1;
     }
-    println!(
+    page.line(format_args!(
         "| {motion} | {family} | {} | {} | {} | {} | {:.0} %, {:.1}, {:.1}, {:.1} | {} | {:.1} %, {:.1} | {doubts:?} | {} |",
         runs.len(),
         spread(numbers().map(|(error, _)| error)),
@@ -132,10 +146,10 @@ fn learned(motion: &str, family: &str, runs: &[Learned]) {
         100.0 * covered as f64 / numbers().count().max(1) as f64,
         100.0 * quantile(numbers().map(|(_, u95)| u95), 0.5),
         runs.iter().filter(|run| run.fault != Fault::None).count(),
-    );
+    ));
 }
 
-fn follow(arguments: &Arguments, family: Family) {
+fn follow(page: &mut Page, arguments: &Arguments, family: Family) {
     let following = Following {
         family,
         severity: Severity::Harsh,
@@ -147,7 +161,7 @@ fn follow(arguments: &Arguments, family: Family) {
         .filter_map(|seed| following.run(seed).ok())
         .collect();
     let arrived = |p: f64| quantile(runs.iter().map(|run| run.within_6_percent_s), p);
-    println!(
+    page.line(format_args!(
         "| {family:?} harsh | {} of {} | {} | {:.2} / {:.2} / {:.2} | {} | {} | {} |",
         runs.len(),
         arguments.plants,
@@ -158,5 +172,5 @@ fn follow(arguments: &Arguments, family: Family) {
         spread(runs.iter().map(|run| run.after)),
         runs.iter().filter(|run| run.other_aged).count(),
         runs.iter().filter(|run| run.fault != Fault::None).count(),
-    );
+    ));
 }

@@ -1,6 +1,7 @@
-//! The full table of power cuts, as it stands in docs/store.md.
+//! The full table of power cuts, as it stands in docs/results/power-cuts.md.
 
 use clap::Parser;
+use evaluation::{Page, Results};
 use host_tests::power_cut::suite::{Situation, Tally, cut_everywhere, life, operations};
 use host_tests::power_cut::{library, suite};
 use rayon::prelude::*;
@@ -17,6 +18,8 @@ struct Arguments {
     /// Also cut sectors of the real 128 KiB: every n-th operation, once in each way. 0: do not.
     #[arg(long, default_value_t = 7)]
     real_stride: usize,
+    #[command(flatten)]
+    results: Results,
 }
 
 const SMALL: usize = 4096;
@@ -24,56 +27,65 @@ const REAL: usize = 128 * 1024;
 
 fn main() {
     let arguments = Arguments::parse();
-    heading();
+    let mut page = arguments.results.page();
+    heading(&mut page);
     let mut total = Tally::default();
     for situation in Situation::ALL {
         let tally = cut_everywhere::<SMALL>(situation, 1, arguments.seeds);
-        row(situation.name(), operations::<SMALL>(situation), tally);
+        row(&mut page, situation.name(), operations::<SMALL>(situation), tally);
         total = total.plus(tally);
     }
     if arguments.real_stride > 0 {
         for situation in [Situation::AfterPowerUp, Situation::SectorChangeBack] {
             let tally = cut_everywhere::<REAL>(situation, arguments.real_stride, 1);
             let name = format!("128 KiB sectors: {}", situation.name());
-            row(&name, operations::<REAL>(situation), tally);
+            row(&mut page, &name, operations::<REAL>(situation), tally);
             total = total.plus(tally);
         }
     }
     let erase = suite::cut_erase::<SMALL>(50 * arguments.seeds);
-    row("the erase alone", 1, erase);
+    row(&mut page, "the erase alone", 1, erase);
     let lives = (0..arguments.lives)
         .into_par_iter()
         .map(|seed| life::<SMALL>(seed, 40))
         .reduce(Tally::default, Tally::plus);
-    row("random lives, cuts in a row", 0, lives);
+    row(&mut page, "random lives, cuts in a row", 0, lives);
     total = total.plus(erase).plus(lives);
-    row("**all**", 0, total);
-    println!("\nThe library's own map over both sectors, nothing added:\n");
-    heading();
+    row(&mut page, "**all**", 0, total);
+    page.line("\nThe library's own map over both sectors, nothing added:\n");
+    heading(&mut page);
     for (name, with_erase) in [("save", false), ("save that erases", true)] {
         row(
+            &mut page,
             name,
             0,
             library::cut_everywhere::<SMALL>(with_erase, arguments.seeds),
         );
     }
     row(
+        &mut page,
         "the erase alone",
         1,
         library::cut_erase::<SMALL>(50 * arguments.seeds),
     );
+    let (seeds, lives) = (arguments.seeds, arguments.lives);
+    page.close(&format!(
+        "0 to {} of every cut, 0 to {} of the lives",
+        seeds.saturating_sub(1),
+        lives.saturating_sub(1)
+    ));
     if total.losses() > 0 {
         eprintln!("error: the store lost {} sets", total.losses());
         std::process::exit(1);
     }
 }
 
-fn heading() {
-    println!("| situation | operations | cuts | old | new | neither | third | changed later | stuck |");
-    println!("|---|---|---|---|---|---|---|---|---|");
+fn heading(page: &mut Page) {
+    page.line("| situation | operations | cuts | old | new | neither | third | changed later | stuck |");
+    page.line("|---|---|---|---|---|---|---|---|---|");
 }
 
-fn row(name: &str, operations: u64, tally: Tally) {
+fn row(page: &mut Page, name: &str, operations: u64, tally: Tally) {
     let Tally {
         cuts,
         old,
@@ -88,7 +100,7 @@ fn row(name: &str, operations: u64, tally: Tally) {
     } else {
         operations.to_string()
     };
-    println!(
+    page.line(format_args!(
         "| {name} | {operations} | {cuts} | {old} | {new} | {neither} | {third} | {changed} | {stuck} |"
-    );
+    ));
 }

@@ -4,6 +4,7 @@
 //! `cargo run -p evaluation --bin same_bits -- --plants 36`
 
 use clap::Parser;
+use evaluation::Results;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::compare;
 use servo::motion::excitation::{Sweep, Waveform};
@@ -23,10 +24,16 @@ struct Arguments {
     /// The paper's motor at 1 kHz alone: at 20 kHz its minute takes hours in QEMU.
     #[arg(long)]
     short: bool,
+    #[command(flatten)]
+    results: Results,
 }
+
+/// Evaluation seeds of this suite start here.
+const SEEDS: u32 = 500_000;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    let mut page = arguments.results.page();
     let (mut ticks, mut commissionings, mut different) = (0, 0, 0);
     for number in arguments.first..arguments.first + arguments.plants {
         let family = [Family::G1, Family::G2, Family::G3, Family::Paper][number as usize % 4];
@@ -39,27 +46,36 @@ fn main() -> ExitCode {
             tick_hz,
             ..Options::default()
         };
-        let mut plant = Plant::draw(family, severity, Seeds::Evaluation(500_000 + number), &options);
+        let mut plant = Plant::draw(family, severity, Seeds::Evaluation(SEEDS + number), &options);
         // A motor that could not be identified in time is still to be tracked: the loops then take the hint.
         let truth = plant.truth.time_constant_s as f32;
         plant.config.time_constant_hint_s = plant.config.time_constant_hint_s.or(Optional::new(truth));
         match compare(&plant, &tasks(family, &plant, number)) {
             Ok((_, verdict)) => {
-                println!("plant {number} ({family:?}, {severity:?}, {tick_hz} Hz): {verdict}");
+                page.line(format_args!(
+                    "plant {number} ({family:?}, {severity:?}, {tick_hz} Hz): {verdict}"
+                ));
                 ticks += verdict.ticks;
                 commissionings += verdict.commissionings;
                 different += u32::from(!verdict.identical());
             }
             Err(error) => {
-                println!("plant {number} ({family:?}, {severity:?}, {tick_hz} Hz): {error}");
+                page.line(format_args!(
+                    "plant {number} ({family:?}, {severity:?}, {tick_hz} Hz): {error}"
+                ));
                 different += 1;
             }
         }
     }
-    println!(
+    page.line(format_args!(
         "{} plants, {commissionings} commissionings, {ticks} control ticks: {different} differ",
         arguments.plants
-    );
+    ));
+    let first = SEEDS + arguments.first;
+    page.close(&format!(
+        "evaluation, {first} to {}",
+        first + arguments.plants.saturating_sub(1)
+    ));
     ExitCode::from(u8::from(different > 0))
 }
 

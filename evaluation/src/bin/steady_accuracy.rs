@@ -4,19 +4,24 @@
 //! or both directions, and no effect, one, or two. Speeds come from closed forms written here, not from the library's map.
 //! Seeds below 1,000,000 are for design; evaluate with others.
 
+use clap::Parser;
+use evaluation::Results;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use truing::outcome::{Outcome, Verdict};
+use truing::system::effects::{
+    DEAD_ZONE, DEAD_ZONE_ASYMMETRIC, DRIVE_GAIN, Effect, VOLTAGE_OFFSET, VOLTAGE_SATURATION,
+};
 use truing::system::log::Table;
 
 /// What was drawn.
 struct Case {
     kind: &'static str,
-    hidden: Vec<&'static str>,
-    truth: Option<(&'static str, &'static str, f64)>,
+    hidden: Vec<&'static Effect>,
+    truth: Option<(&'static Effect, &'static str, f64)>,
     model: String,
     table: Table,
 }
@@ -90,28 +95,25 @@ fn draw(seed: u64) -> Case {
         claimed(resistance),
         claimed(damping)
     );
-    let (hidden, truth): (Vec<&str>, _) = match kind {
-        "gain" => (vec!["drive_gain"], Some(("drive_gain", "ratio", scale))),
-        "dead_zone" => (vec!["dead_zone"], Some(("dead_zone", "half_width_v", zone))),
+    let (hidden, truth): (Vec<&Effect>, _) = match kind {
+        "gain" => (vec![&DRIVE_GAIN], Some((&DRIVE_GAIN, "ratio", scale))),
+        "dead_zone" => (vec![&DEAD_ZONE], Some((&DEAD_ZONE, "half_width_v", zone))),
         "asymmetric" => (
-            vec!["dead_zone_asymmetric"],
-            Some(("dead_zone_asymmetric", "neg_v", other)),
+            vec![&DEAD_ZONE_ASYMMETRIC],
+            Some((&DEAD_ZONE_ASYMMETRIC, "neg_v", other)),
         ),
         "saturation" => (
-            vec!["voltage_saturation"],
-            Some(("voltage_saturation", "limit_v", limit)),
+            vec![&VOLTAGE_SATURATION],
+            Some((&VOLTAGE_SATURATION, "limit_v", limit)),
         ),
-        "offset" => (
-            vec!["voltage_offset"],
-            Some(("voltage_offset", "offset_v", offset)),
-        ),
+        "offset" => (vec![&VOLTAGE_OFFSET], Some((&VOLTAGE_OFFSET, "offset_v", offset))),
         "zone+limit" => (
-            vec!["dead_zone", "voltage_saturation"],
-            Some(("dead_zone", "half_width_v", zone)),
+            vec![&DEAD_ZONE, &VOLTAGE_SATURATION],
+            Some((&DEAD_ZONE, "half_width_v", zone)),
         ),
         "gain+limit" => (
-            vec!["drive_gain", "voltage_saturation"],
-            Some(("drive_gain", "ratio", scale)),
+            vec![&DRIVE_GAIN, &VOLTAGE_SATURATION],
+            Some((&DRIVE_GAIN, "ratio", scale)),
         ),
         _ => (vec![], None),
     };
@@ -140,20 +142,33 @@ fn right(case: &Case, outcome: &Outcome) -> (bool, bool) {
                 .any(|r| r.len() == 1 && r[0] == name)
         })
     };
-    let found = |name: &&str| {
+    let found = |hidden: &&Effect| {
         outcome
             .effects
             .iter()
-            .any(|e| e.name == **name || covers(e.tie, name))
+            .any(|e| e.name == hidden.name || covers(e.tie, hidden.name))
     };
     let all = case.hidden.iter().all(found);
     (all, all && outcome.effects.len() == case.hidden.len())
 }
 
+/// Accuracy of steady-state tables on random motors.
+#[derive(Parser)]
+struct Arguments {
+    /// How many tables.
+    #[arg(default_value_t = 160)]
+    tables: u64,
+    /// First seed.
+    #[arg(default_value_t = 0)]
+    seed: u64,
+    #[command(flatten)]
+    results: Results,
+}
+
 fn main() {
-    let arguments: Vec<u64> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
-    let tables = arguments.first().copied().unwrap_or(160);
-    let first = arguments.get(1).copied().unwrap_or(0);
+    let arguments = Arguments::parse();
+    let (tables, first) = (arguments.tables, arguments.seed);
+    let mut page = arguments.results.page();
     let results: Vec<(Case, Outcome)> = (first..first + tables)
         .into_par_iter()
         .map(|seed| {
@@ -174,7 +189,7 @@ fn main() {
         row[3] += usize::from(outcome.verdict == Verdict::Unexplained);
         if !exact {
             let names: Vec<&str> = outcome.effects.iter().map(|e| e.name.as_str()).collect();
-            println!("{}: {} -> {names:?}", case.table.source, case.kind);
+            page.line(format_args!("{}: {} -> {names:?}", case.table.source, case.kind));
         }
         let Some((effect, parameter, truth)) = case.truth else {
             continue;
@@ -182,15 +197,18 @@ fn main() {
         let value = outcome
             .effects
             .iter()
-            .find(|e| e.name == effect)
+            .find(|e| e.name == effect.name)
             .and_then(|e| e.parameters.get(parameter));
         if let Some((value, std)) = value.and_then(|v| Some((v.value, v.std?))) {
             row[4] += 1;
             row[5] += usize::from((value - truth).abs() < 2.0 * std);
         }
     }
-    println!("kind          tables  named or rival  exactly  unexplained  within 2 sigma");
+    page.line("kind          tables  named or rival  exactly  unexplained  within 2 sigma");
     for (kind, [n, all, exact, unexplained, compared, inside]) in rows {
-        println!("{kind:12} {n:7} {all:15} {exact:8} {unexplained:12} {inside:8}/{compared}");
+        page.line(format_args!(
+            "{kind:12} {n:7} {all:15} {exact:8} {unexplained:12} {inside:8}/{compared}"
+        ));
     }
+    page.close(&format!("{first} to {}", first + tables.saturating_sub(1)));
 }

@@ -4,6 +4,7 @@
 //! loops were designed with.
 
 use clap::Parser;
+use evaluation::{Page, Results};
 use host_tests::families::{Family, Seeds, Severity};
 use host_tests::tracking::{Experiment, Knowledge, Left, Run, quantile};
 use rayon::prelude::*;
@@ -26,6 +27,8 @@ struct Arguments {
     /// Control rates, Hz. The paper's slow motor runs at 1,000 alone.
     #[arg(long, value_delimiter = ',', default_value = "1000,10000")]
     tick: Vec<u32>,
+    #[command(flatten)]
+    results: Results,
 }
 
 const FAMILIES: [(&str, Family, Severity); 4] = [
@@ -37,10 +40,11 @@ const FAMILIES: [(&str, Family, Severity); 4] = [
 
 fn main() {
     let arguments = Arguments::parse();
-    println!(
+    let mut page = arguments.results.page();
+    page.line(
         "| plants | tick | sine | knowledge | trusted | rms without | rms with, median / p95 | better, median / p10 / worst | speed estimate | left the hold band | sign changes outside it | rests outside it, farthest | faults |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    page.line("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for (name, family, severity) in FAMILIES {
         if !arguments
             .family
@@ -54,10 +58,12 @@ fn main() {
                 continue;
             }
             for experiment in experiments(family, severity, tick_hz) {
-                row(name, &experiment, &arguments);
+                row(&mut page, name, &experiment, &arguments);
             }
         }
     }
+    let last = arguments.first + arguments.plants.saturating_sub(1);
+    page.close(&format!("evaluation, {} to {last}", arguments.first));
 }
 
 /// Both speeds, with the chip's own estimates and with the true ones.
@@ -81,7 +87,7 @@ fn experiments(family: Family, severity: Severity, tick_hz: u32) -> Vec<Experime
     all
 }
 
-fn row(name: &str, experiment: &Experiment, arguments: &Arguments) {
+fn row(page: &mut Page, name: &str, experiment: &Experiment, arguments: &Arguments) {
     let all: Vec<Result<Run, Left>> = (arguments.first..arguments.first + arguments.plants)
         .into_par_iter()
         .map(|n| experiment.run(Seeds::Evaluation(n)))
@@ -92,7 +98,7 @@ fn row(name: &str, experiment: &Experiment, arguments: &Arguments) {
     let share = |f: &dyn Fn(&Run) -> bool| {
         100.0 * runs.iter().filter(|run| f(run)).count() as f64 / runs.len().max(1) as f64
     };
-    println!(
+    page.line(format_args!(
         "| {name} | {} kHz | {:.0} % at {} Hz | {} | {:.0} % | {:.1} % | {:.2} / {:.2} % | {:.1} / {:.1} / {:.1} | {:.1} % | {:.1} % | {:.1} % | {:.1} %, {} counts | {} |",
         experiment.tick_hz / 1000,
         100.0 * experiment.speed_share,
@@ -115,5 +121,5 @@ fn row(name: &str, experiment: &Experiment, arguments: &Arguments) {
         share(&|run| run.final_error.abs() > HOLD_BAND),
         runs.iter().map(|run| run.final_error.abs()).max().unwrap_or(0),
         runs.iter().filter(|run| run.fault != Fault::None).count(),
-    );
+    ));
 }

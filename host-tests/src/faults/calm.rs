@@ -8,7 +8,7 @@ use super::trial::Trial;
 use crate::families::{Family, Options, Plant, Seeds, Severity};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use servo::link::protocol::Command;
+use servo::axis::Command;
 use servo::protect::{Fault, Settings};
 
 /// Load steps, share of the mean dead zone.

@@ -9,9 +9,9 @@ use crate::families::{Family, Options, Plant, Seeds, Severity};
 use crate::tracking::quantile;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use servo::axis::Command;
 use servo::commission::Phase;
 use servo::identify::estimate::Reason;
-use servo::link::protocol::Command;
 use servo::protect::{Fault, Settings};
 
 /// Travel that is allowed, degrees of the joint.
@@ -64,7 +64,7 @@ pub fn commission(plant: &Plant, injury: Injury, budget_ms: u32) -> FirstMotion 
         let phase = trial.tick().record.phase;
         left -= 1;
         farthest = farthest.max((trial.world.reading().theta - start).abs());
-        shaken |= phase == Phase::Shake as u8;
+        shaken |= phase == Phase::PulseTest as u8;
         if phase == Phase::Learn as u8 {
             break;
         }

@@ -6,7 +6,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use servo::axis::Bridge;
-use servo::drivers::flash::{ParameterFlash, SaveError};
+use servo::drivers::flash::ParameterFlash;
+use servo::store::SaveError;
 use servo::store::{AtRest, Loaded, StoredParameters};
 
 /// The store on a flash of two sectors.

@@ -1,7 +1,8 @@
 //! Set-points: the integers follow the equations, and nothing jumps.
 
 use servo::control::Reference;
-use servo::motion::trajectory::{Cruise, Limits, Move, SIN_ERROR, Sine, sin_cos};
+use servo::motion::sine::{SIN_ERROR, Sine, sin_cos};
+use servo::motion::trajectory::{Cruise, Limits, Move};
 use servo::units::{Position, Speed};
 use std::f64::consts::TAU;
 

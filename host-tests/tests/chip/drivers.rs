@@ -8,7 +8,7 @@ use servo::axis::{Bridge, Sample};
 use servo::drivers::bridge::{Config, Decay, Error, HBridge, Levels, NotConnected, Wiring};
 use servo::drivers::encoder::{Counter, Encoder};
 use servo::drivers::hardware::AxisHardware;
-use servo::drivers::permit::{Permit, PermitLines};
+use servo::drivers::interlock::{Interlock, InterlockLines};
 use servo::drivers::sense::{Converter, CurrentKind, CurrentSense, Divider, Scale, SupplySense};
 use servo::drivers::zero::{Reason, Zero, ZeroLimits, ZeroSearch};
 use std::cell::Cell;
@@ -333,13 +333,13 @@ fn reading(state: Level) -> Pin {
 #[test]
 fn both_lines_must_be_high_and_the_contact_is_named_first() {
     for (enable, fault_n, expected) in [
-        (Level::High, Level::High, Permit::Granted),
-        (Level::High, Level::Low, Permit::BridgeFault),
-        (Level::Low, Level::High, Permit::Disabled),
-        (Level::Low, Level::Low, Permit::Disabled),
+        (Level::High, Level::High, Interlock::Granted),
+        (Level::High, Level::Low, Interlock::BridgeFault),
+        (Level::Low, Level::High, Interlock::Disabled),
+        (Level::Low, Level::Low, Interlock::Disabled),
     ] {
         let (mut fault_pin, mut enable_pin) = (reading(fault_n), reading(enable));
-        let verdict = PermitLines::new(fault_pin.clone(), enable_pin.clone()).read();
+        let verdict = InterlockLines::new(fault_pin.clone(), enable_pin.clone()).read();
         assert_eq!(verdict, expected);
         fault_pin.done();
         enable_pin.done();
@@ -351,15 +351,15 @@ fn a_line_that_cannot_be_read_forbids() {
     let broken = || Pin::new(&[PinDo::get(Level::High).with_error(MockError::Io(ErrorKind::NotConnected))]);
     let (mut good, mut bad) = (reading(Level::High), broken());
     assert_eq!(
-        PermitLines::new(good.clone(), bad.clone()).read(),
-        Permit::Disabled
+        InterlockLines::new(good.clone(), bad.clone()).read(),
+        Interlock::Disabled
     );
     good.done();
     bad.done();
     let (mut good, mut bad) = (reading(Level::High), broken());
     assert_eq!(
-        PermitLines::new(bad.clone(), good.clone()).read(),
-        Permit::BridgeFault
+        InterlockLines::new(bad.clone(), good.clone()).read(),
+        Interlock::BridgeFault
     );
     good.done();
     bad.done();

@@ -8,6 +8,7 @@ use servo::identify::regression::Row;
 use servo::identify::solve::{Progress, Solver, Structure};
 use servo::identify::spline::Lengths;
 use servo::identify::{Params, State};
+use servo::units::VoltageQ14;
 
 /// One tick of a recorded commissioning.
 struct Tick {
@@ -22,7 +23,7 @@ fn record(plant: &Plant) -> Vec<Tick> {
         let learning = state.phase() == Phase::Learn;
         ticks.push(Tick {
             count: input.count,
-            voltage: input.voltage,
+            voltage: input.voltage.0,
             learning,
         });
     });
@@ -131,7 +132,7 @@ fn compare(plant: &Plant) -> (f64, Compared) {
     let mut rows = 0;
     let mut worst: f64 = 0.0;
     for (index, tick) in ticks.iter().enumerate() {
-        let Some(found) = params.observe(&mut state, tick.count, tick.voltage) else {
+        let Some(found) = params.observe(&mut state, tick.count, VoltageQ14(tick.voltage)) else {
             continue;
         };
         if !tick.learning {
@@ -148,7 +149,7 @@ fn compare(plant: &Plant) -> (f64, Compared) {
                 .iter()
                 .zip([w, a, j, u])
                 .fold(worst, |worst, (x, y)| worst.max((x - y).abs()));
-            add(&mut system, direction, w, a, j, u);
+            add(&mut system, direction as usize, w, a, j, u);
             rows += 1;
         }
     }

@@ -1,10 +1,11 @@
 //! Protection beside the motor: the table of actions, and what the image tells the joint.
 
 use host_tests::desk::config;
-use servo::axis::servo_axis::{Joint, Order};
+use servo::axis::servo_axis::ServoAxis;
 use servo::axis::{self, Bridge, Sample};
+use servo::link::order::Order;
 use servo::link::protocol::{Command, Refusal};
-use servo::protect::{Action, Actions, Fault, Forbidden, Notice, Permit};
+use servo::protect::{Action, Actions, Condition, Fault, Forbidden, Interlock};
 use servo::record::Activity;
 
 const STANDING: Sample = Sample {
@@ -13,13 +14,13 @@ const STANDING: Sample = Sample {
     current_raw: Sample::CURRENT_NOT_SENSED,
 };
 
-fn order(joint: &mut Joint, command: Command) -> Result<(), Refusal> {
-    joint.execute(&Order::from_command(&command)?)
+fn order(axis: &mut ServoAxis, command: Command) -> Result<(), Refusal> {
+    Ok(axis.execute(&Order::from_command(&command)?.for_axis()?)?)
 }
 
 /// A joint that applies one volt.
-fn driving() -> Joint {
-    let mut joint = Joint::new();
+fn driving() -> ServoAxis {
+    let mut joint = ServoAxis::new();
     for command in [Command::Configure(config()), Command::Arm, Command::Voltage(1.0)] {
         order(&mut joint, command).expect("a new joint");
         joint.step(STANDING);
@@ -65,25 +66,25 @@ fn the_table_opens_unless_told_otherwise_and_refuses_what_cannot_be() {
 
 #[test]
 fn a_permission_that_is_withdrawn_opens_the_bridge_and_cannot_be_cleared_while_it_is_missing() {
-    for (permit, fault) in [
-        (Permit::Disabled, Fault::Disabled),
-        (Permit::BridgeFault, Fault::BridgeFault),
+    for (interlock, fault) in [
+        (Interlock::Disabled, Fault::Disabled),
+        (Interlock::BridgeFault, Fault::BridgeFault),
     ] {
         let mut joint = driving();
-        joint.heed(Notice::Permit(Permit::Granted));
+        joint.raise(Condition::Interlock(Interlock::Granted));
         assert_eq!(joint.step(STANDING).output.bridge, Bridge::Driven);
-        joint.heed(Notice::Permit(permit));
+        joint.raise(Condition::Interlock(interlock));
         let output = joint.step(STANDING).output;
         assert_eq!((output.bridge, output.record.fault), (Bridge::Open, fault));
         assert_eq!(output.record.activity, Activity::Faulted);
 
         order(&mut joint, Command::Stop).expect("always possible");
-        joint.heed(Notice::Permit(permit));
+        joint.raise(Condition::Interlock(interlock));
         let faulted = Err(Refusal::Axis(axis::Refusal::Faulted));
         assert_eq!(order(&mut joint, Command::Arm), faulted);
 
         joint.step(STANDING);
-        joint.heed(Notice::Permit(Permit::Granted));
+        joint.raise(Condition::Interlock(Interlock::Granted));
         assert_eq!(joint.step(STANDING).output.record.fault, fault, "latched");
         order(&mut joint, Command::Stop).expect("always possible");
         assert_eq!(joint.step(STANDING).output.record.fault, Fault::None);
@@ -94,12 +95,12 @@ fn a_permission_that_is_withdrawn_opens_the_bridge_and_cannot_be_cleared_while_i
 #[test]
 fn what_is_found_at_boot_waits_for_the_axis_and_for_the_explicit_clear() {
     for (notice, fault) in [
-        (Notice::WatchdogReset, Fault::WatchdogReset),
-        (Notice::ParametersDamaged, Fault::ParametersDamaged),
+        (Condition::WatchdogReset, Fault::WatchdogReset),
+        (Condition::ParametersDamaged, Fault::ParametersDamaged),
     ] {
-        let mut joint = Joint::new();
-        joint.heed(notice);
-        joint.heed(Notice::Permit(Permit::Disabled));
+        let mut joint = ServoAxis::new();
+        joint.raise(notice);
+        joint.raise(Condition::Interlock(Interlock::Disabled));
         let record = joint.step(STANDING).output.record;
         assert_eq!((record.fault, record.activity), (fault, Activity::Faulted));
         order(&mut joint, Command::Configure(config())).expect("bridge open");
@@ -120,12 +121,15 @@ fn what_is_found_at_boot_waits_for_the_axis_and_for_the_explicit_clear() {
 #[test]
 fn a_tick_that_overruns_opens_the_bridge() {
     let mut joint = driving();
-    joint.heed(Notice::TickOverrun);
+    joint.raise(Condition::TickOverrun);
     let output = joint.step(STANDING).output;
     assert_eq!(
         (output.bridge, output.record.fault),
         (Bridge::Open, Fault::TickOverrun)
     );
-    assert_eq!(Notice::behind(Fault::TickOverrun), Some(Notice::TickOverrun));
-    assert_eq!(Notice::behind(Fault::NoMotion), None);
+    assert_eq!(
+        Condition::behind(Fault::TickOverrun),
+        Some(Condition::TickOverrun)
+    );
+    assert_eq!(Condition::behind(Fault::NoMotion), None);
 }

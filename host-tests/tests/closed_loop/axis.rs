@@ -2,10 +2,10 @@
 
 use host_tests::bench::Bench;
 use host_tests::families::{Plant, Sensing, Truth};
+use servo::axis::Command;
 use servo::axis::{Axis, Bridge, Output, Refusal, Sample};
 use servo::config::Config;
 use servo::identify::estimate::Reason;
-use servo::link::protocol::Command;
 use servo::optional::Optional;
 use servo::record::{Activity, Source};
 use std::f64::consts::TAU;

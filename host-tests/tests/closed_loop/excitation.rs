@@ -2,9 +2,9 @@
 
 use host_tests::bench::Bench;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
+use servo::axis::Command;
 use servo::axis::{Bridge, Refusal};
 use servo::config::{ConfigError, Field};
-use servo::link::protocol::Command;
 use servo::motion::excitation::{SINE_ERROR, Sweep, Waveform};
 use servo::record::{Activity, Source};
 use servo::units::Voltage;

@@ -8,11 +8,11 @@ use host_tests::faults::world::{Injury, World};
 use host_tests::firmware::qemu;
 use host_tests::tracking::exact;
 use host_tests::virtual_motor::VirtualMotor;
+use servo::axis::Command;
 use servo::axis::{Axis, Bridge};
 use servo::config::Scale;
-use servo::link::protocol::Command;
 use servo::protect::{
-    Action, Actions, Expectation, Fault, Input, Means, Params, Settings, SettingsError, State, Thermal,
+    Action, Actions, Averages, Expectation, Fault, Input, Params, Settings, SettingsError, State, Thermal,
 };
 use servo::units::{Speed, Voltage};
 use truing::console::input_error::InputError;
@@ -144,7 +144,7 @@ fn a_silent_host_ends_an_endless_motion_as_the_table_says() {
             run(&axis, &mut state, &mut world, 1.0);
             assert!((world.reading().theta - before).abs() < 0.2, "it holds");
             // An over-current asks for more than to hold; the first reason stays.
-            axis.heed(&mut state, servo::protect::Notice::TickOverrun);
+            axis.raise(&mut state, servo::protect::Condition::TickOverrun);
             let (last, _) = run(&axis, &mut state, &mut world, 0.01);
             assert_eq!((state.fault(), last), (Fault::CommandTimeout, Bridge::Open));
         }
@@ -195,14 +195,14 @@ fn constant(raw: i16, settings: &Settings, seconds: f64) -> Option<f64> {
         count: 0,
         supply: None,
         current: Some(raw),
-        means: Means::default(),
+        averages: Averages::default(),
         speed: Speed(0),
-        passage: Speed(0),
+        edge_speed: Speed(0),
         load: Voltage::ZERO,
         holding: false,
         endless: false,
         winding: Voltage::ZERO,
-        swallows: false,
+        input_dead_zone: false,
     };
     // At 2 kHz every tick is a look.
     let tick = (0..(seconds * 2000.0) as u32).find(|_| {

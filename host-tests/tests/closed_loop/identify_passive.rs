@@ -7,14 +7,15 @@ use host_tests::passive::{Following, Learning, Motion};
 use host_tests::tracking::quantile;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use servo::axis::Command;
 use servo::axis::{Bridge, Sample};
 use servo::commission::Input;
 use servo::compensate::Compensator;
 use servo::config::Scale;
 use servo::identify::estimate::{Estimates, Reason, Standing};
 use servo::identify::passive::{Params, State};
-use servo::link::protocol::Command;
 use servo::record::{Advisory, Record, Source};
+use servo::units::VoltageQ14;
 
 /// A board that is told voltages, with the passive identification listening.
 struct Listening {
@@ -52,13 +53,13 @@ impl Listening {
         let (bridge, duty) = self.acting;
         let input = Input {
             count: self.sample.count,
-            voltage: i32::from(duty) * supply / full,
+            voltage: VoltageQ14(i32::from(duty) * supply.0 / full),
             bridge,
             supply: Some(supply),
             current_raw: None,
         };
         self.params.step(&mut self.state, &mut self.known, &input);
-        let duty = (share * 16_384.0 / f64::from(supply) * f64::from(full)) as i16;
+        let duty = (share * 16_384.0 / f64::from(supply.0) * f64::from(full)) as i16;
         self.acting = (Bridge::Driven, duty);
         self.board.pass(Bridge::Driven, duty);
         self.sample = self.board.sample();
@@ -158,7 +159,7 @@ fn an_hour_of_standstill_changes_no_number_but_ends_trust() {
     let mut listening = Listening::knowing(&plant, &outcome.estimates);
     let input = Input {
         count: 5,
-        voltage: 0,
+        voltage: VoltageQ14(0),
         bridge: Bridge::Shorted,
         supply: None,
         current_raw: None,

@@ -3,10 +3,10 @@
 use host_tests::bench::Bench;
 use host_tests::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
 use host_tests::tracking::{Experiment, Knowledge, knowing};
+use servo::axis::Command;
 use servo::axis::Output;
 use servo::control::{self, Tuning};
 use servo::encoder::Motor;
-use servo::link::protocol::Command;
 use servo::protect::Fault;
 use servo::record::{Activity, Limit};
 use std::f64::consts::TAU;

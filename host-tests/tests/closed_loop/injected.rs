@@ -3,8 +3,8 @@
 use host_tests::bench::Bench;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::tracking::exact;
+use servo::axis::Command;
 use servo::axis::{Bridge, Refusal, Sample};
-use servo::link::protocol::Command;
 use servo::protect::Fault;
 use std::f64::consts::TAU;
 

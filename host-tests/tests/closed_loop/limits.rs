@@ -5,9 +5,10 @@ use host_tests::bench::Bench;
 use host_tests::desk::{self, Desk};
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::tracking::{feed_forward, knowing};
+use servo::axis::Command;
 use servo::axis::{Output, Refusal};
 use servo::config::{Config, ConfigError, Field};
-use servo::link::protocol::Command;
+use servo::link::protocol::Command as Wire;
 use servo::motion::excitation::{Sweep, Waveform};
 use servo::optional::Optional;
 use servo::protect::Fault;
@@ -383,7 +384,7 @@ fn the_supply_is_a_fault_beyond_the_thresholds_asked_for_and_not_before() {
             supply_high_v: supply_high_v.into(),
             ..desk::config()
         };
-        desk.order(Command::Configure(config)).expect("a configuration");
+        desk.order(Wire::Configure(config)).expect("a configuration");
         desk.world.vbus_raw = inside;
         assert_eq!(
             desk.ticks(2_000).record.fault,
@@ -471,25 +472,25 @@ fn limits_survive_a_new_configuration() {
         voltage_limit_v: Optional::new(9.0),
         ..desk::config()
     };
-    desk.order(Command::Configure(config)).expect("a configuration");
-    desk.order(Command::Configure(desk::config()))
+    desk.order(Wire::Configure(config)).expect("a configuration");
+    desk.order(Wire::Configure(desk::config()))
         .expect("the same machine");
     desk.world.vbus_raw = 950;
     assert_eq!(desk.ticks(100).record.fault, Fault::SupplyLow);
-    desk.order(Command::Stop).expect("always possible");
+    desk.order(Wire::Stop).expect("always possible");
     desk.world.vbus_raw = 1200;
     desk.tick();
     for (volts, fits) in [(8.9, true), (9.1, false)] {
-        desk.order(Command::Arm).expect("no fault");
-        let result = desk.order(Command::Voltage(volts));
+        desk.order(Wire::Arm).expect("no fault");
+        let result = desk.order(Wire::Voltage(volts));
         assert_eq!(result.is_ok(), fits, "{volts} V: {result:?}");
     }
-    desk.order(Command::Stop).expect("always possible");
+    desk.order(Wire::Stop).expect("always possible");
     desk.ticks(3);
     let small = Config {
         supply_nominal_v: 6.0,
         ..desk::config()
     };
-    let refused = desk.order(Command::Configure(small));
+    let refused = desk.order(Wire::Configure(small));
     assert!(refused.is_err(), "9 V of 6 V: {refused:?}");
 }

@@ -4,12 +4,13 @@ use host_tests::bench::Bench;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::stops::{STOP_TURNS, between_stops};
 use host_tests::tracking::exact;
+use servo::axis::Command;
 use servo::axis::{Bridge, Refusal};
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
-use servo::link::protocol::Command;
-use servo::motion::referencing::{Referenced, Referencing};
+use servo::motion::referencing::Referencing;
 use servo::protect::Fault;
+use servo::record::Referenced;
 use servo::record::{Activity, Limit};
 use std::f64::consts::TAU;
 

@@ -1,12 +1,12 @@
 //! Tracking with less voltage than the feed-forward needs: the clip must not reach the integrator, neither in a sine,
 //! whose mean would walk off, nor in a long move, which would overshoot.
 //!
-//! `cargo test -p host-tests --test closed_loop shortage:: -- --nocapture` prints the tables of docs/tracking.md.
+//! `cargo test -p host-tests --test closed_loop shortage:: -- --nocapture` prints the tables of docs/results/tracking.md.
 
 use host_tests::bench::Bench;
 use host_tests::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
 use host_tests::tracking::{Shortage, exact, feed_forward};
-use servo::link::protocol::Command;
+use servo::axis::Command;
 
 /// Voltage that a paper-like motor's drive has while all is well, shares of the nominal 9 V.
 const AMPLE: f64 = 1.4;

@@ -1,4 +1,4 @@
-//! What the bench image counts, near the figures of docs/cost.md. Two-sided: a count far below means that the subject did
+//! What the bench image counts, near the figures of docs/results/cost.md. Two-sided: a count far below means that the subject did
 //! not do its work.
 
 use host_tests::counts::{self, Count};

@@ -6,13 +6,13 @@
 
 use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
 use host_tests::firmware::power_up;
-use servo::protect::Permit;
+use servo::protect::Interlock;
 use servo::record::Activity;
 use truing::device::link::Client;
 use truing::device::motor::qemu::Lines;
 use truing::device::session::{self, Listening, Profile, Start, Task};
 
-/// The deepest, bytes, as docs/cost.md has it.
+/// The deepest, bytes, as docs/results/cost.md has it.
 const DOCUMENTED: f64 = 3_472.0;
 
 /// What the image says of its stack at its end.
@@ -69,7 +69,7 @@ fn the_stack_is_as_deep_as_documented() {
         "nothing was stored"
     );
     lines.set(Lines {
-        permit: Permit::BridgeFault,
+        interlock: Interlock::BridgeFault,
         ..Lines::default()
     });
     let mut faulted = false;

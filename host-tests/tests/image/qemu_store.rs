@@ -8,9 +8,9 @@ use host_tests::power_cut::suite::Store;
 use host_tests::virtual_motor::VirtualMotor;
 use servo::axis::Bridge;
 use servo::link::protocol::{Command, Message, ResetCause};
-use servo::protect::{Fault, Permit};
+use servo::protect::{Fault, Interlock};
 use servo::record::{Activity, Record, Source};
-use servo::store::saving::StoreEvent;
+use servo::store::StoreEvent;
 use servo::store::{AtRest, AxisParameters, Found, LAYOUT};
 use std::path::Path;
 use truing::device::link::{Client, Lockstep, fault_advice};
@@ -295,7 +295,7 @@ fn a_replay_gives_the_notice_behind_a_fault_and_names_it() {
     let mut open_contact = |progress: session::Progress| {
         if progress.task == "tracking" && progress.share > 0.3 {
             lines.set(Lines {
-                permit: Permit::Disabled,
+                interlock: Interlock::Disabled,
                 ..Lines::default()
             });
         }
@@ -337,14 +337,14 @@ fn what_only_the_board_sees_opens_the_bridge_at_once() {
         ),
         (
             Lines {
-                permit: Permit::Disabled,
+                interlock: Interlock::Disabled,
                 ..Lines::default()
             },
             Fault::Disabled,
         ),
         (
             Lines {
-                permit: Permit::BridgeFault,
+                interlock: Interlock::BridgeFault,
                 ..Lines::default()
             },
             Fault::BridgeFault,

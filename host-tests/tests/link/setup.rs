@@ -4,7 +4,8 @@
 use host_tests::desk::{self, Desk};
 use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
 use host_tests::firmware::power_up;
-use servo::axis::servo_axis::{Joint, Order};
+use servo::axis::servo_axis::ServoAxis;
+use servo::link::order::Order;
 use servo::link::protocol::{Command, Refusal};
 use servo::optional::Optional;
 use servo::protect::{Action, Fault, Thermal};
@@ -153,11 +154,11 @@ fn a_choice_that_cannot_be_is_named_with_what_to_do() {
     }
 }
 
-fn order(joint: &mut Joint, command: Command) -> Result<(), Refusal> {
-    joint.execute(&Order::from_command(&command)?)
+fn order(axis: &mut ServoAxis, command: Command) -> Result<(), Refusal> {
+    Ok(axis.execute(&Order::from_command(&command)?.for_axis()?)?)
 }
 
-fn in_force(joint: &Joint) -> AxisParameters {
+fn in_force(joint: &ServoAxis) -> AxisParameters {
     joint.parameters().expect("configured")
 }
 
@@ -168,7 +169,7 @@ fn a_new_configuration_keeps_choices_and_forgets_what_was_learned() {
         .expect("an axis")
         .estimates
         .gain;
-    let mut joint = Joint::new();
+    let mut joint = ServoAxis::new();
     order(&mut joint, Command::Restore(chosen)).expect("accepted");
     assert_chosen(&in_force(&joint));
 

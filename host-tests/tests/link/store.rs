@@ -10,10 +10,10 @@ use host_tests::power_cut::suite::{
 };
 use servo::axis::Bridge;
 use servo::control::Tuning;
-use servo::drivers::flash::SaveError;
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Standing};
 use servo::optional::Optional;
 use servo::protect::{Action, Actions, Fault, Settings, Thermal};
+use servo::store::SaveError;
 use servo::store::{
     AtRest, AxisParameters, Found, LAYOUT, Loaded, RECORD_LEN, Record, StoredParameters, encode,
 };

@@ -5,6 +5,7 @@ use truing::cli;
 use truing::synthetic::cases::hidden::KINDS;
 use truing::synthetic::cases::outside::OUTSIDERS;
 use truing::synthetic::cases::{Set, Spec, draw, rms_difference};
+use truing::system::effects::LIBRARY;
 
 fn spec(set: Set) -> Spec {
     Spec {
@@ -37,25 +38,18 @@ fn same_seed_gives_the_same_files_and_evaluation_gives_others() {
 #[test]
 fn names_are_those_of_the_library_and_parameters_too() {
     for kind in KINDS {
-        let effect = truing::system::effects::LIBRARY
-            .iter()
-            .find(|effect| effect.name == kind.name);
-        let effect = effect.unwrap_or_else(|| panic!("{} is not in the library", kind.name));
         for parameter in kind.parameters {
             assert!(
-                effect.parameters.iter().any(|p| &p.name == parameter),
-                "{}: {parameter}",
-                kind.name
+                kind.effect.parameters.iter().any(|p| &p.name == parameter),
+                "{:?}: {parameter}",
+                kind.effect
             );
         }
     }
-    // An effect without starts is offered for steady-state tables only; these cases are records over time.
-    let library: BTreeSet<&str> = truing::system::effects::LIBRARY
-        .iter()
-        .filter(|effect| !matches!(effect.starts, truing::system::effects::Starts::Grid([])))
-        .map(|effect| effect.name)
-        .collect();
-    let hidden: BTreeSet<&str> = KINDS.iter().map(|kind| kind.name).collect();
+    // These cases are records over time; an effect that only tables may name hides in none.
+    let library = LIBRARY.iter().filter(|effect| effect.on_records());
+    let library: BTreeSet<&str> = library.map(|effect| effect.name).collect();
+    let hidden: BTreeSet<&str> = KINDS.iter().map(|kind| kind.effect.name).collect();
     assert_eq!(library, hidden, "every effect of the library can hide");
     assert!(OUTSIDERS.len() >= 10);
     assert!(OUTSIDERS.iter().all(|outsider| !library.contains(outsider.name)));

@@ -1,6 +1,6 @@
 //! The library of effects: every published name is there, every entry is complete, and each one acts on the plant.
 
-use truing::system::effects::{self, LIBRARY, Scale};
+use truing::system::effects::{self, Effect, Forms, LIBRARY, Scale, Shape, Starts, Steady};
 use truing::system::plant::Motor;
 use truing::system::plant::physics::Physics;
 
@@ -39,12 +39,28 @@ const PUBLISHED: &[&str] = &[
     "sensor_lag",
     "sensor_rectified",
     "sensor_offset",
+    "voltage_saturation_asymmetric",
+    "torsional_spring",
 ];
 
 #[test]
-fn every_published_name_is_there_and_complete() {
+fn every_published_name_is_there() {
     for name in PUBLISHED {
-        let effect = effects::find(name).unwrap_or_else(|| panic!("{name} is missing"));
+        assert!(effects::find(name).is_some(), "{name} is missing");
+    }
+    for (alias, name) in [
+        ("coulomb", "coulomb_friction"),
+        ("stribeck", "stribeck_friction"),
+        ("gravity_arm", "gravity"),
+    ] {
+        assert_eq!(effects::find(alias).unwrap().name, name);
+    }
+}
+
+#[test]
+fn every_effect_is_complete() {
+    for effect in LIBRARY {
+        let name = effect.name;
         for text in [
             effect.summary,
             effect.equation,
@@ -54,12 +70,7 @@ fn every_published_name_is_there_and_complete() {
         ] {
             assert!(text.len() > 3, "{name}: an empty text");
         }
-        for other in effect.confusable_with {
-            assert!(
-                effects::find(other).is_some(),
-                "{name} is confused with the unknown {other}"
-            );
-        }
+        assert!(!effect.confusable_with.contains(effect), "{name} is itself");
         for parameter in effect.parameters {
             assert!(
                 parameter.lower < parameter.upper,
@@ -67,13 +78,26 @@ fn every_published_name_is_there_and_complete() {
                 parameter.name
             );
         }
+        if let Some(steady) = effect.steady() {
+            complete_in_tables(effect, steady);
+        }
     }
-    for (alias, name) in [
-        ("coulomb", "coulomb_friction"),
-        ("stribeck", "stribeck_friction"),
-        ("gravity_arm", "gravity"),
-    ] {
-        assert_eq!(effects::find(alias).unwrap().name, name);
+}
+
+/// What a table of settled speeds says of an effect, and in which form it is tried.
+fn complete_in_tables(effect: &Effect, steady: &Steady) {
+    if let Shape::Told(sentence) = steady.shape {
+        assert!(sentence.len() > 3, "{effect:?}: an empty sentence");
+    }
+    if let Forms::FromRest(pinned) = steady.forms {
+        assert_eq!(pinned.len(), effect.parameters.len(), "{effect:?}");
+    }
+}
+
+#[test]
+fn every_effect_that_records_may_name_has_starts() {
+    for effect in LIBRARY.iter().filter(|effect| effect.on_records()) {
+        assert!(!matches!(effect.starts, Starts::Grid([])), "{effect:?}");
     }
 }
 
@@ -115,12 +139,13 @@ fn with_effect(effect: &effects::Effect) -> Physics {
         Scale::PerPower => 0.01,
         Scale::Stiffness => 0.025,
         Scale::Capacity => 0.07 / 1.5,
+        Scale::TorquePerAngle(power) => 0.4 / 16.0_f64.powi(power.into()),
         Scale::One => 1.0,
     };
     let middle = |p: &effects::Parameter| match p.name {
         "periods_per_rev" => 7.0,
         "load_share" => 0.3,
-        "stiffness_nm_per_rad" => 3.0,
+        _ if p.scale == Scale::Stiffness => 3.0,
         _ => (p.lower.max(0.0) + 0.2 * (p.upper.min(3.0) - p.lower.max(0.0))) * unit(p.scale),
     };
     let values: Vec<f64> = effect.parameters.iter().map(middle).collect();

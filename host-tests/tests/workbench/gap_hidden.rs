@@ -8,7 +8,9 @@ use servo::axis::Bridge;
 use truing::gap::{self, Options};
 use truing::outcome::{Outcome, Verdict};
 use truing::synthetic::reference_plant::record::{Row, Window, simulate};
-use truing::synthetic::reference_plant::{Command, Friction, Knee, Motor, Simulator, Split, Tacho, Train};
+use truing::synthetic::reference_plant::{
+    Command, Friction, Knee, Law, Motor, Simulator, Split, Tacho, Train,
+};
 use truing::system::log::{Dynamic, Input, Run};
 use truing::system::model::{self, Model};
 
@@ -256,6 +258,43 @@ fn a_play_whose_teeth_throw_the_load_back_is_named() {
     let h = &outcome.holdout;
     let left = square(h.rmse_after) / square(h.rmse_before);
     assert!(left < 0.03 && h.rmse_before > 5.0 * SIGMA, "{h:?}");
+}
+
+/// A motor that works against −k·(θ − rest) − cubic·(θ − rest)³.
+fn sprung(k: f64, rest: f64, cubic: f64) -> Motor {
+    let mut hidden = motor();
+    hidden.load.law = Some(Law {
+        torque: |p, theta| -p[0] * (theta - p[1]) - p[2] * (theta - p[1]).powi(3),
+        parameters: vec![k, rest, cubic],
+    });
+    hidden
+}
+
+#[test]
+fn a_return_spring_is_named_with_its_rest_angle() {
+    let (k, rest) = (1.5e-3, -9.0);
+    let outcome = analysed(&sprung(k, rest, 0.0), 101);
+    assert_eq!(
+        (outcome.verdict, names(&outcome)),
+        (Verdict::Named, vec!["torsional_spring"])
+    );
+    close(&outcome, "torsional_spring", "stiffness_nm_per_rad", k);
+    close(&outcome, "torsional_spring", "rest_rad", rest);
+    closes(&outcome);
+}
+
+#[test]
+fn a_return_spring_that_stiffens_is_named_with_its_cubic_part() {
+    let (k, rest, cubic) = (6e-4, 5.0, 4e-6);
+    let outcome = analysed(&sprung(k, rest, cubic), 111);
+    assert_eq!(
+        (outcome.verdict, names(&outcome)),
+        (Verdict::Named, vec!["torsional_spring"])
+    );
+    close(&outcome, "torsional_spring", "stiffness_nm_per_rad", k);
+    close(&outcome, "torsional_spring", "rest_rad", rest);
+    close(&outcome, "torsional_spring", "cubic_nm_per_rad3", cubic);
+    closes(&outcome);
 }
 
 #[test]

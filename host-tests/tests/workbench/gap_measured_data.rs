@@ -100,7 +100,7 @@ fn emps_with_coulomb_and_offset_only_gives_the_published_friction() {
     };
     let (identify, held_out) = halves(&record(&path, "u_v=u_V"));
     let allowed = ["coulomb_friction", "constant_load"];
-    let names_of = |effect: &truing::system::effects::Effect| effect.name;
+    let names_of = |effect: &&truing::system::effects::Effect| effect.name;
     let others = truing::system::effects::LIBRARY.iter().map(names_of);
     let without: Vec<&str> = others.filter(|name| !allowed.contains(name)).collect();
     let rig = model(

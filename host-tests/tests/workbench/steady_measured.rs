@@ -172,3 +172,14 @@ fn a_shape_outside_the_library_is_called_unexplained() {
             .contains("smooth function of the voltage")
     );
 }
+
+#[test]
+fn a_limit_that_differs_between_the_directions_is_named() {
+    let speed = |u: f64| GAIN * u.clamp(-6.2, 8.7);
+    let volts = (-24..=24).map(|k| 0.5 * f64::from(k));
+    let outcome = truing::gap::tables::run(&motor(), &table(volts, speed), &[]);
+    assert_eq!(names(&outcome), ["voltage_saturation_asymmetric"]);
+    let limits = &outcome.effects[0].parameters;
+    assert!((limits["pos_v"].value - 8.7).abs() < 0.05, "{limits:?}");
+    assert!((limits["neg_v"].value - 6.2).abs() < 0.05, "{limits:?}");
+}

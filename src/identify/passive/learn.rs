@@ -12,6 +12,7 @@ use crate::identify::slices::Spread;
 use crate::identify::solve::{Progress, Structure};
 use crate::identify::spline::{Lengths, Window};
 use crate::identify::trust::{Check, Evidence, Excitation, Part};
+use crate::units::Direction;
 
 /// Rows between two solutions.
 const ROWS_PER_SOLUTION: u32 = 64;
@@ -51,7 +52,13 @@ impl Default for Learning {
 impl Params {
     /// One window: tests the last solution, and is learned. The sums must not change while the solver reads
     /// them.
-    pub(super) fn learn(&self, state: &mut State, window: &Window, direction: usize, supply_measured: bool) {
+    pub(super) fn learn(
+        &self,
+        state: &mut State,
+        window: &Window,
+        direction: Direction,
+        supply_measured: bool,
+    ) {
         let Task::Learn(learning) = &mut state.task else {
             return;
         };
@@ -63,11 +70,11 @@ impl Params {
             // A window not yet learned is a test of what was learned.
             let solution = state.solver.solution();
             let sample = self.sample(solution, window, direction);
-            let check = &mut learning.checks[direction & 1];
-            check.note(sample.saturating_sub(solution.dead_zone[direction & 1]));
+            let check = &mut learning.checks[direction];
+            check.note(sample.saturating_sub(solution.dead_zone[direction]));
             check.keep(MOST_CHECKS);
         }
-        state.identify.sums[direction & 1].add(&Row::new(window, direction));
+        state.identify.sums[direction].add(&Row::new(window, direction));
         learning.new_rows = learning.new_rows.saturating_add(1);
         if learning.new_rows >= ROWS_PER_SOLUTION && state.work == Work::None {
             learning.new_rows = 0;

@@ -17,6 +17,7 @@ use super::solve::{Solution, Solver};
 use super::spline::{HOPS_PER_BLOCK, ROW_FRAC, Window};
 use crate::config::Scale;
 use crate::identify::Input;
+use crate::units::Direction;
 use learn::Learning;
 use track::Track;
 
@@ -149,8 +150,8 @@ impl Params {
     }
 
     /// The dead zone that a window of motion in this direction shows, Q20.
-    fn sample(&self, solution: &Solution, window: &Window, direction: usize) -> i32 {
-        let applied = if direction == 0 {
+    fn sample(&self, solution: &Solution, window: &Window, direction: Direction) -> i32 {
+        let applied = if direction == Direction::Positive {
             window.voltage
         } else {
             window.voltage.saturating_neg()

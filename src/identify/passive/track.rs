@@ -6,12 +6,11 @@
 
 use super::{Params, State, Task, Work, follows_input, moved};
 use crate::identify;
-use crate::identify::estimate::{
-    Estimate, Estimates, GAIN_FRAC, NEGATIVE, POSITIVE, Reason, Standing, TIME_FRAC, VOLTAGE_FRAC,
-};
+use crate::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Reason, Standing, TIME_FRAC, VOLTAGE_FRAC};
 use crate::identify::positive::Positive;
 use crate::identify::solve::{COEFFICIENT_FRAC, Coefficients, Solution};
 use crate::identify::spline::{ROW_FRAC, Window};
+use crate::units::Direction;
 
 /// Weight of one window: 1/64, a memory of 64 hops (0.2 s with blocks of 13 ms).
 const TRACK_SHIFT: u32 = 6;
@@ -138,7 +137,7 @@ impl Params {
         &self,
         state: &mut State,
         known: &mut Estimates,
-        usable: Option<(usize, Window)>,
+        usable: Option<(Direction, Window)>,
     ) -> bool {
         let hop_bits = self.hop_bits(state);
         let Task::Track(tracks) = &mut state.task else {
@@ -149,14 +148,14 @@ impl Params {
         }
         if let Some((direction, window)) = usable {
             let sample = self.sample(state.solver.solution(), &window, direction);
-            let other = tracks[direction & 1 ^ 1].value();
-            tracks[direction & 1].note(sample, other);
+            let other = tracks[direction.reversed()].value();
+            tracks[direction].note(sample, other);
             heed_input(&mut state.identify, tracks);
         }
         let life = self.life >> hop_bits;
         let mut differs = false;
-        for direction in [POSITIVE, NEGATIVE] {
-            let [own, other] = [&tracks[direction], &tracks[direction ^ 1]];
+        for direction in Direction::BOTH {
+            let [own, other] = [&tracks[direction], &tracks[direction.reversed()]];
             let estimate = &mut known.dead_zone[direction];
             let now = own.seen(other, estimate, life);
             differs |= now != *estimate;
@@ -169,7 +168,9 @@ impl Params {
 /// With an input dead zone a window counts while the voltage is beyond it; friction asks the speed instead.
 fn heed_input(identify: &mut identify::State, tracks: &[Track; 2]) {
     if identify.follows_input {
-        let widest = tracks[POSITIVE].value().max(tracks[NEGATIVE].value());
+        let widest = tracks[Direction::Positive]
+            .value()
+            .max(tracks[Direction::Negative].value());
         identify.break_away = widest.saturating_add(widest / BEYOND_INPUT) >> (VOLTAGE_FRAC - 14);
     }
 }

@@ -8,7 +8,7 @@ use embedded_storage::nor_flash::NorFlash;
 use servo::axis::{Output, Sample};
 use servo::config::Config;
 use servo::link::protocol::{Refusal, ResetCause};
-use servo::protect::Permit;
+use servo::protect::Interlock;
 
 /// A board: a chip and what is wired to it, or a program that plays both.
 pub trait Board {
@@ -58,7 +58,7 @@ pub trait Drive {
     fn sample(&mut self, axis: usize) -> Sample;
 
     /// Tells what the enable contact and the fault line said when the axis was sampled.
-    fn permit(&self, axis: usize) -> Permit;
+    fn interlock(&self, axis: usize) -> Interlock;
 
     /// True while the index pulse of the axis' encoder lasts. To be asked next to [`Drive::sample`], which reads the count.
     fn index(&self, axis: usize) -> bool;

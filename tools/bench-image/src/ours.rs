@@ -3,16 +3,16 @@
 use crate::motor::Motor;
 use crate::tally::Tally;
 use core::hint::black_box;
+use servo::axis::Command;
 use servo::axis::{Axis, Bridge, Output, Sample, State};
 use servo::commission::Input;
 use servo::compensate::{Compensator, SignSource, Smoothing};
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
 use servo::identify::passive;
-use servo::link::protocol::Command;
 use servo::optional::Optional;
 use servo::record::Activity;
-use servo::units::Voltage;
+use servo::units::{Voltage, VoltageQ14};
 
 fn config(tick_hz: u32) -> Config {
     Config {
@@ -70,9 +70,9 @@ impl Bench {
         // The duty of this tick acts from the next one on: a delay of one tick.
         let input = Input {
             count: sample.count,
-            voltage: i32::from(self.acting.duty) * 16_384 / 4200,
+            voltage: VoltageQ14(i32::from(self.acting.duty) * 16_384 / 4200),
             bridge: self.acting.bridge,
-            supply: Some(16_384),
+            supply: Some(VoltageQ14::NOMINAL),
             current_raw: None,
         };
         let (identifier, learner, known) = (&self.identifier, &mut self.learner, &mut self.known);

@@ -14,7 +14,7 @@ use servo::control::Tuning;
 use servo::motion::excitation::{Sweep, Waveform};
 use servo::identify::estimate::{Estimate, Estimates, Standing};
 use servo::optional::Optional;
-use servo::protect::{Notice, Permit, Settings};
+use servo::protect::{Condition, Interlock, Settings};
 use servo::link::protocol::{Command, FRAME_CAPACITY, Request, VERSION, encode};
 use servo::store::AxisParameters;
 use servo::motion::stream::Point;
@@ -184,12 +184,12 @@ fuzz_target!(|input: (bool, Vec<Step>)| {
                 receive(&mut desk, &last);
             }
             Step::Again => receive(&mut desk, &last),
-            Step::Heed(what) => desk.heed(match what % 5 {
-                0 => Notice::Permit(Permit::Disabled),
-                1 => Notice::Permit(Permit::BridgeFault),
-                2 => Notice::TickOverrun,
-                3 => Notice::WatchdogReset,
-                _ => Notice::ParametersDamaged,
+            Step::Heed(what) => desk.raise(match what % 5 {
+                0 => Condition::Interlock(Interlock::Disabled),
+                1 => Condition::Interlock(Interlock::BridgeFault),
+                2 => Condition::TickOverrun,
+                3 => Condition::WatchdogReset,
+                _ => Condition::ParametersDamaged,
             }),
             Step::Run(ticks) => run(&mut desk, u32::from(ticks), &mut left),
             Step::RunLong(ticks) => run(&mut desk, 64 * u32::from(ticks), &mut left),

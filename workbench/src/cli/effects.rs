@@ -24,6 +24,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     LIBRARY
         .iter()
+        .copied()
         .filter(wanted)
         .for_each(|effect| out!("{}", described(effect)));
     Ok(())
@@ -38,11 +39,12 @@ fn described(effect: &Effect) -> String {
         format!("{} [{}]{optional}", p.name, p.unit)
     };
     let parameters: Vec<String> = effect.parameters.iter().map(parameter).collect();
+    let confusable: Vec<&str> = effect.confusable_with.iter().map(|other| other.name).collect();
     let rows = [
         ("equation", effect.equation),
         ("parameters", &parameters.join(", ")),
         ("trace", effect.signature),
-        ("confused with", &effect.confusable_with.join(", ")),
+        ("confused with", &confusable.join(", ")),
         ("separated by", effect.separated_by),
         ("source", effect.source),
     ];

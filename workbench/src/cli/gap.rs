@@ -1,13 +1,13 @@
 //! `truing gap`: where do model and log disagree, and what is missing?
 
 use crate::cli::files::Files;
-use crate::gap::tables;
+use crate::console::input_error::InputError;
 use crate::gap::time_base;
 use crate::gap::{self, Options};
 use crate::outcome::Outcome;
 use crate::report::{Exporter, html::Html, json::Json, model_file::ModelFile, pictures, terminal::Terminal};
 use crate::system::effects::{self, Effect};
-use crate::system::log::{self, Columns, Dynamic, Log, Table};
+use crate::system::log::{self, Columns, Log};
 use crate::system::model::{self, Model};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -85,9 +85,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let without = arguments.without.iter().map(|name| effects::known(name));
     let without: Result<Vec<&Effect>, String> = without.collect();
     let named = |effect: &&Effect| effect.name.to_owned();
-    let finals = arguments.finals.iter().map(read).map(|log| dynamic(log?));
+    let finals = arguments
+        .finals
+        .iter()
+        .map(read)
+        .map(|log| Ok(gap::as_record(log?)?));
     let options = Options {
-        finals: finals.collect::<Result<_, _>>()?,
+        finals: finals.collect::<Result<_, InputError>>()?,
         without: without
             .map_err(|text| anyhow::anyhow!("--without: {text}"))?
             .iter()
@@ -97,47 +101,20 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Log::Dynamic(record) = &log {
         time_base::check(&model, record, &columns)?;
     }
-    let outcome = analysed(&model, log, holdouts, &options)?;
+    let outcome = watched(&model, &log, &holdouts, &options)?;
     out!("{}", Terminal.export(&outcome)?);
     write(arguments, &model, &outcome)
 }
 
-/// A table, or a record whose rows are settled, goes the steady way; every other record is simulated.
-pub(super) fn analysed(
+/// The gap workflow with a bar that shows its progress.
+pub(super) fn watched(
     model: &Model,
-    log: Log,
-    holdouts: Vec<Log>,
+    log: &Log,
+    holdouts: &[Log],
     options: &Options,
-) -> anyhow::Result<Outcome> {
-    let as_table = |log: &Log| match log {
-        Log::Table(table) => Some(table.clone()),
-        Log::Dynamic(record) => tables::settled(model, record),
-    };
-    if let Some(table) = as_table(&log) {
-        let others: Option<Vec<Table>> = holdouts.iter().map(as_table).collect();
-        let others = others.ok_or_else(|| {
-            anyhow::anyhow!(
-                "{}: is a steady-state table, but a hold-out is a record over time; give a table",
-                table.source
-            )
-        })?;
-        anyhow::ensure!(
-            options.finals.is_empty(),
-            "--final is for records over time; {} is a steady-state table: give the rows to --holdout",
-            table.source
-        );
-        let mut outcome = tables::run(model, &table, &others);
-        if let Log::Dynamic(record) = &log {
-            outcome.notes.push(time_unused(model, record));
-        }
-        return Ok(outcome);
-    }
-    let Log::Dynamic(record) = log else {
-        unreachable!("tables are handled above")
-    };
-    let others: Vec<Dynamic> = holdouts.into_iter().map(dynamic).collect::<Result<_, _>>()?;
+) -> Result<Outcome, InputError> {
     let bar = progress_bar();
-    let outcome = gap::run(model, &record, &others, options, &|text| {
+    let outcome = gap::run(model, log, holdouts, options, &|text| {
         if text.is_empty() {
             bar.inc(1)
         } else {
@@ -150,27 +127,7 @@ pub(super) fn analysed(
         }
     });
     bar.finish_and_clear();
-    Ok(outcome?)
-}
-
-/// A time column never goes unused in silence.
-fn time_unused(model: &Model, record: &Dynamic) -> String {
-    let apart_s = record.runs[0].sample_s();
-    format!(
-        "The rows are {apart_s:.3} s apart, the model's time constant is {:.3} s: each row is taken as a settled speed, and the \
-         time is not used. If the time is not in seconds, map it, e.g. --columns \"t_ms=t_s\".",
-        tables::time_constant_s(model)
-    )
-}
-
-fn dynamic(log: Log) -> anyhow::Result<Dynamic> {
-    match log {
-        Log::Dynamic(log) => Ok(log),
-        Log::Table(table) => anyhow::bail!(
-            "{}: is a steady-state table, but the log is a record over time; give a record",
-            table.source
-        ),
-    }
+    outcome
 }
 
 fn progress_bar() -> ProgressBar {

@@ -1,6 +1,6 @@
 //! `truing judge`: are the answers on rigs whose effects are known right?
 
-use super::gap::analysed;
+use super::gap::watched;
 use crate::console::input_error::NotDone;
 use crate::gap::Options;
 use crate::gap::expectation::Rig;
@@ -140,7 +140,7 @@ pub fn answer(rig: &Rig, data: Option<&Path>) -> anyhow::Result<Option<Outcome>>
         holdouts = vec![Log::Dynamic(second)];
         log = Log::Dynamic(first);
     }
-    analysed(&model, log, holdouts, &Options::default()).map(Some)
+    Ok(Some(watched(&model, &log, &holdouts, &Options::default())?))
 }
 
 /// First and second half of the first run of a record.

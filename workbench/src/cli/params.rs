@@ -130,7 +130,7 @@ fn save(client: &mut Client) -> anyhow::Result<()> {
             outln!("{}", store_text(event));
         }
     })?;
-    outln!("{}", store_text(servo::store::saving::StoreEvent::Saved));
+    outln!("{}", store_text(servo::store::StoreEvent::Saved));
     Ok(())
 }
 

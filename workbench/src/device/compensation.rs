@@ -17,31 +17,12 @@
 
 use crate::console::input_error::InputError;
 use crate::device::commission_report::{Kept, Params};
+use crate::system::effects::{self, OnChip};
 use crate::system::model::{Known, Model, NAMED};
 use crate::system::plant::physics::{Drive, Physics};
 use servo::config::Config;
 use servo::identify::estimate::Mechanism;
 
-/// Effects that become one of the firmware's numbers.
-const TAKEN: &[&str] = &[
-    "dead_zone",
-    "dead_zone_asymmetric",
-    "voltage_saturation",
-    "voltage_saturation_asymmetric",
-    "drive_gain",
-    "voltage_offset",
-    "voltage_drop",
-    "resistance",
-    "motor_gain",
-    "inertia",
-    "viscous_friction",
-    "coulomb_friction",
-    "coulomb_asymmetric",
-    "stribeck_friction",
-    "constant_load",
-];
-/// Parameters of these that the firmware has none for: the kinetic level and a hard knee are all that it knows.
-const PARTS: &[&str] = &["breakaway_nm", "stribeck_rad_s", "softness"];
 /// Half width of the 95 % interval, standard deviations.
 const U95: f64 = 1.96;
 
@@ -181,12 +162,12 @@ fn left_out(model: &Model) -> Vec<String> {
 
 fn dropped(known: &Known) -> Vec<String> {
     let name = known.effect.name;
-    if !TAKEN.contains(&name) {
+    if known.effect.on_chip == OnChip::Unknown {
         return vec![name.to_owned()];
     }
     let values = known.effect.parameters.iter().zip(&known.values);
     values
-        .filter(|(parameter, value)| PARTS.contains(&parameter.name) && **value != 0.0)
+        .filter(|(parameter, value)| parameter.on_chip == OnChip::Unknown && **value != 0.0)
         .map(|(parameter, _)| format!("{name}.{}", parameter.name))
         .collect()
 }
@@ -228,7 +209,7 @@ impl Terminal {
         let load: f64 = model
             .known
             .iter()
-            .filter(|known| known.effect.name == "constant_load")
+            .filter(|known| known.effect == &effects::CONSTANT_LOAD)
             .map(|known| known.values[0])
             .sum();
         let volts = |torque: f64| torque * plant.resistance / plant.kt;

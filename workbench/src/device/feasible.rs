@@ -2,14 +2,14 @@
 //! what a commissioning has found. The servo asks the same of a sine; points it would follow as fast as its limits allow,
 //! far behind.
 
-use crate::device::session::Profile;
+use crate::device::motion_profile::Profile;
 use crate::device::waypoints::{self, Knot};
 use servo::axis::Axis;
-use servo::axis::design::{FEASIBLE, counts_per_tick};
+use servo::axis::design::FEASIBLE;
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::Estimates;
-use servo::motion::trajectory::sine_takes;
+use servo::motion::sine::sine_takes;
 use servo::record::Source;
 use servo::units::Voltage;
 use std::f64::consts::PI;
@@ -74,7 +74,7 @@ impl Ability {
         let design = axis.design(&mut state);
         let motor = design.ablest_motor();
         let nominal = f64::from(config.supply_nominal_v);
-        let per_rad_s = f64::from(counts_per_tick(axis.scale()));
+        let per_rad_s = f64::from(axis.scale().counts_per_tick());
         let volts = |voltage: Voltage| f64::from(voltage.0) / f64::from(Voltage::NOMINAL.0) * nominal;
         let ceiling = servo::axis::design::voltage_limit(axis.scale()).min(Voltage::NOMINAL);
         let available_v = volts(design.voltage_left(ceiling));
@@ -283,7 +283,7 @@ impl std::fmt::Display for Shortfall {
 #[cfg(test)]
 mod tests {
     use super::{Ability, Fitted};
-    use crate::device::session::Profile;
+    use crate::device::motion_profile::Profile;
     use crate::device::waypoints::Waypoint;
     use servo::identify::estimate::Estimates;
     use std::f64::consts::TAU;

@@ -8,6 +8,7 @@ pub mod compensation;
 pub mod feasible;
 pub mod link;
 pub mod loops;
+pub mod motion_profile;
 pub mod motor;
 pub mod parameters;
 pub mod replay;

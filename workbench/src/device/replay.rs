@@ -1,22 +1,24 @@
 //! Same code, same bits: the chip's raw integers and commands of every tick, run through the library on the host.
 //!
 //! What only the image saw (enable contact, bridge driver, tick overrun, watchdog, damaged parameters) is in no sample:
-//! where the log holds a fault of that kind, the notice behind it is given again. One that came while another fault was
+//! where the log holds a fault of that kind, the condition behind it is raised again. One that came while another fault was
 //! latched has left no trace.
 
 use crate::console::input_error::InputError;
 use crate::device::link::{advisory_text, fault_advice};
-use crate::device::run_log::{Tape, digest};
-use servo::axis::servo_axis::{Joint, Order};
+use crate::device::run_log::{Tape, Trace, digest};
+use servo::axis::servo_axis::ServoAxis;
 use servo::commission::Outcome;
-use servo::link::protocol::Command;
-use servo::motion::referencing::Referenced;
-use servo::protect::{Fault, Notice};
-use servo::record::Advisory;
+use servo::link::order::Order;
+use servo::link::protocol::{Command, Refusal};
+use servo::protect::{Condition, Fault};
+use servo::record::{Advisory, Record, Referenced};
 use std::fmt;
+use std::iter::Peekable;
+use std::slice::Iter;
 
 /// How a replay ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Verdict {
     /// Control ticks compared.
     pub ticks: usize,
@@ -86,65 +88,101 @@ impl fmt::Display for Verdict {
 
 /// Runs the tape through the library. Records and estimates are compared in every bit.
 pub fn replay(tape: &Tape) -> Result<Verdict, InputError> {
-    let mut verdict = Verdict {
-        ticks: 0,
-        commands: 0,
-        commissionings: 0,
-        told: Vec::new(),
-        difference: None,
-    };
-    let mut joint = Joint::new();
-    let mut commands = tape.commands.iter().peekable();
-    let mut outcomes = tape.outcomes.iter();
-    let (mut last, mut fault, mut advisory) = (None, Fault::None, Advisory::None);
-    let mut searching = false;
+    let mut replay = Replay::new(tape);
     for trace in &tape.traces {
-        consecutive(last.replace(trace.tick), trace.tick)?;
-        while let Some((_, command)) = commands.next_if(|(tick, _)| *tick <= trace.tick) {
-            execute(&mut joint, command)?;
-            verdict.commands += 1;
-        }
-        if let Some(notice) = Notice::behind(trace.fault) {
-            joint.heed(notice);
-        }
-        // The index is in no sample either; a search heeds it in the tick in which it ends, and no other tick does.
-        if (searching, trace.referenced) == (true, Referenced::Yes) {
-            joint.index();
-        }
-        searching = trace.referenced == Referenced::Searching;
-        let tick = joint.step(trace.sample);
-        let record = &tick.output.record;
-        if std::mem::replace(&mut fault, record.fault) != record.fault && fault != Fault::None {
-            verdict.told.push((trace.tick, Telling::Fault(fault)));
-        }
-        if std::mem::replace(&mut advisory, record.advisory) != record.advisory && advisory != Advisory::None
-        {
-            verdict.told.push((trace.tick, Telling::Advisory(advisory)));
-        }
-        let mut differ = Vec::new();
-        if (record.bridge, record.duty) != (trace.bridge, trace.duty) {
-            differ.push(format!(
-                "bridge and duty {:?} {} on the chip, {:?} {} here",
-                trace.bridge, trace.duty, record.bridge, record.duty
-            ));
-        }
-        if digest(record) != trace.digest {
-            differ.push("the telemetry record".into());
-        }
-        if let Some(here) = tick.concluded {
-            verdict.commissionings += 1;
-            differ.extend(compare(outcomes.next(), trace.tick, here));
-        }
-        verdict.ticks += 1;
-        if !differ.is_empty() {
-            verdict.difference = Some(Difference {
-                tick: trace.tick,
-                what: differ.join("; "),
-            });
+        replay.obey(trace)?;
+        replay.raise(trace);
+        replay.step(trace);
+        if replay.verdict.difference.is_some() {
             break;
         }
     }
-    Ok(verdict)
+    Ok(replay.verdict)
+}
+
+/// The axis of the library, and how far the tape has run.
+struct Replay<'a> {
+    axis: ServoAxis,
+    commands: Peekable<Iter<'a, (u32, Command)>>,
+    outcomes: Iter<'a, (u32, Outcome)>,
+    last: Option<u32>,
+    fault: Fault,
+    advisory: Advisory,
+    searching: bool,
+    verdict: Verdict,
+}
+
+impl<'a> Replay<'a> {
+    fn new(tape: &'a Tape) -> Self {
+        Self {
+            axis: ServoAxis::new(),
+            commands: tape.commands.iter().peekable(),
+            outcomes: tape.outcomes.iter(),
+            last: None,
+            fault: Fault::None,
+            advisory: Advisory::None,
+            searching: false,
+            verdict: Verdict::default(),
+        }
+    }
+
+    /// Executes what the chip had executed before this tick.
+    fn obey(&mut self, trace: &Trace) -> Result<(), InputError> {
+        consecutive(self.last.replace(trace.tick), trace.tick)?;
+        while let Some((_, command)) = self.commands.next_if(|(tick, _)| *tick <= trace.tick) {
+            execute(&mut self.axis, command)?;
+            self.verdict.commands += 1;
+        }
+        Ok(())
+    }
+
+    /// Gives again what no sample holds: conditions, and the index pulse in the tick in which a search ends by it.
+    fn raise(&mut self, trace: &Trace) {
+        if let Some(condition) = Condition::behind(trace.fault) {
+            self.axis.raise(condition);
+        }
+        if (self.searching, trace.referenced) == (true, Referenced::Yes) {
+            self.axis.index();
+        }
+        self.searching = trace.referenced == Referenced::Searching;
+    }
+
+    fn step(&mut self, trace: &Trace) {
+        let tick = self.axis.step(trace.sample);
+        let record = &tick.output.record;
+        let told = &mut self.verdict.told;
+        if std::mem::replace(&mut self.fault, record.fault) != record.fault && self.fault != Fault::None {
+            told.push((trace.tick, Telling::Fault(self.fault)));
+        }
+        let advised = std::mem::replace(&mut self.advisory, record.advisory) != record.advisory;
+        if advised && self.advisory != Advisory::None {
+            told.push((trace.tick, Telling::Advisory(self.advisory)));
+        }
+        let mut differ = differences(record, trace);
+        if let Some(here) = tick.concluded {
+            self.verdict.commissionings += 1;
+            differ.extend(compare(self.outcomes.next(), trace.tick, here));
+        }
+        self.verdict.ticks += 1;
+        self.verdict.difference = (!differ.is_empty()).then(|| Difference {
+            tick: trace.tick,
+            what: differ.join("; "),
+        });
+    }
+}
+
+fn differences(record: &Record, trace: &Trace) -> Vec<String> {
+    let mut differ = Vec::new();
+    if (record.bridge, record.duty) != (trace.bridge, trace.duty) {
+        differ.push(format!(
+            "bridge and duty {:?} {} on the chip, {:?} {} here",
+            trace.bridge, trace.duty, record.bridge, record.duty
+        ));
+    }
+    if digest(record) != trace.digest {
+        differ.push("the telemetry record".into());
+    }
+    differ
 }
 
 fn consecutive(last: Option<u32>, tick: u32) -> Result<(), InputError> {
@@ -156,24 +194,18 @@ fn consecutive(last: Option<u32>, tick: u32) -> Result<(), InputError> {
     }
 }
 
-fn execute(joint: &mut Joint, command: &Command) -> Result<(), InputError> {
-    // Telemetry and capture listen to the joint and do not touch it.
-    if let Command::Subscribe { .. }
-    | Command::CaptureArm { .. }
-    | Command::CaptureRead { .. }
-    | Command::Hello
-    | Command::Parameters
-    | Command::Save = command
-    {
-        return Ok(());
-    }
-    Order::from_command(command)
-        .and_then(|order| joint.execute(&order))
-        .map_err(|reason| {
-            InputError(format!(
-                "the log holds a command that the library refuses: {reason:?}"
-            ))
-        })
+/// Executes a command of the log. Telemetry, capture and store listen to the axis and do not touch it.
+fn execute(axis: &mut ServoAxis, command: &Command) -> Result<(), InputError> {
+    let carried_out = match Order::from_command(command) {
+        Ok(Order::Service(_)) => Ok(()),
+        Ok(Order::Axis(order)) => axis.execute(&order).map_err(Refusal::from),
+        Err(reason) => Err(reason),
+    };
+    carried_out.map_err(|reason| {
+        InputError(format!(
+            "the log holds a command that the library refuses: {reason:?}"
+        ))
+    })
 }
 
 fn compare(chip: Option<&(u32, Outcome)>, tick: u32, here: &Outcome) -> Option<String> {

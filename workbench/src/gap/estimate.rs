@@ -2,9 +2,9 @@
 
 use crate::gap::dataset::Bench;
 use crate::gap::fit::{FINAL, SEARCH, Setting, covariance, fit};
-use crate::gap::hypothesis::{Hypothesis, Item, Slot};
+use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::search::{Scored, dispersion, scatter};
-use crate::system::effects::{Parameter, Starts};
+use crate::system::effects::{Meaning, Parameter, Starts};
 use nalgebra::{DMatrix, DVector};
 
 /// An effect is in the headline if one of its numbers lies further from nothing than this many standard deviations.
@@ -52,17 +52,11 @@ impl<'s, 'a> Spread<'s, 'a> {
         }
     }
 
-    /// The place of a parameter among the fitted numbers.
-    fn slot(&self, item: usize, parameter: usize) -> Option<usize> {
-        let own = Slot::Effect { item, parameter };
-        self.kept.hypothesis.slots.iter().position(|slot| *slot == own)
-    }
-
     fn of_effect(&self, index: usize, item: &Item) -> Vec<Estimate> {
         let hypothesis = &self.kept.hypothesis;
         let estimate = |(k, parameter): (usize, &'static Parameter)| {
             let value = hypothesis.value(index, k, &self.kept.fit.x);
-            let slot = self.slot(index, k);
+            let slot = hypothesis.slot(index, k);
             if slot.is_none() && parameter.default.is_some() {
                 return None;
             }
@@ -70,7 +64,7 @@ impl<'s, 'a> Spread<'s, 'a> {
             let std = slot.map(|s| {
                 let variance =
                     (self.covariance[(s, s)].max(0.0) * self.factor + self.scatter[s]) * scale * scale;
-                let std = (variance + zero_variance(self.kept, index, parameter.name)).sqrt();
+                let std = (variance + zero_variance(self.kept, index, parameter)).sqrt();
                 std.min(largest(self.kept, index, item, value, self.factor))
             });
             Some(Estimate {
@@ -110,7 +104,7 @@ impl<'s, 'a> Spread<'s, 'a> {
     /// of the AMS 54, 1943): two slopes may be traded for each other while their difference is sharp.
     fn distance(&self, index: usize, parameters: &[usize]) -> f64 {
         let hypothesis = &self.kept.hypothesis;
-        let slots: Option<Vec<usize>> = parameters.iter().map(|k| self.slot(index, *k)).collect();
+        let slots: Option<Vec<usize>> = parameters.iter().map(|k| hypothesis.slot(index, *k)).collect();
         let Some(slots) = slots else { return 0.0 };
         let n = slots.len();
         let away = DVector::from_fn(n, |k, _| {
@@ -168,10 +162,7 @@ fn largest(kept: &Scored, index: usize, item: &Item, value: f64, factor: f64) ->
     if !kept.hypothesis.model.fitted_to_log || item.effect.parameters.len() != 1 {
         return f64::INFINITY;
     }
-    let mut items = kept.hypothesis.items.clone();
-    items.remove(index);
-    let without = Hypothesis::new(kept.hypothesis.bench, kept.hypothesis.model, items);
-    let start = without.carried(&kept.hypothesis, &kept.fit.x, &|_| 0.0);
+    let (without, start) = kept.hypothesis.only(&kept.fit.x, |k| k != index);
     let growth = (fit(&without, &start, &SEARCH).cost - kept.fit.cost) / factor;
     if growth > 1.0 {
         value.abs() / growth.sqrt()
@@ -181,16 +172,19 @@ fn largest(kept: &Scored, index: usize, item: &Item, value: f64, factor: f64) ->
 }
 
 /// Variance of the phase of an effect of the position, because the encoder's zero lies anywhere within a count.
-fn zero_variance(kept: &Scored, index: usize, parameter: &str) -> f64 {
+fn zero_variance(kept: &Scored, index: usize, parameter: &Parameter) -> f64 {
     let hypothesis = &kept.hypothesis;
     let effect = hypothesis.items[index].effect;
-    let place = effect.parameters.iter().position(|p| p.name == "periods_per_rev");
+    let place = effect.place(Meaning::PeriodsPerTurn);
     let periods = match effect.starts {
         Starts::GravityScan => 1.0 / hypothesis.model.physics().gear_ratio,
         Starts::PositionScan => place.map_or(0.0, |k| hypothesis.value(index, k, &kept.fit.x)),
         _ => 0.0,
     };
-    let encoder = hypothesis.model.encoder.filter(|_| parameter == "phase_rad");
+    let encoder = hypothesis
+        .model
+        .encoder
+        .filter(|_| parameter.meaning == Meaning::Phase);
     encoder.map_or(0.0, |encoder| {
         (periods * std::f64::consts::TAU / encoder.counts_per_rev).powi(2) / 12.0
     })

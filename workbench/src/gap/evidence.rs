@@ -42,12 +42,9 @@ pub fn rivals(found: &Found, ties: &[Tie]) -> Vec<Rival> {
 fn reason(other: &Scored, best: &Scored) -> String {
     let left = |set: &Scored| (set.fit.chi2 / set.fit.samples.max(1) as f64).sqrt();
     let missing = |set: &Scored, from: &Scored| {
-        let names = from.hypothesis.names();
-        set.hypothesis
-            .items
-            .iter()
-            .map(|item| item.effect)
-            .find(|effect| !names.iter().any(|name| name == effect.name))
+        let has = |effect: &Effect| from.hypothesis.items.iter().any(|item| item.effect == effect);
+        let effects = set.hypothesis.items.iter().map(|item| item.effect);
+        effects.into_iter().find(|effect| !has(effect))
     };
     let mut text = format!(
         "leaves {:.2} times the noise where the accepted set leaves {:.2} (χ² {:.0} higher)",
@@ -74,7 +71,7 @@ mod tests {
             gap,
         };
         sentence(
-            &crate::system::effects::LIBRARY[0],
+            crate::system::effects::LIBRARY[0],
             &step(before),
             &step(after),
             "rad/s",

@@ -36,7 +36,7 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
         .expect("the catalogue is not empty");
     let chi2 = samples * (speed / bench.sigma).powi(2);
     let (left, right) = (a.label(), b.label());
-    let unit = if bench.linear { "m/s" } else { "rad/s" };
+    let unit = bench.speed_unit();
     let text = if chi2 > SEPARABLE {
         format!(
             "{}: {left} and {right} then differ by {} {unit} rms",
@@ -99,16 +99,8 @@ fn bench_run(bench: &Bench, profile: &[Segment]) -> BenchRun {
 /// Runs that a bench can do, in units of the largest input and the time constant.
 fn catalogue(bench: &Bench) -> Vec<Protocol> {
     let (full, tau) = (bench.scales.input, bench.scales.time);
-    let drive = |share: f64, taus: f64| Segment {
-        bridge: 1,
-        u_v: Some(share * full),
-        seconds: taus * tau,
-    };
-    let coast = |taus: f64| Segment {
-        bridge: 0,
-        u_v: None,
-        seconds: taus * tau,
-    };
+    let drive = |share: f64, taus: f64| Segment::driven(share * full, taus * tau);
+    let coast = |taus: f64| Segment::open(taus * tau);
     let repeat = |pair: &[Segment], times: usize| {
         std::iter::repeat_n(pair, times)
             .flatten()

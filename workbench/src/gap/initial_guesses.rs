@@ -1,6 +1,6 @@
 //! From where the fits of a candidate start: its grid, quantiles of a signal, or a scan for a periodic torque.
 
-use crate::gap::dataset::{Bench, BenchRun, Part, Traces};
+use crate::gap::dataset::{Bench, BenchRun, Part, Simulation, Traces};
 use crate::gap::fit::COARSE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::system::effects::{Effect, Scale, Signal, Starts};
@@ -21,7 +21,7 @@ const TURN_HARMONICS: usize = 60;
 const LINES: usize = 400;
 /// Peaks of a scan that are starts.
 const STRONGEST: usize = 3;
-/// A line of a periodic torque leaves no other line that is larger than this part of it (docs/decisions/0128).
+/// A line of a periodic torque leaves no other line that is larger than this part of it (docs/notebook/0128).
 const LEFT: f64 = 0.3;
 /// … but for what the largest of some hundred lines gains by chance: 2·ln(400), and a reserve.
 const CHANCE: f64 = 20.0;
@@ -43,7 +43,6 @@ impl Basis {
     pub fn new(hypothesis: &Hypothesis, x: &[f64]) -> Self {
         let plant = hypothesis.plant(x);
         let (mut traces, mut residuals) = (Vec::new(), Vec::new());
-        let mut predicted = Vec::new();
         for (index, run) in hypothesis
             .bench
             .runs
@@ -51,10 +50,9 @@ impl Basis {
             .enumerate()
             .filter(|(_, run)| run.log == 0)
         {
-            let mut trace = Traces::default();
-            run.simulate(&plant, hypothesis.start_speed(index, x), COARSE, &mut trace);
-            run.speed
-                .predict(&run.time, &trace.reading, &trace.integral, &mut predicted);
+            let mut simulation = Simulation::default();
+            let start = hypothesis.start_speed(index, x);
+            let (trace, predicted) = simulation.speed(run, &plant, start, COARSE);
             let weighted = |k: usize| {
                 let counts = matches!(run.speed.part[k], Part::A | Part::B);
                 if counts {
@@ -64,7 +62,7 @@ impl Basis {
                 }
             };
             residuals.push((0..predicted.len()).map(weighted).collect());
-            traces.push(trace);
+            traces.push(trace.clone());
         }
         Self {
             plant,

@@ -67,14 +67,6 @@ fn thinned(samples: &[Sample], value: impl Fn(&Sample) -> f64) -> Curve {
     })
 }
 
-fn series(label: &str, curve: Curve, style: Style) -> Series {
-    Series {
-        label: label.into(),
-        curve,
-        style,
-    }
-}
-
 /// Measured and simulated held-out data (all data when none is in the first run).
 fn traces(before: &[Sample], after: &[Sample], speed: &str) -> Plot {
     let shown = |samples: &[Sample]| -> Vec<Sample> {
@@ -90,9 +82,9 @@ fn traces(before: &[Sample], after: &[Sample], speed: &str) -> Plot {
         x_label: "time, s".into(),
         y_label: speed.into(),
         series: vec![
-            series("measured", thinned(&before, |s| s.measured), Style::Points),
-            series("model as given", thinned(&before, |s| s.predicted), Style::Dashed),
-            series("extended model", thinned(&after, |s| s.predicted), Style::Line),
+            Series::new("measured", thinned(&before, |s| s.measured), Style::Points),
+            Series::new("model as given", thinned(&before, |s| s.predicted), Style::Dashed),
+            Series::new("extended model", thinned(&after, |s| s.predicted), Style::Line),
         ],
         ..Plot::default()
     }
@@ -114,8 +106,8 @@ fn over(
         x_label: x.into(),
         y_label: format!("measured − simulated {y}"),
         series: vec![
-            series("model as given", binned(before, axis), Style::Points),
-            series("extended model", binned(after, axis), Style::Line),
+            Series::new("model as given", binned(before, axis), Style::Points),
+            Series::new("extended model", binned(after, axis), Style::Line),
         ],
         noise_band: band,
         ..Plot::default()
@@ -145,8 +137,8 @@ fn in_time(before: &[Sample], after: &[Sample], speed: &str, band: Option<f64>) 
         x_label: "time, s".into(),
         y_label: format!("measured − simulated {speed}"),
         series: vec![
-            series("model as given", thinned(before, Sample::residual), Style::Dashed),
-            series("extended model", thinned(after, Sample::residual), Style::Line),
+            Series::new("model as given", thinned(before, Sample::residual), Style::Dashed),
+            Series::new("extended model", thinned(after, Sample::residual), Style::Line),
         ],
         noise_band: band,
         ..Plot::default()

@@ -1,7 +1,6 @@
 //! Measured, simulated and what the model does at each compared sample: what localisation, structure and plots look at.
 
-use crate::gap::dataset::{Part, Traces};
-use crate::gap::fit::FINE;
+use crate::gap::dataset::Part;
 use crate::gap::hypothesis::Hypothesis;
 use crate::system::plant::physics::Physics;
 
@@ -48,53 +47,41 @@ impl Sample {
 pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample> {
     let plant = hypothesis.plant(x);
     let mut all = Vec::new();
-    simulated(hypothesis, x, &plant, |index, traces, predicted| {
-        let run = &hypothesis.bench.runs[index];
-        let first = all.len();
-        for (k, predicted) in predicted.iter().enumerate() {
-            let block = run.speed.block[k] as usize;
-            let h = run.time[block + 1] - run.time[block];
-            all.push(Sample {
-                run: index,
-                time: run.speed.time[k] - run.time[0],
-                measured: run.speed.measured[k],
-                predicted: *predicted,
-                weight: run.speed.weight[k],
-                input: run.input[run.first_row[block] as usize],
-                omega: traces.omega[block],
-                acceleration: (traces.omega[block + 1] - traces.omega[block]) / h,
-                current: traces.current[block + 1],
-                position: if run.position.is_empty() {
-                    traces.integral[block]
-                } else {
-                    run.position[block]
-                },
-                open: run.bridge[block] == 0,
-                part: run.speed.part[k],
-                torque: 0.0,
-            });
-        }
-        missing_torque(&mut all[first..], &plant);
-    });
+    hypothesis.simulated(
+        x,
+        &plant,
+        |_| true,
+        |index, traces, predicted| {
+            let run = &hypothesis.bench.runs[index];
+            let first = all.len();
+            for (k, predicted) in predicted.iter().enumerate() {
+                let block = run.speed.block[k] as usize;
+                let h = run.time[block + 1] - run.time[block];
+                all.push(Sample {
+                    run: index,
+                    time: run.speed.time[k] - run.time[0],
+                    measured: run.speed.measured[k],
+                    predicted: *predicted,
+                    weight: run.speed.weight[k],
+                    input: run.input[run.first_row[block] as usize],
+                    omega: traces.omega[block],
+                    acceleration: (traces.omega[block + 1] - traces.omega[block]) / h,
+                    current: traces.current[block + 1],
+                    position: if run.position.is_empty() {
+                        traces.integral[block]
+                    } else {
+                        run.position[block]
+                    },
+                    open: run.bridge[block] == 0,
+                    part: run.speed.part[k],
+                    torque: 0.0,
+                });
+            }
+            missing_torque(&mut all[first..], &plant);
+        },
+    );
     all.retain(|sample| parts.contains(&sample.part));
     all
-}
-
-/// Simulates every run with a plant, which may be another than the hypothesis' own, and hands on the run's index, its traces
-/// and its predictions through the sensor's window.
-pub fn simulated(
-    hypothesis: &Hypothesis,
-    x: &[f64],
-    plant: &Physics,
-    mut each: impl FnMut(usize, &Traces, &[f64]),
-) {
-    let (mut traces, mut predicted) = (Traces::default(), Vec::new());
-    for (index, run) in hypothesis.bench.runs.iter().enumerate() {
-        run.simulate(plant, hypothesis.start_speed(index, x), FINE, &mut traces);
-        run.speed
-            .predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
-        each(index, &traces, &predicted);
-    }
 }
 
 /// J·ė + D·e from a line through the residual over about a tenth of the time constant.

@@ -10,7 +10,7 @@ use crate::gap::residual_tests;
 use crate::gap::residual_tests::Rest;
 use crate::gap::samples::samples;
 use crate::gap::search::{Found, HELD_OUT, Scored, chi2, tied};
-use crate::outcome::{Experiment, HoldOut, Outcome, Tie, Unexplained, Verdict};
+use crate::outcome::{Experiment, Outcome, Tie, Unexplained, Verdict};
 
 /// The judgement on a search.
 pub struct Judged<'a> {
@@ -36,33 +36,8 @@ pub fn not_excited(bench: &Bench) -> Option<Outcome> {
     let scales = &bench.scales;
     let moves = scales.motion > 5.0 * bench.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
     (!moves).then(|| Outcome {
-        schema: "truing-gap/1",
-        verdict: Verdict::InsufficientExcitation,
-        effects: Vec::new(),
-        ties: Vec::new(),
-        closest_known: Vec::new(),
-        holdout: HoldOut {
-            signal: bench.signal.into(),
-            rmse_before: 0.0,
-            rmse_after: 0.0,
-            noise_floor: bench.sigma,
-            fit_percent_before: 0.0,
-            fit_percent_after: 0.0,
-        },
-        final_records: None,
-        within_tolerance: Vec::new(),
-        places: Vec::new(),
-        unexplained: Unexplained {
-            share_of_gap: 0.0,
-            structure: "none".into(),
-        },
-        next_experiment: None,
-        runtime_s: 0.0,
         notes: still(bench),
-        steps: Vec::new(),
-        rivals: Vec::new(),
-        plots: Vec::new(),
-        gap_unit: "rad/s".into(),
+        ..Outcome::untested(bench.signal, bench.sigma, bench.speed_unit())
     })
 }
 
@@ -79,7 +54,7 @@ fn still(bench: &Bench) -> Vec<String> {
 /// What is left is worth a word when it is visible: this much rms beyond the noise, in units of the noise.
 const VISIBLE: f64 = 0.25;
 /// … and when it is more than this share of the first gap (squared). Right names in a form that is not exactly the
-/// library's leave up to half a per cent (docs/naming.md), wrong ones several times that.
+/// library's leave up to half a per cent (docs/results/naming.md), wrong ones several times that.
 const SHARE: f64 = 0.006;
 /// The same where what is left goes with the turn of a shaft: no form of another effect does.
 const SHARE_TURNING: f64 = 1e-3;
@@ -115,12 +90,7 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
         false => (found.best.clone(), Vec::new()),
     };
     let (ties, next) = if left { (Vec::new(), None) } else { ties(found) };
-    let verdict = match (left, ties.is_empty(), kept.hypothesis.items.is_empty()) {
-        (true, ..) => Verdict::Unexplained,
-        (false, false, _) => Verdict::Tie,
-        (false, true, false) => Verdict::Named,
-        (false, true, true) => Verdict::NothingMissing,
-    };
+    let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
     let another_motor = unpredicted && found.best.hypothesis.items.is_empty();
     let structure = match (left, unpredicted && rest.text == "none") {
         _ if another_motor => ANOTHER_MOTOR.into(),
@@ -193,11 +163,7 @@ fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
     let share = (rest.excess / excess(given, nominal).max(1e-9)).min(1.0);
     let (ties, next) = ties(found);
     Judged {
-        verdict: if ties.is_empty() {
-            Verdict::Named
-        } else {
-            Verdict::Tie
-        },
+        verdict: Verdict::of(false, !ties.is_empty(), true),
         kept: found.best.clone(),
         closest: Vec::new(),
         ties,
@@ -282,16 +248,7 @@ fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
 
 /// The set with some of its effects, fitted anew.
 fn refitted<'a>(scored: &Scored<'a>, keep: impl Fn(usize) -> bool) -> Scored<'a> {
-    let items = scored
-        .hypothesis
-        .items
-        .iter()
-        .enumerate()
-        .filter(|(k, _)| keep(*k))
-        .map(|(_, item)| *item)
-        .collect();
-    let hypothesis = Hypothesis::new(scored.hypothesis.bench, scored.hypothesis.model, items);
-    let start = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+    let (hypothesis, start) = scored.hypothesis.only(&scored.fit.x, keep);
     let made = fit(&hypothesis, &start, &SEARCH);
     Scored {
         score: made.cost,

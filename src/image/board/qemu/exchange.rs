@@ -5,7 +5,7 @@ use core::cell::RefCell;
 use critical_section::Mutex;
 use heapless::{Deque, Vec};
 use servo::axis::{Bridge, Sample};
-use servo::protect::Permit;
+use servo::protect::Interlock;
 
 /// Bytes of a message to the host in front of the link bytes.
 const HEAD_OUT: usize = 8 + 4 * AXES;
@@ -82,11 +82,11 @@ impl Exchange {
         self.flags & INDEX != 0
     }
 
-    pub fn permit(&self) -> Permit {
+    pub fn interlock(&self) -> Interlock {
         match self.flags {
-            flags if flags & DISABLED != 0 => Permit::Disabled,
-            flags if flags & BRIDGE_FAULT != 0 => Permit::BridgeFault,
-            _ => Permit::Granted,
+            flags if flags & DISABLED != 0 => Interlock::Disabled,
+            flags if flags & BRIDGE_FAULT != 0 => Interlock::BridgeFault,
+            _ => Interlock::Granted,
         }
     }
 

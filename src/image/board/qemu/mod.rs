@@ -30,7 +30,7 @@ use semihosting::io::{Read, Write};
 use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
 use servo::link::protocol::{Refusal, ResetCause};
-use servo::protect::Permit;
+use servo::protect::Interlock;
 use stm32f4xx_hal::pac::{CorePeripherals, Interrupt, Peripherals};
 
 use defmt_semihosting as _;
@@ -84,7 +84,7 @@ impl Board for Qemu {
         (
             PipeDrive {
                 samples: [Sample::NONE; AXES],
-                permit: Permit::Granted,
+                interlock: Interlock::Granted,
                 index: false,
                 decided: [(Bridge::Open, 0); AXES],
             },
@@ -118,7 +118,7 @@ impl Board for Qemu {
 /// only QEMU needs is not counted as part of the tick.
 pub struct PipeDrive {
     samples: [Sample; AXES],
-    permit: Permit,
+    interlock: Interlock,
     index: bool,
     decided: [(Bridge, i16); AXES],
 }
@@ -130,7 +130,7 @@ impl Drive for PipeDrive {
             for (sample, axis) in self.samples.iter_mut().zip(&exchange.axes) {
                 *sample = axis.sample;
             }
-            self.permit = exchange.permit();
+            self.interlock = exchange.interlock();
             self.index = exchange.index();
         });
     }
@@ -141,8 +141,8 @@ impl Drive for PipeDrive {
     }
 
     /// What the host says of the lines, for all axes alike.
-    fn permit(&self, _axis: usize) -> Permit {
-        self.permit
+    fn interlock(&self, _axis: usize) -> Interlock {
+        self.interlock
     }
 
     /// What the host says of the index line, for all axes alike.

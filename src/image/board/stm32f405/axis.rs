@@ -11,7 +11,7 @@ use servo::axis::{Bridge, Sample};
 use servo::drivers::bridge::{self, HBridge};
 use servo::drivers::encoder::Encoder;
 use servo::drivers::hardware::AxisHardware;
-use servo::drivers::permit::{Permit, PermitLines};
+use servo::drivers::interlock::{Interlock, InterlockLines};
 use servo::drivers::sense::{CurrentSense, SupplySense};
 use servo::drivers::zero::ZeroLimits;
 
@@ -69,13 +69,13 @@ impl OutputPin for EnableLine {
 /// One axis with its permission lines.
 pub struct AxisOfBoard {
     hardware: AxisHardware<Compare, Compare, EnableLine, Quadrature, Channel, Channel>,
-    permit: PermitLines<Wire, Wire>,
+    interlock: InterlockLines<Wire, Wire>,
     timer: Timer,
     stage: &'static PowerStage,
     /// What the lines say in this tick.
-    permission: Permit,
+    permission: Interlock,
     /// Anything but granted lasts until the axis itself has opened the bridge.
-    verdict: Permit,
+    verdict: Interlock,
 }
 
 impl AxisOfBoard {
@@ -88,11 +88,11 @@ impl AxisOfBoard {
                 current: CurrentSense::new(stage.current, zero_limits(stage), Channel::current(axis)),
                 supply: SupplySense::new(Some(Channel::supply())),
             },
-            permit: PermitLines::new(FAULT[axis / 2], ENABLE),
+            interlock: InterlockLines::new(FAULT[axis / 2], ENABLE),
             timer: timer_of(axis),
             stage,
-            permission: Permit::Granted,
-            verdict: Permit::Disabled,
+            permission: Interlock::Granted,
+            verdict: Interlock::Disabled,
         }
     }
 
@@ -102,7 +102,7 @@ impl AxisOfBoard {
     }
 
     /// What the lines said when they were last looked at.
-    pub fn permission(&self) -> Permit {
+    pub fn permission(&self) -> Interlock {
         self.permission
     }
 
@@ -113,11 +113,11 @@ impl AxisOfBoard {
 
     /// Looks at the lines. A break that was too short for the pin to be seen low is still a fault.
     pub fn judge(&mut self) {
-        self.permission = match self.permit.read() {
-            Permit::Granted if self.timer.has_broken() => Permit::BridgeFault,
+        self.permission = match self.interlock.read() {
+            Interlock::Granted if self.timer.has_broken() => Interlock::BridgeFault,
             verdict => verdict,
         };
-        if self.permission != Permit::Granted {
+        if self.permission != Interlock::Granted {
             self.verdict = self.permission;
         }
     }
@@ -128,7 +128,7 @@ impl AxisOfBoard {
             self.rearm();
         }
         // A break since the tick began must not be undone by enabling the outputs again.
-        let allowed = self.verdict == Permit::Granted && !self.timer.has_broken();
+        let allowed = self.verdict == Interlock::Granted && !self.timer.has_broken();
         let bridge = if allowed { wanted } else { Bridge::Open };
         // The lines of this board cannot refuse.
         let _ = self.hardware.apply(bridge, duty);
@@ -143,7 +143,7 @@ impl AxisOfBoard {
         if !self.stage.has_low_sides() {
             self.timer.enable_outputs();
         }
-        self.verdict = Permit::Granted;
+        self.verdict = Interlock::Granted;
     }
 }
 

@@ -10,7 +10,7 @@ use super::{converter, timers, timing, watchdog};
 use cortex_m::peripheral::DWT;
 use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
-use servo::protect::Permit;
+use servo::protect::Interlock;
 use stm32f4xx_hal::pac::ADC1;
 
 /// High while a tick runs: for the oscilloscope.
@@ -100,7 +100,7 @@ impl<const N: usize> Drive for DriveOf<N> {
         self.axes[axis].sample()
     }
 
-    fn permit(&self, axis: usize) -> Permit {
+    fn interlock(&self, axis: usize) -> Interlock {
         self.axes[axis].permission()
     }
 

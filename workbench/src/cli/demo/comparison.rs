@@ -3,6 +3,7 @@
 use super::HiddenServo;
 use crate::device::commission_report::{CommissionJson, Number};
 use crate::report::section::{Section, Table};
+use crate::system::effects::{DEAD_ZONE, DEAD_ZONE_ASYMMETRIC, Effect, VOLTAGE_SATURATION};
 use crate::system::model::{self, Model};
 use anyhow::Result;
 use serde::Serialize;
@@ -156,13 +157,13 @@ struct Found {
 
 impl Found {
     fn from(model: &Model) -> Self {
-        let named = |name: &str| model.known.iter().find(|known| known.effect.name == name);
-        let asymmetric = named("dead_zone_asymmetric").map(|known| [known.values[0], known.values[1]]);
-        let symmetric = named("dead_zone").map(|known| [known.values[0]; 2]);
+        let named = |effect: &Effect| model.known.iter().find(|known| known.effect == effect);
+        let asymmetric = named(&DEAD_ZONE_ASYMMETRIC).map(|known| [known.values[0], known.values[1]]);
+        let symmetric = named(&DEAD_ZONE).map(|known| [known.values[0]; 2]);
         let plant = model.physics();
         Found {
             dead_zone: asymmetric.or(symmetric),
-            limit: named("voltage_saturation").map(|known| known.values[0]),
+            limit: named(&VOLTAGE_SATURATION).map(|known| known.values[0]),
             gain: plant.dc_gain(),
             time_constant: plant.time_constant_s(),
         }

@@ -2,10 +2,11 @@
 
 use super::{Comparison, HiddenServo, Listener, Options, ServoCase};
 use crate::outcome::Outcome;
+use crate::system::effects::{DEAD_ZONE_ASYMMETRIC, Effect, VOLTAGE_SATURATION};
 use anyhow::{Context, Result};
 
 /// The effects that are hidden.
-const HIDDEN: [&str; 2] = ["dead_zone_asymmetric", "voltage_saturation"];
+static HIDDEN: [&Effect; 2] = [&DEAD_ZONE_ASYMMETRIC, &VOLTAGE_SATURATION];
 /// Rows of [`Comparison::lines`] that are dead zones, and that are saturations.
 const DEAD_ZONES: [usize; 2] = [0, 1];
 const SATURATIONS: [usize; 2] = [2, 3];
@@ -42,7 +43,9 @@ impl Row {
             seed,
             comparison: Comparison::new(&hidden, &case.commission, &extended)?,
             right_names: names.len() == HIDDEN.len()
-                && HIDDEN.iter().all(|name| names.iter().any(|n| n == name)),
+                && HIDDEN
+                    .iter()
+                    .all(|hidden| names.iter().any(|name| name == hidden.name)),
             names,
             improvement: case.improvement(),
         })

@@ -16,7 +16,7 @@ use servo::axis;
 use servo::link::protocol::{
     Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode,
 };
-use servo::store::saving::StoreEvent;
+use servo::store::StoreEvent;
 use servo::store::{AxisParameters, Found};
 use std::cell::Cell;
 use std::time::{Duration, Instant};

@@ -2,12 +2,12 @@
 
 use servo::axis::{self, Sample};
 use servo::config::ConfigError;
-use servo::drivers::flash::SaveError;
 use servo::identify::estimate::Reason;
 use servo::link::protocol::Refusal;
 use servo::protect::{Fault, SettingsError};
 use servo::record::Advisory;
-use servo::store::saving::StoreEvent;
+use servo::store::SaveError;
+use servo::store::StoreEvent;
 use servo::store::{Found, LAYOUT};
 
 /// Why a command was refused, one sentence.

@@ -7,7 +7,7 @@ use crate::console::input_error::InputError;
 use crate::console::interrupt::TemporaryFolder;
 use rustix::fs::{CWD, Mode, OFlags, mkfifoat, open};
 use servo::axis::{Bridge, Sample};
-use servo::protect::Permit;
+use servo::protect::Interlock;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -36,19 +36,19 @@ pub struct Lines {
     /// Pretend that the control tick took longer than its period.
     pub overrun: bool,
     /// What enable contact and bridge drivers say.
-    pub permit: Permit,
+    pub interlock: Interlock,
     /// The encoder's index pulse is there.
     pub index: bool,
 }
 
 impl Lines {
     fn flags(self) -> u16 {
-        let permit = match self.permit {
-            Permit::Granted => 0,
-            Permit::Disabled => 4,
-            Permit::BridgeFault => 8,
+        let interlock = match self.interlock {
+            Interlock::Granted => 0,
+            Interlock::Disabled => 4,
+            Interlock::BridgeFault => 8,
         };
-        permit | if self.overrun { 2 } else { 0 } | if self.index { 16 } else { 0 }
+        interlock | if self.overrun { 2 } else { 0 } | if self.index { 16 } else { 0 }
     }
 }
 

@@ -5,7 +5,8 @@ use super::{Done, LONGEST_REST_S, Progress, Session};
 use crate::console::input_error::InputError;
 use servo::identify::estimate::Estimates;
 use servo::link::protocol::Command;
-use servo::motion::referencing::{Referenced, Referencing};
+use servo::motion::referencing::Referencing;
+use servo::record::Referenced;
 
 /// No search for a reference takes longer, s.
 const LONGEST_SEARCH_S: f64 = 600.0;

@@ -5,8 +5,9 @@ mod learning;
 mod motion;
 mod task;
 
+pub use super::motion_profile::Profile;
 pub use motion::HOLD_S;
-pub use task::{Arrival, Captured, Done, Profile, Span, Target, Task};
+pub use task::{Arrival, Captured, Done, Span, Target, Task};
 
 use crate::console::input_error::InputError;
 use crate::console::interrupt;

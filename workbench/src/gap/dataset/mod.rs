@@ -19,7 +19,7 @@ pub use agree::same;
 pub use noise::{Noise, hf_noise};
 pub use prepare::prepare;
 pub use probe::Probes;
-pub use run::{BenchRun, Traces};
+pub use run::{BenchRun, Simulation, Traces};
 
 use crate::system::log::Input;
 use crate::system::model::Kind;
@@ -111,11 +111,17 @@ impl Scales {
             Scale::PerPower => 1.0 / (self.current * self.current * self.resistance),
             Scale::Stiffness => self.inertia / (self.time * self.time),
             Scale::Capacity => self.time / self.resistance,
+            Scale::TorquePerAngle(power) => self.torque / (self.speed * self.time).powi(power.into()),
         }
     }
 }
 
 impl Bench {
+    /// Unit of the compared speed.
+    pub fn speed_unit(&self) -> &'static str {
+        if self.linear { "m/s" } else { "rad/s" }
+    }
+
     /// The longest way between two positions of one run of the log, rad or m.
     pub fn travel(&self) -> f64 {
         let range = |run: &BenchRun| {

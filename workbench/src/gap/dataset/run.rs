@@ -51,6 +51,33 @@ pub struct Traces {
     pub applied: Vec<f64>,
 }
 
+/// Simulates runs and looks at them as their sensors do. It keeps its buffers, because fits simulate thousands of runs.
+#[derive(Clone, Debug, Default)]
+pub struct Simulation {
+    traces: Traces,
+    predicted: Vec<f64>,
+}
+
+impl Simulation {
+    /// A run in free run, and what the sensor of its speed would have shown; the arguments are those of
+    /// [`BenchRun::simulate`].
+    pub fn speed(&mut self, run: &BenchRun, plant: &Physics, start: f64, finest: f64) -> (&Traces, &[f64]) {
+        let Self { traces, predicted } = self;
+        run.simulate(plant, start, finest, traces);
+        run.speed
+            .predict(&run.time, &traces.reading, &traces.integral, predicted);
+        (traces, predicted)
+    }
+
+    /// What the sensor of the current would have shown in the run that was simulated last.
+    pub fn current(&mut self, run: &BenchRun) -> &[f64] {
+        let Self { traces, predicted } = self;
+        run.current
+            .predict(&run.time, &traces.current, &traces.charge, predicted);
+        predicted
+    }
+}
+
 impl BenchRun {
     /// Number of blocks.
     pub fn blocks(&self) -> usize {

@@ -1,6 +1,6 @@
 //! Whether a run was in motion when its record began.
 
-use super::{BenchRun, Traces};
+use super::{BenchRun, Simulation};
 use crate::gap::fit::COARSE;
 use crate::system::plant::physics::Physics;
 
@@ -31,12 +31,10 @@ pub(super) fn start_speed(run: &mut BenchRun, plant: &Physics, sigma: f64, full_
 fn predicts_better(run: &BenchRun, plant: &Physics, start: f64) -> bool {
     let end = run.time[0] + plant.time_constant_s();
     let samples = run.speed.time.partition_point(|time| *time < end).max(6);
-    let (mut traces, mut predicted) = (Traces::default(), Vec::new());
+    let mut simulation = Simulation::default();
     let mut error = |speed: f64| {
-        run.simulate(plant, speed, COARSE, &mut traces);
-        run.speed
-            .predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
-        let pairs = run.speed.measured.iter().zip(&predicted).take(samples);
+        let (_, predicted) = simulation.speed(run, plant, speed, COARSE);
+        let pairs = run.speed.measured.iter().zip(predicted).take(samples);
         pairs.map(|(y, p)| (y - p) * (y - p)).sum::<f64>()
     };
     error(start) < error(0.0)

@@ -3,7 +3,7 @@
 //! At ten thousand samples everything is significant. A few per cent of a sample of timing and some 1e-4 of the value
 //! are wrong in every log, so they belong to the weights.
 
-use super::{Bench, Part, Probes, Traces};
+use super::{Bench, Part, Probes, Simulation};
 use crate::gap::fit::{COARSE, FINE};
 use crate::system::plant::physics::Physics;
 
@@ -16,18 +16,14 @@ impl Bench {
     /// Sets the weights from the noise and from a simulation's slopes (never the measurement's: they are noisy).
     pub fn weigh(&mut self, plant: &Physics) {
         let (sigma, sigma_current) = (self.sigma, self.sigma_current);
-        let mut traces = Traces::default();
-        let mut predicted = Vec::new();
+        let mut simulation = Simulation::default();
         for run in &mut self.runs {
-            run.simulate(plant, run.start_speed, COARSE, &mut traces);
-            run.speed
-                .predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
             let sample = (run.row_time[run.row_time.len() - 1] - run.row_time[0]) / run.row_time.len() as f64;
-            budget(&mut run.speed, &predicted, sigma, sample);
+            let (_, predicted) = simulation.speed(run, plant, run.start_speed, COARSE);
+            budget(&mut run.speed, predicted, sigma, sample);
             if let Some(sigma) = sigma_current.filter(|_| !run.current.is_empty()) {
-                run.current
-                    .predict(&run.time, &traces.current, &traces.charge, &mut predicted);
-                budget(&mut run.current, &predicted, sigma, sample);
+                let predicted = simulation.current(run);
+                budget(&mut run.current, predicted, sigma, sample);
             }
         }
     }
@@ -67,16 +63,12 @@ impl Bench {
     pub fn eased(&self, plant: &Physics, start_speed: impl Fn(usize) -> f64) -> Self {
         let mut eased = self.clone();
         let (mut speed, mut current) = (Squares::default(), Squares::default());
-        let (mut traces, mut predicted) = (Traces::default(), Vec::new());
+        let mut simulation = Simulation::default();
         for (index, run) in self.runs.iter().enumerate() {
-            run.simulate(plant, start_speed(index), FINE, &mut traces);
-            run.speed
-                .predict(&run.time, &traces.reading, &traces.integral, &mut predicted);
-            speed.add(&run.speed, &predicted);
+            let (_, predicted) = simulation.speed(run, plant, start_speed(index), FINE);
+            speed.add(&run.speed, predicted);
             if !run.current.is_empty() {
-                run.current
-                    .predict(&run.time, &traces.current, &traces.charge, &mut predicted);
-                current.add(&run.current, &predicted);
+                current.add(&run.current, simulation.current(run));
             }
         }
         for run in &mut eased.runs {

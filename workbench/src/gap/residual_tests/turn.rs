@@ -2,7 +2,7 @@
 //! beside an effect that does not know the place, but it leaves it there; no imperfect form of another effect knows the turn.
 
 use crate::gap::dataset::Part;
-use crate::gap::samples::{Sample, simulated};
+use crate::gap::samples::Sample;
 use crate::gap::search::Scored;
 use crate::system::plant::physics::{Acts, Motion, TorqueLaw};
 use nalgebra::{DMatrix, DVector};
@@ -169,15 +169,21 @@ fn trace(scored: &Scored, seen: &[Sample], law: Law, acts: Acts, periods: f64) -
         acts,
     });
     let mut predicted = Vec::with_capacity(seen.len());
-    simulated(&scored.hypothesis, &scored.fit.x, &plant, |index, _, values| {
-        let run = &scored.hypothesis.bench.runs[index];
-        let compared = values.iter().zip(&run.speed.part);
-        predicted.extend(
-            compared
-                .filter(|(_, part)| **part != Part::HoldOut)
-                .map(|(v, _)| *v),
-        );
-    });
+    let hypothesis = &scored.hypothesis;
+    hypothesis.simulated(
+        &scored.fit.x,
+        &plant,
+        |_| true,
+        |index, _, values| {
+            let run = &scored.hypothesis.bench.runs[index];
+            let compared = values.iter().zip(&run.speed.part);
+            predicted.extend(
+                compared
+                    .filter(|(_, part)| **part != Part::HoldOut)
+                    .map(|(v, _)| *v),
+            );
+        },
+    );
     let changes = predicted.iter().zip(seen);
     DVector::from_iterator(
         seen.len(),

@@ -2,7 +2,8 @@
 
 use super::Search;
 use super::score::{Scored, dispersion, score_with};
-use super::worth::{VISIBLE, WORTH};
+use super::worth::VISIBLE;
+use crate::gap::acceptance::worth;
 use crate::gap::fit::{FINAL, SEARCH};
 use crate::gap::initial_guesses::Basis;
 use crate::system::effects::LIBRARY;
@@ -27,7 +28,7 @@ impl<'a> Search<'a, '_> {
                 let parents = [self.without(&before, index, &SEARCH)];
                 let bases = [Basis::new(&parents[0].hypothesis, &parents[0].fit.x)];
                 let left_out = before.hypothesis.items[index].effect;
-                let others = LIBRARY.iter().filter(|effect| effect.name != left_out.name);
+                let others = LIBRARY.iter().copied().filter(|effect| *effect != left_out);
                 let tasks = others
                     .filter(|effect| self.offers(&parents[0], effect))
                     .map(|e| (0, e));
@@ -37,7 +38,7 @@ impl<'a> Search<'a, '_> {
             let factor = dispersion(&best);
             let better = |child: &&Scored<'a>| {
                 child.hypothesis.items.len() == best.hypothesis.items.len()
-                    && score_with(child, factor) + WORTH * factor < score_with(&best, factor)
+                    && score_with(child, factor) + worth(factor) < score_with(&best, factor)
                     && !self.any_inside_tolerance(child)
             };
             let least =
@@ -68,7 +69,7 @@ impl<'a> Search<'a, '_> {
                 .expect("two or more");
             let samples = best.fit.samples as f64;
             let cost = cheapest.fit.cost - best.fit.cost;
-            let too_little = cost < WORTH * factor || cost / samples < VISIBLE * VISIBLE;
+            let too_little = cost < worth(factor) || cost / samples < VISIBLE * VISIBLE;
             if too_little || self.any_inside_tolerance(&best) {
                 best = cheapest;
                 continue 'again;

@@ -3,11 +3,11 @@
 use super::Search;
 use super::promise::Projector;
 use super::score::{Scored, dispersion};
-use super::worth::WORTH;
+use crate::gap::acceptance::worth;
 use crate::gap::fit::{Fit, SEARCH, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::initial_guesses::Basis;
-use crate::system::effects::{Effect, Family, LIBRARY};
+use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
 
 /// Starts of an optional parameter, a softness, that the grid of its effect does not move.
@@ -26,7 +26,7 @@ impl<'a> Search<'a, '_> {
             for other in tried {
                 let more = other.hypothesis.effect_slots() > best.hypothesis.effect_slots();
                 let margin = if more {
-                    WORTH * self.dispersion.min(dispersion(&other))
+                    worth(self.dispersion.min(dispersion(&other)))
                 } else {
                     0.0
                 };
@@ -42,16 +42,15 @@ impl<'a> Search<'a, '_> {
         let item = hypothesis.items[index];
         let mut variants = Vec::new();
         if item.can_grow() {
-            variants.push(Item { full: true, ..item });
+            variants.push(Item::full(item.effect));
         }
-        if !matches!(item.effect.family, Family::Own(_)) {
-            let twins = LIBRARY
-                .iter()
-                .filter(|other| other.family == item.effect.family && other.name != item.effect.name);
+        if item.effect.family.is_ladder() {
+            let library = LIBRARY.iter().copied();
+            let twins = library.filter(|other| other.same_family(item.effect) && *other != item.effect);
             let allowed = twins.filter(|other| {
                 self.offers_form(other.form) && !self.excluded.iter().any(|name| name == other.name)
             });
-            variants.extend(allowed.map(|effect| Item { effect, full: false }));
+            variants.extend(allowed.map(Item::plain));
         }
         variants
     }
@@ -61,7 +60,7 @@ impl<'a> Search<'a, '_> {
         let mut items = scored.hypothesis.items.clone();
         items[index] = item;
         let hypothesis = Hypothesis::new(self.bench, self.model, items);
-        if item.effect.name == scored.hypothesis.items[index].effect.name {
+        if item.effect == scored.hypothesis.items[index].effect {
             let fits = richer(item.effect).into_iter().map(|start| {
                 let default = |slot: &Slot| match slot {
                     Slot::Effect { parameter, .. } => start[*parameter],
@@ -76,10 +75,7 @@ impl<'a> Search<'a, '_> {
             let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
             return Some(self.scored(hypothesis, best));
         }
-        let mut others = scored.hypothesis.items.clone();
-        others.remove(index);
-        let without = Hypothesis::new(self.bench, self.model, others);
-        let x = without.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+        let (without, x) = scored.hypothesis.only(&scored.fit.x, |k| k != index);
         let parent = self.scored(
             without,
             Fit {

@@ -11,6 +11,7 @@ mod forms;
 mod promise;
 mod race;
 mod rivals;
+mod rounds;
 mod score;
 mod shares;
 mod worth;
@@ -24,13 +25,8 @@ use crate::gap::fit::{FINAL, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::Hypothesis;
 use crate::system::effects::{Effect, Form};
 use crate::system::model::Model;
+use rounds::Path;
 use score::penalty;
-use worth::Accepted;
-
-/// Sets that are grown further side by side.
-const BEAM: usize = 3;
-/// Most effects of a set.
-const DEEPEST: usize = 5;
 
 /// What the search found.
 #[derive(Clone)]
@@ -67,64 +63,12 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
     if model.fitted_to_log {
         return search.by_shares(base);
     }
-    let mut current = base.clone();
-    let mut beam = vec![base.clone()];
-    let (mut singles, mut others, mut declined) = (Vec::new(), Vec::new(), None);
-    let mut patience = 1;
-    for depth in 1..=DEEPEST {
-        progress(&format!("round {depth}: {}", current.label()));
-        let children = search.expand(&beam);
-        // Nothing promises to pay.
-        if children.is_empty() {
-            break;
-        }
-        if depth == 1 {
-            singles = children.clone();
-        }
-        let accepted = Accepted::default();
-        let winner = children
-            .iter()
-            .take(BEAM)
-            .map(|child| search.pruned(child))
-            .find(|child| search.accepts(&current, &accepted, child));
-        beam = children.iter().take(BEAM).cloned().collect();
-        match winner {
-            Some(winner) => {
-                others = children
-                    .into_iter()
-                    .filter(|child| child.hypothesis.names() != winner.hypothesis.names())
-                    .take(12)
-                    .collect();
-                search.dispersion = dispersion(&winner);
-                current = search.refined(search.settled(winner));
-                beam.insert(0, current.clone());
-                beam.truncate(BEAM);
-                patience = 1;
-            }
-            None => {
-                declined = declined.or_else(|| children.first().cloned());
-                if patience == 0
-                    || search.at_floor(&current)
-                    || children[0].fit.cost > 0.95 * current.fit.cost
-                {
-                    break;
-                }
-                patience -= 1;
-            }
-        }
-    }
+    let mut path = Path::default();
+    let current = search.grown(base.clone(), &mut path);
     let (current, exchanged) = search.exchanged(current);
-    others.extend(exchanged);
+    path.others.extend(exchanged);
     let best = search.eliminated(search.fine(&current));
-    let others = search.rivals(&best, others, &singles);
-    Found {
-        base: search.fine(&base),
-        best,
-        others,
-        singles,
-        declined,
-        dropped: Vec::new(),
-    }
+    search.found(&base, best, path)
 }
 
 /// The base inside its tolerances.
@@ -166,8 +110,21 @@ struct Search<'a, 'p> {
 }
 
 impl<'a> Search<'a, '_> {
+    /// What a search leaves: the set that it kept, and its rivals among the sets on its path.
+    fn found(&self, base: &Scored<'a>, best: Scored<'a>, path: Path<'a>) -> Found<'a> {
+        Found {
+            base: self.fine(base),
+            others: self.rivals(&best, path.others, &path.singles),
+            best,
+            singles: path.singles,
+            declined: path.declined,
+            dropped: path.dropped,
+        }
+    }
+
     fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {
-        !self.excluded.iter().any(|name| name == effect.name)
+        effect.on_records()
+            && !self.excluded.iter().any(|name| name == effect.name)
             && self.offers_form(effect.form)
             && parent.hypothesis.admits(effect)
     }
@@ -208,10 +165,7 @@ impl<'a> Search<'a, '_> {
 
     /// The set without one effect, refitted from its own values and from the base's nominal ones.
     fn without(&self, scored: &Scored<'a>, index: usize, setting: &Setting) -> Scored<'a> {
-        let mut items = scored.hypothesis.items.clone();
-        items.remove(index);
-        let hypothesis = Hypothesis::new(self.bench, self.model, items);
-        let x = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+        let (hypothesis, x) = scored.hypothesis.only(&scored.fit.x, |k| k != index);
         let made = fit(&hypothesis, &x, setting);
         self.scored(hypothesis, made)
     }

@@ -1,8 +1,9 @@
 //! What a start promises before it is fitted: the parent's numbers follow it linearly.
 
 use super::score::Scored;
-use crate::gap::fit::{Evaluator, Jacobian, SEARCH, dot};
+use crate::gap::fit::{Evaluator, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Slot};
+use crate::gap::solver::{Jacobian, Problem, dot};
 use nalgebra::DVector;
 
 /// Multiples of a start's change of the residual that its promise may assume.

@@ -3,11 +3,13 @@
 use super::evolve::{evolved, spread};
 use super::promise::{Projector, Start, started};
 use super::score::{Scored, rank};
-use super::worth::{VISIBLE, WORTH};
+use super::worth::VISIBLE;
 use super::{Offer, Search};
-use crate::gap::fit::{Evaluator, SEARCH, Setting, dot, fit, fit_near};
+use crate::gap::acceptance::worth;
+use crate::gap::fit::{Evaluator, SEARCH, Setting, fit, fit_near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::initial_guesses::Basis;
+use crate::gap::solver::{Problem, dot};
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
 
@@ -64,7 +66,11 @@ impl<'a> Search<'a, '_> {
         let mut tasks: Vec<(usize, &'static Effect)> = Vec::new();
         let mut seen: Vec<Vec<String>> = Vec::new();
         for (index, parent) in beam.iter().enumerate() {
-            for effect in LIBRARY.iter().filter(|effect| self.offers(parent, effect)) {
+            for effect in LIBRARY
+                .iter()
+                .copied()
+                .filter(|effect| self.offers(parent, effect))
+            {
                 let mut names = parent.hypothesis.names();
                 names.push(effect.name.to_owned());
                 names.sort();
@@ -102,7 +108,7 @@ impl<'a> Search<'a, '_> {
                 return true;
             }
             let visible = VISIBLE * VISIBLE * parent.samples as f64;
-            parent.cost - it.promise > HOPE * visible.max(WORTH * self.dispersion)
+            parent.cost - it.promise > HOPE * visible.max(worth(self.dispersion))
         };
         if !screened.iter().any(hoped) {
             return Vec::new();
@@ -189,7 +195,7 @@ impl<'a> Search<'a, '_> {
         promising.sort_by(|a, b| a.promise.total_cmp(&b.promise));
         let rugged = |it: &&&Screened<'a>| {
             let newest = it.hypothesis.items.last();
-            newest.is_some_and(|item| item.full && spread(item.effect).is_some())
+            newest.is_some_and(|item| item.is_full() && spread(item.effect).is_some())
         };
         let rugged: Vec<&&Screened<'a>> = promising.iter().take(EVOLVED).filter(rugged).collect();
         let evolved = rugged.par_iter().map(|it| {
@@ -213,11 +219,11 @@ impl<'a> Search<'a, '_> {
         let moves = |start: &&Vec<f64>| effect.moves_option(start);
         let starts = basis.starts(self.bench, effect);
         let (full, plain): (Vec<&Vec<f64>>, Vec<&Vec<f64>>) = starts.iter().partition(moves);
-        let plain = self.formed(parent, projector, Item { effect, full: false }, &plain);
+        let plain = self.formed(parent, projector, Item::plain(effect), &plain);
         if full.is_empty() || self.offer == Offer::Plain {
             return plain;
         }
-        let full = self.formed(parent, projector, Item { effect, full: true }, &full);
+        let full = self.formed(parent, projector, Item::full(effect), &full);
         if full.promise < plain.promise { full } else { plain }
     }
 

@@ -3,13 +3,14 @@
 use super::Search;
 use super::score::{Scored, dispersion};
 use super::shares::no_more;
+use crate::gap::acceptance;
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::held_out_errors;
 use crate::system::effects::Family;
 use rayon::prelude::*;
 
-/// Sets closer than this, times the same factors, are a tie.
-const TIED: f64 = 10.0;
+/// Sets within so many times the limit of a tie are fitted on the fine grid, which then decides.
+const NEAR: f64 = 5.0;
 
 impl<'a> Search<'a, '_> {
     /// Sets of the same size as the best that come near, finely fitted, best first.
@@ -32,7 +33,7 @@ impl<'a> Search<'a, '_> {
             }
         }
         near.sort_by(|a, b| a.score.total_cmp(&b.score));
-        let margin = 5.0 * TIED * dispersion(best);
+        let margin = NEAR * acceptance::tied(dispersion(best));
         near.retain(|other| other.fit.cost - best.fit.cost < margin);
         near.truncate(6);
         let mut fine: Vec<Scored<'a>> = near.par_iter().map(|other| self.fine(other)).collect();
@@ -44,8 +45,8 @@ impl<'a> Search<'a, '_> {
 /// True if two sets differ only by richer or poorer forms of the same families: then the score has decided.
 fn same_family_set(a: &Hypothesis, b: &Hypothesis) -> bool {
     let key = |item: &Item| match item.effect.family {
-        Family::Own(name) => name.to_owned(),
-        other => format!("{other:?}"),
+        Family::Own => item.effect.name.to_owned(),
+        shared => format!("{shared:?}"),
     };
     let sorted = |h: &Hypothesis| {
         let mut keys: Vec<String> = h.items.iter().map(key).collect();
@@ -67,7 +68,7 @@ const TIED_SHARE: f64 = 0.1;
 
 /// Sets that the data cannot tell from the best.
 pub fn tied<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>]) -> Vec<&'s Scored<'a>> {
-    let margin = TIED * dispersion(best);
+    let margin = acceptance::tied(dispersion(best));
     if best.hypothesis.model.fitted_to_log {
         return tied_by_shares(best, others, margin);
     }

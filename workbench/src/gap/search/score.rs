@@ -1,21 +1,33 @@
 //! A fitted set and its score.
 
-use crate::gap::dataset::Part;
-use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting, dot};
-use crate::gap::hypothesis::Hypothesis;
+use crate::gap::dataset::{Bench, Part};
+use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting};
+use crate::gap::hypothesis::{Data, Hypothesis};
+use crate::gap::solver::{Problem, dot};
+use crate::system::plant::physics::Physics;
 
 /// A fitted set.
-#[derive(Clone, Debug)]
-pub struct Scored<'a> {
+#[derive(Debug)]
+pub struct Scored<'a, D = Bench> {
     /// The set.
-    pub hypothesis: Hypothesis<'a>,
+    pub hypothesis: Hypothesis<'a, D>,
     /// Its fit.
     pub fit: Fit,
     /// Cost and penalty for its parameters: lower is better.
     pub score: f64,
 }
 
-impl Scored<'_> {
+impl<D> Clone for Scored<'_, D> {
+    fn clone(&self) -> Self {
+        Self {
+            hypothesis: self.hypothesis.clone(),
+            fit: self.fit.clone(),
+            score: self.score,
+        }
+    }
+}
+
+impl<D: Data> Scored<'_, D> {
     /// The effects' names with plus signs.
     pub fn label(&self) -> String {
         if self.hypothesis.items.is_empty() {
@@ -23,6 +35,11 @@ impl Scored<'_> {
         } else {
             self.hypothesis.names().join(" + ")
         }
+    }
+
+    /// The plant that was fitted.
+    pub fn plant(&self) -> Physics {
+        self.hypothesis.plant(&self.fit.x)
     }
 }
 
@@ -81,8 +98,7 @@ pub(super) fn rank<'a, T: AsMut<Scored<'a>> + AsRef<Scored<'a>>>(sets: &mut [T])
 pub fn chi2(hypothesis: &Hypothesis, x: &[f64], setting: &Setting) -> (f64, usize) {
     let mut residuals = Vec::new();
     Evaluator::new(hypothesis, setting).residuals(x, &mut residuals);
-    let priors = hypothesis.slots.iter().filter(|slot| slot.has_prior()).count();
-    residuals.truncate(residuals.len() - priors);
+    residuals.truncate(residuals.len() - hypothesis.priors(x).count());
     (dot(&residuals, &residuals), residuals.len())
 }
 

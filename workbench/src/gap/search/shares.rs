@@ -8,18 +8,20 @@
 //! plain forms: round → share of the log → veto … → elimination → richer forms, if they remove a share more → rivals
 //! ```
 
+use super::rounds::{BEAM, Path};
 use super::score::{Scored, dispersion};
 use super::worth::cross_validated;
-use super::{BEAM, DEEPEST, Found, Offer, Search};
+use super::{Found, Offer, Search};
 use crate::gap::fit::{Evaluator, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::held_out_errors;
-use crate::system::effects::{LAGS, RARE_LAG, SHIFTS, Starts, find};
+use crate::gap::solver::Problem;
+use crate::system::effects::{LAGS, Meaning, RARE_LAG, SHIFTS, Starts};
 use rayon::prelude::*;
 
 /// Share of the squared error of the log that a name must remove to join. Names that stay remove a fifth ([`GROWTH`]); a
 /// little less is asked for on the way, because a further name may sharpen this one.
-const SHARE: f64 = 0.15;
+pub(super) const SHARE: f64 = 0.15;
 /// A name stays if, with everything fitted anew without it, the squared error grows by this share, on the log and on every
 /// held-out record. On measured rigs right first names remove 0.29 to 0.998 of it and mimics in third place 0.02 to 0.21.
 const GROWTH: f64 = 0.25;
@@ -61,15 +63,7 @@ impl<'a> Search<'a, '_> {
         let kept = self.by_convention(kept, &mut path);
         let kept = self.one_name_for_two(kept, &mut path);
         let best = self.fine(&kept);
-        let others = self.rivals(&best, path.others, &path.singles);
-        Found {
-            base: self.fine(&base),
-            best,
-            others,
-            singles: path.singles,
-            declined: path.declined,
-            dropped: path.dropped,
-        }
+        self.found(&base, best, path)
     }
 
     /// Names until none removes its share, then those that stay; again without those that did not: each may have stood in the place
@@ -144,7 +138,7 @@ impl<'a> Search<'a, '_> {
     /// Whether a set with richer forms replaces the plain one: it leaves clearly less on the log, on the folds that were not fitted
     /// and on every held-out record.
     fn replaces(&self, plain: &Scored<'a>, rich: &Scored<'a>) -> bool {
-        let is_rich = |item: &Item| item.full || self.is_rich(item.effect.form);
+        let is_rich = |item: &Item| item.is_full() || self.is_rich(item.effect.form);
         let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
         rich.hypothesis.items.iter().any(is_rich)
             && rich.fit.cost <= RICHER * plain.fit.cost
@@ -152,58 +146,13 @@ impl<'a> Search<'a, '_> {
             && cross_validated(rich) <= RICHER * cross_validated(plain)
     }
 
-    /// Adds plain names until none removes its share.
-    fn grown(&mut self, from: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        let mut current = from;
-        let mut beam = vec![current.clone()];
-        let mut patience = 1;
-        for depth in current.hypothesis.items.len() + 1..=DEEPEST {
-            (self.progress)(&format!("round {depth}: {}", current.label()));
-            let mut children = self.expand(&beam);
-            if children.is_empty() {
-                break;
-            }
-            if path.singles.is_empty() {
-                path.singles = children.clone();
-            }
-            let winner = self.chosen(&current, &mut children);
-            beam = children.iter().take(BEAM).cloned().collect();
-            match winner {
-                Some(winner) => {
-                    let names = winner.hypothesis.names();
-                    path.others = children
-                        .into_iter()
-                        .filter(|child| child.hypothesis.names() != names)
-                        .take(12)
-                        .collect();
-                    self.dispersion = dispersion(&winner);
-                    current = self.settled(winner);
-                    if self.offer == Offer::Forms {
-                        current = self.refined(current);
-                    }
-                    beam.insert(0, current.clone());
-                    beam.truncate(BEAM);
-                    patience = 1;
-                }
-                None => {
-                    let nearest = children.into_iter().next();
-                    let promising = nearest
-                        .as_ref()
-                        .is_some_and(|child| child.fit.cost < (1.0 - 0.3 * SHARE) * current.fit.cost);
-                    path.declined = path.declined.take().or(nearest);
-                    if patience == 0 || !promising {
-                        break;
-                    }
-                    patience -= 1;
-                }
-            }
-        }
-        current
-    }
-
     /// The first child, in the order of the log, that removes its share there and that no held-out record refuses. Refused names
     /// are taken out of the offer and out of the round.
-    fn chosen(&mut self, current: &Scored<'a>, children: &mut Vec<Scored<'a>>) -> Option<Scored<'a>> {
+    pub(super) fn chosen(
+        &mut self,
+        current: &Scored<'a>,
+        children: &mut Vec<Scored<'a>>,
+    ) -> Option<Scored<'a>> {
         let before = held_out_errors(&current.hypothesis, &current.fit.x);
         let mut vetoes = 0;
         let mut place = 0;
@@ -250,18 +199,14 @@ impl<'a> Search<'a, '_> {
     fn goes_round(&self, child: &Scored<'a>) -> bool {
         let newest = child.hypothesis.items.len() - 1;
         let effect = child.hypothesis.items[newest].effect;
-        let place = |name: &str| {
-            effect
-                .parameters
-                .iter()
-                .position(|parameter| parameter.name == name)
+        let value = |meaning: Meaning| {
+            let place = effect.place(meaning)?;
+            Some(child.hypothesis.value(newest, place, &child.fit.x))
         };
-        let value = |k: usize| child.hypothesis.value(newest, k, &child.fit.x);
         let periods = match effect.starts {
-            Starts::PositionScan => {
-                place("periods_per_rev").map(|k| value(k) * self.bench.travel() / std::f64::consts::TAU)
-            }
-            Starts::TimeScan => place("frequency_hz").map(|k| value(k) * self.bench.scales.duration),
+            Starts::PositionScan => value(Meaning::PeriodsPerTurn)
+                .map(|periods| periods * self.bench.travel() / std::f64::consts::TAU),
+            Starts::TimeScan => value(Meaning::Frequency).map(|hertz| hertz * self.bench.scales.duration),
             _ => None,
         };
         periods.is_none_or(|periods| periods >= PERIODS)
@@ -329,7 +274,8 @@ impl<'a> Search<'a, '_> {
     /// stays as a rival.
     fn by_convention(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
         let names = scored.hypothesis.names();
-        let Some(index) = names.iter().position(|name| name == RARE_LAG.name) else {
+        let items = &scored.hypothesis.items;
+        let Some(index) = items.iter().position(|item| item.effect == RARE_LAG) else {
             return scored;
         };
         let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
@@ -339,9 +285,9 @@ impl<'a> Search<'a, '_> {
         };
         let likely = LAGS
             .iter()
+            .copied()
             .filter(|lag| !self.excluded.iter().chain(&names).any(|name| name == lag.name))
-            .filter_map(|lag| find(lag.name))
-            .filter_map(|effect| self.replaced(&scored, index, Item { effect, full: false }))
+            .filter_map(|effect| self.replaced(&scored, index, Item::plain(effect)))
             .map(|other| self.refit(&other, &SEARCH))
             .filter(near)
             .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
@@ -359,10 +305,10 @@ impl<'a> Search<'a, '_> {
     /// A symmetric form and a shift to one side are the same as the form with two sides: where both leave the same, one name is
     /// said instead of two.
     fn one_name_for_two(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        let names = scored.hypothesis.names();
+        let items = &scored.hypothesis.items;
         let Some(shift) = SHIFTS
             .iter()
-            .find_map(|shift| names.iter().position(|name| name == shift.name))
+            .find_map(|shift| items.iter().position(|item| item.effect == *shift))
         else {
             return scored;
         };
@@ -402,15 +348,6 @@ pub(super) fn no_more(errors: &[f64], than: &[f64], share: f64) -> bool {
         .iter()
         .zip(than)
         .all(|(error, than)| *error <= share * than)
-}
-
-/// What the rounds leave for the report.
-#[derive(Default)]
-struct Path<'a> {
-    singles: Vec<Scored<'a>>,
-    others: Vec<Scored<'a>>,
-    declined: Option<Scored<'a>>,
-    dropped: Vec<String>,
 }
 
 /// The number of samples, those that tell the same counted once.

@@ -2,6 +2,7 @@
 
 use super::Search;
 use super::score::{Scored, chi2, dispersion, dispersion_on};
+use crate::gap::acceptance::worth;
 use crate::gap::dataset::Part;
 use crate::gap::fit::{FINAL, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, tolerance};
@@ -9,8 +10,6 @@ use crate::gap::initial_guesses::Basis;
 use rayon::prelude::*;
 use std::cell::OnceCell;
 
-/// Gain in χ² that one more effect must bring, times over-dispersion and inflation.
-pub(super) const WORTH: f64 = 12.0;
 /// Smallest visibility (rms change over the noise) of an effect: at a tenth and less nothing can be named reliably.
 pub(super) const VISIBLE: f64 = 0.13;
 /// The same for a further effect when the residual is already as small as the noise.
@@ -61,7 +60,7 @@ impl<'a> Search<'a, '_> {
         let gain = gained.cost;
         let more =
             (child.hypothesis.effect_slots() as f64 - current.hypothesis.effect_slots() as f64).max(1.0);
-        if gain < WORTH * gained.dispersion * more.sqrt() || !gained.material {
+        if gain < worth(gained.dispersion) * more.sqrt() || !gained.material {
             return false;
         }
         if self.any_inside_tolerance(child) || !self.stands_out(current, child) {
@@ -171,18 +170,11 @@ impl<'a> Search<'a, '_> {
     }
     /// A freed base parameter that stays near its nominal value is no effect, and neither is a gain or a scale near 1.
     fn inside_tolerance(&self, hypothesis: &Hypothesis, index: usize, item: &Item, x: &[f64]) -> bool {
-        let key = match item.effect.name {
-            "resistance" => "R_ohm",
-            "motor_gain" => "Kt_nm_per_a",
-            "inertia" if self.model.linear() => "mass_kg",
-            "inertia" => "J_kgm2",
-            "viscous_friction" => "b_nms_per_rad",
-            "drive_gain" => "drive_gain",
-            "encoder_scale" => "encoder_scale",
-            _ => return false,
+        let Some(number) = item.effect.relations.multiplies else {
+            return false;
         };
         let shift = hypothesis.value(index, 0, x).ln().abs();
-        shift < BEYOND * tolerance(self.model, key)
+        shift < BEYOND * tolerance(self.model, number.tolerance_key(self.model.linear()))
     }
 
     pub(super) fn at_floor(&self, scored: &Scored) -> bool {

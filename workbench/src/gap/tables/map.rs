@@ -17,17 +17,10 @@ const ITERATIONS: usize = 80;
 /// Change of the speed, relative, at which the equilibrium is found.
 const SETTLED: f64 = 1e-8;
 
-/// Known effects whose torque averages out over a turn or over time; a settled speed does not show them.
-const AVERAGES_OUT: [&str; 3] = ["gravity", "cogging", "periodic_load"];
-
 /// The plant of a model as a steady state sees it.
 pub fn visible(model: &Model) -> Physics {
     let mut plant = model.base();
-    for known in model
-        .known
-        .iter()
-        .filter(|k| !AVERAGES_OUT.contains(&k.effect.name))
-    {
+    for known in model.known.iter().filter(|known| known.effect.counts_in_tables()) {
         (known.effect.apply)(&known.values, &mut plant);
     }
     plant

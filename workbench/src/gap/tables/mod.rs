@@ -14,8 +14,10 @@ pub mod map;
 mod named;
 mod plots;
 mod rivals;
+mod rows;
 mod search;
 mod separate;
+mod sets;
 mod study;
 mod table;
 mod ties;
@@ -27,9 +29,8 @@ use crate::report::volts;
 use crate::system::log::{Dynamic, Input, Table};
 use crate::system::model::{Kind, Model};
 use candidates::Offer;
-use fit::Problem;
-use search::Search;
-use std::time::Instant;
+use rows::Rows;
+use sets::Search;
 use study::HeldOut;
 use verdict::Case;
 
@@ -39,16 +40,11 @@ const SETTLED: f64 = 6.0;
 /// Compares a model with a table of settled speeds. Without `holdouts` every second row is held out (every third of a
 /// short table); the parameters that are reported come from all rows.
 pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
-    let started = Instant::now();
     let mut outcome = match table::too_poor(log).or_else(|| unsuitable(model)) {
         Some(reason) => verdict::insufficient(log, reason),
         None => analyse(model, log, holdouts),
     };
     outcome.effects = volts::told(model, outcome.effects);
-    for shift in &mut outcome.within_tolerance {
-        shift.refitted = model.fitted_to_log;
-    }
-    outcome.runtime_s = started.elapsed().as_secs_f64();
     outcome
 }
 
@@ -62,47 +58,38 @@ fn unsuitable(model: &Model) -> Option<String> {
 }
 
 fn analyse(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
-    let given = map::visible(model);
-    let data = table::split(log, !holdouts.is_empty());
-    let offer = Offer::new(model, &given, &data.volts, &data.omega);
-    let nuisances = fit::nuisances(model);
-    let problem = Problem {
-        base: &given,
-        nuisances: &nuisances,
-        natural: &offer.natural,
-        data: &data,
-    };
+    let rows = Rows::of(log, model, !holdouts.is_empty());
     let search = Search {
-        problem: &problem,
-        offer: &offer,
+        offer: &Offer::new(model, &rows),
+        rows: &rows,
+        model,
     };
-    let held_out = held_out(&data, holdouts);
-    match search.run() {
-        Some(found) => {
-            let accepted = search.canonical(found);
-            Case {
-                log,
-                search: &search,
-                held_out: &held_out,
-                separate_files: !holdouts.is_empty(),
-            }
-            .outcome(&accepted)
-        }
-        None => verdict::insufficient(
-            log,
-            "the model has no steady speed for these voltages; check its parameters".into(),
-        ),
-    }
+    let Some(found) = search.run() else {
+        let reason = "the model has no steady speed for these voltages; check its parameters";
+        return verdict::insufficient(log, reason.into());
+    };
+    let case = Case {
+        log,
+        search,
+        given: &map::visible(model),
+        held_out: &held_out(&rows, holdouts),
+        separate_files: !holdouts.is_empty(),
+    };
+    case.outcome(&search.canonical(found))
 }
 
-fn held_out<'a>(data: &'a fit::Data, holdouts: &'a [Table]) -> HeldOut<'a> {
-    let kept = || data.fitted.iter().map(|f| !f).collect();
+fn held_out<'a>(rows: &'a Rows, holdouts: &'a [Table]) -> HeldOut<'a> {
+    let own = || rows.fitted.iter().map(|fitted| !fitted).collect();
+    let file = |table: &'a Table| {
+        (
+            &table.u_v[..],
+            &table.omega_rad_s[..],
+            vec![true; table.u_v.len()],
+        )
+    };
     let sweeps = match holdouts {
-        [] => vec![(&data.volts[..], &data.omega[..], kept())],
-        files => files
-            .iter()
-            .map(|t| (&t.u_v[..], &t.omega_rad_s[..], vec![true; t.u_v.len()]))
-            .collect(),
+        [] => vec![(&rows.volts[..], &rows.omega[..], own())],
+        files => files.iter().map(file).collect(),
     };
     HeldOut { sweeps }
 }

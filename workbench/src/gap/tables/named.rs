@@ -3,7 +3,9 @@
 use super::study::deviation;
 use super::verdict::{Case, Found};
 use super::words::{self, SpeedUnit};
+use crate::gap::hypothesis::{Data, Slot};
 use crate::outcome::*;
+use crate::system::effects::{Effect, Parameter, Shape};
 use std::collections::BTreeMap;
 
 /// A deviation beyond this share of the parameter's range says that the rows do not feel it.
@@ -14,15 +16,16 @@ const MOVED: f64 = 0.05;
 impl Case<'_> {
     pub(super) fn effects(&self, found: &Found, unit: SpeedUnit) -> Vec<NamedEffect> {
         let steps = self.steps(found, unit);
-        (0..found.fit.forms.len())
+        (0..found.set.hypothesis.items.len())
             .map(|k| {
-                let effect = found.fit.forms[k].effect;
+                let effect = found.set.hypothesis.items[k].effect;
                 let (before, after) = (steps[k].gap, steps[k + 1].gap);
-                let text = words::evidence(effect.name, &found.plant, self.search.problem.base, unit);
+                let shape = shape(effect);
+                let text = words::evidence(shape, &found.plant, self.given, unit);
                 NamedEffect {
                     name: effect.name.into(),
                     parameters: self.parameters(found, k),
-                    derived: derived(found, effect.name),
+                    derived: derived(found, shape),
                     gap_before: before,
                     gap_after: after,
                     evidence: format!(
@@ -40,68 +43,63 @@ impl Case<'_> {
 
     /// Fitted parameters with deviations. A pinned parameter is part of the form: exact.
     fn parameters(&self, found: &Found, k: usize) -> BTreeMap<String, Value> {
-        let form = &found.fit.forms[k];
-        let mut index: usize = found.fit.forms[..k].iter().map(|f| f.size()).sum();
-        let mut parameters = BTreeMap::new();
-        for ((p, value), pin) in form
-            .effect
-            .parameters
-            .iter()
-            .zip(found.fit.values(k))
-            .zip(&form.pinned)
-        {
-            let free = pin.is_none();
-            let range = (p.upper - p.lower) * found.problem.natural.unit(p.scale);
-            let std = found
-                .covariance
-                .as_ref()
-                .filter(|_| free)
-                .map(|c| c[(index, index)].sqrt());
+        let hypothesis = &found.set.hypothesis;
+        let item = &hypothesis.items[k];
+        let parameters = item.effect.parameters.iter().enumerate();
+        // An optional parameter at its default is not part of the simplest form.
+        let told = parameters.filter(|(place, p)| item.pinned(*place).is_none() || p.default.is_none());
+        let value = |(place, p): (usize, &Parameter)| {
+            let slot = hypothesis.slot(k, place);
+            let std = slot.and_then(|slot| Some(found.covariance.as_ref()?[(slot, slot)].sqrt()));
             // What the rows do not feel (a start from rest lies somewhere between two of them) has no deviation to state.
-            let std = std.filter(|std| *std < UNFELT * range);
-            index += usize::from(free);
-            // An optional parameter at its default is not part of the simplest form.
-            if free || p.default.is_none() {
-                parameters.insert(
-                    p.name.to_string(),
-                    Value {
-                        value,
-                        std,
-                        unit: p.unit.into(),
-                    },
-                );
-            }
-        }
-        parameters
+            let std = std.filter(|std| *std < UNFELT * (p.upper - p.lower));
+            let value = Value {
+                value: hypothesis.value(k, place, &found.set.fit.x),
+                std: std.map(|std| std * hypothesis.bench.scales().of(p.scale)),
+                unit: p.unit.into(),
+            };
+            (p.name.to_string(), value)
+        };
+        told.map(value).collect()
     }
 
     pub(super) fn within_tolerance(&self, found: &Found) -> Vec<Shift> {
-        let size = found.fit.size();
-        let nuisances = found.problem.nuisances.iter().enumerate();
-        let moved = nuisances.filter(|(j, n)| found.fit.shifts()[*j].abs() > MOVED * n.tolerance);
-        let shift = |(j, n): (usize, &super::fit::Nuisance)| {
-            let ratio = found.fit.shifts()[j].exp();
-            let std = found
-                .covariance
-                .as_ref()
-                .map_or(n.tolerance, |c| c[(size + j, size + j)].sqrt().min(n.tolerance));
-            n.keys.iter().map(move |key| Shift {
-                parameter: key.to_string(),
-                shift_percent: 100.0 * (ratio - 1.0),
-                std_percent: 100.0 * ratio * std,
-                refitted: false,
-            })
-        };
-        moved.flat_map(shift).collect()
+        let hypothesis = &found.set.hypothesis;
+        let slots = hypothesis.slots.iter().zip(&found.set.fit.x).enumerate();
+        let shifts = slots.flat_map(|(slot, (moved, x))| match moved {
+            Slot::Base {
+                key, twin, tolerance, ..
+            } if x.abs() > MOVED => {
+                let ratio = (tolerance * x).exp();
+                let covariance = found.covariance.as_ref();
+                let std = covariance.map_or(1.0, |c| c[(slot, slot)].sqrt().min(1.0));
+                let shift = |key: &str| Shift {
+                    parameter: key.to_owned(),
+                    shift_percent: 100.0 * (ratio - 1.0),
+                    std_percent: 100.0 * ratio * tolerance * std,
+                    refitted: hypothesis.model.fitted_to_log,
+                };
+                let keys = std::iter::once(*key).chain(twin.map(|twin| twin.0));
+                keys.map(shift).collect()
+            }
+            _ => Vec::new(),
+        });
+        shifts.collect()
     }
 }
 
-fn derived(found: &Found, name: &str) -> BTreeMap<String, Value> {
-    let figures = words::derived(name).into_iter().map(|(key, unit, figure)| {
+/// What the effect does to the curve. One that no table names is told by its summary; the search offers none.
+fn shape(effect: &Effect) -> Shape {
+    let steady = effect.steady();
+    steady.map_or(Shape::Told(effect.summary), |steady| steady.shape)
+}
+
+fn derived(found: &Found, shape: Shape) -> BTreeMap<String, Value> {
+    let figures = words::derived(shape).into_iter().map(|(key, unit, figure)| {
         let std = found
             .covariance
             .as_ref()
-            .and_then(|c| deviation(found.problem, &found.fit, c, figure));
+            .and_then(|c| deviation(&found.set, c, figure));
         (
             key.to_string(),
             Value {
@@ -124,7 +122,10 @@ pub(super) fn marks(effects: &[NamedEffect]) -> Vec<(f64, String)> {
     let all = effects.iter().flat_map(|e| &e.derived);
     let mark = |(key, v): (&String, &Value)| {
         let label = labels.iter().find(|l| l.0 == key)?;
-        Some((v.value, format!("{} {} V", label.1, words::figure(v.value))))
+        Some((
+            v.value,
+            format!("{} {} V", label.1, crate::report::figure(v.value)),
+        ))
     };
     all.filter_map(mark).collect()
 }

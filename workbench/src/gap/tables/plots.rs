@@ -1,7 +1,7 @@
 //! Curves for the report, in the unit of the reader's table.
 
-use super::fit::Data;
 use super::map;
+use super::rows::Rows;
 use super::words::SpeedUnit;
 use crate::outcome::{Curve, Plot, Series, Stage, Style};
 use crate::system::plant::physics::Physics;
@@ -12,7 +12,7 @@ const SAMPLES: usize = 400;
 /// Everything that the plots show.
 pub struct Gallery<'a> {
     /// Rows.
-    pub data: &'a Data,
+    pub data: &'a Rows,
     /// The model as given.
     pub given: &'a Physics,
     /// The extended model.
@@ -106,16 +106,8 @@ impl Gallery<'_> {
                 .collect();
             Curve { x, y }
         };
-        let fitted = Series {
-            label: "measured".into(),
-            curve: rows(true),
-            style: Style::Points,
-        };
-        let held = Series {
-            label: "measured, held out".into(),
-            curve: rows(false),
-            style: Style::Hollow,
-        };
+        let fitted = Series::new("measured", rows(true), Style::Points);
+        let held = Series::new("measured, held out", rows(false), Style::Hollow);
         if held.curve.x.is_empty() {
             vec![fitted]
         } else {
@@ -134,29 +126,13 @@ impl Gallery<'_> {
             .iter()
             .map(|w| w / self.unit.rad_s)
             .collect();
-        Series {
-            label: label.into(),
-            curve: Curve { x, y },
-            style,
-        }
+        Series::new(label, Curve { x, y }, style)
     }
 
     fn residual(&self, label: &str, plant: &Physics) -> Series {
-        let predicted = map::sweep(plant, &self.data.volts);
-        let y = self
-            .data
-            .omega
-            .iter()
-            .zip(&predicted)
-            .map(|(y, p)| (y - p) / self.unit.rad_s)
-            .collect();
-        Series {
-            label: label.into(),
-            curve: Curve {
-                x: self.data.volts.clone(),
-                y,
-            },
-            style: Style::Points,
-        }
+        let residual = self.data.residual(plant).into_iter();
+        let y = residual.map(|error| error / self.unit.rad_s).collect();
+        let x = self.data.volts.clone();
+        Series::new(label, Curve { x, y }, Style::Points)
     }
 }

@@ -1,112 +1,106 @@
 //! What else would explain the table: each accepted effect is replaced by every other one, and what fits as well is a tie.
 
-use super::candidates::{Form, forms};
-use super::fit::Fit;
-use super::search::{Search, THRESHOLD, TIE};
-use crate::system::effects::{self, Effect};
+use super::candidates::forms;
+use super::fit::Set;
+use super::search::best;
+use super::sets::Search;
+use crate::gap::acceptance::{WORTH, tied};
+use crate::gap::hypothesis::Item;
+use crate::system::effects::{Effect, MOTOR_GAIN, RESISTANCE, VISCOUS_FRICTION};
 use rayon::prelude::*;
 
 /// Parameters of the motor that can imitate a gain only together; damping, which a data sheet knows least, first.
-const PAIRS: [[&str; 2]; 3] = [
-    ["motor_gain", "viscous_friction"],
-    ["motor_gain", "resistance"],
-    ["resistance", "viscous_friction"],
+static PAIRS: [[&Effect; 2]; 3] = [
+    [&MOTOR_GAIN, &VISCOUS_FRICTION],
+    [&MOTOR_GAIN, &RESISTANCE],
+    [&RESISTANCE, &VISCOUS_FRICTION],
 ];
 
 /// A set in which one accepted effect is replaced.
-#[derive(Clone, Debug)]
-pub struct Replacement {
+#[derive(Clone)]
+pub struct Replacement<'a> {
     /// What stands in its place.
-    pub names: Vec<String>,
+    pub effects: Vec<&'static Effect>,
     /// The refitted set.
-    pub fit: Fit,
+    pub set: Set<'a>,
     /// Score above that of the accepted set; negative: better.
     pub worse_by: f64,
     /// A reason other than the score for which it is no rival.
     pub objection: Option<String>,
 }
 
-impl Replacement {
+impl Replacement<'_> {
+    /// Their names.
+    pub fn names(&self) -> Vec<String> {
+        self.effects.iter().map(|effect| effect.name.to_owned()).collect()
+    }
+
     /// Whether the data cannot tell it from the accepted effect.
     pub fn ties(&self, inflation: f64) -> bool {
-        self.objection.is_none() && self.worse_by < TIE * inflation
+        self.objection.is_none() && self.worse_by < tied(inflation)
     }
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
     /// The accepted set with each effect in the form of its most plausible equal: of names that explain the table within
     /// one unit of score, the first in the library's order along the signal stands for all.
-    pub fn canonical(&self, mut fit: Fit) -> Fit {
-        for k in 0..fit.forms.len() {
-            let chosen = fit.forms[k].effect.name;
-            let earlier = self.offer.effects().into_iter().take_while(|e| e.name != chosen);
-            let equal = earlier
-                .flat_map(forms)
-                .filter(|f| f.size() <= fit.forms[k].size())
-                .find_map(|form| {
-                    let other = self.substituted(&fit, k, &form)?;
-                    (self.score(&other) < self.score(&fit) + 1.0).then_some(other)
-                });
-            if let Some(other) = equal {
-                fit = reordered(other, k);
+    pub fn canonical(&self, mut set: Set<'a>) -> Set<'a> {
+        for k in 0..set.hypothesis.items.len() {
+            let chosen = set.hypothesis.items[k];
+            let earlier = self
+                .offer
+                .effects()
+                .into_iter()
+                .take_while(|e| *e != chosen.effect);
+            let simple = earlier.flat_map(forms).filter(|it| it.size() <= chosen.size());
+            let mut equals = simple
+                .filter_map(|item| self.substituted(&set, k, &item))
+                .filter(|other| other.score < set.score + 1.0);
+            if let Some(other) = equals.next() {
+                let mut items = other.hypothesis.items.clone();
+                items[k..].rotate_right(1);
+                set = self.arranged(&other, items);
             }
         }
-        fit
+        set
     }
 
     /// Every replacement of effect k, the best first.
-    pub fn replacements(&self, fit: &Fit, k: usize) -> Vec<Replacement> {
-        let others = self
-            .offer
-            .effects()
-            .into_iter()
-            .filter(|e| e.name != fit.forms[k].effect.name);
-        let others: Vec<&'static Effect> = others.collect();
-        let mut all: Vec<Replacement> = others
+    pub fn replacements(&self, set: &Set<'a>, k: usize) -> Vec<Replacement<'a>> {
+        let replaced = set.hypothesis.items[k].effect;
+        let mut others = self.offer.effects();
+        others.retain(|effect| *effect != replaced);
+        let mut all: Vec<Replacement<'a>> = others
             .into_par_iter()
-            .filter_map(|e| self.replacement(fit, k, e))
+            .filter_map(|effect| self.replacement(set, k, effect))
             .collect();
-        if is_scale(fit.forms[k].effect) {
-            all.extend(self.base_pairs(fit, k, &all));
+        if replaced.is_scale() {
+            all.extend(self.base_pairs(set, k, &all));
         }
         all.sort_by(|a, b| a.worse_by.total_cmp(&b.worse_by));
         all
     }
 
-    fn replacement(&self, fit: &Fit, k: usize, effect: &'static Effect) -> Option<Replacement> {
-        let fits = forms(effect)
-            .into_iter()
-            .flat_map(|form| self.exchanged(fit, k, &[form]));
-        let best = fits.min_by(|a, b| self.score(a).total_cmp(&self.score(b)))?;
-        Some(self.compared(fit, vec![effect.name.to_string()], best))
-    }
-
-    fn compared(&self, accepted: &Fit, names: Vec<String>, fit: Fit) -> Replacement {
-        let worse_by = self.score(&fit) - self.score(accepted);
-        Replacement {
-            names,
-            fit,
-            worse_by,
-            objection: None,
-        }
+    fn replacement(&self, set: &Set<'a>, k: usize, effect: &'static Effect) -> Option<Replacement<'a>> {
+        let items = forms(effect).into_iter();
+        let other = best(items.flat_map(|item| self.exchanged(set, k, &[item])))?;
+        Some(compared(set, vec![effect], other))
     }
 
     /// Two motor parameters in the place of a gain, if no single one can take it. All pairs that fit are one family, since a
     /// steady speed sees only the motor constant and the product of resistance and damping: the first of [`PAIRS`] stands
     /// for it.
-    fn base_pairs(&self, fit: &Fit, k: usize, singles: &[Replacement]) -> Vec<Replacement> {
-        let inflation = self.inflation(fit);
-        let base = |r: &&Replacement| effects::find(&r.names[0]).is_some_and(Effect::is_base_parameter);
+    fn base_pairs(&self, set: &Set<'a>, k: usize, singles: &[Replacement<'a>]) -> Vec<Replacement<'a>> {
+        let inflation = self.inflation(set);
+        let base = |r: &&Replacement| r.effects[0].is_base_parameter();
         if singles.iter().filter(base).any(|r| r.ties(inflation)) {
             return vec![];
         }
-        let mut pairs: Vec<Replacement> = PAIRS
-            .iter()
-            .filter_map(|names| self.pair(fit, k, names))
-            .collect();
+        let pairs = PAIRS.iter().filter_map(|pair| self.pair(set, k, *pair));
+        let mut pairs: Vec<Replacement<'a>> = pairs.collect();
         let mut fitting = pairs.iter_mut().filter(|p| p.ties(inflation));
         if let Some(first) = fitting.next() {
-            let stands = first.names.join(" + ");
+            let stands = first.names().join(" + ");
             fitting.for_each(|p| {
                 p.objection = Some(format!("the same as {stands}: only the product R·b is seen"))
             });
@@ -114,76 +108,62 @@ impl Search<'_> {
         pairs
     }
 
-    fn pair(&self, fit: &Fit, k: usize, names: &[&str; 2]) -> Option<Replacement> {
+    fn pair(&self, set: &Set<'a>, k: usize, pair: [&'static Effect; 2]) -> Option<Replacement<'a>> {
         let offered = self.offer.effects();
-        let find = |name: &str| offered.iter().copied().find(|e| e.name == name);
-        let (first, second) = (find(names[0])?, find(names[1])?);
-        let fits = self.exchanged(fit, k, &[Form::free(first), Form::free(second)]);
-        let best = fits
-            .into_iter()
-            .min_by(|a, b| self.score(a).total_cmp(&self.score(b)))?;
-        Some(self.compared(fit, names.iter().map(|n| n.to_string()).collect(), best))
+        if !pair.iter().all(|effect| offered.contains(effect)) {
+            return None;
+        }
+        let other = best(self.exchanged(set, k, &pair.map(Item::full)))?;
+        Some(compared(set, pair.to_vec(), other))
     }
 
     /// Effect k exchanged for others: once with the rest where it was, once grown anew, because a gain that moves to
     /// another place of the chain moves every threshold behind it.
-    fn exchanged(&self, fit: &Fit, k: usize, new: &[Form]) -> Vec<Fit> {
-        let rest = self.others(fit, k);
-        let allowed = |parent: &Fit, form: &Form| self.compatible(parent, form.effect);
-        let extend = |parent: Option<Fit>, form: &Form| {
-            parent
-                .filter(|p| allowed(p, form))
-                .and_then(|p| self.extended(&p, form))
+    fn exchanged(&self, set: &Set<'a>, k: usize, new: &[Item]) -> Vec<Set<'a>> {
+        let rest = self.others(set, k);
+        let extend = |parent: Option<Set<'a>>, item: &Item| {
+            let parent = parent.filter(|parent| self.compatible(parent, item.effect))?;
+            self.extended(&parent, item)
         };
         let warm = new.iter().fold(Some(rest.clone()), extend);
         // Only a gain does that; other exchanges leave the thresholds where they are.
-        let moves = is_scale(fit.forms[k].effect);
-        let cold = moves
-            .then(|| new.iter().chain(&rest.forms).fold(self.nothing(), extend))
-            .flatten();
+        let moves = set.hypothesis.items[k].effect.is_scale();
+        let all = || new.iter().chain(&rest.hypothesis.items);
+        let cold = moves.then(|| all().fold(self.nothing(), extend)).flatten();
         warm.into_iter().chain(cold).collect()
     }
 
     /// Effects that are not in the set, each added to it; the one that would help most first.
-    pub fn additions(&self, fit: &Fit) -> Vec<Replacement> {
-        let offered = self
-            .offer
-            .effects()
-            .into_iter()
-            .filter(|e| self.compatible(fit, e));
-        let added = offered.filter_map(|e| {
-            let fits = forms(e).into_iter().filter_map(|form| self.extended(fit, &form));
-            let best = fits.min_by(|a, b| self.score(a).total_cmp(&self.score(b)))?;
-            Some(self.compared(fit, vec![e.name.to_string()], best))
-        });
-        let mut all: Vec<Replacement> = added.collect();
-        for r in &mut all {
-            r.objection = Some(match -r.worse_by {
-                gain if gain > 0.5 => {
-                    format!("added, it earns {gain:.0} of the {THRESHOLD:.0} points that a name needs")
-                }
-                _ => "added, it explains nothing more".into(),
-            });
-        }
+    pub fn additions(&self, set: &Set<'a>) -> Vec<Replacement<'a>> {
+        let mut offered = self.offer.effects();
+        offered.retain(|effect| self.compatible(set, effect));
+        let added = |effect: &'static Effect| {
+            let items = forms(effect).into_iter();
+            let larger = best(items.filter_map(|item| self.extended(set, &item)))?;
+            let added = compared(set, vec![effect], larger);
+            let objection = Some(earned(-added.worse_by));
+            Some(Replacement { objection, ..added })
+        };
+        let mut all: Vec<Replacement<'a>> = offered.into_iter().filter_map(added).collect();
         all.sort_by(|a, b| a.worse_by.total_cmp(&b.worse_by));
         all
     }
 }
 
-/// Effects that scale the whole map.
-pub fn is_scale(effect: &Effect) -> bool {
-    effect.is_base_parameter() || matches!(effect.name, "drive_gain" | "encoder_scale")
+fn compared<'a>(accepted: &Set, effects: Vec<&'static Effect>, set: Set<'a>) -> Replacement<'a> {
+    Replacement {
+        worse_by: set.score - accepted.score,
+        effects,
+        set,
+        objection: None,
+    }
 }
 
-/// Moves the last effect of a set to place k.
-fn reordered(fit: Fit, k: usize) -> Fit {
-    let last = fit.forms.len() - 1;
-    let size = fit.size();
-    let own = fit.forms[last].size();
-    let start: usize = fit.forms[..k].iter().map(Form::size).sum();
-    let mut x = fit.x.clone();
-    x[start..size].rotate_right(own);
-    let mut forms = fit.forms.clone();
-    forms[k..].rotate_right(1);
-    Fit { forms, x, ..fit }
+/// What an effect gains that does not earn a name.
+fn earned(gain: f64) -> String {
+    if gain > 0.5 {
+        format!("added, it earns {gain:.0} of the {WORTH:.0} points that a name needs")
+    } else {
+        "added, it explains nothing more".into()
+    }
 }

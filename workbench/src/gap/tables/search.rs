@@ -2,293 +2,126 @@
 //!
 //! The score of a set is n·ln(mean square) + Σ(δ/tolerance)² + k·ln n (Schwarz, Annals of Statistics 6, 1978, with the
 //! noise unknown). A beam keeps sets that do not help yet, because some effects help only together. An effect stays only
-//! if dropping it costs more than [`THRESHOLD`], widened where neighbouring residuals are alike, and if it is material.
+//! if dropping it costs more than [`worth`] says where neighbouring residuals are alike, and if it is material.
 
-use super::candidates::{Form, Offer, forms, same_place};
-use super::fit::{Fit, Problem};
-use crate::system::effects::{Effect, Scale};
+use super::candidates::forms;
+use super::fit::Set;
+use super::sets::Search;
+use crate::gap::acceptance::worth;
+use crate::gap::beam::{Growth, grown};
+use crate::gap::hypothesis::{Data, Item};
+use crate::system::effects::{Effect, Family, Forms, LIBRARY};
 use rayon::prelude::*;
 
-/// Score that an effect has to earn. The evidence of 2 in the log-likelihood that Kass and Raftery (J. Am. Stat. Assoc.
-/// 90, 1995) call very strong is 10; with a dozen candidates the chance of one false name stays below 1 %.
-pub const THRESHOLD: f64 = 12.0;
-/// Sets within this score of the best explain a table as well.
-pub const TIE: f64 = 10.0;
-/// Sets kept at each depth.
+/// Sets kept at each depth: many, because a table of some dozen rows is fitted at once.
 const BEAM: usize = 10;
-/// Effects at most.
-const DEPTH: usize = 5;
-/// Starts that are worth a descent.
-const DESCENTS: usize = 4;
+/// A gain in score from which a round was no idle one.
+const CLEAR: f64 = 2.0;
+/// Widths of a dead zone that are tried beside breakaway friction, as parts of the fitted one.
+const NARROWED: [f64; 6] = [0.95, 0.9, 0.85, 0.8, 0.7, 0.6];
+/// Speed above which breakaway friction is gone, at the start of a fit: this part of the largest.
+const SLOW: f64 = 0.02;
 /// The mean square has to fall by this factor, or the effect is not worth a name.
 const MATERIAL: f64 = 1.15;
 /// … and its part of the residual has to be larger than this share of the largest reading: the error budget of a map.
 const VISIBLE: f64 = 3e-4;
 
-/// The search for one table.
-pub struct Search<'a> {
-    /// What is fitted.
-    pub problem: &'a Problem<'a>,
-    /// Candidates.
-    pub offer: &'a Offer,
-}
-
-impl Search<'_> {
-    /// The score of a fit; the lower the better.
-    pub fn score(&self, fit: &Fit) -> f64 {
-        let n = self.problem.data.rows() as f64;
-        let floor = self.problem.data.resolution.powi(2);
-        n * (fit.mean_square + floor).ln() + fit.prior + fit.size() as f64 * n.ln()
-    }
-
-    /// The model as given, its base refitted within tolerance.
-    pub fn nothing(&self) -> Option<Fit> {
-        self.problem.best(&[], &[vec![0.0; self.problem.nuisances.len()]])
-    }
-
+impl<'a> Search<'a> {
     /// The set that explains the fitted rows.
-    pub fn run(&self) -> Option<Fit> {
-        let best = self.eliminate(self.beam()?);
+    pub fn run(&self) -> Option<Set<'a>> {
+        let best = self.eliminate(grown(&mut Rounds(self), self.nothing()?, 0));
         Some(self.united(self.refine(best)))
     }
 
     /// One width and an offset are two widths under other names, exactly; so are friction and a constant torque. Such a
     /// pair becomes the one effect that it is.
-    fn united(&self, fit: Fit) -> Fit {
-        let place = |name: &str| fit.forms.iter().position(|form| form.effect.name == name);
-        let pair = UNITED.iter().find_map(|(even, constant, uneven)| {
-            Some((
-                place(even)?,
-                place(constant)?,
-                crate::system::effects::find(uneven)?,
-            ))
-        });
-        let Some((even, constant, uneven)) = pair else {
-            return fit;
+    fn united(&self, set: Set<'a>) -> Set<'a> {
+        let Some((even, constant, uneven)) = even_and_constant(&set) else {
+            return set;
         };
-        let without = self.others(&fit, even.max(constant));
+        let without = self.others(&set, even.max(constant));
         let others = self.others(&without, even.min(constant));
         let united = forms(uneven)
             .into_iter()
-            .filter_map(|form| self.extended(&others, &form));
-        let best = united.min_by(|a, b| self.score(a).total_cmp(&self.score(b)));
-        best.filter(|best| self.score(best) < self.score(&fit) + 1.0)
-            .unwrap_or(fit)
+            .filter_map(|item| self.extended(&others, &item));
+        best(united)
+            .filter(|best| best.score < set.score + 1.0)
+            .unwrap_or(set)
     }
 
     /// Adds refinements while one earns its place, then drops what they made superfluous.
-    fn refine(&self, mut fit: Fit) -> Fit {
-        while let Some(larger) = self.best_refinement(&fit) {
-            fit = self.eliminate(larger);
+    fn refine(&self, mut set: Set<'a>) -> Set<'a> {
+        while let Some(larger) = self.best_refinement(&set) {
+            set = self.eliminate(larger);
         }
-        fit
+        set
     }
 
-    fn best_refinement(&self, fit: &Fit) -> Option<Fit> {
+    fn best_refinement(&self, set: &Set<'a>) -> Option<Set<'a>> {
         let mut offered = self.offer.refinements();
-        offered.retain(|f| self.compatible(fit, f.effect));
-        let larger = offered.par_iter().filter_map(|form| self.refined(fit, form));
-        let mut earning: Vec<Fit> = larger.filter(|l| self.earns(l, fit, self.inflation(l))).collect();
-        earning.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
-        earning.into_iter().next()
-    }
-
-    fn refined(&self, fit: &Fit, form: &Form) -> Option<Fit> {
-        match form.effect.name {
-            "stribeck_friction" => self.with_breakaway(fit, form),
-            _ => self.extended(fit, form),
-        }
+        offered.retain(|it| self.compatible(set, it.effect));
+        let refined = |item: &Item| match item.effect.steady().map(|steady| steady.forms) {
+            Some(Forms::FromRest(_)) => self.with_breakaway(set, item),
+            _ => self.extended(set, item),
+        };
+        let larger: Vec<Set<'a>> = offered.par_iter().filter_map(refined).collect();
+        let earns = |larger: &Set<'a>| self.earns(larger, set, self.inflation(larger));
+        best(larger.into_iter().filter(earns))
     }
 
     /// A set with breakaway friction. Without it the dead zone was drawn towards the voltage at which the motor starts, and
     /// no gradient leads back, because zone and breakaway have to move together: the starts narrow the zone step by step
     /// and put the breakaway where the table shows the motor starting.
-    fn with_breakaway(&self, fit: &Fit, form: &Form) -> Option<Fit> {
-        let (own, shifts) = fit.x.split_at(fit.size());
-        let mut all = fit.forms.clone();
-        all.push(form.clone());
-        let mut starts = Vec::new();
-        for narrowed in narrowed(fit, own) {
-            let plant = self.problem.plant(&fit.forms, &[&narrowed, shifts].concat());
-            for volts in self.offer.restarts() {
-                let level = 0.999 * plant.applied(*volts).abs() * plant.torque_per_input();
-                let slow = 0.02 * self.offer.natural.unit(Scale::Speed);
-                starts.push([&narrowed[..], &[level, slow], shifts].concat());
+    fn with_breakaway(&self, set: &Set<'a>, item: &Item) -> Option<Set<'a>> {
+        let torque = self.rows.scales().torque;
+        let mut begins = Vec::new();
+        for narrowed in narrowed(set) {
+            let plant = narrowed.plant();
+            for volts in self.rows.restarts() {
+                let level = 0.999 * plant.applied(volts).abs() * plant.torque_per_input();
+                begins.push((narrowed.clone(), vec![0.0, level / torque, SLOW]));
             }
         }
-        let fits: Vec<Fit> = starts
-            .par_iter()
-            .filter_map(|s| self.problem.best(&all, std::slice::from_ref(s)))
-            .collect();
-        fits.into_iter()
-            .min_by(|a, b| self.score(a).total_cmp(&self.score(b)))
-    }
-
-    fn beam(&self) -> Option<Fit> {
-        let mut best = self.nothing()?;
-        let mut beam = vec![best.clone()];
-        let mut idle = 0;
-        for _ in 0..DEPTH {
-            beam = self.expand(&beam);
-            let Some(front) = beam.first() else { break };
-            idle = if self.score(front) < self.score(&best) - 2.0 {
-                0
-            } else {
-                idle + 1
-            };
-            if self.score(front) < self.score(&best) {
-                best = front.clone();
-            }
-            // One depth without gain may be a pair in the making; two are the end.
-            if idle == 2 {
-                break;
-            }
-        }
-        Some(best)
-    }
-
-    fn expand(&self, beam: &[Fit]) -> Vec<Fit> {
-        let candidates = self.offer.forms();
-        let mut jobs: Vec<(&Fit, &Form)> = beam
-            .iter()
-            .flat_map(|p| candidates.iter().map(move |c| (p, c)))
-            .collect();
-        jobs.retain(|(parent, form)| self.compatible(parent, form.effect));
-        let mut fits: Vec<Fit> = jobs
-            .par_iter()
-            .filter_map(|(parent, form)| self.extended(parent, form))
-            .collect();
-        fits.sort_by(|a, b| self.score(a).total_cmp(&self.score(b)));
-        let mut seen = std::collections::BTreeSet::new();
-        fits.retain(|f| seen.insert(identity(f)));
-        fits.truncate(BEAM);
-        fits
-    }
-
-    /// Whether an effect may be added to a set.
-    pub fn compatible(&self, parent: &Fit, effect: &Effect) -> bool {
-        !parent
-            .forms
-            .iter()
-            .any(|f| same_place(f.effect, effect) || excludes(f.effect, effect))
-    }
-
-    /// The set with one more effect, refitted.
-    pub fn extended(&self, parent: &Fit, form: &Form) -> Option<Fit> {
-        let (own, shifts) = parent.x.split_at(parent.size());
-        let mut all = parent.forms.clone();
-        all.push(form.clone());
-        let zeros = vec![0.0; shifts.len()];
-        let mut starts = Vec::new();
-        let natural = self
-            .offer
-            .natural
-            .of_plant(&self.problem.plant(&parent.forms, &parent.x));
-        for start in natural.starts(form) {
-            for base in [shifts, &zeros] {
-                starts.push([own, &start, base].concat());
-            }
-        }
-        self.fit(&all, starts)
-    }
-
-    /// Fits a set from the most promising of these starts.
-    pub fn fit(&self, all: &[Form], mut starts: Vec<Vec<f64>>) -> Option<Fit> {
-        if starts.len() > DESCENTS {
-            let mut promising: Vec<(f64, Vec<f64>)> = starts
-                .into_iter()
-                .map(|x| (self.problem.promise(all, &x), x))
-                .collect();
-            promising.sort_by(|a, b| a.0.total_cmp(&b.0));
-            starts = promising.into_iter().take(DESCENTS).map(|p| p.1).collect();
-        }
-        self.problem.best(all, &starts)
+        let fitted = |(narrowed, values): &(Set<'a>, Vec<f64>)| {
+            self.extended_from(narrowed, item, std::slice::from_ref(values), false)
+        };
+        let fits: Vec<Set<'a>> = begins.par_iter().filter_map(fitted).collect();
+        best(fits)
     }
 
     /// Drops what does not earn its place and simplifies what can be simpler, the least missed first.
-    fn eliminate(&self, mut fit: Fit) -> Fit {
-        while let Some(simpler) = self.least_missed(&fit) {
-            fit = simpler;
+    fn eliminate(&self, mut set: Set<'a>) -> Set<'a> {
+        while let Some(simpler) = self.least_missed(&set) {
+            set = simpler;
         }
-        fit
+        set
     }
 
-    fn least_missed(&self, fit: &Fit) -> Option<Fit> {
-        let inflation = self.inflation(fit);
-        let reduced = (0..fit.forms.len()).flat_map(|k| self.reductions(fit, k));
-        let affordable = reduced.filter(|r| !self.earns(fit, r, inflation));
-        affordable.min_by(|a, b| self.score(a).total_cmp(&self.score(b)))
+    fn least_missed(&self, set: &Set<'a>) -> Option<Set<'a>> {
+        let inflation = self.inflation(set);
+        let reduced = (0..set.hypothesis.items.len()).flat_map(|k| self.reductions(set, k));
+        best(reduced.filter(|smaller| !self.earns(set, smaller, inflation)))
     }
 
     /// Whether the larger set earns its place beside the smaller one.
-    pub fn earns(&self, larger: &Fit, smaller: &Fit, inflation: f64) -> bool {
-        let floor = self.problem.data.resolution.powi(2);
-        let largest = self
-            .problem
-            .data
-            .omega
-            .iter()
-            .fold(0.0_f64, |m, w| m.max(w.abs()));
-        let (before, after) = (smaller.mean_square + floor, larger.mean_square + floor);
-        self.score(smaller) - self.score(larger) > THRESHOLD * inflation
+    pub fn earns(&self, larger: &Set, smaller: &Set, inflation: f64) -> bool {
+        let floor = self.rows.resolution.powi(2);
+        let (before, after) = (smaller.mean_square() + floor, larger.mean_square() + floor);
+        smaller.score - larger.score > worth(inflation)
             && before > MATERIAL * after
-            && (before - after).sqrt() > VISIBLE * largest
+            && (before - after).sqrt() > VISIBLE * self.rows.largest_speed()
     }
 
     /// Effect k dropped, or in its simpler form.
-    fn reductions(&self, fit: &Fit, k: usize) -> Vec<Fit> {
-        let mut reduced = vec![self.without(fit, k)];
-        for simpler in simpler(&fit.forms[k]) {
-            reduced.push(self.substituted(fit, k, &simpler));
-        }
-        reduced.into_iter().flatten().collect()
-    }
-
-    /// The set without effect k, refitted.
-    pub fn without(&self, fit: &Fit, k: usize) -> Option<Fit> {
-        let kept = |j: &usize| *j != k;
-        let all: Vec<Form> = (0..fit.forms.len())
-            .filter(kept)
-            .map(|j| fit.forms[j].clone())
-            .collect();
-        let own: Vec<f64> = (0..fit.forms.len())
-            .filter(kept)
-            .flat_map(|j| fitted_values(fit, j))
-            .collect();
-        let zeros = vec![0.0; fit.shifts().len()];
-        self.fit(
-            &all,
-            vec![[&own, fit.shifts()].concat(), [&own, &zeros[..]].concat()],
-        )
-    }
-
-    /// The set with another form in the place of effect k, refitted.
-    pub fn substituted(&self, fit: &Fit, k: usize, form: &Form) -> Option<Fit> {
-        let others = self.others(fit, k);
-        if !self.compatible(&others, form.effect) {
-            return None;
-        }
-        self.extended(&others, form)
-    }
-
-    /// The set without effect k, not refitted.
-    pub fn others(&self, fit: &Fit, k: usize) -> Fit {
-        let rest: Vec<usize> = (0..fit.forms.len()).filter(|j| *j != k).collect();
-        let own: Vec<f64> = rest.iter().flat_map(|j| fitted_values(fit, *j)).collect();
-        let forms = rest.iter().map(|j| fit.forms[*j].clone()).collect();
-        Fit {
-            forms,
-            x: [&own, fit.shifts()].concat(),
-            ..fit.clone()
-        }
+    fn reductions(&self, set: &Set<'a>, k: usize) -> Vec<Set<'a>> {
+        let simpler = simpler(&set.hypothesis.items[k]).into_iter();
+        let substituted = simpler.filter_map(|item| self.substituted(set, k, &item));
+        self.without(set, k).into_iter().chain(substituted).collect()
     }
 
     /// How much less independent the residuals are than their number says: (1 + ρ)/(1 − ρ), ρ between neighbours.
-    pub fn inflation(&self, fit: &Fit) -> f64 {
-        let predicted = self.problem.predict(fit);
-        let data = self.problem.data;
-        let rows = data.omega.iter().zip(&predicted).zip(&data.fitted);
-        let residual: Vec<f64> = rows.filter(|(_, f)| **f).map(|((y, p), _)| y - p).collect();
+    pub fn inflation(&self, set: &Set) -> f64 {
+        let residual = self.rows.fitted_only(&self.rows.residual(&set.plant()));
         let power: f64 = residual.iter().map(|r| r * r).sum();
         let pairs: f64 = residual.windows(2).map(|w| w[0] * w[1]).sum();
         let correlation = (pairs / power.max(f64::MIN_POSITIVE)).clamp(0.0, 0.8);
@@ -299,96 +132,97 @@ impl Search<'_> {
     }
 }
 
-/// Fitted parameters of effect k.
-fn fitted_values(fit: &Fit, k: usize) -> Vec<f64> {
-    let start: usize = fit.forms[..k].iter().map(Form::size).sum();
-    fit.x[start..start + fit.forms[k].size()].to_vec()
+/// The rounds of the beam over tables.
+struct Rounds<'s, 'a>(&'s Search<'a>);
+
+impl<'a> Growth for Rounds<'_, 'a> {
+    type Set = Set<'a>;
+
+    fn width(&self) -> usize {
+        BEAM
+    }
+
+    fn children(&mut self, _: usize, _: &Set<'a>, beam: &[Set<'a>]) -> Vec<Set<'a>> {
+        let candidates = self.0.offer.forms();
+        let pairs = beam.iter().flat_map(|p| candidates.iter().map(move |c| (p, c)));
+        let allowed = pairs.filter(|(parent, item)| self.0.compatible(parent, item.effect));
+        let jobs: Vec<(&Set<'a>, &Item)> = allowed.collect();
+        let extended = |(parent, item): &(&Set<'a>, &Item)| self.0.extended(parent, item);
+        let mut sets: Vec<Set<'a>> = jobs.par_iter().filter_map(extended).collect();
+        sets.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let mut seen = std::collections::BTreeSet::new();
+        sets.retain(|set| seen.insert(identity(set)));
+        sets
+    }
+
+    /// The best child if it is better at all: what does not earn its place goes at the end.
+    fn winner(&mut self, current: &Set<'a>, children: &mut Vec<Set<'a>>) -> Option<Set<'a>> {
+        (children[0].score < current.score).then(|| children.remove(0))
+    }
+
+    fn accepted(&mut self, current: &Set<'a>, winner: Set<'a>, _: Vec<Set<'a>>) -> (Set<'a>, bool) {
+        let clear = winner.score < current.score - CLEAR;
+        (winner, clear)
+    }
+
+    fn may_pair(&mut self, _: &Set<'a>, _: Vec<Set<'a>>) -> bool {
+        true
+    }
 }
 
-/// The fitted parameters with each width of the dead zone narrowed in steps, one side at a time and both together.
-fn narrowed(fit: &Fit, own: &[f64]) -> Vec<Vec<f64>> {
-    let zone = |f: &Form| matches!(f.effect.name, "dead_zone" | "dead_zone_asymmetric");
-    let Some(k) = fit.forms.iter().position(zone) else {
-        return vec![own.to_vec()];
+/// The set with the lowest score.
+pub fn best<'a>(sets: impl IntoIterator<Item = Set<'a>>) -> Option<Set<'a>> {
+    sets.into_iter().min_by(|a, b| a.score.total_cmp(&b.score))
+}
+
+/// The set as it is, and with each width of its dead zone narrowed in steps, one side at a time and both together.
+fn narrowed<'a>(set: &Set<'a>) -> Vec<Set<'a>> {
+    let is_zone = |it: &Item| it.effect.family == Family::DeadZone;
+    let Some(zone) = set.hypothesis.items.iter().position(is_zone) else {
+        return vec![set.clone()];
     };
-    let first: usize = fit.forms[..k].iter().map(Form::size).sum();
-    let sides = if fit.forms[k].effect.name == "dead_zone" {
-        1
-    } else {
-        2
-    };
-    let mut all = vec![own.to_vec()];
-    for share in [0.95, 0.9, 0.85, 0.8, 0.7, 0.6] {
-        for which in 1..1 << sides {
-            let mut x = own.to_vec();
-            (0..sides)
-                .filter(|side| which >> side & 1 == 1)
-                .for_each(|side| x[first + side] *= share);
-            all.push(x);
+    let effect = set.hypothesis.items[zone].effect;
+    let widths: Vec<usize> = (0..effect.parameters.len())
+        .filter(|k| effect.parameters[*k].default.is_none())
+        .filter_map(|k| set.hypothesis.slot(zone, k))
+        .collect();
+    let mut all = vec![set.clone()];
+    for share in NARROWED {
+        for which in 1..1 << widths.len() {
+            let mut narrow = set.clone();
+            let sides = widths
+                .iter()
+                .enumerate()
+                .filter(|(side, _)| which >> side & 1 == 1);
+            sides.for_each(|(_, slot)| narrow.fit.x[*slot] *= share);
+            all.push(narrow);
         }
     }
     all
 }
 
 /// Simpler forms of the same thing: optional parameters at their defaults, one width for both directions.
-fn simpler(form: &Form) -> Vec<Form> {
-    let mut simpler: Vec<Form> = forms(form.effect)
-        .into_iter()
-        .filter(|f| f.size() < form.size())
-        .collect();
-    let symmetric = match form.effect.name {
-        "dead_zone_asymmetric" => crate::system::effects::find("dead_zone"),
-        "coulomb_asymmetric" => crate::system::effects::find("coulomb_friction"),
-        "voltage_saturation_asymmetric" => crate::system::effects::find("voltage_saturation"),
-        _ => None,
-    };
-    simpler.extend(
-        symmetric
-            .into_iter()
-            .flat_map(forms)
-            .filter(|f| f.size() < form.size()),
-    );
-    simpler
+fn simpler(item: &Item) -> Vec<Item> {
+    let even = item.effect.relations.uneven_of.map(|uneven| uneven.even);
+    let kin = [item.effect].into_iter().chain(even).flat_map(forms);
+    kin.filter(|other| other.size() < item.size()).collect()
 }
 
-/// Effects of one group are one thing in a steady state, or nearly so, and must not stand side by side.
-fn excludes(a: &Effect, b: &Effect) -> bool {
-    const SAME: [&[&str]; 7] = [
-        &["drive_gain", "encoder_scale"],
-        &[
-            "dead_zone",
-            "dead_zone_asymmetric",
-            "coulomb_friction",
-            "coulomb_asymmetric",
-            "voltage_drop",
-        ],
-        &[
-            "voltage_saturation",
-            "voltage_saturation_asymmetric",
-            "speed_saturation",
-            "current_limit",
-        ],
-        &["quadratic_drag", "supply_sag"],
-        &["voltage_offset", "constant_load", "sensor_offset"],
-        // Two widths that differ are one width and an offset.
-        &["dead_zone_asymmetric", "voltage_offset"],
-        &["dead_zone_asymmetric", "constant_load"],
-    ];
-    SAME.iter()
-        .any(|group| group.contains(&a.name) && group.contains(&b.name))
+/// The places of an even effect and of a constant in a set, and the uneven effect that the two make together.
+fn even_and_constant(set: &Set) -> Option<(usize, usize, &'static Effect)> {
+    let items = &set.hypothesis.items;
+    let place = |effect: &Effect| items.iter().position(|it| it.effect == effect);
+    LIBRARY.iter().find_map(|effect| {
+        let uneven = effect.relations.uneven_of?;
+        let constant = uneven.with.iter().find_map(|constant| place(constant))?;
+        Some((place(uneven.even)?, constant, *effect))
+    })
 }
-
-/// An even effect, a constant, and the uneven effect that the two make together.
-const UNITED: [(&str, &str, &str); 4] = [
-    ("dead_zone", "voltage_offset", "dead_zone_asymmetric"),
-    ("dead_zone", "constant_load", "dead_zone_asymmetric"),
-    ("coulomb_friction", "constant_load", "coulomb_asymmetric"),
-    ("coulomb_friction", "voltage_offset", "coulomb_asymmetric"),
-];
 
 /// What a set is: names and how many parameters are free.
-fn identity(fit: &Fit) -> Vec<(&'static str, usize)> {
-    let mut key: Vec<_> = fit.forms.iter().map(|f| (f.effect.name, f.size())).collect();
+fn identity(set: &Set) -> Vec<(&'static str, usize)> {
+    let items = set.hypothesis.items.iter();
+    let mut key: Vec<_> = items.map(|it| (it.effect.name, it.size())).collect();
     key.sort_unstable();
     key
 }

@@ -32,16 +32,8 @@ pub struct Contrast {
 
 /// The catalogue for a motor that takes `top` volts and settles in `tau` seconds.
 fn catalogue(top: f64, tau: f64) -> Vec<Protocol> {
-    let driven = |u: f64, spans: f64| Segment {
-        bridge: 1,
-        u_v: Some(rounded(u)),
-        seconds: rounded(spans * tau),
-    };
-    let open = |spans: f64| Segment {
-        bridge: 0,
-        u_v: None,
-        seconds: rounded(spans * tau),
-    };
+    let driven = |u: f64, spans: f64| Segment::driven(rounded(u), rounded(spans * tau));
+    let open = |spans: f64| Segment::open(rounded(spans * tau));
     let volts = |u: f64| format!("{} V", rounded(u));
     vec![
         Protocol {

@@ -1,44 +1,9 @@
-//! A table as the search sees it: which rows are fitted, which are held out, how fine the readings are, and whether the
-//! table excites anything.
+//! Whether a table excites anything, and what it cannot show.
 
-use super::fit::Data;
 use crate::system::log::Table;
 
 /// Different voltages that a table needs before a name can be trusted: three for a line and its noise, three for a bend.
 pub const FEWEST_VOLTAGES: usize = 6;
-/// From this many rows on, every second one is held out; below, every third.
-const HALVED_FROM: usize = 16;
-/// Share of the largest reading below which errors carry no information, whatever the file's digits say.
-const FINEST: f64 = 1e-5;
-
-/// The rows of a log, some of them held out.
-pub fn split(log: &Table, keep_all: bool) -> Data {
-    let rows = log.u_v.len();
-    let every = if rows < HALVED_FROM { 3 } else { 2 };
-    let fitted = (0..rows).map(|k| keep_all || k % every != every - 1).collect();
-    Data {
-        volts: log.u_v.clone(),
-        omega: log.omega_rad_s.clone(),
-        fitted,
-        resolution: resolution(log),
-    }
-}
-
-/// Rms of the rounding of the readings, rad/s: from the digits of the file.
-fn resolution(log: &Table) -> f64 {
-    let unit = log.speed_unit_rad_s;
-    let largest = log.omega_rad_s.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
-    let whole = |step: f64| {
-        log.omega_rad_s
-            .iter()
-            .all(|w| ((w / unit / step).round() * step - w / unit).abs() < 1e-7)
-    };
-    let step = (0..6)
-        .map(|digits| 10f64.powi(-digits))
-        .find(|step| whole(*step))
-        .unwrap_or(1e-6);
-    (step * unit / 12f64.sqrt()).max(FINEST * largest)
-}
 
 /// Why nothing can be tested, if so.
 pub fn too_poor(log: &Table) -> Option<String> {

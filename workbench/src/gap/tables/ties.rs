@@ -3,32 +3,24 @@
 use super::rivals::Replacement;
 use super::separate::{self, Contrast};
 use super::verdict::{Case, Found};
-use super::words::{self, SpeedUnit};
+use super::words::SpeedUnit;
 use crate::outcome::*;
 
 impl Case<'_> {
     /// The ties, each with the contrast that separates its first rivals.
     pub(super) fn ties(&self, found: &Found, noise: f64, unit: SpeedUnit) -> Vec<(Tie, Option<Contrast>)> {
-        let top = found
-            .problem
-            .data
-            .volts
-            .iter()
-            .fold(0.0_f64, |m, u| m.max(u.abs()));
+        let top = self.search.rows.top_v();
         let tie = |(k, tied): &(usize, Vec<Replacement>)| {
-            let name = found.fit.forms[*k].effect.name.to_string();
+            let name = found.set.hypothesis.items[*k].effect.name.to_string();
             let contrasts: Vec<(String, Contrast)> = tied
                 .iter()
                 .filter_map(|r| {
-                    let other = self.search.problem.plant(&r.fit.forms, &r.fit.x);
-                    Some((
-                        r.names.join(" + "),
-                        separate::best(&found.plant, &other, top, noise)?,
-                    ))
+                    let contrast = separate::best(&found.plant, &r.set.plant(), top, noise)?;
+                    Some((r.names().join(" + "), contrast))
                 })
                 .collect();
             let rivals = std::iter::once(vec![name])
-                .chain(tied.iter().map(|r| r.names.clone()))
+                .chain(tied.iter().map(Replacement::names))
                 .collect();
             let separated_by = separation(&contrasts, noise, unit);
             (
@@ -51,7 +43,7 @@ fn separation(contrasts: &[(String, Contrast)], noise: f64, unit: SpeedUnit) -> 
         false if c.current_a > 1e-3 => format!(
             "from {rival} by the winding current in {} (up to {} A apart, while the speeds agree)",
             c.protocol.name,
-            words::figure(c.current_a)
+            crate::report::figure(c.current_a)
         ),
         false => format!("from {rival} by nothing that speed and current show: inspect the parts themselves"),
     };

@@ -1,15 +1,15 @@
 //! From the accepted set to the one result: names, ties, rivals, uncertainties, what is left, what to measure next.
 
-use super::fit::{Fit, Problem};
+use super::fit::Set;
 use super::named::marks;
 use super::plots::Gallery;
 use super::rivals::Replacement;
-use super::search::Search;
-use super::separate::Contrast;
-use super::study::{Growth, HeldOut, Residual, grow};
+use super::sets::Search;
+use super::study::{HeldOut, Residual, grow};
 use super::table;
 use super::ties::next;
 use super::words::{self, SpeedUnit};
+use crate::gap::prediction::compared;
 use crate::outcome::*;
 use crate::system::log::Table;
 use crate::system::plant::physics::Physics;
@@ -31,8 +31,10 @@ pub struct Case<'a> {
     /// The table.
     pub log: &'a Table,
     /// The search, with the rows that were fitted.
-    pub search: &'a Search<'a>,
-    /// The rows that were not.
+    pub search: Search<'a>,
+    /// The plant of the model as given.
+    pub given: &'a Physics,
+    /// The rows that were not fitted.
     pub held_out: &'a HeldOut<'a>,
     /// True if they come from other files.
     pub separate_files: bool,
@@ -40,145 +42,90 @@ pub struct Case<'a> {
 
 /// The accepted set, fitted to the chosen rows and to all rows.
 pub(super) struct Found<'a> {
-    pub(super) growth: Growth,
+    /// The sets on the way to the chosen one, each with one effect more.
+    pub(super) growth: Vec<Set<'a>>,
     /// Fitted to the chosen rows: what the gap on the others is measured with.
-    pub(super) chosen: Fit,
-    /// Every row fitted.
-    pub(super) problem: &'a Problem<'a>,
+    pub(super) chosen: Set<'a>,
     /// Fitted to every row: what is reported.
-    pub(super) fit: Fit,
+    pub(super) set: Set<'a>,
     pub(super) covariance: Option<DMatrix<f64>>,
     pub(super) plant: Physics,
-    pub(super) ties: Vec<(usize, Vec<Replacement>)>,
-    pub(super) losers: Vec<(usize, Replacement)>,
+    pub(super) ties: Vec<(usize, Vec<Replacement<'a>>)>,
+    pub(super) losers: Vec<(usize, Replacement<'a>)>,
 }
 
 /// The result when nothing could be tested.
 pub fn insufficient(log: &Table, reason: String) -> Outcome {
     let unit = SpeedUnit::of(log.speed_unit_rad_s);
     Outcome {
-        schema: "truing-gap/1",
-        verdict: Verdict::InsufficientExcitation,
-        effects: vec![],
-        ties: vec![],
-        closest_known: vec![],
-        holdout: HoldOut {
-            signal: unit.column.into(),
-            rmse_before: f64::NAN,
-            rmse_after: f64::NAN,
-            noise_floor: f64::NAN,
-            fit_percent_before: f64::NAN,
-            fit_percent_after: f64::NAN,
-        },
-        final_records: None,
-        within_tolerance: vec![],
-        places: vec![],
-        unexplained: Unexplained {
-            share_of_gap: 0.0,
-            structure: "none".into(),
-        },
         next_experiment: Some(Experiment {
             why: reason.clone(),
             profile: vec![],
         }),
-        runtime_s: 0.0,
         notes: vec![reason],
-        steps: vec![],
-        rivals: vec![],
-        plots: vec![],
-        gap_unit: unit.name.into(),
+        ..Outcome::untested(unit.column, f64::NAN, unit.name)
     }
 }
 
 impl Case<'_> {
     /// The result for an accepted set.
-    pub fn outcome(&self, accepted: &Fit) -> Outcome {
-        let whole = self.search.problem.data.whole();
-        let problem = Problem {
-            data: &whole,
-            ..*self.search.problem
+    pub fn outcome(&self, accepted: &Set) -> Outcome {
+        let whole = self.search.rows.whole();
+        let everything = Search {
+            rows: &whole,
+            ..self.search
         };
-        let found = self.found(accepted, &problem);
+        let found = self.found(accepted, everything);
         let residual = Residual::of(&whole, &found.plant);
         let unit = SpeedUnit::of(self.log.speed_unit_rad_s);
         let ties = self.ties(&found, residual.noise(), unit);
-        let unexplained = self.unexplained(&found, &residual);
+        let unexplained = self.unexplained(&residual);
         let effects = self.effects(&found, unit);
         let marks = marks(&effects);
         let gallery = Gallery {
-            data: self.search.problem.data,
-            given: self.search.problem.base,
+            data: self.search.rows,
+            given: self.given,
             extended: &found.plant,
             unit,
             noise: residual.noise(),
             marks: marks.clone(),
         };
+        let left = unexplained.structure != "none";
+        let verdict = Verdict::of(left, !ties.is_empty(), !effects.is_empty());
         Outcome {
-            final_records: None,
-            schema: "truing-gap/1",
-            verdict: verdict(&unexplained, &ties, &effects),
-            closest_known: vec![],
-            holdout: self.holdout(&found, &residual, unit),
             within_tolerance: self.within_tolerance(&found),
             places: self.places(&marks),
             unexplained,
             next_experiment: next(&ties),
-            runtime_s: 0.0,
             notes: self.notes(),
             steps: self.steps(&found, unit),
             rivals: self.rivals(&found, unit),
             plots: gallery.plots(),
-            gap_unit: unit.name.into(),
             ties: ties.into_iter().map(|t| t.0).collect(),
             effects,
+            ..Outcome::new(verdict, self.holdout(&found, &residual, unit), unit.name)
         }
     }
 
-    fn found<'b>(&self, accepted: &Fit, problem: &'b Problem<'b>) -> Found<'b> {
-        let growth = grow(self.search, accepted);
-        let chosen = growth.sets.last().unwrap_or(accepted).clone();
-        let fit = problem
-            .best(&chosen.forms, std::slice::from_ref(&chosen.x))
-            .unwrap_or_else(|| chosen.clone());
+    fn found<'b>(&'b self, accepted: &Set<'b>, everything: Search<'b>) -> Found<'b> {
+        let growth = grow(&self.search, accepted);
+        let chosen = growth.last().unwrap_or(accepted).clone();
+        let set = everything.again(&chosen).unwrap_or_else(|| chosen.clone());
         let inflation = self.search.inflation(&chosen);
-        let covariance = problem.covariance(&fit).map(|c| c * inflation);
-        let plant = problem.plant(&fit.forms, &fit.x);
         let mut found = Found {
             growth,
+            covariance: set.covariance().map(|c| c * inflation),
+            plant: set.plant(),
             chosen,
-            problem,
-            fit,
-            covariance,
-            plant,
+            set,
             ties: vec![],
             losers: vec![],
         };
-        self.compare(&mut found, inflation);
-        found
-    }
-
-    /// Parts the replacements of every effect into ties and losers, with every row: what they cannot tell is a tie.
-    fn compare(&self, found: &mut Found, inflation: f64) {
         // Half of a long table tells as much; every row of a short one counts.
-        let long = found.problem.data.volts.len() > LONG;
-        let problem = if long { self.search.problem } else { found.problem };
-        let fit = if long {
-            found.chosen.clone()
-        } else {
-            found.fit.clone()
-        };
-        let search = Search {
-            problem,
-            offer: self.search.offer,
-        };
-        for k in 0..fit.forms.len() {
-            let all = search.replacements(&fit, k);
-            let (tied, lost): (Vec<_>, Vec<_>) = all.into_iter().partition(|r| r.ties(inflation));
-            if !tied.is_empty() {
-                found.ties.push((k, tied));
-            }
-            found.losers.extend(lost.into_iter().take(LOSERS).map(|r| (k, r)));
-        }
+        let long = self.search.rows.volts.len() > LONG;
+        let search = if long { self.search } else { everything };
+        compare(&search, &mut found, long, inflation);
+        found
     }
 
     pub(super) fn display(&self, unit: SpeedUnit, omega: f64) -> f64 {
@@ -186,51 +133,34 @@ impl Case<'_> {
     }
 
     pub(super) fn steps(&self, found: &Found, unit: SpeedUnit) -> Vec<Step> {
-        let problem = self.search.problem;
-        let gap = |plant: &Physics| self.display(unit, self.held_out.rms(plant));
-        let mut steps = vec![Step {
-            label: "model as given".into(),
-            gap: gap(problem.base),
-        }];
-        for set in &found.growth.sets {
-            let label = set
-                .forms
-                .last()
-                .map_or(String::new(), |f| format!("+ {}", f.effect.name));
-            steps.push(Step {
-                label,
-                gap: gap(&problem.plant(&set.forms, &set.x)),
-            });
-        }
-        if found.growth.sets.is_empty() && found.chosen.shifts().iter().any(|s| *s != 0.0) {
-            let plant = problem.plant(&[], &found.chosen.x);
-            steps.push(Step {
-                label: "base within its tolerance".into(),
-                gap: gap(&plant),
-            });
+        let step = |label: String, plant: &Physics| Step {
+            label,
+            gap: self.held_out.predicted(plant, unit).gap(),
+        };
+        let mut steps = vec![step("model as given".into(), self.given)];
+        steps.extend(found.growth.iter().map(|set| {
+            let newest = set.hypothesis.items.last();
+            let label = newest.map_or(String::new(), |it| format!("+ {}", it.effect.name));
+            step(label, &set.plant())
+        }));
+        if found.growth.is_empty() && found.chosen.fit.x.iter().any(|shift| *shift != 0.0) {
+            steps.push(step("base within its tolerance".into(), &found.chosen.plant()));
         }
         steps
     }
 
     fn holdout(&self, found: &Found, residual: &Residual, unit: SpeedUnit) -> HoldOut {
-        let problem = self.search.problem;
-        let extended = problem.plant(&found.chosen.forms, &found.chosen.x);
-        HoldOut {
-            signal: unit.column.into(),
-            rmse_before: self.display(unit, self.held_out.rms(problem.base)),
-            rmse_after: self.display(unit, self.held_out.rms(&extended)),
-            noise_floor: self.display(unit, residual.noise()),
-            fit_percent_before: self.held_out.fit_percent(problem.base),
-            fit_percent_after: self.held_out.fit_percent(&extended),
-        }
+        let (before, after) = (self.given, &found.chosen.plant());
+        let predicted = |plant| self.held_out.predicted(plant, unit);
+        let noise = self.display(unit, residual.noise());
+        compared(unit.column, noise, &predicted(before), &predicted(after))
     }
 
     fn places(&self, marks: &[(f64, String)]) -> Vec<Where> {
-        let whole = self.search.problem.data.whole();
-        let residual = Residual::of(&whole, self.search.problem.base);
-        let largest = whole.volts.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+        let residual = Residual::of(self.search.rows, self.given);
         let positions: Vec<f64> = marks.iter().map(|m| m.0).collect();
-        let shares = words::shares(&residual, &words::regions(&positions, largest));
+        let regions = words::regions(&positions, self.search.rows.top_v());
+        let shares = words::shares(&residual, &regions);
         shares
             .into_iter()
             .map(|(region, share_of_squared_error)| Where {
@@ -240,11 +170,9 @@ impl Case<'_> {
             .collect()
     }
 
-    fn unexplained(&self, found: &Found, residual: &Residual) -> Unexplained {
+    fn unexplained(&self, residual: &Residual) -> Unexplained {
         let noise = residual.noise().powi(2);
-        let first = Residual::of(found.problem.data, self.search.problem.base)
-            .rms()
-            .powi(2);
+        let first = Residual::of(self.search.rows, self.given).rms().powi(2);
         let left = (residual.rms().powi(2) - noise).max(0.0);
         let share = left / (first - noise).max(left).max(f64::MIN_POSITIVE);
         let structured = share > SHARE_LEFT && residual.likeness() > ALIKE && left > ABOVE_NOISE * noise;
@@ -260,14 +188,12 @@ impl Case<'_> {
     }
 
     /// Held-out gap of a set.
-    pub(super) fn gap(&self, fit: &Fit, unit: SpeedUnit) -> f64 {
-        let plant = self.search.problem.plant(&fit.forms, &fit.x);
-        self.display(unit, self.held_out.rms(&plant))
+    pub(super) fn gap(&self, set: &Set, unit: SpeedUnit) -> f64 {
+        self.held_out.predicted(&set.plant(), unit).gap()
     }
 
     fn notes(&self) -> Vec<String> {
-        let data = self.search.problem.data;
-        let (rows, fitted) = (data.volts.len(), data.rows());
+        let (rows, fitted) = (self.search.rows.volts.len(), self.search.rows.count());
         let mut notes = vec![match self.separate_files {
             true => format!("All {rows} rows were fitted; the gap is that of the separate files."),
             false => format!(
@@ -284,16 +210,17 @@ impl Case<'_> {
     }
 }
 
-fn verdict(unexplained: &Unexplained, ties: &[(Tie, Option<Contrast>)], effects: &[NamedEffect]) -> Verdict {
-    match (
-        unexplained.structure != "none",
-        ties.is_empty(),
-        effects.is_empty(),
-    ) {
-        (true, _, _) => Verdict::Unexplained,
-        (_, false, _) => Verdict::Tie,
-        (_, _, false) => Verdict::Named,
-        _ => Verdict::NothingMissing,
+/// Parts the replacements of every effect into ties and losers: what the rows of the search cannot tell is a tie.
+fn compare<'a>(search: &Search<'a>, found: &mut Found<'a>, long: bool, inflation: f64) {
+    let set = if long { &found.chosen } else { &found.set };
+    for k in 0..set.hypothesis.items.len() {
+        let all = search.replacements(set, k);
+        let (tied, lost): (Vec<_>, Vec<_>) = all.into_iter().partition(|r| r.ties(inflation));
+        if !tied.is_empty() {
+            found.ties.push((k, tied));
+        }
+        let lost = lost.into_iter().take(LOSERS);
+        found.losers.extend(lost.map(|replacement| (k, replacement)));
     }
 }
 

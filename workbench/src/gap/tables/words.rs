@@ -1,6 +1,8 @@
 //! The evidence for each name as a sentence, and the figures that follow from its parameters.
 
 use super::study::Residual;
+use crate::report::figure;
+use crate::system::effects::Shape;
 use crate::system::plant::physics::Physics;
 use std::f64::consts::TAU;
 
@@ -38,28 +40,17 @@ impl SpeedUnit {
     }
 }
 
-/// Four significant digits.
-pub fn figure(x: f64) -> String {
-    crate::report::figure(x)
-}
-
 /// A figure that follows from the parameters: its key, unit, and how it is read from the plant.
 pub type Derived = (&'static str, &'static str, fn(&Physics) -> f64);
 
-/// The figures that follow from an effect's parameters.
-pub fn derived(name: &str) -> Vec<Derived> {
-    match name {
-        "voltage_saturation" | "voltage_saturation_asymmetric" | "current_limit" | "speed_saturation" => {
-            vec![("knee_command_v", "V", knee), ("level_rad_s", "rad/s", level)]
-        }
-        "dead_zone" | "dead_zone_asymmetric" | "coulomb_friction" | "coulomb_asymmetric" | "voltage_drop" => {
-            vec![("stops_above_v", "V", edge_pos), ("stops_below_v", "V", edge_neg)]
-        }
-        "voltage_offset" | "constant_load" | "sensor_offset" => vec![("zero_speed_at_v", "V", zero_crossing)],
-        "drive_gain" | "encoder_scale" | "motor_gain" | "resistance" | "viscous_friction" => {
-            vec![("slope_rad_s_per_v", "rad/s/V", slope)]
-        }
-        _ => vec![],
+/// The figures that follow from the parameters of an effect of this shape.
+pub fn derived(shape: Shape) -> Vec<Derived> {
+    match shape {
+        Shape::Limit => vec![("knee_command_v", "V", knee), ("level_rad_s", "rad/s", level)],
+        Shape::Edges => vec![("stops_above_v", "V", edge_pos), ("stops_below_v", "V", edge_neg)],
+        Shape::ZeroCrossing => vec![("zero_speed_at_v", "V", zero_crossing)],
+        Shape::Slope => vec![("slope_rad_s_per_v", "rad/s/V", slope)],
+        Shape::Told(_) => vec![],
     }
 }
 
@@ -155,36 +146,42 @@ fn solve(f: impl Fn(f64) -> f64, plant: &Physics) -> f64 {
     0.5 * (low + high)
 }
 
-/// What the table shows of an effect.
-pub fn evidence(name: &str, plant: &Physics, given: &Physics, unit: SpeedUnit) -> String {
-    let per_volt = |w: f64| format!("{} {}/V", figure(w / unit.rad_s), unit.name);
-    match name {
-        "drive_gain" | "encoder_scale" | "motor_gain" | "resistance" | "viscous_friction" => format!(
-            "below any limit the table rises by {}, the model as given by {}: a factor of {}",
-            per_volt(slope(plant)),
-            per_volt(slope(given)),
-            figure(slope(plant) / slope(given))
+/// What the table shows of an effect of this shape.
+pub fn evidence(shape: Shape, plant: &Physics, given: &Physics, unit: SpeedUnit) -> String {
+    match shape {
+        Shape::Slope => slopes(plant, given, unit),
+        Shape::Limit if plant.limit_softness > 1e-3 => {
+            format!(
+                "the speed rises ever less and tends to {}",
+                unit.text(level(plant))
+            )
+        }
+        Shape::Limit => format!(
+            "the speed stays at {} from {} V on",
+            unit.text(level(plant)),
+            figure(knee(plant))
         ),
-        "voltage_saturation" | "voltage_saturation_asymmetric" | "current_limit" | "speed_saturation" if plant.limit_softness > 1e-3 => {
-            format!("the speed rises ever less and tends to {}", unit.text(level(plant)))
-        }
-        "voltage_saturation" | "voltage_saturation_asymmetric" | "current_limit" | "speed_saturation" => {
-            format!("the speed stays at {} from {} V on", unit.text(level(plant)), figure(knee(plant)))
-        }
-        "dead_zone" | "dead_zone_asymmetric" | "coulomb_friction" | "coulomb_asymmetric" | "voltage_drop" => {
-            format!("no motion between {} V and {} V", figure(edge_neg(plant)), figure(edge_pos(plant)))
-        }
-        "voltage_offset" | "constant_load" | "sensor_offset" => {
-            format!("the straight part of the curve meets zero speed at {} V", figure(zero_crossing(plant)))
-        }
-        "stribeck_friction" => {
-            "it takes more voltage to start the motor than to keep it turning: the rows depend on the rows before".into()
-        }
-        "viscous_asymmetric" => "the slope differs between the directions".into(),
-        "quadratic_drag" | "supply_sag" => "the curve bends downwards as the speed grows".into(),
-        "sensor_rectified" => "the reading is positive in both directions".into(),
-        _ => crate::system::effects::find(name).map_or(String::new(), |e| e.summary.to_string()),
+        Shape::Edges => format!(
+            "no motion between {} V and {} V",
+            figure(edge_neg(plant)),
+            figure(edge_pos(plant))
+        ),
+        Shape::ZeroCrossing => format!(
+            "the straight part of the curve meets zero speed at {} V",
+            figure(zero_crossing(plant))
+        ),
+        Shape::Told(sentence) => sentence.into(),
     }
+}
+
+fn slopes(plant: &Physics, given: &Physics, unit: SpeedUnit) -> String {
+    let per_volt = |w: f64| format!("{} {}/V", figure(w / unit.rad_s), unit.name);
+    format!(
+        "below any limit the table rises by {}, the model as given by {}: a factor of {}",
+        per_volt(slope(plant)),
+        per_volt(slope(given)),
+        figure(slope(plant) / slope(given))
+    )
 }
 
 /// Regions of the voltage axis that the found edges and knees part, as (label, from, to) in |u|; thirds where there are none.

@@ -1,6 +1,7 @@
 //! Random linear motors: the base of a case, and what its model file claims.
 
 use crate::synthetic::reference_plant::Motor;
+use crate::system::effects::{self, Effect};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -84,18 +85,18 @@ impl Claim {
     }
 
     /// Off by N(0, tolerance), cut at 2 tolerances; a parameter whose error is the hidden effect keeps its value.
-    pub fn with_errors(mut self, rng: &mut ChaCha8Rng, tolerance: f64, hidden: &[&str]) -> Self {
-        let mut off = |value: &mut f64, effect: &str| {
+    pub fn with_errors(mut self, rng: &mut ChaCha8Rng, tolerance: f64, hidden: &[&Effect]) -> Self {
+        let mut off = |value: &mut f64, effect: Option<&Effect>| {
             let z = std::iter::repeat_with(|| StandardNormal.sample(rng)).find(|z: &f64| z.abs() <= 2.0);
-            if !hidden.contains(&effect) {
+            if effect.is_none_or(|effect| !hidden.contains(&effect)) {
                 *value *= 1.0 + tolerance * z.unwrap_or(0.0);
             }
         };
-        off(&mut self.R_ohm, "resistance");
-        off(&mut self.L_h, "");
-        off(&mut self.K_nm_per_a, "motor_gain");
-        off(&mut self.J_kgm2, "inertia");
-        off(&mut self.b_nms_per_rad, "viscous_friction");
+        off(&mut self.R_ohm, Some(&effects::RESISTANCE));
+        off(&mut self.L_h, None);
+        off(&mut self.K_nm_per_a, Some(&effects::MOTOR_GAIN));
+        off(&mut self.J_kgm2, Some(&effects::INERTIA));
+        off(&mut self.b_nms_per_rad, Some(&effects::VISCOUS_FRICTION));
         self
     }
 }

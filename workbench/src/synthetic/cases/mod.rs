@@ -16,8 +16,9 @@ pub mod sensing;
 pub mod sheet;
 
 use crate::outcome::Segment;
+use crate::system::effects::Effect;
 use base::{Claim, Natural};
-use hidden::{Hidden, KINDS, Subject};
+use hidden::{Hidden, Subject};
 use outside::{OUTSIDERS, Outsider};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,6 +41,18 @@ pub enum Set {
     Triple,
     /// One effect that the library does not hold, plainly visible.
     Outside,
+}
+
+impl Set {
+    /// Number of effects of the library that hide.
+    fn effects(self) -> usize {
+        match self {
+            Self::Nothing | Self::Outside => 0,
+            Self::Single => 1,
+            Self::Pair => 2,
+            Self::Triple => 3,
+        }
+    }
 }
 
 /// What to draw.
@@ -193,7 +206,7 @@ pub fn draw(spec: &Spec, seed: u32) -> Case {
 /// One try: the case, and whether everything hidden is visible enough.
 fn attempt(spec: &Spec, seed: u32, rng: &mut ChaCha8Rng) -> (bool, Case) {
     let (motor, natural) = base::draw(rng);
-    let hidden = choose(spec, rng, &natural);
+    let hidden = hidden::choose(spec.set.effects(), rng, &natural);
     let outsider = (spec.set == Set::Outside).then(|| &OUTSIDERS[rng.random_range(0..OUTSIDERS.len())]);
     let draft = Draft {
         natural,
@@ -222,45 +235,6 @@ fn attempt(spec: &Spec, seed: u32, rng: &mut ChaCha8Rng) -> (bool, Case) {
         Set::Outside => draft.visibilities(&sensors, &[&log, &holdout], &[None])[0] >= PLAIN,
     };
     (enough, case)
-}
-
-/// Pairs that are one effect under another name, exactly: an offset moves both edges of a dead zone, a constant torque
-/// adds to friction in one direction and subtracts in the other, and uneven viscous friction holds a wrong even one.
-const SAME_TOGETHER: [[&str; 2]; 5] = [
-    ["dead_zone", "voltage_offset"],
-    ["dead_zone_asymmetric", "voltage_offset"],
-    ["coulomb_friction", "constant_load"],
-    ["coulomb_asymmetric", "constant_load"],
-    ["viscous_asymmetric", "viscous_friction"],
-];
-
-fn same_together(a: &str, b: &str) -> bool {
-    SAME_TOGETHER
-        .iter()
-        .any(|pair| pair.contains(&a) && pair.contains(&b) && a != b)
-}
-
-/// Chooses what hides. Effects of one group never hide together.
-fn choose(spec: &Spec, rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<Hidden> {
-    let number = match spec.set {
-        Set::Nothing | Set::Outside => 0,
-        Set::Single => 1,
-        Set::Pair => 2,
-        Set::Triple => 3,
-    };
-    let mut hidden: Vec<Hidden> = Vec::new();
-    while hidden.len() < number {
-        let kind = KINDS[rng.random_range(0..KINDS.len())];
-        let values = (kind.draw)(rng, natural);
-        let shape = rng.random_bool(0.5).then(|| rng.random_range(0.0..1.0));
-        let apart =
-            |other: &Hidden| other.kind.group != kind.group && !same_together(other.kind.name, kind.name);
-        if hidden.iter().all(apart) {
-            let shape = if kind.has_other_form { shape } else { None };
-            hidden.push(Hidden { kind, values, shape });
-        }
-    }
-    hidden
 }
 
 /// A case before it is simulated.
@@ -336,9 +310,9 @@ impl Draft {
             }
             sheet.unwrap_or_default()
         });
-        let names: Vec<&str> = self.hidden.iter().map(|effect| effect.kind.name).collect();
+        let hidden: Vec<&Effect> = self.hidden.iter().map(|hidden| hidden.kind.effect).collect();
         let base = Claim::true_values(&self.motor);
-        let claimed = base.with_errors(rng, self.natural.tolerance, &names);
+        let claimed = base.with_errors(rng, self.natural.tolerance, &hidden);
         let holdout = std::mem::take(&mut records[1]);
         let answer = Answer {
             schema: "truing-answer/1",
@@ -376,7 +350,7 @@ impl Draft {
         let effects = self.hidden.iter().zip(visibilities);
         effects
             .map(|(effect, visibility)| HiddenEffect {
-                name: effect.kind.name,
+                name: effect.kind.effect.name,
                 parameters: effect
                     .kind
                     .parameters

@@ -4,7 +4,7 @@
 use super::base::Natural;
 use super::base::log_range;
 use super::hidden::Subject;
-use crate::synthetic::reference_plant::{Decay, Friction, Oddity};
+use crate::synthetic::reference_plant::{Decay, Friction, Law, Oddity};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -59,18 +59,14 @@ pub static OUTSIDERS: &[Outsider] = &[
         },
     },
     Outsider {
-        name: "cubic_spring",
-        what: "progressive return spring",
+        name: "preloaded_spring",
+        what: "springs against each other that push back to rest from either side with a constant torque",
         put: |_, s, n, subject| {
-            let theta0_rad = 5.0 * n.speed * n.tau;
-            let stiffness = between(s, 0.1, 1.0) * n.torque / theta0_rad;
-            odd(
-                subject,
-                Oddity::CubicSpring {
-                    stiffness,
-                    theta0_rad,
-                },
-            );
+            let preload_nm = between(s, 0.05, 0.3) * n.torque;
+            subject.motor.load.law = Some(Law {
+                torque: |p, theta| -p[0] * (theta / p[1]).tanh(),
+                parameters: vec![preload_nm, 0.3 * n.speed * n.tau],
+            });
         },
     },
     Outsider {

@@ -48,6 +48,9 @@ impl Motor {
             let angle = std::f64::consts::TAU * load.periodic_hz * t + load.periodic_phase;
             torque += load.periodic_nm * angle.sin();
         }
+        if let Some(law) = &load.law {
+            torque += (law.torque)(&law.parameters, theta);
+        }
         torque
             + load
                 .oddity
@@ -60,10 +63,6 @@ impl Motor {
                 -self.viscous[usize::from(omega < 0.0)] * rate_per_s * t * omega
             }
             Oddity::CommutationRipple { .. } | Oddity::CrankInertia { .. } => 0.0,
-            Oddity::CubicSpring {
-                stiffness,
-                theta0_rad,
-            } => -stiffness * theta * (theta / theta0_rad).powi(2),
             Oddity::SweepingLoad {
                 amplitude_nm,
                 start_hz,

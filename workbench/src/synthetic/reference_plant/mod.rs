@@ -29,6 +29,6 @@ mod switching;
 
 pub use drive::{Command, Decay, Drive, Knee};
 pub use friction::{Bristle, Friction};
-pub use motor::{Load, Motor, Oddity, Split, Thermal, Train};
+pub use motor::{Law, Load, Motor, Oddity, Split, Thermal, Train};
 pub use sensors::{Converter, Encoder, Tacho};
 pub use simulator::{Reading, Simulator};

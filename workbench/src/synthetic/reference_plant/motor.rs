@@ -99,8 +99,25 @@ pub struct Load {
     pub noise_nm: f64,
     /// Its correlation time, s.
     pub noise_s: f64,
+    /// A torque whose equation a hidden case brings along.
+    pub law: Option<Law>,
     /// Something that no list of ordinary effects holds.
     pub oddity: Option<Oddity>,
+}
+
+/// A torque that depends on the angle, with the equation of the hidden case that puts it into the motor. It has to be smooth.
+#[derive(Clone, Debug)]
+pub struct Law {
+    /// Torque from the parameters and the angle of the body that carries the load, N m.
+    pub torque: fn(&[f64], f64) -> f64,
+    /// Its parameters.
+    pub parameters: Vec<f64>,
+}
+
+impl PartialEq for Law {
+    fn eq(&self, other: &Self) -> bool {
+        std::ptr::fn_addr_eq(self.torque, other.torque) && self.parameters == other.parameters
+    }
 }
 
 /// Torques and changes that an ordinary motor model has no name for. Each is smooth inside a step.
@@ -117,13 +134,6 @@ pub enum Oddity {
         amplitude: f64,
         /// Periods per turn.
         periods: f64,
-    },
-    /// Progressive return spring: −k θ³ / θ₀².
-    CubicSpring {
-        /// Stiffness at θ₀, N m/rad.
-        stiffness: f64,
-        /// Reference angle, rad.
-        theta0_rad: f64,
     },
     /// A periodic torque whose frequency sweeps: A sin(2π (f t + s t²/2)).
     SweepingLoad {

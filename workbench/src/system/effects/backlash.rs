@@ -1,19 +1,19 @@
 //! Free play between motor and load. `load_share` 0 is the massless play operator; above it the load's inertia
 //! moves freely inside the gap and is caught at its ends: inelastically, or within `contact_s` by teeth that give way.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// A contact shorter than this part of the time constant is inelastic.
 const SHORTEST: f64 = 2e-3;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static BACKLASH: Effect = Effect {
     name: "backlash",
     summary: "free play between motor and load",
     equation: "θ_load stays within θ_motor ± gap/2; contact is inelastic, or k·x + c·ẋ at penetration x with k = Jᵣ/contact_s², c = 2·contact_damping·Jᵣ/contact_s, Jᵣ = J·share·(1 − share)",
     source: "Nordin, Gutman: Controlling mechanical systems with backlash, a survey, Automatica 38(10), 2002",
     signature: "residual only after reversals",
-    confusable_with: &["transport_delay", "dead_zone", "flexible_coupling"],
+    confusable_with: &[&TRANSPORT_DELAY, &DEAD_ZONE, &FLEXIBLE_COUPLING],
     separated_by: "square reversals with small amplitude",
     parameters: &[
         Parameter::new("gap_rad", "rad", Scale::Angle, 0.0, 3.0),
@@ -97,8 +97,11 @@ pub const EFFECT: Effect = Effect {
         &[0.12, 0.2, 0.25, 0.25],
     ),
     axis: Axis::Any,
-    family: Family::Own("coupling"),
+    family: Family::Coupling,
     form: Form::Rich,
+    offered: Offered::Records(InTables::Counts),
+    relations: Relations::NONE,
+    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.gap_rad += p[0];
         plant.load_share = plant.load_share.max(p[1]);

@@ -1,39 +1,51 @@
 //! A base parameter of the model that is wrong by more than its tolerance allows. As a candidate it is freed from
 //! its prior.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// The resistance is not what the model says.
-pub const RESISTANCE: Effect = Effect {
+pub static RESISTANCE: Effect = Effect {
     name: "resistance",
     summary: "the resistance is not what the model says",
     equation: "R = ratio·R_model",
     source: "Krishnan: Electric Motor Drives, 2001",
     signature: "missing torque follows the current",
-    confusable_with: &["inertia", "motor_gain", "supply_sag", "drive_gain"],
+    confusable_with: &[&INERTIA, &MOTOR_GAIN, &SUPPLY_SAG, &DRIVE_GAIN],
     separated_by: "log the current",
-    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.1, 10.0)],
+    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.1, 10.0).meaning(Meaning::Ratio)],
     starts: Starts::Grid(&[&[0.5], &[0.7], &[0.85], &[1.15], &[1.4], &[2.0]]),
     axis: Axis::Winding,
-    family: Family::Own("resistance"),
+    family: Family::Own,
     form: Form::Absorbed,
+    offered: Offered::Both(Steady::new(Role::Rival, Shape::Slope)),
+    relations: Relations {
+        multiplies: Some(Multiplies::base("R_ohm")),
+        ..Relations::NONE
+    },
+    on_chip: OnChip::Known,
     apply: |p, plant| plant.resistance *= p[0],
 };
 
 /// The motor constant is not what the model says (Kt and Ke together).
-pub const MOTOR_GAIN: Effect = Effect {
+pub static MOTOR_GAIN: Effect = Effect {
     name: "motor_gain",
     summary: "the motor constant is not what the model says (Kt and Ke together)",
     equation: "Kt = ratio·Kt_model, Ke = ratio·Ke_model",
     source: "Krishnan: Electric Motor Drives, 2001",
     signature: "gain and time constant move oppositely",
-    confusable_with: &["drive_gain", "viscous_friction", "resistance"],
+    confusable_with: &[&DRIVE_GAIN, &VISCOUS_FRICTION, &RESISTANCE],
     separated_by: "square reversals and coast-downs; log the current",
-    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.1, 10.0)],
+    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.1, 10.0).meaning(Meaning::Ratio)],
     starts: Starts::Grid(&[&[0.5], &[0.7], &[0.85], &[1.15], &[1.4], &[2.0]]),
     axis: Axis::Winding,
-    family: Family::Own("motor_gain"),
+    family: Family::Own,
     form: Form::Absorbed,
+    offered: Offered::Both(Steady::new(Role::Rival, Shape::Slope)),
+    relations: Relations {
+        multiplies: Some(Multiplies::base("Kt_nm_per_a")),
+        ..Relations::NONE
+    },
+    on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.kt *= p[0];
         plant.ke *= p[0];
@@ -41,35 +53,50 @@ pub const MOTOR_GAIN: Effect = Effect {
 };
 
 /// The inertia is not what the model says.
-pub const INERTIA: Effect = Effect {
+pub static INERTIA: Effect = Effect {
     name: "inertia",
     summary: "the inertia is not what the model says",
     equation: "J = ratio·J_model",
     source: "Krishnan: Electric Motor Drives, 2001",
     signature: "residual follows the acceleration",
-    confusable_with: &["resistance", "transport_delay", "actuator_lag"],
+    confusable_with: &[&RESISTANCE, &TRANSPORT_DELAY, &ACTUATOR_LAG],
     separated_by: "coast-downs against driven accelerations; log the current",
-    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.1, 10.0)],
+    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.1, 10.0).meaning(Meaning::Ratio)],
     starts: Starts::Grid(&[&[0.5], &[0.7], &[0.85], &[1.15], &[1.4], &[2.0]]),
     axis: Axis::Any,
-    family: Family::Own("inertia"),
+    family: Family::Own,
     form: Form::Absorbed,
+    offered: Offered::Records(InTables::Counts),
+    relations: Relations {
+        multiplies: Some(Multiplies::Base {
+            key: "J_kgm2",
+            linear_key: "mass_kg",
+        }),
+        ..Relations::NONE
+    },
+    on_chip: OnChip::Known,
     apply: |p, plant| plant.inertia *= p[0],
 };
 
 /// The viscous friction is not what the model says.
-pub const VISCOUS: Effect = Effect {
+pub static VISCOUS_FRICTION: Effect = Effect {
     name: "viscous_friction",
     summary: "the viscous friction is not what the model says",
     equation: "b = ratio·b_model",
     source: "Krishnan: Electric Motor Drives, 2001",
     signature: "missing torque linear in speed",
-    confusable_with: &["motor_gain", "quadratic_drag", "coulomb_friction"],
+    confusable_with: &[&MOTOR_GAIN, &QUADRATIC_DRAG, &COULOMB_FRICTION],
     separated_by: "square reversals and coast-downs",
-    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.01, 50.0)],
+    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.01, 50.0).meaning(Meaning::Ratio)],
     starts: Starts::Grid(&[&[0.1], &[0.5], &[2.0], &[5.0], &[15.0]]),
     axis: Axis::Any,
     family: Family::Viscous,
     form: Form::Absorbed,
+    offered: Offered::Both(Steady::new(Role::Rival, Shape::Slope).needs(Needs::Winding)),
+    relations: Relations {
+        multiplies: Some(Multiplies::base("b_nms_per_rad")),
+        ..Relations::NONE
+    },
+    on_chip: OnChip::Known,
     apply: |p, plant| plant.viscous *= p[0],
 };

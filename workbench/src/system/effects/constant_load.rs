@@ -1,22 +1,25 @@
 //! A constant external torque; positive drives the speed upwards.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 use crate::system::plant::physics::{Acts, Motion, TorqueLaw};
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static CONSTANT_LOAD: Effect = Effect {
     name: "constant_load",
     summary: "a constant external torque",
     equation: "T = +torque",
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994",
     signature: "constant missing torque, also while the bridge is open",
-    confusable_with: &["voltage_offset", "coulomb_asymmetric", "gravity"],
+    confusable_with: &[&VOLTAGE_OFFSET, &COULOMB_ASYMMETRIC, &GRAVITY],
     separated_by: "coast-downs in both directions",
     parameters: &[Parameter::new("torque_nm", "N m", Scale::Torque, -0.8, 0.8)],
     starts: Starts::Grid(&[&[-0.1], &[-0.02], &[0.02], &[0.1]]),
     axis: Axis::Any,
-    family: Family::Own("constant_load"),
+    family: Family::Own,
     form: Form::Plain,
+    offered: Offered::Both(Steady::new(Role::Representative, Shape::ZeroCrossing)),
+    relations: Relations::NONE,
+    on_chip: OnChip::Known,
     apply: |p, plant| {
         let parameters = [p[0], 0.0, 0.0];
         plant.torques.push(TorqueLaw {

@@ -1,15 +1,15 @@
 //! Constant friction that differs between the two directions.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static COULOMB_ASYMMETRIC: Effect = Effect {
     name: "coulomb_asymmetric",
     summary: "constant friction, different in the two directions",
     equation: "T = −pos for ω > 0, +neg for ω < 0",
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994; measured: Janot, Gautier, Brunot, EMPS reference models, 2019",
     signature: "as coulomb_friction, with different heights for the two directions; equals coulomb_friction with constant_load while it slides",
-    confusable_with: &["constant_load", "coulomb_friction", "voltage_offset"],
+    confusable_with: &[&CONSTANT_LOAD, &COULOMB_FRICTION, &VOLTAGE_OFFSET],
     separated_by: "rest: friction holds the axis, a constant load moves it",
     parameters: &[
         Parameter::new("pos_nm", "N m", Scale::Torque, 0.0, 0.8),
@@ -25,6 +25,16 @@ pub const EFFECT: Effect = Effect {
     axis: Axis::Any,
     family: Family::DryFriction,
     form: Form::Rich,
+    offered: Offered::Both(Steady::new(Role::Rival, Shape::Edges).needs(Needs::Reversal)),
+    relations: Relations {
+        inseparable_from: &[&CONSTANT_LOAD],
+        uneven_of: Some(Uneven {
+            even: &COULOMB_FRICTION,
+            with: &SHIFTS,
+        }),
+        ..Relations::NONE
+    },
+    on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.friction_pos += p[0];
         plant.friction_neg += p[1];

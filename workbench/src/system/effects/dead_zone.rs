@@ -1,16 +1,16 @@
 //! Dead zone of the input: small commands move nothing. Its corners may be rounded (`softness_v`), as dither and
 //! switching ripple do.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// Equal on both sides.
-pub const SYMMETRIC: Effect = Effect {
+pub static DEAD_ZONE: Effect = Effect {
     name: "dead_zone",
     summary: "small inputs have no effect, equally in both directions",
     equation: "v = u − w for u > w, u + w for u < −w, else 0",
     source: "Tao, Kokotović: Adaptive Control of Systems with Actuator and Sensor Nonlinearities, 1996",
     signature: "missing torque −sign(u)·Kt·w/R outside the zone, Kt·u/R inside; nothing while the bridge is open",
-    confusable_with: &["coulomb_friction", "drive_gain"],
+    confusable_with: &[&COULOMB_FRICTION, &DRIVE_GAIN],
     separated_by: "square reversals: friction stays with the motion, the dead zone with the input; or a coast-down, which only friction brakes",
     parameters: &[
         Parameter::new("half_width_v", "V", Scale::Input, 0.0, 0.6),
@@ -27,6 +27,12 @@ pub const SYMMETRIC: Effect = Effect {
     axis: Axis::Any,
     family: Family::DeadZone,
     form: Form::Plain,
+    offered: Offered::Both(Steady::new(Role::Representative, Shape::Edges)),
+    relations: Relations {
+        inseparable_from: &[&VOLTAGE_OFFSET],
+        ..Relations::NONE
+    },
+    on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.dead_pos += p[0];
         plant.dead_neg += p[0];
@@ -35,13 +41,13 @@ pub const SYMMETRIC: Effect = Effect {
 };
 
 /// Different for the two directions.
-pub const ASYMMETRIC: Effect = Effect {
+pub static DEAD_ZONE_ASYMMETRIC: Effect = Effect {
     name: "dead_zone_asymmetric",
     summary: "small inputs have no effect, with different widths for the two directions",
     equation: "v = u − pos for u > pos, u + neg for u < −neg, else 0",
     source: "Tao, Kokotović: Adaptive Control of Systems with Actuator and Sensor Nonlinearities, 1996",
     signature: "as dead_zone, with different heights for the two signs of u",
-    confusable_with: &["dead_zone", "coulomb_asymmetric", "voltage_offset"],
+    confusable_with: &[&DEAD_ZONE, &COULOMB_ASYMMETRIC, &VOLTAGE_OFFSET],
     separated_by: "slow triangle in both directions, then square reversals",
     parameters: &[
         Parameter::new("pos_v", "V", Scale::Input, 0.0, 0.6),
@@ -59,6 +65,20 @@ pub const ASYMMETRIC: Effect = Effect {
     axis: Axis::Any,
     family: Family::DeadZone,
     form: Form::Rich,
+    offered: Offered::Both(
+        Steady::new(Role::Representative, Shape::Edges)
+            .needs(Needs::Reversal)
+            .never_beside(&SHIFTS),
+    ),
+    relations: Relations {
+        inseparable_from: &[&VOLTAGE_OFFSET],
+        uneven_of: Some(Uneven {
+            even: &DEAD_ZONE,
+            with: &SHIFTS,
+        }),
+        ..Relations::NONE
+    },
+    on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.dead_pos += p[0];
         plant.dead_neg += p[1];

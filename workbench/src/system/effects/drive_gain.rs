@@ -1,20 +1,26 @@
 //! Gain error of the drive or of the supply.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static DRIVE_GAIN: Effect = Effect {
     name: "drive_gain",
     summary: "the drive gives more or less than the command says",
     equation: "v = ratio·u",
     source: "Ljung: System Identification, 2nd ed., 1999",
     signature: "missing torque linear in u",
-    confusable_with: &["encoder_scale", "motor_gain", "supply_sag"],
+    confusable_with: &[&ENCODER_SCALE, &MOTOR_GAIN, &SUPPLY_SAG],
     separated_by: "log the current, or know the counts per turn: speed alone cannot tell it from the sensor's scale",
-    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.2, 5.0)],
+    parameters: &[Parameter::new("ratio", "1", Scale::One, 0.2, 5.0).meaning(Meaning::Ratio)],
     starts: Starts::Grid(&[&[0.6], &[0.8], &[0.95], &[1.05], &[1.2], &[1.6]]),
     axis: Axis::Any,
-    family: Family::Own("drive_gain"),
+    family: Family::Own,
     form: Form::Absorbed,
+    offered: Offered::Both(Steady::new(Role::Representative, Shape::Slope)),
+    relations: Relations {
+        multiplies: Some(Multiplies::Chain("drive_gain")),
+        ..Relations::NONE
+    },
+    on_chip: OnChip::Known,
     apply: |p, plant| plant.drive_gain *= p[0],
 };

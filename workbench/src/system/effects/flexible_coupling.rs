@@ -1,15 +1,15 @@
 //! Motor and load joined by a spring: two masses.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static FLEXIBLE_COUPLING: Effect = Effect {
     name: "flexible_coupling",
     summary: "motor and load are joined by a spring",
     equation: "T_c = k·(θm − θl) + d·(ωm − ωl); the load has the given share of J",
     source: "Ellis: Control System Design Guide, 4th ed., 2012",
     signature: "ringing at one frequency after each step",
-    confusable_with: &["backlash", "actuator_lag", "periodic_load"],
+    confusable_with: &[&BACKLASH, &ACTUATOR_LAG, &PERIODIC_LOAD],
     separated_by: "chirp through the resonance, sampled five times faster than it",
     parameters: &[
         Parameter::new("stiffness_nm_per_rad", "N m/rad", Scale::Stiffness, 1.0, 1e6),
@@ -36,8 +36,11 @@ pub const EFFECT: Effect = Effect {
         &[140.0, 0.9, 0.15],
     ]),
     axis: Axis::Any,
-    family: Family::Own("coupling"),
+    family: Family::Coupling,
     form: Form::Rich,
+    offered: Offered::Records(InTables::Counts),
+    relations: Relations::NONE,
+    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.stiffness = p[0];
         plant.coupling_damping = p[1];

@@ -1,25 +1,28 @@
 //! The weight of an arm on the load.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 use crate::system::plant::physics::{Acts, Motion, TorqueLaw};
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static GRAVITY: Effect = Effect {
     name: "gravity",
     summary: "the weight of an arm",
     equation: "T = −(mgl/N)·sin(θ/N + phase), N = gear ratio",
     source: "Spong, Hutchinson, Vidyasagar: Robot Modeling and Control, 2006",
     signature: "missing torque is one sine per turn of the load",
-    confusable_with: &["constant_load", "cogging"],
+    confusable_with: &[&CONSTANT_LOAD, &COGGING],
     separated_by: "slow motion over a full turn of the load",
     parameters: &[
         Parameter::new("mgl_nm", "N m", Scale::Torque, 0.0, 60.0),
-        Parameter::new("phase_rad", "rad", Scale::One, -9.5, 9.5),
+        Parameter::new("phase_rad", "rad", Scale::One, -9.5, 9.5).meaning(Meaning::Phase),
     ],
     starts: Starts::GravityScan,
     axis: Axis::Rotary,
-    family: Family::Own("gravity"),
+    family: Family::Own,
     form: Form::Plain,
+    offered: Offered::Records(InTables::LeftOut),
+    relations: Relations::NONE,
+    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         let parameters = [p[0], p[1], 0.0];
         plant.torques.push(TorqueLaw {

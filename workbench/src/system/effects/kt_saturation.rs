@@ -1,20 +1,23 @@
 //! The iron saturates: the torque constant falls with the current.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static KT_SATURATION: Effect = Effect {
     name: "kt_saturation",
     summary: "the torque constant falls with the current",
     equation: "Kt(i) = Kt/(1 + (i/knee)²)",
     source: "Hendershot, Miller: Design of Brushless Permanent-Magnet Machines, 2010",
     signature: "missing torque only at high current, growing with its cube",
-    confusable_with: &["current_limit", "supply_sag"],
+    confusable_with: &[&CURRENT_LIMIT, &SUPPLY_SAG],
     separated_by: "square reversals at full voltage; log the current: it is high although the torque is not",
     parameters: &[Parameter::new("knee_a", "A", Scale::Current, 0.1, 20.0)],
     starts: Starts::Grid(&[&[0.5], &[1.2], &[3.0]]),
     axis: Axis::Current,
-    family: Family::Own("kt_saturation"),
+    family: Family::Own,
     form: Form::Plain,
+    offered: Offered::Records(InTables::Counts),
+    relations: Relations::NONE,
+    on_chip: OnChip::Unknown,
     apply: |p, plant| plant.kt_knee_a = plant.kt_knee_a.min(p[0]),
 };

@@ -1,15 +1,15 @@
 //! Friction of a gear: it grows with the torque that passes through it.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static LOAD_DEPENDENT_FRICTION: Effect = Effect {
     name: "load_dependent_friction",
     summary: "friction that grows with the torque through the gear",
     equation: "T = −sign(ω)·(level + a·|T_motor| + c·|T_load|)",
     source: "Duclusaud et al., Extended Friction Models for the Physics Simulation of Servo Actuators, arXiv:2410.08650, 2024",
     signature: "missing torque against the motion, growing with the current or with the load",
-    confusable_with: &["coulomb_friction", "kt_saturation", "drive_gain"],
+    confusable_with: &[&COULOMB_FRICTION, &KT_SATURATION, &DRIVE_GAIN],
     separated_by: "the same speed with different loads or accelerations",
     parameters: &[
         Parameter::new("level_nm", "N m", Scale::Torque, 0.0, 0.8),
@@ -20,6 +20,9 @@ pub const EFFECT: Effect = Effect {
     axis: Axis::Any,
     family: Family::DryFriction,
     form: Form::Rich,
+    offered: Offered::Records(InTables::Counts),
+    relations: Relations::NONE,
+    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.friction_pos += p[0];
         plant.friction_neg += p[0];

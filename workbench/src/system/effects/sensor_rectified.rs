@@ -1,20 +1,29 @@
 //! The sensor reports the magnitude of the speed.
 
-use super::{Axis, Effect, Family, Form, Starts};
+use super::*;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static SENSOR_RECTIFIED: Effect = Effect {
     name: "sensor_rectified",
     summary: "the sensor reports the magnitude of the speed",
     equation: "reading = |ω|",
     source: "Doebelin: Measurement Systems, 5th ed., 2003",
     signature: "residual 2·|ω| while the speed is negative, nothing else",
-    confusable_with: &["encoder_scale"],
+    confusable_with: &[&ENCODER_SCALE],
     separated_by: "one reversal",
     parameters: &[],
     starts: Starts::Grid(&[&[]]),
     axis: Axis::Any,
-    family: Family::Own("sensor_rectified"),
+    family: Family::Own,
     form: Form::Plain,
+    offered: Offered::Both(
+        Steady::new(
+            Role::Representative,
+            Shape::Told("the reading is positive in both directions"),
+        )
+        .needs(Needs::Magnitudes),
+    ),
+    relations: Relations::NONE,
+    on_chip: OnChip::Unknown,
     apply: |_, plant| plant.sensor_rectified = true,
 };

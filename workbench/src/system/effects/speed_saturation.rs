@@ -1,20 +1,23 @@
 //! The reading is clamped.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Signal, Starts};
+use super::*;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static SPEED_SATURATION: Effect = Effect {
     name: "speed_saturation",
     summary: "the sensor clamps the reading",
     equation: "reading = clamp(ω, ±limit)",
     source: "Doebelin: Measurement Systems, 5th ed., 2003",
     signature: "residual only at speeds above the limit, where the reading is flat and free of noise",
-    confusable_with: &["voltage_saturation", "current_limit"],
+    confusable_with: &[&VOLTAGE_SATURATION, &CURRENT_LIMIT],
     separated_by: "release from full voltage to half: a clamped reading stays flat for a while",
     parameters: &[Parameter::new("limit_rad_s", "rad/s", Scale::Speed, 0.03, 1.5)],
     starts: Starts::Quantiles(Signal::Speed, &[]),
     axis: Axis::Any,
-    family: Family::Own("speed_saturation"),
+    family: Family::Own,
     form: Form::Plain,
+    offered: Offered::Both(Steady::new(Role::Rival, Shape::Limit)),
+    relations: Relations::NONE,
+    on_chip: OnChip::Unknown,
     apply: |p, plant| plant.sensor_limit = plant.sensor_limit.min(p[0]),
 };

@@ -1,20 +1,20 @@
 //! Friction with a breakaway level above the kinetic one.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static STRIBECK_FRICTION: Effect = Effect {
     name: "stribeck_friction",
     summary: "friction whose breakaway level lies above the kinetic level",
     equation: "T = −sign(ω)·(level + (breakaway − level)·exp(−(ω/ωs)²))",
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994",
     signature: "as coulomb_friction, with an excess near standstill",
-    confusable_with: &["coulomb_friction"],
+    confusable_with: &[&COULOMB_FRICTION],
     separated_by: "slow triangles through zero speed, many of them",
     parameters: &[
         Parameter::new("level_nm", "N m", Scale::Torque, 0.0, 0.8),
-        Parameter::new("breakaway_nm", "N m", Scale::Torque, 0.0, 0.9),
-        Parameter::new("stribeck_rad_s", "rad/s", Scale::Speed, 0.003, 0.4),
+        Parameter::new("breakaway_nm", "N m", Scale::Torque, 0.0, 0.9).unknown_on_chip(),
+        Parameter::new("stribeck_rad_s", "rad/s", Scale::Speed, 0.003, 0.4).unknown_on_chip(),
     ],
     starts: Starts::Grid(&[
         &[0.02, 0.04, 0.02],
@@ -25,6 +25,18 @@ pub const EFFECT: Effect = Effect {
     axis: Axis::Any,
     family: Family::DryFriction,
     form: Form::Rich,
+    offered: Offered::Both(
+        Steady::new(
+            Role::Refinement,
+            Shape::Told(
+                "it takes more voltage to start the motor than to keep it turning: the rows depend on the rows before",
+            ),
+        )
+        // A steady state cannot tell the kinetic level from a dead zone.
+        .forms(Forms::FromRest(&[Some(0.0), None, None])),
+    ),
+    relations: Relations::NONE,
+    on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.friction_pos += p[0];
         plant.friction_neg += p[0];

@@ -1,15 +1,15 @@
 //! The supply falls with the current that is drawn; with a bus capacity it follows with a lag.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static SUPPLY_SAG: Effect = Effect {
     name: "supply_sag",
     summary: "the supply voltage falls with the current drawn",
     equation: "Vbus = V0 − source·(u/V0)·i; C dVbus/dt = (V0 − Vbus)/source − (u/V0)·i",
     source: "Krishnan: Electric Motor Drives, 2001",
     signature: "missing torque grows as u²·i",
-    confusable_with: &["resistance", "drive_gain", "voltage_saturation"],
+    confusable_with: &[&RESISTANCE, &DRIVE_GAIN, &VOLTAGE_SATURATION],
     separated_by: "steps at small and at full voltage; log vbus_v, which shows it directly",
     parameters: &[
         Parameter::new("source_ohm", "Ω", Scale::Resistance, 0.0, 4.0),
@@ -17,8 +17,11 @@ pub const EFFECT: Effect = Effect {
     ],
     starts: Starts::Grid(&[&[0.02, 0.0], &[0.1, 0.0], &[0.3, 0.0], &[0.8, 0.0]]),
     axis: Axis::Winding,
-    family: Family::Own("supply_sag"),
+    family: Family::Own,
     form: Form::Plain,
+    offered: Offered::Both(Steady::new(Role::Representative, Shape::BEND).forms(Forms::Plain)),
+    relations: Relations::NONE,
+    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.source_ohm += p[0];
         plant.bus_farad = plant.bus_farad.max(p[1]);

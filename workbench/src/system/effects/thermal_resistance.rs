@@ -1,15 +1,15 @@
 //! The winding heats up and its resistance grows.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static THERMAL_RESISTANCE: Effect = Effect {
     name: "thermal_resistance",
     summary: "the resistance grows as the winding heats up",
     equation: "R = R0·(1 + rise·P), T dP/dt = i²R − P",
     source: "Hughes, Drury: Electric Motors and Drives, 4th ed., 2013",
     signature: "missing torque follows the current, and grows with the heating history",
-    confusable_with: &["resistance", "supply_sag"],
+    confusable_with: &[&RESISTANCE, &SUPPLY_SAG],
     separated_by: "the same segment early and late in a run",
     parameters: &[
         Parameter::new("rise_per_w", "1/W", Scale::PerPower, 0.0, 30.0),
@@ -27,8 +27,11 @@ pub const EFFECT: Effect = Effect {
         &[10.0, 200.0],
     ]),
     axis: Axis::Winding,
-    family: Family::Own("thermal"),
+    family: Family::Own,
     form: Form::Absorbed,
+    offered: Offered::Records(InTables::Counts),
+    relations: Relations::NONE,
+    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.heat_rise_per_w += p[0];
         plant.heat_time_s = p[1];

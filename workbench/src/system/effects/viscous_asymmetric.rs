@@ -1,15 +1,15 @@
 //! Viscous friction, in addition to the model's, that differs between the two directions.
 
-use super::{Axis, Effect, Family, Form, Parameter, Scale, Starts};
+use super::*;
 
 /// The effect.
-pub const EFFECT: Effect = Effect {
+pub static VISCOUS_ASYMMETRIC: Effect = Effect {
     name: "viscous_asymmetric",
     summary: "additional viscous friction, different in the two directions",
     equation: "T = −pos·ω for ω > 0, −neg·ω for ω < 0",
     source: "Janot, Gautier, Brunot: EMPS reference models, 2019",
     signature: "missing torque linear in speed, with different slopes for the two directions",
-    confusable_with: &["viscous_friction", "coulomb_asymmetric", "quadratic_drag"],
+    confusable_with: &[&VISCOUS_FRICTION, &COULOMB_ASYMMETRIC, &QUADRATIC_DRAG],
     separated_by: "staircases in both directions",
     parameters: &[
         Parameter::new("pos_nms", "N m s/rad", Scale::Viscous, -0.6, 4.0),
@@ -19,6 +19,18 @@ pub const EFFECT: Effect = Effect {
     axis: Axis::Any,
     family: Family::Viscous,
     form: Form::Rich,
+    offered: Offered::Both(
+        Steady::new(
+            Role::Refinement,
+            Shape::Told("the slope differs between the directions"),
+        )
+        .needs(Needs::Reversal),
+    ),
+    relations: Relations {
+        inseparable_from: &[&VISCOUS_FRICTION],
+        ..Relations::NONE
+    },
+    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.viscous_pos += p[0];
         plant.viscous_neg += p[1];

@@ -119,3 +119,15 @@ impl Run {
         steps.get(steps.len() / 2).copied().unwrap_or(0.0)
     }
 }
+
+impl From<Dynamic> for Log {
+    fn from(record: Dynamic) -> Self {
+        Self::Dynamic(record)
+    }
+}
+
+impl From<Table> for Log {
+    fn from(table: Table) -> Self {
+        Self::Table(table)
+    }
+}

@@ -1,5 +1,6 @@
 //! The model that is compared with a log: base motor, tolerances, sensors, and the effects it already contains.
 
+mod file;
 mod keys;
 mod read;
 mod section;

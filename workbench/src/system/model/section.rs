@@ -1,7 +1,7 @@
 //! One section of a model file: its numbers, texts and flags within their ranges, and the effects under `[known.…]`.
 
 use super::Known;
-use super::read::File;
+use super::file::File;
 use crate::console::input_error::InputError;
 use crate::system::effects::{self, Effect};
 use toml::{Table, Value};

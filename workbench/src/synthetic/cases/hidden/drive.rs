@@ -1,8 +1,9 @@
 //! Imperfect drives: voltages that do not arrive, or arrive late.
 
-use super::{Kind, Subject, sign, unequal, wrong_ratio};
+use super::{Group, Kind, Subject, sign, unequal, wrong_ratio};
 use crate::synthetic::cases::base::log_range;
 use crate::synthetic::reference_plant::Knee;
+use crate::system::effects;
 use rand::RngExt;
 
 fn dead_zone(widths: [f64; 2], shape: Option<f64>, subject: &mut Subject) {
@@ -14,9 +15,9 @@ fn dead_zone(widths: [f64; 2], shape: Option<f64>, subject: &mut Subject) {
 }
 
 pub(super) static DEAD_ZONE: Kind = Kind {
-    name: "dead_zone",
+    effect: &effects::DEAD_ZONE,
     parameters: &["half_width_v"],
-    group: "dead zone",
+    group: Group::DeadZone,
     needs_tacho: false,
     has_other_form: true,
     draw: |rng, n| vec![log_range(rng, 0.005, 0.25) * n.volts],
@@ -24,9 +25,9 @@ pub(super) static DEAD_ZONE: Kind = Kind {
 };
 
 pub(super) static DEAD_ZONE_ASYMMETRIC: Kind = Kind {
-    name: "dead_zone_asymmetric",
+    effect: &effects::DEAD_ZONE_ASYMMETRIC,
     parameters: &["pos_v", "neg_v"],
-    group: "dead zone",
+    group: Group::DeadZone,
     needs_tacho: false,
     has_other_form: true,
     draw: |rng, n| {
@@ -37,9 +38,9 @@ pub(super) static DEAD_ZONE_ASYMMETRIC: Kind = Kind {
 };
 
 pub(super) static VOLTAGE_SATURATION: Kind = Kind {
-    name: "voltage_saturation",
+    effect: &effects::VOLTAGE_SATURATION,
     parameters: &["limit_v", "softness"],
-    group: "limit",
+    group: Group::Own,
     needs_tacho: false,
     has_other_form: true,
     draw: |rng, n| {
@@ -62,9 +63,9 @@ pub(super) static VOLTAGE_SATURATION: Kind = Kind {
 };
 
 pub(super) static DRIVE_GAIN: Kind = Kind {
-    name: "drive_gain",
+    effect: &effects::DRIVE_GAIN,
     parameters: &["ratio"],
-    group: "scale",
+    group: Group::Scale,
     needs_tacho: false,
     has_other_form: false,
     draw: wrong_ratio,
@@ -72,9 +73,9 @@ pub(super) static DRIVE_GAIN: Kind = Kind {
 };
 
 pub(super) static VOLTAGE_OFFSET: Kind = Kind {
-    name: "voltage_offset",
+    effect: &effects::VOLTAGE_OFFSET,
     parameters: &["offset_v"],
-    group: "constant",
+    group: Group::Constant,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| vec![sign(rng) * log_range(rng, 0.003, 0.12) * n.volts],
@@ -82,9 +83,9 @@ pub(super) static VOLTAGE_OFFSET: Kind = Kind {
 };
 
 pub(super) static TRANSPORT_DELAY: Kind = Kind {
-    name: "transport_delay",
+    effect: &effects::TRANSPORT_DELAY,
     parameters: &["seconds"],
-    group: "delay",
+    group: Group::Delay,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| vec![log_range(rng, 0.005, 0.5) * n.tau],
@@ -92,9 +93,9 @@ pub(super) static TRANSPORT_DELAY: Kind = Kind {
 };
 
 pub(super) static ACTUATOR_LAG: Kind = Kind {
-    name: "actuator_lag",
+    effect: &effects::ACTUATOR_LAG,
     parameters: &["time_constant_s"],
-    group: "delay",
+    group: Group::Delay,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| vec![log_range(rng, 0.01, 0.6) * n.tau],
@@ -102,9 +103,9 @@ pub(super) static ACTUATOR_LAG: Kind = Kind {
 };
 
 pub(super) static VOLTAGE_DROP: Kind = Kind {
-    name: "voltage_drop",
+    effect: &effects::VOLTAGE_DROP,
     parameters: &["drop_v"],
-    group: "drop",
+    group: Group::Own,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| vec![log_range(rng, 0.005, 0.15) * n.volts],
@@ -112,9 +113,9 @@ pub(super) static VOLTAGE_DROP: Kind = Kind {
 };
 
 pub(super) static SUPPLY_SAG: Kind = Kind {
-    name: "supply_sag",
+    effect: &effects::SUPPLY_SAG,
     parameters: &["source_ohm"],
-    group: "sag",
+    group: Group::Own,
     needs_tacho: false,
     has_other_form: true,
     draw: |rng, n| vec![log_range(rng, 0.02, 0.6) * n.resistance],
@@ -126,9 +127,9 @@ pub(super) static SUPPLY_SAG: Kind = Kind {
 };
 
 pub(super) static CURRENT_LIMIT: Kind = Kind {
-    name: "current_limit",
+    effect: &effects::CURRENT_LIMIT,
     parameters: &["limit_a"],
-    group: "current limit",
+    group: Group::Own,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| vec![log_range(rng, 0.15, 1.2) * n.current],

@@ -1,8 +1,9 @@
 //! Friction of the rotor.
 
-use super::{Kind, unequal};
+use super::{Group, Kind, unequal};
 use crate::synthetic::cases::base::{Natural, log_range};
 use crate::synthetic::reference_plant::{Bristle, Friction, Motor};
+use crate::system::effects;
 use rand::RngExt;
 
 /// Elastic asperities: 0.02 to 0.2 % of the way in one time constant, lightly damped.
@@ -21,9 +22,9 @@ fn dry_friction(motor: &mut Motor, friction: Friction, shape: Option<f64>, natur
 }
 
 pub(super) static COULOMB_FRICTION: Kind = Kind {
-    name: "coulomb_friction",
+    effect: &effects::COULOMB_FRICTION,
     parameters: &["level_nm"],
-    group: "dry friction",
+    group: Group::DryFriction,
     needs_tacho: false,
     has_other_form: true,
     draw: |rng, n| vec![log_range(rng, 0.003, 0.2) * n.torque],
@@ -31,9 +32,9 @@ pub(super) static COULOMB_FRICTION: Kind = Kind {
 };
 
 pub(super) static COULOMB_ASYMMETRIC: Kind = Kind {
-    name: "coulomb_asymmetric",
+    effect: &effects::COULOMB_ASYMMETRIC,
     parameters: &["pos_nm", "neg_nm"],
-    group: "dry friction",
+    group: Group::DryFriction,
     needs_tacho: false,
     has_other_form: true,
     draw: |rng, n| {
@@ -50,9 +51,9 @@ pub(super) static COULOMB_ASYMMETRIC: Kind = Kind {
 };
 
 pub(super) static STRIBECK_FRICTION: Kind = Kind {
-    name: "stribeck_friction",
+    effect: &effects::STRIBECK_FRICTION,
     parameters: &["level_nm", "breakaway_nm", "stribeck_rad_s"],
-    group: "dry friction",
+    group: Group::DryFriction,
     needs_tacho: false,
     has_other_form: true,
     draw: |rng, n| {
@@ -74,9 +75,9 @@ pub(super) static STRIBECK_FRICTION: Kind = Kind {
 };
 
 pub(super) static LOAD_DEPENDENT_FRICTION: Kind = Kind {
-    name: "load_dependent_friction",
+    effect: &effects::LOAD_DEPENDENT_FRICTION,
     parameters: &["level_nm", "per_motor_torque", "per_load_torque"],
-    group: "dry friction",
+    group: Group::DryFriction,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| {
@@ -96,9 +97,9 @@ pub(super) static LOAD_DEPENDENT_FRICTION: Kind = Kind {
 };
 
 pub(super) static VISCOUS_ASYMMETRIC: Kind = Kind {
-    name: "viscous_asymmetric",
+    effect: &effects::VISCOUS_ASYMMETRIC,
     parameters: &["pos_nms", "neg_nms"],
-    group: "base",
+    group: Group::Base,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| {
@@ -112,9 +113,9 @@ pub(super) static VISCOUS_ASYMMETRIC: Kind = Kind {
 };
 
 pub(super) static QUADRATIC_DRAG: Kind = Kind {
-    name: "quadratic_drag",
+    effect: &effects::QUADRATIC_DRAG,
     parameters: &["drag_nms2"],
-    group: "drag",
+    group: Group::Own,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| vec![log_range(rng, 0.01, 0.6) * n.torque / n.speed.powi(2)],

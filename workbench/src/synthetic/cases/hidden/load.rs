@@ -1,14 +1,15 @@
 //! Loads, and what joins them to the motor.
 
-use super::{Kind, sign};
+use super::{Group, Kind, sign};
 use crate::synthetic::cases::base::log_range;
-use crate::synthetic::reference_plant::{Split, Train};
+use crate::synthetic::reference_plant::{Law, Split, Train};
+use crate::system::effects;
 use rand::RngExt;
 
 pub(super) static CONSTANT_LOAD: Kind = Kind {
-    name: "constant_load",
+    effect: &effects::CONSTANT_LOAD,
     parameters: &["torque_nm"],
-    group: "constant",
+    group: Group::Constant,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| vec![sign(rng) * log_range(rng, 0.003, 0.15) * n.torque],
@@ -16,9 +17,9 @@ pub(super) static CONSTANT_LOAD: Kind = Kind {
 };
 
 pub(super) static GRAVITY: Kind = Kind {
-    name: "gravity",
+    effect: &effects::GRAVITY,
     parameters: &["mgl_nm", "phase_rad"],
-    group: "gravity",
+    group: Group::Own,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| {
@@ -35,9 +36,9 @@ pub(super) static GRAVITY: Kind = Kind {
 };
 
 pub(super) static COGGING: Kind = Kind {
-    name: "cogging",
+    effect: &effects::COGGING,
     parameters: &["amplitude_nm", "periods_per_rev", "phase_rad"],
-    group: "cogging",
+    group: Group::Own,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| {
@@ -55,9 +56,9 @@ pub(super) static COGGING: Kind = Kind {
 };
 
 pub(super) static PERIODIC_LOAD: Kind = Kind {
-    name: "periodic_load",
+    effect: &effects::PERIODIC_LOAD,
     parameters: &["amplitude_nm", "frequency_hz", "phase_rad"],
-    group: "periodic",
+    group: Group::Own,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| {
@@ -75,9 +76,9 @@ pub(super) static PERIODIC_LOAD: Kind = Kind {
 };
 
 pub(super) static BACKLASH: Kind = Kind {
-    name: "backlash",
+    effect: &effects::BACKLASH,
     parameters: &["gap_rad", "load_share"],
-    group: "train",
+    group: Group::Train,
     needs_tacho: false,
     has_other_form: true,
     draw: |rng, n| {
@@ -108,9 +109,9 @@ pub(super) static BACKLASH: Kind = Kind {
 };
 
 pub(super) static FLEXIBLE_COUPLING: Kind = Kind {
-    name: "flexible_coupling",
+    effect: &effects::FLEXIBLE_COUPLING,
     parameters: &["stiffness_nm_per_rad", "damping", "load_share"],
-    group: "train",
+    group: Group::Train,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| {
@@ -130,5 +131,32 @@ pub(super) static FLEXIBLE_COUPLING: Kind = Kind {
             stiffness: v[0],
             damping: v[1],
         };
+    },
+};
+
+pub(super) static TORSIONAL_SPRING: Kind = Kind {
+    effect: &effects::TORSIONAL_SPRING,
+    parameters: &["stiffness_nm_per_rad", "rest_rad", "cubic_nm_per_rad3"],
+    group: Group::Own,
+    needs_tacho: false,
+    has_other_form: false,
+    draw: |rng, n| {
+        let angle = n.speed * n.tau;
+        let stiffness = log_range(rng, 0.001, 0.5) * n.torque / angle;
+        let progressive = rng.random_bool(0.3);
+        // The cubic part is as large as the linear one two to six such angles from rest.
+        let as_large = rng.random_range(2.0..6.0) * angle;
+        let cubic = if progressive {
+            stiffness / (as_large * as_large)
+        } else {
+            0.0
+        };
+        vec![stiffness, rng.random_range(-2.0..2.0) * angle, cubic]
+    },
+    put: |v, _, _, subject| {
+        subject.motor.load.law = Some(Law {
+            torque: |p, theta| -(p[0] * (theta - p[1]) + p[2] * (theta - p[1]).powi(3)),
+            parameters: v.to_vec(),
+        });
     },
 };

@@ -11,6 +11,7 @@ mod sensor;
 
 use super::base::Natural;
 use crate::synthetic::reference_plant::{Motor, Tacho};
+use crate::system::effects::Effect;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -33,15 +34,36 @@ impl Subject {
     }
 }
 
+/// Kinds that exclude each other, or that no data could part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// A group of its own.
+    Own,
+    /// Dead zones.
+    DeadZone,
+    /// Scales of the input or of the reading.
+    Scale,
+    /// Constants that shift the motion to one side.
+    Constant,
+    /// What makes the reading late.
+    Delay,
+    /// Numbers of the linear motor.
+    Base,
+    /// Dry friction.
+    DryFriction,
+    /// What joins rotor and load.
+    Train,
+}
+
 /// One kind of effect.
 #[derive(Debug)]
 pub struct Kind {
-    /// Published name.
-    pub name: &'static str,
+    /// The effect of the library, whose name and parameter names the answer takes.
+    pub effect: &'static Effect,
     /// Names of its parameters, in the order of the values.
     pub parameters: &'static [&'static str],
-    /// Two of the same group never hide together: they exclude each other, or no data could part them.
-    pub group: &'static str,
+    /// Two of the same group never hide together.
+    pub group: Group,
     /// Whether it lives in a tacho, so that the speed cannot come from encoder differences.
     pub needs_tacho: bool,
     /// Whether the truth can take a form that resembles the library's but is not it.
@@ -51,6 +73,22 @@ pub struct Kind {
     /// Puts them into the subject. `shape` 0 … 1: in a form that resembles the library's but is not it; `None`: exactly
     /// the library's form.
     pub put: fn(&[f64], Option<f64>, &Natural, &mut Subject),
+}
+
+impl Kind {
+    /// Whether the two never hide together.
+    pub fn excludes(&self, other: &Kind) -> bool {
+        let one_group = self.group == other.group && self.group != Group::Own;
+        self.effect == other.effect || one_group || self.is_inseparable_from(other)
+    }
+
+    /// Whether the two are one effect under another name, exactly: an offset moves both edges of a dead zone, a constant
+    /// torque adds to friction in one direction and subtracts in the other, and uneven viscous friction holds a wrong even
+    /// one.
+    fn is_inseparable_from(&self, other: &Kind) -> bool {
+        let holds = |a: &Effect, b: &Effect| a.relations.inseparable_from.contains(&b);
+        holds(self.effect, other.effect) || holds(other.effect, self.effect)
+    }
 }
 
 /// A hidden effect.
@@ -96,8 +134,39 @@ fn unequal(rng: &mut ChaCha8Rng, value: f64) -> Vec<f64> {
     }
 }
 
-/// Every effect that can hide. A seed draws by the place in this list.
-pub static KINDS: [&Kind; 33] = [
+/// Chooses so many effects, none of which excludes another.
+pub(super) fn choose(number: usize, rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<Hidden> {
+    let mut chosen: Vec<Hidden> = Vec::new();
+    while chosen.len() < number {
+        let kind = any(rng);
+        let values = (kind.draw)(rng, natural);
+        let shape = rng.random_bool(0.5).then(|| rng.random_range(0.0..1.0));
+        if !chosen.iter().any(|other| other.kind.excludes(kind)) {
+            let shape = shape.filter(|_| kind.has_other_form);
+            chosen.push(Hidden { kind, values, shape });
+        }
+    }
+    chosen
+}
+
+/// One of [`KINDS`], each as probable as any other. A later kind takes its share of the cases (reservoir sampling, Vitter, ACM
+/// Trans. Math. Software 11, 1985) by a stream of random numbers of its own; every other case of a seed stays what it was.
+fn any(rng: &mut ChaCha8Rng) -> &'static Kind {
+    let first = KINDS[rng.random_range(0..FIRST_KINDS)];
+    let takes = |place: &usize| {
+        let mut own = rng.clone();
+        own.set_stream(*place as u64);
+        own.random_range(0..=*place) == 0
+    };
+    let taker = (FIRST_KINDS..KINDS.len()).rev().find(takes);
+    taker.map_or(first, |place| KINDS[place])
+}
+
+/// Kinds from which the cases were drawn at first.
+const FIRST_KINDS: usize = 33;
+
+/// Every effect that can hide. A seed draws by the place in this list: a new kind goes to its end.
+pub static KINDS: &[&Kind] = &[
     &drive::DEAD_ZONE,
     &drive::DEAD_ZONE_ASYMMETRIC,
     &drive::VOLTAGE_SATURATION,
@@ -131,4 +200,5 @@ pub static KINDS: [&Kind; 33] = [
     &sensor::SENSOR_LAG,
     &sensor::SENSOR_RECTIFIED,
     &sensor::SENSOR_OFFSET,
+    &load::TORSIONAL_SPRING,
 ];

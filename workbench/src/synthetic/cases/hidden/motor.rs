@@ -1,14 +1,15 @@
 //! Motors that are not as their model file says.
 
-use super::{Kind, wrong_ratio};
+use super::{Group, Kind, wrong_ratio};
 use crate::synthetic::cases::base::log_range;
 use crate::synthetic::reference_plant::Thermal;
+use crate::system::effects;
 use rand::RngExt;
 
 pub(super) static RESISTANCE: Kind = Kind {
-    name: "resistance",
+    effect: &effects::RESISTANCE,
     parameters: &["ratio"],
-    group: "base",
+    group: Group::Base,
     needs_tacho: false,
     has_other_form: false,
     draw: wrong_ratio,
@@ -16,9 +17,9 @@ pub(super) static RESISTANCE: Kind = Kind {
 };
 
 pub(super) static MOTOR_GAIN: Kind = Kind {
-    name: "motor_gain",
+    effect: &effects::MOTOR_GAIN,
     parameters: &["ratio"],
-    group: "base",
+    group: Group::Base,
     needs_tacho: false,
     has_other_form: false,
     draw: wrong_ratio,
@@ -29,9 +30,9 @@ pub(super) static MOTOR_GAIN: Kind = Kind {
 };
 
 pub(super) static INERTIA: Kind = Kind {
-    name: "inertia",
+    effect: &effects::INERTIA,
     parameters: &["ratio"],
-    group: "base",
+    group: Group::Base,
     needs_tacho: false,
     has_other_form: false,
     draw: wrong_ratio,
@@ -39,9 +40,9 @@ pub(super) static INERTIA: Kind = Kind {
 };
 
 pub(super) static VISCOUS_FRICTION: Kind = Kind {
-    name: "viscous_friction",
+    effect: &effects::VISCOUS_FRICTION,
     parameters: &["ratio"],
-    group: "base",
+    group: Group::Base,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| {
@@ -53,9 +54,9 @@ pub(super) static VISCOUS_FRICTION: Kind = Kind {
 };
 
 pub(super) static THERMAL_RESISTANCE: Kind = Kind {
-    name: "thermal_resistance",
+    effect: &effects::THERMAL_RESISTANCE,
     parameters: &["rise_per_w", "time_constant_s"],
-    group: "thermal",
+    group: Group::Own,
     needs_tacho: false,
     has_other_form: false,
     draw: |rng, n| {
@@ -74,9 +75,9 @@ pub(super) static THERMAL_RESISTANCE: Kind = Kind {
 };
 
 pub(super) static KT_SATURATION: Kind = Kind {
-    name: "kt_saturation",
+    effect: &effects::KT_SATURATION,
     parameters: &["knee_a"],
-    group: "kt",
+    group: Group::Own,
     needs_tacho: false,
     has_other_form: true,
     draw: |rng, n| vec![log_range(rng, 0.5, 5.0) * n.current],

@@ -1,12 +1,13 @@
 //! Imperfect speed sensors.
 
-use super::{Kind, sign, wrong_ratio};
+use super::{Group, Kind, sign, wrong_ratio};
 use crate::synthetic::cases::base::log_range;
+use crate::system::effects;
 
 pub(super) static ENCODER_SCALE: Kind = Kind {
-    name: "encoder_scale",
+    effect: &effects::ENCODER_SCALE,
     parameters: &["ratio"],
-    group: "scale",
+    group: Group::Scale,
     needs_tacho: false,
     has_other_form: false,
     draw: wrong_ratio,
@@ -14,9 +15,9 @@ pub(super) static ENCODER_SCALE: Kind = Kind {
 };
 
 pub(super) static SPEED_SATURATION: Kind = Kind {
-    name: "speed_saturation",
+    effect: &effects::SPEED_SATURATION,
     parameters: &["limit_rad_s"],
-    group: "clamp",
+    group: Group::Own,
     needs_tacho: true,
     has_other_form: false,
     draw: |rng, n| vec![(1.0 - log_range(rng, 0.01, 0.6)) * n.speed],
@@ -24,9 +25,9 @@ pub(super) static SPEED_SATURATION: Kind = Kind {
 };
 
 pub(super) static SENSOR_LAG: Kind = Kind {
-    name: "sensor_lag",
+    effect: &effects::SENSOR_LAG,
     parameters: &["time_constant_s"],
-    group: "delay",
+    group: Group::Delay,
     needs_tacho: true,
     has_other_form: false,
     draw: |rng, n| vec![log_range(rng, 0.01, 0.6) * n.tau],
@@ -34,9 +35,9 @@ pub(super) static SENSOR_LAG: Kind = Kind {
 };
 
 pub(super) static SENSOR_RECTIFIED: Kind = Kind {
-    name: "sensor_rectified",
+    effect: &effects::SENSOR_RECTIFIED,
     parameters: &[],
-    group: "rectified",
+    group: Group::Own,
     needs_tacho: true,
     has_other_form: false,
     draw: |_, _| vec![],
@@ -44,9 +45,9 @@ pub(super) static SENSOR_RECTIFIED: Kind = Kind {
 };
 
 pub(super) static SENSOR_OFFSET: Kind = Kind {
-    name: "sensor_offset",
+    effect: &effects::SENSOR_OFFSET,
     parameters: &["offset"],
-    group: "constant",
+    group: Group::Constant,
     needs_tacho: true,
     has_other_form: false,
     draw: |rng, n| vec![sign(rng) * log_range(rng, 0.003, 0.1) * n.speed],

@@ -49,6 +49,7 @@ pub(super) fn needed_columns(motor: &Motor) -> [bool; N] {
     let load = &motor.load;
     let by_angle = load.mgl_nm != 0.0
         || load.cogging_nm != 0.0
+        || load.law.is_some()
         || load.oddity.is_some()
         || motor.friction.depends_on_angle()
         || motor.load_friction.depends_on_angle()

@@ -1,0 +1,59 @@
+//! How much code there is, how long its functions and its files are.
+
+use house::body;
+use house::figures::{Figures, functions};
+
+/// The figures of the sources as they are.
+pub fn figures() -> Figures {
+    Figures::read(house::root()).expect("sources")
+}
+
+/// Fails when a figure is above its limit; tells how far the limit itself is from the goal.
+#[track_caller]
+pub fn at_most(what: &str, now: usize, limit: usize, goal: usize) {
+    assert!(
+        now <= limit,
+        "{what}: {now}, the limit is {limit} and the goal {goal}; `cargo xtask house` lists them"
+    );
+}
+
+#[test]
+fn the_workbench_grows_no_further() {
+    let [_, _, workbench] = figures().product;
+    at_most("code lines of the workbench", workbench.code(), 24_500, 19_000);
+}
+
+/// Part, then limit and goal of median, 90 % and longest.
+const BODIES: [(&str, [usize; 3], [usize; 3]); 3] = [
+    ("library", [5, 17, 58], [5, 15, 40]),
+    ("image", [4, 15, 33], [4, 15, 33]),
+    ("workbench", [8, 24, 70], [6, 20, 45]),
+];
+
+#[test]
+fn functions_stay_short() {
+    for (part, (name, limits, goals)) in figures().product.iter().zip(BODIES) {
+        assert_eq!(part.name, name);
+        let spread = body::spread(&functions(part)).expect("functions");
+        for (which, what) in ["median", "90 %", "longest"].into_iter().enumerate() {
+            let what = format!("body length of the {name}, {what}");
+            at_most(&what, spread[which], limits[which], goals[which]);
+        }
+    }
+}
+
+#[test]
+fn few_files_are_long() {
+    let figures = figures();
+    let long: Vec<String> = figures
+        .long_files()
+        .iter()
+        .map(|source| source.path.display().to_string())
+        .collect();
+    at_most(
+        &format!("product files over 400 lines ({})", long.join(", ")),
+        long.len(),
+        13,
+        5,
+    );
+}

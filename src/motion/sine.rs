@@ -1,0 +1,182 @@
+//! Sine set-points: `θ = A·e(r)·sin φ` with the envelope `e = r³(10 − 15r + 6r²)` rising over the first turn of φ and
+//! falling over the last, so speed and acceleration start and end at zero. Derivatives are analytic:
+//!
+//! ```text
+//! ω = W·(e·cos φ + e′·sin φ)                W = A·φ̇
+//! α = G·(2e′·cos φ + (e″ − e)·sin φ)        G = A·φ̇²       e′, e″: derivatives by φ
+//! ```
+
+use super::trajectory::{ONE, PI, envelope, ramp_turns, root};
+use crate::control::Reference;
+use crate::units::{
+    ACCELERATION_BITS, Acceleration, Position, SPEED_BITS, Speed, mul_high, mul_shift, mul_shift_within,
+    to_fixed,
+};
+
+/// sin and cos of `phase` (2³² a turn), Q30.
+#[must_use]
+pub fn sin_cos(phase: u32) -> (i32, i32) {
+    (sin(phase), sin(phase.wrapping_add(1 << 30)))
+}
+
+/// sin of `phase` (2³² a turn), Q30, within [`SIN_ERROR`].
+fn sin(phase: u32) -> i32 {
+    let turned = phase as i32;
+    // −x; beyond a quarter turn sin(π − x) = sin x. Then ±1 in Q30 is ±90°.
+    let x = if (turned ^ (turned << 1)) < 0 {
+        turned.wrapping_sub(i32::MIN)
+    } else {
+        turned.wrapping_neg()
+    };
+    // −x²/2 in Q32: for x = −1 … 1 it is −2³¹ … 0, so that the upper word of a product with it is all that is needed.
+    let z = mul_high(x << 1, x << 1).wrapping_neg() << 1;
+    let horner = |sum: i32, coefficient: i32| mul_high(sum, z).wrapping_add(coefficient);
+    // Written out: an image optimised for size would keep a loop.
+    let [a, b, c, d, e, f, g] = TAYLOR;
+    let sum = horner(horner(horner(horner(horner(horner(a, b), c), d), e), f), g);
+    mul_shift_within(sum, x, 30)
+}
+
+/// Largest error of [`sin_cos`], LSB of Q30 (2⁻³⁰).
+pub const SIN_ERROR: i32 = 4;
+/// Taylor coefficients of −sin(πx/2)/x in −x²/2, from the sixth power down to the constant, Q30: −2ᵏ·(π/2)ⁿ/n! with
+/// n = 2k + 1. The first one left out is 7·10⁻¹⁰. Negative, like −x²/2: of sums that it knows to be positive the compiler
+/// makes unsigned numbers, and a product of two signs takes seven instructions instead of one.
+const TAYLOR: [i32; 7] = [
+    -3_912,
+    -123_655,
+    -2_756_359,
+    -40_215_962,
+    -342_277_223,
+    -1_387_197_337,
+    -1_686_629_713,
+];
+
+/// A sine with smooth ends, planned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sine {
+    centre: Position,
+    /// A, counts, Q8.
+    amplitude: i32,
+    /// W, counts per tick, Q20.
+    speed: i32,
+    /// G, counts per tick², Q24.
+    acceleration: i32,
+    /// Phase per tick, 2³² a turn.
+    increment: u32,
+    /// r per tick, Q36.
+    ramp: u32,
+    /// dr/dφ, Q28.
+    per_radian: i32,
+    /// Length, ticks.
+    length: u32,
+    /// Ticks done.
+    elapsed: u32,
+}
+
+impl Sine {
+    /// Shortest sine, turns: half of it rises, half of it falls.
+    pub const SHORTEST_TURNS: f32 = 0.5;
+    /// Fewest ticks a turn.
+    pub const FEWEST_TICKS: f32 = 50.0;
+    /// Largest amplitude, counts.
+    pub const LARGEST_COUNTS: f32 = 8e6;
+
+    /// `amplitude` in counts, `frequency` in turns per tick, `length` in ticks. `None`: outside the limits above, or
+    /// faster than a [`Speed`] or an [`Acceleration`] can say.
+    #[must_use]
+    pub fn plan(centre: Position, amplitude: f32, frequency: f32, length: u32) -> Option<Self> {
+        let turns = frequency * length as f32;
+        let radians = 2.0 * PI * frequency;
+        let (speed, acceleration) = (amplitude * radians, amplitude * radians * radians);
+        let fits =
+            amplitude.abs() <= Self::LARGEST_COUNTS && speed.abs() < 900.0 && acceleration.abs() < 50.0;
+        let ramp_turns = ramp_turns(turns);
+        let ok = fits && frequency * Self::FEWEST_TICKS <= 1.0 && turns >= Self::SHORTEST_TURNS;
+        ok.then(|| Self {
+            centre,
+            amplitude: to_fixed(amplitude, 8),
+            speed: to_fixed(speed, SPEED_BITS),
+            acceleration: to_fixed(acceleration, ACCELERATION_BITS),
+            increment: (frequency * 4_294_967_296.0) as u32,
+            ramp: (frequency / ramp_turns * 68_719_476_736.0) as u32,
+            per_radian: to_fixed(1.0 / (2.0 * PI * ramp_turns), 28),
+            length,
+            elapsed: 0,
+        })
+    }
+
+    /// The set-point of this tick; at rest in the centre after the last.
+    pub fn step(&mut self) -> Reference {
+        let left = self.length.saturating_sub(self.elapsed);
+        let falling = left < self.elapsed;
+        let ticks = left.min(self.elapsed);
+        let r = (u64::from(ticks).wrapping_mul(u64::from(self.ramp)) >> 6).min(ONE as u64) as i32;
+        let phase = self.elapsed.wrapping_mul(self.increment);
+        self.elapsed = self.elapsed.saturating_add(u32::from(left > 0));
+        self.at(phase, r, falling)
+    }
+
+    /// True when the sine has ended.
+    #[must_use]
+    pub fn done(&self) -> bool {
+        self.elapsed >= self.length
+    }
+
+    /// Position around which it swings.
+    #[must_use]
+    pub fn centre(&self) -> Position {
+        self.centre
+    }
+
+    fn at(&self, phase: u32, r: i32, falling: bool) -> Reference {
+        let (sin, cos) = sin_cos(phase);
+        let (offset, speed, acceleration) = if r >= ONE {
+            // Between rise and fall e = 1, and its derivatives vanish: the same bits as below.
+            (
+                sin,
+                mul_high(ONE, cos),
+                mul_shift_within((ONE >> 4).wrapping_neg(), sin, 30),
+            )
+        } else {
+            self.shaped(r, falling, sin, cos)
+        };
+        let offset = (self.amplitude as i64).wrapping_mul(offset as i64) >> 6;
+        Reference {
+            position: self.centre.plus(offset),
+            speed: Speed(mul_shift(self.speed, speed, 28)),
+            acceleration: Acceleration(mul_shift(self.acceleration, acceleration, 26)),
+        }
+    }
+
+    /// θ/A in Q30, ω/W in Q28, α/G in Q26 while the envelope rises or falls.
+    fn shaped(&self, r: i32, falling: bool, sin: i32, cos: i32) -> (i32, i32, i32) {
+        let (value, slope, bend) = envelope(r);
+        // dr/dφ is below 1, and so are sin, cos and the envelope.
+        let per_radian = |x: i32| mul_shift_within(x, self.per_radian, 28);
+        let slope = per_radian(slope);
+        let slope = if falling { slope.wrapping_neg() } else { slope };
+        let bend = per_radian(per_radian(bend));
+        let speed = mul_high(value, cos).wrapping_add(mul_shift_within(slope, sin, 30));
+        let acceleration = mul_shift_within(slope, cos, 31).wrapping_add(mul_shift_within(
+            bend.wrapping_sub(value >> 4),
+            sin,
+            30,
+        ));
+        (mul_shift_within(value, sin, 30), speed, acceleration)
+    }
+}
+
+/// Peak of `|ω + τ·ω̇|` of a sine, counts per tick: the speed that the voltage it takes would sustain. `amplitude` in
+/// counts, `frequency` in turns per tick, `tau_ticks` of the motor.
+///
+/// In the middle it is `A·Ω·√(1 + (Ωτ)²)`. The rise over a full turn takes up to 13 % more for a moment, which is not
+/// counted; what a shorter one takes beyond that is, as in [`Limits::allow_sine`].
+#[must_use]
+pub fn sine_takes(tau_ticks: f32, amplitude: f32, frequency: f32, length: u32) -> f32 {
+    let radians = 2.0 * PI * frequency;
+    let slope = 1.0 / (2.0 * PI * ramp_turns(frequency * length as f32));
+    let rise = (1.0 + 6.2 * slope * slope) / 1.157;
+    let lag = radians * tau_ticks * rise;
+    amplitude.abs() * radians * root(1.0 + lag * lag)
+}

@@ -1,0 +1,81 @@
+//! The parts of the project that figures are given for.
+
+use crate::source::{self, Source};
+use anyhow::Result;
+use std::path::Path;
+
+/// One part.
+pub struct Part {
+    /// Its name in tables.
+    pub name: &'static str,
+    /// Its files.
+    pub sources: Vec<Source>,
+}
+
+impl Part {
+    /// Lines of code.
+    pub fn code(&self) -> usize {
+        self.sources.iter().map(|source| source.code.len()).sum()
+    }
+}
+
+/// What users run: library, image and workbench.
+pub fn product(root: &Path) -> Result<[Part; 3]> {
+    let [library, image] = chip(root)?;
+    let workbench = whole(root, "workbench", "workbench/src")?;
+    Ok([library, image, workbench])
+}
+
+/// Everything else that is built.
+pub fn rest(root: &Path) -> Result<[Part; 5]> {
+    Ok([
+        whole(root, "tests", "host-tests/tests")?,
+        whole(root, "helpers of the tests", "host-tests/src")?,
+        whole(root, "evaluation", "evaluation")?,
+        whole(root, "tools", "tools")?,
+        whole(root, "xtask", "xtask/src")?,
+    ])
+}
+
+fn whole(root: &Path, name: &'static str, folder: &str) -> Result<Part> {
+    let sources = source::below(root, folder)?;
+    Ok(Part { name, sources })
+}
+
+/// Library and image share `src/`: what `lib.rs` declares is the library, the other files are the image.
+fn chip(root: &Path) -> Result<[Part; 2]> {
+    let sources = source::below(root, "src")?;
+    let declared = declared(root)?;
+    let is_library = |source: &Source| {
+        let top = top_room(&source.path, Path::new("src"));
+        top.is_none_or(|room| declared.contains(&room)) && !source.path.ends_with("main.rs")
+    };
+    let (library, image) = sources.into_iter().partition(is_library);
+    Ok([
+        Part {
+            name: "library",
+            sources: library,
+        },
+        Part {
+            name: "image",
+            sources: image,
+        },
+    ])
+}
+
+/// Modules that `src/lib.rs` declares.
+fn declared(root: &Path) -> Result<Vec<String>> {
+    let library = Source::read(root, "src/lib.rs".into())?;
+    let modules = library.tree.items.iter().filter_map(|item| match item {
+        syn::Item::Mod(module) => Some(module.ident.to_string()),
+        _ => None,
+    });
+    Ok(modules.collect())
+}
+
+/// The room that a file belongs to: the first name of its path below `folder`; `None` for the roots of a package.
+pub fn top_room(path: &Path, folder: &Path) -> Option<String> {
+    let first = path.strip_prefix(folder).ok()?.iter().next()?;
+    let name = first.to_str()?.trim_end_matches(".rs");
+    (!["lib", "main"].contains(&name)).then(|| name.to_owned())
+}

@@ -1,0 +1,165 @@
+//! The model of a record, extended by what was found, and what it predicts: the one result.
+
+use crate::gap::dataset::{Bench, Part};
+use crate::gap::estimate::{self, Estimate};
+use crate::gap::fit::{FINAL, covariance, fit};
+use crate::gap::hypothesis::{Hypothesis, Item, Slot};
+use crate::gap::prediction::{Prediction, compared};
+use crate::gap::record::Given;
+use crate::gap::search::{Found, Scored};
+use crate::gap::verdict::Judged;
+use crate::gap::{evidence, excitation, plots};
+use crate::outcome::*;
+use crate::report::volts;
+use crate::system::effects;
+use crate::system::model::Model;
+use std::collections::BTreeMap;
+
+/// The result of a search, with the kept set added to the model.
+pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Option<&Bench>) -> Outcome {
+    let (bench, model, kept) = (given.hypothesis.bench, given.hypothesis.model, &judged.kept);
+    let steps = steps(kept, given.prediction.gap());
+    let after = Prediction::of(&kept.hypothesis, &kept.fit.x, &[Part::HoldOut]);
+    let notes = [
+        bench.notes.clone(),
+        vetoed(model, found),
+        excitation::missing(bench),
+    ];
+    Outcome {
+        effects: volts::told(model, named(kept, &steps, &judged.ties)),
+        closest_known: judged.closest,
+        final_records: last.map(|bench| predicted(bench, kept)),
+        within_tolerance: shifts(kept),
+        unexplained: judged.unexplained,
+        next_experiment: judged.next,
+        notes: notes.concat(),
+        rivals: evidence::rivals(found, &judged.ties),
+        plots: plots::all(&given.hypothesis, &given.x, kept),
+        ties: judged.ties,
+        steps,
+        ..Outcome::new(
+            judged.verdict,
+            compared(bench.signal, bench.sigma, &given.prediction, &after),
+            bench.speed_unit(),
+        )
+    }
+}
+
+/// What the set predicts for the held-out part of another bench of the same log.
+fn predicted(bench: &Bench, kept: &Scored) -> HoldOut {
+    let model = kept.hypothesis.model;
+    let made = |hypothesis: &Hypothesis, x: &[f64]| Prediction::of(hypothesis, x, &[Part::HoldOut]);
+    let given = Hypothesis::new(bench, model, Vec::new());
+    let extended = Hypothesis::new(bench, model, kept.hypothesis.items.clone());
+    let x = extended.carried(&kept.hypothesis, &kept.fit.x, &|_| 0.0);
+    let before = made(&given, &vec![0.0; given.slots.len()]);
+    compared(bench.signal, bench.sigma, &before, &made(&extended, &x))
+}
+
+/// What the held-out records had to say about the names of a model that is a fit to the log.
+fn vetoed(model: &Model, found: &Found) -> Vec<String> {
+    let chosen = model.fitted_to_log && !found.best.hypothesis.items.is_empty();
+    chosen
+        .then(|| {
+            "the held-out records had a veto: a name stays only if every one of them is predicted better with it. A further record given with --final is only predicted".to_owned()
+        })
+        .into_iter()
+        .collect()
+}
+
+/// The held-out gap of the model as given, and after each effect in the order of naming.
+fn steps(best: &Scored, given: f64) -> Vec<Step> {
+    let mut steps = vec![Step {
+        label: "the model as given".into(),
+        gap: given,
+    }];
+    for count in 1..=best.hypothesis.items.len() {
+        let (hypothesis, start) = best.hypothesis.only(&best.fit.x, |k| k < count);
+        let x = if count == best.hypothesis.items.len() {
+            start
+        } else {
+            fit(&hypothesis, &start, &FINAL).x
+        };
+        let gap = Prediction::of(&hypothesis, &x, &[Part::HoldOut]).gap();
+        steps.push(Step {
+            label: format!("+ {}", best.hypothesis.items[count - 1].effect.name),
+            gap,
+        });
+    }
+    steps
+}
+
+/// The accepted effects with their parameters and uncertainties.
+fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
+    let linear = kept.hypothesis.bench.linear;
+    let effect = |(item, estimates): (&Item, Vec<Estimate>)| {
+        let name = item.effect.name.to_owned();
+        let place = steps
+            .iter()
+            .position(|step| step.label.strip_prefix("+ ") == Some(&name))
+            .unwrap_or(steps.len() - 1)
+            .max(1);
+        NamedEffect {
+            gap_before: steps[place - 1].gap,
+            gap_after: steps[place].gap,
+            evidence: evidence::sentence(
+                item.effect,
+                &steps[place - 1],
+                &steps[place],
+                kept.hypothesis.bench.speed_unit(),
+            ),
+            tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
+            name,
+            parameters: estimates
+                .iter()
+                .map(|estimate| parameter(estimate, linear))
+                .collect(),
+            derived: BTreeMap::new(),
+        }
+    };
+    let items = kept.hypothesis.items.iter();
+    items.zip(estimate::estimates(kept)).map(effect).collect()
+}
+
+/// Key and value of a parameter on a turning or a linear axis.
+fn parameter(estimate: &Estimate, linear: bool) -> (String, Value) {
+    let spec = estimate.parameter;
+    let (key, unit) = if linear {
+        (effects::linear_key(spec.name), effects::linear_unit(spec.unit))
+    } else {
+        (spec.name.into(), spec.unit.into())
+    };
+    let (value, std) = (estimate.value, estimate.std);
+    (key, Value { value, std, unit })
+}
+
+/// Base parameters and parameters of known effects that moved inside their tolerances.
+fn shifts(kept: &Scored) -> Vec<Shift> {
+    let covariance = covariance(&kept.hypothesis, &kept.fit, &FINAL);
+    let slots = kept.hypothesis.slots.iter().enumerate();
+    slots
+        .filter_map(|(k, slot)| match slot {
+            Slot::Base { key, tolerance, .. } => Some(Shift {
+                parameter: (*key).to_owned(),
+                shift_percent: 100.0 * ((tolerance * kept.fit.x[k]).exp() - 1.0),
+                std_percent: 100.0 * tolerance * covariance[(k, k)].max(0.0).sqrt().min(1.0),
+                refitted: kept.hypothesis.model.fitted_to_log,
+            }),
+            Slot::Known {
+                known,
+                parameter,
+                std,
+            } => {
+                let known = &kept.hypothesis.model.known[*known];
+                let (value, spec) = (known.values[*parameter], &known.effect.parameters[*parameter]);
+                (value != 0.0).then(|| Shift {
+                    parameter: format!("known.{}.{}", known.effect.name, spec.name),
+                    shift_percent: 100.0 * std * kept.fit.x[k] / value,
+                    std_percent: 100.0 * (std / value).abs() * covariance[(k, k)].max(0.0).sqrt().min(1.0),
+                    refitted: false,
+                })
+            }
+            _ => None,
+        })
+        .collect()
+}

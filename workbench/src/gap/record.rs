@@ -1,0 +1,128 @@
+//! A record over time against a model: prepare → simulate → localise → search → judge → extend.
+
+use crate::console::input_error::InputError;
+use crate::gap::dataset::{self, Bench, Part, hf_noise, prepare};
+use crate::gap::extend::extended;
+use crate::gap::hypothesis::Hypothesis;
+use crate::gap::prediction::{Prediction, held_out_errors};
+use crate::gap::residual::rms;
+use crate::gap::residual_tests::{sensor_like, twin_pairs};
+use crate::gap::samples::samples;
+use crate::gap::search::{Progress, Scored, base_fit, search};
+use crate::gap::{Options, estimate, localise, verdict};
+use crate::outcome::Outcome;
+use crate::system::log::Dynamic;
+use crate::system::model::Model;
+
+/// Finds where model and record disagree, names what is missing and predicts the held-out data with it.
+pub fn run(
+    model: &Model,
+    log: &Dynamic,
+    holdouts: &[Dynamic],
+    options: &Options,
+    progress: Progress,
+) -> Result<Outcome, InputError> {
+    let bench = made_ready(model, log, holdouts)?;
+    if let Some(outcome) = verdict::not_excited(&bench) {
+        return Ok(outcome);
+    }
+    let last = only_predicted(model, log, holdouts, &options.finals)?;
+    let given = Given::simulated(&bench, model);
+    let places = localise::places(&given.hypothesis, &given.x);
+    let found = search(&bench, model, &options.without, progress);
+    let mut judged = verdict::judge(&found, &given.hypothesis, &given.x);
+    let eased = estimate::eased(&judged.kept);
+    if let Some(eased) = &eased {
+        let anew = estimate::refitted(eased, &judged.kept);
+        if !model.fitted_to_log || predicts_as_well(&anew, &judged.kept) {
+            judged.kept = anew;
+        }
+    }
+    Ok(Outcome {
+        places,
+        ..extended(&given, &found, judged, last.as_ref())
+    })
+}
+
+/// The model as given beside the data.
+pub(super) struct Given<'a> {
+    /// The model without any effect.
+    pub hypothesis: Hypothesis<'a>,
+    /// Its nominal numbers.
+    pub x: Vec<f64>,
+    /// What it predicts of the held-out data.
+    pub prediction: Prediction,
+}
+
+impl<'a> Given<'a> {
+    pub(super) fn simulated(bench: &'a Bench, model: &'a Model) -> Self {
+        let hypothesis = Hypothesis::new(bench, model, Vec::new());
+        let x = vec![0.0; hypothesis.slots.len()];
+        let prediction = Prediction::of(&hypothesis, &x, &[Part::HoldOut]);
+        Self {
+            hypothesis,
+            x,
+            prediction,
+        }
+    }
+}
+
+/// The records that are only predicted, made ready.
+fn only_predicted(
+    model: &Model,
+    log: &Dynamic,
+    holdouts: &[Dynamic],
+    finals: &[Dynamic],
+) -> Result<Option<Bench>, InputError> {
+    let copies = |last: &&Dynamic| holdouts.iter().any(|held| dataset::same(held, last));
+    if let Some(copy) = finals.iter().find(copies) {
+        let what = "is one of the held-out records, which had a veto; give --final another record";
+        return Err(InputError::file(&copy.source, what));
+    }
+    let last = (!finals.is_empty()).then(|| made_ready(model, log, finals));
+    last.transpose()
+}
+
+/// Log and hold-outs on their grids, with noise and weights.
+pub fn made_ready(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Bench, InputError> {
+    let mut bench = prepare(model, log, holdouts)?;
+    settle_noise(&mut bench, model);
+    Ok(bench)
+}
+
+/// The noise from the base's residual, in which the motion no longer hides it, and the weights.
+fn settle_noise(bench: &mut Bench, model: &Model) {
+    let nominal = Hypothesis::new(bench, model, Vec::new());
+    let plant = nominal.plant(&vec![0.0; nominal.slots.len()]);
+    bench.weigh(&plant);
+    let base = base_fit(bench, model);
+    let view = Prediction::of(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
+    let high = hf_noise(&view.residual(), bench.noise_lag).clamp(0.5 * bench.sigma, 1.05 * bench.sigma);
+    let repeated = repeated_noise(&base);
+    let plant = base.hypothesis.plant(&base.fit.x);
+    bench.sigma = repeated.map_or(high, |sigma| sigma.max(high));
+    bench.weigh(&plant);
+}
+
+/// The noise from the difference of two runs with the same input: it needs no model of the noise.
+fn repeated_noise(base: &Scored) -> Option<f64> {
+    let bench = base.hypothesis.bench;
+    let seen = samples(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
+    let differences: Vec<f64> = twin_pairs(&seen, bench.twins?, |s| s.residual())
+        .map(|(a, b)| a - b)
+        .collect();
+    let enough = differences.len() > 200 && sensor_like(&differences);
+    enough.then(|| rms(&differences) / 2f64.sqrt())
+}
+
+/// By how much more of a held-out record's squared error other weights may leave.
+const AS_WELL: f64 = 1.1;
+
+/// Whether a set fitted with other weights predicts every held-out record as well.
+fn predicts_as_well(anew: &Scored, kept: &Scored) -> bool {
+    let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
+    errors(anew)
+        .iter()
+        .zip(errors(kept))
+        .all(|(anew, kept)| *anew <= AS_WELL * kept)
+}

@@ -1,0 +1,102 @@
+//! The rounds of the beam over a record, whether its gap is measured by the noise or by shares.
+
+use super::score::{Scored, dispersion};
+use super::shares::SHARE;
+use super::worth::Accepted;
+use super::{Offer, Search};
+use crate::gap::beam::{Growth, grown};
+
+/// Sets that are grown further side by side: few, because each of their children is fitted by simulation.
+pub(super) const BEAM: usize = 3;
+/// Sets of a round that lost and may be told as rivals.
+const RIVALS: usize = 12;
+/// Part of the cost by which the best child must be lower for a round without a winner to be half of a pair.
+const HALF_OF_A_PAIR: f64 = 0.05;
+/// The same where the gap is measured by shares, as a part of the share that a name must remove.
+const HALF_OF_A_SHARE: f64 = 0.3;
+
+/// What the rounds leave for the report.
+#[derive(Default)]
+pub(super) struct Path<'a> {
+    /// All singles of the first round, best first.
+    pub singles: Vec<Scored<'a>>,
+    /// Sets that lost.
+    pub others: Vec<Scored<'a>>,
+    /// The best candidate of the first round without a winner.
+    pub declined: Option<Scored<'a>>,
+    /// Names that were tried together and did not all stay.
+    pub dropped: Vec<String>,
+}
+
+impl<'a> Search<'a, '_> {
+    /// Adds names until none pays for itself.
+    pub(super) fn grown(&mut self, from: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
+        let effects = from.hypothesis.items.len();
+        grown(&mut Rounds { search: self, path }, from, effects)
+    }
+}
+
+struct Rounds<'s, 'a, 'p> {
+    search: &'s mut Search<'a, 'p>,
+    path: &'s mut Path<'a>,
+}
+
+impl<'a> Growth for Rounds<'_, 'a, '_> {
+    type Set = Scored<'a>;
+
+    fn width(&self) -> usize {
+        BEAM
+    }
+
+    fn children(&mut self, round: usize, current: &Scored<'a>, beam: &[Scored<'a>]) -> Vec<Scored<'a>> {
+        (self.search.progress)(&format!("round {round}: {}", current.label()));
+        let children = self.search.expand(beam);
+        if self.path.singles.is_empty() {
+            self.path.singles = children.clone();
+        }
+        children
+    }
+
+    fn winner(&mut self, current: &Scored<'a>, children: &mut Vec<Scored<'a>>) -> Option<Scored<'a>> {
+        if self.search.offer != Offer::All {
+            return self.search.chosen(current, children);
+        }
+        let accepted = Accepted::default();
+        let best = children.iter().take(BEAM);
+        best.map(|child| self.search.pruned(child))
+            .find(|child| self.search.accepts(current, &accepted, child))
+    }
+
+    fn accepted(
+        &mut self,
+        _: &Scored<'a>,
+        winner: Scored<'a>,
+        children: Vec<Scored<'a>>,
+    ) -> (Scored<'a>, bool) {
+        let names = winner.hypothesis.names();
+        let others = children.into_iter();
+        let others = others.filter(|child| child.hypothesis.names() != names);
+        self.path.others = others.take(RIVALS).collect();
+        self.search.dispersion = dispersion(&winner);
+        let settled = self.search.settled(winner);
+        let richer = matches!(self.search.offer, Offer::All | Offer::Forms);
+        let refined = if richer {
+            self.search.refined(settled)
+        } else {
+            settled
+        };
+        (refined, true)
+    }
+
+    fn may_pair(&mut self, current: &Scored<'a>, children: Vec<Scored<'a>>) -> bool {
+        let nearest = children.into_iter().next();
+        let by_shares = self.search.offer != Offer::All;
+        let lower = |child: &Scored<'a>, part: f64| child.fit.cost < (1.0 - part) * current.fit.cost;
+        let pair = nearest.as_ref().is_some_and(|child| match by_shares {
+            true => lower(child, HALF_OF_A_SHARE * SHARE),
+            false => lower(child, HALF_OF_A_PAIR) && !self.search.at_floor(current),
+        });
+        self.path.declined = self.path.declined.take().or(nearest);
+        pair
+    }
+}

@@ -1,0 +1,136 @@
+//! Sets made from other sets: one effect more, one less, one in the place of another, each fitted anew.
+
+use super::candidates::{Offer, same_place};
+use super::fit::{Set, best, mean_square};
+use super::rows::Rows;
+use crate::gap::fit::Fit;
+use crate::gap::hypothesis::{Hypothesis, Item, Slot};
+use crate::system::effects::Effect;
+use crate::system::model::Model;
+
+/// Starts that are worth a descent.
+const DESCENTS: usize = 4;
+
+/// The search for one table.
+#[derive(Clone, Copy)]
+pub struct Search<'a> {
+    /// What is fitted.
+    pub rows: &'a Rows,
+    /// The model as given.
+    pub model: &'a Model,
+    /// Candidates.
+    pub offer: &'a Offer,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn hypothesis(&self, items: Vec<Item>) -> Hypothesis<'a, Rows> {
+        Hypothesis::new(self.rows, self.model, items)
+    }
+
+    /// A fitted set with its score, n·ln(mean square) + Σ(δ/tolerance)² + k·ln n; the lower the better.
+    pub(super) fn scored(&self, hypothesis: Hypothesis<'a, Rows>, fit: Fit) -> Set<'a> {
+        let price = (fit.samples as f64).ln() * hypothesis.effect_slots() as f64;
+        Set {
+            score: fit.cost + price,
+            hypothesis,
+            fit,
+        }
+    }
+
+    /// The model as given, its base refitted within tolerance.
+    pub fn nothing(&self) -> Option<Set<'a>> {
+        let hypothesis = self.hypothesis(vec![]);
+        let start = vec![0.0; hypothesis.slots.len()];
+        self.fitted(hypothesis, vec![start])
+    }
+
+    /// A set fitted to the rows of this search, from its own numbers.
+    pub fn again(&self, set: &Set) -> Option<Set<'a>> {
+        let hypothesis = self.hypothesis(set.hypothesis.items.clone());
+        self.fitted(hypothesis, vec![set.fit.x.clone()])
+    }
+
+    /// Fits a set from the most promising of these starts.
+    pub fn fitted(&self, hypothesis: Hypothesis<'a, Rows>, mut starts: Vec<Vec<f64>>) -> Option<Set<'a>> {
+        if starts.len() > DESCENTS {
+            let misfit = |x: Vec<f64>| (mean_square(&hypothesis, &x), x);
+            let mut promising: Vec<(f64, Vec<f64>)> = starts.into_iter().map(misfit).collect();
+            promising.sort_by(|a, b| a.0.total_cmp(&b.0));
+            starts = promising.into_iter().take(DESCENTS).map(|it| it.1).collect();
+        }
+        let fit = best(&hypothesis, &starts)?;
+        Some(self.scored(hypothesis, fit))
+    }
+
+    /// Whether an effect may be added to a set.
+    pub fn compatible(&self, parent: &Set, effect: &Effect) -> bool {
+        let clash = |it: &Item| same_place(it.effect, effect) || it.effect.excludes_in_tables(effect);
+        !parent.hypothesis.items.iter().any(clash)
+    }
+
+    /// The set with one more effect, refitted: with the base where it was, and from its nominal values.
+    pub fn extended(&self, parent: &Set<'a>, item: &Item) -> Option<Set<'a>> {
+        let starts = self.rows.starts(item, &parent.plant());
+        self.extended_from(parent, item, &starts, true)
+    }
+
+    /// The set with one more effect, refitted from these values of its parameters.
+    pub fn extended_from(
+        &self,
+        parent: &Set<'a>,
+        item: &Item,
+        values: &[Vec<f64>],
+        from_nominal: bool,
+    ) -> Option<Set<'a>> {
+        let mut items = parent.hypothesis.items.clone();
+        items.push(*item);
+        let hypothesis = self.hypothesis(items);
+        let mut starts = Vec::new();
+        for values in values {
+            let own = |slot: &Slot| match slot {
+                Slot::Effect { parameter, .. } => values[*parameter],
+                _ => 0.0,
+            };
+            let x = hypothesis.carried(&parent.hypothesis, &parent.fit.x, &own);
+            let nominal = from_nominal.then(|| nominal(&hypothesis, &x));
+            starts.extend([x].into_iter().chain(nominal));
+        }
+        self.fitted(hypothesis, starts)
+    }
+
+    /// The set without effect k, refitted.
+    pub fn without(&self, set: &Set<'a>, k: usize) -> Option<Set<'a>> {
+        let rest = self.others(set, k);
+        let starts = vec![rest.fit.x.clone(), nominal(&rest.hypothesis, &rest.fit.x)];
+        self.fitted(rest.hypothesis, starts)
+    }
+
+    /// The set with another form in the place of effect k, refitted.
+    pub fn substituted(&self, set: &Set<'a>, k: usize, item: &Item) -> Option<Set<'a>> {
+        let others = self.others(set, k);
+        let allowed = self.compatible(&others, item.effect);
+        allowed.then(|| self.extended(&others, item)).flatten()
+    }
+
+    /// The set without effect k, not refitted.
+    pub fn others(&self, set: &Set<'a>, k: usize) -> Set<'a> {
+        let (hypothesis, x) = set.hypothesis.only(&set.fit.x, |other| other != k);
+        let fit = Fit { x, ..set.fit.clone() };
+        self.scored(hypothesis, fit)
+    }
+
+    /// Some of the effects of a set in another order, not refitted.
+    pub fn arranged(&self, set: &Set<'a>, items: Vec<Item>) -> Set<'a> {
+        let hypothesis = self.hypothesis(items);
+        let x = hypothesis.carried(&set.hypothesis, &set.fit.x, &|_| 0.0);
+        self.scored(hypothesis, Fit { x, ..set.fit.clone() })
+    }
+}
+
+/// The numbers with the base at its nominal values.
+fn nominal(hypothesis: &Hypothesis<Rows>, x: &[f64]) -> Vec<f64> {
+    let slots = hypothesis.slots.iter().zip(x);
+    slots
+        .map(|(slot, x)| if slot.has_prior() { 0.0 } else { *x })
+        .collect()
+}
