@@ -2,6 +2,7 @@
 
 use crate::families::Plant;
 use crate::virtual_motor::VirtualMotor;
+use boards::{FOUR_AXES, QEMU, TWO_AXES};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, OnceLock};
@@ -16,7 +17,7 @@ use truing::device::session::{self, SessionResult, Task};
 pub fn qemu() -> Options {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
     Options {
-        image: IMAGE.get_or_init(|| build("qemu", "qemu-tested.elf")).clone(),
+        image: IMAGE.get_or_init(|| build(None, "qemu-tested.elf")).clone(),
         ..Options::default()
     }
 }
@@ -35,7 +36,7 @@ pub fn qemu_two_axes() -> Options {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
     Options {
         image: IMAGE
-            .get_or_init(|| build("qemu,two-axes", "qemu-two-axes-tested.elf"))
+            .get_or_init(|| build(Some(TWO_AXES), "qemu-two-axes-tested.elf"))
             .clone(),
         ..Options::default()
     }
@@ -46,7 +47,7 @@ pub fn qemu_four_axes() -> Options {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
     Options {
         image: IMAGE
-            .get_or_init(|| build("qemu,four-axes", "qemu-four-axes-tested.elf"))
+            .get_or_init(|| build(Some(FOUR_AXES), "qemu-four-axes-tested.elf"))
             .clone(),
         ..Options::default()
     }
@@ -83,22 +84,17 @@ fn cargo(arguments: &[&str], what: &str) {
     );
 }
 
-/// Builds the image with these features and keeps it under a name of its own. One at a time: every build leaves its image
-/// in the same file of Cargo's.
-fn build(features: &str, name: &str) -> PathBuf {
+/// Builds QEMU's image, for one axis or as many as the feature says, and keeps it under a name of its own. One at a time:
+/// every build leaves its image in the same file of Cargo's.
+fn build(axes: Option<&str>, name: &str) -> PathBuf {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _turn = ONE_AT_A_TIME.lock().expect("no earlier build has failed");
-    let target = "thumbv7em-none-eabihf";
+    let target = QEMU.chip.target;
     let what = ["build", "--quiet", "--package", "servo", "--bin", "firmware"];
-    let how = [
-        "--target",
-        target,
-        "--profile",
-        "firmware",
-        "--features",
-        features,
-    ];
-    cargo(&[&what[..], &how].concat(), "the image");
+    let how = ["--target", target, "--profile", "firmware"];
+    let features = [QEMU.feature, axes].into_iter().flatten();
+    let features: Vec<&str> = features.flat_map(|feature| ["--features", feature]).collect();
+    cargo(&[&what[..], &how, &features].concat(), "the image");
     let built = root().join("target").join(target).join("firmware/firmware");
     let images = root().join("target/images");
     let own = images.join(name);

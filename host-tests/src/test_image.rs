@@ -1,9 +1,10 @@
 //! Images that are made for a test: built, and run by QEMU to their end, without a motor behind them.
 
+use boards::QEMU;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const TARGET: &str = "thumbv7em-none-eabihf";
+const TARGET: &str = QEMU.chip.target;
 
 /// Builds a binary of a package for the chip. Panics with the compiler's words if it cannot be built: tests in QEMU are
 /// never skipped.
@@ -23,12 +24,13 @@ pub fn built(package: &str, binary: &str) -> PathBuf {
     target.join(TARGET).join("firmware").join(binary)
 }
 
-/// QEMU's STM32F405 with an image; it ends when the image does.
+/// QEMU's board with an image; it ends when the image does.
 pub fn qemu(image: &Path) -> Command {
     let program = std::env::var_os("TRUING_QEMU").unwrap_or_else(|| "qemu-system-arm".into());
+    let machine = QEMU.machine.expect("QEMU plays a machine");
     let mut command = Command::new(program);
     command
-        .args(["-M", "netduinoplus2", "-nographic"])
+        .args(["-M", machine, "-nographic"])
         .args(["-monitor", "none", "-serial", "none"])
         .args(["-semihosting-config", "enable=on,target=native"])
         .arg("-kernel")

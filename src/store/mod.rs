@@ -28,7 +28,7 @@ use crate::sample::Bridge;
 use crate::store::checksum::CHECKSUM;
 use serde::{Deserialize, Serialize};
 
-/// Axes that one set can hold: as many as one STM32F405 can drive.
+/// Axes that one record has room for. An image that drives more needs a longer record, which is another layout.
 pub const MAX_AXES: usize = 4;
 /// Bytes of a record. Four axes take up to 609 bytes in postcard ([`Estimates::to_store`] sees to it).
 pub const RECORD_LEN: usize = 640;

@@ -1,14 +1,13 @@
 //! The image onto a board, or as if onto a board.
 
-use crate::image;
+use crate::image::Image;
 use crate::process::{find, run};
 use crate::programs::Program;
 use anyhow::{Result, bail};
+use boards::DEFAULT;
 use std::path::Path;
 use std::process::Command;
 
-/// The chip, as probe-rs names it.
-const CHIP: &str = "STM32F405RGTx";
 const PROBE: &str = "probe-rs";
 
 /// Builds the board's image, flashes and runs it, and shows its log until Ctrl-C. With `dry_run` it is checked against the
@@ -19,14 +18,16 @@ pub fn flash(dry_run: bool) -> Result<()> {
             "the program {PROBE} is missing: install it as https://probe.rs tells, or type `cargo xtask flash --dry-run`, which needs no probe"
         );
     }
-    let image = image::build("stm32f405")?;
+    let image = Image::of(DEFAULT).build()?;
     match dry_run {
         true => check(&image),
-        false => run(Command::new(PROBE).args(["run", "--chip", CHIP]).arg(image)),
+        false => run(Command::new(PROBE)
+            .args(["run", "--chip", DEFAULT.chip.probe])
+            .arg(image)),
     }
 }
 
 fn check(image: &Path) -> Result<()> {
-    println!("dry run: {} for {CHIP}", image.display());
+    println!("dry run: {} for {}", image.display(), DEFAULT.chip.probe);
     run(Program::FlashDryRun.run().arg(image))
 }

@@ -1,50 +1,84 @@
-//! The two firmware images.
+//! The firmware images.
 
 use crate::process::{root, run};
 use crate::programs::Program;
-use crate::setup::TARGET;
 use anyhow::{Context, Result};
+use boards::{BOARDS, Board, DEFAULT};
 use std::path::PathBuf;
 use std::process::Command;
 
-/// The board's image for as many axes as the chip can drive: built to see that it fits.
-pub const FOUR_AXES: &str = "stm32f405-four-axes";
+/// What an image is built for: a board, and a number of axes.
+#[derive(Clone, Copy)]
+pub struct Image {
+    /// The board.
+    pub board: &'static Board,
+    /// The Cargo feature that chooses the number of axes; one axis without it.
+    axes: Option<&'static str>,
+}
+
+impl Image {
+    /// The image of a board for one axis.
+    pub const fn of(board: &'static Board) -> Self {
+        Image { board, axes: None }
+    }
+
+    /// The image of a board for as many axes as it can drive: built to see that it fits.
+    const fn full(board: &'static Board) -> Self {
+        Image {
+            board,
+            axes: Some(board.most_axes),
+        }
+    }
+
+    /// The name of its file.
+    pub fn name(self) -> String {
+        let parts = [Some(self.board.name), self.axes];
+        parts.into_iter().flatten().collect::<Vec<_>>().join("-")
+    }
+
+    /// A Cargo command on this image.
+    pub fn command(self, verb: &str) -> Command {
+        let mut command = Program::Firmware.cargo(verb);
+        command.args(["--target", self.board.chip.target, "--profile", "firmware"]);
+        let features = [self.board.feature, self.axes].into_iter().flatten();
+        command.args(features.flat_map(|feature| ["--features", feature]));
+        command
+    }
+
+    /// Builds it and returns where it lies. All images share Cargo's output name, so the file is copied.
+    pub fn build(self) -> Result<PathBuf> {
+        run(&mut self.command("build"))?;
+        let folder = root().join("target/images");
+        std::fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+        let image = folder.join(format!("{}.elf", self.name()));
+        let target = root().join("target").join(self.board.chip.target);
+        let built = target.join("firmware/firmware");
+        std::fs::copy(&built, &image)
+            .with_context(|| format!("cannot copy {} to {}", built.display(), image.display()))?;
+        Ok(image)
+    }
+}
+
+/// The images whose size is watched: every board's, and the largest of every board that is no program.
+pub fn watched() -> Vec<Image> {
+    let of_board = |board: &'static Board| {
+        let full = board.machine.is_none().then_some(Image::full(board));
+        [Some(Image::of(board)), full].into_iter().flatten()
+    };
+    BOARDS.into_iter().flat_map(of_board).collect()
+}
 
 /// Builds the image of each board into `target/images/`.
 pub fn build_all() -> Result<()> {
-    for board in ["stm32f405", "qemu"] {
-        build(board)?;
+    for board in BOARDS {
+        Image::of(board).build()?;
     }
     Ok(())
 }
 
-/// A Cargo command on the image for one board.
-pub fn command(verb: &str, board: &str) -> Command {
-    let mut command = Program::Firmware.cargo(verb);
-    command.args(["--target", TARGET, "--profile", "firmware"]);
-    match board {
-        "qemu" => drop(command.args(["--features", "qemu"])),
-        FOUR_AXES => drop(command.args(["--features", "four-axes"])),
-        _ => {}
-    }
-    command
-}
-
-/// A Cargo command on an example of the library for the chip, with what the images have compiled already.
+/// A Cargo command on an example of the library for the default board's chip, with what the images have compiled already.
 pub fn example(verb: &str, name: &str) -> Command {
     let mut command = Program::Firmware.example(verb, name);
-    command.args(["--target", TARGET, "--profile", "firmware"]);
+    command.args(["--target", DEFAULT.chip.target, "--profile", "firmware"]);
     command
-}
-
-/// Builds one image and returns where it lies. Both boards share Cargo's output name, so the file is copied.
-pub fn build(board: &str) -> Result<PathBuf> {
-    run(&mut command("build", board))?;
-    let folder = root().join("target/images");
-    std::fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
-    let image = folder.join(format!("{board}.elf"));
-    let built = root().join("target").join(TARGET).join("firmware/firmware");
-    std::fs::copy(&built, &image)
-        .with_context(|| format!("cannot copy {} to {}", built.display(), image.display()))?;
-    Ok(image)
 }

@@ -1,14 +1,14 @@
 //! Instructions per control tick of the image as it is.
 
 use crate::figures::{self, Figures};
-use crate::image;
+use crate::image::Image;
 use crate::process::text;
 use crate::programs::Program;
 use anyhow::{Context, Result, bail};
 
 /// Builds the image for QEMU, has `truing instructions` count, and checks or enters the figures.
 pub fn print(accept: bool) -> Result<()> {
-    let image = image::build("qemu")?;
+    let image = Image::of(&boards::QEMU).build()?;
     let mut truing = Program::Truing.run();
     let output = truing
         .args(["instructions", "--image"])

@@ -16,6 +16,7 @@ mod test;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
+use image::Image;
 use programs::Program;
 use std::process::ExitCode;
 
@@ -82,7 +83,7 @@ fn run(command: Command) -> Result<()> {
         Command::Setup => setup::everything(),
         Command::Demo { arguments } => demo(&arguments),
         Command::Images => setup::everything().and_then(|()| image::build_all()),
-        Command::Flash { dry_run } => setup::rust_target().and_then(|()| flash::flash(dry_run)),
+        Command::Flash { dry_run } => setup::rust_targets().and_then(|()| flash::flash(dry_run)),
         Command::Size { accept } => setup::everything().and_then(|()| size::print(accept)),
         Command::Instructions { accept } => setup::everything().and_then(|()| instructions::print(accept)),
         Command::Bench => setup::everything().and_then(|()| bench::print()),
@@ -96,6 +97,6 @@ fn demo(arguments: &[String]) -> Result<()> {
     setup::everything()?;
     // Some minutes the first time, so Cargo shows what it does.
     process::run(&mut Program::Truing.cargo("build"))?;
-    image::build("qemu")?;
+    Image::of(&boards::QEMU).build()?;
     process::run(Program::Truing.run().arg("demo").args(arguments))
 }

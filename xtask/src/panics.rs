@@ -1,22 +1,29 @@
 //! What of control, link and idle can end in a panic.
 
-use crate::image;
+use crate::image::Image;
 use crate::process::run;
 use crate::programs::Program;
 use anyhow::Result;
+use boards::Board;
 use std::process::Stdio;
 
-/// Control and link by their entries in the vector table, and idle.
-const ROOTS: [&str; 3] = ["ADC", "USART2", "firmware::app::idle"];
 /// What is accepted, with reasons.
 const ACCEPTED: &str = "tools/panic-paths/accepted.txt";
 
-/// Builds the board's image and walks its calls; fails on a way to a panic that is not listed. `silent`: without the list.
+/// Builds the image of every board that is no program and walks its calls; fails on a way to a panic that is not listed. `silent`: without the list.
 pub fn check(silent: bool) -> Result<()> {
-    let image = image::build("stm32f405")?;
+    boards::real().try_for_each(|board| check_board(board, silent))
+}
+
+fn check_board(board: &'static Board, silent: bool) -> Result<()> {
+    let image = Image::of(board).build()?;
+    let tasks = &board.chip.tasks;
     let mut walk = Program::PanicPaths.run();
     if silent {
         walk.stdout(Stdio::null());
     }
-    run(walk.arg(image).arg(ACCEPTED).args(ROOTS))
+    run(walk
+        .arg(image)
+        .arg(ACCEPTED)
+        .args([tasks.control, tasks.link, tasks.idle]))
 }

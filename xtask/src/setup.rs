@@ -3,40 +3,45 @@
 
 use crate::process::{find, run};
 use anyhow::{Context, Result, bail};
+use boards::BOARDS;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-/// The Cortex-M4F with its floating-point unit.
-pub const TARGET: &str = "thumbv7em-none-eabihf";
 const QEMU: &str = "qemu-system-arm";
 
 /// Installs everything that is missing.
 pub fn everything() -> Result<()> {
-    rust_target()?;
+    rust_targets()?;
     qemu()
 }
 
-/// Installs the chip's target: enough to build an image.
-pub fn rust_target() -> Result<()> {
-    if target_is_installed()? {
+/// Installs the target of every chip: enough to build an image.
+pub fn rust_targets() -> Result<()> {
+    let targets: BTreeSet<_> = BOARDS.iter().map(|board| board.chip.target).collect();
+    targets.into_iter().try_for_each(rust_target)
+}
+
+fn rust_target(target: &str) -> Result<()> {
+    if is_installed(target)? {
         return Ok(());
     }
-    println!("set-up: installing the Rust target {TARGET}");
+    println!("set-up: installing the Rust target {target}");
     let added = run(Command::new("rustup")
-        .args(["target", "add", TARGET])
+        .args(["target", "add", target])
         .current_dir(crate::process::root()));
-    if added.is_err() || !target_is_installed()? {
+    if added.is_err() || !is_installed(target)? {
         bail!(
-            "the Rust target {TARGET} is missing and could not be installed: type `rustup target add {TARGET}` (rustup: https://rustup.rs)"
+            "the Rust target {target} is missing and could not be installed: type `rustup target add {target}` (rustup: https://rustup.rs)"
         );
     }
     Ok(())
 }
 
 /// Asks the compiler, not rustup: a distribution's Rust brings its targets without it.
-fn target_is_installed() -> Result<bool> {
+fn is_installed(target: &str) -> Result<bool> {
     let output = Command::new("rustc")
-        .args(["--print", "target-libdir", "--target", TARGET])
+        .args(["--print", "target-libdir", "--target", target])
         .current_dir(crate::process::root())
         .output()
         .context("`rustc` cannot be started: install Rust from https://rustup.rs")?;

@@ -5,14 +5,12 @@ use crate::image;
 use crate::process::text;
 use crate::programs::Program;
 use anyhow::{Context, Result, bail};
+use boards::Chip;
 use object::{Object, ObjectSection, SectionFlags, SectionKind, elf::SHF_ALLOC};
 use std::path::Path;
 
-/// Start of RAM on the chip; flash lies below.
-const RAM: u64 = 0x2000_0000;
-
-/// Initialisation; then what can interrupt one another, lowest priority first: idle, link, control.
-const LEVELS: [&str; 4] = ["main", "firmware::app::idle", "USART2", "ADC"];
+/// The function of an image that initialises it.
+const INITIALISATION: &str = "main";
 
 /// Bytes of one image.
 struct Size {
@@ -24,27 +22,31 @@ struct Size {
     zeroed: u64,
 }
 
-/// Builds both images, prints a table for docs/results/cost.md and checks or enters its figures.
+/// Builds the images, prints a table for docs/results/cost.md and checks or enters its figures.
 pub fn print(accept: bool) -> Result<()> {
     let mut figures = Figures::new();
     println!("| image | flash, bytes | RAM, bytes | of which initialised | stack at most, bytes |");
     println!("|---|---|---|---|---|");
-    for board in ["stm32f405", image::FOUR_AXES, "qemu"] {
-        let image = image::build(board)?;
-        let size = measure(&image)?;
+    for image in image::watched() {
+        let (name, board, file) = (image.name(), image.board, image.build()?);
+        let size = measure(&file, board.chip)?;
         // In QEMU calls of its own carry the exchange with the host: its depth says nothing about the board.
-        let stack = (board != "qemu").then(|| stack(&image)).transpose()?;
+        let stack = board
+            .machine
+            .is_none()
+            .then(|| stack(&file, board.chip))
+            .transpose()?;
         println!(
-            "| {board} | {} | {} | {} | {} |",
+            "| {name} | {} | {} | {} | {} |",
             size.flash,
             size.data + size.zeroed,
             size.data,
             stack.map_or("–".into(), |bytes| bytes.to_string())
         );
-        figures.insert(format!("{board} flash"), size.flash);
-        figures.insert(format!("{board} ram"), size.data + size.zeroed);
+        figures.insert(format!("{name} flash"), size.flash);
+        figures.insert(format!("{name} ram"), size.data + size.zeroed);
         if let Some(bytes) = stack {
-            figures.insert(format!("{board} stack"), bytes);
+            figures.insert(format!("{name} stack"), bytes);
         }
     }
     figures::settle("size", &figures, accept)
@@ -52,9 +54,11 @@ pub fn print(accept: bool) -> Result<()> {
 
 /// The deepest calls of the initialisation, or of idle and, on top of them, of link and control with the frames of their
 /// interrupts: an upper bound from the calls in the image.
-fn stack(image: &Path) -> Result<u64> {
+fn stack(image: &Path, chip: &Chip) -> Result<u64> {
     let mut command = Program::StackDepth.run();
-    let output = command.arg(image).args(LEVELS).output()?;
+    // Lowest priority first: the order in which they can interrupt one another.
+    let levels = [chip.tasks.idle, chip.tasks.link, chip.tasks.control];
+    let output = command.arg(image).arg(INITIALISATION).args(levels).output()?;
     if !output.status.success() {
         bail!(
             "`{}` failed: {}",
@@ -68,7 +72,7 @@ fn stack(image: &Path) -> Result<u64> {
         .context("the depths lack their sum")
 }
 
-fn measure(image: &Path) -> Result<Size> {
+fn measure(image: &Path, chip: &Chip) -> Result<Size> {
     let bytes = std::fs::read(image).with_context(|| format!("cannot read {}", image.display()))?;
     let file = object::File::parse(&*bytes).with_context(|| format!("{} is not an ELF", image.display()))?;
     let mut size = Size {
@@ -78,7 +82,7 @@ fn measure(image: &Path) -> Result<Size> {
     };
     for section in file.sections().filter(occupies_memory) {
         let (in_ram, filled) = (
-            section.address() >= RAM,
+            section.address() >= chip.ram.start,
             section.kind() != SectionKind::UninitializedData,
         );
         match (in_ram, filled) {

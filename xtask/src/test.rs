@@ -1,7 +1,7 @@
 //! Every test, in the order in which a person wants to hear of a failure: cheap and local first.
 
 use crate::documents;
-use crate::image;
+use crate::image::{self, Image};
 use crate::process::{cargo, root, run, text};
 use crate::programs::Program;
 use crate::setup;
@@ -22,10 +22,10 @@ pub fn everything() -> Result<()> {
         let mut clippy = cargo(&["clippy", "--all-targets"]);
         run(clippy.args(selection).args(["--", "-D", "warnings"]))?;
     }
-    for board in ["stm32f405", "qemu"] {
-        let mut clippy = image::command("clippy", board);
+    for board in boards::BOARDS {
+        let mut clippy = Image::of(board).command("clippy");
         clippy.args(["--", "-D", "warnings"]);
-        step(&format!("lints, image for {board}"), &mut clippy)?;
+        step(&format!("lints, image for {}", board.name), &mut clippy)?;
     }
     step(
         "lints, an axis inside of somebody else's firmware",

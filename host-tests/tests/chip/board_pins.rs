@@ -1,10 +1,10 @@
 //! The pin table in code against the data sheet, against itself, against the wiring that was promised and against the
 //! documentation; and the arithmetic from times to register values.
 
-#[path = "../../../src/board/stm32f405/pins.rs"]
+#[path = "../../../src/image/board/stm32f405/pins.rs"]
 #[allow(dead_code)]
 mod pins;
-#[path = "../../../src/board/stm32f405/timing.rs"]
+#[path = "../../../src/image/board/stm32f405/timing.rs"]
 #[allow(dead_code)]
 mod timing;
 

@@ -89,7 +89,7 @@ fn parse(line: &str) -> Option<Write> {
     })
 }
 
-/// What the image did in each of its steps (see `src/registers.rs`), and what it read back.
+/// What the image did in each of its steps (see `src/image/checks/registers.rs`), and what it read back.
 struct Record {
     steps: BTreeMap<u32, Vec<Write>>,
     read_back: Vec<u32>,
@@ -179,7 +179,7 @@ fn block(base: u32) -> std::ops::Range<u32> {
     base..base + 0x400
 }
 
-// Steps, as in `src/registers.rs`.
+// Steps, as in `src/image/checks/registers.rs`.
 const SET_UP: u32 = 1;
 const FIRST_TICK: u32 = 2;
 const FEED: u32 = 3;

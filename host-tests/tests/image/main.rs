@@ -2,6 +2,7 @@
 
 mod bench_image;
 mod board_registers;
+mod boards_table;
 mod last_resort;
 mod memory;
 mod qemu;

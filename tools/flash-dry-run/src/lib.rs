@@ -3,6 +3,7 @@
 //! image needs are looked up: vector table, log channel, message table, room for the stack.
 
 use anyhow::{Context, Result, bail, ensure};
+use boards::Chip;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Object, ObjectSection, ObjectSymbol, elf};
 use probe_rs::config::{MemoryRegion, Registry};
@@ -10,14 +11,6 @@ use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-/// The chip, as probe-rs names it.
-pub const CHIP: &str = "STM32F405RGTx";
-/// Where the core looks for its first stack pointer and its reset vector when BOOT0 is low (RM0090 section 2.4).
-const VECTOR_TABLE: u64 = 0x0800_0000;
-/// Sectors 10 and 11 hold the stored parameters (RM0090 table 5).
-const PARAMETERS: Range<u64> = 0x080C_0000..0x0810_0000;
-/// SRAM1 and SRAM2 in one piece (RM0090 section 2.3.1): 128 KiB. The core-coupled memory is elsewhere and not used.
-const SRAM: Range<u64> = 0x2000_0000..0x2002_0000;
 /// The control block of SEGGER's RTT: 24 bytes of identification and counts, and a channel.
 const RTT_SYMBOL: &str = "_SEGGER_RTT";
 const RTT_HEADER: u64 = 24;
@@ -55,35 +48,35 @@ impl DryRun {
     }
 }
 
-/// Checks the image at `path`.
+/// Checks the image at `path` for this chip.
 ///
 /// # Errors
 /// One sentence that names what is missing or does not fit, and the remedy.
-pub fn check(path: &Path) -> Result<DryRun> {
+pub fn check(path: &Path, chip: &Chip) -> Result<DryRun> {
     let bytes = std::fs::read(path).with_context(|| {
         format!(
             "{} cannot be read: build it with `cargo xtask images`",
             path.display()
         )
     })?;
-    check_bytes(&bytes).with_context(|| path.display().to_string())
+    check_bytes(&bytes, chip).with_context(|| path.display().to_string())
 }
 
 /// Checks an image that is in memory.
 ///
 /// # Errors
 /// As [`check`].
-pub fn check_bytes(bytes: &[u8]) -> Result<DryRun> {
+pub fn check_bytes(bytes: &[u8], chip: &Chip) -> Result<DryRun> {
     let image = ElfFile32::<object::Endianness>::parse(bytes)
         .context("not an ELF image of a 32-bit machine: build it with `cargo xtask images`")?;
-    let (segments, flash) = load(&image)?;
+    let (segments, flash) = load(&image, chip)?;
     Ok(DryRun {
         segments,
         flash,
-        vectors: vectors(&image)?,
-        rtt: rtt(&image)?,
+        vectors: vectors(&image, chip)?,
+        rtt: rtt(&image, chip)?,
         messages: messages(&image)?,
-        static_ram: static_ram(&image)?,
+        static_ram: static_ram(&image, chip)?,
     })
 }
 
@@ -91,10 +84,10 @@ type Image<'a> = ElfFile32<'a, object::Endianness>;
 
 /// Gives every segment with content to probe-rs' loader, by its *physical* address: that is where initial values of
 /// variables lie in flash.
-fn load(image: &Image) -> Result<(Vec<Segment>, u64)> {
+fn load(image: &Image, chip: &Chip) -> Result<(Vec<Segment>, u64)> {
     let target = Registry::from_builtin_families()
-        .get_target_by_name(CHIP)
-        .with_context(|| format!("probe-rs does not know {CHIP}"))?;
+        .get_target_by_name(chip.probe)
+        .with_context(|| format!("probe-rs does not know {}", chip.probe))?;
     let mut loader = target.flash_loader();
     let endian = image.endian();
     let mut segments = Vec::new();
@@ -107,8 +100,9 @@ fn load(image: &Image) -> Result<(Vec<Segment>, u64)> {
         let range = address..address + data.len() as u64;
         ensure!(
             in_flash(&target.memory_map, &range),
-            "{} bytes at {address:#010x} lie outside the flash of {CHIP}: check memory.x and the linker's arguments",
-            data.len()
+            "{} bytes at {address:#010x} lie outside the flash of {}: check memory.x and the linker's arguments",
+            data.len(),
+            chip.probe
         );
         loader.add_data(address, data).with_context(|| {
             format!(
@@ -125,8 +119,8 @@ fn load(image: &Image) -> Result<(Vec<Segment>, u64)> {
         !segments.is_empty(),
         "the image has nothing to program: the linker script was not used (build.rs)"
     );
-    free_of_parameters(&segments)?;
-    Ok((segments, flash_size(&target.memory_map)))
+    free_of_parameters(&segments, chip)?;
+    Ok((segments, flash_size(&target.memory_map, chip)))
 }
 
 fn flash_of(map: &[MemoryRegion]) -> impl Iterator<Item = &Range<u64>> {
@@ -141,36 +135,37 @@ fn in_flash(map: &[MemoryRegion], range: &Range<u64>) -> bool {
     flash_of(map).any(|flash| flash.start <= range.start && range.end <= flash.end)
 }
 
-fn flash_size(map: &[MemoryRegion]) -> u64 {
+fn flash_size(map: &[MemoryRegion], chip: &Chip) -> u64 {
     flash_of(map)
-        .filter(|flash| flash.start == VECTOR_TABLE)
+        .filter(|flash| flash.start == chip.program.start)
         .map(|flash| flash.end - flash.start)
         .sum()
 }
 
-fn free_of_parameters(segments: &[Segment]) -> Result<()> {
+fn free_of_parameters(segments: &[Segment], chip: &Chip) -> Result<()> {
     let last = segments
         .iter()
         .map(|segment| segment.address + segment.length)
         .max()
         .unwrap_or(0);
     ensure!(
-        last <= PARAMETERS.start,
+        last <= chip.program.end,
         "the image ends at {last:#010x}, inside the sectors of the stored parameters from {:#010x} on: it is too large, or memory.x is wrong",
-        PARAMETERS.start
+        chip.program.end
     );
     Ok(())
 }
 
 /// The first two words: stack pointer inside RAM, reset vector an odd (Thumb) address inside the image.
-fn vectors(image: &Image) -> Result<(u32, u32)> {
+fn vectors(image: &Image, chip: &Chip) -> Result<(u32, u32)> {
     let table = image
         .section_by_name(".vector_table")
         .context("the image has no vector table: a RUSTFLAGS variable or a missing build.rs has dropped the linker script")?;
     ensure!(
-        table.address() == VECTOR_TABLE,
-        "the vector table lies at {:#010x} instead of {VECTOR_TABLE:#010x}: check FLASH in memory.x",
-        table.address()
+        table.address() == chip.program.start,
+        "the vector table lies at {:#010x} instead of {:#010x}: check FLASH in memory.x",
+        table.address(),
+        chip.program.start
     );
     let data = table.data().context("the vector table is unreadable")?;
     ensure!(
@@ -181,8 +176,9 @@ fn vectors(image: &Image) -> Result<(u32, u32)> {
     let word = |at: usize| u32::from_le_bytes([data[at], data[at + 1], data[at + 2], data[at + 3]]);
     let (stack, reset) = (word(0), word(4));
     ensure!(
-        SRAM.start < u64::from(stack) && u64::from(stack) <= SRAM.end && stack.is_multiple_of(8),
-        "the first stack pointer {stack:#010x} is not in the 128 KiB of RAM: check RAM in memory.x"
+        chip.ram.start < u64::from(stack) && u64::from(stack) <= chip.ram.end && stack.is_multiple_of(8),
+        "the first stack pointer {stack:#010x} is not in the {} KiB of RAM: check RAM in memory.x",
+        kibibytes(&chip.ram)
     );
     let code = u64::from(reset & !1);
     let text = image.section_by_name(".text").context("the image has no code")?;
@@ -193,7 +189,7 @@ fn vectors(image: &Image) -> Result<(u32, u32)> {
     Ok((stack, reset))
 }
 
-fn rtt(image: &Image) -> Result<(u64, u64)> {
+fn rtt(image: &Image, chip: &Chip) -> Result<(u64, u64)> {
     let block = image
         .symbols()
         .find(|symbol| symbol.name() == Ok(RTT_SYMBOL))
@@ -202,7 +198,7 @@ fn rtt(image: &Image) -> Result<(u64, u64)> {
         })?;
     let (address, size) = (block.address(), block.size());
     ensure!(
-        size >= RTT_HEADER && SRAM.contains(&address) && address + size <= SRAM.end,
+        size >= RTT_HEADER && chip.ram.contains(&address) && address + size <= chip.ram.end,
         "the RTT block of {size} bytes at {address:#010x} is not in RAM: a probe would not find it"
     );
     Ok((address, size))
@@ -233,34 +229,40 @@ fn messages(image: &Image) -> Result<usize> {
     Ok(messages)
 }
 
+fn kibibytes(range: &Range<u64>) -> u64 {
+    (range.end - range.start) / 1024
+}
+
 /// Everything that the image reserves in RAM before it runs. What is left is the stack's.
-fn static_ram(image: &Image) -> Result<u64> {
+fn static_ram(image: &Image, chip: &Chip) -> Result<u64> {
     let mut used = 0;
     for section in image.sections() {
         let (start, size) = (section.address(), section.size());
         // Sections that are not loaded (debug data) have address 0, everything else below RAM is flash.
-        if size == 0 || start < SRAM.start {
+        if size == 0 || start < chip.ram.start {
             continue;
         }
-        if start + size > SRAM.end {
+        if start + size > chip.ram.end {
             bail!(
-                "{} reaches to {:#010x}, beyond the chip's 128 KiB of RAM: shrink a buffer, or correct RAM in memory.x",
+                "{} reaches to {:#010x}, beyond the chip's {} KiB of RAM: shrink a buffer, or correct RAM in memory.x",
                 section.name().unwrap_or("a section"),
-                start + size
+                start + size,
+                kibibytes(&chip.ram)
             );
         }
         used += size;
     }
     ensure!(
-        used < SRAM.end - SRAM.start,
-        "{used} bytes of static data leave no stack in 128 KiB of RAM"
+        used < chip.ram.end - chip.ram.start,
+        "{used} bytes of static data leave no stack in {} KiB of RAM",
+        kibibytes(&chip.ram)
     );
     Ok(used)
 }
 
 impl fmt::Display for DryRun {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ram = SRAM.end - SRAM.start;
+        let ram = chip.ram.end - chip.ram.start;
         for segment in &self.segments {
             writeln!(
                 f,

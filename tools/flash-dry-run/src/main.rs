@@ -1,6 +1,7 @@
 //! `cargo xtask flash --dry-run` runs this on the image that it has built.
 
-use flash_dry_run::{CHIP, check};
+use boards::DEFAULT;
+use flash_dry_run::check;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -11,9 +12,10 @@ fn main() -> ExitCode {
         );
         return ExitCode::from(2);
     };
-    match check(&image) {
+    let chip = DEFAULT.chip;
+    match check(&image, chip) {
         Ok(found) => {
-            println!("{found}\nfits {CHIP}; nothing was programmed");
+            println!("{found}\nfits {}; nothing was programmed", chip.probe);
             ExitCode::SUCCESS
         }
         Err(error) => {

@@ -1,6 +1,7 @@
 //! The dry run of flashing: the board's image passes, and each kind of damage is refused by its name.
 
-use flash_dry_run::{CHIP, DryRun, check, check_bytes};
+use boards::DEFAULT;
+use flash_dry_run::{DryRun, check, check_bytes};
 use object::read::elf::ElfFile32;
 use object::{Object, ObjectSection, ObjectSymbol};
 use std::path::{Path, PathBuf};
@@ -27,7 +28,10 @@ fn root() -> PathBuf {
 }
 
 fn refusal(bytes: &[u8]) -> String {
-    format!("{:#}", check_bytes(bytes).expect_err("must be refused"))
+    format!(
+        "{:#}",
+        check_bytes(bytes, DEFAULT.chip).expect_err("must be refused")
+    )
 }
 
 /// The image with every occurrence of `from` replaced by `to`, of equal length.
@@ -69,7 +73,7 @@ fn file_offset(section: &str) -> usize {
 }
 
 fn found() -> DryRun {
-    check_bytes(image()).expect("the board's image fits the chip")
+    check_bytes(image(), DEFAULT.chip).expect("the board's image fits the chip")
 }
 
 #[test]
@@ -178,7 +182,7 @@ fn a_silent_image_is_refused() {
 fn what_is_not_an_image_is_refused_with_the_command_that_builds_one() {
     assert!(refusal(b"not an image").contains("cargo xtask images"));
     assert!(refusal(&image()[..200]).contains("0x") || refusal(&image()[..200]).contains("image"));
-    let missing = check(Path::new("no/such.elf")).expect_err("there is none");
+    let missing = check(Path::new("no/such.elf"), DEFAULT.chip).expect_err("there is none");
     assert!(format!("{missing:#}").starts_with("no/such.elf cannot be read"));
 }
 
@@ -200,7 +204,7 @@ fn the_program_prints_the_table_and_ends_with_status_2_on_damage() {
     ] {
         assert!(text.contains(line), "{line} is missing in\n{text}");
     }
-    assert!(text.contains(&format!("fits {CHIP}")));
+    assert!(text.contains(&format!("fits {}", DEFAULT.chip.probe)));
     std::fs::write(&path, "rubbish").unwrap();
     let bad = program().arg(&path).output().unwrap();
     assert_eq!(bad.status.code(), Some(2));

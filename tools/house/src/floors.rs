@@ -26,9 +26,7 @@ pub const CHIP: Floors = &[
     &["motion"],
     &["axis"],
     &["link", "drivers"],
-    &["board"],
-    &["boot", "post", "tick", "last_resort", "memory"],
-    &["image", "registers", "last_resort_check", "memory_check"],
+    &["image"],
 ];
 
 /// Arrows of the package that lead to a higher floor, and rooms that stand on no floor.

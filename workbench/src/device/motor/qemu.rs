@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// QEMU's machine with an STM32F405.
-const MACHINE: &str = "netduinoplus2";
+/// QEMU's machine for the image.
+pub const MACHINE: &str = "netduinoplus2";
 /// The program, unless the environment variable `TRUING_QEMU` names another one.
 const PROGRAM: &str = "qemu-system-arm";
 /// Fixed part of what the image says, and its part for one axis.

@@ -1,6 +1,7 @@
 //! The image's end of the link: bytes become orders for the control interrupt, its messages become frames.
 
-use crate::board;
+use super::board::{Board, Line};
+use super::tick::Telemetry;
 use heapless::spsc::{Consumer, Producer};
 use servo::link::inbox::{Inbox, Incoming, refusal};
 use servo::link::order::Order;
@@ -9,9 +10,38 @@ use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Refusal, Request, 
 /// Bytes taken from the line in one go; the rest waits for the next tick.
 const BYTES_AT_ONCE: usize = 2 * FRAME_CAPACITY;
 
-/// Owned by the link task.
-pub struct Post {
-    line: board::Line,
+/// What the link task owns.
+pub struct LinkTask<B: Board> {
+    link: Link<B>,
+    answers: Consumer<'static, Message>,
+    records: Consumer<'static, Telemetry>,
+}
+
+impl<B: Board> LinkTask<B> {
+    /// Puts the parts together.
+    pub fn new(
+        link: Link<B>,
+        answers: Consumer<'static, Message>,
+        records: Consumer<'static, Telemetry>,
+    ) -> Self {
+        LinkTask {
+            link,
+            answers,
+            records,
+        }
+    }
+
+    /// Bytes in, frames out. To be run after every tick and when a byte arrives.
+    pub fn run(&mut self) {
+        self.link.take_commands();
+        self.link.forward(&mut self.answers);
+        self.link.forward(&mut self.records);
+    }
+}
+
+/// The link's state between two runs.
+pub struct Link<B: Board> {
+    line: B::Line,
     inbox: Inbox,
     orders: Producer<'static, (u16, u8, Order)>,
     sequence: u16,
@@ -19,10 +49,10 @@ pub struct Post {
     frame: [u8; FRAME_CAPACITY],
 }
 
-impl Post {
+impl<B: Board> Link<B> {
     /// Nothing sent, nothing received.
-    pub fn new(line: board::Line, orders: Producer<'static, (u16, u8, Order)>) -> Self {
-        Post {
+    pub fn new(line: B::Line, orders: Producer<'static, (u16, u8, Order)>) -> Self {
+        Link {
             line,
             inbox: Inbox::new(),
             orders,
@@ -73,7 +103,7 @@ impl Post {
 
     #[inline(never)]
     fn order(&mut self, to: u16, Request { axis, command }: &Request) {
-        match unpack(command) {
+        match unpack::<B>(command) {
             Ok(order) => {
                 let _ = self.orders.enqueue((to, *axis, order));
             }
@@ -98,10 +128,10 @@ impl Post {
 }
 
 /// Builds what the control interrupt will put in place, and asks the board.
-fn unpack(command: &Command) -> Result<Order, Refusal> {
+fn unpack<B: Board>(command: &Command) -> Result<Order, Refusal> {
     let order = Order::from_command(command)?;
     if let Order::Axis(axis) = &order {
-        axis.configuration().map_or(Ok(()), board::supports)?;
+        axis.configuration().map_or(Ok(()), B::supports)?;
     }
     Ok(order)
 }

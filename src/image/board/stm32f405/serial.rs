@@ -4,6 +4,7 @@
 //! Received bytes go round a ring of 512, which lasts 5.5 ms at full speed, more than five of the slowest ticks.
 //! Sent bytes wait in a queue of 1,024, of which the DMA takes one contiguous piece at a time.
 
+use super::super::Line;
 use super::timing;
 use core::sync::atomic::{AtomicU8, Ordering, compiler_fence};
 use heapless::Deque;
@@ -23,14 +24,14 @@ const QUEUE: usize = 1024;
 static RECEIVED: [AtomicU8; RING] = [const { AtomicU8::new(0) }; RING];
 
 /// The link. It must stay in place once it has sent a byte; as a local resource of a task it does.
-pub struct Line {
+pub struct SerialLine {
     dma: DMA1,
     read: usize,
     queue: Deque<u8, QUEUE>,
     in_flight: usize,
 }
 
-impl Line {
+impl SerialLine {
     /// Starts the receiver.
     pub fn start(usart: USART2, dma: DMA1) -> Self {
         let peripheral = usart.dr().as_ptr() as u32;
@@ -61,33 +62,6 @@ impl Line {
         }
     }
 
-    /// The next byte from the host.
-    pub fn read(&mut self) -> Option<u8> {
-        let left = usize::from(self.dma.st(RECEIVE_STREAM).ndtr().read().ndt().bits());
-        // The DMA counts down to 0 and reloads; both mean the beginning of the ring.
-        let write = (RING - left.min(RING)) % RING;
-        if self.read == write {
-            return None;
-        }
-        let byte = RECEIVED[self.read % RING].load(Ordering::Acquire);
-        self.read = (self.read + 1) % RING;
-        Some(byte)
-    }
-
-    /// Bytes that [`Line::write`] has room for.
-    pub fn room(&mut self) -> usize {
-        self.pump();
-        QUEUE - self.queue.len()
-    }
-
-    /// Sends; what does not fit is lost.
-    pub fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            let _ = self.queue.push_back(byte);
-        }
-        self.pump();
-    }
-
     /// Forgets what has been sent and starts the next piece.
     fn pump(&mut self) {
         let stream = self.dma.st(TRANSMIT_STREAM);
@@ -115,5 +89,31 @@ impl Line {
             w.chsel().set(CHANNEL).dir().memory_to_peripheral();
             w.minc().set_bit().en().set_bit()
         });
+    }
+}
+
+impl Line for SerialLine {
+    fn read(&mut self) -> Option<u8> {
+        let left = usize::from(self.dma.st(RECEIVE_STREAM).ndtr().read().ndt().bits());
+        // The DMA counts down to 0 and reloads; both mean the beginning of the ring.
+        let write = (RING - left.min(RING)) % RING;
+        if self.read == write {
+            return None;
+        }
+        let byte = RECEIVED[self.read % RING].load(Ordering::Acquire);
+        self.read = (self.read + 1) % RING;
+        Some(byte)
+    }
+
+    fn room(&mut self) -> usize {
+        self.pump();
+        QUEUE - self.queue.len()
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            let _ = self.queue.push_back(byte);
+        }
+        self.pump();
     }
 }

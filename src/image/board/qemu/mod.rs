@@ -21,8 +21,10 @@ mod exchange;
 mod flash;
 mod stack;
 
+use super::{AXES, Board, Drive, Idle, Line};
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::{NVIC, SYST, syst::SystClkSource};
+use flash::FileFlash;
 use semihosting::fs::File;
 use semihosting::io::{Read, Write};
 use servo::axis::{Bridge, Output, Sample};
@@ -32,18 +34,6 @@ use servo::protect::Interlock;
 use stm32f4xx_hal::pac::{CorePeripherals, Interrupt, Peripherals};
 
 use defmt_semihosting as _;
-
-pub use flash::{FileFlash as Flash, PARAMETERS};
-
-/// For the log.
-pub const NAME: &str = "QEMU netduinoplus2";
-
-/// Number of axes that this image drives.
-pub const AXES: usize = match () {
-    () if cfg!(feature = "four-axes") => 4,
-    () if cfg!(feature = "two-axes") => 2,
-    () => 1,
-};
 
 /// Named pipes in QEMU's working directory.
 const TO_HOST: &core::ffi::CStr = c"to_host";
@@ -56,62 +46,86 @@ const CLOCK_MASK: u32 = 0x00FF_FFFF;
 
 static BRIDGE_OFF: AtomicBool = AtomicBool::new(false);
 
-/// Nothing to set up: time is what the host says.
-pub fn begin(_device: &Peripherals, _core: &mut CorePeripherals) -> ResetCause {
-    match File::open(WATCHDOG) {
-        Ok(_) => ResetCause::Watchdog,
-        Err(_) => ResetCause::Power,
+/// The board.
+pub struct Qemu;
+
+impl Board for Qemu {
+    const NAME: &'static str = "QEMU netduinoplus2";
+    const MOST_AXES: usize = 4;
+    const PARAMETERS: u32 = flash::PARAMETERS;
+
+    type Device = Peripherals;
+    type Drive = PipeDrive;
+    type Line = PipeLine;
+    type Idle = LockStep;
+    type Flash = FileFlash;
+
+    /// Nothing to set up: time is what the host says.
+    fn begin(_device: &Peripherals, _core: &mut CorePeripherals) -> ResetCause {
+        match File::open(WATCHDOG) {
+            Ok(_) => ResetCause::Watchdog,
+            Err(_) => ResetCause::Power,
+        }
     }
-}
 
-/// The flash of the stored parameters.
-pub fn flash() -> Flash {
-    Flash::open()
-}
+    fn flash() -> FileFlash {
+        FileFlash::open()
+    }
 
-/// Opens the pipes; the first exchange, with the bridge open, is the first turn of idle.
-pub fn init(_device: Peripherals, mut core: CorePeripherals) -> (Drive, Line, Idle) {
-    core.SYST.set_clock_source(SystClkSource::Core);
-    core.SYST.set_reload(CLOCK_MASK);
-    core.SYST.clear_current();
-    core.SYST.enable_counter();
-    let missing = "the host has not made the pipes";
-    let to_host = File::create(TO_HOST).expect(missing);
-    let from_host = File::open(FROM_HOST).expect(missing);
-    (
-        Drive {
-            samples: [Sample::NONE; AXES],
-            interlock: Interlock::Granted,
-            index: false,
-            decided: [(Bridge::Open, 0); AXES],
-        },
-        Line,
-        Idle {
-            to_host,
-            from_host,
-            tick: 0,
-            frame: [0; exchange::FRAME],
-        },
-    )
-}
+    /// Opens the pipes; the first exchange, with the bridge open, is the first turn of idle.
+    fn init(_device: Peripherals, mut core: CorePeripherals) -> (PipeDrive, PipeLine, LockStep) {
+        core.SYST.set_clock_source(SystClkSource::Core);
+        core.SYST.set_reload(CLOCK_MASK);
+        core.SYST.clear_current();
+        core.SYST.enable_counter();
+        let missing = "the host has not made the pipes";
+        let to_host = File::create(TO_HOST).expect(missing);
+        let from_host = File::open(FROM_HOST).expect(missing);
+        (
+            PipeDrive {
+                samples: [Sample::NONE; AXES],
+                interlock: Interlock::Granted,
+                index: false,
+                decided: [(Bridge::Open, 0); AXES],
+            },
+            PipeLine,
+            LockStep {
+                to_host,
+                from_host,
+                tick: 0,
+                frame: [0; exchange::FRAME],
+            },
+        )
+    }
 
-/// Any control rate: time is what the host says.
-pub fn supports(_config: &Config) -> Result<(), Refusal> {
-    Ok(())
+    /// Any control rate: time is what the host says.
+    fn supports(_config: &Config) -> Result<(), Refusal> {
+        Ok(())
+    }
+
+    /// The next frame opens the bridge, and so do all later ones.
+    fn bridge_off() {
+        BRIDGE_OFF.store(true, Ordering::Relaxed);
+    }
+
+    /// Ends QEMU; the host sees its pipe close and the status 101.
+    fn halt() -> ! {
+        semihosting::process::exit(101)
+    }
 }
 
 /// The virtual motors' bridges and sensors: one look at the exchange when a tick begins, one when it ends, so that what
 /// only QEMU needs is not counted as part of the tick.
-pub struct Drive {
+pub struct PipeDrive {
     samples: [Sample; AXES],
     interlock: Interlock,
     index: bool,
     decided: [(Bridge, i16); AXES],
 }
 
-impl Drive {
+impl Drive for PipeDrive {
     /// The exchange has acknowledged everything.
-    pub fn begin_tick(&mut self) {
+    fn begin_tick(&mut self) {
         exchange::with(|exchange| {
             for (sample, axis) in self.samples.iter_mut().zip(&exchange.axes) {
                 *sample = axis.sample;
@@ -122,27 +136,27 @@ impl Drive {
     }
 
     /// What the host answered last.
-    pub fn sample(&mut self, axis: usize) -> Sample {
+    fn sample(&mut self, axis: usize) -> Sample {
         self.samples[axis]
     }
 
     /// What the host says of the lines, for all axes alike.
-    pub fn interlock(&self, _axis: usize) -> Interlock {
+    fn interlock(&self, _axis: usize) -> Interlock {
         self.interlock
     }
 
     /// What the host says of the index line, for all axes alike.
-    pub fn index(&self, _axis: usize) -> bool {
+    fn index(&self, _axis: usize) -> bool {
         self.index
     }
 
     /// Acts after the configured number of ticks, as a preloaded compare register would.
-    pub fn apply(&mut self, axis: usize, output: &Output) {
+    fn apply(&mut self, axis: usize, output: &Output) {
         self.decided[axis] = (output.bridge, output.duty);
     }
 
     /// The next exchange is idle's. No tick can be late, but the host can say that one was.
-    pub fn end_tick(&mut self) -> bool {
+    fn end_tick(&mut self) -> bool {
         exchange::with(|exchange| {
             for (axis, &(bridge, duty)) in exchange.axes.iter_mut().zip(&self.decided) {
                 axis.drive(bridge, duty);
@@ -152,52 +166,52 @@ impl Drive {
     }
 
     /// Takes over the delay of the PWM.
-    pub fn configure(&mut self, axis: usize, config: &Config) {
+    fn configure(&mut self, axis: usize, config: &Config) {
         exchange::with(|exchange| exchange.axes[axis].delay_ticks = config.pwm_delay_ticks);
     }
 
     /// SysTick, turned to count upwards.
-    pub fn clock(&self) -> u32 {
+    fn clock(&self) -> u32 {
         CLOCK_MASK - SYST::get_current()
     }
 
     /// Counts of SysTick since `start`, modulo 2²⁴. Under `-icount shift=4` one instruction is 16 ns = 2.688 counts.
-    pub fn clock_since(&self, start: u32) -> u32 {
+    fn clock_since(&self, start: u32) -> u32 {
         self.clock().wrapping_sub(start) & CLOCK_MASK
     }
 }
 
 /// The link, carried by the exchange.
-pub struct Line;
+pub struct PipeLine;
 
-impl Line {
+impl Line for PipeLine {
     /// The next byte from the host.
-    pub fn read(&mut self) -> Option<u8> {
+    fn read(&mut self) -> Option<u8> {
         exchange::with(|exchange| exchange.incoming.pop_front())
     }
 
     /// Bytes that [`Line::write`] has room for.
-    pub fn room(&self) -> usize {
+    fn room(&mut self) -> usize {
         exchange::with(|exchange| exchange.outgoing.capacity() - exchange.outgoing.len())
     }
 
     /// Sends; what does not fit is lost.
-    pub fn write(&mut self, bytes: &[u8]) {
+    fn write(&mut self, bytes: &[u8]) {
         let _ = exchange::with(|exchange| exchange.outgoing.extend_from_slice(bytes));
     }
 }
 
 /// Keeps the lock-step.
-pub struct Idle {
+pub struct LockStep {
     to_host: File,
     from_host: File,
     tick: u32,
     frame: [u8; exchange::FRAME],
 }
 
-impl Idle {
+impl Idle for LockStep {
     /// One tick: tell the host what the bridge does, take what the motor did, let control and link run.
-    pub fn turn(&mut self) {
+    fn turn(&mut self) {
         let off = BRIDGE_OFF.load(Ordering::Relaxed);
         let length = exchange::with(|exchange| exchange.take_frame(self.tick, off, &mut self.frame));
         if self.to_host.write_all(&self.frame[..length]).is_err() {
@@ -209,10 +223,12 @@ impl Idle {
     }
 
     /// Nothing watches here.
-    pub fn while_storing<R>(&mut self, work: impl FnOnce() -> R) -> R {
+    fn while_storing<R>(&mut self, work: impl FnOnce() -> R) -> R {
         work()
     }
+}
 
+impl LockStep {
     fn receive(&mut self) {
         let mut head = [0; exchange::HEAD];
         self.read(head.len())
@@ -235,14 +251,4 @@ impl Idle {
         }
         &self.frame[..length]
     }
-}
-
-/// The next frame opens the bridge, and so do all later ones.
-pub fn bridge_off() {
-    BRIDGE_OFF.store(true, Ordering::Relaxed);
-}
-
-/// Ends QEMU; the host sees its pipe close and the status 101.
-pub fn halt() -> ! {
-    semihosting::process::exit(101)
 }

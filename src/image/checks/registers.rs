@@ -6,8 +6,16 @@
 
 #[cfg(target_os = "none")]
 #[allow(dead_code, unused_imports)]
-#[path = "board/stm32f405/mod.rs"]
-mod board;
+#[path = "../board"]
+mod board {
+    mod interface;
+    pub mod stm32f405;
+
+    pub use interface::{Board, Drive, Idle, Line};
+
+    /// Axes of an image without features.
+    pub const AXES: usize = 1;
+}
 
 #[cfg(not(target_os = "none"))]
 fn main() {
@@ -18,7 +26,9 @@ fn main() {
 
 #[cfg(target_os = "none")]
 mod image {
-    use crate::board::{self, stage};
+    use crate::board::stm32f405::Stm32f405;
+    use crate::board::stm32f405::{DriveOf, set_up, stage};
+    use crate::board::{Board, Drive, Idle};
     use cortex_m_rt::entry;
     use servo::axis::Bridge;
     use servo::config::Config;
@@ -42,7 +52,7 @@ mod image {
 
     fn one_axis(device: Peripherals) {
         mark(Step::SetUp);
-        let (mut drive, _line, mut idle) = board::set_up::<1>(device, &stage::DRV8874);
+        let (mut drive, _line, mut idle) = set_up::<1>(device, &stage::DRV8874);
         mark(Step::FirstTick);
         read_sensors(&mut drive);
         drive.set(0, Bridge::Open, 0);
@@ -70,17 +80,17 @@ mod image {
         read_sensors(&mut drive);
         drive.set(0, Bridge::Driven, 1050);
         mark(Step::Off);
-        board::bridge_off();
+        Stm32f405::bridge_off();
     }
 
-    fn read_sensors<const N: usize>(drive: &mut board::DriveOf<N>) {
+    fn read_sensors<const N: usize>(drive: &mut DriveOf<N>) {
         drive.begin_tick();
         drive.sample(0);
     }
 
     fn four_axes(device: Peripherals) {
         mark(Step::SetUpFour);
-        let (mut drive, _line, _idle) = board::set_up::<4>(device, &stage::DRV8874);
+        let (mut drive, _line, _idle) = set_up::<4>(device, &stage::DRV8874);
         mark(Step::FourDuties);
         for axis in 0..4 {
             drive.set(axis, Bridge::Open, 0);
@@ -90,7 +100,7 @@ mod image {
 
     fn discrete_bridge(device: Peripherals) {
         mark(Step::SetUpDiscrete);
-        let (mut drive, _line, _idle) = board::set_up::<1>(device, &stage::DISCRETE);
+        let (mut drive, _line, _idle) = set_up::<1>(device, &stage::DISCRETE);
         mark(Step::DiscreteForward);
         drive.set(0, Bridge::Open, 0);
         drive.set(0, Bridge::Driven, 4200);
@@ -102,7 +112,7 @@ mod image {
     /// and to the same. Each time the current goes into the record.
     fn zero_of_current(device: Peripherals) {
         mark(Step::ZeroOfCurrent);
-        let (mut drive, _line, _idle) = board::set_up::<1>(device, &stage::DRV8874);
+        let (mut drive, _line, _idle) = set_up::<1>(device, &stage::DRV8874);
         let first = current(&mut drive);
         for _ in 0..1100 {
             current(&mut drive);
@@ -119,7 +129,7 @@ mod image {
     }
 
     /// One tick with the bridge open.
-    fn current(drive: &mut board::DriveOf<1>) -> i16 {
+    fn current(drive: &mut DriveOf<1>) -> i16 {
         drive.begin_tick();
         let sample = drive.sample(0);
         drive.set(0, Bridge::Open, 0);
@@ -216,7 +226,7 @@ mod image {
 
     #[panic_handler]
     fn panic(_: &core::panic::PanicInfo) -> ! {
-        board::bridge_off();
+        Stm32f405::bridge_off();
         semihosting::process::exit(101)
     }
 }

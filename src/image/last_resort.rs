@@ -1,6 +1,6 @@
 //! Anything unforeseen: first the bridge, then words.
 
-use crate::board;
+use super::board;
 use cortex_m_rt::{ExceptionFrame, exception};
 
 /// Masks all interrupts, then switches the bridge off: the control interrupt outranks idle and link, and would drive the

@@ -1,6 +1,6 @@
 //! From the stored parameters to axes that are ready to be armed.
 
-use crate::board::{self, AXES};
+use super::board::{AXES, Board, Drive};
 use core::mem::MaybeUninit;
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::drivers::saving::Archive;
@@ -10,9 +10,9 @@ use servo::store::{Found, StoredParameters};
 
 /// Reads the store into the archive. A set that this board cannot run counts as unreadable: it is reported, not mended.
 #[inline(never)]
-pub fn restore(archive: &mut Archive<board::Flash, AXES>) -> Found {
+pub fn restore<B: Board>(archive: &mut Archive<B::Flash, AXES>) -> Found {
     let found = match archive.load() {
-        Found::Set { layout } if !suits(archive.set()) => {
+        Found::Set { layout } if !suits::<B>(archive.set()) => {
             archive.forget();
             Found::Unreadable { layout }
         }
@@ -28,20 +28,20 @@ pub fn restore(archive: &mut Archive<board::Flash, AXES>) -> Found {
     found
 }
 
-fn suits(set: &StoredParameters<AXES>) -> bool {
+fn suits<B: Board>(set: &StoredParameters<AXES>) -> bool {
     let mut configs = set.axes.iter().flatten().map(|axis| &axis.config);
-    configs.all(|config| board::supports(config).is_ok())
+    configs.all(|config| B::supports(config).is_ok())
 }
 
 /// One a shaft: as it was stored, or never configured. In the place where they stay: they are kilobytes, and
 /// copies would make this the deepest point of the stack. The archive is then ready for the next save.
 #[inline(never)]
-pub fn axes<'a>(
+pub fn axes<'a, B: Board>(
     place: &'a mut MaybeUninit<[ServoAxis; AXES]>,
-    archive: &mut Archive<board::Flash, AXES>,
+    archive: &mut Archive<B::Flash, AXES>,
     found: Found,
     cause: ResetCause,
-    drive: &mut board::Drive,
+    drive: &mut B::Drive,
 ) -> &'a mut [ServoAxis; AXES] {
     let axes = place.write(core::array::from_fn(|_| ServoAxis::new()));
     for (axis, servo_axis) in axes.iter_mut().enumerate() {

@@ -1,6 +1,6 @@
 //! The image's control tick: at most one order, one step of every axis, one record each.
 
-use crate::board::{self, AXES};
+use super::board::{AXES, Drive};
 use heapless::spsc::{Consumer, Producer};
 use servo::axis::servo_axis::{self, ServoAxis};
 use servo::config::Config;
@@ -55,7 +55,25 @@ impl From<Telemetry> for Message {
     }
 }
 
-/// Owned by the control interrupt.
+/// What the control interrupt owns.
+pub struct ControlTask {
+    control: Control,
+    orders: Orders,
+}
+
+impl ControlTask {
+    /// Puts the parts together.
+    pub fn new(control: Control, orders: Orders) -> Self {
+        ControlTask { control, orders }
+    }
+
+    /// Runs one tick.
+    pub fn run(&mut self, drive: &mut impl Drive) {
+        self.control.tick(&mut self.orders, drive);
+    }
+}
+
+/// The state of the control tick.
 pub struct Control {
     axes: &'static mut [ServoAxis; AXES],
     telemetry_every: [u32; AXES],
@@ -97,7 +115,7 @@ impl Control {
     }
 
     /// One tick.
-    pub fn tick(&mut self, orders: &mut Orders, drive: &mut board::Drive) {
+    pub fn tick(&mut self, orders: &mut Orders, drive: &mut impl Drive) {
         drive.begin_tick();
         let mut start = drive.clock();
         // Programming the flash and setting the timers anew take ticks away, both with the bridges open.
@@ -114,7 +132,7 @@ impl Control {
     }
 
     /// `start`: the clock where the tick began, or where the axis before this one had ended.
-    fn step(&mut self, axis: usize, start: u32, drive: &mut board::Drive) {
+    fn step(&mut self, axis: usize, start: u32, drive: &mut impl Drive) {
         let sample = drive.sample(axis);
         let servo_axis = &mut self.axes[axis];
         if drive.index(axis) {
@@ -153,7 +171,7 @@ impl Control {
     }
 
     /// True if the timers were set anew.
-    fn take_order(&mut self, orders: &mut Orders, drive: &mut board::Drive) -> bool {
+    fn take_order(&mut self, orders: &mut Orders, drive: &mut impl Drive) -> bool {
         orders.ready() && self.carry_out(orders, drive)
     }
 
@@ -161,7 +179,7 @@ impl Control {
     /// of bytes, and so it is carried out where it lies.
     #[cold]
     #[inline(never)]
-    fn carry_out(&mut self, orders: &mut Orders, drive: &mut board::Drive) -> bool {
+    fn carry_out(&mut self, orders: &mut Orders, drive: &mut impl Drive) -> bool {
         let Some((to, axis, order)) = orders.peek() else {
             return false;
         };

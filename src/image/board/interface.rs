@@ -1,0 +1,102 @@
+//! What the image asks of a board.
+//!
+//! A board hands out four parts, each to the one task that uses it: [`Drive`] to the control interrupt, [`Line`] to the
+//! link, [`Idle`] to the loop below all interrupts, and the flash to the store of parameters.
+
+use cortex_m::Peripherals as CorePeripherals;
+use embedded_storage::nor_flash::NorFlash;
+use servo::axis::{Output, Sample};
+use servo::config::Config;
+use servo::link::protocol::{Refusal, ResetCause};
+use servo::protect::Interlock;
+
+/// A board: a chip and what is wired to it, or a program that plays both.
+pub trait Board {
+    /// Name of the board in the log.
+    const NAME: &'static str;
+    /// Axes that the board can drive.
+    const MOST_AXES: usize;
+    /// Where the stored parameters begin: bytes from the start of the flash.
+    const PARAMETERS: u32;
+
+    /// The peripherals of the chip.
+    type Device;
+    /// The part of the control interrupt.
+    type Drive: Drive;
+    /// The part of the link.
+    type Line: Line;
+    /// The part of the loop below all interrupts.
+    type Idle: Idle;
+    /// The flash of the stored parameters.
+    type Flash: NorFlash;
+
+    /// Starts the clocks and tells why the chip has started.
+    fn begin(device: &Self::Device, core: &mut CorePeripherals) -> ResetCause;
+
+    /// Takes the flash. The clocks run already.
+    fn flash() -> Self::Flash;
+
+    /// Sets pins and timers up. When it returns the bridges are open, and control ticks begin.
+    fn init(device: Self::Device, core: CorePeripherals) -> (Self::Drive, Self::Line, Self::Idle);
+
+    /// Refuses a configuration that the timers cannot carry out.
+    fn supports(config: &Config) -> Result<(), Refusal>;
+
+    /// Switches every bridge off. It may be called from any context, even from the handler of a fault, and needs no state.
+    fn bridge_off();
+
+    /// Ends the program after a fault.
+    fn halt() -> !;
+}
+
+/// Sensors in, bridges out. Owned by the control interrupt.
+pub trait Drive {
+    /// Begins a tick: acknowledges the interrupt and looks at what all axes share.
+    fn begin_tick(&mut self);
+
+    /// Reads counter and converters of an axis.
+    fn sample(&mut self, axis: usize) -> Sample;
+
+    /// Tells what the enable contact and the fault line said when the axis was sampled.
+    fn interlock(&self, axis: usize) -> Interlock;
+
+    /// True while the index pulse of the axis' encoder lasts. To be asked next to [`Drive::sample`], which reads the count.
+    fn index(&self, axis: usize) -> bool;
+
+    /// Sets the bridge of an axis as the axis wants it, if its lines permit.
+    fn apply(&mut self, axis: usize, output: &Output);
+
+    /// Ends a tick. True: the next one is due already, so this tick took more than its period.
+    fn end_tick(&mut self) -> bool;
+
+    /// Takes over PWM scale and control rate of an axis. [`Board::supports`] has agreed to them, and every other axis that
+    /// is configured has the same.
+    fn configure(&mut self, axis: usize, config: &Config);
+
+    /// Reads the clock that measures the cost of a tick. It wraps.
+    fn clock(&self) -> u32;
+
+    /// Clocks since `start`, modulo the width of the clock.
+    fn clock_since(&self, start: u32) -> u32;
+}
+
+/// The bytes of the link. Owned by the link task.
+pub trait Line {
+    /// Takes the next byte from the host.
+    fn read(&mut self) -> Option<u8>;
+
+    /// Bytes that [`Line::write`] has room for.
+    fn room(&mut self) -> usize;
+
+    /// Sends bytes. What does not fit is lost.
+    fn write(&mut self, bytes: &[u8]);
+}
+
+/// The board's own business below all interrupts.
+pub trait Idle {
+    /// Does one turn of it. Called for ever.
+    fn turn(&mut self);
+
+    /// Runs work that may stall the processor for seconds: an erase of the flash.
+    fn while_storing<R>(&mut self, work: impl FnOnce() -> R) -> R;
+}

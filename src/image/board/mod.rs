@@ -1,0 +1,38 @@
+//! The boards. Each implements [`Board`], and nothing else in the image knows which one it is: the build script chooses
+//! one by the Cargo features, and calls are resolved when the image is built.
+
+mod interface;
+#[cfg(board = "qemu")]
+pub mod qemu;
+#[cfg(board = "stm32f405")]
+pub mod stm32f405;
+
+/// The board that this image is built for.
+#[cfg(board = "qemu")]
+pub type Selected = qemu::Qemu;
+/// The board that this image is built for.
+#[cfg(board = "stm32f405")]
+pub type Selected = stm32f405::Stm32f405;
+
+pub use interface::{Board, Drive, Idle, Line};
+
+/// Number of axes that this image drives.
+pub const AXES: usize = match () {
+    () if cfg!(feature = "four-axes") => 4,
+    () if cfg!(feature = "two-axes") => 2,
+    () => 1,
+};
+const _: () = assert!(
+    AXES <= Selected::MOST_AXES,
+    "the board cannot drive that many axes"
+);
+
+/// [`Board::bridge_off`] of the selected board, for handlers of faults.
+pub fn bridge_off() {
+    Selected::bridge_off();
+}
+
+/// [`Board::halt`] of the selected board, for handlers of faults.
+pub fn halt() -> ! {
+    Selected::halt()
+}

@@ -1,0 +1,116 @@
+//! The table of boards: everything that the tools and the tests must know of a board, in one place.
+//!
+//! The build script reads it to choose the board of an image, `xtask` to build, measure, check and flash images, and the
+//! tests to run them in QEMU. A new board is a row of [`BOARDS`], a new chip one more [`Chip`].
+
+use core::ops::Range;
+
+/// A chip that an image is built for.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Chip {
+    /// Its entry file in `src/image/` and its value of the configuration key `chip`.
+    pub name: &'static str,
+    /// Rust's name of the compilation target.
+    pub target: &'static str,
+    /// The chip as probe-rs names it.
+    pub probe: &'static str,
+    /// Folder of the linker's `memory.x`, from the root of the workspace.
+    pub memory: &'static str,
+    /// The tasks of an image, by the names of their functions.
+    pub tasks: Tasks,
+    /// Addresses of the flash that the program may use, from the vector table on.
+    pub program: Range<u64>,
+    /// Addresses of the main memory.
+    pub ram: Range<u64>,
+}
+
+/// Functions in which the tasks of an image begin. Interrupts are named as in the vector table.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Tasks {
+    /// The interrupt of the control tick.
+    pub control: &'static str,
+    /// The interrupt of the link.
+    pub link: &'static str,
+    /// The loop below all interrupts.
+    pub idle: &'static str,
+}
+
+/// A board: the chip and what is around it, or a program that plays both.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Board {
+    /// Its folder in `src/image/board/`, its value of the configuration key `board`, and the name of its image.
+    pub name: &'static str,
+    /// What runs its program.
+    pub chip: &'static Chip,
+    /// The Cargo feature that chooses it. [`DEFAULT`] has none.
+    pub feature: Option<&'static str>,
+    /// The Cargo feature of an image for as many axes as the board can drive.
+    pub most_axes: &'static str,
+    /// The machine of QEMU, if QEMU plays the board.
+    pub machine: Option<&'static str>,
+}
+
+/// The Cargo feature of an image for two axes. Without a feature an image drives one.
+pub const TWO_AXES: &str = "two-axes";
+/// The Cargo feature of an image for four axes.
+pub const FOUR_AXES: &str = "four-axes";
+
+/// STM32F405RG. Memory: reference manual RM0090, section 2.3 and table 5; the last two sectors of the flash hold the
+/// stored parameters, and the core-coupled memory is not used.
+pub const STM32F405_CHIP: Chip = Chip {
+    name: "stm32f405",
+    target: "thumbv7em-none-eabihf",
+    probe: "STM32F405RGTx",
+    memory: "src/image/board/stm32f405",
+    tasks: Tasks {
+        control: "ADC",
+        link: "USART2",
+        idle: "firmware::image::stm32f405::app::idle",
+    },
+    program: 0x0800_0000..0x080C_0000,
+    ram: 0x2000_0000..0x2002_0000,
+};
+
+/// The board with real motors: STM32F405RG, wired as `docs/hardware.md` tells.
+pub const STM32F405: Board = Board {
+    name: "stm32f405",
+    chip: &STM32F405_CHIP,
+    feature: None,
+    most_axes: FOUR_AXES,
+    machine: None,
+};
+
+/// QEMU's board with the same chip, and motors on the host.
+pub const QEMU: Board = Board {
+    name: "qemu",
+    chip: &STM32F405_CHIP,
+    feature: Some("qemu"),
+    most_axes: FOUR_AXES,
+    machine: Some("netduinoplus2"),
+};
+
+/// The board of an image without features.
+pub const DEFAULT: &Board = &STM32F405;
+
+/// All boards.
+pub const BOARDS: [&Board; 2] = [&STM32F405, &QEMU];
+
+/// The boards that are no program.
+pub fn real() -> impl Iterator<Item = &'static Board> {
+    BOARDS.into_iter().filter(|board| board.machine.is_none())
+}
+
+/// The board that these features choose.
+///
+/// # Errors
+/// More than one of the features names a board.
+pub fn chosen(is_on: impl Fn(&str) -> bool) -> Result<&'static Board, &'static str> {
+    let mut named = BOARDS
+        .into_iter()
+        .filter(|board| board.feature.is_some_and(&is_on));
+    match (named.next(), named.next()) {
+        (None, _) => Ok(DEFAULT),
+        (Some(board), None) => Ok(board),
+        _ => Err("an image is built for one board: choose one feature that names a board"),
+    }
+}

@@ -1,0 +1,87 @@
+//! From power-up to three tasks, on any board.
+
+use super::board::{AXES, Board};
+use super::boot;
+use super::idle_task::IdleTask;
+use super::link_task::{Link, LinkTask};
+use super::tick::{Control, ControlTask, Ends, Telemetry};
+use core::mem::MaybeUninit;
+use cortex_m::Peripherals as CorePeripherals;
+use heapless::spsc::Queue;
+use servo::axis::servo_axis::ServoAxis;
+use servo::drivers::flash::ParameterFlash;
+use servo::drivers::saving::{Archive, Job, Report};
+use servo::link::capture::{EMPTY, Ring};
+use servo::link::order::Order;
+use servo::link::protocol::Message;
+use servo::store::MAX_AXES;
+
+const _: () = assert!(AXES <= MAX_AXES, "a stored record has no room for that many axes");
+
+/// Memory that the tasks share, or that is too large for the stack. It stays where it is for the life of the program.
+pub struct Places {
+    ring: Ring,
+    axes: MaybeUninit<[ServoAxis; AXES]>,
+    /// Commands on their way from the link to the control interrupt, with sequence number and axis.
+    orders: Queue<(u16, u8, Order), 2>,
+    /// Answers on their way back. The link hands over an order only when it has room for what comes back, so these can
+    /// wait at most: an answer and what it brings with it, two words about a save, the end of a commissioning on every
+    /// axis. (A queue has one place less.)
+    answers: Queue<Message, { AXES + 5 }>,
+    /// Telemetry records on their way to the link, which runs after every tick; when it is late, its own kilobyte of
+    /// frames is full.
+    records: Queue<Telemetry, 8>,
+    /// Parameters on their way from the control interrupt to the store: one axis after the other, then what to do with
+    /// them. The next job waits until idle has done this one.
+    jobs: Queue<Job, 2>,
+    /// How that went.
+    reports: Queue<Report, 2>,
+}
+
+impl Places {
+    /// Places with nothing in them.
+    pub const fn new() -> Self {
+        Places {
+            ring: EMPTY,
+            axes: MaybeUninit::uninit(),
+            orders: Queue::new(),
+            answers: Queue::new(),
+            records: Queue::new(),
+            jobs: Queue::new(),
+            reports: Queue::new(),
+        }
+    }
+}
+
+/// Starts the board and makes the tasks of the image. The drive stands beside the control task, not in it: putting it there
+/// would copy it on the stack, which is deepest here.
+pub fn start<B: Board>(
+    places: &'static mut Places,
+    device: B::Device,
+    mut core: CorePeripherals,
+) -> (B::Drive, ControlTask, LinkTask<B>, IdleTask<B>) {
+    let cause = B::begin(&device, &mut core);
+    let mut archive = Archive::new(ParameterFlash::new(B::flash(), B::PARAMETERS));
+    let found = boot::restore::<B>(&mut archive);
+    let (mut drive, line, idle) = B::init(device, core);
+    defmt::info!("servo {=str} on {=str}", env!("CARGO_PKG_VERSION"), B::NAME);
+    let axes = boot::axes::<B>(&mut places.axes, &mut archive, found, cause, &mut drive);
+    let (orders_out, orders_in) = places.orders.split();
+    let (answers, answers_in) = places.answers.split();
+    let (records, records_in) = places.records.split();
+    let (jobs, jobs_in) = places.jobs.split();
+    let (reports_out, reports) = places.reports.split();
+    let ends = Ends {
+        answers,
+        records,
+        jobs,
+        reports,
+    };
+    let control = Control::new(axes, &mut places.ring, cause, found, ends);
+    (
+        drive,
+        ControlTask::new(control, orders_in),
+        LinkTask::new(Link::new(line, orders_out), answers_in, records_in),
+        IdleTask::new(idle, archive, jobs_in, reports_out),
+    )
+}
