@@ -61,7 +61,7 @@ pub const STM32F405_CHIP: Chip = Chip {
     name: "stm32f405",
     target: "thumbv7em-none-eabihf",
     probe: "STM32F405RGTx",
-    memory: "src/image/board/stm32f405",
+    memory: ".",
     tasks: Tasks {
         control: "ADC",
         link: "USART2",

@@ -31,6 +31,10 @@ pub struct DryRun {
     pub segments: Vec<Segment>,
     /// Size of the chip's flash, bytes.
     pub flash: u64,
+    /// Size of its main memory, bytes.
+    pub ram: u64,
+    /// Where the vector table lies.
+    pub vector_table: u64,
     /// First stack pointer and reset vector.
     pub vectors: (u32, u32),
     /// Address and size of the RTT control block.
@@ -73,6 +77,8 @@ pub fn check_bytes(bytes: &[u8], chip: &Chip) -> Result<DryRun> {
     Ok(DryRun {
         segments,
         flash,
+        ram: chip.ram.end - chip.ram.start,
+        vector_table: chip.program.start,
         vectors: vectors(&image, chip)?,
         rtt: rtt(&image, chip)?,
         messages: messages(&image)?,
@@ -262,7 +268,7 @@ fn static_ram(image: &Image, chip: &Chip) -> Result<u64> {
 
 impl fmt::Display for DryRun {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ram = chip.ram.end - chip.ram.start;
+        let ram = self.ram;
         for segment in &self.segments {
             writeln!(
                 f,
@@ -280,7 +286,8 @@ impl fmt::Display for DryRun {
         let (stack, reset) = self.vectors;
         writeln!(
             f,
-            "vector table  {VECTOR_TABLE:#010x}: stack from {stack:#010x} down, reset at {reset:#010x}"
+            "vector table  {:#010x}: stack from {stack:#010x} down, reset at {reset:#010x}",
+            self.vector_table
         )?;
         writeln!(f, "RTT block     {:#010x}, {} bytes", self.rtt.0, self.rtt.1)?;
         writeln!(f, "defmt table   {} messages", self.messages)?;
