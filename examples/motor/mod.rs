@@ -38,10 +38,7 @@ impl Motor {
     /// What the board would read now.
     pub fn sample(&self) -> Sample {
         let count = (self.angle * f64::from(CONFIG.counts_per_rev) / std::f64::consts::TAU).floor() as i32;
-        Sample {
-            count,
-            ..Sample::NONE
-        }
+        Sample { count, ..Sample::NONE }
     }
 
     /// One tick of motion. A preloaded PWM register acts one tick after it was written.
@@ -49,17 +46,9 @@ impl Motor {
         let acting = std::mem::replace(&mut self.next, output);
         let tick = 1.0 / f64::from(CONFIG.tick_hz);
         let share = f64::from(acting.duty) / f64::from(CONFIG.pwm_full_scale);
-        let drive = if acting.bridge == Bridge::Driven {
-            share * 12.0
-        } else {
-            0.0
-        };
+        let drive = if acting.bridge == Bridge::Driven { share * 12.0 } else { 0.0 };
         // An open bridge lets the shaft coast: no current, so friction alone brakes it.
-        let emf = if acting.bridge == Bridge::Open {
-            0.0
-        } else {
-            self.speed / GAIN
-        };
+        let emf = if acting.bridge == Bridge::Open { 0.0 } else { self.speed / GAIN };
         let acceleration = |volts: f64| volts * GAIN / TIME_CONSTANT_S * tick;
         let free = self.speed + acceleration(drive - emf);
         self.speed = free - free.signum() * acceleration(FRICTION_V).min(free.abs());

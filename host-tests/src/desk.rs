@@ -92,11 +92,7 @@ impl Default for Desk {
             executed: Vec::new(),
             armed: false,
             config: None,
-            world: Sample {
-                count: 0,
-                vbus_raw: 1200,
-                current_raw: Sample::CURRENT_NOT_SENSED,
-            },
+            world: Sample { count: 0, vbus_raw: 1200, current_raw: Sample::CURRENT_NOT_SENSED },
         }
     }
 }
@@ -169,15 +165,9 @@ impl Desk {
 
     /// One control tick.
     pub fn tick(&mut self) -> Output {
-        let sample = Sample {
-            count: self.motor.count(),
-            ..self.world
-        };
+        let sample = Sample { count: self.motor.count(), ..self.world };
         let output = *self.joint.step(sample).output;
-        let (bridge, duty) = self
-            .waiting
-            .replace((output.bridge, output.duty))
-            .unwrap_or_default();
+        let (bridge, duty) = self.waiting.replace((output.bridge, output.duty)).unwrap_or_default();
         self.motor.pass(bridge, duty);
         self.tick = self.tick.wrapping_add(1);
         output
@@ -196,10 +186,7 @@ impl Desk {
             desk.tick();
         }
         let output = desk.ticks(20);
-        assert!(
-            output.bridge == Bridge::Driven && output.duty != 0,
-            "the motor is driven: {output:?}"
-        );
+        assert!(output.bridge == Bridge::Driven && output.duty != 0, "the motor is driven: {output:?}");
         desk
     }
 }

@@ -100,13 +100,5 @@ fields! {
 
 /// Refuses a number outside its range; NaN is never within.
 pub(crate) fn within(field: Field, value: f32, minimum: f32, maximum: f32) -> Result<(), ConfigError> {
-    if value >= minimum && value <= maximum {
-        Ok(())
-    } else {
-        Err(ConfigError {
-            field,
-            minimum,
-            maximum,
-        })
-    }
+    if value >= minimum && value <= maximum { Ok(()) } else { Err(ConfigError { field, minimum, maximum }) }
 }

@@ -80,9 +80,7 @@ impl Config {
             supply: Supply {
                 per_raw_q16: (self.vbus_v_per_lsb / self.supply_nominal_v * 1_073_741_824.0) as i32,
             },
-            travel_counts: self
-                .travel_limit_rad
-                .map_or([i32::MIN, i32::MAX], |limit| limit.map(stop)),
+            travel_counts: self.travel_limit_rad.map_or([i32::MIN, i32::MAX], |limit| limit.map(stop)),
         })
     }
 }

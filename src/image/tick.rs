@@ -40,18 +40,8 @@ pub struct Telemetry {
 
 impl From<Telemetry> for Message {
     fn from(telemetry: Telemetry) -> Self {
-        let Telemetry {
-            axis,
-            tick,
-            cost,
-            record,
-        } = telemetry;
-        Message::Telemetry {
-            axis,
-            tick,
-            cost,
-            record,
-        }
+        let Telemetry { axis, tick, cost, record } = telemetry;
+        Message::Telemetry { axis, tick, cost, record }
     }
 }
 
@@ -154,19 +144,11 @@ impl Control {
         let (every, axis, tick) = (self.telemetry_every[axis], axis as u8, self.tick);
         if every != 0 && tick.is_multiple_of(every) {
             // Full: the link is too slow for this decimation; the host sees it by the gap in the tick numbers.
-            let _ = self.ends.records.enqueue(Telemetry {
-                axis,
-                tick,
-                cost,
-                record: result.output.record,
-            });
+            let _ = self.ends.records.enqueue(Telemetry { axis, tick, cost, record: result.output.record });
         }
         if let Some(&outcome) = result.concluded {
             // Room as for an answer.
-            let _ = self
-                .ends
-                .answers
-                .enqueue(Message::Commissioned { axis, tick, outcome });
+            let _ = self.ends.answers.enqueue(Message::Commissioned { axis, tick, outcome });
         }
     }
 
@@ -189,11 +171,7 @@ impl Control {
             drive.configure(usize::from(*axis), config);
         }
         let configured = config.is_some();
-        self.tell(Message::Answer {
-            to: *to,
-            tick,
-            result,
-        });
+        self.tell(Message::Answer { to: *to, tick, result });
         let _ = orders.dequeue();
         configured
     }
@@ -270,11 +248,8 @@ impl Control {
             // Idle is still at the last job.
             return;
         }
-        let tick_hz = self
-            .axes
-            .iter()
-            .find_map(|axis| axis.config())
-            .map_or(START_TICK_HZ, |config| config.tick_hz);
+        let tick_hz =
+            self.axes.iter().find_map(|axis| axis.config()).map_or(START_TICK_HZ, |config| config.tick_hz);
         let report = self.ends.reports.dequeue();
         let job = match self.saving.step(AXES as u8, tick_hz, report) {
             Step::Rest => return,
@@ -311,11 +286,7 @@ impl Control {
 
     #[inline(never)]
     fn hello(&mut self) {
-        self.tell(Message::Hello {
-            axes: AXES as u8,
-            cause: self.cause,
-            stored: self.stored,
-        });
+        self.tell(Message::Hello { axes: AXES as u8, cause: self.cause, stored: self.stored });
     }
 
     /// Never full: there are twice as many places for answers as for orders, and the link hands over an order only when

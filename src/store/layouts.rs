@@ -71,13 +71,7 @@ pub(super) fn axis(layout: u16, rest: &mut &[u8]) -> Option<Option<AxisParameter
         1 | 2 => Settings::default(),
         _ => take(rest)?,
     };
-    Some(Some(AxisParameters {
-        config,
-        estimates,
-        tuning,
-        compensation,
-        protection,
-    }))
+    Some(Some(AxisParameters { config, estimates, tuning, compensation, protection }))
 }
 
 /// The next item.

@@ -21,10 +21,7 @@ fn parameters(number: u32, axis: u32) -> AxisParameters {
     AxisParameters {
         config: config(number, axis),
         estimates: estimates(number as i32),
-        tuning: Tuning {
-            bandwidth: 0.6 + number as f32 / 1000.0,
-            integral: !number.is_multiple_of(3),
-        },
+        tuning: Tuning { bandwidth: 0.6 + number as f32 / 1000.0, integral: !number.is_multiple_of(3) },
         compensation: number.is_multiple_of(2),
         protection: Settings::default(),
     }
@@ -54,11 +51,7 @@ pub fn config(number: u32, axis: u32) -> Config {
 }
 
 fn estimates(number: i32) -> Estimates {
-    let trusted = |value| Estimate {
-        value: value + number,
-        u95: 900,
-        standing: Standing::Trusted,
-    };
+    let trusted = |value| Estimate { value: value + number, u95: 900, standing: Standing::Trusted };
     Estimates {
         dead_zone: [trusted(104_857), trusted(95_000)],
         saturation: [trusted(700_000), Estimate::missing(Reason::NotSeen)],
@@ -119,13 +112,7 @@ impl SetLayout3 {
     pub fn of(set: &StoredParameters) -> Self {
         let axis = |axis: &AxisParameters| {
             let config = config_3(&axis.config);
-            (
-                config,
-                axis.estimates,
-                axis.tuning,
-                axis.compensation,
-                axis.protection,
-            )
+            (config, axis.estimates, axis.tuning, axis.compensation, axis.protection)
         };
         let axes = set.axes.iter().map(|entry| entry.as_ref().map(axis));
         SetLayout3 { axes: axes.collect() }

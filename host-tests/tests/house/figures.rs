@@ -45,15 +45,7 @@ fn functions_stay_short() {
 #[test]
 fn few_files_are_long() {
     let figures = figures();
-    let long: Vec<String> = figures
-        .long_files()
-        .iter()
-        .map(|source| source.path.display().to_string())
-        .collect();
-    at_most(
-        &format!("product files over 400 lines ({})", long.join(", ")),
-        long.len(),
-        8,
-        5,
-    );
+    let long: Vec<String> =
+        figures.long_files().iter().map(|source| source.path.display().to_string()).collect();
+    at_most(&format!("product files over 400 lines ({})", long.join(", ")), long.len(), 8, 5);
 }

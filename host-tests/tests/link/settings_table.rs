@@ -19,10 +19,7 @@ fn the_table_of_the_documentation_is_that_of_the_program() {
         std::fs::write(&path, format!("{before}{BEGIN}{table}{END}{after}")).expect("written");
         return;
     }
-    assert_eq!(
-        shown, table,
-        "docs/axis-file.md is old: run this test with UPDATE_DOCS=1"
-    );
+    assert_eq!(shown, table, "docs/axis-file.md is old: run this test with UPDATE_DOCS=1");
 }
 
 fn table() -> String {
@@ -30,13 +27,8 @@ fn table() -> String {
     for row in SETTINGS {
         let default = row.default.unwrap_or("required");
         let unit = if row.unit.is_empty() { "–" } else { row.unit };
-        let _ = writeln!(
-            text,
-            "| `{}` | {unit} | {} | {default} | {} |",
-            row.field.name(),
-            row.range,
-            row.about
-        );
+        let _ =
+            writeln!(text, "| `{}` | {unit} | {} | {default} | {} |", row.field.name(), row.range, row.about);
     }
     text.push('\n');
     text

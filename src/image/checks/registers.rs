@@ -182,13 +182,7 @@ mod image {
     /// write to its registers is recorded and does nothing.
     fn note(register: usize, value: u32) {
         // SAFETY: see above.
-        unsafe {
-            RNG::ptr()
-                .cast::<u32>()
-                .cast_mut()
-                .add(register)
-                .write_volatile(value)
-        };
+        unsafe { RNG::ptr().cast::<u32>().cast_mut().add(register).write_volatile(value) };
     }
 
     /// Registers that [`read_back`] reads.

@@ -49,13 +49,9 @@ struct Bench {
 impl Bench {
     fn tick(&mut self) -> Activity {
         let duty = f32::from(self.acting.duty) / 4200.0;
-        self.motor
-            .pass((self.acting.bridge != Bridge::Open).then_some(duty), self.seconds);
-        let sample = Sample {
-            count: self.motor.count(),
-            vbus_raw: SUPPLY,
-            current_raw: Sample::CURRENT_NOT_SENSED,
-        };
+        self.motor.pass((self.acting.bridge != Bridge::Open).then_some(duty), self.seconds);
+        let sample =
+            Sample { count: self.motor.count(), vbus_raw: SUPPLY, current_raw: Sample::CURRENT_NOT_SENSED };
         let (axis, state) = (&self.axis, &mut self.state);
         let output = self.loop_step.count(|| axis.step(state, black_box(sample)));
         // The duty of this tick acts from the next one on: a delay of one tick.
@@ -67,8 +63,7 @@ impl Bench {
             current_raw: None,
         };
         let (identifier, learner, known) = (&self.identifier, &mut self.learner, &mut self.known);
-        self.identify
-            .count(|| identifier.step(learner, known, black_box(&input)));
+        self.identify.count(|| identifier.step(learner, known, black_box(&input)));
         self.acting = output;
         output.record.activity
     }
@@ -112,10 +107,7 @@ pub fn run(tick_hz: u32) {
         bench.tick();
     }
     bench.command(&Command::Arm);
-    bench.command(&Command::Commission {
-        budget_ms: 4_000,
-        seed: 1,
-    });
+    bench.command(&Command::Commission { budget_ms: 4_000, seed: 1 });
     // The first two ticks of a commissioning set it up.
     bench.tick();
     bench.tick();
@@ -128,29 +120,16 @@ pub fn run(tick_hz: u32) {
     for _ in 0..20 {
         bench.tick();
     }
-    bench.command(&Command::TrackSine {
-        amplitude_rad: 5.0,
-        frequency_hz: 1.0,
-        duration_ms: 3_000,
-    });
+    bench.command(&Command::TrackSine { amplitude_rad: 5.0, frequency_hz: 1.0, duration_ms: 3_000 });
     bench.tick();
-    bench.during(
-        Activity::Tracking,
-        4 * tick_hz,
-        ["loop, tracking", "identifier, listening"],
-        tick_hz,
-    );
+    bench.during(Activity::Tracking, 4 * tick_hz, ["loop, tracking", "identifier, listening"], tick_hz);
 }
 
 /// The compensator alone.
 pub fn compensator() {
     let width = |share: f32| Voltage((share * Voltage::NOMINAL.0 as f32) as i32);
-    let compensator = black_box(Compensator::new(
-        width(0.10),
-        width(0.12),
-        SignSource::Reference,
-        Smoothing::WIDEST,
-    ));
+    let compensator =
+        black_box(Compensator::new(width(0.10), width(0.12), SignSource::Reference, Smoothing::WIDEST));
     let mut tally = Tally::default();
     for k in -2_000..2_000 {
         let (linear, reference) = (Voltage(k * 400), Voltage(k * 300));

@@ -57,12 +57,8 @@ impl DryRun {
 /// # Errors
 /// One sentence that names what is missing or does not fit, and the remedy.
 pub fn check(path: &Path, chip: &Chip) -> Result<DryRun> {
-    let bytes = std::fs::read(path).with_context(|| {
-        format!(
-            "{} cannot be read: build it with `cargo xtask images`",
-            path.display()
-        )
-    })?;
+    let bytes = std::fs::read(path)
+        .with_context(|| format!("{} cannot be read: build it with `cargo xtask images`", path.display()))?;
     check_bytes(&bytes, chip).with_context(|| path.display().to_string())
 }
 
@@ -111,15 +107,9 @@ fn load(image: &Image, chip: &Chip) -> Result<(Vec<Segment>, u64)> {
             chip.probe
         );
         loader.add_data(address, data).with_context(|| {
-            format!(
-                "the flash loader refuses {} bytes at {address:#010x}: check memory.x",
-                data.len()
-            )
+            format!("the flash loader refuses {} bytes at {address:#010x}: check memory.x", data.len())
         })?;
-        segments.push(Segment {
-            address,
-            length: data.len() as u64,
-        });
+        segments.push(Segment { address, length: data.len() as u64 });
     }
     ensure!(
         !segments.is_empty(),
@@ -142,18 +132,11 @@ fn in_flash(map: &[MemoryRegion], range: &Range<u64>) -> bool {
 }
 
 fn flash_size(map: &[MemoryRegion], chip: &Chip) -> u64 {
-    flash_of(map)
-        .filter(|flash| flash.start == chip.program.start)
-        .map(|flash| flash.end - flash.start)
-        .sum()
+    flash_of(map).filter(|flash| flash.start == chip.program.start).map(|flash| flash.end - flash.start).sum()
 }
 
 fn free_of_parameters(segments: &[Segment], chip: &Chip) -> Result<()> {
-    let last = segments
-        .iter()
-        .map(|segment| segment.address + segment.length)
-        .max()
-        .unwrap_or(0);
+    let last = segments.iter().map(|segment| segment.address + segment.length).max().unwrap_or(0);
     ensure!(
         last <= chip.program.end,
         "the image ends at {last:#010x}, inside the sectors of the stored parameters from {:#010x} on: it is too large, or memory.x is wrong",
@@ -174,11 +157,7 @@ fn vectors(image: &Image, chip: &Chip) -> Result<(u32, u32)> {
         chip.program.start
     );
     let data = table.data().context("the vector table is unreadable")?;
-    ensure!(
-        data.len() >= 8,
-        "the vector table has {} bytes: the image is damaged",
-        data.len()
-    );
+    ensure!(data.len() >= 8, "the vector table has {} bytes: the image is damaged", data.len());
     let word = |at: usize| u32::from_le_bytes([data[at], data[at + 1], data[at + 2], data[at + 3]]);
     let (stack, reset) = (word(0), word(4));
     ensure!(
@@ -196,12 +175,9 @@ fn vectors(image: &Image, chip: &Chip) -> Result<(u32, u32)> {
 }
 
 fn rtt(image: &Image, chip: &Chip) -> Result<(u64, u64)> {
-    let block = image
-        .symbols()
-        .find(|symbol| symbol.name() == Ok(RTT_SYMBOL))
-        .with_context(|| {
-            format!("no RTT block ({RTT_SYMBOL}): the log would be silent; the board links defmt-rtt")
-        })?;
+    let block = image.symbols().find(|symbol| symbol.name() == Ok(RTT_SYMBOL)).with_context(|| {
+        format!("no RTT block ({RTT_SYMBOL}): the log would be silent; the board links defmt-rtt")
+    })?;
     let (address, size) = (block.address(), block.size());
     ensure!(
         size >= RTT_HEADER && chip.ram.contains(&address) && address + size <= chip.ram.end,
@@ -220,18 +196,12 @@ fn messages(image: &Image) -> Result<usize> {
         .filter(|symbol| symbol.section_index() == Some(table.index()))
         .filter_map(|symbol| symbol.name().ok());
     let messages = inside.filter(|name| name.starts_with('{')).count();
-    ensure!(
-        messages > 0,
-        "the defmt table is empty: set DEFMT_LOG when the image is built"
-    );
+    ensure!(messages > 0, "the defmt table is empty: set DEFMT_LOG when the image is built");
     let versioned = image
         .symbols()
         .filter_map(|symbol| symbol.name().ok())
         .any(|name| name.trim_matches('"').starts_with("_defmt_version_"));
-    ensure!(
-        versioned,
-        "the defmt table has no version: the log could not be decoded"
-    );
+    ensure!(versioned, "the defmt table has no version: the log could not be decoded");
     Ok(messages)
 }
 
@@ -270,11 +240,7 @@ impl fmt::Display for DryRun {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ram = self.ram;
         for segment in &self.segments {
-            writeln!(
-                f,
-                "segment       {:#010x}  {:>7} bytes",
-                segment.address, segment.length
-            )?;
+            writeln!(f, "segment       {:#010x}  {:>7} bytes", segment.address, segment.length)?;
         }
         let programmed = self.programmed();
         writeln!(

@@ -29,11 +29,8 @@ struct File {
 }
 
 /// Keys of `[limits]` that are no settings of [`Config`].
-const PROTECTION_LIMITS: [&str; 3] = [
-    "continuous_current_a",
-    "thermal_time_constant_s",
-    "command_timeout_ms",
-];
+const PROTECTION_LIMITS: [&str; 3] =
+    ["continuous_current_a", "thermal_time_constant_s", "command_timeout_ms"];
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -110,9 +107,7 @@ fn syntax(source: &str, text: &str, error: &toml::de::Error) -> InputError {
         return InputError::line(source, 1, message);
     };
     let (before, here) = text.split_at(span.start.min(text.len()));
-    let line = [before.rsplit('\n').next(), here.lines().next()]
-        .map(Option::unwrap_or_default)
-        .concat();
+    let line = [before.rsplit('\n').next(), here.lines().next()].map(Option::unwrap_or_default).concat();
     let header = |line: &str| {
         let line = line.trim();
         line.starts_with('[').then(|| line.to_owned())
@@ -121,9 +116,9 @@ fn syntax(source: &str, text: &str, error: &toml::de::Error) -> InputError {
     let key = line.split_once('=').map_or("", |(key, _)| key.trim());
     let mut quoted = message.split('`').skip(1).step_by(2);
     let hint = match quoted.next() {
-        Some(wrong) if message.starts_with("unknown field") => nearest(wrong, quoted)
-            .map(|near| format!("; the nearest is `{near}`"))
-            .unwrap_or_default(),
+        Some(wrong) if message.starts_with("unknown field") => {
+            nearest(wrong, quoted).map(|near| format!("; the nearest is `{near}`")).unwrap_or_default()
+        }
         _ => String::new(),
     };
     let place = match (table.is_empty() || header(&line).is_some(), key.is_empty()) {
@@ -131,11 +126,7 @@ fn syntax(source: &str, text: &str, error: &toml::de::Error) -> InputError {
         (false, true) => format!("{table}: "),
         (false, false) => format!("{table} {key}: "),
     };
-    InputError::line(
-        source,
-        line_of(text, span.start),
-        format!("{place}{message}{hint}"),
-    )
+    InputError::line(source, line_of(text, span.start), format!("{place}{message}{hint}"))
 }
 
 /// The file's text, for messages.
@@ -150,9 +141,7 @@ impl Reader<'_> {
         let mut config = Config::EXAMPLE;
         for section in ["supply", "encoder", "axis", "limits"] {
             self.known(section, file)?;
-            let rows = SETTINGS
-                .iter()
-                .filter(|row| row.field.name().split('.').next() == Some(section));
+            let rows = SETTINGS.iter().filter(|row| row.field.name().split('.').next() == Some(section));
             for row in rows {
                 self.setting(&mut config, row, section, file)?;
             }
@@ -171,21 +160,13 @@ impl Reader<'_> {
         let value = match file.value(section, key) {
             Some(value) => self.value(section, key, value, (row.get)(&Config::EXAMPLE))?,
             None => (row.fallback)(config).ok_or_else(|| {
-                let line = file
-                    .section(section)
-                    .map_or(1, |s| line_of(self.text, s.span().start));
+                let line = file.section(section).map_or(1, |s| line_of(self.text, s.span().start));
                 InputError::line(self.source, line, format!("missing field `{key}`"))
             })?,
         };
         (row.set)(config, value).ok_or_else(|| {
-            let line = file
-                .value(section, key)
-                .map_or(1, |value| line_of(self.text, value.span().start));
-            InputError::line(
-                self.source,
-                line,
-                format!("[{section}] {key} must be {}", row.range),
-            )
+            let line = file.value(section, key).map_or(1, |value| line_of(self.text, value.span().start));
+            InputError::line(self.source, line, format!("[{section}] {key} must be {}", row.range))
         })
     }
 
@@ -200,11 +181,7 @@ impl Reader<'_> {
         let wrong = |error: toml::de::Error| {
             let line = line_of(self.text, value.span().start);
             let words = error.message().replace('\n', " ");
-            InputError::line(
-                self.source,
-                line,
-                format!("[{section}] {key}: {}", words.trim_end()),
-            )
+            InputError::line(self.source, line, format!("[{section}] {key}: {}", words.trim_end()))
         };
         let inner = value.get_ref().clone();
         Ok(match like {
@@ -217,10 +194,7 @@ impl Reader<'_> {
     /// Refuses unknown keys, and names the nearest one.
     fn known(&self, section: &str, file: &File) -> Result<(), InputError> {
         let settings = SETTINGS.iter().filter_map(|row| row.field.name().split_once('.'));
-        let mut known: Vec<&str> = settings
-            .filter(|(of, _)| *of == section)
-            .map(|(_, key)| key)
-            .collect();
+        let mut known: Vec<&str> = settings.filter(|(of, _)| *of == section).map(|(_, key)| key).collect();
         if section == "limits" {
             known.extend(PROTECTION_LIMITS);
         }
@@ -230,11 +204,7 @@ impl Reader<'_> {
         for key in table.get_ref().keys() {
             let name = key.get_ref().as_str();
             if !known.contains(&name) {
-                let all = known
-                    .iter()
-                    .map(|key| format!("`{key}`"))
-                    .collect::<Vec<_>>()
-                    .join(", ");
+                let all = known.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
                 let near = nearest(name, known.iter().copied())
                     .map(|near| format!("; the nearest is `{near}`"))
                     .unwrap_or_default();
@@ -251,19 +221,11 @@ impl Reader<'_> {
         let Some(value) = file.value("limits", key) else {
             return Ok(None);
         };
-        value
-            .get_ref()
-            .clone()
-            .try_into()
-            .map(Some)
-            .map_err(|error: toml::de::Error| {
-                let line = line_of(self.text, value.span().start);
-                let what = format!(
-                    "[limits] {key}: {}",
-                    error.message().replace('\n', " ").trim_end()
-                );
-                InputError::line(self.source, line, what)
-            })
+        value.get_ref().clone().try_into().map(Some).map_err(|error: toml::de::Error| {
+            let line = line_of(self.text, value.span().start);
+            let what = format!("[limits] {key}: {}", error.message().replace('\n', " ").trim_end());
+            InputError::line(self.source, line, what)
+        })
     }
 
     /// Both numbers make the thermal limit; the time constant alone is none.
@@ -314,9 +276,6 @@ impl File {
 
     fn value(&self, section: &str, key: &str) -> Option<&Spanned<Value>> {
         let table = self.section(section)?.get_ref();
-        table
-            .iter()
-            .find(|(name, _)| name.get_ref() == key)
-            .map(|(_, value)| value)
+        table.iter().find(|(name, _)| name.get_ref() == key).map(|(_, value)| value)
     }
 }

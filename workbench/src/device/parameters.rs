@@ -43,9 +43,7 @@ macro_rules! thermal {
             name: $name,
             get: |p| p.protection.thermal.map(|thermal| thermal.$field.to_string()),
             set: |p, text| {
-                thermal(p, text, |thermal, text| {
-                    text.parse().map(|value| thermal.$field = value).ok()
-                })
+                thermal(p, text, |thermal, text| text.parse().map(|value| thermal.$field = value).ok())
             },
         }
     };
@@ -87,10 +85,7 @@ const KEYS: &[Key] = &[
 ];
 
 /// The thermal limit of a small motor.
-pub(crate) const SMALL_MOTOR: Thermal = Thermal {
-    continuous_a: 1.0,
-    time_constant_s: 30,
-};
+pub(crate) const SMALL_MOTOR: Thermal = Thermal { continuous_a: 1.0, time_constant_s: 30 };
 
 /// The thermal model appears with its first number, with a small motor's values for the other.
 fn thermal(p: &mut AxisParameters, text: &str, put: fn(&mut Thermal, &str) -> Option<()>) -> Option<()> {
@@ -145,10 +140,7 @@ fn estimates(parameters: &AxisParameters) -> Option<EstimatesReport> {
 
 /// Only what is used.
 fn number(reported: &Reported) -> Option<String> {
-    reported
-        .value
-        .filter(|_| reported.trusted)
-        .map(|value| value.to_string())
+    reported.value.filter(|_| reported.trusted).map(|value| value.to_string())
 }
 
 fn pair(text: &str) -> Option<[f32; 2]> {
@@ -177,8 +169,7 @@ fn settings(parameters: &AxisParameters) -> impl Iterator<Item = (&'static str, 
     let first = |row: &Setting| SETTINGS.iter().position(|other| section(other) == section(row));
     rows.sort_by_key(|row| first(row));
     let config = parameters.config;
-    rows.into_iter()
-        .filter_map(move |row| Some((row.field.name(), text_of((row.get)(&config))?)))
+    rows.into_iter().filter_map(move |row| Some((row.field.name(), text_of((row.get)(&config))?)))
 }
 
 fn section(row: &Setting) -> &'static str {
@@ -186,8 +177,7 @@ fn section(row: &Setting) -> &'static str {
 }
 
 fn others(parameters: &AxisParameters) -> impl Iterator<Item = (&'static str, String)> {
-    KEYS.iter()
-        .filter_map(|key| Some((key.name, (key.get)(parameters)?)))
+    KEYS.iter().filter_map(|key| Some((key.name, (key.get)(parameters)?)))
 }
 
 /// As TOML; `None`: not set.
@@ -208,10 +198,7 @@ fn put(config: &mut Config, row: &Setting, text: &str) -> Option<()> {
         text.parse().ok().map(Value::Number),
         pair(text).map(Value::Pair),
     ];
-    readings
-        .into_iter()
-        .flatten()
-        .find_map(|value| (row.set)(config, value))
+    readings.into_iter().flatten().find_map(|value| (row.set)(config, value))
 }
 
 /// Takes `key=value` over. The set as a whole is checked by the servo.
@@ -234,9 +221,7 @@ pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), Inpu
         (None, None) => return Err(no_key(name)),
     };
     done.ok_or_else(|| {
-        InputError(format!(
-            "`{value}` is no value of {name}; write a number, true or false"
-        ))
+        InputError(format!("`{value}` is no value of {name}; write a number, true or false"))
     })?;
     if units(&before.config) != units(&parameters.config) {
         convert(parameters, &before);
