@@ -65,3 +65,47 @@ pub fn grown<G: Growth>(growth: &mut G, from: G::Set, effects: usize) -> G::Set 
     }
     current
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers that grow by one a round; only those of a list are a gain.
+    struct Counting(&'static [usize]);
+
+    impl Growth for Counting {
+        type Set = usize;
+
+        fn width(&self) -> usize {
+            2
+        }
+
+        fn children(&mut self, _: usize, _: &usize, beam: &[usize]) -> Vec<usize> {
+            beam.iter().max().map(|most| most + 1).into_iter().collect()
+        }
+
+        fn winner(&mut self, _: &usize, children: &mut Vec<usize>) -> Option<usize> {
+            children.iter().copied().find(|child| self.0.contains(child))
+        }
+
+        fn accepted(&mut self, _: &usize, winner: usize, _: Vec<usize>) -> (usize, bool) {
+            (winner, true)
+        }
+
+        fn may_pair(&mut self, _: &usize, _: Vec<usize>) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn one_idle_round_is_borne_and_two_are_the_end() {
+        assert_eq!(grown(&mut Counting(&[1, 3]), 0, 0), 3);
+        assert_eq!(grown(&mut Counting(&[1, 4]), 0, 0), 1);
+    }
+
+    #[test]
+    fn a_set_holds_no_more_than_so_many_effects() {
+        assert_eq!(grown(&mut Counting(&[1, 2, 3, 4, 5, 6]), 0, 0), DEEPEST);
+        assert_eq!(grown(&mut Counting(&[1, 2, 3, 4, 5, 6]), 0, 4), 1);
+    }
+}

@@ -355,3 +355,64 @@ impl Normal {
         matrix.cholesky().map(|factor| factor.solve(&right))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's valley (Computer Journal 3, 1960) as residuals, its minimum at (1, 1).
+    struct Valley {
+        most_x: f64,
+        bending: usize,
+    }
+
+    impl Problem for Valley {
+        fn residuals(&mut self, x: &[f64], out: &mut Vec<f64>) {
+            *out = vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]];
+        }
+
+        fn bounds(&self, slot: usize) -> (f64, f64) {
+            (-2.0, if slot == 0 { self.most_x } else { 2.0 })
+        }
+
+        fn step(&self, _: usize) -> f64 {
+            1e-6
+        }
+
+        fn bending(&self) -> usize {
+            self.bending
+        }
+    }
+
+    const LONG: Schedule = Schedule { iterations: 200, slow: 0.0, negligible: 1e-20 };
+
+    #[test]
+    fn the_bottom_of_a_bent_valley_is_found_whether_columns_follow_or_not() {
+        for bending in 0..=2 {
+            let mut valley = Valley { most_x: 2.0, bending };
+            let solution = solve(&mut valley, &[-1.2, 1.0], &LONG);
+            assert!(solution.cost < 1e-9, "{solution:?}, {bending} columns anew");
+        }
+    }
+
+    #[test]
+    fn a_number_may_rest_at_its_bound() {
+        let mut valley = Valley { most_x: 0.5, bending: 2 };
+        let solution = solve(&mut valley, &[-1.2, 1.0], &LONG);
+        assert_eq!(solution.x[0], 0.5);
+        assert!((solution.x[1] - 0.25).abs() < 1e-6, "{solution:?}");
+    }
+
+    #[test]
+    fn the_covariance_is_the_inverse_of_the_information() {
+        let mut valley = Valley { most_x: 2.0, bending: 2 };
+        let found = covariance(&mut valley, &[1.0, 1.0], |_, _| 0.0).expect("not singular");
+        // J = [[−20, 10], [−1, 0]]: (JᵀJ)⁻¹ = [[1, 2], [2, 4.01]].
+        let expected = [[1.0, 2.0], [2.0, 4.01]];
+        for (i, row) in expected.iter().enumerate() {
+            for (j, value) in row.iter().enumerate() {
+                assert!((found[(i, j)] - value).abs() < 1e-3, "{found}");
+            }
+        }
+    }
+}

@@ -74,33 +74,38 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
     let first = excess(given, nominal).max(1e-9);
     let share = (rest.excess / first).min(1.0);
     let held_out = held_out_share(&found.best, given, nominal);
-    let unpredicted = match found.best.hypothesis.items.is_empty() {
+    let nothing_named = found.best.hypothesis.items.is_empty();
+    let unpredicted = match nothing_named {
         false => held_out > HELD_OUT_SHARE,
         true => strange(&found.best),
     };
     let left = is_left(found, &rest, share) || unpredicted;
-    let share = match (unpredicted, found.best.hypothesis.items.is_empty()) {
+    let share = match (unpredicted, nothing_named) {
         (true, true) => 1.0,
         (true, false) => share.max(held_out.min(1.0)),
         (false, _) => share,
     };
     let (kept, closest) = match left {
-        true if found.best.hypothesis.items.is_empty() => (found.best.clone(), found.dropped.clone()),
+        true if nothing_named => (found.best.clone(), found.dropped.clone()),
         true => confirmed(found, share * first),
         false => (found.best.clone(), Vec::new()),
     };
     let (ties, next) = if left { (Vec::new(), None) } else { ties(found) };
     let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
-    let another_motor = unpredicted && found.best.hypothesis.items.is_empty();
-    let structure = match (left, unpredicted && rest.text == "none") {
-        _ if another_motor => ANOTHER_MOTOR.into(),
-        (true, false) if rest.text == "none" => TOO_FEW.into(),
-        (false, _) if share > SHARE => rest.text,
-        (false, _) => "none".into(),
-        (true, false) => rest.text,
-        (true, true) => "different in every record: what fits the log does not predict the hold-out".into(),
-    };
+    let structure = structure(left, unpredicted, nothing_named, share, rest.text);
     Judged { verdict, kept, closest, ties, unexplained: Unexplained { share_of_gap: share, structure }, next }
+}
+
+/// The structure of what is left, in words. `unpredicted`: the held-out data are missed, whatever the log leaves.
+fn structure(left: bool, unpredicted: bool, nothing_named: bool, share: f64, text: String) -> String {
+    match (left, unpredicted) {
+        _ if unpredicted && nothing_named => ANOTHER_MOTOR.into(),
+        (true, true) if text == "none" => UNPREDICTED.into(),
+        (true, false) if text == "none" => TOO_FEW.into(),
+        (true, _) => text,
+        (false, _) if share > SHARE => text,
+        (false, _) => "none".into(),
+    }
 }
 
 /// The same without the names that do not lower the held-out gap or whose numbers lie within two standard deviations of nothing;
@@ -168,6 +173,7 @@ const FEW: usize = 200;
 const DISAGREE: f64 = 9.0;
 const TOO_FEW: &str =
     "the log has too few samples to say what it looks like; log more runs, in both directions";
+const UNPREDICTED: &str = "different in every record: what fits the log does not predict the hold-out";
 const ANOTHER_MOTOR: &str = "the model fits the log and misses a held-out record: is that record of the same motor, with the same load and in the same units?";
 
 /// Whether the model misses a held-out record although it fits the log.

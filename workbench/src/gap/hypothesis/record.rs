@@ -1,0 +1,149 @@
+//! A record over time as the data of a hypothesis: its nuisances, its base, and the simulation of its runs.
+
+use super::{Data, Hypothesis, NUISANCE_BOUND, Slot};
+use crate::gap::dataset::{Bench, BenchRun, Scales, Simulation, Traces, driven_by};
+use crate::gap::fit::FINE;
+use crate::system::effects::{Effect, Meaning, Parameter, Scale};
+use crate::system::log::Input;
+use crate::system::model::{Kind, Model};
+use crate::system::plant::physics::{Drive, Physics};
+
+/// How far a base parameter may move, in its tolerances, when the model is the best linear fit to the log and absorbs what
+/// is missing.
+const FITTED_BOUND: f64 = 3.0;
+/// The tolerance of a base parameter of such a model: a factor of e^±0.5 is one standard deviation.
+const FITTED_TOLERANCE: f64 = 0.5;
+/// A winding faster than this part of the mechanical time constant is no parameter that a log could tell. Held at its
+/// nominal value, a slower one would pass for a measure: of a short delay, and with the current of the drive's gain.
+const NOTICEABLE_WINDING: f64 = 0.003;
+
+impl Hypothesis<'_> {
+    /// Simulates the chosen runs with a plant, which may be another than that of the numbers, and hands on each run's index,
+    /// its traces and what its speed sensor would have shown.
+    pub fn simulated(
+        &self,
+        x: &[f64],
+        plant: &Physics,
+        chosen: impl Fn(&BenchRun) -> bool,
+        mut each: impl FnMut(usize, &Traces, &[f64]),
+    ) {
+        let mut simulation = Simulation::default();
+        for (index, run) in self.bench.runs.iter().enumerate().filter(|(_, run)| chosen(run)) {
+            let (traces, predicted) = simulation.speed(run, plant, self.start_speed(index, x), FINE);
+            each(index, traces, predicted);
+        }
+    }
+
+    /// Start speed of a run.
+    pub fn start_speed(&self, run: usize, x: &[f64]) -> f64 {
+        let found = self.slots.iter().position(|slot| *slot == Slot::Start { run });
+        let made = &self.bench.runs[run];
+        made.start_speed + found.map_or(0.0, |slot| x[slot] * made.start_sigma)
+    }
+
+    /// Whether an effect may join: offered on this axis, not there, not of a family that is there or known.
+    pub fn admits(&self, effect: &'static Effect) -> bool {
+        let drive = driven_by(&self.model.kind, self.model.base(), self.bench.input).drive;
+        let winding = matches!(self.model.kind, Kind::DcMotor { .. });
+        let known = self.model.known.iter().map(|known| known.effect);
+        effect.fits(drive, winding, self.bench.linear)
+            && !self.items.iter().any(|item| item.effect.same_family(effect))
+            && !known.into_iter().any(|other| other == effect)
+    }
+}
+
+/// Relative tolerance (1 σ) of a base parameter, wide where the model is the best linear fit to the log.
+pub fn tolerance(model: &Model, key: &str) -> f64 {
+    if model.fitted_to_log && !model.tolerances.contains_key(key) {
+        FITTED_TOLERANCE
+    } else {
+        model.tolerance(key)
+    }
+}
+
+impl Data for Bench {
+    fn scales(&self) -> &Scales {
+        &self.scales
+    }
+
+    fn nuisances(&self, model: &Model) -> Vec<Slot> {
+        let mut slots = base_slots(self, model);
+        slots.extend(known_slots(model));
+        let runs = self.runs.iter().enumerate();
+        let moving = runs.filter(|(_, run)| run.start_sigma > 0.0);
+        slots.extend(moving.map(|(run, _)| Slot::Start { run }));
+        slots
+    }
+
+    fn reach(&self, model: &Model) -> f64 {
+        if model.fitted_to_log { FITTED_BOUND } else { NUISANCE_BOUND }
+    }
+
+    /// Of a parameter a thousandth of its scale; of a frequency a phase of a hundredth of a turn over the log.
+    fn step(&self, slot: &Slot, parameter: Option<&Parameter>) -> f64 {
+        let scales = &self.scales;
+        match (slot, parameter.map(|it| (it.scale, it.meaning))) {
+            (Slot::Start { .. }, _) => 0.1,
+            (_, None) => 0.02,
+            (_, Some((Scale::Frequency, _))) => 0.01 * scales.time / scales.duration,
+            (_, Some((_, Meaning::PeriodsPerTurn))) => 0.01 / (1.0 + scales.speed * scales.duration),
+            (_, Some((Scale::Stiffness, _))) => 0.01,
+            _ => 1e-3,
+        }
+    }
+
+    fn base(&self, model: &Model, kind: &Kind) -> Physics {
+        let mut plant = driven_by(kind, model.base_of(kind), self.input);
+        if !plant.supply_v.is_finite() {
+            plant.supply_v = self.scales.input;
+        }
+        plant
+    }
+
+    fn shows(&self, _: &Effect) -> bool {
+        true
+    }
+
+    fn tidy(&self, _: &mut Physics) {}
+}
+
+fn base_slots(bench: &Bench, model: &Model) -> Vec<Slot> {
+    let plant = driven_by(&model.kind, model.base(), bench.input);
+    let winding = plant.inductance / plant.resistance;
+    let told = |key: &str| match (&model.kind, key) {
+        (Kind::DcMotor { .. }, "L_h") => {
+            winding > NOTICEABLE_WINDING * plant.time_constant_s() && plant.drive == Drive::Voltage
+        }
+        (Kind::DcMotor { .. }, "R_ohm" | "Ke_vs_per_rad") => plant.drive == Drive::Voltage,
+        (Kind::DcMotor { .. }, "Kt_nm_per_a") => bench.input != Input::Torque,
+        _ => true,
+    };
+    let parameters = model.parameters().into_iter().filter(|(key, value)| *value > 0.0 && told(key));
+    let slot = |(key, nominal)| {
+        let tolerance = tolerance(model, key);
+        (tolerance > 0.0).then_some(Slot::Base { key, nominal, tolerance, twin: None })
+    };
+    parameters.filter_map(slot).collect()
+}
+
+/// Known effects move by their standard deviation, or by the default tolerance where the file gives none.
+fn known_slots(model: &Model) -> Vec<Slot> {
+    let mut slots = Vec::new();
+    for (known, it) in model.known.iter().enumerate() {
+        for (parameter, spec) in it.effect.parameters.iter().enumerate() {
+            let value = it.values[parameter];
+            let fixed =
+                spec.meaning == Meaning::PeriodsPerTurn || (value == 0.0 && it.stds[parameter].is_none());
+            let default = if spec.meaning == Meaning::Phase {
+                model.default_tolerance
+            } else {
+                model.default_tolerance * value.abs()
+            };
+            let std = it.stds[parameter].unwrap_or(default);
+            if !fixed && std > 0.0 {
+                slots.push(Slot::Known { known, parameter, std });
+            }
+        }
+    }
+    slots
+}
