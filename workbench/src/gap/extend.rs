@@ -5,7 +5,6 @@ use crate::gap::estimate::{self, Estimate};
 use crate::gap::fit::{FINAL, covariance, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::prediction::{Prediction, compared};
-use crate::gap::record::Given;
 use crate::gap::search::{Found, Scored};
 use crate::gap::verdict::Judged;
 use crate::gap::{evidence, excitation, plots};
@@ -14,6 +13,25 @@ use crate::report::volts;
 use crate::system::effects;
 use crate::system::model::Model;
 use std::collections::BTreeMap;
+
+/// The model as given beside the data.
+pub(super) struct Given<'a> {
+    /// The model without any effect.
+    pub hypothesis: Hypothesis<'a>,
+    /// Its nominal numbers.
+    pub x: Vec<f64>,
+    /// What it predicts of the held-out data.
+    pub prediction: Prediction,
+}
+
+impl<'a> Given<'a> {
+    pub(super) fn simulated(bench: &'a Bench, model: &'a Model) -> Self {
+        let hypothesis = Hypothesis::new(bench, model, Vec::new());
+        let x = vec![0.0; hypothesis.slots.len()];
+        let prediction = Prediction::of(&hypothesis, &x, &[Part::HoldOut]);
+        Self { hypothesis, x, prediction }
+    }
+}
 
 /// The result of a search, with the kept set added to the model.
 pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Option<&Bench>) -> Outcome {

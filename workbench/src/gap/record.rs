@@ -2,7 +2,7 @@
 
 use crate::console::input_error::InputError;
 use crate::gap::dataset::{self, Bench, Part, hf_noise, prepare};
-use crate::gap::extend::extended;
+use crate::gap::extend::{Given, extended};
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::{Prediction, held_out_errors};
 use crate::gap::residual::rms;
@@ -39,25 +39,6 @@ pub fn run(
         }
     }
     Ok(Outcome { places, ..extended(&given, &found, judged, last.as_ref()) })
-}
-
-/// The model as given beside the data.
-pub(super) struct Given<'a> {
-    /// The model without any effect.
-    pub hypothesis: Hypothesis<'a>,
-    /// Its nominal numbers.
-    pub x: Vec<f64>,
-    /// What it predicts of the held-out data.
-    pub prediction: Prediction,
-}
-
-impl<'a> Given<'a> {
-    pub(super) fn simulated(bench: &'a Bench, model: &'a Model) -> Self {
-        let hypothesis = Hypothesis::new(bench, model, Vec::new());
-        let x = vec![0.0; hypothesis.slots.len()];
-        let prediction = Prediction::of(&hypothesis, &x, &[Part::HoldOut]);
-        Self { hypothesis, x, prediction }
-    }
 }
 
 /// The records that are only predicted, made ready.

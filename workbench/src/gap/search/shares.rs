@@ -8,7 +8,7 @@
 //! plain forms: round → share of the log → veto … → elimination → richer forms, if they remove a share more → rivals
 //! ```
 
-use super::rounds::{BEAM, Path};
+use super::rounds::{BEAM, Path, SHARE};
 use super::score::{Scored, dispersion};
 use super::worth::cross_validated;
 use super::{Found, Offer, Search};
@@ -19,9 +19,6 @@ use crate::gap::solver::Problem;
 use crate::system::effects::{LAGS, Meaning, RARE_LAG, SHIFTS, Starts};
 use rayon::prelude::*;
 
-/// Share of the squared error of the log that a name must remove to join. Names that stay remove a fifth ([`GROWTH`]); a
-/// little less is asked for on the way, because a further name may sharpen this one.
-pub(super) const SHARE: f64 = 0.15;
 /// A name stays if, with everything fitted anew without it, the squared error grows by this share, on the log and on every
 /// held-out record. On measured rigs right first names remove 0.29 to 0.998 of it and mimics in third place 0.02 to 0.21.
 const GROWTH: f64 = 0.25;

@@ -1,8 +1,8 @@
 //! Explanations that lost, each with its reason.
 
+use super::case::{Case, Found};
 use super::rivals::Replacement;
-use super::verdict::{Case, Found};
-use super::words::SpeedUnit;
+use super::speed_unit::SpeedUnit;
 use crate::gap::hypothesis::Data;
 use crate::outcome::*;
 use crate::system::effects::DEAD_ZONE;

@@ -8,6 +8,7 @@
 //! that separates the names.
 
 mod candidates;
+mod case;
 mod fit;
 mod losers;
 pub mod map;
@@ -18,6 +19,7 @@ mod rows;
 mod search;
 mod separate;
 mod sets;
+mod speed_unit;
 mod study;
 mod table;
 mod ties;
@@ -29,10 +31,10 @@ use crate::report::volts;
 use crate::system::log::{Dynamic, Input, Table};
 use crate::system::model::{Kind, Model};
 use candidates::Offer;
+use case::Case;
 use rows::Rows;
 use sets::Search;
 use study::HeldOut;
-use verdict::Case;
 
 /// Rows further apart than this many time constants of the model are steady states.
 const SETTLED: f64 = 6.0;

@@ -1,8 +1,9 @@
 //! The accepted effects with their parameters, uncertainties and derived figures, and what the base moved.
 
+use super::case::{Case, Found};
+use super::speed_unit::SpeedUnit;
 use super::study::deviation;
-use super::verdict::{Case, Found};
-use super::words::{self, SpeedUnit};
+use super::words;
 use crate::gap::hypothesis::{Data, Slot};
 use crate::outcome::*;
 use crate::system::effects::{Effect, Parameter, Shape};

@@ -2,7 +2,7 @@
 
 use super::map;
 use super::rows::Rows;
-use super::words::SpeedUnit;
+use super::speed_unit::SpeedUnit;
 use crate::outcome::{Curve, Plot, Series, Stage, Style};
 use crate::system::plant::physics::Physics;
 

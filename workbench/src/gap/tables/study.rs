@@ -4,7 +4,7 @@ use super::fit::Set;
 use super::map;
 use super::rows::Rows;
 use super::sets::Search;
-use super::words::SpeedUnit;
+use super::speed_unit::SpeedUnit;
 use crate::gap::hypothesis::Item;
 use crate::gap::prediction::Prediction;
 use crate::gap::residual::rms;

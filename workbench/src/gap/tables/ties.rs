@@ -1,9 +1,9 @@
 //! Explanations that the rows cannot tell apart, and the experiment that can.
 
+use super::case::{Case, Found};
 use super::rivals::Replacement;
 use super::separate::{self, Contrast};
-use super::verdict::{Case, Found};
-use super::words::SpeedUnit;
+use super::speed_unit::SpeedUnit;
 use crate::outcome::*;
 
 impl Case<'_> {

@@ -1,19 +1,19 @@
 //! From the accepted set to the one result: names, ties, rivals, uncertainties, what is left, what to measure next.
 
+use super::case::{Case, Found};
 use super::fit::Set;
 use super::named::marks;
 use super::plots::Gallery;
-use super::rivals::Replacement;
 use super::sets::Search;
-use super::study::{HeldOut, Residual, grow};
+use super::speed_unit::SpeedUnit;
+use super::study::{Residual, grow};
 use super::table;
 use super::ties::next;
-use super::words::{self, SpeedUnit};
+use super::words;
 use crate::gap::prediction::compared;
 use crate::outcome::*;
 use crate::system::log::Table;
 use crate::system::plant::physics::Physics;
-use nalgebra::DMatrix;
 
 /// Structure is called unexplained above this share of the first gap (squared) …
 const SHARE_LEFT: f64 = 0.05;
@@ -25,34 +25,6 @@ const ABOVE_NOISE: f64 = 1.0;
 const LOSERS: usize = 3;
 /// Tables of more rows than this are compared with rivals on their chosen rows.
 const LONG: usize = 120;
-
-/// Everything that a verdict is made of.
-pub struct Case<'a> {
-    /// The table.
-    pub log: &'a Table,
-    /// The search, with the rows that were fitted.
-    pub search: Search<'a>,
-    /// The plant of the model as given.
-    pub given: &'a Physics,
-    /// The rows that were not fitted.
-    pub held_out: &'a HeldOut<'a>,
-    /// True if they come from other files.
-    pub separate_files: bool,
-}
-
-/// The accepted set, fitted to the chosen rows and to all rows.
-pub(super) struct Found<'a> {
-    /// The sets on the way to the chosen one, each with one effect more.
-    pub(super) growth: Vec<Set<'a>>,
-    /// Fitted to the chosen rows: what the gap on the others is measured with.
-    pub(super) chosen: Set<'a>,
-    /// Fitted to every row: what is reported.
-    pub(super) set: Set<'a>,
-    pub(super) covariance: Option<DMatrix<f64>>,
-    pub(super) plant: Physics,
-    pub(super) ties: Vec<(usize, Vec<Replacement<'a>>)>,
-    pub(super) losers: Vec<(usize, Replacement<'a>)>,
-}
 
 /// The result when nothing could be tested.
 pub fn insufficient(log: &Table, reason: String) -> Outcome {
