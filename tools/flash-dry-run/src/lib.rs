@@ -27,6 +27,8 @@ pub struct Segment {
 /// What the dry run found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DryRun {
+    /// The chip for which the image was checked.
+    pub chip: &'static Chip,
     /// Pieces that would be programmed.
     pub segments: Vec<Segment>,
     /// Size of the chip's flash, bytes.
@@ -52,7 +54,7 @@ impl DryRun {
 ///
 /// # Errors
 /// One sentence that names what is missing or does not fit, and the remedy.
-pub fn check(path: &Path, chip: &Chip) -> Result<DryRun> {
+pub fn check(path: &Path, chip: &'static Chip) -> Result<DryRun> {
     let bytes = std::fs::read(path).with_context(|| {
         format!(
             "{} cannot be read: build it with `cargo xtask images`",
@@ -66,11 +68,12 @@ pub fn check(path: &Path, chip: &Chip) -> Result<DryRun> {
 ///
 /// # Errors
 /// As [`check`].
-pub fn check_bytes(bytes: &[u8], chip: &Chip) -> Result<DryRun> {
+pub fn check_bytes(bytes: &[u8], chip: &'static Chip) -> Result<DryRun> {
     let image = ElfFile32::<object::Endianness>::parse(bytes)
         .context("not an ELF image of a 32-bit machine: build it with `cargo xtask images`")?;
     let (segments, flash) = load(&image, chip)?;
     Ok(DryRun {
+        chip,
         segments,
         flash,
         vectors: vectors(&image, chip)?,
@@ -262,7 +265,7 @@ fn static_ram(image: &Image, chip: &Chip) -> Result<u64> {
 
 impl fmt::Display for DryRun {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ram = chip.ram.end - chip.ram.start;
+        let ram = self.chip.ram.end - self.chip.ram.start;
         for segment in &self.segments {
             writeln!(
                 f,
@@ -280,7 +283,8 @@ impl fmt::Display for DryRun {
         let (stack, reset) = self.vectors;
         writeln!(
             f,
-            "vector table  {VECTOR_TABLE:#010x}: stack from {stack:#010x} down, reset at {reset:#010x}"
+            "vector table  {:#010x}: stack from {stack:#010x} down, reset at {reset:#010x}",
+            self.chip.program.start
         )?;
         writeln!(f, "RTT block     {:#010x}, {} bytes", self.rtt.0, self.rtt.1)?;
         writeln!(f, "defmt table   {} messages", self.messages)?;
