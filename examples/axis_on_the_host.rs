@@ -15,19 +15,13 @@ fn main() {
 
     axis.command(&mut state, &Command::Arm).expect("nothing moves");
     let (budget_ms, seed) = (5_000, 1);
-    axis.command(&mut state, &Command::Commission { budget_ms, seed })
-        .expect("it is armed");
+    axis.command(&mut state, &Command::Commission { budget_ms, seed }).expect("it is armed");
     run(&axis, &mut state, &mut motor, 6.0);
     let found = axis.report(&state).commissioning.expect("six seconds are enough");
     let dead_zone_v = found.estimates.dead_zone_pos_v;
-    println!(
-        "dead zone: {:.2} V, trusted: {}",
-        dead_zone_v.value.unwrap_or_default(),
-        dead_zone_v.trusted
-    );
+    println!("dead zone: {:.2} V, trusted: {}", dead_zone_v.value.unwrap_or_default(), dead_zone_v.trusted);
 
-    axis.command(&mut state, &Command::Position(3.0))
-        .expect("it is identified");
+    axis.command(&mut state, &Command::Position(3.0)).expect("it is identified");
     run(&axis, &mut state, &mut motor, 1.0);
     println!("angle: {:.2} rad", motor.angle());
 }

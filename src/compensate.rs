@@ -52,9 +52,7 @@ impl Smoothing {
     pub fn within(share: f32) -> Self {
         let fits = |bits: &u32| share * 1u32.wrapping_shl(*bits) as f32 >= 1.0;
         let bits = (Self::WIDEST.bits..Self::NARROWEST.bits).find(fits);
-        Self {
-            bits: bits.unwrap_or(Self::NARROWEST.bits),
-        }
+        Self { bits: bits.unwrap_or(Self::NARROWEST.bits) }
     }
 
     /// ε.
@@ -99,20 +97,12 @@ impl Side {
 
     /// `d·sat(v/ε)` for v ≥ 0.
     fn push(&self, v: i32) -> i32 {
-        if v >= self.epsilon {
-            self.width
-        } else {
-            mul_shift_within(self.outer_slope, v, OUTER_BITS)
-        }
+        if v >= self.epsilon { self.width } else { mul_shift_within(self.outer_slope, v, OUTER_BITS) }
     }
 
     fn forward(&self, u: i32) -> i32 {
         let knee = self.width.saturating_add(self.epsilon);
-        if u > knee {
-            u.saturating_sub(self.width)
-        } else {
-            mul_shift_within(u, self.inner_slope, 30)
-        }
+        if u > knee { u.saturating_sub(self.width) } else { mul_shift_within(u, self.inner_slope, 30) }
     }
 }
 
@@ -134,29 +124,18 @@ impl DeadZone {
     /// From both widths as positive magnitudes.
     #[must_use]
     pub fn new(positive: Voltage, negative: Voltage, smoothing: Smoothing) -> Self {
-        Self {
-            positive: Side::new(positive, smoothing),
-            negative: Side::new(negative, smoothing),
-        }
+        Self { positive: Side::new(positive, smoothing), negative: Side::new(negative, smoothing) }
     }
 
     fn side(&self, sign_of: Voltage) -> &Side {
-        if sign_of.0 < 0 {
-            &self.negative
-        } else {
-            &self.positive
-        }
+        if sign_of.0 < 0 { &self.negative } else { &self.positive }
     }
 
     /// What is left of the terminal voltage `u` behind the dead zone.
     #[must_use]
     pub fn forward(&self, u: Voltage) -> Voltage {
         let magnitude = self.side(u).forward(u.0.saturating_abs());
-        Voltage(if u.0 < 0 {
-            magnitude.wrapping_neg()
-        } else {
-            magnitude
-        })
+        Voltage(if u.0 < 0 { magnitude.wrapping_neg() } else { magnitude })
     }
 
     /// The terminal voltage that leaves `v` behind the dead zone: `forward(inverse(v)) = v` within
@@ -170,11 +149,7 @@ impl DeadZone {
     #[must_use]
     pub fn push(&self, z: Voltage) -> Voltage {
         let magnitude = self.side(z).push(z.0.saturating_abs());
-        Voltage(if z.0 < 0 {
-            magnitude.wrapping_neg()
-        } else {
-            magnitude
-        })
+        Voltage(if z.0 < 0 { magnitude.wrapping_neg() } else { magnitude })
     }
 }
 
@@ -199,19 +174,9 @@ impl Compensator {
     /// Compensates the share κ of the identified widths that suits the mechanism.
     #[must_use]
     pub fn new(positive: Voltage, negative: Voltage, sign: SignSource, smoothing: Smoothing) -> Self {
-        let kappa = to_fixed(
-            if sign == SignSource::Command {
-                KAPPA_INPUT
-            } else {
-                KAPPA_FRICTION
-            },
-            16,
-        );
+        let kappa = to_fixed(if sign == SignSource::Command { KAPPA_INPUT } else { KAPPA_FRICTION }, 16);
         let share = |width: Voltage| Voltage(mul_shift(width.0, kappa, 16));
-        Self {
-            dead_zone: DeadZone::new(share(positive), share(negative), smoothing),
-            sign,
-        }
+        Self { dead_zone: DeadZone::new(share(positive), share(negative), smoothing), sign }
     }
 
     /// The voltage whose sign counts, if it is not the command itself.

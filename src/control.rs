@@ -50,10 +50,7 @@ impl Tuning {
 
 impl Default for Tuning {
     fn default() -> Self {
-        Self {
-            bandwidth: 1.7,
-            integral: true,
-        }
+        Self { bandwidth: 1.7, integral: true }
     }
 }
 
@@ -72,11 +69,7 @@ impl Reference {
     /// A position to stay at.
     #[must_use]
     pub const fn rest(position: Position) -> Self {
-        Self {
-            position,
-            speed: Speed(0),
-            acceleration: Acceleration(0),
-        }
+        Self { position, speed: Speed(0), acceleration: Acceleration(0) }
     }
 
     /// True while it does not move.
@@ -122,19 +115,11 @@ impl Params {
     #[must_use]
     pub fn new(motor: &Motor, tuning: &Tuning) -> Self {
         let tau = motor.tau_ticks;
-        let bandwidth = tuning
-            .bandwidth
-            .max(SMALLEST_BANDWIDTH)
-            .min(LARGEST_BANDWIDTH * tau)
-            / tau;
+        let bandwidth = tuning.bandwidth.max(SMALLEST_BANDWIDTH).min(LARGEST_BANDWIDTH * tau) / tau;
         let damping = 2.0 * bandwidth * tau - 1.0;
         let position = bandwidth * bandwidth * tau / damping;
         let stiffness = bandwidth * bandwidth * tau / motor.full_speed;
-        let integral = if tuning.integral {
-            stiffness * INTEGRAL_SHARE * bandwidth
-        } else {
-            0.0
-        };
+        let integral = if tuning.integral { stiffness * INTEGRAL_SHARE * bandwidth } else { 0.0 };
         Self {
             position: to_fixed(position, 28),
             speed: to_fixed(damping / motor.full_speed, 20),
@@ -171,11 +156,7 @@ impl State {
 
     /// Notes whether the shaft moves.
     pub fn watch(&mut self, count: i32) {
-        self.still = if count == self.count {
-            self.still.saturating_add(1)
-        } else {
-            0
-        };
+        self.still = if count == self.count { self.still.saturating_add(1) } else { 0 };
         self.count = count;
     }
 
@@ -252,11 +233,7 @@ impl Params {
             state.side = error.signum();
         }
         let stuck = friction && state.still >= self.stuck_ticks && error.saturating_abs() < self.stuck_error;
-        if stuck {
-            self.stuck_error.saturating_mul(error.signum())
-        } else {
-            error
-        }
+        if stuck { self.stuck_error.saturating_mul(error.signum()) } else { error }
     }
 
     /// Forgets what was learned about the last resting place.

@@ -90,11 +90,7 @@ impl State {
     /// At rest where the counter says.
     #[must_use]
     pub fn at_rest(count: i32) -> Self {
-        Self {
-            position: Position::of_count(count),
-            speed: 0,
-            load: 0,
-        }
+        Self { position: Position::of_count(count), speed: 0, load: 0 }
     }
 
     /// Estimated position.
@@ -137,23 +133,17 @@ impl Params {
         state.position = state.position.plus(state.speed >> (STATE_BITS - 32));
         let acceleration = (lack as i64).wrapping_mul(self.inverse_tau as i64);
         // Bounded by the correction that follows: |speed| ≤ 2⁵⁵, |acceleration| ≤ 2⁵⁵, |load| ≤ 2⁴⁹.
-        state.speed = state
-            .speed
-            .wrapping_add(acceleration)
-            .wrapping_add(state.load >> (LOAD_BITS - STATE_BITS));
+        state.speed =
+            state.speed.wrapping_add(acceleration).wrapping_add(state.load >> (LOAD_BITS - STATE_BITS));
     }
 
     fn correct(&self, state: &mut State, innovation: i32) {
-        state.position = state
-            .position
-            .plus((innovation as i64).wrapping_mul(self.to_position as i64));
+        state.position = state.position.plus((innovation as i64).wrapping_mul(self.to_position as i64));
         let correction = (innovation as i64).wrapping_mul(self.to_speed as i64);
         // At most 2⁶² on top of 2⁵⁷.
         state.speed = bounded(state.speed.wrapping_add(correction), FASTEST_STATE);
         let coarse = saturate(correction >> (STATE_BITS - CORRECTION_BITS));
-        state.load = state
-            .load
-            .saturating_add((coarse as i64).wrapping_mul(self.to_load as i64));
+        state.load = state.load.saturating_add((coarse as i64).wrapping_mul(self.to_load as i64));
     }
 }
 
@@ -186,12 +176,7 @@ impl Standstill {
         self.ticks = self.ticks.saturating_add(1);
         let passed = count.wrapping_sub(self.place);
         if passed.unsigned_abs() > FLICKER {
-            *self = Self {
-                place: count,
-                ticks: 0,
-                passed,
-                took: self.ticks,
-            };
+            *self = Self { place: count, ticks: 0, passed, took: self.ticks };
         }
     }
 

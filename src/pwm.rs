@@ -68,11 +68,7 @@ impl Params {
         let now = Voltage::from_q14(self.supply.voltage(sample.vbus_raw));
         let step = now.0.saturating_sub(state.smooth) >> SMOOTHING_BITS;
         let first = state.supply == 0;
-        state.smooth = if first {
-            now.0
-        } else {
-            state.smooth.saturating_add(step)
-        };
+        state.smooth = if first { now.0 } else { state.smooth.saturating_add(step) };
         if state.smooth.saturating_sub(state.supply).saturating_abs() > HYSTERESIS {
             state.supply = state.smooth;
         }
@@ -82,11 +78,7 @@ impl Params {
     /// The command that acts from this tick to the next.
     #[must_use]
     pub fn acting(&self, state: &State) -> Drive {
-        state
-            .line
-            .get(self.delay.wrapping_sub(1))
-            .copied()
-            .unwrap_or_default()
+        state.line.get(self.delay.wrapping_sub(1)).copied().unwrap_or_default()
     }
 
     /// Terminal voltage of a command at this supply.
@@ -104,11 +96,7 @@ impl Params {
 
     /// The duty that brings `voltage` (within the ceiling) to the terminals; queued behind the delay.
     pub fn modulate(&self, state: &mut State, bridge: Bridge, voltage: Voltage) -> Drive {
-        let duty = if bridge == Bridge::Driven {
-            self.duty(state, voltage)
-        } else {
-            0
-        };
+        let duty = if bridge == Bridge::Driven { self.duty(state, voltage) } else { 0 };
         let drive = Drive { bridge, duty };
         let [newest, older, _] = state.line;
         state.line = [drive, newest, older];

@@ -15,11 +15,8 @@ pub struct Sample {
 
 impl Sample {
     /// Nothing was read yet.
-    pub const NONE: Self = Self {
-        count: 0,
-        vbus_raw: Self::VBUS_NOT_MEASURED,
-        current_raw: Self::CURRENT_NOT_SENSED,
-    };
+    pub const NONE: Self =
+        Self { count: 0, vbus_raw: Self::VBUS_NOT_MEASURED, current_raw: Self::CURRENT_NOT_SENSED };
     /// Marks a supply that is not measured: the nominal voltage is used.
     pub const VBUS_NOT_MEASURED: u16 = u16::MAX;
     /// Marks a winding current that is not sensed.
@@ -38,11 +35,7 @@ impl Sample {
     /// The current behind `current_raw` of a sample or a record; `None`: not sensed, for whatever reason.
     #[must_use]
     pub const fn sensed(current_raw: i16) -> Option<i16> {
-        if current_raw < Self::LOWEST_CURRENT {
-            None
-        } else {
-            Some(current_raw)
-        }
+        if current_raw < Self::LOWEST_CURRENT { None } else { Some(current_raw) }
     }
 }
 

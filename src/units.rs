@@ -124,11 +124,7 @@ impl VoltageQ14 {
 #[inline(always)]
 pub const fn saturate(value: i64) -> i32 {
     let (low, high) = (value as i32, (value >> 32) as i32);
-    if high == low >> 31 {
-        low
-    } else {
-        (high >> 31) ^ i32::MAX
-    }
+    if high == low >> 31 { low } else { (high >> 31) ^ i32::MAX }
 }
 
 /// `value` cut to −`limit` … `limit`; `limit` ≥ 0. Unlike `i32::clamp` it has no way to a panic.
@@ -193,9 +189,7 @@ pub const fn mul_high(value: i32, gain: i32) -> i32 {
 /// `value · gain` and the half that rounds a later shift.
 #[inline(always)]
 const fn product(value: i32, gain: i32, shift: u32) -> i64 {
-    (value as i64)
-        .wrapping_mul(gain as i64)
-        .wrapping_add(1i64 << (shift.wrapping_sub(1) & 63))
+    (value as i64).wrapping_mul(gain as i64).wrapping_add(1i64 << (shift.wrapping_sub(1) & 63))
 }
 
 /// `value · 2^bits` as the nearest integer that fits in 32 bits, for parameters that are set up once.
@@ -225,11 +219,7 @@ impl Direction {
     #[must_use]
     #[inline]
     pub const fn of(number: i32) -> Self {
-        if number < 0 {
-            Self::Negative
-        } else {
-            Self::Positive
-        }
+        if number < 0 { Self::Negative } else { Self::Positive }
     }
 
     /// The other one.

@@ -18,10 +18,7 @@ pub struct Results {
 impl Results {
     /// Begins to print.
     pub fn page(&self) -> Page {
-        Page {
-            folder: self.results.clone(),
-            text: String::new(),
-        }
+        Page { folder: self.results.clone(), text: String::new() }
     }
 }
 
@@ -52,10 +49,7 @@ impl Page {
             return;
         };
         if let Err(error) = self.write(folder, seeds) {
-            eprintln!(
-                "error: cannot write the results into {}: {error}",
-                folder.display()
-            );
+            eprintln!("error: cannot write the results into {}: {error}", folder.display());
             std::process::exit(2);
         }
     }
@@ -84,10 +78,7 @@ impl Page {
 /// Name of this program.
 fn program() -> String {
     let file = std::env::current_exe().unwrap_or_default();
-    file.file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
+    file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// The command as a person would type it, without `--results`.
@@ -116,13 +107,7 @@ fn without_results(arguments: &[String]) -> Vec<&str> {
 /// The commit of the sources, marked when they were changed since.
 fn commit() -> String {
     let git = Command::new("git")
-        .args([
-            "describe",
-            "--always",
-            "--dirty=, changed since",
-            "--abbrev=7",
-            "--exclude=*",
-        ])
+        .args(["describe", "--always", "--dirty=, changed since", "--abbrev=7", "--exclude=*"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output();
     let text = git.ok().filter(|output| output.status.success());

@@ -2,7 +2,6 @@
 
 use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
-use servo::optional::Optional;
 
 /// What the servo may know of it. A real axis reads this from `axis.toml`.
 pub const CONFIG: Config = Config {
@@ -10,21 +9,12 @@ pub const CONFIG: Config = Config {
     counts_per_rev: 2048,
     rated_speed_rad_s: 220.0,
     tick_hz: 10_000,
-    time_constant_hint_s: Optional::NONE,
     gear_ratio: 1.0,
-    travel_limit_rad: None,
-    current_limit_a: Optional::NONE,
-    energy_limit_j: Optional::NONE,
-    speed_limit_rad_s: Optional::NONE,
     pwm_delay_ticks: 1,
     pwm_full_scale: 4200,
     vbus_v_per_lsb: 0.005,
     current_a_per_lsb: 0.01,
-    supply_low_v: Optional::NONE,
-    supply_high_v: Optional::NONE,
-    acceleration_limit_rad_s2: Optional::NONE,
-    jerk_limit_rad_s3: Optional::NONE,
-    voltage_limit_v: Optional::NONE,
+    ..Config::EXAMPLE
 };
 
 const GAIN: f64 = 20.0;
@@ -48,10 +38,7 @@ impl Motor {
     /// What the board would read now.
     pub fn sample(&self) -> Sample {
         let count = (self.angle * f64::from(CONFIG.counts_per_rev) / std::f64::consts::TAU).floor() as i32;
-        Sample {
-            count,
-            ..Sample::NONE
-        }
+        Sample { count, ..Sample::NONE }
     }
 
     /// One tick of motion. A preloaded PWM register acts one tick after it was written.
@@ -59,17 +46,9 @@ impl Motor {
         let acting = std::mem::replace(&mut self.next, output);
         let tick = 1.0 / f64::from(CONFIG.tick_hz);
         let share = f64::from(acting.duty) / f64::from(CONFIG.pwm_full_scale);
-        let drive = if acting.bridge == Bridge::Driven {
-            share * 12.0
-        } else {
-            0.0
-        };
+        let drive = if acting.bridge == Bridge::Driven { share * 12.0 } else { 0.0 };
         // An open bridge lets the shaft coast: no current, so friction alone brakes it.
-        let emf = if acting.bridge == Bridge::Open {
-            0.0
-        } else {
-            self.speed / GAIN
-        };
+        let emf = if acting.bridge == Bridge::Open { 0.0 } else { self.speed / GAIN };
         let acceleration = |volts: f64| volts * GAIN / TIME_CONSTANT_S * tick;
         let free = self.speed + acceleration(drive - emf);
         self.speed = free - free.signum() * acceleration(FRICTION_V).min(free.abs());

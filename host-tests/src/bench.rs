@@ -33,22 +33,13 @@ impl Board {
         let (config, sensing) = (&plant.config, &plant.sensing);
         let supply_noise = sensing.vbus_noise * f64::from(config.supply_nominal_v);
         let stall = plant.motor.drive.supply_v / plant.motor.resistance_ohm;
-        let last = Reading {
-            theta: 0.0,
-            omega: 0.0,
-            current: 0.0,
-            supply: simulator.supply(),
-        };
+        let last = Reading { theta: 0.0, omega: 0.0, current: 0.0, supply: simulator.supply() };
         let converter = |rms, delay, salt: u64| Converter::new(rms, 0.0, delay, plant.seed ^ salt);
         Self {
             encoder: Encoder::new(config.counts_per_rev, sensing.phase_error, plant.seed ^ 1)
                 .losing(sensing.missing),
-            supply: sensing
-                .vbus
-                .then(|| converter(supply_noise, sensing.vbus_delay, 2)),
-            current: sensing
-                .current
-                .then(|| converter(sensing.current_noise * stall, 0, 3)),
+            supply: sensing.vbus.then(|| converter(supply_noise, sensing.vbus_delay, 2)),
+            current: sensing.current.then(|| converter(sensing.current_noise * stall, 0, 3)),
             vbus_v_per_lsb: f64::from(config.vbus_v_per_lsb),
             current_a_per_lsb: f64::from(config.current_a_per_lsb),
             full_scale: f64::from(config.pwm_full_scale),
@@ -78,11 +69,7 @@ impl Board {
             Some(converter) => (converter.read(self.last.current) / self.current_a_per_lsb).round() as i16,
             None => Sample::CURRENT_NOT_SENSED,
         };
-        Sample {
-            count,
-            vbus_raw,
-            current_raw,
-        }
+        Sample { count, vbus_raw, current_raw }
     }
 
     /// Takes the command of this tick and lets one tick pass; the command acts `pwm_delay_ticks` later.
@@ -130,11 +117,7 @@ impl Bench {
     pub fn new(plant: &Plant) -> Self {
         let axis = Axis::new(&plant.config).unwrap_or_else(|error| panic!("{error:?}: {:?}", plant.config));
         let state = axis.start();
-        Self {
-            axis,
-            state,
-            board: Board::new(plant),
-        }
+        Self { axis, state, board: Board::new(plant) }
     }
 
     /// Asks the library for something.

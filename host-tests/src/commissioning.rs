@@ -31,10 +31,7 @@ pub fn commission(
 }
 
 fn run(plant: &Plant, budget_s: f64, seed: u32, watch: &mut dyn FnMut(&State, &Input)) -> (Outcome, Scale) {
-    let scale = plant
-        .config
-        .build()
-        .unwrap_or_else(|error| panic!("{error:?}: {:?}", plant.config));
+    let scale = plant.config.build().unwrap_or_else(|error| panic!("{error:?}: {:?}", plant.config));
     let params = Params::new(&scale, (budget_s * 1000.0) as u32, seed);
     let mut board = Board::new(plant);
     let mut acting = [(Bridge::Open, 0i16); 2];
@@ -49,11 +46,7 @@ fn run(plant: &Plant, budget_s: f64, seed: u32, watch: &mut dyn FnMut(&State, &I
         if let Some(&outcome) = state.outcome() {
             return (outcome, scale);
         }
-        let duty = duty_for(
-            &scale,
-            request.voltage.0,
-            input.supply.unwrap_or(VoltageQ14::NOMINAL).0,
-        );
+        let duty = duty_for(&scale, request.voltage.0, input.supply.unwrap_or(VoltageQ14::NOMINAL).0);
         acting = [(request.bridge, duty), acting[0]];
         board.pass(request.bridge, duty);
     }
@@ -111,10 +104,7 @@ pub struct Score {
 impl Score {
     /// Compares.
     pub fn of(plant: &Plant, report: &CommissionReport) -> Self {
-        let mut score = Score {
-            refused: report.refused.map(|reason| reason.code()),
-            ..Score::default()
-        };
+        let mut score = Score { refused: report.refused.map(|reason| reason.code()), ..Score::default() };
         if report.refused.is_some() {
             return score;
         }
@@ -122,10 +112,7 @@ impl Score {
         for (side, value) in [found.dead_zone_pos_v, found.dead_zone_neg_v].iter().enumerate() {
             score.note_dead_zone(truth.dead_zone_v[side], value);
         }
-        for (side, value) in [found.saturation_pos_v, found.saturation_neg_v]
-            .iter()
-            .enumerate()
-        {
+        for (side, value) in [found.saturation_pos_v, found.saturation_neg_v].iter().enumerate() {
             match (truth.saturation_v[side], value.value) {
                 (Some(level), Some(value)) => score.saturation.push(percent(f64::from(value), level)),
                 (Some(_), None) => score.unseen += 1,
@@ -133,14 +120,9 @@ impl Score {
                 (None, None) => {}
             }
         }
-        score.gain = found
-            .gain_rad_s_per_v
-            .value
-            .map(|value| percent(f64::from(value), truth.gain));
-        score.time_constant = found
-            .time_constant_s
-            .value
-            .map(|value| percent(f64::from(value), truth.time_constant_s));
+        score.gain = found.gain_rad_s_per_v.value.map(|value| percent(f64::from(value), truth.gain));
+        score.time_constant =
+            found.time_constant_s.value.map(|value| percent(f64::from(value), truth.time_constant_s));
         score.mechanism = match (found.mechanism, truth.cause) {
             (Mechanism::Unclear, _) => None,
             (Mechanism::Friction, cause) => Some(cause == Cause::Friction),
@@ -170,10 +152,7 @@ impl Score {
 
     /// Trusted and more than `limit` % wrong.
     pub fn false_trust(&self, limit: f64) -> bool {
-        self.dead_zone
-            .iter()
-            .zip(&self.trusted)
-            .any(|(error, &trusted)| trusted && error.abs() > limit)
+        self.dead_zone.iter().zip(&self.trusted).any(|(error, &trusted)| trusted && error.abs() > limit)
     }
 }
 
@@ -187,10 +166,7 @@ pub fn quantiles(values: impl IntoIterator<Item = f64>) -> [f64; 3] {
     magnitudes.sort_by(f64::total_cmp);
     let at = |share: f64| {
         let index = share * (magnitudes.len().saturating_sub(1)) as f64;
-        magnitudes
-            .get(index.round() as usize)
-            .copied()
-            .unwrap_or(f64::NAN)
+        magnitudes.get(index.round() as usize).copied().unwrap_or(f64::NAN)
     };
     [at(0.5), at(0.95), at(1.0)]
 }

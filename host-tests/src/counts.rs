@@ -33,10 +33,7 @@ fn parse(line: &str) -> Count {
     let [name, tick_hz, updates, average, worst] = cells[..] else {
         panic!("the bench image says: {line}");
     };
-    let number = |cell: &str| {
-        cell.parse::<u32>()
-            .unwrap_or_else(|_| panic!("the bench image says: {line}"))
-    };
+    let number = |cell: &str| cell.parse::<u32>().unwrap_or_else(|_| panic!("the bench image says: {line}"));
     Count {
         name: name.into(),
         tick_hz: number(tick_hz),

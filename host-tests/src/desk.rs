@@ -30,19 +30,11 @@ pub fn config() -> Config {
         tick_hz: 10_000,
         time_constant_hint_s: Optional::new(0.04),
         gear_ratio: 10.0,
-        travel_limit_rad: None,
-        current_limit_a: Optional::NONE,
-        energy_limit_j: Optional::NONE,
-        speed_limit_rad_s: Optional::NONE,
         pwm_delay_ticks: 1,
         pwm_full_scale: 8400,
         vbus_v_per_lsb: 0.01,
         current_a_per_lsb: 0.005,
-        supply_low_v: Optional::NONE,
-        supply_high_v: Optional::NONE,
-        acceleration_limit_rad_s2: Optional::NONE,
-        jerk_limit_rad_s3: Optional::NONE,
-        voltage_limit_v: Optional::NONE,
+        ..Config::EXAMPLE
     }
 }
 
@@ -100,11 +92,7 @@ impl Default for Desk {
             executed: Vec::new(),
             armed: false,
             config: None,
-            world: Sample {
-                count: 0,
-                vbus_raw: 1200,
-                current_raw: Sample::CURRENT_NOT_SENSED,
-            },
+            world: Sample { count: 0, vbus_raw: 1200, current_raw: Sample::CURRENT_NOT_SENSED },
         }
     }
 }
@@ -177,15 +165,9 @@ impl Desk {
 
     /// One control tick.
     pub fn tick(&mut self) -> Output {
-        let sample = Sample {
-            count: self.motor.count(),
-            ..self.world
-        };
+        let sample = Sample { count: self.motor.count(), ..self.world };
         let output = *self.joint.step(sample).output;
-        let (bridge, duty) = self
-            .waiting
-            .replace((output.bridge, output.duty))
-            .unwrap_or_default();
+        let (bridge, duty) = self.waiting.replace((output.bridge, output.duty)).unwrap_or_default();
         self.motor.pass(bridge, duty);
         self.tick = self.tick.wrapping_add(1);
         output
@@ -204,10 +186,7 @@ impl Desk {
             desk.tick();
         }
         let output = desk.ticks(20);
-        assert!(
-            output.bridge == Bridge::Driven && output.duty != 0,
-            "the motor is driven: {output:?}"
-        );
+        assert!(output.bridge == Bridge::Driven && output.duty != 0, "the motor is driven: {output:?}");
         desk
     }
 }

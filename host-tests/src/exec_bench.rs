@@ -44,17 +44,11 @@ impl ExecBench {
     /// runs the tests ignores are heeded.
     pub fn command(&self, command: &[&str], motor: &str) -> Command {
         let mut run = Command::new("env");
-        run.arg("--default-signal=INT,TERM,HUP")
-            .arg(truing().get_program());
-        run.args(command)
-            .args(["--config", "axis.toml", "--image"])
-            .arg(qemu().image);
+        run.arg("--default-signal=INT,TERM,HUP").arg(truing().get_program());
+        run.args(command).args(["--config", "axis.toml", "--image"]).arg(qemu().image);
         run.arg("--motor").arg(format!("exec:python3 motor.py {motor}"));
-        run.current_dir(self.folder.path())
-            .env("TMPDIR", self.path("tmp"));
-        run.stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped());
+        run.current_dir(self.folder.path()).env("TMPDIR", self.path("tmp"));
+        run.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         run
     }
 
@@ -91,9 +85,7 @@ impl ExecBench {
     /// Nothing that was started still runs, no temporary folder is left.
     pub fn assert_clean(&self) {
         // A killed process needs a moment until it has left the table.
-        self.wait_for("the end of all processes", || {
-            running_in(self.folder.path()).is_empty().then_some(())
-        });
+        self.wait_for("the end of all processes", || running_in(self.folder.path()).is_empty().then_some(()));
         let left: Vec<PathBuf> = std::fs::read_dir(self.path("tmp"))
             .expect("the temporary folder")
             .map(|entry| entry.expect("an entry").path())
@@ -137,9 +129,7 @@ impl From<Output> for Said {
 
 /// Sends a signal by its name, as `kill` does.
 pub fn send(signal: &str, child: &Child) {
-    let status = Command::new("kill")
-        .args(["-s", signal, &child.id().to_string()])
-        .status()
-        .expect("kill runs");
+    let status =
+        Command::new("kill").args(["-s", signal, &child.id().to_string()]).status().expect("kill runs");
     assert!(status.success());
 }

@@ -10,7 +10,6 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::config::Config;
-use servo::optional::Optional;
 use std::f64::consts::TAU;
 use truing::synthetic::reference_plant::{Decay, Friction, Load, Motor, Split, Thermal, Train};
 
@@ -92,12 +91,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self {
-            tick_hz: 1000,
-            vbus_measured: true,
-            cause: None,
-            ceiling: Ceiling::Family,
-        }
+        Self { tick_hz: 1000, vbus_measured: true, cause: None, ceiling: Ceiling::Family }
     }
 }
 
@@ -127,11 +121,7 @@ impl Truth {
             let level = at_terminal(side, drive.limit_v[side] + drive.dead_zone_v[side]);
             (level < drive.supply_v).then_some(level)
         });
-        let cause = if drive.dead_zone_v == [0.0; 2] {
-            Cause::Friction
-        } else {
-            Cause::Input
-        };
+        let cause = if drive.dead_zone_v == [0.0; 2] { Cause::Friction } else { Cause::Input };
         Self {
             dead_zone_v,
             saturation_v,
@@ -189,31 +179,17 @@ impl Plant {
         let harsh = severity == Severity::Harsh;
         let vbus_noise = if harsh { 0.005 } else { 0.003 };
         let sensing = Sensing {
-            phase_error: if family == Family::Paper {
-                rng.random_range(0.0..0.3)
-            } else {
-                0.0
-            },
+            phase_error: if family == Family::Paper { rng.random_range(0.0..0.3) } else { 0.0 },
             missing: 0.0,
             vbus: options.vbus_measured,
-            vbus_noise: if severity == Severity::Exact {
-                0.0
-            } else {
-                vbus_noise
-            },
+            vbus_noise: if severity == Severity::Exact { 0.0 } else { vbus_noise },
             vbus_delay: 0,
             current: rng.random_bool(0.5),
             current_noise: 0.003,
         };
         let config = configure(&mut rng, &motor, counts_per_rev, options);
         let truth = Truth::of(&motor);
-        Self {
-            seed,
-            motor,
-            config,
-            truth,
-            sensing,
-        }
+        Self { seed, motor, config, truth, sensing }
     }
 
     /// The plant with one more imperfection.
@@ -279,10 +255,7 @@ impl Imperfection {
             Self::QuantisedSupply => plant.config.vbus_v_per_lsb = plant.config.supply_nominal_v / 64.0,
             Self::Thermal => {
                 let half_load = 0.25 * motor.drive.supply_v.powi(2) / motor.resistance_ohm;
-                motor.thermal = Some(Thermal {
-                    rise_per_w: 0.2 / half_load,
-                    time_constant_s: 3.0,
-                });
+                motor.thermal = Some(Thermal { rise_per_w: 0.2 / half_load, time_constant_s: 3.0 });
             }
             Self::Gravity => {
                 let mean = 0.5 * (plant.truth.dead_zone_v[0] + plant.truth.dead_zone_v[1]);
@@ -308,10 +281,7 @@ fn play(rng: &mut ChaCha8Rng, motor: &Motor) -> Train {
     let contact_rate = 200.0 / motor.time_constant();
     let stiffness = reduced * contact_rate.powi(2);
     Train::Play {
-        split: Split {
-            inertia: 0.5,
-            viscous: 0.5,
-        },
+        split: Split { inertia: 0.5, viscous: 0.5 },
         gap_rad: log_range(rng, 0.005, 0.05) * full_speed * motor.time_constant(),
         stiffness,
         damping: reduced * contact_rate,
@@ -339,30 +309,17 @@ impl Volts {
         let inertia = self.mechanical_s / self.gain * per_ohm;
         let viscous = (1.0 - self.emf_share) / self.gain * per_ohm;
         let inductance = self.electrical_s * self.resistance_ohm;
-        Motor::linear(
-            self.resistance_ohm,
-            inductance,
-            k,
-            inertia,
-            viscous,
-            self.supply_v,
-        )
+        Motor::linear(self.resistance_ohm, inductance, k, inertia, viscous, self.supply_v)
     }
 }
 
 fn geared(rng: &mut ChaCha8Rng, family: Family, severity: Severity, options: &Options) -> (Motor, u32) {
     let (mechanical_s, counts, rpm) = match family {
         Family::G1 => (rng.random_range(0.02..0.05), 48, rng.random_range(6e3..12e3)),
-        Family::G2 => (
-            rng.random_range(0.04..0.09),
-            4 * rng.random_range(16..=125),
-            rng.random_range(3e3..6e3),
-        ),
-        _ => (
-            rng.random_range(0.08..0.15),
-            4 * rng.random_range(256..=1024),
-            rng.random_range(80.0..300.0),
-        ),
+        Family::G2 => {
+            (rng.random_range(0.04..0.09), 4 * rng.random_range(16..=125), rng.random_range(3e3..6e3))
+        }
+        _ => (rng.random_range(0.08..0.15), 4 * rng.random_range(256..=1024), rng.random_range(80.0..300.0)),
     };
     let supply_v = 12.0;
     let constants = Volts {
@@ -378,13 +335,7 @@ fn geared(rng: &mut ChaCha8Rng, family: Family, severity: Severity, options: &Op
     let widths = [width, width * rng.random_range(0.7..1.3)];
     let level = rng.random_range(8.5..11.2);
     let levels = [level, (level * rng.random_range(0.9..1.1_f64)).clamp(8.5, 11.2)];
-    put_dead_zone(
-        rng,
-        &mut motor,
-        severity,
-        widths,
-        options.cause.unwrap_or(Cause::Friction),
-    );
+    put_dead_zone(rng, &mut motor, severity, widths, options.cause.unwrap_or(Cause::Friction));
     put_ceiling(&mut motor, widths, levels, options);
     motor.drive.source_ohm = rng.random_range(0.01..0.05) * motor.resistance_ohm;
     if severity == Severity::Harsh {
@@ -433,11 +384,7 @@ fn put_ceiling(motor: &mut Motor, widths: [f64; 2], levels: [f64; 2], options: &
         Ceiling::Absent => return,
         Ceiling::At(share) => [share * motor.drive.supply_v; 2],
     };
-    let swallowed = if motor.drive.dead_zone_v == [0.0; 2] {
-        [0.0; 2]
-    } else {
-        widths
-    };
+    let swallowed = if motor.drive.dead_zone_v == [0.0; 2] { [0.0; 2] } else { widths };
     motor.drive.limit_v = [levels[0] - swallowed[0], levels[1] - swallowed[1]];
 }
 
@@ -463,11 +410,7 @@ fn put_harshness(rng: &mut ChaCha8Rng, motor: &mut Motor, width: f64, gain_sprea
 fn paper(rng: &mut ChaCha8Rng, severity: Severity, options: &Options) -> (Motor, u32) {
     let exact = severity == Severity::Exact;
     let mut vary = |value: f64| {
-        if exact {
-            value
-        } else {
-            value * rng.random_range(-0.2..0.2_f64).exp()
-        }
+        if exact { value } else { value * rng.random_range(-0.2..0.2_f64).exp() }
     };
     let mut motor = Motor::linear(vary(2.2), vary(0.5), vary(0.06), vary(0.0062), vary(0.001), 9.0);
     motor.emf_constant = vary(0.06);
@@ -475,19 +418,9 @@ fn paper(rng: &mut ChaCha8Rng, severity: Severity, options: &Options) -> (Motor,
     let skew = if exact { 1.0 } else { rng.random_range(0.7..1.3) };
     let widths = [width, width * skew];
     let knee = if exact { 6.8 } else { rng.random_range(5.2..6.8) };
-    put_dead_zone(
-        rng,
-        &mut motor,
-        severity,
-        widths,
-        options.cause.unwrap_or(Cause::Input),
-    );
+    put_dead_zone(rng, &mut motor, severity, widths, options.cause.unwrap_or(Cause::Input));
     put_ceiling(&mut motor, widths, [knee + widths[0], knee + widths[1]], options);
-    let counts = if exact {
-        2048
-    } else {
-        4 * rng.random_range(125..=1024)
-    };
+    let counts = if exact { 2048 } else { 4 * rng.random_range(125..=1024) };
     if !exact {
         motor.drive.ripple = 0.008;
         motor.drive.ripple_s = 0.05;
@@ -518,20 +451,12 @@ fn configure(rng: &mut ChaCha8Rng, motor: &Motor, counts_per_rev: u32, options: 
         tick_hz: options.tick_hz,
         time_constant_hint_s: hinted.then_some(hint as f32).into(),
         gear_ratio: 1.0,
-        travel_limit_rad: None,
-        current_limit_a: Optional::NONE,
-        energy_limit_j: Optional::NONE,
-        speed_limit_rad_s: Optional::NONE,
         pwm_delay_ticks: 1,
         // 168 MHz / (2 · 20 kHz), centre-aligned.
         pwm_full_scale: 4200,
         // 12-bit converters; full scale 1.5 times the supply, ± 1.5 times the stall current.
         vbus_v_per_lsb: (1.5 * supply_v / 4096.0) as f32,
         current_a_per_lsb: (1.5 * stall / 2048.0) as f32,
-        supply_low_v: Optional::NONE,
-        supply_high_v: Optional::NONE,
-        acceleration_limit_rad_s2: Optional::NONE,
-        jerk_limit_rad_s3: Optional::NONE,
-        voltage_limit_v: Optional::NONE,
+        ..Config::EXAMPLE
     }
 }

@@ -16,18 +16,12 @@ use truing::device::session::{self, SessionResult, Task};
 /// are never skipped.
 pub fn qemu() -> Options {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
-    Options {
-        image: IMAGE.get_or_init(|| build(None, "qemu-tested.elf")).clone(),
-        ..Options::default()
-    }
+    Options { image: IMAGE.get_or_init(|| build(None, "qemu-tested.elf")).clone(), ..Options::default() }
 }
 
 /// A power-up on this flash, with this motor behind the image.
 pub fn power_up(flash: &Path, plant: &Plant) -> Lockstep {
-    let options = Options {
-        flash: Some(flash.to_owned()),
-        ..qemu()
-    };
+    let options = Options { flash: Some(flash.to_owned()), ..qemu() };
     Lockstep::start(&options, Box::new(VirtualMotor::new(plant)), plant.config).expect("QEMU")
 }
 
@@ -35,9 +29,7 @@ pub fn power_up(flash: &Path, plant: &Plant) -> Lockstep {
 pub fn qemu_two_axes() -> Options {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
     Options {
-        image: IMAGE
-            .get_or_init(|| build(Some(TWO_AXES), "qemu-two-axes-tested.elf"))
-            .clone(),
+        image: IMAGE.get_or_init(|| build(Some(TWO_AXES), "qemu-two-axes-tested.elf")).clone(),
         ..Options::default()
     }
 }
@@ -46,9 +38,7 @@ pub fn qemu_two_axes() -> Options {
 pub fn qemu_four_axes() -> Options {
     static IMAGE: OnceLock<PathBuf> = OnceLock::new();
     Options {
-        image: IMAGE
-            .get_or_init(|| build(Some(FOUR_AXES), "qemu-four-axes-tested.elf"))
-            .clone(),
+        image: IMAGE.get_or_init(|| build(Some(FOUR_AXES), "qemu-four-axes-tested.elf")).clone(),
         ..Options::default()
     }
 }
@@ -57,31 +47,20 @@ pub fn qemu_four_axes() -> Options {
 pub fn truing() -> Command {
     static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
     let build = || {
-        cargo(
-            &["build", "--quiet", "--package", "truing", "--bin", "truing"],
-            "truing",
-        );
+        cargo(&["build", "--quiet", "--package", "truing", "--bin", "truing"], "truing");
         root().join("target/debug/truing")
     };
     Command::new(PROGRAM.get_or_init(build))
 }
 
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("the workspace")
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace")
 }
 
 fn cargo(arguments: &[&str], what: &str) {
-    let status = Command::new(env!("CARGO"))
-        .current_dir(root())
-        .args(arguments)
-        .status()
-        .expect("cargo runs");
-    assert!(
-        status.success(),
-        "{what} does not build; try `cargo xtask setup`, then `cargo xtask images`"
-    );
+    let status =
+        Command::new(env!("CARGO")).current_dir(root()).args(arguments).status().expect("cargo runs");
+    assert!(status.success(), "{what} does not build; try `cargo xtask setup`, then `cargo xtask images`");
 }
 
 /// Builds QEMU's image, for one axis or as many as the feature says, and keeps it under a name of its own. One at a time:

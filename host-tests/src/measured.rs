@@ -13,9 +13,7 @@ pub fn measured(relative: &str) -> Option<PathBuf> {
     if path.is_file() {
         return Some(path);
     }
-    skip(&format!(
-        "measured data {relative} not present, see docs/measured-data.md"
-    ));
+    skip(&format!("measured data {relative} not present, see docs/measured-data.md"));
     None
 }
 
@@ -37,8 +35,7 @@ pub fn skip(reason: &str) {
             .open(&file)
             .unwrap_or_else(|error| panic!("cannot open {}: {error}", file.display()));
         // One write per line: tests run side by side. `cargo xtask test` counts a test once, however often it skips.
-        log.write_all(format!("{}\t{reason}\n", test()).as_bytes())
-            .expect("skip log is writable");
+        log.write_all(format!("{}\t{reason}\n", test()).as_bytes()).expect("skip log is writable");
     }
 }
 

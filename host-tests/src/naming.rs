@@ -48,9 +48,7 @@ pub fn group(name: &str) -> &str {
         ([&DRIVE_GAIN, &ENCODER_SCALE], "drive_gain|encoder_scale"),
         ([&COULOMB_FRICTION, &STRIBECK_FRICTION], "coulomb|stribeck"),
     ];
-    let own = groups
-        .iter()
-        .find(|(effects, _)| effects.iter().any(|effect| effect.name == name));
+    let own = groups.iter().find(|(effects, _)| effects.iter().any(|effect| effect.name == name));
     own.map_or(name, |(_, group)| group)
 }
 
@@ -82,9 +80,7 @@ impl Line {
     /// The hidden effects are named, or stand in one of the rival sets.
     pub fn among_rivals(&self) -> bool {
         let tied = |name: &str| self.rivals.iter().flatten().any(|rival| group(rival) == name);
-        self.truth()
-            .iter()
-            .all(|name| self.answer().contains(name) || tied(name))
+        self.truth().iter().all(|name| self.answer().contains(name) || tied(name))
     }
 
     /// All hidden effects are among the names (others may be too).
@@ -95,13 +91,7 @@ impl Line {
     /// Names given, and how many of them are hidden.
     pub fn precision(&self) -> (usize, usize) {
         let truth = self.truth();
-        (
-            self.named.len(),
-            self.named
-                .iter()
-                .filter(|name| truth.contains(group(name)))
-                .count(),
-        )
+        (self.named.len(), self.named.iter().filter(|name| truth.contains(group(name))).count())
     }
 
     fn unexplained(&self) -> bool {
@@ -123,22 +113,14 @@ pub fn share(hits: usize, of: usize) -> String {
     let centre = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);
     let half = z / (1.0 + z * z / n) * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
     let percent = |x: f64| 100.0 * x.clamp(0.0, 1.0);
-    format!(
-        "{:.1} % [{:.1}, {:.1}] ({hits}/{of})",
-        100.0 * p,
-        percent(centre - half),
-        percent(centre + half)
-    )
+    format!("{:.1} % [{:.1}, {:.1}] ({hits}/{of})", 100.0 * p, percent(centre - half), percent(centre + half))
 }
 
 /// A quantile of what is not empty.
 pub fn quantile(values: &[f64], q: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    sorted
-        .get(((sorted.len().max(1) - 1) as f64 * q).round() as usize)
-        .copied()
-        .unwrap_or(f64::NAN)
+    sorted.get(((sorted.len().max(1) - 1) as f64 * q).round() as usize).copied().unwrap_or(f64::NAN)
 }
 
 /// The whole report in Markdown.
@@ -147,29 +129,13 @@ pub fn report(lines: &[Line]) -> String {
     for (name, measured, aim) in figures(lines) {
         let _ = writeln!(text, "| {name} | {measured} | {aim} |");
     }
-    let _ = write!(
-        text,
-        "\n{}\n{}\n{}",
-        by_kind(lines),
-        coverage(lines),
-        outsiders(lines)
-    );
+    let _ = write!(text, "\n{}\n{}\n{}", by_kind(lines), coverage(lines), outsiders(lines));
     text
 }
 
 fn figures(lines: &[Line]) -> Vec<(&'static str, String, &'static str)> {
-    let of = |set: &str| {
-        lines
-            .iter()
-            .filter(|line| line.set == set)
-            .collect::<Vec<&Line>>()
-    };
-    let visible = |set: &str| {
-        of(set)
-            .into_iter()
-            .filter(|line| line.visible())
-            .collect::<Vec<&Line>>()
-    };
+    let of = |set: &str| lines.iter().filter(|line| line.set == set).collect::<Vec<&Line>>();
+    let visible = |set: &str| of(set).into_iter().filter(|line| line.visible()).collect::<Vec<&Line>>();
     let count = |lines: &[&Line], test: fn(&Line) -> bool| {
         share(lines.iter().filter(|l| test(l)).count(), lines.len())
     };
@@ -177,85 +143,30 @@ fn figures(lines: &[Line]) -> Vec<(&'static str, String, &'static str)> {
     let with_current: Vec<&Line> = single.iter().copied().filter(|line| line.current).collect();
     let (nothing, outside) = (of("nothing"), of("outside"));
     let inside: Vec<&Line> = [of("nothing"), of("single"), of("pair"), of("triple")].concat();
-    let precision = inside
-        .iter()
-        .map(|line| line.precision())
-        .fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+    let precision = inside.iter().map(|line| line.precision()).fold((0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
     let misnamed = |line: &Line| !line.unexplained() && !line.named.is_empty();
     vec![
-        (
-            "single, visible > 0.3 σ: right name",
-            count(&single, Line::right),
-            "≥ 97 %",
-        ),
-        (
-            "… truth named or among the rivals",
-            count(&single, Line::among_rivals),
-            "≥ 99.5 %",
-        ),
-        (
-            "… current logged: exact name",
-            count(&with_current, Line::exact),
-            "≥ 98 %",
-        ),
-        (
-            "two effects: both named, nothing else",
-            count(&pair, Line::right),
-            "≥ 93 %",
-        ),
+        ("single, visible > 0.3 σ: right name", count(&single, Line::right), "≥ 97 %"),
+        ("… truth named or among the rivals", count(&single, Line::among_rivals), "≥ 99.5 %"),
+        ("… current logged: exact name", count(&with_current, Line::exact), "≥ 98 %"),
+        ("two effects: both named, nothing else", count(&pair, Line::right), "≥ 93 %"),
         ("… both among the names", count(&pair, Line::complete), ""),
-        (
-            "three effects: all named, nothing else",
-            count(&triple, Line::right),
-            "≥ 80 %",
-        ),
+        ("three effects: all named, nothing else", count(&triple, Line::right), "≥ 80 %"),
         ("… all among the names", count(&triple, Line::complete), ""),
-        (
-            "names given that are right",
-            share(precision.1, precision.0),
-            "≥ 99 %",
-        ),
-        (
-            "nothing missing: a name",
-            count(&nothing, |line| !line.named.is_empty()),
-            "≤ 1 %",
-        ),
-        (
-            "nothing missing: a false unexplained",
-            count(&nothing, Line::falsely_unexplained),
-            "≤ 1 %",
-        ),
+        ("names given that are right", share(precision.1, precision.0), "≥ 99 %"),
+        ("nothing missing: a name", count(&nothing, |line| !line.named.is_empty()), "≤ 1 %"),
+        ("nothing missing: a false unexplained", count(&nothing, Line::falsely_unexplained), "≤ 1 %"),
         (
             "effects of the library: a false unexplained",
             count(&[single, pair, triple].concat(), Line::falsely_unexplained),
             "",
         ),
-        (
-            "outside the library: flagged",
-            count(&outside, Line::unexplained),
-            "≥ 97 %",
-        ),
-        (
-            "outside the library: confidently misnamed",
-            count(&outside, misnamed),
-            "≤ 3 %",
-        ),
-        (
-            "avoidable squared error closed, median / p5",
-            closure(&inside),
-            "≥ 99.99 / 99.8 %",
-        ),
+        ("outside the library: flagged", count(&outside, Line::unexplained), "≥ 97 %"),
+        ("outside the library: confidently misnamed", count(&outside, misnamed), "≤ 3 %"),
+        ("avoidable squared error closed, median / p5", closure(&inside), "≥ 99.99 / 99.8 %"),
         ("remaining avoidable rms, p95", remaining(&inside), "≤ 0.15 σ"),
-        (
-            "2-σ intervals that hold the truth, pooled",
-            pooled(lines),
-            "90–97 %",
-        ),
-        (
-            "CPU time (all threads) single, median / p95 / worst",
-            times(&of("single")),
-            "< 1 s on 2 cores",
-        ),
+        ("2-σ intervals that hold the truth, pooled", pooled(lines), "90–97 %"),
+        ("CPU time (all threads) single, median / p95 / worst", times(&of("single")), "< 1 s on 2 cores"),
         (
             "CPU time (all threads) of anything, median / p95 / worst",
             times(&lines.iter().collect::<Vec<_>>()),
@@ -272,38 +183,20 @@ fn closure(lines: &[&Line]) -> String {
     };
     let closures: Vec<f64> = lines.iter().filter_map(closed).collect();
     let (median, low) = (quantile(&closures, 0.5), quantile(&closures, 0.05));
-    format!(
-        "{:.3} / {:.2} % (n = {})",
-        100.0 * median,
-        100.0 * low,
-        closures.len()
-    )
+    format!("{:.3} / {:.2} % (n = {})", 100.0 * median, 100.0 * low, closures.len())
 }
 
 fn remaining(lines: &[&Line]) -> String {
     let rest: Vec<f64> = lines.iter().filter_map(|line| line.after).collect();
-    format!(
-        "{:.3} σ (median {:.3}, n = {})",
-        quantile(&rest, 0.95),
-        quantile(&rest, 0.5),
-        rest.len()
-    )
+    format!("{:.3} σ (median {:.3}, n = {})", quantile(&rest, 0.95), quantile(&rest, 0.5), rest.len())
 }
 
 fn within(deviations: &[f64]) -> String {
-    share(
-        deviations.iter().filter(|z| z.abs() <= 2.0).count(),
-        deviations.len(),
-    )
+    share(deviations.iter().filter(|z| z.abs() <= 2.0).count(), deviations.len())
 }
 
 fn pooled(lines: &[Line]) -> String {
-    within(
-        &lines
-            .iter()
-            .flat_map(|line| line.deviations.iter().map(|d| d.1))
-            .collect::<Vec<f64>>(),
-    )
+    within(&lines.iter().flat_map(|line| line.deviations.iter().map(|d| d.1)).collect::<Vec<f64>>())
 }
 
 fn times(lines: &[&Line]) -> String {
@@ -316,27 +209,15 @@ fn times(lines: &[&Line]) -> String {
 fn by_kind(lines: &[Line]) -> String {
     let mut table: BTreeMap<&str, BTreeMap<String, usize>> = BTreeMap::new();
     for line in lines.iter().filter(|line| line.set == "single" && line.visible()) {
-        let mut answer = if line.named.is_empty() {
-            "nothing".to_owned()
-        } else {
-            line.named.join(" + ")
-        };
+        let mut answer = if line.named.is_empty() { "nothing".to_owned() } else { line.named.join(" + ") };
         if line.unexplained() {
             answer.push_str(" (unexplained)");
         }
-        *table
-            .entry(&line.hidden[0].0)
-            .or_default()
-            .entry(answer)
-            .or_default() += 1;
+        *table.entry(&line.hidden[0].0).or_default().entry(answer).or_default() += 1;
     }
     let mut text = String::from("| hidden (visible > 0.3 σ) | right | n | otherwise |\n|---|---|---|---|\n");
     for (hidden, answers) in table {
-        let right: usize = answers
-            .iter()
-            .filter(|a| group(a.0) == group(hidden))
-            .map(|a| a.1)
-            .sum();
+        let right: usize = answers.iter().filter(|a| group(a.0) == group(hidden)).map(|a| a.1).sum();
         let all: usize = answers.values().sum();
         let others = answers.iter().filter(|a| group(a.0) != group(hidden));
         let others: Vec<String> = others.map(|(answer, n)| format!("{n} × {answer}")).collect();
@@ -372,10 +253,7 @@ fn outsiders(lines: &[Line]) -> String {
     let mut text =
         String::from("| outside the library | flagged | n | verdict: names |\n|---|---|---|---|\n");
     for (kind, (flagged, n, answers)) in table {
-        let answers: Vec<String> = answers
-            .iter()
-            .map(|(answer, n)| format!("{n} × {answer}"))
-            .collect();
+        let answers: Vec<String> = answers.iter().map(|(answer, n)| format!("{n} × {answer}")).collect();
         let _ = writeln!(text, "| {kind} | {flagged} | {n} | {} |", answers.join("; "));
     }
     text

@@ -18,13 +18,7 @@ const SEPARABLE: f64 = 20.0;
 
 /// Short noisy cases, in which ties are common.
 pub fn spec(evaluation: bool) -> Spec {
-    Spec {
-        rows: 600,
-        dirty: Some(false),
-        noise: Some(0.02),
-        evaluation,
-        ..Spec::new(Set::Single)
-    }
+    Spec { rows: 600, dirty: Some(false), noise: Some(0.02), evaluation, ..Spec::new(Set::Single) }
 }
 
 /// One tie taken to the rig.
@@ -72,15 +66,9 @@ pub fn examine(spec: &Spec, seed: u32) -> Result<Found, Box<dyn Error>> {
         return Ok(Found::NoTie);
     };
     let folder = tempfile::tempdir()?;
-    let suggested = recorded(
-        &case.rig.follow(&profile, u64::from(seed)),
-        &folder.path().join("next.csv"),
-    )?;
+    let suggested = recorded(&case.rig.follow(&profile, u64::from(seed)), &folder.path().join("next.csv"))?;
     let rows = suggested.rows();
-    let random = recorded(
-        &case.rig.excite(rows, u64::from(seed)),
-        &folder.path().join("random.csv"),
-    )?;
+    let random = recorded(&case.rig.excite(rows, u64::from(seed)), &folder.path().join("random.csv"))?;
     let apart = |record: &Dynamic| difference(&files, record, &truth, &rival);
     let resolves = |record: Dynamic| resolved(&files, record, &truth, &rival);
     Ok(Found::Tie(Trial {
@@ -96,13 +84,7 @@ pub fn examine(spec: &Spec, seed: u32) -> Result<Found, Box<dyn Error>> {
 
 fn analysed(files: &Opened, log: &Dynamic) -> Result<Outcome, Box<dyn Error>> {
     let holdouts = std::slice::from_ref(&files.holdout);
-    Ok(gap::run(
-        &files.model,
-        log,
-        holdouts,
-        &Options::default(),
-        &|_| {},
-    )?)
+    Ok(gap::run(&files.model, log, holdouts, &Options::default(), &|_| {})?)
 }
 
 /// The other rival of the tie that holds the truth, and the experiment that is suggested.
@@ -153,16 +135,11 @@ fn resolved(
     rival: &[String],
 ) -> Result<bool, Box<dyn Error>> {
     let mut log = files.log.clone();
-    log.runs
-        .extend(record.runs.into_iter().map(|run| Run { id: 1, ..run }));
+    log.runs.extend(record.runs.into_iter().map(|run| Run { id: 1, ..run }));
     let outcome = analysed(files, &log)?;
     let named: BTreeSet<&str> = outcome.effects.iter().map(|effect| group(&effect.name)).collect();
     let hidden: BTreeSet<&str> = truth.iter().map(|name| group(name)).collect();
-    let still = outcome
-        .ties
-        .iter()
-        .flat_map(|tie| &tie.rivals)
-        .any(|set| same(set, rival));
+    let still = outcome.ties.iter().flat_map(|tie| &tie.rivals).any(|set| same(set, rival));
     Ok(named == hidden && !still)
 }
 
@@ -180,10 +157,8 @@ pub fn report(cases: &[Found]) -> String {
         let hits = separable.iter().filter(|trial| test(trial)).count();
         share(hits, separable.len())
     };
-    let ratios: Vec<f64> = separable
-        .iter()
-        .map(|trial| trial.suggested_chi2 / trial.random_chi2.max(1.0))
-        .collect();
+    let ratios: Vec<f64> =
+        separable.iter().map(|trial| trial.suggested_chi2 / trial.random_chi2.max(1.0)).collect();
     let quantiles = [0.25, 0.5, 0.75].map(|q| quantile(&ratios, q));
     format!(
         "| figure | measured [95 % interval] | to reach |\n|---|---|---|\n\

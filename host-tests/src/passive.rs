@@ -72,12 +72,7 @@ impl Learned {
             |number: &Reported, truth: f64| number.value.map_or(f64::NAN, |x| f64::from(x) / truth - 1.0);
         let width = |number: &Reported, truth: f64| number.u95.map_or(f64::NAN, |x| f64::from(x) / truth);
         let dead_zones = [&report.dead_zone_pos_v, &report.dead_zone_neg_v];
-        let needed = [
-            dead_zones[0],
-            dead_zones[1],
-            &report.gain_rad_s_per_v,
-            &report.time_constant_s,
-        ];
+        let needed = [dead_zones[0], dead_zones[1], &report.gain_rad_s_per_v, &report.time_constant_s];
         let truth = &plant.truth;
         Self {
             dead_zone: [0, 1].map(|side| error(dead_zones[side], truth.dead_zone_v[side])),
@@ -94,10 +89,7 @@ impl Learned {
 impl Learning {
     /// One plant. The configuration's gain and time constant are wrong by up to 30 %.
     pub fn run(&self, seeds: Seeds) -> Learned {
-        let options = Options {
-            tick_hz: self.tick_hz,
-            ..Options::default()
-        };
+        let options = Options { tick_hz: self.tick_hz, ..Options::default() };
         let mut plant = Plant::draw(self.family, self.severity, seeds, &options);
         let mut dice = ChaCha8Rng::seed_from_u64(plant.seed ^ 0x6f72_6469_6e61_7279);
         let full_speed = plant.truth.gain * plant.motor.drive.supply_v;
@@ -114,10 +106,7 @@ impl Learning {
 impl Motion {
     /// Moves for so long, with short rests; ends early on a fault.
     pub fn run(self, bench: &mut Bench, full_speed: f64, seconds: f64, dice: &mut ChaCha8Rng) {
-        bench
-            .axis
-            .command(&mut bench.state, &Command::Arm)
-            .expect("no fault is latched");
+        bench.axis.command(&mut bench.state, &Command::Arm).expect("no fault is latched");
         let (mut left, mut position) = (seconds, 0.0);
         while left > 0.0 {
             let (command, duration) = match self {
@@ -191,10 +180,7 @@ const STAYS_S: f64 = 0.5;
 impl Following {
     /// One plant.
     pub fn run(&self, seeds: Seeds) -> Result<Followed, Left> {
-        let options = Options {
-            tick_hz: self.tick_hz,
-            ..Options::default()
-        };
+        let options = Options { tick_hz: self.tick_hz, ..Options::default() };
         let plant = Plant::draw(self.family, self.severity, seeds, &options);
         let truth = plant.truth;
         let mean = 0.5 * (truth.dead_zone_v[0] + truth.dead_zone_v[1]);
@@ -204,10 +190,7 @@ impl Following {
         bench.run(0.01, |_, _| {});
         let begun = commission(&mut bench, BUDGET_MS)? + 0.01;
         for command in [Command::Arm, Command::Speed(speed as f32)] {
-            bench
-                .axis
-                .command(&mut bench.state, &command)
-                .map_err(|_| Left::Refused)?;
+            bench.axis.command(&mut bench.state, &command).map_err(|_| Left::Refused)?;
         }
         let volts = |bench: &Bench| {
             let report = bench.state.estimates().report(bench.axis.scale());

@@ -53,11 +53,7 @@ impl SerialServo {
             carry(wire, master, plant.config.tick_hz, &switched_off);
             drop(kept);
         });
-        Self {
-            port,
-            off,
-            thread: Some(thread),
-        }
+        Self { port, off, thread: Some(thread) }
     }
 
     /// The argument of `--motor`.

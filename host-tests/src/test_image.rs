@@ -9,9 +9,7 @@ const TARGET: &str = QEMU.chip.target;
 /// Builds a binary of a package for the chip. Panics with the compiler's words if it cannot be built: tests in QEMU are
 /// never skipped.
 pub fn built(package: &str, binary: &str) -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("the workspace");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .current_dir(root)

@@ -79,10 +79,7 @@ pub enum Left {
 impl Experiment {
     /// Runs one plant.
     pub fn run(&self, seeds: Seeds) -> Result<Run, Left> {
-        let options = Options {
-            tick_hz: self.tick_hz,
-            ..Options::default()
-        };
+        let options = Options { tick_hz: self.tick_hz, ..Options::default() };
         self.run_on(&Plant::draw(self.family, self.severity, seeds, &options))
     }
 
@@ -91,20 +88,13 @@ impl Experiment {
         let bench = self.ready(plant)?;
         let without = self.track(bench.clone(), plant, false);
         let with = self.track(bench, plant, true);
-        Ok(Run {
-            rms: [without.rms[1], with.rms[1]],
-            ..with
-        })
+        Ok(Run { rms: [without.rms[1], with.rms[1]], ..with })
     }
 
     /// The plant with gains in its loops, at rest.
     fn ready(&self, plant: &Plant) -> Result<Bench, Left> {
         let axis = Axis::with_tuning(&plant.config, self.tuning).expect("a valid configuration");
-        let mut bench = Bench {
-            axis,
-            state: axis.start(),
-            board: Board::new(plant),
-        };
+        let mut bench = Bench { axis, state: axis.start(), board: Board::new(plant) };
         bench.run(0.01, |_, _| {});
         match self.knowledge {
             Knowledge::Exact => axis.adopt(&mut bench.state, &exact(plant)).expect("an idle axis"),
@@ -129,10 +119,7 @@ impl Experiment {
                 duration_ms: (seconds * 1e3) as u32,
             },
         ] {
-            bench
-                .axis
-                .command(&mut bench.state, &command)
-                .expect("an idle axis that is ready");
+            bench.axis.command(&mut bench.state, &command).expect("an idle axis that is ready");
         }
         let mut errors = (Mean::default(), Mean::default());
         let judged = 1.0 / self.frequency_hz..seconds - 1.0 / self.frequency_hz;
@@ -218,9 +205,7 @@ impl Shortage {
                 duration_ms: (seconds * 1e3) as u32,
             },
         ] {
-            bench
-                .ask(command)
-                .unwrap_or_else(|refusal| panic!("{command:?}: {refusal:?}"));
+            bench.ask(command).unwrap_or_else(|refusal| panic!("{command:?}: {refusal:?}"));
         }
         bench.board.supply_falls_to(self.supply[1]);
         let scale = Scale::of(&plant.config);
@@ -256,11 +241,7 @@ impl Scale {
     fn of(config: &Config) -> Self {
         let tick_s = 1.0 / f64::from(config.tick_hz);
         let counts_per_rad = f64::from(config.counts_per_rev) / TAU;
-        Self {
-            tick_s,
-            counts_per_rad,
-            rad_s_per_count: 1.0 / (counts_per_rad * tick_s),
-        }
+        Self { tick_s, counts_per_rad, rad_s_per_count: 1.0 / (counts_per_rad * tick_s) }
     }
 }
 
@@ -323,30 +304,14 @@ impl Rest {
 /// Lets the axis identify its motor; the seconds that are allowed for it.
 pub fn commission(bench: &mut Bench, budget_ms: u32) -> Result<f64, Left> {
     for command in [Command::Arm, Command::Commission { budget_ms, seed: 1 }] {
-        bench
-            .axis
-            .command(&mut bench.state, &command)
-            .expect("an idle axis");
+        bench.axis.command(&mut bench.state, &command).expect("an idle axis");
     }
     let seconds = 1.3 * f64::from(budget_ms) / 1e3;
     bench.run(seconds, |_, _| {});
-    let outcome = bench
-        .axis
-        .report(&bench.state)
-        .commissioning
-        .ok_or(Left::Untrusted)?;
+    let outcome = bench.axis.report(&bench.state).commissioning.ok_or(Left::Untrusted)?;
     let e = outcome.estimates;
-    let trusted = [
-        e.dead_zone_pos_v,
-        e.dead_zone_neg_v,
-        e.gain_rad_s_per_v,
-        e.time_constant_s,
-    ];
-    if trusted.iter().all(|number| number.trusted) {
-        Ok(seconds)
-    } else {
-        Err(Left::Untrusted)
-    }
+    let trusted = [e.dead_zone_pos_v, e.dead_zone_neg_v, e.gain_rad_s_per_v, e.time_constant_s];
+    if trusted.iter().all(|number| number.trusted) { Ok(seconds) } else { Err(Left::Untrusted) }
 }
 
 /// An armed bench that knows its plant.
@@ -364,19 +329,13 @@ pub fn knowing(plant: &Plant) -> Bench {
 /// Estimates as a commissioning without error would bring them.
 pub fn exact(plant: &Plant) -> Estimates {
     let (config, truth) = (&plant.config, &plant.truth);
-    let trusted = |value: f64| Estimate {
-        value: value.round() as i32,
-        u95: 0,
-        standing: Standing::Trusted,
-    };
+    let trusted = |value: f64| Estimate { value: value.round() as i32, u95: 0, standing: Standing::Trusted };
     let volt = f64::from(1u32 << VOLTAGE_FRAC) / f64::from(config.supply_nominal_v);
     let relative = truth.gain * f64::from(config.supply_nominal_v) / f64::from(config.rated_speed_rad_s);
     let ticks = truth.time_constant_s * f64::from(config.tick_hz);
     Estimates {
         dead_zone: truth.dead_zone_v.map(|v| trusted(v * volt)),
-        saturation: truth
-            .saturation_v
-            .map(|level| level.map_or(Estimate::default(), |v| trusted(v * volt))),
+        saturation: truth.saturation_v.map(|level| level.map_or(Estimate::default(), |v| trusted(v * volt))),
         gain_skew: 0,
         gain: trusted(relative * f64::from(1u32 << GAIN_FRAC)),
         time_constant: trusted(ticks * f64::from(1u32 << TIME_FRAC)),

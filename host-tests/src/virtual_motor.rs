@@ -28,22 +28,16 @@ impl VirtualMotor {
             encoder: Encoder::new(config.counts_per_rev, sensing.phase_error, plant.seed ^ 1)
                 .losing(sensing.missing),
             supply: sensing.vbus.then(|| converter(noise, sensing.vbus_delay, 2)),
-            current: sensing
-                .current
-                .then(|| converter(sensing.current_noise * stall, 0, 3)),
+            current: sensing.current.then(|| converter(sensing.current_noise * stall, 0, 3)),
         }
     }
 }
 
 impl Motor for VirtualMotor {
     fn pass(&mut self, drive: &Drive) -> Result<Reading, InputError> {
-        let reading = self
-            .simulator
-            .step(f64::from(drive.duty), drive.bridge, f64::from(drive.tick_s));
+        let reading = self.simulator.step(f64::from(drive.duty), drive.bridge, f64::from(drive.tick_s));
         let measured = |converter: &mut Option<Converter>, value| {
-            converter
-                .as_mut()
-                .map_or(f32::NAN, |converter| converter.read(value) as f32)
+            converter.as_mut().map_or(f32::NAN, |converter| converter.read(value) as f32)
         };
         Ok(Reading {
             count: self.encoder.count(reading.theta) as i32,

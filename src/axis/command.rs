@@ -82,11 +82,9 @@ impl Axis {
             Command::Arm => self.arm(state),
             Command::Commission { budget_ms, seed } => self.commission(state, budget_ms, seed),
             Command::Compensation(on) => self.compensation(state, on),
-            Command::TrackSine {
-                amplitude_rad,
-                frequency_hz,
-                duration_ms,
-            } => self.track_sine(state, amplitude_rad, frequency_hz, duration_ms),
+            Command::TrackSine { amplitude_rad, frequency_hz, duration_ms } => {
+                self.track_sine(state, amplitude_rad, frequency_hz, duration_ms)
+            }
             Command::Position(rad) => self.position(state, rad),
             Command::Speed(rad_s) => self.speed(state, rad_s),
             Command::Voltage(volts) => self.voltage(state, volts),
@@ -101,9 +99,7 @@ impl Axis {
     /// The gains in force, once they have followed all that is known. Not for the control tick.
     pub fn design<'a>(&self, state: &'a mut State) -> &'a Design {
         while state.renewal != design::Stage::Done {
-            state
-                .design
-                .renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
+            state.design.renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
         }
         &state.design
     }
@@ -164,11 +160,7 @@ impl Axis {
     fn commission(&self, state: &mut State, budget_ms: u32, seed: u32) -> Result<(), Refusal> {
         self.permitted(state)?;
         self.idle(state)?;
-        state.listener = Listener::Start(Start {
-            budget_ms,
-            seed,
-            params: None,
-        });
+        state.listener = Listener::Start(Start { budget_ms, seed, params: None });
         state.outcome = None;
         state.mode = Mode::Commission(Request::default());
         Ok(())
@@ -217,10 +209,7 @@ impl Axis {
         let left = design.voltage_left(self.ceiling(state));
         let available_v = left.0 as f32 / Voltage::NOMINAL.0 as f32 * nominal;
         if needed_v > design::FEASIBLE * available_v {
-            return Err(Refusal::BeyondVoltage {
-                needed_v,
-                available_v,
-            });
+            return Err(Refusal::BeyondVoltage { needed_v, available_v });
         }
         Ok(())
     }
@@ -255,9 +244,7 @@ impl Axis {
 
     pub(super) fn counts(&self, rad: f32) -> Result<i32, Refusal> {
         let counts = rad * self.scale.counts_per_rad();
-        (counts.abs() < Move::LARGEST_COUNTS)
-            .then_some(counts as i32)
-            .ok_or(Refusal::OutOfRange)
+        (counts.abs() < Move::LARGEST_COUNTS).then_some(counts as i32).ok_or(Refusal::OutOfRange)
     }
 
     /// Endless motion: refused between end stops.
@@ -269,9 +256,7 @@ impl Axis {
             return Err(Refusal::BeyondTravel);
         }
         let fits = speed.abs() <= limits.speed.min(limits.voltage);
-        let speed = fits
-            .then(|| Speed(to_fixed(speed, SPEED_BITS)))
-            .ok_or(Refusal::OutOfRange)?;
+        let speed = fits.then(|| Speed(to_fixed(speed, SPEED_BITS))).ok_or(Refusal::OutOfRange)?;
         let start = state.present();
         state.begin(&start, Mode::Cruise(Cruise::plan(&start, speed, limits)));
         Ok(())
@@ -284,9 +269,7 @@ impl Axis {
         let fits = share.abs() <= 1.0
             && to_fixed(share, Voltage::BITS).saturating_abs() <= self.most_voltage.0
             && self.scale.config.travel_limit_rad.is_none();
-        let target = fits
-            .then(|| Voltage(to_fixed(share, Voltage::BITS)))
-            .ok_or(Refusal::OutOfRange)?;
+        let target = fits.then(|| Voltage(to_fixed(share, Voltage::BITS))).ok_or(Refusal::OutOfRange)?;
         state.begin(&state.present(), Mode::Drive(target));
         Ok(())
     }
@@ -322,11 +305,7 @@ impl Axis {
             self.within_travel(state, count, 0.0)?;
         }
         if let Mode::Stream(stream) = &mut state.mode {
-            return if stream.push(plan.end) {
-                Ok(())
-            } else {
-                Err(Refusal::StreamFull)
-            };
+            return if stream.push(plan.end) { Ok(()) } else { Err(Refusal::StreamFull) };
         }
         let limits = state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
         let origin = state.origin();
@@ -338,20 +317,12 @@ impl Axis {
     }
 
     pub(super) fn idle(&self, state: &State) -> Result<(), Refusal> {
-        if state.mode == Mode::Idle {
-            Ok(())
-        } else {
-            Err(Refusal::Busy)
-        }
+        if state.mode == Mode::Idle { Ok(()) } else { Err(Refusal::Busy) }
     }
 
     /// What excites the motor by itself is not to be disturbed.
     fn unexcited(&self, state: &State) -> Result<(), Refusal> {
-        if matches!(state.mode, Mode::Commission(_) | Mode::Excite(_)) {
-            Err(Refusal::Busy)
-        } else {
-            Ok(())
-        }
+        if matches!(state.mode, Mode::Commission(_) | Mode::Excite(_)) { Err(Refusal::Busy) } else { Ok(()) }
     }
 
     /// May there be torque?
@@ -367,11 +338,7 @@ impl Axis {
     pub(super) fn ready(&self, state: &State) -> Result<(), Refusal> {
         self.permitted(state)?;
         self.unexcited(state)?;
-        if state.design.gain_source == Source::None {
-            Err(Refusal::NotIdentified)
-        } else {
-            Ok(())
-        }
+        if state.design.gain_source == Source::None { Err(Refusal::NotIdentified) } else { Ok(()) }
     }
 
     /// Is `centre ± swing` between the end stops?

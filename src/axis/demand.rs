@@ -34,23 +34,12 @@ pub(super) enum Meaning {
 }
 
 impl Demand {
-    pub const OPEN: Self = Self {
-        bridge: Bridge::Open,
-        voltage: Voltage::ZERO,
-        meaning: Meaning::Terminal,
-    };
+    pub const OPEN: Self = Self { bridge: Bridge::Open, voltage: Voltage::ZERO, meaning: Meaning::Terminal };
 
-    pub const BRAKE: Self = Self {
-        bridge: Bridge::Shorted,
-        ..Self::OPEN
-    };
+    pub const BRAKE: Self = Self { bridge: Bridge::Shorted, ..Self::OPEN };
 
     pub fn exciting(bridge: Bridge, voltage: Voltage) -> Self {
-        Self {
-            bridge,
-            voltage,
-            meaning: Meaning::Terminal,
-        }
+        Self { bridge, voltage, meaning: Meaning::Terminal }
     }
 }
 
@@ -103,15 +92,8 @@ impl State {
     pub(super) fn drive(&mut self, target: Voltage, slew: i32) -> Demand {
         let step = limited(target.minus(self.voltage).0, slew);
         self.voltage = self.voltage.plus(Voltage(step));
-        let meaning = Meaning::Linear {
-            towards: None,
-            error: None,
-        };
-        Demand {
-            bridge: Bridge::Driven,
-            voltage: self.voltage,
-            meaning,
-        }
+        let meaning = Meaning::Linear { towards: None, error: None };
+        Demand { bridge: Bridge::Driven, voltage: self.voltage, meaning }
     }
 
     /// Excitation: the next voltage, and the bridge open behind the last.
@@ -144,10 +126,7 @@ impl State {
         Demand {
             bridge: Bridge::Driven,
             voltage: self.voltage,
-            meaning: Meaning::Linear {
-                towards: Some(towards),
-                error,
-            },
+            meaning: Meaning::Linear { towards: Some(towards), error },
         }
     }
 

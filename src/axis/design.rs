@@ -96,9 +96,8 @@ impl Design {
                 Stage::Limits
             }
             Stage::Limits => {
-                self.saturation = last_trusted
-                    .saturation
-                    .map(|held| Voltage(held.value().unwrap_or(i32::MAX)));
+                self.saturation =
+                    last_trusted.saturation.map(|held| Voltage(held.value().unwrap_or(i32::MAX)));
                 self.speed_limit = speed_limit(scale);
                 self.limits = limits(scale, last_trusted, &self.motor);
                 Stage::Done
@@ -109,19 +108,12 @@ impl Design {
     /// The most able motor that agrees with what is known: a motion that it cannot do is none for the true one.
     #[must_use]
     pub fn ablest_motor(&self) -> Motor {
-        let Motor {
-            full_speed,
-            tau_ticks,
-        } = self.motor;
+        let Motor { full_speed, tau_ticks } = self.motor;
         match self.gain_source {
-            Source::None => Motor {
-                full_speed: RATED_WITHIN * full_speed,
-                tau_ticks: 0.0,
-            },
-            Source::Configured => Motor {
-                full_speed: RATED_WITHIN * full_speed,
-                tau_ticks: tau_ticks / HINT_WITHIN,
-            },
+            Source::None => Motor { full_speed: RATED_WITHIN * full_speed, tau_ticks: 0.0 },
+            Source::Configured => {
+                Motor { full_speed: RATED_WITHIN * full_speed, tau_ticks: tau_ticks / HINT_WITHIN }
+            }
             _ => self.motor,
         }
     }
@@ -159,11 +151,7 @@ impl Design {
     /// What the drive leaves of a terminal voltage; friction takes its part behind the winding.
     #[must_use]
     pub fn at_winding(&self, terminal: Voltage) -> Voltage {
-        if self.input_dead_zone() {
-            self.dead_zone.forward(terminal)
-        } else {
-            terminal
-        }
+        if self.input_dead_zone() { self.dead_zone.forward(terminal) } else { terminal }
     }
 
     /// What the dead zone leaves of a terminal voltage while the shaft turns at `speed`.
@@ -190,25 +178,12 @@ fn motor(scale: &Scale, last_trusted: &LastTrusted) -> (Motor, Source) {
                 full_speed: gain as f32 / (1u32 << GAIN_FRAC) as f32 * rated,
                 tau_ticks: tau as f32 / (1u32 << TIME_FRAC) as f32,
             };
-            (
-                motor,
-                last_trusted.gain.source.weaker(last_trusted.time_constant.source),
-            )
+            (motor, last_trusted.gain.source.weaker(last_trusted.time_constant.source))
         }
         _ => {
             let tau_ticks = hint.unwrap_or(USUAL_TAU_S) * config.tick_hz as f32;
-            let source = if hint.is_some() {
-                Source::Configured
-            } else {
-                Source::None
-            };
-            (
-                Motor {
-                    full_speed: rated,
-                    tau_ticks,
-                },
-                source,
-            )
+            let source = if hint.is_some() { Source::Configured } else { Source::None };
+            (Motor { full_speed: rated, tau_ticks }, source)
         }
     }
 }
@@ -217,18 +192,11 @@ fn motor(scale: &Scale, last_trusted: &LastTrusted) -> (Motor, Source) {
 fn limits(scale: &Scale, last_trusted: &LastTrusted, motor: &Motor) -> Limits {
     let one = Voltage::NOMINAL.0;
     let most = voltage_limit(scale).0.min(one);
-    let top = last_trusted
-        .saturation
-        .map(|held| held.value().unwrap_or(most).min(most));
+    let top = last_trusted.saturation.map(|held| held.value().unwrap_or(most).min(most));
     let swallowed = last_trusted.widths();
-    let room = (top[0] - swallowed[0].0)
-        .min(top[1] - swallowed[1].0)
-        .max(one / 16);
-    let speed = scale
-        .config
-        .speed_limit_rad_s
-        .get()
-        .map_or(f32::MAX, |limit| 0.8 * limit * scale.counts_per_tick());
+    let room = (top[0] - swallowed[0].0).min(top[1] - swallowed[1].0).max(one / 16);
+    let speed =
+        scale.config.speed_limit_rad_s.get().map_or(f32::MAX, |limit| 0.8 * limit * scale.counts_per_tick());
     Limits {
         speed,
         voltage: 0.8 * motor.full_speed * room as f32 / one as f32,
@@ -241,24 +209,24 @@ fn limits(scale: &Scale, last_trusted: &LastTrusted, motor: &Motor) -> Limits {
 /// A limit in counts and ticks, `order` derivatives above the position.
 fn per_tick(scale: &Scale, limit: Option<f32>, order: usize) -> f32 {
     let tick_hz = scale.config.tick_hz as f32;
-    limit.map_or(f32::MAX, |limit| {
-        (0..order).fold(limit * scale.counts_per_rad(), |value, _| value / tick_hz)
-    })
+    limit
+        .map_or(f32::MAX, |limit| (0..order).fold(limit * scale.counts_per_rad(), |value, _| value / tick_hz))
 }
 
 /// The voltage limit; the maximum when there is none.
 #[must_use]
 pub fn voltage_limit(scale: &Scale) -> Voltage {
     let config = &scale.config;
-    Voltage(config.voltage_limit_v.get().map_or(i32::MAX, |limit| {
-        to_fixed(limit / config.supply_nominal_v, Voltage::BITS)
-    }))
+    Voltage(
+        config
+            .voltage_limit_v
+            .get()
+            .map_or(i32::MAX, |limit| to_fixed(limit / config.supply_nominal_v, Voltage::BITS)),
+    )
 }
 
 /// 90 % of the configured limit, so that ordinary overshoot is no fault.
 fn speed_limit(scale: &Scale) -> Speed {
     let limit = scale.config.speed_limit_rad_s.get();
-    Speed(limit.map_or(i32::MAX, |limit| {
-        to_fixed(0.9 * limit * scale.counts_per_tick(), 20)
-    }))
+    Speed(limit.map_or(i32::MAX, |limit| to_fixed(0.9 * limit * scale.counts_per_tick(), 20)))
 }

@@ -14,23 +14,14 @@ impl Axis {
     pub(super) fn reference(&self, state: &mut State, how: &Referencing) -> Result<(), Refusal> {
         match *how {
             Referencing::Here { position_rad } => self.reference_here(state, position_rad),
-            Referencing::EndStop {
-                speed_rad_s,
-                position_rad,
-                reach_rad,
-                current_a,
-            } => {
+            Referencing::EndStop { speed_rad_s, position_rad, reach_rad, current_a } => {
                 let raw = |limit: f32| (limit / self.scale.config.current_a_per_lsb) as u16;
-                let mark = Mark::EndStop {
-                    current: current_a.map(raw),
-                };
+                let mark = Mark::EndStop { current: current_a.map(raw) };
                 self.seek(state, mark, speed_rad_s, position_rad, reach_rad)
             }
-            Referencing::Index {
-                speed_rad_s,
-                position_rad,
-                reach_rad,
-            } => self.seek(state, Mark::Index, speed_rad_s, position_rad, reach_rad),
+            Referencing::Index { speed_rad_s, position_rad, reach_rad } => {
+                self.seek(state, Mark::Index, speed_rad_s, position_rad, reach_rad)
+            }
         }
     }
 

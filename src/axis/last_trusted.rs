@@ -35,21 +35,14 @@ impl Trusted {
     /// Takes what was trusted when it was stored.
     pub(super) fn restore(&mut self, estimate: &Estimate) {
         if let Some(value) = estimate.trusted() {
-            *self = Self {
-                value,
-                source: Source::Stored,
-            };
+            *self = Self { value, source: Source::Stored };
         }
     }
 
     /// The held value as a trusted estimate, unless there is one.
     pub(super) fn complete(&self, known: &Estimate) -> Estimate {
         match (known.trusted(), self.value()) {
-            (None, Some(value)) => Estimate {
-                value,
-                u95: known.u95,
-                standing: Standing::Trusted,
-            },
+            (None, Some(value)) => Estimate { value, u95: known.u95, standing: Standing::Trusted },
             _ => *known,
         }
     }
@@ -59,12 +52,7 @@ impl Trusted {
     pub(super) fn adopt(&mut self, estimate: &Estimate) {
         match estimate.trusted() {
             Some(value) if self.source == Source::Stored && value == self.value => {}
-            Some(value) => {
-                *self = Self {
-                    value,
-                    source: Source::Trusted,
-                }
-            }
+            Some(value) => *self = Self { value, source: Source::Trusted },
             None if self.source == Source::Trusted => self.source = Source::LastTrusted,
             None => {}
         }

@@ -103,8 +103,7 @@ impl Axis {
     pub fn from_parameters(parameters: &AxisParameters) -> Result<Self, SettingsError> {
         parameters.within_range().map_err(SettingsError::Value)?;
         let axis = Self::with_tuning(&parameters.config, parameters.tuning);
-        axis.map_err(SettingsError::Value)?
-            .protected(&parameters.protection)
+        axis.map_err(SettingsError::Value)?.protected(&parameters.protection)
     }
 
     /// The same axis with protection of one's own choice.
@@ -166,9 +165,7 @@ impl Axis {
         state.count = count;
         state.standstill.watch(count);
         let speed = state.encoder.speed();
-        let driving = state
-            .acted
-            .map(|terminal| state.design.behind_dead_zone(terminal, speed));
+        let driving = state.acted.map(|terminal| state.design.behind_dead_zone(terminal, speed));
         state.design.observer.step(&mut state.encoder, count, driving);
     }
 
@@ -259,10 +256,7 @@ impl Axis {
         let holding = action == Action::Hold && state.closed();
         if holding && state.armed {
             let start = state.present();
-            state.begin(
-                &start,
-                Mode::Cruise(Cruise::plan(&start, Speed(0), &state.design.limits)),
-            );
+            state.begin(&start, Mode::Cruise(Cruise::plan(&start, Speed(0), &state.design.limits)));
             state.armed = false;
         }
         if !holding {
@@ -331,9 +325,7 @@ impl Axis {
     #[cold]
     #[inline(never)]
     fn renew(&self, state: &mut State) {
-        state
-            .design
-            .renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
+        state.design.renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
     }
 
     /// Listens to ordinary motion from this tick on.

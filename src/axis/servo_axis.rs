@@ -57,10 +57,7 @@ impl Order {
 
     /// Puts stored parameters in force.
     pub fn restore(parameters: &AxisParameters) -> Result<Order, SettingsError> {
-        let restored = Restored {
-            estimates: parameters.estimates,
-            compensation: parameters.compensation,
-        };
+        let restored = Restored { estimates: parameters.estimates, compensation: parameters.compensation };
         Axis::from_parameters(parameters).map(|axis| Order::Install(axis, Some(restored)))
     }
 
@@ -124,8 +121,7 @@ impl ServoAxis {
             (Some(restored), _) => {
                 self.install(axis);
                 self.state.compensation = restored.compensation;
-                axis.adopt(&mut self.state, &restored.estimates)
-                    .map_err(OrderRefusal::Axis)
+                axis.adopt(&mut self.state, &restored.estimates).map_err(OrderRefusal::Axis)
             }
             (None, Some(earlier)) => {
                 let axis = axis.keeping(earlier).map_err(OrderRefusal::Parameters)?;
@@ -223,20 +219,14 @@ impl ServoAxis {
     pub fn step(&mut self, sample: Sample) -> Tick<'_> {
         let Some(axis) = &self.axis else {
             self.output = unconfigured(self.waiting);
-            return Tick {
-                output: &self.output,
-                concluded: None,
-            };
+            return Tick { output: &self.output, concluded: None };
         };
         axis.step_into(&mut self.state, sample, &mut self.output);
         let commissioning = self.output.record.activity == Activity::Commissioning;
         let ended = self.commissioning && !commissioning;
         self.commissioning = commissioning;
         self.driven = self.output.bridge != Bridge::Open;
-        Tick {
-            output: &self.output,
-            concluded: if ended { self.state.outcome() } else { None },
-        }
+        Tick { output: &self.output, concluded: if ended { self.state.outcome() } else { None } }
     }
 }
 

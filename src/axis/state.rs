@@ -267,10 +267,7 @@ impl State {
     /// Bridge open, whatever was going on; a commissioning ends with this reason.
     pub(crate) fn stop(&mut self, reason: Reason) {
         match &mut self.listener {
-            Listener::Start(_) => self.conclude(Outcome {
-                refused: Some(reason),
-                ..Outcome::default()
-            }),
+            Listener::Start(_) => self.conclude(Outcome { refused: Some(reason), ..Outcome::default() }),
             Listener::Commissioning(commissioning) => {
                 commissioning.state.refuse(reason);
                 if let Some(&outcome) = commissioning.state.outcome() {

@@ -42,11 +42,7 @@ impl State {
         if speed.0.saturating_abs() < Self::RESTING {
             return Reference::rest(Position::of_count(self.count));
         }
-        Reference {
-            position: self.encoder.position(),
-            speed,
-            acceleration: Acceleration(0),
-        }
+        Reference { position: self.encoder.position(), speed, acceleration: Acceleration(0) }
     }
 
     /// Changes the mode without a jump of the voltage.
@@ -59,9 +55,9 @@ impl State {
                 self.control = control::State::default();
                 self.voltage = Voltage::ZERO;
             }
-            Mode::Drive(_) => self
-                .control
-                .preset(self.voltage.minus(self.design.loops.steady_voltage(start.speed))),
+            Mode::Drive(_) => {
+                self.control.preset(self.voltage.minus(self.design.loops.steady_voltage(start.speed)))
+            }
             _ => {}
         }
         self.mode = mode;

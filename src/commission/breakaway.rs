@@ -130,11 +130,7 @@ impl Ramp {
         }
         let late = i64::from(loud.current) * i64::from(quiet.voltage) * 4;
         let early = i64::from(quiet.current) * i64::from(loud.voltage) * STALLED_QUARTERS;
-        if late >= early {
-            Reason::Stalled
-        } else {
-            Reason::EncoderUnplugged
-        }
+        if late >= early { Reason::Stalled } else { Reason::EncoderUnplugged }
     }
 
     /// Notes the displacement at a voltage. `interval`: ticks between two looks; `slow`: counts in it at the speed of a
@@ -216,11 +212,7 @@ impl Params {
             false => MOTION,
         };
         let given_up = state.ramp.since_lowest > length + length / 2;
-        let forwards = displacement.wrapping_sub(if given_up {
-            state.ramp.lowest
-        } else {
-            state.ramp.pause
-        });
+        let forwards = displacement.wrapping_sub(if given_up { state.ramp.lowest } else { state.ramp.pause });
         // 2 % of rated speed since the ramp began is what random torque may do.
         let reversed = 2 * lasting + self.rated_counts(state.elapsed) / 50;
         if forwards >= if given_up { MOTION } else { lasting } {
@@ -257,15 +249,8 @@ impl Params {
 
     /// A slow motor that coasted backwards had to be stopped first: its ramp overshot, the other direction tells more.
     fn plausible_break_away(&self, state: &State) -> i32 {
-        let (level, other) = (
-            state.ramp.pause_level,
-            state.break_away[state.direction.reversed()],
-        );
-        let level = if other > 0 {
-            level.min(other + other / 2)
-        } else {
-            level
-        };
+        let (level, other) = (state.ramp.pause_level, state.break_away[state.direction.reversed()]);
+        let level = if other > 0 { level.min(other + other / 2) } else { level };
         level.max(1)
     }
 

@@ -35,11 +35,7 @@ impl Params {
         };
         let row = Row::new(window, direction);
         let outer = !state.identify.gate.core(direction);
-        let set = if outer {
-            &mut state.outer
-        } else {
-            &mut state.identify.sums
-        };
+        let set = if outer { &mut state.outer } else { &mut state.identify.sums };
         set[direction].add(&row);
         if let Some(slice) = state.slices.get_mut(slice) {
             slice.add(&row, direction, outer);
@@ -165,8 +161,7 @@ impl Params {
         let step = step.wrapping_sub(1);
         if let Some(&part) = Part::ALL.get(step) {
             let lengths = &state.identify.lengths;
-            self.identify
-                .decide(part, estimates, lengths, &reading.solution, &evidence);
+            self.identify.decide(part, estimates, lengths, &reading.solution, &evidence);
             return true;
         }
         let Some(&direction) = Direction::BOTH.get(step.wrapping_sub(Part::ALL.len())) else {

@@ -78,9 +78,7 @@ impl Params {
         if state.stroke == 0
             && !state.turned
             && state.level == HIGH
-            && state
-                .timescale
-                .note(state.elapsed, state.displacement(input.count))
+            && state.timescale.note(state.elapsed, state.displacement(input.count))
         {
             self.choose_block(state);
         }
@@ -144,11 +142,7 @@ impl Params {
         state.raise_pause = HOPS_PER_WINDOW as u8;
         if idle {
             state.identify.sums[direction] = Sums::default();
-            for slice in state
-                .slices
-                .iter_mut()
-                .filter(|slice| slice.direction() == direction)
-            {
+            for slice in state.slices.iter_mut().filter(|slice| slice.direction() == direction) {
                 *slice = Slice::default();
             }
         }
@@ -177,11 +171,7 @@ impl Params {
     }
 
     pub(super) fn verify(&self, state: &mut State, input: &Input) {
-        state.level = if state.elapsed < self.verify_middle_ticks(state) {
-            VERIFY
-        } else {
-            self.low(state)
-        };
+        state.level = if state.elapsed < self.verify_middle_ticks(state) { VERIFY } else { self.low(state) };
         if state.elapsed < self.verify_ticks(state) {
             return;
         }

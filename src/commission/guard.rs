@@ -38,10 +38,7 @@ impl Limits {
         Limits {
             // Eight counts at 2 % of rated speed, at least 0.2 s: a slow motor lingers while it turns.
             still_ticks: (400 * 65_536 / scale.rated_counts_per_tick_q16.max(1)).max(config.tick_hz / 5),
-            energy: config
-                .energy_limit_j
-                .get()
-                .map_or(u64::MAX, |limit| (limit / joule_ticks) as u64),
+            energy: config.energy_limit_j.get().map_or(u64::MAX, |limit| (limit / joule_ticks) as u64),
             time_constant: (config.time_constant_hint_s.get().unwrap_or(0.1) * 2.0 * config.tick_hz as f32)
                 as u32,
             step_ticks,
@@ -101,15 +98,8 @@ impl Params {
     /// 1/32 of the travel.
     fn stopping_distance(&self, state: &State) -> i32 {
         let [lower, upper] = self.scale.travel_counts;
-        let known = state
-            .timescale
-            .found
-            .unwrap_or(state.timescale.at_least.saturating_mul(2));
-        let time_constant = if known > 0 {
-            known
-        } else {
-            self.limits.time_constant
-        };
+        let known = state.timescale.found.unwrap_or(state.timescale.at_least.saturating_mul(2));
+        let time_constant = if known > 0 { known } else { self.limits.time_constant };
         let steps = time_constant / self.limits.step_ticks + 2;
         let braking = state.last_step.saturating_mul(steps).min(1 << 30) as i32;
         braking.saturating_add(upper.saturating_sub(lower) / 32)

@@ -136,11 +136,7 @@ impl Params {
             scale: *scale,
             identify: identify::Params::new(scale),
             budget,
-            first: if seed & 1 == 0 {
-                Direction::Positive
-            } else {
-                Direction::Negative
-            },
+            first: if seed & 1 == 0 { Direction::Positive } else { Direction::Negative },
             limits: Limits::new(scale),
             pulse_test: PulseTest::new(scale),
             unseen: Self::unseen(scale),
@@ -322,10 +318,7 @@ impl Params {
             state.refuse(reason);
             return Request::default();
         }
-        match self
-            .identify
-            .observe(&mut state.identify, input.count, input.voltage)
-        {
+        match self.identify.observe(&mut state.identify, input.count, input.voltage) {
             Some(window) => self.use_window(state, &window),
             None => self.solve(state),
         }
@@ -338,11 +331,7 @@ impl Params {
         let moved = input.count.wrapping_sub(state.last_count);
         state.last_count = input.count;
         state.travel = state.travel.saturating_add(moved.unsigned_abs());
-        state.still = if moved == 0 {
-            state.still.saturating_add(1)
-        } else {
-            0
-        };
+        state.still = if moved == 0 { state.still.saturating_add(1) } else { 0 };
         state.elapsed = state.elapsed.saturating_add(1);
         if state.phase != Phase::PulseTest {
             state.total = state.total.saturating_add(1);
@@ -361,10 +350,7 @@ impl Params {
             }
             Phase::Idle | Phase::Decide | Phase::Done | Phase::Refused => return Request::default(),
         };
-        Request {
-            bridge: Bridge::Driven,
-            voltage: VoltageQ14(magnitude * state.sign()),
-        }
+        Request { bridge: Bridge::Driven, voltage: VoltageQ14(magnitude * state.sign()) }
     }
 
     /// What happens next.

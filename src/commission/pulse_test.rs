@@ -190,9 +190,7 @@ impl Pulses {
 
     fn feel(&mut self, input: &Input, towards: i32) {
         if let Some(raw) = input.current_raw {
-            self.current = self
-                .current
-                .saturating_add(i32::from(raw).saturating_mul(towards));
+            self.current = self.current.saturating_add(i32::from(raw).saturating_mul(towards));
             self.sensed = self.sensed.saturating_add(1);
         }
     }

@@ -48,11 +48,7 @@ impl Reading {
 
     /// Applied against needed voltage: above the linear range a sample of the saturation, within it a check.
     fn compare(&mut self, window: &Window, direction: Direction, what: Comparison) {
-        let applied = if direction == Direction::Positive {
-            window.voltage
-        } else {
-            -window.voltage
-        };
+        let applied = if direction == Direction::Positive { window.voltage } else { -window.voltage };
         let effective = self.solution.effective_voltage(window, direction);
         let needed = effective.saturating_add(self.solution.dead_zone[direction]);
         match what {

@@ -14,11 +14,7 @@ impl Params {
     /// The ramp overshoots on a motor whose time constant it does not know to be short.
     pub(super) fn break_away_level(&self, state: &State, direction: Direction) -> i32 {
         let level = state.break_away[direction];
-        if state.timescale.found.is_some() {
-            level
-        } else {
-            level.min(SLOW_BREAK_AWAY)
-        }
+        if state.timescale.found.is_some() { level } else { level.min(SLOW_BREAK_AWAY) }
     }
 
     /// What saturation and coasting leave, shared by the strokes.
@@ -31,11 +27,7 @@ impl Params {
 
     /// One stroke a direction; two when the budget holds many time constants.
     pub(super) fn strokes(&self, state: &State) -> u8 {
-        if self.budget / 32 > state.timescale.at_least.max(self.scale.config.tick_hz / 4) {
-            4
-        } else {
-            2
-        }
+        if self.budget / 32 > state.timescale.at_least.max(self.scale.config.tick_hz / 4) { 4 } else { 2 }
     }
 
     pub(super) fn saturate_ticks(&self, state: &State) -> u32 {

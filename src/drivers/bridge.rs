@@ -82,11 +82,7 @@ impl Config {
     }
 
     fn open(&self) -> Levels {
-        Levels {
-            a: 0,
-            b: 0,
-            enable: self.wiring == Wiring::TwoInputs,
-        }
+        Levels { a: 0, b: 0, enable: self.wiring == Wiring::TwoInputs }
     }
 
     fn shorted(&self, full: u16) -> Levels {
@@ -94,11 +90,7 @@ impl Config {
             Wiring::TwoInputs => full,
             Wiring::HalfBridges => 0,
         };
-        Levels {
-            a: level,
-            b: level,
-            enable: true,
-        }
+        Levels { a: level, b: level, enable: true }
     }
 
     fn driven(&self, full: u16, duty: i16) -> Levels {
@@ -113,20 +105,12 @@ impl Config {
 }
 
 fn by_sign(forward_a: u16, forward_b: u16, reverse: bool) -> (u16, u16) {
-    if reverse {
-        (forward_b, forward_a)
-    } else {
-        (forward_a, forward_b)
-    }
+    if reverse { (forward_b, forward_a) } else { (forward_a, forward_b) }
 }
 
 /// Halving the full scale and the duty together keeps zero at exactly one half for an even full scale.
 fn anti_phase(full: u16, size: u16, reverse: bool) -> (u16, u16) {
-    let signed = if reverse {
-        -i32::from(size)
-    } else {
-        i32::from(size)
-    };
+    let signed = if reverse { -i32::from(size) } else { i32::from(size) };
     // 0 ≤ (full + signed) / 2 ≤ full because size ≤ full.
     let a = ((i32::from(full) + signed) / 2) as u16;
     (a, full.saturating_sub(a))
@@ -148,13 +132,7 @@ impl<A: SetDutyCycle, B: SetDutyCycle, E: OutputPin> HBridge<A, B, E> {
     /// A line that could not be set; the others are set all the same.
     pub fn new(config: Config, a: A, b: B, enable: E) -> Result<Self, Error> {
         let full = a.max_duty_cycle();
-        let mut bridge = Self {
-            config,
-            full,
-            a,
-            b,
-            enable,
-        };
+        let mut bridge = Self { config, full, a, b, enable };
         bridge.off()?;
         Ok(bridge)
     }

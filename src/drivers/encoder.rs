@@ -24,11 +24,7 @@ impl<C: Counter> Encoder<C> {
     /// The count starts at zero wherever the counter stands.
     pub fn new(counter: C) -> Self {
         let last = counter.count();
-        Self {
-            counter,
-            last,
-            total: 0,
-        }
+        Self { counter, last, total: 0 }
     }
 
     /// Count since the start, wraps at 32 bits. To be called at least once per half range of the counter.

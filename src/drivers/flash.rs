@@ -103,14 +103,7 @@ impl<F: NorFlash> ParameterFlash<F> {
             );
             assert!(Self::SLOTS > 0);
         }
-        ParameterFlash {
-            flash,
-            origin,
-            head: None,
-            settled: false,
-            sealed: false,
-            fresh: None,
-        }
+        ParameterFlash { flash, origin, head: None, settled: false, sealed: false, fresh: None }
     }
 
     /// Finds the newest set. Call it at power-up, before the bridge may be driven: after a power cut it programs a few
@@ -166,12 +159,7 @@ impl<F: NorFlash> ParameterFlash<F> {
             encode_into(&mut record, set, epoch, layout).map_err(|_| SaveError::TooLarge)?;
             if self.write(sector, slot, &record)? {
                 let used = slot + 1;
-                self.head = Some(Head {
-                    sector,
-                    epoch,
-                    slot,
-                    used,
-                });
+                self.head = Some(Head { sector, epoch, slot, used });
                 return Ok(());
             }
         }
@@ -181,9 +169,7 @@ impl<F: NorFlash> ParameterFlash<F> {
     /// Will the next save need an erase first?
     pub fn erase_needed(&self) -> bool {
         self.fresh.is_none()
-            && self
-                .head
-                .is_none_or(|head| head.used + u32::from(!self.sealed) >= Self::SLOTS)
+            && self.head.is_none_or(|head| head.used + u32::from(!self.sealed) >= Self::SLOTS)
     }
 
     /// Erases the sector that does not hold the newest set. Stalls a single-bank flash for seconds: announce it.
@@ -193,9 +179,7 @@ impl<F: NorFlash> ParameterFlash<F> {
         let sector = self.head.map_or(0, |head| 1 - head.sector);
         let start = self.base(sector);
         self.fresh = None;
-        self.flash
-            .erase(start, start + F::ERASE_SIZE as u32)
-            .map_err(|_| SaveError::Flash)?;
+        self.flash.erase(start, start + F::ERASE_SIZE as u32).map_err(|_| SaveError::Flash)?;
         if !self.is_blank(sector) {
             return Err(SaveError::Flash);
         }
@@ -214,11 +198,7 @@ impl<F: NorFlash> ParameterFlash<F> {
         if self.head.is_some() && !self.settled {
             self.find(scratch);
         }
-        if self.head.is_none() || self.settled {
-            Ok(())
-        } else {
-            Err(SaveError::Flash)
-        }
+        if self.head.is_none() || self.settled { Ok(()) } else { Err(SaveError::Flash) }
     }
 
     /// Sector, slot and epoch of the next record.
@@ -265,10 +245,7 @@ impl<F: NorFlash> ParameterFlash<F> {
     fn seal(&mut self, head: Head) -> Result<(), SaveError> {
         if head.used < Self::SLOTS {
             self.zero(head.sector, head.used)?;
-            self.head = Some(Head {
-                used: head.used + 1,
-                ..head
-            });
+            self.head = Some(Head { used: head.used + 1, ..head });
         }
         self.sealed = true;
         Ok(())
@@ -299,12 +276,7 @@ impl<F: NorFlash> ParameterFlash<F> {
         let Newest { sector, epoch } = newest;
         let slot = self.slot_of(sector, record).ok_or(SaveError::Flash)?;
         let used = self.used(sector)?;
-        self.head = Some(Head {
-            sector,
-            epoch,
-            slot,
-            used,
-        });
+        self.head = Some(Head { sector, epoch, slot, used });
         if self.is_confirmed(sector, slot)? {
             return Ok(());
         }
@@ -374,10 +346,7 @@ impl<F: NorFlash> ParameterFlash<F> {
         (0..Self::SLOTS).rev().find(|&slot| {
             let address = self.slot_address(sector, slot) + ITEM_HEADER;
             let mut differing = 0;
-            for (word, at) in record
-                .chunks_exact(WORD as usize)
-                .zip((address..).step_by(WORD as usize))
-            {
+            for (word, at) in record.chunks_exact(WORD as usize).zip((address..).step_by(WORD as usize)) {
                 let mut read = BLANK;
                 differing += u32::from(self.read(at, &mut read).is_err() || read != word);
                 if differing > 1 {
@@ -429,14 +398,7 @@ impl<F: NorFlash> ParameterFlash<F> {
     }
 
     fn queue(&mut self, sector: u32) -> QueueStorage<Page<'_, F>, NoCache> {
-        let page = Page {
-            base: self.base(sector),
-            flash: &mut self.flash,
-        };
-        QueueStorage::new(
-            page,
-            const { QueueConfig::new(0..Page::<F>::LEN) },
-            Cache::new_uncached(),
-        )
+        let page = Page { base: self.base(sector), flash: &mut self.flash };
+        QueueStorage::new(page, const { QueueConfig::new(0..Page::<F>::LEN) }, Cache::new_uncached())
     }
 }

@@ -30,11 +30,7 @@ where
 {
     /// The raw integers of this moment.
     pub fn sample(&mut self) -> Sample {
-        Sample {
-            count: self.encoder.read(),
-            vbus_raw: self.supply.read(),
-            current_raw: self.current.read(),
-        }
+        Sample { count: self.encoder.read(), vbus_raw: self.supply.read(), current_raw: self.current.read() }
     }
 
     /// Sets the bridge.

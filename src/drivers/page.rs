@@ -69,9 +69,7 @@ impl<F: NorFlash> asynchronous::NorFlash for Page<'_, F> {
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PageError> {
-        self.flash
-            .write(self.base + offset, bytes)
-            .map_err(|_| PageError::Flash)
+        self.flash.write(self.base + offset, bytes).map_err(|_| PageError::Flash)
     }
 }
 

@@ -98,9 +98,7 @@ impl Saving {
             (Stage::Collecting(_, rest), _) => (Stage::Waiting(rest), Step::Write(rest)),
             (Stage::Waiting(rest), Some(Report::EraseNeeded)) => (
                 Stage::Announced(tick_hz / NOTICE_HZ, rest),
-                Step::Tell(StoreEvent::Erasing {
-                    longest_ms: LONGEST_ERASE_MS,
-                }),
+                Step::Tell(StoreEvent::Erasing { longest_ms: LONGEST_ERASE_MS }),
             ),
             (Stage::Waiting(_), Some(Report::Saved)) => (Stage::Over, Step::Tell(StoreEvent::Saved)),
             (Stage::Waiting(_), Some(Report::Failed(error))) => {
@@ -124,10 +122,7 @@ pub struct Archive<F, const AXES: usize> {
 impl<F: NorFlash, const AXES: usize> Archive<F, AXES> {
     /// Nothing loaded yet.
     pub fn new(flash: ParameterFlash<F>) -> Self {
-        Archive {
-            flash,
-            set: StoredParameters::default(),
-        }
+        Archive { flash, set: StoredParameters::default() }
     }
 
     /// Reads the store, at power-up. The set lies where the next one is collected: [`Archive::forget`] it after use.
@@ -164,10 +159,10 @@ impl<F: NorFlash, const AXES: usize> Archive<F, AXES> {
     #[inline(never)]
     fn collect(&mut self, parameters: &Option<AxisParameters>) {
         // No more axes than places: an image cannot have more than a set holds.
-        let _ = self.set.axes.push(parameters.map(|axis| AxisParameters {
-            estimates: axis.estimates.to_store(),
-            ..axis
-        }));
+        let _ = self
+            .set
+            .axes
+            .push(parameters.map(|axis| AxisParameters { estimates: axis.estimates.to_store(), ..axis }));
     }
 
     #[inline(never)]

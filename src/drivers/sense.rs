@@ -72,13 +72,7 @@ pub struct CurrentSense<C> {
 impl<C: Converter> CurrentSense<C> {
     /// A sensor whose zero is looked for from the first reading on, and kept once it is known.
     pub fn new(kind: CurrentKind, limits: ZeroLimits, converter: C) -> Self {
-        Self {
-            kind,
-            converter,
-            zero: ZeroSearch::new(limits),
-            bridge: Bridge::Open,
-            reverse: false,
-        }
+        Self { kind, converter, zero: ZeroSearch::new(limits), bridge: Bridge::Open, reverse: false }
     }
 
     /// Remembers what the bridge does from now on, and the direction in which it is driven.
@@ -131,8 +125,6 @@ impl<C: Converter> SupplySense<C> {
 
     /// Counts, or [`Sample::VBUS_NOT_MEASURED`].
     pub fn read(&self) -> u16 {
-        self.converter
-            .as_ref()
-            .map_or(Sample::VBUS_NOT_MEASURED, Converter::sample)
+        self.converter.as_ref().map_or(Sample::VBUS_NOT_MEASURED, Converter::sample)
     }
 }

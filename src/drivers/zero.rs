@@ -132,12 +132,7 @@ struct Mean {
 }
 
 impl Mean {
-    const EMPTY: Self = Self {
-        sum: 0,
-        taken: 0,
-        lowest: u16::MAX,
-        highest: 0,
-    };
+    const EMPTY: Self = Self { sum: 0, taken: 0, lowest: u16::MAX, highest: 0 };
 
     fn add(&mut self, raw: u16) {
         // 2¹⁵ readings of 16 bits stay below 2³¹.

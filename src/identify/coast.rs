@@ -31,12 +31,8 @@ impl Sums {
     pub fn note(&mut self, window: &Window, sign: i32, shift: u32) {
         let sign = i64::from(sign);
         self.speed = self.speed.wrapping_add(sign * i64::from(window.speed));
-        self.acceleration = self
-            .acceleration
-            .wrapping_add((sign * i64::from(window.acceleration)) << shift);
-        self.jerk = self
-            .jerk
-            .wrapping_add((sign * i64::from(window.jerk)) << (2 * shift));
+        self.acceleration = self.acceleration.wrapping_add((sign * i64::from(window.acceleration)) << shift);
+        self.jerk = self.jerk.wrapping_add((sign * i64::from(window.jerk)) << (2 * shift));
         self.windows = self.windows.saturating_add(1);
     }
 
@@ -46,9 +42,7 @@ impl Sums {
             i64::from(coefficient).wrapping_mul(sum >> 6) >> (COEFFICIENT_FRAC - 6)
         };
         let damping = product(c.alpha, self.speed);
-        self.acceleration
-            .wrapping_add(damping)
-            .wrapping_add(product(c.delta, self.jerk))
+        self.acceleration.wrapping_add(damping).wrapping_add(product(c.delta, self.jerk))
     }
 }
 

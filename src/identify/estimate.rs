@@ -131,11 +131,7 @@ pub struct Estimate {
 impl Estimate {
     /// No number, and why.
     pub const fn missing(reason: Reason) -> Self {
-        Estimate {
-            value: 0,
-            u95: 0,
-            standing: Standing::Missing(reason),
-        }
+        Estimate { value: 0, u95: 0, standing: Standing::Missing(reason) }
     }
 
     /// The number if it may be used.
@@ -311,11 +307,9 @@ impl Estimates {
 impl Estimate {
     fn to_store(self, value: i32, u95: i32) -> Self {
         match self.standing {
-            Standing::Trusted => Self {
-                value: limited(self.value, value),
-                u95: limited(self.u95, u95),
-                ..self
-            },
+            Standing::Trusted => {
+                Self { value: limited(self.value, value), u95: limited(self.u95, u95), ..self }
+            }
             Standing::Doubtful(reason) | Standing::Missing(reason) => Self::missing(reason),
         }
     }

@@ -62,9 +62,7 @@ impl State {
             } else {
                 (hop.highest.wrapping_neg(), hop.lowest.wrapping_neg())
             };
-            direction
-                .moving
-                .note(now, moved.wrapping_mul(sign) >= COUNTS_PER_BLOCK);
+            direction.moving.note(now, moved.wrapping_mul(sign) >= COUNTS_PER_BLOCK);
             direction.driven.note(now, low > break_away);
             direction.linear.note(now, high < LINEAR_LIMIT);
             direction.core.note(now, high < CORE_LIMIT);
@@ -74,10 +72,7 @@ impl State {
     }
 
     fn exchange(&mut self, position: i32) -> i32 {
-        match self
-            .positions
-            .get_mut(usize::from(self.now) % HOPS_PER_BLOCK as usize)
-        {
+        match self.positions.get_mut(usize::from(self.now) % HOPS_PER_BLOCK as usize) {
             Some(slot) => core::mem::replace(slot, position),
             None => position,
         }
@@ -86,9 +81,7 @@ impl State {
     /// The motor moved in this direction all the time.
     pub fn moving(&self, direction: Direction) -> bool {
         // The first block's own start is not a hop of the window: 16 − 3 overlapping blocks.
-        self.get(direction)
-            .moving
-            .spans(self.now, HOPS_PER_WINDOW - HOPS_PER_BLOCK + 1)
+        self.get(direction).moving.spans(self.now, HOPS_PER_WINDOW - HOPS_PER_BLOCK + 1)
     }
 
     /// The voltage drove in this direction all the time.

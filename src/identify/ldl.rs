@@ -39,12 +39,7 @@ pub struct Forward {
 impl Factor {
     /// An empty matrix of this order, right-hand side included.
     pub fn new(order: usize) -> Self {
-        Factor {
-            order: order.min(MOST),
-            words: [0; WORDS],
-            exponents: [0; MOST],
-            fraction: [0; MOST],
-        }
+        Factor { order: order.min(MOST), words: [0; WORDS], exponents: [0; MOST], fraction: [0; MOST] }
     }
 
     /// Unknowns.
@@ -102,9 +97,7 @@ impl Factor {
         let (mut at, mut other) = (place(i, next), place(next, j));
         for k in next..=i {
             let product = i64::from(factor).wrapping_mul(i64::from(self.word(other)));
-            let value = self
-                .word(at)
-                .saturating_sub(saturate(round_shift(product, fraction)));
+            let value = self.word(at).saturating_sub(saturate(round_shift(product, fraction)));
             if let Some(word) = self.words.get_mut(at) {
                 *word = value;
             }
@@ -150,11 +143,7 @@ impl Factor {
         for (entry, (magnitude, negative)) in solved.iter_mut().zip(scaled).take(self.unknowns()) {
             // 22 bits for the largest entry leave nine for growth.
             let magnitude = magnitude.shifted(22i32.wrapping_sub(top)).to_q(0);
-            *entry = if negative {
-                magnitude.wrapping_neg()
-            } else {
-                magnitude
-            };
+            *entry = if negative { magnitude.wrapping_neg() } else { magnitude };
         }
         Forward { solved, top }
     }
@@ -192,8 +181,7 @@ impl Factor {
     /// RSS · gᵀ A⁻¹ g from the sum over all unknowns: the variance of gᵀθ times the number of rows.
     pub fn scaled_variance(&self, forward: &Forward, sum: Positive) -> Positive {
         // The sums' own scale, Q40, cancels between the residual and the inverse.
-        sum.times(self.residual())
-            .shifted(forward.top.wrapping_mul(2).wrapping_sub(4))
+        sum.times(self.residual()).shifted(forward.top.wrapping_mul(2).wrapping_sub(4))
     }
 
     /// Residual sum of squares in the rows' own unit (they are Q20).

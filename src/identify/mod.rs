@@ -94,11 +94,8 @@ impl Params {
         }
         let rated_per_sample_q16 = u64::from(scale.rated_counts_per_tick_q16) << decimation;
         let sample_s = (1u32 << decimation) as f32 / scale.config.tick_hz as f32;
-        let samples = |seconds: f32| {
-            (3..9)
-                .find(|&block| (1u32 << block) as f32 * sample_s >= seconds)
-                .unwrap_or(9)
-        };
+        let samples =
+            |seconds: f32| (3..9).find(|&block| (1u32 << block) as f32 * sample_s >= seconds).unwrap_or(9);
         let longest_block = samples(LONGEST_BLOCK_S * 0.7);
         let base_block = samples(BASE_BLOCK_S).max(4);
         let mut shortest_block = base_block;
@@ -132,11 +129,7 @@ impl Params {
     pub fn lengths(&self, block: u32) -> Lengths {
         let per_block_q16 = (self.rated_per_sample_q16 << block) * 5 / 4;
         let counts = (64 - (per_block_q16 >> 16).leading_zeros()).max(3);
-        Lengths {
-            decimation: self.decimation,
-            block,
-            counts,
-        }
+        Lengths { decimation: self.decimation, block, counts }
     }
 
     /// The next longer blocks, if there are any.
@@ -173,10 +166,7 @@ impl Params {
     #[inline(never)]
     pub fn usable_window(&self, state: &mut State) -> Option<(Direction, Window)> {
         state.gate.note(state.spline.hop(), state.break_away);
-        if !(Direction::BOTH
-            .into_iter()
-            .any(|direction| state.admits(direction)))
-        {
+        if !(Direction::BOTH.into_iter().any(|direction| state.admits(direction))) {
             return None;
         }
         let window = state.spline.window(&state.lengths)?;
@@ -196,11 +186,8 @@ impl Params {
             return false;
         }
         let slowest = (i64::from(self.rated_speed(&state.lengths)) * SLOWEST_SPEED_1024 / 1024) as i32;
-        let speed = if direction == Direction::Positive {
-            window.speed
-        } else {
-            window.speed.saturating_neg()
-        };
+        let speed =
+            if direction == Direction::Positive { window.speed } else { window.speed.saturating_neg() };
         state.follows_input || speed > slowest
     }
 }

@@ -20,10 +20,7 @@ impl Positive {
         }
         let zeros = value.leading_zeros();
         let mantissa = ((value << zeros) >> 32) as u32;
-        Positive {
-            mantissa,
-            exponent: exponent.saturating_add(32 - zeros as i32),
-        }
+        Positive { mantissa, exponent: exponent.saturating_add(32 - zeros as i32) }
     }
 
     /// |value| · 2^−`frac`.
@@ -33,10 +30,7 @@ impl Positive {
             return Positive::default();
         }
         let zeros = magnitude.leading_zeros();
-        Positive {
-            mantissa: magnitude << zeros,
-            exponent: (frac.wrapping_add(zeros) as i32).wrapping_neg(),
-        }
+        Positive { mantissa: magnitude << zeros, exponent: (frac.wrapping_add(zeros) as i32).wrapping_neg() }
     }
 
     /// Product.
@@ -46,14 +40,8 @@ impl Positive {
         // Both top bits are set, so that of the product is one of the two highest.
         let high = (product >> 32) as u32;
         match high.leading_zeros() {
-            0 => Positive {
-                mantissa: high,
-                exponent: exponent.saturating_add(32),
-            },
-            1 => Positive {
-                mantissa: (product >> 31) as u32,
-                exponent: exponent.saturating_add(31),
-            },
+            0 => Positive { mantissa: high, exponent: exponent.saturating_add(32) },
+            1 => Positive { mantissa: (product >> 31) as u32, exponent: exponent.saturating_add(31) },
             _ => Positive::default(),
         }
     }
@@ -62,26 +50,16 @@ impl Positive {
     #[inline(never)]
     pub fn over(self, other: Self) -> Self {
         if other.mantissa == 0 {
-            return Positive {
-                mantissa: u32::MAX,
-                exponent: i32::MAX / 4,
-            };
+            return Positive { mantissa: u32::MAX, exponent: i32::MAX / 4 };
         }
         let product = u64::from(self.mantissa) * u64::from(reciprocal(other.mantissa >> 1));
-        Positive::new(
-            product,
-            self.exponent.saturating_sub(other.exponent).saturating_sub(62),
-        )
+        Positive::new(product, self.exponent.saturating_sub(other.exponent).saturating_sub(62))
     }
 
     /// Sum.
     #[inline(never)]
     pub fn plus(self, other: Self) -> Self {
-        let (large, small) = if self.exponent >= other.exponent {
-            (self, other)
-        } else {
-            (other, self)
-        };
+        let (large, small) = if self.exponent >= other.exponent { (self, other) } else { (other, self) };
         if small.mantissa == 0 {
             return large;
         }
@@ -95,10 +73,7 @@ impl Positive {
 
     /// `self · 2^bits`.
     pub fn shifted(self, bits: i32) -> Self {
-        Positive {
-            mantissa: self.mantissa,
-            exponent: self.exponent.saturating_add(bits),
-        }
+        Positive { mantissa: self.mantissa, exponent: self.exponent.saturating_add(bits) }
     }
 
     /// Square root.
@@ -107,10 +82,7 @@ impl Positive {
         // An even exponent, and the radicand's top bit in one of the two highest places.
         let odd = self.exponent & 1;
         let radicand = u64::from(self.mantissa) << (32 - odd);
-        Positive::new(
-            u64::from(square_root(radicand)),
-            self.exponent.saturating_sub(32 - odd) >> 1,
-        )
+        Positive::new(u64::from(square_root(radicand)), self.exponent.saturating_sub(32 - odd) >> 1)
     }
 
     /// In units of 2^−`frac`, rounded, saturating.
@@ -131,11 +103,7 @@ impl Positive {
 
     /// Exponent of the leading bit: the number lies in [2ⁿ, 2ⁿ⁺¹). Very negative for zero.
     pub fn exponent_of_top(self) -> i32 {
-        if self.mantissa == 0 {
-            -1000
-        } else {
-            self.exponent.saturating_add(31)
-        }
+        if self.mantissa == 0 { -1000 } else { self.exponent.saturating_add(31) }
     }
 
     /// Is it below `other`?

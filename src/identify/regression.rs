@@ -29,11 +29,7 @@ impl Row {
     /// The equation that a window gives for a direction (0 positive, 1 negative).
     pub fn new(window: &Window, direction: Direction) -> Self {
         let mirror = |value: i32| {
-            if direction == Direction::Positive {
-                value
-            } else {
-                value.saturating_neg()
-            }
+            if direction == Direction::Positive { value } else { value.saturating_neg() }
         };
         Row([
             -(1 << ROW_FRAC),
@@ -64,12 +60,7 @@ pub struct Sums {
 
 impl Default for Sums {
     fn default() -> Self {
-        Sums {
-            words: [0; WORDS],
-            rows: 0,
-            slowest: i32::MAX,
-            fastest: 0,
-        }
+        Sums { words: [0; WORDS], rows: 0, slowest: i32::MAX, fastest: 0 }
     }
 }
 

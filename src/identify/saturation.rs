@@ -51,27 +51,20 @@ impl State {
             return;
         }
         self.hits += 1;
-        self.sums
-            .note(window, if direction == Direction::Positive { 1 } else { -1 }, 0);
+        self.sums.note(window, if direction == Direction::Positive { 1 } else { -1 }, 0);
         let weight = i32::from(self.hits);
-        self.applied = self
-            .applied
-            .saturating_add(applied.saturating_sub(self.applied) / weight);
+        self.applied = self.applied.saturating_add(applied.saturating_sub(self.applied) / weight);
         let error = needed.saturating_sub(self.level);
         self.level = self.level.saturating_add(error / weight);
-        self.deviation = self
-            .deviation
-            .saturating_add((error.saturating_abs() - self.deviation) / weight);
+        self.deviation = self.deviation.saturating_add((error.saturating_abs() - self.deviation) / weight);
     }
 
     /// The level, Q20 of nominal, once enough samples, and a quarter of all high windows, agree that there is one.
     pub fn level(&self, solution: &Solution, direction: Direction) -> Option<i32> {
         let seen = self.hits >= LEAST_HITS && self.hits >= self.windows / 4;
         seen.then(|| {
-            let effective = self.sums.mean_voltage(
-                &solution.coefficients[direction],
-                solution.inverse_beta[direction],
-            );
+            let effective =
+                self.sums.mean_voltage(&solution.coefficients[direction], solution.inverse_beta[direction]);
             effective.saturating_add(solution.dead_zone[direction])
         })
     }

@@ -277,10 +277,8 @@ impl Solver {
     }
 
     fn scale(&mut self, sums: &[&[Sums; 2]]) -> bool {
-        self.rows = sums
-            .iter()
-            .flat_map(|set| set.iter())
-            .fold(0, |rows, sums| rows.saturating_add(sums.rows));
+        self.rows =
+            sums.iter().flat_map(|set| set.iter()).fold(0, |rows, sums| rows.saturating_add(sums.rows));
         (0..self.structure.order()).all(|i| {
             let diagonal = self.diagonal(sums, i);
             self.factor.scale(i, diagonal)
@@ -327,10 +325,7 @@ impl Solver {
 
     /// Unknown `i` with its exponent.
     fn unknown(&self, i: usize) -> (i32, i32) {
-        (
-            self.unknowns.get(i).copied().unwrap_or(0),
-            self.factor.unknown_exponent(i),
-        )
+        (self.unknowns.get(i).copied().unwrap_or(0), self.factor.unknown_exponent(i))
     }
 
     /// Dead zone and coefficients of one direction. `false`: gain or damping came out negative, which no motor has.
@@ -345,12 +340,8 @@ impl Solver {
             let q = magnitude((value, exponent)).to_q(COEFFICIENT_FRAC);
             if value < 0 { q.wrapping_neg() } else { q }
         };
-        self.solution.coefficients[direction] = Coefficients {
-            gamma: q(gamma),
-            beta: q(beta),
-            alpha: q(alpha),
-            delta: q(delta),
-        };
+        self.solution.coefficients[direction] =
+            Coefficients { gamma: q(gamma), beta: q(beta), alpha: q(alpha), delta: q(delta) };
         self.solution.inverse_beta[direction] = self.solution.coefficients[direction].inverse_beta();
         true
     }
@@ -427,9 +418,7 @@ impl Solver {
     /// Windows overlap by all but one hop: `HOPS_PER_BLOCK` of them count as one independent row.
     fn per_row(&self, total: Positive) -> Positive {
         let rows = Positive::new(u64::from(self.rows.max(1)), 0);
-        total
-            .times(Positive::new(u64::from(HOPS_PER_BLOCK), 0))
-            .over(rows)
+        total.times(Positive::new(u64::from(HOPS_PER_BLOCK), 0)).over(rows)
     }
 }
 
@@ -453,11 +442,7 @@ impl Solution {
             >> COEFFICIENT_FRAC;
         let voltage = torque.wrapping_mul(i64::from(inverse_beta)) >> INVERSE_FRAC;
         let voltage = saturate(voltage);
-        if direction == Direction::Positive {
-            voltage
-        } else {
-            voltage.saturating_neg()
-        }
+        if direction == Direction::Positive { voltage } else { voltage.saturating_neg() }
     }
 }
 

@@ -166,13 +166,7 @@ impl State {
         let [first, second, third] = &mut self.count_integrals;
         add(third, add(second, add(first, count)));
         let [first, second, third, fourth] = &mut self.voltage_integrals;
-        add(
-            fourth,
-            add(
-                third,
-                add(second, add(first, Wrapping(i64::from(self.voltage_sum.0)))),
-            ),
-        );
+        add(fourth, add(third, add(second, add(first, Wrapping(i64::from(self.voltage_sum.0))))));
         self.position += i64::from(offset);
         self.count_sum = Wrapping(0);
         self.voltage_sum = Wrapping(0);
@@ -199,11 +193,7 @@ impl State {
         }
         self.filled = self.filled.saturating_add(1).min(RING as u8);
         self.samples_left = lengths.samples_per_hop();
-        self.hop = Hop {
-            lowest: self.lowest,
-            highest: self.highest,
-            position: self.position.0 as i32,
-        };
+        self.hop = Hop { lowest: self.lowest, highest: self.highest, position: self.position.0 as i32 };
         self.lowest = i32::MAX;
         self.highest = i32::MIN;
     }
@@ -214,11 +204,7 @@ impl State {
             return None;
         }
         let [jerk, acceleration, speed, voltage] = self.comb();
-        let Lengths {
-            decimation,
-            block,
-            counts,
-        } = *lengths;
+        let Lengths { decimation, block, counts } = *lengths;
         let sum = |parts: [u32; 3]| parts.into_iter().fold(0, u32::wrapping_add);
         let motion = sum([decimation, counts, block]);
         let twice = block.wrapping_shl(1);
@@ -228,11 +214,7 @@ impl State {
             speed: scaled(speed, sum([motion, twice, 1])),
             voltage: scaled(
                 voltage,
-                sum([
-                    VOLTAGE_FRAC + 1,
-                    decimation.wrapping_shl(1),
-                    twice.wrapping_shl(1),
-                ]),
+                sum([VOLTAGE_FRAC + 1, decimation.wrapping_shl(1), twice.wrapping_shl(1)]),
             ),
         })
     }
@@ -254,9 +236,7 @@ impl State {
     fn before(&self, blocks: usize) -> &Snapshot {
         let back = blocks * HOPS_PER_BLOCK as usize;
         let newest = usize::from(self.newest);
-        let at = newest
-            .checked_sub(back)
-            .unwrap_or(newest.wrapping_add(RING).wrapping_sub(back));
+        let at = newest.checked_sub(back).unwrap_or(newest.wrapping_add(RING).wrapping_sub(back));
         self.ring.get(at).unwrap_or(&self.ring[0])
     }
 }

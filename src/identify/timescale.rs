@@ -54,11 +54,7 @@ impl State {
     /// Notes the displacement in the direction of the step, `elapsed` ticks after it. `true`: something new is known.
     pub fn note(&mut self, elapsed: u32, displacement: i32) -> bool {
         if displacement < self.lowest {
-            *self = State {
-                origin: elapsed,
-                lowest: displacement,
-                ..State::default()
-            };
+            *self = State { origin: elapsed, lowest: displacement, ..State::default() };
         }
         let elapsed = elapsed.wrapping_sub(self.origin);
         if elapsed != self.next || self.found.is_some() {

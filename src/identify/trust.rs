@@ -158,33 +158,19 @@ impl Params {
         direction: Direction,
     ) -> Estimate {
         let value = solution.dead_zone[direction];
-        let blind = if evidence.supply_measured {
-            0
-        } else {
-            BLIND_ERROR_1024
-        };
+        let blind = if evidence.supply_measured { 0 } else { BLIND_ERROR_1024 };
         let model = model_error(evidence, direction) + blind;
-        let inflation = evidence.spread[direction]
-            .inflation(solution.row_variance, UNKNOWNS)
-            .sqrt();
+        let inflation = evidence.spread[direction].inflation(solution.row_variance, UNKNOWNS).sqrt();
         let plain = solution.dead_zone_sigma[direction];
-        let sigma = Positive::of(plain, VOLTAGE_FRAC)
-            .times(inflation)
-            .to_q(VOLTAGE_FRAC);
-        let half_width = |sigma: i32| {
-            sigma
-                .saturating_mul(2)
-                .saturating_add(share(value.saturating_abs(), model))
-        };
+        let sigma = Positive::of(plain, VOLTAGE_FRAC).times(inflation).to_q(VOLTAGE_FRAC);
+        let half_width =
+            |sigma: i32| sigma.saturating_mul(2).saturating_add(share(value.saturating_abs(), model));
         let limit = share(value, TRUST_LIMIT_1024);
         let u95 = half_width(sigma);
         let uncertain = u95 > limit;
         // The time slices alone make it so.
         let restless = uncertain && half_width(plain) <= limit;
-        let coarse = |least| {
-            self.counts_per_time_constant(lengths, solution)
-                .below(Positive::new(least, 0))
-        };
+        let coarse = |least| self.counts_per_time_constant(lengths, solution).below(Positive::new(least, 0));
         let verify_limit = match evidence.excitation {
             Excitation::Chosen => VERIFY_LIMIT.min(share(value, VERIFY_SHARE_1024)),
             Excitation::Ordinary => VERIFY_LIMIT,
@@ -200,11 +186,7 @@ impl Params {
             Some(mean) if mean.saturating_abs() > verify_limit => Some(Reason::LoadChanged),
             Some(_) => None,
         };
-        Estimate {
-            value,
-            u95,
-            standing: doubt.map_or(Standing::Trusted, Standing::Doubtful),
-        }
+        Estimate { value, u95, standing: doubt.map_or(Standing::Trusted, Standing::Doubtful) }
     }
 
     /// Encoder counts in one time constant at rated speed.
@@ -274,9 +256,7 @@ fn linear(value: i32, u95: i32, excitation: Excitation, standing: Standing) -> E
 fn gain_skew(solution: &Solution) -> i32 {
     let [positive, negative] = solution.coefficients.map(|c| c.beta);
     let sum = Positive::of(positive, 0).plus(Positive::of(negative, 0));
-    let skew = Positive::of(positive.saturating_sub(negative), 0)
-        .over(sum)
-        .to_q(GAIN_FRAC);
+    let skew = Positive::of(positive.saturating_sub(negative), 0).over(sum).to_q(GAIN_FRAC);
     if positive < negative { -skew } else { skew }
 }
 

@@ -14,7 +14,7 @@ pub struct Chip {
     pub target: &'static str,
     /// The chip as probe-rs names it.
     pub probe: &'static str,
-    /// Folder of the linker's `memory.x`, from the root of the workspace.
+    /// Folder with the memory map for the linker, from the root of the workspace.
     pub memory: &'static str,
     /// The tasks of an image, by the names of their functions.
     pub tasks: Tasks,
@@ -61,24 +61,15 @@ pub const STM32F405_CHIP: Chip = Chip {
     name: "stm32f405",
     target: "thumbv7em-none-eabihf",
     probe: "STM32F405RGTx",
-    memory: "src/image/board/stm32f405",
-    tasks: Tasks {
-        control: "ADC",
-        link: "USART2",
-        idle: "firmware::image::stm32f405::app::idle",
-    },
+    memory: ".",
+    tasks: Tasks { control: "ADC", link: "USART2", idle: "firmware::image::stm32f405::app::idle" },
     program: 0x0800_0000..0x080C_0000,
     ram: 0x2000_0000..0x2002_0000,
 };
 
 /// The board with real motors: STM32F405RG, wired as `docs/hardware.md` tells.
-pub const STM32F405: Board = Board {
-    name: "stm32f405",
-    chip: &STM32F405_CHIP,
-    feature: None,
-    most_axes: FOUR_AXES,
-    machine: None,
-};
+pub const STM32F405: Board =
+    Board { name: "stm32f405", chip: &STM32F405_CHIP, feature: None, most_axes: FOUR_AXES, machine: None };
 
 /// QEMU's board with the same chip, and motors on the host.
 pub const QEMU: Board = Board {
@@ -105,9 +96,7 @@ pub fn real() -> impl Iterator<Item = &'static Board> {
 /// # Errors
 /// More than one of the features names a board.
 pub fn chosen(is_on: impl Fn(&str) -> bool) -> Result<&'static Board, &'static str> {
-    let mut named = BOARDS
-        .into_iter()
-        .filter(|board| board.feature.is_some_and(&is_on));
+    let mut named = BOARDS.into_iter().filter(|board| board.feature.is_some_and(&is_on));
     match (named.next(), named.next()) {
         (None, _) => Ok(DEFAULT),
         (Some(board), None) => Ok(board),

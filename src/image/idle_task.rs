@@ -20,12 +20,7 @@ impl<B: Board> IdleTask<B> {
         jobs: Consumer<'static, Job>,
         reports: Producer<'static, Report>,
     ) -> Self {
-        IdleTask {
-            idle,
-            archive,
-            jobs,
-            reports,
-        }
+        IdleTask { idle, archive, jobs, reports }
     }
 
     /// Runs for ever.

@@ -24,11 +24,7 @@ impl<B: Board> LinkTask<B> {
         answers: Consumer<'static, Message>,
         records: Consumer<'static, Telemetry>,
     ) -> Self {
-        LinkTask {
-            link,
-            answers,
-            records,
-        }
+        LinkTask { link, answers, records }
     }
 
     /// Takes bytes in and sends frames out. To be run after every tick and when a byte arrives.
@@ -52,13 +48,7 @@ pub struct Link<B: Board> {
 impl<B: Board> Link<B> {
     /// The state at power-up: nothing sent, nothing received.
     pub fn new(line: B::Line, orders: Producer<'static, (u16, u8, Order)>) -> Self {
-        Link {
-            line,
-            inbox: Inbox::new(),
-            orders,
-            sequence: 0,
-            frame: [0; FRAME_CAPACITY],
-        }
+        Link { line, inbox: Inbox::new(), orders, sequence: 0, frame: [0; FRAME_CAPACITY] }
     }
 
     /// Takes bytes while there is a place for an order that they may complete, and for the answer to it.

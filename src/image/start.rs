@@ -71,12 +71,7 @@ pub fn start<B: Board>(
     let (records, records_in) = places.records.split();
     let (jobs, jobs_in) = places.jobs.split();
     let (reports_out, reports) = places.reports.split();
-    let ends = Ends {
-        answers,
-        records,
-        jobs,
-        reports,
-    };
+    let ends = Ends { answers, records, jobs, reports };
     let control = Control::new(axes, &mut places.ring, cause, found, ends);
     (
         drive,

@@ -26,15 +26,7 @@ mod app {
     #[init(local = [places: Places = Places::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let (drive, control, link, idle) = start(cx.local.places, cx.device, cx.core);
-        (
-            Shared {},
-            Local {
-                drive,
-                control,
-                link,
-                idle,
-            },
-        )
+        (Shared {}, Local { drive, control, link, idle })
     }
 
     #[task(binds = ADC, priority = 3, local = [drive, control])]

@@ -41,18 +41,8 @@ pub struct Telemetry {
 
 impl From<Telemetry> for Message {
     fn from(telemetry: Telemetry) -> Self {
-        let Telemetry {
-            axis,
-            tick,
-            cost,
-            record,
-        } = telemetry;
-        Message::Telemetry {
-            axis,
-            tick,
-            cost,
-            record,
-        }
+        let Telemetry { axis, tick, cost, record } = telemetry;
+        Message::Telemetry { axis, tick, cost, record }
     }
 }
 
@@ -155,19 +145,11 @@ impl Control {
         let (every, axis, tick) = (self.telemetry_every[axis], axis as u8, self.tick);
         if every != 0 && tick.is_multiple_of(every) {
             // Full: the link is too slow for this decimation; the host sees it by the gap in the tick numbers.
-            let _ = self.ends.records.enqueue(Telemetry {
-                axis,
-                tick,
-                cost,
-                record: result.output.record,
-            });
+            let _ = self.ends.records.enqueue(Telemetry { axis, tick, cost, record: result.output.record });
         }
         if let Some(&outcome) = result.concluded {
             // Room as for an answer.
-            let _ = self
-                .ends
-                .answers
-                .enqueue(Message::Commissioned { axis, tick, outcome });
+            let _ = self.ends.answers.enqueue(Message::Commissioned { axis, tick, outcome });
         }
     }
 
@@ -190,11 +172,7 @@ impl Control {
             drive.configure(usize::from(*axis), config);
         }
         let configured = config.is_some();
-        self.tell(Message::Answer {
-            to: *to,
-            tick,
-            result,
-        });
+        self.tell(Message::Answer { to: *to, tick, result });
         let _ = orders.dequeue();
         configured
     }
@@ -271,11 +249,8 @@ impl Control {
             // Idle is still at the last job.
             return;
         }
-        let tick_hz = self
-            .axes
-            .iter()
-            .find_map(|axis| axis.config())
-            .map_or(START_TICK_HZ, |config| config.tick_hz);
+        let tick_hz =
+            self.axes.iter().find_map(|axis| axis.config()).map_or(START_TICK_HZ, |config| config.tick_hz);
         let report = self.ends.reports.dequeue();
         let job = match self.saving.step(AXES as u8, tick_hz, report) {
             Step::Rest => return,
@@ -312,11 +287,7 @@ impl Control {
 
     #[inline(never)]
     fn hello(&mut self) {
-        self.tell(Message::Hello {
-            axes: AXES as u8,
-            cause: self.cause,
-            stored: self.stored,
-        });
+        self.tell(Message::Hello { axes: AXES as u8, cause: self.cause, stored: self.stored });
     }
 
     /// Queues a message for the link. The queue is never full: there are twice as many places for answers as for orders, and the link hands over an order only when

@@ -99,10 +99,7 @@ pub enum Stage {
 pub type Ring = [Shot; LENGTH];
 
 /// All zeros.
-#[allow(
-    clippy::large_const_arrays,
-    reason = "an initialiser: the image puts it into .bss once"
-)]
+#[allow(clippy::large_const_arrays, reason = "an initialiser: the image puts it into .bss once")]
 pub const EMPTY: Ring = [Shot {
     count: 0,
     reference_q8: 0,

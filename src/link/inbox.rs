@@ -30,11 +30,7 @@ pub struct Inbox {
 impl Inbox {
     /// Nothing received yet; the first command may carry any number.
     pub const fn new() -> Self {
-        Inbox {
-            receiver: Receiver::new(),
-            last: None,
-            answer: None,
-        }
+        Inbox { receiver: Receiver::new(), last: None, answer: None }
     }
 
     /// Takes one byte.
@@ -78,9 +74,5 @@ impl Inbox {
 
 /// The answer to a command that never reached the control interrupt.
 pub const fn refusal(to: u16, reason: Refusal) -> Message {
-    Message::Answer {
-        to,
-        tick: 0,
-        result: Err(reason),
-    }
+    Message::Answer { to, tick: 0, result: Err(reason) }
 }

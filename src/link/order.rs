@@ -65,15 +65,9 @@ impl Order {
             Command::Stop => Axis::Stop,
             Command::Commission { budget_ms, seed } => Axis::Commission { budget_ms, seed },
             Command::Compensation(on) => Axis::Compensation(on),
-            Command::TrackSine {
-                amplitude_rad,
-                frequency_hz,
-                duration_ms,
-            } => Axis::TrackSine {
-                amplitude_rad,
-                frequency_hz,
-                duration_ms,
-            },
+            Command::TrackSine { amplitude_rad, frequency_hz, duration_ms } => {
+                Axis::TrackSine { amplitude_rad, frequency_hz, duration_ms }
+            }
             Command::Position(rad) => Axis::Position(rad),
             Command::Speed(rad_s) => Axis::Speed(rad_s),
             Command::Voltage(volts) => Axis::Voltage(volts),

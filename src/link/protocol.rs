@@ -272,11 +272,7 @@ pub enum FrameError {
 
 /// Writes one frame, zero byte included, and returns the part of `buffer` that it fills.
 pub fn encode<T: Serialize>(sequence: u16, body: T, buffer: &mut [u8]) -> Result<&mut [u8], FrameError> {
-    let frame = Frame {
-        version: VERSION,
-        sequence,
-        body,
-    };
+    let frame = Frame { version: VERSION, sequence, body };
     Cobs::try_new(Slice::new(buffer))
         .and_then(|cobs| {
             postcard::serialize_with_flavor(&frame, Line(CrcModifier::new(cobs, CHECKSUM.digest())))
@@ -335,12 +331,7 @@ pub struct Receiver<T> {
 impl<T: DeserializeOwned> Receiver<T> {
     /// An empty one.
     pub const fn new() -> Self {
-        Receiver {
-            block: [0; FRAME_CAPACITY],
-            length: 0,
-            overflow: false,
-            content: PhantomData,
-        }
+        Receiver { block: [0; FRAME_CAPACITY], length: 0, overflow: false, content: PhantomData }
     }
 
     /// Takes one byte; `Some` at the end of a frame. Empty blocks (idle zeros) are silent.

@@ -155,29 +155,17 @@ impl Change {
             share *= 2.0;
             shift += 1;
         }
-        Change::Share {
-            mantissa: (share * 4_294_967_296.0) as u32,
-            shift,
-            falls,
-        }
+        Change::Share { mantissa: (share * 4_294_967_296.0) as u32, shift, falls }
     }
 
     fn after(self, increment: u64) -> u64 {
         match self {
             Change::Slope(slope) => increment.wrapping_add_signed(slope),
-            Change::Share {
-                mantissa,
-                shift,
-                falls,
-            } => {
+            Change::Share { mantissa, shift, falls } => {
                 let high = (increment >> 32).wrapping_mul(u64::from(mantissa));
                 let low = (increment & 0xffff_ffff).wrapping_mul(u64::from(mantissa)) >> 32;
                 let share = high.wrapping_add(low) >> (shift & 63);
-                if falls {
-                    increment.wrapping_sub(share)
-                } else {
-                    increment.wrapping_add(share)
-                }
+                if falls { increment.wrapping_sub(share) } else { increment.wrapping_add(share) }
             }
         }
     }

@@ -145,8 +145,6 @@ impl Search {
 
     /// Way made in the direction of the search, counts.
     fn way(&self) -> i32 {
-        self.farthest
-            .wrapping_sub(self.start)
-            .saturating_mul(self.direction)
+        self.farthest.wrapping_sub(self.start).saturating_mul(self.direction)
     }
 }

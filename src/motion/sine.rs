@@ -23,11 +23,7 @@ pub fn sin_cos(phase: u32) -> (i32, i32) {
 fn sin(phase: u32) -> i32 {
     let turned = phase as i32;
     // −x; beyond a quarter turn sin(π − x) = sin x. Then ±1 in Q30 is ±90°.
-    let x = if (turned ^ (turned << 1)) < 0 {
-        turned.wrapping_sub(i32::MIN)
-    } else {
-        turned.wrapping_neg()
-    };
+    let x = if (turned ^ (turned << 1)) < 0 { turned.wrapping_sub(i32::MIN) } else { turned.wrapping_neg() };
     // −x²/2 in Q32: for x = −1 … 1 it is −2³¹ … 0, so that the upper word of a product with it is all that is needed.
     let z = mul_high(x << 1, x << 1).wrapping_neg() << 1;
     let horner = |sum: i32, coefficient: i32| mul_high(sum, z).wrapping_add(coefficient);
@@ -42,15 +38,8 @@ pub const SIN_ERROR: i32 = 4;
 /// Taylor coefficients of −sin(πx/2)/x in −x²/2, from the sixth power down to the constant, Q30: −2ᵏ·(π/2)ⁿ/n! with
 /// n = 2k + 1. The first one left out is 7·10⁻¹⁰. Negative, like −x²/2: of sums that it knows to be positive the compiler
 /// makes unsigned numbers, and a product of two signs takes seven instructions instead of one.
-const TAYLOR: [i32; 7] = [
-    -3_912,
-    -123_655,
-    -2_756_359,
-    -40_215_962,
-    -342_277_223,
-    -1_387_197_337,
-    -1_686_629_713,
-];
+const TAYLOR: [i32; 7] =
+    [-3_912, -123_655, -2_756_359, -40_215_962, -342_277_223, -1_387_197_337, -1_686_629_713];
 
 /// A sine with smooth ends, planned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -133,11 +122,7 @@ impl Sine {
         let (sin, cos) = sin_cos(phase);
         let (offset, speed, acceleration) = if r >= ONE {
             // Between rise and fall e = 1, and its derivatives vanish: the same bits as below.
-            (
-                sin,
-                mul_high(ONE, cos),
-                mul_shift_within((ONE >> 4).wrapping_neg(), sin, 30),
-            )
+            (sin, mul_high(ONE, cos), mul_shift_within((ONE >> 4).wrapping_neg(), sin, 30))
         } else {
             self.shaped(r, falling, sin, cos)
         };

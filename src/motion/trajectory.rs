@@ -31,9 +31,8 @@ pub(super) fn envelope(r: i32) -> (i32, i32, i32) {
     let square = mul_high(r << 1, r << 1);
     let cube = mul_high(square << 1, r << 1);
     // e = r³·(10 − 15r + 6r²), the factor in Q26.
-    let factor = (10i32 << 26)
-        .wrapping_sub(mul_high(15 << 27, r << 1))
-        .wrapping_add(mul_high(6 << 27, square << 1));
+    let factor =
+        (10i32 << 26).wrapping_sub(mul_high(15 << 27, r << 1)).wrapping_add(mul_high(6 << 27, square << 1));
     let value = mul_shift_within(cube, factor, 26);
     // e′ = 30·(r·(1 − r))² and e″ = 60·r·(1 − r)·(1 − 2r); the products are at most 2⁻⁴ and 0.1.
     let slope = mul_shift_within(mul_high(product << 1, product << 1), 30 << 24, 26);
@@ -78,10 +77,7 @@ impl Limits {
     #[must_use]
     pub fn with_supply(&self, supply: Voltage) -> Self {
         let share = (supply.0 as f32 / Voltage::NOMINAL.0 as f32).clamp(0.1, 1.0);
-        Self {
-            voltage: self.voltage * share,
-            ..*self
-        }
+        Self { voltage: self.voltage * share, ..*self }
     }
 
     /// Ticks that `distance` counts take from rest.
@@ -181,10 +177,7 @@ impl Clock {
 
     /// A set-point that moves was at the start in the tick before: there a second time, it would stand still for a tick.
     fn begun(self, moving: bool) -> Self {
-        Self {
-            elapsed: u32::from(moving),
-            ..self
-        }
+        Self { elapsed: u32::from(moving), ..self }
     }
 
     fn step(&mut self) -> i32 {
@@ -203,9 +196,7 @@ const MOST_CARRIED: f32 = 8e6;
 
 /// `c₀ + c₁r + c₂r² + …`, highest first, Q24; r in Q30.
 fn polynomial(coefficients: &[i32], r: i32) -> i32 {
-    coefficients
-        .iter()
-        .fold(0, |sum, &c| mul_shift(sum, r, 30).wrapping_add(c << 24))
+    coefficients.iter().fold(0, |sum, &c| mul_shift(sum, r, 30).wrapping_add(c << 24))
 }
 
 /// A course to a position, from any state of motion.
@@ -253,21 +244,14 @@ impl Move {
             mean_acceleration: to_fixed(counts / ticks / ticks, ACCELERATION_BITS),
             carried: to_fixed(speed * ticks, 8),
             braking: to_fixed(speed / ticks, ACCELERATION_BITS),
-            bent: [
-                to_fixed(acceleration * ticks * ticks, 8),
-                to_fixed(acceleration * ticks, SPEED_BITS),
-            ],
+            bent: [to_fixed(acceleration * ticks * ticks, 8), to_fixed(acceleration * ticks, SPEED_BITS)],
         })
     }
 
     /// The set-point of this tick; at rest at the target after the last.
     pub fn step(&mut self) -> Reference {
         let r = self.clock.step();
-        if self.done() {
-            Reference::rest(self.target)
-        } else {
-            self.at(r)
-        }
+        if self.done() { Reference::rest(self.target) } else { self.at(r) }
     }
 
     /// True once it has arrived.
@@ -288,24 +272,13 @@ impl Move {
         let part = (self.distance & 0xffff_ffff).wrapping_mul(value as i64) >> 30;
         let carried = (self.carried as i64).wrapping_mul(polynomial(&[-3, 8, -6, 0, 1, 0], r) as i64);
         let twice_bent = (self.bent[0] as i64).wrapping_mul(polynomial(&[-1, 3, -3, 1, 0, 0], r) as i64);
-        let offset = whole
-            .wrapping_add(part)
-            .wrapping_add(carried)
-            .wrapping_add(twice_bent >> 1);
+        let offset = whole.wrapping_add(part).wrapping_add(carried).wrapping_add(twice_bent >> 1);
         let speed = mul_shift(self.mean_speed, slope, 28)
-            .saturating_add(mul_shift(
-                self.start.speed.0,
-                polynomial(&[-15, 32, -18, 0, 1], r),
-                24,
-            ))
+            .saturating_add(mul_shift(self.start.speed.0, polynomial(&[-15, 32, -18, 0, 1], r), 24))
             .saturating_add(mul_shift(self.bent[1], polynomial(&[-5, 12, -9, 2, 0], r), 25));
         let acceleration = mul_shift(self.mean_acceleration, bend, 26)
             .saturating_add(mul_shift(self.braking, polynomial(&[-60, 96, -36, 0], r), 24))
-            .saturating_add(mul_shift(
-                self.start.acceleration.0,
-                polynomial(&[-10, 18, -9, 1], r),
-                24,
-            ));
+            .saturating_add(mul_shift(self.start.acceleration.0, polynomial(&[-10, 18, -9, 1], r), 24));
         Reference {
             position: self.start.position.plus(offset),
             speed: Speed(speed),
@@ -334,18 +307,10 @@ impl Cruise {
     pub fn plan(start: &Reference, speed: Speed, limits: &Limits) -> Self {
         let change = speed.0.saturating_sub(start.speed.0);
         let counts = change as f32 / (1u32 << SPEED_BITS) as f32;
-        let ticks = limits
-            .ticks_for_change(counts.abs())
-            .max(limits.gentle_change(counts.abs()));
+        let ticks = limits.ticks_for_change(counts.abs()).max(limits.gentle_change(counts.abs()));
         let clock = Clock::new(ticks.max(0.1 * limits.tau_ticks));
         let acceleration = to_fixed(counts / clock.length as f32, ACCELERATION_BITS);
-        let mut cruise = Self {
-            clock,
-            position: start.position,
-            from: start.speed.0,
-            change,
-            acceleration,
-        };
+        let mut cruise = Self { clock, position: start.position, from: start.speed.0, change, acceleration };
         if !start.rests() {
             // That place was the last tick's.
             cruise.step(start.position, 0);

@@ -41,10 +41,9 @@ impl Action {
     pub const fn suits(self, fault: Fault) -> bool {
         match self {
             Self::Open => true,
-            Self::Brake => !matches!(
-                fault,
-                Fault::None | Fault::OverCurrent | Fault::BridgeFault | Fault::Disabled
-            ),
+            Self::Brake => {
+                !matches!(fault, Fault::None | Fault::OverCurrent | Fault::BridgeFault | Fault::Disabled)
+            }
             Self::Hold => matches!(fault, Fault::CommandTimeout),
         }
     }
@@ -102,9 +101,6 @@ impl Actions {
     pub fn forbidden(&self) -> Option<Forbidden> {
         let foreign = |fault: &Fault| self.0 >> *fault as u32 & 1 == 1 && !Action::Brake.suits(*fault);
         let fault = Fault::ALL.into_iter().find(foreign)?;
-        Some(Forbidden {
-            fault,
-            action: Action::Brake,
-        })
+        Some(Forbidden { fault, action: Action::Brake })
     }
 }

@@ -135,11 +135,7 @@ impl State {
 
     /// The column of the sums behind a column of the system.
     fn source(&self, column: usize) -> usize {
-        if self.without && column >= RISE {
-            column.wrapping_add(1)
-        } else {
-            column
-        }
+        if self.without && column >= RISE { column.wrapping_add(1) } else { column }
     }
 
     fn order(&self) -> usize {
@@ -150,11 +146,7 @@ impl State {
         let (i, j) = (self.source(i), self.source(j));
         let place = (i.wrapping_mul(i.wrapping_add(1)) / 2).wrapping_add(j);
         let word = self.words.get(place).copied().unwrap_or(0);
-        if (i, j) == (RISE, RISE) {
-            word.saturating_sub(self.noise)
-        } else {
-            word
-        }
+        if (i, j) == (RISE, RISE) { word.saturating_sub(self.noise) } else { word }
     }
 
     /// Does the rise of the current stand out of its noise?
@@ -205,26 +197,14 @@ impl State {
             Positive::of(scaled.max(0), UNKNOWN_FRAC).shifted(self.factor.unknown_exponent(i))
         };
         let unknowns = [own(resistance, 0), own(emf, 1)];
-        let inductance = if self.without {
-            0
-        } else {
-            own(inductance, RISE).to_q(8)
-        };
-        self.found = Constants {
-            resistance: unknowns[0].to_q(16),
-            emf: unknowns[1].to_q(8),
-            inductance,
-        };
+        let inductance = if self.without { 0 } else { own(inductance, RISE).to_q(8) };
+        self.found = Constants { resistance: unknowns[0].to_q(16), emf: unknowns[1].to_q(8), inductance };
         self.unknowns = unknowns;
         let last = COLUMNS - 1;
         let whole = Positive::new(self.words[last * (last + 1) / 2 + last].unsigned_abs(), 0);
         let left = self.factor.residual().shifted(2 * ROW_BITS);
         let most = whole.times(Positive::of(MOST_RESIDUAL.0, MOST_RESIDUAL.1));
-        if resistance > 0 && emf > 0 && left.below(most) {
-            Stage::Doubt(0)
-        } else {
-            Stage::Idle
-        }
+        if resistance > 0 && emf > 0 && left.below(most) { Stage::Doubt(0) } else { Stage::Idle }
     }
 
     /// Is R (0) or K (1) known well enough?

@@ -112,11 +112,7 @@ impl Expectation {
         let look = 1i32 << (self.look_bits & 15);
         let [speed, edge_speed] = [input.speed, input.edge_speed]
             .map(|speed| speed.0.saturating_mul(direction).saturating_mul(look));
-        if edge_speed < 0 {
-            speed.min(edge_speed)
-        } else {
-            speed
-        }
+        if edge_speed < 0 { speed.min(edge_speed) } else { speed }
     }
 
     /// One look on from a speed with this torque, counts per look, Q20.
@@ -132,9 +128,8 @@ impl Expectation {
     /// What is left of a torque, as the voltage that gives it, behind a margin and a load, which is taken to hinder
     /// whatever its sign: most loads do, and what is demanded is the least.
     pub(super) fn drive(&self, torque: i32, direction: i32, margins: &[Voltage; 2], load: Voltage) -> i32 {
-        let margin = margins[usize::from(direction < 0)]
-            .0
-            .saturating_add(load.0.saturating_abs().min(MOST_LOAD.0));
+        let margin =
+            margins[usize::from(direction < 0)].0.saturating_add(load.0.saturating_abs().min(MOST_LOAD.0));
         torque.saturating_sub(margin).max(0)
     }
 }

@@ -63,19 +63,14 @@ impl State {
             voltage: (!self.open).then_some(Voltage(self.voltage >> (bits & 31))),
             current: self.current,
         };
-        *self = Self {
-            count: self.count,
-            ..Self::default()
-        };
+        *self = Self { count: self.count, ..Self::default() };
         averages
     }
 }
 
 impl Params {
     pub fn new(scale: &Scale) -> Self {
-        Self {
-            bits: look_bits(scale),
-        }
+        Self { bits: look_bits(scale) }
     }
 
     pub fn bits(&self) -> u32 {
@@ -88,9 +83,7 @@ impl Params {
             Some(voltage) => state.voltage = state.voltage.saturating_add(voltage.0),
             None => state.open = true,
         }
-        state.current = state
-            .current
-            .saturating_add(i32::from(reading.current.unwrap_or(0)));
+        state.current = state.current.saturating_add(i32::from(reading.current.unwrap_or(0)));
         state.ticks = state.ticks.wrapping_add(1);
         let before = state.count.replace(reading.count).unwrap_or(reading.count);
         let moved = reading.count.wrapping_sub(before).saturating_abs();

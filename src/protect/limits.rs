@@ -58,10 +58,7 @@ impl State {
 
     /// Forgets what only looked like a fault.
     pub fn clear(&mut self) {
-        *self = Self {
-            supply_seen: self.supply_seen,
-            ..Self::default()
-        };
+        *self = Self { supply_seen: self.supply_seen, ..Self::default() };
     }
 }
 
@@ -78,10 +75,7 @@ impl Params {
         Self {
             lowest_supply: supply(config.supply_low_v, LOWEST_SUPPLY),
             highest_supply: supply(config.supply_high_v, HIGHEST_SUPPLY),
-            highest_speed: config
-                .speed_limit_rad_s
-                .get()
-                .map(|limit| Speed(to_fixed(limit * counts, 20))),
+            highest_speed: config.speed_limit_rad_s.get().map(|limit| Speed(to_fixed(limit * counts, 20))),
             highest_current: config
                 .current_limit_a
                 .get()
@@ -102,11 +96,7 @@ impl Params {
             return Fault::None;
         }
         // Another condition that joins does not lengthen the wait for the one that lasts.
-        state.since = if now & before == 0 {
-            1
-        } else {
-            state.since.saturating_add(1)
-        };
+        state.since = if now & before == 0 { 1 } else { state.since.saturating_add(1) };
         if state.since < self.persistence {
             return Fault::None;
         }
@@ -130,11 +120,7 @@ impl Params {
 
     /// No command for too long, while a motion goes on that does not end by itself.
     fn unheard(&self, state: &mut State, input: &Input) -> bool {
-        state.silence = if input.endless {
-            state.silence.saturating_add(1)
-        } else {
-            0
-        };
+        state.silence = if input.endless { state.silence.saturating_add(1) } else { 0 };
         self.timeout != 0 && state.silence > self.timeout
     }
 }

@@ -205,15 +205,13 @@ impl Params {
             let voltage = input.averages.voltage.map(|_| input.winding);
             let fresh = state.motion.fresh();
             let winding = &mut state.winding;
-            self.winding
-                .step(winding, &input.averages, voltage, current, input.count, fresh);
+            self.winding.step(winding, &input.averages, voltage, current, input.count, fresh);
         }
         match (missing, input.current) {
             (None, Some(_)) => state.winding.lasting(),
-            (Some(missing), Some(current)) => state
-                .winding
-                .judge(&missing, current, input.count)
-                .unwrap_or(state.winding.lasting()),
+            (Some(missing), Some(current)) => {
+                state.winding.judge(&missing, current, input.count).unwrap_or(state.winding.lasting())
+            }
             (None, None) => Fault::None,
             (Some(missing), None) if missing.reversed => Fault::WrongDirection,
             (Some(missing), None) if missing.sure > 0 => Fault::NoMotion,

@@ -63,12 +63,7 @@ struct Model {
 
 impl Model {
     fn begin(speed: i32, count: i32) -> Self {
-        Self {
-            speed,
-            most: speed,
-            proof: count,
-            ..Self::default()
-        }
+        Self { speed, most: speed, proof: count, ..Self::default() }
     }
 
     /// One look; true if the encoder has proved that it follows.
@@ -148,11 +143,7 @@ pub(super) struct State {
 impl State {
     /// Nothing has moved yet.
     pub fn at(count: i32) -> Self {
-        Self {
-            sure: Model::begin(0, count),
-            likely: Model::begin(0, count),
-            ..Self::default()
-        }
+        Self { sure: Model::begin(0, count), likely: Model::begin(0, count), ..Self::default() }
     }
 
     /// Has the encoder just proved to the likely model, and to the sure one, that it follows, or was nothing demanded of
@@ -181,9 +172,7 @@ impl State {
         let broken_away = left(now, &expectation.rest) > 0;
         let demands = left(soon, &expectation.moving) > 0;
         let torque = |least: i32| Torque { least, whole: soon };
-        let mut proved = self
-            .likely
-            .run(expectation, torque(likely), direction, input.count);
+        let mut proved = self.likely.run(expectation, torque(likely), direction, input.count);
         if demands {
             self.moving |= broken_away || expectation.turns(expectation.observed(input, direction));
             let sure = if self.moving { sure } else { 0 };
@@ -211,18 +200,10 @@ impl State {
     fn missing(&mut self, expectation: &Expectation, input: &Input) -> Option<Missing> {
         let (sure, likely) = (self.sure.counts(), self.likely.counts());
         let runs_back = self.sure.followed(self.direction, input.count) < 0;
-        let least = if runs_back {
-            BACKWARDS_COUNTS
-        } else {
-            expectation.counts
-        };
+        let least = if runs_back { BACKWARDS_COUNTS } else { expectation.counts };
         let overdue = sure >= least;
         let suspect = likely >= SUSPECT_COUNTS && !input.input_dead_zone;
-        let (model, least) = if overdue {
-            (&self.sure, sure)
-        } else {
-            (&self.likely, likely)
-        };
+        let (model, least) = if overdue { (&self.sure, sure) } else { (&self.likely, likely) };
         let followed = model.followed(self.direction, input.count);
         if sure == 0 && likely >= VAIN_COUNTS && followed > -REVERSED_COUNTS {
             // Evidence was waited for in vain: held by friction. What was summed up is of no more use.

@@ -27,8 +27,6 @@ pub enum SettingsError {
 
 impl Settings {
     pub(super) fn check(&self) -> Result<(), SettingsError> {
-        self.actions
-            .forbidden()
-            .map_or(Ok(()), |pair| Err(SettingsError::Action(pair)))
+        self.actions.forbidden().map_or(Ok(()), |pair| Err(SettingsError::Action(pair)))
     }
 }

@@ -27,21 +27,13 @@ impl Thermal {
     pub(super) fn build(&self, scale: &Scale) -> Result<Params, ConfigError> {
         let config = &scale.config;
         let range = f32::from(i16::MAX) * config.current_a_per_lsb;
-        within(
-            Field::ContinuousCurrent,
-            self.continuous_a,
-            config.current_a_per_lsb,
-            range,
-        )?;
+        within(Field::ContinuousCurrent, self.continuous_a, config.current_a_per_lsb, range)?;
         let seconds = f32::from(self.time_constant_s);
         within(Field::ThermalTimeConstant, seconds, 1.0, 3600.0)?;
         let raw = self.continuous_a / config.current_a_per_lsb;
         let (look_hz, _) = looks(scale);
         let blocks = seconds * look_hz / (1u32 << BLOCK_BITS) as f32;
-        Ok(Params {
-            limit: (raw * raw) as u32,
-            rate: (4_294_967_296.0 / blocks) as u32,
-        })
+        Ok(Params { limit: (raw * raw) as u32, rate: (4_294_967_296.0 / blocks) as u32 })
     }
 }
 
@@ -68,19 +60,14 @@ impl Params {
     /// One look; is the winding too warm?
     pub fn step(&self, state: &mut State, current: i16) -> bool {
         let magnitude = u32::from(current.unsigned_abs());
-        state.sum = state
-            .sum
-            .wrapping_add(u64::from(magnitude.wrapping_mul(magnitude)));
+        state.sum = state.sum.wrapping_add(u64::from(magnitude.wrapping_mul(magnitude)));
         state.looks = state.looks.wrapping_add(1);
         if state.looks >> BLOCK_BITS != 0 {
             let mean = (state.sum >> BLOCK_BITS) as u32;
             let heat = (state.heat >> 32) as u32;
             let step = u64::from(mean.abs_diff(heat)).wrapping_mul(u64::from(self.rate));
-            state.heat = if mean > heat {
-                state.heat.saturating_add(step)
-            } else {
-                state.heat.saturating_sub(step)
-            };
+            state.heat =
+                if mean > heat { state.heat.saturating_add(step) } else { state.heat.saturating_sub(step) };
             (state.sum, state.looks) = (0, 0);
         }
         (state.heat >> 32) as u32 > self.limit

@@ -98,10 +98,7 @@ struct Balance {
 
 impl Stretch {
     fn begin(current: i32, count: i32) -> Self {
-        Self {
-            first: (current, count),
-            ..Self::default()
-        }
+        Self { first: (current, count), ..Self::default() }
     }
 
     fn add(&mut self, other: &Self) {
@@ -128,10 +125,7 @@ impl Balance {
 
     /// A share of the larger part: each constant errs by itself.
     fn share(&self, shift: u32) -> i64 {
-        self.resistive
-            .saturating_abs()
-            .max(self.inductive.saturating_abs())
-            >> (shift & 63)
+        self.resistive.saturating_abs().max(self.inductive.saturating_abs()) >> (shift & 63)
     }
 
     /// As seen from the other direction.
@@ -239,20 +233,14 @@ impl State {
 impl Params {
     pub fn new(scale: &Scale) -> Self {
         let (look_hz, look_bits) = looks(scale);
-        Self {
-            look_bits,
-            glance: ((look_hz / (BLOCKS_PER_S * GLANCES_PER_BLOCK as f32)) as u32).max(1),
-        }
+        Self { look_bits, glance: ((look_hz / (BLOCKS_PER_S * GLANCES_PER_BLOCK as f32)) as u32).max(1) }
     }
 
     fn winding(&self, constants: Constants) -> Winding {
         let block = self.glance.wrapping_mul(GLANCES_PER_BLOCK) << (self.look_bits & 15);
         // L is Q8, R is Q16.
         let lag = i64::from(constants.inductance) << (16 - 8 + SLOW_SHARE);
-        Winding {
-            constants,
-            slow: lag > product(constants.resistance, block as i32),
-        }
+        Winding { constants, slow: lag > product(constants.resistance, block as i32) }
     }
 
     /// One look: `voltage` acted at the winding (`None`: bridge open), the current was `averages` and is `current`, the
@@ -283,10 +271,7 @@ impl Params {
         state.spoilt |= acting.saturating_abs() > MOST_VOLTAGE;
         let change = current.saturating_sub(state.last).saturating_abs();
         state.unrest = state.unrest.saturating_add(
-            (change << 4)
-                .saturating_sub(state.unrest)
-                .saturating_add(UNREST_HALF)
-                >> UNREST_BITS,
+            (change << 4).saturating_sub(state.unrest).saturating_add(UNREST_HALF) >> UNREST_BITS,
         );
         state.last = current;
         state.glance.add(&look);
@@ -348,17 +333,12 @@ impl State {
         let turned = block.turned(count);
         if let Some(winding) = &self.known {
             let found = winding.compare(block, count, current, self.unrest);
-            self.odd = if found == self.doubted {
-                self.odd.saturating_add(1)
-            } else {
-                1
-            };
+            self.odd = if found == self.doubted { self.odd.saturating_add(1) } else { 1 };
             self.doubted = found;
         }
         if turned.saturating_abs() >= LEAST_COUNTS {
             let rise = current.saturating_sub(block.first.0);
-            self.balance
-                .add([block.current, turned, rise, block.voltage], noise(self.unrest));
+            self.balance.add([block.current, turned, rise, block.voltage], noise(self.unrest));
         }
     }
 }
@@ -427,11 +407,7 @@ impl Winding {
         if lack.saturating_abs() <= allowed || turned.saturating_abs() < LEAST_COUNTS {
             return Fault::None;
         }
-        if balance.emf().signum() == -emf.signum() {
-            Fault::WrongDirection
-        } else {
-            Fault::SlippingCounts
-        }
+        if balance.emf().signum() == -emf.signum() { Fault::WrongDirection } else { Fault::SlippingCounts }
     }
 
     /// Where the sure model has not travelled yet, only evidence counts: a back-EMF, or motion backwards.
@@ -446,15 +422,11 @@ impl Winding {
         let uncertain = if overdue {
             balance.share(UNCERTAIN_SHIFT)
         } else {
-            DOUBTFUL_SHIFTS
-                .iter()
-                .fold(0, |sum, &shift| balance.share(shift).saturating_add(sum))
+            DOUBTFUL_SHIFTS.iter().fold(0, |sum, &shift| balance.share(shift).saturating_add(sum))
         };
         let uncertain = uncertain.saturating_add(balance.unsure);
-        let (most, least) = (
-            balance.emf().saturating_add(uncertain),
-            balance.emf().saturating_sub(uncertain),
-        );
+        let (most, least) =
+            (balance.emf().saturating_add(uncertain), balance.emf().saturating_sub(uncertain));
         match () {
             () if balance.without_current(balance.offered) && least > expected.saturating_mul(2) => {
                 Some(Fault::MotorDisconnected)

@@ -3,7 +3,6 @@
 use super::AxisParameters;
 use crate::config::Config;
 use crate::control::Tuning;
-use crate::optional::Optional;
 use crate::protect::Settings;
 use serde::{Deserialize, de::DeserializeOwned};
 
@@ -44,16 +43,12 @@ impl Config3 {
             pwm_full_scale: self.pwm_full_scale,
             vbus_v_per_lsb: self.vbus_v_per_lsb,
             current_a_per_lsb: self.current_a_per_lsb,
-            supply_low_v: Optional::NONE,
-            supply_high_v: Optional::NONE,
-            acceleration_limit_rad_s2: Optional::NONE,
-            jerk_limit_rad_s3: Optional::NONE,
-            voltage_limit_v: Optional::NONE,
+            ..Config::EXAMPLE
         }
     }
 }
 
-/// The next axis of a set in layout 1, 2 or 3; `None`: it cannot be read. An axis that is none was never configured.
+/// The next axis of a set in an older layout; `None`: it cannot be read. An axis that is none was never configured.
 ///
 /// Part by part: what the layouts have in common is decoded by the same code.
 pub(super) fn axis(layout: u16, rest: &mut &[u8]) -> Option<Option<AxisParameters>> {
@@ -61,7 +56,12 @@ pub(super) fn axis(layout: u16, rest: &mut &[u8]) -> Option<Option<AxisParameter
     if layout >= 3 && !take::<bool>(rest)? {
         return Some(None);
     }
-    let (config, estimates) = (take::<Config3>(rest)?.migrate(), take(rest)?);
+    // From layout 4 on every setting tells the layout in which it came.
+    let config = match layout {
+        1..=3 => take::<Config3>(rest)?.migrate(),
+        _ => Config::take(layout, rest, &Config::EXAMPLE)?,
+    };
+    let estimates = take(rest)?;
     // Layout 1 knew no choice about the loops, layout 2 none about protection.
     let (tuning, compensation) = match layout {
         1 => (Tuning::default(), true),
@@ -71,13 +71,7 @@ pub(super) fn axis(layout: u16, rest: &mut &[u8]) -> Option<Option<AxisParameter
         1 | 2 => Settings::default(),
         _ => take(rest)?,
     };
-    Some(Some(AxisParameters {
-        config,
-        estimates,
-        tuning,
-        compensation,
-        protection,
-    }))
+    Some(Some(AxisParameters { config, estimates, tuning, compensation, protection }))
 }
 
 /// The next item.

@@ -8,11 +8,7 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=../../src/image/boards.rs");
     if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
-        let memory = format!(
-            "{}/../../{}",
-            env!("CARGO_MANIFEST_DIR"),
-            boards::QEMU.chip.memory
-        );
+        let memory = format!("{}/../../{}", env!("CARGO_MANIFEST_DIR"), boards::QEMU.chip.memory);
         println!("cargo::rerun-if-changed={memory}/memory.x");
         println!("cargo::rustc-link-arg-bins=-L{memory}");
         for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {

@@ -13,15 +13,10 @@ use truing::system::model;
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [model, log, holdouts @ ..] = &arguments[..] else {
-        anyhow::bail!("give a model and a log")
-    };
+    let [model, log, holdouts @ ..] = &arguments[..] else { anyhow::bail!("give a model and a log") };
     let model = model::read(Path::new(model))?;
     let log = record(log)?;
-    let holdouts = holdouts
-        .iter()
-        .map(|path| record(path))
-        .collect::<Result<Vec<_>, _>>()?;
+    let holdouts = holdouts.iter().map(|path| record(path)).collect::<Result<Vec<_>, _>>()?;
     let outcome = gap::run(&model, &log, &holdouts, &Options::default(), &|_| {})?;
     print(&outcome);
     Ok(())
@@ -38,14 +33,8 @@ fn record(path: &str) -> anyhow::Result<Dynamic> {
 fn print(outcome: &Outcome) {
     println!("{}", report::verdict(outcome.verdict));
     for effect in &outcome.effects {
-        println!(
-            "{}: the gap falls from {:.3} to {:.3}",
-            effect.name, effect.gap_before, effect.gap_after
-        );
+        println!("{}: the gap falls from {:.3} to {:.3}", effect.name, effect.gap_before, effect.gap_after);
     }
     let held = &outcome.holdout;
-    println!(
-        "fit on held-out data: {:.1} % -> {:.1} %",
-        held.fit_percent_before, held.fit_percent_after
-    );
+    println!("fit on held-out data: {:.1} % -> {:.1} %", held.fit_percent_before, held.fit_percent_after);
 }

@@ -312,10 +312,7 @@ impl Outcome {
             final_records: None,
             within_tolerance: Vec::new(),
             places: Vec::new(),
-            unexplained: Unexplained {
-                share_of_gap: 0.0,
-                structure: "none".into(),
-            },
+            unexplained: Unexplained { share_of_gap: 0.0, structure: "none".into() },
             next_experiment: None,
             runtime_s: 0.0,
             notes: Vec::new(),

@@ -68,17 +68,8 @@ fn read(path: &Path) -> String {
 
 /// A log of `rows` rows that turns the motor back and forth.
 fn log(rows: usize) -> Vec<String> {
-    let row = |k: usize| {
-        format!(
-            "{},{},{}",
-            k as f64 * 0.01,
-            if k % 40 < 20 { 6 } else { -6 },
-            k % 7
-        )
-    };
-    std::iter::once("t_s,u_v,omega_rad_s".to_string())
-        .chain((0..rows).map(row))
-        .collect()
+    let row = |k: usize| format!("{},{},{}", k as f64 * 0.01, if k % 40 < 20 { 6 } else { -6 }, k % 7);
+    std::iter::once("t_s,u_v,omega_rad_s".to_string()).chain((0..rows).map(row)).collect()
 }
 
 #[test]
@@ -137,12 +128,7 @@ fn a_model_that_cannot_be_is_named_by_its_field() {
 fn a_log_that_never_moves_is_an_answer_and_no_error() {
     let desk = Desk::new(&still());
     let output = desk.gap(&[]);
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(read(&desk.path("gap.json")).contains("\"verdict\": \"insufficient_excitation\""));
 }
 
@@ -177,15 +163,7 @@ fn no_command_replaces_a_file_that_it_reads() {
         gap(&["--json", "model.toml"]),
         gap(&["--holdout", "outcome.json", "--out", "."]),
         gap(&["--holdout", "model.extended.toml", "--out", "."]),
-        vec![
-            "simulate",
-            "--model",
-            "model.toml",
-            "--input",
-            "log.csv",
-            "--out",
-            "log.csv",
-        ],
+        vec!["simulate", "--model", "model.toml", "--input", "log.csv", "--out", "log.csv"],
         [&export[..], &["--out", "model.toml"]].concat(),
         [&export[..], &["--out", "axis.toml"]].concat(),
         firmware("commission", &["--save", "axis.toml"]),
@@ -199,14 +177,7 @@ fn no_command_replaces_a_file_that_it_reads() {
         firmware("move", &["--by", "1", "--log", "model.toml"]),
     ];
     let desk = Desk::new(&still());
-    let names = [
-        "model.toml",
-        "log.csv",
-        "axis.toml",
-        "params.toml",
-        "outcome.json",
-        "model.extended.toml",
-    ];
+    let names = ["model.toml", "log.csv", "axis.toml", "params.toml", "outcome.json", "model.extended.toml"];
     names[2..].iter().for_each(|name| desk.put(name, "an input"));
     let held = || names.map(|name| read(&desk.path(name)));
     let before = held();

@@ -17,25 +17,15 @@ pub fn check_arguments() -> Result<()> {
     let started: Vec<_> = shown.iter().filter_map(|words| started(words)).collect();
     for (program, arguments) in &started {
         let file = root().join("target/debug").join(program);
-        let help = run(Command::new(file)
-            .args(*arguments)
-            .arg("--help")
-            .stdout(std::process::Stdio::null()));
+        let help = run(Command::new(file).args(*arguments).arg("--help").stdout(std::process::Stdio::null()));
         help.with_context(|| {
-            format!(
-                "a document shows `{program} {}`: correct it there",
-                arguments.join(" ")
-            )
+            format!("a document shows `{program} {}`: correct it there", arguments.join(" "))
         })?;
     }
     for words in &shown {
         exists(&targets, words)?;
     }
-    println!(
-        "{} commands, {} of them started with --help",
-        shown.len(),
-        started.len()
-    );
+    println!("{} commands, {} of them started with --help", shown.len(), started.len());
     Ok(())
 }
 
@@ -147,12 +137,9 @@ fn pieces(line: &str) -> Vec<Words> {
 /// The command in a line of code, if there is one. What stands before it are a prompt and variables; a comment ends it,
 /// and "…" stands for anything.
 fn command(code: &str) -> Option<Words> {
-    let start = code
-        .match_indices("cargo ")
-        .map(|(place, _)| place)
-        .find(|place| {
-            !code[..*place].ends_with(|before: char| before.is_alphanumeric() || "-_/".contains(before))
-        })?;
+    let start = code.match_indices("cargo ").map(|(place, _)| place).find(|place| {
+        !code[..*place].ends_with(|before: char| before.is_alphanumeric() || "-_/".contains(before))
+    })?;
     let words: Words = split(&code[start..]);
     (words.len() > 1).then_some(words)
 }
@@ -176,11 +163,8 @@ mod tests {
         let text = "Type `cargo xtask images`, `flash [--dry-run]`, or nothing, `else`.\n\
                     ```\n$ cargo run -p a --bin b -- --x 1 \\\n    --y \"u=v\"   # words\ncargofoo\n```\n";
         let found: Vec<String> = commands(text).iter().map(|words| words.join(" ")).collect();
-        let expected = [
-            "cargo xtask images",
-            "cargo xtask flash --dry-run",
-            "cargo run -p a --bin b -- --x 1 --y u=v",
-        ];
+        let expected =
+            ["cargo xtask images", "cargo xtask flash --dry-run", "cargo run -p a --bin b -- --x 1 --y u=v"];
         assert_eq!(found, expected);
         let words: Words = split(expected[2]);
         assert_eq!(started(&words).unwrap(), ("b", &split("--x 1 --y u=v")[..]));

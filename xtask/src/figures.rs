@@ -40,11 +40,8 @@ pub fn settle(part: &str, measured: &Figures, accept: bool) -> Result<()> {
 
 /// What grew, or has no entry.
 fn grown(entries: &Figures, measured: &Figures) -> Vec<String> {
-    let exceeds = |name: &String, now: u64| {
-        entries
-            .get(name)
-            .is_none_or(|then| now * 100 > then * (100 + TOLERANCE))
-    };
+    let exceeds =
+        |name: &String, now: u64| entries.get(name).is_none_or(|then| now * 100 > then * (100 + TOLERANCE));
     measured
         .iter()
         .filter(|(name, now)| exceeds(name, **now))
@@ -64,23 +61,14 @@ mod tests {
     use super::*;
 
     fn figures(entries: &[(&str, u64)]) -> Figures {
-        entries
-            .iter()
-            .map(|(name, figure)| (name.to_string(), *figure))
-            .collect()
+        entries.iter().map(|(name, figure)| (name.to_string(), *figure)).collect()
     }
 
     #[test]
     fn three_per_cent_pass_and_more_or_something_new_does_not() {
         let entries = figures(&[("flash", 1000), ("ram", 200)]);
         assert!(grown(&entries, &figures(&[("flash", 1030), ("ram", 10)])).is_empty());
-        assert_eq!(
-            grown(&entries, &figures(&[("flash", 1031)])),
-            ["flash from 1000 to 1031"]
-        );
-        assert_eq!(
-            grown(&entries, &figures(&[("stack", 7)])),
-            ["stack has no entry (7)"]
-        );
+        assert_eq!(grown(&entries, &figures(&[("flash", 1031)])), ["flash from 1000 to 1031"]);
+        assert_eq!(grown(&entries, &figures(&[("stack", 7)])), ["stack has no entry (7)"]);
     }
 }

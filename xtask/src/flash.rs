@@ -21,9 +21,7 @@ pub fn flash(dry_run: bool) -> Result<()> {
     let image = Image::of(DEFAULT).build()?;
     match dry_run {
         true => check(&image),
-        false => run(Command::new(PROBE)
-            .args(["run", "--chip", DEFAULT.chip.probe])
-            .arg(image)),
+        false => run(Command::new(PROBE).args(["run", "--chip", DEFAULT.chip.probe]).arg(image)),
     }
 }
 

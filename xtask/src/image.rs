@@ -24,10 +24,7 @@ impl Image {
 
     /// The image of a board for as many axes as it can drive: built to see that it fits.
     const fn full(board: &'static Board) -> Self {
-        Image {
-            board,
-            axes: Some(board.most_axes),
-        }
+        Image { board, axes: Some(board.most_axes) }
     }
 
     /// The name of its file.

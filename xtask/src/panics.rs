@@ -22,8 +22,5 @@ fn check_board(board: &'static Board, silent: bool) -> Result<()> {
     if silent {
         walk.stdout(Stdio::null());
     }
-    run(walk
-        .arg(image)
-        .arg(ACCEPTED)
-        .args([tasks.control, tasks.link, tasks.idle]))
+    run(walk.arg(image).arg(ACCEPTED).args([tasks.control, tasks.link, tasks.idle]))
 }

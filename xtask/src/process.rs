@@ -6,10 +6,7 @@ use std::process::Command;
 
 /// The project's folder.
 pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("xtask lies in the project")
-        .to_path_buf()
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the project").to_path_buf()
 }
 
 /// The Cargo that runs this program, in the project's folder.
@@ -21,9 +18,7 @@ pub fn cargo(arguments: &[&str]) -> Command {
 
 /// Runs to the end; a failure names the command.
 pub fn run(command: &mut Command) -> Result<()> {
-    let status = command
-        .status()
-        .with_context(|| format!("cannot start `{}`", text(command)))?;
+    let status = command.status().with_context(|| format!("cannot start `{}`", text(command)))?;
     if !status.success() {
         bail!("`{}` failed ({status})", text(command));
     }
@@ -32,9 +27,7 @@ pub fn run(command: &mut Command) -> Result<()> {
 
 /// The command as a person would type it.
 pub fn text(command: &Command) -> String {
-    let program = Path::new(command.get_program())
-        .file_name()
-        .unwrap_or(command.get_program());
+    let program = Path::new(command.get_program()).file_name().unwrap_or(command.get_program());
     std::iter::once(program)
         .chain(command.get_args())
         .map(|word| word.to_string_lossy())

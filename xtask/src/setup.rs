@@ -27,9 +27,8 @@ fn rust_target(target: &str) -> Result<()> {
         return Ok(());
     }
     println!("set-up: installing the Rust target {target}");
-    let added = run(Command::new("rustup")
-        .args(["target", "add", target])
-        .current_dir(crate::process::root()));
+    let added =
+        run(Command::new("rustup").args(["target", "add", target]).current_dir(crate::process::root()));
     if added.is_err() || !is_installed(target)? {
         bail!(
             "the Rust target {target} is missing and could not be installed: type `rustup target add {target}` (rustup: https://rustup.rs)"
@@ -65,13 +64,7 @@ fn qemu() -> Result<()> {
     }
     println!("set-up: installing {QEMU}");
     apt(&["update", "--quiet=2"])?;
-    apt(&[
-        "install",
-        "--yes",
-        "--quiet=2",
-        "--no-install-recommends",
-        "qemu-system-arm",
-    ])?;
+    apt(&["install", "--yes", "--quiet=2", "--no-install-recommends", "qemu-system-arm"])?;
     if find(QEMU).is_none() {
         bail!(
             "{QEMU} is missing although apt-get reported success: install the package qemu-system-arm by hand"
@@ -81,10 +74,9 @@ fn qemu() -> Result<()> {
 }
 
 fn apt(arguments: &[&str]) -> Result<()> {
-    run(Command::new("apt-get")
-        .args(arguments)
-        .env("DEBIAN_FRONTEND", "noninteractive"))
-    .context("QEMU could not be installed: type `apt-get install --yes qemu-system-arm` and see what it says")
+    run(Command::new("apt-get").args(arguments).env("DEBIAN_FRONTEND", "noninteractive")).context(
+        "QEMU could not be installed: type `apt-get install --yes qemu-system-arm` and see what it says",
+    )
 }
 
 fn is_root() -> bool {

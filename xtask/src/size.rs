@@ -31,11 +31,7 @@ pub fn print(accept: bool) -> Result<()> {
         let (name, board, file) = (image.name(), image.board, image.build()?);
         let size = measure(&file, board.chip)?;
         // In QEMU calls of its own carry the exchange with the host: its depth says nothing about the board.
-        let stack = board
-            .machine
-            .is_none()
-            .then(|| stack(&file, board.chip))
-            .transpose()?;
+        let stack = board.machine.is_none().then(|| stack(&file, board.chip)).transpose()?;
         println!(
             "| {name} | {} | {} | {} | {} |",
             size.flash,
@@ -60,31 +56,20 @@ fn stack(image: &Path, chip: &Chip) -> Result<u64> {
     let levels = [chip.tasks.idle, chip.tasks.link, chip.tasks.control];
     let output = command.arg(image).arg(INITIALISATION).args(levels).output()?;
     if !output.status.success() {
-        bail!(
-            "`{}` failed: {}",
-            text(&command),
-            String::from_utf8_lossy(&output.stderr)
-        );
+        bail!("`{}` failed: {}", text(&command), String::from_utf8_lossy(&output.stderr));
     }
     let output = String::from_utf8(output.stdout).context("the depths are not text")?;
     let most = output.lines().find_map(|line| line.strip_prefix("most | "));
-    most.and_then(|bytes| bytes.trim().parse().ok())
-        .context("the depths lack their sum")
+    most.and_then(|bytes| bytes.trim().parse().ok()).context("the depths lack their sum")
 }
 
 fn measure(image: &Path, chip: &Chip) -> Result<Size> {
     let bytes = std::fs::read(image).with_context(|| format!("cannot read {}", image.display()))?;
     let file = object::File::parse(&*bytes).with_context(|| format!("{} is not an ELF", image.display()))?;
-    let mut size = Size {
-        flash: 0,
-        data: 0,
-        zeroed: 0,
-    };
+    let mut size = Size { flash: 0, data: 0, zeroed: 0 };
     for section in file.sections().filter(occupies_memory) {
-        let (in_ram, filled) = (
-            section.address() >= chip.ram.start,
-            section.kind() != SectionKind::UninitializedData,
-        );
+        let (in_ram, filled) =
+            (section.address() >= chip.ram.start, section.kind() != SectionKind::UninitializedData);
         match (in_ram, filled) {
             (false, _) => size.flash += section.size(),
             (true, true) => {

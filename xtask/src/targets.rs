@@ -30,11 +30,7 @@ impl Targets {
         let mut command = cargo(&["metadata", "--no-deps", "--format-version", "1"]);
         let output = command.output()?;
         if !output.status.success() {
-            bail!(
-                "`{}` failed: {}",
-                text(&command),
-                String::from_utf8_lossy(&output.stderr)
-            );
+            bail!("`{}` failed: {}", text(&command), String::from_utf8_lossy(&output.stderr));
         }
         serde_json::from_slice(&output.stdout).context("`cargo metadata` did not answer as it used to")
     }

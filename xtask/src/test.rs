@@ -112,9 +112,7 @@ fn tests(selection: &[&str], skip_log: &Path, tally: &mut Tally) -> Result<bool>
         .env("TRUING_SKIP_LOG", skip_log)
         .env("TRUING_REQUIRE_QEMU", "1")
         .stdout(Stdio::piped());
-    let mut child = command
-        .spawn()
-        .with_context(|| format!("cannot start `{}`", text(&command)))?;
+    let mut child = command.spawn().with_context(|| format!("cannot start `{}`", text(&command)))?;
     for line in BufReader::new(child.stdout.take().expect("piped")).lines() {
         let line = line.context("the output of `cargo test` is not text")?;
         println!("{line}");
@@ -131,10 +129,9 @@ impl Tally {
         };
         for part in counts.split([';', '.']) {
             let mut words = part.split_whitespace();
-            let (Some(number), Some(what)) = (
-                words.next().and_then(|word| word.parse::<usize>().ok()),
-                words.next(),
-            ) else {
+            let (Some(number), Some(what)) =
+                (words.next().and_then(|word| word.parse::<usize>().ok()), words.next())
+            else {
                 continue;
             };
             match what {
@@ -160,21 +157,11 @@ impl Tally {
 
 fn close(tally: &Tally, begin: Instant) {
     let skipped: usize = tally.skipped.values().sum();
-    let reasons = tally
-        .skipped
-        .iter()
-        .map(|(reason, times)| format!("{times} × {reason}"))
-        .collect::<Vec<_>>();
+    let reasons =
+        tally.skipped.iter().map(|(reason, times)| format!("{times} × {reason}")).collect::<Vec<_>>();
     println!("── all checks passed in {:.0} s", begin.elapsed().as_secs_f64());
-    println!(
-        "{} passed, {} failed, {skipped} skipped",
-        tally.passed, tally.failed
-    );
-    let why = if reasons.is_empty() {
-        "nothing left out".to_string()
-    } else {
-        reasons.join("; ")
-    };
+    println!("{} passed, {} failed, {skipped} skipped", tally.passed, tally.failed);
+    let why = if reasons.is_empty() { "nothing left out".to_string() } else { reasons.join("; ") };
     println!("{} passed, {skipped} skipped ({why})", tally.passed);
 }
 
@@ -197,15 +184,8 @@ mod tests {
     #[test]
     fn a_test_that_skips_twice_counts_as_one_skip_and_not_as_passed() {
         let log = std::env::temp_dir().join(format!("truing-skips-{}", std::process::id()));
-        std::fs::write(
-            &log,
-            "fits_emps\tno EMPS\nfits_emps\tno EMPS\nfits_mouse\tno mouse\n",
-        )
-        .unwrap();
-        let mut tally = Tally {
-            passed: 10,
-            ..Tally::default()
-        };
+        std::fs::write(&log, "fits_emps\tno EMPS\nfits_emps\tno EMPS\nfits_mouse\tno mouse\n").unwrap();
+        let mut tally = Tally { passed: 10, ..Tally::default() };
         tally.read_skips(&log).unwrap();
         std::fs::remove_file(&log).unwrap();
         assert_eq!(tally.passed, 8);

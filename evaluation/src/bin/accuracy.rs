@@ -95,9 +95,7 @@ fn main() {
 fn imperfections(names: &[String]) -> Vec<Option<Imperfection>> {
     let asked = |imperfection: &Imperfection| {
         let name = format!("{imperfection:?}");
-        names
-            .iter()
-            .any(|asked| asked == "all" || asked.eq_ignore_ascii_case(&name))
+        names.iter().any(|asked| asked == "all" || asked.eq_ignore_ascii_case(&name))
     };
     let found: Vec<_> = Imperfection::ALL.into_iter().filter(asked).map(Some).collect();
     if names.is_empty() { vec![None] } else { found }
@@ -121,12 +119,7 @@ fn row(
     }
     let scores: Vec<Score> = scores.into_iter().map(|(_, score)| score).collect();
     let with = imperfection.map_or(String::new(), |imperfection| format!(" {imperfection:?}"));
-    print(
-        page,
-        arguments,
-        &format!("{family:?} {severity:?}{with}"),
-        &scores,
-    );
+    print(page, arguments, &format!("{family:?} {severity:?}{with}"), &scores);
 }
 
 /// A number between 0 and 1 that belongs to a plant's number.
@@ -170,11 +163,7 @@ fn draw(arguments: &Arguments, family: FamilyName, severity: SeverityName, numbe
         SeverityName::Nominal => Severity::Nominal,
         SeverityName::Harsh => Severity::Harsh,
     };
-    let seeds = if arguments.design {
-        Seeds::Design(number)
-    } else {
-        Seeds::Evaluation(number)
-    };
+    let seeds = if arguments.design { Seeds::Design(number) } else { Seeds::Evaluation(number) };
     let options = Options {
         tick_hz: arguments.tick,
         vbus_measured: !arguments.blind,

@@ -8,52 +8,24 @@ use host_tests::counts;
 
 /// Subject → arithmetic, what it delivers.
 const WHAT: [(&str, &str, &str); 10] = [
-    (
-        "loop, commissioning",
-        "i32, i64",
-        "the whole tick of an axis while it identifies",
-    ),
+    ("loop, commissioning", "i32, i64", "the whole tick of an axis while it identifies"),
     (
         "identifier, learning",
         "i32, i64",
         "dead zone per direction, gain, time constant, uncertainty, trust; full regression",
     ),
-    (
-        "loop, tracking",
-        "i32, i64",
-        "the whole tick of an axis that follows a sine",
-    ),
-    (
-        "identifier, listening",
-        "i32, i64",
-        "the same regression, in ordinary motion",
-    ),
+    ("loop, tracking", "i32, i64", "the whole tick of an axis that follows a sine"),
+    ("identifier, listening", "i32, i64", "the same regression, in ordinary motion"),
     ("compensator", "i32, i64", "inverse dead zone, asymmetric, smooth"),
     (
         "flight-solver RlsParallel, 4 parameters",
         "f32",
         "4 coefficients, covariance form; no uncertainty, no gates, needs a differentiated speed",
     ),
-    (
-        "flight-solver RlsParallel, 6 parameters",
-        "f32",
-        "6 coefficients, as above",
-    ),
-    (
-        "flight-solver InverseQrRls",
-        "f32",
-        "coefficients by inverse QR, as above",
-    ),
-    (
-        "pid",
-        "f32",
-        "P, I and D terms with limits; no feed-forward, no back-calculation",
-    ),
-    (
-        "idsp Biquad<i32>",
-        "i32, i64",
-        "a biquad, e.g. a PID, with clamped output",
-    ),
+    ("flight-solver RlsParallel, 6 parameters", "f32", "6 coefficients, as above"),
+    ("flight-solver InverseQrRls", "f32", "coefficients by inverse QR, as above"),
+    ("pid", "f32", "P, I and D terms with limits; no feed-forward, no back-calculation"),
+    ("idsp Biquad<i32>", "i32, i64", "a biquad, e.g. a PID, with clamped output"),
 ];
 
 /// Counts instructions in QEMU: ours beside published crates.
@@ -68,11 +40,8 @@ fn main() {
     page.line("| subject | control rate | updates | average | worst | arithmetic | delivers |");
     page.line("|---|---|---|---|---|---|---|");
     for count in counts::run() {
-        let (_, arithmetic, delivers) = WHAT
-            .iter()
-            .find(|(name, ..)| count.name.starts_with(name))
-            .copied()
-            .unwrap_or_default();
+        let (_, arithmetic, delivers) =
+            WHAT.iter().find(|(name, ..)| count.name.starts_with(name)).copied().unwrap_or_default();
         let rate = match count.tick_hz {
             0 => "any".into(),
             hz => format!("{hz} Hz"),

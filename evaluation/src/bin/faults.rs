@@ -45,31 +45,15 @@ struct Arguments {
 /// Evaluation seeds of this suite start here.
 const SEEDS: u32 = 700_000;
 
-const FAMILIES: [(&str, Family); 4] = [
-    ("G1", Family::G1),
-    ("G2", Family::G2),
-    ("G3", Family::G3),
-    ("paper", Family::Paper),
-];
+const FAMILIES: [(&str, Family); 4] =
+    [("G1", Family::G1), ("G2", Family::G2), ("G3", Family::G3), ("paper", Family::Paper)];
 
 const INJURIES: [(&str, Injury, &[When]); 5] = [
     ("stalled shaft", Injury::Stall, &[When::AtRest, When::InMotion]),
-    (
-        "encoder unplugged",
-        Injury::EncoderUnplugged,
-        &[When::AtRest, When::InMotion],
-    ),
-    (
-        "encoder reversed",
-        Injury::EncoderReversed,
-        &[When::AtRest, When::InMotion],
-    ),
+    ("encoder unplugged", Injury::EncoderUnplugged, &[When::AtRest, When::InMotion]),
+    ("encoder reversed", Injury::EncoderReversed, &[When::AtRest, When::InMotion]),
     ("motor reversed", Injury::MotorReversed, &[When::AtRest]),
-    (
-        "motor disconnected",
-        Injury::MotorDisconnected,
-        &[When::AtRest, When::InMotion],
-    ),
+    ("motor disconnected", Injury::MotorDisconnected, &[When::AtRest, When::InMotion]),
 ];
 
 const BEFORE: [(&str, Injury); 5] = [
@@ -88,11 +72,7 @@ fn main() {
         None if arguments.first_motion => first_motion(&mut page, &arguments),
         None => injuries(&mut page, &arguments),
     }
-    let (kind, offset) = if arguments.design {
-        ("design", 0)
-    } else {
-        ("evaluation", SEEDS)
-    };
+    let (kind, offset) = if arguments.design { ("design", 0) } else { ("evaluation", SEEDS) };
     let first = offset + arguments.first;
     let last = first + arguments.plants.saturating_sub(1);
     page.close(&format!("{kind}, {first} to {last}"));
@@ -190,11 +170,7 @@ impl Arguments {
     }
 
     fn seeds(&self, number: u32) -> Seeds {
-        if self.design {
-            Seeds::Design(number)
-        } else {
-            Seeds::Evaluation(SEEDS + number)
-        }
+        if self.design { Seeds::Design(number) } else { Seeds::Evaluation(SEEDS + number) }
     }
 }
 
@@ -206,18 +182,12 @@ fn injure_all(
     number: u32,
     rows: &mut Vec<(String, Tally)>,
 ) {
-    let options = Options {
-        tick_hz: arguments.tick_hz,
-        ..Options::default()
-    };
+    let options = Options { tick_hz: arguments.tick_hz, ..Options::default() };
     let mut plant = Plant::draw(family, Severity::Harsh, arguments.seeds(number), &options);
     plant.sensing.current = number.is_multiple_of(2);
     let trial = Trial::commissioned(&plant, &Settings::default(), calm::budget_ms(family));
     if trial.fault() != Fault::None {
-        page.line(format_args!(
-            "false alarm before any injury: {name} {number}: {:?}",
-            trial.fault()
-        ));
+        page.line(format_args!("false alarm before any injury: {name} {number}: {:?}", trial.fault()));
         return;
     }
     for (k, (fault, injury, whens)) in INJURIES.iter().enumerate() {
@@ -227,11 +197,7 @@ fn injure_all(
                 eprintln!("{name} {number} {fault} {when:?}: {finding:?}");
             }
             let current = if finding.sensed { "sensed" } else { "-" };
-            let when = if when == When::AtRest {
-                "at rest"
-            } else {
-                "in motion"
-            };
+            let when = if when == When::AtRest { "at rest" } else { "in motion" };
             let key = format!("{fault}|{when}|{current}");
             match rows.iter_mut().find(|(other, _)| *other == key) {
                 Some((_, tally)) => tally.note(*injury, &finding),

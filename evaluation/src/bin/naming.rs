@@ -80,23 +80,15 @@ const WITH_CURRENT: u32 = 1_000_000;
 
 fn main() {
     let arguments = Arguments::parse();
-    let jobs = rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.jobs)
-        .build()
-        .expect("threads");
+    let jobs = rayon::ThreadPoolBuilder::new().num_threads(arguments.jobs).build().expect("threads");
     if arguments.next_experiments > 0 {
         return jobs.install(|| next_experiments(&arguments));
     }
-    let done: BTreeSet<(String, u32)> = lines(&arguments.lines)
-        .into_iter()
-        .map(|line| (line.set, line.seed))
-        .collect();
+    let done: BTreeSet<(String, u32)> =
+        lines(&arguments.lines).into_iter().map(|line| (line.set, line.seed)).collect();
     let mut work = plan(&arguments);
     work.retain(|(spec, seed)| !done.contains(&(text(serde_json::json!(spec.set)), *seed)));
-    jobs.install(|| {
-        work.par_iter()
-            .for_each(|(spec, seed)| record(&arguments, spec, *seed))
-    });
+    jobs.install(|| work.par_iter().for_each(|(spec, seed)| record(&arguments, spec, *seed)));
     let lines = lines(&arguments.lines);
     let mut page = arguments.results.page();
     page.print(report(&lines));
@@ -110,9 +102,7 @@ fn next_experiments(arguments: &Arguments) {
     let found: Vec<Found> = seeds
         .into_par_iter()
         .filter_map(|seed| {
-            let found = examine(&spec, seed)
-                .map_err(|error| eprintln!("{seed}: {error:#}"))
-                .ok()?;
+            let found = examine(&spec, seed).map_err(|error| eprintln!("{seed}: {error:#}")).ok()?;
             if let (Found::Tie(trial), true) = (&found, arguments.misses) {
                 eprintln!("{trial:?}");
             }
@@ -132,18 +122,14 @@ fn seeds(lines: &[Line]) -> String {
         let (first, last) = sets.entry(&line.set).or_insert((line.seed, line.seed));
         (*first, *last) = ((*first).min(line.seed), (*last).max(line.seed));
     }
-    let sets = sets
-        .iter()
-        .map(|(set, (first, last))| format!("{set} {first} to {last}"));
+    let sets = sets.iter().map(|(set, (first, last))| format!("{set} {first} to {last}"));
     sets.collect::<Vec<_>>().join(", ")
 }
 
 /// The lines written so far.
 fn lines(path: &Path) -> Vec<Line> {
     let text = std::fs::read_to_string(path).unwrap_or_default();
-    text.lines()
-        .filter_map(|line| serde_json::from_str(line).ok())
-        .collect()
+    text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect()
 }
 
 /// A name as it is written in JSON.
@@ -177,12 +163,7 @@ fn plan(arguments: &Arguments) -> Vec<(Spec, u32)> {
             current: (offset == WITH_CURRENT).then_some(true),
             ..Spec::new(set)
         };
-        (0..count).map(move |k| {
-            (
-                f64::from(k) / f64::from(count),
-                (spec, offset + arguments.first + k),
-            )
-        })
+        (0..count).map(move |k| (f64::from(k) / f64::from(count), (spec, offset + arguments.first + k)))
     });
     let mut cases: Vec<(f64, (Spec, u32))> = cases.collect();
     cases.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -198,46 +179,25 @@ fn record(arguments: &Arguments, spec: &Spec, seed: u32) {
         Ok(line) => line,
         Err(error) => return eprintln!("{:?} {seed}: {error:#}", spec.set),
     };
-    let wrong = if line.outside.is_some() {
-        line.verdict != "unexplained"
-    } else {
-        !line.right()
-    };
+    let wrong = if line.outside.is_some() { line.verdict != "unexplained" } else { !line.right() };
     if arguments.misses && wrong {
         eprintln!("{line:?}");
     }
     let text = serde_json::to_string(&line).expect("a line") + "\n";
-    let file = OpenOptions::new()
-        .create(true)
-        .append(true)
-        .open(&arguments.lines);
-    file.and_then(|mut file| file.write_all(text.as_bytes()))
-        .expect("the file of lines");
+    let file = OpenOptions::new().create(true).append(true).open(&arguments.lines);
+    file.and_then(|mut file| file.write_all(text.as_bytes())).expect("the file of lines");
 }
 
 /// Writes the case, reads it as a user's, analyses it, scores it.
 fn analyse(case: &Case) -> Result<Line, Box<dyn std::error::Error>> {
     let Opened { model, log, holdout } = opened(case)?;
     let started = cpu_s();
-    let outcome = gap::run(
-        &model,
-        &log,
-        std::slice::from_ref(&holdout),
-        &Options::default(),
-        &|_| (),
-    )?;
+    let outcome = gap::run(&model, &log, std::slice::from_ref(&holdout), &Options::default(), &|_| ())?;
     let cpu_s = cpu_s().zip(started).map(|(end, start)| end - start);
-    let extended = ModelFile {
-        original: &model.source_text,
-        origin: "log.csv",
-    }
-    .export(&outcome)?;
+    let extended = ModelFile { original: &model.source_text, origin: "log.csv" }.export(&outcome)?;
     let extended = model::parse("extended.toml", &extended)?;
     let avoidable = |model: &Model| avoidable(model, &log, &holdout, case);
-    Ok(Line {
-        cpu_s,
-        ..score(&case.answer, &outcome, avoidable(&model), avoidable(&extended))
-    })
+    Ok(Line { cpu_s, ..score(&case.answer, &outcome, avoidable(&model), avoidable(&extended)) })
 }
 
 /// Rms of what a model predicts for the hold-out minus the noise-free truth, over the noise; `None` if the analysis
@@ -267,11 +227,7 @@ fn score(answer: &Answer, outcome: &Outcome, before: Option<f64>, after: Option<
     Line {
         set: text(serde_json::json!(answer.set)),
         seed: answer.seed,
-        hidden: answer
-            .hidden
-            .iter()
-            .map(|hidden| (hidden.name.to_owned(), hidden.visibility))
-            .collect(),
+        hidden: answer.hidden.iter().map(|hidden| (hidden.name.to_owned(), hidden.visibility)).collect(),
         outside: answer.outside.map(str::to_owned),
         current: answer.current_logged,
         dirty: answer.dirty,
@@ -305,15 +261,7 @@ fn deviations(answer: &Answer, outcome: &Outcome) -> Vec<(String, f64)> {
         counted
     };
     let hidden = names(answer.hidden.iter().map(|effect| effect.name).collect());
-    if hidden
-        != names(
-            outcome
-                .effects
-                .iter()
-                .map(|effect| effect.name.as_str())
-                .collect(),
-        )
-    {
+    if hidden != names(outcome.effects.iter().map(|effect| effect.name.as_str()).collect()) {
         return Vec::new();
     }
     let mut all = Vec::new();

@@ -74,11 +74,7 @@ fn main() {
     for family in FAMILIES {
         follow(&mut page, &arguments, family);
     }
-    let (kind, offset) = if arguments.design {
-        ("design", 0)
-    } else {
-        ("evaluation", SEEDS)
-    };
+    let (kind, offset) = if arguments.design { ("design", 0) } else { ("evaluation", SEEDS) };
     let first = offset + arguments.first;
     let last = first + arguments.plants.saturating_sub(1);
     page.close(&format!("{kind}, {first} to {last}"));
@@ -106,10 +102,7 @@ fn learn(arguments: &Arguments, family: Family, motion: Motion) -> Vec<Learned> 
 
 /// Median, 95th percentile and worst of magnitudes, in %.
 fn spread(values: impl Iterator<Item = f64>) -> String {
-    let found: Vec<f64> = values
-        .filter(|x| x.is_finite())
-        .map(|x| 100.0 * x.abs())
-        .collect();
+    let found: Vec<f64> = values.filter(|x| x.is_finite()).map(|x| 100.0 * x.abs()).collect();
     let at = |p: f64| quantile(found.iter().copied(), p);
     format!("{:.2} / {:.2} / {:.1}", at(0.5), at(0.95), at(1.0))
 }
@@ -128,9 +121,7 @@ fn learned(page: &mut Page, motion: &str, family: &str, runs: &[Learned]) {
     let covered = numbers().filter(|(error, u95)| error.abs() <= *u95).count();
     let mut doubts = BTreeMap::new();
     for run in runs.iter().filter(|run| !run.trusted) {
-        *doubts
-            .entry(run.doubt.map_or("gain_or_time_constant", |reason| reason.code()))
-            .or_insert(0) += 1;
+        *doubts.entry(run.doubt.map_or("gain_or_time_constant", |reason| reason.code())).or_insert(0) += 1;
     }
     page.line(format_args!(
         "| {motion} | {family} | {} | {} | {} | {} | {:.0} %, {:.1}, {:.1}, {:.1} | {} | {:.1} %, {:.1} | {doubts:?} | {} |",
@@ -157,9 +148,7 @@ fn follow(page: &mut Page, arguments: &Arguments, family: Family) {
         speed_share: 0.3,
         load_share: 0.2,
     };
-    let runs: Vec<Followed> = seeds(arguments)
-        .filter_map(|seed| following.run(seed).ok())
-        .collect();
+    let runs: Vec<Followed> = seeds(arguments).filter_map(|seed| following.run(seed).ok()).collect();
     let arrived = |p: f64| quantile(runs.iter().map(|run| run.within_6_percent_s), p);
     page.line(format_args!(
         "| {family:?} harsh | {} of {} | {} | {:.2} / {:.2} / {:.2} | {} | {} | {} |",

@@ -55,19 +55,9 @@ fn main() {
     page.line("\nThe library's own map over both sectors, nothing added:\n");
     heading(&mut page);
     for (name, with_erase) in [("save", false), ("save that erases", true)] {
-        row(
-            &mut page,
-            name,
-            0,
-            library::cut_everywhere::<SMALL>(with_erase, arguments.seeds),
-        );
+        row(&mut page, name, 0, library::cut_everywhere::<SMALL>(with_erase, arguments.seeds));
     }
-    row(
-        &mut page,
-        "the erase alone",
-        1,
-        library::cut_erase::<SMALL>(50 * arguments.seeds),
-    );
+    row(&mut page, "the erase alone", 1, library::cut_erase::<SMALL>(50 * arguments.seeds));
     let (seeds, lives) = (arguments.seeds, arguments.lives);
     page.close(&format!(
         "0 to {} of every cut, 0 to {} of the lives",
@@ -86,20 +76,8 @@ fn heading(page: &mut Page) {
 }
 
 fn row(page: &mut Page, name: &str, operations: u64, tally: Tally) {
-    let Tally {
-        cuts,
-        old,
-        new,
-        neither,
-        third,
-        changed,
-        stuck,
-    } = tally;
-    let operations = if operations == 0 {
-        "".into()
-    } else {
-        operations.to_string()
-    };
+    let Tally { cuts, old, new, neither, third, changed, stuck } = tally;
+    let operations = if operations == 0 { "".into() } else { operations.to_string() };
     page.line(format_args!(
         "| {name} | {operations} | {cuts} | {old} | {new} | {neither} | {third} | {changed} | {stuck} |"
     ));

@@ -42,27 +42,20 @@ fn main() -> ExitCode {
             _ if arguments.short && family == Family::Paper => 1_000,
             tick_hz => tick_hz,
         };
-        let options = Options {
-            tick_hz,
-            ..Options::default()
-        };
+        let options = Options { tick_hz, ..Options::default() };
         let mut plant = Plant::draw(family, severity, Seeds::Evaluation(SEEDS + number), &options);
         // A motor that could not be identified in time is still to be tracked: the loops then take the hint.
         let truth = plant.truth.time_constant_s as f32;
         plant.config.time_constant_hint_s = plant.config.time_constant_hint_s.or(Optional::new(truth));
         match compare(&plant, &tasks(family, &plant, number)) {
             Ok((_, verdict)) => {
-                page.line(format_args!(
-                    "plant {number} ({family:?}, {severity:?}, {tick_hz} Hz): {verdict}"
-                ));
+                page.line(format_args!("plant {number} ({family:?}, {severity:?}, {tick_hz} Hz): {verdict}"));
                 ticks += verdict.ticks;
                 commissionings += verdict.commissionings;
                 different += u32::from(!verdict.identical());
             }
             Err(error) => {
-                page.line(format_args!(
-                    "plant {number} ({family:?}, {severity:?}, {tick_hz} Hz): {error}"
-                ));
+                page.line(format_args!("plant {number} ({family:?}, {severity:?}, {tick_hz} Hz): {error}"));
                 different += 1;
             }
         }
@@ -72,10 +65,7 @@ fn main() -> ExitCode {
         arguments.plants
     ));
     let first = SEEDS + arguments.first;
-    page.close(&format!(
-        "evaluation, {first} to {}",
-        first + arguments.plants.saturating_sub(1)
-    ));
+    page.close(&format!("evaluation, {first} to {}", first + arguments.plants.saturating_sub(1)));
     ExitCode::from(u8::from(different > 0))
 }
 
@@ -85,10 +75,7 @@ fn tasks(family: Family, plant: &Plant, seed: u32) -> Vec<Task> {
     let frequency_hz = if slow { 0.1 } else { 1.0 };
     let peak = 0.15 * plant.config.rated_speed_rad_s;
     vec![
-        Task::Commission {
-            budget_s: if slow { 12.0 } else { 5.0 },
-            seed,
-        },
+        Task::Commission { budget_s: if slow { 12.0 } else { 5.0 }, seed },
         Task::Track {
             profile: Profile::Sine {
                 amplitude_rad: peak / (std::f32::consts::TAU * frequency_hz),

@@ -46,11 +46,7 @@ fn main() {
     );
     page.line("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for (name, family, severity) in FAMILIES {
-        if !arguments
-            .family
-            .iter()
-            .any(|wanted| name.starts_with(wanted.as_str()))
-        {
+        if !arguments.family.iter().any(|wanted| name.starts_with(wanted.as_str())) {
             continue;
         }
         for &tick_hz in &arguments.tick {

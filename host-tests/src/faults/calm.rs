@@ -41,10 +41,7 @@ pub struct Calm {
 
 /// A harsh plant with load steps all through the run.
 pub fn plant(family: Family, seeds: Seeds, tick_hz: u32, sensed: bool, seconds: f64) -> Plant {
-    let options = Options {
-        tick_hz,
-        ..Options::default()
-    };
+    let options = Options { tick_hz, ..Options::default() };
     let mut plant = Plant::draw(family, Severity::Harsh, seeds, &options);
     plant.sensing.current = sensed;
     let mut rng = ChaCha8Rng::seed_from_u64(plant.seed ^ 0x10ad);
@@ -73,10 +70,7 @@ fn start_s(family: Family) -> f64 {
 pub fn run(plant: &Plant, family: Family, seconds: f64) -> Calm {
     let mut trial = Trial::commissioned(plant, &Settings::default(), budget_ms(family));
     let mut rng = ChaCha8Rng::seed_from_u64(plant.seed ^ 0xca11);
-    let mut calm = Calm {
-        fault: trial.fault(),
-        ..Calm::default()
-    };
+    let mut calm = Calm { fault: trial.fault(), ..Calm::default() };
     let mut supply = 1.0;
     while calm.seconds < seconds && calm.fault == Fault::None {
         let step: f64 = rng.random_range(-SUPPLY_STEP..SUPPLY_STEP);
@@ -100,13 +94,7 @@ fn moving(trial: &mut Trial, plant: &Plant, rng: &mut ChaCha8Rng, calm: &mut Cal
         // It starts from rest only.
         pass(trial, plant, 6.0 * tau, Some(Command::Voltage(0.0)), calm);
     }
-    pass(
-        trial,
-        plant,
-        rng.random_range(0.1..1.2) * round_s,
-        Some(command),
-        calm,
-    );
+    pass(trial, plant, rng.random_range(0.1..1.2) * round_s, Some(command), calm);
 }
 
 /// Creeps against a stop, rests there and turns back.
@@ -121,20 +109,8 @@ fn touch(trial: &mut Trial, plant: &Plant, rng: &mut ChaCha8Rng, calm: &mut Calm
     }
     calm.contacts += 1;
     trial.world.block(sign);
-    pass(
-        trial,
-        plant,
-        rng.random_range(2.0..8.0) * tau,
-        Some(Command::Voltage(volts as f32)),
-        calm,
-    );
-    pass(
-        trial,
-        plant,
-        2.0 * tau,
-        Some(Command::Voltage(-volts as f32)),
-        calm,
-    );
+    pass(trial, plant, rng.random_range(2.0..8.0) * tau, Some(Command::Voltage(volts as f32)), calm);
+    pass(trial, plant, 2.0 * tau, Some(Command::Voltage(-volts as f32)), calm);
 }
 
 fn pass(trial: &mut Trial, plant: &Plant, seconds: f64, command: Option<Command>, calm: &mut Calm) {

@@ -36,11 +36,7 @@ impl Clock {
     pub fn pass(&mut self, volts: f64, tick_s: f64) -> f64 {
         let swallow = |v: f64, sign: f64| v - sign * self.dead_zone_v[usize::from(sign < 0.0)];
         let sticks = volts.abs() <= self.dead_zone_v[usize::from(volts < 0.0)];
-        let sign = if self.input || self.speed == 0.0 {
-            volts.signum()
-        } else {
-            self.speed.signum()
-        };
+        let sign = if self.input || self.speed == 0.0 { volts.signum() } else { self.speed.signum() };
         let drive = match (self.input, sticks) {
             (true, true) => 0.0,
             (false, true) if self.speed == 0.0 => 0.0,

@@ -33,10 +33,7 @@ pub struct FirstMotion {
 /// A harsh plant behind a gear: encoders of fast motors sit on the rotor (ratios of 50 to 150 and of 20 to 60), those of
 /// G3 and of the paper's motor on the joint itself.
 pub fn plant(family: Family, seeds: Seeds, tick_hz: u32, sensed: bool) -> Plant {
-    let options = Options {
-        tick_hz,
-        ..Options::default()
-    };
+    let options = Options { tick_hz, ..Options::default() };
     let mut plant = Plant::draw(family, Severity::Harsh, seeds, &options);
     let mut rng = ChaCha8Rng::seed_from_u64(plant.seed ^ 0x6ea2);
     plant.config.gear_ratio = match family {
@@ -102,11 +99,7 @@ impl Travels {
     /// One row.
     pub fn row(&self, key: &str) -> String {
         let at = |p| quantile(self.degrees.iter().copied(), p);
-        let within = self
-            .degrees
-            .iter()
-            .filter(|&&degrees| degrees <= MOST_DEGREES)
-            .count();
+        let within = self.degrees.iter().filter(|&&degrees| degrees <= MOST_DEGREES).count();
         format!(
             "| {key} | {} | {} | {within} | {:.1} / {:.1} / {:.1} |",
             self.degrees.len(),

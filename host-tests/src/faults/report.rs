@@ -97,12 +97,7 @@ impl Tally {
     pub fn row(&self, fault: &str, when: &str, current: &str) -> String {
         let three = |values: &[f64], digits: usize| {
             let at = |p| quantile(values.iter().copied(), p);
-            format!(
-                "{:.digits$} / {:.digits$} / {:.digits$}",
-                at(0.5),
-                at(0.95),
-                at(1.0)
-            )
+            format!("{:.digits$} / {:.digits$} / {:.digits$}", at(0.5), at(0.95), at(1.0))
         };
         let percent = |n: usize| 100.0 * n as f64 / self.cases.max(1) as f64;
         format!(

@@ -175,13 +175,8 @@ impl Trial {
         let truth = &self.plant.truth;
         let supply = self.plant.motor.drive.supply_v;
         let width = truth.dead_zone_v[0].max(truth.dead_zone_v[1]);
-        let linear = 0.85
-            * truth
-                .saturation_v
-                .map(|v| v.unwrap_or(supply))
-                .into_iter()
-                .fold(supply, f64::min)
-            - width;
+        let linear =
+            0.85 * truth.saturation_v.map(|v| v.unwrap_or(supply)).into_iter().fold(supply, f64::min) - width;
         let share: f64 = rng.random_range(0.25..0.75);
         let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
         let (volts, tau) = (share * linear, truth.time_constant_s);
@@ -200,10 +195,7 @@ impl Trial {
             2 => (Command::Voltage((sign * volts) as f32), 10.0 * tau),
             _ => {
                 let here = self.world.reading().theta;
-                (
-                    Command::Position((here + sign * speed * 12.0 * tau) as f32),
-                    6.0 * tau,
-                )
+                (Command::Position((here + sign * speed * 12.0 * tau) as f32), 6.0 * tau)
             }
         }
     }
@@ -238,10 +230,7 @@ impl Trial {
                 trial.world.injure(injury);
             }
         }
-        Finding {
-            decidable,
-            ..trial.until_open()
-        }
+        Finding { decidable, ..trial.until_open() }
     }
 
     /// Runs on until the bridge opens, by the requirement's clock.
@@ -286,11 +275,7 @@ impl Trial {
         let ticks = ((PATIENCE * tau_s + 2.0) / self.tick_s) as u64;
         for _ in 0..ticks {
             let record = self.tick().record;
-            let duty = if record.bridge == Bridge::Driven {
-                f64::from(record.duty)
-            } else {
-                0.0
-            };
+            let duty = if record.bridge == Bridge::Driven { f64::from(record.duty) } else { 0.0 };
             finding.expected_counts = clock.pass(duty / full * supply, self.tick_s);
             finding.since_injury_s += self.tick_s;
             if let Some(delay) = &mut finding.delay_s {

@@ -105,12 +105,7 @@ impl World {
 
     fn seize(&mut self, count: i32, towards: Option<f64>) {
         let current = self.board.reading().current;
-        self.seized = Some(Seized {
-            current,
-            shown: current,
-            count,
-            towards,
-        });
+        self.seized = Some(Seized { current, shown: current, count, towards });
     }
 
     /// The supply is this share of the motor's own from now on.
@@ -131,9 +126,7 @@ impl World {
             Injury::EncoderReversed => sample.count = self.broken_at.wrapping_sub(since),
             Injury::Jump(counts) => sample.count = sample.count.wrapping_add(counts),
             Injury::Slip(share) => {
-                sample.count = self
-                    .broken_at
-                    .wrapping_add((f64::from(since) * share).floor() as i32);
+                sample.count = self.broken_at.wrapping_add((f64::from(since) * share).floor() as i32);
             }
             // The sensor sits at the bridge: it sees what the bridge drives.
             Injury::MotorReversed if Sample::sensed(sample.current_raw).is_some() => {
@@ -171,11 +164,7 @@ impl World {
         }
         if let Some(seized) = &mut self.seized {
             seized.pass(&self.motor, acting, self.tick_s);
-            return Reading {
-                omega: 0.0,
-                current: seized.shown,
-                ..self.board.reading()
-            };
+            return Reading { omega: 0.0, current: seized.shown, ..self.board.reading() };
         }
         self.board.pass(bridge, scaled)
     }

@@ -102,10 +102,7 @@ impl<const SECTOR: usize> Flash<SECTOR> {
             3 => (some, to_clear & !some),
             4 => (some, to_clear & !some & self.random.random::<u32>()),
             // Whole bytes only: an interface that programs byte by byte.
-            5 => (
-                to_clear & (u32::MAX >> (8 * self.random.random_range(1..4u32))),
-                0,
-            ),
+            5 => (to_clear & (u32::MAX >> (8 * self.random.random_range(1..4u32))), 0),
             // All but a few bits are through, and those few sometimes look it.
             6 => (to_clear & !self.sparse(), to_clear),
             _ => (to_clear, 0),
@@ -140,9 +137,7 @@ impl<const SECTOR: usize> Flash<SECTOR> {
         match share {
             0.0 => 0,
             1.0 => u32::MAX,
-            share => (0..32).fold(0, |word, bit| {
-                word | u32::from(self.random.random_bool(share)) << bit
-            }),
+            share => (0..32).fold(0, |word, bit| word | u32::from(self.random.random_bool(share)) << bit),
         }
     }
 
@@ -234,11 +229,7 @@ impl<const SECTOR: usize> NorFlash for Flash<SECTOR> {
         for (chunk, index) in bytes.chunks_exact(WORD).zip(offset as usize / WORD..) {
             let value = u32::from_le_bytes(chunk.try_into().expect("four bytes"));
             let lifts = value & !self.words[index] & !self.unsteady[index];
-            assert!(
-                lifts == 0,
-                "word {index}: {value:08x} programmed over {:08x}",
-                self.words[index]
-            );
+            assert!(lifts == 0, "word {index}: {value:08x} programmed over {:08x}", self.words[index]);
         }
         self.write_over(offset, bytes)
     }

@@ -75,23 +75,13 @@ fn load<const SECTOR: usize>(flash: &mut Asynchronous<SECTOR>) -> Option<u8> {
 /// Cuts all operations of one plain save, or all of the first one that erases, in all ways, `seeds` times each.
 pub fn cut_everywhere<const SECTOR: usize>(with_erase: bool, seeds: u64) -> Tally {
     let (flash, saves, whole) = before_save::<SECTOR>(with_erase);
-    cut_at(
-        &flash,
-        saves,
-        (0..whole.0.operations - flash.0.operations).collect(),
-        seeds,
-    )
+    cut_at(&flash, saves, (0..whole.0.operations - flash.0.operations).collect(), seeds)
 }
 
 /// Cuts the erase alone.
 pub fn cut_erase<const SECTOR: usize>(seeds: u64) -> Tally {
     let (flash, saves, whole) = before_save::<SECTOR>(true);
-    let erase = whole
-        .0
-        .erasures
-        .iter()
-        .map(|at| at - flash.0.operations)
-        .collect();
+    let erase = whole.0.erasures.iter().map(|at| at - flash.0.operations).collect();
     cut_at(&flash, saves, erase, seeds)
 }
 
@@ -121,9 +111,7 @@ fn cut_at<const SECTOR: usize>(
         .flat_map_iter(|(operation, way)| (0..seeds).map(move |seed| (operation, way, seed)))
         .map(|(operation, way, seed)| {
             let mut flash = flash.clone();
-            flash
-                .0
-                .cut(operation, way, seed + 100_000 * way + 1_000_000 * operation);
+            flash.0.cut(operation, way, seed + 100_000 * way + 1_000_000 * operation);
             save(&mut flash, 202);
             flash.0.reboot();
             judge(&mut flash, saves)

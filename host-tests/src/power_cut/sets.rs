@@ -21,10 +21,7 @@ fn parameters(number: u32, axis: u32) -> AxisParameters {
     AxisParameters {
         config: config(number, axis),
         estimates: estimates(number as i32),
-        tuning: Tuning {
-            bandwidth: 0.6 + number as f32 / 1000.0,
-            integral: !number.is_multiple_of(3),
-        },
+        tuning: Tuning { bandwidth: 0.6 + number as f32 / 1000.0, integral: !number.is_multiple_of(3) },
         compensation: number.is_multiple_of(2),
         protection: Settings::default(),
     }
@@ -41,26 +38,20 @@ pub fn config(number: u32, axis: u32) -> Config {
         gear_ratio: 30.0,
         travel_limit_rad: Some([-1.5, 1.5]),
         current_limit_a: Optional::new(3.0),
-        energy_limit_j: Optional::NONE,
         speed_limit_rad_s: Optional::new(200.0),
         pwm_delay_ticks: 1,
         pwm_full_scale: 8400,
         vbus_v_per_lsb: 0.01,
         current_a_per_lsb: 0.005,
         supply_low_v: Optional::new(9.0),
-        supply_high_v: Optional::NONE,
         acceleration_limit_rad_s2: Optional::new(2000.0 + number as f32),
-        jerk_limit_rad_s3: Optional::NONE,
         voltage_limit_v: Optional::new(10.5),
+        ..Config::EXAMPLE
     }
 }
 
 fn estimates(number: i32) -> Estimates {
-    let trusted = |value| Estimate {
-        value: value + number,
-        u95: 900,
-        standing: Standing::Trusted,
-    };
+    let trusted = |value| Estimate { value: value + number, u95: 900, standing: Standing::Trusted };
     Estimates {
         dead_zone: [trusted(104_857), trusted(95_000)],
         saturation: [trusted(700_000), Estimate::missing(Reason::NotSeen)],
@@ -121,13 +112,7 @@ impl SetLayout3 {
     pub fn of(set: &StoredParameters) -> Self {
         let axis = |axis: &AxisParameters| {
             let config = config_3(&axis.config);
-            (
-                config,
-                axis.estimates,
-                axis.tuning,
-                axis.compensation,
-                axis.protection,
-            )
+            (config, axis.estimates, axis.tuning, axis.compensation, axis.protection)
         };
         let axes = set.axes.iter().map(|entry| entry.as_ref().map(axis));
         SetLayout3 { axes: axes.collect() }

@@ -194,17 +194,11 @@ fn cut_at<const SECTOR: usize>(
         .par_bridge()
         .map(|(operation, way, seed)| {
             let (mut store, before) = session(situation, flash.clone());
-            assert!(
-                before == old || situation == Situation::SameSession,
-                "{situation:?} starts elsewhere"
-            );
+            assert!(before == old || situation == Situation::SameSession, "{situation:?} starts elsewhere");
             let seed = seed + 100_000 * way + 1_000_000 * operation;
             store.flash().cut(operation, way, seed);
             save(&mut store, &set(NEW)).expect_err("the power was cut");
-            assert!(
-                store.flash().reboot(),
-                "{situation:?}: operation {operation} did not happen"
-            );
+            assert!(store.flash().reboot(), "{situation:?}: operation {operation} did not happen");
             judge(store.flash().clone(), before, set(NEW), seed)
         })
         .reduce(Tally::default, Tally::plus)
@@ -278,10 +272,8 @@ impl<const SECTOR: usize> Life<SECTOR> {
     /// The power is cut somewhere in the next `operations`, or is not.
     fn maybe_cut(&mut self, probability: f64, operations: u64) {
         if self.random.random_bool(probability) {
-            let (operation, way) = (
-                self.random.random_range(0..operations),
-                self.random.random_range(0..WAYS),
-            );
+            let (operation, way) =
+                (self.random.random_range(0..operations), self.random.random_range(0..WAYS));
             self.store.flash().cut(operation, way, self.random.random());
         }
     }

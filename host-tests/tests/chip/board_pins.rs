@@ -79,10 +79,7 @@ fn every_analogue_input_is_a_converter_channel() {
     let analogue: Vec<_> = LINES.iter().filter(|line| line.mode == Mode::Analog).collect();
     assert_eq!(analogue.len(), 5);
     for line in analogue {
-        assert!(
-            ANALOGUE.contains(&(name(line.pin).as_str(), line.signal)),
-            "{line:?}"
-        );
+        assert!(ANALOGUE.contains(&(name(line.pin).as_str(), line.signal)), "{line:?}");
     }
 }
 
@@ -98,11 +95,8 @@ fn no_pin_serves_two_purposes() {
 
 #[test]
 fn no_signal_is_taken_twice() {
-    let mut signals: Vec<_> = LINES
-        .iter()
-        .map(|line| line.signal)
-        .filter(|signal| *signal != "GPIO")
-        .collect();
+    let mut signals: Vec<_> =
+        LINES.iter().map(|line| line.signal).filter(|signal| *signal != "GPIO").collect();
     let all = signals.len();
     signals.sort_unstable();
     signals.dedup();
@@ -124,18 +118,12 @@ fn every_pin_exists_on_the_package_of_64() {
 #[test]
 fn digital_inputs_stand_five_volts() {
     for line in LINES {
-        assert!(
-            ![Pin(Port::A, 4), Pin(Port::A, 5)].contains(&line.pin),
-            "{line:?}"
-        );
+        assert!(![Pin(Port::A, 4), Pin(Port::A, 5)].contains(&line.pin), "{line:?}");
     }
 }
 
 fn signal_of(role: &str, needed: Use) -> (&'static str, String) {
-    let found: Vec<&Line> = LINES
-        .iter()
-        .filter(|line| line.role == role && line.needed == needed)
-        .collect();
+    let found: Vec<&Line> = LINES.iter().filter(|line| line.role == role && line.needed == needed).collect();
     assert_eq!(found.len(), 1, "{role} of {needed:?}");
     (found[0].signal, name(found[0].pin))
 }
@@ -143,25 +131,10 @@ fn signal_of(role: &str, needed: Use) -> (&'static str, String) {
 #[test]
 fn four_axes_have_the_pins_that_were_promised() {
     let promised = [
-        (
-            "TIM1_CH1",
-            "PA8",
-            "TIM1_CH2",
-            "PA9",
-            "TIM2_CH1_ETR",
-            "PA15",
-            "TIM2_CH2",
-            "PB3",
-        ),
-        (
-            "TIM1_CH3", "PA10", "TIM1_CH4", "PA11", "TIM3_CH1", "PB4", "TIM3_CH2", "PB5",
-        ),
-        (
-            "TIM8_CH1", "PC6", "TIM8_CH2", "PC7", "TIM4_CH1", "PB6", "TIM4_CH2", "PB7",
-        ),
-        (
-            "TIM8_CH3", "PC8", "TIM8_CH4", "PC9", "TIM5_CH1", "PA0", "TIM5_CH2", "PA1",
-        ),
+        ("TIM1_CH1", "PA8", "TIM1_CH2", "PA9", "TIM2_CH1_ETR", "PA15", "TIM2_CH2", "PB3"),
+        ("TIM1_CH3", "PA10", "TIM1_CH4", "PA11", "TIM3_CH1", "PB4", "TIM3_CH2", "PB5"),
+        ("TIM8_CH1", "PC6", "TIM8_CH2", "PC7", "TIM4_CH1", "PB6", "TIM4_CH2", "PB7"),
+        ("TIM8_CH3", "PC8", "TIM8_CH4", "PC9", "TIM5_CH1", "PA0", "TIM5_CH2", "PA1"),
     ];
     for (axis, row) in promised.into_iter().enumerate() {
         let needed = Use::Axis(axis as u8);
@@ -178,14 +151,8 @@ fn four_axes_have_the_pins_that_were_promised() {
         signal_of("sleep or enable", needed);
         assert_eq!(signal_of("encoder index", needed).0, "GPIO");
     }
-    assert_eq!(
-        signal_of("link, to the host", Use::Always),
-        ("USART2_TX", "PA2".into())
-    );
-    assert_eq!(
-        signal_of("link, from the host", Use::Always),
-        ("USART2_RX", "PA3".into())
-    );
+    assert_eq!(signal_of("link, to the host", Use::Always), ("USART2_TX", "PA2".into()));
+    assert_eq!(signal_of("link, from the host", Use::Always), ("USART2_RX", "PA3".into()));
 }
 
 #[test]
@@ -251,10 +218,7 @@ fn the_pll_makes_168_mhz_from_every_common_crystal_within_its_ranges() {
     for hertz in [4, 8, 12, 16, 24, 25, 26].map(|megahertz| megahertz * 1_000_000u32) {
         let (m, n) = timing::pll(hertz).expect("a common crystal");
         // RM0090 section 7.3.2: 2 ≤ M ≤ 63, 50 ≤ N ≤ 432, comparison 1 … 2 MHz, oscillator 100 … 432 MHz.
-        assert!(
-            (2..=63).contains(&m) && (50..=432).contains(&n),
-            "{hertz}: {m} {n}"
-        );
+        assert!((2..=63).contains(&m) && (50..=432).contains(&n), "{hertz}: {m} {n}");
         let comparison = f64::from(hertz) / f64::from(m);
         assert!((1e6..=2e6).contains(&comparison));
         assert_eq!(comparison * f64::from(n) / 2.0, 168e6);
@@ -270,22 +234,10 @@ fn control_rates_are_those_that_divide_the_pwm_frequency_exactly() {
     for (tick_hz, periods) in [(20_000, 1), (10_000, 2), (5_000, 4), (4_000, 5), (1_000, 20)] {
         assert_eq!(timing::periods_per_tick(4200, tick_hz), Some(periods));
     }
-    assert_eq!(
-        timing::periods_per_tick(4200, 3_000),
-        None,
-        "20 / 3 is no integer"
-    );
+    assert_eq!(timing::periods_per_tick(4200, 3_000), None, "20 / 3 is no integer");
     assert_eq!(timing::periods_per_tick(4000, 3_000), Some(7), "21 kHz / 7");
-    assert_eq!(
-        timing::periods_per_tick(4200, 40_000),
-        None,
-        "faster than the PWM"
-    );
-    assert_eq!(
-        timing::periods_per_tick(500, 1_000),
-        None,
-        "168 periods: the repetition counter has 8 bits"
-    );
+    assert_eq!(timing::periods_per_tick(4200, 40_000), None, "faster than the PWM");
+    assert_eq!(timing::periods_per_tick(500, 1_000), None, "168 periods: the repetition counter has 8 bits");
     assert_eq!(timing::periods_per_tick(0, 10_000), None);
     assert_eq!(timing::periods_per_tick(4200, 0), None);
 }
@@ -293,10 +245,7 @@ fn control_rates_are_those_that_divide_the_pwm_frequency_exactly() {
 #[test]
 fn repetitions_count_both_turning_points() {
     for periods in 1..=128u8 {
-        assert_eq!(
-            u32::from(timing::repetitions(periods)),
-            2 * u32::from(periods) - 1
-        );
+        assert_eq!(u32::from(timing::repetitions(periods)), 2 * u32::from(periods) - 1);
     }
 }
 

@@ -13,14 +13,8 @@ fn sine_and_cosine_are_within_their_stated_error_all_around() {
         let angle = f64::from(phase) / 2f64.powi(32) * TAU;
         let (sin, cos) = sin_cos(phase);
         let one = 2f64.powi(30);
-        assert!(
-            (f64::from(sin) - angle.sin() * one).abs() <= f64::from(SIN_ERROR),
-            "sin at {phase}: {sin}"
-        );
-        assert!(
-            (f64::from(cos) - angle.cos() * one).abs() <= f64::from(SIN_ERROR),
-            "cos at {phase}: {cos}"
-        );
+        assert!((f64::from(sin) - angle.sin() * one).abs() <= f64::from(SIN_ERROR), "sin at {phase}: {sin}");
+        assert!((f64::from(cos) - angle.cos() * one).abs() <= f64::from(SIN_ERROR), "cos at {phase}: {cos}");
     }
 }
 
@@ -47,54 +41,30 @@ fn run(amplitude: f32, frequency: f32, length: u32) -> Vec<Point> {
 fn in_the_middle_it_is_the_pure_sine_with_its_own_derivatives() {
     let (amplitude, frequency, length) = (305.0, 1e-4, 50_000);
     let omega = TAU * f64::from(frequency as f32);
-    for (k, p) in run(amplitude, frequency as f32, length)
-        .iter()
-        .enumerate()
-        .take(39_000)
-        .skip(11_000)
-    {
+    for (k, p) in run(amplitude, frequency as f32, length).iter().enumerate().take(39_000).skip(11_000) {
         let phase = omega * k as f64;
         let (a, w) = (f64::from(amplitude), omega);
         assert!((p.position - a * phase.sin()).abs() < 3e-4 * a, "position at {k}");
-        assert!(
-            (p.speed - a * w * phase.cos()).abs() < 3e-4 * a * w,
-            "speed at {k}"
-        );
-        assert!(
-            (p.acceleration + a * w * w * phase.sin()).abs() < 2e-3 * a * w * w,
-            "acceleration at {k}"
-        );
+        assert!((p.speed - a * w * phase.cos()).abs() < 3e-4 * a * w, "speed at {k}");
+        assert!((p.acceleration + a * w * w * phase.sin()).abs() < 2e-3 * a * w * w, "acceleration at {k}");
     }
 }
 
 /// Each signal is the derivative of the one before, over the whole course with its soft ends.
 #[test]
 fn position_speed_and_acceleration_belong_together_from_start_to_end() {
-    for (amplitude, frequency, length) in [
-        (305.0, 1e-4, 50_000),
-        (4000.0, 2e-3, 3_000),
-        (-700.0, 5e-4, 1_500),
-    ] {
+    for (amplitude, frequency, length) in
+        [(305.0, 1e-4, 50_000), (4000.0, 2e-3, 3_000), (-700.0, 5e-4, 1_500)]
+    {
         let points = run(amplitude, frequency, length);
         let w = TAU * f64::from(frequency);
         let (speed, acceleration) = (f64::from(amplitude).abs() * w, f64::from(amplitude).abs() * w * w);
         for p in points.windows(3) {
             let slope = 0.5 * (p[2].position - p[0].position);
-            assert!(
-                (slope - p[1].speed).abs() < 2e-3 * speed,
-                "{slope} but speed {}",
-                p[1].speed
-            );
+            assert!((slope - p[1].speed).abs() < 2e-3 * speed, "{slope} but speed {}", p[1].speed);
             let bend = 0.5 * (p[2].speed - p[0].speed);
-            assert!(
-                (bend - p[1].acceleration).abs() < 0.03 * acceleration,
-                "{bend}, {}",
-                p[1].acceleration
-            );
-            assert!(
-                (p[1].acceleration - p[0].acceleration).abs() < 20.0 * w * acceleration,
-                "jerk"
-            );
+            assert!((bend - p[1].acceleration).abs() < 0.03 * acceleration, "{bend}, {}", p[1].acceleration);
+            assert!((p[1].acceleration - p[0].acceleration).abs() < 20.0 * w * acceleration, "jerk");
         }
     }
 }
@@ -118,13 +88,8 @@ fn what_cannot_be_done_is_refused() {
     assert!(plan(100.0, f32::NAN, 50_000).is_none(), "NaN");
 }
 
-const LIMITS: Limits = Limits {
-    acceleration: f32::MAX,
-    jerk: f32::MAX,
-    speed: 2.0,
-    voltage: 1.0,
-    tau_ticks: 400.0,
-};
+const LIMITS: Limits =
+    Limits { acceleration: f32::MAX, jerk: f32::MAX, speed: 2.0, voltage: 1.0, tau_ticks: 400.0 };
 
 fn course(start: &Reference, counts: f64) -> Vec<Point> {
     let target = Position((counts * 2f64.powi(32)) as i64);
@@ -140,28 +105,13 @@ fn course(start: &Reference, counts: f64) -> Vec<Point> {
 fn check_smooth(points: &[Point]) {
     for p in points.windows(3).skip(1) {
         let slope = 0.5 * (p[2].position - p[0].position);
-        assert!(
-            (slope - p[1].speed).abs() < 5e-3,
-            "{slope} but speed {}",
-            p[1].speed
-        );
+        assert!((slope - p[1].speed).abs() < 5e-3, "{slope} but speed {}", p[1].speed);
         let bend = 0.5 * (p[2].speed - p[0].speed);
-        assert!(
-            (bend - p[1].acceleration).abs() < 2e-4,
-            "{bend} but acceleration {}",
-            p[1].acceleration
-        );
+        assert!((bend - p[1].acceleration).abs() < 2e-4, "{bend} but acceleration {}", p[1].acceleration);
     }
     for p in points.windows(2) {
-        assert!(
-            (p[1].speed - p[0].speed).abs() < 0.02,
-            "speed jumps by {}",
-            p[1].speed - p[0].speed
-        );
-        assert!(
-            (p[1].acceleration - p[0].acceleration).abs() < 3e-4,
-            "acceleration jumps"
-        );
+        assert!((p[1].speed - p[0].speed).abs() < 0.02, "speed jumps by {}", p[1].speed - p[0].speed);
+        assert!((p[1].acceleration - p[0].acceleration).abs() < 3e-4, "acceleration jumps");
     }
 }
 
@@ -174,10 +124,7 @@ fn a_move_from_rest_arrives_within_its_limits_and_uses_most_of_them() {
         assert_eq!((last.position, last.speed, last.acceleration), (counts, 0.0, 0.0));
         let effort = |p: &Point| (p.speed + 400.0 * p.acceleration).abs();
         let most = points.iter().map(effort).fold(0.0, f64::max);
-        assert!(
-            (0.6..1.001).contains(&most),
-            "{most} of the voltage for {counts} counts"
-        );
+        assert!((0.6..1.001).contains(&most), "{most} of the voltage for {counts} counts");
     }
 }
 
@@ -214,10 +161,7 @@ fn a_cruise_reaches_its_speed_smoothly_and_waits_for_a_shaft_that_is_held() {
     assert_eq!((last.speed, last.acceleration), (0.5, 0.0));
 
     let held = position;
-    let waiting = (0..4_000)
-        .map(|_| point(&cruise.step(held, 0)))
-        .last()
-        .expect("points");
+    let waiting = (0..4_000).map(|_| point(&cruise.step(held, 0))).last().expect("points");
     let lead = waiting.position - held.0 as f64 / 2f64.powi(32);
     assert!((lead - 64.0).abs() < 1.0, "{lead} counts ahead");
 }

@@ -18,11 +18,7 @@ use std::rc::Rc;
 const FULL: u16 = 4200;
 
 fn config(wiring: Wiring, decay: Decay) -> Config {
-    Config {
-        wiring,
-        decay,
-        duty_limit: FULL,
-    }
+    Config { wiring, decay, duty_limit: FULL }
 }
 
 /// Bridge state and duty.
@@ -53,10 +49,7 @@ fn two_inputs_follow_the_truth_table_of_the_driver_ic() {
     let bridge = config(Wiring::TwoInputs, Decay::Slow);
     // DRV8871 data sheet, table 1: 0 0 coast, 1 0 forward, 0 1 reverse, 1 1 brake.
     assert_eq!(levels(bridge, FULL, resting(Bridge::Open)), lines(0, 0, true));
-    assert_eq!(
-        levels(bridge, FULL, resting(Bridge::Shorted)),
-        lines(FULL, FULL, true)
-    );
+    assert_eq!(levels(bridge, FULL, resting(Bridge::Shorted)), lines(FULL, FULL, true));
     assert_eq!(levels(bridge, FULL, driven(4200)), lines(FULL, 0, true));
     assert_eq!(levels(bridge, FULL, driven(-4200)), lines(0, FULL, true));
     // A quarter forward: IN1 stays high, IN2 is high (brake) for three quarters.
@@ -87,10 +80,7 @@ fn locked_anti_phase_rests_at_one_half_and_reverses_for_the_rest_of_the_period()
 
 #[test]
 fn duty_beyond_the_limit_is_clipped_so_that_a_bootstrap_capacitor_is_recharged() {
-    let bridge = Config {
-        duty_limit: 4000,
-        ..config(Wiring::HalfBridges, Decay::Slow)
-    };
+    let bridge = Config { duty_limit: 4000, ..config(Wiring::HalfBridges, Decay::Slow) };
     assert_eq!(levels(bridge, FULL, driven(4200)), lines(4000, 0, true));
     assert_eq!(levels(bridge, FULL, driven(i16::MIN)), lines(0, 4000, true));
 }
@@ -126,12 +116,7 @@ proptest! {
 // ── H-bridge: lines ─────────────────────────────────────────────────────────────────────────────────────────────────
 
 fn pwm(levels: &[u16]) -> Pwm {
-    Pwm::new(
-        &levels
-            .iter()
-            .map(|level| PwmDo::set_duty_cycle(*level))
-            .collect::<Vec<_>>(),
-    )
+    Pwm::new(&levels.iter().map(|level| PwmDo::set_duty_cycle(*level)).collect::<Vec<_>>())
 }
 
 /// Line a also tells full scale once.
@@ -154,13 +139,9 @@ fn close(bridge: HBridge<Pwm, Pwm, Pin>) {
 
 #[test]
 fn a_new_bridge_is_off_and_asleep_before_anything_else_happens() {
-    let bridge = HBridge::new(
-        config(Wiring::TwoInputs, Decay::Slow),
-        pwm_a(&[0]),
-        pwm(&[0]),
-        pin(&[Level::Low]),
-    )
-    .unwrap();
+    let bridge =
+        HBridge::new(config(Wiring::TwoInputs, Decay::Slow), pwm_a(&[0]), pwm(&[0]), pin(&[Level::Low]))
+            .unwrap();
     assert_eq!(bridge.full_scale(), FULL);
     close(bridge);
 }
@@ -188,13 +169,9 @@ fn an_enable_line_that_refuses_leaves_both_pwm_lines_low() {
         PinDo::set(Level::High).with_error(refused.clone()),
         PinDo::set(Level::Low).with_error(refused),
     ]);
-    let mut bridge = HBridge::new(
-        config(Wiring::HalfBridges, Decay::Slow),
-        pwm_a(&[0, 300, 0]),
-        pwm(&[0, 0, 0]),
-        enable,
-    )
-    .unwrap();
+    let mut bridge =
+        HBridge::new(config(Wiring::HalfBridges, Decay::Slow), pwm_a(&[0, 300, 0]), pwm(&[0, 0, 0]), enable)
+            .unwrap();
     let error = bridge.apply(Bridge::Driven, 300).unwrap_err();
     assert!(matches!(error, Error::Enable(_)), "{error:?}");
     close(bridge);
@@ -247,10 +224,7 @@ struct Shaft {
 
 impl Shaft {
     fn at(bits: u32, position: i64) -> Self {
-        Self {
-            bits,
-            position: Rc::new(Cell::new(position)),
-        }
+        Self { bits, position: Rc::new(Cell::new(position)) }
     }
 
     fn turn(&self, counts: i64) {
@@ -273,11 +247,7 @@ impl Counter for Shaft {
 fn sixteen_bits_are_extended_across_both_ends() {
     let shaft = Shaft::at(16, 65_530);
     let mut encoder = Encoder::new(shaft.clone());
-    assert_eq!(
-        encoder.read(),
-        0,
-        "the count starts at zero wherever the counter stands"
-    );
+    assert_eq!(encoder.read(), 0, "the count starts at zero wherever the counter stands");
     shaft.turn(10);
     assert_eq!(encoder.read(), 10, "across 65,535 → 0");
     shaft.turn(-15);
@@ -350,17 +320,11 @@ fn both_lines_must_be_high_and_the_contact_is_named_first() {
 fn a_line_that_cannot_be_read_forbids() {
     let broken = || Pin::new(&[PinDo::get(Level::High).with_error(MockError::Io(ErrorKind::NotConnected))]);
     let (mut good, mut bad) = (reading(Level::High), broken());
-    assert_eq!(
-        InterlockLines::new(good.clone(), bad.clone()).read(),
-        Interlock::Disabled
-    );
+    assert_eq!(InterlockLines::new(good.clone(), bad.clone()).read(), Interlock::Disabled);
     good.done();
     bad.done();
     let (mut good, mut bad) = (reading(Level::High), broken());
-    assert_eq!(
-        InterlockLines::new(bad.clone(), good.clone()).read(),
-        Interlock::BridgeFault
-    );
+    assert_eq!(InterlockLines::new(bad.clone(), good.clone()).read(), Interlock::BridgeFault);
     good.done();
     bad.done();
 }
@@ -386,11 +350,7 @@ impl Converter for Channel {
 /// Ticks that pass with an open bridge before the first reading counts.
 const SETTLING: usize = 16;
 
-const LIMITS: ZeroLimits = ZeroLimits {
-    readings_log2: 4,
-    window: (0, 2200),
-    spread: 12,
-};
+const LIMITS: ZeroLimits = ZeroLimits { readings_log2: 4, window: (0, 2200), spread: 12 };
 
 /// A sensor that has found its zero at what the channel reads now.
 fn sensor(kind: CurrentKind, channel: &Channel) -> CurrentSense<Channel> {
@@ -423,17 +383,9 @@ fn a_magnitude_sensor_takes_the_sign_of_the_last_driven_duty() {
     assert_eq!(sense.read(), -300);
     sense.follow(Bridge::Shorted, 1234);
     sense.follow(Bridge::Driven, 0);
-    assert_eq!(
-        sense.read(),
-        -300,
-        "braking and zero duty keep the last direction"
-    );
+    assert_eq!(sense.read(), -300, "braking and zero duty keep the last direction");
     channel.0.set(3);
-    assert_eq!(
-        sense.read(),
-        0,
-        "noise below the offset is no current, least of all a negative one"
-    );
+    assert_eq!(sense.read(), 0, "noise below the offset is no current, least of all a negative one");
 }
 
 #[test]
@@ -442,20 +394,14 @@ fn the_marks_of_what_is_not_measured_are_never_produced_by_a_reading() {
     assert_eq!(none.read(), Sample::VBUS_NOT_MEASURED);
     assert_eq!(SupplySense::new(Some(Channel::reading(4095))).read(), 4095);
     let channel = Channel::reading(u16::MAX);
-    let limits = ZeroLimits {
-        window: (u16::MAX, u16::MAX),
-        ..LIMITS
-    };
+    let limits = ZeroLimits { window: (u16::MAX, u16::MAX), ..LIMITS };
     let mut deepest = CurrentSense::new(CurrentKind::Signed, limits, channel.clone());
     for _ in 0..=SETTLING + 15 {
         deepest.read();
     }
     channel.0.set(0);
     assert_eq!(deepest.read(), Sample::LOWEST_CURRENT);
-    assert_eq!(
-        Sample::sensed(Sample::LOWEST_CURRENT),
-        Some(Sample::LOWEST_CURRENT)
-    );
+    assert_eq!(Sample::sensed(Sample::LOWEST_CURRENT), Some(Sample::LOWEST_CURRENT));
     for mark in [
         Sample::CURRENT_NOT_SENSED,
         Sample::CURRENT_ZERO_SOUGHT,
@@ -480,17 +426,11 @@ fn where_there_is_no_sensor_no_zero_is_looked_for() {
 
 #[test]
 fn si_values_of_one_count_follow_from_the_circuit() {
-    let scale = Scale {
-        reference_v: 3.3,
-        bits: 12,
-    };
+    let scale = Scale { reference_v: 3.3, bits: 12 };
     // 3.3 V / 4096 = 805.66 µV.
     assert!((scale.volt_per_lsb() - 805.664e-6).abs() < 1e-9);
     // 100 kΩ over 10 kΩ: 11 · 805.66 µV = 8.862 mV, full scale 36.3 V.
-    let divider = Divider {
-        upper_ohm: 100e3,
-        lower_ohm: 10e3,
-    };
+    let divider = Divider { upper_ohm: 100e3, lower_ohm: 10e3 };
     assert!((scale.supply_volt_per_lsb(divider) - 8.862_305e-3).abs() < 1e-8);
     // 450 µA/A into 2.49 kΩ is 1.1205 V/A: 719 µA per count.
     assert!((scale.ampere_per_lsb(1.1205) - 719.022e-6).abs() < 1e-9);
@@ -505,9 +445,7 @@ fn found(readings: impl IntoIterator<Item = (u16, Bridge)>) -> Zero {
 
 fn open(readings: impl IntoIterator<Item = u16>) -> impl Iterator<Item = (u16, Bridge)> {
     let settling = [(0, Bridge::Open); SETTLING];
-    settling
-        .into_iter()
-        .chain(readings.into_iter().map(|raw| (raw, Bridge::Open)))
+    settling.into_iter().chain(readings.into_iter().map(|raw| (raw, Bridge::Open)))
 }
 
 #[test]
@@ -579,22 +517,8 @@ fn two_axes_in_one_array_keep_their_own_counts_currents_and_offsets() {
     shafts[1].turn(9);
     currents[1].0.set(2000);
     let samples: Vec<Sample> = joints.iter_mut().map(AxisHardware::sample).collect();
-    assert_eq!(
-        samples[0],
-        Sample {
-            count: -5,
-            vbus_raw: 1354,
-            current_raw: 0
-        }
-    );
-    assert_eq!(
-        samples[1],
-        Sample {
-            count: 9,
-            vbus_raw: 1354,
-            current_raw: -60
-        }
-    );
+    assert_eq!(samples[0], Sample { count: -5, vbus_raw: 1354, current_raw: 0 });
+    assert_eq!(samples[1], Sample { count: 9, vbus_raw: 1354, current_raw: -60 });
     for (n, joint) in joints.iter_mut().enumerate() {
         joint.apply(Bridge::Driven, 100 * (n as i16 + 1)).unwrap();
     }

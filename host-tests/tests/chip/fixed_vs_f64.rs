@@ -21,11 +21,7 @@ fn record(plant: &Plant) -> Vec<Tick> {
     let mut ticks = Vec::new();
     commission(plant, 5.0, 0, |state, input| {
         let learning = state.phase() == Phase::Learn;
-        ticks.push(Tick {
-            count: input.count,
-            voltage: input.voltage.0,
-            learning,
-        });
+        ticks.push(Tick { count: input.count, voltage: input.voltage.0, learning });
     });
     ticks
 }
@@ -40,10 +36,7 @@ impl Signals {
     fn new(ticks: &[Tick], lengths: &Lengths) -> Self {
         let every = 1usize << lengths.decimation;
         let start = ticks[0].count;
-        let counts: Vec<f64> = ticks
-            .iter()
-            .map(|tick| f64::from(tick.count.wrapping_sub(start)))
-            .collect();
+        let counts: Vec<f64> = ticks.iter().map(|tick| f64::from(tick.count.wrapping_sub(start))).collect();
         let mut acted = vec![0.0];
         acted.extend(ticks.iter().map(|tick| f64::from(tick.voltage) / 16_384.0));
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
@@ -68,11 +61,7 @@ fn spline(order: usize, length: usize) -> Vec<f64> {
 }
 
 fn filtered(kernel: &[f64], signal: &[f64], last: usize) -> f64 {
-    kernel
-        .iter()
-        .enumerate()
-        .map(|(lag, weight)| weight * signal[last - lag])
-        .sum()
+    kernel.iter().enumerate().map(|(lag, weight)| weight * signal[last - lag]).sum()
 }
 
 /// Speed, acceleration, jerk, voltage of the window that ends with sample `last`; blocks, W₀, nominal supply.
@@ -105,9 +94,7 @@ fn solve(mut system: Vec<Vec<f64>>) -> Vec<f64> {
     }
     let mut unknowns = vec![0.0; order];
     for row in (0..order).rev() {
-        let known: f64 = (row + 1..order)
-            .map(|column| system[row][column] * unknowns[column])
-            .sum();
+        let known: f64 = (row + 1..order).map(|column| system[row][column] * unknowns[column]).sum();
         unknowns[row] = (system[row][order] - known) / system[row][row];
     }
     unknowns
@@ -145,10 +132,7 @@ fn compare(plant: &Plant) -> (f64, Compared) {
             let [w, a, j, u] = window(&signals, &lengths, last);
             let integer = [found.speed, found.acceleration, found.jerk, found.voltage]
                 .map(|q| f64::from(q) / 1_048_576.0);
-            worst = integer
-                .iter()
-                .zip([w, a, j, u])
-                .fold(worst, |worst, (x, y)| worst.max((x - y).abs()));
+            worst = integer.iter().zip([w, a, j, u]).fold(worst, |worst, (x, y)| worst.max((x - y).abs()));
             add(&mut system, direction as usize, w, a, j, u);
             rows += 1;
         }
@@ -164,10 +148,7 @@ fn compare(plant: &Plant) -> (f64, Compared) {
     let q = |value: i32| f64::from(value) / 1_048_576.0;
     let gain = 0.5 * (x[2] + x[3]) / x[4];
     let compared = Compared {
-        dead_zone: [
-            percent(q(found.dead_zone[0]), x[0] / x[2]),
-            percent(q(found.dead_zone[1]), x[1] / x[3]),
-        ],
+        dead_zone: [percent(q(found.dead_zone[0]), x[0] / x[2]), percent(q(found.dead_zone[1]), x[1] / x[3])],
         gain: percent(f64::from(found.gain.to_q(24)) / 16_777_216.0, gain),
         time_constant: percent(f64::from(found.time_constant.to_q(20)) / 1_048_576.0, 1.0 / x[4]),
         rows,
@@ -192,23 +173,12 @@ fn add(system: &mut [Vec<f64>], direction: usize, w: f64, a: f64, j: f64, u: f64
 
 #[test]
 fn integers_agree_with_double_precision() {
-    for (family, tick_hz) in [
-        (Family::G1, 1_000),
-        (Family::G2, 1_000),
-        (Family::G3, 2_000),
-        (Family::G2, 10_000),
-    ] {
+    for (family, tick_hz) in
+        [(Family::G1, 1_000), (Family::G2, 1_000), (Family::G3, 2_000), (Family::G2, 10_000)]
+    {
         for number in 0..3 {
-            let options = Options {
-                tick_hz,
-                ..Options::default()
-            };
-            let plant = Plant::draw(
-                family,
-                Severity::Harsh,
-                Seeds::Evaluation(710_000 + number),
-                &options,
-            );
+            let options = Options { tick_hz, ..Options::default() };
+            let plant = Plant::draw(family, Severity::Harsh, Seeds::Evaluation(710_000 + number), &options);
             let (window, found) = compare(&plant);
             println!(
                 "{family:?} {tick_hz} Hz: windows {window:.1e}, d {:?} %, K {:.5} %, tau {:.5} %, {} rows",
@@ -216,15 +186,9 @@ fn integers_agree_with_double_precision() {
             );
             assert!(found.rows > 100, "{} rows", found.rows);
             // Rounding of Q20 alone is 5e-7.
-            assert!(
-                window < 2e-6,
-                "{family:?} {tick_hz} Hz: window differs by {window}"
-            );
-            let worst = found
-                .dead_zone
-                .into_iter()
-                .chain([found.gain, found.time_constant])
-                .fold(0.0, f64::max);
+            assert!(window < 2e-6, "{family:?} {tick_hz} Hz: window differs by {window}");
+            let worst =
+                found.dead_zone.into_iter().chain([found.gain, found.time_constant]).fold(0.0, f64::max);
             assert!(worst <= 0.01, "{family:?} {tick_hz} Hz: {worst} %");
         }
     }

@@ -26,15 +26,7 @@ fn commissioning_runs() {
     let mut desk = Desk::default();
     send(&mut desk, 1, Command::Configure(config())).expect("configured");
     send(&mut desk, 2, Command::Arm).expect("armed");
-    send(
-        &mut desk,
-        3,
-        Command::Commission {
-            budget_ms: 3000,
-            seed: 1,
-        },
-    )
-    .expect("runs");
+    send(&mut desk, 3, Command::Commission { budget_ms: 3000, seed: 1 }).expect("runs");
     let moving = (0..120 * SHARE).any(|_| desk.tick().bridge == Bridge::Driven);
     assert!(moving, "the motor is excited");
     send(&mut desk, 4, Command::Stop).expect("stopped");
@@ -47,11 +39,7 @@ fn tracking_with_compensation_runs() {
     send(&mut desk, 1, Command::Configure(config())).expect("configured");
     send(&mut desk, 2, Command::Adopt(estimates())).expect("adopted");
     send(&mut desk, 3, Command::Arm).expect("armed");
-    let sine = Command::TrackSine {
-        amplitude_rad: 1.0,
-        frequency_hz: 2.0,
-        duration_ms: 1000,
-    };
+    let sine = Command::TrackSine { amplitude_rad: 1.0, frequency_hz: 2.0, duration_ms: 1000 };
     send(&mut desk, 4, sine).expect("tracks");
     let output = desk.ticks(100 * SHARE);
     assert_eq!(output.bridge, Bridge::Driven);
@@ -78,19 +66,11 @@ fn every_tick_travels_over_the_link() {
     let mut receiver = Receiver::<Message>::new();
     for sequence in 0..10 {
         let output = desk.tick();
-        let message = Message::Telemetry {
-            axis: 0,
-            tick: u32::from(sequence),
-            cost: 0,
-            record: output.record,
-        };
+        let message =
+            Message::Telemetry { axis: 0, tick: u32::from(sequence), cost: 0, record: output.record };
         let mut buffer = [0; FRAME_CAPACITY];
         let bytes = encode(sequence, &message, &mut buffer).expect("fits").to_vec();
-        let frame = bytes
-            .iter()
-            .find_map(|&byte| receiver.push(byte))
-            .expect("whole")
-            .expect("intact");
+        let frame = bytes.iter().find_map(|&byte| receiver.push(byte)).expect("whole").expect("intact");
         assert_eq!((frame.sequence, frame.body), (sequence, message));
     }
 }
@@ -103,8 +83,5 @@ fn parameters_are_stored_and_survive_a_cut() {
     store.flash().cut(100, 3, 5);
     save(&mut store, &set(2)).expect_err("the power was cut");
     assert!(store.flash().reboot());
-    assert_eq!(
-        loaded(&mut Store::<4096>::new(store.flash().clone(), 0)),
-        Some(set(1))
-    );
+    assert_eq!(loaded(&mut Store::<4096>::new(store.flash().clone(), 0)), Some(set(1)));
 }

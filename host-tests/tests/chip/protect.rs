@@ -8,11 +8,7 @@ use servo::link::protocol::{Command, Refusal};
 use servo::protect::{Action, Actions, Condition, Fault, Forbidden, Interlock};
 use servo::record::Activity;
 
-const STANDING: Sample = Sample {
-    count: 7,
-    vbus_raw: 1200,
-    current_raw: Sample::CURRENT_NOT_SENSED,
-};
+const STANDING: Sample = Sample { count: 7, vbus_raw: 1200, current_raw: Sample::CURRENT_NOT_SENSED };
 
 fn order(axis: &mut ServoAxis, command: Command) -> Result<(), Refusal> {
     Ok(axis.execute(&Order::from_command(&command)?.for_axis()?)?)
@@ -66,10 +62,9 @@ fn the_table_opens_unless_told_otherwise_and_refuses_what_cannot_be() {
 
 #[test]
 fn a_permission_that_is_withdrawn_opens_the_bridge_and_cannot_be_cleared_while_it_is_missing() {
-    for (interlock, fault) in [
-        (Interlock::Disabled, Fault::Disabled),
-        (Interlock::BridgeFault, Fault::BridgeFault),
-    ] {
+    for (interlock, fault) in
+        [(Interlock::Disabled, Fault::Disabled), (Interlock::BridgeFault, Fault::BridgeFault)]
+    {
         let mut joint = driving();
         joint.raise(Condition::Interlock(Interlock::Granted));
         assert_eq!(joint.step(STANDING).output.bridge, Bridge::Driven);
@@ -104,11 +99,7 @@ fn what_is_found_at_boot_waits_for_the_axis_and_for_the_explicit_clear() {
         let record = joint.step(STANDING).output.record;
         assert_eq!((record.fault, record.activity), (fault, Activity::Faulted));
         order(&mut joint, Command::Configure(config())).expect("bridge open");
-        assert_eq!(
-            joint.step(STANDING).output.record.fault,
-            fault,
-            "the first reason stays"
-        );
+        assert_eq!(joint.step(STANDING).output.record.fault, fault, "the first reason stays");
         order(&mut joint, Command::Configure(config())).expect("bridge open");
         let faulted = Err(Refusal::Axis(axis::Refusal::Faulted));
         assert_eq!(order(&mut joint, Command::Arm), faulted);
@@ -123,13 +114,7 @@ fn a_tick_that_overruns_opens_the_bridge() {
     let mut joint = driving();
     joint.raise(Condition::TickOverrun);
     let output = joint.step(STANDING).output;
-    assert_eq!(
-        (output.bridge, output.record.fault),
-        (Bridge::Open, Fault::TickOverrun)
-    );
-    assert_eq!(
-        Condition::behind(Fault::TickOverrun),
-        Some(Condition::TickOverrun)
-    );
+    assert_eq!((output.bridge, output.record.fault), (Bridge::Open, Fault::TickOverrun));
+    assert_eq!(Condition::behind(Fault::TickOverrun), Some(Condition::TickOverrun));
     assert_eq!(Condition::behind(Fault::NoMotion), None);
 }

@@ -21,21 +21,12 @@ fn plant() -> Plant {
         counts_per_rev: 500,
         rated_speed_rad_s: 220.0,
         tick_hz: 10_000,
-        time_constant_hint_s: Optional::NONE,
         gear_ratio: 1.0,
-        travel_limit_rad: None,
-        current_limit_a: Optional::NONE,
-        energy_limit_j: Optional::NONE,
-        speed_limit_rad_s: Optional::NONE,
         pwm_delay_ticks: 1,
         pwm_full_scale: 4200,
         vbus_v_per_lsb: 0.005,
         current_a_per_lsb: 0.01,
-        supply_low_v: Optional::NONE,
-        supply_high_v: Optional::NONE,
-        acceleration_limit_rad_s2: Optional::NONE,
-        jerk_limit_rad_s3: Optional::NONE,
-        voltage_limit_v: Optional::NONE,
+        ..Config::EXAMPLE
     };
     let sensing = Sensing {
         phase_error: 0.1,
@@ -46,13 +37,7 @@ fn plant() -> Plant {
         current: false,
         current_noise: 0.0,
     };
-    Plant {
-        seed: 7,
-        truth: Truth::of(&motor),
-        motor,
-        config,
-        sensing,
-    }
+    Plant { seed: 7, truth: Truth::of(&motor), motor, config, sensing }
 }
 
 /// Runs for a time, s, and gives the last output.
@@ -70,21 +55,11 @@ fn must(bench: &mut Bench, command: Command) {
 }
 
 fn refused(bench: &mut Bench, command: Command) -> Refusal {
-    bench
-        .axis
-        .command(&mut bench.state, &command)
-        .expect_err("a refusal")
+    bench.axis.command(&mut bench.state, &command).expect_err("a refusal")
 }
 
-const SINE: Command = Command::TrackSine {
-    amplitude_rad: 6.0,
-    frequency_hz: 1.0,
-    duration_ms: 3_000,
-};
-const COMMISSION: Command = Command::Commission {
-    budget_ms: 5_000,
-    seed: 1,
-};
+const SINE: Command = Command::TrackSine { amplitude_rad: 6.0, frequency_hz: 1.0, duration_ms: 3_000 };
+const COMMISSION: Command = Command::Commission { budget_ms: 5_000, seed: 1 };
 
 #[test]
 fn it_commissions_itself_and_then_tracks_several_times_better_with_what_it_learned() {
@@ -97,10 +72,7 @@ fn it_commissions_itself_and_then_tracks_several_times_better_with_what_it_learn
     assert_eq!(report.refused, None);
     let (positive, negative) = (report.estimates.dead_zone_pos_v, report.estimates.dead_zone_neg_v);
     assert!(positive.trusted && negative.trusted, "{report:?}");
-    assert!(
-        (positive.value.expect("a value") - 1.2).abs() < 0.03,
-        "{positive:?}"
-    );
+    assert!((positive.value.expect("a value") - 1.2).abs() < 0.03, "{positive:?}");
     assert_eq!(idle.bridge, Bridge::Open);
 
     let counts_per_rad = 500.0 / TAU;
@@ -131,10 +103,7 @@ fn torque_needs_arming_and_motion_needs_knowledge() {
     assert_eq!(refused(&mut bench, COMMISSION), Refusal::NotArmed);
     must(&mut bench, Command::Arm);
     assert_eq!(refused(&mut bench, SINE), Refusal::NotIdentified);
-    assert_eq!(
-        refused(&mut bench, Command::Position(1.0)),
-        Refusal::NotIdentified
-    );
+    assert_eq!(refused(&mut bench, Command::Position(1.0)), Refusal::NotIdentified);
     must(&mut bench, COMMISSION);
     assert_eq!(refused(&mut bench, COMMISSION), Refusal::Busy);
     assert_eq!(refused(&mut bench, SINE), Refusal::Busy);
@@ -157,10 +126,7 @@ fn targets_beyond_the_end_stops_are_refused() {
     must(&mut bench, Command::Arm);
     assert_eq!(refused(&mut bench, SINE), Refusal::BeyondTravel);
     assert_eq!(refused(&mut bench, Command::Position(3.1)), Refusal::BeyondTravel);
-    assert_eq!(
-        refused(&mut bench, Command::Position(f32::NAN)),
-        Refusal::OutOfRange
-    );
+    assert_eq!(refused(&mut bench, Command::Position(f32::NAN)), Refusal::OutOfRange);
     must(&mut bench, Command::Position(2.9));
 }
 
@@ -177,24 +143,14 @@ fn a_replay_of_the_raw_integers_gives_the_same_bits_and_two_axes_do_not_disturb_
             _ => None,
         } {
             must(&mut bench, command);
-            axis.command(&mut replay, &command)
-                .expect("accepted as on the chip");
+            axis.command(&mut replay, &command).expect("accepted as on the chip");
         }
         let output = bench.tick();
         let record = output.record;
-        let sample = Sample {
-            count: record.count,
-            vbus_raw: record.vbus_raw,
-            current_raw: record.current_raw,
-        };
+        let sample =
+            Sample { count: record.count, vbus_raw: record.vbus_raw, current_raw: record.current_raw };
         assert_eq!(axis.step(&mut replay, sample), output, "tick {k}");
-        let idle = axis.step(
-            &mut bystander,
-            Sample {
-                count: -record.count,
-                ..sample
-            },
-        );
+        let idle = axis.step(&mut bystander, Sample { count: -record.count, ..sample });
         assert_eq!((idle.bridge, idle.duty), (Bridge::Open, 0));
     }
 }
@@ -211,12 +167,7 @@ fn a_second_commissioning_sees_the_saturation_again() {
         must(&mut bench, Command::Arm);
         must(&mut bench, COMMISSION);
         run(&mut bench, 6.0);
-        let estimates = bench
-            .axis
-            .report(&bench.state)
-            .commissioning
-            .expect("an outcome")
-            .estimates;
+        let estimates = bench.axis.report(&bench.state).commissioning.expect("an outcome").estimates;
         for found in [estimates.saturation_pos_v, estimates.saturation_neg_v] {
             let level = found.value.unwrap_or(0.0);
             assert!((level - 8.5).abs() < 0.1, "commissioning {number}: {found:?}");

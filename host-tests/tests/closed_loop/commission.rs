@@ -24,34 +24,22 @@ fn dead_zone(scores: &[Score]) -> [f64; 3] {
 
 #[test]
 fn main_job_at_10_khz_finds_dead_zone_and_saturation() {
-    let options = Options {
-        tick_hz: 10_000,
-        ..Options::default()
-    };
+    let options = Options { tick_hz: 10_000, ..Options::default() };
     for family in [Family::G1, Family::G2, Family::G3] {
         let scores = scores(family, Severity::Nominal, 5.0, 12, &options);
-        assert!(
-            scores.iter().all(|score| score.refused.is_none()),
-            "{family:?}: {scores:?}"
-        );
+        assert!(scores.iter().all(|score| score.refused.is_none()), "{family:?}: {scores:?}");
         let [_, _, worst] = dead_zone(&scores);
         assert!(worst < 1.0, "{family:?}: dead zone {worst} %");
         let [_, _, worst] = quantiles(scores.iter().flat_map(|score| score.saturation.clone()));
         assert!(worst < 1.0, "{family:?}: saturation {worst} %");
-        assert!(
-            scores.iter().all(|score| score.mechanism == Some(true)),
-            "{family:?}: {scores:?}"
-        );
+        assert!(scores.iter().all(|score| score.mechanism == Some(true)), "{family:?}: {scores:?}");
     }
 }
 
 #[test]
 fn papers_motor_needs_more_than_five_seconds() {
     let refused = scores(Family::Paper, Severity::Exact, 5.0, 4, &Options::default());
-    assert!(
-        refused.iter().all(|score| score.refused == Some("too_short")),
-        "{refused:?}"
-    );
+    assert!(refused.iter().all(|score| score.refused == Some("too_short")), "{refused:?}");
     let given = scores(Family::Paper, Severity::Exact, 12.0, 4, &Options::default());
     let [_, _, worst] = dead_zone(&given);
     assert!(worst < 2.0, "dead zone {worst} %");
@@ -60,19 +48,8 @@ fn papers_motor_needs_more_than_five_seconds() {
 /// What must be refused, and why.
 #[test]
 fn refusals_name_their_reason() {
-    let plant = || {
-        Plant::draw(
-            Family::G2,
-            Severity::Nominal,
-            Seeds::Evaluation(FIRST),
-            &Options::default(),
-        )
-    };
-    let refused = |plant: &Plant| {
-        commission(plant, 5.0, 0, |_, _| {})
-            .refused
-            .map(|reason| reason.code())
-    };
+    let plant = || Plant::draw(Family::G2, Severity::Nominal, Seeds::Evaluation(FIRST), &Options::default());
+    let refused = |plant: &Plant| commission(plant, 5.0, 0, |_, _| {}).refused.map(|reason| reason.code());
     assert_eq!(refused(&plant()), None);
     let mut stalled = plant();
     stalled.motor.friction.kinetic_nm = [1e3; 2];
@@ -107,19 +84,11 @@ fn refusals_name_their_reason() {
 #[test]
 fn too_coarse_an_encoder_is_named() {
     for number in FIRST..FIRST + 6 {
-        let mut plant = Plant::draw(
-            Family::G3,
-            Severity::Nominal,
-            Seeds::Evaluation(number),
-            &Options::default(),
-        );
+        let mut plant =
+            Plant::draw(Family::G3, Severity::Nominal, Seeds::Evaluation(number), &Options::default());
         plant.config.counts_per_rev = 24;
         let score = Score::of(&plant, &commission(&plant, 5.0, number, |_, _| {}));
-        assert_eq!(
-            score.refused.or(score.doubt),
-            Some("encoder_too_slow"),
-            "{number}: {score:?}"
-        );
+        assert_eq!(score.refused.or(score.doubt), Some("encoder_too_slow"), "{number}: {score:?}");
         assert!(!score.all_trusted());
     }
 }
@@ -128,12 +97,7 @@ fn too_coarse_an_encoder_is_named() {
 #[test]
 fn load_steps_are_noticed() {
     for number in FIRST..FIRST + 12 {
-        let plant = Plant::draw(
-            Family::G2,
-            Severity::Harsh,
-            Seeds::Evaluation(number),
-            &Options::default(),
-        );
+        let plant = Plant::draw(Family::G2, Severity::Harsh, Seeds::Evaluation(number), &Options::default());
         let mean = 0.5 * (plant.truth.dead_zone_v[0] + plant.truth.dead_zone_v[1]);
         let at_s = 1.0 + 0.15 * f64::from(number - FIRST);
         let mut plant = plant.with_load_step(at_s, 0.3);
@@ -147,16 +111,10 @@ fn load_steps_are_noticed() {
 /// Saturation that begins within the range that is learned, and none at all.
 #[test]
 fn low_knees_are_found_and_none_is_invented() {
-    let with = |ceiling| Options {
-        ceiling,
-        ..Options::default()
-    };
+    let with = |ceiling| Options { ceiling, ..Options::default() };
     for (share, worst_allowed) in [(0.5, 3.0), (0.56, 3.0), (0.62, 3.0)] {
         let scores = scores(Family::G1, Severity::Nominal, 5.0, 6, &with(Ceiling::At(share)));
-        assert!(
-            scores.iter().all(|score| score.unseen == 0),
-            "{share}: {scores:?}"
-        );
+        assert!(scores.iter().all(|score| score.unseen == 0), "{share}: {scores:?}");
         let [_, _, worst] = quantiles(scores.iter().flat_map(|score| score.saturation.clone()));
         assert!(worst < worst_allowed, "{share}: saturation {worst} %");
         assert!(!scores.iter().any(|score| score.false_trust(12.0)));
@@ -169,12 +127,8 @@ fn low_knees_are_found_and_none_is_invented() {
 #[test]
 fn limited_travel_is_respected() {
     for number in FIRST..FIRST + 6 {
-        let mut plant = Plant::draw(
-            Family::G3,
-            Severity::Nominal,
-            Seeds::Evaluation(number),
-            &Options::default(),
-        );
+        let mut plant =
+            Plant::draw(Family::G3, Severity::Nominal, Seeds::Evaluation(number), &Options::default());
         // 0.3 s at full speed: less than one segment needs.
         let travel = (0.3 * plant.truth.gain * 12.0) as f32;
         plant.config.travel_limit_rad = Some([-0.5 * travel, 0.5 * travel]);
@@ -185,10 +139,7 @@ fn limited_travel_is_respected() {
             high = high.max(input.count - start);
         });
         let limit = (0.5 * travel * plant.config.counts_per_rev as f32 / std::f32::consts::TAU) as i32;
-        assert!(
-            -limit <= low && high <= limit,
-            "{number}: {low} … {high} of ± {limit}"
-        );
+        assert!(-limit <= low && high <= limit, "{number}: {low} … {high} of ± {limit}");
         assert!(report.refused.is_none(), "{number}: {report:?}");
         let score = Score::of(&plant, &report);
         let [_, _, worst] = dead_zone(std::slice::from_ref(&score));

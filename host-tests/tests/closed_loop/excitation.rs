@@ -10,25 +10,12 @@ use servo::record::{Activity, Source};
 use servo::units::Voltage;
 use std::f64::consts::TAU;
 
-const CHIRP: Waveform = Waveform {
-    amplitude_v: 6.0,
-    from_hz: 0.5,
-    to_hz: 40.0,
-    sweep: Sweep::Linear,
-    duration_ms: 8_000,
-};
+const CHIRP: Waveform =
+    Waveform { amplitude_v: 6.0, from_hz: 0.5, to_hz: 40.0, sweep: Sweep::Linear, duration_ms: 8_000 };
 
 fn plant(tick_hz: u32, number: u32) -> Plant {
-    let options = Options {
-        tick_hz,
-        ..Options::default()
-    };
-    Plant::draw(
-        Family::G2,
-        Severity::Nominal,
-        Seeds::Evaluation(760_000 + number),
-        &options,
-    )
+    let options = Options { tick_hz, ..Options::default() };
+    Plant::draw(Family::G2, Severity::Nominal, Seeds::Evaluation(760_000 + number), &options)
 }
 
 /// All voltages in volts, and the frequency before each tick in Hz.
@@ -45,11 +32,7 @@ fn course(waveform: &Waveform, tick_hz: u32) -> Vec<(f64, f64)> {
 
 #[test]
 fn a_sine_is_one_to_a_thousandth() {
-    let sine = Waveform {
-        to_hz: 3.7,
-        from_hz: 3.7,
-        ..CHIRP
-    };
+    let sine = Waveform { to_hz: 3.7, from_hz: 3.7, ..CHIRP };
     let course = course(&sine, 10_000);
     assert_eq!(course.len(), 80_000);
     let worst = (0..)
@@ -69,32 +52,19 @@ fn a_chirp_goes_through_all_frequencies_and_ends_where_it_should() {
             (0.01, 1_000.0, 100, 20_000),
             (1.0, 1.001, 3_600_000, 1_000),
         ] {
-            let waveform = Waveform {
-                from_hz,
-                to_hz,
-                sweep,
-                duration_ms,
-                ..CHIRP
-            };
+            let waveform = Waveform { from_hz, to_hz, sweep, duration_ms, ..CHIRP };
             let course = course(&waveform, tick_hz);
             let (first, last) = (course[0].1, course[course.len() - 1].1);
             let span = f64::from((to_hz - from_hz).abs());
             let step = span / course.len() as f64;
-            assert!(
-                (first - f64::from(from_hz)).abs() <= 1e-5 * f64::from(from_hz) + 5e-6,
-                "{first} Hz"
-            );
+            assert!((first - f64::from(from_hz)).abs() <= 1e-5 * f64::from(from_hz) + 5e-6, "{first} Hz");
             let off = (last - f64::from(to_hz)).abs();
             // The last tick lies one step before the end; a logarithmic chirp ends with larger ones.
             let ratio = f64::from(to_hz / from_hz).ln().abs() / course.len() as f64 * f64::from(to_hz);
             let allowed = tolerance * f64::from(to_hz.max(from_hz)) + step.max(ratio) + 5e-6;
-            assert!(
-                off <= allowed,
-                "{sweep:?} {from_hz} to {to_hz} Hz ends at {last} Hz"
-            );
-            let between = course
-                .windows(2)
-                .all(|pair| (pair[1].1 - pair[0].1) * f64::from(to_hz - from_hz) >= 0.0);
+            assert!(off <= allowed, "{sweep:?} {from_hz} to {to_hz} Hz ends at {last} Hz");
+            let between =
+                course.windows(2).all(|pair| (pair[1].1 - pair[0].1) * f64::from(to_hz - from_hz) >= 0.0);
             assert!(between, "{sweep:?} {from_hz} to {to_hz} Hz turns back");
         }
     }
@@ -103,12 +73,7 @@ fn a_chirp_goes_through_all_frequencies_and_ends_where_it_should() {
 /// Half of the time a logarithmic chirp is below the geometric mean.
 #[test]
 fn a_logarithmic_chirp_gives_every_octave_the_same_time() {
-    let waveform = Waveform {
-        from_hz: 0.1,
-        to_hz: 10.0,
-        sweep: Sweep::Logarithmic,
-        ..CHIRP
-    };
+    let waveform = Waveform { from_hz: 0.1, to_hz: 10.0, sweep: Sweep::Logarithmic, ..CHIRP };
     let course = course(&waveform, 10_000);
     let middle = course[course.len() / 2].1;
     assert!((middle - 1.0).abs() < 2e-3, "{middle} Hz");
@@ -122,74 +87,30 @@ fn command(bench: &mut Bench, command: Command) -> Result<(), Refusal> {
 fn a_number_that_cannot_be_is_refused_with_its_name_and_range() {
     let mut bench = Bench::new(&plant(1_000, 0));
     bench.run(0.01, |_, _| {});
-    assert_eq!(
-        command(&mut bench, Command::Excite(CHIRP)),
-        Err(Refusal::NotArmed)
-    );
+    assert_eq!(command(&mut bench, Command::Excite(CHIRP)), Err(Refusal::NotArmed));
     command(&mut bench, Command::Arm).expect("no fault");
     let wrong = [
-        (
-            Field::ExcitationAmplitude,
-            0.012,
-            12.0,
-            Waveform {
-                amplitude_v: 12.1,
-                ..CHIRP
-            },
-        ),
-        (
-            Field::ExcitationAmplitude,
-            0.012,
-            12.0,
-            Waveform {
-                amplitude_v: f32::NAN,
-                ..CHIRP
-            },
-        ),
-        (
-            Field::ExcitationFrom,
-            0.01,
-            50.0,
-            Waveform {
-                from_hz: 0.0,
-                ..CHIRP
-            },
-        ),
+        (Field::ExcitationAmplitude, 0.012, 12.0, Waveform { amplitude_v: 12.1, ..CHIRP }),
+        (Field::ExcitationAmplitude, 0.012, 12.0, Waveform { amplitude_v: f32::NAN, ..CHIRP }),
+        (Field::ExcitationFrom, 0.01, 50.0, Waveform { from_hz: 0.0, ..CHIRP }),
         (Field::ExcitationTo, 0.01, 50.0, Waveform { to_hz: 50.1, ..CHIRP }),
-        (
-            Field::ExcitationDuration,
-            0.1,
-            3600.0,
-            Waveform {
-                duration_ms: 99,
-                ..CHIRP
-            },
-        ),
+        (Field::ExcitationDuration, 0.1, 3600.0, Waveform { duration_ms: 99, ..CHIRP }),
     ];
     for (field, minimum, maximum, waveform) in wrong {
-        let Err(Refusal::Value(ConfigError {
-            field: named,
-            minimum: low,
-            maximum: high,
-        })) = command(&mut bench, Command::Excite(waveform))
+        let Err(Refusal::Value(ConfigError { field: named, minimum: low, maximum: high })) =
+            command(&mut bench, Command::Excite(waveform))
         else {
             panic!("{field:?} is accepted");
         };
         assert_eq!(named, field);
-        assert!(
-            (low - minimum).abs() < 1e-6 && (high - maximum).abs() < 1e-3,
-            "{field:?}: {low} to {high}"
-        );
+        assert!((low - minimum).abs() < 1e-6 && (high - maximum).abs() < 1e-3, "{field:?}: {low} to {high}");
     }
     let mut between_stops = plant(1_000, 0);
     between_stops.config.travel_limit_rad = Some([-1.0, 1.0]);
     let mut bench = Bench::new(&between_stops);
     bench.run(0.01, |_, _| {});
     command(&mut bench, Command::Arm).expect("no fault");
-    assert_eq!(
-        command(&mut bench, Command::Excite(CHIRP)),
-        Err(Refusal::BeyondTravel)
-    );
+    assert_eq!(command(&mut bench, Command::Excite(CHIRP)), Err(Refusal::BeyondTravel));
 }
 
 #[test]
@@ -204,9 +125,7 @@ fn it_is_not_disturbed_and_ends_with_the_bridge_open() {
     assert_eq!(command(&mut bench, Command::Voltage(1.0)), Err(Refusal::Busy));
     assert_eq!(command(&mut bench, Command::Excite(CHIRP)), Err(Refusal::Busy));
     let mut driven = 0;
-    bench.run(8.0, |output, _| {
-        driven += u32::from(output.bridge == Bridge::Driven)
-    });
+    bench.run(8.0, |output, _| driven += u32::from(output.bridge == Bridge::Driven));
     assert_eq!(driven, 70_000, "eight seconds, one of them before");
     let last = bench.tick();
     assert_eq!((last.bridge, last.duty), (Bridge::Open, 0));
@@ -223,13 +142,7 @@ fn it_is_not_disturbed_and_ends_with_the_bridge_open() {
 /// Nothing was commissioned: what the loops would use comes from the excitation alone.
 #[test]
 fn the_identification_learns_from_a_slow_chirp() {
-    let chirp = Waveform {
-        amplitude_v: 7.0,
-        from_hz: 0.4,
-        to_hz: 2.5,
-        duration_ms: 10_000,
-        ..CHIRP
-    };
+    let chirp = Waveform { amplitude_v: 7.0, from_hz: 0.4, to_hz: 2.5, duration_ms: 10_000, ..CHIRP };
     for number in 0..6 {
         let plant = plant(if number < 3 { 1_000 } else { 10_000 }, number);
         let mut bench = Bench::new(&plant);
@@ -238,12 +151,7 @@ fn the_identification_learns_from_a_slow_chirp() {
         command(&mut bench, Command::Excite(chirp)).expect("it may");
         bench.run(10.1, |_, _| {});
         let record = bench.tick().record;
-        assert_eq!(
-            record.gain_source,
-            Source::Trusted,
-            "{number}: {:?}",
-            bench.state.estimates()
-        );
+        assert_eq!(record.gain_source, Source::Trusted, "{number}: {:?}", bench.state.estimates());
         let scale = plant.config.build().expect("a configuration");
         let learned = bench.state.estimates().report(&scale);
         let found = [learned.dead_zone_pos_v, learned.dead_zone_neg_v];

@@ -12,10 +12,7 @@ use servo::units::Speed;
 use truing::synthetic::reference_plant::Train;
 
 fn commissioned(family: Family, number: u32, sensed: bool, budget_ms: u32) -> (Plant, Trial) {
-    let options = Options {
-        tick_hz: 1000,
-        ..Options::default()
-    };
+    let options = Options { tick_hz: 1000, ..Options::default() };
     let seeds = Seeds::Evaluation(700_000 + number);
     let mut plant = Plant::draw(family, Severity::Harsh, seeds, &options);
     plant.sensing.current = sensed;
@@ -66,11 +63,7 @@ fn of_a_shaft_that_friction_may_hold_nothing_is_demanded() {
             let volts = share * plant.truth.dead_zone_v[side];
             trial.must(Command::Voltage(volts as f32));
             trial.run(6.0 * plant.truth.time_constant_s, |_, _| {});
-            assert_eq!(
-                trial.fault(),
-                Fault::None,
-                "{family:?}, {volts} V behind the dead zone"
-            );
+            assert_eq!(trial.fault(), Fault::None, "{family:?}, {volts} V behind the dead zone");
         }
     }
 }
@@ -81,9 +74,7 @@ fn of_a_shaft_that_friction_may_hold_nothing_is_demanded() {
 fn a_current_that_passes_through_zero_is_not_missing() {
     let (plant, mut trial) = commissioned(Family::Paper, 0, true, 20_000);
     assert_eq!(plant.truth.cause, Cause::Input);
-    for speed in [
-        -30.0, -12.6, -28.0, -12.6, 25.0, 10.0, 30.0, -30.0, -14.0, -30.0, -12.6,
-    ] {
+    for speed in [-30.0, -12.6, -28.0, -12.6, 25.0, 10.0, 30.0, -30.0, -14.0, -30.0, -12.6] {
         trial.must(Command::Speed(speed));
         trial.run(4.0 * plant.truth.time_constant_s, |_, _| {});
         assert_eq!(trial.fault(), Fault::None, "towards {speed} rad/s");
@@ -94,11 +85,9 @@ fn a_current_that_passes_through_zero_is_not_missing() {
 /// than its break-away level was demanded of it.
 #[test]
 fn a_slow_speed_that_the_observer_alone_sees_begins_no_motion() {
-    for (family, number, sensed, seconds) in [
-        (Family::G1, 1000, true, 290.0),
-        (Family::G2, 1020, true, 335.0),
-        (Family::Paper, 903, false, 40.0),
-    ] {
+    for (family, number, sensed, seconds) in
+        [(Family::G1, 1000, true, 290.0), (Family::G2, 1020, true, 335.0), (Family::Paper, 903, false, 40.0)]
+    {
         let plant = calm::plant(family, Seeds::Evaluation(700_000 + number), 1000, sensed, seconds);
         let calm = calm::run(&plant, family, seconds);
         assert_eq!(calm.fault, Fault::None, "{family:?} {number} {calm:?}");
@@ -135,13 +124,7 @@ fn a_load_within_the_learned_dead_zone_does_not_lower_the_margin() {
 /// A rotor with 15 % of the inertia behind a gear with play and teeth that meet hard.
 fn with_heavy_play(mut plant: Plant) -> Plant {
     let half = plant.clone().with(Imperfection::Backlash);
-    let Train::Play {
-        mut split,
-        gap_rad,
-        stiffness,
-        damping,
-    } = half.motor.train
-    else {
+    let Train::Play { mut split, gap_rad, stiffness, damping } = half.motor.train else {
         panic!("no play");
     };
     split.inertia = 0.85;
@@ -162,12 +145,7 @@ fn with_heavy_play(mut plant: Plant) -> Plant {
 fn a_rotor_that_runs_free_through_play_begins_no_motion() {
     for family in [Family::G1, Family::G2, Family::G3] {
         for seed in 0..12 {
-            let plant = Plant::draw(
-                family,
-                Severity::Nominal,
-                Seeds::Design(seed),
-                &Options::default(),
-            );
+            let plant = Plant::draw(family, Severity::Nominal, Seeds::Design(seed), &Options::default());
             let plant = with_heavy_play(plant);
             let tau = plant.truth.time_constant_s;
             let mut bench = knowing(&plant);

@@ -9,9 +9,7 @@ const FAMILIES: [Family; 4] = [Family::G1, Family::G2, Family::G3, Family::Paper
 const SEVERITIES: [Severity; 3] = [Severity::Exact, Severity::Nominal, Severity::Harsh];
 
 fn plants(seeds: impl Fn(u32) -> Seeds, options: Options) -> impl Iterator<Item = Plant> {
-    let plants = FAMILIES
-        .into_iter()
-        .flat_map(move |family| SEVERITIES.map(|severity| (family, severity)));
+    let plants = FAMILIES.into_iter().flat_map(move |family| SEVERITIES.map(|severity| (family, severity)));
     plants
         .enumerate()
         .map(move |(n, (family, severity))| Plant::draw(family, severity, seeds(n as u32), &options))
@@ -29,18 +27,13 @@ fn steady_speed(motor: &Motor, volts: f64) -> f64 {
     motor.friction.ripple = 0.0;
     let settled = 20.0 * motor.time_constant();
     let mut simulator = Simulator::new(motor, 1e-7, 0);
-    simulator
-        .run(Command::Volts(volts), Bridge::Driven, settled)
-        .omega
+    simulator.run(Command::Volts(volts), Bridge::Driven, settled).omega
 }
 
 #[test]
 fn dead_zone_gain_and_saturation_are_those_of_the_steady_speeds() {
     for cause in [Cause::Friction, Cause::Input] {
-        let options = Options {
-            cause: Some(cause),
-            ..Options::default()
-        };
+        let options = Options { cause: Some(cause), ..Options::default() };
         for plant in plants(Seeds::Design, options) {
             let (truth, mut slopes) = (plant.truth, [0.0; 2]);
             for (side, sign) in [(0, 1.0), (1, -1.0)] {
@@ -57,11 +50,7 @@ fn dead_zone_gain_and_saturation_are_those_of_the_steady_speeds() {
                 assert!((beyond / speed(knee) - 1.0).abs() < 1e-3, "{:?}", plant.truth);
             }
             let gain = 0.5 * (slopes[0] + slopes[1]);
-            assert!(
-                (gain / truth.gain - 1.0).abs() < 0.003,
-                "gain {gain}, {:?}",
-                plant.truth
-            );
+            assert!((gain / truth.gain - 1.0).abs() < 0.003, "gain {gain}, {:?}", plant.truth);
             assert_eq!(truth.cause, cause);
         }
     }
@@ -69,13 +58,7 @@ fn dead_zone_gain_and_saturation_are_those_of_the_steady_speeds() {
 
 #[test]
 fn time_constant_is_the_area_above_a_small_step_response() {
-    for plant in plants(
-        Seeds::Design,
-        Options {
-            ceiling: Ceiling::Absent,
-            ..Options::default()
-        },
-    ) {
+    for plant in plants(Seeds::Design, Options { ceiling: Ceiling::Absent, ..Options::default() }) {
         let k = plant.motor.drive.gain[0];
         let mut motor = plant.motor.clone();
         motor.drag = 0.0;
@@ -87,11 +70,7 @@ fn time_constant_is_the_area_above_a_small_step_response() {
         let end = Simulator::new(motor, 1e-9, 0).run(Command::Volts(1.0), Bridge::Driven, settled);
         // ∫ (steady − ω) dt / steady = sum of the time constants.
         let area = settled - end.theta / end.omega;
-        assert!(
-            (area / plant.truth.time_constant_s - 1.0).abs() < 1e-5,
-            "{area} {:?}",
-            plant.truth
-        );
+        assert!((area / plant.truth.time_constant_s - 1.0).abs() < 1e-5, "{area} {:?}", plant.truth);
     }
 }
 
@@ -110,12 +89,7 @@ fn design_and_evaluation_never_share_a_plant() {
 fn firmware_is_told_no_more_than_axis_toml_allows() {
     let mut hinted = 0;
     for n in 0..200 {
-        let plant = Plant::draw(
-            Family::G3,
-            Severity::Nominal,
-            Seeds::Design(n),
-            &Options::default(),
-        );
+        let plant = Plant::draw(Family::G3, Severity::Nominal, Seeds::Design(n), &Options::default());
         let rated = f64::from(plant.config.rated_speed_rad_s) / (plant.motor.gain() * 12.0);
         assert!((0.69..1.31).contains(&rated));
         if let Some(hint) = plant.config.time_constant_hint_s.get() {
@@ -130,16 +104,11 @@ fn firmware_is_told_no_more_than_axis_toml_allows() {
 #[test]
 fn knee_and_its_absence_can_be_asked_for() {
     let draw = |ceiling| {
-        let options = Options {
-            ceiling,
-            ..Options::default()
-        };
+        let options = Options { ceiling, ..Options::default() };
         Plant::draw(Family::G1, Severity::Nominal, Seeds::Design(3), &options).truth
     };
     assert_eq!(draw(Ceiling::Absent).saturation_v, [None, None]);
-    let low = draw(Ceiling::At(0.5))
-        .saturation_v
-        .map(|level| level.unwrap_or(0.0));
+    let low = draw(Ceiling::At(0.5)).saturation_v.map(|level| level.unwrap_or(0.0));
     assert!(low.iter().all(|level| (level - 6.0).abs() < 1e-9), "{low:?}");
 }
 
@@ -159,22 +128,12 @@ fn every_imperfection_moves_the_motor_and_none_breaks_the_simulation() {
         let plain = Plant::draw(family, Severity::Nominal, Seeds::Design(1), &Options::default());
         for imperfection in Imperfection::ALL {
             let (count, theta) = travel(&plain.clone().with(imperfection));
-            let seen = matches!(
-                imperfection,
-                Imperfection::DelayedSupply | Imperfection::QuantisedSupply
-            );
-            let sensor = matches!(
-                imperfection,
-                Imperfection::MissedCounts | Imperfection::PhaseError
-            );
+            let seen = matches!(imperfection, Imperfection::DelayedSupply | Imperfection::QuantisedSupply);
+            let sensor = matches!(imperfection, Imperfection::MissedCounts | Imperfection::PhaseError);
             // A ripple of the friction needs friction.
             let idle = imperfection == Imperfection::OutputRipple && plain.truth.cause == Cause::Input;
             let (plain_count, plain_theta) = travel(&plain);
-            assert_eq!(
-                theta == plain_theta,
-                seen || sensor || idle,
-                "{family:?} {imperfection:?}"
-            );
+            assert_eq!(theta == plain_theta, seen || sensor || idle, "{family:?} {imperfection:?}");
             assert!(!seen || count == plain_count);
         }
     }
@@ -183,13 +142,7 @@ fn every_imperfection_moves_the_motor_and_none_breaks_the_simulation() {
 #[test]
 fn library_runs_on_the_board_at_every_control_rate() {
     for tick_hz in [1000, 10_000, 20_000] {
-        for plant in plants(
-            Seeds::Design,
-            Options {
-                tick_hz,
-                ..Options::default()
-            },
-        ) {
+        for plant in plants(Seeds::Design, Options { tick_hz, ..Options::default() }) {
             let mut bench = Bench::new(&plant);
             bench.run(0.02, |output, _| assert_eq!(output.bridge, Bridge::Open));
         }

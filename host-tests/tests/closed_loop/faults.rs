@@ -22,10 +22,7 @@ use truing::device::replay::replay;
 use truing::device::session::{self, Done, Profile, Task};
 
 fn plant(family: Family, seed: u32, tick_hz: u32, sensed: bool) -> Plant {
-    let options = Options {
-        tick_hz,
-        ..Options::default()
-    };
+    let options = Options { tick_hz, ..Options::default() };
     let mut plant = Plant::draw(family, Severity::Harsh, Seeds::Design(seed), &options);
     plant.sensing.current = sensed;
     plant
@@ -42,11 +39,7 @@ fn a_shaft_that_turned_and_breaks_is_found_within_24_counts_and_named_by_its_cur
             (Injury::EncoderUnplugged, Fault::EncoderUnplugged),
             (Injury::EncoderReversed, Fault::WrongDirection),
         ] {
-            let fault = if sensed || named == Fault::WrongDirection {
-                named
-            } else {
-                Fault::NoMotion
-            };
+            let fault = if sensed || named == Fault::WrongDirection { named } else { Fault::NoMotion };
             for n in 0..4 {
                 let finding = trial.injure(injury, When::InMotion, n);
                 assert_eq!(finding.fault, fault, "{family:?} {n} {finding:?}");
@@ -56,26 +49,16 @@ fn a_shaft_that_turned_and_breaks_is_found_within_24_counts_and_named_by_its_cur
         }
     }
     // The rest broke while the voltage was about to reverse.
-    assert!(
-        cases == 24 && (18..=20).contains(&in_time),
-        "{in_time} of {cases}"
-    );
+    assert!(cases == 24 && (18..=20).contains(&in_time), "{in_time} of {cases}");
 }
 
 #[test]
 fn minutes_of_hard_motion_raise_no_alarm() {
-    for (family, seed, sensed) in [
-        (Family::G1, 20, false),
-        (Family::G2, 21, true),
-        (Family::G3, 22, true),
-    ] {
+    for (family, seed, sensed) in [(Family::G1, 20, false), (Family::G2, 21, true), (Family::G3, 22, true)] {
         let plant = calm::plant(family, Seeds::Design(seed), 1000, sensed, 60.0);
         let calm = calm::run(&plant, family, 60.0);
         assert_eq!(calm.fault, Fault::None, "{family:?} {calm:?}");
-        assert!(
-            calm.moving_s > 0.5 * calm.seconds && calm.contacts > 0,
-            "{calm:?}"
-        );
+        assert!(calm.moving_s > 0.5 * calm.seconds && calm.contacts > 0, "{calm:?}");
     }
 }
 
@@ -84,11 +67,7 @@ fn driving(settings: &Settings, command: Command) -> (Plant, Axis, servo::axis::
     let plant = plant(Family::G2, 5, 2_000, true);
     let axis = Axis::new(&plant.config).expect("valid");
     let axis = axis.protected(settings).expect("valid");
-    let mut bench = Bench {
-        state: axis.start(),
-        board: Board::new(&plant),
-        axis,
-    };
+    let mut bench = Bench { state: axis.start(), board: Board::new(&plant), axis };
     bench.run(0.01, |_, _| {});
     axis.adopt(&mut bench.state, &exact(&plant)).expect("idle");
     for command in [Command::Arm, command] {
@@ -120,21 +99,11 @@ fn run(
 
 #[test]
 fn a_silent_host_ends_an_endless_motion_as_the_table_says() {
-    let table = |action| {
-        Actions::default()
-            .with(Fault::CommandTimeout, action)
-            .expect("any action suits")
-    };
-    for (action, bridge) in [
-        (Action::Open, Bridge::Open),
-        (Action::Brake, Bridge::Shorted),
-        (Action::Hold, Bridge::Driven),
-    ] {
-        let settings = Settings {
-            actions: table(action),
-            command_timeout_ms: 300,
-            ..Settings::default()
-        };
+    let table = |action| Actions::default().with(Fault::CommandTimeout, action).expect("any action suits");
+    for (action, bridge) in
+        [(Action::Open, Bridge::Open), (Action::Brake, Bridge::Shorted), (Action::Hold, Bridge::Driven)]
+    {
+        let settings = Settings { actions: table(action), command_timeout_ms: 300, ..Settings::default() };
         let (_, axis, mut state, mut world) = driving(&settings, Command::Speed(40.0));
         let (last, found) = run(&axis, &mut state, &mut world, 2.0);
         assert_eq!((state.fault(), last), (Fault::CommandTimeout, bridge));
@@ -155,10 +124,7 @@ fn a_silent_host_ends_an_endless_motion_as_the_table_says() {
 
 #[test]
 fn a_host_that_speaks_in_time_is_not_missed() {
-    let settings = Settings {
-        command_timeout_ms: 300,
-        ..Settings::default()
-    };
+    let settings = Settings { command_timeout_ms: 300, ..Settings::default() };
     let (_, axis, mut state, mut world) = driving(&settings, Command::Speed(40.0));
     for _ in 0..5 {
         let (_, found) = run(&axis, &mut state, &mut world, 0.25);
@@ -218,10 +184,7 @@ fn constant(raw: i16, settings: &Settings, seconds: f64) -> Option<f64> {
 fn the_winding_warms_up_as_its_time_constant_says() {
     let lsb = f64::from(plant(Family::G2, 5, 2_000, true).config.current_a_per_lsb);
     let settings = Settings {
-        thermal: Some(Thermal {
-            continuous_a: (300.0 * lsb) as f32,
-            time_constant_s: 20,
-        }),
+        thermal: Some(Thermal { continuous_a: (300.0 * lsb) as f32, time_constant_s: 20 }),
         ..Settings::default()
     };
     for raw in [600, -600] {
@@ -229,18 +192,10 @@ fn the_winding_warms_up_as_its_time_constant_says() {
         assert!((seconds / (20.0 * 0.2877) - 1.0).abs() < 0.02, "{seconds} s");
     }
     assert_eq!(constant(297, &settings, 200.0), None, "for ever");
-    let never = Settings {
-        thermal: Some(Thermal {
-            continuous_a: 1.0,
-            time_constant_s: 0,
-        }),
-        ..Settings::default()
-    };
+    let never =
+        Settings { thermal: Some(Thermal { continuous_a: 1.0, time_constant_s: 0 }), ..Settings::default() };
     let plant = plant(Family::G2, 5, 2_000, true);
-    let error = Axis::new(&plant.config)
-        .expect("valid")
-        .protected(&never)
-        .expect_err("no time constant");
+    let error = Axis::new(&plant.config).expect("valid").protected(&never).expect_err("no time constant");
     assert!(
         matches!(error, SettingsError::Value(value) if value.field.name() == "limits.thermal_time_constant_s")
     );
@@ -269,17 +224,9 @@ impl Motor for Unplugged {
 #[test]
 fn the_image_finds_an_unplugged_encoder_and_the_host_agrees_bit_by_bit() {
     let plant = plant(Family::G2, 0, 1_000, true);
-    let motor = Unplugged {
-        motor: VirtualMotor::new(&plant),
-        ticks: 0,
-        from: 6_000,
-        last: 0,
-    };
+    let motor = Unplugged { motor: VirtualMotor::new(&plant), ticks: 0, from: 6_000, last: 0 };
     let wire = Lockstep::start(&qemu(), Box::new(motor), plant.config).expect("QEMU runs");
-    let commission = Task::Commission {
-        budget_s: 4.0,
-        seed: 1,
-    };
+    let commission = Task::Commission { budget_s: 4.0, seed: 1 };
     let sine = Task::Track {
         profile: Profile::Sine {
             amplitude_rad: (0.4 * plant.truth.gain * 12.0 / std::f64::consts::TAU) as f32,
@@ -290,11 +237,7 @@ fn the_image_finds_an_unplugged_encoder_and_the_host_agrees_bit_by_bit() {
     };
     let tasks = [commission, sine];
     let result = session::run(Box::new(wire), plant.config, 1, &tasks, &mut |_| {}).expect("a session");
-    assert!(
-        matches!(result.done.last(), Some(Done::Tracked(span)) if span.faulted),
-        "{:?}",
-        result.done
-    );
+    assert!(matches!(result.done.last(), Some(Done::Tracked(span)) if span.faulted), "{:?}", result.done);
     let faulted = |row: &&truing::device::run_log::Row| row.record.fault != Fault::None;
     let first = result.log.rows.iter().find(faulted).expect("a fault");
     assert_eq!(first.record.fault, Fault::EncoderUnplugged);

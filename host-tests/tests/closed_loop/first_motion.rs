@@ -9,12 +9,10 @@ use servo::protect::Fault;
 
 /// Harsh plants of the design seeds whose joint holds enough counts, and of which enough is told.
 fn bounded(family: Family, sensed: bool) -> impl Iterator<Item = Plant> {
-    (400..)
-        .map(move |number| plant(family, Seeds::Design(number), 2_000, sensed))
-        .filter(|plant| {
-            let counts = plant.config.gear_ratio * plant.config.counts_per_rev as f32 / 72.0;
-            plant.config.time_constant_hint_s.get().is_some() && counts > 33.0
-        })
+    (400..).map(move |number| plant(family, Seeds::Design(number), 2_000, sensed)).filter(|plant| {
+        let counts = plant.config.gear_ratio * plant.config.counts_per_rev as f32 / 72.0;
+        plant.config.time_constant_hint_s.get().is_some() && counts > 33.0
+    })
 }
 
 fn degrees(motions: &[FirstMotion]) -> [f64; 2] {
@@ -62,27 +60,15 @@ fn where_the_shaft_is_not_shaken_the_current_ends_the_ramp() {
             .take(8)
     };
     let [sensed, blind] = [true, false].map(|sensed| {
-        let motions: Vec<FirstMotion> = unhinted(sensed)
-            .map(|plant| commission(&plant, Injury::EncoderUnplugged, 5_000))
-            .collect();
+        let motions: Vec<FirstMotion> =
+            unhinted(sensed).map(|plant| commission(&plant, Injury::EncoderUnplugged, 5_000)).collect();
         motions
     });
-    assert!(
-        sensed
-            .iter()
-            .all(|one| one.refused == Some(Reason::EncoderUnplugged)),
-        "{sensed:?}"
-    );
+    assert!(sensed.iter().all(|one| one.refused == Some(Reason::EncoderUnplugged)), "{sensed:?}");
     let ([median, worst], [_, unbounded]) = (degrees(&sensed), degrees(&blind));
     println!("sensed: {median:.2} {worst:.2}, blind {unbounded:.1}");
-    assert!(
-        (2.0..5.0).contains(&median) && worst < 10.0,
-        "{median}°, {worst}°"
-    );
-    assert!(
-        unbounded > 50.0,
-        "a ramp without current and encoder: {unbounded}°"
-    );
+    assert!((2.0..5.0).contains(&median) && worst < 10.0, "{median}°, {worst}°");
+    assert!(unbounded > 50.0, "a ramp without current and encoder: {unbounded}°");
     for plant in unhinted(true) {
         let whole = commission(&plant, Injury::None, 5_000);
         assert_eq!((whole.refused, whole.fault), (None, Fault::None));
@@ -105,24 +91,13 @@ fn a_shaft_that_drifts_behind_an_input_dead_zone_is_no_reversed_motor() {
         (Family::G3, 110),
         (Family::G3, 200),
     ];
-    let options = Options {
-        cause: Some(Cause::Input),
-        ..Options::default()
-    };
+    let options = Options { cause: Some(Cause::Input), ..Options::default() };
     for (family, number) in drifting {
         let mut plant = Plant::draw(family, Severity::Harsh, Seeds::Design(number), &options);
         plant.sensing.current = true;
         let whole = commission(&plant, Injury::None, 5_000);
-        assert_eq!(
-            (whole.refused, whole.fault),
-            (None, Fault::None),
-            "{family:?} {number}"
-        );
-        assert_eq!(
-            whole.shaken,
-            [42, 110, 200].contains(&number),
-            "{family:?} {number}"
-        );
+        assert_eq!((whole.refused, whole.fault), (None, Fault::None), "{family:?} {number}");
+        assert_eq!(whole.shaken, [42, 110, 200].contains(&number), "{family:?} {number}");
         let reversed = commission(&plant, Injury::EncoderReversed, 5_000);
         assert_eq!(reversed.refused, Some(Reason::Reversed), "{family:?} {number}");
     }

@@ -80,12 +80,7 @@ impl Listening {
 }
 
 fn plant(family: Family, severity: Severity, number: u32) -> Plant {
-    Plant::draw(
-        family,
-        severity,
-        Seeds::Evaluation(720_000 + number),
-        &Options::default(),
-    )
+    Plant::draw(family, severity, Seeds::Evaluation(720_000 + number), &Options::default())
 }
 
 /// Two sines that reach about half of full speed, as a position loop on a multi-sine would ask for.
@@ -107,12 +102,7 @@ fn learns_from_ordinary_motion() {
                 let error = listening.volts(direction) / plant.truth.dead_zone_v[direction] - 1.0;
                 let standing = listening.known.dead_zone[direction].standing;
                 assert!(error.abs() < 0.06, "{family:?} {number}: {:.1} %", 100.0 * error);
-                assert_eq!(
-                    standing,
-                    Standing::Trusted,
-                    "{family:?} {number}: {:.1} %",
-                    100.0 * error
-                );
+                assert_eq!(standing, Standing::Trusted, "{family:?} {number}: {:.1} %", 100.0 * error);
             }
         }
     }
@@ -133,20 +123,12 @@ fn tracks_a_load_step_at_constant_speed_and_ages_the_other_direction() {
             listening.tick(voltage);
         }
         let before = listening.volts(0) / plain.truth.dead_zone_v[0] - 1.0;
-        assert!(
-            before.abs() < 0.06,
-            "{number}: {:.1} % before the step",
-            100.0 * before
-        );
+        assert!(before.abs() < 0.06, "{number}: {:.1} % before the step", 100.0 * before);
         for _ in 0..1_600 {
             listening.tick(voltage);
         }
         let error = listening.volts(0) / after - 1.0;
-        assert!(
-            error.abs() < 0.06,
-            "{number}: {:.1} % after the step",
-            100.0 * error
-        );
+        assert!(error.abs() < 0.06, "{number}: {:.1} % after the step", 100.0 * error);
         let other = listening.known.dead_zone[1].standing;
         assert_eq!(other, Standing::Doubtful(Reason::Aged), "{number}");
     }
@@ -157,17 +139,10 @@ fn an_hour_of_standstill_changes_no_number_but_ends_trust() {
     let plant = plant(Family::G2, Severity::Nominal, 9);
     let (outcome, _) = commission_outcome(&plant, 5.0, 9);
     let mut listening = Listening::knowing(&plant, &outcome.estimates);
-    let input = Input {
-        count: 5,
-        voltage: VoltageQ14(0),
-        bridge: Bridge::Shorted,
-        supply: None,
-        current_raw: None,
-    };
+    let input =
+        Input { count: 5, voltage: VoltageQ14(0), bridge: Bridge::Shorted, supply: None, current_raw: None };
     for _ in 0..3_600_000 {
-        listening
-            .params
-            .step(&mut listening.state, &mut listening.known, &input);
+        listening.params.step(&mut listening.state, &mut listening.known, &input);
     }
     for direction in [0, 1] {
         let estimate = listening.known.dead_zone[direction];
@@ -220,20 +195,11 @@ fn learns_and_follows_with_the_real_loops_around_it() {
             times.extend(followed.map(|run| run.within_6_percent_s));
         }
     }
-    let (median, worst) = (
-        quantile(errors.iter().copied(), 0.5),
-        quantile(errors.iter().copied(), 1.0),
-    );
-    assert!(
-        (0.002..0.02).contains(&median) && worst < 0.08,
-        "{median}, at worst {worst}"
-    );
+    let (median, worst) = (quantile(errors.iter().copied(), 0.5), quantile(errors.iter().copied(), 1.0));
+    assert!((0.002..0.02).contains(&median) && worst < 0.08, "{median}, at worst {worst}");
     assert!(trusted >= 7, "{trusted} of 8 trusted");
     let time = quantile(times.iter().copied(), 0.5);
-    assert!(
-        times.len() >= 7 && (0.1..1.6).contains(&time),
-        "{time} s of {times:?}"
-    );
+    assert!(times.len() >= 7 && (0.1..1.6).contains(&time), "{time} s of {times:?}");
 }
 
 /// Commissioned before its friction grew by 40 %: the loops follow, and the record asks for attention.
@@ -246,10 +212,7 @@ fn an_axis_follows_wear_and_says_so() {
     for (plant, expected) in [(&plain, Advisory::None), (&worn, Advisory::DeadZoneMoved)] {
         let mut bench = Bench::new(plant);
         bench.run(0.01, |_, _| {});
-        bench
-            .axis
-            .command(&mut bench.state, &Command::Adopt(outcome.estimates))
-            .expect("an idle axis");
+        bench.axis.command(&mut bench.state, &Command::Adopt(outcome.estimates)).expect("an idle axis");
         let full_speed = plant.truth.gain * plant.motor.drive.supply_v;
         let mut dice = ChaCha8Rng::seed_from_u64(5);
         Motion::Swings(0.4).run(&mut bench, full_speed, 8.0, &mut dice);
@@ -263,10 +226,7 @@ fn an_axis_follows_wear_and_says_so() {
             Advisory::StreamRanDry => unreachable!("nothing is streamed"),
         };
         assert!(
-            record
-                .dead_zone_source
-                .iter()
-                .all(|is| [source, Source::Trusted].contains(is)),
+            record.dead_zone_source.iter().all(|is| [source, Source::Trusted].contains(is)),
             "{:?}",
             record.dead_zone_source
         );

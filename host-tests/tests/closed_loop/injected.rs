@@ -11,32 +11,20 @@ use std::f64::consts::TAU;
 const TICK_HZ: u32 = 10_000;
 
 fn knowing(family: Family, seed: u32) -> (Plant, Bench) {
-    let options = Options {
-        tick_hz: TICK_HZ,
-        ..Options::default()
-    };
+    let options = Options { tick_hz: TICK_HZ, ..Options::default() };
     let plant = Plant::draw(family, Severity::Harsh, Seeds::Design(seed), &options);
     let mut bench = Bench::new(&plant);
     bench.run(0.01, |_, _| {});
     bench.axis.adopt(&mut bench.state, &exact(&plant)).expect("idle");
-    bench
-        .axis
-        .command(&mut bench.state, &Command::Arm)
-        .expect("no fault");
+    bench.axis.command(&mut bench.state, &Command::Arm).expect("no fault");
     (plant, bench)
 }
 
 fn sine(plant: &Plant, bench: &mut Bench) {
     let peak = 0.3 * plant.truth.gain * 12.0;
-    let command = Command::TrackSine {
-        amplitude_rad: (peak / TAU) as f32,
-        frequency_hz: 1.0,
-        duration_ms: 20_000,
-    };
-    bench
-        .axis
-        .command(&mut bench.state, &command)
-        .expect("armed and identified");
+    let command =
+        Command::TrackSine { amplitude_rad: (peak / TAU) as f32, frequency_hz: 1.0, duration_ms: 20_000 };
+    bench.axis.command(&mut bench.state, &command).expect("armed and identified");
 }
 
 /// Runs with falsified samples until the bridge opens; ticks, or `None` after `seconds`.
@@ -56,17 +44,9 @@ fn an_encoder_that_is_unplugged_in_motion_opens_the_bridge_within_a_third_of_the
         sine(&plant, &mut bench);
         bench.run(1.95, |_, _| {});
         let frozen = bench.board.sample().count;
-        let ticks = until_open(&mut bench, 3.0, |sample| Sample {
-            count: frozen,
-            ..sample
-        })
-        .expect("found");
+        let ticks = until_open(&mut bench, 3.0, |sample| Sample { count: frozen, ..sample }).expect("found");
         // A current sensor has learned the winding in two seconds of motion.
-        let named = if plant.sensing.current {
-            Fault::EncoderUnplugged
-        } else {
-            Fault::NoMotion
-        };
+        let named = if plant.sensing.current { Fault::EncoderUnplugged } else { Fault::NoMotion };
         assert_eq!(bench.state.fault(), named, "{family:?}");
         let limit = (0.3 * plant.truth.time_constant_s).max(0.02) + 0.02;
         let seconds = f64::from(ticks) / f64::from(TICK_HZ);
@@ -79,10 +59,7 @@ fn a_reversed_encoder_is_told_from_a_missing_one() {
     for (family, seed) in [(Family::G1, 1), (Family::G2, 2), (Family::G3, 3)] {
         let (plant, mut bench) = knowing(family, seed);
         sine(&plant, &mut bench);
-        let reversed = |sample: Sample| Sample {
-            count: -sample.count,
-            ..sample
-        };
+        let reversed = |sample: Sample| Sample { count: -sample.count, ..sample };
         until_open(&mut bench, 3.0, reversed).expect("found");
         assert_eq!(bench.state.fault(), Fault::WrongDirection, "{family:?}");
         let counts = bench.board.reading().theta.abs() * f64::from(plant.config.counts_per_rev) / TAU;
@@ -92,19 +69,12 @@ fn a_reversed_encoder_is_told_from_a_missing_one() {
 
 #[test]
 fn a_supply_that_fails_or_is_pumped_up_opens_the_bridge() {
-    for (share, fault) in [
-        (0.4, Fault::SupplyLow),
-        (1.49, Fault::None),
-        (1.9, Fault::SupplyHigh),
-    ] {
+    for (share, fault) in [(0.4, Fault::SupplyLow), (1.49, Fault::None), (1.9, Fault::SupplyHigh)] {
         let (plant, mut bench) = knowing(Family::G2, 5);
         sine(&plant, &mut bench);
         bench.run(0.5, |_, _| {});
         let raw = (share * 12.0 / f64::from(plant.config.vbus_v_per_lsb)) as u16;
-        let ticks = until_open(&mut bench, 0.2, |sample| Sample {
-            vbus_raw: raw,
-            ..sample
-        });
+        let ticks = until_open(&mut bench, 0.2, |sample| Sample { vbus_raw: raw, ..sample });
         assert_eq!(bench.state.fault(), fault);
         assert!(fault == Fault::None || ticks.expect("open") < TICK_HZ / 100);
     }
@@ -116,23 +86,13 @@ fn a_latched_fault_refuses_torque_until_it_is_cleared() {
     sine(&plant, &mut bench);
     bench.run(0.9, |_, _| {});
     let frozen = bench.board.sample().count;
-    until_open(&mut bench, 3.0, |sample| Sample {
-        count: frozen,
-        ..sample
-    })
-    .expect("found");
+    until_open(&mut bench, 3.0, |sample| Sample { count: frozen, ..sample }).expect("found");
     let refusal = |bench: &mut Bench, command| bench.axis.command(&mut bench.state, &command).err();
     assert_eq!(refusal(&mut bench, Command::Arm), Some(Refusal::Faulted));
-    assert_eq!(
-        refusal(&mut bench, Command::Position(1.0)),
-        Some(Refusal::Faulted)
-    );
+    assert_eq!(refusal(&mut bench, Command::Position(1.0)), Some(Refusal::Faulted));
     bench.run(0.5, |output, _| assert_eq!(output.bridge, Bridge::Open));
     assert_eq!(refusal(&mut bench, Command::Stop), None);
-    assert_eq!(
-        refusal(&mut bench, Command::Position(1.0)),
-        Some(Refusal::NotArmed)
-    );
+    assert_eq!(refusal(&mut bench, Command::Position(1.0)), Some(Refusal::NotArmed));
     assert_eq!(refusal(&mut bench, Command::Arm), None);
     assert_eq!(refusal(&mut bench, Command::Position(1.0)), None);
 }
@@ -140,25 +100,14 @@ fn a_latched_fault_refuses_torque_until_it_is_cleared() {
 /// Steps, reversals at full voltage, load steps of a fifth of the dead zone, a supply that moves by 10 %: no fault.
 #[test]
 fn hard_ordinary_motion_is_no_fault() {
-    for (family, seed) in [
-        (Family::G1, 11),
-        (Family::G2, 12),
-        (Family::G3, 13),
-        (Family::Paper, 14),
-    ] {
-        let options = Options {
-            tick_hz: 2_000,
-            ..Options::default()
-        };
+    for (family, seed) in [(Family::G1, 11), (Family::G2, 12), (Family::G3, 13), (Family::Paper, 14)] {
+        let options = Options { tick_hz: 2_000, ..Options::default() };
         let plant =
             Plant::draw(family, Severity::Harsh, Seeds::Design(seed), &options).with_load_step(1.0, 0.2);
         let mut bench = Bench::new(&plant);
         bench.run(0.01, |_, _| {});
         bench.axis.adopt(&mut bench.state, &exact(&plant)).expect("idle");
-        bench
-            .axis
-            .command(&mut bench.state, &Command::Arm)
-            .expect("no fault");
+        bench.axis.command(&mut bench.state, &Command::Arm).expect("no fault");
         let tau = plant.truth.time_constant_s;
         let supply = plant.motor.drive.supply_v as f32;
         for k in 0..40u32 {
@@ -167,15 +116,9 @@ fn hard_ordinary_motion_is_no_fault() {
                 7 => Command::Position(0.0),
                 _ => Command::Voltage(share * supply),
             };
-            bench
-                .axis
-                .command(&mut bench.state, &command)
-                .unwrap_or_else(|refusal| {
-                    panic!(
-                        "{family:?} {k} {command:?}: {refusal:?} after {:?}",
-                        bench.state.fault()
-                    )
-                });
+            bench.axis.command(&mut bench.state, &command).unwrap_or_else(|refusal| {
+                panic!("{family:?} {k} {command:?}: {refusal:?} after {:?}", bench.state.fault())
+            });
             bench.run(tau * f64::from(1 + k % 3), |_, _| {});
         }
         assert_eq!(bench.state.fault(), Fault::None, "{family:?}");

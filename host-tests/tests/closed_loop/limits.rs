@@ -41,8 +41,7 @@ struct Peaks {
 impl Peaks {
     fn see(&mut self, output: &Output) {
         assert_eq!(output.record.fault, Fault::None, "tick {}", output.record.tick);
-        self.speeds
-            .push(f64::from(output.record.reference_speed_q20) * LEAST_SPEED);
+        self.speeds.push(f64::from(output.record.reference_speed_q20) * LEAST_SPEED);
     }
 
     fn of(&self, config: &Config) -> [f64; 2] {
@@ -79,14 +78,8 @@ fn moves_use_the_limits_and_keep_them() {
         assert_eq!(last.record.activity, Activity::Holding, "{rad}");
         let [acceleration, jerk] = peaks.of(&plant.config).map(|peak| peak as f32);
         println!("{rad} rad: {acceleration} rad/s², {jerk} rad/s³");
-        assert!(
-            acceleration <= 1.01 * ACCELERATION && jerk <= 1.01 * JERK,
-            "{rad}"
-        );
-        assert!(
-            acceleration > 0.9 * ACCELERATION || jerk > 0.9 * JERK,
-            "{rad}: slower than need be"
-        );
+        assert!(acceleration <= 1.01 * ACCELERATION && jerk <= 1.01 * JERK, "{rad}");
+        assert!(acceleration > 0.9 * ACCELERATION || jerk > 0.9 * JERK, "{rad}: slower than need be");
     }
 }
 
@@ -98,17 +91,12 @@ fn targets_that_change_in_motion_keep_them_too() {
         let mut peaks = Peaks::default();
         bench.ask(Command::Position(3.0)).expect("a target");
         run(&mut bench, 15 * turn, &mut peaks);
-        bench
-            .ask(Command::Position(if turn % 2 == 0 { -1.0 } else { 4.0 }))
-            .expect("another");
+        bench.ask(Command::Position(if turn % 2 == 0 { -1.0 } else { 4.0 })).expect("another");
         let last = run(&mut bench, 6_000, &mut peaks);
         assert_eq!(last.record.activity, Activity::Holding, "{turn}");
         let [acceleration, jerk] = peaks.of(&plant.config).map(|peak| peak as f32);
         // Acceleration: the bound for a course that starts accelerating is not exact.
-        assert!(
-            acceleration <= 1.05 * ACCELERATION && jerk <= 1.01 * JERK,
-            "{turn}: {acceleration} {jerk}"
-        );
+        assert!(acceleration <= 1.05 * ACCELERATION && jerk <= 1.01 * JERK, "{turn}: {acceleration} {jerk}");
     }
 }
 
@@ -122,14 +110,8 @@ fn speeds_and_streams_keep_them() {
         run(&mut bench, 1_500, &mut peaks);
     }
     let [acceleration, jerk] = peaks.of(&plant.config).map(|peak| peak as f32);
-    assert!(
-        acceleration <= 1.01 * ACCELERATION && jerk <= 1.01 * JERK,
-        "{acceleration} {jerk}"
-    );
-    assert!(
-        acceleration > 0.9 * ACCELERATION || jerk > 0.9 * JERK,
-        "{acceleration} {jerk}"
-    );
+    assert!(acceleration <= 1.01 * ACCELERATION && jerk <= 1.01 * JERK, "{acceleration} {jerk}");
+    assert!(acceleration > 0.9 * ACCELERATION || jerk > 0.9 * JERK, "{acceleration} {jerk}");
 
     // Streamed points that ask for ten times the acceleration: it is held, and told.
     let mut peaks = Peaks::default();
@@ -150,10 +132,7 @@ fn speeds_and_streams_keep_them() {
         told += u32::from(output.record.limit == Limit::Acceleration);
     }
     let [acceleration, _] = peaks.of(&plant.config).map(|peak| peak as f32);
-    assert!(
-        acceleration <= 1.01 * ACCELERATION && told > 100,
-        "{acceleration}, told {told} times"
-    );
+    assert!(acceleration <= 1.01 * ACCELERATION && told > 100, "{acceleration}, told {told} times");
 }
 
 #[test]
@@ -168,27 +147,14 @@ fn a_sine_beyond_them_is_refused_and_one_within_keeps_them() {
     for (hertz, turns, factor) in [(1.0f32, 5.0, 1.157), (4.0, 5.0, 1.461), (1.0, 1.0, 1.7)] {
         let radians = std::f32::consts::TAU * hertz;
         let by_jerk = radians > JERK / ACCELERATION;
-        let most = if by_jerk {
-            JERK / radians.powi(3)
-        } else {
-            ACCELERATION / radians.powi(2)
-        } / factor;
+        let most = if by_jerk { JERK / radians.powi(3) } else { ACCELERATION / radians.powi(2) } / factor;
         let mut bench = knowing(&plant);
-        assert_eq!(
-            bench.ask(sine(1.1 * most, hertz, turns)),
-            Err(Refusal::OutOfRange),
-            "{hertz} Hz"
-        );
-        bench
-            .ask(sine(0.9 * most, hertz, turns))
-            .unwrap_or_else(|error| panic!("{hertz} Hz: {error:?}"));
+        assert_eq!(bench.ask(sine(1.1 * most, hertz, turns)), Err(Refusal::OutOfRange), "{hertz} Hz");
+        bench.ask(sine(0.9 * most, hertz, turns)).unwrap_or_else(|error| panic!("{hertz} Hz: {error:?}"));
         let mut peaks = Peaks::default();
         run(&mut bench, (turns / hertz * 1000.0) as u32, &mut peaks);
         let [acceleration, jerk] = peaks.of(&plant.config).map(|peak| peak as f32);
-        assert!(
-            acceleration <= ACCELERATION && jerk <= JERK,
-            "{hertz} Hz: {acceleration} {jerk}"
-        );
+        assert!(acceleration <= ACCELERATION && jerk <= JERK, "{hertz} Hz: {acceleration} {jerk}");
     }
 }
 
@@ -197,11 +163,9 @@ fn a_sine_beyond_them_is_refused_and_one_within_keeps_them() {
 #[test]
 fn a_sine_that_takes_more_voltage_than_is_left_is_refused_with_the_numbers() {
     let limited = |config: &mut Config| config.voltage_limit_v = Optional::new(0.6 * config.supply_nominal_v);
-    for (what, share, plant) in [
-        ("limit", 1.0, plant(limited)),
-        ("supply", 0.7, plant(|_| {})),
-        ("saturation", 1.0, plant(|_| {})),
-    ] {
+    for (what, share, plant) in
+        [("limit", 1.0, plant(limited)), ("supply", 0.7, plant(|_| {})), ("saturation", 1.0, plant(|_| {}))]
+    {
         let mut bench = knowing(&plant);
         bench.board.supply_falls_to(share);
         bench.run(0.1, |_, _| {});
@@ -222,21 +186,12 @@ fn a_sine_that_takes_more_voltage_than_is_left_is_refused_with_the_numbers() {
             frequency_hz: 2.0,
             duration_ms: 2_000,
         };
-        let Err(Refusal::BeyondVoltage {
-            needed_v,
-            available_v,
-        }) = bench.ask(sine(1.15))
-        else {
+        let Err(Refusal::BeyondVoltage { needed_v, available_v }) = bench.ask(sine(1.15)) else {
             panic!("{what}: a sine with 1.15 times the voltage is not refused");
         };
         let wrong = (f64::from(available_v) / left - 1.0).abs() + (f64::from(needed_v) / left - 1.15).abs();
-        assert!(
-            wrong < 0.04,
-            "{what}: needs {needed_v} V of {available_v} V, {left} V are left"
-        );
-        bench
-            .ask(sine(1.0))
-            .unwrap_or_else(|refusal| panic!("{what}: {refusal:?}"));
+        assert!(wrong < 0.04, "{what}: needs {needed_v} V of {available_v} V, {left} V are left");
+        bench.ask(sine(1.0)).unwrap_or_else(|refusal| panic!("{what}: {refusal:?}"));
     }
     let plant = plant(|config| config.speed_limit_rad_s = Optional::new(0.1 * config.rated_speed_rad_s));
     let fast = Command::TrackSine {
@@ -260,10 +215,7 @@ fn a_motor_that_is_not_identified_is_refused_only_what_is_impossible() {
         duration_ms: 2_000,
     };
     let refused = bench.ask(sine(1.6));
-    assert!(
-        matches!(refused, Err(Refusal::BeyondVoltage { .. })),
-        "{refused:?}"
-    );
+    assert!(matches!(refused, Err(Refusal::BeyondVoltage { .. })), "{refused:?}");
     bench.ask(sine(1.2)).expect("possible within what is known");
 }
 
@@ -277,10 +229,7 @@ fn nothing_puts_more_than_the_voltage_limit_at_the_terminals() {
         let supply = f32::from(output.record.vbus_raw) * plant.config.vbus_v_per_lsb;
         f32::from(output.duty).abs() / f32::from(plant.config.pwm_full_scale) * supply
     };
-    assert_eq!(
-        bench.ask(Command::Voltage(1.01 * volts)),
-        Err(Refusal::OutOfRange)
-    );
+    assert_eq!(bench.ask(Command::Voltage(1.01 * volts)), Err(Refusal::OutOfRange));
     let waveform = Waveform {
         amplitude_v: 1.01 * volts,
         from_hz: 1.0,
@@ -289,13 +238,7 @@ fn nothing_puts_more_than_the_voltage_limit_at_the_terminals() {
         duration_ms: 1000,
     };
     let refused = bench.ask(Command::Excite(waveform));
-    assert!(matches!(
-        refused,
-        Err(Refusal::Value(ConfigError {
-            field: Field::ExcitationAmplitude,
-            ..
-        }))
-    ));
+    assert!(matches!(refused, Err(Refusal::Value(ConfigError { field: Field::ExcitationAmplitude, .. }))));
 
     // A sine that this motor can just not follow with so little.
     let left = f64::from(volts) - plant.truth.dead_zone_v[0].max(plant.truth.dead_zone_v[1]);
@@ -326,12 +269,7 @@ fn a_commissioning_keeps_the_voltage_limit_and_learns_the_dead_zone() {
     let mut bench = Bench::new(&plant);
     bench.run(0.01, |_, _| {});
     bench.ask(Command::Arm).expect("armed");
-    bench
-        .ask(Command::Commission {
-            budget_ms: 8_000,
-            seed: 1,
-        })
-        .expect("idle");
+    bench.ask(Command::Commission { budget_ms: 8_000, seed: 1 }).expect("idle");
     let full = f32::from(plant.config.pwm_full_scale);
     let mut highest = 0.0f32;
     for _ in 0..40_000 {
@@ -347,22 +285,14 @@ fn a_commissioning_keeps_the_voltage_limit_and_learns_the_dead_zone() {
     println!("{highest} of nominal, {report:?}, truth {:?}", plant.truth);
     assert!((0.7..=0.76).contains(&highest), "{highest}");
     assert_eq!(outcome.refused, None);
-    for (found, truth) in [report.dead_zone_pos_v, report.dead_zone_neg_v]
-        .iter()
-        .zip(plant.truth.dead_zone_v)
+    for (found, truth) in [report.dead_zone_pos_v, report.dead_zone_neg_v].iter().zip(plant.truth.dead_zone_v)
     {
         let value = f64::from(found.value.expect("a number"));
-        assert!(
-            found.trusted && (value / truth - 1.0).abs() < 0.1,
-            "{found:?}, truth {truth}"
-        );
+        assert!(found.trusted && (value / truth - 1.0).abs() < 0.1, "{found:?}, truth {truth}");
     }
     for found in [report.saturation_pos_v, report.saturation_neg_v] {
         let value = found.value.unwrap_or(f32::MAX);
-        assert!(
-            !found.trusted || value > 1.02 * share * plant.config.supply_nominal_v,
-            "{found:?}"
-        );
+        assert!(!found.trusted || value > 1.02 * share * plant.config.supply_nominal_v, "{found:?}");
     }
 }
 
@@ -386,17 +316,9 @@ fn the_supply_is_a_fault_beyond_the_thresholds_asked_for_and_not_before() {
         };
         desk.order(Wire::Configure(config)).expect("a configuration");
         desk.world.vbus_raw = inside;
-        assert_eq!(
-            desk.ticks(2_000).record.fault,
-            Fault::None,
-            "{limits:?} at {inside}"
-        );
+        assert_eq!(desk.ticks(2_000).record.fault, Fault::None, "{limits:?} at {inside}");
         desk.world.vbus_raw = outside;
-        assert_eq!(
-            desk.ticks(40).record.fault,
-            Fault::None,
-            "{limits:?} at {outside}: 5 ms have to pass"
-        );
+        assert_eq!(desk.ticks(40).record.fault, Fault::None, "{limits:?} at {outside}: 5 ms have to pass");
         assert_eq!(desk.ticks(40).record.fault, fault, "{limits:?} at {outside}");
     }
 }
@@ -407,59 +329,32 @@ fn limits_that_cannot_be_are_refused_with_their_range() {
     let config = desk::config;
     for (config, field, minimum, maximum) in [
         (
-            Config {
-                supply_low_v: Optional::new(12.1),
-                ..config()
-            },
+            Config { supply_low_v: Optional::new(12.1), ..config() },
             Field::SupplyLow,
             0.125 * nominal,
             nominal,
         ),
         (
-            Config {
-                supply_high_v: Optional::new(24.0),
-                ..config()
-            },
+            Config { supply_high_v: Optional::new(24.0), ..config() },
             Field::SupplyHigh,
             nominal,
             1.9 * nominal,
         ),
         (
-            Config {
-                acceleration_limit_rad_s2: Optional::new(0.0),
-                ..config()
-            },
+            Config { acceleration_limit_rad_s2: Optional::new(0.0), ..config() },
             Field::AccelerationLimit,
             0.1,
             1e7,
         ),
+        (Config { jerk_limit_rad_s3: Optional::new(f32::NAN), ..config() }, Field::JerkLimit, 0.1, 1e10),
         (
-            Config {
-                jerk_limit_rad_s3: Optional::new(f32::NAN),
-                ..config()
-            },
-            Field::JerkLimit,
-            0.1,
-            1e10,
-        ),
-        (
-            Config {
-                voltage_limit_v: Optional::new(12.5),
-                ..config()
-            },
+            Config { voltage_limit_v: Optional::new(12.5), ..config() },
             Field::VoltageLimit,
             0.1 * nominal,
             nominal,
         ),
     ] {
-        assert_eq!(
-            config.build(),
-            Err(ConfigError {
-                field,
-                minimum,
-                maximum
-            })
-        );
+        assert_eq!(config.build(), Err(ConfigError { field, minimum, maximum }));
     }
 }
 
@@ -467,14 +362,10 @@ fn limits_that_cannot_be_are_refused_with_their_range() {
 #[test]
 fn limits_survive_a_new_configuration() {
     let mut desk = Desk::default();
-    let config = Config {
-        supply_low_v: Optional::new(10.0),
-        voltage_limit_v: Optional::new(9.0),
-        ..desk::config()
-    };
+    let config =
+        Config { supply_low_v: Optional::new(10.0), voltage_limit_v: Optional::new(9.0), ..desk::config() };
     desk.order(Wire::Configure(config)).expect("a configuration");
-    desk.order(Wire::Configure(desk::config()))
-        .expect("the same machine");
+    desk.order(Wire::Configure(desk::config())).expect("the same machine");
     desk.world.vbus_raw = 950;
     assert_eq!(desk.ticks(100).record.fault, Fault::SupplyLow);
     desk.order(Wire::Stop).expect("always possible");
@@ -487,10 +378,7 @@ fn limits_survive_a_new_configuration() {
     }
     desk.order(Wire::Stop).expect("always possible");
     desk.ticks(3);
-    let small = Config {
-        supply_nominal_v: 6.0,
-        ..desk::config()
-    };
+    let small = Config { supply_nominal_v: 6.0, ..desk::config() };
     let refused = desk.order(Wire::Configure(small));
     assert!(refused.is_err(), "9 V of 6 V: {refused:?}");
 }

@@ -7,10 +7,7 @@ use servo::optional::Optional;
 
 /// A plant of family G1 whose inertia makes this time constant.
 fn plant(tick_hz: u32, time_constant_s: f64, seed: u32) -> Plant {
-    let options = Options {
-        tick_hz,
-        ..Options::default()
-    };
+    let options = Options { tick_hz, ..Options::default() };
     with_time_constant(time_constant_s, seed, &options)
 }
 
@@ -42,10 +39,7 @@ fn commissioning_works_from_20_ms_to_2_4_s_at_1_10_and_20_khz() {
             assert!(score.refused.is_none(), "{case}");
             assert!(score.dead_zone.iter().all(|error| error.abs() < 0.5), "{case}");
             assert!(score.gain.is_some_and(|error| error.abs() < 0.3), "{case}");
-            assert!(
-                score.time_constant.is_some_and(|error| error.abs() < 1.0),
-                "{case}"
-            );
+            assert!(score.time_constant.is_some_and(|error| error.abs() < 1.0), "{case}");
             trusted += score.trusted.iter().filter(|&&trusted| trusted).count();
         }
     }
@@ -58,15 +52,8 @@ fn commissioning_works_from_20_ms_to_2_4_s_at_1_10_and_20_khz() {
 fn a_coast_of_twenty_ticks_is_not_taken_for_the_other_mechanism() {
     let mut right = 0;
     for number in 0..24 {
-        let cause = if number % 2 == 0 {
-            Cause::Friction
-        } else {
-            Cause::Input
-        };
-        let options = Options {
-            cause: Some(cause),
-            ..Options::default()
-        };
+        let cause = if number % 2 == 0 { Cause::Friction } else { Cause::Input };
+        let options = Options { cause: Some(cause), ..Options::default() };
         let plant = with_time_constant(0.02, 9_600 + number, &options);
         let report = commission(&plant, 5.0, number, |_, _| {});
         let score = Score::of(&plant, &report);

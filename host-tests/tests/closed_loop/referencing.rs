@@ -64,23 +64,16 @@ fn counts(plant: &Plant, rad: f64) -> f64 {
 
 #[test]
 fn an_end_stop_is_found_in_both_directions_and_makes_positions_absolute() {
-    for (family, seed, direction) in [
-        (Family::G1, 11, 1.0),
-        (Family::G1, 12, -1.0),
-        (Family::G2, 13, -1.0),
-        (Family::G3, 14, 1.0),
-    ] {
+    for (family, seed, direction) in
+        [(Family::G1, 11, 1.0), (Family::G1, 12, -1.0), (Family::G2, 13, -1.0), (Family::G3, 14, 1.0)]
+    {
         let plant = between_stops(family, seed);
         let mut bench = bench(&plant, Some(exact(&plant)));
         assert_eq!(order(&mut bench, Command::GoTo(0.0)), Err(Refusal::NotReferenced));
         order(&mut bench, stop(&plant, direction, None)).expect("a slow search");
         let (result, seconds) = search(&mut bench, 30.0, |_| false);
         let found = bench.board.reading().theta / TAU;
-        assert_eq!(
-            result,
-            Referenced::Yes,
-            "{family:?} after {seconds} s at {found} turns"
-        );
+        assert_eq!(result, Referenced::Yes, "{family:?} after {seconds} s at {found} turns");
         let there = f64::from(direction) * STOP_TURNS;
         let off = counts(&plant, (found - there).abs() * TAU);
         assert!(off < 4.0, "{family:?}: {off} counts from the stop");
@@ -116,9 +109,7 @@ fn the_stop_is_leaned_on_and_let_go() {
     assert!(greatest < 0.45, "{greatest} of the stall current");
     assert_eq!(bench.state.activity(), Activity::Holding);
     let mut resting = 0.0f64;
-    bench.run(1.0, |_, reading| {
-        resting = resting.max(reading.current.abs() / stall)
-    });
+    bench.run(1.0, |_, reading| resting = resting.max(reading.current.abs() / stall));
     assert!(resting < 0.2, "{resting} of the stall current while holding");
 }
 
@@ -131,10 +122,7 @@ fn the_current_alone_tells_a_held_shaft() {
     let mut bench = bench(&plant, Some(exact(&plant)));
     order(&mut bench, stop(&plant, 1.0, Some(0.12 * stall as f32))).expect("a slow search");
     let (result, _) = search(&mut bench, 30.0, |_| false);
-    let off = counts(
-        &plant,
-        (bench.board.reading().theta / TAU - STOP_TURNS).abs() * TAU,
-    );
+    let off = counts(&plant, (bench.board.reading().theta / TAU - STOP_TURNS).abs() * TAU);
     assert_eq!(result, Referenced::Yes);
     assert!(off < 4.0, "{off} counts from the stop");
 }
@@ -148,10 +136,7 @@ fn a_shaft_that_never_moves_is_no_end_stop() {
     order(&mut bench, stop(&plant, 1.0, None)).expect("a slow search");
     let mut last = Referenced::Searching;
     for _ in 0..100_000 {
-        let sample = servo::axis::Sample {
-            count: frozen,
-            ..bench.board.sample()
-        };
+        let sample = servo::axis::Sample { count: frozen, ..bench.board.sample() };
         let output = bench.axis.step(&mut bench.state, sample);
         bench.board.pass(output.bridge, output.duty);
         last = output.record.referenced;
@@ -165,10 +150,7 @@ fn a_shaft_that_never_moves_is_no_end_stop() {
 
 #[test]
 fn a_search_without_a_stop_ends_after_its_reach() {
-    let options = Options {
-        tick_hz: 10_000,
-        ..Options::default()
-    };
+    let options = Options { tick_hz: 10_000, ..Options::default() };
     let plant = Plant::draw(Family::G1, Severity::Nominal, Seeds::Design(24), &options);
     let mut bench = bench(&plant, Some(exact(&plant)));
     order(&mut bench, stop(&plant, 1.0, None)).expect("a slow search");
@@ -189,15 +171,8 @@ fn the_index_is_found_to_the_count() {
         let at = per_turn / 3;
         let mut bench = bench(&plant, Some(exact(&plant)));
         let per_tick = 10_000.0 * TAU as f32 / plant.config.counts_per_rev as f32;
-        let too_fast = Referencing::Index {
-            speed_rad_s: 1.5 * per_tick,
-            position_rad: 0.0,
-            reach_rad: 7.0,
-        };
-        assert_eq!(
-            order(&mut bench, Command::Reference(too_fast)),
-            Err(Refusal::OutOfRange)
-        );
+        let too_fast = Referencing::Index { speed_rad_s: 1.5 * per_tick, position_rad: 0.0, reach_rad: 7.0 };
+        assert_eq!(order(&mut bench, Command::Reference(too_fast)), Err(Refusal::OutOfRange));
         let search_index = Referencing::Index {
             speed_rad_s: direction * slow(&plant).min(0.5 * per_tick),
             position_rad: 0.5,
@@ -216,35 +191,15 @@ fn the_index_is_found_to_the_count() {
 #[test]
 fn here_is_x_moves_the_travel_limits_along() {
     let plant = between_stops(Family::G1, 26);
-    let config = Config {
-        travel_limit_rad: Some([-1.0, 1.0]),
-        gear_ratio: 1.0,
-        ..plant.config
-    };
-    let mut bench = bench(
-        &Plant {
-            config,
-            ..plant.clone()
-        },
-        Some(exact(&plant)),
-    );
+    let config = Config { travel_limit_rad: Some([-1.0, 1.0]), gear_ratio: 1.0, ..plant.config };
+    let mut bench = bench(&Plant { config, ..plant.clone() }, Some(exact(&plant)));
     // Unreferenced: limits count from power-up, absolute targets are refused.
     assert_eq!(order(&mut bench, Command::GoTo(0.5)), Err(Refusal::NotReferenced));
-    assert_eq!(
-        order(&mut bench, Command::Position(1.2)),
-        Err(Refusal::BeyondTravel)
-    );
-    order(
-        &mut bench,
-        Command::Reference(Referencing::Here { position_rad: 0.8 }),
-    )
-    .expect("at rest");
+    assert_eq!(order(&mut bench, Command::Position(1.2)), Err(Refusal::BeyondTravel));
+    order(&mut bench, Command::Reference(Referencing::Here { position_rad: 0.8 })).expect("at rest");
     assert_eq!(order(&mut bench, Command::GoTo(1.2)), Err(Refusal::BeyondTravel));
     // 0.5 rad onward from power-up is 1.3 rad now.
-    assert_eq!(
-        order(&mut bench, Command::Position(0.5)),
-        Err(Refusal::BeyondTravel)
-    );
+    assert_eq!(order(&mut bench, Command::Position(0.5)), Err(Refusal::BeyondTravel));
     order(&mut bench, Command::GoTo(-0.5)).expect("within the travel");
     let moving = Referencing::Here { position_rad: 0.0 };
     bench.run(0.02, |_, _| {});

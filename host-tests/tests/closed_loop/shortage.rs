@@ -14,24 +14,14 @@ const AMPLE: f64 = 1.4;
 /// A motor like the paper's (inductance 0.5 H), 0.8 rad at 1 Hz, and a supply that falls to where its drive's knee was.
 fn paper_like(seeds: Seeds) -> (Plant, Shortage) {
     let draw = |ceiling: Ceiling| {
-        let options = Options {
-            ceiling,
-            ..Options::default()
-        };
+        let options = Options { ceiling, ..Options::default() };
         Plant::draw(Family::Paper, Severity::Nominal, seeds, &options)
     };
     let plant = draw(Ceiling::Absent);
     let supply_v = plant.motor.drive.supply_v;
     let saturation = draw(Ceiling::Family).truth.saturation_v;
-    let knee = saturation
-        .iter()
-        .flatten()
-        .fold(supply_v, |least, &level| least.min(level));
-    let shortage = Shortage {
-        amplitude_rad: 0.8,
-        frequency_hz: 1.0,
-        supply: [AMPLE, knee / supply_v],
-    };
+    let knee = saturation.iter().flatten().fold(supply_v, |least, &level| least.min(level));
+    let shortage = Shortage { amplitude_rad: 0.8, frequency_hz: 1.0, supply: [AMPLE, knee / supply_v] };
     (plant, shortage)
 }
 
@@ -61,16 +51,10 @@ fn row(name: &str, plant: &Plant, shortage: &Shortage) -> [f64; 2] {
 fn paper_like_motors_track_no_worse_with_compensation() {
     for n in 0..6 {
         let (plant, shortage) = paper_like(Seeds::Evaluation(7_000 + n));
-        let ample = Shortage {
-            supply: [AMPLE; 2],
-            ..shortage
-        };
+        let ample = Shortage { supply: [AMPLE; 2], ..shortage };
         let [off, on] = row("paper-like", &plant, &shortage);
         let [_, feasible] = row("with an ample supply", &plant, &ample);
-        assert!(
-            on < 2.0 * feasible,
-            "{on} where an ample supply brings {feasible}"
-        );
+        assert!(on < 2.0 * feasible, "{on} where an ample supply brings {feasible}");
         assert!(off > 0.85 * on, "{off} without, {on} with compensation");
     }
 }
@@ -88,12 +72,7 @@ fn gear_motors_track_better_with_compensation() {
 /// 2.3 % of the way with an integrator that is not stopped.
 #[test]
 fn a_move_that_is_clipped_all_the_way_does_not_overshoot() {
-    let plant = Plant::draw(
-        Family::G3,
-        Severity::Nominal,
-        Seeds::Design(5),
-        &Options::default(),
-    );
+    let plant = Plant::draw(Family::G3, Severity::Nominal, Seeds::Design(5), &Options::default());
     let mut bench = Bench::new(&plant);
     bench.run(0.1, |_, _| {});
     bench.axis.adopt(&mut bench.state, &exact(&plant)).expect("idle");

@@ -114,16 +114,8 @@ fn a_streamed_sine_is_followed_as_well_as_the_chips_own() {
         (Family::G2, 10_000, 0.2, 1.0, 100.0),
     ] {
         for seed in 0..3 {
-            let options = Options {
-                tick_hz,
-                ..Options::default()
-            };
-            let plant = Plant::draw(
-                family,
-                Severity::Harsh,
-                Seeds::Evaluation(500_000 + seed),
-                &options,
-            );
+            let options = Options { tick_hz, ..Options::default() };
+            let plant = Plant::draw(family, Severity::Harsh, Seeds::Evaluation(500_000 + seed), &options);
             let [own, streamed] = rms(&plant, share, hertz, rows_hz);
             println!(
                 "{family:?} {tick_hz} Hz, {share} of full speed at {hertz} Hz, {rows_hz} rows/s: {:.3} % own, {:.3} % streamed, {:.2}",
@@ -155,11 +147,7 @@ struct Judge {
 
 impl Judge {
     fn new(bench: &mut Bench) -> Self {
-        Self {
-            limits: limits(bench),
-            last: None,
-            steepest: 0.0,
-        }
+        Self { limits: limits(bench), last: None, steepest: 0.0 }
     }
 
     /// Counts per tick and per tick².
@@ -170,13 +158,7 @@ impl Judge {
         }
         let speed = f64::from(output.record.reference_speed_q20) / f64::from(1 << 20);
         let position = f64::from(output.record.reference_q8) / 256.0;
-        let Limits {
-            speed: top,
-            voltage,
-            tau_ticks,
-            acceleration: hardest,
-            ..
-        } = self.limits;
+        let Limits { speed: top, voltage, tau_ticks, acceleration: hardest, .. } = self.limits;
         let top = f64::from(top.min(voltage));
         if speed.abs() > top * 1.0001 + 1e-5 {
             return Err(format!("speed {speed}, limit {top}"));
@@ -189,9 +171,7 @@ impl Judge {
             let room =
                 f64::from(voltage) * 1.001 + acceleration.abs() + 1e-4 * f64::from(tau_ticks) + asked * 1e-3;
             if needed > room {
-                return Err(format!(
-                    "acceleration {acceleration} at {speed}: {needed} of {voltage}"
-                ));
+                return Err(format!("acceleration {acceleration} at {speed}: {needed} of {voltage}"));
             }
             if acceleration.abs() > f64::from(hardest) * 1.001 + 2e-4 {
                 return Err(format!("acceleration {acceleration}, limit {hardest}"));
@@ -268,18 +248,9 @@ proptest! {
 fn points_that_follow_each_other_at_once_keep_the_voltage() {
     let mut bench = knowing(&plant());
     let mut judge = Judge::new(&mut bench);
-    let points = [
-        (2.584_434_5, -98.039_39, 151),
-        (2.116_771_2, -54.461_99, 5),
-        (0.0, 0.0, 21),
-    ];
+    let points = [(2.584_434_5, -98.039_39, 151), (2.116_771_2, -54.461_99, 5), (0.0, 0.0, 21)];
     for (position_rad, speed_rad_s, ticks) in points {
-        let point = Point {
-            position_rad,
-            speed_rad_s,
-            acceleration_rad_s2: None,
-            ticks,
-        };
+        let point = Point { position_rad, speed_rad_s, acceleration_rad_s2: None, ticks };
         let _ = bench.ask(Command::Stream(point));
     }
     for _ in 0..20_000 {
@@ -319,25 +290,14 @@ fn a_stream_that_stalls_slows_down_to_rest_and_says_so() {
     let end = sent[100].tick as usize;
     let per_rad = f64::from(plant.config.counts_per_rev) / TAU / f64::from(plant.config.tick_hz);
     let fastest = 2.0 * TAU * per_rad * f64::from(1 << 20);
-    assert!(
-        f64::from(speeds[end]) > 0.9 * fastest,
-        "it moves: {}",
-        speeds[end]
-    );
+    assert!(f64::from(speeds[end]) > 0.9 * fastest, "it moves: {}", speeds[end]);
     let rest = speeds.iter().rposition(|speed| *speed != 0).expect("it moved") + 1;
     let slowing = f64::from(rest as u32 - end as u32) / f64::from(plant.config.tick_hz);
     assert!(slowing < 0.5, "{slowing} s");
     // It only slows down.
-    assert!(
-        speeds[end..rest]
-            .windows(2)
-            .all(|pair| pair[1].abs() <= pair[0].abs())
-    );
+    assert!(speeds[end..rest].windows(2).all(|pair| pair[1].abs() <= pair[0].abs()));
     let record = bench.tick().record;
-    assert_eq!(
-        (record.activity, record.advisory),
-        (Activity::Holding, Advisory::StreamRanDry)
-    );
+    assert_eq!((record.activity, record.advisory), (Activity::Holding, Advisory::StreamRanDry));
     // Another motion is another matter.
     bench.ask(Command::Position(0.0)).expect("a move");
     assert_eq!(bench.tick().record.advisory, Advisory::None);
@@ -371,10 +331,7 @@ fn a_jump_is_followed_as_fast_as_the_limits_allow_and_caught_up_with() {
     assert!(farthest < 1.01, "it swings over: {farthest}");
     assert!((20..400).contains(&limited), "{limited}");
     assert!(judge.steepest > 0.9, "of the voltage: {}", judge.steepest);
-    assert_eq!(
-        (last.record.activity, last.record.advisory),
-        (Activity::Holding, Advisory::None)
-    );
+    assert_eq!((last.record.activity, last.record.advisory), (Activity::Holding, Advisory::None));
 }
 
 #[test]
@@ -382,62 +339,20 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     let mut plant = plant();
     plant.config.travel_limit_rad = Some([-1.0, 1.0]);
     plant.config.gear_ratio = 1.0;
-    let good = Point {
-        position_rad: 0.5,
-        speed_rad_s: 0.0,
-        acceleration_rad_s2: None,
-        ticks: 500,
-    };
+    let good = Point { position_rad: 0.5, speed_rad_s: 0.0, acceleration_rad_s2: None, ticks: 500 };
     let mut bench = Bench::new(&plant);
     bench.run(0.01, |_, _| {});
     assert_eq!(bench.ask(Command::Stream(good)), Err(Refusal::NotArmed));
     let mut bench = knowing(&plant);
     let cases = [
-        (
-            Point {
-                position_rad: f32::NAN,
-                ..good
-            },
-            Refusal::OutOfRange,
-        ),
-        (
-            Point {
-                speed_rad_s: f32::INFINITY,
-                ..good
-            },
-            Refusal::OutOfRange,
-        ),
-        (
-            Point {
-                acceleration_rad_s2: Some(f32::NAN),
-                ..good
-            },
-            Refusal::OutOfRange,
-        ),
+        (Point { position_rad: f32::NAN, ..good }, Refusal::OutOfRange),
+        (Point { speed_rad_s: f32::INFINITY, ..good }, Refusal::OutOfRange),
+        (Point { acceleration_rad_s2: Some(f32::NAN), ..good }, Refusal::OutOfRange),
         (Point { ticks: 3, ..good }, Refusal::OutOfRange),
-        (
-            Point {
-                ticks: u32::MAX,
-                ..good
-            },
-            Refusal::OutOfRange,
-        ),
-        (
-            Point {
-                position_rad: 1.1,
-                ..good
-            },
-            Refusal::BeyondTravel,
-        ),
+        (Point { ticks: u32::MAX, ..good }, Refusal::OutOfRange),
+        (Point { position_rad: 1.1, ..good }, Refusal::BeyondTravel),
         // Its end lies within the travel, the way there does not.
-        (
-            Point {
-                position_rad: 0.9,
-                speed_rad_s: -20.0,
-                ..good
-            },
-            Refusal::BeyondTravel,
-        ),
+        (Point { position_rad: 0.9, speed_rad_s: -20.0, ..good }, Refusal::BeyondTravel),
     ];
     let before = bench.state;
     for (point, refusal) in cases {
@@ -451,8 +366,5 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     assert_eq!(bench.ask(Command::Stream(good)), Err(Refusal::StreamFull));
     let mut last = Output::default();
     bench.run(0.5 * (Point::ROOM + 1) as f64 + 0.5, |output, _| last = *output);
-    assert_eq!(
-        (last.record.activity, last.record.advisory),
-        (Activity::Holding, Advisory::None)
-    );
+    assert_eq!((last.record.activity, last.record.advisory), (Activity::Holding, Advisory::None));
 }

@@ -16,14 +16,9 @@ fn runs(family: Family) -> Vec<Run> {
         tuning: Tuning::default(),
         knowledge: Knowledge::Identified(5_000),
     };
-    let runs: Vec<Run> = (500_000..500_006)
-        .filter_map(|n| experiment.run(Seeds::Evaluation(n)).ok())
-        .collect();
-    assert!(
-        runs.len() >= 3,
-        "{} of 6 plants trusted their estimates",
-        runs.len()
-    );
+    let runs: Vec<Run> =
+        (500_000..500_006).filter_map(|n| experiment.run(Seeds::Evaluation(n)).ok()).collect();
+    assert!(runs.len() >= 3, "{} of 6 plants trusted their estimates", runs.len());
     runs
 }
 

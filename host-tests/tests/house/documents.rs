@@ -39,9 +39,7 @@ cargo() {
 "#;
 
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("the workspace")
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace")
 }
 
 /// Every Markdown file that people read, relative to the root.
@@ -163,10 +161,8 @@ impl Desk {
             shell.env("IMAGE", qemu().image);
         }
         let output = shell.output().expect("sh runs");
-        let (printed, errors) = (
-            String::from_utf8_lossy(&output.stdout),
-            String::from_utf8_lossy(&output.stderr),
-        );
+        let (printed, errors) =
+            (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         if shown.output.is_empty() && !output.status.success() {
             return Some(format!("$ {}\nfailed: {errors}", shown.command));
         }
@@ -194,17 +190,9 @@ fn alike(expected: &str, actual: &str) -> bool {
     static NUMBER: LazyLock<Regex> =
         LazyLock::new(|| Regex::new(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?").expect("a pattern"));
     static FILLING: LazyLock<Regex> = LazyLock::new(|| Regex::new(r"\s+|█+").expect("a pattern"));
-    let words = |line: &str| {
-        FILLING
-            .replace_all(&NUMBER.replace_all(line, "0"), " ")
-            .trim()
-            .to_owned()
-    };
+    let words = |line: &str| FILLING.replace_all(&NUMBER.replace_all(line, "0"), " ").trim().to_owned();
     let numbers = |line: &str| -> Vec<String> {
-        NUMBER
-            .find_iter(line)
-            .map(|found| found.as_str().to_owned())
-            .collect()
+        NUMBER.find_iter(line).map(|found| found.as_str().to_owned()).collect()
     };
     let mut pairs = numbers(expected).into_iter().zip(numbers(actual));
     words(expected) == words(actual) && pairs.all(|(a, b)| close(&a, &b))
@@ -212,19 +200,10 @@ fn alike(expected: &str, actual: &str) -> bool {
 
 /// Within the tolerance, or within one of the last printed digit.
 fn close(expected: &str, actual: &str) -> bool {
-    let (a, b): (f64, f64) = (
-        expected.parse().expect("a number"),
-        actual.parse().expect("a number"),
-    );
+    let (a, b): (f64, f64) = (expected.parse().expect("a number"), actual.parse().expect("a number"));
     let mantissa = expected.split('e').next().unwrap_or(expected);
-    let digits = mantissa
-        .split_once('.')
-        .map_or(0, |(_, decimals)| decimals.len() as i32);
-    let last = if expected.contains('e') {
-        0.0
-    } else {
-        10f64.powi(-digits)
-    };
+    let digits = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len() as i32);
+    let last = if expected.contains('e') { 0.0 } else { 10f64.powi(-digits) };
     (a - b).abs() <= (TOLERANCE * a.abs()).max(1.001 * last)
 }
 
@@ -244,19 +223,11 @@ fn commands_in_documents_print_what_is_shown() {
                 ran += 1;
                 let desk = desk.get_or_insert_with(Desk::new);
                 let found = commands(&block.body);
-                wrong.extend(
-                    found
-                        .iter()
-                        .filter_map(|shown| Some(format!("{place}\n{}", desk.run(shown)?))),
-                );
+                wrong.extend(found.iter().filter_map(|shown| Some(format!("{place}\n{}", desk.run(shown)?))));
             }
         }
     }
-    println!(
-        "{ran} blocks run, {} not:\n{}",
-        left_out.len(),
-        left_out.join("\n")
-    );
+    println!("{ran} blocks run, {} not:\n{}", left_out.len(), left_out.join("\n"));
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
     assert!(ran >= FEWEST_BLOCKS, "{ran} blocks ran");
 }
@@ -268,10 +239,7 @@ fn output_is_compared_line_by_line_with_numbers_within_the_tolerance() {
     assert!(!matches(&["gap 3.82 ███", "…", "fit 65.3 % → 98.9 %"], &actual));
     assert!(!matches(&["gap 3.82 ███", "fit 60.3 % → 98.9 %"], &actual));
     assert!(!matches(&["…", "gap -3.82 ███", "…"], &actual));
-    assert!(
-        !matches(&["gap 3.82 ███"], &actual),
-        "nothing is left out in silence"
-    );
+    assert!(!matches(&["gap 3.82 ███"], &actual), "nothing is left out in silence");
     assert!(alike("1.59e-5 V", "1.60e-5 V") && !alike("1.59e-5 V", "1.70e-5 V"));
     assert!(alike("took 5.01 s", "took 5.02 s") && !alike("not_seen", "trusted"));
 }
@@ -315,14 +283,8 @@ fn every_record_stands_in_the_index_of_its_folder_and_has_its_number_alone() {
             if record == "README.md" {
                 continue;
             }
-            assert!(
-                index.contains(&format!("]({record})")),
-                "{folder}/README.md lacks {record}"
-            );
-            assert!(
-                numbers.insert(record[..4].to_owned()),
-                "two records have the number of {record}"
-            );
+            assert!(index.contains(&format!("]({record})")), "{folder}/README.md lacks {record}");
+            assert!(numbers.insert(record[..4].to_owned()), "two records have the number of {record}");
         }
     }
 }
@@ -331,23 +293,16 @@ fn every_record_stands_in_the_index_of_its_folder_and_has_its_number_alone() {
 fn tests_that_the_architecture_names_exist() {
     let named = Regex::new(r"`([a-z][a-z0-9]*(?:_[a-z0-9]+){2,})`").expect("a pattern");
     let architecture = text(Path::new("docs/architecture.md"));
-    let invariants = architecture
-        .split("## Invariants")
-        .nth(1)
-        .expect("a section of invariants");
+    let invariants = architecture.split("## Invariants").nth(1).expect("a section of invariants");
     let invariants = invariants.split("\n## ").next().unwrap_or(invariants);
-    let names: BTreeSet<&str> = named
-        .captures_iter(invariants)
-        .map(|found| found.get(1).expect("a name").as_str())
-        .collect();
+    let names: BTreeSet<&str> =
+        named.captures_iter(invariants).map(|found| found.get(1).expect("a name").as_str()).collect();
     assert!(names.len() >= 8, "{names:?}");
     let mut sources = String::new();
     for folder in ["host-tests", "src", "tools", "workbench", "xtask"] {
         read_sources(&root().join(folder), &mut sources);
     }
-    let missing = names
-        .iter()
-        .filter(|name| !sources.contains(&format!("fn {name}(")));
+    let missing = names.iter().filter(|name| !sources.contains(&format!("fn {name}(")));
     assert_eq!(missing.collect::<Vec<_>>(), Vec::<&&str>::new());
 }
 

@@ -3,20 +3,10 @@
 use std::path::{Path, PathBuf};
 
 /// Crates that exist on the chip alone, by the beginning of their names.
-const CHIP: [&str; 7] = [
-    "cortex-m",
-    "critical-section",
-    "defmt",
-    "rtic",
-    "semihosting",
-    "stm32",
-    "panic-",
-];
+const CHIP: [&str; 7] = ["cortex-m", "critical-section", "defmt", "rtic", "semihosting", "stm32", "panic-"];
 
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .expect("the workspace")
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace")
 }
 
 /// Every Rust file below a folder, with its text.
@@ -41,24 +31,14 @@ fn sources(folder: &str) -> Vec<(PathBuf, String)> {
 fn the_library_forbids_unsafe_code_and_knows_no_chip() {
     let library = std::fs::read_to_string(root().join("src/lib.rs")).unwrap();
     for attribute in ["#![no_std]", "#![forbid(unsafe_code)]"] {
-        assert!(
-            library.lines().any(|line| line == attribute),
-            "src/lib.rs lacks {attribute}"
-        );
+        assert!(library.lines().any(|line| line == attribute), "src/lib.rs lacks {attribute}");
     }
     let manifest = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
     let manifest: toml::Table = manifest.parse().unwrap();
     let dependencies = manifest["dependencies"].as_table().unwrap();
-    assert!(
-        dependencies.contains_key("heapless"),
-        "the table of the library's dependencies"
-    );
+    assert!(dependencies.contains_key("heapless"), "the table of the library's dependencies");
     let chip = |name: &&String| CHIP.iter().any(|crates| name.starts_with(crates));
-    assert_eq!(
-        dependencies.keys().find(chip),
-        None,
-        "belongs to target_os = \"none\" alone"
-    );
+    assert_eq!(dependencies.keys().find(chip), None, "belongs to target_os = \"none\" alone");
 }
 
 #[test]
@@ -67,11 +47,7 @@ fn the_workbench_prints_in_one_place() {
         let code = text.lines().map(str::trim).filter(|line| !line.starts_with("//"));
         let prints = |line: &&str| line.contains("println!") || line.contains("print!(");
         let screen = path.ends_with("console/screen.rs");
-        assert!(
-            screen || !code.clone().any(|line| prints(&line)),
-            "{} prints",
-            path.display()
-        );
+        assert!(screen || !code.clone().any(|line| prints(&line)), "{} prints", path.display());
         let writes = |line: &str| line.contains("io::stdout()") || line.contains("io::stderr()");
         let terminal = |line: &str| line.contains("is_terminal") || line.contains("IsTerminal");
         let found = code.clone().find(|line| writes(line) && !terminal(line));

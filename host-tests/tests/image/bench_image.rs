@@ -13,13 +13,7 @@ const DOCUMENTED: [(&str, u32, f64, u32, f64); 9] = [
     ("loop, commissioning", 10_000, 1_033.0, 1_943, 0.1),
     ("compensator", 0, 28.0, 36, 0.15),
     ("flight-solver RlsParallel, 4 parameters", 0, 329.0, 332, 0.05),
-    (
-        "flight-solver InverseQrRls, 6 parameters",
-        0,
-        3_268.0,
-        3_310,
-        0.05,
-    ),
+    ("flight-solver InverseQrRls, 6 parameters", 0, 3_268.0, 3_310, 0.05),
     ("pid", 0, 114.0, 115, 0.05),
 ];
 
@@ -28,18 +22,9 @@ fn the_counts_are_the_documented_ones() {
     let counts = counts::run();
     for (name, tick_hz, average, worst, share) in DOCUMENTED {
         let fits = |count: &&Count| count.name == name && count.tick_hz == tick_hz;
-        let count = counts
-            .iter()
-            .find(fits)
-            .unwrap_or_else(|| panic!("{name} is missing: {counts:?}"));
+        let count = counts.iter().find(fits).unwrap_or_else(|| panic!("{name} is missing: {counts:?}"));
         let near = |now: f64, then: f64| (now / then - 1.0).abs() < share;
-        assert!(
-            near(count.average, average),
-            "{count:?}: documented {average} on average"
-        );
-        assert!(
-            near(f64::from(count.worst), f64::from(worst)),
-            "{count:?}: documented {worst} at worst"
-        );
+        assert!(near(count.average, average), "{count:?}: documented {average} on average");
+        assert!(near(f64::from(count.worst), f64::from(worst)), "{count:?}: documented {worst} at worst");
     }
 }

@@ -39,12 +39,7 @@ const fn expect(
     fields: &'static [(&'static str, u32, u32)],
     why: &'static str,
 ) -> Expected {
-    Expected {
-        register,
-        address,
-        fields,
-        why,
-    }
+    Expected { register, address, fields, why }
 }
 
 // ── Recording ───────────────────────────────────────────────────────────────────────────────────────────────────────
@@ -68,10 +63,7 @@ const NOTE_VALUE: u32 = 0x5006_0800 + 4;
 
 fn base(block: &str) -> Option<u32> {
     let known = if block == "IWDG" { "I2S2ext" } else { block };
-    BLOCKS
-        .iter()
-        .find(|(name, _)| *name == known)
-        .map(|(_, base)| *base)
+    BLOCKS.iter().find(|(name, _)| *name == known).map(|(_, base)| *base)
 }
 
 /// `timer[1]: unimplemented device write (size 4, offset 0x02c, value 0x00001068)`
@@ -83,10 +75,7 @@ fn parse(line: &str) -> Option<Write> {
     };
     let base =
         base(block).unwrap_or_else(|| panic!("a write to {block}, which the board does not use: {line}"));
-    Some(Write {
-        address: base + hex("offset ")?,
-        value: hex("value ")?,
-    })
+    Some(Write { address: base + hex("offset ")?, value: hex("value ")? })
 }
 
 /// What the image did in each of its steps (see `src/image/checks/registers.rs`), and what it read back.
@@ -124,10 +113,7 @@ fn split(log: &str) -> Record {
             }
             NOTE_NUMBER => assert_eq!(write.value as usize, read_back.len()),
             NOTE_VALUE => read_back.push(write.value),
-            _ => steps
-                .get_mut(&step)
-                .expect("nothing before the first step")
-                .push(write),
+            _ => steps.get_mut(&step).expect("nothing before the first step").push(write),
         }
     }
     assert_eq!(steps.len(), 18, "all steps of the image");
@@ -137,10 +123,7 @@ fn split(log: &str) -> Record {
 /// Writes of one step to addresses within `range`, in order.
 fn writes(step: u32, range: std::ops::Range<u32>) -> Vec<Write> {
     let all = &record().steps[&step];
-    all.iter()
-        .copied()
-        .filter(|write| range.contains(&write.address))
-        .collect()
+    all.iter().copied().filter(|write| range.contains(&write.address)).collect()
 }
 
 fn check(got: &[Write], expected: &[&[Expected]]) {
@@ -151,10 +134,7 @@ fn check(got: &[Write], expected: &[&[Expected]]) {
         };
         assert_eq!(
             *write,
-            Write {
-                address: want.address,
-                value: want.value()
-            },
+            Write { address: want.address, value: want.value() },
             "write {place} should be {} = {:#010x} ({}); all: {got:#x?}",
             want.register,
             want.value(),
@@ -203,35 +183,19 @@ const CLOCKS: [Expected; 3] = [
     expect(
         "RCC_AHB1ENR",
         RCC + 0x30,
-        &[
-            ("GPIOAEN", 0, 1),
-            ("GPIOBEN", 1, 1),
-            ("GPIOCEN", 2, 1),
-            ("DMA1EN", 21, 1),
-        ],
+        &[("GPIOAEN", 0, 1), ("GPIOBEN", 1, 1), ("GPIOCEN", 2, 1), ("DMA1EN", 21, 1)],
         "ports A, B, C of the pin table; DMA1 carries USART2",
     ),
     expect(
         "RCC_APB1ENR",
         RCC + 0x40,
-        &[
-            ("TIM2EN", 0, 1),
-            ("TIM3EN", 1, 1),
-            ("TIM4EN", 2, 1),
-            ("TIM5EN", 3, 1),
-            ("USART2EN", 17, 1),
-        ],
+        &[("TIM2EN", 0, 1), ("TIM3EN", 1, 1), ("TIM4EN", 2, 1), ("TIM5EN", 3, 1), ("USART2EN", 17, 1)],
         "the encoder counters of four axes and the link",
     ),
     expect(
         "RCC_APB2ENR",
         RCC + 0x44,
-        &[
-            ("TIM1EN", 0, 1),
-            ("TIM8EN", 1, 1),
-            ("ADC1EN", 8, 1),
-            ("ADC2EN", 9, 1),
-        ],
+        &[("TIM1EN", 0, 1), ("TIM8EN", 1, 1), ("ADC1EN", 8, 1), ("ADC2EN", 9, 1)],
         "PWM of four axes, converters of currents and supply",
     ),
 ];
@@ -245,24 +209,14 @@ fn every_peripheral_gets_its_clock() {
 
 /// RM0090 section 17.4. The driver IC adds its own dead time.
 const TIM1_SET_UP: [Expected; 13] = [
-    expect(
-        "TIM1_CR1",
-        TIM1,
-        &[("ARPE", 7, 1), ("CMS", 5, 0b01)],
-        "preloaded period; centre-aligned",
-    ),
+    expect("TIM1_CR1", TIM1, &[("ARPE", 7, 1), ("CMS", 5, 0b01)], "preloaded period; centre-aligned"),
     expect(
         "TIM1_CR2",
         TIM1 + 0x04,
         &[("MMS", 4, 0b010)],
         "update is the trigger of the converters; OISx 0: idle low",
     ),
-    expect(
-        "TIM1_ARR",
-        TIM1 + 0x2C,
-        &[("ARR", 0, 4200)],
-        "168 MHz / (2 · 4200) = 20 kHz",
-    ),
+    expect("TIM1_ARR", TIM1 + 0x2C, &[("ARR", 0, 4200)], "168 MHz / (2 · 4200) = 20 kHz"),
     expect(
         "TIM1_RCR",
         TIM1 + 0x30,
@@ -272,23 +226,13 @@ const TIM1_SET_UP: [Expected; 13] = [
     expect(
         "TIM1_CCMR1",
         TIM1 + 0x18,
-        &[
-            ("OC1PE", 3, 1),
-            ("OC1M", 4, 0b110),
-            ("OC2PE", 11, 1),
-            ("OC2M", 12, 0b110),
-        ],
+        &[("OC1PE", 3, 1), ("OC1M", 4, 0b110), ("OC2PE", 11, 1), ("OC2M", 12, 0b110)],
         "preloaded; PWM mode 1, so the low (driving) part is centred on the upper turning point",
     ),
     expect(
         "TIM1_CCMR2",
         TIM1 + 0x1C,
-        &[
-            ("OC3PE", 3, 1),
-            ("OC3M", 4, 0b110),
-            ("OC4PE", 11, 1),
-            ("OC4M", 12, 0b110),
-        ],
+        &[("OC3PE", 3, 1), ("OC3M", 4, 0b110), ("OC4PE", 11, 1), ("OC4M", 12, 0b110)],
         "the second axis alike",
     ),
     expect("TIM1_CCR1", TIM1 + 0x34, &[], "always low"),
@@ -307,12 +251,7 @@ const TIM1_SET_UP: [Expected; 13] = [
         &[("LOCK", 8, 1), ("OSSI", 10, 1), ("OSSR", 11, 1), ("BKE", 12, 1)],
         "low break input switches off (BKP 0), stays off (AOE 0), off means low (OSSI), MOE 0 still, fields locked",
     ),
-    expect(
-        "TIM1_EGR",
-        TIM1 + 0x14,
-        &[("UG", 0, 1)],
-        "loads the preload registers",
-    ),
+    expect("TIM1_EGR", TIM1 + 0x14, &[("UG", 0, 1)], "loads the preload registers"),
 ];
 
 /// The bridge driver is created (off), outputs follow the compare registers, the counter starts: in this order.
@@ -325,21 +264,13 @@ const TIM1_START: [Expected; 4] = [
         &[("MOE", 15, 1)],
         "outputs follow; the other bits are read back in silicon",
     ),
-    expect(
-        "TIM1_CR1",
-        TIM1,
-        &[("CEN", 0, 1)],
-        "counts; the other bits are read back in silicon",
-    ),
+    expect("TIM1_CR1", TIM1, &[("CEN", 0, 1)], "counts; the other bits are read back in silicon"),
 ];
 
 #[test]
 fn tim1_makes_20_khz_centre_aligned_pwm_and_starts_with_an_open_bridge() {
     check(&writes(SET_UP, block(TIM1)), &[&TIM1_SET_UP, &TIM1_START]);
-    assert!(
-        writes(SET_UP, block(TIM8)).is_empty(),
-        "one axis leaves TIM8 alone"
-    );
+    assert!(writes(SET_UP, block(TIM8)).is_empty(), "one axis leaves TIM8 alone");
 }
 
 #[test]
@@ -349,12 +280,7 @@ fn the_first_tick_checks_the_phase_of_the_update_and_opens_the_bridge() {
     check(
         &writes(FIRST_TICK, block(TIM1)),
         &[&[
-            expect(
-                "TIM1_RCR",
-                TIM1 + 0x30,
-                &[("REP", 0, 2)],
-                "3 turning points instead of 4, once",
-            ),
+            expect("TIM1_RCR", TIM1 + 0x30, &[("REP", 0, 2)], "3 turning points instead of 4, once"),
             expect(
                 "TIM1_SR",
                 TIM1 + 0x10,
@@ -376,18 +302,13 @@ fn the_first_tick_checks_the_phase_of_the_update_and_opens_the_bridge() {
 #[test]
 fn the_phase_is_looked_at_twice_and_the_fault_line_not_before_the_driver_is_awake() {
     // Tick 2 restores the interval, tick 3 looks again (in QEMU the counter never turns), tick 4 restores; then no more.
-    let repetitions: Vec<u32> = writes(SETTLE, TIM1 + 0x30..TIM1 + 0x34)
-        .iter()
-        .map(|write| write.value)
-        .collect();
+    let repetitions: Vec<u32> =
+        writes(SETTLE, TIM1 + 0x30..TIM1 + 0x34).iter().map(|write| write.value).collect();
     assert_eq!(repetitions, [3, 2, 3]);
     // 30 ticks forget the break flag, the first of them in its own step.
     let forgotten = writes(SETTLE, TIM1 + 0x10..TIM1 + 0x14);
     assert_eq!(forgotten.len(), 29);
-    assert!(
-        writes(DENIED, TIM1 + 0x10..TIM1 + 0x14).is_empty(),
-        "from then on a break is a fault"
-    );
+    assert!(writes(DENIED, TIM1 + 0x10..TIM1 + 0x14).is_empty(), "from then on a break is a fault");
 }
 
 #[test]
@@ -410,12 +331,7 @@ fn each_command_sets_both_compare_registers_and_the_sleep_pin() {
         &writes(REVERSE, ALL),
         &[&[
             expect("TIM1_CCR1", TIM1 + 0x34, &[], "IN1 always low"),
-            expect(
-                "TIM1_CCR2",
-                TIM1 + 0x38,
-                &[("CCR", 0, 4200)],
-                "IN2 always high: full reverse",
-            ),
+            expect("TIM1_CCR2", TIM1 + 0x38, &[("CCR", 0, 4200)], "IN2 always high: full reverse"),
             AWAKE,
         ]],
     );
@@ -443,19 +359,11 @@ fn an_open_enable_contact_opens_the_bridge_whatever_the_axis_wants() {
     check(
         &writes(DENIED, TIM1 + 0x34..TIM1 + 0x3C),
         &[&[
-            expect(
-                "TIM1_CCR1",
-                TIM1 + 0x34,
-                &[],
-                "0 0 opens although a quarter was asked for",
-            ),
+            expect("TIM1_CCR1", TIM1 + 0x34, &[], "0 0 opens although a quarter was asked for"),
             expect("TIM1_CCR2", TIM1 + 0x38, &[], "0 0 opens"),
         ]],
     );
-    assert!(
-        writes(DENIED, TIM1 + 0x44..TIM1 + 0x48).is_empty(),
-        "and nothing is re-armed"
-    );
+    assert!(writes(DENIED, TIM1 + 0x44..TIM1 + 0x48).is_empty(), "and nothing is re-armed");
 }
 
 #[test]
@@ -469,12 +377,7 @@ fn panic_and_fault_handlers_switch_off_by_two_direct_writes() {
                 &[],
                 "MOE 0: outputs forced low at once, without a compare register",
             ),
-            expect(
-                "GPIOB_BSRR",
-                GPIOB + 0x18,
-                &[("BR0", 16, 1)],
-                "nSLEEP low: the driver opens by itself",
-            ),
+            expect("GPIOB_BSRR", GPIOB + 0x18, &[("BR0", 16, 1)], "nSLEEP low: the driver opens by itself"),
         ]],
     );
 }
@@ -483,52 +386,24 @@ fn panic_and_fault_handlers_switch_off_by_two_direct_writes() {
 
 /// RM0090 section 8.4: MODER 00 input, 01 output, 10 alternate, 11 analogue; PUPDR 01 up, 10 down; OSPEEDR 01 medium.
 const PORTS: [Expected; 15] = [
-    expect(
-        "GPIOA_AFRL",
-        GPIOA + 0x20,
-        &[("PA2", 8, 7), ("PA3", 12, 7)],
-        "USART2",
-    ),
-    expect(
-        "GPIOA_AFRH",
-        GPIOA + 0x24,
-        &[("PA8", 0, 1), ("PA9", 4, 1), ("PA15", 28, 1)],
-        "TIM1, TIM2",
-    ),
+    expect("GPIOA_AFRL", GPIOA + 0x20, &[("PA2", 8, 7), ("PA3", 12, 7)], "USART2"),
+    expect("GPIOA_AFRH", GPIOA + 0x24, &[("PA8", 0, 1), ("PA9", 4, 1), ("PA15", 28, 1)], "TIM1, TIM2"),
     expect(
         "GPIOA_PUPDR",
         GPIOA + 0x0C,
-        &[
-            ("PA2", 4, 1),
-            ("PA3", 6, 1),
-            ("PA8", 16, 2),
-            ("PA9", 18, 2),
-            ("PA15", 30, 1),
-        ],
+        &[("PA2", 4, 1), ("PA3", 6, 1), ("PA8", 16, 2), ("PA9", 18, 2), ("PA15", 30, 1)],
         "idle line high; PWM low; open-collector encoder high",
     ),
     expect(
         "GPIOA_OSPEEDR",
         GPIOA + 0x08,
-        &[
-            ("PA2", 4, 1),
-            ("PA3", 6, 1),
-            ("PA8", 16, 1),
-            ("PA9", 18, 1),
-            ("PA15", 30, 1),
-        ],
+        &[("PA2", 4, 1), ("PA3", 6, 1), ("PA8", 16, 1), ("PA9", 18, 1), ("PA15", 30, 1)],
         "25 MHz",
     ),
     expect(
         "GPIOA_MODER",
         GPIOA,
-        &[
-            ("PA2", 4, 2),
-            ("PA3", 6, 2),
-            ("PA8", 16, 2),
-            ("PA9", 18, 2),
-            ("PA15", 30, 2),
-        ],
+        &[("PA2", 4, 2), ("PA3", 6, 2), ("PA8", 16, 2), ("PA9", 18, 2), ("PA15", 30, 2)],
         "alternate; PA13 and PA14 (probe) untouched",
     ),
     expect("GPIOB_AFRL", GPIOB + 0x20, &[("PB3", 12, 1)], "TIM2"),
@@ -539,12 +414,7 @@ const PORTS: [Expected; 15] = [
         &[("PB0", 0, 2), ("PB3", 6, 1), ("PB8", 16, 2), ("PB12", 24, 1)],
         "asleep; encoder; no index unless one drives it; open-drain fault",
     ),
-    expect(
-        "GPIOB_OSPEEDR",
-        GPIOB + 0x08,
-        &[("PB0", 0, 1), ("PB3", 6, 1), ("PB12", 24, 1)],
-        "25 MHz",
-    ),
+    expect("GPIOB_OSPEEDR", GPIOB + 0x08, &[("PB0", 0, 1), ("PB3", 6, 1), ("PB12", 24, 1)], "25 MHz"),
     expect(
         "GPIOB_MODER",
         GPIOB,
@@ -553,12 +423,7 @@ const PORTS: [Expected; 15] = [
     ),
     expect("GPIOC_AFRL", GPIOC + 0x20, &[], "none"),
     expect("GPIOC_AFRH", GPIOC + 0x24, &[], "none"),
-    expect(
-        "GPIOC_PUPDR",
-        GPIOC + 0x0C,
-        &[("PC10", 20, 2)],
-        "an open enable contact reads low",
-    ),
+    expect("GPIOC_PUPDR", GPIOC + 0x0C, &[("PC10", 20, 2)], "an open enable contact reads low"),
     expect("GPIOC_OSPEEDR", GPIOC + 0x08, &[("PC12", 24, 1)], "25 MHz"),
     expect(
         "GPIOC_MODER",
@@ -572,30 +437,16 @@ const ASLEEP: Expected = expect("GPIOB_BSRR", GPIOB + 0x18, &[("BR0", 16, 1)], "
 
 #[test]
 fn pins_get_their_function_before_their_mode_and_the_driver_sleeps_from_the_first_write_on() {
-    check(
-        &writes(SET_UP, GPIOA..GPIOC + 0x400),
-        &[&[ASLEEP], &PORTS, &[ASLEEP]],
-    );
+    check(&writes(SET_UP, GPIOA..GPIOC + 0x400), &[&[ASLEEP], &PORTS, &[ASLEEP]]);
 }
 
 #[test]
 fn timers_are_set_up_before_their_pins_leave_the_reset_state_and_start_last_of_all() {
     let all = &record().steps[&SET_UP];
-    let place = |address: u32| {
-        all.iter()
-            .position(|write| write.address == address)
-            .expect("written")
-    };
-    let last = |address: u32| {
-        all.iter()
-            .rposition(|write| write.address == address)
-            .expect("written")
-    };
+    let place = |address: u32| all.iter().position(|write| write.address == address).expect("written");
+    let last = |address: u32| all.iter().rposition(|write| write.address == address).expect("written");
     assert!(place(GPIOB + 0x18) < place(TIM1), "sleep before anything else");
-    assert!(
-        place(TIM1 + 0x44) < place(GPIOA),
-        "break and idle levels before the pins are switched over"
-    );
+    assert!(place(TIM1 + 0x44) < place(GPIOA), "break and idle levels before the pins are switched over");
     assert!(last(GPIOC) < last(TIM1 + 0x44), "outputs enabled after that");
     assert_eq!(last(TIM1), all.len() - 1, "the counter starts last");
 }
@@ -629,15 +480,9 @@ fn the_watchdog_runs_at_16_ms() {
 
 #[test]
 fn the_watchdog_is_fed_by_idle_and_only_after_a_control_tick() {
-    check(
-        &writes(FEED, ALL),
-        &[&[expect("IWDG_KR", IWDG, &[("KEY", 0, 0xAAAA)], "a tick has run")]],
-    );
+    check(&writes(FEED, ALL), &[&[expect("IWDG_KR", IWDG, &[("KEY", 0, 0xAAAA)], "a tick has run")]]);
     assert!(writes(STARVE, ALL).is_empty(), "no tick since: not fed");
-    assert!(
-        writes(FIRST_TICK, block(IWDG)).is_empty(),
-        "the control tick does not feed by itself"
-    );
+    assert!(writes(FIRST_TICK, block(IWDG)).is_empty(), "the control tick does not feed by itself");
 }
 
 // ── DMA of the link ─────────────────────────────────────────────────────────────────────────────────────────────────
@@ -649,10 +494,7 @@ fn the_links_receiver_fills_a_ring_by_dma() {
     let (ring, fixed): (Vec<Write>, Vec<Write>) =
         got.into_iter().partition(|write| write.address == DMA1 + 0x94);
     assert_eq!(ring.len(), 1);
-    assert!(
-        (0x2000_0000..0x2002_0000).contains(&ring[0].value),
-        "in SRAM, not in the core-coupled memory"
-    );
+    assert!((0x2000_0000..0x2002_0000).contains(&ring[0].value), "in SRAM, not in the core-coupled memory");
     check(
         &fixed,
         &[&[
@@ -662,13 +504,7 @@ fn the_links_receiver_fills_a_ring_by_dma() {
             expect(
                 "DMA_S5CR",
                 DMA1 + 0x88,
-                &[
-                    ("CHSEL", 25, 4),
-                    ("MINC", 10, 1),
-                    ("CIRC", 8, 1),
-                    ("DIR", 6, 0),
-                    ("EN", 0, 1),
-                ],
+                &[("CHSEL", 25, 4), ("MINC", 10, 1), ("CIRC", 8, 1), ("DIR", 6, 0), ("EN", 0, 1)],
                 "USART2_RX is channel 4 of stream 5 (table 42); peripheral to memory, round and round",
             ),
         ]],
@@ -681,12 +517,7 @@ fn the_links_receiver_fills_a_ring_by_dma() {
 fn encoder_converters_and_link_read_back_as_configured() {
     let expected: [Expected; 16] = [
         expect("TIM2_CR1", 0, &[("CEN", 0, 1)], "counts"),
-        expect(
-            "TIM2_SMCR",
-            0,
-            &[("SMS", 0, 0b011)],
-            "encoder mode 3: both edges of both inputs",
-        ),
+        expect("TIM2_SMCR", 0, &[("SMS", 0, 0b011)], "encoder mode 3: both edges of both inputs"),
         expect(
             "TIM2_CCMR1",
             0,
@@ -694,12 +525,7 @@ fn encoder_converters_and_link_read_back_as_configured() {
             "TI1, TI2; eight samples at the timer clock",
         ),
         expect("TIM2_ARR", 0, &[("ARR", 0, 0xFFFF_FFFF)], "the whole 32 bits"),
-        expect(
-            "ADC_CCR",
-            0,
-            &[("ADCPRE", 16, 0b01)],
-            "84 MHz / 4 = 21 MHz, below the 36 MHz allowed",
-        ),
+        expect("ADC_CCR", 0, &[("ADCPRE", 16, 0b01)], "84 MHz / 4 = 21 MHz, below the 36 MHz allowed"),
         expect(
             "ADC1_CR1",
             0,
@@ -715,13 +541,7 @@ fn encoder_converters_and_link_read_back_as_configured() {
         expect(
             "ADC1_SMPR1",
             0,
-            &[
-                ("SMP10", 0, 2),
-                ("SMP11", 3, 2),
-                ("SMP12", 6, 2),
-                ("SMP13", 9, 2),
-                ("SMP14", 12, 2),
-            ],
+            &[("SMP10", 0, 2), ("SMP11", 3, 2), ("SMP12", 6, 2), ("SMP13", 9, 2), ("SMP14", 12, 2)],
             "28 clocks each",
         ),
         expect(
@@ -740,51 +560,23 @@ fn encoder_converters_and_link_read_back_as_configured() {
         expect(
             "ADC2_SMPR1",
             0,
-            &[
-                ("SMP10", 0, 2),
-                ("SMP11", 3, 2),
-                ("SMP12", 6, 2),
-                ("SMP13", 9, 2),
-                ("SMP14", 12, 2),
-            ],
+            &[("SMP10", 0, 2), ("SMP11", 3, 2), ("SMP12", 6, 2), ("SMP13", 9, 2), ("SMP14", 12, 2)],
             "28 clocks each",
         ),
-        expect(
-            "ADC2_JSQR",
-            0,
-            &[("JL", 20, 0), ("JSQ4", 15, 14)],
-            "channel 14, PC4",
-        ),
+        expect("ADC2_JSQR", 0, &[("JL", 20, 0), ("JSQ4", 15, 14)], "channel 14, PC4"),
         expect(
             "USART2_BRR",
             0,
             &[("DIV_Mantissa", 4, 2), ("DIV_Fraction", 0, 14)],
             "42 MHz / (16 · 2.875) = 913 kBd",
         ),
-        expect(
-            "USART2_CR1",
-            0,
-            &[("UE", 13, 1), ("TE", 3, 1), ("RE", 2, 1)],
-            "8N1, no interrupts",
-        ),
-        expect(
-            "USART2_CR3",
-            0,
-            &[("DMAT", 7, 1), ("DMAR", 6, 1)],
-            "both directions by DMA",
-        ),
+        expect("USART2_CR1", 0, &[("UE", 13, 1), ("TE", 3, 1), ("RE", 2, 1)], "8N1, no interrupts"),
+        expect("USART2_CR3", 0, &[("DMAT", 7, 1), ("DMAR", 6, 1)], "both directions by DMA"),
     ];
     let got = &record().read_back[..16];
     assert_eq!(got.len(), expected.len());
     for (value, want) in got.iter().zip(&expected) {
-        assert_eq!(
-            *value,
-            want.value(),
-            "{} should be {:#x} ({})",
-            want.register,
-            want.value(),
-            want.why
-        );
+        assert_eq!(*value, want.value(), "{} should be {:#x} ({})", want.register, want.value(), want.why);
     }
 }
 
@@ -800,42 +592,24 @@ fn a_configuration_keeps_the_zero_of_the_current_sensor() {
 #[test]
 fn four_axes_set_tim8_up_exactly_like_tim1() {
     let moved = |writes: Vec<Write>, base: u32| -> Vec<(u32, u32)> {
-        writes
-            .iter()
-            .map(|write| (write.address - base, write.value))
-            .collect()
+        writes.iter().map(|write| (write.address - base, write.value)).collect()
     };
-    let (first, second) = (
-        moved(writes(SET_UP_FOUR, block(TIM1)), TIM1),
-        moved(writes(SET_UP_FOUR, block(TIM8)), TIM8),
-    );
+    let (first, second) =
+        (moved(writes(SET_UP_FOUR, block(TIM1)), TIM1), moved(writes(SET_UP_FOUR, block(TIM8)), TIM8));
     assert_eq!(first, second);
-    check(
-        &writes(SET_UP_FOUR, block(TIM1))[..TIM1_SET_UP.len()],
-        &[&TIM1_SET_UP],
-    );
+    check(&writes(SET_UP_FOUR, block(TIM1))[..TIM1_SET_UP.len()], &[&TIM1_SET_UP]);
 }
 
 #[test]
 fn four_axes_switch_these_pins_over() {
-    let modes: Vec<u32> = [GPIOA, GPIOB, GPIOC]
-        .into_iter()
-        .map(|port| writes(SET_UP_FOUR, port..port + 4)[0].value)
-        .collect();
+    let modes: Vec<u32> =
+        [GPIOA, GPIOB, GPIOC].into_iter().map(|port| writes(SET_UP_FOUR, port..port + 4)[0].value).collect();
     let alternate = |pins: &[u32]| pins.iter().map(|pin| 0b10u32 << (2 * pin)).sum::<u32>();
     let output = |pins: &[u32]| pins.iter().map(|pin| 0b01u32 << (2 * pin)).sum::<u32>();
     let analogue = |pins: &[u32]| pins.iter().map(|pin| 0b11u32 << (2 * pin)).sum::<u32>();
     assert_eq!(modes[0], alternate(&[0, 1, 2, 3, 6, 8, 9, 10, 11, 15]), "port A");
-    assert_eq!(
-        modes[1],
-        alternate(&[3, 4, 5, 6, 7, 12]) + output(&[0, 1, 10, 11]),
-        "port B"
-    );
-    assert_eq!(
-        modes[2],
-        alternate(&[6, 7, 8, 9]) + output(&[12]) + analogue(&[0, 1, 2, 3, 4]),
-        "port C"
-    );
+    assert_eq!(modes[1], alternate(&[3, 4, 5, 6, 7, 12]) + output(&[0, 1, 10, 11]), "port B");
+    assert_eq!(modes[2], alternate(&[6, 7, 8, 9]) + output(&[12]) + analogue(&[0, 1, 2, 3, 4]), "port C");
 }
 
 /// PB8, PB9, PC11 and PB15: inputs (MODER 00, so they show nowhere above), each with its pull-down (PUPDR 10).
@@ -859,19 +633,12 @@ fn each_of_four_axes_commands_its_own_channels() {
         (TIM8, 0x3C, 0x40, 11, 3800),
     ] {
         let of = |offset: u32| -> Vec<u32> {
-            writes(FOUR_DUTIES, timer + offset..timer + offset + 4)
-                .iter()
-                .map(|write| write.value)
-                .collect()
+            writes(FOUR_DUTIES, timer + offset..timer + offset + 4).iter().map(|write| write.value).collect()
         };
         assert_eq!(of(a), [0, 4200], "open, then driven");
         assert_eq!(of(b), [0, level], "open, then driven");
         let awake = writes(FOUR_DUTIES, GPIOB + 0x18..GPIOB + 0x1C);
-        assert_eq!(
-            awake.iter().filter(|write| write.value == 1 << pin).count(),
-            2,
-            "its own sleep pin"
-        );
+        assert_eq!(awake.iter().filter(|write| write.value == 1 << pin).count(), 2, "its own sleep pin");
     }
 }
 
@@ -881,10 +648,7 @@ fn each_of_four_axes_commands_its_own_channels() {
 fn a_discrete_bridge_gets_complementary_outputs_with_dead_time() {
     let got = writes(SET_UP_DISCRETE, block(TIM1));
     let of = |offset: u32| -> Vec<u32> {
-        got.iter()
-            .filter(|write| write.address == TIM1 + offset)
-            .map(|write| write.value)
-            .collect()
+        got.iter().filter(|write| write.address == TIM1 + offset).map(|write| write.value).collect()
     };
     // CC1E, CC1NE, CC2E, CC2NE, CC3E, CC4E.
     assert_eq!(of(0x20), [1 | 1 << 2 | 1 << 4 | 1 << 6 | 1 << 8 | 1 << 12]);
@@ -910,12 +674,7 @@ fn a_discrete_bridge_is_driven_within_its_bootstrap_limit_and_opened_by_the_main
             expect("TIM1_BDTR", TIM1 + 0x44, &[], "open first: MOE 0"),
             expect("TIM1_CCR1", TIM1 + 0x34, &[("CCR", 0, 4200)], "a low"),
             expect("TIM1_CCR2", TIM1 + 0x38, &[("CCR", 0, 4200)], "b low"),
-            expect(
-                "TIM1_CCR1",
-                TIM1 + 0x34,
-                &[("CCR", 0, 168)],
-                "a high for 4032 counts",
-            ),
+            expect("TIM1_CCR1", TIM1 + 0x34, &[("CCR", 0, 168)], "a high for 4032 counts"),
             expect(
                 "TIM1_CCR2",
                 TIM1 + 0x38,
@@ -928,12 +687,7 @@ fn a_discrete_bridge_is_driven_within_its_bootstrap_limit_and_opened_by_the_main
     check(
         &writes(DISCRETE_OPEN, ALL),
         &[&[
-            expect(
-                "TIM1_BDTR",
-                TIM1 + 0x44,
-                &[],
-                "MOE 0 before anything else: all four transistors off",
-            ),
+            expect("TIM1_BDTR", TIM1 + 0x44, &[], "MOE 0 before anything else: all four transistors off"),
             expect("TIM1_CCR1", TIM1 + 0x34, &[("CCR", 0, 4200)], "a low"),
             expect("TIM1_CCR2", TIM1 + 0x38, &[("CCR", 0, 4200)], "b low"),
         ]],

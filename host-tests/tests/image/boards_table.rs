@@ -54,10 +54,7 @@ fn the_aliases_of_cargo_build_and_flash_the_default_board() {
 
 /// Length of a region of `memory.x` in bytes, with its origin.
 fn region(memory: &str, name: &str) -> (u64, u64) {
-    let line = memory
-        .lines()
-        .find(|line| line.trim_start().starts_with(name))
-        .unwrap();
+    let line = memory.lines().find(|line| line.trim_start().starts_with(name)).unwrap();
     let value = |key: &str| {
         let text = line.split(key).nth(1).unwrap().trim_start_matches([' ', '=']);
         text.split([',', ' ']).next().unwrap().to_owned()
@@ -73,26 +70,17 @@ fn the_linker_has_the_memory_of_the_table() {
         let chip = board.chip;
         let memory = read(&format!("{}/memory.x", chip.memory));
         for (name, range) in [("FLASH", &chip.program), ("RAM", &chip.ram)] {
-            assert_eq!(
-                region(&memory, name),
-                (range.start, range.end - range.start),
-                "{name}"
-            );
+            assert_eq!(region(&memory, name), (range.start, range.end - range.start), "{name}");
         }
     }
 }
 
 /// Words that only an entry file or a folder of a board may hold.
-const CHIP_WORDS: [&str; 9] = [
-    "stm32", "rp2040", "nrf5", "esp32", "TIM1", "USART", "ADC", "IWDG", "_hal::",
-];
+const CHIP_WORDS: [&str; 9] = ["stm32", "rp2040", "nrf5", "esp32", "TIM1", "USART", "ADC", "IWDG", "_hal::"];
 
 #[test]
 fn the_modules_of_the_image_know_no_chip() {
-    let entries: BTreeSet<_> = BOARDS
-        .iter()
-        .map(|board| format!("{}.rs", board.chip.name))
-        .collect();
+    let entries: BTreeSet<_> = BOARDS.iter().map(|board| format!("{}.rs", board.chip.name)).collect();
     let mut seen = 0;
     for entry in std::fs::read_dir(root().join("src/image")).unwrap() {
         let path = entry.unwrap().path();

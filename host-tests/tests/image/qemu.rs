@@ -19,10 +19,7 @@ use truing::device::session::{self, Done, Profile, Task};
 use truing::device::tracking::TrackJson;
 use truing::device::waypoints::Waypoint;
 
-const COMMISSION: Task = Task::Commission {
-    budget_s: 5.0,
-    seed: 1,
-};
+const COMMISSION: Task = Task::Commission { budget_s: 5.0, seed: 1 };
 
 /// A motor whose numbers are known: 1.0 V of friction, limit 9.5 V (see the file).
 fn python_motor() -> String {
@@ -46,11 +43,7 @@ fn config() -> servo::config::Config {
 
 fn sine(seconds: f32) -> Task {
     Task::Track {
-        profile: Profile::Sine {
-            amplitude_rad: 2.0,
-            frequency_hz: 1.0,
-            seconds,
-        },
+        profile: Profile::Sine { amplitude_rad: 2.0, frequency_hz: 1.0, seconds },
         compensation: true,
     }
 }
@@ -63,10 +56,7 @@ fn chip_and_host_compute_the_same_bits() {
         (Family::G2, Severity::Harsh, 10_000),
     ];
     for (number, (family, severity, tick_hz)) in (0..).zip(plants) {
-        let options = Options {
-            tick_hz,
-            ..Options::default()
-        };
+        let options = Options { tick_hz, ..Options::default() };
         let plant = Plant::draw(family, severity, Seeds::Evaluation(400_000 + number), &options);
         let (result, verdict) = compare(&plant, &[COMMISSION]).expect("a session");
         assert!(verdict.identical(), "{family:?} at {tick_hz} Hz: {verdict}");
@@ -78,29 +68,14 @@ fn chip_and_host_compute_the_same_bits() {
 
 #[test]
 fn one_changed_bit_is_found() {
-    let plant = Plant::draw(
-        Family::G1,
-        Severity::Nominal,
-        Seeds::Evaluation(400_010),
-        &Options::default(),
-    );
-    let result = session(
-        &plant,
-        &[Task::Commission {
-            budget_s: 2.0,
-            seed: 0,
-        }],
-    )
-    .expect("a session");
+    let plant = Plant::draw(Family::G1, Severity::Nominal, Seeds::Evaluation(400_010), &Options::default());
+    let result = session(&plant, &[Task::Commission { budget_s: 2.0, seed: 0 }]).expect("a session");
     let tape = result.log.tape();
     let at = tape.traces.len() / 2;
 
     let mut other_input = tape.clone();
     other_input.traces[at].sample.count += 1;
-    let difference = replay(&other_input)
-        .expect("a whole tape")
-        .difference
-        .expect("one count differs");
+    let difference = replay(&other_input).expect("a whole tape").difference.expect("one count differs");
     assert_eq!(difference.tick, tape.traces[at].tick);
 
     let mut other_result = tape.clone();
@@ -125,11 +100,7 @@ fn a_log_file_replays_like_the_session() {
     assert_eq!(tape, result.log.tape());
     let verdict = replay(&tape).expect("a replay");
     assert!(verdict.identical(), "{verdict}");
-    assert!(
-        tape.commands
-            .iter()
-            .any(|(_, command)| matches!(command, Command::TrackSine { .. }))
-    );
+    assert!(tape.commands.iter().any(|(_, command)| matches!(command, Command::TrackSine { .. })));
 }
 
 #[test]
@@ -146,17 +117,11 @@ fn a_python_program_as_the_motor_is_identified_and_follows() {
     let report = CommissionJson::new(outcome, &config()).expect("a report");
     assert_eq!(report.refused, None);
     for dead_zone in [report.dead_zone_pos_v, report.dead_zone_neg_v] {
-        assert!(
-            (dead_zone.value.expect("seen") - 1.0).abs() < 0.02,
-            "{dead_zone:?}"
-        );
+        assert!((dead_zone.value.expect("seen") - 1.0).abs() < 0.02, "{dead_zone:?}");
         assert!(dead_zone.trusted, "{dead_zone:?}");
     }
     for saturation in [report.saturation_pos_v, report.saturation_neg_v] {
-        assert!(
-            (saturation.value.expect("seen") - 9.5).abs() < 0.1,
-            "{saturation:?}"
-        );
+        assert!((saturation.value.expect("seen") - 9.5).abs() < 0.1, "{saturation:?}");
     }
     let with = TrackJson::new(&result.log, span);
 
@@ -165,13 +130,8 @@ fn a_python_program_as_the_motor_is_identified_and_follows() {
     let path = folder.path().join("params.toml");
     Params::new(&report).save(&path).expect("a file");
     let estimates = Params::read(&path).expect("the file").estimates(&config());
-    let Task::Track { profile, .. } = sine(4.0) else {
-        unreachable!()
-    };
-    let track = Task::Track {
-        profile,
-        compensation: false,
-    };
+    let Task::Track { profile, .. } = sine(4.0) else { unreachable!() };
+    let track = Task::Track { profile, compensation: false };
     let second = run(&[Task::Adopt(Box::new(estimates)), track]);
     let Some(Done::Tracked(span)) = second.done.last() else {
         panic!("{:?}", second.done);
@@ -194,15 +154,8 @@ fn a_profile_that_takes_too_much_voltage_is_refused_or_scaled_with_the_number() 
         let wire = session::connect(&Door::Exec(python_motor()), &config(), 1, &qemu()).expect("a motor");
         session::run(wire, config(), 1, tasks, &mut |_| {})
     };
-    let motion = |profile: Profile| Task::Track {
-        profile,
-        compensation: true,
-    };
-    let fast = motion(Profile::Sine {
-        amplitude_rad: 33.0,
-        frequency_hz: 1.0,
-        seconds: 4.0,
-    });
+    let motion = |profile: Profile| Task::Track { profile, compensation: true };
+    let fast = motion(Profile::Sine { amplitude_rad: 33.0, frequency_hz: 1.0, seconds: 4.0 });
     let learned = run(&[COMMISSION]).expect("a session");
     let [Done::Commissioned(outcome)] = &learned.done[..] else {
         panic!("{:?}", learned.done);
@@ -212,10 +165,7 @@ fn a_profile_that_takes_too_much_voltage_is_refused_or_scaled_with_the_number() 
         panic!("it is not refused");
     };
     let error = error.to_string();
-    assert!(
-        error.contains("V beyond the dead zone and") && error.contains("choose at most"),
-        "{error}"
-    );
+    assert!(error.contains("V beyond the dead zone and") && error.contains("choose at most"), "{error}");
 
     let turns = (0..=200).map(|row| f64::from(row) * 0.02);
     let points = turns.map(|time_s| Waypoint {
@@ -240,10 +190,7 @@ fn a_capture_holds_every_tick_around_its_event() {
     let door = Door::Exec(python_motor());
     let wire = session::connect(&door, &config(), 1, &qemu()).expect("a motor");
     let before = 300;
-    let capture = Task::Capture {
-        trigger: Trigger::Activity(Activity::Tracking),
-        before,
-    };
+    let capture = Task::Capture { trigger: Trigger::Activity(Activity::Tracking), before };
     let result =
         session::run(wire, config(), 1, &[COMMISSION, capture, sine(2.0)], &mut |_| {}).expect("a session");
     let captured = result.captured.expect("a capture");
@@ -290,22 +237,14 @@ fn a_motor_that_dies_is_named_and_earlier_files_stay() {
         "--json",
         &json.display().to_string(),
     ]);
-    assert!(
-        error.contains("exit status: 3 at tick 100") && error.contains("16-byte"),
-        "{error}"
-    );
+    assert!(error.contains("exit status: 3 at tick 100") && error.contains("16-byte"), "{error}");
     assert_eq!(std::fs::read_to_string(&json).expect("still there"), "earlier");
 }
 
 #[test]
 fn a_motor_that_answers_late_is_given_up() {
     let mut motor = Exec::start("exec sleep 60").expect("sh");
-    let drive = Drive {
-        tick: 7,
-        duty: 0.0,
-        bridge: servo::axis::Bridge::Open,
-        tick_s: 1e-3,
-    };
+    let drive = Drive { tick: 7, duty: 0.0, bridge: servo::axis::Bridge::Open, tick_s: 1e-3 };
     let begin = std::time::Instant::now();
     let error = motor.pass(&drive).expect_err("no answer").to_string();
     let waited = begin.elapsed().as_secs_f64();
@@ -315,34 +254,20 @@ fn a_motor_that_answers_late_is_given_up() {
 
 #[test]
 fn what_is_missing_is_named_with_its_remedy() {
-    let without_qemu = QemuOptions {
-        program: "/nonexistent/qemu-system-arm".into(),
-        ..qemu()
-    };
+    let without_qemu = QemuOptions { program: "/nonexistent/qemu-system-arm".into(), ..qemu() };
     let error = Qemu::start(&without_qemu).err().expect("no QEMU").to_string();
     assert!(error.contains("apt install qemu-system-arm"), "{error}");
 
-    let without_image = QemuOptions {
-        image: "/nonexistent/qemu.elf".into(),
-        ..qemu()
-    };
+    let without_image = QemuOptions { image: "/nonexistent/qemu.elf".into(), ..qemu() };
     let error = Qemu::start(&without_image).err().expect("no image").to_string();
-    assert!(
-        error.contains("cargo xtask images") && error.contains("/nonexistent/qemu.elf"),
-        "{error}"
-    );
+    assert!(error.contains("cargo xtask images") && error.contains("/nonexistent/qemu.elf"), "{error}");
 
     let folder = tempfile::tempdir().expect("a folder");
     let broken = folder.path().join("broken.elf");
     std::fs::write(&broken, "not an image").expect("a file");
-    let not_an_image = QemuOptions {
-        image: broken,
-        ..qemu()
-    };
-    let error = Qemu::start(&not_an_image)
-        .and_then(|mut qemu| qemu.listen())
-        .expect_err("no image")
-        .to_string();
+    let not_an_image = QemuOptions { image: broken, ..qemu() };
+    let error =
+        Qemu::start(&not_an_image).and_then(|mut qemu| qemu.listen()).expect_err("no image").to_string();
     assert!(error.contains("cargo xtask images"), "{error}");
 }
 
@@ -360,28 +285,14 @@ fn no_qemu_outlives_its_session() {
 fn a_bad_axis_file_is_named_by_line_and_field() {
     let cases = [
         (AXIS.replace("tick_hz = 1000", "tick_hz = 100"), "axis.tick_hz"),
-        (
-            AXIS.replace("rated_speed_rad_s", "rated_sped_rad_s"),
-            "rated_sped_rad_s",
-        ),
+        (AXIS.replace("rated_speed_rad_s", "rated_sped_rad_s"), "rated_sped_rad_s"),
         (AXIS.replace("2048", "\"many\""), "line 5"),
-        (
-            AXIS.replace("nominal_v = 12.0", "nominal_v = nan"),
-            "supply.nominal_v",
-        ),
-        (
-            AXIS.replace("[encoder]\n    counts_per_rev = 2048", ""),
-            "encoder",
-        ),
+        (AXIS.replace("nominal_v = 12.0", "nominal_v = nan"), "supply.nominal_v"),
+        (AXIS.replace("[encoder]\n    counts_per_rev = 2048", ""), "encoder"),
     ];
     for (text, expected) in cases {
-        let error = axis_file::parse("axis.toml", &text)
-            .expect_err(expected)
-            .to_string();
-        assert!(
-            error.starts_with("axis.toml") && error.contains(expected),
-            "{error}"
-        );
+        let error = axis_file::parse("axis.toml", &text).expect_err(expected).to_string();
+        assert!(error.starts_with("axis.toml") && error.contains(expected), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
 }
@@ -402,15 +313,7 @@ fn a_bad_profile_is_refused_before_anything_runs() {
         (file.as_str(), "line 4"),
     ] {
         let axis = axis.display().to_string();
-        let arguments = [
-            "track",
-            "--motor",
-            "exec:true",
-            "--config",
-            &axis,
-            "--profile",
-            profile,
-        ];
+        let arguments = ["track", "--motor", "exec:true", "--config", &axis, "--profile", profile];
         let error = refused(&arguments);
         assert!(error.contains(expected), "{error}");
     }
@@ -425,15 +328,9 @@ fn a_motor_that_does_not_turn_is_refused_with_advice() {
     let [Done::Commissioned(outcome)] = &result.done[..] else {
         panic!("{:?}", result.done);
     };
-    let refused = CommissionJson::new(outcome, &config())
-        .expect("a report")
-        .refused
-        .expect("a refusal");
+    let refused = CommissionJson::new(outcome, &config()).expect("a report").refused.expect("a refusal");
     assert_eq!(refused.code, "motor_disconnected", "{refused:?}");
     assert!(refused.text.contains("leads"), "{refused:?}");
     // All switches are off at the end.
-    assert_eq!(
-        result.log.rows.last().expect("rows").record.bridge,
-        servo::axis::Bridge::Open
-    );
+    assert_eq!(result.log.rows.last().expect("rows").record.bridge, servo::axis::Bridge::Open);
 }

@@ -11,18 +11,10 @@ use truing::device::session::{Done, Task};
 #[test]
 fn chip_and_host_excite_with_the_same_bits() {
     for (tick_hz, sweep) in [(1_000, Sweep::Logarithmic), (10_000, Sweep::Linear)] {
-        let options = Options {
-            tick_hz,
-            ..Options::default()
-        };
+        let options = Options { tick_hz, ..Options::default() };
         let plant = Plant::draw(Family::G2, Severity::Harsh, Seeds::Evaluation(761_000), &options);
-        let chirp = Task::Excite(Waveform {
-            amplitude_v: 7.0,
-            from_hz: 0.4,
-            to_hz: 30.0,
-            sweep,
-            duration_ms: 3_000,
-        });
+        let chirp =
+            Task::Excite(Waveform { amplitude_v: 7.0, from_hz: 0.4, to_hz: 30.0, sweep, duration_ms: 3_000 });
         let (result, verdict) = compare(&plant, &[chirp]).expect("a session");
         assert!(verdict.identical(), "{tick_hz} Hz: {verdict}");
         let Some(Done::Excited(span, _)) = result.done.last() else {
@@ -30,10 +22,7 @@ fn chip_and_host_excite_with_the_same_bits() {
         };
         assert!(!span.faulted);
         let driving = |row: &&truing::device::run_log::Row| row.record.activity == Activity::Driving;
-        assert_eq!(
-            result.log.rows.iter().filter(driving).count(),
-            3 * tick_hz as usize
-        );
+        assert_eq!(result.log.rows.iter().filter(driving).count(), 3 * tick_hz as usize);
     }
 }
 
@@ -56,38 +45,21 @@ fn file(folder: &Path, name: &str, text: &str) -> String {
 fn said(arguments: &[&str]) -> Result<String, String> {
     let output = truing().args(arguments).output().expect("the program runs");
     let words = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    if output.status.success() {
-        Ok(words(&output.stdout))
-    } else {
-        Err(words(&output.stderr))
-    }
+    if output.status.success() { Ok(words(&output.stdout)) } else { Err(words(&output.stderr)) }
 }
 
 #[test]
 fn a_chirp_is_recorded_and_its_gap_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    let motor = file(
-        folder,
-        "motor.toml",
-        &model("[known.coulomb_friction]\nlevel_nm = 0.033\n"),
-    );
+    let motor = file(folder, "motor.toml", &model("[known.coulomb_friction]\nlevel_nm = 0.033\n"));
     let nominal = file(folder, "nominal.toml", &model(""));
     let axis = file(folder, "axis.toml", AXIS);
     let place = |name: &str| folder.join(name).display().to_string();
     let (log, track, gap) = (place("run.csv"), place("track.json"), place("gap.json"));
     let image = qemu().image.display().to_string();
     let door = format!("builtin:{motor}");
-    let on = [
-        "track",
-        "--motor",
-        &door,
-        "--config",
-        &axis,
-        "--image",
-        &image,
-        "--profile",
-    ];
+    let on = ["track", "--motor", &door, "--config", &axis, "--image", &image, "--profile"];
     let words =
         said(&[&on[..], &["chirp:8,0.4,3,8", "--json", &track, "--log", &log]].concat()).expect("a run");
     assert!(words.contains("dead zone, positive"), "{words}");
@@ -99,9 +71,7 @@ fn a_chirp_is_recorded_and_its_gap_is_named() {
     assert_eq!(result["position_rms_rad"], Value::Null);
     assert_eq!(result["faulted"], false);
     // 0.033 Nm at 0.055 Nm/A and 2 Ω.
-    let dead_zone = result["learned"]["dead_zone_pos_v"]["value"]
-        .as_f64()
-        .expect("a value");
+    let dead_zone = result["learned"]["dead_zone_pos_v"]["value"].as_f64().expect("a value");
     assert!((dead_zone - 1.2).abs() < 0.05, "{result}");
 
     said(&["gap", "--model", &nominal, "--log", &log, "--json", &gap]).expect("an analysis");
@@ -116,22 +86,10 @@ fn a_chirp_is_recorded_and_its_gap_is_named() {
 
     // What cannot be is refused before anything runs, with its name and range.
     for (profile, expected) in [
-        (
-            "chirp:13,0.4,3,8",
-            "excitation.amplitude_v must lie between 0.012 and 12",
-        ),
-        (
-            "chirp:8,0.4,51,8",
-            "excitation.to_hz must lie between 0.01 and 50",
-        ),
-        (
-            "log_chirp:8,0,30,8",
-            "excitation.from_hz must lie between 0.01 and 50",
-        ),
-        (
-            "voltage_sine:8,2,0.05",
-            "excitation.duration_s must lie between 0.1 and 3600",
-        ),
+        ("chirp:13,0.4,3,8", "excitation.amplitude_v must lie between 0.012 and 12"),
+        ("chirp:8,0.4,51,8", "excitation.to_hz must lie between 0.01 and 50"),
+        ("log_chirp:8,0,30,8", "excitation.from_hz must lie between 0.01 and 50"),
+        ("voltage_sine:8,2,0.05", "excitation.duration_s must lie between 0.1 and 3600"),
         ("voltage_sine:8,2", "voltage_sine:amp_v,hz,seconds"),
     ] {
         let error = said(&[&on[..], &[profile]].concat()).expect_err("a refusal");

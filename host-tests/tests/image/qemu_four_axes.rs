@@ -36,12 +36,7 @@ fn turns(client: &mut Client, last: &mut [Record; AXES], count: u32) {
 #[test]
 fn four_motors_obey_their_own_axis() {
     let plants = [400_040, 400_041, 400_042, 400_043].map(|seed| {
-        Plant::draw(
-            Family::G1,
-            Severity::Nominal,
-            Seeds::Evaluation(seed),
-            &PlantOptions::default(),
-        )
+        Plant::draw(Family::G1, Severity::Nominal, Seeds::Evaluation(seed), &PlantOptions::default())
     });
     let joints = plants.iter().map(|plant| {
         let motor: Box<dyn Motor> = Box::new(VirtualMotor::new(plant));
@@ -61,15 +56,10 @@ fn four_motors_obey_their_own_axis() {
         send(&mut client, &mut last, axis, Command::Voltage(volts));
     }
     turns(&mut client, &mut last, 5000);
-    let ways: Vec<i32> = (0..AXES)
-        .map(|axis| last[axis].count.wrapping_sub(start[axis]))
-        .collect();
+    let ways: Vec<i32> = (0..AXES).map(|axis| last[axis].count.wrapping_sub(start[axis])).collect();
     for (axis, way) in ways.iter().enumerate() {
         assert_eq!(last[axis].activity, Activity::Driving, "axis {axis}");
-        assert!(
-            way.abs() > 100 && (*way > 0) == (VOLTS[axis] > 0.0),
-            "axis {axis}: {ways:?}"
-        );
+        assert!(way.abs() > 100 && (*way > 0) == (VOLTS[axis] > 0.0), "axis {axis}: {ways:?}");
     }
     send(&mut client, &mut last, 2, Command::Stop);
     turns(&mut client, &mut last, 50);

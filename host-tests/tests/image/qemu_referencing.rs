@@ -88,12 +88,7 @@ impl Motor for Indexed {
 #[test]
 fn an_index_makes_targets_absolute_to_the_count() {
     let options = Options::default();
-    let plant = Plant::draw(
-        Family::G1,
-        Severity::Nominal,
-        Seeds::Evaluation(400_023),
-        &options,
-    );
+    let plant = Plant::draw(Family::G1, Severity::Nominal, Seeds::Evaluation(400_023), &options);
     let lines = Rc::new(OnceCell::new());
     let motor = Indexed {
         motor: VirtualMotor::new(&plant),
@@ -119,11 +114,7 @@ fn an_index_makes_targets_absolute_to_the_count() {
     assert_eq!(last.referenced, Referenced::Yes);
     // The pulse is called 0.25 rad: 2 rad are 1.75 rad beyond it.
     let there = f64::from(PULSE) + 1.75 * per_rad;
-    assert!(
-        (f64::from(last.count) - there).abs() <= 2.5,
-        "{} {there}",
-        last.count
-    );
+    assert!((f64::from(last.count) - there).abs() <= 2.5, "{} {there}", last.count);
     let tape = Tape::parse("run.csv", &result.log.to_csv(), &plant.config).expect("a tape");
     let verdict = replay::replay(&tape).expect("a replay");
     assert!(verdict.identical(), "{verdict}");
@@ -139,8 +130,5 @@ fn without_a_reference_an_absolute_target_is_refused_and_a_relative_one_is_not()
         panic!("{:?}", result.done);
     };
     let count = TAU / f64::from(plant.config.counts_per_rev);
-    assert!(
-        arrival.held && f64::from(arrival.error_rad.abs()) < 2.5 * count,
-        "{arrival:?}"
-    );
+    assert!(arrival.held && f64::from(arrival.error_rad.abs()) < 2.5 * count, "{arrival:?}");
 }

@@ -21,32 +21,19 @@ fn depth(log: &[String]) -> f64 {
         let (_, behind) = line.split_once("stack: ")?;
         behind.split_once(" bytes")?.0.parse().ok()
     };
-    log.iter()
-        .find_map(words)
-        .unwrap_or_else(|| panic!("no depth in {log:?}"))
+    log.iter().find_map(words).unwrap_or_else(|| panic!("no depth in {log:?}"))
 }
 
 #[test]
 fn the_stack_is_as_deep_as_documented() {
-    let plant = Plant::draw(
-        Family::G1,
-        Severity::Nominal,
-        Seeds::Evaluation(400_030),
-        &PlantOptions::default(),
-    );
+    let plant =
+        Plant::draw(Family::G1, Severity::Nominal, Seeds::Evaluation(400_030), &PlantOptions::default());
     let folder = tempfile::tempdir().expect("a folder");
     let flash = folder.path().join("flash.bin");
     let listening = Listening { axis: 0, every: 1 };
-    let commission = Task::Commission {
-        budget_s: 5.0,
-        seed: 1,
-    };
+    let commission = Task::Commission { budget_s: 5.0, seed: 1 };
     let sine = Task::Track {
-        profile: Profile::Sine {
-            amplitude_rad: 2.0,
-            frequency_hz: 1.0,
-            seconds: 2.0,
-        },
+        profile: Profile::Sine { amplitude_rad: 2.0, frequency_hz: 1.0, seconds: 2.0 },
         compensation: true,
     };
 
@@ -64,23 +51,15 @@ fn the_stack_is_as_deep_as_documented() {
     let wire = power_up(&flash, &plant);
     let lines = wire.lines();
     let mut again = Client::new(Box::new(wire));
-    assert!(
-        again.parameters().expect("an answer").is_some(),
-        "nothing was stored"
-    );
-    lines.set(Lines {
-        interlock: Interlock::BridgeFault,
-        ..Lines::default()
-    });
+    assert!(again.parameters().expect("an answer").is_some(), "nothing was stored");
+    lines.set(Lines { interlock: Interlock::BridgeFault, ..Lines::default() });
     let mut faulted = false;
     let mut heed = |message| {
         if let servo::link::protocol::Message::Telemetry { record, .. } = message {
             faulted |= record.activity == Activity::Faulted;
         }
     };
-    again
-        .command(servo::link::protocol::Command::Subscribe { every: 1 }, &mut heed)
-        .expect("subscribed");
+    again.command(servo::link::protocol::Command::Subscribe { every: 1 }, &mut heed).expect("subscribed");
     for _ in 0..20 {
         again.turn(&mut heed).expect("a turn");
     }
@@ -89,8 +68,5 @@ fn the_stack_is_as_deep_as_documented() {
 
     let deepest = first.max(later);
     println!("first life {first} bytes, from the store {later} bytes");
-    assert!(
-        (deepest / DOCUMENTED - 1.0).abs() < 0.1,
-        "{deepest} bytes, documented {DOCUMENTED}"
-    );
+    assert!((deepest / DOCUMENTED - 1.0).abs() < 0.1, "{deepest} bytes, documented {DOCUMENTED}");
 }

@@ -20,28 +20,16 @@ use truing::device::run_log::Tape;
 use truing::device::session::{self, Done, Listening, Profile, SessionResult, Start, Task};
 use truing::device::tracking::TrackJson;
 
-const COMMISSION: Task = Task::Commission {
-    budget_s: 5.0,
-    seed: 1,
-};
+const COMMISSION: Task = Task::Commission { budget_s: 5.0, seed: 1 };
 const LISTENING: Listening = Listening { axis: 0, every: 1 };
 
 fn plant() -> Plant {
-    Plant::draw(
-        Family::G1,
-        Severity::Nominal,
-        Seeds::Evaluation(400_020),
-        &PlantOptions::default(),
-    )
+    Plant::draw(Family::G1, Severity::Nominal, Seeds::Evaluation(400_020), &PlantOptions::default())
 }
 
 fn sine() -> Task {
     Task::Track {
-        profile: Profile::Sine {
-            amplitude_rad: 2.0,
-            frequency_hz: 1.0,
-            seconds: 3.0,
-        },
+        profile: Profile::Sine { amplitude_rad: 2.0, frequency_hz: 1.0, seconds: 3.0 },
         compensation: true,
     }
 }
@@ -61,9 +49,7 @@ fn run(flash: &Path, start: Start, tasks: &[Task]) -> SessionResult {
 
 /// Sends a command; what the telemetry says while its answer is awaited goes to `last`.
 fn send(client: &mut Client, last: &mut Record, command: Command) -> Result<u32, String> {
-    client
-        .command(command, &mut |message| keep(last, message))
-        .map_err(|error| error.to_string())
+    client.command(command, &mut |message| keep(last, message)).map_err(|error| error.to_string())
 }
 
 fn keep(last: &mut Record, message: Message) {
@@ -94,11 +80,7 @@ fn save(client: &mut Client) -> Vec<StoreEvent> {
 fn what_was_commissioned_survives_a_restart_and_is_used() {
     let folder = tempfile::tempdir().expect("a folder");
     let flash = folder.path().join("flash.bin");
-    let first = run(
-        &flash,
-        Start::Configure(plant().config.into()),
-        &[COMMISSION, Task::Store, sine()],
-    );
+    let first = run(&flash, Start::Configure(plant().config.into()), &[COMMISSION, Task::Store, sine()]);
     let [Done::Commissioned(outcome), Done::Stored, Done::Tracked(fresh)] = &first.done[..] else {
         panic!("{:?}", first.done);
     };
@@ -176,24 +158,15 @@ fn parameters_are_read_changed_and_forgotten() {
     let mut life = client(&flash);
     assert_eq!(life.hello().expect("a hello").stored, Found::Blank);
     assert_eq!(life.parameters().expect("an answer"), None);
-    life.command(Command::Configure(plant().config), &mut |_| {})
-        .expect("configured");
+    life.command(Command::Configure(plant().config), &mut |_| {}).expect("configured");
     let mut changed = life.parameters().expect("an answer").expect("configured");
     changed.tuning.bandwidth = 1.25;
     changed.compensation = false;
-    life.command(Command::Restore(changed), &mut |_| {})
-        .expect("in force");
+    life.command(Command::Restore(changed), &mut |_| {}).expect("in force");
     assert_eq!(life.parameters().expect("an answer"), Some(changed));
-    let impossible = AxisParameters {
-        tuning: servo::control::Tuning {
-            bandwidth: 100.0,
-            integral: true,
-        },
-        ..changed
-    };
-    let refused = life
-        .command(Command::Restore(impossible), &mut |_| {})
-        .expect_err("out of range");
+    let impossible =
+        AxisParameters { tuning: servo::control::Tuning { bandwidth: 100.0, integral: true }, ..changed };
+    let refused = life.command(Command::Restore(impossible), &mut |_| {}).expect_err("out of range");
     assert!(refused.to_string().contains("loops.bandwidth"), "{refused}");
     save(&mut life);
     life.close();
@@ -205,10 +178,7 @@ fn parameters_are_read_changed_and_forgotten() {
     life.close();
 
     let mut life = client(&flash);
-    assert_eq!(
-        life.hello().expect("a hello").stored,
-        Found::Set { layout: LAYOUT }
-    );
+    assert_eq!(life.hello().expect("a hello").stored, Found::Set { layout: LAYOUT });
     assert_eq!(life.parameters().expect("an answer"), None);
 }
 
@@ -217,8 +187,7 @@ fn damaged_parameters_are_a_fault_until_somebody_has_seen_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let flash = folder.path().join("flash.bin");
     let mut life = client(&flash);
-    life.command(Command::Configure(plant().config), &mut |_| {})
-        .expect("configured");
+    life.command(Command::Configure(plant().config), &mut |_| {}).expect("configured");
     save(&mut life);
     life.close();
     let mut bytes = std::fs::read(&flash).expect("the flash");
@@ -229,17 +198,10 @@ fn damaged_parameters_are_a_fault_until_somebody_has_seen_it() {
     assert_eq!(life.hello().expect("a hello").stored, Found::Damaged);
     assert_eq!(life.parameters().expect("an answer"), None, "never guessed");
     life.close();
-    let result = run(
-        &flash,
-        Start::Configure(plant().config.into()),
-        &[COMMISSION, Task::Store],
-    );
+    let result = run(&flash, Start::Configure(plant().config.into()), &[COMMISSION, Task::Store]);
     assert_eq!(result.cleared, Fault::ParametersDamaged);
     assert!(matches!(result.done[..], [Done::Commissioned(_), Done::Stored]));
-    assert_eq!(
-        client(&flash).hello().expect("a hello").stored,
-        Found::Set { layout: LAYOUT }
-    );
+    assert_eq!(client(&flash).hello().expect("a hello").stored, Found::Set { layout: LAYOUT });
 }
 
 /// What a newer image has stored is left alone and reported.
@@ -254,19 +216,13 @@ fn parameters_of_a_newer_image_are_not_guessed() {
     std::fs::write(&flash, newer.flash().bytes()).expect("a flash");
 
     let mut life = client(&flash);
-    assert_eq!(
-        life.hello().expect("a hello").stored,
-        Found::Unreadable { layout: LAYOUT + 1 }
-    );
+    assert_eq!(life.hello().expect("a hello").stored, Found::Unreadable { layout: LAYOUT + 1 });
     assert_eq!(life.parameters().expect("an answer"), None);
 }
 
 #[test]
 fn the_cause_of_a_start_is_told_and_a_watchdog_has_to_be_acknowledged() {
-    let options = Options {
-        started_by_watchdog: true,
-        ..qemu()
-    };
+    let options = Options { started_by_watchdog: true, ..qemu() };
     let plant = plant();
     let wire = Lockstep::start(&options, Box::new(VirtualMotor::new(&plant)), plant.config).expect("QEMU");
     let mut client = Client::new(Box::new(wire));
@@ -275,10 +231,7 @@ fn the_cause_of_a_start_is_told_and_a_watchdog_has_to_be_acknowledged() {
     send(&mut client, &mut last, Command::Subscribe { every: 1 }).expect("subscribed");
     send(&mut client, &mut last, Command::Configure(plant.config)).expect("configured");
     turns(&mut client, &mut last, 3);
-    assert_eq!(
-        (last.fault, last.activity),
-        (Fault::WatchdogReset, Activity::Faulted)
-    );
+    assert_eq!((last.fault, last.activity), (Fault::WatchdogReset, Activity::Faulted));
     let refused = send(&mut client, &mut last, Command::Arm).expect_err("a fault is latched");
     assert!(refused.contains("fault"), "{refused}");
     send(&mut client, &mut last, Command::Stop).expect("acknowledged");
@@ -294,10 +247,7 @@ fn a_replay_gives_the_notice_behind_a_fault_and_names_it() {
     let lines = wire.lines();
     let mut open_contact = |progress: session::Progress| {
         if progress.task == "tracking" && progress.share > 0.3 {
-            lines.set(Lines {
-                interlock: Interlock::Disabled,
-                ..Lines::default()
-            });
+            lines.set(Lines { interlock: Interlock::Disabled, ..Lines::default() });
         }
     };
     let start = Start::Configure(plant.config.into());
@@ -317,10 +267,7 @@ fn a_replay_gives_the_notice_behind_a_fault_and_names_it() {
     let [(tick, Telling::Fault(Fault::Disabled))] = faults[..] else {
         panic!("{faults:?}");
     };
-    assert!(
-        (span.start..span.hold).contains(tick) || *tick == span.hold,
-        "{tick} of {span:?}"
-    );
+    assert!((span.start..span.hold).contains(tick) || *tick == span.hold, "{tick} of {span:?}");
     let words = Telling::Fault(Fault::Disabled).to_string();
     assert!(words.contains(&fault_advice(Fault::Disabled)), "{words}");
 }
@@ -328,27 +275,9 @@ fn a_replay_gives_the_notice_behind_a_fault_and_names_it() {
 #[test]
 fn what_only_the_board_sees_opens_the_bridge_at_once() {
     let cases = [
-        (
-            Lines {
-                overrun: true,
-                ..Lines::default()
-            },
-            Fault::TickOverrun,
-        ),
-        (
-            Lines {
-                interlock: Interlock::Disabled,
-                ..Lines::default()
-            },
-            Fault::Disabled,
-        ),
-        (
-            Lines {
-                interlock: Interlock::BridgeFault,
-                ..Lines::default()
-            },
-            Fault::BridgeFault,
-        ),
+        (Lines { overrun: true, ..Lines::default() }, Fault::TickOverrun),
+        (Lines { interlock: Interlock::Disabled, ..Lines::default() }, Fault::Disabled),
+        (Lines { interlock: Interlock::BridgeFault, ..Lines::default() }, Fault::BridgeFault),
     ];
     let plant = plant();
     let wire = Lockstep::start(&qemu(), Box::new(VirtualMotor::new(&plant)), plant.config).expect("QEMU");

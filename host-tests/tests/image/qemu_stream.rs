@@ -14,20 +14,12 @@ use truing::device::link::{Client, Lockstep};
 use truing::device::session::{Done, Profile, Task};
 use truing::device::tracking::TrackJson;
 
-const COMMISSION: Task = Task::Commission {
-    budget_s: 5.0,
-    seed: 1,
-};
+const COMMISSION: Task = Task::Commission { budget_s: 5.0, seed: 1 };
 const SECONDS: f64 = 4.0;
 
 fn plant() -> Plant {
     let options = Options::default();
-    Plant::draw(
-        Family::G2,
-        Severity::Nominal,
-        Seeds::Evaluation(400_022),
-        &options,
-    )
+    Plant::draw(Family::G2, Severity::Nominal, Seeds::Evaluation(400_022), &options)
 }
 
 /// A fifth of full speed at 1 Hz, rad.
@@ -68,21 +60,14 @@ fn a_file_is_followed_as_well_as_the_chips_own_sine_and_replayed() {
         panic!("{:?}", result.done);
     };
     let [own, from_file] = [own, streamed].map(|span| TrackJson::new(&result.log, span));
-    println!(
-        "{} own, {} streamed",
-        own.position_rms_rad, from_file.position_rms_rad
-    );
+    println!("{} own, {} streamed", own.position_rms_rad, from_file.position_rms_rad);
     assert!(from_file.position_rms_rad < 1.5 * own.position_rms_rad);
     assert!(own.position_rms_rad < 0.05 * amplitude(&plant) && !from_file.faulted);
     // What the chip makes of the rows is the curve behind them.
     let log = &result.log;
     let tick_hz = f64::from(log.config.tick_hz);
     let within = |tick: &u32| (streamed.start..streamed.hold).contains(tick);
-    let origin = log
-        .rows
-        .iter()
-        .find(|row| row.tick == streamed.start)
-        .expect("a row");
+    let origin = log.rows.iter().find(|row| row.tick == streamed.start).expect("a row");
     let mut worst = 0.0f64;
     for row in log.rows.iter().filter(|row| within(&row.tick)) {
         let t = f64::from(row.tick - streamed.start) / tick_hz;
@@ -108,11 +93,7 @@ fn an_axis_whose_host_dies_slows_down_holds_and_says_so() {
             last = record;
         }
     };
-    for command in [
-        Command::Subscribe { every: 1 },
-        Command::Configure(config),
-        Command::Arm,
-    ] {
+    for command in [Command::Subscribe { every: 1 }, Command::Configure(config), Command::Arm] {
         client.command(command, &mut keep).expect("accepted");
     }
     for step in 1..=3 {
@@ -122,9 +103,7 @@ fn an_axis_whose_host_dies_slows_down_holds_and_says_so() {
             acceleration_rad_s2: None,
             ticks: 100,
         };
-        client
-            .command(Command::Stream(point), &mut keep)
-            .expect("accepted");
+        client.command(Command::Stream(point), &mut keep).expect("accepted");
     }
     for _ in 0..2_000 {
         client.turn(&mut keep).expect("a turn");

@@ -16,27 +16,17 @@ use truing::device::motor::qemu::Options;
 /// Motors of different families on encoders of their own; one chip, so one control rate and one PWM.
 fn plants() -> [Plant; 2] {
     [(Family::G1, 400_030), (Family::G3, 400_031)].map(|(family, seed)| {
-        Plant::draw(
-            family,
-            Severity::Nominal,
-            Seeds::Evaluation(seed),
-            &PlantOptions::default(),
-        )
+        Plant::draw(family, Severity::Nominal, Seeds::Evaluation(seed), &PlantOptions::default())
     })
 }
 
 fn power_up(plants: &[Plant; 2], flash: &Path) -> Client {
-    let options = Options {
-        flash: Some(flash.to_owned()),
-        ..qemu_two_axes()
-    };
+    let options = Options { flash: Some(flash.to_owned()), ..qemu_two_axes() };
     let joints = plants.iter().map(|plant| {
         let motor: Box<dyn truing::device::motor::Motor> = Box::new(VirtualMotor::new(plant));
         (motor, plant.config)
     });
-    Client::new(Box::new(
-        Lockstep::start_all(&options, joints.collect()).expect("QEMU"),
-    ))
+    Client::new(Box::new(Lockstep::start_all(&options, joints.collect()).expect("QEMU")))
 }
 
 /// What each axis has said.
@@ -61,9 +51,7 @@ impl Heard {
 
 fn send(client: &mut Client, heard: &mut Heard, axis: u8, command: Command) -> Result<u32, String> {
     client.select(axis);
-    client
-        .command(command, &mut |message| heard.take(message))
-        .map_err(|error| error.to_string())
+    client.command(command, &mut |message| heard.take(message)).map_err(|error| error.to_string())
 }
 
 fn turns(client: &mut Client, heard: &mut Heard, count: u32) {
@@ -89,19 +77,13 @@ fn two_motors_are_commissioned_at_once_and_moved_apart() {
         must(&mut client, &mut heard, axis, Command::Configure(plant.config));
         must(&mut client, &mut heard, axis, Command::Arm);
     }
-    let other_rate = servo::config::Config {
-        tick_hz: 2 * plants[1].config.tick_hz,
-        ..plants[1].config
-    };
+    let other_rate = servo::config::Config { tick_hz: 2 * plants[1].config.tick_hz, ..plants[1].config };
     let refused = send(&mut client, &mut heard, 1, Command::Configure(other_rate)).expect_err("one timer");
     assert!(refused.contains("share"), "{refused}");
 
     // Both learn at the same time.
     for axis in 0..2 {
-        let commission = Command::Commission {
-            budget_ms: 5000,
-            seed: 1,
-        };
+        let commission = Command::Commission { budget_ms: 5000, seed: 1 };
         must(&mut client, &mut heard, axis, commission);
     }
     for _ in 0..30 {
@@ -132,10 +114,7 @@ fn two_motors_are_commissioned_at_once_and_moved_apart() {
         &mut client,
         &mut heard,
         1,
-        Command::CaptureArm {
-            trigger: Trigger::Activity(Activity::Tracking),
-            before: 100,
-        },
+        Command::CaptureArm { trigger: Trigger::Activity(Activity::Tracking), before: 100 },
     );
     turns(&mut client, &mut heard, 200);
     must(&mut client, &mut heard, 1, Command::Arm);
@@ -145,10 +124,7 @@ fn two_motors_are_commissioned_at_once_and_moved_apart() {
     assert_eq!(heard.last[0].bridge, Bridge::Open);
     assert!((heard.last[0].count - stood).abs() <= 1, "axis 0 has moved");
     let target = 2.0 / std::f64::consts::TAU * f64::from(plants[1].config.counts_per_rev);
-    assert!(
-        (f64::from(heard.last[1].reference_q8) / 256.0 - target).abs() < 1.0,
-        "axis 1 is on its way"
-    );
+    assert!((f64::from(heard.last[1].reference_q8) / 256.0 - target).abs() < 1.0, "axis 1 is on its way");
     assert_ne!(heard.last[1].activity, Activity::Idle);
     must(&mut client, &mut heard, 0, Command::CaptureRead { from: 0 });
     turns(&mut client, &mut heard, 3);
@@ -157,10 +133,7 @@ fn two_motors_are_commissioned_at_once_and_moved_apart() {
     let refused = send(&mut client, &mut heard, 0, Command::Save).expect_err("axis 1 holds");
     assert!(refused.contains("every bridge"), "{refused}");
     must(&mut client, &mut heard, 1, Command::Stop);
-    assert_eq!(
-        send(&mut client, &mut heard, 0, Command::Position(0.1)).err(),
-        None
-    );
+    assert_eq!(send(&mut client, &mut heard, 0, Command::Position(0.1)).err(), None);
     turns(&mut client, &mut heard, 20);
     assert_eq!(heard.last[0].bridge, Bridge::Driven);
     must(&mut client, &mut heard, 0, Command::Stop);
@@ -170,20 +143,14 @@ fn two_motors_are_commissioned_at_once_and_moved_apart() {
     client.save(&mut |_| {}).expect("stored");
     client.close();
     let mut again = power_up(&plants, &flash);
-    assert_eq!(
-        again.hello().expect("a hello").stored,
-        Found::Set { layout: LAYOUT }
-    );
+    assert_eq!(again.hello().expect("a hello").stored, Found::Set { layout: LAYOUT });
     for (axis, plant) in (0..).zip(&plants) {
         again.select(axis);
         let stored = again.parameters().expect("an answer").expect("configured");
         assert_eq!(stored.config, plant.config);
         assert_eq!(
             stored.estimates.dead_zone,
-            heard.outcomes[usize::from(axis)]
-                .expect("ended")
-                .estimates
-                .dead_zone
+            heard.outcomes[usize::from(axis)].expect("ended").estimates.dead_zone
         );
     }
 }

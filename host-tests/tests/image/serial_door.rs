@@ -13,12 +13,7 @@ use truing::device::axis_file;
 use truing::device::run_log::Tape;
 
 fn plant() -> Plant {
-    Plant::draw(
-        Family::G1,
-        Severity::Nominal,
-        Seeds::Evaluation(400_021),
-        &Options::default(),
-    )
+    Plant::draw(Family::G1, Severity::Nominal, Seeds::Evaluation(400_021), &Options::default())
 }
 
 /// The axis file of this plant.
@@ -45,11 +40,7 @@ fn axis_file(folder: &Path, plant: &Plant) -> String {
 fn said(arguments: &[&str]) -> String {
     let output = truing().args(arguments).output().expect("the program runs");
     let words = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(
-        output.status.success(),
-        "{arguments:?}: {words}{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    assert!(output.status.success(), "{arguments:?}: {words}{}", String::from_utf8_lossy(&output.stderr));
     words
 }
 
@@ -66,12 +57,7 @@ fn a_servo_on_a_serial_line_is_commissioned_stored_changed_captured_and_watched(
     let door = servo.door();
     let on = ["--motor", door.as_str(), "--config", axis.as_str()];
     let with = |head: &[&'static str], tail: &[&str]| -> String {
-        let owned: Vec<String> = head
-            .iter()
-            .chain(&on)
-            .chain(tail)
-            .map(|word| (*word).to_owned())
-            .collect();
+        let owned: Vec<String> = head.iter().chain(&on).chain(tail).map(|word| (*word).to_owned()).collect();
         said(&owned.iter().map(String::as_str).collect::<Vec<_>>())
     };
 
@@ -84,39 +70,17 @@ fn a_servo_on_a_serial_line_is_commissioned_stored_changed_captured_and_watched(
     assert!(error.abs() < 0.05, "{:.1} % off", 100.0 * error);
 
     let told = with(&["params", "get"], &[]);
-    assert!(
-        told.contains("stored") || told.contains("nothing is stored"),
-        "{told}"
-    );
+    assert!(told.contains("stored") || told.contains("nothing is stored"), "{told}");
     assert!(told.contains("identified.dead_zone_pos_v = "), "{told}");
     with(&["params", "set"], &["loops.bandwidth=1.5", "--save"]);
 
-    let told = with(
-        &["capture"],
-        &[
-            "--stored",
-            "--profile",
-            "step:1.0,1",
-            "--before",
-            "100",
-            "--out",
-            &csv,
-        ],
-    );
+    let told = with(&["capture"], &["--stored", "--profile", "step:1.0,1", "--before", "100", "--out", &csv]);
     assert!(told.contains("1024 control ticks"), "{told}");
     let rows = std::fs::read_to_string(&csv).expect("a capture").lines().count();
     assert_eq!(rows, 1025);
 
     let told = with(&["monitor"], &["--stored", "--profile", "sine:1.0,1,2"]);
-    for word in [
-        "set-point",
-        "position",
-        "speed",
-        "voltage",
-        "limit none",
-        "fault none",
-        "gain stored",
-    ] {
+    for word in ["set-point", "position", "speed", "voltage", "limit none", "fault none", "gain stored"] {
         assert!(told.contains(word), "no {word} in {told}");
     }
     drop(servo);

@@ -11,8 +11,7 @@ fn an_axis_cannot_be_armed_while_the_zero_is_looked_for() {
     let mut desk = Desk::default();
     let sought = Err(Refusal::Axis(axis::Refusal::CurrentZeroSought));
     desk.world.current_raw = Sample::CURRENT_ZERO_SOUGHT;
-    desk.order(Command::Configure(desk::config()))
-        .expect("a good one");
+    desk.order(Command::Configure(desk::config())).expect("a good one");
     desk.tick();
     assert_eq!(desk.order(Command::Arm), sought);
     assert_eq!(desk.order(Command::Stop), Ok(()));
@@ -59,11 +58,7 @@ impl Wire for Line {
 
 #[test]
 fn the_host_waits_for_the_zero_before_it_arms() {
-    let line = Line {
-        desk: Desk::default(),
-        left: 1000,
-        sequence: 0,
-    };
+    let line = Line { desk: Desk::default(), left: 1000, sequence: 0 };
     let mut client = Client::new(Box::new(line));
     let mut tell = |command| client.command(command, &mut |_| {});
     tell(Command::Configure(desk::config())).expect("configured");

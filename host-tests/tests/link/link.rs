@@ -21,10 +21,7 @@ mod oracle {
 
     /// Commands of a byte stream with their numbers, damaged frames left out, in order.
     pub fn frames(stream: &[u8]) -> Vec<(u16, Request)> {
-        let closed = stream
-            .iter()
-            .rposition(|&byte| byte == 0)
-            .map_or(0, |last| last + 1);
+        let closed = stream.iter().rposition(|&byte| byte == 0).map_or(0, |last| last + 1);
         stream[..closed]
             .split(|&byte| byte == 0)
             .filter(|block| !block.is_empty() && block.len() <= FRAME_CAPACITY)
@@ -60,10 +57,8 @@ mod oracle {
         let bytes = [content, &crc(content).to_le_bytes()].concat();
         let runs: Vec<&[u8]> = bytes.split(|&byte| byte == 0).collect();
         assert!(runs.iter().all(|run| run.len() < 0xFE), "one COBS group a run");
-        let mut block: Vec<u8> = runs
-            .iter()
-            .flat_map(|run| [&[run.len() as u8 + 1], *run].concat())
-            .collect();
+        let mut block: Vec<u8> =
+            runs.iter().flat_map(|run| [&[run.len() as u8 + 1], *run].concat()).collect();
         block.push(0);
         block
     }
@@ -71,9 +66,7 @@ mod oracle {
     /// CRC-32 of IEEE 802.3.
     fn crc(bytes: &[u8]) -> u32 {
         let step = |crc: u32, _| (crc >> 1) ^ (0xEDB8_8320 * (crc & 1));
-        !bytes
-            .iter()
-            .fold(u32::MAX, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
+        !bytes.iter().fold(u32::MAX, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), step))
     }
 
     /// Which of them are executed: the first, and every one up to half a circle ahead of the one before.
@@ -103,9 +96,7 @@ fn frame(sequence: u16, command: Command) -> Vec<u8> {
 
 fn frame_for(axis: u8, sequence: u16, command: Command) -> Vec<u8> {
     let mut buffer = [0; FRAME_CAPACITY];
-    encode(sequence, Request { axis, command }, &mut buffer)
-        .expect("fits")
-        .to_vec()
+    encode(sequence, Request { axis, command }, &mut buffer).expect("fits").to_vec()
 }
 
 /// What a set-point or a bridge can show: everything of a tick but the number of bytes received.
@@ -133,14 +124,7 @@ fn number() -> impl Strategy<Value = f32> {
 }
 
 fn configuration() -> impl Strategy<Value = Config> {
-    let numbers = (
-        number(),
-        number(),
-        number(),
-        any::<u32>(),
-        any::<u16>(),
-        any::<u8>(),
-    );
+    let numbers = (number(), number(), number(), any::<u32>(), any::<u16>(), any::<u8>());
     (numbers, 0..10usize).prop_map(|((a, b, c, count, scale, delay), which)| {
         let mut config = config();
         match which {
@@ -155,11 +139,8 @@ fn configuration() -> impl Strategy<Value = Config> {
             }
             7 => (config.supply_low_v, config.supply_high_v) = (Optional::new(a), Optional::new(b)),
             8 => {
-                (
-                    config.acceleration_limit_rad_s2,
-                    config.jerk_limit_rad_s3,
-                    config.voltage_limit_v,
-                ) = (Optional::new(a), Optional::new(b), Optional::new(c))
+                (config.acceleration_limit_rad_s2, config.jerk_limit_rad_s3, config.voltage_limit_v) =
+                    (Optional::new(a), Optional::new(b), Optional::new(c))
             }
             _ => {}
         }
@@ -172,64 +153,32 @@ fn motion() -> impl Strategy<Value = Command> {
         (any::<u32>(), any::<u32>()).prop_map(|(budget_ms, seed)| Command::Commission { budget_ms, seed }),
         (100..5000u32, any::<u32>()).prop_map(|(budget_ms, seed)| Command::Commission { budget_ms, seed }),
         (number(), number(), any::<u32>()).prop_map(|(amplitude_rad, frequency_hz, duration_ms)| {
-            Command::TrackSine {
-                amplitude_rad,
-                frequency_hz,
-                duration_ms,
-            }
+            Command::TrackSine { amplitude_rad, frequency_hz, duration_ms }
         }),
         (0.01f32..1.0, 0.1f32..5.0, 100..3000u32).prop_map(|(amplitude_rad, frequency_hz, duration_ms)| {
-            Command::TrackSine {
-                amplitude_rad,
-                frequency_hz,
-                duration_ms,
-            }
+            Command::TrackSine { amplitude_rad, frequency_hz, duration_ms }
         }),
         number().prop_map(Command::Position),
         number().prop_map(Command::Speed),
         (-100.0f32..100.0).prop_map(Command::Speed),
         number().prop_map(Command::Voltage),
         (number(), number(), prop::option::of(number()), any::<u32>()).prop_map(streamed),
-        (
-            -0.1f32..0.1,
-            -5.0f32..5.0,
-            prop::option::of(-100.0f32..100.0),
-            4..200u32
-        )
-            .prop_map(streamed),
+        (-0.1f32..0.1, -5.0f32..5.0, prop::option::of(-100.0f32..100.0), 4..200u32).prop_map(streamed),
         (-12.0f32..12.0).prop_map(Command::Voltage),
         (number(), number(), number(), any::<u32>(), any::<bool>()).prop_map(excite),
-        (
-            0.1f32..12.0,
-            0.1f32..500.0,
-            0.1f32..500.0,
-            100..3000u32,
-            any::<bool>()
-        )
-            .prop_map(excite),
+        (0.1f32..12.0, 0.1f32..500.0, 0.1f32..500.0, 100..3000u32, any::<bool>()).prop_map(excite),
     ]
 }
 
 fn streamed(
     (position_rad, speed_rad_s, acceleration_rad_s2, ticks): (f32, f32, Option<f32>, u32),
 ) -> Command {
-    Command::Stream(Point {
-        position_rad,
-        speed_rad_s,
-        acceleration_rad_s2,
-        ticks,
-    })
+    Command::Stream(Point { position_rad, speed_rad_s, acceleration_rad_s2, ticks })
 }
 
 fn excite((amplitude_v, from_hz, to_hz, duration_ms, linear): (f32, f32, f32, u32, bool)) -> Command {
     let sweep = if linear { Sweep::Linear } else { Sweep::Logarithmic };
-    Command::Excite(Waveform {
-        amplitude_v,
-        from_hz,
-        to_hz,
-        sweep,
-        duration_ms,
-    })
+    Command::Excite(Waveform { amplitude_v, from_hz, to_hz, sweep, duration_ms })
 }
 
 /// Sets as they would be stored: the desk's, or with numbers that no commissioning would find.
@@ -237,19 +186,10 @@ fn parameters() -> impl Strategy<Value = AxisParameters> {
     let estimate = (any::<i32>(), any::<i32>(), any::<bool>()).prop_map(|(value, u95, trusted)| Estimate {
         value,
         u95,
-        standing: if trusted {
-            Standing::Trusted
-        } else {
-            Standing::Doubtful(Reason::Aged)
-        },
+        standing: if trusted { Standing::Trusted } else { Standing::Doubtful(Reason::Aged) },
     });
-    (
-        configuration(),
-        prop::collection::vec(estimate, 6),
-        number(),
-        any::<bool>(),
-    )
-        .prop_map(|(config, numbers, bandwidth, compensation)| AxisParameters {
+    (configuration(), prop::collection::vec(estimate, 6), number(), any::<bool>()).prop_map(
+        |(config, numbers, bandwidth, compensation)| AxisParameters {
             config,
             estimates: Estimates {
                 dead_zone: [numbers[0], numbers[1]],
@@ -259,16 +199,11 @@ fn parameters() -> impl Strategy<Value = AxisParameters> {
                 gain_skew: 0,
                 mechanism: Mechanism::Friction,
             },
-            tuning: Tuning {
-                bandwidth,
-                integral: compensation,
-            },
+            tuning: Tuning { bandwidth, integral: compensation },
             compensation,
-            protection: Settings {
-                command_timeout_ms: bandwidth.to_bits() as u16,
-                ..Settings::default()
-            },
-        })
+            protection: Settings { command_timeout_ms: bandwidth.to_bits() as u16, ..Settings::default() },
+        },
+    )
 }
 
 fn unarmed_command() -> impl Strategy<Value = Command> {
@@ -296,12 +231,7 @@ fn piece() -> impl Strategy<Value = Vec<u8>> {
     let axis = prop_oneof![8 => Just(0u8), 1 => any::<u8>()];
     let frames =
         (axis, sequence, command()).prop_map(|(axis, sequence, command)| frame_for(axis, sequence, command));
-    let damaged = (
-        frames.boxed(),
-        any::<prop::sample::Index>(),
-        any::<prop::sample::Index>(),
-        0..6u8,
-    );
+    let damaged = (frames.boxed(), any::<prop::sample::Index>(), any::<prop::sample::Index>(), 0..6u8);
     let damaged = damaged.prop_map(|(mut bytes, place, bit, how)| {
         let place = place.index(bytes.len());
         match how {
@@ -421,25 +351,15 @@ fn every_command() -> Vec<Command> {
         Command::Configure(config()),
         Command::Arm,
         Command::Stop,
-        Command::Commission {
-            budget_ms: 2000,
-            seed: 7,
-        },
+        Command::Commission { budget_ms: 2000, seed: 7 },
         Command::Compensation(false),
-        Command::TrackSine {
-            amplitude_rad: 0.5,
-            frequency_hz: 1.0,
-            duration_ms: 1000,
-        },
+        Command::TrackSine { amplitude_rad: 0.5, frequency_hz: 1.0, duration_ms: 1000 },
         Command::Position(2.0),
         Command::Subscribe { every: 10 },
         Command::Adopt(Default::default()),
         Command::Speed(20.0),
         Command::Voltage(-3.0),
-        Command::CaptureArm {
-            trigger: servo::link::capture::Trigger::Fault,
-            before: 512,
-        },
+        Command::CaptureArm { trigger: servo::link::capture::Trigger::Fault, before: 512 },
         Command::CaptureRead { from: 5 },
         Command::Hello,
         Command::Parameters,
@@ -463,10 +383,7 @@ fn every_single_bit_error_in_every_command_is_dropped() {
             bytes.push(0);
             let mut desk = Desk::default();
             let answers = desk.receive(&bytes);
-            assert!(
-                answers.is_empty() && desk.executed.is_empty(),
-                "{command:?}, bit {bit}: {answers:?}"
-            );
+            assert!(answers.is_empty() && desk.executed.is_empty(), "{command:?}, bit {bit}: {answers:?}");
             frames += 1;
         }
     }
@@ -478,18 +395,11 @@ fn every_single_bit_error_in_every_command_is_dropped() {
 fn frames_of_other_versions_are_dropped() {
     for command in every_command() {
         for version in 0..=255 {
-            let content = postcard::to_stdvec(&Frame {
-                version,
-                sequence: 1,
-                body: request(command),
-            })
-            .expect("fits");
+            let content =
+                postcard::to_stdvec(&Frame { version, sequence: 1, body: request(command) }).expect("fits");
             let mut desk = Desk::default();
             let answers = desk.receive(&oracle::seal(&content)).len();
-            assert_eq!(
-                (answers, desk.executed.len()),
-                if version == VERSION { (1, 1) } else { (0, 0) }
-            );
+            assert_eq!((answers, desk.executed.len()), if version == VERSION { (1, 1) } else { (0, 0) });
         }
     }
 }
@@ -498,12 +408,8 @@ fn frames_of_other_versions_are_dropped() {
 #[test]
 fn the_oracle_finds_every_command() {
     for command in every_command() {
-        let content = postcard::to_stdvec(&Frame {
-            version: VERSION,
-            sequence: 3,
-            body: request(command),
-        })
-        .expect("fits");
+        let content = postcard::to_stdvec(&Frame { version: VERSION, sequence: 3, body: request(command) })
+            .expect("fits");
         assert_eq!(oracle::seal(&content), frame(3, command));
         let stream = [&[7, 7, 0][..], &frame(3, command), &[1, 2]].concat();
         assert_eq!(oracle::frames(&stream), [(3, request(command))]);

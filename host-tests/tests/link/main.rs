@@ -4,5 +4,6 @@ mod current_zero;
 mod link;
 mod optional;
 mod parameters;
+mod settings_table;
 mod setup;
 mod store;

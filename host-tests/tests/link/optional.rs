@@ -42,17 +42,11 @@ fn in_text_it_is_a_number_or_nothing() {
 #[test]
 fn a_number_that_is_none_does_not_pass_for_an_absent_one() {
     for value in [Optional::new(f32::NAN), Some(-f32::NAN).into()] {
-        let config = Config {
-            energy_limit_j: value,
-            ..config()
-        };
+        let config = Config { energy_limit_j: value, ..config() };
         let bytes = postcard::to_stdvec(&config).expect("fits");
         let arrived: Config = postcard::from_bytes(&bytes).expect("a configuration");
         for config in [config, arrived] {
-            assert_eq!(
-                config.build().map(|_| ()).map_err(|error| error.field),
-                Err(Field::EnergyLimit)
-            );
+            assert_eq!(config.build().map(|_| ()).map_err(|error| error.field), Err(Field::EnergyLimit));
         }
     }
 }

@@ -58,10 +58,7 @@ fn what_is_set_is_printed_and_read_back_whole() {
     assert_eq!(second.config, first.config);
     assert_eq!(second.protection, first.protection);
     assert_eq!(second.protection.actions.of(Fault::NoMotion), Action::Brake);
-    assert_eq!(
-        (second.tuning, second.compensation),
-        (first.tuning, first.compensation)
-    );
+    assert_eq!((second.tuning, second.compensation), (first.tuning, first.compensation));
     let off = second.estimates.dead_zone[0].value - first.estimates.dead_zone[0].value;
     assert!(off.abs() <= 1, "{off}");
 }
@@ -72,16 +69,8 @@ fn a_volt_stays_a_volt_when_the_supply_is_corrected() {
     set(&mut parameters, "identified.dead_zone_pos_v=1.2");
     set(&mut parameters, "supply.nominal_v=24");
     let text = parameters::print(&parameters);
-    let line = text
-        .lines()
-        .find(|line| line.starts_with("identified.dead_zone_pos_v"))
-        .expect("a line");
-    let volts: f64 = line
-        .rsplit(' ')
-        .next()
-        .expect("a value")
-        .parse()
-        .expect("a number");
+    let line = text.lines().find(|line| line.starts_with("identified.dead_zone_pos_v")).expect("a line");
+    let volts: f64 = line.rsplit(' ').next().expect("a value").parse().expect("a number");
     assert!((volts - 1.2).abs() < 1e-4, "{line}");
 }
 
@@ -95,9 +84,7 @@ fn wrong_keys_and_values_are_named_with_the_nearest_right_one() {
         ("protection.overcurrent=open", "over_current"),
         ("protection.no_motion=hold", "open or brake"),
     ] {
-        let error = parameters::set(&mut blank(), assignment)
-            .expect_err(assignment)
-            .to_string();
+        let error = parameters::set(&mut blank(), assignment).expect_err(assignment).to_string();
         assert!(error.contains(expected), "{assignment}: {error}");
     }
 }
@@ -141,10 +128,7 @@ fn effects_become_terminal_voltages() {
         ("time constant", report.time_constant_s, 2.0 * 0.0001 / 0.0025),
     ] {
         let value = f64::from(found.value.expect("there"));
-        assert!(
-            (value / by_hand - 1.0).abs() < 1e-3,
-            "{name}: {value}, by hand {by_hand}"
-        );
+        assert!((value / by_hand - 1.0).abs() < 1e-3, "{name}: {value}, by hand {by_hand}");
         assert!(found.trusted, "{name}");
     }
     // 0.001 N m is 0.044 V; the base parameters' 3 % add to it.
@@ -155,18 +139,11 @@ fn effects_become_terminal_voltages() {
 #[test]
 fn a_limit_above_the_supply_is_no_saturation_and_another_encoder_is_refused() {
     let model = model::parse("model.toml", &format!("{MODEL}[supply]\nlimit_v = 24.0\n")).expect("a model");
-    let params = compensation::from_model(&model, &config())
-        .expect("parameters")
-        .params;
+    let params = compensation::from_model(&model, &config()).expect("parameters").params;
     assert_eq!((params.saturation_pos_v, params.dead_zone_pos_v), (None, None));
-    let other = servo::config::Config {
-        counts_per_rev: 2048,
-        ..config()
-    };
-    let error = compensation::from_model(&model, &other)
-        .map(|_| ())
-        .expect_err("another encoder")
-        .to_string();
+    let other = servo::config::Config { counts_per_rev: 2048, ..config() };
+    let error =
+        compensation::from_model(&model, &other).map(|_| ()).expect_err("another encoder").to_string();
     assert!(error.contains("4000") && error.contains("2048"), "{error}");
 }
 
@@ -184,12 +161,8 @@ fn exported(known: &str) -> (compensation::Export, String) {
 
 fn trusted(export: &compensation::Export) -> [bool; 4] {
     let params = &export.params;
-    let numbers = [
-        params.dead_zone_pos_v,
-        params.dead_zone_neg_v,
-        params.gain_rad_s_per_v,
-        params.time_constant_s,
-    ];
+    let numbers =
+        [params.dead_zone_pos_v, params.dead_zone_neg_v, params.gain_rad_s_per_v, params.time_constant_s];
     numbers.map(|kept| kept.is_some_and(|kept| kept.is_trusted()))
 }
 
@@ -208,13 +181,8 @@ fn an_export_trusts_what_is_named_and_narrow() {
     ] {
         let (export, text) = zone(std, standing);
         assert_eq!(trusted(&export), [false; 4], "{standing} ± {std}");
-        let line = text
-            .lines()
-            .find(|line| line.contains("not trusted: dead_zone_pos_v"));
-        assert!(
-            line.is_some_and(|line| line.starts_with('#') && line.contains(said)),
-            "{text}"
-        );
+        let line = text.lines().find(|line| line.contains("not trusted: dead_zone_pos_v"));
+        assert!(line.is_some_and(|line| line.starts_with('#') && line.contains(said)), "{text}");
     }
 }
 
@@ -246,9 +214,6 @@ fn an_export_names_what_the_firmware_cannot_take() {
     ];
     assert_eq!(left_out, expected);
     for name in expected {
-        assert!(
-            text.contains(&format!("# not compensated by the firmware: {name}\n")),
-            "{text}"
-        );
+        assert!(text.contains(&format!("# not compensated by the firmware: {name}\n")), "{text}");
     }
 }

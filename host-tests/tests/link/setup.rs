@@ -30,24 +30,13 @@ fn parse(text: &str) -> Setup {
 /// All that `CHOICES` says.
 fn assert_chosen(parameters: &AxisParameters) {
     assert_eq!(parameters.config.current_limit_a, Optional::new(6.5));
-    assert_eq!(
-        (parameters.tuning.bandwidth, parameters.tuning.integral),
-        (2.5, false)
-    );
+    assert_eq!((parameters.tuning.bandwidth, parameters.tuning.integral), (2.5, false));
     assert!(!parameters.compensation);
     let protection = &parameters.protection;
-    let thermal = Thermal {
-        continuous_a: 1.5,
-        time_constant_s: 40,
-    };
-    assert_eq!(
-        (protection.thermal, protection.command_timeout_ms),
-        (Some(thermal), 250)
-    );
-    let braking: Vec<Fault> = Fault::ALL
-        .into_iter()
-        .filter(|fault| protection.actions.of(*fault) == Action::Brake)
-        .collect();
+    let thermal = Thermal { continuous_a: 1.5, time_constant_s: 40 };
+    assert_eq!((protection.thermal, protection.command_timeout_ms), (Some(thermal), 250));
+    let braking: Vec<Fault> =
+        Fault::ALL.into_iter().filter(|fault| protection.actions.of(*fault) == Action::Brake).collect();
     assert_eq!(braking, [Fault::Stalled]);
     assert_eq!(protection.actions.of(Fault::CommandTimeout), Action::Hold);
 }
@@ -62,9 +51,7 @@ fn a_file_chooses_by_the_keys_of_truing_params() {
     let file: toml::Table = CHOICES.parse().expect("TOML");
     for (section, keys) in &file {
         for (key, value) in keys.as_table().expect("a table") {
-            let get = table[section]
-                .get(key)
-                .unwrap_or_else(|| panic!("{section}.{key}"));
+            let get = table[section].get(key).unwrap_or_else(|| panic!("{section}.{key}"));
             assert_eq!(get.to_string(), value.to_string(), "{section}.{key}");
         }
     }
@@ -79,73 +66,35 @@ fn a_choice_that_cannot_be_is_named_with_what_to_do() {
     let cases: [(&str, &[&str]); 13] = [
         (
             "[loops]\nbandwith = 2.0\n",
-            &[
-                "line 9",
-                "[loops] bandwith",
-                "nearest is `bandwidth`",
-                "`integral`",
-                "`compensation`",
-            ],
+            &["line 9", "[loops] bandwith", "nearest is `bandwidth`", "`integral`", "`compensation`"],
         ),
-        (
-            "[loops]\nbandwidth = 50.0\n",
-            &["line 9", "loops.bandwidth", "between 0.6 and 20"],
-        ),
+        ("[loops]\nbandwidth = 50.0\n", &["line 9", "loops.bandwidth", "between 0.6 and 20"]),
         (
             "[limits]\ncurrent_a = 6.5\nsupply_high_v = 500.0\n",
             &["line 10", "limits.supply_high_v", "between"],
         ),
-        (
-            "[limits]\njerk = 500.0\n",
-            &["line 9", "[limits]", "nearest is `jerk_rad_s3`"],
-        ),
-        (
-            "[loops]\nbandwidth = \"fast\"\n",
-            &["line 9", "[loops] bandwidth", "f32"],
-        ),
-        (
-            "[loops]\nintegral = 1\n",
-            &["line 9", "[loops] integral", "boolean"],
-        ),
-        (
-            "[limits]\ncommand_timeout_s = 0.25\n",
-            &["line 9", "[limits]", "nearest is `command_timeout_ms`"],
-        ),
-        (
-            "[limits]\ncommand_timeout_ms = 100000\n",
-            &["line 9", "[limits] command_timeout_ms", "100000"],
-        ),
+        ("[limits]\njerk = 500.0\n", &["line 9", "[limits]", "nearest is `jerk_rad_s3`"]),
+        ("[loops]\nbandwidth = \"fast\"\n", &["line 9", "[loops] bandwidth", "f32"]),
+        ("[loops]\nintegral = 1\n", &["line 9", "[loops] integral", "boolean"]),
+        ("[limits]\ncommand_timeout_s = 0.25\n", &["line 9", "[limits]", "nearest is `command_timeout_ms`"]),
+        ("[limits]\ncommand_timeout_ms = 100000\n", &["line 9", "[limits] command_timeout_ms", "100000"]),
         (
             "[limits]\nthermal_time_constant_s = 30\n",
             &["limits.thermal_time_constant_s", "limits.continuous_current_a"],
         ),
-        (
-            "[limits]\ncontinuous_current_a = 1e6\n",
-            &["limits.continuous_current_a", "between"],
-        ),
+        ("[limits]\ncontinuous_current_a = 1e6\n", &["limits.continuous_current_a", "between"]),
         (
             "[protection]\nstaled = \"brake\"\n",
-            &[
-                "line 9",
-                "`staled`",
-                "[protection]",
-                "nearest is stalled",
-                "overspeed",
-            ],
+            &["line 9", "`staled`", "[protection]", "nearest is stalled", "overspeed"],
         ),
         (
             "[protection]\nstalled = \"open\"\nover_current = \"brake\"\n",
             &["line 10", "protection.over_current", "`brake`", "choose open"],
         ),
-        (
-            "[protecton]\nstalled = \"brake\"\n",
-            &["line 8", "protecton", "`protection`"],
-        ),
+        ("[protecton]\nstalled = \"brake\"\n", &["line 8", "protecton", "`protection`"]),
     ];
     for (text, expected) in cases {
-        let error = axis_file::parse("axis.toml", &[MACHINE, text].concat())
-            .expect_err(text)
-            .to_string();
+        let error = axis_file::parse("axis.toml", &[MACHINE, text].concat()).expect_err(text).to_string();
         assert!(error.starts_with("axis.toml"), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
         for part in expected {
@@ -165,10 +114,7 @@ fn in_force(joint: &ServoAxis) -> AxisParameters {
 #[test]
 fn a_new_configuration_keeps_choices_and_forgets_what_was_learned() {
     let mut chosen = parse(&[MACHINE, CHOICES].concat()).parameters(None);
-    chosen.estimates.gain = host_tests::power_cut::sets::set(1).axes[0]
-        .expect("an axis")
-        .estimates
-        .gain;
+    chosen.estimates.gain = host_tests::power_cut::sets::set(1).axes[0].expect("an axis").estimates.gain;
     let mut joint = ServoAxis::new();
     order(&mut joint, Command::Restore(chosen)).expect("accepted");
     assert_chosen(&in_force(&joint));
@@ -188,10 +134,7 @@ fn a_new_configuration_keeps_choices_and_forgets_what_was_learned() {
 
     // A current range that the thermal limit does not fit: refused as a whole, nothing has changed.
     let before = in_force(&joint);
-    let coarse = servo::config::Config {
-        current_a_per_lsb: 2.0,
-        ..other
-    };
+    let coarse = servo::config::Config { current_a_per_lsb: 2.0, ..other };
     let refused = order(&mut joint, Command::Configure(coarse));
     assert!(matches!(refused, Err(Refusal::Parameters(_))), "{refused:?}");
     assert_eq!(in_force(&joint), before);
@@ -205,19 +148,11 @@ fn a_new_configuration_keeps_choices_and_forgets_what_was_learned() {
     assert_eq!(Desk::default().order(Command::Configure(desk::config())), Ok(()));
 }
 
-const COMMISSION: Task = Task::Commission {
-    budget_s: 5.0,
-    seed: 1,
-};
+const COMMISSION: Task = Task::Commission { budget_s: 5.0, seed: 1 };
 
 fn plant() -> Plant {
     let options = PlantOptions::default();
-    Plant::draw(
-        Family::G1,
-        Severity::Nominal,
-        Seeds::Evaluation(400_021),
-        &options,
-    )
+    Plant::draw(Family::G1, Severity::Nominal, Seeds::Evaluation(400_021), &options)
 }
 
 fn wire(flash: &Path) -> Lockstep {
@@ -226,14 +161,8 @@ fn wire(flash: &Path) -> Lockstep {
 
 fn run(flash: &Path, setup: Setup, tasks: &[Task]) -> SessionResult {
     let listening = Listening { axis: 0, every: 1 };
-    session::run_from(
-        Box::new(wire(flash)),
-        Start::Configure(setup),
-        listening,
-        tasks,
-        &mut |_| {},
-    )
-    .expect("a session")
+    session::run_from(Box::new(wire(flash)), Start::Configure(setup), listening, tasks, &mut |_| {})
+        .expect("a session")
 }
 
 #[test]
@@ -245,11 +174,7 @@ fn the_image_takes_the_choices_of_a_file_and_keeps_them_through_the_next() {
     config.current_limit_a = Optional::new(6.5);
     let chosen = Setup { config, choices };
     let sine = Task::Track {
-        profile: Profile::Sine {
-            amplitude_rad: 1.0,
-            frequency_hz: 1.0,
-            seconds: 1.0,
-        },
+        profile: Profile::Sine { amplitude_rad: 1.0, frequency_hz: 1.0, seconds: 1.0 },
         compensation: false,
     };
     let first = run(&flash, chosen, &[COMMISSION, sine.clone(), Task::Store]);

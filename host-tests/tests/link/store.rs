@@ -48,18 +48,12 @@ fn every_flash_operation_is_cut_and_the_old_or_the_new_set_is_read() {
 #[test]
 fn a_cut_erase_never_costs_the_set() {
     let tally = cut_erase::<SMALL>(100);
-    assert_eq!(
-        (tally.cuts, tally.old, tally.losses()),
-        (800, 800, 0),
-        "{tally:?}"
-    );
+    assert_eq!((tally.cuts, tally.old, tally.losses()), (800, 800, 0), "{tally:?}");
 }
 
 #[test]
 fn lives_with_several_cuts_in_a_row_lose_nothing() {
-    let tally = (0..40)
-        .map(|seed| life::<SMALL>(seed, 40))
-        .fold(Tally::default(), Tally::plus);
+    let tally = (0..40).map(|seed| life::<SMALL>(seed, 40)).fold(Tally::default(), Tally::plus);
     assert_eq!(tally.losses(), 0, "{tally:?}");
     assert!(tally.cuts > 500, "{tally:?}");
 }
@@ -95,9 +89,7 @@ fn saves_erase_only_when_told_to() {
     assert_eq!(store.flash().operations, operations, "nothing was touched");
     assert_eq!(store.flash().erasures.len(), 1);
     store.erase(at_rest()).expect("erases");
-    store
-        .save(&set(91), at_rest())
-        .expect("the other sector is blank");
+    store.save(&set(91), at_rest()).expect("the other sector is blank");
     assert_eq!(loaded(&mut power_cycle(&mut store)), Some(set(91)));
     assert_eq!(store.flash().erasures.len(), 2);
 }
@@ -169,14 +161,9 @@ fn a_damaged_newest_record_leaves_the_one_before() {
 fn layout_1_is_migrated() {
     let mut store = new_store();
     store.erase(at_rest()).expect("erases");
-    store
-        .save_as(&SetLayout1::of(&set(7)), 1, at_rest())
-        .expect("saves");
+    store.save_as(&SetLayout1::of(&set(7)), 1, at_rest()).expect("saves");
     let mut store = power_cycle(&mut store);
-    let expected = Loaded::Set {
-        parameters: migrated(&set(7)),
-        layout: 1,
-    };
+    let expected = Loaded::Set { parameters: migrated(&set(7)), layout: 1 };
     assert_eq!(store.load(), expected);
     save(&mut store, &migrated(&set(7))).expect("saves");
     let Loaded::Set { layout, .. } = power_cycle(&mut store).load() else {
@@ -190,10 +177,7 @@ fn layout_1_is_migrated() {
 fn layout_2_is_migrated() {
     let record = encode(&SetLayout2::of(&set(0)), 1, 2).expect("fits");
     assert_eq!(hex(used(&record)), include_str!("store_layout_2.hex").trim());
-    let expected = Loaded::Set {
-        parameters: limited_as_layout_3(&set(0)),
-        layout: 2,
-    };
+    let expected = Loaded::Set { parameters: limited_as_layout_3(&set(0)), layout: 2 };
     assert_eq!(Record::parse(&record).expect("intact").load(), expected);
 }
 
@@ -204,10 +188,7 @@ fn layout_3_is_migrated() {
     assert_eq!(hex(used(&record)), include_str!("store_layout_3.hex").trim());
     for number in [0, 5, 7] {
         let record = encode(&SetLayout3::of(&set(number)), 1, 3).expect("fits");
-        let expected = Loaded::Set {
-            parameters: limited_as_layout_3(&set(number)),
-            layout: 3,
-        };
+        let expected = Loaded::Set { parameters: limited_as_layout_3(&set(number)), layout: 3 };
         assert_eq!(Record::parse(&record).expect("intact").load(), expected);
     }
 }
@@ -217,9 +198,7 @@ fn layout_3_is_migrated() {
 fn an_unknown_layout_asks_for_commissioning() {
     let mut store = new_store();
     save(&mut store, &set(1)).expect("saves");
-    store
-        .save_as(&(1u8, [2u16; 9]), LAYOUT + 1, at_rest())
-        .expect("saves");
+    store.save_as(&(1u8, [2u16; 9]), LAYOUT + 1, at_rest()).expect("saves");
     let mut store = power_cycle(&mut store);
     assert_eq!(store.load(), Loaded::Unreadable { layout: LAYOUT + 1 });
     save(&mut store, &set(4)).expect("saves");
@@ -256,11 +235,7 @@ fn every_single_bit_error_in_a_record_is_found() {
 /// Numbers that take the most bytes in postcard.
 #[test]
 fn the_largest_set_fits_into_a_record() {
-    let long = Estimate {
-        value: i32::MIN,
-        u95: i32::MIN,
-        standing: Standing::Trusted,
-    };
+    let long = Estimate { value: i32::MIN, u95: i32::MIN, standing: Standing::Trusted };
     let mut axis = AxisParameters {
         config: set(1).axes[0].expect("an axis").config,
         estimates: Estimates {
@@ -272,19 +247,13 @@ fn the_largest_set_fits_into_a_record() {
             mechanism: Mechanism::InputDeadZone,
         }
         .to_store(),
-        tuning: Tuning {
-            bandwidth: 20.0,
-            integral: true,
-        },
+        tuning: Tuning { bandwidth: 20.0, integral: true },
         compensation: true,
         protection: Settings {
-            actions: Fault::ALL.iter().fold(Actions::default(), |table, &fault| {
-                table.with(fault, Action::Brake).unwrap_or(table)
-            }),
-            thermal: Some(Thermal {
-                continuous_a: 1.0,
-                time_constant_s: u16::MAX,
-            }),
+            actions: Fault::ALL
+                .iter()
+                .fold(Actions::default(), |table, &fault| table.with(fault, Action::Brake).unwrap_or(table)),
+            thermal: Some(Thermal { continuous_a: 1.0, time_constant_s: u16::MAX }),
             command_timeout_ms: u16::MAX,
         },
     };
@@ -296,16 +265,10 @@ fn the_largest_set_fits_into_a_record() {
     axis.config.pwm_delay_ticks = u8::MAX;
     axis.config.supply_high_v = Optional::new(18.0);
     axis.config.jerk_limit_rad_s3 = Optional::new(1e6);
-    let set: StoredParameters = StoredParameters {
-        axes: core::iter::repeat_n(Some(axis), 4).collect(),
-    };
+    let set: StoredParameters = StoredParameters { axes: core::iter::repeat_n(Some(axis), 4).collect() };
     assert_eq!(set.axes.len(), 4);
     let record = encode(&set, u32::MAX, LAYOUT).expect("fits");
-    assert_eq!(
-        used(&record).len() - 8,
-        609,
-        "as docs/store.md and `RECORD_LEN` say"
-    );
+    assert_eq!(used(&record).len() - 8, 609, "as docs/store.md and `RECORD_LEN` say");
 }
 
 /// An image has room for the axes that it drives, and what it has no room for must be nothing.

@@ -16,11 +16,7 @@ const NAMES: [&str; 3] = ["dead_zone", "coulomb_friction", "motor_gain"];
 
 /// Design cases with one plainly visible effect each, drawn once.
 static CASES: LazyLock<BTreeMap<&str, Case>> = LazyLock::new(|| {
-    let spec = Spec {
-        rows: 1200,
-        dirty: Some(false),
-        ..Spec::new(Set::Single)
-    };
+    let spec = Spec { rows: 1200, dirty: Some(false), ..Spec::new(Set::Single) };
     let mut cases = BTreeMap::new();
     for case in (1..1000).map(|seed| draw(&spec, seed)) {
         let hidden = &case.answer.hidden[0];
@@ -51,10 +47,7 @@ fn command(model: &str, log: &str, holdout: Option<&str>, without: &[&str]) -> R
     let arguments = Arguments {
         model: written(folder.path(), "model.toml", model),
         log: written(folder.path(), "log.csv", log),
-        holdout: holdout
-            .map(|text| written(folder.path(), "holdout.csv", text))
-            .into_iter()
-            .collect(),
+        holdout: holdout.map(|text| written(folder.path(), "holdout.csv", text)).into_iter().collect(),
         finals: Vec::new(),
         columns: String::new(),
         without: without.iter().map(|name| (*name).to_owned()).collect(),
@@ -96,21 +89,13 @@ fn first_rows(csv: &str, rows: usize) -> String {
 fn a_hold_out_that_is_the_log_proves_nothing() {
     let case = hidden("dead_zone");
     let log = case.log.to_csv();
-    refused(
-        &case.model,
-        &log,
-        Some(&log),
-        &[],
-        &["holdout.csv", "log.csv", "a copy proves nothing"],
-    );
+    refused(&case.model, &log, Some(&log), &[], &["holdout.csv", "log.csv", "a copy proves nothing"]);
 }
 
 #[test]
 fn rpm_in_a_column_of_radians_a_second_are_called_out() {
     let case = hidden("dead_zone");
-    let rpm = with_column(&case.log.to_csv(), "omega_rad_s", |omega| {
-        omega * 60.0 / std::f64::consts::TAU
-    });
+    let rpm = with_column(&case.log.to_csv(), "omega_rad_s", |omega| omega * 60.0 / std::f64::consts::TAU);
     let json = command(&case.model, &rpm, None, &[]).unwrap();
     assert!(json.contains("is the column in rpm?"), "{json}");
     let json = command(&case.model, &case.log.to_csv(), None, &[]).unwrap();
@@ -121,21 +106,9 @@ fn rpm_in_a_column_of_radians_a_second_are_called_out() {
 fn a_mistyped_effect_is_answered_with_the_nearest_name() {
     let case = hidden("dead_zone");
     let log = case.log.to_csv();
-    refused(
-        &case.model,
-        &log,
-        None,
-        &["dead_zne"],
-        &["--without", "`dead_zne`", "nearest is `dead_zone`"],
-    );
+    refused(&case.model, &log, None, &["dead_zne"], &["--without", "`dead_zne`", "nearest is `dead_zone`"]);
     let known = format!("{}[known.coulomb_fricton]\nlevel_nm = 0.01\n", case.model);
-    refused(
-        &known,
-        &log,
-        None,
-        &[],
-        &["model.toml", "nearest is [known.coulomb_friction]"],
-    );
+    refused(&known, &log, None, &[], &["model.toml", "nearest is [known.coulomb_friction]"]);
 }
 
 #[test]
@@ -158,13 +131,7 @@ fn a_log_that_never_moves_tests_nothing() {
     assert!(json.contains("insufficient_excitation"), "{json}");
     assert!(json.contains("the log never moves"), "{json}");
     let silent = with_column(&log, "u_v", |_| 0.0);
-    refused(
-        &case.model,
-        &silent,
-        None,
-        &[],
-        &["log.csv", "u_v is 0 throughout"],
-    );
+    refused(&case.model, &silent, None, &[], &["log.csv", "u_v is 0 throughout"]);
 }
 
 fn analysed(files: &Opened, model: &model::Model) -> Outcome {
@@ -178,18 +145,10 @@ fn the_extended_model_misses_nothing_more() {
     for name in NAMES {
         let files = opened(hidden(name)).unwrap();
         let outcome = analysed(&files, &files.model);
-        let names: Vec<&str> = outcome
-            .effects
-            .iter()
-            .map(|effect| effect.name.as_str())
-            .collect();
+        let names: Vec<&str> = outcome.effects.iter().map(|effect| effect.name.as_str()).collect();
         assert_eq!(names, [name], "{:?}", outcome.verdict);
-        let text = ModelFile {
-            original: &files.model.source_text,
-            origin: "log.csv",
-        }
-        .export(&outcome)
-        .unwrap();
+        let text =
+            ModelFile { original: &files.model.source_text, origin: "log.csv" }.export(&outcome).unwrap();
         let extended = model::parse("extended.toml", &text).unwrap();
         let again = analysed(&files, &extended);
         assert_eq!(
@@ -199,9 +158,6 @@ fn the_extended_model_misses_nothing_more() {
             again.effects
         );
         let (before, after) = (outcome.holdout.rmse_after, again.holdout.rmse_after);
-        assert!(
-            (after / before - 1.0).abs() < 0.02,
-            "{name}: {before} then {after}"
-        );
+        assert!((after / before - 1.0).abs() < 0.02, "{name}: {before} then {after}");
     }
 }

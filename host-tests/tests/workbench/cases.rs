@@ -8,28 +8,16 @@ use truing::synthetic::cases::{Set, Spec, draw, rms_difference};
 use truing::system::effects::LIBRARY;
 
 fn spec(set: Set) -> Spec {
-    Spec {
-        rows: 1200,
-        ..Spec::new(set)
-    }
+    Spec { rows: 1200, ..Spec::new(set) }
 }
 
 #[test]
 fn same_seed_gives_the_same_files_and_evaluation_gives_others() {
     for set in [Set::Nothing, Set::Single, Set::Outside] {
         let (once, again) = (draw(&spec(set), 7), draw(&spec(set), 7));
-        assert_eq!(
-            (&once.model, once.log.to_csv()),
-            (&again.model, again.log.to_csv())
-        );
+        assert_eq!((&once.model, once.log.to_csv()), (&again.model, again.log.to_csv()));
         assert_eq!(once.holdout, again.holdout);
-        let evaluation = draw(
-            &Spec {
-                evaluation: true,
-                ..spec(set)
-            },
-            7,
-        );
+        let evaluation = draw(&Spec { evaluation: true, ..spec(set) }, 7);
         assert_ne!(once.model, evaluation.model);
         assert_ne!(once.log, once.holdout);
     }
@@ -61,10 +49,7 @@ fn nothing_missing_differs_from_the_truth_by_noise_of_the_declared_size() {
         let case = draw(&spec(Set::Nothing), seed);
         assert!(case.answer.hidden.is_empty() && case.answer.outside.is_none());
         let noise = rms_difference(case.holdout.column("omega_rad_s"), &case.noiseless);
-        assert!(
-            (5e-4..3e-2).contains(&(noise / case.answer.full_speed)),
-            "{noise}"
-        );
+        assert!((5e-4..3e-2).contains(&(noise / case.answer.full_speed)), "{noise}");
         // Off by at most two tolerances, and off at all.
         let ratio = case.answer.claimed.J_kgm2 / case.answer.base.J_kgm2 - 1.0;
         assert!(ratio != 0.0 && ratio.abs() <= 2.0 * case.answer.tolerance);
@@ -77,11 +62,7 @@ fn pairs_and_triples_are_visible_and_outsiders_plainly() {
         for seed in 0..3 {
             let answer = draw(&spec(set), seed).answer;
             assert_eq!(answer.hidden.len(), number);
-            assert!(
-                answer.hidden.iter().all(|effect| effect.visibility >= 0.3),
-                "{:?}",
-                answer.hidden
-            );
+            assert!(answer.hidden.iter().all(|effect| effect.visibility >= 0.3), "{:?}", answer.hidden);
         }
     }
     for seed in 0..4 {
@@ -91,23 +72,15 @@ fn pairs_and_triples_are_visible_and_outsiders_plainly() {
 
 #[test]
 fn singles_range_from_barely_visible_to_large() {
-    let cases: Vec<_> = (0..60)
-        .map(|seed| draw(&spec(Set::Single), seed).answer)
-        .collect();
+    let cases: Vec<_> = (0..60).map(|seed| draw(&spec(Set::Single), seed).answer).collect();
     let visibility = |low: f64, high: f64| {
-        cases
-            .iter()
-            .filter(|answer| (low..high).contains(&answer.hidden[0].visibility))
-            .count()
+        cases.iter().filter(|answer| (low..high).contains(&answer.hidden[0].visibility)).count()
     };
     assert!(visibility(0.0, 1.0) >= 3, "{}", visibility(0.0, 1.0));
     assert!(visibility(10.0, f64::INFINITY) >= 10);
     let kinds: BTreeSet<&str> = cases.iter().map(|answer| answer.hidden[0].name).collect();
     assert!(kinds.len() > 20, "{kinds:?}");
-    let exact = cases
-        .iter()
-        .filter(|answer| answer.hidden[0].form_in_library)
-        .count();
+    let exact = cases.iter().filter(|answer| answer.hidden[0].form_in_library).count();
     assert!((35..60).contains(&exact), "{exact}");
 }
 
@@ -116,23 +89,15 @@ fn what_is_written_can_be_read_and_the_answer_stays_apart() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (out, answers) = (folder.path().join("cases"), folder.path().join("answers"));
     let run = |answers: &std::path::Path| {
-        let arguments = [
-            "truing", "cases", "--set", "single", "--count", "2", "--rows", "900", "--out",
-        ];
+        let arguments = ["truing", "cases", "--set", "single", "--count", "2", "--rows", "900", "--out"];
         let paths = [out.as_os_str(), "--answers".as_ref(), answers.as_os_str()];
         let all = arguments.iter().map(|a| a.as_ref()).chain(paths);
-        <cli::Cli as clap::Parser>::try_parse_from(all)
-            .expect("arguments")
-            .run()
+        <cli::Cli as clap::Parser>::try_parse_from(all).expect("arguments").run()
     };
     run(&answers).expect("cases");
     let model = truing::system::model::read(&out.join("case-00001/model.toml")).expect("model");
     assert!(model.known.is_empty());
-    assert!(
-        !std::fs::read_to_string(out.join("case-00001/model.toml"))
-            .expect("text")
-            .contains("hidden")
-    );
+    assert!(!std::fs::read_to_string(out.join("case-00001/model.toml")).expect("text").contains("hidden"));
     assert!(answers.join("case-00002.json").exists());
     let inside = out.join("answers");
     let error = run(&inside).expect_err("answers inside the cases");

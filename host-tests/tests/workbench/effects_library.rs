@@ -48,11 +48,9 @@ fn every_published_name_is_there() {
     for name in PUBLISHED {
         assert!(effects::find(name).is_some(), "{name} is missing");
     }
-    for (alias, name) in [
-        ("coulomb", "coulomb_friction"),
-        ("stribeck", "stribeck_friction"),
-        ("gravity_arm", "gravity"),
-    ] {
+    for (alias, name) in
+        [("coulomb", "coulomb_friction"), ("stribeck", "stribeck_friction"), ("gravity_arm", "gravity")]
+    {
         assert_eq!(effects::find(alias).unwrap().name, name);
     }
 }
@@ -61,22 +59,12 @@ fn every_published_name_is_there() {
 fn every_effect_is_complete() {
     for effect in LIBRARY {
         let name = effect.name;
-        for text in [
-            effect.summary,
-            effect.equation,
-            effect.source,
-            effect.signature,
-            effect.separated_by,
-        ] {
+        for text in [effect.summary, effect.equation, effect.source, effect.signature, effect.separated_by] {
             assert!(text.len() > 3, "{name}: an empty text");
         }
         assert!(!effect.confusable_with.contains(effect), "{name} is itself");
         for parameter in effect.parameters {
-            assert!(
-                parameter.lower < parameter.upper,
-                "{name} {}: bounds",
-                parameter.name
-            );
+            assert!(parameter.lower < parameter.upper, "{name} {}: bounds", parameter.name);
         }
         if let Some(steady) = effect.steady() {
             complete_in_tables(effect, steady);
@@ -158,10 +146,7 @@ fn with_effect(effect: &effects::Effect) -> Physics {
 fn the_integrators_own_error_is_small_beside_every_effect() {
     let without = readings(base(), STEPS);
     for effect in LIBRARY {
-        let (with, finer) = (
-            readings(with_effect(effect), STEPS),
-            readings(with_effect(effect), 8 * STEPS),
-        );
+        let (with, finer) = (readings(with_effect(effect), STEPS), readings(with_effect(effect), 8 * STEPS));
         let off = |other: &[f64]| {
             let square: f64 = with.iter().zip(other).map(|(a, b)| (a - b) * (a - b)).sum();
             square.sqrt()
@@ -183,15 +168,7 @@ fn every_effect_changes_the_reading() {
     let without = readings(base(), STEPS);
     for effect in LIBRARY {
         let with = readings(with_effect(effect), STEPS);
-        let change = with
-            .iter()
-            .zip(&without)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
-        assert!(
-            change > 0.5 && change.is_finite(),
-            "{} changes the reading by {change} rad/s",
-            effect.name
-        );
+        let change = with.iter().zip(&without).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(change > 0.5 && change.is_finite(), "{} changes the reading by {change} rad/s", effect.name);
     }
 }

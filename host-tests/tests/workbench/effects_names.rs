@@ -7,13 +7,7 @@ use std::path::{Path, PathBuf};
 use truing::system::effects::LIBRARY;
 
 /// Product code.
-const ROOMS: [&str; 5] = [
-    "src",
-    "workbench/src",
-    "xtask/src",
-    "host-tests/src",
-    "evaluation/src",
-];
+const ROOMS: [&str; 5] = ["src", "workbench/src", "xtask/src", "host-tests/src", "evaluation/src"];
 
 /// The library itself, and the reader of model files: `drive_gain` and `inertia` are keys and a kind of a model as well.
 const AT_HOME: [&str; 2] = ["workbench/src/system/effects", "workbench/src/system/model"];
@@ -33,11 +27,8 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
     let paths = entries.map(|entry| entry.unwrap().path());
     let (folders, files): (Vec<_>, Vec<_>) = paths.partition(|path| path.is_dir());
-    let rust = files
-        .into_iter()
-        .filter(|path| path.extension().is_some_and(|end| end == "rs"));
-    rust.chain(folders.iter().flat_map(|folder| self::files(folder)))
-        .collect()
+    let rust = files.into_iter().filter(|path| path.extension().is_some_and(|end| end == "rs"));
+    rust.chain(folders.iter().flat_map(|folder| self::files(folder))).collect()
 }
 
 /// The string literals of a stream, those of documentation and of what is compiled for tests alone left out.
@@ -82,9 +73,7 @@ fn skip_item(tokens: &mut impl Iterator<Item = TokenTree>) {
 
 /// The text of a literal, if it is a string.
 fn text(literal: &str) -> Option<String> {
-    syn::parse_str::<syn::LitStr>(literal)
-        .ok()
-        .map(|text| text.value())
+    syn::parse_str::<syn::LitStr>(literal).ok().map(|text| text.value())
 }
 
 /// Every place outside the library where a name of an effect stands as a string, as `path: name`.
@@ -111,12 +100,7 @@ fn strays() -> Vec<String> {
 #[test]
 fn no_effect_is_called_by_a_string_outside_the_library() {
     let strays = strays();
-    assert!(
-        strays.is_empty(),
-        "{} names; write effects::NAME instead:\n{}",
-        strays.len(),
-        strays.join("\n")
-    );
+    assert!(strays.is_empty(), "{} names; write effects::NAME instead:\n{}", strays.len(), strays.join("\n"));
 }
 
 /// The statics of type `Effect` in the library's files.
@@ -151,13 +135,6 @@ fn the_reader_sees_strings_and_neither_comments_nor_tests() {
     "##;
     let mut found = Vec::new();
     literals(source.parse().unwrap(), &mut found);
-    let expected = [
-        "cogging",
-        "{}",
-        "backlash",
-        "resistance",
-        "motor_gain",
-        "sensor_lag",
-    ];
+    let expected = ["cogging", "{}", "backlash", "resistance", "motor_gain", "sensor_lag"];
     assert_eq!(found, expected);
 }

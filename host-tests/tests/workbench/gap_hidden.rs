@@ -40,28 +40,14 @@ fn protocol(seed: u64) -> Vec<Row> {
         let wave = std::f64::consts::TAU * (x + shift);
         let (volts, bridge) = match (piece + seed as usize) % 6 {
             0 => (3.0 * (2.0 * wave).sin().asin(), Bridge::Driven),
-            1 => (
-                [2.0, 5.0, 9.0, 12.0, -4.0, -8.0, -12.0][(x * 7.0) as usize],
-                Bridge::Driven,
-            ),
+            1 => ([2.0, 5.0, 9.0, 12.0, -4.0, -8.0, -12.0][(x * 7.0) as usize], Bridge::Driven),
             2 if (x % 0.5) > 0.25 => (0.0, Bridge::Open),
             2 => (if x < 0.5 { 9.0 } else { -9.0 }, Bridge::Driven),
-            3 => (
-                if ((x * 14.0) as usize).is_multiple_of(2) {
-                    9.6
-                } else {
-                    -9.6
-                },
-                Bridge::Driven,
-            ),
+            3 => (if ((x * 14.0) as usize).is_multiple_of(2) { 9.6 } else { -9.6 }, Bridge::Driven),
             4 => (12.0 * (3.0 * wave).sin(), Bridge::Driven),
             _ => (5.0 * (12.0 * x * wave).sin(), Bridge::Driven),
         };
-        Row {
-            t: k as f64 * TICK,
-            command: Command::Volts(scale * volts),
-            bridge,
-        }
+        Row { t: k as f64 * TICK, command: Command::Volts(scale * volts), bridge }
     };
     (0..ROWS).map(row).collect()
 }
@@ -70,48 +56,22 @@ fn protocol(seed: u64) -> Vec<Row> {
 fn recorded(motor: &Motor, seed: u64) -> Dynamic {
     let rows = protocol(seed);
     let mut simulator = Simulator::new(motor.clone(), 1e-7, seed);
-    let truth = simulate(
-        &mut simulator,
-        &rows,
-        Window {
-            seconds: 4.0 * TICK,
-            causal: false,
-        },
-        false,
-    );
+    let truth = simulate(&mut simulator, &rows, Window { seconds: 4.0 * TICK, causal: false }, false);
     let mut rng = ChaCha8Rng::seed_from_u64(seed + 1000);
     let noise = Normal::new(0.0, SIGMA).unwrap();
     let volts = |row: &Row| {
-        if let Command::Volts(volts) = row.command {
-            volts
-        } else {
-            0.0
-        }
+        if let Command::Volts(volts) = row.command { volts } else { 0.0 }
     };
     let run = Run {
         id: 0,
         t_s: rows.iter().map(|row| row.t).collect(),
         input: rows.iter().map(volts).collect(),
-        bridge: rows
-            .iter()
-            .map(|row| if row.bridge == Bridge::Open { 0 } else { 1 })
-            .collect(),
+        bridge: rows.iter().map(|row| if row.bridge == Bridge::Open { 0 } else { 1 }).collect(),
         position: Some(truth.theta.clone()),
-        speed: Some(
-            truth
-                .seen
-                .iter()
-                .map(|omega| omega + noise.sample(&mut rng))
-                .collect(),
-        ),
+        speed: Some(truth.seen.iter().map(|omega| omega + noise.sample(&mut rng)).collect()),
         ..Run::default()
     };
-    Dynamic {
-        source: format!("run-{seed}.csv"),
-        input: Input::Voltage,
-        linear: false,
-        runs: vec![run],
-    }
+    Dynamic { source: format!("run-{seed}.csv"), input: Input::Voltage, linear: false, runs: vec![run] }
 }
 
 fn analysed(motor: &Motor, seed: u64) -> Outcome {
@@ -120,11 +80,7 @@ fn analysed(motor: &Motor, seed: u64) -> Outcome {
 }
 
 fn names(outcome: &Outcome) -> Vec<&str> {
-    outcome
-        .effects
-        .iter()
-        .map(|effect| effect.name.as_str())
-        .collect()
+    outcome.effects.iter().map(|effect| effect.name.as_str()).collect()
 }
 
 /// A named parameter lies within four of its standard deviations (and 3 %) of the truth.
@@ -148,10 +104,7 @@ fn close(outcome: &Outcome, effect: &str, parameter: &str, truth: f64) {
 fn closes(outcome: &Outcome) {
     let h = &outcome.holdout;
     assert!(h.rmse_before > 1.5 * SIGMA, "nothing to close: {h:?}");
-    assert!(
-        h.rmse_after < 1.06 * SIGMA && h.rmse_after > 0.94 * SIGMA,
-        "{h:?}"
-    );
+    assert!(h.rmse_after < 1.06 * SIGMA && h.rmse_after > 0.94 * SIGMA, "{h:?}");
     assert!((h.noise_floor / SIGMA - 1.0).abs() < 0.08, "{h:?}");
 }
 
@@ -166,11 +119,7 @@ fn a_model_inside_its_tolerance_misses_nothing() {
             names(&outcome)
         );
         assert!(outcome.holdout.rmse_after < 1.06 * SIGMA, "{:?}", outcome.holdout);
-        let shift = outcome
-            .within_tolerance
-            .iter()
-            .find(|shift| shift.parameter == "Ke_vs_per_rad")
-            .unwrap();
+        let shift = outcome.within_tolerance.iter().find(|shift| shift.parameter == "Ke_vs_per_rad").unwrap();
         assert!(
             (shift.shift_percent - 100.0 * (0.055 / 0.0556 - 1.0)).abs() < 4.0 * shift.std_percent + 0.3,
             "{shift:?}"
@@ -186,12 +135,7 @@ fn a_dead_zone_and_a_limit_are_both_named() {
     let outcome = analysed(&hidden, 21);
     let mut found = names(&outcome);
     found.sort_unstable();
-    assert_eq!(
-        found,
-        ["dead_zone_asymmetric", "voltage_saturation"],
-        "{:?}",
-        outcome.verdict
-    );
+    assert_eq!(found, ["dead_zone_asymmetric", "voltage_saturation"], "{:?}", outcome.verdict);
     assert_eq!(outcome.verdict, Verdict::Named);
     close(&outcome, "dead_zone_asymmetric", "pos_v", 0.8);
     close(&outcome, "dead_zone_asymmetric", "neg_v", 1.4);
@@ -205,19 +149,13 @@ fn friction_is_not_taken_for_a_dead_zone_nor_the_other_way_round() {
     let mut hidden = motor();
     hidden.friction.kinetic_nm = [0.02; 2];
     let outcome = analysed(&hidden, 31);
-    assert_eq!(
-        (outcome.verdict, names(&outcome)),
-        (Verdict::Named, vec!["coulomb_friction"])
-    );
+    assert_eq!((outcome.verdict, names(&outcome)), (Verdict::Named, vec!["coulomb_friction"]));
     close(&outcome, "coulomb_friction", "level_nm", 0.02);
     closes(&outcome);
     let mut hidden = motor();
     hidden.drive.dead_zone_v = [0.9; 2];
     let outcome = analysed(&hidden, 32);
-    assert_eq!(
-        (outcome.verdict, names(&outcome)),
-        (Verdict::Named, vec!["dead_zone"])
-    );
+    assert_eq!((outcome.verdict, names(&outcome)), (Verdict::Named, vec!["dead_zone"]));
     close(&outcome, "dead_zone", "half_width_v", 0.9);
     closes(&outcome);
 }
@@ -238,19 +176,13 @@ fn a_play_whose_teeth_throw_the_load_back_is_named() {
     let (gap_rad, share, rate) = (0.3, 0.45, 2300.0);
     let reduced = hidden.inertia * share * (1.0 - share);
     hidden.train = Train::Play {
-        split: Split {
-            inertia: share,
-            viscous: 0.0,
-        },
+        split: Split { inertia: share, viscous: 0.0 },
         gap_rad,
         stiffness: reduced * rate * rate,
         damping: 2.0 * 0.5 * reduced * rate,
     };
     let outcome = analysed(&hidden, 81);
-    assert_eq!(
-        (outcome.verdict, names(&outcome)),
-        (Verdict::Named, vec!["backlash"])
-    );
+    assert_eq!((outcome.verdict, names(&outcome)), (Verdict::Named, vec!["backlash"]));
     close(&outcome, "backlash", "gap_rad", gap_rad);
     close(&outcome, "backlash", "load_share", share);
     // Teeth that bounce part two simulations that differ by little: the gap closes nearly, not to the noise.
@@ -274,10 +206,7 @@ fn sprung(k: f64, rest: f64, cubic: f64) -> Motor {
 fn a_return_spring_is_named_with_its_rest_angle() {
     let (k, rest) = (1.5e-3, -9.0);
     let outcome = analysed(&sprung(k, rest, 0.0), 101);
-    assert_eq!(
-        (outcome.verdict, names(&outcome)),
-        (Verdict::Named, vec!["torsional_spring"])
-    );
+    assert_eq!((outcome.verdict, names(&outcome)), (Verdict::Named, vec!["torsional_spring"]));
     close(&outcome, "torsional_spring", "stiffness_nm_per_rad", k);
     close(&outcome, "torsional_spring", "rest_rad", rest);
     closes(&outcome);
@@ -287,10 +216,7 @@ fn a_return_spring_is_named_with_its_rest_angle() {
 fn a_return_spring_that_stiffens_is_named_with_its_cubic_part() {
     let (k, rest, cubic) = (6e-4, 5.0, 4e-6);
     let outcome = analysed(&sprung(k, rest, cubic), 111);
-    assert_eq!(
-        (outcome.verdict, names(&outcome)),
-        (Verdict::Named, vec!["torsional_spring"])
-    );
+    assert_eq!((outcome.verdict, names(&outcome)), (Verdict::Named, vec!["torsional_spring"]));
     close(&outcome, "torsional_spring", "stiffness_nm_per_rad", k);
     close(&outcome, "torsional_spring", "rest_rad", rest);
     close(&outcome, "torsional_spring", "cubic_nm_per_rad3", cubic);
@@ -300,27 +226,14 @@ fn a_return_spring_that_stiffens_is_named_with_its_cubic_part() {
 #[test]
 fn a_rectified_reading_with_an_offset_is_both() {
     let offset = 4.0;
-    let hidden = Motor {
-        tacho: Some(Tacho {
-            rectified: true,
-            ..Tacho::default()
-        }),
-        ..motor()
-    };
+    let hidden = Motor { tacho: Some(Tacho { rectified: true, ..Tacho::default() }), ..motor() };
     let shifted = |seed| {
         let mut log = recorded(&hidden, seed);
         let speed = log.runs[0].speed.as_mut().unwrap();
         speed.iter_mut().for_each(|reading| *reading += offset);
         log
     };
-    let outcome = gap::run(
-        &nominal(),
-        &shifted(91),
-        &[shifted(92)],
-        &Options::default(),
-        &|_| {},
-    )
-    .unwrap();
+    let outcome = gap::run(&nominal(), &shifted(91), &[shifted(92)], &Options::default(), &|_| {}).unwrap();
     assert_eq!(
         (outcome.verdict, names(&outcome)),
         (Verdict::Named, vec!["sensor_rectified", "sensor_offset"])
@@ -331,18 +244,11 @@ fn a_rectified_reading_with_an_offset_is_both() {
 
 #[test]
 fn a_base_parameter_that_a_further_effect_puts_right_is_dropped() {
-    let hidden = Motor {
-        inertia: 1.5 * motor().inertia,
-        torque_knee_a: 4.0,
-        ..motor()
-    };
+    let hidden = Motor { inertia: 1.5 * motor().inertia, torque_knee_a: 4.0, ..motor() };
     let outcome = analysed(&hidden, 95);
     let mut named = names(&outcome);
     named.sort_unstable();
-    assert_eq!(
-        (outcome.verdict, named),
-        (Verdict::Named, vec!["inertia", "kt_saturation"])
-    );
+    assert_eq!((outcome.verdict, named), (Verdict::Named, vec!["inertia", "kt_saturation"]));
     closes(&outcome);
 }
 
@@ -369,17 +275,9 @@ fn what_the_library_is_denied_is_not_explained_by_something_else_in_confidence()
     hidden.load.periodic_nm = 0.02;
     hidden.load.periodic_hz = 3.3;
     let (log, holdout) = (recorded(&hidden, 51), recorded(&hidden, 52));
-    let without = Options {
-        without: vec!["periodic_load".into()],
-        ..Options::default()
-    };
+    let without = Options { without: vec!["periodic_load".into()], ..Options::default() };
     let outcome = gap::run(&nominal(), &log, &[holdout], &without, &|_| {}).unwrap();
-    assert_eq!(
-        (outcome.verdict, names(&outcome).len()),
-        (Verdict::Unexplained, 0),
-        "{:?}",
-        names(&outcome)
-    );
+    assert_eq!((outcome.verdict, names(&outcome).len()), (Verdict::Unexplained, 0), "{:?}", names(&outcome));
     assert!(
         outcome.unexplained.structure.contains("periodic in time at 3.3"),
         "{}",
@@ -402,9 +300,7 @@ fn the_same_input_gives_the_same_result() {
 fn unusable_logs_end_in_one_sentence() {
     let log = recorded(&motor(), 71);
     let refused = |log: &Dynamic, holdouts: &[Dynamic]| {
-        gap::run(&nominal(), log, holdouts, &Options::default(), &|_| {})
-            .unwrap_err()
-            .to_string()
+        gap::run(&nominal(), log, holdouts, &Options::default(), &|_| {}).unwrap_err().to_string()
     };
     assert!(refused(&log, std::slice::from_ref(&log)).contains("a copy proves nothing"));
     let mut linear = log.clone();
@@ -424,16 +320,7 @@ fn unusable_logs_end_in_one_sentence() {
     let outcome = gap::run(&nominal(), &still, &[], &Options::default(), &|_| {}).unwrap();
     assert_eq!(outcome.verdict, Verdict::InsufficientExcitation);
     let mut rpm = log;
-    rpm.runs[0]
-        .speed
-        .as_mut()
-        .unwrap()
-        .iter_mut()
-        .for_each(|y| *y *= 60.0 / std::f64::consts::TAU);
+    rpm.runs[0].speed.as_mut().unwrap().iter_mut().for_each(|y| *y *= 60.0 / std::f64::consts::TAU);
     let outcome = gap::run(&nominal(), &rpm, &[], &Options::default(), &|_| {}).unwrap();
-    assert!(
-        outcome.notes.iter().any(|note| note.contains("rpm")),
-        "{:?}",
-        outcome.notes
-    );
+    assert!(outcome.notes.iter().any(|note| note.contains("rpm")), "{:?}", outcome.notes);
 }

@@ -20,26 +20,17 @@ fn model(text: &str) -> Model {
 }
 
 fn analysed(model: &Model, log: &Dynamic, holdouts: &[Dynamic], without: &[&str]) -> Outcome {
-    let options = Options {
-        without: without.iter().map(|name| (*name).to_owned()).collect(),
-        ..Options::default()
-    };
+    let options =
+        Options { without: without.iter().map(|name| (*name).to_owned()).collect(), ..Options::default() };
     gap::run(model, log, holdouts, &options, &|_| {}).unwrap()
 }
 
 fn names(outcome: &Outcome) -> Vec<&str> {
-    outcome
-        .effects
-        .iter()
-        .map(|effect| effect.name.as_str())
-        .collect()
+    outcome.effects.iter().map(|effect| effect.name.as_str()).collect()
 }
 
 fn between(value: f64, low: f64, high: f64) {
-    assert!(
-        (low..high).contains(&value),
-        "{value} is not between {low} and {high}"
-    );
+    assert!((low..high).contains(&value), "{value} is not between {low} and {high}");
 }
 
 /// The published mass, viscous friction and force constant of EMPS (Janot, Gautier, Brunot, 2019).
@@ -57,10 +48,7 @@ fn halves(log: &Dynamic) -> (Dynamic, Dynamic) {
         runs: vec![run.rows_between(from, to, 0)],
         ..log.clone()
     };
-    (
-        half(0, run.rows() / 2, "first half"),
-        half(run.rows() / 2, run.rows(), "second half"),
-    )
+    (half(0, run.rows() / 2, "first half"), half(run.rows() / 2, run.rows(), "second half"))
 }
 
 #[test]
@@ -74,12 +62,7 @@ fn emps_needs_friction_that_depends_on_the_direction() {
     let (identify, held_out) = halves(&record(&path, "u_v=u_V"));
     let outcome = analysed(&emps(), &identify, &[held_out], &[]);
     let found = names(&outcome);
-    let directed = [
-        "coulomb_asymmetric",
-        "viscous_asymmetric",
-        "constant_load",
-        "voltage_offset",
-    ];
+    let directed = ["coulomb_asymmetric", "viscous_asymmetric", "constant_load", "voltage_offset"];
     assert!(found.iter().any(|name| directed.contains(name)), "{found:?}");
     assert!(
         !found.contains(&"stribeck_friction") && outcome.verdict != Verdict::Unexplained,
@@ -146,21 +129,14 @@ fn the_micromouse_has_a_dead_zone_not_a_delay() {
     let holdouts = [read(&one), read(&five)];
     let mut log = read(&two);
     let outcome = analysed(&wheel, &log, &holdouts, &[]);
-    assert_eq!(
-        (outcome.verdict, names(&outcome)),
-        (Verdict::Named, vec!["dead_zone"])
-    );
+    assert_eq!((outcome.verdict, names(&outcome)), (Verdict::Named, vec!["dead_zone"]));
     between(outcome.effects[0].parameters["half_width_v"].value, 1.25, 1.45);
     between(outcome.holdout.fit_percent_after, 79.0, 86.0);
-    log.runs
-        .extend(read(&ten).runs.into_iter().map(|run| Run { id: 1, ..run }));
+    log.runs.extend(read(&ten).runs.into_iter().map(|run| Run { id: 1, ..run }));
     let outcome = analysed(&wheel, &log, &holdouts, &[]);
     let found = names(&outcome);
     assert_eq!(outcome.verdict, Verdict::Named, "{found:?}");
-    assert!(
-        found.contains(&"dead_zone") && !found.contains(&"transport_delay"),
-        "{found:?}"
-    );
+    assert!(found.contains(&"dead_zone") && !found.contains(&"transport_delay"), "{found:?}");
     // The break-away that the sweep shows brings 84.6 %, which is not the fifth that a richer form must remove (decision 0240).
     between(outcome.holdout.fit_percent_after, 79.0, 90.0);
 }

@@ -31,9 +31,7 @@ fn assert_stopped(bench: &ExecBench, said: &Said, log: Option<&str>) {
     assert_eq!(bench.text("motor.end"), "bridge 0");
     bench.assert_clean();
     let Some(log) = log else { return };
-    let config = axis_file::read(&bench.path("axis.toml"))
-        .expect("the axis")
-        .config;
+    let config = axis_file::read(&bench.path("axis.toml")).expect("the axis").config;
     let tape = Tape::read(&bench.path(log), &config).expect("a log that can be read");
     assert!(matches!(tape.commands.last(), Some((_, Command::Stop))));
     let last = tape.traces.last().expect("a row");
@@ -55,10 +53,7 @@ fn every_command_that_moves_a_motor_is_stopped() {
     let sine = ["--profile", "voltage_sine:6,1,60"];
     let commands: [(&[&str], Option<&str>); 4] = [
         (&["track", sine[0], sine[1], "--log", "run.csv"], Some("run.csv")),
-        (
-            &["move", "--by", "1", "--budget-s", "60", "--log", "run.csv"],
-            Some("run.csv"),
-        ),
+        (&["move", "--by", "1", "--budget-s", "60", "--log", "run.csv"], Some("run.csv")),
         (&["capture", sine[0], sine[1], "--out", "capture.csv"], None),
         (&["monitor", "--fast", sine[0], sine[1]], None),
     ];
@@ -75,10 +70,7 @@ fn a_motor_that_hangs_keeps_nobody_alive() {
     for signals in [1, 2] {
         let bench = ExecBench::default();
         let command = ["commission", "--budget-s", "60", "--log", "run.csv"];
-        let child = bench
-            .command(&command, "2 1500 hang")
-            .spawn()
-            .expect("the program runs");
+        let child = bench.command(&command, "2 1500 hang").spawn().expect("the program runs");
         bench.wait_for_file("motor.hangs");
         let begin = Instant::now();
         for signal in 0..signals {

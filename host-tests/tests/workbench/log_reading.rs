@@ -31,33 +31,20 @@ fn columns_come_in_any_order_and_in_si_units() {
     assert_eq!((log.input, log.linear, log.rows()), (Input::Voltage, false, 40));
     assert!((log.runs[0].t_s[3] - 0.003).abs() < 1e-12);
     assert!((log.runs[0].speed.as_ref().unwrap()[0] - std::f64::consts::TAU).abs() < 1e-12);
-    assert_eq!(
-        log.runs[0].bridge,
-        vec![1; 40],
-        "an absent bridge column means driven throughout"
-    );
+    assert_eq!(log.runs[0].bridge, vec![1; 40], "an absent bridge column means driven throughout");
 }
 
 #[test]
 fn a_duty_is_multiplied_by_the_supply_of_its_row() {
-    let log = dynamic(
-        &rows("t_s,duty,vbus_v,theta_rad", |k| {
-            format!("{},-0.5,{},0", k as f64 * 1e-3, 10 + k)
-        }),
-        "",
-    );
+    let log =
+        dynamic(&rows("t_s,duty,vbus_v,theta_rad", |k| format!("{},-0.5,{},0", k as f64 * 1e-3, 10 + k)), "");
     assert_eq!(log.runs[0].input[4], -7.0);
 }
 
 #[test]
 fn foreign_headers_are_mapped_with_factors() {
-    let text = rows("zeit,pwm,batt,left_rpm", |k| {
-        format!("{},-128,8.0,{k}", k as f64 * 1e-3)
-    });
-    let log = dynamic(
-        &text,
-        "t_s=zeit,duty=pwm*0.00390625,vbus_v=batt,omega_rad_s=left_rpm*0.104720",
-    );
+    let text = rows("zeit,pwm,batt,left_rpm", |k| format!("{},-128,8.0,{k}", k as f64 * 1e-3));
+    let log = dynamic(&text, "t_s=zeit,duty=pwm*0.00390625,vbus_v=batt,omega_rad_s=left_rpm*0.104720");
     assert!((log.runs[0].input[0] + 4.0).abs() < 1e-12);
     assert!((log.runs[0].speed.as_ref().unwrap()[10] - 0.104720 * 10.0).abs() < 1e-12);
 }
@@ -76,14 +63,9 @@ fn an_absent_or_ignored_time_makes_a_steady_state_table() {
 
 #[test]
 fn runs_start_anew_with_their_own_time() {
-    let text = rows("run,t_s,force_n,q_m", |k| {
-        format!("{},{},1,0", k / 20, (k % 20) as f64)
-    });
+    let text = rows("run,t_s,force_n,q_m", |k| format!("{},{},1,0", k / 20, (k % 20) as f64));
     let log = dynamic(&text, "");
-    assert_eq!(
-        (log.runs.len(), log.runs[1].id, log.input, log.linear),
-        (2, 1, Input::Force, true)
-    );
+    assert_eq!((log.runs.len(), log.runs[1].id, log.input, log.linear), (2, 1, Input::Force, true));
 }
 
 #[test]
@@ -98,65 +80,21 @@ fn every_defect_is_named_with_its_place_and_remedy() {
         ("t_s,u_v,theta_rad\n".into(), "", &["no rows"]),
         ("1,2,3\n4,5,6\n".into(), "", &["line 1", "header line"]),
         (broken(39, "0.039,1"), "", &["line 42", "truncated"]),
-        (
-            broken(5, "0.005,abc,0"),
-            "",
-            &["line 8", "u_v", "abc", "not a number"],
-        ),
+        (broken(5, "0.005,abc,0"), "", &["line 8", "u_v", "abc", "not a number"]),
         (broken(5, "0.005,NaN,0"), "", &["line 8", "u_v", "finite"]),
         (broken(5, "0.005,,0"), "", &["line 8", "u_v"]),
-        (
-            broken(5, "0.004,1,0"),
-            "",
-            &["line 8", "time does not increase", "run"],
-        ),
-        (
-            rows("t_s,theta_rad", |k| format!("{k},0")),
-            "",
-            &["line 1", "input", "u_v"],
-        ),
-        (
-            rows("t_s,u_kv,theta_rad", good),
-            "",
-            &["`u_kv`", "unknown unit", "--columns"],
-        ),
-        (
-            rows("t_s,u_v", |k| format!("{k},0")),
-            "",
-            &["output", "theta_rad"],
-        ),
+        (broken(5, "0.004,1,0"), "", &["line 8", "time does not increase", "run"]),
+        (rows("t_s,theta_rad", |k| format!("{k},0")), "", &["line 1", "input", "u_v"]),
+        (rows("t_s,u_kv,theta_rad", good), "", &["`u_kv`", "unknown unit", "--columns"]),
+        (rows("t_s,u_v", |k| format!("{k},0")), "", &["output", "theta_rad"]),
         (rows("t_s,duty,theta_rad", good), "", &["vbus_v"]),
-        (
-            rows("t_s,duty,vbus_v,theta_rad", |k| format!("{k},1.5,12,0")),
-            "",
-            &["line 3", "duty", "outside"],
-        ),
-        (
-            rows("t_s,u_v,theta_rad,bridge", |k| format!("{k},1,0,7")),
-            "",
-            &["line 3", "bridge", "7"],
-        ),
-        (
-            rows("t_s,u_v,q_m,omega_rad_s", |k| format!("{k},1,0,0")),
-            "",
-            &["rad and m"],
-        ),
-        (
-            rows("t_s,u_v,theta_rad,theta_deg", |k| format!("{k},1,0,0")),
-            "",
-            &["same quantity", "theta_deg"],
-        ),
-        (
-            "t_s,u_v,theta_rad\n0,1,0\n1,1,0\n".into(),
-            "",
-            &["2 rows", "at least 20"],
-        ),
+        (rows("t_s,duty,vbus_v,theta_rad", |k| format!("{k},1.5,12,0")), "", &["line 3", "duty", "outside"]),
+        (rows("t_s,u_v,theta_rad,bridge", |k| format!("{k},1,0,7")), "", &["line 3", "bridge", "7"]),
+        (rows("t_s,u_v,q_m,omega_rad_s", |k| format!("{k},1,0,0")), "", &["rad and m"]),
+        (rows("t_s,u_v,theta_rad,theta_deg", |k| format!("{k},1,0,0")), "", &["same quantity", "theta_deg"]),
+        ("t_s,u_v,theta_rad\n0,1,0\n1,1,0\n".into(), "", &["2 rows", "at least 20"]),
         ("u_v,omega_rad_s\n0,1\n".into(), "", &["1 points"]),
-        (
-            rows(header, good),
-            "u_v=missing",
-            &["--columns", "`missing`", "t_s, u_v"],
-        ),
+        (rows(header, good), "u_v=missing", &["--columns", "`missing`", "t_s, u_v"]),
         (rows(header, good), "u_volt=u_v", &["`u_volt`", "nearest"]),
         (rows(header, good), "u_v", &["--columns", "OUR_NAME=FILE_NAME"]),
         (rows(header, good), "u_v=u_v*0", &["factor"]),
@@ -168,8 +106,7 @@ fn every_defect_is_named_with_its_place_and_remedy() {
             assert!(message.contains(part), "`{part}` is not in: {message}");
         }
     }
-    let unreadable = log::read(std::path::Path::new("no/such.csv"), &Columns::default())
-        .unwrap_err()
-        .to_string();
+    let unreadable =
+        log::read(std::path::Path::new("no/such.csv"), &Columns::default()).unwrap_err().to_string();
     assert!(unreadable.contains("no/such.csv") && unreadable.contains("check the path"));
 }

@@ -51,66 +51,28 @@ fn defect(text: &str) -> String {
 #[test]
 fn every_key_of_the_format_is_read() {
     let model = read(MOTOR);
-    let Kind::DcMotor {
-        r_ohm, l_h, j_kgm2, ..
-    } = model.kind
-    else {
-        panic!("not a motor")
-    };
-    assert_eq!(
-        (r_ohm, l_h, j_kgm2, model.gear_ratio),
-        (1.522, 0.0021, 0.001039, 20.0)
-    );
-    assert_eq!(
-        (model.tolerance("R_ohm"), model.tolerance("J_kgm2")),
-        (0.03, 0.10)
-    );
-    assert_eq!(
-        (model.supply_nominal_v, model.supply_limit_v),
-        (Some(24.0), Some(22.0))
-    );
+    let Kind::DcMotor { r_ohm, l_h, j_kgm2, .. } = model.kind else { panic!("not a motor") };
+    assert_eq!((r_ohm, l_h, j_kgm2, model.gear_ratio), (1.522, 0.0021, 0.001039, 20.0));
+    assert_eq!((model.tolerance("R_ohm"), model.tolerance("J_kgm2")), (0.03, 0.10));
+    assert_eq!((model.supply_nominal_v, model.supply_limit_v), (Some(24.0), Some(22.0)));
     let encoder = model.encoder.unwrap();
     assert_eq!((encoder.counts_per_rev, encoder.side), (4096.0, Side::Load));
     assert_eq!(model.sensors.speed, SpeedSensor::EncoderDifferenceCentred);
-    assert_eq!(
-        (model.sensors.speed_window_s, model.sensors.current_logged),
-        (0.008, Some(true))
-    );
+    assert_eq!((model.sensors.speed_window_s, model.sensors.current_logged), (0.008, Some(true)));
     let names: Vec<&str> = model.known.iter().map(|known| known.effect.name).collect();
     assert_eq!(names, ["coulomb_friction", "voltage_saturation"]);
-    assert_eq!(
-        (model.known[0].values[0], model.known[0].stds[0]),
-        (0.008, Some(0.0003))
-    );
-    assert_eq!(
-        model.known[1].values,
-        [20.0, 0.0],
-        "an absent softness is a hard knee"
-    );
-    assert!(
-        model
-            .texts
-            .contains(&("model".into(), "equation".into(), "kept".into()))
-    );
+    assert_eq!((model.known[0].values[0], model.known[0].stds[0]), (0.008, Some(0.0003)));
+    assert_eq!(model.known[1].values, [20.0, 0.0], "an absent softness is a hard knee");
+    assert!(model.texts.contains(&("model".into(), "equation".into(), "kept".into())));
     let plant = model.physics();
-    assert_eq!(
-        (plant.friction_pos, plant.friction_neg, plant.limit),
-        (0.008, 0.008, 20.0)
-    );
+    assert_eq!((plant.friction_pos, plant.friction_neg, plant.limit), (0.008, 0.008, 20.0));
 }
 
 #[test]
 fn the_default_tolerance_is_five_percent_and_the_default_kind_a_motor() {
     let model = read("schema = \"truing-model/1\"\n[motor]\nR_ohm=1\nKt_nm_per_a=0.1\nJ_kgm2=1e-4\n");
-    assert_eq!(
-        (model.tolerance("R_ohm"), model.sensors.speed),
-        (0.05, SpeedSensor::Unknown)
-    );
-    assert_eq!(
-        model.parameters()[3],
-        ("Ke_vs_per_rad", 0.1),
-        "in SI units Ke is Kt"
-    );
+    assert_eq!((model.tolerance("R_ohm"), model.sensors.speed), (0.05, SpeedSensor::Unknown));
+    assert_eq!(model.parameters()[3], ("Ke_vs_per_rad", 0.1), "in SI units Ke is Kt");
 }
 
 #[test]
@@ -124,67 +86,28 @@ fn other_kinds_have_their_own_parameters() {
         "schema=\"truing-model/1\"\n[model]\nkind=\"inertia\"\nfitted_to_log=true\n[motor]\nmass_kg=95\nviscous=203\ndrive_gain=35.15\ndrive_gain_unit=\"N/V\"\n[known.coulomb_friction]\nlevel_n=20\n",
     );
     assert!(axis.linear() && axis.fitted_to_log);
-    assert_eq!(
-        (axis.physics().force_gain, axis.physics().friction_pos),
-        (35.15, 20.0)
-    );
+    assert_eq!((axis.physics().force_gain, axis.physics().friction_pos), (35.15, 20.0));
 }
 
 #[test]
 fn every_defect_is_named_with_its_place_and_remedy() {
     let changed = |from: &str, to: &str| MOTOR.replace(from, to);
     let cases: Vec<(String, &[&str])> = vec![
-        (
-            changed("J_kgm2 = 0.001039", "J_kgm2 = -0.001"),
-            &["line 12", "[motor] J_kgm2", "greater than 0"],
-        ),
-        (
-            changed("R_ohm = 1.522", "R_ohm = \"1.5\""),
-            &["[motor] R_ohm", "number"],
-        ),
+        (changed("J_kgm2 = 0.001039", "J_kgm2 = -0.001"), &["line 12", "[motor] J_kgm2", "greater than 0"]),
+        (changed("R_ohm = 1.522", "R_ohm = \"1.5\""), &["[motor] R_ohm", "number"]),
         (changed("R_ohm = 1.522\n", ""), &["[motor] R_ohm", "missing"]),
         (changed("L_h = 0.0021", "L_h = nan"), &["[motor] L_h", "finite"]),
-        (
-            changed("b_nms_per_rad", "b_nms"),
-            &["[motor] b_nms", "no known key", "b_nms_per_rad"],
-        ),
-        (
-            changed("[supply]", "[suply]"),
-            &["suply", "no known section", "[supply]"],
-        ),
-        (
-            changed("kind = \"dc_motor\"", "kind = \"dcmotor\""),
-            &["[model] kind", "dcmotor", "dc_motor"],
-        ),
-        (
-            changed("side = \"output\"", "side = \"left\""),
-            &["[encoder] side", "left"],
-        ),
-        (
-            changed("[known.coulomb]", "[known.coulom_friction]"),
-            &["coulom_friction", "coulomb_friction"],
-        ),
-        (
-            changed("level_nm = 0.008", "level = 0.008"),
-            &["[known.coulomb] level", "level_nm"],
-        ),
-        (
-            changed("level_nm = 0.008", "level_nm = -1"),
-            &["[known.coulomb] level_nm", "magnitude"],
-        ),
-        (
-            changed("truing-model/1", "truing-model/9"),
-            &["truing-model/9", "truing-model/1"],
-        ),
-        (
-            changed("schema = \"truing-model/1\"\n", ""),
-            &["schema", "missing"],
-        ),
+        (changed("b_nms_per_rad", "b_nms"), &["[motor] b_nms", "no known key", "b_nms_per_rad"]),
+        (changed("[supply]", "[suply]"), &["suply", "no known section", "[supply]"]),
+        (changed("kind = \"dc_motor\"", "kind = \"dcmotor\""), &["[model] kind", "dcmotor", "dc_motor"]),
+        (changed("side = \"output\"", "side = \"left\""), &["[encoder] side", "left"]),
+        (changed("[known.coulomb]", "[known.coulom_friction]"), &["coulom_friction", "coulomb_friction"]),
+        (changed("level_nm = 0.008", "level = 0.008"), &["[known.coulomb] level", "level_nm"]),
+        (changed("level_nm = 0.008", "level_nm = -1"), &["[known.coulomb] level_nm", "magnitude"]),
+        (changed("truing-model/1", "truing-model/9"), &["truing-model/9", "truing-model/1"]),
+        (changed("schema = \"truing-model/1\"\n", ""), &["schema", "missing"]),
         (changed("[supply]", "[supply"), &["line 18", "TOML"]),
-        (
-            changed("default = 0.03", "default = -0.03"),
-            &["[tolerance] default", "negative"],
-        ),
+        (changed("default = 0.03", "default = -0.03"), &["[tolerance] default", "negative"]),
     ];
     for (text, wanted) in cases {
         let message = defect(&text);
@@ -193,9 +116,7 @@ fn every_defect_is_named_with_its_place_and_remedy() {
             assert!(message.contains(part), "`{part}` is not in: {message}");
         }
     }
-    let unreadable = model::read(std::path::Path::new("no/such.toml"))
-        .unwrap_err()
-        .to_string();
+    let unreadable = model::read(std::path::Path::new("no/such.toml")).unwrap_err().to_string();
     assert!(unreadable.contains("no/such.toml"));
 }
 
@@ -216,26 +137,10 @@ fn a_mistyped_text_key_or_value_is_named_with_its_line() {
         (changed("kind = ", "knid = "), "line 5: [model] knid", "kind"),
         (changed("speed = ", "sped = "), "line 25: [sensors] sped", "speed"),
         (changed("side = ", "sde = "), "line 23: [encoder] sde", "side"),
-        (
-            changed("origin = ", "orgin = "),
-            "line 34: [known.coulomb] orgin",
-            "origin",
-        ),
-        (
-            changed("R_ohm = 1.522", "R_ohn = \"1.5\""),
-            "line 8: [motor] R_ohn",
-            "R_ohm",
-        ),
-        (
-            changed(speed, "speed = \"encoder_diference\""),
-            "line 25",
-            "encoder_difference_centred",
-        ),
-        (
-            changed(speed, "speed = \"difference\""),
-            "line 25",
-            "encoder_difference_causal",
-        ),
+        (changed("origin = ", "orgin = "), "line 34: [known.coulomb] orgin", "origin"),
+        (changed("R_ohm = 1.522", "R_ohn = \"1.5\""), "line 8: [motor] R_ohn", "R_ohm"),
+        (changed(speed, "speed = \"encoder_diference\""), "line 25", "encoder_difference_centred"),
+        (changed(speed, "speed = \"difference\""), "line 25", "encoder_difference_causal"),
         (changed("[model]\nkind", "kind"), "kind", "[model]"),
         (
             changed("[sensors]", "[sensor]\nspeed = \"x\"\n[sensors]").replace(speed, ""),
@@ -244,10 +149,7 @@ fn a_mistyped_text_key_or_value_is_named_with_its_line() {
         ),
     ];
     for (message, place, near) in cases {
-        assert!(
-            message.contains(place) && message.contains(near),
-            "{place}: {message}"
-        );
+        assert!(message.contains(place) && message.contains(near), "{place}: {message}");
     }
 }
 
@@ -261,18 +163,13 @@ fn a_text_in_words_of_its_own_is_kept() {
         "[sensors]\nspeed = \"tacho\"\n",
     ];
     for text in own {
-        read(&format!(
-            "schema = \"truing-model/1\"\n[motor]\nR_ohm=1\nKt_nm_per_a=0.1\nJ_kgm2=1e-4\n{text}"
-        ));
+        read(&format!("schema = \"truing-model/1\"\n[motor]\nR_ohm=1\nKt_nm_per_a=0.1\nJ_kgm2=1e-4\n{text}"));
     }
 }
 
 #[test]
 fn several_wrong_keys_are_told_at_once() {
     let message = defect(&MOTOR.replace("kind = ", "knid = ").replace("L_h", "no_load_rpm"));
-    assert!(
-        message.contains("knid") && message.contains("no_load_rpm"),
-        "{message}"
-    );
+    assert!(message.contains("knid") && message.contains("no_load_rpm"), "{message}");
     assert!(message.contains("the known ones are R_ohm, L_h"), "{message}");
 }

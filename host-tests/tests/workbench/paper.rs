@@ -12,14 +12,7 @@ fn the_servo_model_shows_the_figures_that_closed_forms_demand() {
     let servo = paper::servo();
     assert!(failing(&servo).is_empty(), "{:#?}", failing(&servo));
     assert!(servo.checks.len() >= 13, "peaks, crossings, speeds");
-    let found = |claim: &str| {
-        &servo
-            .checks
-            .iter()
-            .find(|c| c.claim.contains(claim))
-            .expect(claim)
-            .found
-    };
+    let found = |claim: &str| &servo.checks.iter().find(|c| c.claim.contains(claim)).expect(claim).found;
     assert_eq!(found("9 V sine, behind"), "7.8 V");
     assert_eq!(found("9 V step, behind"), "7.8 V");
     assert_eq!(found("Table 3.2's own 10 V"), "8.8 V");
@@ -28,17 +21,9 @@ fn the_servo_model_shows_the_figures_that_closed_forms_demand() {
 #[test]
 fn three_scopes_are_drawn_for_every_input() {
     let servo = paper::servo();
-    assert_eq!(
-        servo.plots.len(),
-        6,
-        "three inputs, a plot of the voltages and one of the speed each"
-    );
+    assert_eq!(servo.plots.len(), 6, "three inputs, a plot of the voltages and one of the speed each");
     for pair in servo.plots.chunks(2) {
-        let labels: Vec<&str> = pair
-            .iter()
-            .flat_map(|p| &p.series)
-            .map(|s| s.label.as_str())
-            .collect();
+        let labels: Vec<&str> = pair.iter().flat_map(|p| &p.series).map(|s| s.label.as_str()).collect();
         for scope in ["before the dead zone", "behind the dead zone", "speed"] {
             assert!(labels.contains(&scope), "{labels:?}");
         }
@@ -68,31 +53,15 @@ fn the_contradictions_are_found_from_the_tables() {
     ] {
         assert!(!check(wrong).holds, "{wrong}: {}", check(wrong).found);
     }
+    assert!(check("parameters describe").found.contains("98.79 rpm/V from the parameters, 225.6 rpm/V"));
     assert!(
-        check("parameters describe")
-            .found
-            .contains("98.79 rpm/V from the parameters, 225.6 rpm/V")
-    );
-    assert!(
-        check("9 V and 6 rad/s")
-            .found
-            .contains("10.0 V · sin(1.000 t − 0.200), rms deviation 0.04 V"),
+        check("9 V and 6 rad/s").found.contains("10.0 V · sin(1.000 t − 0.200), rms deviation 0.04 V"),
         "{:?}",
         check("9 V and 6")
     );
-    assert!(
-        check("at once")
-            .found
-            .contains("2.0 V there, and 9.0 V from 1.0 s"),
-        "{:?}",
-        check("at once")
-    );
+    assert!(check("at once").found.contains("2.0 V there, and 9.0 V from 1.0 s"), "{:?}", check("at once"));
     assert!(check("saturates").found.contains("6.79 V"));
-    assert!(
-        check("shows a dead zone").found.contains("-0.06 V"),
-        "{:?}",
-        check("shows a dead zone")
-    );
+    assert!(check("shows a dead zone").found.contains("-0.06 V"), "{:?}", check("shows a dead zone"));
     let table: String = claims.tables[0].rows.concat().join(" ");
     for figure in [
         "10.34 rad/s/V",

@@ -38,10 +38,7 @@ fn relative_change(plant: &Physics, per: usize) -> f64 {
 #[test]
 fn halving_the_step_changes_less_than_a_hundredth_of_a_percent() {
     for inductance in [0.0, 1e-6, 2.1e-4, 2.1e-3, 2.1e-2] {
-        let plant = Physics {
-            inductance,
-            ..motor()
-        };
+        let plant = Physics { inductance, ..motor() };
         let change = relative_change(&plant, 4);
         assert!(change < 1e-4, "L = {inductance} H: {change:.2e}");
         assert!(change > 0.0, "the comparison compares nothing");
@@ -73,14 +70,8 @@ fn the_step_response_is_the_closed_form_of_two_poles() {
 
 #[test]
 fn a_stiff_winding_needs_no_small_steps() {
-    let slow = Physics {
-        inductance: 1e-9,
-        ..motor()
-    };
-    let none = Physics {
-        inductance: 0.0,
-        ..motor()
-    };
+    let slow = Physics { inductance: 1e-9, ..motor() };
+    let none = Physics { inductance: 0.0, ..motor() };
     let difference = rms(speeds(&slow, 1).iter().zip(&speeds(&none, 1)).map(|(a, b)| a - b));
     assert!(difference < 1e-4, "{difference}");
 }
@@ -109,37 +100,21 @@ fn friction_holds_the_axis_and_brakes_a_coast_down_linearly() {
         axis.step(0.0, 0, 1e-4);
     }
     let braked = before - axis.state().omega;
-    assert!(
-        (braked - 0.02 / plant.inertia * 0.01).abs() < 1e-6 * before,
-        "{braked}"
-    );
+    assert!((braked - 0.02 / plant.inertia * 0.01).abs() < 1e-6 * before, "{braked}");
 }
 
 #[test]
 fn dead_zone_limit_delay_and_lag_stand_in_the_order_of_the_chain() {
-    let plant = Physics {
-        dead_pos: 1.0,
-        dead_neg: 0.5,
-        limit: 5.0,
-        drive_gain: 2.0,
-        drive_offset: 0.1,
-        ..motor()
-    };
+    let plant =
+        Physics { dead_pos: 1.0, dead_neg: 0.5, limit: 5.0, drive_gain: 2.0, drive_offset: 0.1, ..motor() };
     assert_eq!(plant.applied(1.0), 1.1);
     assert_eq!(plant.applied(-0.25), 0.0);
     assert_eq!(plant.applied(-1.0), -1.4);
     assert_eq!(plant.applied(4.0), 5.0);
-    let soft = Physics {
-        limit: 5.0,
-        limit_softness: 0.2,
-        ..motor()
-    };
+    let soft = Physics { limit: 5.0, limit_softness: 0.2, ..motor() };
     assert!((soft.applied(5.0) - 5.0 / 2f64.powf(0.2)).abs() < 1e-12 && soft.applied(500.0) <= 5.0);
 
-    let delayed = Physics {
-        delay_s: 2.5e-3,
-        ..motor()
-    };
+    let delayed = Physics { delay_s: 2.5e-3, ..motor() };
     let (mut late, mut prompt) = (Motor::new(delayed, 4096.0), Motor::new(motor(), 4096.0));
     let mut behind = Vec::new();
     let mut ahead = Vec::new();
@@ -150,30 +125,17 @@ fn dead_zone_limit_delay_and_lag_stand_in_the_order_of_the_chain() {
     for k in 5..400 {
         assert!((behind[k] - ahead[k - 5]).abs() < 1e-9, "five steps late");
     }
-    let mut lagged = Motor::new(
-        Physics {
-            lag_s: 0.02,
-            ..motor()
-        },
-        4096.0,
-    );
+    let mut lagged = Motor::new(Physics { lag_s: 0.02, ..motor() }, 4096.0);
     let mut last = 0.0;
     for _ in 0..1500 {
         last = lagged.step(6.0, 1, 1e-3).omega_rad_s;
     }
-    assert!(
-        (last - 6.0 * motor().dc_gain()).abs() < 0.1,
-        "the lag changes no steady state"
-    );
+    assert!((last - 6.0 * motor().dc_gain()).abs() < 0.1, "the lag changes no steady state");
 }
 
 #[test]
 fn play_on_the_load_side_is_lost_motion() {
-    let plant = Physics {
-        gap_rad: 0.1,
-        encoder_at_load: true,
-        ..motor()
-    };
+    let plant = Physics { gap_rad: 0.1, encoder_at_load: true, ..motor() };
     let mut axis = Motor::new(plant, 1e6);
     for _ in 0..200 {
         axis.step(3.0, 1, 1e-3);
@@ -187,29 +149,16 @@ fn play_on_the_load_side_is_lost_motion() {
 
 #[test]
 fn a_gap_with_a_heavy_load_keeps_momentum_and_a_spring_rings_at_its_resonance() {
-    let gap = Physics {
-        gap_rad: 0.2,
-        load_share: 0.5,
-        viscous: 0.0,
-        ..motor()
-    };
+    let gap = Physics { gap_rad: 0.2, load_share: 0.5, viscous: 0.0, ..motor() };
     let mut axis = Motor::new(gap, 1e6);
     axis.step(12.0, 1, 1e-3);
     for _ in 0..3000 {
         axis.step(0.0, 0, 1e-4);
     }
     let (motor_speed, load_speed) = (axis.state().omega, axis.state().omega_load);
-    assert!(
-        (motor_speed - load_speed).abs() < 1e-6 * motor_speed,
-        "inelastic contact ends in one speed"
-    );
+    assert!((motor_speed - load_speed).abs() < 1e-6 * motor_speed, "inelastic contact ends in one speed");
 
-    let spring = Physics {
-        stiffness: 5.0,
-        load_share: 0.4,
-        viscous: 0.0,
-        ..motor()
-    };
+    let spring = Physics { stiffness: 5.0, load_share: 0.4, viscous: 0.0, ..motor() };
     let resonance = spring.resonance_rad_s();
     let mut axis = Motor::new(spring, 1e6);
     axis.step(12.0, 1, 1e-3);
@@ -232,28 +181,15 @@ fn a_gap_with_a_heavy_load_keeps_momentum_and_a_spring_rings_at_its_resonance() 
 
 #[test]
 fn current_limit_heat_brushes_and_supply_act_on_the_current() {
-    let limited = Physics {
-        current_limit: 2.0,
-        ..motor()
-    };
+    let limited = Physics { current_limit: 2.0, ..motor() };
     let mut axis = Motor::new(limited, 4096.0);
     for _ in 0..100 {
         assert!(axis.step(12.0, 1, 1e-3).current_a.abs() <= 2.0 + 1e-9);
     }
-    let blocked = Physics {
-        drop_v: 1.0,
-        ..motor()
-    };
+    let blocked = Physics { drop_v: 1.0, ..motor() };
     let mut axis = Motor::new(blocked, 4096.0);
-    assert_eq!(
-        axis.step(0.9, 1, 0.1).omega_rad_s,
-        0.0,
-        "below the drop no current flows"
-    );
-    let sagging = Physics {
-        source_ohm: 0.5,
-        ..motor()
-    };
+    assert_eq!(axis.step(0.9, 1, 0.1).omega_rad_s, 0.0, "below the drop no current flows");
+    let sagging = Physics { source_ohm: 0.5, ..motor() };
     let mut axis = Motor::new(sagging, 4096.0);
     for _ in 0..2000 {
         axis.step_duty(0.8, 1, 1e-3);
@@ -262,23 +198,15 @@ fn current_limit_heat_brushes_and_supply_act_on_the_current() {
     assert!(
         answer.supply_v < 11.99 && (answer.supply_v - (12.0 - 0.5 * 0.8 * answer.current_a)).abs() < 1e-6
     );
-    let hot = Physics {
-        heat_rise_per_w: 0.01,
-        heat_time_s: 0.5,
-        friction_pos: 1.0,
-        friction_neg: 1.0,
-        ..motor()
-    };
+    let hot =
+        Physics { heat_rise_per_w: 0.01, heat_time_s: 0.5, friction_pos: 1.0, friction_neg: 1.0, ..motor() };
     let mut axis = Motor::new(hot, 4096.0);
     for _ in 0..5000 {
         axis.step(6.0, 1, 1e-3);
     }
     // Stalled and settled: R·(1 + rise·P)·i = u with P = i²·R(hot).
     let state = axis.state();
-    assert!(
-        (state.current * 1.5 * (1.0 + 0.01 * state.heat_w) - 6.0).abs() < 1e-3,
-        "{state:?}"
-    );
+    assert!((state.current * 1.5 * (1.0 + 0.01 * state.heat_w) - 6.0).abs() < 1e-3, "{state:?}");
 }
 
 #[test]

@@ -12,11 +12,7 @@ use truing::report::terminal::{Terminal, WIDTH};
 use truing::report::{Exporter, write_atomically};
 
 fn value(value: f64, std: f64, unit: &str) -> Value {
-    Value {
-        value,
-        std: Some(std),
-        unit: unit.into(),
-    }
+    Value { value, std: Some(std), unit: unit.into() }
 }
 
 fn effect(name: &str, parameter: (&str, Value), tie: Option<usize>) -> NamedEffect {
@@ -33,18 +29,11 @@ fn effect(name: &str, parameter: (&str, Value), tie: Option<usize>) -> NamedEffe
 
 fn curve(f: impl Fn(f64) -> f64) -> Curve {
     let x: Vec<f64> = (0..400).map(|k| k as f64 * 0.01).collect();
-    Curve {
-        y: x.iter().map(|x| f(*x)).collect(),
-        x,
-    }
+    Curve { y: x.iter().map(|x| f(*x)).collect(), x }
 }
 
 fn traces() -> Plot {
-    let series = |label: &str, style, curve| Series {
-        label: label.into(),
-        curve,
-        style,
-    };
+    let series = |label: &str, style, curve| Series { label: label.into(), curve, style };
     Plot {
         title: "Speed before and after".into(),
         caption: "The extended model follows the measurement.".into(),
@@ -89,44 +78,21 @@ fn outcome() -> Outcome {
             std_percent: 0.4,
             refitted: false,
         }],
-        places: vec![Where {
-            region: "0 < |u| < 1.2 V".into(),
-            share_of_squared_error: 0.83,
-        }],
-        unexplained: Unexplained {
-            share_of_gap: 0.01,
-            structure: "none".into(),
-        },
+        places: vec![Where { region: "0 < |u| < 1.2 V".into(), share_of_squared_error: 0.83 }],
+        unexplained: Unexplained { share_of_gap: 0.01, structure: "none".into() },
         next_experiment: Some(Experiment {
             why: "A logged current tells a drive gain from a sensor scale.".into(),
             profile: vec![
-                Segment {
-                    bridge: 1,
-                    u_v: Some(6.0),
-                    seconds: 1.0,
-                },
-                Segment {
-                    bridge: 0,
-                    u_v: None,
-                    seconds: 2.0,
-                },
+                Segment { bridge: 1, u_v: Some(6.0), seconds: 1.0 },
+                Segment { bridge: 0, u_v: None, seconds: 2.0 },
             ],
         }),
         runtime_s: 3.2,
         notes: vec!["Every second row was held out.".into()],
         steps: vec![
-            Step {
-                label: "model as given".into(),
-                gap: 6.4,
-            },
-            Step {
-                label: "+ dead_zone".into(),
-                gap: 1.9,
-            },
-            Step {
-                label: "+ drive_gain".into(),
-                gap: 0.09,
-            },
+            Step { label: "model as given".into(), gap: 6.4 },
+            Step { label: "+ dead_zone".into(), gap: 1.9 },
+            Step { label: "+ drive_gain".into(), gap: 0.09 },
         ],
         rivals: vec![Rival {
             names: vec!["coulomb_friction".into()],
@@ -161,18 +127,9 @@ fn the_terminal_summary_fits_80_columns_and_says_everything() {
 #[test]
 fn bars_grow_with_the_gap() {
     let text = Terminal.export(&outcome()).unwrap();
-    let bar = |label: &str| {
-        text.lines()
-            .find(|l| l.contains(label))
-            .unwrap()
-            .matches('█')
-            .count()
-    };
+    let bar = |label: &str| text.lines().find(|l| l.contains(label)).unwrap().matches('█').count();
     let lengths = ["model as given", "  + dead_zone", "  + drive_gain", "noise floor"].map(bar);
-    assert!(
-        lengths.is_sorted_by(|a, b| a > b || (a >= b && lengths[2] <= lengths[3] + 1)),
-        "{lengths:?}"
-    );
+    assert!(lengths.is_sorted_by(|a, b| a > b || (a >= b && lengths[2] <= lengths[3] + 1)), "{lengths:?}");
     assert!(lengths[0] > 3 * lengths[3]);
 }
 
@@ -203,21 +160,13 @@ fn json_has_exactly_the_keys_of_the_schema() {
     assert_eq!(parsed["effects"][0]["tie"], serde_json::Value::Null);
     assert_eq!(parsed["effects"][1]["tie"], 0);
     assert_eq!(parsed["ties"][0]["rivals"][1][0], "encoder_scale");
-    assert_eq!(
-        parsed["next_experiment"]["profile"][1],
-        serde_json::json!({ "bridge": 0, "seconds": 2.0 })
-    );
+    assert_eq!(parsed["next_experiment"]["profile"][1], serde_json::json!({ "bridge": 0, "seconds": 2.0 }));
     assert_eq!(parsed["where"][0]["share_of_squared_error"], 0.83);
 }
 
 #[test]
 fn html_is_self_contained_escaped_and_tells_the_three_stages() {
-    let page = Html {
-        title: "A gap",
-        subtitle: "model against log",
-    }
-    .export(&outcome())
-    .unwrap();
+    let page = Html { title: "A gap", subtitle: "model against log" }.export(&outcome()).unwrap();
     for stage in [
         "Detection",
         "Characterisation",
@@ -246,11 +195,7 @@ fn a_document_of_several_parts_has_a_table_of_contents() {
             header: vec!["quantity".into(), "chip".into()],
             rows: vec![vec!["dead zone".into(), "1.2 V".into()]],
         }],
-        checks: vec![Check {
-            claim: "9 V become 7.8 V".into(),
-            found: "7.80 V".into(),
-            holds: true,
-        }],
+        checks: vec![Check { claim: "9 V become 7.8 V".into(), found: "7.80 V".into(), holds: true }],
     };
     let document = Document::new("Demo", "two parts")
         .gap("The case", &["An introduction."], &outcome())
@@ -266,9 +211,7 @@ fn a_document_of_several_parts_has_a_table_of_contents() {
     ] {
         assert!(page.contains(piece), "{piece}");
     }
-    document
-        .write(&PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("report.html"))
-        .unwrap();
+    document.write(&PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("report.html")).unwrap();
 }
 
 #[test]
@@ -277,12 +220,7 @@ fn an_outcome_that_could_not_be_tested_claims_no_figures() {
     untested.verdict = Verdict::InsufficientExcitation;
     untested.effects.clear();
     untested.steps.clear();
-    let page = Html {
-        title: "A gap",
-        subtitle: "",
-    }
-    .export(&untested)
-    .unwrap();
+    let page = Html { title: "A gap", subtitle: "" }.export(&untested).unwrap();
     assert!(
         page.contains("insufficient excitation") && !page.contains("noise floor") && !page.contains("NaN")
     );
@@ -301,17 +239,9 @@ level_nm = 0.008
 
 #[test]
 fn the_extended_model_keeps_the_text_and_holds_the_accepted_set() {
-    let text = ModelFile {
-        original: MODEL,
-        origin: "truing gap on run.csv",
-    }
-    .export(&outcome())
-    .unwrap();
+    let text = ModelFile { original: MODEL, origin: "truing gap on run.csv" }.export(&outcome()).unwrap();
     assert!(text.starts_with("# a motor of the workshop"));
-    assert!(
-        text.contains("J_kgm2 = 0.00102 # total, measured by coasting"),
-        "{text}"
-    );
+    assert!(text.contains("J_kgm2 = 0.00102 # total, measured by coasting"), "{text}");
     assert!(!text.contains("[known]"), "{text}");
     for piece in [
         "[known.coulomb_friction]\nlevel_nm = 0.008",
@@ -321,10 +251,7 @@ fn the_extended_model_keeps_the_text_and_holds_the_accepted_set() {
     ] {
         assert!(text.contains(piece), "{piece:?} is missing in\n{text}");
     }
-    assert!(
-        !text.contains("encoder_scale"),
-        "a rival that was not accepted is not part of the model"
-    );
+    assert!(!text.contains("encoder_scale"), "a rival that was not accepted is not part of the model");
 }
 
 #[test]
@@ -338,10 +265,7 @@ fn a_failed_write_leaves_the_earlier_report_and_names_the_file() {
     // A folder in the place of the file cannot be replaced.
     let blocked = folder.path().join("out");
     let error = write_atomically(&blocked, "later").unwrap_err();
-    assert!(
-        format!("{error:#}").contains("out: cannot be written"),
-        "{error:#}"
-    );
+    assert!(format!("{error:#}").contains("out: cannot be written"), "{error:#}");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), written);
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
     assert_eq!(left.len(), 1, "no draft is left behind");
@@ -360,10 +284,7 @@ fn every_plot_becomes_a_picture_of_its_own() {
     assert!(names.contains(&"gap.svg".to_owned()), "{names:?}");
     for name in names {
         let text = std::fs::read_to_string(folder.path().join(&name)).unwrap();
-        assert!(
-            text.starts_with("<svg") && text.trim_end().ends_with("</svg>"),
-            "{name}"
-        );
+        assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{name}");
         assert!(text.contains("xmlns=\"http://www.w3.org/2000/svg\"") && text.contains("fill=\"#fff\""));
     }
 }
@@ -375,51 +296,23 @@ fn friction_of_a_first_order_model_is_told_in_volts() {
     let model = truing::system::model::parse("model.toml", MODEL).unwrap();
     let effects = vec![
         effect("coulomb_friction", ("level_nm", value(0.045, 0.001, "N m")), None),
-        effect(
-            "flexible_coupling",
-            ("damping", value(0.2, 0.1, "N m s/rad")),
-            None,
-        ),
+        effect("flexible_coupling", ("damping", value(0.2, 0.1, "N m s/rad")), None),
     ];
-    let outcome = Outcome {
-        effects: truing::report::volts::told(&model, effects.clone()),
-        ..outcome()
-    };
+    let outcome = Outcome { effects: truing::report::volts::told(&model, effects.clone()), ..outcome() };
     let text = Terminal.export(&outcome).unwrap();
-    let html = Html {
-        title: "A gap",
-        subtitle: "model against log",
-    };
+    let html = Html { title: "A gap", subtitle: "model against log" };
     let page = html.export(&outcome).unwrap();
     for said in [&text, &page] {
-        assert!(
-            said.contains("level_v") && said.contains("0.675 ± 0.015 V"),
-            "{said}"
-        );
-        assert!(
-            said.contains("damping_v") && said.contains("3.0 ± 1.5 V s/rad"),
-            "{said}"
-        );
+        assert!(said.contains("level_v") && said.contains("0.675 ± 0.015 V"), "{said}");
+        assert!(said.contains("damping_v") && said.contains("3.0 ± 1.5 V s/rad"), "{said}");
         assert!(!said.contains("N m") && !said.contains("level_nm"), "{said}");
     }
     let json = Json.export(&outcome).unwrap();
-    assert!(
-        json.contains("\"level_nm\"") && json.contains("\"level_v\""),
-        "{json}"
-    );
-    let file = ModelFile {
-        original: MODEL,
-        origin: "log.csv",
-    };
+    assert!(json.contains("\"level_nm\"") && json.contains("\"level_v\""), "{json}");
+    let file = ModelFile { original: MODEL, origin: "log.csv" };
     let extended = file.export(&outcome).unwrap();
-    assert!(
-        extended.contains("level_nm = 0.045 # stands for level_v: 0.675 ± 0.015 V"),
-        "{extended}"
-    );
-    let one = Outcome {
-        effects: outcome.effects[..1].to_vec(),
-        ..outcome.clone()
-    };
+    assert!(extended.contains("level_nm = 0.045 # stands for level_v: 0.675 ± 0.015 V"), "{extended}");
+    let one = Outcome { effects: outcome.effects[..1].to_vec(), ..outcome.clone() };
     let again = truing::system::model::parse("extended", &file.export(&one).unwrap()).unwrap();
     assert_eq!(again.known[0].values, [0.045]);
     // A motor with a torque constant has torques.
@@ -435,24 +328,14 @@ fn friction_of_a_first_order_model_is_told_in_volts() {
 fn a_plus_minus_is_explained_where_it_stands() {
     let text = Terminal.export(&outcome()).unwrap();
     assert_eq!(text.matches("± is one standard deviation").count(), 1, "{text}");
-    let without = Outcome {
-        effects: Vec::new(),
-        within_tolerance: Vec::new(),
-        ..outcome()
-    };
+    let without = Outcome { effects: Vec::new(), within_tolerance: Vec::new(), ..outcome() };
     assert!(!Terminal.export(&without).unwrap().contains('±'));
 }
 
 /// The chip's half widths hold 95 %: they are told as intervals, so that ± has one meaning.
 #[test]
 fn the_chip_s_numbers_are_told_as_intervals() {
-    let number = Number {
-        value: Some(1.5764),
-        u95: Some(0.0636),
-        trusted: true,
-        reason: None,
-        advice: None,
-    };
+    let number = Number { value: Some(1.5764), u95: Some(0.0636), trusted: true, reason: None, advice: None };
     assert_eq!(number.interval("V").unwrap(), "1.5128 … 1.6400 V (95 %)");
     assert_eq!(Number { u95: None, ..number }.interval("V"), None);
 }
@@ -464,10 +347,7 @@ fn a_parameter_of_a_fitted_model_is_refitted_and_not_within_a_tolerance() {
     let text = Terminal.export(&refitted).unwrap();
     assert!(text.contains("refitted: J_kgm2 +2.00 ± 0.40 %"), "{text}");
     assert!(!text.contains("within what the model allows"), "{text}");
-    let page = Html {
-        title: "A gap",
-        subtitle: "model against log",
-    };
+    let page = Html { title: "A gap", subtitle: "model against log" };
     let page = page.export(&refitted).unwrap();
     assert!(page.contains("refitted") && !page.contains("within their tolerance"));
     assert!(Json.export(&refitted).unwrap().contains("\"refitted\": true"));
@@ -489,10 +369,7 @@ fn the_extended_model_tells_how_sure_each_name_is() {
     let tied = outcome();
     assert_eq!(standing(&tied, "dead_zone"), "named");
     assert_eq!(standing(&tied, "drive_gain"), "tie");
-    let unexplained = Outcome {
-        verdict: Verdict::Unexplained,
-        ..outcome()
-    };
+    let unexplained = Outcome { verdict: Verdict::Unexplained, ..outcome() };
     assert_eq!(standing(&unexplained, "dead_zone"), "unexplained");
 }
 
@@ -503,27 +380,16 @@ fn what_is_left_stands_beside_the_names() {
     named.verdict = Verdict::Named;
     named.ties.clear();
     named.effects[1] = effect("constant_load", ("torque_nm", value(0.01, 0.02, "N m")), None);
-    named.unexplained = Unexplained {
-        share_of_gap: 0.17,
-        structure: "noise-like, correlated in time".into(),
-    };
-    named.final_records = Some(HoldOut {
-        fit_percent_before: 70.0,
-        fit_percent_after: 97.5,
-        ..named.holdout.clone()
-    });
+    named.unexplained =
+        Unexplained { share_of_gap: 0.17, structure: "noise-like, correlated in time".into() };
+    named.final_records =
+        Some(HoldOut { fit_percent_before: 70.0, fit_percent_after: 97.5, ..named.holdout.clone() });
     let text = Terminal.export(&named).unwrap();
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let first = "The model lacks dead_zone of 1.1 V and constant_load; 17 % of the gap (squared) is left.";
     assert!(words.contains(first), "{words}");
-    assert!(
-        words.contains("torque_nm not told from 0 (0.010 ± 0.020 N m)"),
-        "{words}"
-    );
-    assert!(
-        words.contains("records that chose nothing: fit 70.00 % → 97.50 %"),
-        "{words}"
-    );
+    assert!(words.contains("torque_nm not told from 0 (0.010 ± 0.020 N m)"), "{words}");
+    assert!(words.contains("records that chose nothing: fit 70.00 % → 97.50 %"), "{words}");
     let json: serde_json::Value = serde_json::from_str(&Json.export(&named).unwrap()).unwrap();
     assert_eq!(json["final"]["fit_percent_after"], 97.5);
     assert_eq!(json["unexplained"]["share_of_gap"], 0.17);

@@ -11,9 +11,7 @@ const MOTOR: &str = "0.2";
 
 /// The log as the replay reads it.
 fn tape(path: &Path) -> Tape {
-    let config = axis_file::read(&path.with_file_name("axis.toml"))
-        .expect("the axis")
-        .config;
+    let config = axis_file::read(&path.with_file_name("axis.toml")).expect("the axis").config;
     Tape::read(path, &config).expect("a log that can be read")
 }
 
@@ -21,16 +19,10 @@ fn tape(path: &Path) -> Tape {
 fn an_axis_that_coasts_for_minutes_is_commissioned_braked_and_stored() {
     let bench = ExecBench::default();
     let outputs = ["--save", "params.toml", "--json", "out.json", "--log", "run.csv"];
-    let said = bench.run(
-        &[&["commission", "--store", "--budget-s", "4"], &outputs[..]].concat(),
-        "300",
-    );
+    let said = bench.run(&[&["commission", "--store", "--budget-s", "4"], &outputs[..]].concat(), "300");
     assert_eq!(said.status, Some(0), "{said:?}");
     assert!(said.out.contains("dead zone, positive"), "{said:?}");
-    assert!(
-        said.out.ends_with("stored                by the servo\n"),
-        "{said:?}"
-    );
+    assert!(said.out.ends_with("stored                by the servo\n"), "{said:?}");
     assert!(bench.text("params.toml").contains("dead_zone_pos_v"));
     assert!(bench.text("out.json").contains("\"refused\": null"));
     assert!(!tape(&bench.path("run.csv")).traces.is_empty());
@@ -41,10 +33,8 @@ fn what_was_found_before_the_motor_died_while_storing_is_kept() {
     let bench = ExecBench::default();
     let outputs = ["--save", "params.toml", "--json", "out.json", "--log", "run.csv"];
     // A commissioning of 2 s ends before tick 3,500, and the shaft coasts on.
-    let said = bench.run(
-        &[&["commission", "--store", "--budget-s", "2"], &outputs[..]].concat(),
-        "300 3500 die",
-    );
+    let said =
+        bench.run(&[&["commission", "--store", "--budget-s", "2"], &outputs[..]].concat(), "300 3500 die");
     assert_eq!(said.status, Some(2), "{said:?}");
     assert!(said.err.contains("exit status: 3"), "{said:?}");
     assert!(said.out.contains("dead zone, positive"), "{said:?}");
@@ -59,10 +49,7 @@ fn a_refused_commissioning_says_why_first_and_exits_with_1() {
     let said = bench.run(&["commission", "--json", "out.json"], "0.2 0 jam");
     assert_eq!(said.status, Some(1), "{said:?}");
     let first = said.out.lines().next().expect("a line");
-    assert!(
-        first.starts_with("refused: voltage was applied and nothing moved"),
-        "{said:?}"
-    );
+    assert!(first.starts_with("refused: voltage was applied and nothing moved"), "{said:?}");
     assert!(said.err.contains("nothing moved: free the shaft"), "{said:?}");
     assert!(bench.text("out.json").contains("no_motion"));
 }
@@ -70,10 +57,7 @@ fn a_refused_commissioning_says_why_first_and_exits_with_1() {
 #[test]
 fn a_track_that_a_fault_ends_says_so_first_and_exits_with_1() {
     // Without a commissioning before it, and with one, which ends before tick 6,000.
-    for (profile, motor) in [
-        ("voltage_sine:6,1,3", "0.2 600 nan"),
-        ("sine:1,0.5,9", "0.2 8000 nan"),
-    ] {
+    for (profile, motor) in [("voltage_sine:6,1,3", "0.2 600 nan"), ("sine:1,0.5,9", "0.2 8000 nan")] {
         let bench = ExecBench::default();
         let outputs = ["--log", "run.csv", "--json", "out.json"];
         let said = bench.run(&[&["track", "--profile", profile], &outputs[..]].concat(), motor);
@@ -92,20 +76,14 @@ fn a_commissioning_that_a_fault_ends_names_the_fault() {
     let said = bench.run(&["commission", "--log", "run.csv"], "0.2 1500 nan");
     assert_eq!(said.status, Some(1), "{said:?}");
     let first = said.out.lines().next().expect("a line");
-    assert!(
-        first.contains("the supply was measured and is not any more"),
-        "{said:?}"
-    );
+    assert!(first.contains("the supply was measured and is not any more"), "{said:?}");
     assert!(!first.contains("run it again"), "{said:?}");
 }
 
 #[test]
 fn the_log_up_to_the_death_of_the_motor_is_written() {
     let bench = ExecBench::default();
-    let said = bench.run(
-        &["track", "--profile", "voltage_sine:6,1,3", "--log", "run.csv"],
-        "0.2 1000 die",
-    );
+    let said = bench.run(&["track", "--profile", "voltage_sine:6,1,3", "--log", "run.csv"], "0.2 1000 die");
     assert_eq!(said.status, Some(2), "{said:?}");
     assert!(said.err.contains("exit status: 3 at tick 1000"), "{said:?}");
     let last = tape(&bench.path("run.csv")).traces.last().expect("a row").tick;
@@ -118,10 +96,7 @@ fn text_in_place_of_frames_is_quoted_with_its_tick() {
     let bench = ExecBench::default();
     let said = bench.run(&["commission"], "0.2 1000 text");
     assert_eq!(said.status, Some(2), "{said:?}");
-    assert!(
-        said.err.contains("tick 1000 with the text `model loaded...\\n`"),
-        "{said:?}"
-    );
+    assert!(said.err.contains("tick 1000 with the text `model loaded...\\n`"), "{said:?}");
     assert!(!said.err.contains("supply rose"), "{said:?}");
 }
 
@@ -151,15 +126,7 @@ fn places_that_take_no_file_are_refused_before_a_motor_starts() {
 fn an_event_that_does_not_come_exits_with_1() {
     let bench = ExecBench::default();
     let said = bench.run(
-        &[
-            "capture",
-            "--profile",
-            "voltage_sine:3,1,1",
-            "--trigger",
-            "fault",
-            "--out",
-            "capture.csv",
-        ],
+        &["capture", "--profile", "voltage_sine:3,1,1", "--trigger", "fault", "--out", "capture.csv"],
         MOTOR,
     );
     assert_eq!(said.status, Some(1), "{said:?}");
@@ -170,13 +137,7 @@ fn an_event_that_does_not_come_exits_with_1() {
 #[test]
 fn a_capture_cannot_begin_earlier_than_it_is_long() {
     let bench = ExecBench::default();
-    let sine = [
-        "capture",
-        "--profile",
-        "voltage_sine:3,1,1",
-        "--out",
-        "capture.csv",
-    ];
+    let sine = ["capture", "--profile", "voltage_sine:3,1,1", "--out", "capture.csv"];
     let said = bench.run(&[&sine[..], &["--before", "1024"]].concat(), MOTOR);
     assert_eq!(said.status, Some(2), "{said:?}");
     assert!(said.err.contains("1023"), "{said:?}");

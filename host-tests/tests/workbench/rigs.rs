@@ -25,14 +25,10 @@ fn indistinct(outcome: &Outcome) -> Vec<&str> {
     let vague = |effect: &&truing::outcome::NamedEffect| {
         let known = effects::find(&effect.name).expect("in the library");
         let clear = |(key, value): (&String, &truing::outcome::Value)| {
-            let parameter = known
-                .parameters
-                .iter()
-                .find(|p| p.name == *key || effects::linear_key(p.name) == *key);
+            let parameter =
+                known.parameters.iter().find(|p| p.name == *key || effects::linear_key(p.name) == *key);
             let nothing = parameter.map_or(0.0, effects::Parameter::nothing);
-            value
-                .std
-                .is_none_or(|std| (value.value - nothing).abs() > 2.0 * std)
+            value.std.is_none_or(|std| (value.value - nothing).abs() > 2.0 * std)
         };
         !effect.parameters.is_empty() && !effect.parameters.iter().any(clear)
     };
@@ -67,14 +63,8 @@ fn the_rigs_of_other_people_are_named_as_is_known_of_them() {
                     .filter(|_| record)
                     .map(|name| format!("{name} within two deviations of nothing")),
             );
-            (!faults.is_empty() && rig.expectation.shortfall.is_none()).then(|| {
-                format!(
-                    "{}: {} ({})",
-                    rig.name,
-                    faults.join("; "),
-                    names(&outcome).join(" + ")
-                )
-            })
+            (!faults.is_empty() && rig.expectation.shortfall.is_none())
+                .then(|| format!("{}: {} ({})", rig.name, faults.join("; "), names(&outcome).join(" + ")))
         })
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -94,11 +84,7 @@ fn opened(name: &str) -> (Model, Dynamic, Dynamic) {
 /// Its runs from one place on, as a record of their own.
 fn runs(record: &Dynamic, which: impl Fn(usize) -> bool, source: &str) -> Dynamic {
     let kept = record.runs.iter().enumerate().filter(|(k, _)| which(*k));
-    Dynamic {
-        source: source.into(),
-        runs: kept.map(|(_, run)| run.clone()).collect(),
-        ..record.clone()
-    }
+    Dynamic { source: source.into(), runs: kept.map(|(_, run)| run.clone()).collect(), ..record.clone() }
 }
 
 /// Every held-out record has the same veto, in whatever order they are shown; what is left stands beside the names.
@@ -125,10 +111,7 @@ fn a_final_record_is_only_predicted() {
     let veto = runs(&holdout, |k| k == 0, "veto");
     let last = runs(&holdout, |k| k > 0, "last");
     let said = |finals: Vec<Dynamic>| {
-        let options = Options {
-            finals,
-            ..Options::default()
-        };
+        let options = Options { finals, ..Options::default() };
         gap::run(&model, &log, std::slice::from_ref(&veto), &options, &|_| {})
     };
     let (without, with) = (said(Vec::new()).unwrap(), said(vec![last]).unwrap());
@@ -146,27 +129,16 @@ fn a_final_record_is_only_predicted() {
 fn a_held_out_record_of_another_motor_is_not_nothing_missing() {
     use host_tests::opened::opened;
     use truing::synthetic::cases::{Set, Spec, draw};
-    let spec = Spec {
-        rows: 1500,
-        ..Spec::new(Set::Nothing)
-    };
+    let spec = Spec { rows: 1500, ..Spec::new(Set::Nothing) };
     // The same drive and the same rates, so that the files fit together.
     let case = opened(&draw(&spec, 61)).unwrap();
-    let right = gap::run(
-        &case.model,
-        &case.log,
-        std::slice::from_ref(&case.holdout),
-        &Options::default(),
-        &|_| {},
-    );
+    let right =
+        gap::run(&case.model, &case.log, std::slice::from_ref(&case.holdout), &Options::default(), &|_| {});
     assert_eq!(right.unwrap().verdict, Verdict::NothingMissing);
     let mut other = case.holdout.clone();
     for run in &mut other.runs {
         run.speed.iter_mut().flatten().for_each(|speed| *speed *= 0.6);
-        run.position
-            .iter_mut()
-            .flatten()
-            .for_each(|position| *position *= 0.6);
+        run.position.iter_mut().flatten().for_each(|position| *position *= 0.6);
         run.current_a = None;
     }
     let mut log = case.log.clone();

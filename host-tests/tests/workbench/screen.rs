@@ -21,20 +21,11 @@ fn full_disk() -> Stdio {
 
 fn said(command: &mut Command, stdout: Stdio) -> Said {
     command.stdout(stdout).stderr(Stdio::piped());
-    command
-        .spawn()
-        .expect("it runs")
-        .wait_with_output()
-        .expect("its end")
-        .into()
+    command.spawn().expect("it runs").wait_with_output().expect("its end").into()
 }
 
 fn case() -> Case {
-    let spec = Spec {
-        rows: 600,
-        dirty: Some(false),
-        ..Spec::new(Set::Single)
-    };
+    let spec = Spec { rows: 600, dirty: Some(false), ..Spec::new(Set::Single) };
     draw(&spec, 1)
 }
 
@@ -62,10 +53,7 @@ fn a_reader_that_has_gone_ends_the_output_quietly() {
     for mut command in commands(folder.path()) {
         let said = said(&mut command, closed_pipe());
         assert_eq!(said.status, Some(0), "{command:?}: {said:?}");
-        assert!(
-            !said.err.contains("error") && !said.err.contains("panicked"),
-            "{said:?}"
-        );
+        assert!(!said.err.contains("error") && !said.err.contains("panicked"), "{said:?}");
     }
 }
 
@@ -75,11 +63,7 @@ fn a_full_disk_behind_the_output_is_told() {
     for mut command in commands(folder.path()) {
         let said = said(&mut command, full_disk());
         assert_eq!(said.status, Some(2), "{command:?}: {said:?}");
-        assert!(
-            said.err
-                .contains("standard output cannot be written (No space left"),
-            "{said:?}"
-        );
+        assert!(said.err.contains("standard output cannot be written (No space left"), "{said:?}");
         assert!(!said.err.contains("panicked"), "{said:?}");
     }
 }
@@ -109,9 +93,6 @@ fn a_gap_without_a_terminal_tells_every_round() {
 #[test]
 fn the_alias_shows_the_compile() {
     let config = include_str!("../../../.cargo/config.toml");
-    let alias = config
-        .lines()
-        .find(|line| line.starts_with("truing ="))
-        .expect("the alias");
+    let alias = config.lines().find(|line| line.starts_with("truing =")).expect("the alias");
     assert!(!alias.contains("quiet"), "{alias}");
 }

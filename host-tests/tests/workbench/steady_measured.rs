@@ -14,12 +14,9 @@ fn first_order() -> Model {
 
 /// The static sweep of one wheel of a micromouse; 8-bit duty of a battery of 7.93 V.
 fn wheel(path: &Path, side: &str) -> Outcome {
-    let columns: Columns = format!("u_v=cmd_pwm_of_255*0.0311,omega_rad_s={side}_rpm*0.104720")
-        .parse()
-        .unwrap();
-    let Log::Dynamic(log) = log::read(path, &columns).unwrap() else {
-        panic!("the sweep has a time column")
-    };
+    let columns: Columns =
+        format!("u_v=cmd_pwm_of_255*0.0311,omega_rad_s={side}_rpm*0.104720").parse().unwrap();
+    let Log::Dynamic(log) = log::read(path, &columns).unwrap() else { panic!("the sweep has a time column") };
     let model = first_order();
     let table = truing::gap::tables::settled(&model, &log).expect("rows 1.1 s apart are settled");
     truing::gap::tables::run(&model, &table, &[])
@@ -38,45 +35,21 @@ fn both_wheels_of_the_micromouse_have_a_dead_zone_and_a_soft_saturation() {
         let outcome = wheel(&path, side);
         let fit = outcome.holdout.fit_percent_after;
         assert!(fit > least && fit < most, "{side}: {fit}");
-        assert!(
-            names(&outcome).iter().any(|n| n.starts_with("dead_zone")),
-            "{side}: {:?}",
-            names(&outcome)
-        );
-        let saturation = outcome
-            .effects
-            .iter()
-            .find(|e| e.name.starts_with("voltage_saturation"))
-            .expect("saturation");
-        assert!(
-            saturation.parameters["softness"].value > 0.3,
-            "{side}: {saturation:?}"
-        );
+        assert!(names(&outcome).iter().any(|n| n.starts_with("dead_zone")), "{side}: {:?}", names(&outcome));
+        let saturation =
+            outcome.effects.iter().find(|e| e.name.starts_with("voltage_saturation")).expect("saturation");
+        assert!(saturation.parameters["softness"].value > 0.3, "{side}: {saturation:?}");
         let breakaway = names(&outcome).contains(&"stribeck_friction");
-        assert_eq!(
-            breakaway,
-            side == "left",
-            "only the left wheel starts far above where it stops"
-        );
+        assert_eq!(breakaway, side == "left", "only the left wheel starts far above where it stops");
     }
 }
 
 fn table(volts: impl Iterator<Item = f64>, speed: impl Fn(f64) -> f64) -> Table {
     let u_v: Vec<f64> = volts.collect();
     let noise = |k: usize| 0.15 * ((k * 7919 % 101) as f64 / 50.0 - 1.0);
-    let omega_rad_s = u_v.iter().enumerate().map(|(k, u)| {
-        if speed(*u) == 0.0 {
-            0.0
-        } else {
-            speed(*u) + noise(k)
-        }
-    });
-    Table {
-        source: "table".into(),
-        omega_rad_s: omega_rad_s.collect(),
-        u_v,
-        speed_unit_rad_s: 1.0,
-    }
+    let omega_rad_s =
+        u_v.iter().enumerate().map(|(k, u)| if speed(*u) == 0.0 { 0.0 } else { speed(*u) + noise(k) });
+    Table { source: "table".into(), omega_rad_s: omega_rad_s.collect(), u_v, speed_unit_rad_s: 1.0 }
 }
 
 fn motor() -> Model {
@@ -97,61 +70,30 @@ fn a_complete_model_lacks_nothing() {
 
 #[test]
 fn a_gain_inside_the_tolerance_is_reported_and_not_named() {
-    let outcome = truing::gap::tables::run(
-        &motor(),
-        &table((-12..=12).map(f64::from), |u| 1.03 * GAIN * u),
-        &[],
-    );
+    let outcome =
+        truing::gap::tables::run(&motor(), &table((-12..=12).map(f64::from), |u| 1.03 * GAIN * u), &[]);
     assert_eq!(outcome.verdict, Verdict::NothingMissing, "{:?}", names(&outcome));
-    assert!(
-        outcome
-            .within_tolerance
-            .iter()
-            .any(|s| s.parameter == "Kt_nm_per_a" && s.shift_percent < 0.0)
-    );
-    assert!(
-        outcome.holdout.rmse_after < 0.2 * outcome.holdout.rmse_before,
-        "{:?}",
-        outcome.holdout
-    );
+    assert!(outcome.within_tolerance.iter().any(|s| s.parameter == "Kt_nm_per_a" && s.shift_percent < 0.0));
+    assert!(outcome.holdout.rmse_after < 0.2 * outcome.holdout.rmse_before, "{:?}", outcome.holdout);
 }
 
 #[test]
 fn a_dead_zone_in_the_table_is_named_and_tied_with_friction() {
     let zone = |u: f64| GAIN * (u.abs() - 1.4).max(0.0) * u.signum();
-    let outcome = truing::gap::tables::run(
-        &motor(),
-        &table((-24..=24).map(|k| 0.5 * f64::from(k)), zone),
-        &[],
-    );
+    let outcome =
+        truing::gap::tables::run(&motor(), &table((-24..=24).map(|k| 0.5 * f64::from(k)), zone), &[]);
     assert_eq!(names(&outcome), ["dead_zone"]);
     let width = &outcome.effects[0].parameters["half_width_v"];
-    assert!(
-        (width.value - 1.4).abs() < 3.0 * width.std.unwrap().max(0.005),
-        "{width:?}"
-    );
-    assert!(
-        outcome.ties[0]
-            .rivals
-            .contains(&vec!["coulomb_friction".to_string()]),
-        "{:?}",
-        outcome.ties
-    );
+    assert!((width.value - 1.4).abs() < 3.0 * width.std.unwrap().max(0.005), "{width:?}");
+    assert!(outcome.ties[0].rivals.contains(&vec!["coulomb_friction".to_string()]), "{:?}", outcome.ties);
 }
 
 #[test]
 fn few_points_are_refused_with_a_reason() {
-    let outcome = truing::gap::tables::run(
-        &motor(),
-        &table([1.0, 2.0, 3.0, 4.0].into_iter(), |u| GAIN * u),
-        &[],
-    );
+    let outcome =
+        truing::gap::tables::run(&motor(), &table([1.0, 2.0, 3.0, 4.0].into_iter(), |u| GAIN * u), &[]);
     assert_eq!(outcome.verdict, Verdict::InsufficientExcitation);
-    assert!(
-        outcome.notes[0].contains("4 different voltages; measure at least 6"),
-        "{:?}",
-        outcome.notes
-    );
+    assert!(outcome.notes[0].contains("4 different voltages; measure at least 6"), "{:?}", outcome.notes);
     let still = truing::gap::tables::run(&motor(), &table((-6..6).map(f64::from), |_| 0.0), &[]);
     assert!(still.notes[0].contains("does not move"), "{:?}", still.notes);
 }
@@ -159,18 +101,10 @@ fn few_points_are_refused_with_a_reason() {
 #[test]
 fn a_shape_outside_the_library_is_called_unexplained() {
     let wavy = |u: f64| GAIN * u + 12.0 * (1.3 * u).sin();
-    let outcome = truing::gap::tables::run(
-        &motor(),
-        &table((-48..=48).map(|k| 0.25 * f64::from(k)), wavy),
-        &[],
-    );
+    let outcome =
+        truing::gap::tables::run(&motor(), &table((-48..=48).map(|k| 0.25 * f64::from(k)), wavy), &[]);
     assert_eq!(outcome.verdict, Verdict::Unexplained, "{:?}", names(&outcome));
-    assert!(
-        outcome
-            .unexplained
-            .structure
-            .contains("smooth function of the voltage")
-    );
+    assert!(outcome.unexplained.structure.contains("smooth function of the voltage"));
 }
 
 #[test]

@@ -13,21 +13,12 @@ fn motor() -> Motor {
 }
 
 fn close(value: f64, expected: f64, tolerance: f64) {
-    assert!(
-        (value - expected).abs() <= tolerance,
-        "{value} instead of {expected} ± {tolerance:e}"
-    );
+    assert!((value - expected).abs() <= tolerance, "{value} instead of {expected} ± {tolerance:e}");
 }
 
 /// ω(t) of the linear motor after a step of u, from the two poles.
 fn step_response(m: &Motor, u: f64, t: f64) -> f64 {
-    let (r, l, k, j, b) = (
-        m.resistance_ohm,
-        m.inductance_h,
-        m.torque_constant,
-        m.inertia,
-        m.viscous[0],
-    );
+    let (r, l, k, j, b) = (m.resistance_ohm, m.inductance_h, m.torque_constant, m.inertia, m.viscous[0]);
     let half = 0.5 * (r / l + b / j);
     let product = (r * b + k * k) / (l * j);
     let root = (half * half - product).sqrt();
@@ -82,11 +73,7 @@ fn coasting_against_dry_and_viscous_friction_stops_at_the_exact_time_and_angle()
 #[test]
 fn shaft_sticks_until_a_growing_torque_reaches_the_breakaway_level() {
     let mut m = motor();
-    m.friction = Friction {
-        breakaway_ratio: 1.5,
-        stribeck_rad_s: 2.0,
-        ..Friction::coulomb(0.004)
-    };
+    m.friction = Friction { breakaway_ratio: 1.5, stribeck_rad_s: 2.0, ..Friction::coulomb(0.004) };
     m.load.periodic_nm = 0.01;
     m.load.periodic_hz = 0.5;
     let breakaway = (0.006_f64 / 0.01).asin() / (TAU * 0.5);
@@ -113,11 +100,7 @@ fn current_limit_gives_constant_acceleration_and_is_left_at_the_right_speed() {
     assert_eq!(simulator.state()[CURRENT], 2.0);
     simulator.advance(leaves + 0.02);
     let rate = m.torque_constant.powi(2) / m.resistance_ohm / m.inertia;
-    close(
-        simulator.state()[SPEED],
-        120.0 - 80.0 * (-rate * 0.02_f64).exp(),
-        5e-3,
-    );
+    close(simulator.state()[SPEED], 120.0 - 80.0 * (-rate * 0.02_f64).exp(), 5e-3);
 }
 
 #[test]
@@ -136,24 +119,15 @@ fn dead_zone_limit_and_supply_act_in_the_declared_order() {
     let mut m = motor();
     m.drive.dead_zone_v = [1.2, 0.8];
     m.drive.limit_v = [6.8, 6.0];
-    let steady = |command, m: &Motor| {
-        Simulator::new(m.clone(), 1e-8, 1)
-            .run(command, Bridge::Driven, 10.0)
-            .omega
-    };
+    let steady =
+        |command, m: &Motor| Simulator::new(m.clone(), 1e-8, 1).run(command, Bridge::Driven, 10.0).omega;
     close(steady(Command::Volts(5.0), &m), 3.8 * m.gain(), 1e-4);
     close(steady(Command::Volts(-5.0), &m), -4.2 * m.gain(), 1e-4);
     close(steady(Command::Volts(9.0), &m), 6.8 * m.gain(), 1e-4);
     close(steady(Command::Volts(-9.0), &m), -6.0 * m.gain(), 1e-4);
     close(steady(Command::Duty(0.5), &m), 4.8 * m.gain(), 1e-4);
     // d = 1: v = V − Rs·i, and i = b ω / K at a steady speed.
-    let m = Motor {
-        drive: Drive {
-            source_ohm: 0.5,
-            ..Drive::ideal(12.0)
-        },
-        ..motor()
-    };
+    let m = Motor { drive: Drive { source_ohm: 0.5, ..Drive::ideal(12.0) }, ..motor() };
     let current_per_speed = m.viscous[0] / m.torque_constant;
     let expected = 12.0 / (m.emf_constant + (m.resistance_ohm + 0.5) * current_per_speed);
     close(steady(Command::Duty(1.0), &m), expected, 1e-4);
@@ -181,14 +155,7 @@ fn delay_is_pure_and_lag_is_exponential() {
 fn lossless_two_mass_motor_rings_at_its_eigenfrequency() {
     let mut m = motor();
     m.viscous = [0.0; 2];
-    m.train = Train::Flexible {
-        split: Split {
-            inertia: 0.25,
-            viscous: 0.0,
-        },
-        stiffness: 0.3,
-        damping: 0.0,
-    };
+    m.train = Train::Flexible { split: Split { inertia: 0.25, viscous: 0.0 }, stiffness: 0.3, damping: 0.0 };
     let [rotor, load] = m.inertias();
     let omega = (0.3 / (rotor * load / (rotor + load))).sqrt();
     let mut simulator = Simulator::new(m, 1e-10, 1);
@@ -199,11 +166,7 @@ fn lossless_two_mass_motor_rings_at_its_eigenfrequency() {
         let t = 0.001 * f64::from(k);
         simulator.advance(t);
         let y = simulator.state();
-        close(
-            y[ANGLE] - y[LOAD_ANGLE],
-            held * (1.0 - (omega * t).cos()),
-            1e-6 * held,
-        );
+        close(y[ANGLE] - y[LOAD_ANGLE], held * (1.0 - (omega * t).cos()), 1e-6 * held);
     }
 }
 
@@ -211,16 +174,8 @@ fn lossless_two_mass_motor_rings_at_its_eigenfrequency() {
 fn teeth_that_meet_without_loss_keep_momentum_and_energy() {
     let mut m = motor();
     m.viscous = [0.0; 2];
-    let split = Split {
-        inertia: 0.5,
-        viscous: 0.0,
-    };
-    m.train = Train::Play {
-        split,
-        gap_rad: 0.02,
-        stiffness: 50.0,
-        damping: 0.0,
-    };
+    let split = Split { inertia: 0.5, viscous: 0.0 };
+    m.train = Train::Play { split, gap_rad: 0.02, stiffness: 50.0, damping: 0.0 };
     let [rotor, load] = m.inertias();
     let mut simulator = Simulator::new(m, 1e-10, 1);
     // A torque for 10 ms sets the rotor in motion inside the play; then it meets the load.
@@ -252,14 +207,8 @@ fn teeth_that_meet_without_loss_keep_momentum_and_energy() {
 fn bristles_deflect_before_sliding_and_slide_at_the_kinetic_level() {
     let mut m = motor();
     m.viscous = [0.0; 2];
-    let bristle = Bristle {
-        deflection_rad: 1e-3,
-        damping: 2e-3,
-    };
-    m.friction = Friction {
-        bristle: Some(bristle),
-        ..Friction::coulomb(0.004)
-    };
+    let bristle = Bristle { deflection_rad: 1e-3, damping: 2e-3 };
+    m.friction = Friction { bristle: Some(bristle), ..Friction::coulomb(0.004) };
     let mut simulator = Simulator::new(m.clone(), 1e-8, 1);
     // Below the level the shaft rests at the deflection of a spring of 4 N m/rad.
     simulator.run(Command::Torque(0.001), Bridge::Driven, 2.0);
@@ -294,10 +243,7 @@ fn fast_decay_gives_the_discontinuous_current_of_the_closed_form() {
 fn copper_heats_by_the_first_order_law() {
     let mut m = motor();
     m.inertia = 1e9;
-    m.thermal = Some(Thermal {
-        rise_per_w: 0.01,
-        time_constant_s: 3.0,
-    });
+    m.thermal = Some(Thermal { rise_per_w: 0.01, time_constant_s: 3.0 });
     let mut simulator = Simulator::new(m, 1e-9, 1);
     simulator.run(Command::Volts(6.0), Bridge::Driven, 60.0);
     // Steady: h = R (1 + ρh) i² with i = u / (R (1 + ρh)), so (1 + ρh) h = u²/R.
@@ -331,11 +277,7 @@ fn imperfect() -> Motor {
 fn trajectory(tolerance: f64) -> Vec<f64> {
     let mut simulator = Simulator::new(imperfect(), tolerance, 1);
     let omegas = (0..3000)
-        .map(|k| {
-            simulator
-                .step((0.01 * f64::from(k)).sin() * 0.9, Bridge::Driven, 1e-3)
-                .omega
-        })
+        .map(|k| simulator.step((0.01 * f64::from(k)).sin() * 0.9, Bridge::Driven, 1e-3).omega)
         .collect();
     assert_eq!(simulator.overlooked(), 0);
     assert!(simulator.switchings() > 4);
@@ -346,11 +288,8 @@ fn trajectory(tolerance: f64) -> Vec<f64> {
 fn error_falls_with_the_tolerance_on_a_motor_with_everything_at_once() {
     let reference = trajectory(1e-11);
     let error = |tolerance| {
-        let worst = trajectory(tolerance)
-            .iter()
-            .zip(&reference)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
+        let worst =
+            trajectory(tolerance).iter().zip(&reference).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         worst / 240.0
     };
     let (coarse, fine) = (error(1e-5), error(1e-8));
@@ -380,18 +319,10 @@ fn ten_kilohertz_lock_step_runs_far_faster_than_real_time() {
 #[test]
 fn stiff_damped_contact_costs_few_steps() {
     let mut m = motor();
-    let split = Split {
-        inertia: 0.4,
-        viscous: 0.5,
-    };
+    let split = Split { inertia: 0.4, viscous: 0.5 };
     let reduced = m.inertia * 0.24;
     let (stiffness, damping) = (reduced * 3000.0_f64.powi(2), reduced * 3000.0);
-    m.train = Train::Play {
-        split,
-        gap_rad: 0.05,
-        stiffness,
-        damping,
-    };
+    m.train = Train::Play { split, gap_rad: 0.05, stiffness, damping };
     let mut simulator = Simulator::new(m, 1e-7, 1);
     for k in 0..100 {
         let volts = if (k / 25) % 2 == 0 { 6.0 } else { -6.0 };

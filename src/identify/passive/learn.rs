@@ -112,11 +112,7 @@ impl Params {
         let block = Positive::new(u64::from(self.identify.block_ticks(&now)), 0);
         let ticks = state.solver.solution().time_constant.times(block).to_q(0);
         let wanted = self.identify.lengths_for(ticks.max(0) as u32);
-        if wanted.block.abs_diff(now.block) > 1 {
-            wanted
-        } else {
-            now
-        }
+        if wanted.block.abs_diff(now.block) > 1 { wanted } else { now }
     }
 
     #[cold]
@@ -155,8 +151,7 @@ impl Params {
             excitation: Excitation::Ordinary,
         };
         let (lengths, solution) = (&state.identify.lengths, state.solver.solution());
-        self.identify
-            .decide(part, &mut learning.draft, lengths, solution, &evidence);
+        self.identify.decide(part, &mut learning.draft, lengths, solution, &evidence);
         false
     }
 

@@ -151,11 +151,8 @@ impl Params {
 
     /// The dead zone that a window of motion in this direction shows, Q20.
     fn sample(&self, solution: &Solution, window: &Window, direction: Direction) -> i32 {
-        let applied = if direction == Direction::Positive {
-            window.voltage
-        } else {
-            window.voltage.saturating_neg()
-        };
+        let applied =
+            if direction == Direction::Positive { window.voltage } else { window.voltage.saturating_neg() };
         applied.saturating_sub(solution.effective_voltage(window, direction))
     }
 
@@ -182,7 +179,4 @@ fn follows_input(known: &Estimates) -> bool {
     known.mechanism == Mechanism::InputDeadZone
 }
 
-const _: () = assert!(
-    VOLTAGE_FRAC == ROW_FRAC,
-    "tracked voltages and windows share their unit"
-);
+const _: () = assert!(VOLTAGE_FRAC == ROW_FRAC, "tracked voltages and windows share their unit");

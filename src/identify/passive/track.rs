@@ -86,10 +86,7 @@ impl Track {
 
 /// May it be tracked: is it trusted, or was it until it aged?
 fn trackable(estimate: &Estimate) -> bool {
-    matches!(
-        estimate.standing,
-        Standing::Trusted | Standing::Doubtful(Reason::Aged)
-    )
+    matches!(estimate.standing, Standing::Trusted | Standing::Doubtful(Reason::Aged))
 }
 
 impl Params {
@@ -108,10 +105,7 @@ impl Params {
         let block = Positive::new(u64::from(self.identify.block_ticks(&lengths)), 0);
         let alpha = block.over(Positive::of(time_constant, TIME_FRAC));
         let rated = Positive::of(self.identify.rated_speed(&lengths), ROW_FRAC);
-        let beta = Positive::of(gain, GAIN_FRAC)
-            .times(rated)
-            .times(alpha)
-            .to_q(COEFFICIENT_FRAC);
+        let beta = Positive::of(gain, GAIN_FRAC).times(rated).times(alpha).to_q(COEFFICIENT_FRAC);
         let skew = ((i64::from(beta) * i64::from(known.gain_skew)) >> GAIN_FRAC) as i32;
         let coefficients = [beta.saturating_add(skew), beta.saturating_sub(skew)].map(|beta| Coefficients {
             gamma: 0,
@@ -168,9 +162,7 @@ impl Params {
 /// With an input dead zone a window counts while the voltage is beyond it; friction asks the speed instead.
 fn heed_input(identify: &mut identify::State, tracks: &[Track; 2]) {
     if identify.follows_input {
-        let widest = tracks[Direction::Positive]
-            .value()
-            .max(tracks[Direction::Negative].value());
+        let widest = tracks[Direction::Positive].value().max(tracks[Direction::Negative].value());
         identify.break_away = widest.saturating_add(widest / BEYOND_INPUT) >> (VOLTAGE_FRAC - 14);
     }
 }

@@ -22,10 +22,7 @@ pub const AXES: usize = match () {
     () if cfg!(feature = "two-axes") => 2,
     () => 1,
 };
-const _: () = assert!(
-    AXES <= Selected::MOST_AXES,
-    "the board cannot drive that many axes"
-);
+const _: () = assert!(AXES <= Selected::MOST_AXES, "the board cannot drive that many axes");
 
 /// [`Board::bridge_off`] of the selected board, for handlers of faults.
 pub fn bridge_off() {

@@ -142,21 +142,12 @@ mod image {
             counts_per_rev: 4000,
             rated_speed_rad_s: 125.0,
             tick_hz: 10_000,
-            time_constant_hint_s: Optional::NONE,
             gear_ratio: 1.0,
-            travel_limit_rad: None,
-            current_limit_a: Optional::NONE,
-            energy_limit_j: Optional::NONE,
-            speed_limit_rad_s: Optional::NONE,
             pwm_delay_ticks: 1,
             pwm_full_scale,
             vbus_v_per_lsb: 0.01,
             current_a_per_lsb: 0.001,
-            supply_low_v: Optional::NONE,
-            supply_high_v: Optional::NONE,
-            acceleration_limit_rad_s2: Optional::NONE,
-            jerk_limit_rad_s3: Optional::NONE,
-            voltage_limit_v: Optional::NONE,
+            ..Config::EXAMPLE
         }
     }
 
@@ -191,13 +182,7 @@ mod image {
     /// write to its registers is recorded and does nothing.
     fn note(register: usize, value: u32) {
         // SAFETY: see above.
-        unsafe {
-            RNG::ptr()
-                .cast::<u32>()
-                .cast_mut()
-                .add(register)
-                .write_volatile(value)
-        };
+        unsafe { RNG::ptr().cast::<u32>().cast_mut().add(register).write_volatile(value) };
     }
 
     /// Registers that [`read_back`] reads.

@@ -88,11 +88,8 @@ impl Governor {
     /// Accelerations that limit and voltage leave at this speed, Q24.
     fn room(&self, speed: Speed) -> [i32; 2] {
         let top = self.sustained.0;
-        [
-            top.wrapping_neg().saturating_sub(speed.0),
-            top.saturating_sub(speed.0),
-        ]
-        .map(|left| limited(mul_shift(left, self.rate, 26), self.hardest.0))
+        [top.wrapping_neg().saturating_sub(speed.0), top.saturating_sub(speed.0)]
+            .map(|left| limited(mul_shift(left, self.rate, 26), self.hardest.0))
     }
 
     fn allows(&self, wanted: &Reference) -> bool {
@@ -138,11 +135,7 @@ impl Governor {
             self.speed = wanted.speed.per_tick();
             return (*wanted, Limit::None);
         }
-        let limit = if acceleration != needed {
-            Limit::Acceleration
-        } else {
-            Limit::Speed
-        };
+        let limit = if acceleration != needed { Limit::Acceleration } else { Limit::Speed };
         let reference = Reference {
             position: self.position,
             speed: Speed((self.speed >> (32 - SPEED_BITS)) as i32),
@@ -174,9 +167,7 @@ impl Governor {
 
 /// The acceleration, Q24, that changes one speed into another, Q20, within a tick.
 fn change(before: Speed, speed: i32) -> i32 {
-    speed
-        .saturating_sub(before.0)
-        .saturating_mul(SPEED_TO_ACCELERATION)
+    speed.saturating_sub(before.0).saturating_mul(SPEED_TO_ACCELERATION)
 }
 
 /// Square root, 16 significant bits.

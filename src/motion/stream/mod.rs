@@ -123,11 +123,7 @@ impl Stream {
             true if reference != wanted => Flow::On,
             true => Flow::Arrived(wanted.position),
         };
-        Step {
-            reference,
-            limit,
-            state,
-        }
+        Step { reference, limit, state }
     }
 
     /// On to the next point, if there is one. Out of the tick's stack frame, like all that is rare.

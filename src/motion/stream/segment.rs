@@ -111,12 +111,7 @@ impl Plan {
             false => Acceleration(to_fixed(bend, ACCELERATION_BITS)),
         };
         let end = Knot { acceleration, ..*end };
-        (total(&coefficients) < FARTHEST).then_some(Self {
-            start: start.position,
-            end,
-            ticks,
-            coefficients,
-        })
+        (total(&coefficients) < FARTHEST).then_some(Self { start: start.position, end, ticks, coefficients })
     }
 
     /// Smallest and largest position on the way, whole counts outwards: the polynomial lies within the hull of its
@@ -199,8 +194,7 @@ impl Segment {
             position: self.start.plus(self.position.scaled::<32>(position)),
             speed: Speed(saturate(self.speed.scaled::<SPEED_BITS>(self.speed.at(r)))),
             acceleration: Acceleration(saturate(
-                self.acceleration
-                    .scaled::<ACCELERATION_BITS>(self.acceleration.at(r)),
+                self.acceleration.scaled::<ACCELERATION_BITS>(self.acceleration.at(r)),
             )),
         }
     }
@@ -235,18 +229,12 @@ impl<const N: usize> Polynomial<N> {
 
     /// `…(c₀·r + c₁)·r + …`, r in Q30.
     fn at(&self, r: i32) -> i32 {
-        self.coefficients
-            .iter()
-            .fold(0, |sum, &c| mul_shift_within(sum, r, 30).wrapping_add(c))
+        self.coefficients.iter().fold(0, |sum, &c| mul_shift_within(sum, r, 30).wrapping_add(c))
     }
 
     /// A value of this polynomial in Q`BITS`.
     fn scaled<const BITS: u32>(&self, value: i32) -> i64 {
         let q30 = (value as i64).wrapping_mul(self.unit as i64);
-        if BITS >= 30 {
-            q30 << (BITS.wrapping_sub(30) & 31)
-        } else {
-            q30 >> (30u32.wrapping_sub(BITS) & 31)
-        }
+        if BITS >= 30 { q30 << (BITS.wrapping_sub(30) & 31) } else { q30 >> (30u32.wrapping_sub(BITS) & 31) }
     }
 }

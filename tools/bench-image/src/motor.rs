@@ -26,11 +26,7 @@ impl Motor {
         let resting = self.speed == 0.0 && driven.abs() <= DEAD_ZONE;
         let side = if self.speed != 0.0 { self.speed } else { driven };
         let friction = if side < 0.0 { -DEAD_ZONE } else { DEAD_ZONE };
-        let pull = if resting {
-            0.0
-        } else {
-            FULL_SPEED * (driven - friction) - self.speed
-        };
+        let pull = if resting { 0.0 } else { FULL_SPEED * (driven - friction) - self.speed };
         let next = self.speed + pull * share;
         self.speed = if self.speed * next < 0.0 { 0.0 } else { next };
         self.part += self.speed * seconds;

@@ -20,21 +20,12 @@ fn config(tick_hz: u32) -> Config {
         counts_per_rev: 2048,
         rated_speed_rad_s: 200.0,
         tick_hz,
-        time_constant_hint_s: Optional::NONE,
         gear_ratio: 1.0,
-        travel_limit_rad: None,
-        current_limit_a: Optional::NONE,
-        energy_limit_j: Optional::NONE,
-        speed_limit_rad_s: Optional::NONE,
         pwm_delay_ticks: 1,
         pwm_full_scale: 4200,
         vbus_v_per_lsb: 0.005,
         current_a_per_lsb: 0.01,
-        supply_low_v: Optional::NONE,
-        supply_high_v: Optional::NONE,
-        acceleration_limit_rad_s2: Optional::NONE,
-        jerk_limit_rad_s3: Optional::NONE,
-        voltage_limit_v: Optional::NONE,
+        ..Config::EXAMPLE
     }
 }
 
@@ -58,13 +49,9 @@ struct Bench {
 impl Bench {
     fn tick(&mut self) -> Activity {
         let duty = f32::from(self.acting.duty) / 4200.0;
-        self.motor
-            .pass((self.acting.bridge != Bridge::Open).then_some(duty), self.seconds);
-        let sample = Sample {
-            count: self.motor.count(),
-            vbus_raw: SUPPLY,
-            current_raw: Sample::CURRENT_NOT_SENSED,
-        };
+        self.motor.pass((self.acting.bridge != Bridge::Open).then_some(duty), self.seconds);
+        let sample =
+            Sample { count: self.motor.count(), vbus_raw: SUPPLY, current_raw: Sample::CURRENT_NOT_SENSED };
         let (axis, state) = (&self.axis, &mut self.state);
         let output = self.loop_step.count(|| axis.step(state, black_box(sample)));
         // The duty of this tick acts from the next one on: a delay of one tick.
@@ -76,8 +63,7 @@ impl Bench {
             current_raw: None,
         };
         let (identifier, learner, known) = (&self.identifier, &mut self.learner, &mut self.known);
-        self.identify
-            .count(|| identifier.step(learner, known, black_box(&input)));
+        self.identify.count(|| identifier.step(learner, known, black_box(&input)));
         self.acting = output;
         output.record.activity
     }
@@ -121,10 +107,7 @@ pub fn run(tick_hz: u32) {
         bench.tick();
     }
     bench.command(&Command::Arm);
-    bench.command(&Command::Commission {
-        budget_ms: 4_000,
-        seed: 1,
-    });
+    bench.command(&Command::Commission { budget_ms: 4_000, seed: 1 });
     // The first two ticks of a commissioning set it up.
     bench.tick();
     bench.tick();
@@ -137,29 +120,16 @@ pub fn run(tick_hz: u32) {
     for _ in 0..20 {
         bench.tick();
     }
-    bench.command(&Command::TrackSine {
-        amplitude_rad: 5.0,
-        frequency_hz: 1.0,
-        duration_ms: 3_000,
-    });
+    bench.command(&Command::TrackSine { amplitude_rad: 5.0, frequency_hz: 1.0, duration_ms: 3_000 });
     bench.tick();
-    bench.during(
-        Activity::Tracking,
-        4 * tick_hz,
-        ["loop, tracking", "identifier, listening"],
-        tick_hz,
-    );
+    bench.during(Activity::Tracking, 4 * tick_hz, ["loop, tracking", "identifier, listening"], tick_hz);
 }
 
 /// The compensator alone.
 pub fn compensator() {
     let width = |share: f32| Voltage((share * Voltage::NOMINAL.0 as f32) as i32);
-    let compensator = black_box(Compensator::new(
-        width(0.10),
-        width(0.12),
-        SignSource::Reference,
-        Smoothing::WIDEST,
-    ));
+    let compensator =
+        black_box(Compensator::new(width(0.10), width(0.12), SignSource::Reference, Smoothing::WIDEST));
     let mut tally = Tally::default();
     for k in -2_000..2_000 {
         let (linear, reference) = (Voltage(k * 400), Voltage(k * 300));

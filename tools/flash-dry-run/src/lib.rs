@@ -27,12 +27,14 @@ pub struct Segment {
 /// What the dry run found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DryRun {
-    /// The chip for which the image was checked.
-    pub chip: &'static Chip,
     /// Pieces that would be programmed.
     pub segments: Vec<Segment>,
     /// Size of the chip's flash, bytes.
     pub flash: u64,
+    /// Size of its main memory, bytes.
+    pub ram: u64,
+    /// Where the vector table lies.
+    pub vector_table: u64,
     /// First stack pointer and reset vector.
     pub vectors: (u32, u32),
     /// Address and size of the RTT control block.
@@ -54,13 +56,9 @@ impl DryRun {
 ///
 /// # Errors
 /// One sentence that names what is missing or does not fit, and the remedy.
-pub fn check(path: &Path, chip: &'static Chip) -> Result<DryRun> {
-    let bytes = std::fs::read(path).with_context(|| {
-        format!(
-            "{} cannot be read: build it with `cargo xtask images`",
-            path.display()
-        )
-    })?;
+pub fn check(path: &Path, chip: &Chip) -> Result<DryRun> {
+    let bytes = std::fs::read(path)
+        .with_context(|| format!("{} cannot be read: build it with `cargo xtask images`", path.display()))?;
     check_bytes(&bytes, chip).with_context(|| path.display().to_string())
 }
 
@@ -68,14 +66,15 @@ pub fn check(path: &Path, chip: &'static Chip) -> Result<DryRun> {
 ///
 /// # Errors
 /// As [`check`].
-pub fn check_bytes(bytes: &[u8], chip: &'static Chip) -> Result<DryRun> {
+pub fn check_bytes(bytes: &[u8], chip: &Chip) -> Result<DryRun> {
     let image = ElfFile32::<object::Endianness>::parse(bytes)
         .context("not an ELF image of a 32-bit machine: build it with `cargo xtask images`")?;
     let (segments, flash) = load(&image, chip)?;
     Ok(DryRun {
-        chip,
         segments,
         flash,
+        ram: chip.ram.end - chip.ram.start,
+        vector_table: chip.program.start,
         vectors: vectors(&image, chip)?,
         rtt: rtt(&image, chip)?,
         messages: messages(&image)?,
@@ -108,15 +107,9 @@ fn load(image: &Image, chip: &Chip) -> Result<(Vec<Segment>, u64)> {
             chip.probe
         );
         loader.add_data(address, data).with_context(|| {
-            format!(
-                "the flash loader refuses {} bytes at {address:#010x}: check memory.x",
-                data.len()
-            )
+            format!("the flash loader refuses {} bytes at {address:#010x}: check memory.x", data.len())
         })?;
-        segments.push(Segment {
-            address,
-            length: data.len() as u64,
-        });
+        segments.push(Segment { address, length: data.len() as u64 });
     }
     ensure!(
         !segments.is_empty(),
@@ -139,18 +132,11 @@ fn in_flash(map: &[MemoryRegion], range: &Range<u64>) -> bool {
 }
 
 fn flash_size(map: &[MemoryRegion], chip: &Chip) -> u64 {
-    flash_of(map)
-        .filter(|flash| flash.start == chip.program.start)
-        .map(|flash| flash.end - flash.start)
-        .sum()
+    flash_of(map).filter(|flash| flash.start == chip.program.start).map(|flash| flash.end - flash.start).sum()
 }
 
 fn free_of_parameters(segments: &[Segment], chip: &Chip) -> Result<()> {
-    let last = segments
-        .iter()
-        .map(|segment| segment.address + segment.length)
-        .max()
-        .unwrap_or(0);
+    let last = segments.iter().map(|segment| segment.address + segment.length).max().unwrap_or(0);
     ensure!(
         last <= chip.program.end,
         "the image ends at {last:#010x}, inside the sectors of the stored parameters from {:#010x} on: it is too large, or memory.x is wrong",
@@ -171,11 +157,7 @@ fn vectors(image: &Image, chip: &Chip) -> Result<(u32, u32)> {
         chip.program.start
     );
     let data = table.data().context("the vector table is unreadable")?;
-    ensure!(
-        data.len() >= 8,
-        "the vector table has {} bytes: the image is damaged",
-        data.len()
-    );
+    ensure!(data.len() >= 8, "the vector table has {} bytes: the image is damaged", data.len());
     let word = |at: usize| u32::from_le_bytes([data[at], data[at + 1], data[at + 2], data[at + 3]]);
     let (stack, reset) = (word(0), word(4));
     ensure!(
@@ -193,12 +175,9 @@ fn vectors(image: &Image, chip: &Chip) -> Result<(u32, u32)> {
 }
 
 fn rtt(image: &Image, chip: &Chip) -> Result<(u64, u64)> {
-    let block = image
-        .symbols()
-        .find(|symbol| symbol.name() == Ok(RTT_SYMBOL))
-        .with_context(|| {
-            format!("no RTT block ({RTT_SYMBOL}): the log would be silent; the board links defmt-rtt")
-        })?;
+    let block = image.symbols().find(|symbol| symbol.name() == Ok(RTT_SYMBOL)).with_context(|| {
+        format!("no RTT block ({RTT_SYMBOL}): the log would be silent; the board links defmt-rtt")
+    })?;
     let (address, size) = (block.address(), block.size());
     ensure!(
         size >= RTT_HEADER && chip.ram.contains(&address) && address + size <= chip.ram.end,
@@ -217,18 +196,12 @@ fn messages(image: &Image) -> Result<usize> {
         .filter(|symbol| symbol.section_index() == Some(table.index()))
         .filter_map(|symbol| symbol.name().ok());
     let messages = inside.filter(|name| name.starts_with('{')).count();
-    ensure!(
-        messages > 0,
-        "the defmt table is empty: set DEFMT_LOG when the image is built"
-    );
+    ensure!(messages > 0, "the defmt table is empty: set DEFMT_LOG when the image is built");
     let versioned = image
         .symbols()
         .filter_map(|symbol| symbol.name().ok())
         .any(|name| name.trim_matches('"').starts_with("_defmt_version_"));
-    ensure!(
-        versioned,
-        "the defmt table has no version: the log could not be decoded"
-    );
+    ensure!(versioned, "the defmt table has no version: the log could not be decoded");
     Ok(messages)
 }
 
@@ -265,13 +238,9 @@ fn static_ram(image: &Image, chip: &Chip) -> Result<u64> {
 
 impl fmt::Display for DryRun {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ram = self.chip.ram.end - self.chip.ram.start;
+        let ram = self.ram;
         for segment in &self.segments {
-            writeln!(
-                f,
-                "segment       {:#010x}  {:>7} bytes",
-                segment.address, segment.length
-            )?;
+            writeln!(f, "segment       {:#010x}  {:>7} bytes", segment.address, segment.length)?;
         }
         let programmed = self.programmed();
         writeln!(
@@ -284,7 +253,7 @@ impl fmt::Display for DryRun {
         writeln!(
             f,
             "vector table  {:#010x}: stack from {stack:#010x} down, reset at {reset:#010x}",
-            self.chip.program.start
+            self.vector_table
         )?;
         writeln!(f, "RTT block     {:#010x}, {} bytes", self.rtt.0, self.rtt.1)?;
         writeln!(f, "defmt table   {} messages", self.messages)?;

@@ -28,10 +28,7 @@ fn root() -> PathBuf {
 }
 
 fn refusal(bytes: &[u8]) -> String {
-    format!(
-        "{:#}",
-        check_bytes(bytes, DEFAULT.chip).expect_err("must be refused")
-    )
+    format!("{:#}", check_bytes(bytes, DEFAULT.chip).expect_err("must be refused"))
 }
 
 /// The image with every occurrence of `from` replaced by `to`, of equal length.
@@ -80,11 +77,7 @@ fn found() -> DryRun {
 fn the_boards_image_fits_the_chip() {
     let found = found();
     assert_eq!(found.flash, 1024 * 1024);
-    assert!(
-        (20_000..256 * 1024).contains(&found.programmed()),
-        "{}",
-        found.programmed()
-    );
+    assert!((20_000..256 * 1024).contains(&found.programmed()), "{}", found.programmed());
     assert_eq!(found.segments[0].address, 0x0800_0000);
     assert_eq!(found.vectors.0, 0x2002_0000, "the stack starts at the end of RAM");
     assert_eq!(found.vectors.1 % 2, 1);
@@ -101,22 +94,13 @@ fn the_boards_image_fits_the_chip() {
 fn programmed_bytes_and_static_ram_are_those_of_the_sections() {
     let elf = ElfFile32::<object::Endianness>::parse(image()).unwrap();
     let size = |name: &str| elf.section_by_name(name).map_or(0, |section| section.size());
-    let flash: u64 = [".vector_table", ".text", ".rodata", ".data", ".gnu.sgstubs"]
-        .into_iter()
-        .map(size)
-        .sum();
+    let flash: u64 =
+        [".vector_table", ".text", ".rodata", ".data", ".gnu.sgstubs"].into_iter().map(size).sum();
     let ram: u64 = [".data", ".bss", ".uninit"].into_iter().map(size).sum();
     let found = found();
-    assert!(
-        found.programmed().abs_diff(flash) <= 32,
-        "{} {flash}",
-        found.programmed()
-    );
+    assert!(found.programmed().abs_diff(flash) <= 32, "{} {flash}", found.programmed());
     assert_eq!(found.static_ram, ram);
-    let rtt = elf
-        .symbols()
-        .find(|symbol| symbol.name() == Ok("_SEGGER_RTT"))
-        .unwrap();
+    let rtt = elf.symbols().find(|symbol| symbol.name() == Ok("_SEGGER_RTT")).unwrap();
     assert_eq!(found.rtt, (rtt.address(), rtt.size()));
 }
 
@@ -195,13 +179,7 @@ fn the_program_prints_the_table_and_ends_with_status_2_on_damage() {
     let good = program().arg(&path).output().unwrap();
     let text = String::from_utf8(good.stdout).unwrap();
     assert!(good.status.success(), "{text}");
-    for line in [
-        "flash ",
-        "vector table  0x08000000",
-        "RTT block",
-        "defmt table",
-        "RAM ",
-    ] {
+    for line in ["flash ", "vector table  0x08000000", "RTT block", "defmt table", "RAM "] {
         assert!(text.contains(line), "{line} is missing in\n{text}");
     }
     assert!(text.contains(&format!("fits {}", DEFAULT.chip.probe)));
@@ -209,9 +187,6 @@ fn the_program_prints_the_table_and_ends_with_status_2_on_damage() {
     let bad = program().arg(&path).output().unwrap();
     assert_eq!(bad.status.code(), Some(2));
     let error = String::from_utf8(bad.stderr).unwrap();
-    assert!(
-        error.starts_with("error: ") && error.lines().count() == 1,
-        "{error}"
-    );
+    assert!(error.starts_with("error: ") && error.lines().count() == 1, "{error}");
     assert_eq!(program().output().unwrap().status.code(), Some(2), "no argument");
 }

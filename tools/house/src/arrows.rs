@@ -25,15 +25,10 @@ impl Package {
     /// Reads who uses whom in `folder`. `name`: what the package is called in its own programs.
     pub fn of(folder: &str, name: &str, sources: &[&Source]) -> Self {
         let folder = Path::new(folder);
-        let modules: BTreeMap<Names, &Path> = sources
-            .iter()
-            .map(|source| (module(&source.path, folder), source.path.as_path()))
-            .collect();
+        let modules: BTreeMap<Names, &Path> =
+            sources.iter().map(|source| (module(&source.path, folder), source.path.as_path())).collect();
         let mut package = Self {
-            rooms: sources
-                .iter()
-                .filter_map(|source| top_room(&source.path, folder))
-                .collect(),
+            rooms: sources.iter().filter_map(|source| top_room(&source.path, folder)).collect(),
             arrows: BTreeMap::new(),
             files: BTreeSet::new(),
         };
@@ -89,9 +84,7 @@ fn target<'m>(path: &[String], modules: &'m BTreeMap<Names, &Path>) -> Option<(&
 fn module(path: &Path, folder: &Path) -> Names {
     let inside = path.strip_prefix(folder).unwrap_or(path).with_extension("");
     let names = inside.iter().map(|name| name.to_string_lossy().into_owned());
-    names
-        .filter(|name| !["mod", "lib", "main"].contains(&name.as_str()))
-        .collect()
+    names.filter(|name| !["mod", "lib", "main"].contains(&name.as_str())).collect()
 }
 
 /// Groups of two and more names that reach one another.

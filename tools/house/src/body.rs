@@ -15,10 +15,7 @@ pub struct Function {
 
 /// The functions of a file.
 pub fn functions(source: &Source) -> Vec<Function> {
-    let mut finder = Finder {
-        source,
-        found: Vec::new(),
-    };
+    let mut finder = Finder { source, found: Vec::new() };
     finder.visit_file(&source.tree);
     finder.found
 }
@@ -82,12 +79,8 @@ mod tests {
 
     #[test]
     fn median_and_tail_of_eleven_functions() {
-        let functions: Vec<Function> = (0..11)
-            .map(|length| Function {
-                name: String::new(),
-                length,
-            })
-            .collect();
+        let functions: Vec<Function> =
+            (0..11).map(|length| Function { name: String::new(), length }).collect();
         assert_eq!(spread(&functions), Some([5, 9, 10]));
         assert_eq!(spread(&[]), None);
     }

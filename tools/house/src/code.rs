@@ -15,7 +15,7 @@ pub fn lines(tokens: TokenStream, tree: &syn::File) -> BTreeSet<usize> {
     lines
 }
 
-/// Lines on which a token begins, without documentation. A text over several lines counts as one.
+/// Lines on which a token begins, without documentation. A text over several lines counts where it begins.
 pub fn of_tokens(tokens: TokenStream) -> BTreeSet<usize> {
     let mut lines = BTreeSet::new();
     collect(tokens, &mut lines);
@@ -86,9 +86,7 @@ pub fn is_test(item: &syn::Item) -> bool {
     };
     attributes.iter().any(|attribute| {
         attribute.path().is_ident("cfg")
-            && attribute
-                .parse_args::<syn::Path>()
-                .is_ok_and(|condition| condition.is_ident("test"))
+            && attribute.parse_args::<syn::Path>().is_ok_and(|condition| condition.is_ident("test"))
     })
 }
 
@@ -106,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_over_lines_is_one_line() {
-        assert_eq!(count("const A: &str = \"a\nb\nc\";\n"), 1);
+    fn a_text_over_lines_counts_where_it_begins_and_what_follows_it() {
+        assert_eq!(count("const A: &str = \"a\nb\nc\";\n"), 2);
     }
 }

@@ -40,10 +40,7 @@ impl Figures {
 
     /// The packages with rooms: folder, package, floors.
     pub fn packages(&self) -> [(&str, &Package, Floors); 2] {
-        [
-            ("workbench/src", &self.workbench, floors::WORKBENCH),
-            ("src", &self.chip, floors::CHIP),
-        ]
+        [("workbench/src", &self.workbench, floors::WORKBENCH), ("src", &self.chip, floors::CHIP)]
     }
 
     /// Product files of more than [`LONG_FILE`] lines, the longest first.

@@ -8,13 +8,8 @@ use crate::arrows::Package;
 pub type Floors = &'static [&'static [&'static str]];
 
 /// Rooms of `workbench/src`.
-pub const WORKBENCH: Floors = &[
-    &["outcome", "console"],
-    &["system"],
-    &["report", "device", "synthetic"],
-    &["gap"],
-    &["cli"],
-];
+pub const WORKBENCH: Floors =
+    &[&["outcome", "console"], &["system"], &["report", "device", "synthetic"], &["gap"], &["cli"]];
 
 /// Rooms of `src`: the library, then the image.
 pub const CHIP: Floors = &[

@@ -17,7 +17,5 @@ pub mod source;
 /// The project's folder.
 pub fn root() -> &'static std::path::Path {
     let tools = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).parent();
-    tools
-        .and_then(std::path::Path::parent)
-        .expect("tools/house lies in the project")
+    tools.and_then(std::path::Path::parent).expect("tools/house lies in the project")
 }

@@ -36,15 +36,10 @@ fn parts(figures: &Figures) -> Vec<String> {
 
 fn row(part: &Part) -> String {
     let mut functions = functions(part);
-    let spread = body::spread(&functions).map_or("–".into(), |[median, most, longest]| {
-        format!("{median} / {most} / {longest}")
-    });
+    let spread = body::spread(&functions)
+        .map_or("–".into(), |[median, most, longest]| format!("{median} / {most} / {longest}"));
     functions.sort_by_key(|function| std::cmp::Reverse(function.length));
-    let longest: Vec<&str> = functions
-        .iter()
-        .take(LISTED)
-        .map(|one| one.name.as_str())
-        .collect();
+    let longest: Vec<&str> = functions.iter().take(LISTED).map(|one| one.name.as_str()).collect();
     format!(
         "| {} | {} | {} | {} | {spread} | {} |",
         part.name,
@@ -58,9 +53,7 @@ fn row(part: &Part) -> String {
 fn long_files(figures: &Figures) -> Vec<String> {
     let long = figures.long_files();
     let head = format!("\nProduct files over {LONG_FILE} lines: {}", long.len());
-    let files = long
-        .iter()
-        .map(|source| format!("- {} {}", source.path.display(), source.lines));
+    let files = long.iter().map(|source| format!("- {} {}", source.path.display(), source.lines));
     std::iter::once(head).chain(files).collect()
 }
 

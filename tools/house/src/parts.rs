@@ -51,16 +51,7 @@ fn chip(root: &Path) -> Result<[Part; 2]> {
         top.is_none_or(|room| declared.contains(&room)) && !source.path.ends_with("main.rs")
     };
     let (library, image) = sources.into_iter().partition(is_library);
-    Ok([
-        Part {
-            name: "library",
-            sources: library,
-        },
-        Part {
-            name: "image",
-            sources: image,
-        },
-    ])
+    Ok([Part { name: "library", sources: library }, Part { name: "image", sources: image }])
 }
 
 /// Modules that `src/lib.rs` declares.

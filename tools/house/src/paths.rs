@@ -15,12 +15,8 @@ pub type Names = Vec<String>;
 /// Every path of the file that leads into its own package. `module` is the file's own place in there; `package` is the
 /// name under which a second package of the same folder (the image) knows the first (the library), or the package's own.
 pub fn of(source: &Source, module: &[String], package: &str) -> BTreeSet<Names> {
-    let mut finder = Finder {
-        module: module.to_vec(),
-        package,
-        children: children(&source.tree),
-        found: BTreeSet::new(),
-    };
+    let mut finder =
+        Finder { module: module.to_vec(), package, children: children(&source.tree), found: BTreeSet::new() };
     finder.visit_file(&source.tree);
     finder.found
 }

@@ -24,15 +24,8 @@ impl Source {
         let text = std::fs::read_to_string(root.join(&path))
             .with_context(|| format!("cannot read {}", path.display()))?;
         let tree = syn::parse_file(&text).with_context(|| format!("{} is not Rust", path.display()))?;
-        let tokens = text
-            .parse()
-            .map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
-        Ok(Self {
-            path,
-            lines: text.lines().count(),
-            code: code::lines(tokens, &tree),
-            tree,
-        })
+        let tokens = text.parse().map_err(|error| anyhow::anyhow!("{}: {error}", path.display()))?;
+        Ok(Self { path, lines: text.lines().count(), code: code::lines(tokens, &tree), tree })
     }
 }
 

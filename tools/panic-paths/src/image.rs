@@ -41,18 +41,9 @@ impl Image {
         let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
         let file =
             object::File::parse(&*bytes).with_context(|| format!("{} is not an ELF", path.display()))?;
-        let mut image = Image {
-            functions: BTreeMap::new(),
-            kinds: BTreeMap::new(),
-            sections: Vec::new(),
-        };
-        for section in file
-            .sections()
-            .filter(|section| section.kind() == SectionKind::Text)
-        {
-            image
-                .sections
-                .push((section.address() as u32, section.data()?.to_vec()));
+        let mut image = Image { functions: BTreeMap::new(), kinds: BTreeMap::new(), sections: Vec::new() };
+        for section in file.sections().filter(|section| section.kind() == SectionKind::Text) {
+            image.sections.push((section.address() as u32, section.data()?.to_vec()));
         }
         for symbol in file.symbols() {
             let name = symbol.name().unwrap_or_default();
@@ -99,9 +90,7 @@ impl Image {
 
     /// Bytes of stack that a function takes at most.
     pub fn frame(&self, function: &Function) -> u32 {
-        self.instructions(function)
-            .map(|(_, first, second)| thumb::pushed(first, second))
-            .sum()
+        self.instructions(function).map(|(_, first, second)| thumb::pushed(first, second)).sum()
     }
 
     /// Address and halfwords of every instruction; the second is 0 for instructions of 2 bytes.
@@ -120,18 +109,13 @@ impl Image {
     }
 
     fn is_code(&self, address: u32) -> bool {
-        self.kinds
-            .range(..=address)
-            .next_back()
-            .is_none_or(|(_, code)| *code)
+        self.kinds.range(..=address).next_back().is_none_or(|(_, code)| *code)
     }
 
     fn half(&self, address: u32) -> u16 {
         let byte = |address: u32| {
             self.sections.iter().find_map(|(start, bytes)| {
-                address
-                    .checked_sub(*start)
-                    .and_then(|offset| bytes.get(offset as usize).copied())
+                address.checked_sub(*start).and_then(|offset| bytes.get(offset as usize).copied())
             })
         };
         u16::from_le_bytes([byte(address).unwrap_or(0), byte(address + 1).unwrap_or(0)])

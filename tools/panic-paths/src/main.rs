@@ -13,10 +13,8 @@ fn main() -> Result<()> {
     };
     let text = std::fs::read_to_string(list).with_context(|| format!("cannot read {list}"))?;
     let accepted = accepted::parse(&text)?;
-    let walks: Vec<Walk> = roots
-        .iter()
-        .map(|root| walk::walk(Path::new(image), root))
-        .collect::<Result<_>>()?;
+    let walks: Vec<Walk> =
+        roots.iter().map(|root| walk::walk(Path::new(image), root)).collect::<Result<_>>()?;
     let mut unlisted = 0;
     for (root, walk) in roots.iter().zip(&walks) {
         println!(
@@ -33,10 +31,7 @@ fn main() -> Result<()> {
         }
     }
     for line in &accepted {
-        if !walks
-            .iter()
-            .any(|walk| walk.findings.keys().any(|finding| line.covers(finding)))
-        {
+        if !walks.iter().any(|walk| walk.findings.keys().any(|finding| line.covers(finding))) {
             println!("no longer there, take it off the list: {}", line.text());
         }
     }

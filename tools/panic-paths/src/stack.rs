@@ -35,20 +35,12 @@ impl<'a> Depths<'a> {
     /// Nothing looked at yet.
     #[must_use]
     pub fn new(image: &'a Image) -> Self {
-        Depths {
-            image,
-            known: BTreeMap::new(),
-            open: BTreeSet::new(),
-            by_register: BTreeSet::new(),
-        }
+        Depths { image, known: BTreeMap::new(), open: BTreeSet::new(), by_register: BTreeSet::new() }
     }
 
     /// The deepest chain from the function with this name.
     pub fn from(&mut self, name: &str) -> Result<Depth> {
-        let function = self
-            .image
-            .named(name)
-            .ok_or_else(|| anyhow!("the image has no function {name}"))?;
+        let function = self.image.named(name).ok_or_else(|| anyhow!("the image has no function {name}"))?;
         self.of(function)
     }
 

@@ -47,9 +47,7 @@ pub struct Walk {
 pub fn walk(path: &Path, root: &str) -> Result<Walk> {
     let image = Image::read(path)?;
     let lines = Lines::of(path)?;
-    let root = image
-        .named(root)
-        .ok_or_else(|| anyhow!("the image has no function {root}"))?;
+    let root = image.named(root).ok_or_else(|| anyhow!("the image has no function {root}"))?;
     let (mut seen, mut queue) = (BTreeSet::from([root.start]), VecDeque::from([root]));
     let mut walk = Walk::default();
     while let Some(function) = queue.pop_front() {
@@ -65,13 +63,7 @@ pub fn walk(path: &Path, root: &str) -> Result<Walk> {
                 _ => {
                     let panic = callee.map_or(BY_REGISTER, |callee| &callee.name).to_string();
                     let (inner, place) = lines.of_address(branch.at, &function.name);
-                    walk.findings
-                        .entry(Finding {
-                            function: inner,
-                            panic,
-                        })
-                        .or_default()
-                        .insert(place);
+                    walk.findings.entry(Finding { function: inner, panic }).or_default().insert(place);
                 }
             }
         }
@@ -89,9 +81,7 @@ struct Lines(Loader);
 
 impl Lines {
     fn of(path: &Path) -> Result<Self> {
-        Loader::new(path)
-            .map(Self)
-            .map_err(|error| anyhow!("{}: {error}", path.display()))
+        Loader::new(path).map(Self).map_err(|error| anyhow!("{}: {error}", path.display()))
     }
 
     /// The innermost function outside `core`, and its place in the sources.
@@ -101,19 +91,11 @@ impl Lines {
             return found;
         };
         while let Ok(Some(frame)) = frames.next() {
-            let name = frame
-                .function
-                .as_ref()
-                .and_then(|name| name.demangle().ok())
-                .unwrap_or_default();
+            let name = frame.function.as_ref().and_then(|name| name.demangle().ok()).unwrap_or_default();
             let name = without_hash(&name);
             let place = frame.location.map(|location| {
                 let file = location.file.unwrap_or_default();
-                format!(
-                    "{}:{}",
-                    file.rsplit("/").next().unwrap_or(file),
-                    location.line.unwrap_or(0)
-                )
+                format!("{}:{}", file.rsplit("/").next().unwrap_or(file), location.line.unwrap_or(0))
             });
             found = (name.to_string(), place.unwrap_or_default());
             if !(name.starts_with("core::") || name.starts_with("<core::") || name.contains("as core::")) {

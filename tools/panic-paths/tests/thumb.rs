@@ -8,10 +8,7 @@ const AT: u32 = 0x100;
 
 #[test]
 fn lengths() {
-    assert_eq!(
-        (length(0xE7FE), length(0xE800), length(0xF7FF), length(0xBD10)),
-        (2, 4, 4, 2)
-    );
+    assert_eq!((length(0xE7FE), length(0xE800), length(0xF7FF), length(0xBD10)), (2, 4, 4, 2));
 }
 
 #[test]
@@ -73,10 +70,7 @@ fn the_accepted_list_can_be_read_and_every_line_has_its_reason() {
     let list = accepted::parse(include_str!("../accepted.txt")).expect("a good list");
     assert!(!list.is_empty());
     assert!(list.iter().all(|line| line.reason.len() > 10));
-    let finding = |function: &str, panic: &str| Finding {
-        function: function.into(),
-        panic: panic.into(),
-    };
+    let finding = |function: &str, panic: &str| Finding { function: function.into(), panic: panic.into() };
     let pattern =
         accepted::parse("a::b::* | core::panicking::panic_bounds_check | reason").expect("one line");
     assert!(pattern[0].covers(&finding("a::b::c", "core::panicking::panic_bounds_check")));

@@ -82,13 +82,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;
     arguments.knowledge.allows(&motion, &config)?;
-    let first = arguments
-        .knowledge
-        .tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
-    let capture = Task::Capture {
-        trigger: arguments.trigger.of(&motion),
-        before: arguments.before,
-    };
+    let first = arguments.knowledge.tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
+    let capture = Task::Capture { trigger: arguments.trigger.of(&motion), before: arguments.before };
     let tasks: Vec<Task> = first.into_iter().chain([capture, motion]).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
     if let Some(captured) = &result.captured {
@@ -100,9 +95,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.knowledge.is_learned() && !matches!(tasks.last(), Some(Task::Excite(_))) {
         commission::succeeded(&result)?;
     }
-    let captured = result
-        .captured
-        .context("the servo has not captured anything; update its firmware")?;
+    let captured = result.captured.context("the servo has not captured anything; update its firmware")?;
     reported(&captured, arguments)
 }
 

@@ -44,11 +44,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "--answers {}: lies inside --out, where the analysis reads; name another folder",
         answers.display()
     );
-    ensure!(
-        arguments.rows >= 600,
-        "--rows {}: at least 600 are needed for one protocol",
-        arguments.rows
-    );
+    ensure!(arguments.rows >= 600, "--rows {}: at least 600 are needed for one protocol", arguments.rows);
     let spec = Spec {
         rows: arguments.rows,
         current: arguments.current.then_some(true),
@@ -61,12 +57,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         write(&draw(&spec, seed), &out.join(&name), &answers, &name)
             .with_context(|| format!("{}: cannot be written", out.join(&name).display()))?;
     }
-    outln!(
-        "{} cases in {}, answers in {}",
-        arguments.count,
-        out.display(),
-        answers.display()
-    );
+    outln!("{} cases in {}, answers in {}", arguments.count, out.display(), answers.display());
     Ok(())
 }
 
@@ -82,9 +73,6 @@ pub fn write(case: &Case, folder: &Path, answers: &Path, name: &str) -> anyhow::
     fs::write(folder.join("model.toml"), &case.model)?;
     case.log.write(&folder.join("log.csv"))?;
     case.holdout.write(&folder.join("holdout.csv"))?;
-    fs::write(
-        answers.join(format!("{name}.json")),
-        serde_json::to_string_pretty(&case.answer)?,
-    )?;
+    fs::write(answers.join(format!("{name}.json")), serde_json::to_string_pretty(&case.answer)?)?;
     Ok(())
 }

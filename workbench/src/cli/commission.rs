@@ -52,20 +52,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .writes("--save", &arguments.save)
         .check_ready()?;
     let setup = arguments.firmware.axis()?;
-    let task = Task::Commission {
-        budget_s: budget(arguments.budget_s)?,
-        seed: arguments.firmware.seed as u32,
-    };
+    let task =
+        Task::Commission { budget_s: budget(arguments.budget_s)?, seed: arguments.firmware.seed as u32 };
     let tasks = [Some(task), arguments.store.then_some(Task::Store)];
     let tasks: Vec<Task> = tasks.into_iter().flatten().collect();
     let mut told = None;
-    let result = arguments
-        .firmware
-        .run_telling(&setup, &tasks, &mut |done, log| match done {
-            Done::Commissioned(outcome) => told = Some(tell(arguments, outcome, log)),
-            Done::Stored => outln!("{:21} by the servo", "stored"),
-            _ => {}
-        })?;
+    let result = arguments.firmware.run_telling(&setup, &tasks, &mut |done, log| match done {
+        Done::Commissioned(outcome) => told = Some(tell(arguments, outcome, log)),
+        Done::Stored => outln!("{:21} by the servo", "stored"),
+        _ => {}
+    })?;
     save_log(&result.log, arguments.log.as_ref())?;
     let report = told.transpose()?;
     if let Some(error) = result.broken {
@@ -129,11 +125,9 @@ fn referencing(text: &str) -> Result<Referencing, String> {
                 current_a: current.first().copied(),
             })
         }
-        ("index", &[speed_rad_s, position_rad, reach_rad]) => Ok(Referencing::Index {
-            speed_rad_s,
-            position_rad,
-            reach_rad,
-        }),
+        ("index", &[speed_rad_s, position_rad, reach_rad]) => {
+            Ok(Referencing::Index { speed_rad_s, position_rad, reach_rad })
+        }
         _ => Err(shape.into()),
     }
 }
@@ -155,18 +149,12 @@ impl Knowledge {
         config: &Config,
     ) -> anyhow::Result<Vec<Task>> {
         let excites = matches!(motion, Task::Excite(_));
-        anyhow::ensure!(
-            !(excites && self.stored),
-            "an excitation begins from --config; leave out --stored"
-        );
+        anyhow::ensure!(!(excites && self.stored), "an excitation begins from --config; leave out --stored");
         let first = match &self.params {
             _ if self.stored => None,
             Some(path) => Some(Task::Adopt(Box::new(Params::read(path)?.estimates(config)))),
             None if excites => None,
-            None => Some(Task::Commission {
-                budget_s: budget(budget_s)?,
-                seed: seed as u32,
-            }),
+            None => Some(Task::Commission { budget_s: budget(budget_s)?, seed: seed as u32 }),
         };
         let reference = self.reference.map(Task::Reference);
         Ok(first.into_iter().chain(reference).collect())
@@ -174,11 +162,7 @@ impl Knowledge {
 
     /// An error if the motion cannot be, by the axis file alone. A servo that goes on with what it has stored knows better.
     pub fn allows(&self, motion: &Task, config: &Config) -> anyhow::Result<()> {
-        if self.stored {
-            Ok(())
-        } else {
-            profile::possible(motion, config)
-        }
+        if self.stored { Ok(()) } else { profile::possible(motion, config) }
     }
 
     /// Is there a commissioning first?
@@ -218,11 +202,7 @@ fn outcome(result: &SessionResult) -> anyhow::Result<CommissionJson> {
 
 /// One number, for people.
 pub fn print_number(name: &str, unit: &str, number: &Number) {
-    let trust = if number.trusted {
-        "trusted"
-    } else {
-        number.reason.unwrap_or("not trusted")
-    };
+    let trust = if number.trusted { "trusted" } else { number.reason.unwrap_or("not trusted") };
     match (number.value, number.interval(unit)) {
         (Some(value), Some(interval)) => outln!("{name:21} {value:8.4}  {interval:33} {trust}"),
         _ => outln!("{name:21} {:>8}  {:33} {trust}", "-", ""),
@@ -237,15 +217,6 @@ pub fn print(report: &CommissionJson) {
     for (name, unit, number) in report.numbers() {
         print_number(name, unit, &number);
     }
-    outln!(
-        "{:21} {}",
-        "mechanism",
-        format!("{:?}", report.mechanism).to_lowercase()
-    );
-    outln!(
-        "{:21} {:.2} s, {:.2} turns",
-        "took",
-        report.duration_s,
-        report.travel_rev
-    );
+    outln!("{:21} {}", "mechanism", format!("{:?}", report.mechanism).to_lowercase());
+    outln!("{:21} {:.2} s, {:.2} turns", "took", report.duration_s, report.travel_rev);
 }

@@ -22,20 +22,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let wanted = |effect: &&Effect| {
         arguments.names.is_empty() || arguments.names.iter().any(|name| name == effect.name)
     };
-    LIBRARY
-        .iter()
-        .copied()
-        .filter(wanted)
-        .for_each(|effect| out!("{}", described(effect)));
+    LIBRARY.iter().copied().filter(wanted).for_each(|effect| out!("{}", described(effect)));
     Ok(())
 }
 
 /// One effect in a few lines.
 fn described(effect: &Effect) -> String {
     let parameter = |p: &effects::Parameter| {
-        let optional = p
-            .default
-            .map_or(String::new(), |value| format!(" (optional, {value})"));
+        let optional = p.default.map_or(String::new(), |value| format!(" (optional, {value})"));
         format!("{} [{}]{optional}", p.name, p.unit)
     };
     let parameters: Vec<String> = effect.parameters.iter().map(parameter).collect();
@@ -49,10 +43,5 @@ fn described(effect: &Effect) -> String {
         ("source", effect.source),
     ];
     let rows = rows.map(|(head, body)| beside(&format!("  {head:INDENT$}"), body));
-    format!(
-        "{}\n{}{}\n",
-        effect.name,
-        beside("  ", effect.summary),
-        rows.concat()
-    )
+    format!("{}\n{}{}\n", effect.name, beside("  ", effect.summary), rows.concat())
 }

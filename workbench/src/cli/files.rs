@@ -57,10 +57,7 @@ impl Files {
 }
 
 fn listed(option: &'static str, paths: impl IntoIterator<Item: AsRef<Path>>) -> impl Iterator<Item = File> {
-    paths.into_iter().map(move |path| File {
-        option,
-        path: path.as_ref().to_owned(),
-    })
+    paths.into_iter().map(move |path| File { option, path: path.as_ref().to_owned() })
 }
 
 impl File {
@@ -78,19 +75,16 @@ impl File {
         };
         let folder = folder_of(&self.path);
         if !folder.is_dir() {
-            return refused(format!(
-                "the folder {} does not exist; make it first",
-                folder.display()
-            ));
+            return refused(format!("the folder {} does not exist; make it first", folder.display()));
         }
         if self.path.exists() && !self.path.is_file() {
             return refused("is no file that can be replaced; name another one".into());
         }
         match tempfile::tempfile_in(folder) {
             Ok(_) => Ok(()),
-            Err(error) => refused(format!(
-                "cannot be written ({error}); check the folder's permissions and space"
-            )),
+            Err(error) => {
+                refused(format!("cannot be written ({error}); check the folder's permissions and space"))
+            }
         }
     }
 
@@ -138,9 +132,7 @@ mod tests {
     fn two_outputs_in_one_place_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let (near, far) = (folder.path().join("a.txt"), folder.path().join("./a.txt"));
-        let files = Files::default()
-            .writes("--json", [near])
-            .writes("--report", [far]);
+        let files = Files::default().writes("--json", [near]).writes("--report", [far]);
         let said = files.check().unwrap_err().to_string();
         assert!(said.contains("is written by --json too"), "{said}");
     }

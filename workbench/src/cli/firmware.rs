@@ -85,9 +85,7 @@ impl Firmware {
         done: &mut dyn FnMut(&Done, &RunLog),
     ) -> anyhow::Result<SessionResult> {
         let bar = ProgressBar::new(1000);
-        bar.set_style(ProgressStyle::with_template(
-            "{msg:14} {wide_bar} {percent:>3} %",
-        )?);
+        bar.set_style(ProgressStyle::with_template("{msg:14} {wide_bar} {percent:>3} %")?);
         let result = self.run_with(setup, tasks, &mut |progress| match progress.done {
             Some(what) => bar.suspend(|| done(what, progress.log)),
             None => {
@@ -115,10 +113,8 @@ impl Firmware {
             ) => session::Start::Stored,
             _ => session::Start::Configure(*setup),
         };
-        let listening = session::Listening {
-            axis: self.axis,
-            every: session::decimation(&self.motor, &setup.config),
-        };
+        let listening =
+            session::Listening { axis: self.axis, every: session::decimation(&self.motor, &setup.config) };
         let result = session::run_kept(self.connect(&setup.config)?, start, listening, tasks, progress)?;
         if result.cleared != Fault::None {
             errln!("cleared: {}", fault_advice(result.cleared));
@@ -128,10 +124,7 @@ impl Firmware {
             errln!("current: {text}");
         }
         if self.verbose {
-            result
-                .firmware_log
-                .iter()
-                .for_each(|line| errln!("firmware: {line}"));
+            result.firmware_log.iter().for_each(|line| errln!("firmware: {line}"));
         }
         Ok(result)
     }

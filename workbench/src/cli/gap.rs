@@ -62,14 +62,8 @@ impl Arguments {
             .reads("--model", [&self.model])
             .reads("--log", [&self.log])
             .reads("--holdout", &self.holdout)
-            .writes(
-                "--json or --out",
-                self.json.clone().into_iter().chain(folder(JSON)),
-            )
-            .writes(
-                "--report or --out",
-                self.report.clone().into_iter().chain(folder(REPORT)),
-            )
+            .writes("--json or --out", self.json.clone().into_iter().chain(folder(JSON)))
+            .writes("--report or --out", self.report.clone().into_iter().chain(folder(REPORT)))
             .writes("--out", folder(EXTENDED))
     }
 }
@@ -85,18 +79,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let without = arguments.without.iter().map(|name| effects::known(name));
     let without: Result<Vec<&Effect>, String> = without.collect();
     let named = |effect: &&Effect| effect.name.to_owned();
-    let finals = arguments
-        .finals
-        .iter()
-        .map(read)
-        .map(|log| Ok(gap::as_record(log?)?));
+    let finals = arguments.finals.iter().map(read).map(|log| gap::as_record(log?));
     let options = Options {
         finals: finals.collect::<Result<_, InputError>>()?,
-        without: without
-            .map_err(|text| anyhow::anyhow!("--without: {text}"))?
-            .iter()
-            .map(named)
-            .collect(),
+        without: without.map_err(|text| anyhow::anyhow!("--without: {text}"))?.iter().map(named).collect(),
     };
     if let Log::Dynamic(record) = &log {
         time_base::check(&model, record, &columns)?;
@@ -139,20 +125,10 @@ fn progress_bar() -> ProgressBar {
 
 fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Result<()> {
     let folder = |name: &str| arguments.out.as_ref().map(|folder| folder.join(name));
-    let subtitle = format!(
-        "{} against {}",
-        arguments.model.display(),
-        arguments.log.display()
-    );
-    let html = Html {
-        title: "Where model and log disagree",
-        subtitle: &subtitle,
-    };
+    let subtitle = format!("{} against {}", arguments.model.display(), arguments.log.display());
+    let html = Html { title: "Where model and log disagree", subtitle: &subtitle };
     let origin = arguments.log.display().to_string();
-    let extended = ModelFile {
-        original: &model.source_text,
-        origin: &origin,
-    };
+    let extended = ModelFile { original: &model.source_text, origin: &origin };
     for path in [arguments.json.clone(), folder(JSON)].into_iter().flatten() {
         Json.write(outcome, &path)?;
     }

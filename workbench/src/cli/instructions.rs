@@ -65,11 +65,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             (Activity::Holding, "holding"),
             (Activity::Idle, "idle"),
         ] {
-            line(
-                tick_hz,
-                name,
-                rows.iter().filter(|row| row.record.activity == activity),
-            )?;
+            line(tick_hz, name, rows.iter().filter(|row| row.record.activity == activity))?;
         }
     }
     Ok(())
@@ -89,16 +85,9 @@ fn measure(image: &Path, tick_hz: u32) -> anyhow::Result<Vec<Row>> {
     let motor = Box::new(Builtin::new(&model, &config, 1));
     let wire = Box::new(Lockstep::start(&options, motor, config)?);
     let tasks = [
-        Task::Commission {
-            budget_s: 5.0,
-            seed: 1,
-        },
+        Task::Commission { budget_s: 5.0, seed: 1 },
         Task::Track {
-            profile: Profile::Sine {
-                amplitude_rad: 4.0,
-                frequency_hz: 1.0,
-                seconds: 3.0,
-            },
+            profile: Profile::Sine { amplitude_rad: 4.0, frequency_hz: 1.0, seconds: 3.0 },
             compensation: true,
         },
     ];
@@ -110,18 +99,9 @@ fn measure(image: &Path, tick_hz: u32) -> anyhow::Result<Vec<Row>> {
 }
 
 fn line<'a>(tick_hz: u32, name: &str, rows: impl Iterator<Item = &'a Row>) -> anyhow::Result<()> {
-    let counts: Vec<f64> = rows
-        .map(|row| f64::from(row.cost) / COUNTS_PER_INSTRUCTION)
-        .collect();
-    let worst = counts
-        .iter()
-        .copied()
-        .reduce(f64::max)
-        .context("no ticks of this kind")?;
+    let counts: Vec<f64> = rows.map(|row| f64::from(row.cost) / COUNTS_PER_INSTRUCTION).collect();
+    let worst = counts.iter().copied().reduce(f64::max).context("no ticks of this kind")?;
     let average = counts.iter().sum::<f64>() / counts.len() as f64;
-    outln!(
-        "| {tick_hz} Hz | {name} | {} | {average:.0} | {worst:.0} |",
-        counts.len()
-    );
+    outln!("| {tick_hz} Hz | {name} | {} | {average:.0} | {worst:.0} |", counts.len());
     Ok(())
 }

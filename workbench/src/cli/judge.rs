@@ -82,11 +82,7 @@ fn judged(rig: &Rig, arguments: &Arguments) -> anyhow::Result<Judged> {
         Json.write(&outcome, &folder.join(format!("{}.json", rig.name)))?;
     }
     let (held, expected) = (&outcome.holdout, &rig.expectation);
-    let names: Vec<&str> = outcome
-        .effects
-        .iter()
-        .map(|effect| effect.name.as_str())
-        .collect();
+    let names: Vec<&str> = outcome.effects.iter().map(|effect| effect.name.as_str()).collect();
     outln!(
         "{:22} {:15} {:6.1} {:6.1} {:6.1} {:6.1} {:4.0}% {seconds:5.1}  {}",
         rig.name,
@@ -96,11 +92,7 @@ fn judged(rig: &Rig, arguments: &Arguments) -> anyhow::Result<Judged> {
         expected.fit_percent,
         expected.best_known_percent,
         100.0 * outcome.unexplained.share_of_gap,
-        if names.is_empty() {
-            "–".to_owned()
-        } else {
-            names.join(" + ")
-        }
+        if names.is_empty() { "–".to_owned() } else { names.join(" + ") }
     );
     let faults = expected.faults(&outcome);
     for fault in &faults {
@@ -121,11 +113,7 @@ pub fn answer(rig: &Rig, data: Option<&Path>) -> anyhow::Result<Option<Outcome>>
     let expected = &rig.expectation;
     let columns: Columns = expected.columns.parse()?;
     let file = |relative: &PathBuf| rig.file(relative, data);
-    let holdouts = if expected.halves {
-        &[][..]
-    } else {
-        &expected.holdout[..]
-    };
+    let holdouts = if expected.halves { &[][..] } else { &expected.holdout[..] };
     let holdouts: Option<Vec<PathBuf>> = holdouts.iter().map(file).collect();
     let (Some(model), Some(log), Some(holdouts)) = (file(&expected.model), file(&expected.log), holdouts)
     else {

@@ -44,22 +44,15 @@ pub struct Arguments {
 /// Runs and shows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
-    arguments
-        .knowledge
-        .files(&arguments.firmware, &arguments.profile)
-        .check_ready()?;
+    arguments.knowledge.files(&arguments.firmware, &arguments.profile).check_ready()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let motion = profile::task(&arguments.profile, true, &config)?;
     arguments.knowledge.allows(&motion, &config)?;
-    let first = arguments
-        .knowledge
-        .tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
+    let first = arguments.knowledge.tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
     let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
     let mut view = View::new(arguments.fast);
-    let result = arguments
-        .firmware
-        .run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
+    let result = arguments.firmware.run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
     match (&result.broken, result.done.last()) {
         (Some(error), _) => Err(error.clone().into()),
         (None, Some(Done::Tracked(span) | Done::Excited(span, _))) if span.faulted => {
@@ -82,13 +75,7 @@ struct View {
 
 impl View {
     fn new(fast: bool) -> Self {
-        Self {
-            begin: None,
-            drawn: None,
-            lines: 0,
-            terminal: std::io::stdout().is_terminal(),
-            fast,
-        }
+        Self { begin: None, drawn: None, lines: 0, terminal: std::io::stdout().is_terminal(), fast }
     }
 
     fn show(&mut self, progress: &Progress) {
@@ -168,11 +155,7 @@ fn lines(progress: &Progress) -> Vec<String> {
         other => fault_advice(other),
     };
     lines.extend(wrapped(&format!("fault {fault}")));
-    lines.extend(
-        advisory_text(record.advisory)
-            .iter()
-            .flat_map(|text| wrapped(text)),
-    );
+    lines.extend(advisory_text(record.advisory).iter().flat_map(|text| wrapped(text)));
     match progress.estimates {
         Some(report) => lines.extend(estimates(report)),
         None => lines.push("estimates: none yet".to_owned()),
@@ -216,10 +199,7 @@ fn drive(log: &RunLog, record: &Record) -> String {
     let volts = f64::from(record.duty) / f64::from(config.pwm_full_scale) * supply;
     let current = match Sample::sensed(record.current_raw) {
         None => String::new(),
-        Some(raw) => format!(
-            "   current {:7.3} A",
-            f64::from(raw) * f64::from(config.current_a_per_lsb)
-        ),
+        Some(raw) => format!("   current {:7.3} A", f64::from(raw) * f64::from(config.current_a_per_lsb)),
     };
     format!("speed {speed:9.3} rad/s   voltage {volts:7.3} V of {supply:.2} V{current}")
 }
@@ -227,11 +207,7 @@ fn drive(log: &RunLog, record: &Record) -> String {
 /// Both directions of a number in one line.
 fn estimates(report: &EstimatesReport) -> [String; 3] {
     let pair = |name: &str, [positive, negative]: [&Reported; 2]| {
-        format!(
-            "{name:12} + {}   \u{2212} {}",
-            number(positive, "V"),
-            number(negative, "V")
-        )
+        format!("{name:12} + {}   \u{2212} {}", number(positive, "V"), number(negative, "V"))
     };
     [
         pair("dead zone", [&report.dead_zone_pos_v, &report.dead_zone_neg_v]),

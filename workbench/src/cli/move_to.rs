@@ -49,10 +49,7 @@ impl Place {
             (None, Some(rad)) => Target::By(rad),
             (None, None) => bail!("give --to or --by"),
         };
-        ensure!(
-            self.to.or(self.by).is_some_and(f32::is_finite),
-            "--to and --by take a finite number of rad"
-        );
+        ensure!(self.to.or(self.by).is_some_and(f32::is_finite), "--to and --by take a finite number of rad");
         Ok(target)
     }
 }
@@ -66,9 +63,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = setup.config;
     let motion = Task::Move(arguments.place.target()?);
     let mut tasks =
-        arguments
-            .knowledge
-            .tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
+        arguments.knowledge.tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
     tasks.push(motion);
     let result = arguments.firmware.run(&setup, &tasks)?;
     save_log(&result.log, arguments.log.as_ref())?;

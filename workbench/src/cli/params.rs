@@ -92,11 +92,7 @@ fn open(firmware: &Firmware) -> anyhow::Result<Client> {
 
 fn print(client: &mut Client) -> anyhow::Result<()> {
     let hello = client.hello()?;
-    outln!(
-        "# {}; started by {}",
-        found_text(hello.stored),
-        format!("{:?}", hello.cause).to_lowercase()
-    );
+    outln!("# {}; started by {}", found_text(hello.stored), format!("{:?}", hello.cause).to_lowercase());
     match client.parameters()? {
         Some(parameters) => out!("{}", parameters::print(&parameters)),
         None => outln!("# this axis is not configured"),

@@ -20,51 +20,27 @@ pub fn task(text: &str, compensation: bool, config: &Config) -> anyhow::Result<T
     let (kind, rest) = text.split_once(':').with_context(shape)?;
     if kind == "file" {
         let profile = points(Path::new(rest))?;
-        return Ok(Task::Track {
-            profile,
-            compensation,
-        });
+        return Ok(Task::Track { profile, compensation });
     }
     let numbers: Vec<f32> = rest
         .split(',')
         .map(|part| part.trim().parse())
         .collect::<Result<_, _>>()
         .map_err(|_| anyhow!("--profile is `{text}`; {}", shape()))?;
-    ensure!(
-        numbers.iter().all(|number| number.is_finite()),
-        "--profile holds a number that is not finite"
-    );
+    ensure!(numbers.iter().all(|number| number.is_finite()), "--profile holds a number that is not finite");
     let excite = |amplitude_v, from_hz, to_hz, sweep, seconds: f32| {
-        let waveform = Waveform {
-            amplitude_v,
-            from_hz,
-            to_hz,
-            sweep,
-            duration_ms: (seconds * 1000.0).round() as u32,
-        };
+        let waveform =
+            Waveform { amplitude_v, from_hz, to_hz, sweep, duration_ms: (seconds * 1000.0).round() as u32 };
         checked(&waveform, config).map(|()| Task::Excite(waveform))
     };
     match (kind, numbers.as_slice()) {
         ("sine", &[amplitude_rad, frequency_hz, seconds]) => {
-            let profile = Profile::Sine {
-                amplitude_rad,
-                frequency_hz,
-                seconds: lasting(seconds)?,
-            };
-            Ok(Task::Track {
-                profile,
-                compensation,
-            })
+            let profile = Profile::Sine { amplitude_rad, frequency_hz, seconds: lasting(seconds)? };
+            Ok(Task::Track { profile, compensation })
         }
         ("step", &[amplitude_rad, seconds]) => {
-            let profile = Profile::Step {
-                amplitude_rad,
-                seconds: lasting(seconds)?,
-            };
-            Ok(Task::Track {
-                profile,
-                compensation,
-            })
+            let profile = Profile::Step { amplitude_rad, seconds: lasting(seconds)? };
+            Ok(Task::Track { profile, compensation })
         }
         ("voltage_sine", &[volts, hz, seconds]) => excite(volts, hz, hz, Sweep::Linear, seconds),
         ("chirp", &[volts, from, to, seconds]) => excite(volts, from, to, Sweep::Linear, seconds),
@@ -105,9 +81,7 @@ fn checked(waveform: &Waveform, config: &Config) -> anyhow::Result<()> {
         config.travel_limit_rad.is_none(),
         "--profile applies a voltage, which no end stop bounds: only for an axis without axis.travel_limit_rad"
     );
-    waveform
-        .plan(&scale)
-        .map_err(|error| anyhow!("--profile: {}", range_text(&error)))?;
+    waveform.plan(&scale).map_err(|error| anyhow!("--profile: {}", range_text(&error)))?;
     Ok(())
 }
 
@@ -129,9 +103,7 @@ fn points(path: &Path) -> anyhow::Result<Profile> {
     for (line, row) in (2..).zip(reader.records()) {
         let row = row.with_context(|| format!("{name}, line {line}: is not a row of the table"))?;
         let number = |column: usize| {
-            row.get(column)
-                .and_then(|cell| cell.parse::<f64>().ok())
-                .filter(|x| x.is_finite())
+            row.get(column).and_then(|cell| cell.parse::<f64>().ok()).filter(|x| x.is_finite())
         };
         let (Some(t), Some(angle)) = (number(time), number(theta)) else {
             bail!("{name}, line {line}: t_s and theta_ref_rad must be finite numbers");
@@ -153,9 +125,6 @@ fn points(path: &Path) -> anyhow::Result<Profile> {
             alpha_rad_s2: further(alpha, "alpha_ref_rad_s2")?,
         });
     }
-    ensure!(
-        points.len() >= 2,
-        "{name}: holds fewer than two points; a profile needs a beginning and an end"
-    );
+    ensure!(points.len() >= 2, "{name}: holds fewer than two points; a profile needs a beginning and an end");
     Ok(Profile::Points(points))
 }

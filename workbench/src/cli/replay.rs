@@ -35,10 +35,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     );
     let verdict = replay::replay(&tape)?;
     for (tick, told) in &verdict.told {
-        outln!(
-            "{:8.2} s   {told}",
-            f64::from(*tick) / f64::from(setup.config.tick_hz)
-        );
+        outln!("{:8.2} s   {told}", f64::from(*tick) / f64::from(setup.config.tick_hz));
     }
     anyhow::ensure!(verdict.identical(), "{}: {verdict}", arguments.log.display());
     outln!("{verdict}");

@@ -37,10 +37,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let columns: Columns = arguments.columns.parse()?;
     let model = model::read(&arguments.model)?;
     let Log::Dynamic(input) = log::read_input(&arguments.input, &columns)? else {
-        anyhow::bail!(
-            "{}: has no time column; a simulation needs t_s",
-            arguments.input.display()
-        );
+        anyhow::bail!("{}: has no time column; a simulation needs t_s", arguments.input.display());
     };
     let text = simulated(&model, &input);
     match &arguments.out {
@@ -56,17 +53,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 fn simulated(model: &Model, input: &Dynamic) -> String {
     let mut plant = driven_by(&model.kind, model.physics(), input.input);
     if !plant.supply_v.is_finite() {
-        plant.supply_v = input
-            .runs
-            .iter()
-            .flat_map(|run| &run.input)
-            .fold(0.0, |most: f64, u| most.max(u.abs()));
+        plant.supply_v =
+            input.runs.iter().flat_map(|run| &run.input).fold(0.0, |most: f64, u| most.max(u.abs()));
     }
-    let (position, speed) = if model.linear() {
-        ("q_m", "v_m_s")
-    } else {
-        ("theta_rad", "omega_rad_s")
-    };
+    let (position, speed) = if model.linear() { ("q_m", "v_m_s") } else { ("theta_rad", "omega_rad_s") };
     let mut text = format!("run,t_s,{},bridge,{position},{speed},i_a\n", input.input.column());
     let mut traces = Traces::default();
     for run in &input.runs {

@@ -67,16 +67,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
     let chosen = setup.choices.compensation.unwrap_or(true);
-    let compensation = arguments
-        .compensation
-        .map_or(chosen, |switch| switch == Switch::On);
+    let compensation = arguments.compensation.map_or(chosen, |switch| switch == Switch::On);
     let motion = profile::task(&arguments.profile, compensation, &config)?;
     if !arguments.fit {
         arguments.knowledge.allows(&motion, &config)?;
     }
-    let first = arguments
-        .knowledge
-        .tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
+    let first = arguments.knowledge.tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
     let fit = arguments.fit.then_some(Task::Fit);
     let tasks: Vec<Task> = first.into_iter().chain(fit).chain([motion]).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
@@ -90,14 +86,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             concluded(arguments, &result.log, &report, &|| print_learned(&report))
         }
         Some(Done::Tracked(span)) => {
-            let report = TrackJson {
-                fitted: result.fitted.map(Into::into),
-                ..TrackJson::new(&result.log, span)
-            };
-            let learned = arguments
-                .knowledge
-                .is_learned()
-                .then(|| commission::succeeded(&result));
+            let report =
+                TrackJson { fitted: result.fitted.map(Into::into), ..TrackJson::new(&result.log, span) };
+            let learned = arguments.knowledge.is_learned().then(|| commission::succeeded(&result));
             let learned = learned.transpose()?;
             concluded(arguments, &result.log, &report, &|| {
                 learned.iter().for_each(commission::print);
@@ -134,11 +125,7 @@ fn print_loop(result: &SessionResult, tasks: &[Task]) {
         (_, Some(Task::Adopt(estimates))) => Some(&**estimates),
         _ => None,
     };
-    let shape = |known| {
-        LoopShape::of(&result.log.config, result.tuning, known)
-            .ok()
-            .flatten()
-    };
+    let shape = |known| LoopShape::of(&result.log.config, result.tuning, known).ok().flatten();
     if let Some(shape) = known.and_then(shape) {
         outln!(
             "{:21} crossover {:.1} rad/s, phase margin {:.0}°",
@@ -169,11 +156,7 @@ fn print_tracked(log: &RunLog, report: &TrackJson) {
         report.speed_peak_rad_s
     );
     if report.saturated_share > 0.0 {
-        outln!(
-            "{:21} {:.1} % of the time",
-            "limits acted",
-            100.0 * report.saturated_share
-        );
+        outln!("{:21} {:.1} % of the time", "limits acted", 100.0 * report.saturated_share);
     }
     let last = log.rows.last();
     if let Some(text) = last.and_then(|row| advisory_text(row.record.advisory)) {

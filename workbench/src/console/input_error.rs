@@ -39,9 +39,7 @@ impl InputError {
 pub fn nearest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wrong = wrong.to_lowercase();
     let known: Vec<&str> = known.into_iter().collect();
-    if let Some(longer) = known
-        .iter()
-        .find(|name| wrong.len() > 2 && name.to_lowercase().starts_with(&wrong))
+    if let Some(longer) = known.iter().find(|name| wrong.len() > 2 && name.to_lowercase().starts_with(&wrong))
     {
         return Some(longer);
     }

@@ -21,10 +21,7 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 /// … because of a signal.
 static SIGNALLED: AtomicBool = AtomicBool::new(false);
 /// What would be left behind.
-static LEFT: Mutex<Left> = Mutex::new(Left {
-    groups: Vec::new(),
-    folders: Vec::new(),
-});
+static LEFT: Mutex<Left> = Mutex::new(Left { groups: Vec::new(), folders: Vec::new() });
 
 struct Left {
     groups: Vec<Pid>,
@@ -65,13 +62,9 @@ pub fn ask() {
 /// Watches for signals from now on. One that the program was started to ignore (`nohup`) stays ignored.
 pub fn watch() -> io::Result<()> {
     let ignored = ignored_signals();
-    let heeded = [SIGINT, SIGTERM, SIGHUP]
-        .into_iter()
-        .filter(|signal| ignored >> (signal - 1) & 1 == 0);
+    let heeded = [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
     let mut signals = Signals::new(heeded)?;
-    std::thread::Builder::new()
-        .name("signals".into())
-        .spawn(move || signals.forever().for_each(heed))?;
+    std::thread::Builder::new().name("signals".into()).spawn(move || signals.forever().for_each(heed))?;
     Ok(())
 }
 
@@ -92,8 +85,7 @@ fn heed(signal: i32) {
 fn ignored_signals() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
-        .unwrap_or(0)
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
 }
 
 /// Nothing that was started or made stays.

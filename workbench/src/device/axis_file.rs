@@ -5,29 +5,22 @@ use crate::device::link::range_text;
 use crate::device::parameters;
 use crate::device::setup::{Choices, Setup};
 use serde::Deserialize;
-use servo::config::Config;
+use servo::config::{Config, SETTINGS, Setting, Value as Number};
 use servo::protect::{Fault, SettingsError, Thermal};
 use std::collections::BTreeMap;
 use std::path::Path;
-use toml::Spanned;
+use toml::{Spanned, Value};
 
-/// Reload value of TIM1 for 20 kHz centre-aligned PWM at 168 MHz.
-const PWM_FULL_SCALE: u16 = 4200;
-/// Full scale of a 12-bit converter.
-const CONVERTER_FULL_SCALE: f32 = 4096.0;
-/// The supply converter reaches this many times the nominal voltage, so that regeneration does not clip it.
-const SUPPLY_HEADROOM: f32 = 2.0;
-/// Current per converter count when the file does not say: ±20 A over 12 bits.
-const CURRENT_A_PER_LSB: f32 = 40.0 / CONVERTER_FULL_SCALE;
+/// Keys and values of a section.
+type Section = BTreeMap<Spanned<String>, Spanned<Value>>;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    supply: Supply,
-    encoder: Encoder,
-    axis: Axis,
-    #[serde(default)]
-    limits: Limits,
+    supply: Spanned<Section>,
+    encoder: Spanned<Section>,
+    axis: Spanned<Section>,
+    limits: Option<Spanned<Section>>,
     #[serde(default)]
     loops: Loops,
     /// Fault → action.
@@ -35,47 +28,9 @@ struct File {
     protection: BTreeMap<Spanned<String>, Spanned<String>>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Supply {
-    nominal_v: f32,
-    vbus_v_per_lsb: Option<f32>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Encoder {
-    counts_per_rev: u32,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Axis {
-    rated_speed_rad_s: f32,
-    tick_hz: Option<u32>,
-    time_constant_hint_s: Option<f32>,
-    gear_ratio: Option<f32>,
-    travel_limit_rad: Option<[f32; 2]>,
-    pwm_delay_ticks: Option<u8>,
-    pwm_full_scale: Option<u16>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Limits {
-    current_a: Option<f32>,
-    energy_j: Option<f32>,
-    speed_rad_s: Option<f32>,
-    current_a_per_lsb: Option<f32>,
-    continuous_current_a: Option<f32>,
-    thermal_time_constant_s: Option<u16>,
-    command_timeout_ms: Option<u16>,
-    supply_low_v: Option<f32>,
-    supply_high_v: Option<f32>,
-    acceleration_rad_s2: Option<f32>,
-    jerk_rad_s3: Option<f32>,
-    voltage_v: Option<f32>,
-}
+/// Keys of `[limits]` that are no settings of [`Config`].
+const PROTECTION_LIMITS: [&str; 3] =
+    ["continuous_current_a", "thermal_time_constant_s", "command_timeout_ms"];
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -96,18 +51,20 @@ pub fn read(path: &Path) -> Result<Setup, InputError> {
 /// Checks a text; `source` names it in messages.
 pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
     let file: File = toml::from_str(text).map_err(|error| syntax(source, text, &error))?;
+    let reader = Reader { source, text };
     let actions = file.actions(source, text)?;
-    let thermal = file.limits.thermal(source)?;
+    let config = reader.config(&file)?;
+    let thermal = reader.thermal(&file)?;
     let setup = Setup {
         choices: Choices {
             thermal,
-            command_timeout_ms: file.limits.command_timeout_ms,
+            command_timeout_ms: reader.limit(&file, "command_timeout_ms")?,
             bandwidth: file.loops.bandwidth,
             integral: file.loops.integral,
             compensation: file.loops.compensation,
             actions,
         },
-        config: file.config(),
+        config,
     };
     setup.parameters(None).check().map_err(|error| match error {
         SettingsError::Value(error) => {
@@ -150,9 +107,7 @@ fn syntax(source: &str, text: &str, error: &toml::de::Error) -> InputError {
         return InputError::line(source, 1, message);
     };
     let (before, here) = text.split_at(span.start.min(text.len()));
-    let line = [before.rsplit('\n').next(), here.lines().next()]
-        .map(Option::unwrap_or_default)
-        .concat();
+    let line = [before.rsplit('\n').next(), here.lines().next()].map(Option::unwrap_or_default).concat();
     let header = |line: &str| {
         let line = line.trim();
         line.starts_with('[').then(|| line.to_owned())
@@ -161,9 +116,9 @@ fn syntax(source: &str, text: &str, error: &toml::de::Error) -> InputError {
     let key = line.split_once('=').map_or("", |(key, _)| key.trim());
     let mut quoted = message.split('`').skip(1).step_by(2);
     let hint = match quoted.next() {
-        Some(wrong) if message.starts_with("unknown field") => nearest(wrong, quoted)
-            .map(|near| format!("; the nearest is `{near}`"))
-            .unwrap_or_default(),
+        Some(wrong) if message.starts_with("unknown field") => {
+            nearest(wrong, quoted).map(|near| format!("; the nearest is `{near}`")).unwrap_or_default()
+        }
         _ => String::new(),
     };
     let place = match (table.is_empty() || header(&line).is_some(), key.is_empty()) {
@@ -171,19 +126,114 @@ fn syntax(source: &str, text: &str, error: &toml::de::Error) -> InputError {
         (false, true) => format!("{table}: "),
         (false, false) => format!("{table} {key}: "),
     };
-    InputError::line(
-        source,
-        line_of(text, span.start),
-        format!("{place}{message}{hint}"),
-    )
+    InputError::line(source, line_of(text, span.start), format!("{place}{message}{hint}"))
 }
 
-impl Limits {
+/// The file's text, for messages.
+struct Reader<'a> {
+    source: &'a str,
+    text: &'a str,
+}
+
+impl Reader<'_> {
+    /// Every setting: from the file, else its default.
+    fn config(&self, file: &File) -> Result<Config, InputError> {
+        let mut config = Config::EXAMPLE;
+        for section in ["supply", "encoder", "axis", "limits"] {
+            self.known(section, file)?;
+            let rows = SETTINGS.iter().filter(|row| row.field.name().split('.').next() == Some(section));
+            for row in rows {
+                self.setting(&mut config, row, section, file)?;
+            }
+        }
+        Ok(config)
+    }
+
+    fn setting(
+        &self,
+        config: &mut Config,
+        row: &Setting,
+        section: &str,
+        file: &File,
+    ) -> Result<(), InputError> {
+        let key = row.field.name().split('.').nth(1).unwrap_or_default();
+        let value = match file.value(section, key) {
+            Some(value) => self.value(section, key, value, (row.get)(&Config::EXAMPLE))?,
+            None => (row.fallback)(config).ok_or_else(|| {
+                let line = file.section(section).map_or(1, |s| line_of(self.text, s.span().start));
+                InputError::line(self.source, line, format!("missing field `{key}`"))
+            })?,
+        };
+        (row.set)(config, value).ok_or_else(|| {
+            let line = file.value(section, key).map_or(1, |value| line_of(self.text, value.span().start));
+            InputError::line(self.source, line, format!("[{section}] {key} must be {}", row.range))
+        })
+    }
+
+    /// A value in the type of its setting, in the parser's own words if it is none.
+    fn value(
+        &self,
+        section: &str,
+        key: &str,
+        value: &Spanned<Value>,
+        like: Number,
+    ) -> Result<Number, InputError> {
+        let wrong = |error: toml::de::Error| {
+            let line = line_of(self.text, value.span().start);
+            let words = error.message().replace('\n', " ");
+            InputError::line(self.source, line, format!("[{section}] {key}: {}", words.trim_end()))
+        };
+        let inner = value.get_ref().clone();
+        Ok(match like {
+            Number::Whole(_) => Number::Whole(inner.try_into().map_err(wrong)?),
+            _ if inner.is_array() => Number::Pair(inner.try_into().map_err(wrong)?),
+            _ => Number::Number(inner.try_into().map_err(wrong)?),
+        })
+    }
+
+    /// Refuses unknown keys, and names the nearest one.
+    fn known(&self, section: &str, file: &File) -> Result<(), InputError> {
+        let settings = SETTINGS.iter().filter_map(|row| row.field.name().split_once('.'));
+        let mut known: Vec<&str> = settings.filter(|(of, _)| *of == section).map(|(_, key)| key).collect();
+        if section == "limits" {
+            known.extend(PROTECTION_LIMITS);
+        }
+        let Some(table) = file.section(section) else {
+            return Ok(());
+        };
+        for key in table.get_ref().keys() {
+            let name = key.get_ref().as_str();
+            if !known.contains(&name) {
+                let all = known.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
+                let near = nearest(name, known.iter().copied())
+                    .map(|near| format!("; the nearest is `{near}`"))
+                    .unwrap_or_default();
+                let line = line_of(self.text, key.span().start);
+                let what = format!("[{section}] {name}: unknown field `{name}`, expected one of {all}{near}");
+                return Err(InputError::line(self.source, line, what));
+            }
+        }
+        Ok(())
+    }
+
+    /// A key of `[limits]` that is no setting of [`Config`].
+    fn limit<T: serde::de::DeserializeOwned>(&self, file: &File, key: &str) -> Result<Option<T>, InputError> {
+        let Some(value) = file.value("limits", key) else {
+            return Ok(None);
+        };
+        value.get_ref().clone().try_into().map(Some).map_err(|error: toml::de::Error| {
+            let line = line_of(self.text, value.span().start);
+            let what = format!("[limits] {key}: {}", error.message().replace('\n', " ").trim_end());
+            InputError::line(self.source, line, what)
+        })
+    }
+
     /// Both numbers make the thermal limit; the time constant alone is none.
-    fn thermal(&self, source: &str) -> Result<Option<Thermal>, InputError> {
-        match (self.continuous_current_a, self.thermal_time_constant_s) {
-            (None, Some(_)) => Err(InputError::file(
-                source,
+    fn thermal(&self, file: &File) -> Result<Option<Thermal>, InputError> {
+        let continuous: Option<f32> = self.limit(file, "continuous_current_a")?;
+        match (continuous, self.limit(file, "thermal_time_constant_s")?) {
+            (None, Some::<u16>(_)) => Err(InputError::file(
+                self.source,
                 "limits.thermal_time_constant_s needs limits.continuous_current_a beside it: the current that the \
                  winding carries for ever",
             )),
@@ -215,31 +265,17 @@ impl File {
         Ok(actions)
     }
 
-    fn config(&self) -> Config {
-        let nominal = self.supply.nominal_v;
-        Config {
-            supply_nominal_v: nominal,
-            counts_per_rev: self.encoder.counts_per_rev,
-            rated_speed_rad_s: self.axis.rated_speed_rad_s,
-            tick_hz: self.axis.tick_hz.unwrap_or(10_000),
-            time_constant_hint_s: self.axis.time_constant_hint_s.into(),
-            gear_ratio: self.axis.gear_ratio.unwrap_or(1.0),
-            travel_limit_rad: self.axis.travel_limit_rad,
-            current_limit_a: self.limits.current_a.into(),
-            energy_limit_j: self.limits.energy_j.into(),
-            speed_limit_rad_s: self.limits.speed_rad_s.into(),
-            pwm_delay_ticks: self.axis.pwm_delay_ticks.unwrap_or(1),
-            pwm_full_scale: self.axis.pwm_full_scale.unwrap_or(PWM_FULL_SCALE),
-            vbus_v_per_lsb: self
-                .supply
-                .vbus_v_per_lsb
-                .unwrap_or(SUPPLY_HEADROOM * nominal / CONVERTER_FULL_SCALE),
-            current_a_per_lsb: self.limits.current_a_per_lsb.unwrap_or(CURRENT_A_PER_LSB),
-            supply_low_v: self.limits.supply_low_v.into(),
-            supply_high_v: self.limits.supply_high_v.into(),
-            acceleration_limit_rad_s2: self.limits.acceleration_rad_s2.into(),
-            jerk_limit_rad_s3: self.limits.jerk_rad_s3.into(),
-            voltage_limit_v: self.limits.voltage_v.into(),
+    fn section(&self, name: &str) -> Option<&Spanned<Section>> {
+        match name {
+            "supply" => Some(&self.supply),
+            "encoder" => Some(&self.encoder),
+            "axis" => Some(&self.axis),
+            _ => self.limits.as_ref(),
         }
+    }
+
+    fn value(&self, section: &str, key: &str) -> Option<&Spanned<Value>> {
+        let table = self.section(section)?.get_ref();
+        table.iter().find(|(name, _)| name.get_ref() == key).map(|(_, value)| value)
     }
 }

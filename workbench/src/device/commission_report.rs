@@ -86,9 +86,8 @@ pub struct CommissionJson {
 impl CommissionJson {
     /// From what the chip has said.
     pub fn new(outcome: &Outcome, config: &Config) -> Result<Self, InputError> {
-        let scale = config
-            .build()
-            .map_err(|error| InputError(format!("{} is out of range", error.field.name())))?;
+        let scale =
+            config.build().map_err(|error| InputError(format!("{} is out of range", error.field.name())))?;
         let report = outcome.report(&scale);
         let estimates = report.estimates;
         Ok(CommissionJson {
@@ -102,10 +101,9 @@ impl CommissionJson {
             mechanism: estimates.mechanism,
             duration_s: decimal(report.duration_s),
             travel_rev: decimal(report.travel_rev),
-            refused: report.refused.map(|reason| Refused {
-                code: reason.code(),
-                text: advice(reason).into(),
-            }),
+            refused: report
+                .refused
+                .map(|reason| Refused { code: reason.code(), text: advice(reason).into() }),
         })
     }
 
@@ -271,9 +269,8 @@ impl Params {
         let text = std::fs::read_to_string(path)
             .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
         let params: Params = toml::from_str(&text).map_err(|error| {
-            let line = error.span().map_or(1, |span| {
-                1 + text[..span.start.min(text.len())].matches('\n').count()
-            });
+            let line =
+                error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count());
             InputError::line(&source, line as u64, error.message().replace('\n', " "))
         })?;
         if params.schema != PARAMS_SCHEMA {
@@ -293,14 +290,8 @@ impl Params {
         let gain = f64::from(1u32 << GAIN_FRAC) * nominal / f64::from(config.rated_speed_rad_s);
         let second = f64::from(1u32 << TIME_FRAC) * f64::from(config.tick_hz);
         Estimates {
-            dead_zone: [
-                estimate(self.dead_zone_pos_v, volt),
-                estimate(self.dead_zone_neg_v, volt),
-            ],
-            saturation: [
-                estimate(self.saturation_pos_v, volt),
-                estimate(self.saturation_neg_v, volt),
-            ],
+            dead_zone: [estimate(self.dead_zone_pos_v, volt), estimate(self.dead_zone_neg_v, volt)],
+            saturation: [estimate(self.saturation_pos_v, volt), estimate(self.saturation_neg_v, volt)],
             gain_skew: 0,
             gain: estimate(self.gain_rad_s_per_v, gain),
             time_constant: estimate(self.time_constant_s, second),

@@ -42,20 +42,13 @@ pub struct Export {
 impl Export {
     /// The file, with what is missing in it as comments.
     pub fn text(&self) -> Result<String, InputError> {
-        let comments: String = self
-            .remarks()
-            .iter()
-            .map(|remark| format!("# {remark}\n"))
-            .collect();
+        let comments: String = self.remarks().iter().map(|remark| format!("# {remark}\n")).collect();
         Ok(comments + &self.params.text()?)
     }
 
     /// What a reader of the numbers has to know, a line each.
     pub fn remarks(&self) -> Vec<String> {
-        let left_out = self
-            .left_out
-            .iter()
-            .map(|what| format!("not compensated by the firmware: {what}"));
+        let left_out = self.left_out.iter().map(|what| format!("not compensated by the firmware: {what}"));
         let doubts = self.doubts.iter().map(|doubt| format!("not trusted: {doubt}"));
         left_out.chain(doubts).collect()
     }
@@ -79,22 +72,14 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
     let mut zone = |name: &str, seen: bool, pick: Pick| seen.then(|| voltage(name, pick, true));
     let dead_zone_pos_v = zone("dead_zone_pos_v", value.dead_zone[0] > 0.0, |t| t.dead_zone[0]);
     let dead_zone_neg_v = zone("dead_zone_neg_v", value.dead_zone[1] > 0.0, |t| t.dead_zone[1]);
-    let sure = [dead_zone_pos_v, dead_zone_neg_v]
-        .iter()
-        .flatten()
-        .all(Kept::is_trusted);
+    let sure = [dead_zone_pos_v, dead_zone_neg_v].iter().flatten().all(Kept::is_trusted);
     let mut limit =
         |name: &str, level: f64, pick: Pick| below_supply(level).then(|| voltage(name, pick, sure));
     let saturation_pos_v = limit("saturation_pos_v", value.saturation[0], |t| t.saturation[0]);
     let saturation_neg_v = limit("saturation_neg_v", value.saturation[1], |t| t.saturation[1]);
     let mut linear = |name: &str, pick: Pick| {
         let u95 = U95 * (from_effects(model, pick) + from_base(model, pick, false)).sqrt();
-        number(
-            name,
-            pick,
-            u95,
-            doubtful(model, pick).or_else(|| goes_along(sure)),
-        )
+        number(name, pick, u95, doubtful(model, pick).or_else(|| goes_along(sure)))
     };
     let params = Params {
         mechanism: value.mechanism,
@@ -106,11 +91,7 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
         time_constant_s: Some(linear("time_constant_s", |t| t.time_constant)),
         ..Params::nothing()
     };
-    Ok(Export {
-        params,
-        left_out: left_out(model),
-        doubts,
-    })
+    Ok(Export { params, left_out: left_out(model), doubts })
 }
 
 /// As on the chip, whose other numbers are trusted with the dead zones.
@@ -136,17 +117,11 @@ fn behind(model: &Model, pick: Pick) -> Vec<(&'static str, Option<&str>)> {
 
 /// Why the effects in a number are not to be trusted, if so.
 fn doubtful(model: &Model, pick: Pick) -> Option<String> {
-    behind(model, pick)
-        .into_iter()
-        .find_map(|(name, standing)| match standing? {
-            NAMED => None,
-            "tie" => Some(format!(
-                "{name} is one name of a tie; make the experiment that tells the names apart"
-            )),
-            _ => Some(format!(
-                "{name} comes from a verdict that leaves something unexplained"
-            )),
-        })
+    behind(model, pick).into_iter().find_map(|(name, standing)| match standing? {
+        NAMED => None,
+        "tie" => Some(format!("{name} is one name of a tie; make the experiment that tells the names apart")),
+        _ => Some(format!("{name} comes from a verdict that leaves something unexplained")),
+    })
 }
 
 fn too_wide(value: f64, u95: f64) -> Option<String> {
@@ -219,12 +194,8 @@ impl Terminal {
         let towards = [1.0, -1.0];
         let side = |side: usize, level: f64| (level - towards[side] * plant.drive_offset) / plant.drive_gain;
         Terminal {
-            dead_zone: [0, 1].map(|at| {
-                side(
-                    at,
-                    zone[at] + plant.drop_v + friction[at] - towards[at] * volts(load),
-                )
-            }),
+            dead_zone: [0, 1]
+                .map(|at| side(at, zone[at] + plant.drop_v + friction[at] - towards[at] * volts(load))),
             saturation: [0, 1].map(|at| side(at, limit[at] + zone[at])),
             gain: plant.drive_gain * plant.dc_gain(),
             time_constant: plant.time_constant_s() + electrical(&plant),

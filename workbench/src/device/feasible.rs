@@ -95,11 +95,9 @@ impl Ability {
     /// What a profile lacks, if anything. A jump is planned within the limits by the servo itself.
     pub fn shortfall(&self, profile: &Profile) -> Option<Shortfall> {
         match profile {
-            Profile::Sine {
-                amplitude_rad,
-                frequency_hz,
-                seconds,
-            } => self.sine(*amplitude_rad, *frequency_hz, *seconds),
+            Profile::Sine { amplitude_rad, frequency_hz, seconds } => {
+                self.sine(*amplitude_rad, *frequency_hz, *seconds)
+            }
             Profile::Points(points) => self.points(&waypoints::knots(points, FINE_HZ, 1)),
             Profile::Step { .. } => None,
         }
@@ -120,12 +118,7 @@ impl Ability {
                 amplitude_rad: amplitude * share,
                 frequency_hz: f64::from(frequency_hz) * share,
             };
-            return Some(Shortfall {
-                needed: speed,
-                available: self.fastest_rad_s,
-                unit: "rad/s",
-                fitted,
-            });
+            return Some(Shortfall { needed: speed, available: self.fastest_rad_s, unit: "rad/s", fitted });
         }
         let short = needed_v > f64::from(FEASIBLE) * self.available_v;
         short.then(|| Shortfall {
@@ -160,18 +153,9 @@ impl Ability {
         let (mut quick, mut slow) = (1.0, needed / aim);
         for _ in 0..30 {
             let middle = 0.5 * (quick + slow);
-            *(if takes(middle) > aim {
-                &mut quick
-            } else {
-                &mut slow
-            }) = middle;
+            *(if takes(middle) > aim { &mut quick } else { &mut slow }) = middle;
         }
-        Some(Shortfall {
-            needed,
-            available: self.streamed_v,
-            unit: "V",
-            fitted: Fitted::Slower(slow),
-        })
+        Some(Shortfall { needed, available: self.streamed_v, unit: "V", fitted: Fitted::Slower(slow) })
     }
 
     /// Voltage behind the dead zone that is exceeded for [`CLIPPED_SHARE`] of the time in motion, V, if all times are
@@ -212,11 +196,7 @@ impl Shortfall {
     pub fn fit(&self, profile: &Profile) -> Profile {
         match (profile, self.fitted) {
             (
-                Profile::Sine {
-                    amplitude_rad: asked,
-                    frequency_hz,
-                    seconds,
-                },
+                Profile::Sine { amplitude_rad: asked, frequency_hz, seconds },
                 Fitted::Sine { amplitude_rad, .. },
             ) => Profile::Sine {
                 amplitude_rad: (amplitude_rad as f32).copysign(*asked),
@@ -252,11 +232,7 @@ impl Shortfall {
 
 impl std::fmt::Display for Shortfall {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let beyond = if self.unit == "V" {
-            " beyond the dead zone"
-        } else {
-            ""
-        };
+        let beyond = if self.unit == "V" { " beyond the dead zone" } else { "" };
         write!(
             f,
             "--profile takes {:.2} {unit}{beyond} and {:.2} {unit} are left: ",
@@ -265,17 +241,13 @@ impl std::fmt::Display for Shortfall {
             unit = self.unit
         )?;
         match self.fitted {
-            Fitted::Sine {
-                amplitude_rad,
-                frequency_hz,
-            } => write!(
+            Fitted::Sine { amplitude_rad, frequency_hz } => write!(
                 f,
                 "choose at most {amplitude_rad:.4} rad or {frequency_hz:.4} Hz, or give --fit to scale the amplitude"
             ),
-            Fitted::Slower(factor) => write!(
-                f,
-                "make it {factor:.3} times slower, or give --fit to stretch its times"
-            ),
+            Fitted::Slower(factor) => {
+                write!(f, "make it {factor:.3} times slower, or give --fit to stretch its times")
+            }
         }
     }
 }
@@ -299,11 +271,7 @@ mod tests {
     };
 
     fn sine(amplitude_rad: f32, frequency_hz: f32) -> Profile {
-        Profile::Sine {
-            amplitude_rad,
-            frequency_hz,
-            seconds: 10.0,
-        }
+        Profile::Sine { amplitude_rad, frequency_hz, seconds: 10.0 }
     }
 
     /// By hand: 10 rad at 1 Hz are 62.8 rad/s · √(1 + 0.628²) = 74.2 rad/s, 7.42 V of 6 V.
@@ -311,20 +279,13 @@ mod tests {
     fn a_sine_that_takes_too_much_names_what_would_fit_and_that_fits() {
         let short = MOTOR.shortfall(&sine(10.0, 1.0)).expect("7.4 V of 6 V");
         assert!((short.needed - 7.42).abs() < 0.01, "{short}");
-        let Fitted::Sine {
-            amplitude_rad,
-            frequency_hz,
-        } = short.fitted
-        else {
+        let Fitted::Sine { amplitude_rad, frequency_hz } = short.fitted else {
             panic!("{short}");
         };
         assert!((amplitude_rad - 8.09).abs() < 0.01, "{amplitude_rad}");
         for (amplitude, frequency) in [(amplitude_rad, 1.0), (10.0, frequency_hz)] {
             let takes = amplitude * TAU * frequency * (TAU * frequency * 0.1).hypot(1.0) / 10.0;
-            assert!(
-                (takes - 6.0).abs() < 1e-2,
-                "{amplitude} rad, {frequency} Hz: {takes} V"
-            );
+            assert!((takes - 6.0).abs() < 1e-2, "{amplitude} rad, {frequency} Hz: {takes} V");
         }
         assert_eq!(MOTOR.shortfall(&short.fit(&sine(10.0, 1.0))), None);
         // A tenth more than there is may be clipped.
@@ -338,12 +299,7 @@ mod tests {
         });
         let rows = [(0.0, 0.0)].into_iter().chain(moving);
         Profile::Points(
-            rows.map(|(time_s, theta_rad)| Waypoint {
-                time_s,
-                theta_rad,
-                ..Waypoint::default()
-            })
-            .collect(),
+            rows.map(|(time_s, theta_rad)| Waypoint { time_s, theta_rad, ..Waypoint::default() }).collect(),
         )
     }
 
@@ -356,10 +312,7 @@ mod tests {
         assert!((7.2..7.5).contains(&short.needed), "{short}");
         let fitted = short.fit(&profile);
         assert_eq!(MOTOR.shortfall(&fitted), None);
-        assert!(
-            matches!(short.fitted, Fitted::Slower(factor) if (1.3..1.6).contains(&factor)),
-            "{short}"
-        );
+        assert!(matches!(short.fitted, Fitted::Slower(factor) if (1.3..1.6).contains(&factor)), "{short}");
     }
 
     #[test]

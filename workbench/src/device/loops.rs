@@ -57,24 +57,14 @@ impl LoopShape {
         high *= 2f64.powf(1.0 / STEPS);
         for _ in 0..60 {
             let middle = (low * high).sqrt();
-            *(if magnitude(middle) < 1.0 {
-                &mut high
-            } else {
-                &mut low
-            }) = middle;
+            *(if magnitude(middle) < 1.0 { &mut high } else { &mut low }) = middle;
         }
         let phase = (-open_loop(motor, gains, delay_ticks, low)).arg();
-        Some(Self {
-            crossover_rad_s: low,
-            phase_margin_deg: phase.to_degrees(),
-        })
+        Some(Self { crossover_rad_s: low, phase_margin_deg: phase.to_degrees() })
     }
 
     fn per_second(self, tick_hz: f64) -> Self {
-        Self {
-            crossover_rad_s: self.crossover_rad_s * tick_hz,
-            ..self
-        }
+        Self { crossover_rad_s: self.crossover_rad_s * tick_hz, ..self }
     }
 }
 

@@ -4,9 +4,8 @@
 
 use crate::console::input_error::{InputError, nearest};
 use crate::device::commission_report::{Kept, Params};
-use servo::config::Config;
+use servo::config::{Config, SETTINGS, Setting, Value};
 use servo::identify::estimate::{EstimatesReport, Reported};
-use servo::optional::Optional;
 use servo::protect::{Action, Fault, Thermal};
 use servo::store::AxisParameters;
 use std::fmt::Write as _;
@@ -37,20 +36,6 @@ macro_rules! plain {
     };
 }
 
-/// A key whose number may be absent.
-macro_rules! optional {
-    ($name:literal, $($field:ident).+) => {
-        Key {
-            name: $name,
-            get: |p| p.$($field).+.get().map(|value| value.to_string()),
-            set: |p, text| {
-                p.$($field).+ = if text == NONE { Optional::NONE } else { Optional::new(text.parse().ok()?) };
-                Some(())
-            },
-        }
-    };
-}
-
 /// A key of the thermal limit, which both of its numbers make together.
 macro_rules! thermal {
     ($name:literal, $field:ident) => {
@@ -58,9 +43,7 @@ macro_rules! thermal {
             name: $name,
             get: |p| p.protection.thermal.map(|thermal| thermal.$field.to_string()),
             set: |p, text| {
-                thermal(p, text, |thermal, text| {
-                    text.parse().map(|value| thermal.$field = value).ok()
-                })
+                thermal(p, text, |thermal, text| text.parse().map(|value| thermal.$field = value).ok())
             },
         }
     };
@@ -85,37 +68,8 @@ macro_rules! identified {
     };
 }
 
+/// Keys beside the settings of [`SETTINGS`].
 const KEYS: &[Key] = &[
-    plain!("supply.nominal_v", config.supply_nominal_v),
-    plain!("supply.vbus_v_per_lsb", config.vbus_v_per_lsb),
-    plain!("encoder.counts_per_rev", config.counts_per_rev),
-    plain!("axis.rated_speed_rad_s", config.rated_speed_rad_s),
-    plain!("axis.tick_hz", config.tick_hz),
-    optional!("axis.time_constant_hint_s", config.time_constant_hint_s),
-    plain!("axis.gear_ratio", config.gear_ratio),
-    Key {
-        name: "axis.travel_limit_rad",
-        get: |p| {
-            p.config
-                .travel_limit_rad
-                .map(|[low, high]| format!("[{low}, {high}]"))
-        },
-        set: |p, text| {
-            p.config.travel_limit_rad = if text == NONE { None } else { Some(pair(text)?) };
-            Some(())
-        },
-    },
-    plain!("axis.pwm_delay_ticks", config.pwm_delay_ticks),
-    plain!("axis.pwm_full_scale", config.pwm_full_scale),
-    optional!("limits.current_a", config.current_limit_a),
-    plain!("limits.current_a_per_lsb", config.current_a_per_lsb),
-    optional!("limits.energy_j", config.energy_limit_j),
-    optional!("limits.speed_rad_s", config.speed_limit_rad_s),
-    optional!("limits.acceleration_rad_s2", config.acceleration_limit_rad_s2),
-    optional!("limits.jerk_rad_s3", config.jerk_limit_rad_s3),
-    optional!("limits.voltage_v", config.voltage_limit_v),
-    optional!("limits.supply_low_v", config.supply_low_v),
-    optional!("limits.supply_high_v", config.supply_high_v),
     plain!("limits.command_timeout_ms", protection.command_timeout_ms),
     thermal!("limits.continuous_current_a", continuous_a),
     thermal!("limits.thermal_time_constant_s", time_constant_s),
@@ -131,10 +85,7 @@ const KEYS: &[Key] = &[
 ];
 
 /// The thermal limit of a small motor.
-pub(crate) const SMALL_MOTOR: Thermal = Thermal {
-    continuous_a: 1.0,
-    time_constant_s: 30,
-};
+pub(crate) const SMALL_MOTOR: Thermal = Thermal { continuous_a: 1.0, time_constant_s: 30 };
 
 /// The thermal model appears with its first number, with a small motor's values for the other.
 fn thermal(p: &mut AxisParameters, text: &str, put: fn(&mut Thermal, &str) -> Option<()>) -> Option<()> {
@@ -189,10 +140,7 @@ fn estimates(parameters: &AxisParameters) -> Option<EstimatesReport> {
 
 /// Only what is used.
 fn number(reported: &Reported) -> Option<String> {
-    reported
-        .value
-        .filter(|_| reported.trusted)
-        .map(|value| value.to_string())
+    reported.value.filter(|_| reported.trusted).map(|value| value.to_string())
 }
 
 fn pair(text: &str) -> Option<[f32; 2]> {
@@ -203,10 +151,8 @@ fn pair(text: &str) -> Option<[f32; 2]> {
 /// One line a key, in TOML; what is not set is left out.
 pub fn print(parameters: &AxisParameters) -> String {
     let mut text = String::new();
-    for key in KEYS {
-        if let Some(value) = (key.get)(parameters) {
-            let _ = writeln!(text, "{} = {value}", key.name);
-        }
+    for (name, value) in settings(parameters).chain(others(parameters)) {
+        let _ = writeln!(text, "{name} = {value}");
     }
     for fault in Fault::ALL {
         let action = parameters.protection.actions.of(fault);
@@ -215,6 +161,44 @@ pub fn print(parameters: &AxisParameters) -> String {
         }
     }
     text
+}
+
+/// Settings that are set, section by section in the order of their first rows.
+fn settings(parameters: &AxisParameters) -> impl Iterator<Item = (&'static str, String)> {
+    let mut rows: Vec<&Setting> = SETTINGS.iter().collect();
+    let first = |row: &Setting| SETTINGS.iter().position(|other| section(other) == section(row));
+    rows.sort_by_key(|row| first(row));
+    let config = parameters.config;
+    rows.into_iter().filter_map(move |row| Some((row.field.name(), text_of((row.get)(&config))?)))
+}
+
+fn section(row: &Setting) -> &'static str {
+    row.field.name().split('.').next().unwrap_or_default()
+}
+
+fn others(parameters: &AxisParameters) -> impl Iterator<Item = (&'static str, String)> {
+    KEYS.iter().filter_map(|key| Some((key.name, (key.get)(parameters)?)))
+}
+
+/// As TOML; `None`: not set.
+fn text_of(value: Value) -> Option<String> {
+    match value {
+        Value::None => None,
+        Value::Number(number) => Some(number.to_string()),
+        Value::Whole(count) => Some(count.to_string()),
+        Value::Pair([low, high]) => Some(format!("[{low}, {high}]")),
+    }
+}
+
+/// Puts the value of a text in; `None`: it is no value of this setting.
+fn put(config: &mut Config, row: &Setting, text: &str) -> Option<()> {
+    let readings = [
+        (text == NONE).then_some(Value::None),
+        text.parse().ok().map(Value::Whole),
+        text.parse().ok().map(Value::Number),
+        pair(text).map(Value::Pair),
+    ];
+    readings.into_iter().flatten().find_map(|value| (row.set)(config, value))
 }
 
 /// Takes `key=value` over. The set as a whole is checked by the servo.
@@ -228,22 +212,29 @@ pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), Inpu
     if let Some(fault) = name.strip_prefix(PROTECTION) {
         return set_action(parameters, fault, value.trim_matches('"'));
     }
-    let Some(key) = KEYS.iter().find(|key| key.name == name) else {
-        let near = nearest(name, KEYS.iter().map(|key| key.name)).unwrap_or(KEYS[0].name);
-        return Err(InputError(format!(
-            "`{name}` is no key; the nearest is {near} (`truing params get` lists those that are set)"
-        )));
-    };
     let before = *parameters;
-    (key.set)(parameters, value).ok_or_else(|| {
-        InputError(format!(
-            "`{value}` is no value of {name}; write a number, true or false"
-        ))
+    let row = SETTINGS.iter().find(|row| row.field.name() == name);
+    let key = KEYS.iter().find(|key| key.name == name);
+    let done = match (row, key) {
+        (Some(row), _) => put(&mut parameters.config, row, value),
+        (None, Some(key)) => (key.set)(parameters, value),
+        (None, None) => return Err(no_key(name)),
+    };
+    done.ok_or_else(|| {
+        InputError(format!("`{value}` is no value of {name}; write a number, true or false"))
     })?;
     if units(&before.config) != units(&parameters.config) {
         convert(parameters, &before);
     }
     Ok(())
+}
+
+fn no_key(name: &str) -> InputError {
+    let all = SETTINGS.iter().map(|row| row.field.name());
+    let near = nearest(name, all.chain(KEYS.iter().map(|key| key.name))).unwrap_or("supply.nominal_v");
+    InputError(format!(
+        "`{name}` is no key; the nearest is {near} (`truing params get` lists those that are set)"
+    ))
 }
 
 /// What the chip's estimates count in.

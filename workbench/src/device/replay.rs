@@ -77,11 +77,9 @@ impl fmt::Display for Verdict {
                 f,
                 "same bits on chip and host: {ticks} control ticks, {commands} commands, {ends} commissionings"
             ),
-            Some(difference) => write!(
-                f,
-                "chip and host differ from tick {} on: {}",
-                difference.tick, difference.what
-            ),
+            Some(difference) => {
+                write!(f, "chip and host differ from tick {} on: {}", difference.tick, difference.what)
+            }
         }
     }
 }
@@ -164,10 +162,8 @@ impl<'a> Replay<'a> {
             differ.extend(compare(self.outcomes.next(), trace.tick, here));
         }
         self.verdict.ticks += 1;
-        self.verdict.difference = (!differ.is_empty()).then(|| Difference {
-            tick: trace.tick,
-            what: differ.join("; "),
-        });
+        self.verdict.difference =
+            (!differ.is_empty()).then(|| Difference { tick: trace.tick, what: differ.join("; ") });
     }
 }
 
@@ -201,19 +197,16 @@ fn execute(axis: &mut ServoAxis, command: &Command) -> Result<(), InputError> {
         Ok(Order::Axis(order)) => axis.execute(&order).map_err(Refusal::from),
         Err(reason) => Err(reason),
     };
-    carried_out.map_err(|reason| {
-        InputError(format!(
-            "the log holds a command that the library refuses: {reason:?}"
-        ))
-    })
+    carried_out
+        .map_err(|reason| InputError(format!("the log holds a command that the library refuses: {reason:?}")))
 }
 
 fn compare(chip: Option<&(u32, Outcome)>, tick: u32, here: &Outcome) -> Option<String> {
     match chip {
         Some((at, chip)) if *at == tick && chip == here => None,
-        Some((at, chip)) => Some(format!(
-            "the commissioning ended at tick {at} with {chip:?}, here {here:?}"
-        )),
+        Some((at, chip)) => {
+            Some(format!("the commissioning ended at tick {at} with {chip:?}, here {here:?}"))
+        }
         None => Some("a commissioning ended here that the chip has not reported".into()),
     }
 }

@@ -89,13 +89,7 @@ pub fn digest(record: &Record) -> u32 {
 impl RunLog {
     /// An empty one.
     pub fn new(config: Config) -> Self {
-        Self {
-            config,
-            rows: Vec::new(),
-            commands: Vec::new(),
-            outcomes: Vec::new(),
-            run_starts: Vec::new(),
-        }
+        Self { config, rows: Vec::new(), commands: Vec::new(), outcomes: Vec::new(), run_starts: Vec::new() }
     }
 
     /// For the replay.
@@ -173,18 +167,10 @@ impl RunLog {
         };
         let time = f64::from(row.tick) / f64::from(config.tick_hz);
         let theta = self.rad(f64::from(record.count));
-        let _ = write!(
-            text,
-            "{time:.7},{:.6},{},{theta:.7},",
-            share * supply,
-            record.bridge as u8
-        );
+        let _ = write!(text, "{time:.7},{:.6},{},{theta:.7},", share * supply, record.bridge as u8);
         if sensed.current {
-            let _ = write!(
-                text,
-                "{:.5},",
-                f64::from(record.current_raw) * f64::from(config.current_a_per_lsb)
-            );
+            let _ =
+                write!(text, "{:.5},", f64::from(record.current_raw) * f64::from(config.current_a_per_lsb));
         }
         if sensed.supply {
             let _ = write!(text, "{supply:.5},");
@@ -205,11 +191,7 @@ impl RunLog {
             record.fault as u8,
             digest(record),
             record.referenced as u8,
-            if sensed.flags {
-                format!(",{}", row.motor_flags)
-            } else {
-                String::new()
-            },
+            if sensed.flags { format!(",{}", row.motor_flags) } else { String::new() },
         );
     }
 
@@ -286,21 +268,12 @@ impl Tape {
         let (Some(kind @ ("command" | "outcome")), Some(tick), Some(json)) = (kind, tick, json) else {
             return Ok(());
         };
-        let broken = || {
-            InputError::line(
-                source,
-                number,
-                "this comment is not as it was written; make the log anew",
-            )
-        };
+        let broken =
+            || InputError::line(source, number, "this comment is not as it was written; make the log anew");
         let tick = tick.parse().map_err(|_| broken())?;
         match kind {
-            "command" => self
-                .commands
-                .push((tick, serde_json::from_str(json).map_err(|_| broken())?)),
-            _ => self
-                .outcomes
-                .push((tick, serde_json::from_str(json).map_err(|_| broken())?)),
+            "command" => self.commands.push((tick, serde_json::from_str(json).map_err(|_| broken())?)),
+            _ => self.outcomes.push((tick, serde_json::from_str(json).map_err(|_| broken())?)),
         }
         Ok(())
     }
@@ -309,16 +282,8 @@ impl Tape {
 /// Places of the columns that a replay reads.
 struct Columns([usize; 8], Option<usize>);
 
-const NAMES: [&str; 8] = [
-    "t_s",
-    "count",
-    "vbus_raw",
-    "current_raw",
-    "bridge",
-    "command_raw",
-    "digest",
-    "fault",
-];
+const NAMES: [&str; 8] =
+    ["t_s", "count", "vbus_raw", "current_raw", "bridge", "command_raw", "digest", "fault"];
 
 impl Columns {
     fn locate(source: &str, header: &str) -> Result<Self, InputError> {
@@ -354,10 +319,7 @@ impl Columns {
             bridge,
             duty: cell(source, number, &cells, duty, 5)?,
             // Numbers count from 1; 0 and what this version does not know are none.
-            fault: fault
-                .checked_sub(1)
-                .and_then(|place| Fault::ALL.get(place).copied())
-                .unwrap_or_default(),
+            fault: fault.checked_sub(1).and_then(|place| Fault::ALL.get(place).copied()).unwrap_or_default(),
             referenced: match self.1.and_then(|place| cells.get(place).copied()) {
                 Some("1") => Referenced::Searching,
                 Some("2") => Referenced::Yes,
@@ -376,14 +338,8 @@ fn cell<T: std::str::FromStr>(
     place: usize,
     name: usize,
 ) -> Result<T, InputError> {
-    cells
-        .get(place)
-        .and_then(|cell| cell.parse().ok())
-        .ok_or_else(|| {
-            let what = format!(
-                "column {} is not the number it was written as; make the log anew",
-                NAMES[name]
-            );
-            InputError::line(source, number, what)
-        })
+    cells.get(place).and_then(|cell| cell.parse().ok()).ok_or_else(|| {
+        let what = format!("column {} is not the number it was written as; make the log anew", NAMES[name]);
+        InputError::line(source, number, what)
+    })
 }

@@ -42,10 +42,7 @@ pub struct Choices {
 
 impl From<Config> for Setup {
     fn from(config: Config) -> Self {
-        Self {
-            config,
-            choices: Choices::default(),
-        }
+        Self { config, choices: Choices::default() }
     }
 }
 
@@ -82,9 +79,7 @@ impl Choices {
         let actions = chosen
             .filter_map(|(fault, action)| Some((fault, action?)))
             // A pair that cannot be was refused when the file was read.
-            .fold(protection.actions, |table, (fault, action)| {
-                table.with(fault, action).unwrap_or(table)
-            });
+            .fold(protection.actions, |table, (fault, action)| table.with(fault, action).unwrap_or(table));
         AxisParameters {
             tuning: Tuning {
                 bandwidth: self.bandwidth.unwrap_or(tuning.bandwidth),

@@ -119,9 +119,7 @@ impl TrackJson {
             norms(within(span.start, span.hold).map(|row| position_error(log, row)));
         let (speed_rms, speed_peak) = norms(within(span.start, span.hold).map(|row| speed_error(log, row)));
         let ticks = within(span.start, span.hold).count().max(1);
-        let limited = within(span.start, span.hold)
-            .filter(|row| row.record.limit != Limit::None)
-            .count();
+        let limited = within(span.start, span.hold).filter(|row| row.record.limit != Limit::None).count();
         TrackJson {
             schema: "truing-track/1",
             position_rms_rad: position_rms,
@@ -159,11 +157,8 @@ pub fn position_error(log: &RunLog, row: &Row) -> f64 {
 
 /// rad/s.
 fn speed_error(log: &RunLog, row: &Row) -> f64 {
-    let per_tick = f64::from(
-        row.record
-            .reference_speed_q20
-            .saturating_sub(row.record.speed_q20),
-    ) / f64::from(1 << 20);
+    let per_tick =
+        f64::from(row.record.reference_speed_q20.saturating_sub(row.record.speed_q20)) / f64::from(1 << 20);
     log.rad(per_tick) * f64::from(log.config.tick_hz)
 }
 
@@ -190,11 +185,7 @@ fn chatter(log: &RunLog, span: &Span) -> f64 {
         last = sign;
     }
     let seconds = f64::from(span.end.saturating_sub(span.hold)) / f64::from(log.config.tick_hz);
-    if seconds > 0.0 {
-        f64::from(changes) / seconds
-    } else {
-        0.0
-    }
+    if seconds > 0.0 { f64::from(changes) / seconds } else { 0.0 }
 }
 
 fn used(row: Option<&Row>) -> UsedParameters {

@@ -54,9 +54,7 @@ pub fn knots(profile: &[Waypoint], tick_hz: u32, spacing: u32) -> Vec<Knot> {
                 tick: ((point.time_s - begin) * f64::from(tick_hz)).round() as u32,
                 theta_rad: point.theta_rad,
                 omega_rad_s: match inner {
-                    true => point
-                        .omega_rad_s
-                        .unwrap_or_else(|| slope(&kept[index - 1..=index + 1])),
+                    true => point.omega_rad_s.unwrap_or_else(|| slope(&kept[index - 1..=index + 1])),
                     false => 0.0,
                 },
                 alpha_rad_s2: point.alpha_rad_s2.filter(|_| inner),
@@ -89,10 +87,8 @@ fn thinned(profile: &[Waypoint], tick_hz: f64, spacing: f64) -> Vec<Waypoint> {
 fn slope(three: &[Waypoint]) -> f64 {
     let &[before, here, after] = three else { return 0.0 };
     let (left, right) = (here.time_s - before.time_s, after.time_s - here.time_s);
-    let (falling, rising) = (
-        (here.theta_rad - before.theta_rad) / left,
-        (after.theta_rad - here.theta_rad) / right,
-    );
+    let (falling, rising) =
+        ((here.theta_rad - before.theta_rad) / left, (after.theta_rad - here.theta_rad) / right);
     if falling == 0.0 || rising == 0.0 {
         return 0.0;
     }

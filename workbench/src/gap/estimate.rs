@@ -67,18 +67,9 @@ impl<'s, 'a> Spread<'s, 'a> {
                 let std = (variance + zero_variance(self.kept, index, parameter)).sqrt();
                 std.min(largest(self.kept, index, item, value, self.factor))
             });
-            Some(Estimate {
-                parameter,
-                value,
-                std,
-            })
+            Some(Estimate { parameter, value, std })
         };
-        item.effect
-            .parameters
-            .iter()
-            .enumerate()
-            .filter_map(estimate)
-            .collect()
+        item.effect.parameters.iter().enumerate().filter_map(estimate).collect()
     }
 
     /// Whether the numbers that say how much of an effect there is lie clearly away from nothing, together: sizes from 0, ratios
@@ -86,12 +77,10 @@ impl<'s, 'a> Spread<'s, 'a> {
     fn stands_out(&self, index: usize, item: &Item) -> bool {
         let estimates = self.of_effect(index, item);
         let clear = |it: &Estimate| {
-            it.std
-                .is_some_and(|std| (it.value - it.parameter.nothing()).abs() > DEVIATIONS * std)
+            it.std.is_some_and(|std| (it.value - it.parameter.nothing()).abs() > DEVIATIONS * std)
         };
-        let measures: Vec<usize> = (0..item.effect.parameters.len())
-            .filter(|k| item.effect.parameters[*k].measures())
-            .collect();
+        let measures: Vec<usize> =
+            (0..item.effect.parameters.len()).filter(|k| item.effect.parameters[*k].measures()).collect();
         let known = |it: &&Estimate| it.parameter.measures();
         match measures.len() {
             0 => estimates.is_empty() || estimates.iter().any(clear),
@@ -143,16 +132,9 @@ pub fn eased(kept: &Scored) -> Option<Bench> {
 /// The same set, fitted with the weights of another bench.
 pub fn refitted<'a>(bench: &'a Bench, kept: &Scored<'a>) -> Scored<'a> {
     let hypothesis = Hypothesis::new(bench, kept.hypothesis.model, kept.hypothesis.items.clone());
-    let setting = Setting {
-        iterations: SEARCH.iterations,
-        ..FINAL
-    };
+    let setting = Setting { iterations: SEARCH.iterations, ..FINAL };
     let fit = fit(&hypothesis, &kept.fit.x, &setting);
-    Scored {
-        score: fit.cost,
-        hypothesis,
-        fit,
-    }
+    Scored { score: fit.cost, hypothesis, fit }
 }
 
 /// The largest standard deviation that the only size of an effect can have for a model that is a fit to the log: how much the
@@ -164,11 +146,7 @@ fn largest(kept: &Scored, index: usize, item: &Item, value: f64, factor: f64) ->
     }
     let (without, start) = kept.hypothesis.only(&kept.fit.x, |k| k != index);
     let growth = (fit(&without, &start, &SEARCH).cost - kept.fit.cost) / factor;
-    if growth > 1.0 {
-        value.abs() / growth.sqrt()
-    } else {
-        f64::INFINITY
-    }
+    if growth > 1.0 { value.abs() / growth.sqrt() } else { f64::INFINITY }
 }
 
 /// Variance of the phase of an effect of the position, because the encoder's zero lies anywhere within a count.
@@ -181,11 +159,6 @@ fn zero_variance(kept: &Scored, index: usize, parameter: &Parameter) -> f64 {
         Starts::PositionScan => place.map_or(0.0, |k| hypothesis.value(index, k, &kept.fit.x)),
         _ => 0.0,
     };
-    let encoder = hypothesis
-        .model
-        .encoder
-        .filter(|_| parameter.meaning == Meaning::Phase);
-    encoder.map_or(0.0, |encoder| {
-        (periods * std::f64::consts::TAU / encoder.counts_per_rev).powi(2) / 12.0
-    })
+    let encoder = hypothesis.model.encoder.filter(|_| parameter.meaning == Meaning::Phase);
+    encoder.map_or(0.0, |encoder| (periods * std::f64::consts::TAU / encoder.counts_per_rev).powi(2) / 12.0)
 }

@@ -21,18 +21,10 @@ pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> Str
 /// Explanations that lost, and why.
 pub fn rivals(found: &Found, ties: &[Tie]) -> Vec<Rival> {
     let tied: Vec<&Vec<String>> = ties.iter().flat_map(|tie| &tie.rivals).collect();
-    let lost = found
-        .others
-        .iter()
-        .filter(|other| !tied.contains(&&other.hypothesis.names()));
+    let lost = found.others.iter().filter(|other| !tied.contains(&&other.hypothesis.names()));
     lost.map(|other| Rival {
         names: other.hypothesis.names(),
-        gap: Prediction::of(
-            &other.hypothesis,
-            &other.fit.x,
-            &[crate::gap::dataset::Part::HoldOut],
-        )
-        .gap(),
+        gap: Prediction::of(&other.hypothesis, &other.fit.x, &[crate::gap::dataset::Part::HoldOut]).gap(),
         reason: reason(other, &found.best),
     })
     .collect()
@@ -66,16 +58,8 @@ mod tests {
     use super::*;
 
     fn said(before: f64, after: f64) -> String {
-        let step = |gap: f64| Step {
-            label: String::new(),
-            gap,
-        };
-        sentence(
-            crate::system::effects::LIBRARY[0],
-            &step(before),
-            &step(after),
-            "rad/s",
-        )
+        let step = |gap: f64| Step { label: String::new(), gap };
+        sentence(crate::system::effects::LIBRARY[0], &step(before), &step(after), "rad/s")
     }
 
     #[test]

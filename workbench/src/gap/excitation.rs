@@ -15,26 +15,10 @@ struct Quadrant {
 }
 
 const QUADRANTS: [Quadrant; 4] = [
-    Quadrant {
-        input: 1.0,
-        speed: 1.0,
-        text: "driving forwards (input > 0, speed > 0)",
-    },
-    Quadrant {
-        input: -1.0,
-        speed: -1.0,
-        text: "driving backwards (input < 0, speed < 0)",
-    },
-    Quadrant {
-        input: -1.0,
-        speed: 1.0,
-        text: "braking against forward motion (input < 0, speed > 0)",
-    },
-    Quadrant {
-        input: 1.0,
-        speed: -1.0,
-        text: "braking against backward motion (input > 0, speed < 0)",
-    },
+    Quadrant { input: 1.0, speed: 1.0, text: "driving forwards (input > 0, speed > 0)" },
+    Quadrant { input: -1.0, speed: -1.0, text: "driving backwards (input < 0, speed < 0)" },
+    Quadrant { input: -1.0, speed: 1.0, text: "braking against forward motion (input < 0, speed > 0)" },
+    Quadrant { input: 1.0, speed: -1.0, text: "braking against backward motion (input > 0, speed < 0)" },
 ];
 
 /// One note that names the quadrants without data; none if all have some.
@@ -65,8 +49,5 @@ pub fn missing(bench: &Bench) -> Vec<String> {
     if empty.is_empty() {
         return Vec::new();
     }
-    vec![format!(
-        "the log has no data of {}: what acts only there is not tested",
-        empty.join(", nor of ")
-    )]
+    vec![format!("the log has no data of {}: what acts only there is not tested", empty.join(", nor of "))]
 }

@@ -67,11 +67,7 @@ impl Expectation {
             let what = format!("schema is \"{}\", not \"truing-expect/1\"", read.schema);
             return Err(InputError::file(path.display(), what));
         }
-        let names = read
-            .first
-            .iter()
-            .chain(read.needed.iter().flatten())
-            .chain(&read.wrong);
+        let names = read.first.iter().chain(read.needed.iter().flatten()).chain(&read.wrong);
         for name in names {
             crate::system::effects::known(name).map_err(|text| InputError::file(path.display(), text))?;
         }
@@ -80,11 +76,7 @@ impl Expectation {
 
     /// What is wrong with an answer; empty if it is accepted.
     pub fn faults(&self, outcome: &Outcome) -> Vec<String> {
-        let names: Vec<&str> = outcome
-            .effects
-            .iter()
-            .map(|effect| effect.name.as_str())
-            .collect();
+        let names: Vec<&str> = outcome.effects.iter().map(|effect| effect.name.as_str()).collect();
         let mut faults = Vec::new();
         if !matches!(outcome.verdict, Verdict::Named | Verdict::Tie) {
             faults.push("nothing is named".to_owned());
@@ -155,10 +147,6 @@ impl Rig {
     /// A file of the rig: in its folder, or in the folder of measured data.
     pub fn file(&self, relative: &Path, data: Option<&Path>) -> Option<PathBuf> {
         let places = [Some(self.folder.as_path()), data];
-        places
-            .into_iter()
-            .flatten()
-            .map(|place| place.join(relative))
-            .find(|path| path.is_file())
+        places.into_iter().flatten().map(|place| place.join(relative)).find(|path| path.is_file())
     }
 }

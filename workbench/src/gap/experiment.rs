@@ -28,12 +28,9 @@ pub struct Separation {
 /// The run of the catalogue that separates two rivals best.
 pub fn separation(a: &Scored, b: &Scored) -> Separation {
     let bench = a.hypothesis.bench;
-    let judged = catalogue(bench)
-        .into_iter()
-        .map(|protocol| (difference(bench, &protocol, a, b), protocol));
-    let ((speed, current, samples), protocol) = judged
-        .max_by(|x, y| x.0.0.total_cmp(&y.0.0))
-        .expect("the catalogue is not empty");
+    let judged = catalogue(bench).into_iter().map(|protocol| (difference(bench, &protocol, a, b), protocol));
+    let ((speed, current, samples), protocol) =
+        judged.max_by(|x, y| x.0.0.total_cmp(&y.0.0)).expect("the catalogue is not empty");
     let chi2 = samples * (speed / bench.sigma).powi(2);
     let (left, right) = (a.label(), b.label());
     let unit = bench.speed_unit();
@@ -52,13 +49,7 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
     } else {
         format!("{left} and {right} cannot be separated with these sensors")
     };
-    Separation {
-        experiment: Experiment {
-            why: text.clone(),
-            profile: protocol.profile,
-        },
-        text,
-    }
+    Separation { experiment: Experiment { why: text.clone(), profile: protocol.profile }, text }
 }
 
 /// Differences of two rivals on a run: rms of speed and current, and the number of samples.
@@ -70,20 +61,13 @@ fn difference(bench: &Bench, protocol: &Protocol, a: &Scored, b: &Scored) -> (f6
     let rms = |x: &[f64], y: &[f64]| {
         (x.iter().zip(y).map(|(p, q)| (p - q).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
     };
-    (
-        rms(&left.reading, &right.reading),
-        rms(&left.current, &right.current),
-        left.reading.len() as f64,
-    )
+    (rms(&left.reading, &right.reading), rms(&left.current, &right.current), left.reading.len() as f64)
 }
 
 /// A profile on a grid.
 fn bench_run(bench: &Bench, profile: &[Segment]) -> BenchRun {
     let step = bench.scales.time / SAMPLES;
-    let mut run = BenchRun {
-        time: vec![0.0],
-        ..BenchRun::default()
-    };
+    let mut run = BenchRun { time: vec![0.0], ..BenchRun::default() };
     for segment in profile {
         for _ in 0..(segment.seconds / step).round().max(1.0) as usize {
             run.time.push(run.time[run.time.len() - 1] + step);
@@ -102,10 +86,7 @@ fn catalogue(bench: &Bench) -> Vec<Protocol> {
     let drive = |share: f64, taus: f64| Segment::driven(share * full, taus * tau);
     let coast = |taus: f64| Segment::open(taus * tau);
     let repeat = |pair: &[Segment], times: usize| {
-        std::iter::repeat_n(pair, times)
-            .flatten()
-            .cloned()
-            .collect::<Vec<_>>()
+        std::iter::repeat_n(pair, times).flatten().cloned().collect::<Vec<_>>()
     };
     let stairs = |shares: &[f64]| shares.iter().map(|share| drive(*share, 2.0)).collect::<Vec<_>>();
     vec![
@@ -137,15 +118,7 @@ fn catalogue(bench: &Bench) -> Vec<Protocol> {
         },
         Protocol {
             name: "releases from the largest input to half of it",
-            profile: repeat(
-                &[
-                    drive(1.0, 3.0),
-                    drive(0.5, 2.0),
-                    drive(-1.0, 3.0),
-                    drive(-0.5, 2.0),
-                ],
-                1,
-            ),
+            profile: repeat(&[drive(1.0, 3.0), drive(0.5, 2.0), drive(-1.0, 3.0), drive(-0.5, 2.0)], 1),
         },
         Protocol {
             name: "fast reversals at the largest input",

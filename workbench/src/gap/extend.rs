@@ -20,11 +20,7 @@ pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Optio
     let (bench, model, kept) = (given.hypothesis.bench, given.hypothesis.model, &judged.kept);
     let steps = steps(kept, given.prediction.gap());
     let after = Prediction::of(&kept.hypothesis, &kept.fit.x, &[Part::HoldOut]);
-    let notes = [
-        bench.notes.clone(),
-        vetoed(model, found),
-        excitation::missing(bench),
-    ];
+    let notes = [bench.notes.clone(), vetoed(model, found), excitation::missing(bench)];
     Outcome {
         effects: volts::told(model, named(kept, &steps, &judged.ties)),
         closest_known: judged.closest,
@@ -69,22 +65,12 @@ fn vetoed(model: &Model, found: &Found) -> Vec<String> {
 
 /// The held-out gap of the model as given, and after each effect in the order of naming.
 fn steps(best: &Scored, given: f64) -> Vec<Step> {
-    let mut steps = vec![Step {
-        label: "the model as given".into(),
-        gap: given,
-    }];
+    let mut steps = vec![Step { label: "the model as given".into(), gap: given }];
     for count in 1..=best.hypothesis.items.len() {
         let (hypothesis, start) = best.hypothesis.only(&best.fit.x, |k| k < count);
-        let x = if count == best.hypothesis.items.len() {
-            start
-        } else {
-            fit(&hypothesis, &start, &FINAL).x
-        };
+        let x = if count == best.hypothesis.items.len() { start } else { fit(&hypothesis, &start, &FINAL).x };
         let gap = Prediction::of(&hypothesis, &x, &[Part::HoldOut]).gap();
-        steps.push(Step {
-            label: format!("+ {}", best.hypothesis.items[count - 1].effect.name),
-            gap,
-        });
+        steps.push(Step { label: format!("+ {}", best.hypothesis.items[count - 1].effect.name), gap });
     }
     steps
 }
@@ -110,10 +96,7 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
             ),
             tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
             name,
-            parameters: estimates
-                .iter()
-                .map(|estimate| parameter(estimate, linear))
-                .collect(),
+            parameters: estimates.iter().map(|estimate| parameter(estimate, linear)).collect(),
             derived: BTreeMap::new(),
         }
     };
@@ -145,11 +128,7 @@ fn shifts(kept: &Scored) -> Vec<Shift> {
                 std_percent: 100.0 * tolerance * covariance[(k, k)].max(0.0).sqrt().min(1.0),
                 refitted: kept.hypothesis.model.fitted_to_log,
             }),
-            Slot::Known {
-                known,
-                parameter,
-                std,
-            } => {
+            Slot::Known { known, parameter, std } => {
                 let known = &kept.hypothesis.model.known[*known];
                 let (value, spec) = (known.values[*parameter], &known.effect.parameters[*parameter]);
                 (value != 0.0).then(|| Shift {

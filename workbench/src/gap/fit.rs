@@ -29,17 +29,9 @@ pub struct Setting {
 }
 
 /// Both folds, coarse: the search.
-pub const SEARCH: Setting = Setting {
-    parts: &[Part::A, Part::B],
-    finest: COARSE,
-    iterations: 12,
-};
+pub const SEARCH: Setting = Setting { parts: &[Part::A, Part::B], finest: COARSE, iterations: 12 };
 /// Both folds, fine: the result.
-pub const FINAL: Setting = Setting {
-    parts: &[Part::A, Part::B],
-    finest: FINE,
-    iterations: 5,
-};
+pub const FINAL: Setting = Setting { parts: &[Part::A, Part::B], finest: FINE, iterations: 5 };
 
 /// A fitted hypothesis.
 #[derive(Clone, Debug)]
@@ -65,12 +57,7 @@ pub struct Evaluator<'h, 'a> {
 impl<'h, 'a> Evaluator<'h, 'a> {
     /// For a hypothesis.
     pub fn new(hypothesis: &'h Hypothesis<'a>, setting: &Setting) -> Self {
-        Self {
-            hypothesis,
-            parts: setting.parts,
-            finest: setting.finest,
-            simulation: Simulation::default(),
-        }
+        Self { hypothesis, parts: setting.parts, finest: setting.finest, simulation: Simulation::default() }
     }
 
     /// Weighted residuals and priors.
@@ -91,9 +78,7 @@ impl<'h, 'a> Evaluator<'h, 'a> {
         }
         out.extend(self.hypothesis.priors(x));
         // A simulation that ran away must lose, not poison the sums.
-        out.iter_mut()
-            .filter(|r| r.is_nan() || r.abs() > 1e6)
-            .for_each(|r| *r = 1e6);
+        out.iter_mut().filter(|r| r.is_nan() || r.abs() > 1e6).for_each(|r| *r = 1e6);
     }
 }
 
@@ -133,11 +118,7 @@ impl Problem for Evaluator<'_, '_> {
 
 impl Setting {
     fn schedule(&self) -> Schedule {
-        Schedule {
-            iterations: self.iterations,
-            slow: SLOW,
-            negligible: NEGLIGIBLE,
-        }
+        Schedule { iterations: self.iterations, slow: SLOW, negligible: NEGLIGIBLE }
     }
 }
 
@@ -175,8 +156,6 @@ fn fitted(hypothesis: &Hypothesis, solution: Solution) -> Fit {
 pub fn covariance(hypothesis: &Hypothesis, fit: &Fit, setting: &Setting) -> DMatrix<f64> {
     let numbers = fit.x.len();
     let mut evaluator = Evaluator::new(hypothesis, setting);
-    let found = solver::covariance(&mut evaluator, &fit.x, |_, information| {
-        1e-12 * (1.0 + information)
-    });
+    let found = solver::covariance(&mut evaluator, &fit.x, |_, information| 1e-12 * (1.0 + information));
     found.unwrap_or_else(|| DMatrix::zeros(numbers, numbers))
 }

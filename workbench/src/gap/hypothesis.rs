@@ -123,11 +123,7 @@ pub enum Slot {
         twin: Option<(&'static str, f64)>,
     },
     /// Shift of a known effect's parameter, in standard deviations.
-    Known {
-        known: usize,
-        parameter: usize,
-        std: f64,
-    },
+    Known { known: usize, parameter: usize, std: f64 },
     /// Shift of a run's start speed, in standard deviations.
     Start { run: usize },
 }
@@ -154,12 +150,7 @@ pub struct Hypothesis<'a, D = Bench> {
 
 impl<D> Clone for Hypothesis<'_, D> {
     fn clone(&self) -> Self {
-        Self {
-            bench: self.bench,
-            model: self.model,
-            items: self.items.clone(),
-            slots: self.slots.clone(),
-        }
+        Self { bench: self.bench, model: self.model, items: self.items.clone(), slots: self.slots.clone() }
     }
 }
 
@@ -172,12 +163,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
         };
         let mut slots: Vec<Slot> = items.iter().enumerate().flat_map(own).collect();
         slots.extend(bench.nuisances(model));
-        Self {
-            bench,
-            model,
-            items,
-            slots,
-        }
+        Self { bench, model, items, slots }
     }
 
     /// The same data and model with other effects.
@@ -187,10 +173,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
 
     /// Number of effect parameters: they come first.
     pub fn effect_slots(&self) -> usize {
-        self.slots
-            .iter()
-            .filter(|slot| matches!(slot, Slot::Effect { .. }))
-            .count()
+        self.slots.iter().filter(|slot| matches!(slot, Slot::Effect { .. })).count()
     }
 
     /// The numbers that have a prior, in its standard deviations.
@@ -242,9 +225,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
     /// All parameters of an effect in their own units.
     pub fn values(&self, item: usize, x: &[f64]) -> Vec<f64> {
         let parameters = 0..self.items[item].effect.parameters.len();
-        parameters
-            .map(|parameter| self.value(item, parameter, x))
-            .collect()
+        parameters.map(|parameter| self.value(item, parameter, x)).collect()
     }
 
     /// The plant that the numbers describe.
@@ -257,11 +238,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
             let mut values = known.values.clone();
             for (slot, z) in self.slots.iter().zip(x) {
                 match slot {
-                    Slot::Known {
-                        known,
-                        parameter,
-                        std,
-                    } if *known == index => values[*parameter] += std * z,
+                    Slot::Known { known, parameter, std } if *known == index => values[*parameter] += std * z,
                     _ => {}
                 }
             }
@@ -278,13 +255,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
     fn base(&self, x: &[f64]) -> Physics {
         let mut kind = self.model.kind;
         for (slot, z) in self.slots.iter().zip(x) {
-            if let Slot::Base {
-                key,
-                nominal,
-                tolerance,
-                twin,
-            } = slot
-            {
+            if let Slot::Base { key, nominal, tolerance, twin } = slot {
                 let ratio = (tolerance * z).exp();
                 for (key, nominal) in std::iter::once((*key, *nominal)).chain(*twin) {
                     kind.set(key, nominal * ratio);
@@ -304,10 +275,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
             }
             other => from.slots.iter().position(|s| s == other).map(|k| x[k]),
         };
-        self.slots
-            .iter()
-            .map(|slot| value(slot).unwrap_or_else(|| default(slot)))
-            .collect()
+        self.slots.iter().map(|slot| value(slot).unwrap_or_else(|| default(slot))).collect()
     }
 
     /// The hypothesis with some of its effects, and the numbers that it keeps.
@@ -320,10 +288,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
 
     /// Names of the effects.
     pub fn names(&self) -> Vec<String> {
-        self.items
-            .iter()
-            .map(|item| item.effect.name.to_owned())
-            .collect()
+        self.items.iter().map(|item| item.effect.name.to_owned()).collect()
     }
 }
 
@@ -386,11 +351,7 @@ impl Data for Bench {
     }
 
     fn reach(&self, model: &Model) -> f64 {
-        if model.fitted_to_log {
-            FITTED_BOUND
-        } else {
-            NUISANCE_BOUND
-        }
+        if model.fitted_to_log { FITTED_BOUND } else { NUISANCE_BOUND }
     }
 
     /// Of a parameter a thousandth of its scale; of a frequency a phase of a hundredth of a turn over the log.
@@ -432,18 +393,10 @@ fn base_slots(bench: &Bench, model: &Model) -> Vec<Slot> {
         (Kind::DcMotor { .. }, "Kt_nm_per_a") => bench.input != Input::Torque,
         _ => true,
     };
-    let parameters = model
-        .parameters()
-        .into_iter()
-        .filter(|(key, value)| *value > 0.0 && told(key));
+    let parameters = model.parameters().into_iter().filter(|(key, value)| *value > 0.0 && told(key));
     let slot = |(key, nominal)| {
         let tolerance = tolerance(model, key);
-        (tolerance > 0.0).then_some(Slot::Base {
-            key,
-            nominal,
-            tolerance,
-            twin: None,
-        })
+        (tolerance > 0.0).then_some(Slot::Base { key, nominal, tolerance, twin: None })
     };
     parameters.filter_map(slot).collect()
 }
@@ -463,11 +416,7 @@ fn known_slots(model: &Model) -> Vec<Slot> {
             };
             let std = it.stds[parameter].unwrap_or(default);
             if !fixed && std > 0.0 {
-                slots.push(Slot::Known {
-                    known,
-                    parameter,
-                    std,
-                });
+                slots.push(Slot::Known { known, parameter, std });
             }
         }
     }

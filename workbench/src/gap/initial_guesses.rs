@@ -43,32 +43,18 @@ impl Basis {
     pub fn new(hypothesis: &Hypothesis, x: &[f64]) -> Self {
         let plant = hypothesis.plant(x);
         let (mut traces, mut residuals) = (Vec::new(), Vec::new());
-        for (index, run) in hypothesis
-            .bench
-            .runs
-            .iter()
-            .enumerate()
-            .filter(|(_, run)| run.log == 0)
-        {
+        for (index, run) in hypothesis.bench.runs.iter().enumerate().filter(|(_, run)| run.log == 0) {
             let mut simulation = Simulation::default();
             let start = hypothesis.start_speed(index, x);
             let (trace, predicted) = simulation.speed(run, &plant, start, COARSE);
             let weighted = |k: usize| {
                 let counts = matches!(run.speed.part[k], Part::A | Part::B);
-                if counts {
-                    (run.speed.measured[k] - predicted[k]) * run.speed.weight[k]
-                } else {
-                    0.0
-                }
+                if counts { (run.speed.measured[k] - predicted[k]) * run.speed.weight[k] } else { 0.0 }
             };
             residuals.push((0..predicted.len()).map(weighted).collect());
             traces.push(trace.clone());
         }
-        Self {
-            plant,
-            traces,
-            residuals,
-        }
+        Self { plant, traces, residuals }
     }
 
     /// Starts of an effect, in units of its parameters' scales.
@@ -86,16 +72,12 @@ impl Basis {
         let runs = bench.runs.iter().filter(|run| run.log == 0);
         let mut values: Vec<f64> = match signal {
             Signal::Input => runs.flat_map(|run| run.input.iter().map(|u| u.abs())).collect(),
-            Signal::Speed => self
-                .traces
-                .iter()
-                .flat_map(|trace| trace.reading.iter().map(|y| y.abs()))
-                .collect(),
-            Signal::Current => self
-                .traces
-                .iter()
-                .flat_map(|trace| trace.current.iter().map(|i| i.abs()))
-                .collect(),
+            Signal::Speed => {
+                self.traces.iter().flat_map(|trace| trace.reading.iter().map(|y| y.abs())).collect()
+            }
+            Signal::Current => {
+                self.traces.iter().flat_map(|trace| trace.current.iter().map(|i| i.abs())).collect()
+            }
         };
         values.sort_by(f64::total_cmp);
         let scale = bench.scales.of(effect.parameters[0].scale);
@@ -114,10 +96,8 @@ impl Basis {
     fn gravity(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
         let ratio = self.plant.gear_ratio;
         let torque = bench.scales.of(effect.parameters[0].scale);
-        let mut starts: Vec<Vec<f64>> = [0.0, FRAC_PI_2, PI, -FRAC_PI_2]
-            .iter()
-            .map(|phase| vec![0.05 * ratio, *phase])
-            .collect();
+        let mut starts: Vec<Vec<f64>> =
+            [0.0, FRAC_PI_2, PI, -FRAC_PI_2].iter().map(|phase| vec![0.05 * ratio, *phase]).collect();
         for line in self.scan(bench, Axis::Position, 1.0 / ratio, 1) {
             starts.push(vec![line.amplitude * ratio / torque, line.phase]);
         }
@@ -145,17 +125,9 @@ impl Basis {
 
     /// Peaks of the scan over the position, the strongest first.
     fn position_peaks(&self, bench: &Bench) -> Vec<Line> {
-        let span = bench
-            .runs
-            .iter()
-            .filter(|run| run.log == 0)
-            .map(|run| span(&run.position))
-            .fold(0.0, f64::max);
-        let (unit, count) = if bench.linear {
-            (PI / span.max(1e-9), LINES)
-        } else {
-            (1.0, TURN_HARMONICS)
-        };
+        let span =
+            bench.runs.iter().filter(|run| run.log == 0).map(|run| span(&run.position)).fold(0.0, f64::max);
+        let (unit, count) = if bench.linear { (PI / span.max(1e-9), LINES) } else { (1.0, TURN_HARMONICS) };
         // One period per turn without a gear is gravity.
         let gravity = |n: f64| !bench.linear && n < 1.5 && self.plant.gear_ratio == 1.0;
         let mut lines = self.scan(bench, Axis::Position, unit, count);
@@ -177,9 +149,7 @@ impl Basis {
     fn position_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
         let torque = bench.scales.of(effect.parameters[0].scale);
         let lines = self.position_peaks(bench).into_iter().take(STRONGEST);
-        lines
-            .map(|line| vec![line.amplitude / torque, line.number, line.phase])
-            .collect()
+        lines.map(|line| vec![line.amplitude / torque, line.number, line.phase]).collect()
     }
 
     fn time_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
@@ -188,11 +158,7 @@ impl Basis {
         let lines = self.time_peaks(bench).into_iter().take(STRONGEST);
         lines
             .map(|line| {
-                vec![
-                    line.amplitude / torque,
-                    line.number / std::f64::consts::TAU / hertz,
-                    line.phase,
-                ]
+                vec![line.amplitude / torque, line.number / std::f64::consts::TAU / hertz, line.phase]
             })
             .collect()
     }
@@ -232,9 +198,8 @@ impl Basis {
 }
 
 fn span(values: &[f64]) -> f64 {
-    let (lowest, highest) = values
-        .iter()
-        .fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+    let (lowest, highest) =
+        values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
     (highest - lowest).max(0.0)
 }
 
@@ -302,11 +267,7 @@ impl Wave {
     /// Mean of sine and cosine over a block.
     fn mean(&self, block: usize) -> (f64, f64) {
         let x = self.harmonic * self.half_way[block];
-        let kept = if x.abs() < 1e-3 {
-            1.0
-        } else {
-            self.half_now[block].0 / x
-        };
+        let kept = if x.abs() < 1e-3 { 1.0 } else { self.half_now[block].0 / x };
         (kept * self.now[block].0, kept * self.now[block].1)
     }
 }
@@ -327,16 +288,10 @@ impl Sums {
         let mut sample = 0;
         for (block, omega) in omega.iter().enumerate().take(run.blocks()) {
             let h = run.time[block + 1] - run.time[block];
-            let damping = if run.bridge[block] == bridge::OPEN {
-                plant.viscous
-            } else {
-                plant.total_damping()
-            };
+            let damping =
+                if run.bridge[block] == bridge::OPEN { plant.viscous } else { plant.total_damping() };
             let half = 0.5 * h * damping / plant.inertia;
-            let (keep, push) = (
-                (1.0 - half) / (1.0 + half),
-                wave.sign * h / plant.inertia / (1.0 + half),
-            );
+            let (keep, push) = ((1.0 - half) / (1.0 + half), wave.sign * h / plant.inertia / (1.0 + half));
             let was = (sine, cosine);
             let mean = wave.mean(block);
             sine = keep * sine + push * mean.0;
@@ -346,11 +301,7 @@ impl Sums {
                     // A sensor that reports the magnitude turns what is missing with the sign of the speed.
                     let turned = plant.sensor_rectified && *omega < 0.0;
                     let weight = run.speed.weight[sample] * if turned { -0.5 } else { 0.5 };
-                    self.add(
-                        weight * (was.0 + sine),
-                        weight * (was.1 + cosine),
-                        residual[sample],
-                    );
+                    self.add(weight * (was.0 + sine), weight * (was.1 + cosine), residual[sample]);
                 }
                 sample += 1;
             }
@@ -369,11 +320,6 @@ impl Sums {
         let determinant = (self.ss * self.cc - self.sc * self.sc).max(1e-300);
         let a = (self.cc * self.sr - self.sc * self.cr) / determinant;
         let b = (self.ss * self.cr - self.sc * self.sr) / determinant;
-        Line {
-            number,
-            amplitude: a.hypot(b),
-            phase: b.atan2(a),
-            gain: a * self.sr + b * self.cr,
-        }
+        Line { number, amplitude: a.hypot(b), phase: b.atan2(a), gain: a * self.sr + b * self.cr }
     }
 }

@@ -37,29 +37,20 @@ pub fn places(given: &Hypothesis, x: &[f64]) -> Vec<Where> {
         return Vec::new();
     }
     let squares: Vec<f64> = samples.iter().map(|s| s.torque * s.torque / total).collect();
-    let mut regions: Vec<Region> = axes(given, &samples)
-        .iter()
-        .filter_map(|axis| densest(axis, &squares))
-        .collect();
+    let mut regions: Vec<Region> =
+        axes(given, &samples).iter().filter_map(|axis| densest(axis, &squares)).collect();
     regions.extend(direction(&samples, &squares));
     regions.retain(|region| region.concentration > CONCENTRATED);
     regions.sort_by(|a, b| b.concentration.total_cmp(&a.concentration));
     regions.truncate(TOLD);
     regions
         .into_iter()
-        .map(|region| Where {
-            region: region.text,
-            share_of_squared_error: region.share,
-        })
+        .map(|region| Where { region: region.text, share_of_squared_error: region.share })
         .collect()
 }
 
 fn axes(given: &Hypothesis, samples: &[Sample]) -> Vec<Axis> {
-    let (speed, acceleration) = if given.bench.linear {
-        ("m/s", "m/s²")
-    } else {
-        ("rad/s", "rad/s²")
-    };
+    let (speed, acceleration) = if given.bench.linear { ("m/s", "m/s²") } else { ("rad/s", "rad/s²") };
     let over = |name, unit, value: &dyn Fn(&Sample) -> f64| Axis {
         name,
         unit,
@@ -69,11 +60,7 @@ fn axes(given: &Hypothesis, samples: &[Sample]) -> Vec<Axis> {
         over("|u|", given.bench.input.unit(), &|s| s.input.abs()),
         over("|speed|", speed, &|s| s.omega.abs()),
         over("|acceleration|", acceleration, &|s| s.acceleration.abs()),
-        Axis {
-            name: "time since reversal",
-            unit: "s",
-            values: since_reversal(samples),
-        },
+        Axis { name: "time since reversal", unit: "s", values: since_reversal(samples) },
         over("time", "s", &|s| s.time),
     ];
     if given.bench.input == crate::system::log::Input::Voltage
@@ -114,18 +101,9 @@ fn densest(axis: &Axis, squares: &[f64]) -> Option<Region> {
         let edge = axis.values[*index];
         for (share, part, sign) in [(below, part, "<"), (1.0 - below, 1.0 - part, ">")] {
             let concentration = share - part;
-            if part > 0.02
-                && best
-                    .as_ref()
-                    .is_none_or(|known| concentration > known.concentration)
-            {
+            if part > 0.02 && best.as_ref().is_none_or(|known| concentration > known.concentration) {
                 best = Some(Region {
-                    text: format!(
-                        "{} {sign} {} {}",
-                        axis.name,
-                        crate::report::figure(edge),
-                        axis.unit
-                    ),
+                    text: format!("{} {sign} {} {}", axis.name, crate::report::figure(edge), axis.unit),
                     share,
                     concentration,
                 });
@@ -137,18 +115,9 @@ fn densest(axis: &Axis, squares: &[f64]) -> Option<Region> {
 
 fn direction(samples: &[Sample], squares: &[f64]) -> Vec<Region> {
     let region = |text: &str, inside: &dyn Fn(&Sample) -> bool| {
-        let share: f64 = samples
-            .iter()
-            .zip(squares)
-            .filter(|(s, _)| inside(s))
-            .map(|(_, q)| q)
-            .sum();
+        let share: f64 = samples.iter().zip(squares).filter(|(s, _)| inside(s)).map(|(_, q)| q).sum();
         let part = samples.iter().filter(|s| inside(s)).count() as f64 / samples.len() as f64;
-        Region {
-            text: text.into(),
-            share,
-            concentration: share - part,
-        }
+        Region { text: text.into(), share, concentration: share - part }
     };
     vec![
         region("speed > 0", &|s| s.omega > 0.0),

@@ -19,31 +19,13 @@ pub fn all(given: &Hypothesis, x: &[f64], kept: &Scored) -> Vec<Plot> {
     let before = samples(given, x, ALL);
     let after = samples(&kept.hypothesis, &kept.fit.x, ALL);
     let linear = given.bench.linear;
-    let (speed, input) = (
-        if linear { "speed, m/s" } else { "speed, rad/s" },
-        format!("input, {}", given.bench.input.unit()),
-    );
+    let (speed, input) =
+        (if linear { "speed, m/s" } else { "speed, rad/s" }, format!("input, {}", given.bench.input.unit()));
     let band = Some(given.bench.sigma);
     vec![
         traces(&before, &after, speed),
-        over(
-            &before,
-            &after,
-            "Residual over the input",
-            &input,
-            speed,
-            band,
-            &|s| s.input,
-        ),
-        over(
-            &before,
-            &after,
-            "Residual over the simulated speed",
-            speed,
-            speed,
-            band,
-            &|s| s.omega,
-        ),
+        over(&before, &after, "Residual over the input", &input, speed, band, &|s| s.input),
+        over(&before, &after, "Residual over the simulated speed", speed, speed, band, &|s| s.omega),
         in_time(&before, &after, speed, band),
     ]
 }

@@ -72,7 +72,5 @@ pub fn held_out_errors(hypothesis: &Hypothesis, x: &[f64]) -> Vec<f64> {
         *sums.entry(run.log).or_insert(0.0) += held_out.map(square).sum::<f64>();
     });
     // A simulation that ran away is as wrong as can be.
-    sums.into_values()
-        .map(|sum: f64| if sum.is_nan() { f64::INFINITY } else { sum })
-        .collect()
+    sums.into_values().map(|sum: f64| if sum.is_nan() { f64::INFINITY } else { sum }).collect()
 }

@@ -38,10 +38,7 @@ pub fn run(
             judged.kept = anew;
         }
     }
-    Ok(Outcome {
-        places,
-        ..extended(&given, &found, judged, last.as_ref())
-    })
+    Ok(Outcome { places, ..extended(&given, &found, judged, last.as_ref()) })
 }
 
 /// The model as given beside the data.
@@ -59,11 +56,7 @@ impl<'a> Given<'a> {
         let hypothesis = Hypothesis::new(bench, model, Vec::new());
         let x = vec![0.0; hypothesis.slots.len()];
         let prediction = Prediction::of(&hypothesis, &x, &[Part::HoldOut]);
-        Self {
-            hypothesis,
-            x,
-            prediction,
-        }
+        Self { hypothesis, x, prediction }
     }
 }
 
@@ -108,9 +101,8 @@ fn settle_noise(bench: &mut Bench, model: &Model) {
 fn repeated_noise(base: &Scored) -> Option<f64> {
     let bench = base.hypothesis.bench;
     let seen = samples(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
-    let differences: Vec<f64> = twin_pairs(&seen, bench.twins?, |s| s.residual())
-        .map(|(a, b)| a - b)
-        .collect();
+    let differences: Vec<f64> =
+        twin_pairs(&seen, bench.twins?, |s| s.residual()).map(|(a, b)| a - b).collect();
     let enough = differences.len() > 200 && sensor_like(&differences);
     enough.then(|| rms(&differences) / 2f64.sqrt())
 }
@@ -121,8 +113,5 @@ const AS_WELL: f64 = 1.1;
 /// Whether a set fitted with other weights predicts every held-out record as well.
 fn predicts_as_well(anew: &Scored, kept: &Scored) -> bool {
     let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
-    errors(anew)
-        .iter()
-        .zip(errors(kept))
-        .all(|(anew, kept)| *anew <= AS_WELL * kept)
+    errors(anew).iter().zip(errors(kept)).all(|(anew, kept)| *anew <= AS_WELL * kept)
 }

@@ -8,11 +8,7 @@ pub fn rms(values: &[f64]) -> f64 {
 /// 100·(1 − ‖y − ŷ‖/‖y − ȳ‖): the share of the measured variation that the simulation explains, in %.
 pub fn fit_percent(measured: &[f64], predicted: &[f64]) -> f64 {
     let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
-    let off: f64 = measured
-        .iter()
-        .zip(predicted)
-        .map(|(y, p)| (y - p) * (y - p))
-        .sum();
+    let off: f64 = measured.iter().zip(predicted).map(|(y, p)| (y - p) * (y - p)).sum();
     let all: f64 = measured.iter().map(|y| (y - mean) * (y - mean)).sum();
     100.0 * (1.0 - (off / all.max(1e-300)).sqrt())
 }
@@ -34,8 +30,6 @@ fn block_ratio(residuals: &[f64], length: usize, mean_square: f64) -> f64 {
     if count < 8 || mean_square <= 0.0 {
         return 1.0;
     }
-    let means: f64 = blocks
-        .map(|block| (block.iter().sum::<f64>() / length as f64).powi(2))
-        .sum();
+    let means: f64 = blocks.map(|block| (block.iter().sum::<f64>() / length as f64).powi(2)).sum();
     means / count as f64 * length as f64 / mean_square
 }

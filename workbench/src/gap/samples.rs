@@ -95,11 +95,7 @@ fn missing_torque(samples: &mut [Sample], plant: &Physics) {
     for k in 0..samples.len() {
         let (from, to) = (k.saturating_sub(reach), (k + reach + 1).min(samples.len()));
         let (level, slope) = line(&samples[from..to], &residuals[from..to], samples[k].time);
-        let damping = if samples[k].open {
-            plant.viscous
-        } else {
-            plant.total_damping()
-        };
+        let damping = if samples[k].open { plant.viscous } else { plant.total_damping() };
         samples[k].torque = plant.inertia * slope + damping * level;
     }
 }
@@ -107,10 +103,7 @@ fn missing_torque(samples: &mut [Sample], plant: &Physics) {
 /// Value at `at` and slope of the least-squares line.
 fn line(samples: &[Sample], values: &[f64], at: f64) -> (f64, f64) {
     let n = values.len() as f64;
-    let (mean_t, mean_v) = (
-        samples.iter().map(|s| s.time).sum::<f64>() / n,
-        values.iter().sum::<f64>() / n,
-    );
+    let (mean_t, mean_v) = (samples.iter().map(|s| s.time).sum::<f64>() / n, values.iter().sum::<f64>() / n);
     let (mut tt, mut tv) = (0.0, 0.0);
     for (sample, value) in samples.iter().zip(values) {
         tt += (sample.time - mean_t) * (sample.time - mean_t);

@@ -169,10 +169,7 @@ impl Jacobian {
 
     /// Half of the gradient of the cost, Jᵀr.
     pub fn gradient(&self, residuals: &[f64]) -> DVector<f64> {
-        DVector::from_iterator(
-            self.columns.len(),
-            self.columns.iter().map(|column| dot(column, residuals)),
-        )
+        DVector::from_iterator(self.columns.len(), self.columns.iter().map(|column| dot(column, residuals)))
     }
 }
 
@@ -294,9 +291,7 @@ impl<'p, P: Problem> Descent<'p, P> {
     /// next step.
     fn steps(&mut self, step: &DVector<f64>) -> bool {
         let places = self.x.iter().zip(step.iter()).enumerate();
-        let next: Vec<f64> = places
-            .map(|(k, (x, step))| clipped(self.problem, k, x + step))
-            .collect();
+        let next: Vec<f64> = places.map(|(k, (x, step))| clipped(self.problem, k, x + step)).collect();
         let mut moved = Vec::with_capacity(self.residuals.len());
         self.problem.residuals(&next, &mut moved);
         let cost = dot(&moved, &moved);

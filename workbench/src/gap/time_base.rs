@@ -73,10 +73,7 @@ fn follows(log: &Dynamic, slow_s: f64, factor: f64) -> bool {
     let response = |shape: fn(f64) -> f64, factor: f64, slow_s: f64| {
         all(&|piece: &Piece| piece.response(shape, factor, slow_s))
     };
-    let rows = [
-        all(&|piece| piece.input.to_vec()),
-        all(&|piece| piece.input_before()),
-    ];
+    let rows = [all(&|piece| piece.input.to_vec()), all(&|piece| piece.input_before())];
     let mut settled: Vec<Vec<f64>> = rows.iter().flat_map(|input| bends(input)).collect();
     settled.extend([1.0, 3.0].map(|times| response(|u| u, 1.0, times * slow_s)));
     let shapes: [fn(f64) -> f64; 3] = [|u| u, |u| u * u.abs(), |u| u.signum() * f64::from(u != 0.0)];
@@ -126,11 +123,7 @@ impl<'a> Piece<'a> {
 
     /// The first-order response to the held input, reshaped; of an axis without damping the integral.
     fn response(&self, shape: fn(f64) -> f64, factor: f64, slow_s: f64) -> Vec<f64> {
-        let mut state = if self.starts_at_rest() {
-            0.0
-        } else {
-            shape(self.input[0])
-        };
+        let mut state = if self.starts_at_rest() { 0.0 } else { shape(self.input[0]) };
         let mut response = vec![state];
         for (t, u) in self.time.windows(2).zip(self.input) {
             let (step, u) = (factor * (t[1] - t[0]), shape(*u));
@@ -161,10 +154,7 @@ fn unexplained(parts: &[Vec<f64>], speed: &[f64]) -> f64 {
         parts.get(column).map_or(1.0, |part| part[row])
     });
     let variation = measured.add_scalar(-measured.mean()).norm();
-    let solved = matrix
-        .clone()
-        .svd(true, true)
-        .solve(&measured, 1e-9 * matrix.norm());
+    let solved = matrix.clone().svd(true, true).solve(&measured, 1e-9 * matrix.norm());
     match solved {
         Ok(weights) if variation > 0.0 => (measured - matrix * weights).norm() / variation,
         _ => 1.0,

@@ -100,17 +100,7 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
         (true, false) => rest.text,
         (true, true) => "different in every record: what fits the log does not predict the hold-out".into(),
     };
-    Judged {
-        verdict,
-        kept,
-        closest,
-        ties,
-        unexplained: Unexplained {
-            share_of_gap: share,
-            structure,
-        },
-        next,
-    }
+    Judged { verdict, kept, closest, ties, unexplained: Unexplained { share_of_gap: share, structure }, next }
 }
 
 /// The same without the names that do not lower the held-out gap or whose numbers lie within two standard deviations of nothing;
@@ -134,11 +124,7 @@ fn indistinct(best: &Scored) -> Option<usize> {
     match estimate::eased(best) {
         Some(bench) => {
             let eased = Hypothesis::new(&bench, best.hypothesis.model, best.hypothesis.items.clone());
-            let eased = Scored {
-                hypothesis: eased,
-                fit: best.fit.clone(),
-                score: best.score,
-            };
+            let eased = Scored { hypothesis: eased, fit: best.fit.clone(), score: best.score };
             estimate::indistinct(&estimate::refitted(&bench, &eased))
         }
         None => estimate::indistinct(best),
@@ -152,9 +138,7 @@ fn useless(best: &Scored) -> Option<usize> {
     let with = error(best);
     let mut items = best.hypothesis.items.iter().enumerate();
     let useless = |index: usize| error(&refitted(best, |k| k != index)) <= with;
-    items
-        .find(|(index, item)| !item.effect.is_base_parameter() && useless(*index))
-        .map(|(index, _)| index)
+    items.find(|(index, item)| !item.effect.is_base_parameter() && useless(*index)).map(|(index, _)| index)
 }
 
 /// The judgement on names that a search by shares kept: they stand, and what is left stands beside them.
@@ -250,11 +234,7 @@ fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
 fn refitted<'a>(scored: &Scored<'a>, keep: impl Fn(usize) -> bool) -> Scored<'a> {
     let (hypothesis, start) = scored.hypothesis.only(&scored.fit.x, keep);
     let made = fit(&hypothesis, &start, &SEARCH);
-    Scored {
-        score: made.cost,
-        hypothesis,
-        fit: made,
-    }
+    Scored { score: made.cost, hypothesis, fit: made }
 }
 
 /// Rivals that the data cannot tell from the accepted set, and what would.
@@ -266,11 +246,5 @@ fn ties(found: &Found) -> (Vec<Tie>, Option<Experiment>) {
     let separation = experiment::separation(&found.best, nearest);
     let mut sets = vec![found.best.hypothesis.names()];
     sets.extend(rivals.iter().map(|rival| rival.hypothesis.names()));
-    (
-        vec![Tie {
-            rivals: sets,
-            separated_by: separation.text,
-        }],
-        Some(separation.experiment),
-    )
+    (vec![Tie { rivals: sets, separated_by: separation.text }], Some(separation.experiment))
 }

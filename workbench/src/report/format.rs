@@ -27,20 +27,14 @@ pub fn deviates(outcome: &Outcome) -> bool {
     let known = |v: &Value| v.std.is_some_and(|std| std.is_finite() && std > 0.0);
     let effects = outcome.effects.iter();
     effects.flat_map(readable).any(|(_, v)| known(v))
-        || outcome
-            .within_tolerance
-            .iter()
-            .any(|shift| shift.std_percent > 0.0)
+        || outcome.within_tolerance.iter().any(|shift| shift.std_percent > 0.0)
 }
 
 /// A base parameter's shift inside its tolerance: `-5.770 ± 0.020 %`.
 pub fn shift(shift: &Shift) -> String {
     let sign = if shift.shift_percent > 0.0 { "+" } else { "" };
     if shift.std_percent > 0.0 {
-        return format!(
-            "{sign}{} %",
-            with_deviation(shift.shift_percent, shift.std_percent)
-        );
+        return format!("{sign}{} %", with_deviation(shift.shift_percent, shift.std_percent));
     }
     format!("{sign}{:.2} %", shift.shift_percent)
 }
@@ -70,11 +64,7 @@ fn without_trailing_zeros(text: String) -> String {
 
 /// `6.790 ± 0.012 V`: the deviation with two significant digits, the value to the same decimal place.
 pub fn value(v: &Value) -> String {
-    let unit = if v.unit.is_empty() || v.unit == "1" {
-        String::new()
-    } else {
-        format!(" {}", v.unit)
-    };
+    let unit = if v.unit.is_empty() || v.unit == "1" { String::new() } else { format!(" {}", v.unit) };
     match v.std.filter(|s| s.is_finite() && *s > 0.0) {
         Some(std) => format!("{}{unit}", with_deviation(v.value, std)),
         None => format!("{}{unit}", significant(v.value, 5)),
@@ -102,19 +92,13 @@ pub fn parameters(effect: &NamedEffect) -> String {
         true => format!("{name} = {}", value(v)),
         false => format!("{name} not told from 0 ({})", value(v)),
     };
-    readable(effect)
-        .into_iter()
-        .map(named)
-        .collect::<Vec<_>>()
-        .join(", ")
+    readable(effect).into_iter().map(named).collect::<Vec<_>>().join(", ")
 }
 
 /// The parameters as people read them: what stands for a voltage as that voltage.
 pub fn readable(effect: &NamedEffect) -> Vec<(&String, &Value)> {
     let parameters = effect.parameters.iter();
-    parameters
-        .map(|(name, v)| volts::of(effect, name).unwrap_or((name, v)))
-        .collect()
+    parameters.map(|(name, v)| volts::of(effect, name).unwrap_or((name, v))).collect()
 }
 
 /// The figures that follow from them.
@@ -155,15 +139,11 @@ pub fn headline(outcome: &Outcome) -> String {
             "The data cannot test the model: they do not excite what would have to be seen.".into()
         }
         Verdict::Unexplained if outcome.effects.is_empty() => {
-            format!(
-                "Something is missing that no known effect explains: {}.",
-                outcome.unexplained.structure
-            )
+            format!("Something is missing that no known effect explains: {}.", outcome.unexplained.structure)
         }
-        Verdict::Unexplained => format!(
-            "Found: {names}; something else is left: {}.",
-            outcome.unexplained.structure
-        ),
+        Verdict::Unexplained => {
+            format!("Found: {names}; something else is left: {}.", outcome.unexplained.structure)
+        }
         Verdict::Tie if left(outcome) => format!(
             "Found: {names}; {} of the gap (squared) is left. Other names fit these data equally well; an experiment tells them apart.",
             percent(outcome.unexplained.share_of_gap)
@@ -217,9 +197,5 @@ pub fn segment(s: &Segment) -> String {
 /// `48 %`; small shares keep a digit.
 pub fn percent(share: f64) -> String {
     let p = 100.0 * share;
-    if p.abs() < 10.0 {
-        format!("{} %", significant(p, 2))
-    } else {
-        format!("{p:.0} %")
-    }
+    if p.abs() < 10.0 { format!("{} %", significant(p, 2)) } else { format!("{p:.0} %") }
 }

@@ -12,11 +12,7 @@ const STYLE_SHEET: &str = include_str!("style.css");
 /// One part of a document.
 #[derive(Clone, Debug)]
 enum Part {
-    Gap {
-        title: String,
-        text: Vec<String>,
-        outcome: Box<Outcome>,
-    },
+    Gap { title: String, text: Vec<String>, outcome: Box<Outcome> },
     Section(Section),
 }
 
@@ -31,21 +27,13 @@ pub struct Document {
 impl Document {
     /// An empty document.
     pub fn new(title: impl Into<String>, subtitle: impl Into<String>) -> Self {
-        Document {
-            title: title.into(),
-            subtitle: subtitle.into(),
-            parts: Vec::new(),
-        }
+        Document { title: title.into(), subtitle: subtitle.into(), parts: Vec::new() }
     }
 
     /// Adds the result of the gap workflow with paragraphs in front.
     pub fn gap(mut self, title: impl Into<String>, text: &[&str], outcome: &Outcome) -> Self {
         let text = text.iter().map(|t| t.to_string()).collect();
-        self.parts.push(Part::Gap {
-            title: title.into(),
-            text,
-            outcome: Box::new(outcome.clone()),
-        });
+        self.parts.push(Part::Gap { title: title.into(), text, outcome: Box::new(outcome.clone()) });
         self
     }
 
@@ -123,8 +111,6 @@ pub struct Html<'a> {
 
 impl Exporter for Html<'_> {
     fn export(&self, outcome: &Outcome) -> Result<String> {
-        Ok(Document::new(self.title, self.subtitle)
-            .gap(self.title, &[], outcome)
-            .render())
+        Ok(Document::new(self.title, self.subtitle).gap(self.title, &[], outcome).render())
     }
 }

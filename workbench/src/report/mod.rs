@@ -35,21 +35,11 @@ pub trait Exporter {
 /// Writes `text` to `path` by way of a temporary file in the same folder; an earlier file stays until the new one is
 /// complete. The folder is made if it is missing.
 pub fn write_atomically(path: &Path, text: &str) -> Result<()> {
-    let folder = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
-    let complaint = || {
-        format!(
-            "{}: cannot be written; check the folder and its permissions",
-            path.display()
-        )
-    };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let complaint = || format!("{}: cannot be written; check the folder and its permissions", path.display());
     std::fs::create_dir_all(folder).with_context(complaint)?;
-    let mut draft = tempfile::Builder::new()
-        .prefix(".truing-")
-        .tempfile_in(folder)
-        .with_context(complaint)?;
+    let mut draft =
+        tempfile::Builder::new().prefix(".truing-").tempfile_in(folder).with_context(complaint)?;
     draft.write_all(text.as_bytes()).with_context(complaint)?;
     readable_by_all(draft.as_file()).with_context(complaint)?;
     // The error of `persist` owns the draft; only its cause is passed on, so that the draft is removed.

@@ -86,10 +86,8 @@ fn implicit_table() -> Item {
 /// Moves a base parameter; a name that is no key of the file has nothing to move.
 fn apply(document: &mut DocumentMut, shift: &Shift) {
     for section in BASE_SECTIONS {
-        let entry = document
-            .get_mut(section)
-            .and_then(|s| s.get_mut(&shift.parameter))
-            .and_then(Item::as_value_mut);
+        let entry =
+            document.get_mut(section).and_then(|s| s.get_mut(&shift.parameter)).and_then(Item::as_value_mut);
         if let Some(entry) = entry {
             scale(entry, 1.0 + shift.shift_percent / 100.0);
         }

@@ -8,10 +8,7 @@ use std::path::Path;
 
 /// Writes every plot of an outcome into a folder, named by its title, and the gap per step as `gap.svg`.
 pub fn write(outcome: &Outcome, folder: &Path) -> Result<()> {
-    let plots = outcome
-        .plots
-        .iter()
-        .filter_map(|plot| Some((slug(&plot.title), svg(plot)?)));
+    let plots = outcome.plots.iter().filter_map(|plot| Some((slug(&plot.title), svg(plot)?)));
     let steps = waterfall(&outcome.steps, outcome.holdout.noise_floor, &outcome.gap_unit);
     let steps = steps.map(|text| ("gap".to_owned(), text));
     for (name, text) in plots.chain(steps) {
@@ -29,8 +26,6 @@ fn on_white(svg: &str) -> String {
 
 /// A title as a file's name: `Residual over the input` becomes `residual-over-the-input`.
 fn slug(title: &str) -> String {
-    let words = title
-        .split(|c: char| !c.is_ascii_alphanumeric())
-        .filter(|word| !word.is_empty());
+    let words = title.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("-").to_lowercase()
 }

@@ -45,12 +45,7 @@ fn paint(index: usize) -> RGBColor {
 pub fn svg(plot: &Plot) -> Option<String> {
     let window = Window::of(plot)?;
     let mut text = String::new();
-    draw(
-        plot,
-        &window,
-        SVGBackend::with_string(&mut text, SIZE).into_drawing_area(),
-    )
-    .ok()?;
+    draw(plot, &window, SVGBackend::with_string(&mut text, SIZE).into_drawing_area()).ok()?;
     Some(text)
 }
 
@@ -75,19 +70,12 @@ fn samples(plot: &Plot) -> impl Iterator<Item = (f64, f64)> {
 }
 
 fn finite(curve: &Curve) -> impl Iterator<Item = (f64, f64)> {
-    curve
-        .x
-        .iter()
-        .copied()
-        .zip(curve.y.iter().copied())
-        .filter(|(x, y)| x.is_finite() && y.is_finite())
+    curve.x.iter().copied().zip(curve.y.iter().copied()).filter(|(x, y)| x.is_finite() && y.is_finite())
 }
 
 /// The range of the values with a margin on both sides.
 fn spread(values: impl Iterator<Item = f64>, margin: f64) -> Option<Range<f64>> {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(v), h.max(v))
-    });
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     if low > high {
         return None;
     }
@@ -173,17 +161,10 @@ fn marks(chart: &mut Chart, plot: &Plot, window: &Window) -> Drawn {
         chart.draw_series(DashedLineSeries::new(line, 3, 4, INK.mix(0.7).into()))?;
         let right_half = *x > 0.5 * (window.x.start + window.x.end);
         let side = if right_half { HPos::Right } else { HPos::Left };
-        let style = ("sans-serif", 14)
-            .into_font()
-            .color(&INK)
-            .pos(Pos::new(side, VPos::Top));
+        let style = ("sans-serif", 14).into_font().color(&INK).pos(Pos::new(side, VPos::Top));
         // Neighbouring labels on different lines do not cover each other.
         let y = window.y.end - height * (0.02 + 0.06 * (k % 3) as f64);
-        let padded = if right_half {
-            format!("{label} ")
-        } else {
-            format!(" {label}")
-        };
+        let padded = if right_half { format!("{label} ") } else { format!(" {label}") };
         chart.draw_series([Text::new(padded, (*x, y), style)])?;
     }
     Ok(())
@@ -210,11 +191,7 @@ fn one_series(chart: &mut Chart, curve: &Curve, style: Style, colour: RGBColor) 
 fn points(chart: &mut Chart, curve: &Curve, style: ShapeStyle, radius: i32) -> Drawn {
     let all: Vec<_> = finite(curve).collect();
     let stride = all.len().div_ceil(DRAWN_POINTS).max(1);
-    chart.draw_series(
-        all.into_iter()
-            .step_by(stride)
-            .map(|p| Circle::new(p, radius, style)),
-    )?;
+    chart.draw_series(all.into_iter().step_by(stride).map(|p| Circle::new(p, radius, style)))?;
     Ok(())
 }
 
@@ -230,10 +207,7 @@ fn thinned(piece: &[(f64, f64)]) -> Vec<(f64, f64)> {
     if piece.len() <= DRAWN_SAMPLES {
         return piece.to_vec();
     }
-    piece
-        .chunks(piece.len().div_ceil(DRAWN_SAMPLES / 2))
-        .flat_map(extremes)
-        .collect()
+    piece.chunks(piece.len().div_ceil(DRAWN_SAMPLES / 2)).flat_map(extremes).collect()
 }
 
 fn extremes(chunk: &[(f64, f64)]) -> Vec<(f64, f64)> {
@@ -271,10 +245,7 @@ impl Decades {
         let positive: Vec<f64> = gaps.filter(|g| g.is_finite() && *g > 0.0).collect();
         let high = positive.iter().copied().reduce(f64::max)?;
         let low = positive.iter().copied().fold(high, f64::min).max(high * 1e-6);
-        Some(Decades {
-            low: low * 0.6,
-            high: high * 1.1,
-        })
+        Some(Decades { low: low * 0.6, high: high * 1.1 })
     }
 
     fn pixel(&self, gap: f64) -> i32 {
@@ -285,49 +256,27 @@ impl Decades {
 }
 
 fn draw_waterfall(steps: &[Step], floor: f64, unit: &str, scale: &Decades, area: Area) -> Drawn {
-    let text = |size: u32, side| {
-        ("sans-serif", size)
-            .into_font()
-            .color(&INK)
-            .pos(Pos::new(side, VPos::Center))
-    };
+    let text =
+        |size: u32, side| ("sans-serif", size).into_font().color(&INK).pos(Pos::new(side, VPos::Center));
     let bottom = ROW as i32 * steps.len() as i32 + 6;
     let mut before = None;
     for (k, step) in steps.iter().enumerate() {
         let y = ROW as i32 * k as i32 + 4;
         let middle = y + ROW as i32 / 2 - 2;
         let (left, right, colour) = bar(scale, before, step.gap);
-        area.draw(&Rectangle::new(
-            [(left, y), (right, y + ROW as i32 - 8)],
-            colour.mix(0.85).filled(),
-        ))?;
-        area.draw(&Text::new(
-            step.label.clone(),
-            (LABELS - 10, middle),
-            text(15, HPos::Right),
-        ))?;
+        area.draw(&Rectangle::new([(left, y), (right, y + ROW as i32 - 8)], colour.mix(0.85).filled()))?;
+        area.draw(&Text::new(step.label.clone(), (LABELS - 10, middle), text(15, HPos::Right)))?;
         let gap = format!("{} {unit}", format::gap(step.gap));
-        area.draw(&Text::new(
-            gap,
-            (right.max(scale.pixel(step.gap)) + 6, middle),
-            text(14, HPos::Left),
-        ))?;
+        area.draw(&Text::new(gap, (right.max(scale.pixel(step.gap)) + 6, middle), text(14, HPos::Left)))?;
         before = Some(step.gap);
     }
     if floor > 0.0 {
         let x = scale.pixel(floor);
-        area.draw(&PathElement::new(
-            vec![(x, 0), (x, bottom)],
-            PALETTE[5].stroke_width(2),
-        ))?;
+        area.draw(&PathElement::new(vec![(x, 0), (x, bottom)], PALETTE[5].stroke_width(2)))?;
         let label = format!("noise floor {} {unit}", format::gap(floor));
         area.draw(&Text::new(label, (x + 4, bottom + 14), text(14, HPos::Left)))?;
     }
-    area.draw(&Text::new(
-        "logarithmic scale",
-        (SIZE.0 as i32 - 8, bottom + 14),
-        text(13, HPos::Right),
-    ))?;
+    area.draw(&Text::new("logarithmic scale", (SIZE.0 as i32 - 8, bottom + 14), text(13, HPos::Right)))?;
     area.present()?;
     Ok(())
 }

@@ -30,22 +30,10 @@ impl Exporter for Terminal {
 }
 
 fn verdict(text: &mut String, outcome: &Outcome) -> Result<()> {
-    block(
-        text,
-        "Verdict",
-        &format!(
-            "{}. {}",
-            format::verdict(outcome.verdict),
-            format::headline(outcome)
-        ),
-    );
+    block(text, "Verdict", &format!("{}. {}", format::verdict(outcome.verdict), format::headline(outcome)));
     for (place, head) in outcome.places.iter().zip(["Where", "", ""]) {
         let share = format::percent(place.share_of_squared_error);
-        block(
-            text,
-            head,
-            &format!("{share} of the squared error: {}", place.region),
-        );
+        block(text, head, &format!("{share} of the squared error: {}", place.region));
     }
     Ok(())
 }
@@ -56,11 +44,7 @@ fn gap(text: &mut String, outcome: &Outcome) -> Result<()> {
     }
     let held = &outcome.holdout;
     let unit = &outcome.gap_unit;
-    writeln!(
-        text,
-        "\n{:INDENT$}rms of {} in {unit}, on data held out",
-        "Gap", held.signal
-    )?;
+    writeln!(text, "\n{:INDENT$}rms of {} in {unit}, on data held out", "Gap", held.signal)?;
     let floor = held.noise_floor;
     let bars: Vec<(&str, f64)> = outcome.steps.iter().map(|s| (s.label.as_str(), s.gap)).collect();
     let scale = Scale::of(bars.iter().map(|b| b.1).chain([floor]));
@@ -75,21 +59,11 @@ fn gap(text: &mut String, outcome: &Outcome) -> Result<()> {
         )?;
     }
     let (before, after) = (held.fit_percent_before, held.fit_percent_after);
-    writeln!(
-        text,
-        "{:INDENT$}fit {} → {}",
-        "",
-        format::fit(before),
-        format::fit(after)
-    )?;
+    writeln!(text, "{:INDENT$}fit {} → {}", "", format::fit(before), format::fit(after))?;
     if let Some(last) = &outcome.final_records {
         let (before, after) = (last.fit_percent_before, last.fit_percent_after);
         let (before, after) = (format::fit(before), format::fit(after));
-        writeln!(
-            text,
-            "{:INDENT$}records that chose nothing: fit {before} → {after}",
-            ""
-        )?;
+        writeln!(text, "{:INDENT$}records that chose nothing: fit {before} → {after}", "")?;
     }
     Ok(())
 }
@@ -121,11 +95,7 @@ fn effects(text: &mut String, outcome: &Outcome) -> Result<()> {
     for (k, effect) in outcome.effects.iter().enumerate() {
         let head = if k == 0 { "Effects" } else { "" };
         let tie = effect.tie.map_or(String::new(), |t| format!(" (tie {})", t + 1));
-        block(
-            text,
-            head,
-            &format!("{}. {}{tie}: {}", k + 1, effect.name, format::parameters(effect)),
-        );
+        block(text, head, &format!("{}. {}{tie}: {}", k + 1, effect.name, format::parameters(effect)));
         block(text, "", &effect.evidence);
     }
     Ok(())
@@ -136,11 +106,7 @@ fn ties(text: &mut String, outcome: &Outcome) -> Result<()> {
         if k == 0 {
             writeln!(text)?;
         }
-        block(
-            text,
-            if k == 0 { "Ties" } else { "" },
-            &format!("{}. {}", k + 1, format::rivals(tie)),
-        );
+        block(text, if k == 0 { "Ties" } else { "" }, &format!("{}. {}", k + 1, format::rivals(tie)));
         block(text, "", &format!("told apart: {}", tie.separated_by));
     }
     Ok(())
@@ -168,18 +134,10 @@ fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
     }
     if left.structure != "none" {
         let share = format::percent(left.share_of_gap);
-        block(
-            text,
-            "Left",
-            &format!("{share} of the gap (squared): {}", left.structure),
-        );
+        block(text, "Left", &format!("{share} of the gap (squared): {}", left.structure));
     }
     if !outcome.closest_known.is_empty() {
-        block(
-            text,
-            "Closest",
-            &format!("{} (not a name)", outcome.closest_known.join(", ")),
-        );
+        block(text, "Closest", &format!("{} (not a name)", outcome.closest_known.join(", ")));
     }
     Ok(())
 }
@@ -216,9 +174,7 @@ fn block(text: &mut String, head: &str, body: &str) {
 #[must_use]
 pub fn beside(head: &str, body: &str) -> String {
     let later = " ".repeat(head.chars().count());
-    let options = textwrap::Options::new(WIDTH)
-        .initial_indent(head)
-        .subsequent_indent(&later);
+    let options = textwrap::Options::new(WIDTH).initial_indent(head).subsequent_indent(&later);
     textwrap::fill(body, options) + "\n"
 }
 

@@ -13,10 +13,7 @@ pub fn told(model: &Model, mut effects: Vec<NamedEffect>) -> Vec<NamedEffect> {
         return effects;
     };
     for effect in &mut effects {
-        let torques = effect
-            .parameters
-            .iter()
-            .filter(|(_, torque)| torque.unit.contains(TORQUE));
+        let torques = effect.parameters.iter().filter(|(_, torque)| torque.unit.contains(TORQUE));
         let voltages = torques.map(|(name, torque)| (key(name), voltage(torque, gain_rad_s_per_v)));
         effect.derived.extend(voltages);
     }

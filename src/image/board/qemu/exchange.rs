@@ -36,11 +36,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    const NEW: Self = Self {
-        sample: Sample::NONE,
-        delay_ticks: 1,
-        decided: [(Bridge::Open, 0); DELAY_LINE],
-    };
+    const NEW: Self = Self { sample: Sample::NONE, delay_ticks: 1, decided: [(Bridge::Open, 0); DELAY_LINE] };
 
     pub fn drive(&mut self, bridge: Bridge, duty: i16) {
         self.decided.rotate_right(1);

@@ -44,9 +44,7 @@ impl FileFlash {
     /// Opens the file that the host has made.
     pub fn open() -> Self {
         let file = File::options().read(true).write(true).open(FILE);
-        Self {
-            file: file.expect("the host has not made the flash file"),
-        }
+        Self { file: file.expect("the host has not made the flash file") }
     }
 
     fn seek(&mut self, offset: u32) -> Result<(), Error> {

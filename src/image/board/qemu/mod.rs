@@ -89,12 +89,7 @@ impl Board for Qemu {
                 decided: [(Bridge::Open, 0); AXES],
             },
             PipeLine,
-            LockStep {
-                to_host,
-                from_host,
-                tick: 0,
-                frame: [0; exchange::FRAME],
-            },
+            LockStep { to_host, from_host, tick: 0, frame: [0; exchange::FRAME] },
         )
     }
 
@@ -231,10 +226,7 @@ impl Idle for LockStep {
 impl LockStep {
     fn receive(&mut self) {
         let mut head = [0; exchange::HEAD];
-        self.read(head.len())
-            .iter()
-            .zip(&mut head)
-            .for_each(|(from, to)| *to = *from);
+        self.read(head.len()).iter().zip(&mut head).for_each(|(from, to)| *to = *from);
         let (length, stop) = exchange::with(|exchange| exchange.take_answer(&head));
         if stop {
             defmt::info!("stack: {=usize} bytes at most", stack::used());

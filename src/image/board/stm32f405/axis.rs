@@ -16,12 +16,8 @@ use servo::drivers::sense::{CurrentSense, SupplySense};
 use servo::drivers::zero::ZeroLimits;
 
 /// Sleep or enable pins of the four axes, as in [`super::pins::LINES`].
-pub const SLEEP: [Wire; 4] = [
-    Wire(Pin(Port::B, 0)),
-    Wire(Pin(Port::B, 1)),
-    Wire(Pin(Port::B, 10)),
-    Wire(Pin(Port::B, 11)),
-];
+pub const SLEEP: [Wire; 4] =
+    [Wire(Pin(Port::B, 0)), Wire(Pin(Port::B, 1)), Wire(Pin(Port::B, 10)), Wire(Pin(Port::B, 11))];
 /// Fault pin of axes 0 and 1, of axes 2 and 3.
 const FAULT: [Wire; 2] = [Wire(Pin(Port::B, 12)), Wire(Pin(Port::A, 6))];
 const ENABLE: Wire = Wire(Pin(Port::C, 10));
@@ -29,11 +25,7 @@ const ENABLE: Wire = Wire(Pin(Port::C, 10));
 /// 1,024 readings: 0.1 s at 10 kHz. A spread of 40 counts is several times the converter's noise (DS8626: ±2 counts) and
 /// less than one ampere on every stage.
 const fn zero_limits(stage: &PowerStage) -> ZeroLimits {
-    ZeroLimits {
-        readings_log2: 10,
-        window: stage.zero_window,
-        spread: 40,
-    }
+    ZeroLimits { readings_log2: 10, window: stage.zero_window, spread: 40 }
 }
 
 fn timer_of(axis: usize) -> Timer {

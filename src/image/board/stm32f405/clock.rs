@@ -31,8 +31,7 @@ pub fn start(rcc: &RCC, flash: &FLASH) -> Source {
     });
     start_pll(rcc, source);
     // HPRE 0: no division; PPRE1 101: by 4; PPRE2 100: by 2. The bus dividers before the switch, so that no bus is ever too fast.
-    rcc.cfgr()
-        .modify(|_, w| w.hpre().div1().ppre1().div4().ppre2().div2());
+    rcc.cfgr().modify(|_, w| w.hpre().div1().ppre1().div4().ppre2().div2());
     rcc.cfgr().modify(|_, w| w.sw().pll());
     while !rcc.cfgr().read().sws().is_pll() {}
     source

@@ -53,9 +53,7 @@ fn sequence(converter: &RegisterBlock, first: u8, length: u8) {
 /// Acknowledges the interrupt of the finished sequence.
 pub fn clear_end(currents: &ADC1) {
     // SAFETY: flags are cleared by writing 0; ones leave them (RM0090 section 13.13.1).
-    currents
-        .sr()
-        .write(|w| unsafe { w.bits(!(INJECTED_END | INJECTED_START)) });
+    currents.sr().write(|w| unsafe { w.bits(!(INJECTED_END | INJECTED_START)) });
 }
 
 /// True if a measurement has ended since [`clear_end`].
@@ -82,19 +80,13 @@ impl Channel {
     /// The winding current of axis 0 … 3.
     pub fn current(axis: usize) -> Self {
         // SAFETY: valid for the life of the program; reading a result has no side effect.
-        Self {
-            converter: unsafe { &*ADC1::ptr() },
-            place: axis,
-        }
+        Self { converter: unsafe { &*ADC1::ptr() }, place: axis }
     }
 
     /// The supply.
     pub fn supply() -> Self {
         // SAFETY: as above.
-        Self {
-            converter: unsafe { &*ADC2::ptr() },
-            place: 0,
-        }
+        Self { converter: unsafe { &*ADC2::ptr() }, place: 0 }
     }
 }
 

@@ -29,10 +29,7 @@ impl Quadrature {
         };
         // SAFETY: TIM2 to TIM5 share one register map (RM0090 section 18.4.21); where a counter has 16 bits the upper
         // halves of CNT and ARR are reserved and read as zero. The address is valid for the life of the program.
-        Self {
-            timer: unsafe { &*(address as *const RegisterBlock) },
-            bits,
-        }
+        Self { timer: unsafe { &*(address as *const RegisterBlock) }, bits }
     }
 
     /// Encoder mode 3: both inputs, both edges (RM0090 section 18.3.12), and the start.

@@ -17,12 +17,8 @@ use stm32f4xx_hal::pac::ADC1;
 const TICK: Wire = Wire(Pin(Port::C, 12));
 
 /// Index lines of the four axes, as in [`super::pins::LINES`].
-const INDEX: [Wire; 4] = [
-    Wire(Pin(Port::B, 8)),
-    Wire(Pin(Port::B, 9)),
-    Wire(Pin(Port::C, 11)),
-    Wire(Pin(Port::B, 15)),
-];
+const INDEX: [Wire; 4] =
+    [Wire(Pin(Port::B, 8)), Wire(Pin(Port::B, 9)), Wire(Pin(Port::C, 11)), Wire(Pin(Port::B, 15))];
 
 /// Two looks at the phase, each with a tick for its correction.
 const ALIGNING: u8 = 4;
@@ -47,14 +43,7 @@ impl<const N: usize> DriveOf<N> {
     pub fn new(converter: ADC1, stage: &'static PowerStage) -> Self {
         let (full, periods) = (timing::START_FULL_SCALE, timing::START_PERIODS);
         let axes = core::array::from_fn(|axis| AxisOfBoard::new(axis, stage, full));
-        Self {
-            axes,
-            converter,
-            aligning: ALIGNING,
-            settling: SETTLING,
-            periods,
-            full,
-        }
+        Self { axes, converter, aligning: ALIGNING, settling: SETTLING, periods, full }
     }
 
     /// Sets one axis' bridge.

@@ -96,9 +96,7 @@ impl ChipFlash {
 
     fn program(&self, offset: u32, bytes: &[u8]) {
         // SAFETY: the size code is defined.
-        self.registers
-            .cr()
-            .write(|w| unsafe { w.psize().bits(BY_WORDS).pg().set_bit() });
+        self.registers.cr().write(|w| unsafe { w.psize().bits(BY_WORDS).pg().set_bit() });
         for (place, word) in bytes.chunks_exact(4).enumerate() {
             let value = u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
             let address = (BASE + offset) as usize + 4 * place;

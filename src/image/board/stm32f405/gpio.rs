@@ -53,16 +53,12 @@ fn apply(port: Port, setup: PortSetup) {
     let fours = fields(setup.pins, 4);
     // SAFETY: every value lies within its mask and every code is defined for its register (RM0090 section 8.4).
     unsafe {
-        port.afrl()
-            .modify(|r, w| w.bits((r.bits() & !(fours as u32)) | setup.alternate as u32));
+        port.afrl().modify(|r, w| w.bits((r.bits() & !(fours as u32)) | setup.alternate as u32));
         port.afrh()
             .modify(|r, w| w.bits((r.bits() & !((fours >> 32) as u32)) | (setup.alternate >> 32) as u32));
-        port.pupdr()
-            .modify(|r, w| w.bits((r.bits() & !twos) | setup.pull));
-        port.ospeedr()
-            .modify(|r, w| w.bits((r.bits() & !twos) | setup.speed));
-        port.moder()
-            .modify(|r, w| w.bits((r.bits() & !twos) | setup.mode));
+        port.pupdr().modify(|r, w| w.bits((r.bits() & !twos) | setup.pull));
+        port.ospeedr().modify(|r, w| w.bits((r.bits() & !twos) | setup.speed));
+        port.moder().modify(|r, w| w.bits((r.bits() & !twos) | setup.mode));
     }
 }
 

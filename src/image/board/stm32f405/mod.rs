@@ -18,10 +18,7 @@ mod gpio;
 pub mod pins;
 mod pwm;
 mod serial;
-#[allow(
-    dead_code,
-    reason = "an image drives one of the power stages that the board knows"
-)]
+#[allow(dead_code, reason = "an image drives one of the power stages that the board knows")]
 pub mod stage;
 pub mod timing;
 mod watchdog;
@@ -42,10 +39,7 @@ use defmt_rtt as _;
 pub use drive::DriveOf;
 pub use serial::SerialLine;
 
-const _: () = assert!(
-    !ACTIVE.has_low_sides() || AXES == 1,
-    "a discrete bridge takes the whole of TIM1"
-);
+const _: () = assert!(!ACTIVE.has_low_sides() || AXES == 1, "a discrete bridge takes the whole of TIM1");
 
 /// The board.
 pub struct Stm32f405;
@@ -131,9 +125,7 @@ pub fn set_up<const N: usize>(
     converter::start(&device.ADC_COMMON, &device.ADC1, &device.ADC2, N as u8);
     let line = SerialLine::start(device.USART2, device.DMA1);
     let drive = DriveOf::new(device.ADC1, stage);
-    let idle = Feeding {
-        watchdog: Watchdog::start(device.IWDG),
-    };
+    let idle = Feeding { watchdog: Watchdog::start(device.IWDG) };
     if !stage.has_low_sides() {
         timers::<N>().for_each(Timer::enable_outputs);
     }
@@ -145,9 +137,7 @@ pub fn set_up<const N: usize>(
 /// outputs are switched off (RM0090 section 38.16.4).
 fn stop_with_debugger(debug: &DBGMCU) {
     debug.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
-    debug
-        .apb2_fz()
-        .modify(|_, w| w.dbg_tim1_stop().set_bit().dbg_tim8_stop().set_bit());
+    debug.apb2_fz().modify(|_, w| w.dbg_tim1_stop().set_bit().dbg_tim8_stop().set_bit());
 }
 
 /// TIM1, and TIM8 for the third and fourth axis. They start a few clocks apart; only TIM1 paces and triggers.

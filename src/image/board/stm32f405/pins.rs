@@ -87,14 +87,7 @@ const fn line(
     needed: Use,
     role: &'static str,
 ) -> Line {
-    Line {
-        pin,
-        signal,
-        mode,
-        pull,
-        needed,
-        role,
-    }
+    Line { pin, signal, mode, pull, needed, role }
 }
 
 /// Every pin in use. The chip's own resistors are off while it is in reset: what keeps a bridge open then are the
@@ -181,13 +174,7 @@ pub const fn fields(pins: u16, width: u32) -> u64 {
 
 /// Registers of `port` for an image with `axes` axes, with or without the low sides of a discrete bridge.
 pub const fn port_setup(port: Port, axes: u8, low_sides: bool) -> PortSetup {
-    let mut setup = PortSetup {
-        pins: 0,
-        mode: 0,
-        pull: 0,
-        speed: 0,
-        alternate: 0,
-    };
+    let mut setup = PortSetup { pins: 0, mode: 0, pull: 0, speed: 0, alternate: 0 };
     let mut index = 0;
     while index < LINES.len() {
         let line = &LINES[index];

@@ -104,14 +104,7 @@ impl Timer {
         }
         let low_sides = stage.has_low_sides();
         self.0.ccer().write(|w| {
-            w.cc1e()
-                .set_bit()
-                .cc2e()
-                .set_bit()
-                .cc3e()
-                .set_bit()
-                .cc4e()
-                .set_bit();
+            w.cc1e().set_bit().cc2e().set_bit().cc3e().set_bit().cc4e().set_bit();
             w.cc1ne().bit(low_sides).cc2ne().bit(low_sides)
         });
     }
@@ -130,14 +123,7 @@ impl Timer {
             w.dtg().set(dead_time);
             w.lock().set(0b01);
             w.ossi().set_bit().ossr().set_bit();
-            w.bke()
-                .set_bit()
-                .bkp()
-                .clear_bit()
-                .aoe()
-                .clear_bit()
-                .moe()
-                .clear_bit()
+            w.bke().set_bit().bkp().clear_bit().aoe().clear_bit().moe().clear_bit()
         });
     }
 
@@ -148,12 +134,7 @@ impl Timer {
 
     /// One of the four lines.
     pub fn compare(self, channel: usize, centre: Centre, full: u16) -> Compare {
-        Compare {
-            timer: self,
-            channel,
-            centre,
-            full,
-        }
+        Compare { timer: self, channel, centre, full }
     }
 
     /// Whether the counter runs down, as it does after the upper turning point.

@@ -51,15 +51,8 @@ impl SerialLine {
         // SAFETY: any 16-bit divisor of at least 16 is defined.
         usart.brr().write(|w| unsafe { w.bits(divisor) });
         usart.cr3().write(|w| w.dmat().set_bit().dmar().set_bit());
-        usart
-            .cr1()
-            .write(|w| w.ue().set_bit().te().set_bit().re().set_bit());
-        Self {
-            dma,
-            read: 0,
-            queue: Deque::new(),
-            in_flight: 0,
-        }
+        usart.cr1().write(|w| w.ue().set_bit().te().set_bit().re().set_bit());
+        Self { dma, read: 0, queue: Deque::new(), in_flight: 0 }
     }
 
     /// Forgets what has been sent and starts the next piece.

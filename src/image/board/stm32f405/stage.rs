@@ -56,20 +56,12 @@ pub const DRV8874: PowerStage = PowerStage {
 };
 
 /// Breakout of a DRV8871: two inputs and nothing else.
-pub const DRV8871: PowerStage = PowerStage {
-    name: "DRV8871",
-    current: CurrentKind::Absent,
-    ..DRV8874
-};
+pub const DRV8871: PowerStage = PowerStage { name: "DRV8871", current: CurrentKind::Absent, ..DRV8874 };
 
 /// "IBT-2" module of two BTS7960 half bridges, both enable inputs tied together. Its sense pins carry a fault current of
 /// their own and a resistor that differs between makers, so the current is not used unless somebody has measured it.
-pub const BTS7960: PowerStage = PowerStage {
-    name: "BTS7960",
-    wiring: Wiring::HalfBridges,
-    current: CurrentKind::Absent,
-    ..DRV8874
-};
+pub const BTS7960: PowerStage =
+    PowerStage { name: "BTS7960", wiring: Wiring::HalfBridges, current: CurrentKind::Absent, ..DRV8874 };
 
 /// Four transistors with two bootstrapped gate drivers and a shunt amplifier around half the reference.
 pub const DISCRETE: PowerStage = PowerStage {
@@ -87,12 +79,6 @@ pub const DISCRETE: PowerStage = PowerStage {
 pub const ACTIVE: PowerStage = DRV8874;
 
 /// Supply divider of the pin table: 100 kΩ over 10 kΩ, full scale 36.3 V.
-pub const SUPPLY_DIVIDER: Divider = Divider {
-    upper_ohm: 100e3,
-    lower_ohm: 10e3,
-};
+pub const SUPPLY_DIVIDER: Divider = Divider { upper_ohm: 100e3, lower_ohm: 10e3 };
 /// The converter: 12 bits of its 3.3 V supply.
-pub const SCALE: Scale = Scale {
-    reference_v: 3.3,
-    bits: 12,
-};
+pub const SCALE: Scale = Scale { reference_v: 3.3, bits: 12 };

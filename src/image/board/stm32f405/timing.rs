@@ -13,11 +13,7 @@ pub const APB1_HZ: u32 = 42_000_000;
 /// Divider M and multiplier N of the PLL for a source of `hertz`: the comparison runs at 2 MHz, which RM0090 recommends
 /// against jitter, or else at 1 MHz; the oscillator at 336 MHz, twice the core clock.
 pub const fn pll(hertz: u32) -> Option<(u8, u16)> {
-    let comparison = if hertz.is_multiple_of(2_000_000) {
-        2_000_000
-    } else {
-        1_000_000
-    };
+    let comparison = if hertz.is_multiple_of(2_000_000) { 2_000_000 } else { 1_000_000 };
     let m = hertz / comparison;
     match hertz.is_multiple_of(comparison) && m >= 2 && m <= 63 {
         true => Some((m as u8, (2 * SYSTEM_HZ / comparison) as u16)),

@@ -25,15 +25,10 @@ pub struct Arguments {
 
 /// Runs and tells.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let options = Options {
-        seed: arguments.seed,
-        out: arguments.out.clone(),
-        image: arguments.image.clone(),
-    };
+    let options =
+        Options { seed: arguments.seed, out: arguments.out.clone(), image: arguments.image.clone() };
     let bar = ProgressBar::new(1000);
-    bar.set_style(ProgressStyle::with_template(
-        "  {msg:24} {bar:40} {percent:>3} %",
-    )?);
+    bar.set_style(ProgressStyle::with_template("  {msg:24} {bar:40} {percent:>3} %")?);
     if let Some(last) = arguments.seeds {
         return survey(last, &options, &bar);
     }

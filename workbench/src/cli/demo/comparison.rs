@@ -54,11 +54,8 @@ impl Comparison {
             Some(found.gain),
             Some(found.time_constant),
         ];
-        let lines = chip
-            .numbers()
-            .into_iter()
-            .zip(truth.into_iter().zip(workbench))
-            .map(|((quantity, unit, chip), (truth, workbench))| {
+        let lines = chip.numbers().into_iter().zip(truth.into_iter().zip(workbench)).map(
+            |((quantity, unit, chip), (truth, workbench))| {
                 let error = |value: f64| 100.0 * (value / truth - 1.0);
                 Line {
                     quantity,
@@ -69,10 +66,9 @@ impl Comparison {
                     workbench,
                     workbench_error_percent: workbench.map(error),
                 }
-            });
-        Ok(Comparison {
-            lines: lines.collect(),
-        })
+            },
+        );
+        Ok(Comparison { lines: lines.collect() })
     }
 
     /// The table for a terminal of 80 columns.
@@ -81,16 +77,7 @@ impl Comparison {
             "{:<21} {:>9} {:>9} {:>7} {:>8} {:>10} {:>7}\n",
             "", "truth", "chip", "error", "trusted", "workbench", "error"
         );
-        for [
-            quantity,
-            truth,
-            chip,
-            chip_error,
-            trusted,
-            workbench,
-            workbench_error,
-        ] in self.cells()
-        {
+        for [quantity, truth, chip, chip_error, trusted, workbench, workbench_error] in self.cells() {
             text += &format!(
                 "{quantity:<21} {truth:>9} {chip:>9} {chip_error:>7} {trusted:>8} {workbench:>10} {workbench_error:>7}\n"
             );
@@ -100,15 +87,7 @@ impl Comparison {
 
     /// The table for the report.
     pub fn section(&self) -> Section {
-        let header = [
-            "quantity",
-            "hidden truth",
-            "chip",
-            "error, %",
-            "trusted",
-            "workbench",
-            "error, %",
-        ];
+        let header = ["quantity", "hidden truth", "chip", "error, %", "trusted", "workbench", "error, %"];
         Section {
             title: "Chip, workbench and hidden truth".into(),
             text: vec![
@@ -134,11 +113,7 @@ impl Comparison {
                 number(Some(line.truth)),
                 number(line.chip.value),
                 error(line.chip_error_percent),
-                if line.chip.trusted {
-                    "yes".into()
-                } else {
-                    "no".into()
-                },
+                if line.chip.trusted { "yes".into() } else { "no".into() },
                 number(line.workbench),
                 error(line.workbench_error_percent),
             ]
@@ -171,7 +146,6 @@ impl Found {
 
     /// Terminal voltage of the limit: behind a dead zone it is reached later.
     fn saturation(&self, side: usize) -> Option<f64> {
-        self.limit
-            .map(|limit| limit + self.dead_zone.map_or(0.0, |zone| zone[side]))
+        self.limit.map(|limit| limit + self.dead_zone.map_or(0.0, |zone| zone[side]))
     }
 }

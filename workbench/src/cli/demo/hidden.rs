@@ -45,11 +45,7 @@ impl Motor {
     fn as_claimed(&self, random: &mut impl Rng) -> Motor {
         let error = Normal::new(0.0, DATASHEET_TOLERANCE).expect("tolerance is positive");
         let mut off = |value: f64| {
-            value
-                * (1.0
-                    + error
-                        .sample(random)
-                        .clamp(-2.0 * DATASHEET_TOLERANCE, 2.0 * DATASHEET_TOLERANCE))
+            value * (1.0 + error.sample(random).clamp(-2.0 * DATASHEET_TOLERANCE, 2.0 * DATASHEET_TOLERANCE))
         };
         Motor {
             resistance_ohm: off(self.resistance_ohm),

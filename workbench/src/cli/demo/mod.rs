@@ -69,22 +69,16 @@ pub struct Summary {
 
 /// Runs it all. An error leaves earlier output in place.
 pub fn run(options: &Options, say: &mut Listener) -> Result<Summary> {
-    say(Event::Step(
-        "The paper's own case: its motor model against its table of measured speeds",
-    ));
+    say(Event::Step("The paper's own case: its motor model against its table of measured speeds"));
     let paper = paper_case::analyse();
     say(Event::Found(Terminal.export(&paper)?));
 
-    say(Event::Step(
-        "A servo with a hidden nonlinearity: the firmware commissions itself in QEMU",
-    ));
+    say(Event::Step("A servo with a hidden nonlinearity: the firmware commissions itself in QEMU"));
     let hidden = HiddenServo::draw(options.seed);
     let case = ServoCase::run(&hidden, options, say)?;
     say(Event::Found(case.describe()));
 
-    say(Event::Step(
-        "The gap workflow on the servo's log, from the data sheet's linear model",
-    ));
+    say(Event::Step("The gap workflow on the servo's log, from the data sheet's linear model"));
     let (servo, extended) = case.gap(&hidden, say)?;
     say(Event::Found(Terminal.export(&servo)?));
 
@@ -117,10 +111,7 @@ fn write(
     file("model-before.toml", &hidden.datasheet_toml())?;
     file("model-after.toml", extended)?;
     file("hidden-motor.toml", &hidden.motor_toml())?;
-    file(
-        "commission.json",
-        &(serde_json::to_string_pretty(&case.commission)? + "\n"),
-    )?;
+    file("commission.json", &(serde_json::to_string_pretty(&case.commission)? + "\n"))?;
     file("summary.json", &(serde_json::to_string_pretty(summary)? + "\n"))?;
     Document::new(
         "Truing: the main job, end to end",
@@ -130,11 +121,7 @@ fn write(
     .section(paper::servo())
     .section(paper::claims())
     .section(case.section())
-    .gap(
-        "The gap workflow on the servo's log",
-        &servo_case::INTRODUCTION,
-        &summary.servo,
-    )
+    .gap("The gap workflow on the servo's log", &servo_case::INTRODUCTION, &summary.servo)
     .section(summary.comparison.section())
     .write(&out.join("report.html"))
 }

@@ -62,37 +62,27 @@ impl ServoCase {
         write_atomically(&axis, &hidden.axis_toml())?;
         let config = axis_file::read(&axis)?.config;
         let tasks = [
-            Task::Commission {
-                budget_s: BUDGET_S,
-                seed: options.seed as u32,
-            },
+            Task::Commission { budget_s: BUDGET_S, seed: options.seed as u32 },
             sine(f64::from(config.rated_speed_rad_s), false),
             sine(f64::from(config.rated_speed_rad_s), true),
         ];
         let wire = connect(hidden, options, &config)?;
-        let result = session::run(wire, config, 1, &tasks, &mut |at| {
-            say(Event::Progress(at.task, Some(at.share)))
-        })?;
+        let result =
+            session::run(wire, config, 1, &tasks, &mut |at| say(Event::Progress(at.task, Some(at.share))))?;
         let commission = match result.done.first() {
             Some(Done::Commissioned(outcome)) => CommissionJson::new(outcome, &config)?,
             _ => bail!("the firmware did not report its commissioning"),
         };
         let [Some(off), Some(on)] = [1, 2].map(|at| span(result.done.get(at))) else {
-            let refused = commission
-                .refused
-                .as_ref()
-                .map_or("no reason given", |refused| refused.text.as_str());
+            let refused =
+                commission.refused.as_ref().map_or("no reason given", |refused| refused.text.as_str());
             bail!("the firmware refused its commissioning: {refused}");
         };
         let csv = options.out.join(LOG);
         result.log.save(&csv)?;
         let replay = replay::replay(&Tape::read(&csv, &config)?)?;
         if let Some(difference) = &replay.difference {
-            bail!(
-                "chip and host disagree at tick {}: {}",
-                difference.tick,
-                difference.what
-            );
+            bail!("chip and host disagree at tick {}: {}", difference.tick, difference.what);
         }
         Ok(ServoCase {
             track_off: TrackJson::new(&result.log, &off),
@@ -109,12 +99,8 @@ impl ServoCase {
     pub fn describe(&self) -> String {
         let mut text = String::new();
         for (name, unit, number) in self.commission.numbers() {
-            let value = number
-                .value
-                .map_or("not seen".into(), |value| format!("{value:.4} {unit}"));
-            let interval = number
-                .interval(unit)
-                .map_or(String::new(), |text| format!(", {text}"));
+            let value = number.value.map_or("not seen".into(), |value| format!("{value:.4} {unit}"));
+            let interval = number.interval(unit).map_or(String::new(), |text| format!(", {text}"));
             let trust = if number.trusted { "trusted" } else { "not trusted" };
             text += &format!("{name:22} {value}{interval}, {trust}\n");
         }
@@ -142,20 +128,12 @@ impl ServoCase {
         let say = Mutex::new(say);
         let progress = |what: &str| {
             if let Ok(mut say) = say.lock() {
-                let what = if what.is_empty() {
-                    "fitting candidates"
-                } else {
-                    what
-                };
+                let what = if what.is_empty() { "fitting candidates" } else { what };
                 say(Event::Progress(what, None));
             }
         };
         let outcome = gap::run(&model, &fit, &[holdout], &gap::Options::default(), &progress)?;
-        let extended = ModelFile {
-            original: &source,
-            origin: LOG,
-        }
-        .export(&outcome)?;
+        let extended = ModelFile { original: &source, origin: LOG }.export(&outcome)?;
         Ok((outcome, extended))
     }
 
@@ -194,18 +172,8 @@ impl ServoCase {
     fn estimates(&self) -> Table {
         let row = |(name, unit, number): (&str, &str, crate::device::commission_report::Number)| {
             let text = |value: Option<f64>| value.map_or("–".to_string(), |value| format!("{value:.4}"));
-            let trust = if number.trusted {
-                "yes"
-            } else {
-                number.reason.unwrap_or("no")
-            };
-            vec![
-                name.into(),
-                unit.into(),
-                text(number.value),
-                text(number.u95),
-                trust.into(),
-            ]
+            let trust = if number.trusted { "yes" } else { number.reason.unwrap_or("no") };
+            vec![name.into(), unit.into(), text(number.value), text(number.u95), trust.into()]
         };
         Table {
             caption: format!("What the chip found in {:.1} s", self.commission.duration_s),
@@ -223,16 +191,8 @@ impl ServoCase {
             x_label: "time, s".into(),
             y_label: "set-point − position, °".into(),
             series: vec![
-                Series {
-                    label: "without compensation".into(),
-                    curve: error(0),
-                    style: Style::Line,
-                },
-                Series {
-                    label: "with compensation".into(),
-                    curve: error(1),
-                    style: Style::Line,
-                },
+                Series { label: "without compensation".into(), curve: error(0), style: Style::Line },
+                Series { label: "with compensation".into(), curve: error(1), style: Style::Line },
             ],
             ..Plot::default()
         }]
@@ -240,21 +200,10 @@ impl ServoCase {
 
     /// A quantity over the time of a motion, every tenth tick: a plot is not wider than a few thousand points.
     fn curve(&self, span: &Span, quantity: impl Fn(&RunLog, &crate::device::run_log::Row) -> f64) -> Curve {
-        let rows = self
-            .log
-            .rows
-            .iter()
-            .filter(|row| (span.start..span.hold).contains(&row.tick))
-            .step_by(10);
+        let rows = self.log.rows.iter().filter(|row| (span.start..span.hold).contains(&row.tick)).step_by(10);
         let tick_s = 1.0 / f64::from(self.log.config.tick_hz);
-        let (x, y) = rows
-            .map(|row| {
-                (
-                    f64::from(row.tick - span.start) * tick_s,
-                    quantity(&self.log, row),
-                )
-            })
-            .unzip();
+        let (x, y) =
+            rows.map(|row| (f64::from(row.tick - span.start) * tick_s, quantity(&self.log, row))).unzip();
         Curve { x, y }
     }
 }
@@ -265,10 +214,7 @@ fn sine(rated_speed: f64, compensation: bool) -> Task {
         frequency_hz: SINE_HZ as f32,
         seconds: SINE_S,
     };
-    Task::Track {
-        profile,
-        compensation,
-    }
+    Task::Track { profile, compensation }
 }
 
 fn span(done: Option<&Done>) -> Option<Span> {
@@ -287,26 +233,14 @@ fn connect(
     let folder = tempfile::tempdir().context("no temporary folder can be made")?;
     let path = folder.path().join("motor.toml");
     write_atomically(&path, &hidden.motor_toml())?;
-    let image = qemu::Options {
-        image: options.image.clone(),
-        ..qemu::Options::default()
-    };
-    Ok(session::connect(
-        &Door::Builtin(path),
-        config,
-        options.seed,
-        &image,
-    )?)
+    let image = qemu::Options { image: options.image.clone(), ..qemu::Options::default() };
+    Ok(session::connect(&Door::Builtin(path), config, options.seed, &image)?)
 }
 
 /// The last run, the sine with compensation, is held out.
 fn split(mut whole: Dynamic) -> Result<(Dynamic, Dynamic)> {
     let last = whole.runs.pop().ok_or_else(|| anyhow!("{LOG} holds no run"))?;
     let source = format!("{LOG}, run {}: the sine with compensation", last.id);
-    let holdout = Dynamic {
-        source,
-        runs: vec![last],
-        ..whole.clone()
-    };
+    let holdout = Dynamic { source, runs: vec![last], ..whole.clone() };
     Ok((whole, holdout))
 }

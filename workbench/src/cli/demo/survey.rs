@@ -30,11 +30,7 @@ impl Row {
     /// Runs the servo case; everything is written to a folder that is removed again.
     pub fn run(seed: u64, options: &Options, say: &mut Listener) -> Result<Self> {
         let folder = tempfile::tempdir().context("no temporary folder can be made")?;
-        let options = Options {
-            seed,
-            out: folder.path().to_path_buf(),
-            image: options.image.clone(),
-        };
+        let options = Options { seed, out: folder.path().to_path_buf(), image: options.image.clone() };
         let hidden = HiddenServo::draw(seed);
         let case = ServoCase::run(&hidden, &options, say)?;
         let (outcome, extended) = case.gap(&hidden, say)?;
@@ -43,9 +39,7 @@ impl Row {
             seed,
             comparison: Comparison::new(&hidden, &case.commission, &extended)?,
             right_names: names.len() == HIDDEN.len()
-                && HIDDEN
-                    .iter()
-                    .all(|hidden| names.iter().any(|name| name == hidden.name)),
+                && HIDDEN.iter().all(|hidden| names.iter().any(|name| name == hidden.name)),
             names,
             improvement: case.improvement(),
         })
@@ -53,20 +47,11 @@ impl Row {
 
     /// One line of the table.
     pub fn text(&self) -> String {
-        let errors = self
-            .comparison
-            .lines
-            .iter()
-            .map(|line| match line.chip_error_percent {
-                Some(error) => format!("{error:>7.2}{}", if line.chip.trusted { ' ' } else { '?' }),
-                None => "   none ".into(),
-            });
-        let worst = largest(
-            self.comparison
-                .lines
-                .iter()
-                .filter_map(|line| line.workbench_error_percent),
-        );
+        let errors = self.comparison.lines.iter().map(|line| match line.chip_error_percent {
+            Some(error) => format!("{error:>7.2}{}", if line.chip.trusted { ' ' } else { '?' }),
+            None => "   none ".into(),
+        });
+        let worst = largest(self.comparison.lines.iter().filter_map(|line| line.workbench_error_percent));
         format!(
             "{:>4} {} {:>7.2} {:>6.1} {}",
             self.seed,
@@ -85,11 +70,7 @@ pub const HEAD: &str = "seed  chip's error, % (? = not trusted)                 
 /// Figures over all seeds.
 pub fn closing(rows: &[Row]) -> String {
     let chip = |at: &[usize]| {
-        sorted(rows, |row| {
-            at.iter()
-                .filter_map(|&i| row.comparison.lines[i].chip_error_percent)
-                .collect()
-        })
+        sorted(rows, |row| at.iter().filter_map(|&i| row.comparison.lines[i].chip_error_percent).collect())
     };
     let trusted_worst = largest(rows.iter().flat_map(|row| {
         row.comparison

@@ -22,32 +22,17 @@ impl Line {
     fn through(points: &[(f64, f64)], through_origin: bool) -> Self {
         let n = points.len() as f64;
         let mean = |f: fn(&(f64, f64)) -> f64| {
-            if through_origin {
-                0.0
-            } else {
-                points.iter().map(f).sum::<f64>() / n
-            }
+            if through_origin { 0.0 } else { points.iter().map(f).sum::<f64>() / n }
         };
         let (x0, y0) = (mean(|p| p.0), mean(|p| p.1));
         let products: f64 = points.iter().map(|p| (p.0 - x0) * (p.1 - y0)).sum();
         let squares: f64 = points.iter().map(|p| (p.0 - x0).powi(2)).sum();
         let slope = products / squares;
         let intercept = y0 - slope * x0;
-        let residual: Vec<(f64, f64)> = points
-            .iter()
-            .map(|p| (p.0, p.1 - intercept - slope * p.0))
-            .collect();
+        let residual: Vec<(f64, f64)> = points.iter().map(|p| (p.0, p.1 - intercept - slope * p.0)).collect();
         let rms = (residual.iter().map(|r| r.1 * r.1).sum::<f64>() / n).sqrt();
-        let worst = residual
-            .into_iter()
-            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-            .unwrap_or((0.0, 0.0));
-        Line {
-            intercept,
-            slope,
-            rms,
-            worst,
-        }
+        let worst = residual.into_iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0.0, 0.0));
+        Line { intercept, slope, rms, worst }
     }
 }
 
@@ -76,21 +61,12 @@ impl Sine {
     fn at(points: &[(f64, f64)], omega: f64) -> Self {
         let sum = |f: &dyn Fn(f64, f64) -> f64| points.iter().map(|p| f(p.0, p.1)).sum::<f64>();
         let (s, c) = (|t: f64| (omega * t).sin(), |t: f64| (omega * t).cos());
-        let (ss, sc, cc) = (
-            sum(&|t, _| s(t) * s(t)),
-            sum(&|t, _| s(t) * c(t)),
-            sum(&|t, _| c(t) * c(t)),
-        );
+        let (ss, sc, cc) = (sum(&|t, _| s(t) * s(t)), sum(&|t, _| s(t) * c(t)), sum(&|t, _| c(t) * c(t)));
         let (sy, cy) = (sum(&|t, y| s(t) * y), sum(&|t, y| c(t) * y));
         let det = ss * cc - sc * sc;
         let (a, b) = ((sy * cc - cy * sc) / det, (cy * ss - sy * sc) / det);
         let square = sum(&|t, y| (y - a * s(t) - b * c(t)).powi(2)) / points.len() as f64;
-        Sine {
-            amplitude: a.hypot(b),
-            omega,
-            phase: b.atan2(a),
-            rms: square.sqrt(),
-        }
+        Sine { amplitude: a.hypot(b), omega, phase: b.atan2(a), rms: square.sqrt() }
     }
 }
 
@@ -112,29 +88,18 @@ pub fn claims() -> Section {
 /// Table 3.1 up to the first row of its flat part, V and rpm.
 fn rising_part() -> Vec<(f64, f64)> {
     let rows = points();
-    let knee = rows
-        .iter()
-        .position(|r| r.1 == top_speed())
-        .unwrap_or(rows.len() - 1);
+    let knee = rows.iter().position(|r| r.1 == top_speed()).unwrap_or(rows.len() - 1);
     rows[..=knee].to_vec()
 }
 
 fn points() -> Vec<(f64, f64)> {
     let table = super::table();
-    table
-        .u_v
-        .iter()
-        .copied()
-        .zip(table.omega_rad_s.iter().map(|w| w / RPM))
-        .collect()
+    table.u_v.iter().copied().zip(table.omega_rad_s.iter().map(|w| w / RPM)).collect()
 }
 
 fn recomputed() -> Table {
     let plant = super::motor().physics();
-    let (line, origin) = (
-        Line::through(&rising_part(), false),
-        Line::through(&rising_part(), true),
-    );
+    let (line, origin) = (Line::through(&rising_part(), false), Line::through(&rising_part(), true));
     let (slow, fast) = poles(&plant);
     let gain = plant.dc_gain();
     let row = |what: &str, text: String| vec![what.to_string(), text];
@@ -159,16 +124,9 @@ fn recomputed() -> Table {
             ),
             row(
                 "… through the origin",
-                format!(
-                    "{} rpm/V, rms residual {} rpm",
-                    figure(origin.slope),
-                    figure(origin.rms)
-                ),
+                format!("{} rpm/V, rms residual {} rpm", figure(origin.slope), figure(origin.rms)),
             ),
-            row(
-                "where that line meets zero speed",
-                format!("{:.2} V", -line.intercept / line.slope),
-            ),
+            row("where that line meets zero speed", format!("{:.2} V", -line.intercept / line.slope)),
             row("where it reaches the flat part", format!("{:.2} V", knee(&line))),
             row(
                 "poles of the motor",
@@ -193,11 +151,7 @@ fn knee(line: &Line) -> f64 {
 }
 
 fn check(claim: &str, found: String, holds: bool) -> Check {
-    Check {
-        claim: claim.into(),
-        found,
-        holds,
-    }
+    Check { claim: claim.into(), found, holds }
 }
 
 fn gain() -> Check {
@@ -209,11 +163,7 @@ fn gain() -> Check {
         figure(line.slope),
         line.slope / gain
     );
-    check(
-        "the motor's parameters describe the measured motor",
-        found,
-        (line.slope / gain - 1.0).abs() < 0.1,
-    )
+    check("the motor's parameters describe the measured motor", found, (line.slope / gain - 1.0).abs() < 0.1)
 }
 
 fn saturation() -> Check {
@@ -226,11 +176,7 @@ fn saturation() -> Check {
         flat[flat.len() - 1].0,
         knee(&Line::through(&rising_part(), false))
     );
-    check(
-        "the speed saturates at 1547 rpm from 6.8 V on",
-        found,
-        top_speed() == 1547.0 && flat[0].0 == 6.8,
-    )
+    check("the speed saturates at 1547 rpm from 6.8 V on", found, top_speed() == 1547.0 && flat[0].0 == 6.8)
 }
 
 fn no_dead_zone() -> Check {
@@ -242,15 +188,8 @@ fn no_dead_zone() -> Check {
 }
 
 fn flat_part() -> Check {
-    let found = format!(
-        "the motor turns at {} rpm there: it is saturation",
-        figure(top_speed())
-    );
-    check(
-        "above 6.8 V the system is in a dead zone",
-        found,
-        top_speed() == 0.0,
-    )
+    let found = format!("the motor turns at {} rpm there: it is saturation", figure(top_speed()));
+    check("above 6.8 V the system is in a dead zone", found, top_speed() == 0.0)
 }
 
 fn sine() -> Check {
@@ -268,10 +207,7 @@ fn sine() -> Check {
 }
 
 fn step() -> Check {
-    let rows: Vec<(f64, f64)> = super::input(super::TABLE_3_3)
-        .into_iter()
-        .filter(|r| r.1 > 0.0)
-        .collect();
+    let rows: Vec<(f64, f64)> = super::input(super::TABLE_3_3).into_iter().filter(|r| r.1 > 0.0).collect();
     let found = format!(
         "Table 3.3 is blank before {} s, {:.1} V there, and {:.1} V from {:.1} s on: the step is on its way",
         rows[0].0, rows[0].1, rows[1].1, rows[1].0
@@ -287,18 +223,12 @@ fn friction() -> Check {
     let level = plain.kt * super::DEAD_ZONE_V / plain.resistance;
     (rubbing.friction_pos, rubbing.friction_neg) = (level, level);
     let volts: Vec<f64> = (-90..=90).map(|k| f64::from(k) * 0.1).collect();
-    let pairs = map::sweep(&zone, &volts)
-        .into_iter()
-        .zip(map::sweep(&rubbing, &volts));
+    let pairs = map::sweep(&zone, &volts).into_iter().zip(map::sweep(&rubbing, &volts));
     let apart = pairs.map(|(a, b)| (a - b).abs() / RPM).fold(0.0, f64::max);
     let found = format!(
         "a dead zone of 1.2 V and friction of {} N m settle within {} rpm of each other from −9 V to 9 V",
         figure(level),
         figure((apart * 1e6).round() / 1e6)
     );
-    check(
-        "steady speeds tell a dead zone of the drive from dry friction",
-        found,
-        apart > 1.0,
-    )
+    check("steady speeds tell a dead zone of the drive from dry friction", found, apart > 1.0)
 }

@@ -31,11 +31,7 @@ pub fn motor() -> Model {
 
 /// The paper's measured table.
 pub fn table() -> Table {
-    match log::parse(
-        "data/paper/table-3.1-speed-vs-voltage.csv",
-        TABLE_3_1,
-        &Columns::default(),
-    ) {
+    match log::parse("data/paper/table-3.1-speed-vs-voltage.csv", TABLE_3_1, &Columns::default()) {
         Ok(Log::Table(table)) => table,
         _ => unreachable!("the paper's table is a valid steady-state table"),
     }

@@ -60,10 +60,7 @@ impl Scopes {
     /// Times at which the signal behind the dead zone begins or ceases to be zero, s.
     pub fn crossings(&self) -> Vec<f64> {
         let active = |k: usize| self.behind[k] != 0.0;
-        (1..self.t_s.len())
-            .filter(|k| active(*k) != active(k - 1))
-            .map(|k| self.t_s[k])
-            .collect()
+        (1..self.t_s.len()).filter(|k| active(*k) != active(k - 1)).map(|k| self.t_s[k]).collect()
     }
 
     /// Amplitude of the speed at one frequency over the last full periods, rad/s.
@@ -100,11 +97,7 @@ fn step_of_the_table(rows: &[(f64, f64)], t: f64) -> f64 {
     let next = rows.iter().position(|r| r.0 >= t).unwrap_or(rows.len() - 1);
     let (t1, u1) = rows[next];
     let (t0, u0) = if next == 0 { (0.0, 0.0) } else { rows[next - 1] };
-    if t >= t1 {
-        u1
-    } else {
-        u0 + (u1 - u0) * (t - t0) / (t1 - t0)
-    }
+    if t >= t1 { u1 } else { u0 + (u1 - u0) * (t - t0) / (t1 - t0) }
 }
 
 /// The servo model under its three inputs, with plots and checked figures.
@@ -145,20 +138,8 @@ fn check(claim: impl Into<String>, found: f64, expected: f64, within: f64, unit:
 
 fn peaks(text: &Scopes, table: &Scopes, step: &Scopes) -> Vec<Check> {
     vec![
-        check(
-            "9 V sine, behind the dead zone",
-            text.peak_behind(),
-            9.0 - DEAD_ZONE_V,
-            1e-3,
-            "V",
-        ),
-        check(
-            "9 V step, behind the dead zone",
-            step.peak_behind(),
-            9.0 - DEAD_ZONE_V,
-            1e-9,
-            "V",
-        ),
+        check("9 V sine, behind the dead zone", text.peak_behind(), 9.0 - DEAD_ZONE_V, 1e-3, "V"),
+        check("9 V step, behind the dead zone", step.peak_behind(), 9.0 - DEAD_ZONE_V, 1e-9, "V"),
         check(
             "Table 3.2's own 10 V, behind the dead zone",
             table.peak_behind(),
@@ -180,41 +161,11 @@ fn crossings(text: &Scopes, table: &Scopes) -> Vec<Check> {
     // Table 3.2 starts inside the zone, 0.2 s before its zero crossing: its first way out is on the negative side.
     let leaves = |s: &Scopes, k: usize| s.crossings().get(k).copied().unwrap_or(f64::NAN);
     vec![
-        check(
-            "sine of the text leaves the zone at",
-            leaves(text, 0),
-            edge(9.0) / 6.0,
-            2.0 * DT,
-            "s",
-        ),
-        check(
-            "… enters it again at",
-            leaves(text, 1),
-            (PI - edge(9.0)) / 6.0,
-            2.0 * DT,
-            "s",
-        ),
-        check(
-            "… share of the time inside",
-            inside(text, 9 * period(6.0)),
-            200.0 * edge(9.0) / PI,
-            0.2,
-            "%",
-        ),
-        check(
-            "sine of Table 3.2 rises out of the zone at",
-            rising(table),
-            0.2 + edge(10.0),
-            2.0 * DT,
-            "s",
-        ),
-        check(
-            "… share of the time inside",
-            inside(table, period(1.0)),
-            200.0 * edge(10.0) / PI,
-            0.2,
-            "%",
-        ),
+        check("sine of the text leaves the zone at", leaves(text, 0), edge(9.0) / 6.0, 2.0 * DT, "s"),
+        check("… enters it again at", leaves(text, 1), (PI - edge(9.0)) / 6.0, 2.0 * DT, "s"),
+        check("… share of the time inside", inside(text, 9 * period(6.0)), 200.0 * edge(9.0) / PI, 0.2, "%"),
+        check("sine of Table 3.2 rises out of the zone at", rising(table), 0.2 + edge(10.0), 2.0 * DT, "s"),
+        check("… share of the time inside", inside(table, period(1.0)), 200.0 * edge(10.0) / PI, 0.2, "%"),
     ]
 }
 
@@ -225,50 +176,22 @@ fn rising(s: &Scopes) -> f64 {
 }
 
 fn speeds(plant: &Physics) -> Vec<Check> {
-    let linear = Physics {
-        dead_pos: 0.0,
-        dead_neg: 0.0,
-        ..plant.clone()
-    };
+    let linear = Physics { dead_pos: 0.0, dead_neg: 0.0, ..plant.clone() };
     let step = Scopes::run(plant, |_| 9.0, SETTLED);
     let free = Scopes::run(&linear, |_| 9.0, SETTLED);
     let at = |s: &Scopes, t: f64| s.speed[(t / DT).round() as usize - 1] / RPM;
     let expected = |v: f64, t: f64| step_response(plant, t) * v / RPM;
     let mut checks = vec![
-        check(
-            "9 V step: speed after 1 s",
-            at(&step, 1.0),
-            expected(7.8, 1.0),
-            0.05,
-            "rpm",
-        ),
-        check(
-            "… settled",
-            at(&step, SETTLED),
-            plant.dc_gain() * 7.8 / RPM,
-            0.1,
-            "rpm",
-        ),
-        check(
-            "… without the dead zone",
-            at(&free, SETTLED),
-            plant.dc_gain() * 9.0 / RPM,
-            0.1,
-            "rpm",
-        ),
+        check("9 V step: speed after 1 s", at(&step, 1.0), expected(7.8, 1.0), 0.05, "rpm"),
+        check("… settled", at(&step, SETTLED), plant.dc_gain() * 7.8 / RPM, 0.1, "rpm"),
+        check("… without the dead zone", at(&free, SETTLED), plant.dc_gain() * 9.0 / RPM, 0.1, "rpm"),
     ];
     for (name, amplitude, omega, periods) in [("9 V, 6 rad/s", 9.0, 6.0, 8), ("10 V, 1 rad/s", 10.0, 1.0, 2)]
     {
         let run = Scopes::run(plant, |t| amplitude * (omega * t).sin(), SETTLED);
         let expected = behind_dead_zone(amplitude) * gain_at(plant, omega) / RPM;
         let claim = format!("sine of {name}: amplitude of the speed");
-        checks.push(check(
-            claim,
-            run.amplitude(omega, periods) / RPM,
-            expected,
-            0.005 * expected,
-            "rpm",
-        ));
+        checks.push(check(claim, run.amplitude(omega, periods) / RPM, expected, 0.005 * expected, "rpm"));
     }
     checks
 }
@@ -309,10 +232,7 @@ fn step_response(p: &Physics, t: f64) -> f64 {
 fn scopes(name: &str, s: &Scopes) -> Vec<Plot> {
     let series = |label: &str, y: &[f64], style| Series {
         label: label.into(),
-        curve: Curve {
-            x: s.t_s.clone(),
-            y: y.to_vec(),
-        },
+        curve: Curve { x: s.t_s.clone(), y: y.to_vec() },
         style,
     };
     let rpm: Vec<f64> = s.speed.iter().map(|w| w / RPM).collect();

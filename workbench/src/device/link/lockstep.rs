@@ -32,12 +32,7 @@ impl Lockstep {
 
     /// … with as many motors as the image has axes.
     pub fn start_all(options: &Options, joints: Vec<Joint>) -> Result<Self, InputError> {
-        Ok(Self {
-            qemu: Qemu::start(options)?,
-            joints,
-            flags: Vec::new(),
-            lines: Rc::default(),
-        })
+        Ok(Self { qemu: Qemu::start(options)?, joints, flags: Vec::new(), lines: Rc::default() })
     }
 
     /// A handle to the lines of the virtual board, to be pulled while a client owns this wire.
@@ -73,10 +68,7 @@ impl Wire for Lockstep {
     }
 
     fn close(&mut self) -> Farewell {
-        Farewell {
-            firmware_log: self.qemu.stop(),
-            motor_flags: std::mem::take(&mut self.flags),
-        }
+        Farewell { firmware_log: self.qemu.stop(), motor_flags: std::mem::take(&mut self.flags) }
     }
 }
 

@@ -169,10 +169,7 @@ impl Client {
         self.sequence = self.sequence.wrapping_add(1);
         let number = self.sequence;
         let mut buffer = [0; FRAME_CAPACITY];
-        let request = Request {
-            axis: self.axis,
-            command,
-        };
+        let request = Request { axis: self.axis, command };
         let bytes =
             encode(number, request, &mut buffer).map_err(|_| InputError("a command is too long".into()))?;
         self.outgoing.extend_from_slice(bytes);
@@ -301,9 +298,7 @@ impl Client {
         match end.get() {
             Some(StoreEvent::Saved) => Ok(()),
             Some(event) => Err(InputError(store_text(event))),
-            None => Err(InputError(
-                "the servo does not tell whether it has stored its parameters".into(),
-            )),
+            None => Err(InputError("the servo does not tell whether it has stored its parameters".into())),
         }
     }
 

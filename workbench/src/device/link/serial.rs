@@ -25,17 +25,11 @@ impl Serial {
                 "the port {name} cannot be opened ({error}); check its name, the cable, and that you may use it (group dialout)"
             ))
         })?;
-        Ok(Self {
-            name: name.to_owned(),
-            port,
-        })
+        Ok(Self { name: name.to_owned(), port })
     }
 
     fn lost(&self, error: &std::io::Error) -> InputError {
-        InputError(format!(
-            "the port {} is lost ({error}); check the cable and start again",
-            self.name
-        ))
+        InputError(format!("the port {} is lost ({error}); check the cable and start again", self.name))
     }
 }
 

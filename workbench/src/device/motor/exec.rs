@@ -52,10 +52,7 @@ impl Exec {
 
     fn gone(&mut self, tick: u32) -> InputError {
         let status = match self.program.ends_within(FAILING) {
-            true => self
-                .program
-                .end()
-                .map_or("ended".into(), |status| format!("ended with {status}")),
+            true => self.program.end().map_or("ended".into(), |status| format!("ended with {status}")),
             false => "closed its output".into(),
         };
         InputError(format!(
@@ -89,10 +86,7 @@ impl Exec {
 impl Motor for Exec {
     fn pass(&mut self, drive: &Drive) -> Result<Reading, InputError> {
         let frame = encode(drive);
-        let sent = self
-            .input
-            .as_mut()
-            .map(|input| input.write_all(&frame).and_then(|()| input.flush()));
+        let sent = self.input.as_mut().map(|input| input.write_all(&frame).and_then(|()| input.flush()));
         if !matches!(sent, Some(Ok(()))) {
             return Err(self.gone(drive.tick));
         }
@@ -128,11 +122,7 @@ pub fn decode(frame: &[u8; FRAME]) -> Reading {
 
 /// What was received in place of a measurement, in words. NaN means "not measured" and is none.
 fn nonsense(frame: &[u8; FRAME], reading: &Reading) -> Option<String> {
-    let text = |bytes: &[u8]| {
-        bytes
-            .iter()
-            .all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace())
-    };
+    let text = |bytes: &[u8]| bytes.iter().all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace());
     let (current, supply) = (reading.current_a, reading.supply_v);
     let no_supply = supply.abs() > MOST_VOLTS || supply != 0.0 && supply.abs() < LEAST_VOLTS;
     if text(frame) || text(&frame[..LETTERS]) && no_supply {
@@ -184,12 +174,7 @@ mod tests {
 
     #[test]
     fn numbers_that_no_motor_has_are_told() {
-        for (current, supply) in [
-            (f32::INFINITY, 12.0),
-            (0.0, f32::INFINITY),
-            (0.0, -1e30),
-            (1e20, 12.0),
-        ] {
+        for (current, supply) in [(f32::INFINITY, 12.0), (0.0, f32::INFINITY), (0.0, -1e30), (1e20, 12.0)] {
             let said = complaint(frame(5, current, supply)).unwrap();
             assert!(said.contains(&format!("{supply:e} V (bytes 05 00")), "{said}");
         }

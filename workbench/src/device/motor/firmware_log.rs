@@ -21,10 +21,7 @@ impl FirmwareLog {
             Some(table) => decode(table.new_stream_decoder().as_mut(), stream, &sink),
             None => drain(stream),
         });
-        Self {
-            lines,
-            thread: Some(thread),
-        }
+        Self { lines, thread: Some(thread) }
     }
 
     /// All lines; waits for the stream to end.
@@ -32,9 +29,7 @@ impl FirmwareLog {
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
-        self.lines
-            .lock()
-            .map_or_else(|_| Vec::new(), |lines| lines.clone())
+        self.lines.lock().map_or_else(|_| Vec::new(), |lines| lines.clone())
     }
 }
 

@@ -80,16 +80,11 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
 /// Writes a file by renaming a finished neighbour, so that an earlier one stays whole whatever happens.
 pub fn write_whole(path: &Path, text: &str) -> Result<(), InputError> {
     let broken = |error: std::io::Error| {
-        InputError::file(
-            path.display(),
-            format!("cannot be written ({error}); check folder and space"),
-        )
+        InputError::file(path.display(), format!("cannot be written ({error}); check folder and space"))
     };
     let readable = std::os::unix::fs::PermissionsExt::from_mode(0o644);
-    let mut file = tempfile::Builder::new()
-        .permissions(readable)
-        .tempfile_in(folder_of(path))
-        .map_err(broken)?;
+    let mut file =
+        tempfile::Builder::new().permissions(readable).tempfile_in(folder_of(path)).map_err(broken)?;
     std::io::Write::write_all(&mut file, text.as_bytes()).map_err(broken)?;
     file.persist(path).map_err(|error| broken(error.error))?;
     Ok(())

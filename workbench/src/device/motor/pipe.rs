@@ -51,10 +51,7 @@ pub fn read_exact(
 }
 
 fn wait(pipe: &impl AsFd, alive: &mut impl FnMut() -> bool) -> Result<(), Silence> {
-    let glance = Timespec {
-        tv_sec: 0,
-        tv_nsec: GLANCE.subsec_nanos().into(),
-    };
+    let glance = Timespec { tv_sec: 0, tv_nsec: GLANCE.subsec_nanos().into() };
     let begin = Instant::now();
     loop {
         match poll(&mut [PollFd::new(pipe, PollFlags::IN)], Some(&glance)) {

@@ -24,11 +24,7 @@ impl Program {
         let child = command.process_group(0).spawn()?;
         let group = Pid::from_child(&child);
         interrupt::keep_group(group);
-        Ok(Self {
-            child,
-            group,
-            over: false,
-        })
+        Ok(Self { child, group, over: false })
     }
 
     /// Has it ended by itself? It is not reaped yet, so that its number stays its own.

@@ -74,9 +74,7 @@ pub struct Said {
 
 /// Where the image is that `cargo xtask images` builds.
 pub fn default_image() -> PathBuf {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .unwrap_or(Path::new("."));
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
     root.join("target/images/qemu.elf")
 }
 
@@ -101,9 +99,7 @@ impl Default for Options {
         Self {
             image: default_image(),
             icount_shift: None,
-            program: std::env::var_os("TRUING_QEMU")
-                .unwrap_or_else(|| PROGRAM.into())
-                .into(),
+            program: std::env::var_os("TRUING_QEMU").unwrap_or_else(|| PROGRAM.into()).into(),
             flash: None,
             started_by_watchdog: false,
         }
@@ -129,10 +125,7 @@ impl Qemu {
             let what = "is the firmware image and is missing; build it with `cargo xtask images`";
             InputError::file(options.image.display(), what)
         })?;
-        let path = options
-            .image
-            .canonicalize()
-            .unwrap_or_else(|_| options.image.clone());
+        let path = options.image.canonicalize().unwrap_or_else(|_| options.image.clone());
         let folder = TemporaryFolder::new().map_err(pipes)?;
         let (to_host, from_host) = fifos(folder.path()).map_err(pipes)?;
         flash(folder.path(), options.flash.as_deref())?;
@@ -178,14 +171,9 @@ impl Qemu {
 
     /// Ends the image and returns what it has logged.
     pub fn stop(&mut self) -> Vec<String> {
-        let still = Sample {
-            count: 0,
-            vbus_raw: Sample::VBUS_NOT_MEASURED,
-            current_raw: Sample::CURRENT_NOT_SENSED,
-        };
-        let _ = self
-            .from_host
-            .write_all(&answer(STOP, &vec![still; self.axes], &[]));
+        let still =
+            Sample { count: 0, vbus_raw: Sample::VBUS_NOT_MEASURED, current_raw: Sample::CURRENT_NOT_SENSED };
+        let _ = self.from_host.write_all(&answer(STOP, &vec![still; self.axes], &[]));
         self.program.ends_within(FAREWELL);
         self.program.end();
         self.log.finish()
@@ -305,9 +293,7 @@ fn flash(folder: &Path, kept: Option<&Path>) -> Result<(), InputError> {
 }
 
 fn pipes(error: impl std::fmt::Display) -> InputError {
-    InputError(format!(
-        "the pipes to QEMU failed ({error}); is the temporary folder full?"
-    ))
+    InputError(format!("the pipes to QEMU failed ({error}); is the temporary folder full?"))
 }
 
 fn missing(program: &Path, error: &std::io::Error) -> InputError {

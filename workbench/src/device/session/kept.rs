@@ -34,28 +34,16 @@ impl Kept {
         }
         match message {
             // Before its configuration an axis has no version.
-            Message::Telemetry {
-                tick, cost, record, ..
-            } if record.version != 0 => {
-                self.log.rows.push(Row {
-                    tick,
-                    cost,
-                    motor_flags: 0,
-                    record,
-                });
+            Message::Telemetry { tick, cost, record, .. } if record.version != 0 => {
+                self.log.rows.push(Row { tick, cost, motor_flags: 0, record });
             }
             Message::Commissioned { tick, outcome, .. } => {
                 self.log.outcomes.push((tick, outcome));
                 self.ended = Some(outcome);
                 self.learn(&outcome.estimates);
             }
-            Message::Parameters {
-                parameters: Some(parameters),
-                ..
-            } => self.learn(&parameters.estimates),
-            Message::Captured {
-                stage, extent, shots, ..
-            } => {
+            Message::Parameters { parameters: Some(parameters), .. } => self.learn(&parameters.estimates),
+            Message::Captured { stage, extent, shots, .. } => {
                 let captured = self.captured.get_or_insert_default();
                 (captured.stage, captured.extent) = (stage, extent);
                 captured.shots.extend(shots);
@@ -81,10 +69,7 @@ impl Kept {
     }
 
     pub fn activity(&self) -> Activity {
-        self.log
-            .rows
-            .last()
-            .map_or(Activity::Idle, |row| row.record.activity)
+        self.log.rows.last().map_or(Activity::Idle, |row| row.record.activity)
     }
 }
 

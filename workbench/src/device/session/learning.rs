@@ -73,8 +73,7 @@ impl Session {
             self.command(Command::Stop)?;
             self.coast(LONGEST_REST_S, progress)?;
         }
-        self.client
-            .save(&mut |message| self.kept.borrow_mut().take(message))?;
+        self.client.save(&mut |message| self.kept.borrow_mut().take(message))?;
         Ok(Done::Stored)
     }
 

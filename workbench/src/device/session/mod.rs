@@ -298,10 +298,7 @@ impl Session {
                 self.fit = true;
                 Ok(Done::Fits)
             }
-            Task::Track {
-                profile,
-                compensation,
-            } => self.track(profile, *compensation, progress),
+            Task::Track { profile, compensation } => self.track(profile, *compensation, progress),
             Task::Excite(waveform) => self.excite(waveform, progress),
         }
     }
@@ -310,9 +307,7 @@ impl Session {
     fn halt(&mut self, error: InputError) -> InputError {
         // A stop clears the fault.
         let fault = self.kept.get_mut().fault;
-        let stopped = self
-            .client
-            .stop(&mut |message| self.kept.borrow_mut().take(message));
+        let stopped = self.client.stop(&mut |message| self.kept.borrow_mut().take(message));
         if let Some(tick) = stopped {
             self.kept.get_mut().log.commands.push((tick, Command::Stop));
         }
@@ -355,15 +350,12 @@ impl Session {
     }
 
     fn turn(&mut self) -> Result<(), InputError> {
-        self.client
-            .turn(&mut |message| self.kept.borrow_mut().take(message))
+        self.client.turn(&mut |message| self.kept.borrow_mut().take(message))
     }
 
     /// Sends a command, waits for its answer and keeps it with the tick in which it acted.
     fn command(&mut self, command: Command) -> Result<u32, InputError> {
-        let tick = self
-            .client
-            .command(command, &mut |message| self.kept.borrow_mut().take(message))?;
+        let tick = self.client.command(command, &mut |message| self.kept.borrow_mut().take(message))?;
         self.kept.borrow_mut().log.commands.push((tick, command));
         Ok(tick)
     }
@@ -426,11 +418,7 @@ impl Session {
     /// Position now, rad from power-up.
     fn here(&self) -> f32 {
         let kept = self.kept.borrow();
-        let counts = kept
-            .log
-            .rows
-            .last()
-            .map_or(0, |row| row.record.count.wrapping_sub(kept.log.zero()));
+        let counts = kept.log.rows.last().map_or(0, |row| row.record.count.wrapping_sub(kept.log.zero()));
         counts as f32 * TAU / kept.log.config.counts_per_rev as f32
     }
 
@@ -447,9 +435,7 @@ impl Session {
     fn close(self, done: Vec<Done>, broken: Option<InputError>) -> SessionResult {
         let (cleared, tuning, fitted) = (self.cleared, self.tuning, self.fitted);
         let farewell = self.client.close();
-        let Kept {
-            mut log, captured, ..
-        } = self.kept.into_inner();
+        let Kept { mut log, captured, .. } = self.kept.into_inner();
         for row in &mut log.rows {
             row.motor_flags = farewell.motor_flags.get(row.tick as usize).copied().unwrap_or(0);
         }

@@ -35,11 +35,7 @@ impl Session {
         let captures = self.arm_capture()?;
         self.begin_run();
         let start = match profile {
-            Profile::Sine {
-                amplitude_rad,
-                frequency_hz,
-                seconds,
-            } => self.command(Command::TrackSine {
+            Profile::Sine { amplitude_rad, frequency_hz, seconds } => self.command(Command::TrackSine {
                 amplitude_rad: *amplitude_rad,
                 frequency_hz: *frequency_hz,
                 duration_ms: (seconds * 1000.0).round() as u32,
@@ -54,12 +50,7 @@ impl Session {
         let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
         let reached = self.run_to(end, faulted, "tracking", progress)?;
         let faulted = self.stop_motion(captures)?;
-        Ok(Done::Tracked(Span {
-            start,
-            hold: hold.min(reached),
-            end: reached,
-            faulted,
-        }))
+        Ok(Done::Tracked(Span { start, hold: hold.min(reached), end: reached, faulted }))
     }
 
     /// The profile, or the one that is left of it for [`super::Task::Fit`]; an error if the motor cannot do it.
@@ -94,12 +85,7 @@ impl Session {
         let learned = self.kept.borrow().estimates;
         let learned = learned
             .ok_or_else(|| InputError("the servo does not tell what it knows; update its firmware".into()))?;
-        let span = Span {
-            start,
-            hold: reached,
-            end: reached,
-            faulted,
-        };
+        let span = Span { start, hold: reached, end: reached, faulted };
         Ok(Done::Excited(span, Box::new(learned)))
     }
 

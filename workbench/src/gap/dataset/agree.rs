@@ -14,10 +14,7 @@ pub(super) fn agree(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Resul
         ));
     }
     if matches!(model.kind, Kind::FirstOrder { .. }) && log.input != Input::Voltage {
-        let what = format!(
-            "drives the axis by {}, but a first_order model needs u_v",
-            log.input.column()
-        );
+        let what = format!("drives the axis by {}, but a first_order model needs u_v", log.input.column());
         return Err(InputError::file(source, what));
     }
     if matches!(model.kind, Kind::Inertia { .. }) && model.linear() != log.linear {
@@ -48,10 +45,7 @@ pub(super) fn agree(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Resul
 /// True if two logs hold the same measurements.
 pub fn same(a: &Dynamic, b: &Dynamic) -> bool {
     let outputs = |log: &Dynamic| {
-        log.runs
-            .iter()
-            .map(|run| run.speed.clone().or(run.position.clone()))
-            .collect::<Vec<_>>()
+        log.runs.iter().map(|run| run.speed.clone().or(run.position.clone())).collect::<Vec<_>>()
     };
     outputs(a) == outputs(b)
 }

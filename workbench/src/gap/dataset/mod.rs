@@ -129,20 +129,12 @@ impl Bench {
             let high = run.position.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             (high - low).max(0.0)
         };
-        self.runs
-            .iter()
-            .filter(|run| run.log == 0)
-            .map(range)
-            .fold(0.0, f64::max)
+        self.runs.iter().filter(|run| run.log == 0).map(range).fold(0.0, f64::max)
     }
 
     /// Number of compared samples of the main signal in the given parts.
     pub fn samples(&self, parts: &[Part]) -> usize {
-        self.runs
-            .iter()
-            .flat_map(|run| &run.speed.part)
-            .filter(|part| parts.contains(part))
-            .count()
+        self.runs.iter().flat_map(|run| &run.speed.part).filter(|part| parts.contains(part)).count()
     }
 }
 
@@ -150,15 +142,7 @@ impl Bench {
 pub fn driven_by(kind: &Kind, base: Physics, input: Input) -> Physics {
     match (kind, input) {
         (Kind::Inertia { .. }, _) | (_, Input::Voltage) => base,
-        (_, Input::Current) => Physics {
-            drive: Drive::Torque,
-            force_gain: base.kt,
-            ..base
-        },
-        (_, Input::Torque | Input::Force) => Physics {
-            drive: Drive::Torque,
-            force_gain: 1.0,
-            ..base
-        },
+        (_, Input::Current) => Physics { drive: Drive::Torque, force_gain: base.kt, ..base },
+        (_, Input::Torque | Input::Force) => Physics { drive: Drive::Torque, force_gain: 1.0, ..base },
     }
 }

@@ -13,9 +13,8 @@ pub(super) fn parts(run: &mut BenchRun, holdout_given: bool) {
     let (start, end) = (run.time[0], run.time[run.time.len() - 1]);
     for probes in [&mut run.speed, &mut run.current] {
         for (time, served) in probes.time.iter().zip(&mut probes.part) {
-            let piece = ((time - start) / (end - start) * PIECES as f64)
-                .floor()
-                .min(PIECES as f64 - 1.0) as usize;
+            let piece =
+                ((time - start) / (end - start) * PIECES as f64).floor().min(PIECES as f64 - 1.0) as usize;
             *served = part(piece, run.log, holdout_given);
         }
     }
@@ -39,13 +38,7 @@ fn part(piece: usize, log: usize, holdout_given: bool) -> Part {
 pub(super) fn mask_spikes(probes: &mut Probes, sigma: f64) {
     let measured = &probes.measured;
     for k in 2..measured.len().saturating_sub(2) {
-        let mut near = [
-            measured[k - 2],
-            measured[k - 1],
-            measured[k],
-            measured[k + 1],
-            measured[k + 2],
-        ];
+        let mut near = [measured[k - 2], measured[k - 1], measured[k], measured[k + 1], measured[k + 2]];
         let middle = median(&mut near);
         let spread = (measured[k + 1] - measured[k - 1]).abs();
         if (measured[k] - middle).abs() > 7.0 * sigma + 2.0 * spread {
@@ -58,14 +51,7 @@ pub(super) fn say_holdout(bench: &mut Bench, holdouts: &[Dynamic]) {
     let text = if holdouts.is_empty() {
         format!("held out: every fourth of {PIECES} equal pieces of each run")
     } else {
-        format!(
-            "held out: {}",
-            holdouts
-                .iter()
-                .map(|log| log.source.as_str())
-                .collect::<Vec<_>>()
-                .join(", ")
-        )
+        format!("held out: {}", holdouts.iter().map(|log| log.source.as_str()).collect::<Vec<_>>().join(", "))
     };
     bench.notes.push(text);
 }

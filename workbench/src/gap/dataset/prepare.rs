@@ -35,10 +35,8 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Ben
         notes: view.notes.clone(),
     };
     for (index, source) in std::iter::once(log).chain(holdouts).enumerate() {
-        for run in source
-            .runs
-            .iter()
-            .flat_map(|run| unbroken(&on_its_grid(run), scales.time, &mut bench.notes))
+        for run in
+            source.runs.iter().flat_map(|run| unbroken(&on_its_grid(run), scales.time, &mut bench.notes))
         {
             bench.runs.push(bench_run(&run, index, &view));
         }
@@ -59,10 +57,7 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Ben
 fn scales(plant: &Physics, log: &Dynamic) -> Result<Scales, InputError> {
     let input = largest(log.runs.iter().flat_map(|run| run.input.iter().copied()));
     if input <= 0.0 {
-        let what = format!(
-            "the input {} is 0 throughout; nothing drives the axis",
-            log.input.column()
-        );
+        let what = format!("the input {} is 0 throughout; nothing drives the axis", log.input.column());
         return Err(InputError::file(&log.source, what));
     }
     let speed = largest(log.runs.iter().flat_map(rough_speed));
@@ -72,30 +67,14 @@ fn scales(plant: &Physics, log: &Dynamic) -> Result<Scales, InputError> {
     Ok(Scales {
         input,
         torque,
-        speed: if speed > 0.0 {
-            speed
-        } else {
-            plant.dc_gain() * input
-        },
+        speed: if speed > 0.0 { speed } else { plant.dc_gain() * input },
         motion: speed,
-        time: if plant.drive == Drive::Voltage {
-            settling
-        } else {
-            settling.min(4.0 * rising)
-        },
-        current: if plant.drive == Drive::Voltage {
-            input / plant.resistance
-        } else {
-            input
-        },
+        time: if plant.drive == Drive::Voltage { settling } else { settling.min(4.0 * rising) },
+        current: if plant.drive == Drive::Voltage { input / plant.resistance } else { input },
         resistance: plant.resistance,
         inertia: plant.inertia,
         reachable: plant.dc_gain() * input,
-        duration: log
-            .runs
-            .iter()
-            .map(|run| run.t_s[run.rows() - 1] - run.t_s[0])
-            .fold(0.0, f64::max),
+        duration: log.runs.iter().map(|run| run.t_s[run.rows() - 1] - run.t_s[0]).fold(0.0, f64::max),
     })
 }
 
@@ -137,11 +116,8 @@ fn suspect_units(bench: &mut Bench, drive: Drive) {
 
 /// The noise of speed and current: from the signals' high frequencies, and not below the declared encoder's steps.
 fn noise(bench: &mut Bench, model: &Model, view: &View) {
-    let mut each: Vec<f64> = bench
-        .runs
-        .iter()
-        .map(|run| hf_noise(&run.speed.measured, bench.noise_lag))
-        .collect();
+    let mut each: Vec<f64> =
+        bench.runs.iter().map(|run| hf_noise(&run.speed.measured, bench.noise_lag)).collect();
     let step = match model.encoder {
         Some(encoder) if view.window_s > 0.0 && !bench.linear => {
             TAU / encoder.counts_per_rev / (6f64.sqrt() * view.window_s)
@@ -161,10 +137,7 @@ fn noise(bench: &mut Bench, model: &Model, view: &View) {
     {
         bench.sigma_current = Some(median(&mut each).max(1e-4 * bench.scales.current));
     } else {
-        bench
-            .runs
-            .iter_mut()
-            .for_each(|run| run.current = Probes::default());
+        bench.runs.iter_mut().for_each(|run| run.current = Probes::default());
     }
 }
 

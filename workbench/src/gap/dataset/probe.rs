@@ -36,11 +36,7 @@ impl Grid<'_> {
     /// Block and fraction of a time. Times outside the grid are cut to it.
     pub fn locate(&self, time: f64) -> (u32, f64) {
         let time = time.clamp(self.0[0], self.0[self.0.len() - 1]);
-        let block = self
-            .0
-            .partition_point(|start| *start <= time)
-            .clamp(1, self.0.len() - 1)
-            - 1;
+        let block = self.0.partition_point(|start| *start <= time).clamp(1, self.0.len() - 1) - 1;
         let fraction = (time - self.0[block]) / (self.0[block + 1] - self.0[block]);
         // A time that is a grid point to rounding is that grid point.
         let snapped = if fraction < 1e-6 {
@@ -61,11 +57,7 @@ impl Probes {
             let coefficient = 1.0 / ((to - from) * windows.len() as f64);
             for (at, sign) in [(from, -1.0), (to, 1.0)] {
                 let (block, fraction) = grid.locate(*at);
-                self.terms.push(Term {
-                    block,
-                    fraction,
-                    coefficient: sign * coefficient,
-                });
+                self.terms.push(Term { block, fraction, coefficient: sign * coefficient });
             }
         }
         self.finish(grid, time, measured);
@@ -75,11 +67,7 @@ impl Probes {
     pub fn push_instant(&mut self, grid: &Grid, time: f64, measured: f64) {
         let (block, fraction) = grid.locate(time);
         let block = if fraction > 0.5 { block + 1 } else { block };
-        self.terms.push(Term {
-            block,
-            fraction: -1.0,
-            coefficient: 1.0,
-        });
+        self.terms.push(Term { block, fraction: -1.0, coefficient: 1.0 });
         self.finish(grid, time, measured);
     }
 

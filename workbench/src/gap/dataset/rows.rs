@@ -33,9 +33,7 @@ pub(super) fn on_its_grid(run: &Run) -> Run {
     let last = run.rows() - 1;
     let (start, step) = (run.t_s[0], (run.t_s[last] - run.t_s[0]) / last as f64);
     let even = |k: usize| start + k as f64 * step;
-    let rounding = (0..=last)
-        .map(|k| (run.t_s[k] - even(k)).abs())
-        .fold(0.0, f64::max);
+    let rounding = (0..=last).map(|k| (run.t_s[k] - even(k)).abs()).fold(0.0, f64::max);
     if rounding < 0.01 * step {
         (0..=last).for_each(|k| run.t_s[k] = even(k));
     }

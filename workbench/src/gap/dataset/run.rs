@@ -64,16 +64,14 @@ impl Simulation {
     pub fn speed(&mut self, run: &BenchRun, plant: &Physics, start: f64, finest: f64) -> (&Traces, &[f64]) {
         let Self { traces, predicted } = self;
         run.simulate(plant, start, finest, traces);
-        run.speed
-            .predict(&run.time, &traces.reading, &traces.integral, predicted);
+        run.speed.predict(&run.time, &traces.reading, &traces.integral, predicted);
         (traces, predicted)
     }
 
     /// What the sensor of the current would have shown in the run that was simulated last.
     pub fn current(&mut self, run: &BenchRun) -> &[f64] {
         let Self { traces, predicted } = self;
-        run.current
-            .predict(&run.time, &traces.current, &traces.charge, predicted);
+        run.current.predict(&run.time, &traces.current, &traces.charge, predicted);
         predicted
     }
 }
@@ -90,11 +88,7 @@ impl BenchRun {
         traces.clear(self.blocks());
         let input = Drawn::new(self, plant);
         let longest = (plant.time_constant_s() * finest).max(1e-7);
-        let speed = if start == 0.0 {
-            0.0
-        } else {
-            plant.speed_behind(start)
-        };
+        let speed = if start == 0.0 { 0.0 } else { plant.speed_behind(start) };
         let mut state = self.start(plant, speed);
         let mut dynamics = Dynamics::new(plant);
         let with_position = !plant.torques.is_empty() && !self.position.is_empty();
@@ -116,11 +110,7 @@ impl BenchRun {
     }
 
     fn start(&self, plant: &Physics, speed: f64) -> State {
-        let start = if self.position.is_empty() {
-            0.0
-        } else {
-            self.shaft(plant, 0)
-        };
+        let start = if self.position.is_empty() { 0.0 } else { self.shaft(plant, 0) };
         let mut state = State::moving(plant, start, speed);
         if speed != 0.0
             && self.bridge.first() == Some(&1)
@@ -147,13 +137,9 @@ impl BenchRun {
 
 impl Traces {
     fn clear(&mut self, blocks: usize) {
-        for values in [
-            &mut self.omega,
-            &mut self.reading,
-            &mut self.integral,
-            &mut self.current,
-            &mut self.charge,
-        ] {
+        for values in
+            [&mut self.omega, &mut self.reading, &mut self.integral, &mut self.current, &mut self.charge]
+        {
             values.clear();
             values.reserve(blocks + 1);
         }
@@ -186,11 +172,7 @@ impl Drawn {
             run.input.iter().map(|u| plant.applied(*u)).collect()
         };
         if plant.delay_s <= 0.0 {
-            let held = if run.blocks() == run.input.len() {
-                applied
-            } else {
-                means(run, &applied)
-            };
+            let held = if run.blocks() == run.input.len() { applied } else { means(run, &applied) };
             return Self::Held(held);
         }
         let mut area = Vec::with_capacity(applied.len() + 1);
@@ -200,10 +182,7 @@ impl Drawn {
             sum += value * (run.row_time[row + 1] - run.row_time[row]);
             area.push(sum);
         }
-        Self::Integral {
-            area,
-            delay: plant.delay_s,
-        }
+        Self::Integral { area, delay: plant.delay_s }
     }
 
     #[inline]
@@ -225,11 +204,8 @@ fn means(run: &BenchRun, applied: &[f64]) -> Vec<f64> {
     let block = |k: usize| {
         let (from, to) = (run.first_row[k] as usize, run.first_row[k + 1] as usize);
         let (values, times) = (&applied[from..to], &run.row_time[from..=to]);
-        let area: f64 = values
-            .iter()
-            .zip(times.windows(2))
-            .map(|(value, span)| value * (span[1] - span[0]))
-            .sum();
+        let area: f64 =
+            values.iter().zip(times.windows(2)).map(|(value, span)| value * (span[1] - span[0])).sum();
         area / (times[to - from] - times[0])
     };
     (0..run.blocks()).map(block).collect()

@@ -38,10 +38,8 @@ impl View {
             notes: Vec::new(),
         };
         if thinning > 1 {
-            view.notes.push(format!(
-                "{} rows are taken together in blocks of {thinning} for the fits",
-                log.rows()
-            ));
+            view.notes
+                .push(format!("{} rows are taken together in blocks of {thinning} for the fits", log.rows()));
         }
         if log.runs.iter().any(|run| run.speed.is_none()) {
             view.derive(model, log, scales, sample);
@@ -53,10 +51,7 @@ impl View {
     }
 
     fn windowed(&self) -> bool {
-        let difference = [
-            SpeedSensor::EncoderDifferenceCentred,
-            SpeedSensor::EncoderDifferenceCausal,
-        ];
+        let difference = [SpeedSensor::EncoderDifferenceCentred, SpeedSensor::EncoderDifferenceCausal];
         difference.contains(&self.sensor) && self.window_s > 0.0
     }
 
@@ -67,10 +62,7 @@ impl View {
             .encoder
             .filter(|_| !log.linear)
             .map_or(0.0, |encoder| TAU / encoder.counts_per_rev / 12f64.sqrt());
-        let rough = log.runs[0]
-            .position
-            .as_ref()
-            .map_or(0.0, |position| hf_noise(position, 0));
+        let rough = log.runs[0].position.as_ref().map_or(0.0, |position| hf_noise(position, 0));
         let noise = step.max(rough);
         let wanted = 2f64.sqrt() * noise / (0.003 * scales.speed);
         let window = wanted.clamp(scales.time / 40.0, scales.time / 6.0).max(sample);
@@ -100,10 +92,7 @@ pub(super) fn bench_run(run: &Run, log: usize, view: &View) -> BenchRun {
     let mut made = BenchRun {
         id: run.id,
         log,
-        bridge: first_row[..first_row.len() - 1]
-            .iter()
-            .map(|row| run.bridge[*row as usize])
-            .collect(),
+        bridge: first_row[..first_row.len() - 1].iter().map(|row| run.bridge[*row as usize]).collect(),
         position: position(run, &first_row),
         row_time: run.t_s.clone(),
         input: run.input[..rows].to_vec(),
@@ -172,20 +161,14 @@ fn logged(run: &Run, made: &BenchRun, view: &View) -> Probes {
         let (start, stop) = (run.t_s[a], run.t_s[b]);
         // The trapezoid over the block's rows is the mean over the block; one row stands for itself.
         let inner: f64 = speed[a + 1..b].iter().sum();
-        let measured = if b - a == 1 {
-            speed[a]
-        } else {
-            (inner + 0.5 * (speed[a] + speed[b])) / (b - a) as f64
-        };
+        let measured =
+            if b - a == 1 { speed[a] } else { (inner + 0.5 * (speed[a] + speed[b])) / (b - a) as f64 };
         let span = if b - a == 1 { 0.0 } else { stop - start };
         let at = |share: f64| view.window_at(start + share * span);
         if view.windowed() {
             // Two-point Gauss quadrature of the moving window over the block.
-            let windows = if span == 0.0 {
-                vec![at(0.0)]
-            } else {
-                vec![at(0.211_324_865), at(0.788_675_135)]
-            };
+            let windows =
+                if span == 0.0 { vec![at(0.0)] } else { vec![at(0.211_324_865), at(0.788_675_135)] };
             if windows[0].0 >= made.time[0] - 1e-9 && windows[windows.len() - 1].1 <= end + 1e-9 {
                 probes.push_windows(&grid, start + 0.5 * span, measured, &windows);
             }

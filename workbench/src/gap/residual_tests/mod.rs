@@ -57,16 +57,10 @@ pub fn rest(scored: &Scored) -> Rest {
     }
     // Without a repeat, the noise model decides; its error is covered by what counts as visible.
     let (excess, error) = common.unwrap_or((mean_square - 1.0, 0.0));
-    let excess = if excess > CERTAIN * error {
-        excess.max(0.0)
-    } else {
-        0.0
-    };
+    let excess = if excess > CERTAIN * error { excess.max(0.0) } else { 0.0 };
     let (text, structured) = described(&seen, &residual, scored.hypothesis.bench.linear);
     // Below what a verdict calls left, nobody asks.
-    let turning = (excess > WORTH_A_LOOK)
-        .then(|| turn::goes_with(scored, &seen, &residual))
-        .flatten();
+    let turning = (excess > WORTH_A_LOOK).then(|| turn::goes_with(scored, &seen, &residual)).flatten();
     Rest {
         excess,
         structured: structured || turning.is_some(),
@@ -136,38 +130,21 @@ fn described(seen: &[Sample], residual: &[f64], linear: bool) -> (String, bool) 
     }
     let chance = 2.0 * BINS as f64 * inflation(residual) / residual.len() as f64;
     let needed = AXIS_SHARE.max(chance.min(0.5));
-    let lines = [
-        periodic_in_time(seen, residual),
-        periodic_in_position(seen, residual, linear),
-    ];
+    let lines = [periodic_in_time(seen, residual), periodic_in_position(seen, residual, linear)];
     if let Some(text) = lines.into_iter().flatten().next() {
         return (text, true);
     }
     let (name, share) = best_axis(seen, residual);
     if share > needed {
-        return (
-            format!("a function of {name} ({:.0} % of what is left)", 100.0 * share),
-            true,
-        );
+        return (format!("a function of {name} ({:.0} % of what is left)", 100.0 * share), true);
     }
     let coloured = inflation(residual) > 2.0;
-    (
-        if coloured {
-            "noise-like, correlated in time".into()
-        } else {
-            "none".into()
-        },
-        false,
-    )
+    (if coloured { "noise-like, correlated in time".into() } else { "none".into() }, false)
 }
 
 fn periodic_in_time(seen: &[Sample], residual: &[f64]) -> Option<String> {
     let (frequency, share) = line(seen, residual, &|s| s.time).filter(|line| line.1 > LINE_SHARE)?;
-    Some(format!(
-        "periodic in time at {:.3} Hz ({:.0} % of what is left)",
-        frequency / TAU,
-        100.0 * share
-    ))
+    Some(format!("periodic in time at {:.3} Hz ({:.0} % of what is left)", frequency / TAU, 100.0 * share))
 }
 
 fn periodic_in_position(seen: &[Sample], residual: &[f64], linear: bool) -> Option<String> {
@@ -177,10 +154,7 @@ fn periodic_in_position(seen: &[Sample], residual: &[f64], linear: bool) -> Opti
     } else {
         format!("with {number:.2} periods per turn")
     };
-    Some(format!(
-        "periodic in position, {period} ({:.0} % of what is left)",
-        100.0 * share
-    ))
+    Some(format!("periodic in position, {period} ({:.0} % of what is left)", 100.0 * share))
 }
 
 /// The model quantity that explains most of the residual, and its share.
@@ -194,10 +168,7 @@ fn best_axis(seen: &[Sample], residual: &[f64]) -> (&'static str, f64) {
         ("the position", |s| s.position),
     ];
     let shares = axes.map(|(name, value)| (name, share_over(seen, residual, &value)));
-    shares
-        .into_iter()
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .expect("five axes")
+    shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).expect("five axes")
 }
 
 /// Share of the residual's square that its means over bins of an axis explain, corrected for their number.
@@ -217,9 +188,7 @@ fn share_over(seen: &[Sample], residual: &[f64], value: &dyn Fn(&Sample) -> f64)
 /// The strongest line over an axis: its circular frequency and the share of the residual's square.
 fn line(seen: &[Sample], residual: &[f64], value: &dyn Fn(&Sample) -> f64) -> Option<(f64, f64)> {
     let values: Vec<f64> = seen.iter().map(value).collect();
-    let (low, high) = values
-        .iter()
-        .fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
     if high - low < 1e-9 {
         return None;
     }
@@ -231,10 +200,7 @@ fn line(seen: &[Sample], residual: &[f64], value: &dyn Fn(&Sample) -> f64) -> Op
     for harmonic in 1..=LINES {
         let (mut s, mut c) = (0.0, 0.0);
         for ((wave, turn), r) in now.iter_mut().zip(&turns).zip(residual) {
-            *wave = (
-                wave.0 * turn.1 + wave.1 * turn.0,
-                wave.1 * turn.1 - wave.0 * turn.0,
-            );
+            *wave = (wave.0 * turn.1 + wave.1 * turn.0, wave.1 * turn.1 - wave.0 * turn.0);
             s += wave.0 * r;
             c += wave.1 * r;
         }

@@ -19,9 +19,7 @@ const SHARE: f64 = 0.05;
 const GRIP_SHARE: f64 = 0.1;
 /// … if other "turns", whose periods are no simple part of one, explain so much less: by this many of their standard deviations.
 const BEYOND_CHANCE: f64 = 1.5;
-const NO_TURNS: [f64; 12] = [
-    0.55, 0.61, 0.66, 0.72, 0.79, 0.87, 1.13, 1.17, 1.21, 1.28, 1.39, 1.45,
-];
+const NO_TURNS: [f64; 12] = [0.55, 0.61, 0.66, 0.72, 0.79, 0.87, 1.13, 1.17, 1.21, 1.28, 1.39, 1.45];
 /// A torque or a reading of the place, which the form of another effect may imitate, must explain so many times what the best of
 /// them does.
 const BEYOND_BEST: f64 = 2.0;
@@ -51,19 +49,10 @@ pub(super) fn goes_with(scored: &Scored, seen: &[Sample], residual: &[f64]) -> O
     if plant.gear_ratio != 1.0 {
         shafts.push(1.0 / plant.gear_ratio);
     }
-    let looked = Looked {
-        scored,
-        seen,
-        residual,
-    };
+    let looked = Looked { scored, seen, residual };
     shafts.into_iter().find_map(|shaft| {
         let gripping = (level > 0.0).then(|| looked.gripping(shaft, level)).flatten();
-        let pushing = || {
-            goes(
-                |turns| looked.explained(Acts::Motor, turns).map_or(0.0, |it| it.share),
-                shaft,
-            )
-        };
+        let pushing = || goes(|turns| looked.explained(Acts::Motor, turns).map_or(0.0, |it| it.share), shaft);
         let read = || goes(|turns| looked.phases(turns), shaft);
         gripping.or_else(pushing).or_else(read)
     })
@@ -79,12 +68,7 @@ struct Looked<'s> {
 /// A torque or a reading that changes over the turn.
 fn goes(share: impl Fn(f64) -> f64, shaft: f64) -> Option<String> {
     let found = share(shaft);
-    let best = || {
-        NO_TURNS
-            .iter()
-            .map(|turns| share(shaft * turns))
-            .fold(0.0, f64::max)
-    };
+    let best = || NO_TURNS.iter().map(|turns| share(shaft * turns)).fold(0.0, f64::max);
     (found > SHARE && found > BEYOND_BEST * best())
         .then(|| format!("goes with the turn ({:.0} % of what is left)", 100.0 * found))
 }
@@ -112,10 +96,7 @@ impl Looked<'_> {
         let mean = chance.iter().sum::<f64>() / chance.len() as f64;
         let square = chance.iter().map(|share| (share - mean).powi(2)).sum::<f64>() / chance.len() as f64;
         (found.share > mean + BEYOND_CHANCE * square.sqrt()).then(|| {
-            format!(
-                "a friction that goes with the turn ({:.0} % of what is left)",
-                100.0 * found.share
-            )
+            format!("a friction that goes with the turn ({:.0} % of what is left)", 100.0 * found.share)
         })
     }
 
@@ -130,20 +111,15 @@ impl Looked<'_> {
             sums[bin] += residual - mean;
             counts[bin] += 1.0;
         }
-        let total: f64 = self
-            .residual
-            .iter()
-            .map(|residual| (residual - mean).powi(2))
-            .sum();
+        let total: f64 = self.residual.iter().map(|residual| (residual - mean).powi(2)).sum();
         let bins = sums.iter().zip(&counts).filter(|(_, count)| **count > 0.0);
         bins.map(|(sum, count)| sum * sum / count).sum::<f64>() / total
     }
 
     /// What waves of a turn of the shaft explain together.
     fn explained(&self, acts: Acts, turns: f64) -> Option<Explained> {
-        let waves: Vec<(usize, Law)> = (1..=PERIODS)
-            .flat_map(|period| WAVES.map(|law| (period, law)))
-            .collect();
+        let waves: Vec<(usize, Law)> =
+            (1..=PERIODS).flat_map(|period| WAVES.map(|law| (period, law))).collect();
         let columns: Vec<DVector<f64>> = waves
             .par_iter()
             .map(|(period, law)| trace(self.scored, self.seen, *law, acts, *period as f64 * turns))
@@ -163,11 +139,7 @@ impl Looked<'_> {
 fn trace(scored: &Scored, seen: &[Sample], law: Law, acts: Acts, periods: f64) -> DVector<f64> {
     let scales = &scored.hypothesis.bench.scales;
     let mut plant = scored.hypothesis.plant(&scored.fit.x);
-    plant.torques.push(TorqueLaw {
-        torque: law,
-        parameters: [TRIED * scales.torque, periods, 0.0],
-        acts,
-    });
+    plant.torques.push(TorqueLaw { torque: law, parameters: [TRIED * scales.torque, periods, 0.0], acts });
     let mut predicted = Vec::with_capacity(seen.len());
     let hypothesis = &scored.hypothesis;
     hypothesis.simulated(
@@ -177,11 +149,7 @@ fn trace(scored: &Scored, seen: &[Sample], law: Law, acts: Acts, periods: f64) -
         |index, _, values| {
             let run = &scored.hypothesis.bench.runs[index];
             let compared = values.iter().zip(&run.speed.part);
-            predicted.extend(
-                compared
-                    .filter(|(_, part)| **part != Part::HoldOut)
-                    .map(|(v, _)| *v),
-            );
+            predicted.extend(compared.filter(|(_, part)| **part != Part::HoldOut).map(|(v, _)| *v));
         },
     );
     let changes = predicted.iter().zip(seen);

@@ -63,9 +63,7 @@ pub(super) fn evolved(child: &Hypothesis, parent: &Scored, projector: &Projector
     }
     let place = |z: &DVector<f64>| -> Vec<f64> {
         let moved = begin.iter().zip(spread.iter().zip(z.iter()));
-        let values: Vec<f64> = moved
-            .map(|(value, (spread, z))| value * (spread * z).exp())
-            .collect();
+        let values: Vec<f64> = moved.map(|(value, (spread, z))| value * (spread * z).exp()).collect();
         started(child, parent, &values)
     };
     let (mut evaluator, mut residuals) = (Evaluator::new(child, &SEARCH), Vec::new());
@@ -106,9 +104,7 @@ fn evolved_whole(scored: &Scored, seed: u64, width: f64) -> Fit {
     let hypothesis = &scored.hypothesis;
     let place = |z: &DVector<f64>| -> Vec<f64> {
         let moved = scored.fit.x.iter().zip(z.iter()).enumerate();
-        moved
-            .map(|(k, (x, z))| moved_by(hypothesis, k, *x, width * z))
-            .collect()
+        moved.map(|(k, (x, z))| moved_by(hypothesis, k, *x, width * z)).collect()
     };
     let (mut evaluator, mut residuals) = (Evaluator::new(hypothesis, &SEARCH), Vec::new());
     let best = least(scored.fit.x.len(), FOR_ALL, seed, |z| {
@@ -130,15 +126,10 @@ pub fn scatter(scored: &Scored) -> Vec<f64> {
     let mut random = ChaCha8Rng::seed_from_u64(0);
     let mut begin = || -> Vec<f64> {
         let moved = scored.fit.x.iter().enumerate();
-        moved
-            .map(|(k, x)| moved_by(hypothesis, k, *x, StandardNormal.sample(&mut random)))
-            .collect()
+        moved.map(|(k, x)| moved_by(hypothesis, k, *x, StandardNormal.sample(&mut random))).collect()
     };
     let begins: Vec<Vec<f64>> = (0..HOLLOWS).map(|_| begin()).collect();
-    let nearest = Setting {
-        iterations: SEARCH.iterations / 2,
-        ..SEARCH
-    };
+    let nearest = Setting { iterations: SEARCH.iterations / 2, ..SEARCH };
     let centre = fit(hypothesis, &scored.fit.x, &nearest);
     let fits: Vec<Fit> = begins.par_iter().map(|x| fit(hypothesis, x, &nearest)).collect();
     let samples = centre.samples as f64;
@@ -146,13 +137,8 @@ pub fn scatter(scored: &Scored) -> Vec<f64> {
     let alike = |it: &&Fit| it.cost < centre.cost + alike_within;
     let alike: Vec<&Fit> = fits.iter().filter(alike).collect();
     for it in &alike {
-        let distances =
-            it.x.iter()
-                .zip(&scored.fit.x)
-                .map(|(a, b)| (a - b).powi(2) / alike.len() as f64);
-        sums.iter_mut()
-            .zip(distances)
-            .for_each(|(sum, distance)| *sum += distance);
+        let distances = it.x.iter().zip(&scored.fit.x).map(|(a, b)| (a - b).powi(2) / alike.len() as f64);
+        sums.iter_mut().zip(distances).for_each(|(sum, distance)| *sum += distance);
     }
     sums
 }
@@ -187,10 +173,7 @@ fn least(
         .seed(seed);
     let begin = DVector::zeros(dimensions);
     let at_begin = cost(&begin);
-    let best = options
-        .build(|z: &DVector<f64>| cost(z).ln())
-        .ok()
-        .and_then(|mut state| state.run().overall_best);
-    best.filter(|best| best.value < at_begin.ln())
-        .map_or(begin, |best| best.point)
+    let best =
+        options.build(|z: &DVector<f64>| cost(z).ln()).ok().and_then(|mut state| state.run().overall_best);
+    best.filter(|best| best.value < at_begin.ln()).map_or(begin, |best| best.point)
 }

@@ -29,9 +29,7 @@ impl<'a> Search<'a, '_> {
                 let bases = [Basis::new(&parents[0].hypothesis, &parents[0].fit.x)];
                 let left_out = before.hypothesis.items[index].effect;
                 let others = LIBRARY.iter().copied().filter(|effect| *effect != left_out);
-                let tasks = others
-                    .filter(|effect| self.offers(&parents[0], effect))
-                    .map(|e| (0, e));
+                let tasks = others.filter(|effect| self.offers(&parents[0], effect)).map(|e| (0, e));
                 let children = self.fitted(&parents, &bases, tasks.collect(), EXCHANGE_ROUND);
                 lost.extend(children);
             }
@@ -63,10 +61,8 @@ impl<'a> Search<'a, '_> {
                 .into_par_iter()
                 .map(|index| self.without(&best, index, &FINAL))
                 .collect();
-            let cheapest = smaller
-                .into_iter()
-                .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))
-                .expect("two or more");
+            let cheapest =
+                smaller.into_iter().min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost)).expect("two or more");
             let samples = best.fit.samples as f64;
             let cost = cheapest.fit.cost - best.fit.cost;
             let too_little = cost < worth(factor) || cost / samples < VISIBLE * VISIBLE;

@@ -19,17 +19,11 @@ impl<'a> Search<'a, '_> {
         let mut best = self.scored(scored.hypothesis, scored.fit);
         for index in 0..best.hypothesis.items.len() {
             let variants: Vec<Item> = self.variants(&best.hypothesis, index);
-            let tried: Vec<Scored<'a>> = variants
-                .par_iter()
-                .filter_map(|item| self.replaced(&best, index, *item))
-                .collect();
+            let tried: Vec<Scored<'a>> =
+                variants.par_iter().filter_map(|item| self.replaced(&best, index, *item)).collect();
             for other in tried {
                 let more = other.hypothesis.effect_slots() > best.hypothesis.effect_slots();
-                let margin = if more {
-                    worth(self.dispersion.min(dispersion(&other)))
-                } else {
-                    0.0
-                };
+                let margin = if more { worth(self.dispersion.min(dispersion(&other))) } else { 0.0 };
                 if other.score + margin < best.score {
                     best = other;
                 }
@@ -66,34 +60,18 @@ impl<'a> Search<'a, '_> {
                     Slot::Effect { parameter, .. } => start[*parameter],
                     _ => 0.0,
                 };
-                fit(
-                    &hypothesis,
-                    &hypothesis.carried(&scored.hypothesis, &scored.fit.x, &default),
-                    &SEARCH,
-                )
+                fit(&hypothesis, &hypothesis.carried(&scored.hypothesis, &scored.fit.x, &default), &SEARCH)
             });
             let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
             return Some(self.scored(hypothesis, best));
         }
         let (without, x) = scored.hypothesis.only(&scored.fit.x, |k| k != index);
-        let parent = self.scored(
-            without,
-            Fit {
-                x,
-                ..scored.fit.clone()
-            },
-        );
+        let parent = self.scored(without, Fit { x, ..scored.fit.clone() });
         let basis = Basis::new(&parent.hypothesis, &parent.fit.x);
         let child = self.child(&parent, &basis, &Projector::new(&parent), item.effect)?;
         // Back to the order of naming.
         let reordered = hypothesis.carried(&child.hypothesis, &child.fit.x, &|_| 0.0);
-        Some(self.scored(
-            hypothesis,
-            Fit {
-                x: reordered,
-                ..child.fit
-            },
-        ))
+        Some(self.scored(hypothesis, Fit { x: reordered, ..child.fit }))
     }
 }
 

@@ -76,11 +76,7 @@ pub fn base_fit<'a>(bench: &'a Bench, model: &'a Model) -> Scored<'a> {
     let hypothesis = Hypothesis::new(bench, model, Vec::new());
     let start = vec![0.0; hypothesis.slots.len()];
     let fit = fit(&hypothesis, &start, &SEARCH);
-    Scored {
-        score: fit.cost,
-        hypothesis,
-        fit,
-    }
+    Scored { score: fit.cost, hypothesis, fit }
 }
 
 /// Which effects a search offers.
@@ -147,11 +143,7 @@ impl<'a> Search<'a, '_> {
     }
 
     fn scored(&self, hypothesis: Hypothesis<'a>, fit: Fit) -> Scored<'a> {
-        Scored {
-            score: fit.cost + self.dispersion * penalty(&hypothesis, fit.samples),
-            hypothesis,
-            fit,
-        }
+        Scored { score: fit.cost + self.dispersion * penalty(&hypothesis, fit.samples), hypothesis, fit }
     }
 
     fn refit(&self, scored: &Scored<'a>, setting: &Setting) -> Scored<'a> {

@@ -32,10 +32,7 @@ pub(super) fn started(child: &Hypothesis, parent: &Scored, start: &[f64]) -> Vec
         _ => 0.0,
     };
     let x = child.carried(&parent.hypothesis, &parent.fit.x, &default);
-    x.iter()
-        .enumerate()
-        .map(|(k, v)| v.clamp(child.bounds(k).0, child.bounds(k).1))
-        .collect()
+    x.iter().enumerate().map(|(k, v)| v.clamp(child.bounds(k).0, child.bounds(k).1)).collect()
 }
 
 /// Lets the parent's numbers follow a change of the residual, linearly and inside their bounds.
@@ -58,12 +55,7 @@ impl Projector {
             normal[(k, k)] = normal[(k, k)] * (1.0 + 1e-9) + 1e-9;
         }
         let factor = normal.cholesky().expect("made positive");
-        Self {
-            jacobian,
-            factor,
-            slots: parent.hypothesis.slots.clone(),
-            residuals,
-        }
+        Self { jacobian, factor, slots: parent.hypothesis.slots.clone(), residuals }
     }
 
     /// The parent's column of a number, unless it belongs to an effect.
@@ -78,12 +70,7 @@ impl Projector {
         let gradient: DVector<f64> = self.jacobian.gradient(residuals);
         let wanted = self.factor.solve(&-gradient);
         let (mut left, mut followed) = (residuals.to_vec(), x.to_vec());
-        for (column, (slot, step)) in self
-            .jacobian
-            .columns
-            .iter()
-            .zip(self.slots.iter().zip(wanted.iter()))
-        {
+        for (column, (slot, step)) in self.jacobian.columns.iter().zip(self.slots.iter().zip(wanted.iter())) {
             let Some(twin) = child.slots.iter().position(|other| other == slot) else {
                 continue;
             };
@@ -117,11 +104,7 @@ fn part(child: &Hypothesis, start: &[f64], followed: &[f64], share: f64) -> Vec<
             let value = match slot {
                 Slot::Effect { item, parameter } if *item == new => {
                     let effect = child.items[new].effect;
-                    if effect.parameters[*parameter].is_size() {
-                        share * start
-                    } else {
-                        *start
-                    }
+                    if effect.parameters[*parameter].is_size() { share * start } else { *start }
                 }
                 _ => start + share * (followed - start),
             };

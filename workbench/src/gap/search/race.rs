@@ -59,18 +59,12 @@ impl<'a> AsMut<Scored<'a>> for Entered<'a> {
 impl<'a> Search<'a, '_> {
     /// All sets that have one effect more than a set of the beam, best first.
     pub(super) fn expand(&self, beam: &[Scored<'a>]) -> Vec<Scored<'a>> {
-        let bases: Vec<Basis> = beam
-            .iter()
-            .map(|parent| Basis::new(&parent.hypothesis, &parent.fit.x))
-            .collect();
+        let bases: Vec<Basis> =
+            beam.iter().map(|parent| Basis::new(&parent.hypothesis, &parent.fit.x)).collect();
         let mut tasks: Vec<(usize, &'static Effect)> = Vec::new();
         let mut seen: Vec<Vec<String>> = Vec::new();
         for (index, parent) in beam.iter().enumerate() {
-            for effect in LIBRARY
-                .iter()
-                .copied()
-                .filter(|effect| self.offers(parent, effect))
-            {
+            for effect in LIBRARY.iter().copied().filter(|effect| self.offers(parent, effect)) {
                 let mut names = parent.hypothesis.names();
                 names.push(effect.name.to_owned());
                 names.sort();
@@ -156,11 +150,8 @@ impl<'a> Search<'a, '_> {
             near_best.push(evolved);
         }
         rank(&mut near_best);
-        let full: Vec<Scored<'a>> = near_best
-            .par_iter()
-            .take(THIRD_ROUND)
-            .map(|child| self.refit(child, &SEARCH))
-            .collect();
+        let full: Vec<Scored<'a>> =
+            near_best.par_iter().take(THIRD_ROUND).map(|child| self.refit(child, &SEARCH)).collect();
         near_best.splice(0..full.len(), full);
         near_best.extend(field.into_iter().skip(second).map(|entered| entered.scored));
         rank(&mut near_best);
@@ -247,10 +238,7 @@ impl<'a> Search<'a, '_> {
             starts.push(projector.projected(&hypothesis, &x, &residuals));
         }
         starts.sort_by(|a, b| a.promise.total_cmp(&b.promise));
-        let promise = starts
-            .iter()
-            .map(|start| start.hope)
-            .fold(f64::INFINITY, f64::min);
+        let promise = starts.iter().map(|start| start.hope).fold(f64::INFINITY, f64::min);
         starts.truncate(2);
         // Where the parent bends, what its numbers do at a whole start may lead them far away.
         let mut cost = |x: &[f64]| {
@@ -258,20 +246,11 @@ impl<'a> Search<'a, '_> {
             dot(&residuals, &residuals)
         };
         let nearer = |start: Start| {
-            if cost(&start.part) < cost(&start.x) {
-                start.part
-            } else {
-                start.x
-            }
+            if cost(&start.part) < cost(&start.x) { start.part } else { start.x }
         };
         let starts = starts.into_iter().map(nearer).collect();
         drop(evaluator);
-        Screened {
-            promise,
-            parent: 0,
-            hypothesis,
-            starts,
-        }
+        Screened { promise, parent: 0, hypothesis, starts }
     }
 
     /// One more effect, fitted from its best two starts.

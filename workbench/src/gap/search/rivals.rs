@@ -72,10 +72,7 @@ pub fn tied<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>]) -> Vec<&'s Scor
     if best.hypothesis.model.fitted_to_log {
         return tied_by_shares(best, others, margin);
     }
-    others
-        .iter()
-        .filter(|other| other.fit.cost - best.fit.cost < margin)
-        .collect()
+    others.iter().filter(|other| other.fit.cost - best.fit.cost < margin).collect()
 }
 
 /// The same by shares: as near on the log, and no worse on any held-out record.

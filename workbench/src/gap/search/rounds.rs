@@ -80,11 +80,7 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
         self.search.dispersion = dispersion(&winner);
         let settled = self.search.settled(winner);
         let richer = matches!(self.search.offer, Offer::All | Offer::Forms);
-        let refined = if richer {
-            self.search.refined(settled)
-        } else {
-            settled
-        };
+        let refined = if richer { self.search.refined(settled) } else { settled };
         (refined, true)
     }
 

@@ -19,11 +19,7 @@ pub struct Scored<'a, D = Bench> {
 
 impl<D> Clone for Scored<'_, D> {
     fn clone(&self) -> Self {
-        Self {
-            hypothesis: self.hypothesis.clone(),
-            fit: self.fit.clone(),
-            score: self.score,
-        }
+        Self { hypothesis: self.hypothesis.clone(), fit: self.fit.clone(), score: self.score }
     }
 }
 
@@ -103,8 +99,4 @@ pub fn chi2(hypothesis: &Hypothesis, x: &[f64], setting: &Setting) -> (f64, usiz
 }
 
 /// The residual on the held-out part, unweighted by anything but the noise.
-pub const HELD_OUT: Setting = Setting {
-    parts: &[Part::HoldOut],
-    finest: FINE,
-    iterations: 0,
-};
+pub const HELD_OUT: Setting = Setting { parts: &[Part::HoldOut], finest: FINE, iterations: 0 };

@@ -69,10 +69,7 @@ impl<'a> Search<'a, '_> {
     /// Names until none removes its share, then those that stay; again without those that did not: each may have stood in the place
     /// of a better one.
     fn searched(&self, offer: Offer, base: &Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        let mut search = Search {
-            offer,
-            ..self.clone()
-        };
+        let mut search = Search { offer, ..self.clone() };
         let mut kept = base.clone();
         for _ in 0..=AGAIN {
             let grown = search.grown(kept, path);
@@ -92,11 +89,7 @@ impl<'a> Search<'a, '_> {
 
     /// The plain set with richer forms of its effects, or one more of them, as long as that replaces it.
     fn enriched(&self, plain: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        let search = Search {
-            offer: Offer::Forms,
-            dispersion: dispersion(&plain),
-            ..self.clone()
-        };
+        let search = Search { offer: Offer::Forms, dispersion: dispersion(&plain), ..self.clone() };
         let mut best = plain;
         for _ in 0..RICHER_FORMS {
             (self.progress)(&format!("richer forms of {}", best.label()));
@@ -124,11 +117,7 @@ impl<'a> Search<'a, '_> {
             .into_par_iter()
             .filter_map(|(index, item)| self.replaced(set, index, item))
             .collect();
-        let alone = Search {
-            offer: Offer::Rich,
-            dispersion: dispersion(set),
-            ..self.clone()
-        };
+        let alone = Search { offer: Offer::Rich, dispersion: dispersion(set), ..self.clone() };
         richer.extend(alone.expand(std::slice::from_ref(set)).into_iter().take(BEAM));
         richer.retain(|child| self.pays(set, child, 1.0 - RICHER));
         richer.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
@@ -226,18 +215,14 @@ impl<'a> Search<'a, '_> {
             let growth = |smaller: &Scored<'a>| {
                 let log = smaller.fit.cost / best.fit.cost;
                 let records = held_out_errors(&smaller.hypothesis, &smaller.fit.x);
-                let ratios = records
-                    .iter()
-                    .zip(&held_out)
-                    .map(|(a, b)| a / b.max(f64::MIN_POSITIVE));
+                let ratios = records.iter().zip(&held_out).map(|(a, b)| a / b.max(f64::MIN_POSITIVE));
                 let least = ratios.fold(f64::INFINITY, f64::min);
                 (log - 1.0, least - 1.0)
             };
             let growths: Vec<(f64, f64)> = without.iter().map(growth).collect();
             let least = |k: &usize| growths[*k].0.min(growths[*k].1);
-            let weakest = (0..growths.len())
-                .min_by(|a, b| least(a).total_cmp(&least(b)))
-                .expect("a set with names");
+            let weakest =
+                (0..growths.len()).min_by(|a, b| least(a).total_cmp(&least(b))).expect("a set with names");
             let whole_helps = best.hypothesis.items.len() > 1 || self.beats_given(&best);
             if least(&weakest) >= GROWTH && whole_helps {
                 break;
@@ -306,16 +291,11 @@ impl<'a> Search<'a, '_> {
     /// said instead of two.
     fn one_name_for_two(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
         let items = &scored.hypothesis.items;
-        let Some(shift) = SHIFTS
-            .iter()
-            .find_map(|shift| items.iter().position(|item| item.effect == *shift))
+        let Some(shift) = SHIFTS.iter().find_map(|shift| items.iter().position(|item| item.effect == *shift))
         else {
             return scored;
         };
-        let search = Search {
-            offer: Offer::Forms,
-            ..self.clone()
-        };
+        let search = Search { offer: Offer::Forms, ..self.clone() };
         let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
         let rest = self.without(&scored, shift, &SEARCH);
         let two_sided = (0..rest.hypothesis.items.len()).flat_map(|index| {
@@ -344,10 +324,7 @@ impl<'a> Search<'a, '_> {
 
 /// Whether each error is at most `share` of its counterpart.
 pub(super) fn no_more(errors: &[f64], than: &[f64], share: f64) -> bool {
-    errors
-        .iter()
-        .zip(than)
-        .all(|(error, than)| *error <= share * than)
+    errors.iter().zip(than).all(|(error, than)| *error <= share * than)
 }
 
 /// The number of samples, those that tell the same counted once.

@@ -67,19 +67,9 @@ impl<'a> Search<'a, '_> {
             return false;
         }
         let validated = accepted.validated.get_or_init(|| cross_validated(current)) - cross_validated(child);
-        let base_only = child
-            .hypothesis
-            .items
-            .iter()
-            .filter(|item| item.effect.is_base_parameter())
-            .count()
+        let base_only = child.hypothesis.items.iter().filter(|item| item.effect.is_base_parameter()).count()
             == child.hypothesis.items.len();
-        validated
-            > if base_only {
-                -0.25 * gain
-            } else {
-                0.25 * gain.min(current.fit.chi2 - child.fit.chi2)
-            }
+        validated > if base_only { -0.25 * gain } else { 0.25 * gain.min(current.fit.chi2 - child.fit.chi2) }
     }
 
     /// What a larger set gains. A gain that is small against the first gap is looked at on the fine grid: on the coarse one the
@@ -129,12 +119,7 @@ impl<'a> Search<'a, '_> {
 
     /// Whether the newest effect, if its period is looked for, is one line and not one of many.
     pub(super) fn stands_out(&self, current: &Scored<'a>, child: &Scored<'a>) -> bool {
-        let Some(newest) = child
-            .hypothesis
-            .items
-            .last()
-            .filter(|item| item.effect.starts.scans())
-        else {
+        let Some(newest) = child.hypothesis.items.last().filter(|item| item.effect.starts.scans()) else {
             return true;
         };
         let others = child.hypothesis.items.len() - 1;
@@ -185,16 +170,8 @@ impl<'a> Search<'a, '_> {
 
 /// χ² of each fold predicted by the fit of the other.
 pub(super) fn cross_validated(scored: &Scored) -> f64 {
-    const FIT_A: Setting = Setting {
-        parts: &[Part::A],
-        iterations: 6,
-        ..SEARCH
-    };
-    const FIT_B: Setting = Setting {
-        parts: &[Part::B],
-        iterations: 6,
-        ..SEARCH
-    };
+    const FIT_A: Setting = Setting { parts: &[Part::A], iterations: 6, ..SEARCH };
+    const FIT_B: Setting = Setting { parts: &[Part::B], iterations: 6, ..SEARCH };
     let folds = [(FIT_A, FIT_B), (FIT_B, FIT_A)];
     folds
         .par_iter()

@@ -79,10 +79,7 @@ impl Offer {
 pub fn forms(effect: &'static Effect) -> Vec<Item> {
     let optional = effect.parameters.iter().any(|p| p.default.is_some());
     match effect.steady().map(|steady| steady.forms) {
-        Some(Forms::FromRest(values)) => vec![Item {
-            effect,
-            freedom: Freedom::Pinned(values),
-        }],
+        Some(Forms::FromRest(values)) => vec![Item { effect, freedom: Freedom::Pinned(values) }],
         Some(Forms::Plain) => vec![Item::plain(effect)],
         _ if optional => vec![Item::plain(effect), Item::full(effect)],
         _ => vec![Item::full(effect)],

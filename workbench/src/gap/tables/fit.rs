@@ -17,11 +17,7 @@ pub type Set<'a> = Scored<'a, Rows>;
 
 /// A descent ends at a relative decrease of 1e-5: ten times finer than over a record, since some dozen rows cost little. Its
 /// figures are reported as they come out, without a final fit on a finer grid, so that no gain is negligible.
-const SCHEDULE: Schedule = Schedule {
-    iterations: 20,
-    slow: 1e-5,
-    negligible: 0.0,
-};
+const SCHEDULE: Schedule = Schedule { iterations: 20, slow: 1e-5, negligible: 0.0 };
 /// Repetitions at most that look for σ.
 const REPETITIONS: usize = 3;
 /// Numbers that move less than this part of their scales have settled.
@@ -69,10 +65,7 @@ pub fn best(hypothesis: &Hypothesis<Rows>, starts: &[Vec<f64>]) -> Option<Fit> {
 
 /// σ follows the residual: a fit that improves tightens the data against the priors.
 fn descended(hypothesis: &Hypothesis<Rows>, start: &[f64]) -> Fit {
-    let mut problem = Weighted {
-        hypothesis,
-        sigma: 1.0,
-    };
+    let mut problem = Weighted { hypothesis, sigma: 1.0 };
     let places = start.iter().enumerate();
     let mut x: Vec<f64> = places.map(|(k, v)| clipped(&problem, k, *v)).collect();
     for _ in 0..REPETITIONS {

@@ -21,16 +21,9 @@ impl Case<'_> {
             let left = crate::report::gap(gap);
             let reason = r.objection.clone().unwrap_or_else(|| {
                 let bound = at_bound(r);
-                format!(
-                    "in place of {name} it leaves {left} {0} instead of {now} {0}{bound}",
-                    unit.name
-                )
+                format!("in place of {name} it leaves {left} {0} instead of {now} {0}{bound}", unit.name)
             });
-            Rival {
-                names: r.names(),
-                gap,
-                reason,
-            }
+            Rival { names: r.names(), gap, reason }
         });
         let added = self.search.additions(&found.chosen);
         // A dead zone is what everybody asks about first.

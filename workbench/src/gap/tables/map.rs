@@ -42,11 +42,7 @@ fn settled(plant: &Physics, command: f64, turning: f64) -> f64 {
     let v = plant.applied(command);
     let stall = driving(plant, v, 0.0);
     let direction = stall.signum();
-    let extra = if turning == direction {
-        0.0
-    } else {
-        plant.breakaway_extra
-    };
+    let extra = if turning == direction { 0.0 } else { plant.breakaway_extra };
     if stall.abs() <= kinetic(plant, direction, v, 0.0) + extra {
         return 0.0;
     }
@@ -82,27 +78,13 @@ fn warm(plant: &Physics, cold: f64, volts: f64) -> f64 {
 }
 
 fn external(plant: &Physics, omega: f64) -> f64 {
-    let motion = Motion {
-        time_s: 0.0,
-        theta: 0.0,
-        theta_next: 0.0,
-        omega,
-        gear_ratio: plant.gear_ratio,
-    };
-    plant
-        .torques
-        .iter()
-        .map(|law| (law.torque)(&law.parameters, &motion))
-        .sum()
+    let motion = Motion { time_s: 0.0, theta: 0.0, theta_next: 0.0, omega, gear_ratio: plant.gear_ratio };
+    plant.torques.iter().map(|law| (law.torque)(&law.parameters, &motion)).sum()
 }
 
 /// Friction that opposes motion in `direction` whatever its speed, N m.
 fn kinetic(plant: &Physics, direction: f64, v: f64, omega: f64) -> f64 {
-    let level = if direction > 0.0 {
-        plant.friction_pos
-    } else {
-        plant.friction_neg
-    };
+    let level = if direction > 0.0 { plant.friction_pos } else { plant.friction_neg };
     let geared = match plant.friction_per_motor > 0.0 {
         true => plant.friction_per_motor * (driving(plant, v, omega) - external(plant, omega)).abs(),
         false => 0.0,
@@ -175,12 +157,7 @@ fn starting_speed(plant: &Physics, v: f64) -> f64 {
 /// Torque that accelerates in `direction` at speed x, without the Stribeck term, N m.
 fn smooth_balance(plant: &Physics, v: f64, direction: f64, x: f64) -> f64 {
     let omega = direction * x;
-    let viscous = plant.viscous
-        + if direction > 0.0 {
-            plant.viscous_pos
-        } else {
-            plant.viscous_neg
-        };
+    let viscous = plant.viscous + if direction > 0.0 { plant.viscous_pos } else { plant.viscous_neg };
     direction * driving(plant, v, omega) - kinetic(plant, direction, v, omega) - viscous * x
 }
 

@@ -59,11 +59,7 @@ fn unsuitable(model: &Model) -> Option<String> {
 
 fn analyse(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
     let rows = Rows::of(log, model, !holdouts.is_empty());
-    let search = Search {
-        offer: &Offer::new(model, &rows),
-        rows: &rows,
-        model,
-    };
+    let search = Search { offer: &Offer::new(model, &rows), rows: &rows, model };
     let Some(found) = search.run() else {
         let reason = "the model has no steady speed for these voltages; check its parameters";
         return verdict::insufficient(log, reason.into());
@@ -80,13 +76,7 @@ fn analyse(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
 
 fn held_out<'a>(rows: &'a Rows, holdouts: &'a [Table]) -> HeldOut<'a> {
     let own = || rows.fitted.iter().map(|fitted| !fitted).collect();
-    let file = |table: &'a Table| {
-        (
-            &table.u_v[..],
-            &table.omega_rad_s[..],
-            vec![true; table.u_v.len()],
-        )
-    };
+    let file = |table: &'a Table| (&table.u_v[..], &table.omega_rad_s[..], vec![true; table.u_v.len()]);
     let sweeps = match holdouts {
         [] => vec![(&rows.volts[..], &rows.omega[..], own())],
         files => files.iter().map(file).collect(),

@@ -67,9 +67,7 @@ impl Case<'_> {
         let hypothesis = &found.set.hypothesis;
         let slots = hypothesis.slots.iter().zip(&found.set.fit.x).enumerate();
         let shifts = slots.flat_map(|(slot, (moved, x))| match moved {
-            Slot::Base {
-                key, twin, tolerance, ..
-            } if x.abs() > MOVED => {
+            Slot::Base { key, twin, tolerance, .. } if x.abs() > MOVED => {
                 let ratio = (tolerance * x).exp();
                 let covariance = found.covariance.as_ref();
                 let std = covariance.map_or(1.0, |c| c[(slot, slot)].sqrt().min(1.0));
@@ -96,43 +94,24 @@ fn shape(effect: &Effect) -> Shape {
 
 fn derived(found: &Found, shape: Shape) -> BTreeMap<String, Value> {
     let figures = words::derived(shape).into_iter().map(|(key, unit, figure)| {
-        let std = found
-            .covariance
-            .as_ref()
-            .and_then(|c| deviation(&found.set, c, figure));
-        (
-            key.to_string(),
-            Value {
-                value: figure(&found.plant),
-                std,
-                unit: unit.into(),
-            },
-        )
+        let std = found.covariance.as_ref().and_then(|c| deviation(&found.set, c, figure));
+        (key.to_string(), Value { value: figure(&found.plant), std, unit: unit.into() })
     });
     figures.filter(|(_, v)| v.value.is_finite()).collect()
 }
 
 /// Edges and knees for the plots.
 pub(super) fn marks(effects: &[NamedEffect]) -> Vec<(f64, String)> {
-    let labels = [
-        ("knee_command_v", "knee"),
-        ("stops_above_v", "dead zone"),
-        ("stops_below_v", "dead zone"),
-    ];
+    let labels = [("knee_command_v", "knee"), ("stops_above_v", "dead zone"), ("stops_below_v", "dead zone")];
     let all = effects.iter().flat_map(|e| &e.derived);
     let mark = |(key, v): (&String, &Value)| {
         let label = labels.iter().find(|l| l.0 == key)?;
-        Some((
-            v.value,
-            format!("{} {} V", label.1, crate::report::figure(v.value)),
-        ))
+        Some((v.value, format!("{} {} V", label.1, crate::report::figure(v.value))))
     };
     all.filter_map(mark).collect()
 }
 
 fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| {
-        first.to_uppercase().chain(letters).collect()
-    })
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }

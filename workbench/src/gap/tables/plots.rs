@@ -28,12 +28,7 @@ pub struct Gallery<'a> {
 impl Gallery<'_> {
     /// One plot a stage, two for the last.
     pub fn plots(&self) -> Vec<Plot> {
-        vec![
-            self.detection(),
-            self.characterisation(),
-            self.extraction(),
-            self.remains(),
-        ]
+        vec![self.detection(), self.characterisation(), self.extraction(), self.remains()]
     }
 
     fn detection(&self) -> Plot {
@@ -96,36 +91,23 @@ impl Gallery<'_> {
 
     fn measured(&self) -> Vec<Series> {
         let rows = |fitted: bool| {
-            let chosen: Vec<usize> = (0..self.data.volts.len())
-                .filter(|k| self.data.fitted[*k] == fitted)
-                .collect();
+            let chosen: Vec<usize> =
+                (0..self.data.volts.len()).filter(|k| self.data.fitted[*k] == fitted).collect();
             let x = chosen.iter().map(|k| self.data.volts[*k]).collect();
-            let y = chosen
-                .iter()
-                .map(|k| self.data.omega[*k] / self.unit.rad_s)
-                .collect();
+            let y = chosen.iter().map(|k| self.data.omega[*k] / self.unit.rad_s).collect();
             Curve { x, y }
         };
         let fitted = Series::new("measured", rows(true), Style::Points);
         let held = Series::new("measured, held out", rows(false), Style::Hollow);
-        if held.curve.x.is_empty() {
-            vec![fitted]
-        } else {
-            vec![fitted, held]
-        }
+        if held.curve.x.is_empty() { vec![fitted] } else { vec![fitted, held] }
     }
 
     /// The map over the range of the table, swept upwards as most tables are.
     fn curve(&self, label: &str, plant: &Physics, style: Style) -> Series {
         let low = self.data.volts.iter().copied().fold(0.0, f64::min);
         let high = self.data.volts.iter().copied().fold(0.0, f64::max);
-        let x: Vec<f64> = (0..=SAMPLES)
-            .map(|k| low + (high - low) * k as f64 / SAMPLES as f64)
-            .collect();
-        let y = map::sweep(plant, &x)
-            .iter()
-            .map(|w| w / self.unit.rad_s)
-            .collect();
+        let x: Vec<f64> = (0..=SAMPLES).map(|k| low + (high - low) * k as f64 / SAMPLES as f64).collect();
+        let y = map::sweep(plant, &x).iter().map(|w| w / self.unit.rad_s).collect();
         Series::new(label, Curve { x, y }, style)
     }
 

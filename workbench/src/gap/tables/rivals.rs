@@ -10,11 +10,8 @@ use crate::system::effects::{Effect, MOTOR_GAIN, RESISTANCE, VISCOUS_FRICTION};
 use rayon::prelude::*;
 
 /// Parameters of the motor that can imitate a gain only together; damping, which a data sheet knows least, first.
-static PAIRS: [[&Effect; 2]; 3] = [
-    [&MOTOR_GAIN, &VISCOUS_FRICTION],
-    [&MOTOR_GAIN, &RESISTANCE],
-    [&RESISTANCE, &VISCOUS_FRICTION],
-];
+static PAIRS: [[&Effect; 2]; 3] =
+    [[&MOTOR_GAIN, &VISCOUS_FRICTION], [&MOTOR_GAIN, &RESISTANCE], [&RESISTANCE, &VISCOUS_FRICTION]];
 
 /// A set in which one accepted effect is replaced.
 #[derive(Clone)]
@@ -47,11 +44,7 @@ impl<'a> Search<'a> {
     pub fn canonical(&self, mut set: Set<'a>) -> Set<'a> {
         for k in 0..set.hypothesis.items.len() {
             let chosen = set.hypothesis.items[k];
-            let earlier = self
-                .offer
-                .effects()
-                .into_iter()
-                .take_while(|e| *e != chosen.effect);
+            let earlier = self.offer.effects().into_iter().take_while(|e| *e != chosen.effect);
             let simple = earlier.flat_map(forms).filter(|it| it.size() <= chosen.size());
             let mut equals = simple
                 .filter_map(|item| self.substituted(&set, k, &item))
@@ -70,10 +63,8 @@ impl<'a> Search<'a> {
         let replaced = set.hypothesis.items[k].effect;
         let mut others = self.offer.effects();
         others.retain(|effect| *effect != replaced);
-        let mut all: Vec<Replacement<'a>> = others
-            .into_par_iter()
-            .filter_map(|effect| self.replacement(set, k, effect))
-            .collect();
+        let mut all: Vec<Replacement<'a>> =
+            others.into_par_iter().filter_map(|effect| self.replacement(set, k, effect)).collect();
         if replaced.is_scale() {
             all.extend(self.base_pairs(set, k, &all));
         }
@@ -151,12 +142,7 @@ impl<'a> Search<'a> {
 }
 
 fn compared<'a>(accepted: &Set, effects: Vec<&'static Effect>, set: Set<'a>) -> Replacement<'a> {
-    Replacement {
-        worse_by: set.score - accepted.score,
-        effects,
-        set,
-        objection: None,
-    }
+    Replacement { worse_by: set.score - accepted.score, effects, set, objection: None }
 }
 
 /// What an effect gains that does not earn a name.

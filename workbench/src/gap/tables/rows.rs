@@ -74,10 +74,7 @@ impl Rows {
 
     /// The same rows, every one fitted.
     pub fn whole(&self) -> Self {
-        Self {
-            fitted: vec![true; self.volts.len()],
-            ..self.clone()
-        }
+        Self { fitted: vec![true; self.volts.len()], ..self.clone() }
     }
 
     /// Reading minus prediction of every row, rad/s.
@@ -162,17 +159,11 @@ impl Rows {
     /// The same level for both directions, then the softness: none, or two that are seen.
     fn limits(&self, item: &Item, plant: &Physics) -> Vec<Vec<f64>> {
         let last = item.effect.parameters.len() - 1;
-        let softness = if item.pinned(last).is_none() {
-            &SOFT[..]
-        } else {
-            &[0.0]
-        };
+        let softness = if item.pinned(last).is_none() { &SOFT[..] } else { &[0.0] };
         let unit = self.scales.input;
         let start = |level: f64, s: &f64| vec![level / unit; last].into_iter().chain([*s]).collect();
         let levels = self.levels(Signal::Input, plant).into_iter();
-        levels
-            .flat_map(|level| softness.iter().map(move |s| start(level, s)))
-            .collect()
+        levels.flat_map(|level| softness.iter().map(move |s| start(level, s))).collect()
     }
 }
 
@@ -184,18 +175,9 @@ impl Data for Rows {
     /// The base parameters that a steady state sees. Torque constant and back-EMF constant are one number of the motor.
     fn nuisances(&self, model: &Model) -> Vec<Slot> {
         let values = model.parameters();
-        let nominal = |key| {
-            values
-                .iter()
-                .find(|value| value.0 == key)
-                .map_or(0.0, |value| value.1)
-        };
+        let nominal = |key| values.iter().find(|value| value.0 == key).map_or(0.0, |value| value.1);
         let base = |key, twin: Option<&'static str>| {
-            let least = if model.fitted_to_log {
-                FITTED_TOLERANCE
-            } else {
-                1e-9
-            };
+            let least = if model.fitted_to_log { FITTED_TOLERANCE } else { 1e-9 };
             Slot::Base {
                 key,
                 nominal: nominal(key),
@@ -270,9 +252,7 @@ fn steepest(volts: &[f64], omega: &[f64]) -> f64 {
         let found = further.find(|r| r.0 - rows[k].0 >= 0.1 * span);
         found.map(|r| (rows[k], *r))
     };
-    let slopes = (0..rows.len())
-        .filter_map(far)
-        .map(|(a, b)| ((b.1 - a.1) / (b.0 - a.0)).abs());
+    let slopes = (0..rows.len()).filter_map(far).map(|(a, b)| ((b.1 - a.1) / (b.0 - a.0)).abs());
     slopes.fold(0.0, f64::max)
 }
 

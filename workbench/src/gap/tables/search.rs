@@ -41,12 +41,8 @@ impl<'a> Search<'a> {
         };
         let without = self.others(&set, even.max(constant));
         let others = self.others(&without, even.min(constant));
-        let united = forms(uneven)
-            .into_iter()
-            .filter_map(|item| self.extended(&others, &item));
-        best(united)
-            .filter(|best| best.score < set.score + 1.0)
-            .unwrap_or(set)
+        let united = forms(uneven).into_iter().filter_map(|item| self.extended(&others, &item));
+        best(united).filter(|best| best.score < set.score + 1.0).unwrap_or(set)
     }
 
     /// Adds refinements while one earns its place, then drops what they made superfluous.
@@ -190,10 +186,7 @@ fn narrowed<'a>(set: &Set<'a>) -> Vec<Set<'a>> {
     for share in NARROWED {
         for which in 1..1 << widths.len() {
             let mut narrow = set.clone();
-            let sides = widths
-                .iter()
-                .enumerate()
-                .filter(|(side, _)| which >> side & 1 == 1);
+            let sides = widths.iter().enumerate().filter(|(side, _)| which >> side & 1 == 1);
             sides.for_each(|(_, slot)| narrow.fit.x[*slot] *= share);
             all.push(narrow);
         }

@@ -42,20 +42,13 @@ fn catalogue(top: f64, tau: f64) -> Vec<Protocol> {
         },
         Protocol {
             name: format!("reversals between +{0} and -{0}", volts(0.6 * top)),
-            profile: vec![
-                driven(0.6 * top, 4.0),
-                driven(-0.6 * top, 4.0),
-                driven(0.6 * top, 4.0),
-            ],
+            profile: vec![driven(0.6 * top, 4.0), driven(-0.6 * top, 4.0), driven(0.6 * top, 4.0)],
         },
         Protocol {
             name: format!("a coast-down from {} with the bridge open", volts(0.6 * top)),
             profile: vec![driven(0.6 * top, 5.0), open(5.0)],
         },
-        Protocol {
-            name: format!("a step to {} from rest", volts(top)),
-            profile: vec![driven(top, 5.0)],
-        },
+        Protocol { name: format!("a step to {} from rest", volts(top)), profile: vec![driven(top, 5.0)] },
     ]
 }
 
@@ -76,11 +69,7 @@ pub fn best(a: &Physics, b: &Physics, top: f64, noise: f64) -> Option<Contrast> 
 }
 
 fn merit(c: &Contrast, noise: f64) -> f64 {
-    if c.visible_in_speed(noise) {
-        1e6 + c.speed_rad_s / noise
-    } else {
-        c.current_a
-    }
+    if c.visible_in_speed(noise) { 1e6 + c.speed_rad_s / noise } else { c.current_a }
 }
 
 impl Contrast {
@@ -93,17 +82,9 @@ impl Contrast {
 fn contrast(a: &Physics, b: &Physics, protocol: Protocol, tau: f64) -> Contrast {
     let (first, second) = (run(a, &protocol, tau), run(b, &protocol, tau));
     let largest = |f: fn(&(f64, f64)) -> f64| {
-        first
-            .iter()
-            .zip(&second)
-            .map(|(x, y)| (f(x) - f(y)).abs())
-            .fold(0.0_f64, f64::max)
+        first.iter().zip(&second).map(|(x, y)| (f(x) - f(y)).abs()).fold(0.0_f64, f64::max)
     };
-    Contrast {
-        speed_rad_s: largest(|r| r.0),
-        current_a: largest(|r| r.1),
-        protocol,
-    }
+    Contrast { speed_rad_s: largest(|r| r.0), current_a: largest(|r| r.1), protocol }
 }
 
 /// Reading and current over a protocol.

@@ -30,11 +30,7 @@ impl<'a> Search<'a> {
     /// A fitted set with its score, n·ln(mean square) + Σ(δ/tolerance)² + k·ln n; the lower the better.
     pub(super) fn scored(&self, hypothesis: Hypothesis<'a, Rows>, fit: Fit) -> Set<'a> {
         let price = (fit.samples as f64).ln() * hypothesis.effect_slots() as f64;
-        Set {
-            score: fit.cost + price,
-            hypothesis,
-            fit,
-        }
+        Set { score: fit.cost + price, hypothesis, fit }
     }
 
     /// The model as given, its base refitted within tolerance.
@@ -130,7 +126,5 @@ impl<'a> Search<'a> {
 /// The numbers with the base at its nominal values.
 fn nominal(hypothesis: &Hypothesis<Rows>, x: &[f64]) -> Vec<f64> {
     let slots = hypothesis.slots.iter().zip(x);
-    slots
-        .map(|(slot, x)| if slot.has_prior() { 0.0 } else { *x })
-        .collect()
+    slots.map(|(slot, x)| if slot.has_prior() { 0.0 } else { *x }).collect()
 }

@@ -39,10 +39,7 @@ pub fn grow<'a>(search: &Search<'a>, accepted: &Set<'a>) -> Vec<Set<'a>> {
     let mut sets: Vec<Set<'a>> = Vec::new();
     let mut parent = search.nothing();
     while let (Some(before), false) = (&parent, rest.is_empty()) {
-        let tried = rest
-            .iter()
-            .enumerate()
-            .filter_map(|(k, item)| Some((k, search.extended(before, item)?)));
+        let tried = rest.iter().enumerate().filter_map(|(k, item)| Some((k, search.extended(before, item)?)));
         let Some((k, best)) = tried.min_by(|a, b| a.1.mean_square().total_cmp(&b.1.mean_square())) else {
             break;
         };
@@ -51,10 +48,7 @@ pub fn grow<'a>(search: &Search<'a>, accepted: &Set<'a>) -> Vec<Set<'a>> {
         parent = Some(best);
     }
     // The last set may sit in another minimum than the accepted one: the better of both stands.
-    if let Some(last) = sets
-        .last_mut()
-        .filter(|last| last.mean_square() > accepted.mean_square())
-    {
+    if let Some(last) = sets.last_mut().filter(|last| last.mean_square() > accepted.mean_square()) {
         *last = search.arranged(accepted, last.hypothesis.items.clone());
     }
     sets
@@ -73,19 +67,12 @@ impl Residual {
     pub fn of(table: &Rows, plant: &Physics) -> Self {
         let mut rows: Vec<(f64, f64)> = table.volts.iter().copied().zip(table.residual(plant)).collect();
         rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Residual {
-            volts: rows.iter().map(|r| r.0).collect(),
-            error: rows.iter().map(|r| r.1).collect(),
-        }
+        Residual { volts: rows.iter().map(|r| r.0).collect(), error: rows.iter().map(|r| r.1).collect() }
     }
 
     /// Rms that neighbours do not share: half the mean squared difference (von Neumann, Ann. Math. Statist. 12, 1941).
     pub fn noise(&self) -> f64 {
-        rms(&self
-            .error
-            .windows(2)
-            .map(|w| (w[1] - w[0]) / 2f64.sqrt())
-            .collect::<Vec<f64>>())
+        rms(&self.error.windows(2).map(|w| (w[1] - w[0]) / 2f64.sqrt()).collect::<Vec<f64>>())
     }
 
     /// Rms of all.

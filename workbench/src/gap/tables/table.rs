@@ -21,11 +21,7 @@ pub fn too_poor(log: &Table) -> Option<String> {
         return Some("the motor does not move in this table; raise the voltage until it turns".into());
     }
     let first = log.omega_rad_s[0];
-    if log
-        .omega_rad_s
-        .iter()
-        .all(|w| (w - first).abs() <= 1e-9 * first.abs())
-    {
+    if log.omega_rad_s.iter().all(|w| (w - first).abs() <= 1e-9 * first.abs()) {
         return Some("the speed is the same in every row; add voltages at which it is lower".into());
     }
     None
@@ -34,10 +30,7 @@ pub fn too_poor(log: &Table) -> Option<String> {
 /// What the table cannot show, in words.
 pub fn blind_spots(log: &Table) -> Vec<String> {
     let lowest = log.u_v.iter().fold(f64::INFINITY, |m, u| m.min(u.abs()));
-    let (low, high) = (
-        minimum(&log.u_v),
-        -minimum(&log.u_v.iter().map(|u| -u).collect::<Vec<_>>()),
-    );
+    let (low, high) = (minimum(&log.u_v), -minimum(&log.u_v.iter().map(|u| -u).collect::<Vec<_>>()));
     let mut spots = Vec::new();
     if low >= 0.0 || high <= 0.0 {
         spots.push(

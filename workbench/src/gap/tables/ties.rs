@@ -19,14 +19,9 @@ impl Case<'_> {
                     Some((r.names().join(" + "), contrast))
                 })
                 .collect();
-            let rivals = std::iter::once(vec![name])
-                .chain(tied.iter().map(Replacement::names))
-                .collect();
+            let rivals = std::iter::once(vec![name]).chain(tied.iter().map(Replacement::names)).collect();
             let separated_by = separation(&contrasts, noise, unit);
-            (
-                Tie { rivals, separated_by },
-                contrasts.into_iter().next().map(|c| c.1),
-            )
+            (Tie { rivals, separated_by }, contrasts.into_iter().next().map(|c| c.1))
         };
         found.ties.iter().map(tie).collect()
     }
@@ -58,8 +53,5 @@ pub(super) fn next(ties: &[(Tie, Option<Contrast>)]) -> Option<Experiment> {
         "It tells {} apart. Log speed over time, and the winding current if you can.",
         rivals.join(", ")
     );
-    Some(Experiment {
-        why,
-        profile: contrast.protocol.profile.clone(),
-    })
+    Some(Experiment { why, profile: contrast.protocol.profile.clone() })
 }

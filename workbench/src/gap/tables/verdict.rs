@@ -58,10 +58,7 @@ pub(super) struct Found<'a> {
 pub fn insufficient(log: &Table, reason: String) -> Outcome {
     let unit = SpeedUnit::of(log.speed_unit_rad_s);
     Outcome {
-        next_experiment: Some(Experiment {
-            why: reason.clone(),
-            profile: vec![],
-        }),
+        next_experiment: Some(Experiment { why: reason.clone(), profile: vec![] }),
         notes: vec![reason],
         ..Outcome::untested(unit.column, f64::NAN, unit.name)
     }
@@ -71,10 +68,7 @@ impl Case<'_> {
     /// The result for an accepted set.
     pub fn outcome(&self, accepted: &Set) -> Outcome {
         let whole = self.search.rows.whole();
-        let everything = Search {
-            rows: &whole,
-            ..self.search
-        };
+        let everything = Search { rows: &whole, ..self.search };
         let found = self.found(accepted, everything);
         let residual = Residual::of(&whole, &found.plant);
         let unit = SpeedUnit::of(self.log.speed_unit_rad_s);
@@ -133,10 +127,8 @@ impl Case<'_> {
     }
 
     pub(super) fn steps(&self, found: &Found, unit: SpeedUnit) -> Vec<Step> {
-        let step = |label: String, plant: &Physics| Step {
-            label,
-            gap: self.held_out.predicted(plant, unit).gap(),
-        };
+        let step =
+            |label: String, plant: &Physics| Step { label, gap: self.held_out.predicted(plant, unit).gap() };
         let mut steps = vec![step("model as given".into(), self.given)];
         steps.extend(found.growth.iter().map(|set| {
             let newest = set.hypothesis.items.last();
@@ -163,10 +155,7 @@ impl Case<'_> {
         let shares = words::shares(&residual, &regions);
         shares
             .into_iter()
-            .map(|(region, share_of_squared_error)| Where {
-                region,
-                share_of_squared_error,
-            })
+            .map(|(region, share_of_squared_error)| Where { region, share_of_squared_error })
             .collect()
     }
 
@@ -176,15 +165,8 @@ impl Case<'_> {
         let left = (residual.rms().powi(2) - noise).max(0.0);
         let share = left / (first - noise).max(left).max(f64::MIN_POSITIVE);
         let structured = share > SHARE_LEFT && residual.likeness() > ALIKE && left > ABOVE_NOISE * noise;
-        let structure = if structured {
-            shape(residual)
-        } else {
-            "none".into()
-        };
-        Unexplained {
-            share_of_gap: share,
-            structure,
-        }
+        let structure = if structured { shape(residual) } else { "none".into() };
+        Unexplained { share_of_gap: share, structure }
     }
 
     /// Held-out gap of a set.
@@ -229,10 +211,9 @@ fn shape(residual: &Residual) -> String {
     let largest = residual.volts.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
     let thirds = words::shares(residual, &words::regions(&[], largest));
     match thirds.first() {
-        Some((region, share)) => format!(
-            "a smooth function of the voltage, {:.0} % of it at {region}",
-            100.0 * share
-        ),
+        Some((region, share)) => {
+            format!("a smooth function of the voltage, {:.0} % of it at {region}", 100.0 * share)
+        }
         None => "a smooth function of the voltage".into(),
     }
 }

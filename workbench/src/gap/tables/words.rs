@@ -21,16 +21,8 @@ impl SpeedUnit {
     /// Revolutions per minute if the file counts them, else rad/s.
     pub fn of(unit_rad_s: f64) -> Self {
         match (unit_rad_s - TAU / 60.0).abs() < 1e-9 {
-            true => SpeedUnit {
-                column: "speed_rpm",
-                name: "rpm",
-                rad_s: unit_rad_s,
-            },
-            false => SpeedUnit {
-                column: "omega_rad_s",
-                name: "rad/s",
-                rad_s: 1.0,
-            },
+            true => SpeedUnit { column: "speed_rpm", name: "rpm", rad_s: unit_rad_s },
+            false => SpeedUnit { column: "omega_rad_s", name: "rad/s", rad_s: 1.0 },
         }
     }
 
@@ -109,12 +101,7 @@ pub fn slope(plant: &Physics) -> f64 {
 /// The plant without its limits.
 fn unlimited(plant: &Physics) -> Physics {
     let free = f64::INFINITY;
-    Physics {
-        limit: free,
-        sensor_limit: free,
-        current_limit: free,
-        ..plant.clone()
-    }
+    Physics { limit: free, sensor_limit: free, current_limit: free, ..plant.clone() }
 }
 
 /// A reading while the motor is already turning.
@@ -125,10 +112,7 @@ fn speed(plant: &Physics, u: f64) -> f64 {
 /// A voltage of the order of those in the table: what the limits and zones are worth in commands, else 1 V.
 fn span(plant: &Physics) -> f64 {
     let behind = [plant.dead_pos, plant.dead_neg, plant.limit, 1.0];
-    let largest = behind
-        .iter()
-        .filter(|v| v.is_finite())
-        .fold(0.0_f64, |m, v| m.max(v.abs()));
+    let largest = behind.iter().filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
     10.0 * largest / plant.drive_gain
 }
 
@@ -137,11 +121,7 @@ fn solve(f: impl Fn(f64) -> f64, plant: &Physics) -> f64 {
     let (mut low, mut high) = (0.0, 100.0 * span(plant));
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        if f(middle) > 0.0 {
-            high = middle
-        } else {
-            low = middle
-        }
+        if f(middle) > 0.0 { high = middle } else { low = middle }
     }
     0.5 * (low + high)
 }
@@ -151,25 +131,17 @@ pub fn evidence(shape: Shape, plant: &Physics, given: &Physics, unit: SpeedUnit)
     match shape {
         Shape::Slope => slopes(plant, given, unit),
         Shape::Limit if plant.limit_softness > 1e-3 => {
-            format!(
-                "the speed rises ever less and tends to {}",
-                unit.text(level(plant))
-            )
+            format!("the speed rises ever less and tends to {}", unit.text(level(plant)))
         }
-        Shape::Limit => format!(
-            "the speed stays at {} from {} V on",
-            unit.text(level(plant)),
-            figure(knee(plant))
-        ),
-        Shape::Edges => format!(
-            "no motion between {} V and {} V",
-            figure(edge_neg(plant)),
-            figure(edge_pos(plant))
-        ),
-        Shape::ZeroCrossing => format!(
-            "the straight part of the curve meets zero speed at {} V",
-            figure(zero_crossing(plant))
-        ),
+        Shape::Limit => {
+            format!("the speed stays at {} from {} V on", unit.text(level(plant)), figure(knee(plant)))
+        }
+        Shape::Edges => {
+            format!("no motion between {} V and {} V", figure(edge_neg(plant)), figure(edge_pos(plant)))
+        }
+        Shape::ZeroCrossing => {
+            format!("the straight part of the curve meets zero speed at {} V", figure(zero_crossing(plant)))
+        }
         Shape::Told(sentence) => sentence.into(),
     }
 }
@@ -186,23 +158,15 @@ fn slopes(plant: &Physics, given: &Physics, unit: SpeedUnit) -> String {
 
 /// Regions of the voltage axis that the found edges and knees part, as (label, from, to) in |u|; thirds where there are none.
 pub fn regions(marks: &[f64], largest: f64) -> Vec<(String, f64, f64)> {
-    let mut edges: Vec<f64> = marks
-        .iter()
-        .map(|m| m.abs())
-        .filter(|m| *m > 0.02 * largest && *m < 0.98 * largest)
-        .collect();
+    let mut edges: Vec<f64> =
+        marks.iter().map(|m| m.abs()).filter(|m| *m > 0.02 * largest && *m < 0.98 * largest).collect();
     edges.sort_by(f64::total_cmp);
     edges.dedup_by(|a, b| (*a - *b).abs() < 0.05 * largest);
     if edges.is_empty() {
         edges = vec![largest / 3.0, 2.0 * largest / 3.0];
     }
-    let inner = edges.windows(2).map(|w| {
-        (
-            format!("{} V < |u| < {} V", figure(w[0]), figure(w[1])),
-            w[0],
-            w[1],
-        )
-    });
+    let inner =
+        edges.windows(2).map(|w| (format!("{} V < |u| < {} V", figure(w[0]), figure(w[1])), w[0], w[1]));
     let first = (format!("|u| < {} V", figure(edges[0])), -1.0, edges[0]);
     let top = edges[edges.len() - 1];
     std::iter::once(first)
@@ -213,23 +177,13 @@ pub fn regions(marks: &[f64], largest: f64) -> Vec<(String, f64, f64)> {
 
 /// Shares of the squared error over regions of |u|, the largest first.
 pub fn shares(residual: &Residual, regions: &[(String, f64, f64)]) -> Vec<(String, f64)> {
-    let total: f64 = residual
-        .error
-        .iter()
-        .map(|e| e * e)
-        .sum::<f64>()
-        .max(f64::MIN_POSITIVE);
+    let total: f64 = residual.error.iter().map(|e| e * e).sum::<f64>().max(f64::MIN_POSITIVE);
     let inside = |from: f64, to: f64| {
         let rows = residual.volts.iter().zip(&residual.error);
-        rows.filter(|(u, _)| u.abs() > from && u.abs() <= to)
-            .map(|(_, e)| e * e)
-            .sum::<f64>()
-            / total
+        rows.filter(|(u, _)| u.abs() > from && u.abs() <= to).map(|(_, e)| e * e).sum::<f64>() / total
     };
-    let mut all: Vec<_> = regions
-        .iter()
-        .map(|(label, from, to)| (label.clone(), inside(*from, *to)))
-        .collect();
+    let mut all: Vec<_> =
+        regions.iter().map(|(label, from, to)| (label.clone(), inside(*from, *to))).collect();
     all.sort_by(|a, b| b.1.total_cmp(&a.1));
     all
 }

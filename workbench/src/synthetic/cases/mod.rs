@@ -75,14 +75,7 @@ pub struct Spec {
 impl Spec {
     /// The set with 3,000 rows and everything else at random.
     pub fn new(set: Set) -> Self {
-        Self {
-            set,
-            rows: 3000,
-            current: None,
-            dirty: None,
-            noise: None,
-            evaluation: false,
-        }
+        Self { set, rows: 3000, current: None, dirty: None, noise: None, evaluation: false }
     }
 
     /// The random source of a case: sets, and design against evaluation, in bits that the number cannot reach.
@@ -170,10 +163,7 @@ impl Rig {
     /// Runs a random protocol of so many rows.
     pub fn excite(&self, rows: usize, seed: u64) -> Sheet {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        self.run(
-            &Input::draw(&mut rng, &self.natural, &self.sensors, rows, true),
-            seed,
-        )
+        self.run(&Input::draw(&mut rng, &self.natural, &self.sensors, rows, true), seed)
     }
 
     fn run(&self, input: &Input, seed: u64) -> Sheet {
@@ -208,14 +198,8 @@ fn attempt(spec: &Spec, seed: u32, rng: &mut ChaCha8Rng) -> (bool, Case) {
     let (motor, natural) = base::draw(rng);
     let hidden = hidden::choose(spec.set.effects(), rng, &natural);
     let outsider = (spec.set == Set::Outside).then(|| &OUTSIDERS[rng.random_range(0..OUTSIDERS.len())]);
-    let draft = Draft {
-        natural,
-        motor,
-        hidden,
-        outsider,
-        strength: rng.random_range(0.0..1.0),
-        salt: rng.random(),
-    };
+    let draft =
+        Draft { natural, motor, hidden, outsider, strength: rng.random_range(0.0..1.0), salt: rng.random() };
     let tacho = draft.hidden.iter().any(|effect| effect.kind.needs_tacho);
     let dirty = spec.dirty.unwrap_or_else(|| rng.random_bool(0.1));
     let sensors = Sensors::draw(rng, &natural, tacho, dirty, spec);
@@ -223,12 +207,7 @@ fn attempt(spec: &Spec, seed: u32, rng: &mut ChaCha8Rng) -> (bool, Case) {
     let log = Input::draw(rng, &natural, &sensors, spec.rows, coast);
     let holdout = Input::draw(rng, &natural, &sensors, spec.rows, coast);
     let case = draft.build(spec, seed, rng, &sensors, dirty, [&log, &holdout]);
-    let least = case
-        .answer
-        .hidden
-        .iter()
-        .map(|effect| effect.visibility)
-        .fold(f64::INFINITY, f64::min);
+    let least = case.answer.hidden.iter().map(|effect| effect.visibility).fold(f64::INFINITY, f64::min);
     let enough = match spec.set {
         Set::Nothing | Set::Single => true,
         Set::Pair | Set::Triple => least >= VISIBLE,
@@ -329,19 +308,8 @@ impl Draft {
             full_speed: self.natural.speed,
         };
         let model = self.model_file(&claimed, sensors, subject.encoder_at_load);
-        let rig = Rig {
-            subject,
-            sensors: *sensors,
-            natural: self.natural,
-        };
-        Case {
-            rig,
-            model,
-            log: std::mem::take(&mut records[0]),
-            holdout,
-            answer,
-            noiseless,
-        }
+        let rig = Rig { subject, sensors: *sensors, natural: self.natural };
+        Case { rig, model, log: std::mem::take(&mut records[0]), holdout, answer, noiseless }
     }
 
     fn reveal(&self, sensors: &Sensors, inputs: &[&Input; 2]) -> Vec<HiddenEffect> {
@@ -365,13 +333,7 @@ impl Draft {
     }
 
     fn model_file(&self, claimed: &Claim, sensors: &Sensors, at_load: bool) -> String {
-        let Claim {
-            R_ohm,
-            L_h,
-            K_nm_per_a,
-            J_kgm2,
-            b_nms_per_rad,
-        } = claimed;
+        let Claim { R_ohm, L_h, K_nm_per_a, J_kgm2, b_nms_per_rad } = claimed;
         let volts = self.natural.volts;
         format!(
             "schema = \"truing-model/1\"\n[model]\nkind = \"dc_motor\"\n[motor]\nR_ohm = {R_ohm}\nL_h = {L_h}\n\

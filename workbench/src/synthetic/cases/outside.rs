@@ -35,12 +35,7 @@ pub static OUTSIDERS: &[Outsider] = &[
         put: |rng, s, n, subject| {
             let sign = if rng.random_bool(0.5) { 1.0 } else { -0.5 };
             let more = between(s, 0.1, 1.0) * n.torque / n.speed / subject.motor.viscous[0];
-            odd(
-                subject,
-                Oddity::ViscosityDrift {
-                    rate_per_s: sign * more.max(0.5) / (60.0 * n.tau),
-                },
-            );
+            odd(subject, Oddity::ViscosityDrift { rate_per_s: sign * more.max(0.5) / (60.0 * n.tau) });
         },
     },
     Outsider {
@@ -49,13 +44,7 @@ pub static OUTSIDERS: &[Outsider] = &[
         put: |rng, s, n, subject| {
             let _ = n;
             let periods = f64::from(rng.random_range(2..8));
-            odd(
-                subject,
-                Oddity::CommutationRipple {
-                    amplitude: between(s, 0.1, 0.5),
-                    periods,
-                },
-            );
+            odd(subject, Oddity::CommutationRipple { amplitude: between(s, 0.1, 0.5), periods });
         },
     },
     Outsider {
@@ -89,13 +78,7 @@ pub static OUTSIDERS: &[Outsider] = &[
         name: "crank_inertia",
         what: "inertia that depends on the angle",
         put: |_, s, n, subject| {
-            odd(
-                subject,
-                Oddity::CrankInertia {
-                    amplitude: between(s, 0.2, 0.7),
-                    ratio: n.gear_ratio,
-                },
-            );
+            odd(subject, Oddity::CrankInertia { amplitude: between(s, 0.2, 0.7), ratio: n.gear_ratio });
         },
     },
     Outsider {
@@ -113,13 +96,7 @@ pub static OUTSIDERS: &[Outsider] = &[
         put: |rng, s, n, subject| {
             let theta0_rad = rng.random_range(1.0..3.0) * n.speed * n.tau;
             let stiffness = between(s, 0.3, 3.0) * n.torque / (n.speed * n.tau);
-            odd(
-                subject,
-                Oddity::EndStop {
-                    stiffness,
-                    theta0_rad,
-                },
-            );
+            odd(subject, Oddity::EndStop { stiffness, theta0_rad });
         },
     },
     Outsider {
@@ -130,11 +107,7 @@ pub static OUTSIDERS: &[Outsider] = &[
             let mut time = 0.0;
             for k in 0..6 {
                 time += rng.random_range(4.0..14.0) * n.tau;
-                let torque = if k % 2 == 0 {
-                    size
-                } else {
-                    -size * rng.random_range(0.0..0.8)
-                };
+                let torque = if k % 2 == 0 { size } else { -size * rng.random_range(0.0..0.8) };
                 subject.motor.load.steps.push((time, torque));
             }
         },

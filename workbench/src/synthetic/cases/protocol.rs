@@ -42,27 +42,17 @@ fn about(rng: &mut ChaCha8Rng, value: f64) -> f64 {
 
 fn driven(length: f64, voltage: impl Fn(f64) -> f64) -> Vec<Row> {
     let rows = length.round().max(1.0);
-    (0..rows as usize)
-        .map(|k| (voltage(k as f64 / rows).clamp(-1.0, 1.0), Bridge::Driven))
-        .collect()
+    (0..rows as usize).map(|k| (voltage(k as f64 / rows).clamp(-1.0, 1.0), Bridge::Driven)).collect()
 }
 
 fn triangle(rng: &mut ChaCha8Rng, unit: f64) -> Vec<Row> {
     let amplitude = about(rng, 0.25);
-    driven(8.0 * unit, |s| {
-        amplitude * 2.0 / std::f64::consts::PI * (TAU * 2.0 * s).sin().asin()
-    })
+    driven(8.0 * unit, |s| amplitude * 2.0 / std::f64::consts::PI * (TAU * 2.0 * s).sin().asin())
 }
 
 /// The top step is always full voltage: a knee that only one record reaches cannot be judged on the other.
 fn staircase(rng: &mut ChaCha8Rng, unit: f64, sign: f64) -> Vec<Row> {
-    let levels = [
-        about(rng, 0.15),
-        about(rng, 0.35),
-        about(rng, 0.6),
-        about(rng, 0.8),
-        1.0,
-    ];
+    let levels = [about(rng, 0.15), about(rng, 0.35), about(rng, 0.6), about(rng, 0.8), 1.0];
     driven(7.5 * unit, |s| sign * levels[((s * 5.0) as usize).min(4)])
 }
 
@@ -76,12 +66,7 @@ fn coast_down(rng: &mut ChaCha8Rng, unit: f64, sign: f64, open: bool) -> Vec<Row
 
 fn reversals(rng: &mut ChaCha8Rng, unit: f64) -> Vec<Row> {
     let level = about(rng, 0.8);
-    driven(
-        4.8 * unit,
-        |s| {
-            if (s * 4.0).fract() < 0.5 { level } else { -level }
-        },
-    )
+    driven(4.8 * unit, |s| if (s * 4.0).fract() < 0.5 { level } else { -level })
 }
 
 /// 0.1 … 4 cycles per time constant / 2π.
@@ -91,9 +76,7 @@ fn chirp(rng: &mut ChaCha8Rng, unit: f64, rows_per_tau: f64) -> Vec<Row> {
     let (low, high) = (0.1_f64, 4.0);
     let sweep = (high / low).ln();
     let taus = length / rows_per_tau;
-    driven(length, |s| {
-        level * (taus * low * ((sweep * s).exp() - 1.0) / sweep).sin()
-    })
+    driven(length, |s| level * (taus * low * ((sweep * s).exp() - 1.0) / sweep).sin())
 }
 
 fn crawl(rng: &mut ChaCha8Rng, unit: f64) -> Vec<Row> {
@@ -117,10 +100,7 @@ mod tests {
             assert_eq!((highest, lowest), (1.0, -1.0));
             let open = record.iter().filter(|row| row.1 == Bridge::Open).count();
             assert!((200..500).contains(&open), "{open}");
-            let moving = record
-                .iter()
-                .rposition(|row| row.0 != 0.0 || row.1 == Bridge::Open)
-                .unwrap_or(0);
+            let moving = record.iter().rposition(|row| row.0 != 0.0 || row.1 == Bridge::Open).unwrap_or(0);
             assert!(moving > 2600, "{moving}");
         }
     }

@@ -71,11 +71,7 @@ impl Sensors {
         let logged = spec.current.unwrap_or_else(|| rng.random_bool(0.3));
         let current_noise = log_range(rng, 0.003, 0.01) * natural.current;
         Self {
-            speed: if from_encoder {
-                SpeedFrom::Encoder { rows, causal }
-            } else {
-                SpeedFrom::Tacho
-            },
+            speed: if from_encoder { SpeedFrom::Encoder { rows, causal } } else { SpeedFrom::Tacho },
             sigma,
             colour: if dirty { 0.6 } else { 0.0 },
             spikes: if dirty { 0.003 } else { 0.0 },
@@ -89,14 +85,8 @@ impl Sensors {
     fn window(&self) -> Window {
         match self.speed {
             // Short against everything that moves: the mean over a tenth of a row is the speed at the row.
-            SpeedFrom::Tacho => Window {
-                seconds: 0.1 * self.interval_s,
-                causal: false,
-            },
-            SpeedFrom::Encoder { rows, causal } => Window {
-                seconds: rows as f64 * self.interval_s,
-                causal,
-            },
+            SpeedFrom::Tacho => Window { seconds: 0.1 * self.interval_s, causal: false },
+            SpeedFrom::Encoder { rows, causal } => Window { seconds: rows as f64 * self.interval_s, causal },
         }
     }
 
@@ -134,11 +124,7 @@ impl Input {
         coast: bool,
     ) -> Self {
         let rows = protocol::draw(rng, rows, ROWS_PER_TAU, coast);
-        Self {
-            rows,
-            volts: natural.volts,
-            interval_s: sensors.interval_s,
-        }
+        Self { rows, volts: natural.volts, interval_s: sensors.interval_s }
     }
 
     /// The input of a suggested experiment.
@@ -148,11 +134,7 @@ impl Input {
             let rows = (segment.seconds / interval_s).round().max(1.0) as usize;
             std::iter::repeat_n((segment.u_v.unwrap_or(0.0) / volts, bridge), rows)
         };
-        Self {
-            rows: profile.iter().flat_map(piece).collect(),
-            volts,
-            interval_s,
-        }
+        Self { rows: profile.iter().flat_map(piece).collect(), volts, interval_s }
     }
 
     /// Number of rows.
@@ -198,16 +180,10 @@ impl Input {
         if let Some(run) = run {
             sheet.add("run", vec![f64::from(run); self.rows.len()]);
         }
-        sheet.add(
-            "t_s",
-            (0..self.rows.len()).map(|k| k as f64 * self.interval_s).collect(),
-        );
+        sheet.add("t_s", (0..self.rows.len()).map(|k| k as f64 * self.interval_s).collect());
         sheet.add("u_v", self.rows.iter().map(|&row| self.voltage(row)).collect());
         if self.rows.iter().any(|row| row.1 == Bridge::Open) {
-            sheet.add(
-                "bridge",
-                self.rows.iter().map(|row| f64::from(row.1 as u8)).collect(),
-            );
+            sheet.add("bridge", self.rows.iter().map(|row| f64::from(row.1 as u8)).collect());
         }
         let rad_per_count = TAU / f64::from(sensors.counts_per_rev) * subject.reading_scale;
         // The encoder's zero lies anywhere within a count.
@@ -217,30 +193,19 @@ impl Input {
             let mut encoder = Encoder::new(sensors.counts_per_rev, 0.0, 0);
             encoder.count(angle + start) as f64
         };
-        sheet.add(
-            "theta_rad",
-            truth
-                .theta
-                .iter()
-                .map(|&angle| count(angle) * rad_per_count)
-                .collect(),
-        );
+        sheet.add("theta_rad", truth.theta.iter().map(|&angle| count(angle) * rad_per_count).collect());
         let omega = match sensors.speed {
             SpeedFrom::Tacho => noisy(&truth.seen, subject, sensors, seed),
             SpeedFrom::Encoder { .. } => {
                 let per_second = rad_per_count / sensors.window().seconds;
                 let ends = truth.opened.iter().zip(&truth.closed);
-                ends.map(|(&opened, &closed)| (count(closed) - count(opened)) * per_second)
-                    .collect()
+                ends.map(|(&opened, &closed)| (count(closed) - count(opened)) * per_second).collect()
             }
         };
         sheet.add("omega_rad_s", omega);
         if let Some(rms) = sensors.current {
             let mut noise = GaussMarkov::new(rms, 0.0, seed ^ 0xc0);
-            sheet.add(
-                "i_a",
-                truth.current.iter().map(|i| i + noise.next_value()).collect(),
-            );
+            sheet.add("i_a", truth.current.iter().map(|i| i + noise.next_value()).collect());
         }
         sheet
     }
@@ -250,18 +215,11 @@ impl Input {
 fn noisy(seen: &[f64], subject: &Subject, sensors: &Sensors, seed: u64) -> Vec<f64> {
     let mut noise = GaussMarkov::new(sensors.sigma, sensors.colour, seed ^ 0x7ac0);
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5b1c);
-    let limit = subject
-        .motor
-        .tacho
-        .map_or(f64::INFINITY, |tacho| tacho.limit_rad_s);
+    let limit = subject.motor.tacho.map_or(f64::INFINITY, |tacho| tacho.limit_rad_s);
     // What converts the reading scales and shifts the tacho's clamp with it.
     let edge = |limit: f64| limit * subject.reading_scale + subject.reading_offset;
     let clamp = |reading: f64| {
-        if sensors.clamps_noise {
-            reading.clamp(edge(-limit), edge(limit))
-        } else {
-            reading
-        }
+        if sensors.clamps_noise { reading.clamp(edge(-limit), edge(limit)) } else { reading }
     };
     seen.iter()
         .map(|&value| {

@@ -18,10 +18,7 @@ impl Sheet {
 
     /// A column, empty when there is none of that name.
     pub fn column(&self, name: &str) -> &[f64] {
-        self.columns
-            .iter()
-            .find(|column| column.0 == name)
-            .map_or(&[], |column| &column.1)
+        self.columns.iter().find(|column| column.0 == name).map_or(&[], |column| &column.1)
     }
 
     /// Appends the rows of a sheet with the same columns.

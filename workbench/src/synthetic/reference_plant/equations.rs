@@ -21,11 +21,7 @@ impl Motor {
     /// Torque of the winding, N m.
     pub fn electric_torque(&self, held: &Held, y: &State) -> f64 {
         if let Command::Torque(torque) = held.command {
-            return if held.bridge == Bridge::Driven {
-                torque
-            } else {
-                0.0
-            };
+            return if held.bridge == Bridge::Driven { torque } else { 0.0 };
         }
         let mut constant = self.torque_constant;
         if self.torque_knee_a.is_finite() {
@@ -51,10 +47,7 @@ impl Motor {
         if let Some(law) = &load.law {
             torque += (law.torque)(&law.parameters, theta);
         }
-        torque
-            + load
-                .oddity
-                .map_or(0.0, |oddity| self.odd_torque(oddity, t, omega, theta))
+        torque + load.oddity.map_or(0.0, |oddity| self.odd_torque(oddity, t, omega, theta))
     }
 
     fn odd_torque(&self, oddity: Oddity, t: f64, omega: f64, theta: f64) -> f64 {
@@ -63,20 +56,16 @@ impl Motor {
                 -self.viscous[usize::from(omega < 0.0)] * rate_per_s * t * omega
             }
             Oddity::CommutationRipple { .. } | Oddity::CrankInertia { .. } => 0.0,
-            Oddity::SweepingLoad {
-                amplitude_nm,
-                start_hz,
-                sweep_hz_per_s,
-            } => amplitude_nm * (std::f64::consts::TAU * (start_hz + 0.5 * sweep_hz_per_s * t) * t).sin(),
+            Oddity::SweepingLoad { amplitude_nm, start_hz, sweep_hz_per_s } => {
+                amplitude_nm * (std::f64::consts::TAU * (start_hz + 0.5 * sweep_hz_per_s * t) * t).sin()
+            }
             Oddity::EddyBrake { slope, peak_rad_s } => -slope * omega / (1.0 + (omega / peak_rad_s).powi(2)),
-            Oddity::BeatingCogging {
-                amplitude_nm,
-                periods: [n, m],
-            } => -amplitude_nm * ((n * theta).sin() + (m * theta).sin()),
-            Oddity::EndStop {
-                stiffness,
-                theta0_rad,
-            } => -stiffness * ((theta - theta0_rad).max(0.0) + (theta + theta0_rad).min(0.0)),
+            Oddity::BeatingCogging { amplitude_nm, periods: [n, m] } => {
+                -amplitude_nm * ((n * theta).sin() + (m * theta).sin())
+            }
+            Oddity::EndStop { stiffness, theta0_rad } => {
+                -stiffness * ((theta - theta0_rad).max(0.0) + (theta + theta0_rad).min(0.0))
+            }
         }
     }
 
@@ -86,9 +75,7 @@ impl Motor {
         let rate = y[SPEED] - y[LOAD_SPEED];
         match self.train {
             Train::Rigid => 0.0,
-            Train::Flexible {
-                stiffness, damping, ..
-            } => stiffness * twist + damping * rate,
+            Train::Flexible { stiffness, damping, .. } => stiffness * twist + damping * rate,
             Train::Play { gap_rad, .. } => match contact {
                 Contact::Ahead => self.train.contact_torque(twist - 0.5 * gap_rad, rate),
                 Contact::Behind => -self.train.contact_torque(-twist - 0.5 * gap_rad, -rate),
@@ -100,11 +87,7 @@ impl Motor {
     /// Torque on body `index` (0 rotor, 1 load) without its dry friction, and the two torques that load its bearing.
     pub fn driving_torque(&self, index: usize, held: &Held, modes: &Modes, t: f64, y: &State) -> Driving {
         let two = self.has_two_bodies();
-        let (omega, theta) = if index == 0 {
-            (y[SPEED], y[ANGLE])
-        } else {
-            (y[LOAD_SPEED], y[LOAD_ANGLE])
-        };
+        let (omega, theta) = if index == 0 { (y[SPEED], y[ANGLE]) } else { (y[LOAD_SPEED], y[LOAD_ANGLE]) };
         let viscous_share = match self.train.split() {
             None => 1.0,
             Some(split) if index == 0 => 1.0 - split.viscous,
@@ -112,23 +95,11 @@ impl Motor {
         };
         let direction = usize::from(!modes.motion[index].is_forward(omega));
         let mut total = -viscous_share * self.viscous[direction] * omega;
-        let coupling = if two {
-            self.coupling_torque(modes.contact, y)
-        } else {
-            0.0
-        };
-        let outer = if two == (index == 1) {
-            self.outer_torque(held, t, omega, theta)
-        } else {
-            0.0
-        };
+        let coupling = if two { self.coupling_torque(modes.contact, y) } else { 0.0 };
+        let outer = if two == (index == 1) { self.outer_torque(held, t, omega, theta) } else { 0.0 };
         total += outer;
         if index == 1 {
-            return Driving {
-                total: total + coupling,
-                motor: coupling,
-                load: outer,
-            };
+            return Driving { total: total + coupling, motor: coupling, load: outer };
         }
         let motor = self.electric_torque(held, y);
         total += motor - coupling;
@@ -139,11 +110,7 @@ impl Motor {
             total -=
                 self.load.cogging_nm * (self.load.cogging_periods * theta + self.load.cogging_phase).sin();
         }
-        Driving {
-            total,
-            motor,
-            load: outer - coupling,
-        }
+        Driving { total, motor, load: outer - coupling }
     }
 
     /// Rates of all states in one smooth piece.
@@ -160,11 +127,7 @@ impl Motor {
     }
 
     fn seen_speed(&self, tacho: &Tacho, y: &State) -> f64 {
-        if tacho.on_load && self.has_two_bodies() {
-            y[LOAD_SPEED]
-        } else {
-            y[SPEED]
-        }
+        if tacho.on_load && self.has_two_bodies() { y[LOAD_SPEED] } else { y[SPEED] }
     }
 
     fn electric_rates(&self, held: &Held, modes: &Modes, y: &State, rate: &mut State) {
@@ -178,11 +141,7 @@ impl Motor {
         let driven = held.bridge == Bridge::Driven;
         let supply = drive.supply(held.live_command(), held.ripple_v, y);
         if drive.bus_farad > 0.0 {
-            let drawn = if driven {
-                drive.duty(held.command) * current
-            } else {
-                0.0
-            };
+            let drawn = if driven { drive.duty(held.command) * current } else { 0.0 };
             let source = drive.source_ohm.max(1e-6);
             rate[BUS] = ((drive.supply_v + held.ripple_v - y[BUS]) / source - drawn) / drive.bus_farad;
         }
@@ -210,11 +169,8 @@ impl Motor {
         if let Some(sign) = held.full_on {
             return sign * supply;
         }
-        let x = self
-            .drive
-            .behind_dead_zone(self.before_dead_zone(held, y), modes.dead_zone);
-        self.drive
-            .supplied(held.command, self.drive.behind_limit(x, modes.limit), supply)
+        let x = self.drive.behind_dead_zone(self.before_dead_zone(held, y), modes.dead_zone);
+        self.drive.supplied(held.command, self.drive.behind_limit(x, modes.limit), supply)
     }
 
     /// Voltage in front of the dead zone.
@@ -222,20 +178,14 @@ impl Motor {
         let request = if self.drive.lag_s > 0.0 {
             y[LAG]
         } else {
-            self.drive.requested(
-                held.live_command(),
-                self.drive.supply(held.live_command(), held.ripple_v, y),
-            )
+            self.drive
+                .requested(held.live_command(), self.drive.supply(held.live_command(), held.ripple_v, y))
         };
         self.drive.scaled(request)
     }
 
     fn body_rates(&self, index: usize, held: &Held, modes: &Modes, t: f64, y: &State, rate: &mut State) {
-        let (speed, angle) = if index == 0 {
-            (SPEED, ANGLE)
-        } else {
-            (LOAD_SPEED, LOAD_ANGLE)
-        };
+        let (speed, angle) = if index == 0 { (SPEED, ANGLE) } else { (LOAD_SPEED, LOAD_ANGLE) };
         let motion = modes.motion[index];
         if motion == Motion::Stuck {
             return;

@@ -24,11 +24,7 @@ pub struct Held {
 impl Held {
     /// The command if the bridge is driven, else 0 V.
     pub fn live_command(&self) -> Command {
-        if self.bridge == Bridge::Driven {
-            self.command
-        } else {
-            Command::Volts(0.0)
-        }
+        if self.bridge == Bridge::Driven { self.command } else { Command::Volts(0.0) }
     }
 }
 
@@ -112,11 +108,7 @@ impl Modes {
             limit: Piece::Inside,
             winding: Winding::Off,
             motion: [Motion::Stuck; 2],
-            contact: if matches!(motor.train, Train::Play { .. }) {
-                Contact::Free
-            } else {
-                Contact::Bonded
-            },
+            contact: if matches!(motor.train, Train::Play { .. }) { Contact::Free } else { Contact::Bonded },
         }
     }
 }

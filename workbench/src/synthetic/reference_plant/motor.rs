@@ -47,9 +47,7 @@ impl Train {
     /// Torque of touching teeth at this penetration and its rate.
     pub(super) fn contact_torque(&self, depth: f64, rate: f64) -> f64 {
         match *self {
-            Self::Play {
-                stiffness, damping, ..
-            } => stiffness * depth + damping * rate,
+            Self::Play { stiffness, damping, .. } => stiffness * depth + damping * rate,
             Self::Rigid | Self::Flexible { .. } => 0.0,
         }
     }

@@ -18,12 +18,7 @@ impl GaussMarkov {
     pub fn new(rms: f64, memory: f64, seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let first: f64 = StandardNormal.sample(&mut rng);
-        Self {
-            rms,
-            memory,
-            value: rms * first,
-            rng,
-        }
+        Self { rms, memory, value: rms * first, rng }
     }
 
     /// Ornstein–Uhlenbeck noise of correlation time `correlation_s`, sampled every `interval_s`.

@@ -51,25 +51,15 @@ pub fn simulate(simulator: &mut Simulator, rows: &[Row], window: Window, on_load
     let mut truth = Truth::with_length(rows.len());
     let mut sensed = vec![[0.0; 2]; rows.len()];
     let two = simulator.motor().has_two_bodies();
-    let body = if on_load && two {
-        (LOAD_ANGLE, LOAD_SPEED)
-    } else {
-        (ANGLE, SPEED)
-    };
-    let sensor = if simulator.motor().tacho.is_some() {
-        SENSED_ANGLE
-    } else {
-        body.0
-    };
+    let body = if on_load && two { (LOAD_ANGLE, LOAD_SPEED) } else { (ANGLE, SPEED) };
+    let sensor = if simulator.motor().tacho.is_some() { SENSED_ANGLE } else { body.0 };
     for (t, k, probe) in stops(rows, window) {
         simulator.advance(t - origin);
         let state = *simulator.state();
         // Before the start: straight back along the initial speed.
         let early = (simulator.time() - (t - origin)).max(0.0);
-        let (angle, integral) = (
-            state[body.0] - early * state[body.1],
-            state[sensor] - early * state[body.1],
-        );
+        let (angle, integral) =
+            (state[body.0] - early * state[body.1], state[sensor] - early * state[body.1]);
         match probe {
             Probe::Opens => (truth.opened[k], sensed[k][0]) = (angle, integral),
             Probe::Closes => (truth.closed[k], sensed[k][1]) = (angle, integral),
@@ -90,22 +80,15 @@ pub fn simulate(simulator: &mut Simulator, rows: &[Row], window: Window, on_load
 /// Where the simulation stops, in the order of time, with the row that the stop belongs to.
 fn stops(rows: &[Row], window: Window) -> Vec<(f64, usize, Probe)> {
     let mut stops = Vec::with_capacity(3 * rows.len());
-    let (back, ahead) = if window.causal {
-        (window.seconds, 0.0)
-    } else {
-        (0.5 * window.seconds, 0.5 * window.seconds)
-    };
+    let (back, ahead) =
+        if window.causal { (window.seconds, 0.0) } else { (0.5 * window.seconds, 0.5 * window.seconds) };
     for (k, row) in rows.iter().enumerate() {
         stops.push((row.t - back, k, Probe::Opens));
         stops.push((row.t, k, Probe::Row));
         stops.push((row.t + ahead, k, Probe::Closes));
     }
     // A window that closes at a row closes before the row's command acts; at equal times the order is Closes, Opens, Row.
-    stops.sort_by(|a, b| {
-        a.0.total_cmp(&b.0)
-            .then(a.2.order().cmp(&b.2.order()))
-            .then(a.1.cmp(&b.1))
-    });
+    stops.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.order().cmp(&b.2.order())).then(a.1.cmp(&b.1)));
     stops
 }
 

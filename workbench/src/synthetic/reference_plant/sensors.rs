@@ -31,13 +31,7 @@ pub struct Tacho {
 
 impl Default for Tacho {
     fn default() -> Self {
-        Self {
-            scale: 1.0,
-            rectified: false,
-            lag_s: 0.0,
-            limit_rad_s: f64::INFINITY,
-            on_load: false,
-        }
+        Self { scale: 1.0, rectified: false, lag_s: 0.0, limit_rad_s: f64::INFINITY, on_load: false }
     }
 }
 
@@ -74,15 +68,7 @@ impl Encoder {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let phase = rng.random_range(0.0..TAU);
         let counts_per_rad = f64::from(counts_per_rev) / TAU;
-        Self {
-            counts_per_rad,
-            phase_error,
-            phase,
-            missing: 0.0,
-            rng,
-            last_edge: 0,
-            missed: 0,
-        }
+        Self { counts_per_rad, phase_error, phase, missing: 0.0, rng, last_edge: 0, missed: 0 }
     }
 
     /// Loses each edge with this probability.
@@ -98,9 +84,8 @@ impl Encoder {
         let passed = edge - self.last_edge;
         self.last_edge = edge;
         if self.missing > 0.0 && passed != 0 {
-            let lost = (0..passed.abs().min(10_000))
-                .filter(|_| self.rng.random_bool(self.missing))
-                .count() as i64;
+            let lost =
+                (0..passed.abs().min(10_000)).filter(|_| self.rng.random_bool(self.missing)).count() as i64;
             self.missed += lost * passed.signum();
         }
         edge - self.missed
@@ -119,27 +104,15 @@ pub struct Converter {
 impl Converter {
     /// White noise of this rms; `lsb` 0: no quantisation; `delay` in readings.
     pub fn new(rms: f64, lsb: f64, delay: usize, seed: u64) -> Self {
-        Self {
-            noise: GaussMarkov::new(rms, 0.0, seed),
-            lsb,
-            queue: VecDeque::new(),
-            delay,
-        }
+        Self { noise: GaussMarkov::new(rms, 0.0, seed), lsb, queue: VecDeque::new(), delay }
     }
 
     /// The reading of this value.
     pub fn read(&mut self, value: f64) -> f64 {
         self.queue.push_back(value);
-        let seen = if self.queue.len() > self.delay {
-            self.queue.pop_front()
-        } else {
-            self.queue.front().copied()
-        };
+        let seen =
+            if self.queue.len() > self.delay { self.queue.pop_front() } else { self.queue.front().copied() };
         let noisy = seen.unwrap_or(value) + self.noise.next_value();
-        if self.lsb > 0.0 {
-            (noisy / self.lsb).round() * self.lsb
-        } else {
-            noisy
-        }
+        if self.lsb > 0.0 { (noisy / self.lsb).round() * self.lsb } else { noisy }
     }
 }

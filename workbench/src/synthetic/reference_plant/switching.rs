@@ -31,8 +31,7 @@ impl Modes {
         {
             return f64::INFINITY;
         }
-        self.dead_zone
-            .margin(motor.before_dead_zone(held, y), drive.dead_zone_v)
+        self.dead_zone.margin(motor.before_dead_zone(held, y), drive.dead_zone_v)
     }
 
     fn limit_guard(&self, motor: &Motor, held: &Held, y: &State) -> f64 {
@@ -65,9 +64,7 @@ impl Modes {
 
     /// Voltage beyond what holds the current at its limit.
     fn excess_voltage(&self, sign: f64, motor: &Motor, held: &Held, y: &State) -> f64 {
-        let rise = motor
-            .thermal
-            .map_or(1.0, |thermal| 1.0 + thermal.rise_per_w * y[HEAT]);
+        let rise = motor.thermal.map_or(1.0, |thermal| 1.0 + thermal.rise_per_w * y[HEAT]);
         let holding = motor.resistance_ohm * rise * motor.drive.current_limit_a + motor.drive.drop_v;
         sign * self.net_voltage(motor, held, y) - holding
     }
@@ -89,20 +86,11 @@ impl Modes {
         let theta = y[[ANGLE, LOAD_ANGLE][index]];
         let driving = motor.driving_torque(index, held, self, t, y);
         let forward = driving.total >= 0.0;
-        (
-            friction.level(forward, 0.0, theta, driving.motor, driving.load) - driving.total.abs(),
-            forward,
-        )
+        (friction.level(forward, 0.0, theta, driving.motor, driving.load) - driving.total.abs(), forward)
     }
 
     fn contact_guard(&self, motor: &Motor, y: &State) -> f64 {
-        let Train::Play {
-            gap_rad,
-            stiffness,
-            damping,
-            ..
-        } = motor.train
-        else {
+        let Train::Play { gap_rad, stiffness, damping, .. } = motor.train else {
             return f64::INFINITY;
         };
         let twist = y[ANGLE] - y[LOAD_ANGLE];
@@ -154,11 +142,7 @@ impl Modes {
             y[CURRENT] = 0.0;
             self.winding = Winding::Off;
         } else if held.bridge == Bridge::Driven && off_time {
-            self.winding = if y[CURRENT] == 0.0 {
-                Winding::Off
-            } else {
-                Winding::Diode(y[CURRENT].signum())
-            };
+            self.winding = if y[CURRENT] == 0.0 { Winding::Off } else { Winding::Diode(y[CURRENT].signum()) };
         } else if y[CURRENT].abs() >= motor.drive.current_limit_a
             && self.excess_voltage(y[CURRENT].signum(), motor, held, y) > 0.0
         {
@@ -216,19 +200,11 @@ impl Modes {
         if bristle.is_none() && margin >= 0.0 {
             return;
         }
-        self.motion[index] = if forward {
-            Motion::Forward
-        } else {
-            Motion::Backward
-        };
+        self.motion[index] = if forward { Motion::Forward } else { Motion::Backward };
         if bristle.is_some() {
             // Bristles always give way: the direction is that of the net torque, their spring included.
             let rate = motor.rates(held, self, t, y)[SPEED];
-            self.motion[index] = if rate >= 0.0 {
-                Motion::Forward
-            } else {
-                Motion::Backward
-            };
+            self.motion[index] = if rate >= 0.0 { Motion::Forward } else { Motion::Backward };
         }
     }
 

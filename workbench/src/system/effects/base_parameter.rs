@@ -18,10 +18,7 @@ pub static RESISTANCE: Effect = Effect {
     family: Family::Own,
     form: Form::Absorbed,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Slope)),
-    relations: Relations {
-        multiplies: Some(Multiplies::base("R_ohm")),
-        ..Relations::NONE
-    },
+    relations: Relations { multiplies: Some(Multiplies::base("R_ohm")), ..Relations::NONE },
     on_chip: OnChip::Known,
     apply: |p, plant| plant.resistance *= p[0],
 };
@@ -41,10 +38,7 @@ pub static MOTOR_GAIN: Effect = Effect {
     family: Family::Own,
     form: Form::Absorbed,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Slope)),
-    relations: Relations {
-        multiplies: Some(Multiplies::base("Kt_nm_per_a")),
-        ..Relations::NONE
-    },
+    relations: Relations { multiplies: Some(Multiplies::base("Kt_nm_per_a")), ..Relations::NONE },
     on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.kt *= p[0];
@@ -68,10 +62,7 @@ pub static INERTIA: Effect = Effect {
     form: Form::Absorbed,
     offered: Offered::Records(InTables::Counts),
     relations: Relations {
-        multiplies: Some(Multiplies::Base {
-            key: "J_kgm2",
-            linear_key: "mass_kg",
-        }),
+        multiplies: Some(Multiplies::Base { key: "J_kgm2", linear_key: "mass_kg" }),
         ..Relations::NONE
     },
     on_chip: OnChip::Known,
@@ -93,10 +84,7 @@ pub static VISCOUS_FRICTION: Effect = Effect {
     family: Family::Viscous,
     form: Form::Absorbed,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Slope).needs(Needs::Winding)),
-    relations: Relations {
-        multiplies: Some(Multiplies::base("b_nms_per_rad")),
-        ..Relations::NONE
-    },
+    relations: Relations { multiplies: Some(Multiplies::base("b_nms_per_rad")), ..Relations::NONE },
     on_chip: OnChip::Known,
     apply: |p, plant| plant.viscous *= p[0],
 };

@@ -26,11 +26,7 @@ pub static COGGING: Effect = Effect {
     on_chip: OnChip::Unknown,
     apply: |p, plant| {
         let parameters = [p[0], p[1], p[2]];
-        plant.torques.push(TorqueLaw {
-            torque,
-            parameters,
-            acts: Acts::Motor,
-        });
+        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Motor });
     },
 };
 
@@ -38,10 +34,6 @@ pub static COGGING: Effect = Effect {
 fn torque(p: &[f64; 3], motion: &Motion) -> f64 {
     let middle = 0.5 * (motion.theta + motion.theta_next);
     let half = 0.5 * p[1] * (motion.theta_next - motion.theta);
-    let sinc = if half.abs() < 1e-3 {
-        1.0 - half * half / 6.0
-    } else {
-        half.sin() / half
-    };
+    let sinc = if half.abs() < 1e-3 { 1.0 - half * half / 6.0 } else { half.sin() / half };
     -p[0] * sinc * (p[1] * middle + p[2]).sin()
 }

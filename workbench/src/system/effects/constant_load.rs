@@ -22,11 +22,7 @@ pub static CONSTANT_LOAD: Effect = Effect {
     on_chip: OnChip::Known,
     apply: |p, plant| {
         let parameters = [p[0], 0.0, 0.0];
-        plant.torques.push(TorqueLaw {
-            torque,
-            parameters,
-            acts: Acts::Load,
-        });
+        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Load });
     },
 };
 

@@ -15,23 +15,14 @@ pub static COULOMB_ASYMMETRIC: Effect = Effect {
         Parameter::new("pos_nm", "N m", Scale::Torque, 0.0, 0.8),
         Parameter::new("neg_nm", "N m", Scale::Torque, 0.0, 0.8),
     ],
-    starts: Starts::Grid(&[
-        &[0.01, 0.02],
-        &[0.02, 0.01],
-        &[0.05, 0.08],
-        &[0.08, 0.05],
-        &[0.2, 0.25],
-    ]),
+    starts: Starts::Grid(&[&[0.01, 0.02], &[0.02, 0.01], &[0.05, 0.08], &[0.08, 0.05], &[0.2, 0.25]]),
     axis: Axis::Any,
     family: Family::DryFriction,
     form: Form::Rich,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Edges).needs(Needs::Reversal)),
     relations: Relations {
         inseparable_from: &[&CONSTANT_LOAD],
-        uneven_of: Some(Uneven {
-            even: &COULOMB_FRICTION,
-            with: &SHIFTS,
-        }),
+        uneven_of: Some(Uneven { even: &COULOMB_FRICTION, with: &SHIFTS }),
         ..Relations::NONE
     },
     on_chip: OnChip::Known,

@@ -17,10 +17,7 @@ pub static COULOMB_FRICTION: Effect = Effect {
     family: Family::DryFriction,
     form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Edges)),
-    relations: Relations {
-        inseparable_from: &[&CONSTANT_LOAD],
-        ..Relations::NONE
-    },
+    relations: Relations { inseparable_from: &[&CONSTANT_LOAD], ..Relations::NONE },
     on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.friction_pos += p[0];

@@ -28,10 +28,7 @@ pub static DEAD_ZONE: Effect = Effect {
     family: Family::DeadZone,
     form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Representative, Shape::Edges)),
-    relations: Relations {
-        inseparable_from: &[&VOLTAGE_OFFSET],
-        ..Relations::NONE
-    },
+    relations: Relations { inseparable_from: &[&VOLTAGE_OFFSET], ..Relations::NONE },
     on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.dead_pos += p[0];
@@ -66,16 +63,11 @@ pub static DEAD_ZONE_ASYMMETRIC: Effect = Effect {
     family: Family::DeadZone,
     form: Form::Rich,
     offered: Offered::Both(
-        Steady::new(Role::Representative, Shape::Edges)
-            .needs(Needs::Reversal)
-            .never_beside(&SHIFTS),
+        Steady::new(Role::Representative, Shape::Edges).needs(Needs::Reversal).never_beside(&SHIFTS),
     ),
     relations: Relations {
         inseparable_from: &[&VOLTAGE_OFFSET],
-        uneven_of: Some(Uneven {
-            even: &DEAD_ZONE,
-            with: &SHIFTS,
-        }),
+        uneven_of: Some(Uneven { even: &DEAD_ZONE, with: &SHIFTS }),
         ..Relations::NONE
     },
     on_chip: OnChip::Known,

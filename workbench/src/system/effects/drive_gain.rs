@@ -17,10 +17,7 @@ pub static DRIVE_GAIN: Effect = Effect {
     family: Family::Own,
     form: Form::Absorbed,
     offered: Offered::Both(Steady::new(Role::Representative, Shape::Slope)),
-    relations: Relations {
-        multiplies: Some(Multiplies::Chain("drive_gain")),
-        ..Relations::NONE
-    },
+    relations: Relations { multiplies: Some(Multiplies::Chain("drive_gain")), ..Relations::NONE },
     on_chip: OnChip::Known,
     apply: |p, plant| plant.drive_gain *= p[0],
 };

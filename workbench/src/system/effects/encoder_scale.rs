@@ -17,10 +17,7 @@ pub static ENCODER_SCALE: Effect = Effect {
     family: Family::Own,
     form: Form::Absorbed,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Slope)),
-    relations: Relations {
-        multiplies: Some(Multiplies::Chain("encoder_scale")),
-        ..Relations::NONE
-    },
+    relations: Relations { multiplies: Some(Multiplies::Chain("encoder_scale")), ..Relations::NONE },
     on_chip: OnChip::Unknown,
     apply: |p, plant| plant.sensor_scale *= p[0],
 };

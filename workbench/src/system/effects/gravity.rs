@@ -25,11 +25,7 @@ pub static GRAVITY: Effect = Effect {
     on_chip: OnChip::Unknown,
     apply: |p, plant| {
         let parameters = [p[0], p[1], 0.0];
-        plant.torques.push(TorqueLaw {
-            torque,
-            parameters,
-            acts: Acts::Load,
-        });
+        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Load });
     },
 };
 

@@ -26,11 +26,7 @@ pub static PERIODIC_LOAD: Effect = Effect {
     on_chip: OnChip::Unknown,
     apply: |p, plant| {
         let parameters = [p[0], p[1], p[2]];
-        plant.torques.push(TorqueLaw {
-            torque,
-            parameters,
-            acts: Acts::Load,
-        });
+        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Load });
     },
 };
 

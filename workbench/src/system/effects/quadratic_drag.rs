@@ -22,11 +22,7 @@ pub static QUADRATIC_DRAG: Effect = Effect {
     on_chip: OnChip::Unknown,
     apply: |p, plant| {
         let parameters = [p[0], 0.0, 0.0];
-        plant.torques.push(TorqueLaw {
-            torque,
-            parameters,
-            acts: Acts::Motor,
-        });
+        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Motor });
     },
 };
 

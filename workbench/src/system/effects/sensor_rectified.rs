@@ -17,11 +17,8 @@ pub static SENSOR_RECTIFIED: Effect = Effect {
     family: Family::Own,
     form: Form::Plain,
     offered: Offered::Both(
-        Steady::new(
-            Role::Representative,
-            Shape::Told("the reading is positive in both directions"),
-        )
-        .needs(Needs::Magnitudes),
+        Steady::new(Role::Representative, Shape::Told("the reading is positive in both directions"))
+            .needs(Needs::Magnitudes),
     ),
     relations: Relations::NONE,
     on_chip: OnChip::Unknown,

@@ -15,22 +15,9 @@ pub static TORSIONAL_SPRING: Effect = Effect {
     separated_by: "open the bridge at several angles on either side of the rest angle: a spring pulls back more the further away it is, a constant load pulls the same way everywhere, gravity repeats itself every turn",
     // With k = 1 the spring holds the stalled motor at the angle that full speed covers in one time constant.
     parameters: &[
-        Parameter::new(
-            "stiffness_nm_per_rad",
-            "N m/rad",
-            Scale::TorquePerAngle(1),
-            0.0,
-            100.0,
-        ),
+        Parameter::new("stiffness_nm_per_rad", "N m/rad", Scale::TorquePerAngle(1), 0.0, 100.0),
         Parameter::new("rest_rad", "rad", Scale::Angle, -100.0, 100.0),
-        Parameter::new(
-            "cubic_nm_per_rad3",
-            "N m/rad³",
-            Scale::TorquePerAngle(3),
-            0.0,
-            100.0,
-        )
-        .optional(0.0),
+        Parameter::new("cubic_nm_per_rad3", "N m/rad³", Scale::TorquePerAngle(3), 0.0, 100.0).optional(0.0),
     ],
     starts: Starts::Grid(&[
         &[0.003, 0.0, 0.0],
@@ -48,18 +35,11 @@ pub static TORSIONAL_SPRING: Effect = Effect {
     form: Form::Rich,
     // The motor does not turn on against a spring: no speed settles.
     offered: Offered::Records(InTables::LeftOut),
-    relations: Relations {
-        inseparable_from: &[&CONSTANT_LOAD],
-        ..Relations::NONE
-    },
+    relations: Relations { inseparable_from: &[&CONSTANT_LOAD], ..Relations::NONE },
     on_chip: OnChip::Unknown,
     apply: |p, plant| {
         let parameters = [p[0], p[1], p[2]];
-        plant.torques.push(TorqueLaw {
-            torque,
-            parameters,
-            acts: Acts::Load,
-        });
+        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Load });
     },
 };
 

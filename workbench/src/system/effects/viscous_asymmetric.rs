@@ -20,16 +20,10 @@ pub static VISCOUS_ASYMMETRIC: Effect = Effect {
     family: Family::Viscous,
     form: Form::Rich,
     offered: Offered::Both(
-        Steady::new(
-            Role::Refinement,
-            Shape::Told("the slope differs between the directions"),
-        )
-        .needs(Needs::Reversal),
+        Steady::new(Role::Refinement, Shape::Told("the slope differs between the directions"))
+            .needs(Needs::Reversal),
     ),
-    relations: Relations {
-        inseparable_from: &[&VISCOUS_FRICTION],
-        ..Relations::NONE
-    },
+    relations: Relations { inseparable_from: &[&VISCOUS_FRICTION], ..Relations::NONE },
     on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.viscous_pos += p[0];

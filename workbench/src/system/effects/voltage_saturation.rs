@@ -14,9 +14,7 @@ pub static VOLTAGE_SATURATION: Effect = Effect {
     separated_by: "sine or chirp at full amplitude; a release from full input to half: a clamped sensor stays flat for a while",
     parameters: &[
         Parameter::new("limit_v", "V", Scale::Input, 0.03, 1.5),
-        Parameter::new("softness", "1", Scale::One, 0.0, 1.0)
-            .optional(0.0)
-            .unknown_on_chip(),
+        Parameter::new("softness", "1", Scale::One, 0.0, 1.0).optional(0.0).unknown_on_chip(),
     ],
     starts: Starts::Quantiles(Signal::Input, &[0.0]),
     axis: Axis::Any,
@@ -44,9 +42,7 @@ pub static VOLTAGE_SATURATION_ASYMMETRIC: Effect = Effect {
     parameters: &[
         Parameter::new("pos_v", "V", Scale::Input, 0.03, 1.5),
         Parameter::new("neg_v", "V", Scale::Input, 0.03, 1.5),
-        Parameter::new("softness", "1", Scale::One, 0.0, 1.0)
-            .optional(0.0)
-            .unknown_on_chip(),
+        Parameter::new("softness", "1", Scale::One, 0.0, 1.0).optional(0.0).unknown_on_chip(),
     ],
     starts: Starts::Grid(&[]),
     axis: Axis::Any,
@@ -54,10 +50,7 @@ pub static VOLTAGE_SATURATION_ASYMMETRIC: Effect = Effect {
     form: Form::Rich,
     offered: Offered::Tables(Steady::new(Role::Representative, Shape::Limit).needs(Needs::Reversal)),
     relations: Relations {
-        uneven_of: Some(Uneven {
-            even: &VOLTAGE_SATURATION,
-            with: &[],
-        }),
+        uneven_of: Some(Uneven { even: &VOLTAGE_SATURATION, with: &[] }),
         ..Relations::NONE
     },
     on_chip: OnChip::Known,

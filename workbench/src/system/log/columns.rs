@@ -114,30 +114,18 @@ fn mapping(item: &str) -> Result<Mapping, InputError> {
         return Err(wrong(unknown(ours)));
     }
     let (theirs, factor) = match right.rsplit_once('*') {
-        Some((theirs, factor)) => (
-            theirs,
-            factor
-                .trim()
-                .parse()
-                .ok()
-                .filter(|f: &f64| f.is_finite() && *f != 0.0),
-        ),
+        Some((theirs, factor)) => {
+            (theirs, factor.trim().parse().ok().filter(|f: &f64| f.is_finite() && *f != 0.0))
+        }
         None => (right, Some(1.0)),
     };
     let factor = factor.ok_or_else(|| wrong("the factor is not a number other than 0".into()))?;
-    Ok(Mapping {
-        ours: ours.to_owned(),
-        theirs: theirs.trim().to_owned(),
-        factor,
-    })
+    Ok(Mapping { ours: ours.to_owned(), theirs: theirs.trim().to_owned(), factor })
 }
 
 fn quantity_of(name: &str) -> Option<(Quantity, f64)> {
     let name = name.to_lowercase();
-    NAMES
-        .iter()
-        .find(|known| known.0 == name)
-        .map(|known| (known.1, known.2))
+    NAMES.iter().find(|known| known.0 == name).map(|known| (known.1, known.2))
 }
 
 /// A sentence about a name that no quantity has.
@@ -162,17 +150,10 @@ impl Columns {
                 return Err(InputError::line(source, 1, what));
             };
             let (quantity, unit) = quantity_of(&mapping.ours).expect("checked when parsed");
-            found.push(Source {
-                quantity,
-                index,
-                factor: unit * mapping.factor,
-            });
+            found.push(Source { quantity, index, factor: unit * mapping.factor });
         }
-        let hidden: Vec<_> = self
-            .0
-            .iter()
-            .filter_map(|mapping| Some(quantity_of(&mapping.ours)?.0))
-            .collect();
+        let hidden: Vec<_> =
+            self.0.iter().filter_map(|mapping| Some(quantity_of(&mapping.ours)?.0)).collect();
         for (index, name) in header.iter().enumerate() {
             let Some((quantity, factor)) = quantity_of(name) else {
                 continue;
@@ -187,11 +168,7 @@ impl Columns {
                 );
                 return Err(InputError::line(source, 1, what));
             }
-            found.push(Source {
-                quantity,
-                index,
-                factor,
-            });
+            found.push(Source { quantity, index, factor });
         }
         Ok(found)
     }

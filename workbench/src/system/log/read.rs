@@ -36,17 +36,8 @@ fn text_of(path: &Path) -> Result<String, InputError> {
 fn parse_for(source: &str, text: &str, columns: &Columns, output_needed: bool) -> Result<Log, InputError> {
     let cells = Cells::read(source, text)?;
     let found = columns.locate(source, &cells.header)?;
-    let sheet = Sheet {
-        source,
-        cells: &cells,
-        found: &found,
-        output_needed,
-    };
-    if sheet.has(Quantity::Time) {
-        sheet.dynamic().map(Log::Dynamic)
-    } else {
-        sheet.table().map(Log::Table)
-    }
+    let sheet = Sheet { source, cells: &cells, found: &found, output_needed };
+    if sheet.has(Quantity::Time) { sheet.dynamic().map(Log::Dynamic) } else { sheet.table().map(Log::Table) }
 }
 
 /// The raw cells of a file with their line numbers.
@@ -58,10 +49,8 @@ struct Cells {
 impl Cells {
     fn read(source: &str, text: &str) -> Result<Self, InputError> {
         let text = text.trim_start_matches('\u{feff}');
-        let mut reader = csv::ReaderBuilder::new()
-            .comment(Some(b'#'))
-            .trim(csv::Trim::All)
-            .from_reader(text.as_bytes());
+        let mut reader =
+            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
         let header = reader.headers().map_err(|e| InputError::file(source, e))?;
         let header: Vec<String> = header.iter().map(str::to_owned).collect();
         if header.iter().all(String::is_empty) {
@@ -83,10 +72,7 @@ impl Cells {
             rows.push((row.position().map_or(0, csv::Position::line), row));
         }
         if rows.is_empty() {
-            return Err(InputError::file(
-                source,
-                "has a header but no rows; the log was not written",
-            ));
+            return Err(InputError::file(source, "has a header but no rows; the log was not written"));
         }
         Ok(Self { header, rows })
     }
@@ -95,11 +81,7 @@ impl Cells {
 /// A row with too few or too many cells: mostly a file cut off while it was written.
 fn broken_row(source: &str, error: &csv::Error) -> InputError {
     match error.kind() {
-        csv::ErrorKind::UnequalLengths {
-            pos,
-            expected_len,
-            len,
-        } => {
+        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
             let line = pos.as_ref().map_or(0, csv::Position::line);
             let what = format!(
                 "has {len} cells where the header has {expected_len}; the file is truncated or damaged, remove the row"
@@ -129,9 +111,7 @@ impl Sheet<'_> {
             return Ok(None);
         };
         let rows = self.cells.rows.iter();
-        rows.map(|(line, row)| self.number(*line, row, source))
-            .collect::<Result<_, _>>()
-            .map(Some)
+        rows.map(|(line, row)| self.number(*line, row, source)).collect::<Result<_, _>>().map(Some)
     }
 
     fn number(&self, line: u64, row: &csv::StringRecord, source: &Source) -> Result<f64, InputError> {
@@ -139,9 +119,8 @@ impl Sheet<'_> {
         let cell = row.get(source.index).unwrap_or("");
         let wrong =
             |what: &str| InputError::line(self.source, line, format!("column {name}: `{cell}` {what}"));
-        let value: f64 = cell
-            .parse()
-            .map_err(|_| wrong("is not a number; correct the cell or remove the row"))?;
+        let value: f64 =
+            cell.parse().map_err(|_| wrong("is not a number; correct the cell or remove the row"))?;
         if value.is_finite() {
             Ok(value * source.factor)
         } else {
@@ -160,11 +139,7 @@ impl Sheet<'_> {
     }
 
     fn missing(&self, wanted: &str, stems: &[&str]) -> InputError {
-        InputError::line(
-            self.source,
-            1,
-            Columns::missing(&self.cells.header, wanted, stems),
-        )
+        InputError::line(self.source, 1, Columns::missing(&self.cells.header, wanted, stems))
     }
 
     /// What drives the axis. A duty is multiplied by the supply voltage of the same row.
@@ -176,9 +151,8 @@ impl Sheet<'_> {
                 &["u", "v", "duty", "torque", "force", "current"],
             )
         };
-        let (quantity, values) = self
-            .first(&[Voltage, Duty, Torque, Force, CurrentInput])?
-            .ok_or_else(missing)?;
+        let (quantity, values) =
+            self.first(&[Voltage, Duty, Torque, Force, CurrentInput])?.ok_or_else(missing)?;
         match quantity {
             Duty => Ok((Input::Voltage, self.volts_from_duty(values)?)),
             CurrentInput => Ok((Input::Current, values)),
@@ -218,10 +192,8 @@ impl Sheet<'_> {
             ));
         }
         if u_v.len() < FEWEST_POINTS {
-            let what = format!(
-                "has {} points; a steady-state curve needs at least {FEWEST_POINTS}",
-                u_v.len()
-            );
+            let what =
+                format!("has {} points; a steady-state curve needs at least {FEWEST_POINTS}", u_v.len());
             return Err(InputError::file(self.source, what));
         }
         Ok(Table {
@@ -234,10 +206,7 @@ impl Sheet<'_> {
 
     /// Factor from the file's column to the SI unit.
     fn factor(&self, quantity: Quantity) -> f64 {
-        self.found
-            .iter()
-            .find(|source| source.quantity == quantity)
-            .map_or(1.0, |source| source.factor)
+        self.found.iter().find(|source| source.quantity == quantity).map_or(1.0, |source| source.factor)
     }
 
     fn dynamic(&self) -> Result<Dynamic, InputError> {
@@ -246,9 +215,7 @@ impl Sheet<'_> {
         let position = self.first(&[Quantity::Angle, Quantity::Position])?;
         let speed = self.first(&[Quantity::AngularSpeed, Quantity::LinearSpeed])?;
         let linear = self.linear(position.as_ref(), speed.as_ref())?;
-        let id = self
-            .column(Quantity::Run)?
-            .unwrap_or_else(|| vec![0.0; time.len()]);
+        let id = self.column(Quantity::Run)?.unwrap_or_else(|| vec![0.0; time.len()]);
         let whole = Run {
             id: 0,
             bridge: self.bridge(time.len())?,
@@ -260,12 +227,7 @@ impl Sheet<'_> {
             t_s: time,
         };
         let runs = self.split(&whole, &id)?;
-        Ok(Dynamic {
-            source: self.source.to_owned(),
-            input,
-            linear,
-            runs,
-        })
+        Ok(Dynamic { source: self.source.to_owned(), input, linear, runs })
     }
 
     /// Whether the axis is linear; an output must be there, and position and speed must agree.
@@ -274,10 +236,7 @@ impl Sheet<'_> {
         position: Option<&(Quantity, Vec<f64>)>,
         speed: Option<&(Quantity, Vec<f64>)>,
     ) -> Result<bool, InputError> {
-        match (
-            position.map(|p| p.0 == Quantity::Position),
-            speed.map(|s| s.0 == Quantity::LinearSpeed),
-        ) {
+        match (position.map(|p| p.0 == Quantity::Position), speed.map(|s| s.0 == Quantity::LinearSpeed)) {
             (None, None) if !self.output_needed => Ok(false),
             (None, None) => Err(self.missing(
                 "for the output (theta_rad, q_m, omega_rad_s or v_m_s)",
@@ -319,11 +278,8 @@ impl Sheet<'_> {
                 continue;
             }
             if end - start < FEWEST_ROWS {
-                let what = format!(
-                    "run {} has {} rows; at least {FEWEST_ROWS} are needed",
-                    id[start],
-                    end - start
-                );
+                let what =
+                    format!("run {} has {} rows; at least {FEWEST_ROWS} are needed", id[start], end - start);
                 return Err(InputError::line(self.source, self.cells.rows[start].0, what));
             }
             runs.push(whole.rows_between(start, end, id[start] as i64));

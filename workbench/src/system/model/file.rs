@@ -40,11 +40,7 @@ impl File<'_> {
     }
 
     pub(super) fn wrong(&self, section: &str, key: &str, what: &str) -> InputError {
-        let place = if section.is_empty() {
-            key.to_owned()
-        } else {
-            format!("[{section}] {key}")
-        };
+        let place = if section.is_empty() { key.to_owned() } else { format!("[{section}] {key}") };
         match self.line_of(section, key) {
             0 => InputError::file(self.source, format!("{place} {what}")),
             line => InputError::line(self.source, line, format!("{place} {what}")),
@@ -59,11 +55,9 @@ impl File<'_> {
                 "schema",
                 &format!("is \"{other}\"; this program reads \"truing-model/1\""),
             )),
-            None => Err(self.wrong(
-                "",
-                "schema",
-                "is missing; begin the file with schema = \"truing-model/1\"",
-            )),
+            None => {
+                Err(self.wrong("", "schema", "is missing; begin the file with schema = \"truing-model/1\""))
+            }
         }
     }
 

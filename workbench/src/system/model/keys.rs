@@ -63,17 +63,7 @@ pub const SECTIONS: &[(&str, &[&str])] = &[
 /// Keys whose values are texts that mean something, by section; the empty one is the file outside of sections.
 const TEXTS: &[(&str, &[&str])] = &[
     ("", &["schema", "id", "description", "fitted_to_log"]),
-    (
-        "model",
-        &[
-            "kind",
-            "equation",
-            "source",
-            "id",
-            "description",
-            "drive_gain_unit",
-        ],
-    ),
+    ("model", &["kind", "equation", "source", "id", "description", "drive_gain_unit"]),
     ("motor", &["drive_gain_unit"]),
     ("encoder", &["side"]),
     ("sensors", &["speed"]),
@@ -83,11 +73,7 @@ const TEXTS: &[(&str, &[&str])] = &[
 pub const KINDS: [&str; 3] = ["dc_motor", "first_order", "inertia"];
 
 /// Values of `[sensors] speed` that the program knows; others are a description.
-pub const SPEEDS: [&str; 3] = [
-    "encoder_difference_centred",
-    "encoder_difference_causal",
-    "analog_tacho",
-];
+pub const SPEEDS: [&str; 3] = ["encoder_difference_centred", "encoder_difference_causal", "analog_tacho"];
 
 /// Key of a known effect: how sure the gap workflow was of its name.
 pub const STANDING: &str = "standing";

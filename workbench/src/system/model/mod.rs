@@ -169,14 +169,7 @@ impl Model {
     /// The base parameters by key, in the file's order.
     pub fn parameters(&self) -> Vec<(&'static str, f64)> {
         match self.kind {
-            Kind::DcMotor {
-                r_ohm,
-                l_h,
-                kt_nm_per_a,
-                ke_vs_per_rad,
-                j_kgm2,
-                b_nms_per_rad,
-            } => vec![
+            Kind::DcMotor { r_ohm, l_h, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad } => vec![
                 ("R_ohm", r_ohm),
                 ("L_h", l_h),
                 ("Kt_nm_per_a", kt_nm_per_a),
@@ -184,21 +177,10 @@ impl Model {
                 ("J_kgm2", j_kgm2),
                 ("b_nms_per_rad", b_nms_per_rad),
             ],
-            Kind::FirstOrder {
-                gain_rad_s_per_v,
-                time_constant_s,
-            } => {
-                vec![
-                    ("gain_rad_s_per_v", gain_rad_s_per_v),
-                    ("time_constant_s", time_constant_s),
-                ]
+            Kind::FirstOrder { gain_rad_s_per_v, time_constant_s } => {
+                vec![("gain_rad_s_per_v", gain_rad_s_per_v), ("time_constant_s", time_constant_s)]
             }
-            Kind::Inertia {
-                inertia,
-                viscous,
-                drive_gain,
-                linear,
-            } => {
+            Kind::Inertia { inertia, viscous, drive_gain, linear } => {
                 let key = if linear { "mass_kg" } else { "inertia_kgm2" };
                 vec![(key, inertia), ("viscous", viscous), ("drive_gain", drive_gain)]
             }
@@ -212,10 +194,7 @@ impl Model {
 
     /// Relative tolerance (1 σ) of a base parameter.
     pub fn tolerance(&self, key: &str) -> f64 {
-        self.tolerances
-            .get(key)
-            .copied()
-            .unwrap_or(self.default_tolerance)
+        self.tolerances.get(key).copied().unwrap_or(self.default_tolerance)
     }
 
     /// True on a linear axis.
@@ -234,31 +213,15 @@ impl Model {
     /// The same with another set of base parameters.
     pub fn base_of(&self, kind: &Kind) -> Physics {
         let mut plant = match *kind {
-            Kind::DcMotor {
-                r_ohm,
-                l_h,
-                kt_nm_per_a,
-                ke_vs_per_rad,
-                j_kgm2,
-                b_nms_per_rad,
-            } => Physics::linear_motor(r_ohm, l_h, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad),
-            Kind::FirstOrder {
-                gain_rad_s_per_v: gain,
-                time_constant_s,
-            } => Physics::linear_motor(
-                1.0,
-                0.0,
-                1.0 / gain,
-                1.0 / gain,
-                time_constant_s / (gain * gain),
-                0.0,
-            ),
-            Kind::Inertia {
-                inertia,
-                viscous,
-                drive_gain,
-                ..
-            } => Physics::inertia(inertia, viscous, drive_gain),
+            Kind::DcMotor { r_ohm, l_h, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad } => {
+                Physics::linear_motor(r_ohm, l_h, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad)
+            }
+            Kind::FirstOrder { gain_rad_s_per_v: gain, time_constant_s } => {
+                Physics::linear_motor(1.0, 0.0, 1.0 / gain, 1.0 / gain, time_constant_s / (gain * gain), 0.0)
+            }
+            Kind::Inertia { inertia, viscous, drive_gain, .. } => {
+                Physics::inertia(inertia, viscous, drive_gain)
+            }
         };
         plant.gear_ratio = self.gear_ratio;
         plant.supply_v = self.supply_nominal_v.unwrap_or(f64::INFINITY);
@@ -286,10 +249,6 @@ impl Model {
 
     /// Name of a parameter on this axis (`_nm` reads `_n` on a linear axis).
     pub fn key_on_axis(&self, name: &str) -> String {
-        if self.linear() {
-            effects::linear_key(name)
-        } else {
-            name.to_owned()
-        }
+        if self.linear() { effects::linear_key(name) } else { name.to_owned() }
     }
 }

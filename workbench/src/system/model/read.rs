@@ -40,10 +40,7 @@ pub fn parse(source: &str, text: &str) -> Result<Model, InputError> {
         sensors: file.sensors(&root)?,
         sample_hz: sample_hz(&root),
         known: file.known(&root, matches!(kind, Kind::Inertia { linear: true, .. }))?,
-        fitted_to_log: model
-            .flag("fitted_to_log")?
-            .or(file.root_flag(&root))
-            .unwrap_or(false),
+        fitted_to_log: model.flag("fitted_to_log")?.or(file.root_flag(&root)).unwrap_or(false),
         texts: texts(&root),
     })
 }
@@ -55,11 +52,7 @@ impl<'a> File<'a> {
             Some(Value::Table(table)) => table.clone(),
             Some(_) => return Err(self.wrong("", name, &format!("must be a section: write [{name}]"))),
         };
-        Ok(Section {
-            file: self,
-            name: name.to_owned(),
-            table,
-        })
+        Ok(Section { file: self, name: name.to_owned(), table })
     }
 
     fn root_flag(&self, root: &Table) -> Option<bool> {
@@ -93,15 +86,13 @@ impl<'a> File<'a> {
     }
 
     fn dc_motor(&self, motor: &Section) -> Result<Kind, InputError> {
-        let (kt, ke) = match (
-            motor.positive_or_none("Kt_nm_per_a")?,
-            motor.positive_or_none("Ke_vs_per_rad")?,
-        ) {
-            (None, None) => return motor.positive("Kt_nm_per_a").map(|_| unreachable!("absent")),
-            // In SI units the two constants of a brushed motor are the same number.
-            (Some(k), None) | (None, Some(k)) => (k, k),
-            (Some(kt), Some(ke)) => (kt, ke),
-        };
+        let (kt, ke) =
+            match (motor.positive_or_none("Kt_nm_per_a")?, motor.positive_or_none("Ke_vs_per_rad")?) {
+                (None, None) => return motor.positive("Kt_nm_per_a").map(|_| unreachable!("absent")),
+                // In SI units the two constants of a brushed motor are the same number.
+                (Some(k), None) | (None, Some(k)) => (k, k),
+                (Some(kt), Some(ke)) => (kt, ke),
+            };
         Ok(Kind::DcMotor {
             r_ohm: motor.positive("R_ohm")?,
             l_h: motor.not_negative("L_h")?.unwrap_or(0.0),
@@ -113,21 +104,21 @@ impl<'a> File<'a> {
     }
 
     fn inertia(&self, motor: &Section) -> Result<Kind, InputError> {
-        let (inertia, linear) = match (
-            motor.positive_or_none("inertia_kgm2")?,
-            motor.positive_or_none("mass_kg")?,
-        ) {
-            (Some(_), Some(_)) => {
-                return Err(self.wrong(
-                    &motor.name,
-                    "mass_kg",
-                    "stands beside inertia_kgm2; keep one of them",
-                ));
-            }
-            (None, Some(mass)) => (mass, true),
-            (Some(inertia), None) => (inertia, false),
-            (None, None) => return Err(self.wrong(&motor.name, "inertia_kgm2", "(or mass_kg) is missing")),
-        };
+        let (inertia, linear) =
+            match (motor.positive_or_none("inertia_kgm2")?, motor.positive_or_none("mass_kg")?) {
+                (Some(_), Some(_)) => {
+                    return Err(self.wrong(
+                        &motor.name,
+                        "mass_kg",
+                        "stands beside inertia_kgm2; keep one of them",
+                    ));
+                }
+                (None, Some(mass)) => (mass, true),
+                (Some(inertia), None) => (inertia, false),
+                (None, None) => {
+                    return Err(self.wrong(&motor.name, "inertia_kgm2", "(or mass_kg) is missing"));
+                }
+            };
         let drive_gain = motor.positive_or_none("drive_gain")?.unwrap_or(1.0);
         Ok(Kind::Inertia {
             inertia,
@@ -144,12 +135,7 @@ impl<'a> File<'a> {
     ) -> Result<(f64, std::collections::BTreeMap<String, f64>), InputError> {
         let section = self.section(root, "tolerance")?;
         let mut by_key = std::collections::BTreeMap::new();
-        for key in section
-            .table
-            .iter()
-            .filter(|(_, value)| !value.is_str())
-            .map(|(key, _)| key)
-        {
+        for key in section.table.iter().filter(|(_, value)| !value.is_str()).map(|(key, _)| key) {
             let value = section.not_negative(key)?.expect("the key is there");
             by_key.insert(key.clone(), value);
         }
@@ -170,9 +156,7 @@ impl<'a> File<'a> {
                 ));
             }
         };
-        Ok(section
-            .positive_or_none("counts_per_rev")?
-            .map(|counts_per_rev| Encoder { counts_per_rev, side }))
+        Ok(section.positive_or_none("counts_per_rev")?.map(|counts_per_rev| Encoder { counts_per_rev, side }))
     }
 
     fn sensors(&'a self, root: &Table) -> Result<Sensors, InputError> {
@@ -219,20 +203,12 @@ impl<'a> File<'a> {
         let effect = effects::find(name).ok_or_else(|| {
             let near = nearest(name, LIBRARY.iter().map(|effect| effect.name))
                 .unwrap_or(effects::COULOMB_FRICTION.name);
-            self.wrong(
-                &place,
-                "",
-                &format!("is no known effect; the nearest is [known.{near}]"),
-            )
+            self.wrong(&place, "", &format!("is no known effect; the nearest is [known.{near}]"))
         })?;
         let Value::Table(table) = value else {
             return Err(self.wrong("known", name, &format!("must be a section: write [known.{name}]")));
         };
-        let section = Section {
-            file: self,
-            name: place,
-            table: table.clone(),
-        };
+        let section = Section { file: self, name: place, table: table.clone() };
         section.known(effect, linear)
     }
 }
@@ -256,11 +232,7 @@ fn collect_texts(section: &str, table: &Table, found: &mut Vec<(String, String, 
         match value {
             Value::String(text) => found.push((section.to_owned(), key.clone(), text.clone())),
             Value::Table(inner) => {
-                let name = if section.is_empty() {
-                    key.clone()
-                } else {
-                    format!("{section}.{key}")
-                };
+                let name = if section.is_empty() { key.clone() } else { format!("{section}.{key}") };
                 collect_texts(&name, inner, found);
             }
             _ => {}

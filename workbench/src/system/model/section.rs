@@ -17,17 +17,9 @@ impl Section<'_> {
     /// Reads an effect's parameters and their standard deviations.
     pub(super) fn known(&self, effect: &'static Effect, linear: bool) -> Result<Known, InputError> {
         let key = |name: &str| {
-            if linear && !self.table.contains_key(name) {
-                effects::linear_key(name)
-            } else {
-                name.to_owned()
-            }
+            if linear && !self.table.contains_key(name) { effects::linear_key(name) } else { name.to_owned() }
         };
-        let names: Vec<String> = effect
-            .parameters
-            .iter()
-            .map(|parameter| key(parameter.name))
-            .collect();
+        let names: Vec<String> = effect.parameters.iter().map(|parameter| key(parameter.name)).collect();
         let mut allowed: Vec<String> = names.clone();
         allowed.extend(names.iter().map(|name| format!("{name}_std")));
         let allowed: Vec<&str> = allowed.iter().map(String::as_str).collect();
@@ -46,25 +38,15 @@ impl Section<'_> {
                 }
             });
         }
-        let stds = names
-            .iter()
-            .map(|name| self.not_negative(&format!("{name}_std")))
-            .collect::<Result<_, _>>()?;
-        Ok(Known {
-            effect,
-            values,
-            stds,
-            origin: self.text("origin")?,
-        })
+        let stds =
+            names.iter().map(|name| self.not_negative(&format!("{name}_std"))).collect::<Result<_, _>>()?;
+        Ok(Known { effect, values, stds, origin: self.text("origin")? })
     }
 
     /// A magnitude must not be negative.
     pub(super) fn allowed(&self, key: &str, value: f64, lower: f64) -> Result<f64, InputError> {
         if lower >= 0.0 && value < 0.0 {
-            return Err(self.wrong(
-                key,
-                &format!("is {value}; it is a magnitude and must not be negative"),
-            ));
+            return Err(self.wrong(key, &format!("is {value}; it is a magnitude and must not be negative")));
         }
         Ok(value)
     }
@@ -80,11 +62,7 @@ impl Section<'_> {
             Some(Value::Integer(value)) => *value as f64,
             Some(_) => return Err(self.wrong(key, "must be a number")),
         };
-        if value.is_finite() {
-            Ok(Some(value))
-        } else {
-            Err(self.wrong(key, "must be a finite number"))
-        }
+        if value.is_finite() { Ok(Some(value)) } else { Err(self.wrong(key, "must be a finite number")) }
     }
 
     pub(super) fn positive_or_none(&self, key: &str) -> Result<Option<f64>, InputError> {
@@ -97,8 +75,7 @@ impl Section<'_> {
     }
 
     pub(super) fn positive(&self, key: &str) -> Result<f64, InputError> {
-        self.positive_or_none(key)?
-            .ok_or_else(|| self.wrong(key, "is missing; add it with its SI value"))
+        self.positive_or_none(key)?.ok_or_else(|| self.wrong(key, "is missing; add it with its SI value"))
     }
 
     pub(super) fn not_negative(&self, key: &str) -> Result<Option<f64>, InputError> {

@@ -66,11 +66,7 @@ impl<'a> Dynamics<'a> {
                 || plant.friction_per_load > 0.0,
             sag: plant.source_ohm > 0.0,
         };
-        Self {
-            plant,
-            coefficients: Coefficients::new(plant, plant.resistance, plant.kt, 1.0),
-            present,
-        }
+        Self { plant, coefficients: Coefficients::new(plant, plant.resistance, plant.kt, 1.0), present }
     }
 
     /// Advances by `h` seconds with a constant voltage (or torque input) behind the input chain. `position`: where
@@ -94,13 +90,7 @@ impl<'a> Dynamics<'a> {
         };
         for piece in 0..pieces as usize {
             let part = |k: usize| position.map(|(from, to)| from + (to - from) * k as f64 / pieces);
-            self.step(
-                state,
-                applied,
-                bridge,
-                h / pieces,
-                part(piece).zip(part(piece + 1)),
-            );
+            self.step(state, applied, bridge, h / pieces, part(piece).zip(part(piece + 1)));
         }
     }
 
@@ -108,11 +98,7 @@ impl<'a> Dynamics<'a> {
     fn step(&mut self, state: &mut State, applied: f64, bridge: u8, h: f64, position: Option<(f64, f64)>) {
         let before = Before::of(state);
         self.renew(state, applied, bridge, h);
-        let driven = Driven {
-            net: self.net_voltage(state, applied, bridge, h),
-            bridge,
-            h,
-        };
+        let driven = Driven { net: self.net_voltage(state, applied, bridge, h), bridge, h };
         let (omega, omega_load) = self.moved_under_loads(state, &driven, position);
         self.settle_current(state, &driven, omega);
         if self.present.sag {
@@ -130,10 +116,7 @@ impl<'a> Dynamics<'a> {
     fn renew(&mut self, state: &State, applied: f64, bridge: u8, h: f64) {
         let p = self.plant;
         let (resistance, kt) = if self.present.varying_winding {
-            (
-                self.resistance(state, applied, h),
-                self.weakened(state, applied, bridge),
-            )
+            (self.resistance(state, applied, h), self.weakened(state, applied, bridge))
         } else {
             (p.resistance, p.kt)
         };
@@ -200,11 +183,7 @@ impl<'a> Dynamics<'a> {
             }
             _ => applied,
         };
-        if p.drop_v <= 0.0 {
-            Some(terminal)
-        } else {
-            self.behind_brushes(state, terminal)
-        }
+        if p.drop_v <= 0.0 { Some(terminal) } else { self.behind_brushes(state, terminal) }
     }
 
     /// Brushes take their drop from the side to which the current goes; it cannot turn the current round.
@@ -248,13 +227,7 @@ impl<'a> Dynamics<'a> {
             return moved;
         }
         let torque = self.plant.kt * softened(limit, self.plant.kt_knee_a) * limit.copysign(mean);
-        self.pushed(
-            state,
-            torque,
-            &self.coefficients.open[usize::from(state.omega < 0.0)],
-            loads,
-            driven.h,
-        )
+        self.pushed(state, torque, &self.coefficients.open[usize::from(state.omega < 0.0)], loads, driven.h)
     }
 
     #[inline]
@@ -299,11 +272,7 @@ impl<'a> Dynamics<'a> {
         let p = self.plant;
         let drawn = applied / p.supply_v * state.mean_current;
         let settled = p.supply_v - p.source_ohm * drawn;
-        let decay = if p.bus_farad > 0.0 {
-            (-h / (p.source_ohm * p.bus_farad)).exp()
-        } else {
-            0.0
-        };
+        let decay = if p.bus_farad > 0.0 { (-h / (p.source_ohm * p.bus_farad)).exp() } else { 0.0 };
         state.supply_v = settled + (state.supply_v - settled) * decay;
     }
 
@@ -323,12 +292,8 @@ impl<'a> Dynamics<'a> {
     #[inline]
     fn loads(&self, state: &State, omega: f64, driven: &Driven, position: Option<(f64, f64)>) -> Loads {
         let p = self.plant;
-        let mut loads = Loads {
-            motor: 0.0,
-            load: 0.0,
-            friction_pos: p.friction_pos,
-            friction_neg: p.friction_neg,
-        };
+        let mut loads =
+            Loads { motor: 0.0, load: 0.0, friction_pos: p.friction_pos, friction_neg: p.friction_neg };
         if !p.torques.is_empty() {
             self.external(&mut loads, state, omega, driven.h, position);
         }
@@ -343,13 +308,7 @@ impl<'a> Dynamics<'a> {
     fn external(&self, loads: &mut Loads, state: &State, omega: f64, h: f64, position: Option<(f64, f64)>) {
         let (theta, theta_next) = position.unwrap_or((state.theta, state.theta + h * state.omega));
         let (time_s, gear_ratio) = (state.time_s + 0.5 * h, self.plant.gear_ratio);
-        let motion = Motion {
-            time_s,
-            theta,
-            theta_next,
-            omega,
-            gear_ratio,
-        };
+        let motion = Motion { time_s, theta, theta_next, omega, gear_ratio };
         for law in &self.plant.torques {
             let torque = (law.torque)(&law.parameters, &motion);
             match law.acts {
@@ -367,11 +326,8 @@ impl<'a> Dynamics<'a> {
     fn extra_friction(&self, state: &State, omega: f64, driven: &Driven, loads: &Loads) -> f64 {
         let p = self.plant;
         let ratio = omega / p.stribeck_speed;
-        let breakaway = if p.breakaway_extra > 0.0 {
-            p.breakaway_extra * (-ratio * ratio).exp()
-        } else {
-            0.0
-        };
+        let breakaway =
+            if p.breakaway_extra > 0.0 { p.breakaway_extra * (-ratio * ratio).exp() } else { 0.0 };
         let (torque, shaft) = self.torque(state, driven);
         let motor = torque - (shaft.damping - p.viscous) * omega;
         breakaway + p.friction_per_motor * motor.abs() + p.friction_per_load * loads.load.abs()
@@ -400,11 +356,7 @@ fn halfway(value: f64, settled: f64, h: f64, time_constant: f64) -> f64 {
 /// Pieces of a step that turns a resonance by so many radians. One beyond half a turn is faster than any log could
 /// show; the trapezoid leaves it rigid.
 fn resonance_pieces(turned: f64) -> f64 {
-    if turned > PI {
-        2.0
-    } else {
-        (turned / 0.35).ceil().max(1.0)
-    }
+    if turned > PI { 2.0 } else { (turned / 0.35).ceil().max(1.0) }
 }
 
 /// Pieces of a step in which teeth may touch and part.

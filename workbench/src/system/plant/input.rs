@@ -20,11 +20,7 @@ impl Physics {
 
     #[inline]
     fn limited(&self, u: f64) -> f64 {
-        let limit = if u < 0.0 {
-            self.limit * self.limit_skew
-        } else {
-            self.limit
-        };
+        let limit = if u < 0.0 { self.limit * self.limit_skew } else { self.limit };
         if self.limit_softness > 1e-3 && limit.is_finite() {
             let x = (u / limit).abs();
             return u / (1.0 + x.powf(1.0 / self.limit_softness)).powf(self.limit_softness);

@@ -51,13 +51,7 @@ impl Motor {
     /// At rest at position 0. `counts_per_rev` after ×4 decoding.
     pub fn new(plant: Physics, counts_per_rev: f64) -> Self {
         let state = State::moving(&plant, 0.0, 0.0);
-        Self {
-            plant,
-            state,
-            counts_per_rev,
-            commands: VecDeque::new(),
-            lagged: 0.0,
-        }
+        Self { plant, state, counts_per_rev, commands: VecDeque::new(), lagged: 0.0 }
     }
 
     /// Places the shaft, for a start at another angle.
@@ -86,9 +80,7 @@ impl Motor {
         let applied = self.behind_delay(command, dt);
         let applied = self.behind_lag(applied, dt);
         let applied = self.plant.applied(applied);
-        let pieces = (dt / (LONGEST_STEP * self.plant.time_constant_s()))
-            .ceil()
-            .clamp(1.0, 100.0) as usize;
+        let pieces = (dt / (LONGEST_STEP * self.plant.time_constant_s())).ceil().clamp(1.0, 100.0) as usize;
         let mut dynamics = Dynamics::new(&self.plant);
         let mut charge = 0.0;
         for _ in 0..pieces {

@@ -168,27 +168,12 @@ impl Physics {
         inertia: f64,
         viscous: f64,
     ) -> Self {
-        Self {
-            drive: Drive::Voltage,
-            resistance,
-            inductance,
-            kt,
-            ke,
-            inertia,
-            viscous,
-            ..Self::neutral()
-        }
+        Self { drive: Drive::Voltage, resistance, inductance, kt, ke, inertia, viscous, ..Self::neutral() }
     }
 
     /// An inertia moved by a torque or a force.
     pub fn inertia(inertia: f64, viscous: f64, force_gain: f64) -> Self {
-        Self {
-            drive: Drive::Torque,
-            inertia,
-            viscous,
-            force_gain,
-            ..Self::neutral()
-        }
+        Self { drive: Drive::Torque, inertia, viscous, force_gain, ..Self::neutral() }
     }
 
     fn neutral() -> Self {

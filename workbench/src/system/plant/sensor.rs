@@ -10,11 +10,7 @@ impl Physics {
     #[inline]
     pub fn scaled(&self, omega: f64) -> f64 {
         let scaled = self.sensor_scale * omega;
-        if self.sensor_rectified {
-            scaled.abs()
-        } else {
-            scaled
-        }
+        if self.sensor_rectified { scaled.abs() } else { scaled }
     }
 
     /// Mean of the scaled speed over a step. A magnitude whose speed changes its sign on the way has a larger one than the
@@ -49,16 +45,10 @@ impl Physics {
     #[inline]
     pub(super) fn sense(&self, state: &mut State, before: &Before, h: f64) {
         let at_load = self.encoder_at_load;
-        let (theta, omega) = if at_load {
-            (state.theta_load, state.omega_load)
-        } else {
-            (state.theta, state.omega)
-        };
-        let (was, omega_before) = if at_load {
-            (before.theta_load, before.omega_load)
-        } else {
-            (before.theta, before.omega)
-        };
+        let (theta, omega) =
+            if at_load { (state.theta_load, state.omega_load) } else { (state.theta, state.omega) };
+        let (was, omega_before) =
+            if at_load { (before.theta_load, before.omega_load) } else { (before.theta, before.omega) };
         if self.plain_sensor() {
             state.reading = self.sensor_scale * omega + self.sensor_offset;
             state.lagged = state.reading;

@@ -24,21 +24,8 @@ pub(super) struct Before {
 impl Before {
     #[inline]
     pub fn of(state: &State) -> Self {
-        let State {
-            theta,
-            omega,
-            theta_load,
-            omega_load,
-            lagged,
-            ..
-        } = *state;
-        Self {
-            theta,
-            omega,
-            theta_load,
-            omega_load,
-            lagged,
-        }
+        let State { theta, omega, theta_load, omega_load, lagged, .. } = *state;
+        Self { theta, omega, theta_load, omega_load, lagged }
     }
 }
 
@@ -56,11 +43,8 @@ pub(super) fn slowed(free: f64, mobility: f64, loads: &Loads) -> f64 {
 /// the step, if the torque overcomes it, the shaft goes on from standstill. `pushed`: what the torque alone adds to the speed.
 #[inline]
 pub(super) fn slowed_from(omega: f64, free: f64, pushed: f64, mobility: f64, loads: &Loads) -> f64 {
-    let against = if omega > 0.0 {
-        free - mobility * loads.friction_pos
-    } else {
-        free + mobility * loads.friction_neg
-    };
+    let against =
+        if omega > 0.0 { free - mobility * loads.friction_pos } else { free + mobility * loads.friction_neg };
     let frictionless = loads.friction_pos + loads.friction_neg <= 0.0;
     if omega == 0.0 || frictionless {
         return slowed(free, mobility, loads);

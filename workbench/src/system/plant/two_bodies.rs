@@ -21,12 +21,8 @@ pub(super) fn moved(
         torque: torque + loads.motor,
         omega: state.omega,
     };
-    let load = Body {
-        inertia: p.inertia * p.load_share,
-        damping: 0.0,
-        torque: loads.load,
-        omega: state.omega_load,
-    };
+    let load =
+        Body { inertia: p.inertia * p.load_share, damping: 0.0, torque: loads.load, omega: state.omega_load };
     let play = 0.5 * p.gap_rad;
     let twist = state.theta - state.theta_load;
     if p.stiffness.is_finite() {
@@ -94,11 +90,7 @@ fn touched(
     let side = 1.0f64.copysign(if twist.abs() > play { twist } else { twist + way });
     let depth = side * twist - play;
     // The part of the step in which the teeth touch.
-    let part = if depth >= 0.0 {
-        1.0
-    } else {
-        1.0 + depth / (side * way).max(1e-300)
-    };
+    let part = if depth >= 0.0 { 1.0 } else { 1.0 + depth / (side * way).max(1e-300) };
     if part <= 0.0 {
         return flight;
     }
@@ -109,11 +101,7 @@ fn touched(
     let held = side * stiffness * depth.max(0.0) + coupling * rate;
     let (omega, omega_load) = joined(motor, load, held, coupling, loads, h);
     let torque = held + coupling * (omega - omega_load);
-    if side * torque < 0.0 {
-        flight
-    } else {
-        (omega, omega_load)
-    }
+    if side * torque < 0.0 { flight } else { (omega, omega_load) }
 }
 
 /// Free flight inside the gap; at its end the bodies go on together.

@@ -47,11 +47,7 @@ impl Shaft {
     fn new(inertia: f64, damping: f64, h: f64) -> Self {
         let half = 0.5 * h * damping / inertia;
         let whole = 1.0 / (1.0 + half);
-        Self {
-            damping,
-            keep: (1.0 - half) * whole,
-            mobility: h / inertia * whole,
-        }
+        Self { damping, keep: (1.0 - half) * whole, mobility: h / inertia * whole }
     }
 }
 
@@ -88,21 +84,13 @@ impl Coefficients {
         }
         let d = x - self.exact.0;
         self.end = self.exact.1 * (1.0 - d * (1.0 - 0.5 * d * (1.0 - d / 3.0)));
-        self.mean = if x < 1e-6 {
-            1.0 - 0.5 * x
-        } else {
-            (1.0 - self.end) / x
-        };
+        self.mean = if x < 1e-6 { 1.0 - 0.5 * x } else { (1.0 - self.end) / x };
         (self.resistance, self.kt) = (resistance, kt);
         self.conductance = 1.0 / resistance;
         let share = (1.0 - self.mean) * self.conductance;
         self.per_volt = kt * share;
         self.per_ampere = kt * self.mean;
-        self.back_emf = if p.drive == Drive::Torque {
-            0.0
-        } else {
-            kt * p.ke * share
-        };
+        self.back_emf = if p.drive == Drive::Torque { 0.0 } else { kt * p.ke * share };
         self.closed[0] = Shaft::new(p.inertia, self.open[0].damping + self.back_emf, h);
         self.closed[1] = if p.viscous_pos == p.viscous_neg {
             self.closed[0]

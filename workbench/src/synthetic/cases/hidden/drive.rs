@@ -44,11 +44,7 @@ pub(super) static VOLTAGE_SATURATION: Kind = Kind {
     needs_tacho: false,
     has_other_form: true,
     draw: |rng, n| {
-        let softness = if rng.random_bool(0.3) {
-            rng.random_range(0.1..0.4)
-        } else {
-            0.0
-        };
+        let softness = if rng.random_bool(0.3) { rng.random_range(0.1..0.4) } else { 0.0 };
         vec![(1.0 - log_range(rng, 0.01, 0.6)) * n.volts, softness]
     },
     put: |v, shape, n, subject| {

@@ -9,10 +9,7 @@ use rand::RngExt;
 /// Elastic asperities: 0.02 to 0.2 % of the way in one time constant, lightly damped.
 fn bristle(shape: f64, natural: &Natural, level: f64, inertia: f64) -> Bristle {
     let deflection_rad = 2e-4 * 10f64.powf(shape) * natural.speed * natural.tau;
-    Bristle {
-        deflection_rad,
-        damping: 0.3 * (level / deflection_rad * inertia).sqrt(),
-    }
+    Bristle { deflection_rad, damping: 0.3 * (level / deflection_rad * inertia).sqrt() }
 }
 
 fn dry_friction(motor: &mut Motor, friction: Friction, shape: Option<f64>, natural: &Natural) {
@@ -42,10 +39,7 @@ pub(super) static COULOMB_ASYMMETRIC: Kind = Kind {
         unequal(rng, level)
     },
     put: |v, shape, n, subject| {
-        let friction = Friction {
-            kinetic_nm: [v[0], v[1]],
-            ..Friction::default()
-        };
+        let friction = Friction { kinetic_nm: [v[0], v[1]], ..Friction::default() };
         dry_friction(&mut subject.motor, friction, shape, n);
     },
 };
@@ -58,18 +52,11 @@ pub(super) static STRIBECK_FRICTION: Kind = Kind {
     has_other_form: true,
     draw: |rng, n| {
         let level = log_range(rng, 0.005, 0.15) * n.torque;
-        vec![
-            level,
-            level * rng.random_range(1.3..2.0),
-            log_range(rng, 0.01, 0.1) * n.speed,
-        ]
+        vec![level, level * rng.random_range(1.3..2.0), log_range(rng, 0.01, 0.1) * n.speed]
     },
     put: |v, shape, n, subject| {
-        let friction = Friction {
-            breakaway_ratio: v[1] / v[0],
-            stribeck_rad_s: v[2],
-            ..Friction::coulomb(v[0])
-        };
+        let friction =
+            Friction { breakaway_ratio: v[1] / v[0], stribeck_rad_s: v[2], ..Friction::coulomb(v[0]) };
         dry_friction(&mut subject.motor, friction, shape, n);
     },
 };
@@ -80,19 +67,10 @@ pub(super) static LOAD_DEPENDENT_FRICTION: Kind = Kind {
     group: Group::DryFriction,
     needs_tacho: false,
     has_other_form: false,
-    draw: |rng, n| {
-        vec![
-            log_range(rng, 0.01, 0.08) * n.torque,
-            log_range(rng, 0.03, 0.35),
-            0.0,
-        ]
-    },
+    draw: |rng, n| vec![log_range(rng, 0.01, 0.08) * n.torque, log_range(rng, 0.03, 0.35), 0.0],
     put: |v, _, _, subject| {
-        subject.motor.friction = Friction {
-            per_motor_torque: v[1],
-            per_load_torque: v[2],
-            ..Friction::coulomb(v[0])
-        };
+        subject.motor.friction =
+            Friction { per_motor_torque: v[1], per_load_torque: v[2], ..Friction::coulomb(v[0]) };
     },
 };
 

@@ -24,10 +24,7 @@ pub(super) static GRAVITY: Kind = Kind {
     has_other_form: false,
     draw: |rng, n| {
         let torque = log_range(rng, 0.005, 0.25) * n.torque * n.gear_ratio;
-        vec![
-            torque,
-            rng.random_range(-std::f64::consts::PI..std::f64::consts::PI),
-        ]
+        vec![torque, rng.random_range(-std::f64::consts::PI..std::f64::consts::PI)]
     },
     put: |v, _, _, subject| {
         subject.motor.load.mgl_nm = v[0];
@@ -43,11 +40,7 @@ pub(super) static COGGING: Kind = Kind {
     has_other_form: false,
     draw: |rng, n| {
         let periods = f64::from(rng.random_range(2..=40));
-        vec![
-            log_range(rng, 0.01, 0.2) * n.torque,
-            periods,
-            rng.random_range(-3.0..3.0),
-        ]
+        vec![log_range(rng, 0.01, 0.2) * n.torque, periods, rng.random_range(-3.0..3.0)]
     },
     put: |v, _, _, subject| {
         let load = &mut subject.motor.load;
@@ -63,11 +56,7 @@ pub(super) static PERIODIC_LOAD: Kind = Kind {
     has_other_form: false,
     draw: |rng, n| {
         let frequency = log_range(rng, 0.1, 3.0) / n.tau;
-        vec![
-            log_range(rng, 0.005, 0.15) * n.torque,
-            frequency,
-            rng.random_range(-3.0..3.0),
-        ]
+        vec![log_range(rng, 0.005, 0.15) * n.torque, frequency, rng.random_range(-3.0..3.0)]
     },
     put: |v, _, _, subject| {
         let load = &mut subject.motor.load;
@@ -81,28 +70,16 @@ pub(super) static BACKLASH: Kind = Kind {
     group: Group::Train,
     needs_tacho: false,
     has_other_form: true,
-    draw: |rng, n| {
-        vec![
-            log_range(rng, 0.005, 0.8) * n.speed * n.tau,
-            rng.random_range(0.15..0.6),
-        ]
-    },
+    draw: |rng, n| vec![log_range(rng, 0.005, 0.8) * n.speed * n.tau, rng.random_range(0.15..0.6)],
     put: |v, shape, n, subject| {
         // Teeth far stiffer than the motor: they catch the load without a rebound, or, in the other form, throw it back.
         // Friction acts on the motor's side, as in the library.
-        let split = Split {
-            inertia: v[1],
-            viscous: 0.0,
-        };
+        let split = Split { inertia: v[1], viscous: 0.0 };
         let damping_ratio = shape.map_or(1.0, |shape| 0.8 - 0.4 * shape);
         let (reduced, rate) = (subject.motor.inertia * v[1] * (1.0 - v[1]), 150.0 / n.tau);
         let stiffness = reduced * rate.powi(2);
-        subject.motor.train = Train::Play {
-            split,
-            gap_rad: v[0],
-            stiffness,
-            damping: 2.0 * damping_ratio * reduced * rate,
-        };
+        subject.motor.train =
+            Train::Play { split, gap_rad: v[0], stiffness, damping: 2.0 * damping_ratio * reduced * rate };
         // Referred to the shaft of the encoder, an encoder at the load means a gear ratio of 1.
         subject.encoder_at_load = n.gear_ratio == 1.0;
     },
@@ -122,15 +99,8 @@ pub(super) static FLEXIBLE_COUPLING: Kind = Kind {
         vec![inertia * frequency.powi(2), damping, share]
     },
     put: |v, _, _, subject| {
-        let split = Split {
-            inertia: v[2],
-            viscous: 0.0,
-        };
-        subject.motor.train = Train::Flexible {
-            split,
-            stiffness: v[0],
-            damping: v[1],
-        };
+        let split = Split { inertia: v[2], viscous: 0.0 };
+        subject.motor.train = Train::Flexible { split, stiffness: v[0], damping: v[1] };
     },
 };
 
@@ -146,11 +116,7 @@ pub(super) static TORSIONAL_SPRING: Kind = Kind {
         let progressive = rng.random_bool(0.3);
         // The cubic part is as large as the linear one two to six such angles from rest.
         let as_large = rng.random_range(2.0..6.0) * angle;
-        let cubic = if progressive {
-            stiffness / (as_large * as_large)
-        } else {
-            0.0
-        };
+        let cubic = if progressive { stiffness / (as_large * as_large) } else { 0.0 };
         vec![stiffness, rng.random_range(-2.0..2.0) * angle, cubic]
     },
     put: |v, _, _, subject| {

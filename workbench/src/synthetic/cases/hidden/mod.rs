@@ -127,11 +127,7 @@ fn wrong_ratio(rng: &mut ChaCha8Rng, natural: &Natural) -> Vec<f64> {
 /// Two magnitudes that differ by 25 to 60 %.
 fn unequal(rng: &mut ChaCha8Rng, value: f64) -> Vec<f64> {
     let other = value * rng.random_range(0.4..0.75);
-    if rng.random_bool(0.5) {
-        vec![value, other]
-    } else {
-        vec![other, value]
-    }
+    if rng.random_bool(0.5) { vec![value, other] } else { vec![other, value] }
 }
 
 /// Chooses so many effects, none of which excludes another.

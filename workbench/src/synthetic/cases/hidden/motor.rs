@@ -61,16 +61,10 @@ pub(super) static THERMAL_RESISTANCE: Kind = Kind {
     has_other_form: false,
     draw: |rng, n| {
         let power = 0.1 * n.volts * n.current;
-        vec![
-            log_range(rng, 0.05, 1.0) / power,
-            log_range(rng, 5.0, 150.0) * n.tau,
-        ]
+        vec![log_range(rng, 0.05, 1.0) / power, log_range(rng, 5.0, 150.0) * n.tau]
     },
     put: |v, _, _, subject| {
-        subject.motor.thermal = Some(Thermal {
-            rise_per_w: v[0],
-            time_constant_s: v[1],
-        });
+        subject.motor.thermal = Some(Thermal { rise_per_w: v[0], time_constant_s: v[1] });
     },
 };
 

@@ -112,11 +112,8 @@ impl Simulator {
             self.state[LOAD_SPEED] = omega;
             self.state[LOAD_ANGLE] = theta;
         }
-        let direction = if omega >= 0.0 {
-            super::modes::Motion::Forward
-        } else {
-            super::modes::Motion::Backward
-        };
+        let direction =
+            if omega >= 0.0 { super::modes::Motion::Forward } else { super::modes::Motion::Backward };
         self.modes.motion = [direction; 2];
         self.settle();
         self
@@ -148,9 +145,7 @@ impl Simulator {
 
     /// Momentary supply voltage, V.
     pub fn supply(&self) -> f64 {
-        self.motor
-            .drive
-            .supply(self.held.live_command(), self.held.ripple_v, &self.state)
+        self.motor.drive.supply(self.held.live_command(), self.held.ripple_v, &self.state)
     }
 
     /// Steps tried so far, without those that located switchings.
@@ -273,8 +268,7 @@ impl Simulator {
     }
 
     fn settle(&mut self) {
-        self.modes
-            .settle(&self.motor, &self.held, self.time, &mut self.state);
+        self.modes.settle(&self.motor, &self.held, self.time, &mut self.state);
     }
 }
 

@@ -9,16 +9,8 @@ use crate::synthetic::reference_plant::state::*;
 const HOLDS_PER_CORRELATION: f64 = 8.0;
 
 pub(super) fn noise_hold(motor: &Motor) -> f64 {
-    let torque = if motor.load.noise_nm > 0.0 {
-        motor.load.noise_s
-    } else {
-        f64::INFINITY
-    };
-    let ripple = if motor.drive.ripple > 0.0 {
-        motor.drive.ripple_s
-    } else {
-        f64::INFINITY
-    };
+    let torque = if motor.load.noise_nm > 0.0 { motor.load.noise_s } else { f64::INFINITY };
+    let ripple = if motor.drive.ripple > 0.0 { motor.drive.ripple_s } else { f64::INFINITY };
     torque.min(ripple) / HOLDS_PER_CORRELATION
 }
 
@@ -37,11 +29,7 @@ pub(super) fn moving_states(motor: &Motor) -> Vec<usize> {
         (SENSED, tacho.is_some_and(|tacho| tacho.lag_s > 0.0)),
         (SENSED_ANGLE, tacho.is_some()),
     ];
-    present
-        .iter()
-        .filter(|state| state.1)
-        .map(|state| state.0)
-        .collect()
+    present.iter().filter(|state| state.1).map(|state| state.0).collect()
 }
 
 /// Columns of the Jacobian that are not zero.
@@ -73,10 +61,7 @@ pub(super) fn natural_sizes(motor: &Motor) -> State {
     size[ANGLE] = angle;
     size[LOAD_SPEED] = speed;
     size[LOAD_ANGLE] = angle;
-    size[BRISTLE] = motor
-        .friction
-        .bristle
-        .map_or(1.0, |bristle| bristle.deflection_rad);
+    size[BRISTLE] = motor.friction.bristle.map_or(1.0, |bristle| bristle.deflection_rad);
     size[HEAT] = volts * current;
     size[BUS] = volts;
     size[LAG] = volts;

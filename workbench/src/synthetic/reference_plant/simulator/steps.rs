@@ -17,19 +17,11 @@ impl Simulator {
         while stop - self.time > least {
             let rest = stop - self.time;
             // Two equal steps rather than a long one and a sliver.
-            let h = if self.next_step >= rest {
-                rest
-            } else {
-                self.next_step.min(0.5 * rest).max(least)
-            };
+            let h = if self.next_step >= rest { rest } else { self.next_step.min(0.5 * rest).max(least) };
             let step = rosenbrock::step(self, self.time, &self.state, h);
             self.steps += 1;
             let ratio = step.error / self.tolerance;
-            let factor = if ratio > 0.0 {
-                (0.9 * ratio.powf(-0.25)).clamp(0.1, 5.0)
-            } else {
-                5.0
-            };
+            let factor = if ratio > 0.0 { (0.9 * ratio.powf(-0.25)).clamp(0.1, 5.0) } else { 5.0 };
             if ratio > 1.0 && h > 10.0 * least {
                 self.next_step = h * factor.min(0.9);
                 continue;
@@ -82,16 +74,9 @@ impl Simulator {
         let worst = |guards: &[f64; GUARDS]| {
             let active = |g: usize| start[g] > 0.0 && start[g].is_finite();
             let relative = |g: usize| {
-                if active(g) {
-                    guards[g] / start[g]
-                } else {
-                    f64::INFINITY
-                }
+                if active(g) { guards[g] / start[g] } else { f64::INFINITY }
             };
-            (0..GUARDS)
-                .map(|g| (g, relative(g)))
-                .min_by(|a, b| a.1.total_cmp(&b.1))
-                .unwrap_or((0, 0.0))
+            (0..GUARDS).map(|g| (g, relative(g))).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
         };
         let (mut which, mut high) = worst(&self.guards(self.time + beyond.h, &beyond.end));
         let (mut before, mut low) = (0.0, 1.0);
@@ -124,8 +109,7 @@ impl Simulator {
 
     fn switch(&mut self, which: usize) {
         self.switchings += 1;
-        self.modes
-            .switch(which, &self.motor, &self.held, self.time, &mut self.state);
+        self.modes.switch(which, &self.motor, &self.held, self.time, &mut self.state);
     }
 
     fn accept(&mut self, step: &Step) {

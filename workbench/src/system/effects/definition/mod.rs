@@ -144,9 +144,7 @@ impl Effect {
 
     /// The place of the parameter that means this.
     pub fn place(&self, meaning: Meaning) -> Option<usize> {
-        self.parameters
-            .iter()
-            .position(|parameter| parameter.meaning == meaning)
+        self.parameters.iter().position(|parameter| parameter.meaning == meaning)
     }
 
     /// True if a start moves an optional parameter away from its default.

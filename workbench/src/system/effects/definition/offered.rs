@@ -96,13 +96,7 @@ pub enum Forms {
 impl Steady {
     /// An effect that every table may show.
     pub const fn new(role: Role, shape: Shape) -> Self {
-        Self {
-            role,
-            shape,
-            needs: Needs::Nothing,
-            forms: Forms::PlainAndFree,
-            never_beside: &[],
-        }
+        Self { role, shape, needs: Needs::Nothing, forms: Forms::PlainAndFree, never_beside: &[] }
     }
 
     /// Offered only where the table holds this.

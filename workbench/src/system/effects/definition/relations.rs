@@ -16,11 +16,7 @@ pub struct Relations {
 
 impl Relations {
     /// It stands for itself.
-    pub const NONE: Self = Self {
-        inseparable_from: &[],
-        uneven_of: None,
-        multiplies: None,
-    };
+    pub const NONE: Self = Self { inseparable_from: &[], uneven_of: None, multiplies: None };
 }
 
 /// A form with two different sides.
