@@ -14,7 +14,7 @@ pub struct Chip {
     pub target: &'static str,
     /// The chip as probe-rs names it.
     pub probe: &'static str,
-    /// Folder of the linker's `memory.x`, from the root of the workspace.
+    /// Folder with the memory map for the linker, from the root of the workspace.
     pub memory: &'static str,
     /// The tasks of an image, by the names of their functions.
     pub tasks: Tasks,

@@ -33,8 +33,8 @@ fn suits<B: Board>(set: &StoredParameters<AXES>) -> bool {
     configs.all(|config| B::supports(config).is_ok())
 }
 
-/// One a shaft: as it was stored, or never configured. In the place where they stay: they are kilobytes, and
-/// copies would make this the deepest point of the stack. The archive is then ready for the next save.
+/// Makes the axes, each as it was stored or else not configured, in the place where they stay: they are kilobytes, and copies
+/// would make this the deepest point of the stack. The archive is then ready for the next save.
 #[inline(never)]
 pub fn axes<'a, B: Board>(
     place: &'a mut MaybeUninit<[ServoAxis; AXES]>,

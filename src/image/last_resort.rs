@@ -1,4 +1,4 @@
-//! Anything unforeseen: first the bridge, then words.
+//! Handlers of panics and faults. Whatever happens, they switch the bridge off before they write to the log.
 
 use super::board;
 use cortex_m_rt::{ExceptionFrame, exception};

@@ -7,7 +7,7 @@ use servo::link::inbox::{Inbox, Incoming, refusal};
 use servo::link::order::Order;
 use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Refusal, Request, encode};
 
-/// Bytes taken from the line in one go; the rest waits for the next tick.
+/// Bytes that one run takes from the line. The rest waits for the next tick.
 const BYTES_AT_ONCE: usize = 2 * FRAME_CAPACITY;
 
 /// What the link task owns.
@@ -27,7 +27,7 @@ impl<B: Board> LinkTask<B> {
         LinkTask { link, answers, records }
     }
 
-    /// Bytes in, frames out. To be run after every tick and when a byte arrives.
+    /// Takes bytes in and sends frames out. To be run after every tick and when a byte arrives.
     pub fn run(&mut self) {
         self.link.take_commands();
         self.link.forward(&mut self.answers);
@@ -46,12 +46,12 @@ pub struct Link<B: Board> {
 }
 
 impl<B: Board> Link<B> {
-    /// Nothing sent, nothing received.
+    /// The state at power-up: nothing sent, nothing received.
     pub fn new(line: B::Line, orders: Producer<'static, (u16, u8, Order)>) -> Self {
         Link { line, inbox: Inbox::new(), orders, sequence: 0, frame: [0; FRAME_CAPACITY] }
     }
 
-    /// Takes bytes as long as an order that they complete, and an answer to it, have a place.
+    /// Takes bytes while there is a place for an order that they may complete, and for the answer to it.
     #[inline(never)]
     pub fn take_commands(&mut self) {
         for _ in 0..BYTES_AT_ONCE {
@@ -65,13 +65,13 @@ impl<B: Board> Link<B> {
         }
     }
 
-    /// Apart from what follows, so that the stack of the one is gone when the other needs it.
+    /// Takes one byte. This is a function of its own so that its stack is free again when the request is handled.
     #[inline(never)]
     fn hear(&mut self, byte: u8) -> Option<Incoming> {
         self.inbox.push(byte)
     }
 
-    /// Sends what waits, as far as the line has room.
+    /// Sends the messages that wait, as far as the line has room.
     #[inline(never)]
     pub fn forward(&mut self, messages: &mut Consumer<'static, impl Into<Message>>) {
         while self.has_room()
@@ -117,7 +117,7 @@ impl<B: Board> Link<B> {
     }
 }
 
-/// Builds what the control interrupt will put in place, and asks the board.
+/// Builds the order that the control interrupt will carry out, if the board supports what it configures.
 fn unpack<B: Board>(command: &Command) -> Result<Order, Refusal> {
     let order = Order::from_command(command)?;
     if let Order::Axis(axis) = &order {

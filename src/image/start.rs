@@ -24,17 +24,17 @@ pub struct Places {
     axes: MaybeUninit<[ServoAxis; AXES]>,
     /// Commands on their way from the link to the control interrupt, with sequence number and axis.
     orders: Queue<(u16, u8, Order), 2>,
-    /// Answers on their way back. The link hands over an order only when it has room for what comes back, so these can
-    /// wait at most: an answer and what it brings with it, two words about a save, the end of a commissioning on every
-    /// axis. (A queue has one place less.)
+    /// Answers on their way back. The link hands over an order only when it has room for what comes back, so at most these
+    /// wait: an answer and what it brings with it, two messages about a save, and the end of a commissioning on every axis.
+    /// (A queue has one place less than its number.)
     answers: Queue<Message, { AXES + 5 }>,
-    /// Telemetry records on their way to the link, which runs after every tick; when it is late, its own kilobyte of
+    /// Telemetry records on their way to the link. The link runs after every tick; it is late only when its own kilobyte of
     /// frames is full.
     records: Queue<Telemetry, 8>,
     /// Parameters on their way from the control interrupt to the store: one axis after the other, then what to do with
     /// them. The next job waits until idle has done this one.
     jobs: Queue<Job, 2>,
-    /// How that went.
+    /// How each job went, on the way back.
     reports: Queue<Report, 2>,
 }
 

@@ -12,25 +12,26 @@ use servo::protect::{Condition, Interlock};
 use servo::record::Record;
 use servo::store::{AtRest, Found};
 
-/// Before any axis is configured: as the board starts.
+/// Control rate until an axis is configured, Hz: the one with which the boards start.
 const START_TICK_HZ: u32 = 10_000;
 
-/// From the link: sequence number, axis, order.
+/// Orders from the link, with sequence number and axis.
 pub type Orders = Consumer<'static, (u16, u8, Order)>;
 
 /// The control interrupt's ends of the other queues.
 pub struct Ends {
-    /// To the link: answers.
+    /// Answers to the link.
     pub answers: Producer<'static, Message>,
-    /// To the link: telemetry.
+    /// Telemetry to the link.
     pub records: Producer<'static, Telemetry>,
-    /// To idle.
+    /// Work for idle: parameters to be stored.
     pub jobs: Producer<'static, Job>,
-    /// From idle.
+    /// How that work went.
     pub reports: Consumer<'static, Report>,
 }
 
-/// [`Message::Telemetry`] on its way to the link: the longest message takes three times as much room.
+/// [`Message::Telemetry`] on its way to the link. A queue of whole messages would take three times the room, that of the
+/// longest one.
 pub struct Telemetry {
     axis: u8,
     tick: u32,
@@ -80,7 +81,7 @@ pub struct Control {
 }
 
 impl Control {
-    /// Nothing subscribed. `axes`: as they were stored.
+    /// The state at power-up, when nobody has subscribed. The axes are as they were stored.
     pub fn new(
         axes: &'static mut [ServoAxis; AXES],
         ring: &'static mut Ring,
@@ -104,7 +105,7 @@ impl Control {
         control
     }
 
-    /// One tick.
+    /// Runs one tick.
     pub fn tick(&mut self, orders: &mut Orders, drive: &mut impl Drive) {
         drive.begin_tick();
         let mut start = drive.clock();
@@ -121,7 +122,7 @@ impl Control {
         self.tick = self.tick.wrapping_add(1);
     }
 
-    /// `start`: the clock where the tick began, or where the axis before this one had ended.
+    /// Runs one axis. Its cost counts from `start`: where the tick began, or where the axis before this one ended.
     fn step(&mut self, axis: usize, start: u32, drive: &mut impl Drive) {
         let sample = drive.sample(axis);
         let servo_axis = &mut self.axes[axis];
@@ -152,13 +153,13 @@ impl Control {
         }
     }
 
-    /// True if the timers were set anew.
+    /// Carries out the next order, if one waits. True if the timers were set anew.
     fn take_order(&mut self, orders: &mut Orders, drive: &mut impl Drive) -> bool {
         orders.ready() && self.carry_out(orders, drive)
     }
 
-    /// Kept out of the tick: what it needs on the stack would otherwise be reserved in every tick. An order is hundreds
-    /// of bytes, and so it is carried out where it lies.
+    /// Carries out the order at the head of the queue, where it lies, because an order is hundreds of bytes. This function is
+    /// kept out of the tick, which would otherwise reserve its stack every time.
     #[cold]
     #[inline(never)]
     fn carry_out(&mut self, orders: &mut Orders, drive: &mut impl Drive) -> bool {
@@ -219,7 +220,7 @@ impl Control {
         Ok(self.axes[place].execute(order)?)
     }
 
-    /// One timer paces all axes.
+    /// True if the order leaves the control rate and the PWM of the other axes as they are: one timer paces all axes.
     fn shares_tick(&self, place: usize, order: &servo_axis::Order) -> bool {
         let Some(new) = order.configuration() else {
             return true;
@@ -231,7 +232,7 @@ impl Control {
         })
     }
 
-    /// Is every bridge open, and does every shaft stand?
+    /// The proof that every bridge is open and every shaft stands, if it is so.
     fn rest(&self) -> Option<AtRest> {
         let mut rest = None;
         for axis in self.axes.iter() {
@@ -240,7 +241,7 @@ impl Control {
         rest
     }
 
-    /// One tick of a save. The bridges were open when it began, and `execute` lets nothing drive them until it ends.
+    /// Takes a save one tick further. The bridges were open when it began, and `execute` lets nothing drive them until it ends.
     #[cold]
     #[inline(never)]
     fn save(&mut self) {
@@ -258,7 +259,7 @@ impl Control {
             Step::Write(rest) => Job::Write(rest),
             Step::Erase(rest) => Job::Erase(rest),
         };
-        // It is ready.
+        // The queue had a place when this function began.
         let _ = self.ends.jobs.enqueue(job);
     }
 
@@ -289,7 +290,7 @@ impl Control {
         self.tell(Message::Hello { axes: AXES as u8, cause: self.cause, stored: self.stored });
     }
 
-    /// Never full: there are twice as many places for answers as for orders, and the link hands over an order only when
+    /// Queues a message for the link. The queue is never full: there are twice as many places for answers as for orders, and the link hands over an order only when
     /// it has room for what comes back.
     fn tell(&mut self, message: Message) {
         let _ = self.ends.answers.enqueue(message);

@@ -26,13 +26,12 @@ fn main() {
 
 #[cfg(target_os = "none")]
 mod image {
-    use crate::board::stm32f405::Stm32f405;
-    use crate::board::stm32f405::{DriveOf, set_up, stage};
+
+    use crate::board::stm32f405::{DriveOf, Stm32f405, set_up, stage};
     use crate::board::{Board, Drive, Idle};
     use cortex_m_rt::entry;
     use servo::axis::Bridge;
     use servo::config::Config;
-    use servo::optional::Optional;
     use stm32f4xx_hal::pac::{ADC_COMMON, ADC1, ADC2, Peripherals, RNG, TIM2, USART2};
 
     #[entry]

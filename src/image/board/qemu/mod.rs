@@ -60,7 +60,7 @@ impl Board for Qemu {
     type Idle = LockStep;
     type Flash = FileFlash;
 
-    /// Nothing to set up: time is what the host says.
+    /// Sets nothing up: time is what the host says.
     fn begin(_device: &Peripherals, _core: &mut CorePeripherals) -> ResetCause {
         match File::open(WATCHDOG) {
             Ok(_) => ResetCause::Watchdog,
@@ -93,7 +93,7 @@ impl Board for Qemu {
         )
     }
 
-    /// Any control rate: time is what the host says.
+    /// Supports any control rate: time is what the host says.
     fn supports(_config: &Config) -> Result<(), Refusal> {
         Ok(())
     }
@@ -119,7 +119,7 @@ pub struct PipeDrive {
 }
 
 impl Drive for PipeDrive {
-    /// The exchange has acknowledged everything.
+    /// Takes what the host has sent. There is no interrupt to acknowledge.
     fn begin_tick(&mut self) {
         exchange::with(|exchange| {
             for (sample, axis) in self.samples.iter_mut().zip(&exchange.axes) {
@@ -130,17 +130,17 @@ impl Drive for PipeDrive {
         });
     }
 
-    /// What the host answered last.
+    /// The sample that the host sent last.
     fn sample(&mut self, axis: usize) -> Sample {
         self.samples[axis]
     }
 
-    /// What the host says of the lines, for all axes alike.
+    /// The host says one thing of the lines of all axes.
     fn interlock(&self, _axis: usize) -> Interlock {
         self.interlock
     }
 
-    /// What the host says of the index line, for all axes alike.
+    /// The host says one thing of the index lines of all axes.
     fn index(&self, _axis: usize) -> bool {
         self.index
     }
@@ -217,7 +217,7 @@ impl Idle for LockStep {
         NVIC::pend(Interrupt::ADC);
     }
 
-    /// Nothing watches here.
+    /// There is no watchdog to be told.
     fn while_storing<R>(&mut self, work: impl FnOnce() -> R) -> R {
         work()
     }
@@ -236,7 +236,7 @@ impl LockStep {
         exchange::with(|exchange| exchange.hear(bytes));
     }
 
-    /// End of input means: stop.
+    /// Reads from the host. The end of its input ends QEMU.
     fn read(&mut self, length: usize) -> &[u8] {
         if self.from_host.read_exact(&mut self.frame[..length]).is_err() {
             semihosting::process::exit(0);

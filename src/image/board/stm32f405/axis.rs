@@ -88,7 +88,7 @@ impl AxisOfBoard {
         }
     }
 
-    /// A new full scale needs new lines. The converter stays as it is, and so does the zero of the current sensor.
+    /// Takes over a full scale, which needs new lines. The converter stays as it is, and so does the zero of the current sensor.
     pub fn rescale(&mut self, axis: usize, full: u16) {
         self.hardware.bridge = power_stage(axis, self.stage, full);
     }

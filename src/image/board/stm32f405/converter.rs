@@ -56,7 +56,7 @@ pub fn clear_end(currents: &ADC1) {
     currents.sr().write(|w| unsafe { w.bits(!(INJECTED_END | INJECTED_START)) });
 }
 
-/// Has a measurement ended since [`clear_end`]?
+/// True if a measurement has ended since [`clear_end`].
 pub fn has_ended(currents: &ADC1) -> bool {
     currents.sr().read().bits() & INJECTED_END != 0
 }

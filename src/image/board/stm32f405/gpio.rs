@@ -75,7 +75,7 @@ impl Wire {
         registers(self.0.0).bsrr().write(|w| unsafe { w.bits(word) });
     }
 
-    /// Is it high?
+    /// True if the pin is high.
     pub fn level(self) -> bool {
         registers(self.0.0).idr().read().bits() & (1 << self.0.1) != 0
     }
