@@ -10,24 +10,25 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A threshold is tried where the signal exceeds it in 0.2 % … 50 % of the samples.
 const QUANTILES: [f64; 7] = [0.998, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5];
-/// … and parts of its largest value: an input that holds it for long has no quantile just below, where a limit of the drive
-/// often lies.
+/// A threshold is also tried at these parts of the largest value of its signal: an input that holds that value for
+/// long has no quantile just below it, where a limit of the drive often lies (notebook 0191).
 const BELOW_LARGEST: [f64; 4] = [0.98, 0.95, 0.9, 0.83];
 /// Thresholds nearer to each other than this part of the largest value are one start.
 const SAME_THRESHOLD: f64 = 0.01;
-/// Periods per turn that are scanned on a rotary axis.
+/// Periods per turn that are scanned on a rotary axis: brushed motors cog with the product of slots and poles, 6 to
+/// 48 per turn for small ones.
 const TURN_HARMONICS: usize = 60;
-/// Lines that are scanned over a whole log.
+/// Frequencies that are scanned over a whole log: as many as [`CHANCE`] is computed for.
 const LINES: usize = 400;
-/// Peaks of a scan that are starts.
+/// Peaks of a scan at which fits start. A budget of computing time.
 const STRONGEST: usize = 3;
 /// A line of a periodic torque leaves no other line that is larger than this part of it (docs/notebook/0128).
 const LEFT: f64 = 0.3;
-/// … but for what the largest of some hundred lines gains by chance: 2·ln(400), and a reserve.
+/// What the largest of some hundred lines gains by chance is 2·ln(400), about 12, and a reserve.
 const CHANCE: f64 = 20.0;
 /// Lines at these ratios belong to the same torque, whose shape is no sine.
 const SAME_TORQUE: [f64; 5] = [1.0, 2.0, 3.0, 0.5, 1.0 / 3.0];
-/// … to within this part.
+/// Two lines have the same ratio if they agree to within this part.
 const SAME: f64 = 0.03;
 
 /// Simulation and residual of a fitted hypothesis: what starts are drawn from.

@@ -18,21 +18,27 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// Simulations for the numbers of one effect, those of the base following linearly.
+/// Simulations that CMA-ES may spend on the parameters of one effect, those of the base following linearly: a hundred
+/// for each of its up to three parameters (notebook 0190).
 const FOR_ONE: usize = 300;
-/// … and for all numbers of a set.
+/// Simulations that CMA-ES may spend on all parameters of a set (notebook 0190). A budget of computing time.
 const FOR_ALL: usize = 1000;
-/// Of each generation.
+/// Simulations of one generation. Hansen's default 4 + 3·ln(n) is 11 for ten parameters; a few more suit a cost with
+/// many hollows.
 const POPULATION: usize = 14;
-/// Standard deviation of a nuisance when all numbers move, in tolerances.
+/// Initial standard deviation of a nuisance parameter when all parameters move, in tolerances: the fit before has
+/// already placed it.
 const NUISANCE: f64 = 0.3;
-/// … of a rugged effect's parameters, as a part of what its file gives for the search over a grid.
+/// Initial standard deviation of the parameters of an effect with a non-smooth cost when all parameters move, as a
+/// part of that of the search over its grid.
 const NEAR: f64 = 0.25;
-/// … of those of the other effects of the set, relative.
+/// Initial relative standard deviation of the parameters of the other effects of the set: the fit before has placed
+/// them.
 const OTHERS: f64 = 0.02;
-/// Fits that look for hollows beside the one that was found.
+/// Fits that look for other local minima beside the one that was found (notebook 0190); their scatter widens the
+/// intervals. A budget of computing time.
 const HOLLOWS: usize = 10;
-/// Generations whose costs differ by less than this part have come together.
+/// CMA-ES ends when the costs of a generation differ by less than this part.
 const TOGETHER: f64 = 1e-3;
 /// Evolutions of all numbers, one after the other, as multiples of those standard deviations: a narrow one ends in the
 /// nearest hollow, a wide one may find the next.

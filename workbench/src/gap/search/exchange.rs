@@ -9,9 +9,10 @@ use crate::gap::initial_guesses::Basis;
 use crate::system::effects::LIBRARY;
 use rayon::prelude::*;
 
-/// … and of those that could take the place of an accepted effect.
+/// Candidates that are fitted in each exchange of one accepted effect for another: twice as many as a round fits to
+/// the end. A budget of computing time.
 const EXCHANGE_ROUND: usize = 8;
-/// Exchanges at most.
+/// Exchanges at most. A budget of computing time: most searches end after none or one.
 const EXCHANGES: usize = 3;
 
 impl<'a> Search<'a, '_> {

@@ -6,10 +6,12 @@ use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::solver::{Jacobian, Problem, dot};
 use nalgebra::DVector;
 
-/// Multiples of a start's change of the residual that its promise may assume.
+/// The smallest multiple of a start's change of the residual that its predicted cost may assume (decision 0120):
+/// below it the prediction is that of another start.
 const LEAST_SHARE: f64 = 0.3;
+/// The largest multiple of that change (decision 0120): beyond it the linear prediction is not believed.
 const MOST_SHARE: f64 = 2.0;
-/// … and that of a candidate, whose smallest start may be far too large for a small gap.
+/// The smallest multiple for a candidate whose smallest start may be far too large for a small gap.
 const SMALLEST_SHARE: f64 = 0.02;
 
 /// A start after the parent's numbers followed.

@@ -13,15 +13,20 @@ use crate::gap::solver::{Problem, dot};
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
 
-/// Candidates that are fitted at all, of those that promise most.
+/// Candidates that are fitted for two iterations, of those with the lowest predicted cost (decision 0120). A budget
+/// of computing time, not a threshold: half of it changes no case (notebook 0264: 26 design cases).
 const FIRST_ROUND: usize = 40;
-/// Candidates that are fitted beyond their first two iterations.
+/// Candidates that are fitted up to eight iterations (decision 0120). A budget of computing time, not a threshold;
+/// its sensitivity was not measured.
 const SECOND_ROUND: usize = 7;
-/// Candidates that are fitted to the end.
+/// Candidates that are fitted to the end (decision 0120). A budget of computing time, not a threshold; its
+/// sensitivity was not measured.
 const THIRD_ROUND: usize = 4;
-/// Candidates with a rugged cost that evolve: those that promise more than all but so many others.
+/// Candidates with a non-smooth cost are fitted by CMA-ES if at most so many others promise more (notebook 0190). A
+/// budget of computing time.
 const EVOLVED: usize = 3;
-/// A round is fitted only if a start promises this part of what a name must gain.
+/// A round is fitted only if a start promises this part of what a name must gain (decision 0120). The linear
+/// prediction of a gain is often several times too low; its sensitivity was not measured.
 const HOPE: f64 = 0.3;
 /// Candidates beyond [`SECOND_ROUND`] that are fitted on all the same where the gap is measured by shares: those that still
 /// promise more than the best has reached. Two iterations are too few for a phase.

@@ -9,7 +9,8 @@ use crate::gap::beam::{Growth, grown};
 /// little less is asked for on the way, because a further name may sharpen this one.
 pub(super) const SHARE: f64 = 0.15;
 
-/// Sets that are grown further side by side: few, because each of their children is fitted by simulation.
+/// Sets that are grown side by side. Two effects that help only together need a second one; a third costs half as
+/// much again.
 pub(super) const BEAM: usize = 3;
 /// Sets of a round that lost and may be told as rivals.
 const RIVALS: usize = 12;

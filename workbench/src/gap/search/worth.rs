@@ -10,28 +10,42 @@ use crate::gap::initial_guesses::Basis;
 use rayon::prelude::*;
 use std::cell::OnceCell;
 
-/// Smallest visibility (rms change over the noise) of an effect: at a tenth and less nothing can be named reliably.
+/// Smallest visibility of an effect: the rms change of the prediction over the noise. At a tenth and less nothing can
+/// be named reliably (decision 0032). Half of it changes no case, twice it loses one pair (notebook 0264: 26 design
+/// cases).
 pub(super) const VISIBLE: f64 = 0.13;
-/// The same for a further effect when the residual is already as small as the noise.
+/// Smallest visibility of a further effect when the residual is already as small as the noise. Halved or doubled it
+/// changes no case (notebook 0264: 26 design cases).
 const VISIBLE_IN_NOISE: f64 = 0.22;
-/// The same for a further effect whose period is looked for: the imperfect form of a large effect looks like a line on a way that
-/// repeats itself.
+/// Smallest visibility of a further effect whose period is searched for. On a repeating trajectory the model error of
+/// a large effect is periodic, too; hence a higher threshold (notebook 0128). Halved or doubled it changes no case
+/// (notebook 0264: 26 design cases).
 const VISIBLE_LINE: f64 = 0.25;
-/// Smallest share of what is left that an effect must explain.
+/// Smallest share of the remaining squared gap that a further effect must explain (decision 0032). Halved or doubled
+/// it changes no case (notebook 0264: 26 design cases).
 const SHARE_OF_REST: f64 = 0.05;
-/// Smallest share of the first gap (squared): below it, the imperfect form of a large effect attracts second names …
+/// Smallest share of the first squared gap that a further effect must explain: below it, the imperfect form of a
+/// large effect attracts second names (decision 0032). Halved or doubled it changes no case (notebook 0264: 26 design
+/// cases).
 const SHARE_OF_GAP: f64 = 1e-2;
-/// … unless the name explains so much of what is left: a form that is wrong leaves something else, too.
+/// A further effect below [`SHARE_OF_GAP`] is still accepted if it explains this share of what is left: a form that
+/// is wrong leaves something else, too (decision 0032). Halved or doubled it changes no case (notebook 0264: 26
+/// design cases).
 const NEARLY_ALL: f64 = 0.8;
-/// The same where nothing but noise is left …
+/// This share of what is left is enough where nothing but noise remains after it. Half of it changes no case, twice
+/// it loses one pair (notebook 0264: 26 design cases).
 const MOST: f64 = 0.6;
-/// … so that the dispersion stays below this.
+/// Nothing but noise remains where χ² per sample stays below this. Halved or doubled it changes no case (notebook
+/// 0264: 26 design cases).
 const NOISE_ALONE: f64 = 2.0;
-/// The same for an effect whose period is looked for among dozens: one of them always explains something.
+/// The share of what is left that an effect must explain if its period is searched for among dozens: one of them
+/// always explains something (decision 0032, found on design seeds; its sensitivity was not measured).
 const NEARLY_ALL_SCANNED: f64 = 0.92;
-/// A gain below this share of the first gap is looked at on the fine grid.
+/// A gain below this share of the first gap is computed again on the fine grid (notebook 0192). Halved or doubled it
+/// changes no case (notebook 0264: 26 design cases).
 const FINE_BELOW: f64 = 2e-2;
-/// A base parameter is named when it is further off than this many tolerances.
+/// A base parameter is named when it lies further off than this many tolerances. Half of it changes no case, twice it
+/// loses one pair (notebook 0264: 26 design cases).
 const BEYOND: f64 = 3.0;
 
 /// What is known of an accepted set, once it was asked for.
