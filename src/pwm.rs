@@ -12,9 +12,9 @@ use crate::units::{Voltage, limited, mul_shift};
 const LONGEST_DELAY: usize = 3;
 /// Lowest supply that the duty is computed for, Q14 of nominal: an eighth. Below it protection has switched off.
 const LOWEST_SUPPLY: i32 = 1 << 11;
-/// The supply for the division is smoothed over 2⁴ ticks …
+/// The supply for the division is smoothed over 2⁴ ticks.
 const SMOOTHING_BITS: u32 = 4;
-/// … and followed only once it has moved by 2⁻⁸ of nominal: converter noise would make a resting duty flicker.
+/// The smoothed supply is followed only once it has moved by 2⁻⁸ of nominal: converter noise would make a resting duty flicker.
 const HYSTERESIS: i32 = 1 << 12;
 /// Fraction bits of the smoothed supply.
 const SUPPLY_BITS: u32 = 20;

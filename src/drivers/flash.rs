@@ -114,7 +114,7 @@ impl<F: NorFlash> ParameterFlash<F> {
         Loaded::new(found, parameters)
     }
 
-    /// … into the place where it is to stay; empty, unless a set is found.
+    /// Loads the newest set into the place where it is to stay, which is empty unless a set is found.
     #[inline(never)]
     pub fn load_into<const AXES: usize>(&mut self, set: &mut StoredParameters<AXES>) -> Found {
         set.axes.clear();

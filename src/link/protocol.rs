@@ -173,7 +173,7 @@ pub enum Message {
         to: u16,
         /// Control tick in which it acted.
         tick: u32,
-        /// Whether it was executed.
+        /// True if it was executed.
         result: Result<(), Refusal>,
     },
     /// One control tick.

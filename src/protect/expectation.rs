@@ -18,7 +18,7 @@ pub const MOVING_MARGIN: f32 = 1.5;
 pub const FREE_MARGIN: f32 = 1.5;
 /// Dead zones that friction takes from a shaft that is known to turn, whatever the encoder says: ripple, cogging.
 pub const KINETIC_MARGIN: f32 = 1.2;
-/// … and at least an eighth of the nominal supply, so that somebody who pushes against a joint without friction is no
+/// The least margin: an eighth of the nominal supply, so that somebody who pushes against a joint without friction is no
 /// fault; half of it in motion.
 const LEAST_MARGIN: Voltage = Voltage(Voltage::NOMINAL.0 / 8);
 /// Observed speed from which on a shaft counts as moving, share of full speed as a shift: 1/16. The Stribeck rise of
@@ -27,9 +27,9 @@ const MOVING_SHIFT: u32 = 4;
 /// Largest load that is believed, nominal supplies: a motor that needs more than that to stand still is stalled.
 const MOST_LOAD: Voltage = Voltage(Voltage::NOMINAL.0 / 4);
 /// The winding's share of the time constant, at most: torque follows voltage with this lag. 0.1 for a large motor without
-/// gear …
+/// gear.
 const FREE_LAG_SHARE: f32 = 0.12;
-/// … and at most 1.2 of 20 ms for small ones, whose gear's friction is the dead zone.
+/// The same for small motors, whose gear's friction is the dead zone: at most 1.2 of 20 ms.
 const LAG_SHARE: f32 = 0.06;
 /// Faster than this many times the identified no-load speed at nominal voltage no voltage drives the motor: rated speed
 /// is right within 30 % before commissioning, and the supply may be a tenth higher.
@@ -53,9 +53,9 @@ pub struct Expectation {
     pub(super) inverse_lag: i32,
     /// Voltage to exceed at rest, by direction; the maximum: nothing is demanded.
     pub(super) rest: [Voltage; 2],
-    /// … in motion.
+    /// Voltage to exceed in motion, by direction.
     pub(super) moving: [Voltage; 2],
-    /// … of the likely model.
+    /// Voltage to exceed in the likely model, by direction.
     pub(super) kinetic: [Voltage; 2],
     /// Counts of the sure model that are enough.
     pub(super) counts: i32,

@@ -46,7 +46,7 @@ const DOUBTFUL_SHIFTS: [u32; 2] = [3, 4];
 const SWALLOWED_SHIFT: u32 = 3;
 /// Looks over which the unrest of the current is averaged, as a shift.
 const UNREST_BITS: u32 = 5;
-/// … rounded: cut off, a converter count of noise in four would go unseen.
+/// Half of the divisor, for rounding: cut off, a converter count of noise in four would go unseen.
 const UNREST_HALF: i32 = 1 << (UNREST_BITS - 1);
 /// Variance of the difference of two normal readings over the square of its mean magnitude, π/2, Q16; the unrest is Q4.
 const VARIANCE_OF_UNREST: i32 = 102_944 >> 8;
@@ -362,7 +362,7 @@ impl Winding {
         product(turned, self.constants.emf) >> 8
     }
 
-    /// … of two of them: edges are not where they should be.
+    /// Back-EMF of two counts: edges are not where they should be.
     fn jitter(&self) -> i64 {
         i64::from(self.constants.emf >> 7)
     }

@@ -174,7 +174,7 @@ impl<'a> Record<'a> {
         Loaded::new(found, parameters)
     }
 
-    /// … into the place where it is to stay; empty if this image cannot read it.
+    /// Decodes the set into the place where it is to stay, which is empty if this image cannot read it.
     pub fn load_into<const AXES: usize>(&self, set: &mut StoredParameters<AXES>) -> Found {
         let layout = self.layout;
         set.axes.clear();
@@ -215,7 +215,7 @@ pub fn encode(set: &impl Serialize, epoch: u32, layout: u16) -> Result<[u8; RECO
     Ok(bytes)
 }
 
-/// … over whatever the bytes were.
+/// Writes the record of a set over whatever the bytes were.
 pub(crate) fn encode_into(
     bytes: &mut [u8; RECORD_LEN],
     set: &impl Serialize,

@@ -58,7 +58,7 @@ pub struct NamedEffect {
     pub derived: BTreeMap<String, Value>,
     /// Root mean square of the held-out residual without it (and without those named after it).
     pub gap_before: f64,
-    /// … and with it.
+    /// Root mean square of the held-out residual with it.
     pub gap_after: f64,
     /// One sentence a person understands.
     pub evidence: String,
@@ -88,7 +88,7 @@ pub struct HoldOut {
     pub noise_floor: f64,
     /// 100·(1 − ‖y−ŷ‖/‖y−ȳ‖) of the model as given.
     pub fit_percent_before: f64,
-    /// … of the extended model.
+    /// 100·(1 − ‖y−ŷ‖/‖y−ȳ‖) of the extended model.
     pub fit_percent_after: f64,
 }
 

@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 const REFRESH: Duration = Duration::from_millis(100);
 /// Columns of a narrow terminal.
 const WIDTH: usize = 78;
-/// … where there is no terminal to redraw.
+/// Time between two lines where there is no terminal to redraw.
 const LINE: Duration = Duration::from_secs(1);
 
 /// Arguments of `truing monitor`.

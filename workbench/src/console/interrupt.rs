@@ -18,7 +18,7 @@ pub const STATUS: u8 = 130;
 static HOLDS: AtomicUsize = AtomicUsize::new(0);
 /// The session is to end.
 static ASKED: AtomicBool = AtomicBool::new(false);
-/// … because of a signal.
+/// The session is to end because of a signal.
 static SIGNALLED: AtomicBool = AtomicBool::new(false);
 /// What would be left behind.
 static LEFT: Mutex<Left> = Mutex::new(Left { groups: Vec::new(), folders: Vec::new() });

@@ -240,7 +240,7 @@ fn from_effects(model: &Model, pick: Pick) -> f64 {
         .sum()
 }
 
-/// … and of the tolerances of the base parameters. Of a voltage that only fitted effects make, the log has shown the voltage
+/// The uncertainty that the tolerances of the base parameters bring. Of a voltage that only fitted effects make, the log has shown the voltage
 /// itself: an error of R or Kt is in the fitted torque as well and cancels.
 fn from_base(model: &Model, pick: Pick, voltage: bool) -> f64 {
     if voltage && behind(model, pick).iter().all(|(_, standing)| standing.is_some()) {

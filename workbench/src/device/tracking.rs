@@ -26,13 +26,13 @@ pub struct UsedParameters {
 pub struct TrackJson {
     /// `truing-track/1`.
     pub schema: &'static str,
-    /// Set-point minus measured position, rad.
+    /// Set-point minus measured position, root mean square, rad.
     pub position_rms_rad: f64,
-    /// … at worst.
+    /// Set-point minus measured position, largest magnitude, rad.
     pub position_peak_rad: f64,
-    /// Set-point's speed minus the firmware's speed estimate, rad/s.
+    /// Set-point's speed minus the firmware's speed estimate, root mean square, rad/s.
     pub speed_rms_rad_s: f64,
-    /// … at worst.
+    /// Set-point's speed minus the firmware's speed estimate, largest magnitude, rad/s.
     pub speed_peak_rad_s: f64,
     /// Share of the time in which a limit acted.
     pub saturated_share: f64,

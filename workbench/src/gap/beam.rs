@@ -28,7 +28,7 @@ pub trait Growth {
         children: Vec<Self::Set>,
     ) -> (Self::Set, bool);
 
-    /// Whether children of which none won may be halves of a pair.
+    /// True if children of which none won may be halves of a pair.
     fn may_pair(&mut self, current: &Self::Set, children: Vec<Self::Set>) -> bool;
 }
 

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 /// Longest step of the simulation in the search, as a part of the time constant.
 pub const COARSE: f64 = 1.0 / 45.0;
-/// … and in the final fits.
+/// Longest step of the simulation in the final fits, as a part of the time constant.
 pub const FINE: f64 = 1.0 / 180.0;
 
 /// A step that lowers the cost by less than this part of it is slow.

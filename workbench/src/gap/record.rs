@@ -91,7 +91,7 @@ fn repeated_noise(base: &Scored) -> Option<f64> {
 /// By how much more of a held-out record's squared error other weights may leave.
 const AS_WELL: f64 = 1.1;
 
-/// Whether a set fitted with other weights predicts every held-out record as well.
+/// True if a set fitted with other weights predicts every held-out record as well.
 fn predicts_as_well(anew: &Scored, kept: &Scored) -> bool {
     let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
     errors(anew).iter().zip(errors(kept)).all(|(anew, kept)| *anew <= AS_WELL * kept)

@@ -53,7 +53,7 @@ fn still(bench: &Bench) -> Vec<String> {
 
 /// What is left is worth a word when it is visible: this much rms beyond the noise, in units of the noise.
 const VISIBLE: f64 = 0.25;
-/// … and when it is more than this share of the first gap (squared). Right names in a form that is not exactly the
+/// What is left is worth a word when it is more than this share of the first squared gap, too. Right names in a form that is not exactly the
 /// library's leave up to half a per cent (docs/results/naming.md), wrong ones several times that.
 const SHARE: f64 = 0.006;
 /// The same where what is left goes with the turn of a shaft: no form of another effect does.
@@ -176,14 +176,14 @@ const TOO_FEW: &str =
 const UNPREDICTED: &str = "different in every record: what fits the log does not predict the hold-out";
 const ANOTHER_MOTOR: &str = "the model fits the log and misses a held-out record: is that record of the same motor, with the same load and in the same units?";
 
-/// Whether the model misses a held-out record although it fits the log.
+/// True if the model misses a held-out record although it fits the log.
 fn strange(best: &Scored) -> bool {
     let (held_out, samples) = chi2(&best.hypothesis, &best.fit.x, &HELD_OUT);
     let log = best.fit.chi2 / best.fit.samples.max(1) as f64;
     held_out / samples.max(1) as f64 > STRANGE * STRANGE * log.max(1.0)
 }
 
-/// Whether what is left is worth a verdict of its own.
+/// True if what is left is worth a verdict of its own.
 fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
     let visible = rest.excess.sqrt() > VISIBLE;
     let nothing_named = found.best.hypothesis.items.is_empty();

@@ -171,7 +171,7 @@ fn sized(effect: &NamedEffect) -> String {
     }
 }
 
-/// Whether something is left beside the names.
+/// True if something is left beside the names.
 fn left(outcome: &Outcome) -> bool {
     outcome.unexplained.structure != "none"
 }

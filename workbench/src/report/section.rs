@@ -20,7 +20,7 @@ pub struct Check {
     pub claim: String,
     /// What was found.
     pub found: String,
-    /// Whether the claim holds.
+    /// True if the claim holds.
     pub holds: bool,
 }
 

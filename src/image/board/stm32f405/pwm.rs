@@ -137,12 +137,12 @@ impl Timer {
         Compare { timer: self, channel, centre, full }
     }
 
-    /// Whether the counter runs down, as it does after the upper turning point.
+    /// True if the counter runs down, as it does after the upper turning point.
     pub fn runs_down(self) -> bool {
         self.0.cr1().read().dir().bit_is_set()
     }
 
-    /// Whether the break input has switched the outputs off since [`Timer::clear_break`].
+    /// True if the break input has switched the outputs off since [`Timer::clear_break`].
     pub fn has_broken(self) -> bool {
         self.0.sr().read().bif().bit_is_set()
     }

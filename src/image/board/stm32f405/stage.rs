@@ -37,7 +37,7 @@ pub struct PowerStage {
 }
 
 impl PowerStage {
-    /// Whether the timer drives the low sides too.
+    /// True if the timer drives the low sides too.
     pub const fn has_low_sides(&self) -> bool {
         matches!(self.outputs, Outputs::Complementary { .. })
     }

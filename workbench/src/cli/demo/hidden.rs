@@ -112,7 +112,7 @@ impl HiddenServo {
         self.limit_v + self.dead_zone_pos_v
     }
 
-    /// … negative direction, a positive magnitude, V.
+    /// Command at which the limit acts in the negative direction, a positive magnitude, V.
     pub fn saturation_neg_v(&self) -> f64 {
         self.limit_v + self.dead_zone_neg_v
     }

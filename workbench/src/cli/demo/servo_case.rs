@@ -22,11 +22,11 @@ use std::sync::Mutex;
 
 /// Length of the commissioning, s: the firmware's default.
 const BUDGET_S: f64 = 5.0;
-/// Frequency of the tracked sine, Hz, …
+/// Frequency of the tracked sine, Hz.
 const SINE_HZ: f64 = 1.0;
-/// … its peak speed relative to the rated one, …
+/// Peak speed of the sine relative to the rated speed.
 const SINE_SPEED: f64 = 0.2;
-/// … and its length, s.
+/// Length of the sine, s.
 const SINE_S: f32 = 5.0;
 /// The log, as the report names it.
 const LOG: &str = "run.csv";

@@ -20,7 +20,7 @@ pub struct Row {
     pub comparison: Comparison,
     /// What the workbench named.
     pub names: Vec<String>,
-    /// Whether these are the hidden effects, all of them and nothing else.
+    /// True if these are the hidden effects, all of them and nothing else.
     pub right_names: bool,
     /// RMS tracking error without compensation over that with it.
     pub improvement: f64,

@@ -30,7 +30,7 @@ impl Lockstep {
         Self::start_all(options, vec![(motor, config)])
     }
 
-    /// … with as many motors as the image has axes.
+    /// Starts QEMU with as many motors as the image has axes.
     pub fn start_all(options: &Options, joints: Vec<Joint>) -> Result<Self, InputError> {
         Ok(Self { qemu: Qemu::start(options)?, joints, flags: Vec::new(), lines: Rc::default() })
     }

@@ -13,7 +13,7 @@ use std::time::Duration;
 pub const FRAME: usize = 16;
 /// How long the program may take to end after its input has.
 const FAREWELL: Duration = Duration::from_secs(2);
-/// … when the user has interrupted the session.
+/// How long the program may take to end when the user has interrupted the session.
 const SHORT_FAREWELL: Duration = Duration::from_millis(500);
 /// How long it may take to end after its output has.
 const FAILING: Duration = Duration::from_millis(500);

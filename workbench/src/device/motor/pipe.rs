@@ -6,9 +6,9 @@ use std::io::{ErrorKind, Read};
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
-/// A partner is given up after so long,
+/// A partner is given up after so long.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// … and after so long when the user has interrupted the session.
+/// A partner is given up after so long when the user has interrupted the session.
 const SHORT_PATIENCE: Duration = Duration::from_secs(1);
 
 /// Why nothing came.

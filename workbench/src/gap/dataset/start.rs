@@ -27,7 +27,7 @@ pub(super) fn start_speed(run: &mut BenchRun, plant: &Physics, sigma: f64, full_
     }
 }
 
-/// Whether the plant is nearer to the first time constant of a run from this speed than from rest.
+/// True if the plant is nearer to the first time constant of a run from this speed than from rest.
 fn predicts_better(run: &BenchRun, plant: &Physics, start: f64) -> bool {
     let end = run.time[0] + plant.time_constant_s();
     let samples = run.speed.time.partition_point(|time| *time < end).max(6);

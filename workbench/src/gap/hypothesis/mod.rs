@@ -34,7 +34,7 @@ pub trait Data: Sync {
     /// The plant of base parameters, without any effect.
     fn base(&self, model: &Model, kind: &Kind) -> Physics;
 
-    /// Whether an effect that the model already contains shows in such data.
+    /// True if an effect that the model already contains shows in such data.
     fn shows(&self, known: &Effect) -> bool;
 
     /// Puts right what several effects together make impossible.

@@ -73,10 +73,10 @@ pub fn rest(scored: &Scored) -> Rest {
 /// Inflation from which the difference of two runs with the same input is no sensor noise: it has a cause that the input
 /// does not repeat. First-order noise with a coefficient of 0.75 inflates the variance of means sevenfold.
 const SLOW: f64 = 7.0;
-/// … if it is this much larger than the noise.
+/// That difference must also be this much larger than the noise.
 const BEYOND_NOISE: f64 = 1.3;
 
-/// Whether the difference of two runs with the same input may be the sensor's noise.
+/// True if the difference of two runs with the same input may be the sensor's noise.
 pub fn sensor_like(differences: &[f64]) -> bool {
     inflation(differences) < SLOW
 }

@@ -13,11 +13,11 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 const PERIODS: usize = 3;
 /// Phases of a turn.
 const PHASES: usize = 12;
-/// What goes with the turn is worth a word from this share of the residual on …
+/// What goes with the turn is worth a word from this share of the residual on.
 const SHARE: f64 = 0.05;
-/// … a friction from this …
+/// A friction that goes with the turn is worth a word from this share on.
 const GRIP_SHARE: f64 = 0.1;
-/// … if other "turns", whose periods are no simple part of one, explain so much less: by this many of their standard deviations.
+/// What goes with the turn counts only if other "turns", whose periods are no simple part of one, explain so much less: by this many of their standard deviations.
 const BEYOND_CHANCE: f64 = 1.5;
 const NO_TURNS: [f64; 12] = [0.55, 0.61, 0.66, 0.72, 0.79, 0.87, 1.13, 1.17, 1.21, 1.28, 1.39, 1.45];
 /// A torque or a reading of the place, which the form of another effect may imitate, must explain so many times what the best of

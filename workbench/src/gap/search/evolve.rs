@@ -99,7 +99,7 @@ impl<'a> Search<'a, '_> {
     }
 }
 
-/// Whether a set holds an effect whose cost is rugged.
+/// True if a set holds an effect whose cost is rugged.
 fn rugged(scored: &Scored) -> bool {
     let mut items = scored.hypothesis.items.iter();
     items.any(|item| spread(item.effect).is_some())

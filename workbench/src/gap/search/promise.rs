@@ -22,7 +22,7 @@ pub(super) struct Start {
     pub hope: f64,
     /// Numbers at the whole start, the parent's followed.
     pub x: Vec<f64>,
-    /// … and at the part of it that promises most.
+    /// Numbers at the part of the start with the lowest predicted cost.
     pub part: Vec<f64>,
 }
 

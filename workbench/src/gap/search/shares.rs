@@ -242,7 +242,7 @@ impl<'a> Search<'a, '_> {
         bare
     }
 
-    /// Whether a set leaves clearly less than the model as given on every held-out record.
+    /// True if a set leaves clearly less than the model as given on every held-out record.
     fn beats_given(&self, scored: &Scored<'a>) -> bool {
         let given = Hypothesis::new(self.bench, self.model, Vec::new());
         let before = held_out_errors(&given, &vec![0.0; given.slots.len()]);
@@ -319,7 +319,7 @@ impl<'a> Search<'a, '_> {
     }
 }
 
-/// Whether each error is at most `share` of its counterpart.
+/// True if each error is at most `share` of its counterpart.
 pub(super) fn no_more(errors: &[f64], than: &[f64], share: f64) -> bool {
     errors.iter().zip(than).all(|(error, than)| *error <= share * than)
 }

@@ -63,12 +63,12 @@ struct Gain {
     cost: f64,
     /// Dispersion of what is left.
     dispersion: f64,
-    /// Whether it is large enough to be a physical effect.
+    /// True if it is large enough to be a physical effect.
     material: bool,
 }
 
 impl<'a> Search<'a, '_> {
-    /// Whether a larger set pays for itself against the accepted one.
+    /// True if a larger set pays for itself against the accepted one.
     pub(super) fn accepts(&self, current: &Scored<'a>, accepted: &Accepted<'a>, child: &Scored<'a>) -> bool {
         let gained = self.gained(current, accepted, child);
         let gain = gained.cost;
@@ -131,7 +131,7 @@ impl<'a> Search<'a, '_> {
                 || large)
     }
 
-    /// Whether the newest effect, if its period is looked for, is one line and not one of many.
+    /// True if the newest effect, if its period is looked for, is one line and not one of many.
     pub(super) fn stands_out(&self, current: &Scored<'a>, child: &Scored<'a>) -> bool {
         let Some(newest) = child.hypothesis.items.last().filter(|item| item.effect.starts.scans()) else {
             return true;

@@ -64,7 +64,7 @@ impl Offer {
             && !(self.fitted_to_log && effect.is_scale())
     }
 
-    /// Whether model and table hold what an effect needs to be seen.
+    /// True if model and table hold what an effect needs to be seen.
     fn holds(&self, needs: Needs) -> bool {
         match needs {
             Needs::Nothing => true,

@@ -117,7 +117,7 @@ fn running(plant: &Physics, v: f64, direction: f64) -> f64 {
     x
 }
 
-/// Whether the balance is a straight line in the speed, the Stribeck term apart.
+/// True if the balance is a straight line in the speed, the Stribeck term apart.
 fn is_linear(plant: &Physics) -> bool {
     plant.torques.is_empty()
         && plant.heat_rise_per_w == 0.0

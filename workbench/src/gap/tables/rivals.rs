@@ -32,7 +32,7 @@ impl Replacement<'_> {
         self.effects.iter().map(|effect| effect.name.to_owned()).collect()
     }
 
-    /// Whether the data cannot tell it from the accepted effect.
+    /// True if the data cannot tell it from the accepted effect.
     pub fn ties(&self, inflation: f64) -> bool {
         self.objection.is_none() && self.worse_by < tied(inflation)
     }

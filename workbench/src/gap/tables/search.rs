@@ -23,7 +23,7 @@ const NARROWED: [f64; 6] = [0.95, 0.9, 0.85, 0.8, 0.7, 0.6];
 const SLOW: f64 = 0.02;
 /// The mean square has to fall by this factor, or the effect is not worth a name.
 const MATERIAL: f64 = 1.15;
-/// … and its part of the residual has to be larger than this share of the largest reading: the error budget of a map.
+/// The part of an effect in the residual has to be larger than this share of the largest reading: the error budget of a map.
 const VISIBLE: f64 = 3e-4;
 
 impl<'a> Search<'a> {
@@ -99,7 +99,7 @@ impl<'a> Search<'a> {
         best(reduced.filter(|smaller| !self.earns(set, smaller, inflation)))
     }
 
-    /// Whether the larger set earns its place beside the smaller one.
+    /// True if the larger set earns its place beside the smaller one.
     pub fn earns(&self, larger: &Set, smaller: &Set, inflation: f64) -> bool {
         let floor = self.rows.resolution.powi(2);
         let (before, after) = (smaller.mean_square() + floor, larger.mean_square() + floor);

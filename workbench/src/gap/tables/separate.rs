@@ -73,7 +73,7 @@ fn merit(c: &Contrast, noise: f64) -> f64 {
 }
 
 impl Contrast {
-    /// Whether the speed alone separates.
+    /// True if the speed alone separates.
     pub fn visible_in_speed(&self, noise: f64) -> bool {
         self.speed_rad_s > SEEN * noise.max(1e-9)
     }

@@ -58,7 +58,7 @@ impl<'a> Search<'a> {
         Some(self.scored(hypothesis, fit))
     }
 
-    /// Whether an effect may be added to a set.
+    /// True if an effect may be added to a set.
     pub fn compatible(&self, parent: &Set, effect: &Effect) -> bool {
         let clash = |it: &Item| same_place(it.effect, effect) || it.effect.excludes_in_tables(effect);
         !parent.hypothesis.items.iter().any(clash)

@@ -15,11 +15,11 @@ use crate::outcome::*;
 use crate::system::log::Table;
 use crate::system::plant::physics::Physics;
 
-/// Structure is called unexplained above this share of the first gap (squared) …
+/// Structure is called unexplained above this share of the first squared gap, if [`ALIKE`] and [`ABOVE_NOISE`] hold, too.
 const SHARE_LEFT: f64 = 0.05;
-/// … if neighbouring residuals are alike by this many standard deviations …
+/// Neighbouring residuals are alike if their correlation is this many standard deviations from none.
 const ALIKE: f64 = 4.0;
-/// … and it is larger than the noise (mean squares).
+/// What is left must be this many times the noise (mean squares).
 const ABOVE_NOISE: f64 = 1.0;
 /// Losing explanations that are listed for each effect.
 const LOSERS: usize = 3;

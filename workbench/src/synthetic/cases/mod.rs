@@ -62,7 +62,7 @@ pub struct Spec {
     pub set: Set,
     /// Rows of log and hold-out.
     pub rows: usize,
-    /// Whether the current is logged; `None`: in three of ten cases.
+    /// True if the current is logged; `None`: in three of ten cases.
     pub current: Option<bool>,
     /// Coloured noise with spikes, every input twice; `None`: in one of ten cases.
     pub dirty: Option<bool>,
@@ -95,7 +95,7 @@ pub struct HiddenEffect {
     /// Rms change of the speed when this effect alone is taken away, in units of the noise; the smaller of log and
     /// hold-out.
     pub visibility: f64,
-    /// Whether the truth has the library's form.
+    /// True if the truth has the library's form.
     pub form_in_library: bool,
 }
 
@@ -120,7 +120,7 @@ pub struct Answer {
     pub tolerance: f64,
     /// Coloured noise with spikes.
     pub dirty: bool,
-    /// Whether the current is logged.
+    /// True if the current is logged.
     pub current_logged: bool,
     /// Rms of the hold-out's speed noise, rad/s.
     pub noise_rms: f64,

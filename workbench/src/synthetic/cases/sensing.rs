@@ -50,7 +50,7 @@ pub struct Sensors {
     pub clamps_noise: bool,
     /// Encoder, counts per turn.
     pub counts_per_rev: u32,
-    /// Whether the current is logged; rms of its noise, A.
+    /// True if the current is logged; rms of its noise, A.
     pub current: Option<f64>,
     /// Sample interval, s.
     pub interval_s: f64,

@@ -63,7 +63,7 @@ impl Friction {
         }
     }
 
-    /// Whether there is any.
+    /// True if there is any.
     pub fn acts(&self) -> bool {
         self.kinetic_nm != [0.0; 2] || self.per_motor_torque != 0.0 || self.per_load_torque != 0.0
     }
@@ -81,7 +81,7 @@ impl Friction {
         level + self.per_motor_torque * motor_nm.abs() + self.per_load_torque * load_nm.abs()
     }
 
-    /// Whether the level changes with the angle.
+    /// True if the level changes with the angle.
     pub fn depends_on_angle(&self) -> bool {
         self.ripple != 0.0
     }

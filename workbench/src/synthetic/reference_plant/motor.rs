@@ -259,12 +259,12 @@ impl Motor {
         [self.inertia * (1.0 - share), self.inertia * share]
     }
 
-    /// Whether rotor and load are two bodies.
+    /// True if rotor and load are two bodies.
     pub fn has_two_bodies(&self) -> bool {
         self.train != Train::Rigid
     }
 
-    /// Whether the equations of body `index` change with the direction of motion.
+    /// True if the equations of body `index` change with the direction of motion.
     pub fn depends_on_direction(&self, index: usize) -> bool {
         let friction = [&self.friction, &self.load_friction][index];
         friction.acts() || self.viscous[0] != self.viscous[1] || (index == 0 && self.drag != 0.0)

@@ -19,9 +19,9 @@ pub trait System {
     fn moving(&self) -> &[usize];
     /// dy/dt.
     fn rates(&self, t: f64, y: &State) -> State;
-    /// Whether the rates depend on state `index`.
+    /// True if the rates depend on state `index`.
     fn depends_on(&self, index: usize) -> bool;
-    /// Whether the rates depend on time itself.
+    /// True if the rates depend on time itself.
     fn depends_on_time(&self) -> bool;
     /// Natural size of each state: errors and differences are relative to it.
     fn scale(&self) -> &State;

@@ -19,13 +19,13 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 pub struct Tacho {
     /// Ratio of reading to truth.
     pub scale: f64,
-    /// Whether the sign is lost.
+    /// True if the sign is lost.
     pub rectified: bool,
     /// First-order lag, s; 0: none.
     pub lag_s: f64,
     /// Largest reading, rad/s; infinite: none.
     pub limit_rad_s: f64,
-    /// Whether it sits at the load of a train of two bodies.
+    /// True if it sits at the load of a train of two bodies.
     pub on_load: bool,
 }
 

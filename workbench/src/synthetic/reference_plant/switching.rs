@@ -218,7 +218,7 @@ impl Modes {
     }
 }
 
-/// Whether the voltage in front of the dead zone moves between breaks in time.
+/// True if the voltage in front of the dead zone moves between breaks in time.
 fn chain_varies(motor: &Motor, held: &Held) -> bool {
     let sags = motor.drive.source_ohm > 0.0 && matches!(held.command, Command::Duty(_));
     held.bridge == Bridge::Driven && held.full_on.is_none() && (sags || motor.drive.lag_s > 0.0)

@@ -230,7 +230,7 @@ impl Sheet<'_> {
         Ok(Dynamic { source: self.source.to_owned(), input, linear, runs })
     }
 
-    /// Whether the axis is linear; an output must be there, and position and speed must agree.
+    /// True if the axis is linear; an output must be there, and position and speed must agree.
     fn linear(
         &self,
         position: Option<&(Quantity, Vec<f64>)>,

@@ -106,9 +106,9 @@ pub struct Sensors {
     pub speed: SpeedSensor,
     /// The window over which it is a mean, s.
     pub speed_window_s: f64,
-    /// Whether `i_a` is logged (informative; the columns decide).
+    /// True if `i_a` is logged (informative; the columns decide).
     pub current_logged: Option<bool>,
-    /// Whether `vbus_v` is logged (informative; the columns decide).
+    /// True if `vbus_v` is logged (informative; the columns decide).
     pub vbus_logged: Option<bool>,
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Coefficients {
     pub conductance: f64,
     /// Rest of the current's deviation at the end of the step.
     pub end: f64,
-    /// … and on the mean over it.
+    /// Rest of the current's deviation on the mean over the step.
     pub mean: f64,
     /// Torque per volt of net voltage.
     pub per_volt: f64,
@@ -31,7 +31,7 @@ pub(super) struct Coefficients {
     pub back_emf: f64,
     /// The rigid shaft with the bridge closed: for positive and negative speed.
     pub closed: [Shaft; 2],
-    /// … and open.
+    /// The rigid shaft with the bridge open: for positive and negative speed.
     pub open: [Shaft; 2],
 }
 

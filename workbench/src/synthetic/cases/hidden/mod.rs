@@ -64,9 +64,9 @@ pub struct Kind {
     pub parameters: &'static [&'static str],
     /// Two of the same group never hide together.
     pub group: Group,
-    /// Whether it lives in a tacho, so that the speed cannot come from encoder differences.
+    /// True if it lives in a tacho, so that the speed cannot come from encoder differences.
     pub needs_tacho: bool,
-    /// Whether the truth can take a form that resembles the library's but is not it.
+    /// True if the truth can take a form that resembles the library's but is not it.
     pub has_other_form: bool,
     /// Draws the values.
     pub draw: fn(&mut ChaCha8Rng, &Natural) -> Vec<f64>,
@@ -76,7 +76,7 @@ pub struct Kind {
 }
 
 impl Kind {
-    /// Whether the two never hide together.
+    /// True if the two never hide together.
     pub fn excludes(&self, other: &Kind) -> bool {
         let one_group = self.group == other.group && self.group != Group::Own;
         self.effect == other.effect || one_group || self.is_inseparable_from(other)
@@ -108,7 +108,7 @@ impl Hidden {
         (self.kind.put)(&self.values, self.shape, natural, subject);
     }
 
-    /// Whether the truth has the library's form.
+    /// True if the truth has the library's form.
     pub fn form_in_library(&self) -> bool {
         self.shape.is_none()
     }

@@ -45,7 +45,7 @@ pub struct Effect {
     pub offered: Offered,
     /// What ties it to other effects and to the numbers of the model.
     pub relations: Relations,
-    /// Whether the firmware has a number for it.
+    /// True if the firmware has a number for it.
     pub on_chip: OnChip,
     /// Puts the parameters into the plant.
     pub apply: fn(&[f64], &mut Physics),
@@ -96,7 +96,7 @@ pub enum Family {
 }
 
 impl Family {
-    /// Whether its effects are poorer and richer forms of one thing, so that a fit with one starts a fit with another.
+    /// True if its effects are poorer and richer forms of one thing, so that a fit with one starts a fit with another.
     pub fn is_ladder(self) -> bool {
         matches!(self, Self::DeadZone | Self::DryFriction | Self::Viscous)
     }
@@ -137,7 +137,7 @@ impl Effect {
         }
     }
 
-    /// Whether two effects describe the same place, so that one replaces the other.
+    /// True if two effects describe the same place, so that one replaces the other.
     pub fn same_family(&self, other: &Effect) -> bool {
         self == other || (self.family == other.family && self.family != Family::Own)
     }

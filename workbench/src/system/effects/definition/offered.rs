@@ -127,12 +127,12 @@ impl Effect {
         }
     }
 
-    /// Whether a record over time may name it.
+    /// True if a record over time may name it.
     pub fn on_records(&self) -> bool {
         !matches!(self.offered, Offered::Tables(_))
     }
 
-    /// Whether a known one changes the curve with which a table is compared.
+    /// True if a known one changes the curve with which a table is compared.
     pub fn counts_in_tables(&self) -> bool {
         !matches!(self.offered, Offered::Records(InTables::LeftOut))
     }

@@ -19,7 +19,7 @@ pub struct Parameter {
     pub default: Option<f64>,
     /// What kind of quantity it is.
     pub meaning: Meaning,
-    /// Whether the firmware has a number for it, if it has one for the effect.
+    /// True if the firmware has a number for it, if it has one for the effect.
     pub on_chip: OnChip,
 }
 
@@ -71,7 +71,7 @@ impl Parameter {
         self
     }
 
-    /// Whether it measures how much of the effect there is, in a unit: at 0 there is none. Thresholds, ratios and phases do not.
+    /// True if it measures how much of the effect there is, in a unit: at 0 there is none. Thresholds, ratios and phases do not.
     pub fn is_size(&self) -> bool {
         self.scale != Scale::One && self.lower <= 0.0 && self.default.is_none()
     }

@@ -28,7 +28,7 @@ impl Starts {
         }
     }
 
-    /// Whether a period is looked for among dozens: one of them always explains something.
+    /// True if a period is looked for among dozens: one of them always explains something.
     pub fn scans(&self) -> bool {
         matches!(self, Self::PositionScan | Self::TimeScan)
     }
