@@ -2,9 +2,9 @@
 //! skips that are counted, tolerances with their reasons.
 
 pub mod bench;
+pub mod case_files;
 pub mod commissioning;
 pub mod counts;
-pub mod desk;
 pub mod exec_bench;
 pub mod families;
 pub mod faults;
@@ -12,10 +12,10 @@ pub mod firmware;
 pub mod measured;
 pub mod naming;
 pub mod next_experiment;
-pub mod opened;
 pub mod passive;
 pub mod power_cut;
 pub mod serial_line;
+pub mod simulated_servo;
 pub mod stops;
 pub mod test_image;
 pub mod tracking;

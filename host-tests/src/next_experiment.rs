@@ -1,8 +1,8 @@
 //! Is the suggested next experiment worth doing? A tie of a short noisy log is taken to the rig again: once with the
 //! suggestion, once with a random protocol of equal length.
 
+use crate::case_files::{Opened, opened, recorded};
 use crate::naming::{group, quantile, share};
-use crate::opened::{Opened, opened, recorded};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::error::Error;

@@ -20,19 +20,16 @@
 //!   blank slot: it is programmed to zero, too.
 //! - **A save is believed only when a fresh search finds it.** Otherwise its slot is zeroed and the next one is used.
 
-use super::page::{ITEM_HEADER, Page, SLOT, WORD, ready, slots};
+use super::page::{BLANK, ITEM_HEADER, NoCache, Page, SLOT, WORD, ready, slots};
 use crate::store::{
     AtRest, Found, LAYOUT, Loaded, RECORD_LEN, Record, SaveError, StoredParameters, encode_into,
 };
 use core::pin::pin;
 use embedded_storage::nor_flash::NorFlash;
-use sequential_storage::cache::{Cache, Uncached};
+use sequential_storage::cache::Cache;
 use sequential_storage::queue::{QueueConfig, QueueStorage};
 use serde::Serialize;
 
-type NoCache = Cache<Uncached, Uncached, Uncached, ()>;
-
-const BLANK: [u8; WORD as usize] = [0xFF; WORD as usize];
 /// Slots that one save may spend on words that cannot be programmed.
 const ATTEMPTS: u32 = 3;
 

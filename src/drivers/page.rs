@@ -6,6 +6,7 @@ use core::pin::Pin;
 use core::task::{Context, Poll, Waker};
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
 use embedded_storage_async::nor_flash as asynchronous;
+use sequential_storage::cache::{Cache, Uncached};
 
 /// The flash word: the unit of programming.
 pub(super) const WORD: u32 = 4;
@@ -18,6 +19,11 @@ pub(super) const SLOT: u32 = ITEM_HEADER + RECORD_LEN as u32;
 pub(super) const fn slots(sector: u32) -> u32 {
     (sector - 2 * WORD) / (SLOT + WORD)
 }
+
+/// The queue keeps nothing in RAM.
+pub(super) type NoCache = Cache<Uncached, Uncached, Uncached, ()>;
+/// A word that was erased.
+pub(super) const BLANK: [u8; WORD as usize] = [0xFF; WORD as usize];
 
 /// One sector without its confirm words, as the library sees it: words, no erase. The blocking flash underneath is
 /// always ready, so the library's futures finish at their first poll.

@@ -7,9 +7,9 @@
 
 use clap::Parser;
 use evaluation::Results;
+use host_tests::case_files::{Opened, opened};
 use host_tests::naming::{Line, group, report};
 use host_tests::next_experiment::{self, Found, examine};
-use host_tests::opened::{Opened, opened};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::OpenOptions;

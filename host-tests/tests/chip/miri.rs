@@ -1,10 +1,10 @@
 //! The core in small doses, for the interpreter that finds undefined behaviour: `servo` itself forbids `unsafe`, what it
 //! builds on does not. Under Miri: `cargo +nightly miri test --package host-tests --test chip miri::`.
 
-use host_tests::desk::{Desk, config};
 use host_tests::power_cut::flash::Flash;
 use host_tests::power_cut::sets::set;
 use host_tests::power_cut::suite::{Store, loaded, save};
+use host_tests::simulated_servo::{SimulatedServo, config};
 use servo::axis::Bridge;
 use servo::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Standing, TIME_FRAC, VOLTAGE_FRAC};
 use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Request, encode};
@@ -12,10 +12,14 @@ use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Request,
 /// Miri takes some thousand times as long.
 const SHARE: u32 = if cfg!(miri) { 1 } else { 20 };
 
-fn send(desk: &mut Desk, number: u16, command: Command) -> Result<(), servo::link::protocol::Refusal> {
+fn send(
+    servo_under_test: &mut SimulatedServo,
+    number: u16,
+    command: Command,
+) -> Result<(), servo::link::protocol::Refusal> {
     let mut buffer = [0; FRAME_CAPACITY];
     let bytes = encode(number, Request { axis: 0, command }, &mut buffer).expect("fits");
-    match desk.receive(bytes)[..] {
+    match servo_under_test.receive(bytes)[..] {
         [Message::Answer { to, result, .. }] if to == number => result,
         ref other => panic!("one answer to {number}: {other:?}"),
     }
@@ -23,25 +27,25 @@ fn send(desk: &mut Desk, number: u16, command: Command) -> Result<(), servo::lin
 
 #[test]
 fn commissioning_runs() {
-    let mut desk = Desk::default();
-    send(&mut desk, 1, Command::Configure(config())).expect("configured");
-    send(&mut desk, 2, Command::Arm).expect("armed");
-    send(&mut desk, 3, Command::Commission { budget_ms: 3000, seed: 1 }).expect("runs");
-    let moving = (0..120 * SHARE).any(|_| desk.tick().bridge == Bridge::Driven);
+    let mut servo_under_test = SimulatedServo::default();
+    send(&mut servo_under_test, 1, Command::Configure(config())).expect("configured");
+    send(&mut servo_under_test, 2, Command::Arm).expect("armed");
+    send(&mut servo_under_test, 3, Command::Commission { budget_ms: 3000, seed: 1 }).expect("runs");
+    let moving = (0..120 * SHARE).any(|_| servo_under_test.tick().bridge == Bridge::Driven);
     assert!(moving, "the motor is excited");
-    send(&mut desk, 4, Command::Stop).expect("stopped");
-    assert_eq!(desk.tick().bridge, Bridge::Open);
+    send(&mut servo_under_test, 4, Command::Stop).expect("stopped");
+    assert_eq!(servo_under_test.tick().bridge, Bridge::Open);
 }
 
 #[test]
 fn tracking_with_compensation_runs() {
-    let mut desk = Desk::default();
-    send(&mut desk, 1, Command::Configure(config())).expect("configured");
-    send(&mut desk, 2, Command::Adopt(estimates())).expect("adopted");
-    send(&mut desk, 3, Command::Arm).expect("armed");
+    let mut servo_under_test = SimulatedServo::default();
+    send(&mut servo_under_test, 1, Command::Configure(config())).expect("configured");
+    send(&mut servo_under_test, 2, Command::Adopt(estimates())).expect("adopted");
+    send(&mut servo_under_test, 3, Command::Arm).expect("armed");
     let sine = Command::TrackSine { amplitude_rad: 1.0, frequency_hz: 2.0, duration_ms: 1000 };
-    send(&mut desk, 4, sine).expect("tracks");
-    let output = desk.ticks(100 * SHARE);
+    send(&mut servo_under_test, 4, sine).expect("tracks");
+    let output = servo_under_test.ticks(100 * SHARE);
     assert_eq!(output.bridge, Bridge::Driven);
     assert_ne!(output.record.reference_q8, 0);
 }
@@ -62,10 +66,10 @@ fn estimates() -> Estimates {
 
 #[test]
 fn every_tick_travels_over_the_link() {
-    let mut desk = Desk::driving();
+    let mut servo_under_test = SimulatedServo::driving();
     let mut receiver = Receiver::<Message>::new();
     for sequence in 0..10 {
-        let output = desk.tick();
+        let output = servo_under_test.tick();
         let message =
             Message::Telemetry { axis: 0, tick: u32::from(sequence), cost: 0, record: output.record };
         let mut buffer = [0; FRAME_CAPACITY];

@@ -2,8 +2,8 @@
 //! of the supply.
 
 use host_tests::bench::Bench;
-use host_tests::desk::{self, Desk};
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
+use host_tests::simulated_servo::{self, SimulatedServo};
 use host_tests::tracking::{feed_forward, knowing};
 use servo::axis::Command;
 use servo::axis::{Output, Refusal};
@@ -298,7 +298,7 @@ fn a_commissioning_keeps_the_voltage_limit_and_learns_the_dead_zone() {
 
 #[test]
 fn the_supply_is_a_fault_beyond_the_thresholds_asked_for_and_not_before() {
-    // 0.01 V a count of the desk's converter, 12 V nominal.
+    // 0.01 V a count of the servo_under_test's converter, 12 V nominal.
     for (limits, inside, outside, fault) in [
         ((None, None), 610, 590, Fault::SupplyLow),
         ((None, None), 1790, 1810, Fault::SupplyHigh),
@@ -307,26 +307,30 @@ fn the_supply_is_a_fault_beyond_the_thresholds_asked_for_and_not_before() {
         ((Some(3.0), Some(22.0)), 310, 290, Fault::SupplyLow),
         ((Some(3.0), Some(22.0)), 2190, 2210, Fault::SupplyHigh),
     ] {
-        let mut desk = Desk::default();
+        let mut servo_under_test = SimulatedServo::default();
         let (supply_low_v, supply_high_v) = limits;
         let config = Config {
             supply_low_v: supply_low_v.into(),
             supply_high_v: supply_high_v.into(),
-            ..desk::config()
+            ..simulated_servo::config()
         };
-        desk.order(Wire::Configure(config)).expect("a configuration");
-        desk.world.vbus_raw = inside;
-        assert_eq!(desk.ticks(2_000).record.fault, Fault::None, "{limits:?} at {inside}");
-        desk.world.vbus_raw = outside;
-        assert_eq!(desk.ticks(40).record.fault, Fault::None, "{limits:?} at {outside}: 5 ms have to pass");
-        assert_eq!(desk.ticks(40).record.fault, fault, "{limits:?} at {outside}");
+        servo_under_test.order(Wire::Configure(config)).expect("a configuration");
+        servo_under_test.world.vbus_raw = inside;
+        assert_eq!(servo_under_test.ticks(2_000).record.fault, Fault::None, "{limits:?} at {inside}");
+        servo_under_test.world.vbus_raw = outside;
+        assert_eq!(
+            servo_under_test.ticks(40).record.fault,
+            Fault::None,
+            "{limits:?} at {outside}: 5 ms have to pass"
+        );
+        assert_eq!(servo_under_test.ticks(40).record.fault, fault, "{limits:?} at {outside}");
     }
 }
 
 #[test]
 fn limits_that_cannot_be_are_refused_with_their_range() {
-    let nominal = desk::config().supply_nominal_v;
-    let config = desk::config;
+    let nominal = simulated_servo::config().supply_nominal_v;
+    let config = simulated_servo::config;
     for (config, field, minimum, maximum) in [
         (
             Config { supply_low_v: Optional::new(12.1), ..config() },
@@ -361,24 +365,27 @@ fn limits_that_cannot_be_are_refused_with_their_range() {
 /// Thresholds that were chosen before stay, and must fit the supply of the new configuration.
 #[test]
 fn limits_survive_a_new_configuration() {
-    let mut desk = Desk::default();
-    let config =
-        Config { supply_low_v: Optional::new(10.0), voltage_limit_v: Optional::new(9.0), ..desk::config() };
-    desk.order(Wire::Configure(config)).expect("a configuration");
-    desk.order(Wire::Configure(desk::config())).expect("the same machine");
-    desk.world.vbus_raw = 950;
-    assert_eq!(desk.ticks(100).record.fault, Fault::SupplyLow);
-    desk.order(Wire::Stop).expect("always possible");
-    desk.world.vbus_raw = 1200;
-    desk.tick();
+    let mut servo_under_test = SimulatedServo::default();
+    let config = Config {
+        supply_low_v: Optional::new(10.0),
+        voltage_limit_v: Optional::new(9.0),
+        ..simulated_servo::config()
+    };
+    servo_under_test.order(Wire::Configure(config)).expect("a configuration");
+    servo_under_test.order(Wire::Configure(simulated_servo::config())).expect("the same machine");
+    servo_under_test.world.vbus_raw = 950;
+    assert_eq!(servo_under_test.ticks(100).record.fault, Fault::SupplyLow);
+    servo_under_test.order(Wire::Stop).expect("always possible");
+    servo_under_test.world.vbus_raw = 1200;
+    servo_under_test.tick();
     for (volts, fits) in [(8.9, true), (9.1, false)] {
-        desk.order(Wire::Arm).expect("no fault");
-        let result = desk.order(Wire::Voltage(volts));
+        servo_under_test.order(Wire::Arm).expect("no fault");
+        let result = servo_under_test.order(Wire::Voltage(volts));
         assert_eq!(result.is_ok(), fits, "{volts} V: {result:?}");
     }
-    desk.order(Wire::Stop).expect("always possible");
-    desk.ticks(3);
-    let small = Config { supply_nominal_v: 6.0, ..desk::config() };
-    let refused = desk.order(Wire::Configure(small));
+    servo_under_test.order(Wire::Stop).expect("always possible");
+    servo_under_test.ticks(3);
+    let small = Config { supply_nominal_v: 6.0, ..simulated_servo::config() };
+    let refused = servo_under_test.order(Wire::Configure(small));
     assert!(refused.is_err(), "9 V of 6 V: {refused:?}");
 }

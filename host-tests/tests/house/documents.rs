@@ -130,11 +130,11 @@ fn commands(body: &[String]) -> Vec<Shown> {
 }
 
 /// The folder in which the commands of one document run.
-struct Desk {
+struct SimulatedServo {
     folder: tempfile::TempDir,
 }
 
-impl Desk {
+impl SimulatedServo {
     fn new() -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         for name in ["data", "workbench"] {
@@ -211,19 +211,23 @@ fn close(expected: &str, actual: &str) -> bool {
 fn commands_in_documents_print_what_is_shown() {
     let (mut wrong, mut ran, mut left_out) = (vec![], 0, vec![]);
     for document in documents() {
-        let mut desk = None;
+        let mut servo_under_test = None;
         for block in blocks(&text(&document)) {
             let place = format!("{}:{}", document.display(), block.line);
             if let Some(name) = block.mark.strip_prefix("toml file=") {
-                desk.get_or_insert_with(Desk::new).write(name, &block.body);
+                servo_under_test.get_or_insert_with(SimulatedServo::new).write(name, &block.body);
             } else if let (true, Some(reason)) = (block.mark == "console", &block.not_run) {
                 assert!(!reason.is_empty(), "{place}: say why it is not run");
                 left_out.push(format!("{place}: not run: {reason}"));
             } else if block.mark == "console" {
                 ran += 1;
-                let desk = desk.get_or_insert_with(Desk::new);
+                let servo_under_test = servo_under_test.get_or_insert_with(SimulatedServo::new);
                 let found = commands(&block.body);
-                wrong.extend(found.iter().filter_map(|shown| Some(format!("{place}\n{}", desk.run(shown)?))));
+                wrong.extend(
+                    found
+                        .iter()
+                        .filter_map(|shown| Some(format!("{place}\n{}", servo_under_test.run(shown)?))),
+                );
             }
         }
     }

@@ -11,10 +11,10 @@ fn the_bridge_stays_off_after_a_panic_or_fault_although_control_drives_it() {
         ("f", "a hard fault in idle"),
         ("u", "an unexpected interrupt"),
     ] {
-        let desk = tempfile::tempdir().expect("a folder");
-        std::fs::write(desk.path().join("way"), letter).expect("a file");
+        let servo_under_test = tempfile::tempdir().expect("a folder");
+        std::fs::write(servo_under_test.path().join("way"), letter).expect("a file");
         let status = qemu(&image)
-            .current_dir(desk.path())
+            .current_dir(servo_under_test.path())
             .status()
             .expect("QEMU can be started; try `cargo xtask setup`");
         // 1: the bridge is driven again; 2: nothing of the kind happened.

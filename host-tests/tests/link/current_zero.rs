@@ -1,6 +1,6 @@
 //! The zero of the current sensor, as joint and host meet it: nothing is armed before it is known or the wait is over.
 
-use host_tests::desk::{self, Desk};
+use host_tests::simulated_servo::{self, SimulatedServo};
 use servo::axis::{self, Sample};
 use servo::link::protocol::{Command, FRAME_CAPACITY, Refusal, encode};
 use truing::console::input_error::InputError;
@@ -8,13 +8,13 @@ use truing::device::link::{Client, Wire, current_text};
 
 #[test]
 fn an_axis_cannot_be_armed_while_the_zero_is_looked_for() {
-    let mut desk = Desk::default();
+    let mut servo_under_test = SimulatedServo::default();
     let sought = Err(Refusal::Axis(axis::Refusal::CurrentZeroSought));
-    desk.world.current_raw = Sample::CURRENT_ZERO_SOUGHT;
-    desk.order(Command::Configure(desk::config())).expect("a good one");
-    desk.tick();
-    assert_eq!(desk.order(Command::Arm), sought);
-    assert_eq!(desk.order(Command::Stop), Ok(()));
+    servo_under_test.world.current_raw = Sample::CURRENT_ZERO_SOUGHT;
+    servo_under_test.order(Command::Configure(simulated_servo::config())).expect("a good one");
+    servo_under_test.tick();
+    assert_eq!(servo_under_test.order(Command::Arm), sought);
+    assert_eq!(servo_under_test.order(Command::Stop), Ok(()));
     for over in [
         Sample::CURRENT_ZERO_UNSTEADY,
         Sample::CURRENT_ZERO_OUTSIDE,
@@ -22,18 +22,18 @@ fn an_axis_cannot_be_armed_while_the_zero_is_looked_for() {
         Sample::CURRENT_NOT_SENSED,
         0,
     ] {
-        desk.world.current_raw = Sample::CURRENT_ZERO_SOUGHT;
-        desk.tick();
-        assert_eq!(desk.order(Command::Arm), sought);
-        desk.world.current_raw = over;
-        desk.tick();
-        assert_eq!(desk.order(Command::Arm), Ok(()), "{over}");
+        servo_under_test.world.current_raw = Sample::CURRENT_ZERO_SOUGHT;
+        servo_under_test.tick();
+        assert_eq!(servo_under_test.order(Command::Arm), sought);
+        servo_under_test.world.current_raw = over;
+        servo_under_test.tick();
+        assert_eq!(servo_under_test.order(Command::Arm), Ok(()), "{over}");
     }
 }
 
-/// A desk at the end of a wire, with a sensor that knows its zero after some ticks.
+/// A servo_under_test at the end of a wire, with a sensor that knows its zero after some ticks.
 struct Line {
-    desk: Desk,
+    servo_under_test: SimulatedServo,
     left: u32,
     sequence: u16,
 }
@@ -41,27 +41,27 @@ struct Line {
 impl Wire for Line {
     fn turn(&mut self, outgoing: &mut Vec<u8>, incoming: &mut Vec<u8>) -> Result<(), InputError> {
         self.left = self.left.saturating_sub(1);
-        self.desk.world.current_raw = match self.left {
+        self.servo_under_test.world.current_raw = match self.left {
             0 => 0,
             _ => Sample::CURRENT_ZERO_SOUGHT,
         };
-        for message in self.desk.receive(outgoing) {
+        for message in self.servo_under_test.receive(outgoing) {
             let mut buffer = [0; FRAME_CAPACITY];
             self.sequence = self.sequence.wrapping_add(1);
             incoming.extend_from_slice(encode(self.sequence, message, &mut buffer).expect("it fits"));
         }
         outgoing.clear();
-        self.desk.tick();
+        self.servo_under_test.tick();
         Ok(())
     }
 }
 
 #[test]
 fn the_host_waits_for_the_zero_before_it_arms() {
-    let line = Line { desk: Desk::default(), left: 1000, sequence: 0 };
+    let line = Line { servo_under_test: SimulatedServo::default(), left: 1000, sequence: 0 };
     let mut client = Client::new(Box::new(line));
     let mut tell = |command| client.command(command, &mut |_| {});
-    tell(Command::Configure(desk::config())).expect("configured");
+    tell(Command::Configure(simulated_servo::config())).expect("configured");
     let tick = tell(Command::Arm).expect("armed");
     assert!((999..1100).contains(&tick), "armed in tick {tick}");
 }

@@ -1,8 +1,8 @@
 //! Invariants of the link. What a frame is, is written down here once more and differently (`oracle`), so that the
 //! decoder of the library is held against something other than itself.
 
-use host_tests::desk::{Desk, config};
 use host_tests::power_cut::sets::set;
+use host_tests::simulated_servo::{SimulatedServo, config};
 use proptest::prelude::*;
 use servo::axis::{Bridge, Output};
 use servo::config::Config;
@@ -85,7 +85,7 @@ mod oracle {
     }
 }
 
-/// For the only axis of the desk.
+/// For the only axis of the servo_under_test.
 fn request(command: Command) -> Request {
     Request { axis: 0, command }
 }
@@ -104,7 +104,7 @@ fn shown(output: Output) -> (Bridge, i16, servo::record::Record) {
     (output.bridge, output.duty, output.record)
 }
 
-fn same_for(left: &mut Desk, right: &mut Desk, ticks: u32) -> Result<(), TestCaseError> {
+fn same_for(left: &mut SimulatedServo, right: &mut SimulatedServo, ticks: u32) -> Result<(), TestCaseError> {
     for _ in 0..ticks {
         prop_assert_eq!(shown(left.tick()), shown(right.tick()));
     }
@@ -181,7 +181,7 @@ fn excite((amplitude_v, from_hz, to_hz, duration_ms, linear): (f32, f32, f32, u3
     Command::Excite(Waveform { amplitude_v, from_hz, to_hz, sweep, duration_ms })
 }
 
-/// Sets as they would be stored: the desk's, or with numbers that no commissioning would find.
+/// Sets as they would be stored: the servo_under_test's, or with numbers that no commissioning would find.
 fn parameters() -> impl Strategy<Value = AxisParameters> {
     let estimate = (any::<i32>(), any::<i32>(), any::<bool>()).prop_map(|(value, u95, trusted)| Estimate {
         value,
@@ -261,43 +261,43 @@ proptest! {
     fn a_byte_stream_does_what_its_valid_frames_say_and_nothing_else(
         pieces in prop::collection::vec((piece(), 0..30u32), 1..25),
     ) {
-        let (mut desk, mut twin) = (Desk::driving(), Desk::driving());
+        let (mut servo_under_test, mut twin) = (SimulatedServo::driving(), SimulatedServo::driving());
         let (mut stream, mut done) = (Vec::new(), 0);
         for (bytes, ticks) in pieces {
             stream.extend_from_slice(&bytes);
-            desk.receive(&bytes);
+            servo_under_test.receive(&bytes);
             let commands = oracle::executed(oracle::frames(&stream));
             for (_, request) in &commands[done..] {
                 let _ = twin.request(*request);
             }
             done = commands.len();
-            prop_assert_eq!(format!("{:?}", desk.executed), format!("{commands:?}"));
-            same_for(&mut desk, &mut twin, ticks)?;
+            prop_assert_eq!(format!("{:?}", servo_under_test.executed), format!("{commands:?}"));
+            same_for(&mut servo_under_test, &mut twin, ticks)?;
         }
-        same_for(&mut desk, &mut twin, 50)?;
+        same_for(&mut servo_under_test, &mut twin, 50)?;
     }
 
     /// Noise without a valid frame is no command, whatever the state.
     #[test]
     fn noise_changes_nothing(noise in prop::collection::vec(any::<u8>(), 0..4000), driving in any::<bool>()) {
-        let start = if driving { Desk::driving() } else { Desk::default() };
-        let (mut desk, mut twin) = (start.clone(), start);
+        let start = if driving { SimulatedServo::driving() } else { SimulatedServo::default() };
+        let (mut servo_under_test, mut twin) = (start.clone(), start);
         prop_assert!(oracle::frames(&noise).is_empty());
         for bytes in noise.chunks(97) {
-            prop_assert!(desk.receive(bytes).is_empty());
-            same_for(&mut desk, &mut twin, 3)?;
+            prop_assert!(servo_under_test.receive(bytes).is_empty());
+            same_for(&mut servo_under_test, &mut twin, 3)?;
         }
     }
 
     /// Before `Arm` nothing drives the bridge, whatever is asked.
     #[test]
     fn without_arm_the_bridge_stays_open(commands in prop::collection::vec((unarmed_command(), 0..20u32), 1..30)) {
-        let mut desk = Desk::default();
-        desk.order(Command::Configure(config())).expect("configured");
+        let mut servo_under_test = SimulatedServo::default();
+        servo_under_test.order(Command::Configure(config())).expect("configured");
         for (number, (command, ticks)) in commands.into_iter().enumerate() {
-            desk.receive(&frame(number as u16, command));
+            servo_under_test.receive(&frame(number as u16, command));
             for _ in 0..ticks {
-                prop_assert_eq!(desk.tick().bridge, Bridge::Open);
+                prop_assert_eq!(servo_under_test.tick().bridge, Bridge::Open);
             }
         }
     }
@@ -305,16 +305,16 @@ proptest! {
     /// `Stop` opens the bridge in the tick in which it is executed, whatever went before, and it stays open.
     #[test]
     fn stop_works_in_every_state(commands in prop::collection::vec((command(), 0..200u32), 0..12)) {
-        let mut desk = Desk::driving();
+        let mut servo_under_test = SimulatedServo::driving();
         for (number, (command, ticks)) in commands.into_iter().enumerate() {
-            desk.receive(&frame(number as u16, command));
-            desk.ticks(ticks);
+            servo_under_test.receive(&frame(number as u16, command));
+            servo_under_test.ticks(ticks);
         }
-        let answers = desk.receive(&frame(100, Command::Stop));
+        let answers = servo_under_test.receive(&frame(100, Command::Stop));
         let accepted = matches!(answers[..], [Message::Answer { to: 100, result: Ok(()), .. }]);
         prop_assert!(accepted, "{:?}", answers);
         for _ in 0..100 {
-            prop_assert_eq!(desk.tick().bridge, Bridge::Open);
+            prop_assert_eq!(servo_under_test.tick().bridge, Bridge::Open);
         }
     }
 
@@ -323,25 +323,25 @@ proptest! {
     fn repeated_and_old_numbers_are_answered_and_not_executed(
         first in any::<u16>(), commands in prop::collection::vec(command(), 1..10), back in 1..0x8000u16,
     ) {
-        let mut desk = Desk::driving();
-        let mut twin = desk.clone();
+        let mut servo_under_test = SimulatedServo::driving();
+        let mut twin = servo_under_test.clone();
         for (index, command) in commands.into_iter().enumerate() {
             let number = first.wrapping_add(index as u16);
-            let answer = desk.receive(&frame(number, command));
+            let answer = servo_under_test.receive(&frame(number, command));
             let _ = twin.order(command);
             prop_assert_eq!(answer.len(), 1);
-            let executed = desk.executed.len();
+            let executed = servo_under_test.executed.len();
             for other in [command, Command::Stop, Command::Position(0.3)] {
-                prop_assert_eq!(format!("{:?}", desk.receive(&frame(number, other))), format!("{answer:?}"));
+                prop_assert_eq!(format!("{:?}", servo_under_test.receive(&frame(number, other))), format!("{answer:?}"));
             }
-            for answer in desk.receive(&frame(number.wrapping_sub(back), Command::Stop)) {
+            for answer in servo_under_test.receive(&frame(number.wrapping_sub(back), Command::Stop)) {
                 let Message::Answer { result: Err(Refusal::Stale { expected }), .. } = answer else {
                     return Err(TestCaseError::fail(format!("{answer:?}")));
                 };
                 prop_assert_eq!(expected, number.wrapping_add(1));
             }
-            prop_assert_eq!(desk.executed.len(), executed);
-            same_for(&mut desk, &mut twin, 5)?;
+            prop_assert_eq!(servo_under_test.executed.len(), executed);
+            same_for(&mut servo_under_test, &mut twin, 5)?;
         }
     }
 }
@@ -381,9 +381,12 @@ fn every_single_bit_error_in_every_command_is_dropped() {
             let mut bytes = whole.clone();
             bytes[bit / 8] ^= 1 << (bit % 8);
             bytes.push(0);
-            let mut desk = Desk::default();
-            let answers = desk.receive(&bytes);
-            assert!(answers.is_empty() && desk.executed.is_empty(), "{command:?}, bit {bit}: {answers:?}");
+            let mut servo_under_test = SimulatedServo::default();
+            let answers = servo_under_test.receive(&bytes);
+            assert!(
+                answers.is_empty() && servo_under_test.executed.is_empty(),
+                "{command:?}, bit {bit}: {answers:?}"
+            );
             frames += 1;
         }
     }
@@ -397,9 +400,12 @@ fn frames_of_other_versions_are_dropped() {
         for version in 0..=255 {
             let content =
                 postcard::to_stdvec(&Frame { version, sequence: 1, body: request(command) }).expect("fits");
-            let mut desk = Desk::default();
-            let answers = desk.receive(&oracle::seal(&content)).len();
-            assert_eq!((answers, desk.executed.len()), if version == VERSION { (1, 1) } else { (0, 0) });
+            let mut servo_under_test = SimulatedServo::default();
+            let answers = servo_under_test.receive(&oracle::seal(&content)).len();
+            assert_eq!(
+                (answers, servo_under_test.executed.len()),
+                if version == VERSION { (1, 1) } else { (0, 0) }
+            );
         }
     }
 }

@@ -1,9 +1,9 @@
 //! What an axis file chooses about loops, limits and protection: read with errors that tell what to do, put in force over
 //! the link, and kept where a later file is silent.
 
-use host_tests::desk::{self, Desk};
 use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
 use host_tests::firmware::power_up;
+use host_tests::simulated_servo::{self, SimulatedServo};
 use servo::axis::servo_axis::ServoAxis;
 use servo::link::order::Order;
 use servo::link::protocol::{Command, Refusal};
@@ -144,8 +144,8 @@ fn a_new_configuration_keeps_choices_and_forgets_what_was_learned() {
     order(&mut joint, Command::Configure(other)).expect("accepted");
     let fresh = in_force(&joint);
     assert_eq!(fresh, Setup::from(other).parameters(None));
-    // Nor does the desk of the other tests, which never chose anything, see a difference.
-    assert_eq!(Desk::default().order(Command::Configure(desk::config())), Ok(()));
+    // Nor does the servo_under_test of the other tests, which never chose anything, see a difference.
+    assert_eq!(SimulatedServo::default().order(Command::Configure(simulated_servo::config())), Ok(()));
 }
 
 const COMMISSION: Task = Task::Commission { budget_s: 5.0, seed: 1 };

@@ -127,7 +127,7 @@ fn a_final_record_is_only_predicted() {
 /// Another motor's record, which the model misses by many times the noise, is no proof that nothing is missing.
 #[test]
 fn a_held_out_record_of_another_motor_is_not_nothing_missing() {
-    use host_tests::opened::opened;
+    use host_tests::case_files::opened;
     use truing::synthetic::cases::{Set, Spec, draw};
     let spec = Spec { rows: 1500, ..Spec::new(Set::Nothing) };
     // The same drive and the same rates, so that the files fit together.

@@ -1,7 +1,7 @@
 //! The time of a record: milliseconds under `t_s` are asked about, slow records in seconds are not.
 
+use host_tests::case_files::opened;
 use host_tests::measured::measured;
-use host_tests::opened::opened;
 use std::path::Path;
 use truing::gap::time_base::check;
 use truing::synthetic::cases::{Set, Spec, draw};

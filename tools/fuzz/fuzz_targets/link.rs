@@ -19,9 +19,9 @@ use servo::link::protocol::{Command, FRAME_CAPACITY, Request, VERSION, encode};
 use servo::store::AxisParameters;
 use servo::motion::stream::Point;
 
-#[path = "../../../host-tests/src/desk.rs"]
-mod desk;
-use desk::Desk;
+#[path = "../../../host-tests/src/simulated_servo.rs"]
+mod simulated_servo;
+use simulated_servo::SimulatedServo;
 
 #[derive(Arbitrary, Debug)]
 enum Step {
@@ -68,7 +68,7 @@ enum Deed {
     Ask(u8),
 }
 
-/// The desk's configuration with one part changed.
+/// The servo_under_test's configuration with one part changed.
 #[derive(Arbitrary, Debug)]
 struct Setup {
     which: u8,
@@ -79,7 +79,7 @@ struct Setup {
 
 impl Setup {
     fn config(&self) -> Config {
-        let mut config = desk::config();
+        let mut config = simulated_servo::config();
         let number = Optional::new(self.number);
         match self.which % 17 {
             0 => config.supply_nominal_v = self.number,
@@ -165,39 +165,39 @@ const TICKS: u32 = 20_000;
 
 fuzz_target!(|input: (bool, Vec<Step>)| {
     let (driving, steps) = input;
-    let mut desk = if driving { Desk::driving() } else { Desk::default() };
+    let mut servo_under_test = if driving { SimulatedServo::driving() } else { SimulatedServo::default() };
     let (mut left, mut last, mut turn) = (TICKS, Vec::new(), 0u16);
     for step in steps {
         match step {
-            Step::Noise(bytes) => receive(&mut desk, &bytes),
+            Step::Noise(bytes) => receive(&mut servo_under_test, &bytes),
             Step::Frame { version_off, sequence, body } => {
                 // Nearly always the right version.
                 let version = if version_off == 0xA5 { VERSION.wrapping_add(sequence as u8) } else { VERSION };
                 last = frame(version, sequence, &body);
-                receive(&mut desk, &last);
+                receive(&mut servo_under_test, &last);
             }
             Step::Do { other_axis, deed } => {
                 turn = turn.wrapping_add(1);
                 let request = Request { axis: other_axis.into(), command: deed.command() };
                 let mut buffer = [0; FRAME_CAPACITY];
                 last = encode(turn, request, &mut buffer).expect("every command fits").to_vec();
-                receive(&mut desk, &last);
+                receive(&mut servo_under_test, &last);
             }
-            Step::Again => receive(&mut desk, &last),
-            Step::Heed(what) => desk.raise(match what % 5 {
+            Step::Again => receive(&mut servo_under_test, &last),
+            Step::Heed(what) => servo_under_test.raise(match what % 5 {
                 0 => Condition::Interlock(Interlock::Disabled),
                 1 => Condition::Interlock(Interlock::BridgeFault),
                 2 => Condition::TickOverrun,
                 3 => Condition::WatchdogReset,
                 _ => Condition::ParametersDamaged,
             }),
-            Step::Run(ticks) => run(&mut desk, u32::from(ticks), &mut left),
-            Step::RunLong(ticks) => run(&mut desk, 64 * u32::from(ticks), &mut left),
+            Step::Run(ticks) => run(&mut servo_under_test, u32::from(ticks), &mut left),
+            Step::RunLong(ticks) => run(&mut servo_under_test, 64 * u32::from(ticks), &mut left),
             Step::World { vbus_raw, current_raw } => {
-                desk.world.vbus_raw = vbus_raw.unwrap_or(Sample::VBUS_NOT_MEASURED);
-                desk.world.current_raw = current_raw.unwrap_or(Sample::CURRENT_NOT_SENSED);
+                servo_under_test.world.vbus_raw = vbus_raw.unwrap_or(Sample::VBUS_NOT_MEASURED);
+                servo_under_test.world.current_raw = current_raw.unwrap_or(Sample::CURRENT_NOT_SENSED);
             }
-            Step::Jump(counts) => desk.jump(counts),
+            Step::Jump(counts) => servo_under_test.jump(counts),
         }
     }
 });
@@ -223,22 +223,22 @@ fn frame(version: u8, sequence: u16, body: &[u8]) -> Vec<u8> {
 }
 
 /// Every command that is executed is answered at once, no other byte is.
-fn receive(desk: &mut Desk, bytes: &[u8]) {
-    let before = desk.executed.len();
-    let answers = desk.receive(bytes);
-    assert!(answers.len() >= desk.executed.len() - before);
+fn receive(servo_under_test: &mut SimulatedServo, bytes: &[u8]) {
+    let before = servo_under_test.executed.len();
+    let answers = servo_under_test.receive(bytes);
+    assert!(answers.len() >= servo_under_test.executed.len() - before);
     assert!(answers.len() <= bytes.iter().filter(|&&byte| byte == 0).count());
 }
 
 /// The tick always comes back, within what the bridge can do, and drives only what was armed.
-fn run(desk: &mut Desk, ticks: u32, left: &mut u32) {
+fn run(servo_under_test: &mut SimulatedServo, ticks: u32, left: &mut u32) {
     let ticks = ticks.min(*left);
     *left -= ticks;
     for _ in 0..ticks {
-        let output = desk.tick();
-        let full_scale = desk.config.map_or(0, |config| config.pwm_full_scale);
+        let output = servo_under_test.tick();
+        let full_scale = servo_under_test.config.map_or(0, |config| config.pwm_full_scale);
         assert!(output.bridge == Bridge::Driven || output.duty == 0, "{output:?}");
         assert!(output.duty.unsigned_abs() <= full_scale, "{output:?}");
-        assert!(output.bridge == Bridge::Open || desk.armed, "torque without arm: {output:?}");
+        assert!(output.bridge == Bridge::Open || servo_under_test.armed, "torque without arm: {output:?}");
     }
 }

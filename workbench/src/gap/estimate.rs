@@ -1,6 +1,6 @@
 //! The numbers of a set's effects with their standard deviations, and whether they stand out from nothing.
 
-use crate::gap::dataset::Bench;
+use crate::gap::dataset::Dataset;
 use crate::gap::fit::{FINAL, SEARCH, Setting, covariance, fit};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::search::{Scored, dispersion, scatter};
@@ -60,7 +60,7 @@ impl<'s, 'a> Spread<'s, 'a> {
             if slot.is_none() && parameter.default.is_some() {
                 return None;
             }
-            let scale = hypothesis.bench.scales.of(parameter.scale);
+            let scale = hypothesis.dataset.scales.of(parameter.scale);
             let std = slot.map(|s| {
                 let variance =
                     (self.covariance[(s, s)].max(0.0) * self.factor + self.scatter[s]) * scale * scale;
@@ -98,7 +98,7 @@ impl<'s, 'a> Spread<'s, 'a> {
         let n = slots.len();
         let away = DVector::from_fn(n, |k, _| {
             let parameter = &hypothesis.items[index].effect.parameters[parameters[k]];
-            let scale = hypothesis.bench.scales.of(parameter.scale);
+            let scale = hypothesis.dataset.scales.of(parameter.scale);
             self.kept.fit.x[slots[k]] - parameter.nothing() / scale
         });
         let common = DMatrix::from_fn(n, n, |i, j| {
@@ -121,17 +121,17 @@ pub fn indistinct(kept: &Scored) -> Option<usize> {
         .next()
 }
 
-/// A bench whose weights hold the error of a set that leaves several times the noise.
-pub fn eased(kept: &Scored) -> Option<Bench> {
+/// A dataset whose weights hold the error of a set that leaves several times the noise.
+pub fn eased(kept: &Scored) -> Option<Dataset> {
     let hypothesis = &kept.hypothesis;
     let coarse = kept.fit.chi2 > BEYOND_NOISE * kept.fit.samples as f64;
     let start = |run: usize| hypothesis.start_speed(run, &kept.fit.x);
-    coarse.then(|| hypothesis.bench.eased(&hypothesis.plant(&kept.fit.x), start))
+    coarse.then(|| hypothesis.dataset.eased(&hypothesis.plant(&kept.fit.x), start))
 }
 
-/// The same set, fitted with the weights of another bench.
-pub fn refitted<'a>(bench: &'a Bench, kept: &Scored<'a>) -> Scored<'a> {
-    let hypothesis = Hypothesis::new(bench, kept.hypothesis.model, kept.hypothesis.items.clone());
+/// The same set, fitted with the weights of another dataset.
+pub fn refitted<'a>(dataset: &'a Dataset, kept: &Scored<'a>) -> Scored<'a> {
+    let hypothesis = Hypothesis::new(dataset, kept.hypothesis.model, kept.hypothesis.items.clone());
     let setting = Setting { iterations: SEARCH.iterations, ..FINAL };
     let fit = fit(&hypothesis, &kept.fit.x, &setting);
     Scored { score: fit.cost, hypothesis, fit }

@@ -1,6 +1,6 @@
 //! What a log does not test: directions and quadrants in which it holds no data.
 
-use crate::gap::dataset::Bench;
+use crate::gap::dataset::Dataset;
 
 /// Inputs and speeds below this part of the log's largest are counted in no quadrant.
 const NEAR_ZERO: f64 = 0.03;
@@ -22,11 +22,11 @@ const QUADRANTS: [Quadrant; 4] = [
 ];
 
 /// One note that names the quadrants without data; none if all have some.
-pub fn missing(bench: &Bench) -> Vec<String> {
-    let (largest_input, largest_speed) = (bench.scales.input, bench.scales.speed);
+pub fn missing(dataset: &Dataset) -> Vec<String> {
+    let (largest_input, largest_speed) = (dataset.scales.input, dataset.scales.speed);
     let mut counts = [0usize; 4];
     let mut samples = 0;
-    for run in bench.runs.iter().filter(|run| run.log == 0) {
+    for run in dataset.runs.iter().filter(|run| run.log == 0) {
         samples += run.speed.len();
         for (block, speed) in run.speed.block.iter().zip(&run.speed.measured) {
             let input = run.input[run.first_row[*block as usize] as usize] / largest_input;

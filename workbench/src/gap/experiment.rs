@@ -1,7 +1,7 @@
 //! What to measure next: both rivals are simulated on a catalogue of runs, and the run on which they differ most is
 //! recommended.
 
-use crate::gap::dataset::{Bench, BenchRun, Traces};
+use crate::gap::dataset::{BenchRun, Dataset, Traces};
 use crate::gap::fit::FINE;
 use crate::gap::search::Scored;
 use crate::outcome::{Experiment, Segment};
@@ -27,13 +27,14 @@ pub struct Separation {
 
 /// The run of the catalogue that separates two rivals best.
 pub fn separation(a: &Scored, b: &Scored) -> Separation {
-    let bench = a.hypothesis.bench;
-    let judged = catalogue(bench).into_iter().map(|protocol| (difference(bench, &protocol, a, b), protocol));
+    let dataset = a.hypothesis.dataset;
+    let judged =
+        catalogue(dataset).into_iter().map(|protocol| (difference(dataset, &protocol, a, b), protocol));
     let ((speed, current, samples), protocol) =
         judged.max_by(|x, y| x.0.0.total_cmp(&y.0.0)).expect("the catalogue is not empty");
-    let chi2 = samples * (speed / bench.sigma).powi(2);
+    let chi2 = samples * (speed / dataset.sigma).powi(2);
     let (left, right) = (a.label(), b.label());
-    let unit = bench.speed_unit();
+    let unit = dataset.speed_unit();
     let text = if chi2 > SEPARABLE {
         format!(
             "{}: {left} and {right} then differ by {} {unit} rms",
@@ -53,8 +54,8 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
 }
 
 /// Differences of two rivals on a run: rms of speed and current, and the number of samples.
-fn difference(bench: &Bench, protocol: &Protocol, a: &Scored, b: &Scored) -> (f64, f64, f64) {
-    let run = bench_run(bench, &protocol.profile);
+fn difference(dataset: &Dataset, protocol: &Protocol, a: &Scored, b: &Scored) -> (f64, f64, f64) {
+    let run = bench_run(dataset, &protocol.profile);
     let (mut left, mut right) = (Traces::default(), Traces::default());
     run.simulate(&a.hypothesis.plant(&a.fit.x), 0.0, FINE, &mut left);
     run.simulate(&b.hypothesis.plant(&b.fit.x), 0.0, FINE, &mut right);
@@ -65,8 +66,8 @@ fn difference(bench: &Bench, protocol: &Protocol, a: &Scored, b: &Scored) -> (f6
 }
 
 /// A profile on a grid.
-fn bench_run(bench: &Bench, profile: &[Segment]) -> BenchRun {
-    let step = bench.scales.time / SAMPLES;
+fn bench_run(dataset: &Dataset, profile: &[Segment]) -> BenchRun {
+    let step = dataset.scales.time / SAMPLES;
     let mut run = BenchRun { time: vec![0.0], ..BenchRun::default() };
     for segment in profile {
         for _ in 0..(segment.seconds / step).round().max(1.0) as usize {
@@ -80,9 +81,9 @@ fn bench_run(bench: &Bench, profile: &[Segment]) -> BenchRun {
     run
 }
 
-/// Runs that a bench can do, in units of the largest input and the time constant.
-fn catalogue(bench: &Bench) -> Vec<Protocol> {
-    let (full, tau) = (bench.scales.input, bench.scales.time);
+/// Runs that a test rig can do, in units of the largest input and the time constant.
+fn catalogue(dataset: &Dataset) -> Vec<Protocol> {
+    let (full, tau) = (dataset.scales.input, dataset.scales.time);
     let drive = |share: f64, taus: f64| Segment::driven(share * full, taus * tau);
     let coast = |taus: f64| Segment::open(taus * tau);
     let repeat = |pair: &[Segment], times: usize| {

@@ -1,6 +1,6 @@
 //! The model of a record, extended by what was found, and what it predicts: the one result.
 
-use crate::gap::dataset::{Bench, Part};
+use crate::gap::dataset::{Dataset, Part};
 use crate::gap::estimate::{self, Estimate};
 use crate::gap::fit::{FINAL, covariance, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
@@ -25,8 +25,8 @@ pub(super) struct Given<'a> {
 }
 
 impl<'a> Given<'a> {
-    pub(super) fn simulated(bench: &'a Bench, model: &'a Model) -> Self {
-        let hypothesis = Hypothesis::new(bench, model, Vec::new());
+    pub(super) fn simulated(dataset: &'a Dataset, model: &'a Model) -> Self {
+        let hypothesis = Hypothesis::new(dataset, model, Vec::new());
         let x = vec![0.0; hypothesis.slots.len()];
         let prediction = Prediction::of(&hypothesis, &x, &[Part::HoldOut]);
         Self { hypothesis, x, prediction }
@@ -34,15 +34,15 @@ impl<'a> Given<'a> {
 }
 
 /// The result of a search, with the kept set added to the model.
-pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Option<&Bench>) -> Outcome {
-    let (bench, model, kept) = (given.hypothesis.bench, given.hypothesis.model, &judged.kept);
+pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Option<&Dataset>) -> Outcome {
+    let (dataset, model, kept) = (given.hypothesis.dataset, given.hypothesis.model, &judged.kept);
     let steps = steps(kept, given.prediction.gap());
     let after = Prediction::of(&kept.hypothesis, &kept.fit.x, &[Part::HoldOut]);
-    let notes = [bench.notes.clone(), vetoed(model, found), excitation::missing(bench)];
+    let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
     Outcome {
         effects: volts::told(model, named(kept, &steps, &judged.ties)),
         closest_known: judged.closest,
-        final_records: last.map(|bench| predicted(bench, kept)),
+        final_records: last.map(|dataset| predicted(dataset, kept)),
         within_tolerance: shifts(kept),
         unexplained: judged.unexplained,
         next_experiment: judged.next,
@@ -53,21 +53,21 @@ pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Optio
         steps,
         ..Outcome::new(
             judged.verdict,
-            compared(bench.signal, bench.sigma, &given.prediction, &after),
-            bench.speed_unit(),
+            compared(dataset.signal, dataset.sigma, &given.prediction, &after),
+            dataset.speed_unit(),
         )
     }
 }
 
-/// What the set predicts for the held-out part of another bench of the same log.
-fn predicted(bench: &Bench, kept: &Scored) -> HoldOut {
+/// What the set predicts for the held-out part of another dataset of the same log.
+fn predicted(dataset: &Dataset, kept: &Scored) -> HoldOut {
     let model = kept.hypothesis.model;
     let made = |hypothesis: &Hypothesis, x: &[f64]| Prediction::of(hypothesis, x, &[Part::HoldOut]);
-    let given = Hypothesis::new(bench, model, Vec::new());
-    let extended = Hypothesis::new(bench, model, kept.hypothesis.items.clone());
+    let given = Hypothesis::new(dataset, model, Vec::new());
+    let extended = Hypothesis::new(dataset, model, kept.hypothesis.items.clone());
     let x = extended.carried(&kept.hypothesis, &kept.fit.x, &|_| 0.0);
     let before = made(&given, &vec![0.0; given.slots.len()]);
-    compared(bench.signal, bench.sigma, &before, &made(&extended, &x))
+    compared(dataset.signal, dataset.sigma, &before, &made(&extended, &x))
 }
 
 /// What the held-out records had to say about the names of a model that is a fit to the log.
@@ -95,7 +95,7 @@ fn steps(best: &Scored, given: f64) -> Vec<Step> {
 
 /// The accepted effects with their parameters and uncertainties.
 fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
-    let linear = kept.hypothesis.bench.linear;
+    let linear = kept.hypothesis.dataset.linear;
     let effect = |(item, estimates): (&Item, Vec<Estimate>)| {
         let name = item.effect.name.to_owned();
         let place = steps
@@ -110,7 +110,7 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
                 item.effect,
                 &steps[place - 1],
                 &steps[place],
-                kept.hypothesis.bench.speed_unit(),
+                kept.hypothesis.dataset.speed_unit(),
             ),
             tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
             name,

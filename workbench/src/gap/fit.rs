@@ -65,7 +65,7 @@ impl<'h, 'a> Evaluator<'h, 'a> {
         out.clear();
         let plant = self.hypothesis.plant(x);
         let only_holdout = self.parts == [Part::HoldOut];
-        for (index, run) in self.hypothesis.bench.runs.iter().enumerate() {
+        for (index, run) in self.hypothesis.dataset.runs.iter().enumerate() {
             if run.log > 0 && !only_holdout {
                 continue;
             }

@@ -1,6 +1,6 @@
 //! From where the fits of a candidate start: its grid, quantiles of a signal, or a scan for a periodic torque.
 
-use crate::gap::dataset::{Bench, BenchRun, Part, Simulation, Traces};
+use crate::gap::dataset::{BenchRun, Dataset, Part, Simulation, Traces};
 use crate::gap::fit::COARSE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::system::effects::{Effect, Scale, Signal, Starts};
@@ -44,7 +44,7 @@ impl Basis {
     pub fn new(hypothesis: &Hypothesis, x: &[f64]) -> Self {
         let plant = hypothesis.plant(x);
         let (mut traces, mut residuals) = (Vec::new(), Vec::new());
-        for (index, run) in hypothesis.bench.runs.iter().enumerate().filter(|(_, run)| run.log == 0) {
+        for (index, run) in hypothesis.dataset.runs.iter().enumerate().filter(|(_, run)| run.log == 0) {
             let mut simulation = Simulation::default();
             let start = hypothesis.start_speed(index, x);
             let (trace, predicted) = simulation.speed(run, &plant, start, COARSE);
@@ -59,18 +59,18 @@ impl Basis {
     }
 
     /// Starts of an effect, in units of its parameters' scales.
-    pub fn starts(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+    pub fn starts(&self, dataset: &Dataset, effect: &Effect) -> Vec<Vec<f64>> {
         match effect.starts {
             Starts::Grid(rows) | Starts::Rugged(rows, _) => rows.iter().map(|row| row.to_vec()).collect(),
-            Starts::Quantiles(signal, rest) => self.quantiles(bench, effect, signal, rest),
-            Starts::GravityScan => self.gravity(bench, effect),
-            Starts::PositionScan => self.position_lines(bench, effect),
-            Starts::TimeScan => self.time_lines(bench, effect),
+            Starts::Quantiles(signal, rest) => self.quantiles(dataset, effect, signal, rest),
+            Starts::GravityScan => self.gravity(dataset, effect),
+            Starts::PositionScan => self.position_lines(dataset, effect),
+            Starts::TimeScan => self.time_lines(dataset, effect),
         }
     }
 
-    fn quantiles(&self, bench: &Bench, effect: &Effect, signal: Signal, rest: &[f64]) -> Vec<Vec<f64>> {
-        let runs = bench.runs.iter().filter(|run| run.log == 0);
+    fn quantiles(&self, dataset: &Dataset, effect: &Effect, signal: Signal, rest: &[f64]) -> Vec<Vec<f64>> {
+        let runs = dataset.runs.iter().filter(|run| run.log == 0);
         let mut values: Vec<f64> = match signal {
             Signal::Input => runs.flat_map(|run| run.input.iter().map(|u| u.abs())).collect(),
             Signal::Speed => {
@@ -81,25 +81,25 @@ impl Basis {
             }
         };
         values.sort_by(f64::total_cmp);
-        let scale = bench.scales.of(effect.parameters[0].scale);
+        let scale = dataset.scales.of(effect.parameters[0].scale);
         let row = |threshold: f64| [&[threshold / scale], rest].concat();
         let largest = values[values.len() - 1];
         let quantiles = QUANTILES.map(|q| values[((values.len() - 1) as f64 * q) as usize]);
         let mut thresholds = [&quantiles[..], &BELOW_LARGEST.map(|part| part * largest)].concat();
         if signal == Signal::Speed {
-            thresholds.push(bench.scales.speed);
+            thresholds.push(dataset.scales.speed);
         }
         thresholds.sort_by(|a, b| b.total_cmp(a));
         thresholds.dedup_by(|next, kept| (*kept - *next).abs() < SAME_THRESHOLD * largest);
         thresholds.into_iter().map(row).collect()
     }
 
-    fn gravity(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
+    fn gravity(&self, dataset: &Dataset, effect: &Effect) -> Vec<Vec<f64>> {
         let ratio = self.plant.gear_ratio;
-        let torque = bench.scales.of(effect.parameters[0].scale);
+        let torque = dataset.scales.of(effect.parameters[0].scale);
         let mut starts: Vec<Vec<f64>> =
             [0.0, FRAC_PI_2, PI, -FRAC_PI_2].iter().map(|phase| vec![0.05 * ratio, *phase]).collect();
-        for line in self.scan(bench, Axis::Position, 1.0 / ratio, 1) {
+        for line in self.scan(dataset, Axis::Position, 1.0 / ratio, 1) {
             starts.push(vec![line.amplitude * ratio / torque, line.phase]);
         }
         starts
@@ -108,10 +108,10 @@ impl Basis {
     /// Whether what the strongest line of an effect is among these residuals, if its period is looked for, goes with the
     /// effect: `fitted` are the residuals with it. What another effect leaves spreads over many lines, and one of them
     /// takes no other along. `dispersion`: of the residuals, with their correlation.
-    pub fn line_goes(&self, fitted: &Self, bench: &Bench, effect: &Effect, dispersion: f64) -> bool {
+    pub fn line_goes(&self, fitted: &Self, dataset: &Dataset, effect: &Effect, dispersion: f64) -> bool {
         let peaks = |basis: &Self| match effect.starts {
-            Starts::PositionScan => basis.position_peaks(bench),
-            _ => basis.time_peaks(bench),
+            Starts::PositionScan => basis.position_peaks(dataset),
+            _ => basis.time_peaks(dataset),
         };
         let Some(line) = peaks(self).into_iter().next() else {
             return false;
@@ -125,38 +125,38 @@ impl Basis {
     }
 
     /// Peaks of the scan over the position, the strongest first.
-    fn position_peaks(&self, bench: &Bench) -> Vec<Line> {
+    fn position_peaks(&self, dataset: &Dataset) -> Vec<Line> {
         let span =
-            bench.runs.iter().filter(|run| run.log == 0).map(|run| span(&run.position)).fold(0.0, f64::max);
-        let (unit, count) = if bench.linear { (PI / span.max(1e-9), LINES) } else { (1.0, TURN_HARMONICS) };
+            dataset.runs.iter().filter(|run| run.log == 0).map(|run| span(&run.position)).fold(0.0, f64::max);
+        let (unit, count) = if dataset.linear { (PI / span.max(1e-9), LINES) } else { (1.0, TURN_HARMONICS) };
         // One period per turn without a gear is gravity.
-        let gravity = |n: f64| !bench.linear && n < 1.5 && self.plant.gear_ratio == 1.0;
-        let mut lines = self.scan(bench, Axis::Position, unit, count);
+        let gravity = |n: f64| !dataset.linear && n < 1.5 && self.plant.gear_ratio == 1.0;
+        let mut lines = self.scan(dataset, Axis::Position, unit, count);
         lines.retain(|line| !gravity(line.number));
         lines
     }
 
     /// Peaks of the scan over the time, the strongest first.
-    fn time_peaks(&self, bench: &Bench) -> Vec<Line> {
-        let unit = PI / bench.scales.duration;
-        let highest = 20.0 / bench.scales.time;
+    fn time_peaks(&self, dataset: &Dataset) -> Vec<Line> {
+        let unit = PI / dataset.scales.duration;
+        let highest = 20.0 / dataset.scales.time;
         let count = ((highest / unit) as usize).clamp(1, 3 * LINES);
-        let mut lines = self.scan(bench, Axis::Time, unit, count);
+        let mut lines = self.scan(dataset, Axis::Time, unit, count);
         // Fewer than three periods in the log are a drift.
         lines.retain(|line| line.number > 6.0 * unit);
         lines
     }
 
-    fn position_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
-        let torque = bench.scales.of(effect.parameters[0].scale);
-        let lines = self.position_peaks(bench).into_iter().take(STRONGEST);
+    fn position_lines(&self, dataset: &Dataset, effect: &Effect) -> Vec<Vec<f64>> {
+        let torque = dataset.scales.of(effect.parameters[0].scale);
+        let lines = self.position_peaks(dataset).into_iter().take(STRONGEST);
         lines.map(|line| vec![line.amplitude / torque, line.number, line.phase]).collect()
     }
 
-    fn time_lines(&self, bench: &Bench, effect: &Effect) -> Vec<Vec<f64>> {
-        let torque = bench.scales.of(effect.parameters[0].scale);
-        let hertz = bench.scales.of(Scale::Frequency);
-        let lines = self.time_peaks(bench).into_iter().take(STRONGEST);
+    fn time_lines(&self, dataset: &Dataset, effect: &Effect) -> Vec<Vec<f64>> {
+        let torque = dataset.scales.of(effect.parameters[0].scale);
+        let hertz = dataset.scales.of(Scale::Frequency);
+        let lines = self.time_peaks(dataset).into_iter().take(STRONGEST);
         lines
             .map(|line| {
                 vec![line.amplitude / torque, line.number / std::f64::consts::TAU / hertz, line.phase]
@@ -165,15 +165,15 @@ impl Basis {
     }
 
     /// The peaks of a periodic torque, strongest first, among `unit`, 2·`unit`, … `count`·`unit`.
-    fn scan(&self, bench: &Bench, axis: Axis, unit: f64, count: usize) -> Vec<Line> {
+    fn scan(&self, dataset: &Dataset, axis: Axis, unit: f64, count: usize) -> Vec<Line> {
         let mut waves: Vec<Wave> = Vec::new();
-        for (run, trace) in bench.runs.iter().filter(|run| run.log == 0).zip(&self.traces) {
+        for (run, trace) in dataset.runs.iter().filter(|run| run.log == 0).zip(&self.traces) {
             waves.push(Wave::new(&self.plant, run, trace, axis, unit));
         }
         let mut lines: Vec<Line> = Vec::new();
         for harmonic in 1..=count {
             let mut sums = Sums::default();
-            for (((run, wave), residual), trace) in bench
+            for (((run, wave), residual), trace) in dataset
                 .runs
                 .iter()
                 .filter(|run| run.log == 0)

@@ -50,20 +50,20 @@ pub fn places(given: &Hypothesis, x: &[f64]) -> Vec<Where> {
 }
 
 fn axes(given: &Hypothesis, samples: &[Sample]) -> Vec<Axis> {
-    let (speed, acceleration) = if given.bench.linear { ("m/s", "m/s²") } else { ("rad/s", "rad/s²") };
+    let (speed, acceleration) = if given.dataset.linear { ("m/s", "m/s²") } else { ("rad/s", "rad/s²") };
     let over = |name, unit, value: &dyn Fn(&Sample) -> f64| Axis {
         name,
         unit,
         values: samples.iter().map(value).collect(),
     };
     let mut axes = vec![
-        over("|u|", given.bench.input.unit(), &|s| s.input.abs()),
+        over("|u|", given.dataset.input.unit(), &|s| s.input.abs()),
         over("|speed|", speed, &|s| s.omega.abs()),
         over("|acceleration|", acceleration, &|s| s.acceleration.abs()),
         Axis { name: "time since reversal", unit: "s", values: since_reversal(samples) },
         over("time", "s", &|s| s.time),
     ];
-    if given.bench.input == crate::system::log::Input::Voltage
+    if given.dataset.input == crate::system::log::Input::Voltage
         && matches!(given.model.kind, Kind::DcMotor { .. })
     {
         axes.push(over("|current|", "A", &|s| s.current.abs()));

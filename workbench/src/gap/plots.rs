@@ -18,10 +18,12 @@ pub fn all(given: &Hypothesis, x: &[f64], kept: &Scored) -> Vec<Plot> {
     const ALL: &[Part] = &[Part::A, Part::B, Part::HoldOut];
     let before = samples(given, x, ALL);
     let after = samples(&kept.hypothesis, &kept.fit.x, ALL);
-    let linear = given.bench.linear;
-    let (speed, input) =
-        (if linear { "speed, m/s" } else { "speed, rad/s" }, format!("input, {}", given.bench.input.unit()));
-    let band = Some(given.bench.sigma);
+    let linear = given.dataset.linear;
+    let (speed, input) = (
+        if linear { "speed, m/s" } else { "speed, rad/s" },
+        format!("input, {}", given.dataset.input.unit()),
+    );
+    let band = Some(given.dataset.sigma);
     vec![
         traces(&before, &after, speed),
         over(&before, &after, "Residual over the input", &input, speed, band, &|s| s.input),

@@ -25,7 +25,7 @@ impl Prediction {
             &hypothesis.plant(x),
             |_| true,
             |index, _, all| {
-                let probes = &hypothesis.bench.runs[index].speed;
+                let probes = &hypothesis.dataset.runs[index].speed;
                 for k in (0..all.len()).filter(|k| parts.contains(&probes.part[*k])) {
                     prediction.time.push(probes.time[k]);
                     prediction.measured.push(probes.measured[k]);
@@ -66,7 +66,7 @@ pub fn held_out_errors(hypothesis: &Hypothesis, x: &[f64]) -> Vec<f64> {
     let mut sums = std::collections::BTreeMap::new();
     let held_out = |run: &BenchRun| run.speed.part.contains(&Part::HoldOut);
     hypothesis.simulated(x, &hypothesis.plant(x), held_out, |index, _, predicted| {
-        let run = &hypothesis.bench.runs[index];
+        let run = &hypothesis.dataset.runs[index];
         let held_out = (0..predicted.len()).filter(|k| run.speed.part[*k] == Part::HoldOut);
         let square = |k: usize| (run.speed.measured[k] - predicted[k]).powi(2);
         *sums.entry(run.log).or_insert(0.0) += held_out.map(square).sum::<f64>();

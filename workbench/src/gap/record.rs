@@ -1,7 +1,7 @@
 //! A record over time against a model: prepare → simulate → localise → search → judge → extend.
 
 use crate::console::input_error::InputError;
-use crate::gap::dataset::{self, Bench, Part, hf_noise, prepare};
+use crate::gap::dataset::{self, Dataset, Part, hf_noise, prepare};
 use crate::gap::extend::{Given, extended};
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::{Prediction, held_out_errors};
@@ -22,14 +22,14 @@ pub fn run(
     options: &Options,
     progress: Progress,
 ) -> Result<Outcome, InputError> {
-    let bench = made_ready(model, log, holdouts)?;
-    if let Some(outcome) = verdict::not_excited(&bench) {
+    let dataset = made_ready(model, log, holdouts)?;
+    if let Some(outcome) = verdict::not_excited(&dataset) {
         return Ok(outcome);
     }
     let last = only_predicted(model, log, holdouts, &options.finals)?;
-    let given = Given::simulated(&bench, model);
+    let given = Given::simulated(&dataset, model);
     let places = localise::places(&given.hypothesis, &given.x);
-    let found = search(&bench, model, &options.without, progress);
+    let found = search(&dataset, model, &options.without, progress);
     let mut judged = verdict::judge(&found, &given.hypothesis, &given.x);
     let eased = estimate::eased(&judged.kept);
     if let Some(eased) = &eased {
@@ -47,7 +47,7 @@ fn only_predicted(
     log: &Dynamic,
     holdouts: &[Dynamic],
     finals: &[Dynamic],
-) -> Result<Option<Bench>, InputError> {
+) -> Result<Option<Dataset>, InputError> {
     let copies = |last: &&Dynamic| holdouts.iter().any(|held| dataset::same(held, last));
     if let Some(copy) = finals.iter().find(copies) {
         let what = "is one of the held-out records, which had a veto; give --final another record";
@@ -58,32 +58,32 @@ fn only_predicted(
 }
 
 /// Log and hold-outs on their grids, with noise and weights.
-pub fn made_ready(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Bench, InputError> {
-    let mut bench = prepare(model, log, holdouts)?;
-    settle_noise(&mut bench, model);
-    Ok(bench)
+pub fn made_ready(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Dataset, InputError> {
+    let mut dataset = prepare(model, log, holdouts)?;
+    settle_noise(&mut dataset, model);
+    Ok(dataset)
 }
 
 /// The noise from the base's residual, in which the motion no longer hides it, and the weights.
-fn settle_noise(bench: &mut Bench, model: &Model) {
-    let nominal = Hypothesis::new(bench, model, Vec::new());
+fn settle_noise(dataset: &mut Dataset, model: &Model) {
+    let nominal = Hypothesis::new(dataset, model, Vec::new());
     let plant = nominal.plant(&vec![0.0; nominal.slots.len()]);
-    bench.weigh(&plant);
-    let base = base_fit(bench, model);
+    dataset.weigh(&plant);
+    let base = base_fit(dataset, model);
     let view = Prediction::of(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
-    let high = hf_noise(&view.residual(), bench.noise_lag).clamp(0.5 * bench.sigma, 1.05 * bench.sigma);
+    let high = hf_noise(&view.residual(), dataset.noise_lag).clamp(0.5 * dataset.sigma, 1.05 * dataset.sigma);
     let repeated = repeated_noise(&base);
     let plant = base.hypothesis.plant(&base.fit.x);
-    bench.sigma = repeated.map_or(high, |sigma| sigma.max(high));
-    bench.weigh(&plant);
+    dataset.sigma = repeated.map_or(high, |sigma| sigma.max(high));
+    dataset.weigh(&plant);
 }
 
 /// The noise from the difference of two runs with the same input: it needs no model of the noise.
 fn repeated_noise(base: &Scored) -> Option<f64> {
-    let bench = base.hypothesis.bench;
+    let dataset = base.hypothesis.dataset;
     let seen = samples(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
     let differences: Vec<f64> =
-        twin_pairs(&seen, bench.twins?, |s| s.residual()).map(|(a, b)| a - b).collect();
+        twin_pairs(&seen, dataset.twins?, |s| s.residual()).map(|(a, b)| a - b).collect();
     let enough = differences.len() > 200 && sensor_like(&differences);
     enough.then(|| rms(&differences) / 2f64.sqrt())
 }

@@ -52,7 +52,7 @@ pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample
         &plant,
         |_| true,
         |index, traces, predicted| {
-            let run = &hypothesis.bench.runs[index];
+            let run = &hypothesis.dataset.runs[index];
             let first = all.len();
             for (k, predicted) in predicted.iter().enumerate() {
                 let block = run.speed.block[k] as usize;

@@ -1,6 +1,6 @@
 //! What may be said: named, tie, nothing missing, unexplained, not excited.
 
-use crate::gap::dataset::{Bench, Part};
+use crate::gap::dataset::{Dataset, Part};
 use crate::gap::estimate;
 use crate::gap::experiment;
 use crate::gap::fit::{SEARCH, fit};
@@ -32,21 +32,21 @@ pub struct Judged<'a> {
 const SMALLEST_MOTION: f64 = 0.005;
 
 /// If nothing moves, nothing can be tested.
-pub fn not_excited(bench: &Bench) -> Option<Outcome> {
-    let scales = &bench.scales;
-    let moves = scales.motion > 5.0 * bench.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
+pub fn not_excited(dataset: &Dataset) -> Option<Outcome> {
+    let scales = &dataset.scales;
+    let moves = scales.motion > 5.0 * dataset.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
     (!moves).then(|| Outcome {
-        notes: still(bench),
-        ..Outcome::untested(bench.signal, bench.sigma, bench.speed_unit())
+        notes: still(dataset),
+        ..Outcome::untested(dataset.signal, dataset.sigma, dataset.speed_unit())
     })
 }
 
 /// What a log that does not move lacks.
-fn still(bench: &Bench) -> Vec<String> {
-    let mut notes = [bench.notes.clone(), crate::gap::excitation::missing(bench)].concat();
+fn still(dataset: &Dataset) -> Vec<String> {
+    let mut notes = [dataset.notes.clone(), crate::gap::excitation::missing(dataset)].concat();
     notes.push(format!(
         "the log never moves: drive the axis in both directions with more than {} of input",
-        crate::report::figure(bench.scales.input)
+        crate::report::figure(dataset.scales.input)
     ));
     notes
 }
@@ -127,10 +127,10 @@ fn supported<'a>(found: &Found<'a>) -> Option<Found<'a>> {
 /// The first effect of a set whose numbers, as they would be reported, lie within two standard deviations of nothing.
 fn indistinct(best: &Scored) -> Option<usize> {
     match estimate::eased(best) {
-        Some(bench) => {
-            let eased = Hypothesis::new(&bench, best.hypothesis.model, best.hypothesis.items.clone());
+        Some(dataset) => {
+            let eased = Hypothesis::new(&dataset, best.hypothesis.model, best.hypothesis.items.clone());
             let eased = Scored { hypothesis: eased, fit: best.fit.clone(), score: best.score };
-            estimate::indistinct(&estimate::refitted(&bench, &eased))
+            estimate::indistinct(&estimate::refitted(&dataset, &eased))
         }
         None => estimate::indistinct(best),
     }

@@ -40,7 +40,7 @@ pub enum Part {
 
 /// A log, or several, made ready.
 #[derive(Clone, Debug)]
-pub struct Bench {
+pub struct Dataset {
     /// What the input is.
     pub input: Input,
     /// True on a linear axis.
@@ -116,7 +116,7 @@ impl Scales {
     }
 }
 
-impl Bench {
+impl Dataset {
     /// Unit of the compared speed.
     pub fn speed_unit(&self) -> &'static str {
         if self.linear { "m/s" } else { "rad/s" }

@@ -2,7 +2,7 @@
 
 use super::noise::median;
 use super::probe::Probes;
-use super::{Bench, BenchRun, Part};
+use super::{BenchRun, Dataset, Part};
 use crate::system::log::Dynamic;
 
 /// Pieces into which a run is cut for fitting, choosing and holding out.
@@ -47,11 +47,11 @@ pub(super) fn mask_spikes(probes: &mut Probes, sigma: f64) {
     }
 }
 
-pub(super) fn say_holdout(bench: &mut Bench, holdouts: &[Dynamic]) {
+pub(super) fn say_holdout(dataset: &mut Dataset, holdouts: &[Dynamic]) {
     let text = if holdouts.is_empty() {
         format!("held out: every fourth of {PIECES} equal pieces of each run")
     } else {
         format!("held out: {}", holdouts.iter().map(|log| log.source.as_str()).collect::<Vec<_>>().join(", "))
     };
-    bench.notes.push(text);
+    dataset.notes.push(text);
 }

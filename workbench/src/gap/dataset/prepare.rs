@@ -1,4 +1,4 @@
-//! From model and logs to a [`Bench`].
+//! From model and logs to a [`Dataset`].
 
 use super::agree::agree;
 use super::noise::{hf_noise, median};
@@ -7,7 +7,7 @@ use super::probe::Probes;
 use super::rows::{on_its_grid, unbroken};
 use super::start::start_speed;
 use super::view::{View, bench_run};
-use super::{Bench, Scales, driven_by};
+use super::{Dataset, Scales, driven_by};
 use crate::console::input_error::InputError;
 use crate::system::log::{Dynamic, Input, Run};
 use crate::system::model::{Kind, Model};
@@ -15,12 +15,12 @@ use crate::system::plant::physics::{Drive, Physics};
 use std::f64::consts::TAU;
 
 /// Makes a log and its hold-outs ready.
-pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Bench, InputError> {
+pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Dataset, InputError> {
     agree(model, log, holdouts)?;
     let plant = driven_by(&model.kind, model.physics(), log.input);
     let scales = scales(&plant, log)?;
     let view = View::choose(model, log, &scales);
-    let mut bench = Bench {
+    let mut dataset = Dataset {
         input: log.input,
         linear: log.linear,
         runs: Vec::new(),
@@ -36,22 +36,22 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Ben
     };
     for (index, source) in std::iter::once(log).chain(holdouts).enumerate() {
         for run in
-            source.runs.iter().flat_map(|run| unbroken(&on_its_grid(run), scales.time, &mut bench.notes))
+            source.runs.iter().flat_map(|run| unbroken(&on_its_grid(run), scales.time, &mut dataset.notes))
         {
-            bench.runs.push(bench_run(&run, index, &view));
+            dataset.runs.push(bench_run(&run, index, &view));
         }
     }
-    bench.noise_lag = view.noise_lag;
-    noise(&mut bench, model, &view);
-    for run in &mut bench.runs {
+    dataset.noise_lag = view.noise_lag;
+    noise(&mut dataset, model, &view);
+    for run in &mut dataset.runs {
         parts(run, !holdouts.is_empty());
-        mask_spikes(&mut run.speed, bench.sigma);
-        start_speed(run, &plant, bench.sigma, bench.scales.speed);
+        mask_spikes(&mut run.speed, dataset.sigma);
+        start_speed(run, &plant, dataset.sigma, dataset.scales.speed);
     }
-    bench.twins = twins(&bench);
-    suspect_units(&mut bench, plant.drive);
-    say_holdout(&mut bench, holdouts);
-    Ok(bench)
+    dataset.twins = twins(&dataset);
+    suspect_units(&mut dataset, plant.drive);
+    say_holdout(&mut dataset, holdouts);
+    Ok(dataset)
 }
 
 fn scales(plant: &Physics, log: &Dynamic) -> Result<Scales, InputError> {
@@ -104,49 +104,49 @@ fn rough_speed(run: &Run) -> Vec<f64> {
 const RPM: std::ops::Range<f64> = 5.0..14.0;
 
 /// Calls out units that cannot be.
-fn suspect_units(bench: &mut Bench, drive: Drive) {
-    let reachable = bench.scales.reachable;
-    let factor = bench.scales.speed / reachable;
+fn suspect_units(dataset: &mut Dataset, drive: Drive) {
+    let reachable = dataset.scales.reachable;
+    let factor = dataset.scales.speed / reachable;
     if drive == Drive::Voltage && RPM.contains(&factor) {
-        bench.notes.push(format!(
+        dataset.notes.push(format!(
             "the speeds lie {factor:.1} times above the no-load speed of {reachable:.0} rad/s: is the column in rpm? (then: --columns \"omega_rad_s=NAME*0.104720\")"
         ));
     }
 }
 
 /// The noise of speed and current: from the signals' high frequencies, and not below the declared encoder's steps.
-fn noise(bench: &mut Bench, model: &Model, view: &View) {
+fn noise(dataset: &mut Dataset, model: &Model, view: &View) {
     let mut each: Vec<f64> =
-        bench.runs.iter().map(|run| hf_noise(&run.speed.measured, bench.noise_lag)).collect();
+        dataset.runs.iter().map(|run| hf_noise(&run.speed.measured, dataset.noise_lag)).collect();
     let step = match model.encoder {
-        Some(encoder) if view.window_s > 0.0 && !bench.linear => {
+        Some(encoder) if view.window_s > 0.0 && !dataset.linear => {
             TAU / encoder.counts_per_rev / (6f64.sqrt() * view.window_s)
         }
         _ => 0.0,
     };
-    bench.sigma = median(&mut each).max(step).max(1e-5 * bench.scales.speed);
-    let mut each: Vec<f64> = bench
+    dataset.sigma = median(&mut each).max(step).max(1e-5 * dataset.scales.speed);
+    let mut each: Vec<f64> = dataset
         .runs
         .iter()
         .filter(|run| !run.current.is_empty())
         .map(|run| hf_noise(&run.current.measured, 0))
         .collect();
-    if each.len() == bench.runs.len()
-        && bench.input == Input::Voltage
+    if each.len() == dataset.runs.len()
+        && dataset.input == Input::Voltage
         && matches!(model.kind, Kind::DcMotor { .. })
     {
-        bench.sigma_current = Some(median(&mut each).max(1e-4 * bench.scales.current));
+        dataset.sigma_current = Some(median(&mut each).max(1e-4 * dataset.scales.current));
     } else {
-        bench.runs.iter_mut().for_each(|run| run.current = Probes::default());
+        dataset.runs.iter_mut().for_each(|run| run.current = Probes::default());
     }
 }
 
 /// The first two runs of the log that have the same input.
-fn twins(bench: &Bench) -> Option<(usize, usize)> {
-    let runs = &bench.runs;
+fn twins(dataset: &Dataset) -> Option<(usize, usize)> {
+    let runs = &dataset.runs;
     let alike = |a: usize, b: usize| {
         let (x, y) = (&runs[a].input, &runs[b].input);
-        let close = |(u, v): (&f64, &f64)| (u - v).abs() <= 1e-6 * bench.scales.input;
+        let close = |(u, v): (&f64, &f64)| (u - v).abs() <= 1e-6 * dataset.scales.input;
         runs[b].log == 0 && x.len() == y.len() && x.iter().zip(y).all(close)
     };
     let own = runs.iter().filter(|run| run.log == 0).count();

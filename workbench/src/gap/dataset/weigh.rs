@@ -3,7 +3,7 @@
 //! At ten thousand samples everything is significant. A few per cent of a sample of timing and some 1e-4 of the value
 //! are wrong in every log, so they belong to the weights.
 
-use super::{Bench, Part, Probes, Simulation};
+use super::{Dataset, Part, Probes, Simulation};
 use crate::gap::fit::{COARSE, FINE};
 use crate::system::plant::physics::Physics;
 
@@ -12,7 +12,7 @@ const TIMING: f64 = 0.02;
 /// Error as a part of the value.
 const VALUE: f64 = 3e-4;
 
-impl Bench {
+impl Dataset {
     /// Sets the weights from the noise and from a simulation's slopes (never the measurement's: they are noisy).
     pub fn weigh(&mut self, plant: &Physics) {
         let (sigma, sigma_current) = (self.sigma, self.sigma_current);
@@ -57,8 +57,8 @@ impl Squares {
     }
 }
 
-impl Bench {
-    /// The same bench with the error of a model in the weights. Weights by noise alone let a model that is wrong by many
+impl Dataset {
+    /// The same dataset with the error of a model in the weights. Weights by noise alone let a model that is wrong by many
     /// times the noise fit the quiet stretches and miss the others.
     pub fn eased(&self, plant: &Physics, start_speed: impl Fn(usize) -> f64) -> Self {
         let mut eased = self.clone();

@@ -9,7 +9,7 @@ mod record;
 pub use item::{Freedom, Item};
 pub use record::tolerance;
 
-use crate::gap::dataset::{Bench, Scales};
+use crate::gap::dataset::{Dataset, Scales};
 use crate::system::effects::{Effect, Parameter};
 use crate::system::model::{Kind, Model};
 use crate::system::plant::physics::Physics;
@@ -70,9 +70,9 @@ impl Slot {
 
 /// The base model with effects, compared with a record over time unless said otherwise.
 #[derive(Debug)]
-pub struct Hypothesis<'a, D = Bench> {
+pub struct Hypothesis<'a, D = Dataset> {
     /// What is compared.
-    pub bench: &'a D,
+    pub dataset: &'a D,
     /// The model as given.
     pub model: &'a Model,
     /// The effects in the order of naming.
@@ -83,25 +83,30 @@ pub struct Hypothesis<'a, D = Bench> {
 
 impl<D> Clone for Hypothesis<'_, D> {
     fn clone(&self) -> Self {
-        Self { bench: self.bench, model: self.model, items: self.items.clone(), slots: self.slots.clone() }
+        Self {
+            dataset: self.dataset,
+            model: self.model,
+            items: self.items.clone(),
+            slots: self.slots.clone(),
+        }
     }
 }
 
 impl<'a, D: Data> Hypothesis<'a, D> {
     /// The base model with these effects.
-    pub fn new(bench: &'a D, model: &'a Model, items: Vec<Item>) -> Self {
+    pub fn new(dataset: &'a D, model: &'a Model, items: Vec<Item>) -> Self {
         let own = |(item, it): (usize, &Item)| {
             let slot = |parameter| Slot::Effect { item, parameter };
             it.free().map(slot).collect::<Vec<Slot>>()
         };
         let mut slots: Vec<Slot> = items.iter().enumerate().flat_map(own).collect();
-        slots.extend(bench.nuisances(model));
-        Self { bench, model, items, slots }
+        slots.extend(dataset.nuisances(model));
+        Self { dataset, model, items, slots }
     }
 
     /// The same data and model with other effects.
     pub fn with(&self, items: Vec<Item>) -> Self {
-        Self::new(self.bench, self.model, items)
+        Self::new(self.dataset, self.model, items)
     }
 
     /// Number of effect parameters: they come first.
@@ -123,7 +128,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
                 (parameter.lower, parameter.upper)
             }
             Slot::Base { .. } => {
-                let reach = self.bench.reach(self.model);
+                let reach = self.dataset.reach(self.model);
                 (-reach, reach)
             }
             Slot::Known { .. } => (-NUISANCE_BOUND, NUISANCE_BOUND),
@@ -137,7 +142,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
             Slot::Effect { item, parameter } => Some(&self.items[item].effect.parameters[parameter]),
             _ => None,
         };
-        self.bench.step(&self.slots[slot], parameter)
+        self.dataset.step(&self.slots[slot], parameter)
     }
 
     /// The place of a parameter of an effect among the numbers, if it moves.
@@ -150,7 +155,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
     pub fn value(&self, item: usize, parameter: usize, x: &[f64]) -> f64 {
         let spec = &self.items[item].effect.parameters[parameter];
         match self.slot(item, parameter) {
-            Some(slot) => x[slot] * self.bench.scales().of(spec.scale),
+            Some(slot) => x[slot] * self.dataset.scales().of(spec.scale),
             None => self.items[item].pinned(parameter).unwrap_or(0.0),
         }
     }
@@ -165,7 +170,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
     pub fn plant(&self, x: &[f64]) -> Physics {
         let mut plant = self.base(x);
         for (index, known) in self.model.known.iter().enumerate() {
-            if !self.bench.shows(known.effect) {
+            if !self.dataset.shows(known.effect) {
                 continue;
             }
             let mut values = known.values.clone();
@@ -180,7 +185,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
         for (item, it) in self.items.iter().enumerate() {
             (it.effect.apply)(&self.values(item, x), &mut plant);
         }
-        self.bench.tidy(&mut plant);
+        self.dataset.tidy(&mut plant);
         plant
     }
 
@@ -195,7 +200,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
                 }
             }
         }
-        self.bench.base(self.model, &kind)
+        self.dataset.base(self.model, &kind)
     }
 
     /// Carries the numbers of another hypothesis over to this one; what it lacks gets `default`.

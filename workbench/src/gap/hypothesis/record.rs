@@ -1,7 +1,7 @@
 //! A record over time as the data of a hypothesis: its nuisances, its base, and the simulation of its runs.
 
 use super::{Data, Hypothesis, NUISANCE_BOUND, Slot};
-use crate::gap::dataset::{Bench, BenchRun, Scales, Simulation, Traces, driven_by};
+use crate::gap::dataset::{BenchRun, Dataset, Scales, Simulation, Traces, driven_by};
 use crate::gap::fit::FINE;
 use crate::system::effects::{Effect, Meaning, Parameter, Scale};
 use crate::system::log::Input;
@@ -28,7 +28,7 @@ impl Hypothesis<'_> {
         mut each: impl FnMut(usize, &Traces, &[f64]),
     ) {
         let mut simulation = Simulation::default();
-        for (index, run) in self.bench.runs.iter().enumerate().filter(|(_, run)| chosen(run)) {
+        for (index, run) in self.dataset.runs.iter().enumerate().filter(|(_, run)| chosen(run)) {
             let (traces, predicted) = simulation.speed(run, plant, self.start_speed(index, x), FINE);
             each(index, traces, predicted);
         }
@@ -37,16 +37,16 @@ impl Hypothesis<'_> {
     /// Start speed of a run.
     pub fn start_speed(&self, run: usize, x: &[f64]) -> f64 {
         let found = self.slots.iter().position(|slot| *slot == Slot::Start { run });
-        let made = &self.bench.runs[run];
+        let made = &self.dataset.runs[run];
         made.start_speed + found.map_or(0.0, |slot| x[slot] * made.start_sigma)
     }
 
     /// Whether an effect may join: offered on this axis, not there, not of a family that is there or known.
     pub fn admits(&self, effect: &'static Effect) -> bool {
-        let drive = driven_by(&self.model.kind, self.model.base(), self.bench.input).drive;
+        let drive = driven_by(&self.model.kind, self.model.base(), self.dataset.input).drive;
         let winding = matches!(self.model.kind, Kind::DcMotor { .. });
         let known = self.model.known.iter().map(|known| known.effect);
-        effect.fits(drive, winding, self.bench.linear)
+        effect.fits(drive, winding, self.dataset.linear)
             && !self.items.iter().any(|item| item.effect.same_family(effect))
             && !known.into_iter().any(|other| other == effect)
     }
@@ -61,7 +61,7 @@ pub fn tolerance(model: &Model, key: &str) -> f64 {
     }
 }
 
-impl Data for Bench {
+impl Data for Dataset {
     fn scales(&self) -> &Scales {
         &self.scales
     }
@@ -107,15 +107,15 @@ impl Data for Bench {
     fn tidy(&self, _: &mut Physics) {}
 }
 
-fn base_slots(bench: &Bench, model: &Model) -> Vec<Slot> {
-    let plant = driven_by(&model.kind, model.base(), bench.input);
+fn base_slots(dataset: &Dataset, model: &Model) -> Vec<Slot> {
+    let plant = driven_by(&model.kind, model.base(), dataset.input);
     let winding = plant.inductance / plant.resistance;
     let told = |key: &str| match (&model.kind, key) {
         (Kind::DcMotor { .. }, "L_h") => {
             winding > NOTICEABLE_WINDING * plant.time_constant_s() && plant.drive == Drive::Voltage
         }
         (Kind::DcMotor { .. }, "R_ohm" | "Ke_vs_per_rad") => plant.drive == Drive::Voltage,
-        (Kind::DcMotor { .. }, "Kt_nm_per_a") => bench.input != Input::Torque,
+        (Kind::DcMotor { .. }, "Kt_nm_per_a") => dataset.input != Input::Torque,
         _ => true,
     };
     let parameters = model.parameters().into_iter().filter(|(key, value)| *value > 0.0 && told(key));

@@ -58,7 +58,7 @@ pub fn rest(scored: &Scored) -> Rest {
     // Without a repeat, the noise model decides; its error is covered by what counts as visible.
     let (excess, error) = common.unwrap_or((mean_square - 1.0, 0.0));
     let excess = if excess > CERTAIN * error { excess.max(0.0) } else { 0.0 };
-    let (text, structured) = described(&seen, &residual, scored.hypothesis.bench.linear);
+    let (text, structured) = described(&seen, &residual, scored.hypothesis.dataset.linear);
     // Below what a verdict calls left, nobody asks.
     let turning = (excess > WORTH_A_LOOK).then(|| turn::goes_with(scored, &seen, &residual)).flatten();
     Rest {
@@ -84,7 +84,7 @@ pub fn sensor_like(differences: &[f64]) -> bool {
 /// By how much two runs with the same input differ, in units of the noise, if that is not the sensor.
 fn unrepeated(scored: &Scored, seen: &[Sample]) -> Option<f64> {
     let weighted = |s: &Sample| s.residual() * s.weight;
-    let pairs = twin_pairs(seen, scored.hypothesis.bench.twins?, weighted);
+    let pairs = twin_pairs(seen, scored.hypothesis.dataset.twins?, weighted);
     let differences: Vec<f64> = pairs.map(|(p, q)| (p - q) / 2f64.sqrt()).collect();
     let size = crate::gap::residual::rms(&differences);
     (differences.len() > 200 && size > BEYOND_NOISE && !sensor_like(&differences)).then_some(size)
@@ -93,7 +93,7 @@ fn unrepeated(scored: &Scored, seen: &[Sample]) -> Option<f64> {
 /// The mean product of the residuals of two runs with the same input, and its standard error: what both have in common
 /// is not noise.
 fn common_square(scored: &Scored, seen: &[Sample]) -> Option<(f64, f64)> {
-    let twins = scored.hypothesis.bench.twins?;
+    let twins = scored.hypothesis.dataset.twins?;
     let weighted = |s: &Sample| s.residual() * s.weight;
     let products: Vec<f64> = twin_pairs(seen, twins, weighted).map(|(p, q)| p * q).collect();
     if products.len() <= 50 {

@@ -40,7 +40,7 @@ fn wave<const QUARTERS: u8>(p: &[f64; 3], motion: &Motion) -> f64 {
 
 /// What goes with the turn of the encoder's shaft or of the load, in words.
 pub(super) fn goes_with(scored: &Scored, seen: &[Sample], residual: &[f64]) -> Option<String> {
-    if scored.hypothesis.bench.linear || residual.len() < 200 {
+    if scored.hypothesis.dataset.linear || residual.len() < 200 {
         return None;
     }
     let plant = scored.hypothesis.plant(&scored.fit.x);
@@ -130,14 +130,14 @@ impl Looked<'_> {
         let solved = matrix.tr_mul(&matrix).cholesky()?.solve(&projected);
         Some(Explained {
             share: solved.dot(&projected) / residual.norm_squared(),
-            torque: solved.norm() * TRIED * self.scored.hypothesis.bench.scales.torque,
+            torque: solved.norm() * TRIED * self.scored.hypothesis.dataset.scales.torque,
         })
     }
 }
 
 /// What a small torque, or a little more friction, does to the prediction, in units of the noise.
 fn trace(scored: &Scored, seen: &[Sample], law: Law, acts: Acts, periods: f64) -> DVector<f64> {
-    let scales = &scored.hypothesis.bench.scales;
+    let scales = &scored.hypothesis.dataset.scales;
     let mut plant = scored.hypothesis.plant(&scored.fit.x);
     plant.torques.push(TorqueLaw { torque: law, parameters: [TRIED * scales.torque, periods, 0.0], acts });
     let mut predicted = Vec::with_capacity(seen.len());
@@ -147,7 +147,7 @@ fn trace(scored: &Scored, seen: &[Sample], law: Law, acts: Acts, periods: f64) -
         &plant,
         |_| true,
         |index, _, values| {
-            let run = &scored.hypothesis.bench.runs[index];
+            let run = &scored.hypothesis.dataset.runs[index];
             let compared = values.iter().zip(&run.speed.part);
             predicted.extend(compared.filter(|(_, part)| **part != Part::HoldOut).map(|(v, _)| *v));
         },

@@ -53,7 +53,7 @@ impl<'a> Search<'a, '_> {
     pub(super) fn replaced(&self, scored: &Scored<'a>, index: usize, item: Item) -> Option<Scored<'a>> {
         let mut items = scored.hypothesis.items.clone();
         items[index] = item;
-        let hypothesis = Hypothesis::new(self.bench, self.model, items);
+        let hypothesis = Hypothesis::new(self.dataset, self.model, items);
         if item.effect == scored.hypothesis.items[index].effect {
             let fits = richer(item.effect).into_iter().map(|start| {
                 let default = |slot: &Slot| match slot {

@@ -20,7 +20,7 @@ pub use evolve::scatter;
 pub use rivals::tied;
 pub use score::{HELD_OUT, Scored, chi2, dispersion};
 
-use crate::gap::dataset::Bench;
+use crate::gap::dataset::Dataset;
 use crate::gap::fit::{FINAL, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::Hypothesis;
 use crate::system::effects::{Effect, Form};
@@ -49,10 +49,15 @@ pub struct Found<'a> {
 pub type Progress<'p> = &'p (dyn Fn(&str) + Sync);
 
 /// Searches the library. `excluded`: names that are not offered.
-pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progress: Progress) -> Found<'a> {
-    let base = base_fit(bench, model);
+pub fn search<'a>(
+    dataset: &'a Dataset,
+    model: &'a Model,
+    excluded: &[String],
+    progress: Progress,
+) -> Found<'a> {
+    let base = base_fit(dataset, model);
     let mut search = Search {
-        bench,
+        dataset,
         model,
         excluded: excluded.to_vec(),
         offer: Offer::All,
@@ -72,8 +77,8 @@ pub fn search<'a>(bench: &'a Bench, model: &'a Model, excluded: &[String], progr
 }
 
 /// The base inside its tolerances.
-pub fn base_fit<'a>(bench: &'a Bench, model: &'a Model) -> Scored<'a> {
-    let hypothesis = Hypothesis::new(bench, model, Vec::new());
+pub fn base_fit<'a>(dataset: &'a Dataset, model: &'a Model) -> Scored<'a> {
+    let hypothesis = Hypothesis::new(dataset, model, Vec::new());
     let start = vec![0.0; hypothesis.slots.len()];
     let fit = fit(&hypothesis, &start, &SEARCH);
     Scored { score: fit.cost, hypothesis, fit }
@@ -94,7 +99,7 @@ enum Offer {
 
 #[derive(Clone)]
 struct Search<'a, 'p> {
-    bench: &'a Bench,
+    dataset: &'a Dataset,
     model: &'a Model,
     excluded: Vec<String>,
     offer: Offer,
@@ -137,7 +142,7 @@ impl<'a> Search<'a, '_> {
     fn is_rich(&self, form: Form) -> bool {
         match form {
             Form::Rich => true,
-            Form::RichWithoutPosition => !self.bench.position_logged,
+            Form::RichWithoutPosition => !self.dataset.position_logged,
             Form::Plain | Form::Absorbed => false,
         }
     }

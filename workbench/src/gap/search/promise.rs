@@ -19,7 +19,7 @@ pub(super) struct Start {
     /// The cost that it promises.
     pub promise: f64,
     /// The same if its size is left open.
-    pub hope: f64,
+    pub optimistic_cost: f64,
     /// Numbers at the whole start, the parent's followed.
     pub x: Vec<f64>,
     /// Numbers at the part of the start with the lowest predicted cost.
@@ -89,7 +89,7 @@ impl Projector {
         let along = |share: f64| whole + share * (2.0 * slope + share * bend);
         Start {
             promise: along(share(LEAST_SHARE)),
-            hope: along(share(SMALLEST_SHARE)),
+            optimistic_cost: along(share(SMALLEST_SHARE)),
             part: part(child, x, &followed, share(SMALLEST_SHARE)),
             x: followed,
         }

@@ -27,7 +27,7 @@ const THIRD_ROUND: usize = 4;
 const EVOLVED: usize = 3;
 /// A round is fitted only if a start promises this part of what a name must gain (decision 0120). The linear
 /// prediction of a gain is often several times too low; its sensitivity was not measured.
-const HOPE: f64 = 0.3;
+const LEAST_PROMISE: f64 = 0.3;
 /// Candidates beyond [`SECOND_ROUND`] that are fitted on all the same where the gap is measured by shares: those that still
 /// promise more than the best has reached. Two iterations are too few for a phase.
 const PROMISING: usize = 7;
@@ -107,7 +107,7 @@ impl<'a> Search<'a, '_> {
                 return true;
             }
             let visible = VISIBLE * VISIBLE * parent.samples as f64;
-            parent.cost - it.promise > HOPE * visible.max(worth(self.dispersion))
+            parent.cost - it.promise > LEAST_PROMISE * visible.max(worth(self.dispersion))
         };
         if !screened.iter().any(hoped) {
             return Vec::new();
@@ -213,7 +213,7 @@ impl<'a> Search<'a, '_> {
         effect: &'static Effect,
     ) -> Screened<'a> {
         let moves = |start: &&Vec<f64>| effect.moves_option(start);
-        let starts = basis.starts(self.bench, effect);
+        let starts = basis.starts(self.dataset, effect);
         let (full, plain): (Vec<&Vec<f64>>, Vec<&Vec<f64>>) = starts.iter().partition(moves);
         let plain = self.formed(parent, projector, Item::plain(effect), &plain);
         if full.is_empty() || self.offer == Offer::Plain {
@@ -233,7 +233,7 @@ impl<'a> Search<'a, '_> {
     ) -> Screened<'a> {
         let mut items = parent.hypothesis.items.clone();
         items.push(item);
-        let hypothesis = Hypothesis::new(self.bench, self.model, items);
+        let hypothesis = Hypothesis::new(self.dataset, self.model, items);
         let mut evaluator = Evaluator::new(&hypothesis, &SEARCH);
         let mut residuals = Vec::new();
         let mut starts: Vec<Start> = Vec::with_capacity(grid.len());
@@ -243,7 +243,7 @@ impl<'a> Search<'a, '_> {
             starts.push(projector.projected(&hypothesis, &x, &residuals));
         }
         starts.sort_by(|a, b| a.promise.total_cmp(&b.promise));
-        let promise = starts.iter().map(|start| start.hope).fold(f64::INFINITY, f64::min);
+        let promise = starts.iter().map(|start| start.optimistic_cost).fold(f64::INFINITY, f64::min);
         starts.truncate(2);
         // Where the parent bends, what its numbers do at a whole start may lead them far away.
         let mut cost = |x: &[f64]| {

@@ -1,6 +1,6 @@
 //! A fitted set and its score.
 
-use crate::gap::dataset::{Bench, Part};
+use crate::gap::dataset::{Dataset, Part};
 use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting};
 use crate::gap::hypothesis::{Data, Hypothesis};
 use crate::gap::solver::{Problem, dot};
@@ -8,7 +8,7 @@ use crate::system::plant::physics::Physics;
 
 /// A fitted set.
 #[derive(Debug)]
-pub struct Scored<'a, D = Bench> {
+pub struct Scored<'a, D = Dataset> {
     /// The set.
     pub hypothesis: Hypothesis<'a, D>,
     /// Its fit.

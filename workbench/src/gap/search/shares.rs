@@ -191,8 +191,8 @@ impl<'a> Search<'a, '_> {
         };
         let periods = match effect.starts {
             Starts::PositionScan => value(Meaning::PeriodsPerTurn)
-                .map(|periods| periods * self.bench.travel() / std::f64::consts::TAU),
-            Starts::TimeScan => value(Meaning::Frequency).map(|hertz| hertz * self.bench.scales.duration),
+                .map(|periods| periods * self.dataset.travel() / std::f64::consts::TAU),
+            Starts::TimeScan => value(Meaning::Frequency).map(|hertz| hertz * self.dataset.scales.duration),
             _ => None,
         };
         periods.is_none_or(|periods| periods >= PERIODS)
@@ -244,7 +244,7 @@ impl<'a> Search<'a, '_> {
 
     /// True if a set leaves clearly less than the model as given on every held-out record.
     fn beats_given(&self, scored: &Scored<'a>) -> bool {
-        let given = Hypothesis::new(self.bench, self.model, Vec::new());
+        let given = Hypothesis::new(self.dataset, self.model, Vec::new());
         let before = held_out_errors(&given, &vec![0.0; given.slots.len()]);
         let after = held_out_errors(&scored.hypothesis, &scored.fit.x);
         no_more(&after, &before, AGAINST_GIVEN)

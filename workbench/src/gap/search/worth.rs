@@ -143,7 +143,7 @@ impl<'a> Search<'a, '_> {
         } else {
             residuals(&self.without(child, others, &SEARCH))
         };
-        without.line_goes(&residuals(child), self.bench, newest.effect, dispersion(child))
+        without.line_goes(&residuals(child), self.dataset, newest.effect, dispersion(child))
     }
 
     /// A set without its effects that stay inside their tolerance: what was named for want of a better may be put right by the

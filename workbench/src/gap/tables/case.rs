@@ -33,5 +33,5 @@ pub(super) struct Found<'a> {
     pub(super) covariance: Option<DMatrix<f64>>,
     pub(super) plant: Physics,
     pub(super) ties: Vec<(usize, Vec<Replacement<'a>>)>,
-    pub(super) losers: Vec<(usize, Replacement<'a>)>,
+    pub(super) rejected: Vec<(usize, Replacement<'a>)>,
 }

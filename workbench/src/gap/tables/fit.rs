@@ -31,7 +31,7 @@ struct Weighted<'h, 'a> {
 
 impl Problem for Weighted<'_, '_> {
     fn residuals(&mut self, x: &[f64], out: &mut Vec<f64>) {
-        let misfit = self.hypothesis.bench.misfit(&self.hypothesis.plant(x));
+        let misfit = self.hypothesis.dataset.misfit(&self.hypothesis.plant(x));
         out.clear();
         out.extend(misfit.iter().map(|r| r / self.sigma));
         out.extend(self.hypothesis.priors(x));
@@ -53,7 +53,7 @@ impl Problem for Weighted<'_, '_> {
 
 /// Mean squared residual of the fitted rows, (rad/s)².
 pub fn mean_square(hypothesis: &Hypothesis<Rows>, x: &[f64]) -> f64 {
-    let misfit = hypothesis.bench.misfit(&hypothesis.plant(x));
+    let misfit = hypothesis.dataset.misfit(&hypothesis.plant(x));
     dot(&misfit, &misfit) / misfit.len().max(1) as f64
 }
 
@@ -69,18 +69,18 @@ fn descended(hypothesis: &Hypothesis<Rows>, start: &[f64]) -> Fit {
     let places = start.iter().enumerate();
     let mut x: Vec<f64> = places.map(|(k, v)| clipped(&problem, k, *v)).collect();
     for _ in 0..REPETITIONS {
-        problem.sigma = (mean_square(hypothesis, &x) + hypothesis.bench.resolution.powi(2)).sqrt();
+        problem.sigma = (mean_square(hypothesis, &x) + hypothesis.dataset.resolution.powi(2)).sqrt();
         let before = std::mem::take(&mut x);
         x = solve(&mut problem, &before, &SCHEDULE).x;
         if x.iter().zip(&before).all(|(a, b)| (a - b).abs() < SETTLED) {
             break;
         }
     }
-    let samples = hypothesis.bench.count();
+    let samples = hypothesis.dataset.count();
     let mean_square = mean_square(hypothesis, &x);
     let prior: f64 = hypothesis.priors(&x).map(|z| z * z).sum();
     Fit {
-        cost: samples as f64 * (mean_square + hypothesis.bench.resolution.powi(2)).ln() + prior,
+        cost: samples as f64 * (mean_square + hypothesis.dataset.resolution.powi(2)).ln() + prior,
         chi2: mean_square * samples as f64,
         samples,
         x,
@@ -103,7 +103,7 @@ impl Set<'_> {
     pub fn covariance(&self) -> Option<DMatrix<f64>> {
         let hypothesis = &self.hypothesis;
         let degrees = (self.fit.samples as f64 - self.size() as f64).max(1.0);
-        let sigma = (self.fit.chi2 / degrees + hypothesis.bench.resolution.powi(2)).sqrt();
+        let sigma = (self.fit.chi2 / degrees + hypothesis.dataset.resolution.powi(2)).sqrt();
         let width = |slot: usize| hypothesis.bounds(slot).1 - hypothesis.bounds(slot).0;
         let mut problem = Weighted { hypothesis, sigma };
         solver::covariance(&mut problem, &self.fit.x, |slot, _| width(slot).powi(-2))

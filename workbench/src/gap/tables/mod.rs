@@ -10,10 +10,10 @@
 mod candidates;
 mod case;
 mod fit;
-mod losers;
 pub mod map;
 mod named;
 mod plots;
+mod rejected;
 mod rivals;
 mod rows;
 mod search;

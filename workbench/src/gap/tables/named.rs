@@ -56,7 +56,7 @@ impl Case<'_> {
             let std = std.filter(|std| *std < UNFELT * (p.upper - p.lower));
             let value = Value {
                 value: hypothesis.value(k, place, &found.set.fit.x),
-                std: std.map(|std| std * hypothesis.bench.scales().of(p.scale)),
+                std: std.map(|std| std * hypothesis.dataset.scales().of(p.scale)),
                 unit: p.unit.into(),
             };
             (p.name.to_string(), value)

@@ -22,7 +22,7 @@ const ALIKE: f64 = 4.0;
 /// What is left must be this many times the noise (mean squares).
 const ABOVE_NOISE: f64 = 1.0;
 /// Losing explanations that are listed for each effect.
-const LOSERS: usize = 3;
+const REJECTED: usize = 3;
 /// Tables of more rows than this are compared with rivals on their chosen rows.
 const LONG: usize = 120;
 
@@ -85,7 +85,7 @@ impl Case<'_> {
             chosen,
             set,
             ties: vec![],
-            losers: vec![],
+            rejected: vec![],
         };
         // Half of a long table tells as much; every row of a short one counts.
         let long = self.search.rows.volts.len() > LONG;
@@ -164,7 +164,7 @@ impl Case<'_> {
     }
 }
 
-/// Parts the replacements of every effect into ties and losers: what the rows of the search cannot tell is a tie.
+/// Parts the replacements of every effect into ties and rejected: what the rows of the search cannot tell is a tie.
 fn compare<'a>(search: &Search<'a>, found: &mut Found<'a>, long: bool, inflation: f64) {
     let set = if long { &found.chosen } else { &found.set };
     for k in 0..set.hypothesis.items.len() {
@@ -173,8 +173,8 @@ fn compare<'a>(search: &Search<'a>, found: &mut Found<'a>, long: bool, inflation
         if !tied.is_empty() {
             found.ties.push((k, tied));
         }
-        let lost = lost.into_iter().take(LOSERS);
-        found.losers.extend(lost.map(|replacement| (k, replacement)));
+        let lost = lost.into_iter().take(REJECTED);
+        found.rejected.extend(lost.map(|replacement| (k, replacement)));
     }
 }
 

@@ -15,7 +15,7 @@ const VANISHED: f64 = 1e-3;
 impl Case<'_> {
     pub(super) fn rivals(&self, found: &Found, unit: SpeedUnit) -> Vec<Rival> {
         let now = crate::report::gap(self.gap(&found.chosen, unit));
-        let lost = found.losers.iter().map(|(k, r)| {
+        let lost = found.rejected.iter().map(|(k, r)| {
             let name = found.set.hypothesis.items[*k].effect.name;
             let gap = self.refitted_gap(r, unit);
             let left = crate::report::gap(gap);
@@ -54,7 +54,7 @@ fn at_bound(r: &Replacement) -> String {
         parameters.map(|(parameter, value)| (item.effect.is_scale(), parameter, value))
     });
     let mut told = parameters.filter_map(|(is_scale, p, value)| {
-        let x = value / hypothesis.bench.scales().of(p.scale);
+        let x = value / hypothesis.dataset.scales().of(p.scale);
         let near = |bound: f64| (x - bound).abs() < VANISHED * (p.upper - p.lower);
         let value = crate::report::figure(value);
         if near(p.upper) || (is_scale && near(p.lower)) {

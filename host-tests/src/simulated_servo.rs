@@ -65,7 +65,7 @@ impl Motor {
 
 /// Link, joint and motor in lock-step.
 #[derive(Clone, Debug)]
-pub struct Desk {
+pub struct SimulatedServo {
     inbox: Inbox,
     joint: ServoAxis,
     motor: Motor,
@@ -81,9 +81,9 @@ pub struct Desk {
     pub world: Sample,
 }
 
-impl Default for Desk {
+impl Default for SimulatedServo {
     fn default() -> Self {
-        Desk {
+        SimulatedServo {
             inbox: Inbox::new(),
             joint: ServoAxis::new(),
             motor: Motor::default(),
@@ -97,7 +97,7 @@ impl Default for Desk {
     }
 }
 
-impl Desk {
+impl SimulatedServo {
     /// Takes bytes; returns the answers. What the link task of the image does between two ticks.
     pub fn receive(&mut self, bytes: &[u8]) -> Vec<Message> {
         bytes
@@ -127,7 +127,7 @@ impl Desk {
         self.request(request)
     }
 
-    /// A request that arrives without the link: the desk has one axis.
+    /// A request that arrives without the link: the simulated servo has one axis.
     pub fn request(&mut self, request: Request) -> Result<(), Refusal> {
         match request.axis {
             0 => self.order(request.command),
@@ -180,13 +180,13 @@ impl Desk {
 
     /// Configured, armed, and on the way to one radian: the state in which a stray command would do most.
     pub fn driving() -> Self {
-        let mut desk = Desk::default();
+        let mut servo_under_test = SimulatedServo::default();
         for command in [Command::Configure(config()), Command::Arm, Command::Position(1.0)] {
-            desk.order(command).expect("the desk's own commands are right");
-            desk.tick();
+            servo_under_test.order(command).expect("the test's own commands are right");
+            servo_under_test.tick();
         }
-        let output = desk.ticks(20);
+        let output = servo_under_test.ticks(20);
         assert!(output.bridge == Bridge::Driven && output.duty != 0, "the motor is driven: {output:?}");
-        desk
+        servo_under_test
     }
 }
