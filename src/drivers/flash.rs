@@ -20,6 +20,7 @@
 //!   blank slot: it is programmed to zero, too.
 //! - **A save is believed only when a fresh search finds it.** Otherwise its slot is zeroed and the next one is used.
 
+use super::newest::{Newest, Search};
 use super::page::{BLANK, ITEM_HEADER, NoCache, Page, SLOT, WORD, ready, slots};
 use crate::store::{
     AtRest, Found, LAYOUT, Loaded, RECORD_LEN, Record, SaveError, StoredParameters, encode_into,
@@ -41,38 +42,6 @@ struct Head {
     slot: u32,
     /// The slots from here on are blank.
     used: u32,
-}
-
-/// Where the newest record of the flash was found.
-#[derive(Clone, Copy, Debug)]
-struct Newest {
-    sector: u32,
-    epoch: u32,
-}
-
-/// What a search does with the intact records of a sector, oldest first. The records are large and the stack is small:
-/// a search holds one of them and knows of one more.
-enum Search<'a> {
-    /// Keeps the newest.
-    Keep(&'a mut Option<Newest>, &'a mut [u8; RECORD_LEN]),
-    /// Is the newest this one?
-    Compare(&'a [u8; RECORD_LEN], &'a mut bool),
-}
-
-impl Search<'_> {
-    /// Within a sector the later record is the newer one; between two the epoch decides.
-    fn see(&mut self, sector: u32, epoch: u32, bytes: &[u8; RECORD_LEN]) {
-        match self {
-            Search::Keep(newest, record) => {
-                let newer = |old: Newest| old.sector == sector || old.epoch <= epoch;
-                if newest.is_none_or(newer) {
-                    **newest = Some(Newest { sector, epoch });
-                    record.copy_from_slice(bytes);
-                }
-            }
-            Search::Compare(record, same) => **same = bytes == *record,
-        }
-    }
 }
 
 /// Two neighbouring sectors of a NOR flash as the store of parameters.

@@ -14,6 +14,7 @@ pub mod encoder;
 pub mod flash;
 pub mod hardware;
 pub mod interlock;
+mod newest;
 mod page;
 pub mod saving;
 pub mod sense;
