@@ -2,6 +2,7 @@
 //! computes nothing. The serialised part is `truing-gap/1`; the curves for plots are not serialised.
 
 use serde::Serialize;
+use servo::axis::Bridge;
 use std::collections::BTreeMap;
 
 /// The schema of the serialised result.
@@ -127,8 +128,9 @@ pub struct Unexplained {
 /// One piece of a suggested experiment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Segment {
-    /// 0 open, 1 driven, 2 shorted.
-    pub bridge: u8,
+    /// State of the bridge; in JSON its number: 0 open, 1 driven, 2 shorted.
+    #[serde(serialize_with = "as_number")]
+    pub bridge: Bridge,
     /// Voltage, V; absent when the bridge is open.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub u_v: Option<f64>,
@@ -136,16 +138,20 @@ pub struct Segment {
     pub seconds: f64,
 }
 
+fn as_number<S: serde::Serializer>(bridge: &Bridge, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_u8(*bridge as u8)
+}
+
 impl Segment {
     /// A voltage, or whatever else drives the axis, held for a time.
     pub fn driven(input: f64, seconds: f64) -> Self {
-        let (bridge, u_v) = (1, Some(input));
+        let (bridge, u_v) = (Bridge::Driven, Some(input));
         Self { bridge, u_v, seconds }
     }
 
     /// The bridge left open.
     pub fn open(seconds: f64) -> Self {
-        let (bridge, u_v) = (0, None);
+        let (bridge, u_v) = (Bridge::Open, None);
         Self { bridge, u_v, seconds }
     }
 }

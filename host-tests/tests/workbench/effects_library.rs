@@ -1,5 +1,6 @@
 //! The library of effects: every published name is there, every entry is complete, and each one acts on the plant.
 
+use servo::axis::Bridge;
 use truing::system::effects::{self, Effect, Forms, LIBRARY, Scale, Shape, Starts, Steady};
 use truing::system::plant::Motor;
 use truing::system::plant::physics::Physics;
@@ -94,7 +95,8 @@ fn readings(plant: Physics, steps: usize) -> Vec<f64> {
     let mut motor = Motor::new(plant, 4096.0);
     let volts = |k: usize| [3.0, -9.0, 12.0, -1.0][k / 100 % 4];
     let read = |k: usize| {
-        let readings = (0..steps).map(|_| motor.step(volts(k), 1, 2e-3 / steps as f64).omega_rad_s);
+        let readings =
+            (0..steps).map(|_| motor.step(volts(k), Bridge::Driven, 2e-3 / steps as f64).omega_rad_s);
         readings.last().expect("at least one step")
     };
     (0..400).map(read).collect()

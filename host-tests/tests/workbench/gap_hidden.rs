@@ -66,7 +66,7 @@ fn recorded(motor: &Motor, seed: u64) -> Dynamic {
         id: 0,
         t_s: rows.iter().map(|row| row.t).collect(),
         input: rows.iter().map(volts).collect(),
-        bridge: rows.iter().map(|row| if row.bridge == Bridge::Open { 0 } else { 1 }).collect(),
+        bridge: rows.iter().map(|row| row.bridge).collect(),
         position: Some(truth.theta.clone()),
         speed: Some(truth.seen.iter().map(|omega| omega + noise.sample(&mut rng)).collect()),
         ..Run::default()

@@ -1,5 +1,6 @@
 //! Reading logs: units, aliases, foreign headers, and every defect named by line, column and remedy.
 
+use servo::axis::Bridge;
 use truing::system::log::{self, Columns, Dynamic, Input, Log};
 
 fn dynamic(text: &str, columns: &str) -> Dynamic {
@@ -31,7 +32,11 @@ fn columns_come_in_any_order_and_in_si_units() {
     assert_eq!((log.input, log.linear, log.rows()), (Input::Voltage, false, 40));
     assert!((log.runs[0].t_s[3] - 0.003).abs() < 1e-12);
     assert!((log.runs[0].speed.as_ref().unwrap()[0] - std::f64::consts::TAU).abs() < 1e-12);
-    assert_eq!(log.runs[0].bridge, vec![1; 40], "an absent bridge column means driven throughout");
+    assert_eq!(
+        log.runs[0].bridge,
+        vec![Bridge::Driven; 40],
+        "an absent bridge column means driven throughout"
+    );
 }
 
 #[test]

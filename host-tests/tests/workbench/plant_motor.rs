@@ -1,5 +1,6 @@
 //! The plant against closed forms, and against itself with half the step.
 
+use servo::axis::Bridge;
 use truing::system::plant::Motor;
 use truing::system::plant::physics::Physics;
 
@@ -16,7 +17,7 @@ fn speeds(plant: &Physics, per: usize) -> Vec<f64> {
     let mut speeds = Vec::new();
     for k in 0..300 {
         let volts = [6.0, -9.0, 12.0, 2.0, -4.0, 0.0][k / 50];
-        let bridge = if (120..130).contains(&k) { 0 } else { 1 };
+        let bridge = if (120..130).contains(&k) { Bridge::Open } else { Bridge::Driven };
         for _ in 0..per {
             motor.step(volts, bridge, 2e-3 / per as f64);
         }
@@ -57,7 +58,7 @@ fn the_step_response_is_the_closed_form_of_two_poles() {
     let gain = p.dc_gain() * 6.0;
     let mut motor = Motor::new(p, 4096.0);
     for k in 1..=2000 {
-        motor.step(6.0, 1, 1e-4);
+        motor.step(6.0, Bridge::Driven, 1e-4);
         let t = f64::from(k) * 1e-4;
         let exact = gain * (1.0 + (s2 * (s1 * t).exp() - s1 * (s2 * t).exp()) / (s1 - s2));
         assert!(
@@ -84,20 +85,20 @@ fn friction_holds_the_axis_and_brakes_a_coast_down_linearly() {
     let holds = 0.02 * plant.resistance / plant.kt;
     let mut axis = Motor::new(plant.clone(), 4096.0);
     for _ in 0..1000 {
-        axis.step(0.98 * holds, 1, 1e-3);
+        axis.step(0.98 * holds, Bridge::Driven, 1e-3);
     }
     assert_eq!(axis.state().omega, 0.0, "below the level it sticks exactly");
-    axis.step(1.05 * holds, 1, 1e-3);
+    axis.step(1.05 * holds, Bridge::Driven, 1e-3);
     assert!(axis.state().omega > 0.0);
 
     plant.viscous = 0.0;
     let mut axis = Motor::new(plant.clone(), 4096.0);
     while axis.state().omega < 100.0 {
-        axis.step(12.0, 1, 1e-3);
+        axis.step(12.0, Bridge::Driven, 1e-3);
     }
     let before = axis.state().omega;
     for _ in 0..100 {
-        axis.step(0.0, 0, 1e-4);
+        axis.step(0.0, Bridge::Open, 1e-4);
     }
     let braked = before - axis.state().omega;
     assert!((braked - 0.02 / plant.inertia * 0.01).abs() < 1e-6 * before, "{braked}");
@@ -119,8 +120,8 @@ fn dead_zone_limit_delay_and_lag_stand_in_the_order_of_the_chain() {
     let mut behind = Vec::new();
     let mut ahead = Vec::new();
     for _ in 0..400 {
-        behind.push(late.step(6.0, 1, 5e-4).omega_rad_s);
-        ahead.push(prompt.step(6.0, 1, 5e-4).omega_rad_s);
+        behind.push(late.step(6.0, Bridge::Driven, 5e-4).omega_rad_s);
+        ahead.push(prompt.step(6.0, Bridge::Driven, 5e-4).omega_rad_s);
     }
     for k in 5..400 {
         assert!((behind[k] - ahead[k - 5]).abs() < 1e-9, "five steps late");
@@ -128,7 +129,7 @@ fn dead_zone_limit_delay_and_lag_stand_in_the_order_of_the_chain() {
     let mut lagged = Motor::new(Physics { lag_s: 0.02, ..motor() }, 4096.0);
     let mut last = 0.0;
     for _ in 0..1500 {
-        last = lagged.step(6.0, 1, 1e-3).omega_rad_s;
+        last = lagged.step(6.0, Bridge::Driven, 1e-3).omega_rad_s;
     }
     assert!((last - 6.0 * motor().dc_gain()).abs() < 0.1, "the lag changes no steady state");
 }
@@ -138,11 +139,11 @@ fn play_on_the_load_side_is_lost_motion() {
     let plant = Physics { gap_rad: 0.1, encoder_at_load: true, ..motor() };
     let mut axis = Motor::new(plant, 1e6);
     for _ in 0..200 {
-        axis.step(3.0, 1, 1e-3);
+        axis.step(3.0, Bridge::Driven, 1e-3);
     }
     assert!((axis.state().theta - axis.state().theta_load - 0.05).abs() < 1e-12);
     while axis.state().omega > -5.0 {
-        axis.step(-3.0, 1, 1e-4);
+        axis.step(-3.0, Bridge::Driven, 1e-4);
     }
     assert!((axis.state().theta_load - axis.state().theta).abs() <= 0.05 + 1e-12);
 }
@@ -151,9 +152,9 @@ fn play_on_the_load_side_is_lost_motion() {
 fn a_gap_with_a_heavy_load_keeps_momentum_and_a_spring_rings_at_its_resonance() {
     let gap = Physics { gap_rad: 0.2, load_share: 0.5, viscous: 0.0, ..motor() };
     let mut axis = Motor::new(gap, 1e6);
-    axis.step(12.0, 1, 1e-3);
+    axis.step(12.0, Bridge::Driven, 1e-3);
     for _ in 0..3000 {
-        axis.step(0.0, 0, 1e-4);
+        axis.step(0.0, Bridge::Open, 1e-4);
     }
     let (motor_speed, load_speed) = (axis.state().omega, axis.state().omega_load);
     assert!((motor_speed - load_speed).abs() < 1e-6 * motor_speed, "inelastic contact ends in one speed");
@@ -161,11 +162,11 @@ fn a_gap_with_a_heavy_load_keeps_momentum_and_a_spring_rings_at_its_resonance() 
     let spring = Physics { stiffness: 5.0, load_share: 0.4, viscous: 0.0, ..motor() };
     let resonance = spring.resonance_rad_s();
     let mut axis = Motor::new(spring, 1e6);
-    axis.step(12.0, 1, 1e-3);
+    axis.step(12.0, Bridge::Driven, 1e-3);
     let mut crossings = Vec::new();
     let mut last = 0.0;
     for k in 0..20000 {
-        axis.step(0.0, 0, 1e-5);
+        axis.step(0.0, Bridge::Open, 1e-5);
         let twist = axis.state().theta - axis.state().theta_load;
         if last < 0.0 && twist >= 0.0 {
             crossings.push(f64::from(k) * 1e-5);
@@ -184,17 +185,17 @@ fn current_limit_heat_brushes_and_supply_act_on_the_current() {
     let limited = Physics { current_limit: 2.0, ..motor() };
     let mut axis = Motor::new(limited, 4096.0);
     for _ in 0..100 {
-        assert!(axis.step(12.0, 1, 1e-3).current_a.abs() <= 2.0 + 1e-9);
+        assert!(axis.step(12.0, Bridge::Driven, 1e-3).current_a.abs() <= 2.0 + 1e-9);
     }
     let blocked = Physics { drop_v: 1.0, ..motor() };
     let mut axis = Motor::new(blocked, 4096.0);
-    assert_eq!(axis.step(0.9, 1, 0.1).omega_rad_s, 0.0, "below the drop no current flows");
+    assert_eq!(axis.step(0.9, Bridge::Driven, 0.1).omega_rad_s, 0.0, "below the drop no current flows");
     let sagging = Physics { source_ohm: 0.5, ..motor() };
     let mut axis = Motor::new(sagging, 4096.0);
     for _ in 0..2000 {
-        axis.step_duty(0.8, 1, 1e-3);
+        axis.step_duty(0.8, Bridge::Driven, 1e-3);
     }
-    let answer = axis.step_duty(0.8, 1, 1e-3);
+    let answer = axis.step_duty(0.8, Bridge::Driven, 1e-3);
     assert!(
         answer.supply_v < 11.99 && (answer.supply_v - (12.0 - 0.5 * 0.8 * answer.current_a)).abs() < 1e-6
     );
@@ -202,7 +203,7 @@ fn current_limit_heat_brushes_and_supply_act_on_the_current() {
         Physics { heat_rise_per_w: 0.01, heat_time_s: 0.5, friction_pos: 1.0, friction_neg: 1.0, ..motor() };
     let mut axis = Motor::new(hot, 4096.0);
     for _ in 0..5000 {
-        axis.step(6.0, 1, 1e-3);
+        axis.step(6.0, Bridge::Driven, 1e-3);
     }
     // Stalled and settled: R·(1 + rise·P)·i = u with P = i²·R(hot).
     let state = axis.state();
@@ -213,7 +214,7 @@ fn current_limit_heat_brushes_and_supply_act_on_the_current() {
 fn the_count_follows_the_shaft() {
     let mut axis = Motor::new(motor(), 2048.0).at(0.3);
     for _ in 0..1000 {
-        let answer = axis.step(-6.0, 1, 1e-3);
+        let answer = axis.step(-6.0, Bridge::Driven, 1e-3);
         let exact = axis.state().theta / std::f64::consts::TAU * 2048.0;
         assert!((f64::from(answer.count) - exact).abs() <= 1.0 + 1e-6);
     }

@@ -1,5 +1,6 @@
 //! The reports: what they must contain, that they are self-contained, and that a failed write leaves the earlier file.
 
+use servo::axis::Bridge;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use truing::device::commission_report::Number;
@@ -83,8 +84,8 @@ fn outcome() -> Outcome {
         next_experiment: Some(Experiment {
             why: "A logged current tells a drive gain from a sensor scale.".into(),
             profile: vec![
-                Segment { bridge: 1, u_v: Some(6.0), seconds: 1.0 },
-                Segment { bridge: 0, u_v: None, seconds: 2.0 },
+                Segment { bridge: Bridge::Driven, u_v: Some(6.0), seconds: 1.0 },
+                Segment { bridge: Bridge::Open, u_v: None, seconds: 2.0 },
             ],
         }),
         runtime_s: 3.2,

@@ -23,7 +23,9 @@ fn with(names: &[(&str, &[f64])]) -> Physics {
 fn simulated(plant: &Physics, volts: &[f64]) -> Vec<f64> {
     let mut motor = Motor::new(plant.clone(), 4096.0);
     let tau = plant.time_constant_s();
-    let mut settle = |u: &f64| (0..3000).map(|_| motor.step(*u, 1, 0.1 * tau).omega_rad_s).last().unwrap();
+    let mut settle = |u: &f64| {
+        (0..3000).map(|_| motor.step(*u, servo::axis::Bridge::Driven, 0.1 * tau).omega_rad_s).last().unwrap()
+    };
     volts.iter().map(&mut settle).collect()
 }
 

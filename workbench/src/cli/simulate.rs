@@ -75,7 +75,7 @@ fn simulated(model: &Model, input: &Dynamic) -> String {
             writeln!(
                 text,
                 "{},{},{},{},{:.9e},{:.9e},{:.9e}",
-                run.id, run.t_s[k], run.input[k], run.bridge[k], outputs.0, outputs.1, outputs.2
+                run.id, run.t_s[k], run.input[k], run.bridge[k] as u8, outputs.0, outputs.1, outputs.2
             )
             .expect("writing to a string cannot fail");
         }

@@ -4,8 +4,8 @@ use crate::gap::dataset::{BenchRun, Dataset, Part, Simulation, Traces};
 use crate::gap::fit::COARSE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::system::effects::{Effect, Scale, Signal, Starts};
-use crate::system::plant::dynamics::bridge;
 use crate::system::plant::physics::Physics;
+use servo::axis::Bridge;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A threshold is tried where the signal exceeds it in 0.2 % … 50 % of the samples.
@@ -290,7 +290,7 @@ impl Sums {
         for (block, omega) in omega.iter().enumerate().take(run.blocks()) {
             let h = run.time[block + 1] - run.time[block];
             let damping =
-                if run.bridge[block] == bridge::OPEN { plant.viscous } else { plant.total_damping() };
+                if run.bridge[block] == Bridge::Open { plant.viscous } else { plant.total_damping() };
             let half = 0.5 * h * damping / plant.inertia;
             let (keep, push) = ((1.0 - half) / (1.0 + half), wave.sign * h / plant.inertia / (1.0 + half));
             let was = (sine, cosine);

@@ -3,6 +3,7 @@
 use crate::gap::dataset::Part;
 use crate::gap::hypothesis::Hypothesis;
 use crate::system::plant::physics::Physics;
+use servo::axis::Bridge;
 
 /// One compared sample with the model quantities at its time. Bins are made over these, never over the measurement:
 /// a measured speed shares its noise with the residual.
@@ -72,7 +73,7 @@ pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample
                     } else {
                         run.position[block]
                     },
-                    open: run.bridge[block] == 0,
+                    open: run.bridge[block] == Bridge::Open,
                     part: run.speed.part[k],
                     torque: 0.0,
                 });

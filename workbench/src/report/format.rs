@@ -2,6 +2,7 @@
 
 use crate::outcome::{NamedEffect, Outcome, Segment, Shift, Tie, Value, Verdict};
 use crate::report::volts;
+use servo::axis::Bridge;
 
 /// Four significant digits, without trailing zeros; powers of ten where plain digits would not be readable.
 pub fn figure(x: f64) -> String {
@@ -188,8 +189,8 @@ fn listing(names: &[String]) -> String {
 pub fn segment(s: &Segment) -> String {
     let seconds = figure(s.seconds);
     match (s.bridge, s.u_v) {
-        (0, _) => format!("bridge open for {seconds} s"),
-        (2, _) => format!("terminals shorted for {seconds} s"),
+        (Bridge::Open, _) => format!("bridge open for {seconds} s"),
+        (Bridge::Shorted, _) => format!("terminals shorted for {seconds} s"),
         (_, u) => format!("{} V for {seconds} s", figure(u.unwrap_or(0.0))),
     }
 }

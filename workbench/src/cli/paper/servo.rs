@@ -9,6 +9,7 @@ use crate::outcome::{Curve, Plot, Series, Style};
 use crate::report::section::{Check, Section};
 use crate::system::plant::Motor;
 use crate::system::plant::physics::Physics;
+use servo::axis::Bridge;
 use std::f64::consts::PI;
 
 /// Half-width of the paper's dead zone: 9 V in front of it, 7.8 V behind.
@@ -47,7 +48,7 @@ impl Scopes {
             scopes.t_s.push(t + DT);
             scopes.before.push(input(t + DT));
             scopes.behind.push(plant.applied(input(t + DT)));
-            scopes.speed.push(motor.step(u, 1, DT).omega_rad_s);
+            scopes.speed.push(motor.step(u, Bridge::Driven, DT).omega_rad_s);
         }
         scopes
     }

@@ -71,7 +71,7 @@ fn check(path: &Path, model: &Model, config: &Config) -> Result<(), InputError> 
 impl Motor for Builtin {
     fn pass(&mut self, drive: &Drive) -> Result<Reading, InputError> {
         // Frame 0 asks for the initial state: an open bridge at rest changes nothing.
-        let answer = self.plant.step_duty(f64::from(drive.duty), drive.bridge as u8, f64::from(drive.tick_s));
+        let answer = self.plant.step_duty(f64::from(drive.duty), drive.bridge, f64::from(drive.tick_s));
         let counts = answer.theta_rad / TAU * self.counts_per_rev + self.phase;
         let supply = answer.supply_v * self.noise.sample(&mut self.random);
         Ok(Reading {

@@ -4,6 +4,7 @@ use super::probe::Probes;
 use crate::system::plant::dynamics::Dynamics;
 use crate::system::plant::physics::Physics;
 use crate::system::plant::state::State;
+use servo::axis::Bridge;
 
 /// One run made ready.
 #[derive(Clone, Debug, Default)]
@@ -15,7 +16,7 @@ pub struct BenchRun {
     /// Start of each block and the end of the last, s.
     pub time: Vec<f64>,
     /// Bridge mode of each block.
-    pub bridge: Vec<u8>,
+    pub bridge: Vec<Bridge>,
     /// First row of each block, and one past the last row of all.
     pub first_row: Vec<u32>,
     /// Start of each row and the end of the last, s.
@@ -113,7 +114,7 @@ impl BenchRun {
         let start = if self.position.is_empty() { 0.0 } else { self.shaft(plant, 0) };
         let mut state = State::moving(plant, start, speed);
         if speed != 0.0
-            && self.bridge.first() == Some(&1)
+            && self.bridge.first() == Some(&Bridge::Driven)
             && plant.drive == crate::system::plant::physics::Drive::Voltage
         {
             let limit = plant.current_limit;

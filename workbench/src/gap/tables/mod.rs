@@ -33,6 +33,7 @@ use crate::system::model::{Kind, Model};
 use candidates::Offer;
 use case::Case;
 use rows::Rows;
+use servo::axis::Bridge;
 use sets::Search;
 use study::HeldOut;
 
@@ -96,7 +97,7 @@ pub fn settled(model: &Model, log: &Dynamic) -> Option<Table> {
     let [run] = &log.runs[..] else { return None };
     let omega_rad_s = run.speed.clone()?;
     let apart = run.sample_s() > SETTLED * time_constant_s(model);
-    let driven = run.bridge.iter().all(|b| *b == 1);
+    let driven = run.bridge.iter().all(|bridge| *bridge == Bridge::Driven);
     (apart && driven && log.input == Input::Voltage && !log.linear).then(|| Table {
         source: log.source.clone(),
         u_v: run.input.clone(),

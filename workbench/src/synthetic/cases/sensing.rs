@@ -130,9 +130,8 @@ impl Input {
     /// The input of a suggested experiment.
     pub fn of_profile(profile: &[Segment], volts: f64, interval_s: f64) -> Self {
         let piece = |segment: &Segment| {
-            let bridge = [Bridge::Open, Bridge::Driven, Bridge::Shorted][usize::from(segment.bridge.min(2))];
             let rows = (segment.seconds / interval_s).round().max(1.0) as usize;
-            std::iter::repeat_n((segment.u_v.unwrap_or(0.0) / volts, bridge), rows)
+            std::iter::repeat_n((segment.u_v.unwrap_or(0.0) / volts, segment.bridge), rows)
         };
         Self { rows: profile.iter().flat_map(piece).collect(), volts, interval_s }
     }

@@ -7,6 +7,7 @@ mod read;
 
 pub use columns::{Columns, Quantity};
 pub use read::{parse, read, read_input};
+use servo::axis::Bridge;
 
 /// What drives the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,8 +75,8 @@ pub struct Run {
     pub t_s: Vec<f64>,
     /// The input, held until the next row.
     pub input: Vec<f64>,
-    /// 0 open, 1 driven, 2 shorted.
-    pub bridge: Vec<u8>,
+    /// State of the bridge, held until the next row.
+    pub bridge: Vec<Bridge>,
     /// Position, rad or m.
     pub position: Option<Vec<f64>>,
     /// Speed as the model's `[sensors]` declare it, rad/s or m/s.

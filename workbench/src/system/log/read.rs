@@ -3,6 +3,7 @@
 use super::columns::{Columns, Quantity, Source};
 use super::{Dynamic, Input, Log, Run, Table};
 use crate::console::input_error::InputError;
+use servo::axis::Bridge;
 use std::path::Path;
 
 /// Fewer rows than this in a run say nothing about dynamics.
@@ -251,14 +252,14 @@ impl Sheet<'_> {
         }
     }
 
-    fn bridge(&self, rows: usize) -> Result<Vec<u8>, InputError> {
+    fn bridge(&self, rows: usize) -> Result<Vec<Bridge>, InputError> {
         let Some(values) = self.column(Quantity::Bridge)? else {
-            return Ok(vec![1; rows]);
+            return Ok(vec![Bridge::Driven; rows]);
         };
         let code = |(row, value): (usize, &f64)| match *value {
-            0.0 => Ok(0),
-            1.0 => Ok(1),
-            2.0 => Ok(2),
+            0.0 => Ok(Bridge::Open),
+            1.0 => Ok(Bridge::Driven),
+            2.0 => Ok(Bridge::Shorted),
             _ => Err(InputError::line(
                 self.source,
                 self.cells.rows[row].0,

@@ -9,17 +9,8 @@ use super::state::State;
 use super::step::{Before, Loads, slowed_from};
 use super::two_bodies;
 use super::winding::{Coefficients, Shaft};
+use servo::axis::Bridge;
 use std::f64::consts::PI;
-
-/// Bridge modes of a log.
-pub mod bridge {
-    /// Open: no current.
-    pub const OPEN: u8 = 0;
-    /// Driven.
-    pub const DRIVEN: u8 = 1;
-    /// Shorted terminals.
-    pub const SHORTED: u8 = 2;
-}
 
 /// A contact that is over within such a part of a step is inelastic for every log.
 const MOST_CONTACT_PIECES: f64 = 12.0;
@@ -47,7 +38,7 @@ struct Present {
 struct Driven {
     /// Voltage behind sag and brushes, V, or torque input; `None`: the brushes block the current.
     net: Option<f64>,
-    bridge: u8,
+    bridge: Bridge,
     h: f64,
 }
 
@@ -76,7 +67,7 @@ impl<'a> Dynamics<'a> {
         &mut self,
         state: &mut State,
         applied: f64,
-        bridge: u8,
+        bridge: Bridge,
         h: f64,
         position: Option<(f64, f64)>,
     ) {
@@ -95,7 +86,14 @@ impl<'a> Dynamics<'a> {
     }
 
     #[inline]
-    fn step(&mut self, state: &mut State, applied: f64, bridge: u8, h: f64, position: Option<(f64, f64)>) {
+    fn step(
+        &mut self,
+        state: &mut State,
+        applied: f64,
+        bridge: Bridge,
+        h: f64,
+        position: Option<(f64, f64)>,
+    ) {
         let before = Before::of(state);
         self.renew(state, applied, bridge, h);
         let driven = Driven { net: self.net_voltage(state, applied, bridge, h), bridge, h };
@@ -113,7 +111,7 @@ impl<'a> Dynamics<'a> {
 
     /// Makes sure that the coefficients are those of this step.
     #[inline]
-    fn renew(&mut self, state: &State, applied: f64, bridge: u8, h: f64) {
+    fn renew(&mut self, state: &State, applied: f64, bridge: Bridge, h: f64) {
         let p = self.plant;
         let (resistance, kt) = if self.present.varying_winding {
             (self.resistance(state, applied, h), self.weakened(state, applied, bridge))
@@ -132,14 +130,14 @@ impl<'a> Dynamics<'a> {
 
     /// The torque constant at the mean current of the step, as the last step's winding predicts it: with the current at the start,
     /// the torque would lag half a step behind.
-    fn weakened(&self, state: &State, applied: f64, bridge: u8) -> f64 {
+    fn weakened(&self, state: &State, applied: f64, bridge: Bridge) -> f64 {
         let (p, c) = (self.plant, &self.coefficients);
         if p.kt_knee_a == f64::INFINITY {
             return p.kt;
         }
         let mean = match (bridge, p.drive) {
-            (bridge::DRIVEN | bridge::SHORTED, Drive::Voltage) => {
-                let volts = if bridge == bridge::DRIVEN { applied } else { 0.0 };
+            (Bridge::Driven | Bridge::Shorted, Drive::Voltage) => {
+                let volts = if bridge == Bridge::Driven { applied } else { 0.0 };
                 let settled = (volts - p.ke * state.omega) * c.conductance;
                 let mean = settled + (state.current - settled) * c.mean;
                 mean.clamp(-p.current_limit, p.current_limit)
@@ -164,9 +162,9 @@ impl<'a> Dynamics<'a> {
 
     /// The voltage across the winding before back-EMF (or the torque input); `None`: brushes block the current.
     #[inline]
-    fn net_voltage(&self, state: &State, applied: f64, bridge: u8, h: f64) -> Option<f64> {
+    fn net_voltage(&self, state: &State, applied: f64, bridge: Bridge, h: f64) -> Option<f64> {
         let p = self.plant;
-        if bridge != bridge::DRIVEN && (bridge == bridge::OPEN || p.drive == Drive::Torque) {
+        if bridge != Bridge::Driven && (bridge == Bridge::Open || p.drive == Drive::Torque) {
             return Some(0.0);
         }
         if p.drive == Drive::Torque {
@@ -174,7 +172,7 @@ impl<'a> Dynamics<'a> {
         }
         let slow_rail = p.source_ohm > 0.0 && p.bus_farad > 0.0;
         let terminal = match bridge {
-            bridge::SHORTED => 0.0,
+            Bridge::Shorted => 0.0,
             _ if slow_rail => {
                 let drawn = applied / p.supply_v * state.current;
                 let settled = p.supply_v - p.source_ohm * drawn;
@@ -201,7 +199,7 @@ impl<'a> Dynamics<'a> {
         let (p, c) = (self.plant, &self.coefficients);
         let side = usize::from(state.omega < 0.0);
         match (driven.bridge, p.drive, driven.net) {
-            (bridge::OPEN, ..) => (0.0, c.open[side]),
+            (Bridge::Open, ..) => (0.0, c.open[side]),
             (_, Drive::Torque, net) => {
                 let held = net.unwrap_or(0.0);
                 (p.force_gain * held * softened(held, p.kt_knee_a), c.open[side])
@@ -219,7 +217,7 @@ impl<'a> Dynamics<'a> {
         let (torque, shaft) = self.torque(state, driven);
         let moved = self.pushed(state, torque, &shaft, loads, driven.h);
         let limit = self.plant.current_limit;
-        if limit == f64::INFINITY || driven.bridge == bridge::OPEN || self.plant.drive == Drive::Torque {
+        if limit == f64::INFINITY || driven.bridge == Bridge::Open || self.plant.drive == Drive::Torque {
             return moved;
         }
         let (_, mean) = self.currents(state, driven, moved.0);
@@ -255,7 +253,7 @@ impl<'a> Dynamics<'a> {
     #[inline]
     fn settle_current(&self, state: &mut State, driven: &Driven, omega: f64) {
         let (end, mean) = match (driven.bridge, self.plant.drive) {
-            (bridge::OPEN, _) => (0.0, 0.0),
+            (Bridge::Open, _) => (0.0, 0.0),
             (_, Drive::Torque) => (driven.net.unwrap_or(0.0), driven.net.unwrap_or(0.0)),
             (_, Drive::Voltage) => self.currents(state, driven, omega),
         };

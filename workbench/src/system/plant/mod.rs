@@ -14,6 +14,7 @@ mod winding;
 
 use dynamics::Dynamics;
 use physics::Physics;
+use servo::axis::Bridge;
 use state::State;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -71,12 +72,12 @@ impl Motor {
     }
 
     /// A duty −1 … 1 of the motor's own supply for `dt` seconds.
-    pub fn step_duty(&mut self, duty: f64, bridge: u8, dt: f64) -> Answer {
+    pub fn step_duty(&mut self, duty: f64, bridge: Bridge, dt: f64) -> Answer {
         self.step(duty * self.plant.supply_v, bridge, dt)
     }
 
     /// A terminal voltage (or torque input) for `dt` seconds. `bridge`: 0 open, 1 driven, 2 shorted.
-    pub fn step(&mut self, command: f64, bridge: u8, dt: f64) -> Answer {
+    pub fn step(&mut self, command: f64, bridge: Bridge, dt: f64) -> Answer {
         let applied = self.behind_delay(command, dt);
         let applied = self.behind_lag(applied, dt);
         let applied = self.plant.applied(applied);
