@@ -30,7 +30,7 @@ pub const FEASIBLE: f32 = 1.1;
 const RATED_WITHIN: f32 = 1.3;
 const HINT_WITHIN: f32 = 2.0;
 
-/// Everything that follows from [`LastTrusted`].
+/// Everything that follows from what the identifier last found and trusts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Design {
     /// The linear motor.

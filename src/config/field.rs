@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Why a [`Config`], or another number that arrives, cannot be: names the field as `axis.toml` spells it, and the range.
+/// Why a [`Config`](super::Config), or another number that arrives, cannot be: names the field as `axis.toml` spells it, and the range.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConfigError {
     /// The field.

@@ -156,7 +156,7 @@ impl Sine {
 /// counts, `frequency` in turns per tick, `tau_ticks` of the motor.
 ///
 /// In the middle it is `A·Ω·√(1 + (Ωτ)²)`. The rise over a full turn takes up to 13 % more for a moment, which is not
-/// counted; what a shorter one takes beyond that is, as in [`Limits::allow_sine`].
+/// counted; what a shorter one takes beyond that is, as in [`Limits::allow_sine`](super::trajectory::Limits::allow_sine).
 #[must_use]
 pub fn sine_takes(tau_ticks: f32, amplitude: f32, frequency: f32, length: u32) -> f32 {
     let radians = 2.0 * PI * frequency;

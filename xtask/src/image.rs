@@ -75,7 +75,15 @@ pub fn build_all() -> Result<()> {
 
 /// A Cargo command on an example of the library for the default board's chip, with what the images have compiled already.
 pub fn example(verb: &str, name: &str) -> Command {
-    let mut command = Program::Firmware.example(verb, name);
+    for_default_chip(Program::Firmware.example(verb, name))
+}
+
+/// A Cargo command on the image that is counted beside published crates.
+pub fn bench(verb: &str) -> Command {
+    for_default_chip(Program::BenchOnChip.cargo(verb))
+}
+
+fn for_default_chip(mut command: Command) -> Command {
     command.args(["--target", DEFAULT.chip.target, "--profile", "firmware"]);
     command
 }

@@ -10,8 +10,10 @@ use std::process::Command;
 pub enum Program {
     /// The workbench.
     Truing,
-    /// Our parts beside published crates, counted in QEMU.
+    /// Our parts beside published crates, counted in QEMU: starts the next one.
     BenchImage,
+    /// What the program above runs on the chip.
+    BenchOnChip,
     /// Would the image run on the chip?
     FlashDryRun,
     /// Ways to a panic in an image.
@@ -30,6 +32,7 @@ impl Program {
         match self {
             Program::Truing => ("truing", "truing"),
             Program::BenchImage => ("evaluation", "bench_image"),
+            Program::BenchOnChip => ("bench-image", "bench-image"),
             // In packages of their own: probe-rs takes a minute to build, and only panic-paths reads debug information.
             Program::FlashDryRun => ("flash-dry-run", "flash-dry-run"),
             Program::PanicPaths => ("panic-paths", "panic-paths"),

@@ -31,6 +31,12 @@ pub fn everything() -> Result<()> {
         "lints, an axis inside of somebody else's firmware",
         image::example("clippy", "in_your_firmware").args(["--", "-D", "warnings"]),
     )?;
+    step("lints, our parts beside published crates", image::bench("clippy").args(["--", "-D", "warnings"]))?;
+    heading("documentation");
+    for selection in selections() {
+        let mut doc = cargo(&["doc", "--no-deps"]);
+        run(doc.args(selection).env("RUSTDOCFLAGS", "-D warnings"))?;
+    }
     heading("images");
     image::build_all()?;
     heading("size and instructions against docs/cost.toml, ways to a panic");
@@ -46,11 +52,6 @@ pub fn everything() -> Result<()> {
     heading("commands that README and documents show");
     run(cargo(&["build", "--bins"]).args(&selections()[0]))?;
     documents::check_arguments()?;
-    heading("documentation");
-    for selection in selections() {
-        let mut doc = cargo(&["doc", "--no-deps"]);
-        run(doc.args(selection).env("RUSTDOCFLAGS", "-D warnings"))?;
-    }
     close(&tally, begin);
     Ok(())
 }

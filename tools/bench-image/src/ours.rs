@@ -10,7 +10,6 @@ use servo::compensate::{Compensator, SignSource, Smoothing};
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
 use servo::identify::passive;
-use servo::optional::Optional;
 use servo::record::Activity;
 use servo::units::{Voltage, VoltageQ14};
 
