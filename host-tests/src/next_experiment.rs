@@ -114,7 +114,7 @@ fn difference(
     rival: &[String],
 ) -> Result<f64, Box<dyn Error>> {
     let bench = made_ready(&files.model, &files.log, std::slice::from_ref(record))?;
-    let found = search(&bench, &files.model, &[], &|_| {});
+    let found = search(&bench, &files.model, &Options::default(), &|_| {});
     let rivals = tied(&found.best, &found.others);
     let all: Vec<&Scored> = std::iter::once(&found.best).chain(rivals).collect();
     let on_record = |names: &[String]| -> Option<f64> {

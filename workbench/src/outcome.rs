@@ -36,6 +36,50 @@ impl Verdict {
     }
 }
 
+/// How sure the verdict is. It says more than [`Verdict`]: a verdict of *named* has three grades.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Grade {
+    /// Nothing could be tested: the log does not move enough.
+    CannotTell,
+    /// What is missing, or a part of it that matters, is in no effect of the library.
+    Outside,
+    /// Several explanations fit equally.
+    Tie,
+    /// The names remove a part of the gap on every record, and less than half of it on some.
+    Likely,
+    /// The names remove most of the gap on every record; what is left is described.
+    NamedAndSomethingIsLeft,
+    /// The names explain the gap to the noise.
+    Named,
+    /// Simulation and data agree to the noise.
+    NothingMissing,
+}
+
+impl Grade {
+    /// The grade of a verdict. `left`: something is left beside the names. `most`: they remove most of the gap everywhere.
+    pub fn of(verdict: Verdict, left: bool, most: bool) -> Self {
+        match (verdict, left, most) {
+            (Verdict::InsufficientExcitation, ..) => Self::CannotTell,
+            (Verdict::Unexplained, ..) => Self::Outside,
+            (Verdict::Tie, ..) => Self::Tie,
+            (Verdict::Named, true, false) => Self::Likely,
+            (Verdict::Named, true, true) => Self::NamedAndSomethingIsLeft,
+            (Verdict::Named, false, _) => Self::Named,
+            (Verdict::NothingMissing, ..) => Self::NothingMissing,
+        }
+    }
+}
+
+/// A name that is left out of the headline because a simulation is hardly better with it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Small {
+    /// Its name in the library.
+    pub name: String,
+    /// Points of held-out fit that it brings, %.
+    pub fit_points: f64,
+}
+
 /// A fitted number with its standard deviation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Value {
@@ -267,8 +311,13 @@ pub struct Outcome {
     pub schema: &'static str,
     /// What holds.
     pub verdict: Verdict,
+    /// How sure it is.
+    pub grade: Grade,
     /// The accepted set in the order of naming.
     pub effects: Vec<NamedEffect>,
+    /// Names that hardly lift the held-out fit; they are not in the extended model.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub small: Vec<Small>,
     /// Explanations that cannot be told apart.
     pub ties: Vec<Tie>,
     /// Names that resemble the unexplained rest.
@@ -311,7 +360,9 @@ impl Outcome {
         Self {
             schema: SCHEMA,
             verdict,
+            grade: Grade::of(verdict, false, true),
             effects: Vec::new(),
+            small: Vec::new(),
             ties: Vec::new(),
             closest_known: Vec::new(),
             holdout,

@@ -55,6 +55,8 @@ fn outcome() -> Outcome {
     Outcome {
         schema: "truing-gap/1",
         verdict: Verdict::Tie,
+        grade: Grade::Tie,
+        small: vec![Small { name: "quadratic_drag".into(), fit_points: 0.21 }],
         effects: vec![
             effect("dead_zone", ("half_width_v", value(1.1, 0.01, "V")), None),
             effect("drive_gain", ("ratio", value(1.31, 0.004, "1")), Some(0)),
@@ -119,6 +121,7 @@ fn the_terminal_summary_fits_80_columns_and_says_everything() {
         "J_kgm2 +2.00 ± 0.40 %",
         "6 V for 1 s, bridge open for 2 s",
         "83 %",
+        "quadratic_drag (+0.21 points of fit)",
         "Every second row",
     ] {
         assert!(text.contains(piece), "{piece:?} is missing in\n{text}");
@@ -141,7 +144,9 @@ fn json_has_exactly_the_keys_of_the_schema() {
     let mut expected = vec![
         "schema",
         "verdict",
+        "grade",
         "effects",
+        "small",
         "ties",
         "closest_known",
         "holdout",
@@ -157,6 +162,7 @@ fn json_has_exactly_the_keys_of_the_schema() {
     found.sort_unstable();
     assert_eq!(found, expected);
     assert_eq!(parsed["verdict"], "tie");
+    assert_eq!(parsed["grade"], "tie");
     assert_eq!(parsed["effects"][0]["parameters"]["half_width_v"]["std"], 0.01);
     assert_eq!(parsed["effects"][0]["tie"], serde_json::Value::Null);
     assert_eq!(parsed["effects"][1]["tie"], 0);

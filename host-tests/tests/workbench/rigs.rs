@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use truing::cli::judge::answer;
 use truing::gap::expectation::Rig;
 use truing::gap::{self, Options};
-use truing::outcome::{Outcome, Verdict};
+use truing::outcome::{Grade, Outcome, Verdict};
 use truing::system::effects;
 use truing::system::log::{self, Columns, Dynamic, Log};
 use truing::system::model::{self, Model};
@@ -44,7 +44,7 @@ fn the_rigs_of_other_people_are_named_as_is_known_of_them() {
     let wrong: Vec<String> = rigs
         .par_iter()
         .filter_map(|rig| {
-            let Some(outcome) = answer(rig, Some(&shared)).unwrap() else {
+            let Some(outcome) = answer(rig, Some(&shared), &Options::default()).unwrap() else {
                 measured::skip(&format!(
                     "the data of rig {} not present, see docs/measured-data.md",
                     rig.name
@@ -102,6 +102,39 @@ fn names_do_not_depend_on_the_order_of_the_held_out_records() {
     let other_way = said(&[second, first]);
     assert_eq!(one_way, other_way);
     assert!(!one_way.0.is_empty() && one_way.2 > 0.0, "{one_way:?}");
+}
+
+/// A name that hardly lifts the held-out fit stands apart and is not in the model; a gap of which more than half is left has names that
+/// are likely, and one of which little is left has names that are named.
+#[test]
+fn the_grade_says_how_much_the_names_explain() {
+    let said = |name: &str| {
+        let (model, log, holdout) = opened(name);
+        gap::run(&model, &log, &[holdout], &Options::default(), &|_| {}).unwrap()
+    };
+    let drive = said("eagle_swerve");
+    assert_eq!(drive.grade, Grade::NamedAndSomethingIsLeft);
+    assert!(drive.small.iter().all(|small| small.fit_points < 0.5), "{:?}", drive.small);
+    let small: Vec<&str> = drive.small.iter().map(|small| small.name.as_str()).collect();
+    assert!(!small.is_empty() && small.iter().all(|name| !names(&drive).iter().any(|it| it == name)));
+    let outrunner = said("laas_acc");
+    assert_eq!((outrunner.verdict, outrunner.grade), (Verdict::Named, Grade::Likely));
+    let left = |outcome: &Outcome| (outcome.holdout.rmse_after / outcome.holdout.rmse_before).powi(2);
+    assert!(left(&outrunner) > 0.5 && left(&drive) < 0.5);
+}
+
+/// Friction of the shaft and dead zone of the drive are one question: where one richer name leaves as little, it is said alone.
+#[test]
+fn one_friction_is_named_once() {
+    let rig = &Rig::all(&folder().join("odrive_cog")).unwrap()[0];
+    let Some(outcome) = answer(rig, Some(&measured::root()), &Options::default()).unwrap() else {
+        return measured::skip("the data of rig odrive_cog not present, see docs/measured-data.md");
+    };
+    let frictions =
+        ["dead_zone", "dead_zone_asymmetric", "coulomb_friction", "coulomb_asymmetric", "stribeck_friction"];
+    let said = names(&outcome);
+    assert_eq!(said.iter().filter(|name| frictions.contains(&name.as_str())).count(), 1, "{said:?}");
+    assert!(outcome.holdout.fit_percent_after > 79.0, "{:?}", outcome.holdout);
 }
 
 /// A record given as final is predicted and chooses nothing; a copy of a record that had a veto is refused.

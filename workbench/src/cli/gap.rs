@@ -83,6 +83,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let options = Options {
         finals: finals.collect::<Result<_, InputError>>()?,
         without: without.map_err(|text| anyhow::anyhow!("--without: {text}"))?.iter().map(named).collect(),
+        ..Options::default()
     };
     if let Log::Dynamic(record) = &log {
         time_base::check(&model, record, &columns)?;

@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         rigs.retain(|rig| arguments.only.iter().any(|text| rig.name.contains(text)));
     }
     outln!(
-        "{:22} {:15} {:>6} {:>6} {:>6} {:>6} {:>5} {:>5}  names",
+        "{:22} {:28} {:>6} {:>6} {:>6} {:>6} {:>5} {:>5}  names",
         "rig",
         "verdict",
         "before",
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn judged(rig: &Rig, arguments: &Arguments) -> anyhow::Result<Judged> {
     let started = Instant::now();
-    let Some(outcome) = answer(rig, arguments.data.as_deref())? else {
+    let Some(outcome) = answer(rig, arguments.data.as_deref(), &Options::default())? else {
         outln!("{:22} skipped: its data are absent", rig.name);
         return Ok(Judged::Skipped);
     };
@@ -84,9 +84,9 @@ fn judged(rig: &Rig, arguments: &Arguments) -> anyhow::Result<Judged> {
     let (held, expected) = (&outcome.holdout, &rig.expectation);
     let names: Vec<&str> = outcome.effects.iter().map(|effect| effect.name.as_str()).collect();
     outln!(
-        "{:22} {:15} {:6.1} {:6.1} {:6.1} {:6.1} {:4.0}% {seconds:5.1}  {}",
+        "{:22} {:28} {:6.1} {:6.1} {:6.1} {:6.1} {:4.0}% {seconds:5.1}  {}",
         rig.name,
-        crate::report::verdict(outcome.verdict),
+        crate::report::grade(&outcome),
         held.fit_percent_before,
         held.fit_percent_after,
         expected.fit_percent,
@@ -109,7 +109,7 @@ fn judged(rig: &Rig, arguments: &Arguments) -> anyhow::Result<Judged> {
 }
 
 /// The answer of the gap workflow; `None` if the rig's data are absent.
-pub fn answer(rig: &Rig, data: Option<&Path>) -> anyhow::Result<Option<Outcome>> {
+pub fn answer(rig: &Rig, data: Option<&Path>, options: &Options) -> anyhow::Result<Option<Outcome>> {
     let expected = &rig.expectation;
     let columns: Columns = expected.columns.parse()?;
     let file = |relative: &PathBuf| rig.file(relative, data);
@@ -128,7 +128,7 @@ pub fn answer(rig: &Rig, data: Option<&Path>) -> anyhow::Result<Option<Outcome>>
         holdouts = vec![Log::Dynamic(second)];
         log = Log::Dynamic(first);
     }
-    Ok(Some(watched(&model, &log, &holdouts, &Options::default())?))
+    Ok(Some(watched(&model, &log, &holdouts, options)?))
 }
 
 /// First and second half of the first run of a record.

@@ -40,6 +40,8 @@ pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Optio
     let after = Prediction::of(&kept.hypothesis, &kept.fit.x, &[Part::HoldOut]);
     let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
     Outcome {
+        grade: judged.grade,
+        small: small(found),
         effects: volts::told(model, named(kept, &steps, &judged.ties)),
         closest_known: judged.closest,
         final_records: last.map(|dataset| predicted(dataset, kept)),
@@ -57,6 +59,11 @@ pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Optio
             dataset.speed_unit(),
         )
     }
+}
+
+fn small(found: &Found) -> Vec<Small> {
+    let told = |(name, points): &(String, f64)| Small { name: name.clone(), fit_points: *points };
+    found.small.iter().map(told).collect()
 }
 
 /// What the set predicts for the held-out part of another dataset of the same log.

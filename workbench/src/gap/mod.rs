@@ -29,7 +29,7 @@ pub mod time_base;
 pub mod verdict;
 
 use crate::console::input_error::InputError;
-use crate::gap::search::Progress;
+use crate::gap::search::{Progress, ShareLimits};
 use crate::outcome::Outcome;
 use crate::system::log::{Dynamic, Log, Table};
 use crate::system::model::Model;
@@ -44,6 +44,8 @@ pub struct Options {
     pub without: Vec<String>,
     /// Records that are only predicted, at the very end: the held-out records may refuse names, these choose nothing.
     pub finals: Vec<Dynamic>,
+    /// Limits of the search for a model that is a fit to the log.
+    pub limits: ShareLimits,
 }
 
 /// Finds where model and log disagree, names what is missing and predicts the held-out data with it. A record whose rows

@@ -1,6 +1,6 @@
 //! Measured values beside those that a hypothesis predicts.
 
-use crate::gap::dataset::{BenchRun, Part};
+use crate::gap::dataset::{BenchRun, Dataset, Part};
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::residual::{fit_percent, rms};
 use crate::outcome::HoldOut;
@@ -73,4 +73,15 @@ pub fn held_out_errors(hypothesis: &Hypothesis, x: &[f64]) -> Vec<f64> {
     });
     // A simulation that ran away is as wrong as can be.
     sums.into_values().map(|sum: f64| if sum.is_nan() { f64::INFINITY } else { sum }).collect()
+}
+
+/// The measured variation of all held-out samples: the sum of squares about their mean, from which the fit in percent is counted.
+pub fn held_out_variation(dataset: &Dataset) -> f64 {
+    let held_out = |run: &BenchRun| {
+        let parts = run.speed.part.iter().zip(&run.speed.measured);
+        parts.filter(|(part, _)| **part == Part::HoldOut).map(|(_, y)| *y).collect::<Vec<f64>>()
+    };
+    let measured: Vec<f64> = dataset.runs.iter().flat_map(held_out).collect();
+    let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
+    measured.iter().map(|y| (y - mean).powi(2)).sum()
 }

@@ -29,8 +29,8 @@ pub fn run(
     let last = only_predicted(model, log, holdouts, &options.finals)?;
     let given = Given::simulated(&dataset, model);
     let places = localise::places(&given.hypothesis, &given.x);
-    let found = search(&dataset, model, &options.without, progress);
-    let mut judged = verdict::judge(&found, &given.hypothesis, &given.x);
+    let found = search(&dataset, model, options, progress);
+    let mut judged = verdict::judge(&found, &given.hypothesis, &given.x, &options.limits);
     let eased = estimate::eased(&judged.kept);
     if let Some(eased) = &eased {
         let anew = estimate::refitted(eased, &judged.kept);

@@ -9,13 +9,15 @@ use crate::gap::prediction::held_out_errors;
 use crate::gap::residual_tests;
 use crate::gap::residual_tests::Rest;
 use crate::gap::samples::samples;
-use crate::gap::search::{Found, HELD_OUT, Scored, chi2, tied};
-use crate::outcome::{Experiment, Outcome, Tie, Unexplained, Verdict};
+use crate::gap::search::{Found, HELD_OUT, Scored, ShareLimits, chi2, tied};
+use crate::outcome::{Experiment, Grade, Outcome, Tie, Unexplained, Verdict};
 
 /// The judgement on a search.
 pub struct Judged<'a> {
     /// What holds.
     pub verdict: Verdict,
+    /// How sure it is.
+    pub grade: Grade,
     /// The set that is reported as named.
     pub kept: Scored<'a>,
     /// Names that only resemble what is missing.
@@ -64,11 +66,11 @@ const HELD_OUT_SHARE: f64 = 0.15;
 const CONFIRMED: f64 = 10.0;
 
 /// Judges what was found.
-pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judged<'a> {
+pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits: &ShareLimits) -> Judged<'a> {
     let supported = supported(found);
     let found = supported.as_ref().unwrap_or(found);
     if given.model.fitted_to_log && !found.best.hypothesis.items.is_empty() {
-        return by_shares(found, given, nominal);
+        return by_shares(found, given, nominal, limits);
     }
     let rest = residual_tests::rest(&found.best);
     let first = excess(given, nominal).max(1e-9);
@@ -92,8 +94,17 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
     };
     let (ties, next) = if left { (Vec::new(), None) } else { ties(found) };
     let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
+    let grade = Grade::of(verdict, left, true);
     let structure = structure(left, unpredicted, nothing_named, share, rest.text);
-    Judged { verdict, kept, closest, ties, unexplained: Unexplained { share_of_gap: share, structure }, next }
+    Judged {
+        verdict,
+        grade,
+        kept,
+        closest,
+        ties,
+        unexplained: Unexplained { share_of_gap: share, structure },
+        next,
+    }
 }
 
 /// The structure of what is left, in words. `unpredicted`: the held-out data are missed, whatever the log leaves.
@@ -147,21 +158,51 @@ fn useless(best: &Scored) -> Option<usize> {
 }
 
 /// The judgement on names that a search by shares kept: they stand, and what is left stands beside them.
-fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judged<'a> {
+fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits: &ShareLimits) -> Judged<'a> {
     let rest = residual_tests::rest(&found.best);
     let share = (rest.excess / excess(given, nominal).max(1e-9)).min(1.0);
+    let left = share > SHARE;
+    let most = most_is_removed(&found.best, given, nominal, limits);
+    let lags_alone = found.best.hypothesis.items.iter().all(|item| item.effect.is_lag());
+    if left && !most && lags_alone {
+        return mimic(found, share, rest.text);
+    }
     let (ties, next) = ties(found);
+    let verdict = Verdict::of(false, !ties.is_empty(), true);
     Judged {
-        verdict: Verdict::of(false, !ties.is_empty(), true),
+        verdict,
+        grade: Grade::of(verdict, left, most),
         kept: found.best.clone(),
         closest: Vec::new(),
         ties,
         unexplained: Unexplained {
             share_of_gap: share,
-            structure: if share > SHARE { rest.text } else { "none".into() },
+            structure: if left { rest.text } else { "none".into() },
         },
         next,
     }
+}
+
+/// A lag that removes less than half and stands alone is what almost anything else looks like that acts on the current or the
+/// sensor: it is no name.
+fn mimic<'a>(found: &Found<'a>, share: f64, structure: String) -> Judged<'a> {
+    Judged {
+        verdict: Verdict::Unexplained,
+        grade: Grade::Outside,
+        kept: found.base.clone(),
+        closest: found.best.hypothesis.names(),
+        ties: Vec::new(),
+        unexplained: Unexplained { share_of_gap: share, structure },
+        next: None,
+    }
+}
+
+/// True if a set leaves little enough of the squared error of the model as given, on the log and on every held-out record.
+fn most_is_removed(best: &Scored, given: &Hypothesis, nominal: &[f64], limits: &ShareLimits) -> bool {
+    let before = held_out_errors(given, nominal);
+    let after = held_out_errors(&best.hypothesis, &best.fit.x);
+    let log = best.fit.chi2 / chi2(given, nominal, &SEARCH).0.max(f64::MIN_POSITIVE);
+    log <= limits.likely && after.iter().zip(&before).all(|(after, before)| *after <= limits.likely * before)
 }
 
 /// A held-out record that is missed by this many times the noise, where the log is not, is of another motor.

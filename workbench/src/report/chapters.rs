@@ -21,7 +21,7 @@ fn verdict(outcome: &Outcome) -> Markup {
     let class = format::verdict(outcome.verdict).replace(' ', "-");
     html! {
         div class=(format!("verdict {class}")) {
-            p.word { (format::verdict(outcome.verdict)) }
+            p.word { (format::grade(outcome)) }
             p.headline { (format::headline(outcome)) }
             @if tested {
                 div.tiles {
@@ -185,6 +185,9 @@ fn left(outcome: &Outcome) -> Markup {
             p { "No structure is left in the residual (" (format::percent(rest.share_of_gap)) " of the squared gap)." }
         } @else {
             p { (format::percent(rest.share_of_gap)) " of the squared gap: " (rest.structure) "." }
+        }
+        @if !outcome.small.is_empty() {
+            p.muted { "Small, not added to the model: " (format::small(outcome)) "." }
         }
         @if !outcome.closest_known.is_empty() {
             p.muted { "Closest known effects, not names: " (outcome.closest_known.join(", ")) "." }

@@ -1,6 +1,6 @@
 //! Numbers and names as text.
 
-use crate::outcome::{NamedEffect, Outcome, Segment, Shift, Tie, Value, Verdict};
+use crate::outcome::{Grade, NamedEffect, Outcome, Segment, Shift, Tie, Value, Verdict};
 use crate::report::volts;
 use servo::axis::Bridge;
 
@@ -131,6 +131,15 @@ pub fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
+/// The same with what else can be said of a name: how sure it is, and whether something is left.
+pub fn grade(outcome: &Outcome) -> &'static str {
+    match outcome.grade {
+        Grade::Likely => "likely",
+        Grade::NamedAndSomethingIsLeft => "named, and something is left",
+        _ => verdict(outcome.verdict),
+    }
+}
+
 /// The verdict as a sentence.
 pub fn headline(outcome: &Outcome) -> String {
     let names: Vec<_> = outcome.effects.iter().map(|e| e.name.clone()).collect();
@@ -152,6 +161,11 @@ pub fn headline(outcome: &Outcome) -> String {
         Verdict::Tie => format!(
             "Found: {names}. Other names fit these data equally well; an experiment tells them apart."
         ),
+        Verdict::Named if outcome.grade == Grade::Likely => format!(
+            "The model probably lacks {}: it predicts every record better, but {} of the gap (squared) is left.",
+            listing(&outcome.effects.iter().map(sized).collect::<Vec<_>>()),
+            percent(outcome.unexplained.share_of_gap)
+        ),
         Verdict::Named if left(outcome) => format!(
             "The model lacks {}; {} of the gap (squared) is left.",
             listing(&outcome.effects.iter().map(sized).collect::<Vec<_>>()),
@@ -160,6 +174,14 @@ pub fn headline(outcome: &Outcome) -> String {
         Verdict::Named => format!("The model lacks {names}."),
         Verdict::NothingMissing => "Nothing is missing: simulation and data agree to the noise.".into(),
     }
+}
+
+/// The names that are worth little, with what they are worth.
+pub fn small(outcome: &Outcome) -> String {
+    let each = outcome.small.iter();
+    let each: Vec<String> =
+        each.map(|it| format!("{} ({:+.2} points of fit)", it.name, it.fit_points)).collect();
+    each.join(", ")
 }
 
 /// A name with its size, where it has one: `dead_zone of 0.65 V`.

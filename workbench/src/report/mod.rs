@@ -14,7 +14,7 @@ pub mod section;
 pub mod terminal;
 pub mod volts;
 
-pub use format::{figure, gap, verdict};
+pub use format::{figure, gap, grade, verdict};
 
 use crate::outcome::Outcome;
 use anyhow::{Context, Result};

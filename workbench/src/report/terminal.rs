@@ -30,7 +30,7 @@ impl Exporter for Terminal {
 }
 
 fn verdict(text: &mut String, outcome: &Outcome) -> Result<()> {
-    block(text, "Verdict", &format!("{}. {}", format::verdict(outcome.verdict), format::headline(outcome)));
+    block(text, "Verdict", &format!("{}. {}", format::grade(outcome), format::headline(outcome)));
     for (place, head) in outcome.places.iter().zip(["Where", "", ""]) {
         let share = format::percent(place.share_of_squared_error);
         block(text, head, &format!("{share} of the squared error: {}", place.region));
@@ -117,6 +117,7 @@ fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
     if format::deviates(outcome)
         || !outcome.within_tolerance.is_empty()
         || left.structure != "none"
+        || !outcome.small.is_empty()
         || !outcome.closest_known.is_empty()
     {
         writeln!(text)?;
@@ -135,6 +136,9 @@ fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
     if left.structure != "none" {
         let share = format::percent(left.share_of_gap);
         block(text, "Left", &format!("{share} of the gap (squared): {}", left.structure));
+    }
+    if !outcome.small.is_empty() {
+        block(text, "Small", &format!("{}: not added to the model", format::small(outcome)));
     }
     if !outcome.closest_known.is_empty() {
         block(text, "Closest", &format!("{} (not a name)", outcome.closest_known.join(", ")));

@@ -8,6 +8,7 @@
 mod evolve;
 mod exchange;
 mod forms;
+mod limits;
 mod promise;
 mod race;
 mod rivals;
@@ -17,9 +18,11 @@ mod shares;
 mod worth;
 
 pub use evolve::scatter;
+pub use limits::ShareLimits;
 pub use rivals::tied;
 pub use score::{HELD_OUT, Scored, chi2, dispersion};
 
+use crate::gap::Options;
 use crate::gap::dataset::Dataset;
 use crate::gap::fit::{FINAL, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::Hypothesis;
@@ -43,23 +46,26 @@ pub struct Found<'a> {
     pub declined: Option<Scored<'a>>,
     /// Names that were tried together and did not all stay.
     pub dropped: Vec<String>,
+    /// Names that are real by every other measure and worth less than half a point of held-out fit, with those points.
+    pub small: Vec<(String, f64)>,
 }
 
 /// Called with the effects found so far and the number of candidates tried.
 pub type Progress<'p> = &'p (dyn Fn(&str) + Sync);
 
-/// Searches the library. `excluded`: names that are not offered.
+/// Searches the library for what the options offer.
 pub fn search<'a>(
     dataset: &'a Dataset,
     model: &'a Model,
-    excluded: &[String],
+    options: &Options,
     progress: Progress,
 ) -> Found<'a> {
     let base = base_fit(dataset, model);
     let mut search = Search {
         dataset,
         model,
-        excluded: excluded.to_vec(),
+        excluded: options.without.clone(),
+        limits: options.limits,
         offer: Offer::All,
         progress,
         first_gap: base.fit.chi2,
@@ -102,6 +108,7 @@ struct Search<'a, 'p> {
     dataset: &'a Dataset,
     model: &'a Model,
     excluded: Vec<String>,
+    limits: ShareLimits,
     offer: Offer,
     progress: Progress<'p>,
     /// χ² of the base inside its tolerances.
@@ -116,11 +123,24 @@ impl<'a> Search<'a, '_> {
         Found {
             base: self.fine(base),
             others: self.rivals(&best, path.others, &path.singles),
-            best,
             singles: path.singles,
             declined: path.declined,
             dropped: path.dropped,
+            small: self.still_small(path.small, &best),
+            best,
         }
+    }
+
+    /// Each name that stayed small and was not named in the end, once.
+    fn still_small(&self, small: Vec<(String, f64)>, best: &Scored) -> Vec<(String, f64)> {
+        let named = best.hypothesis.names();
+        let mut still: Vec<(String, f64)> = Vec::new();
+        for (name, points) in small {
+            if !named.contains(&name) && !still.iter().any(|(other, _)| *other == name) {
+                still.push((name, points));
+            }
+        }
+        still
     }
 
     fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {

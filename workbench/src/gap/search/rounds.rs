@@ -5,10 +5,6 @@ use super::worth::Accepted;
 use super::{Offer, Search};
 use crate::gap::beam::{Growth, grown};
 
-/// Share of the squared error of the log that a name must remove to join. Names that stay remove a fifth ([`super::shares`]); a
-/// little less is asked for on the way, because a further name may sharpen this one.
-pub(super) const SHARE: f64 = 0.15;
-
 /// Sets that are grown side by side. Two effects that help only together need a second one; a third costs half as
 /// much again.
 pub(super) const BEAM: usize = 3;
@@ -30,6 +26,8 @@ pub(super) struct Path<'a> {
     pub declined: Option<Scored<'a>>,
     /// Names that were tried together and did not all stay.
     pub dropped: Vec<String>,
+    /// Names that would have stayed but for what they are worth, with the points of held-out fit that they bring.
+    pub small: Vec<(String, f64)>,
 }
 
 impl<'a> Search<'a, '_> {
@@ -93,7 +91,7 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
         let by_shares = self.search.offer != Offer::All;
         let lower = |child: &Scored<'a>, part: f64| child.fit.cost < (1.0 - part) * current.fit.cost;
         let pair = nearest.as_ref().is_some_and(|child| match by_shares {
-            true => lower(child, HALF_OF_A_SHARE * SHARE),
+            true => lower(child, HALF_OF_A_SHARE * self.search.limits.joins),
             false => lower(child, HALF_OF_A_PAIR) && !self.search.at_floor(current),
         });
         self.path.declined = self.path.declined.take().or(nearest);

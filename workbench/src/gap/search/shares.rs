@@ -8,29 +8,22 @@
 //! plain forms: round → share of the log → veto … → elimination → richer forms, if they remove a share more → rivals
 //! ```
 
-use super::rounds::{BEAM, Path, SHARE};
+use super::rounds::{BEAM, Path};
 use super::score::{Scored, dispersion};
 use super::worth::cross_validated;
 use super::{Found, Offer, Search};
-use crate::gap::fit::{Evaluator, SEARCH};
+use crate::gap::fit::{Evaluator, Fit, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::prediction::held_out_errors;
+use crate::gap::prediction::{held_out_errors, held_out_variation};
 use crate::gap::solver::Problem;
-use crate::system::effects::{LAGS, Meaning, RARE_LAG, SHIFTS, Starts};
+use crate::system::effects::{Family, LAGS, Meaning, RARE_LAG, SHIFTS, Starts};
 use rayon::prelude::*;
 
-/// A name stays if, with everything fitted anew without it, the squared error grows by this share, on the log and on every
-/// held-out record. On measured rigs right first names remove 0.29 to 0.998 of it and mimics in third place 0.02 to 0.21.
-const GROWTH: f64 = 0.25;
-/// What a richer form must leave of the squared error that the plain set leaves, on the folds and on every held-out record.
-const RICHER: f64 = 0.8;
 /// Richer forms that one after the other may join.
 const RICHER_FORMS: usize = 2;
 /// A set that leaves more than this part of the first gap (squared) may be the wrong one: all forms are then searched from the
 /// beginning.
 const MUCH: f64 = 0.1;
-/// What a set must leave of the squared error of the model as given, on every held-out record.
-const AGAINST_GIVEN: f64 = 0.65;
 /// Part of the removed share that must show on folds that were not fitted.
 const VALIDATED: f64 = 0.25;
 /// Logarithm of the likelihood ratio that each further number must bring, the samples counted by their correlation: half of
@@ -58,8 +51,10 @@ impl<'a> Search<'a, '_> {
             }
         }
         let kept = self.by_convention(kept, &mut path);
+        let kept = self.one_friction(kept, &mut path);
         let kept = self.one_name_for_two(kept, &mut path);
-        let best = self.fine(&kept);
+        let kept = self.without_small(kept, &mut path);
+        let best = self.fine(&self.by_weight(kept));
         self.found(&base, best, path)
     }
 
@@ -116,7 +111,7 @@ impl<'a> Search<'a, '_> {
             .collect();
         let alone = Search { offer: Offer::Rich, dispersion: dispersion(set), ..self.clone() };
         richer.extend(alone.expand(std::slice::from_ref(set)).into_iter().take(BEAM));
-        richer.retain(|child| self.pays(set, child, 1.0 - RICHER));
+        richer.retain(|child| self.pays(set, child, 1.0 - self.limits.richer));
         richer.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
         richer
     }
@@ -127,9 +122,9 @@ impl<'a> Search<'a, '_> {
         let is_rich = |item: &Item| item.is_full() || self.is_rich(item.effect.form);
         let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
         rich.hypothesis.items.iter().any(is_rich)
-            && rich.fit.cost <= RICHER * plain.fit.cost
-            && no_more(&errors(rich), &errors(plain), RICHER)
-            && cross_validated(rich) <= RICHER * cross_validated(plain)
+            && rich.fit.cost <= self.limits.richer * plain.fit.cost
+            && no_more(&errors(rich), &errors(plain), self.limits.richer)
+            && cross_validated(rich) <= self.limits.richer * cross_validated(plain)
     }
 
     /// The first child, in the order of the log, that removes its share there and that no held-out record refuses. Refused names
@@ -144,7 +139,7 @@ impl<'a> Search<'a, '_> {
         let mut place = 0;
         while place < children.len().min(BEAM + vetoes) {
             let child = self.refit(&children[place], &SEARCH);
-            if !self.pays(current, &child, SHARE) {
+            if !self.pays(current, &child, self.limits.joins) {
                 place += 1;
                 continue;
             }
@@ -204,24 +199,12 @@ impl<'a> Search<'a, '_> {
         let mut best = scored;
         let mut dropped = Vec::new();
         while !best.hypothesis.items.is_empty() {
-            let held_out = held_out_errors(&best.hypothesis, &best.fit.x);
-            let without: Vec<Scored<'a>> = (0..best.hypothesis.items.len())
-                .into_par_iter()
-                .map(|index| self.without(&best, index, &SEARCH))
-                .collect();
-            let growth = |smaller: &Scored<'a>| {
-                let log = smaller.fit.cost / best.fit.cost;
-                let records = held_out_errors(&smaller.hypothesis, &smaller.fit.x);
-                let ratios = records.iter().zip(&held_out).map(|(a, b)| a / b.max(f64::MIN_POSITIVE));
-                let least = ratios.fold(f64::INFINITY, f64::min);
-                (log - 1.0, least - 1.0)
-            };
-            let growths: Vec<(f64, f64)> = without.iter().map(growth).collect();
-            let least = |k: &usize| growths[*k].0.min(growths[*k].1);
-            let weakest =
-                (0..growths.len()).min_by(|a, b| least(a).total_cmp(&least(b))).expect("a set with names");
+            let (without, worth) = self.weighed(&best);
+            let weakest = (0..worth.len())
+                .min_by(|a, b| worth[*a].growth.total_cmp(&worth[*b].growth))
+                .expect("a set with names");
             let whole_helps = best.hypothesis.items.len() > 1 || self.beats_given(&best);
-            if least(&weakest) >= GROWTH && whole_helps {
+            if worth[weakest].growth >= self.limits.stays && whole_helps {
                 break;
             }
             dropped.push(best.hypothesis.names()[weakest].clone());
@@ -232,6 +215,44 @@ impl<'a> Search<'a, '_> {
             return (base, dropped);
         }
         (best, dropped)
+    }
+
+    /// The set without each of its names, everything else fitted anew, and what each is worth.
+    fn weighed(&self, set: &Scored<'a>) -> (Vec<Scored<'a>>, Vec<Worth>) {
+        let without: Vec<Scored<'a>> = (0..set.hypothesis.items.len())
+            .into_par_iter()
+            .map(|index| self.without(set, index, &SEARCH))
+            .collect();
+        let worth = without.iter().map(|smaller| Worth::of(set, smaller)).collect();
+        (without, worth)
+    }
+
+    /// The set without the names that hardly lift the held-out fit, the smallest first. Where the noise is reached, it is the measure
+    /// and nothing is too small.
+    fn without_small(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
+        let mut best = scored;
+        while !best.hypothesis.items.is_empty() && !self.at_floor(&best) {
+            let (without, worth) = self.weighed(&best);
+            let smallest = (0..worth.len()).min_by(|a, b| worth[*a].points.total_cmp(&worth[*b].points));
+            let smallest = smallest.expect("a set with names");
+            if worth[smallest].points >= self.limits.points {
+                break;
+            }
+            path.small.push((best.hypothesis.names()[smallest].clone(), worth[smallest].points));
+            best = without.into_iter().nth(smallest).expect("in range");
+        }
+        best
+    }
+
+    /// The set with the names that remove most in front.
+    fn by_weight(&self, scored: Scored<'a>) -> Scored<'a> {
+        let (_, worth) = self.weighed(&scored);
+        let mut order: Vec<usize> = (0..worth.len()).collect();
+        order.sort_by(|a, b| worth[*b].on_log.total_cmp(&worth[*a].on_log));
+        let items = order.into_iter().map(|k| scored.hypothesis.items[k]).collect();
+        let hypothesis = scored.hypothesis.with(items);
+        let x = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
+        self.scored(hypothesis, Fit { x, ..scored.fit })
     }
 
     fn without_all(&self, scored: &Scored<'a>) -> Scored<'a> {
@@ -247,7 +268,7 @@ impl<'a> Search<'a, '_> {
         let given = Hypothesis::new(self.dataset, self.model, Vec::new());
         let before = held_out_errors(&given, &vec![0.0; given.slots.len()]);
         let after = held_out_errors(&scored.hypothesis, &scored.fit.x);
-        no_more(&after, &before, AGAINST_GIVEN)
+        no_more(&after, &before, self.limits.against_given)
     }
 }
 
@@ -263,7 +284,8 @@ impl<'a> Search<'a, '_> {
         let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
         let near = |other: &Scored<'a>| {
             let errors = held_out_errors(&other.hypothesis, &other.fit.x);
-            other.fit.cost < (1.0 + GROWTH) * scored.fit.cost && no_more(&errors, &held_out, 1.0 + GROWTH)
+            other.fit.cost < (1.0 + self.limits.stays) * scored.fit.cost
+                && no_more(&errors, &held_out, 1.0 + self.limits.stays)
         };
         let likely = LAGS
             .iter()
@@ -284,6 +306,48 @@ impl<'a> Search<'a, '_> {
 }
 
 impl<'a> Search<'a, '_> {
+    /// A dead zone of the drive and a dry friction of the shaft look alike, and one of them in a richer form stands in for both: one name is
+    /// said unless the other removes what a name must. It stays as a rival.
+    fn one_friction(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
+        let place =
+            |family: Family| scored.hypothesis.items.iter().position(|item| item.effect.family == family);
+        let (Some(zone), Some(friction)) = (place(Family::DeadZone), place(Family::DryFriction)) else {
+            return scored;
+        };
+        let search = Search { offer: Offer::Forms, ..self.clone() };
+        let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
+        let near = |other: &Scored<'a>| {
+            let errors = held_out_errors(&other.hypothesis, &other.fit.x);
+            other.fit.cost < (1.0 + self.limits.stays) * scored.fit.cost
+                && no_more(&errors, &held_out, 1.0 + self.limits.stays)
+        };
+        let alone: Vec<Scored<'a>> = [zone, friction]
+            .into_par_iter()
+            .flat_map_iter(|index| {
+                let single = search.without(&scored, index, &SEARCH);
+                let left =
+                    single.hypothesis.items.iter().position(|item| {
+                        matches!(item.effect.family, Family::DeadZone | Family::DryFriction)
+                    });
+                let left = left.expect("the other one");
+                let forms = search.variants(&single.hypothesis, left);
+                let forms: Vec<Scored<'a>> = forms
+                    .into_iter()
+                    .filter_map(|item| search.replaced(&single, left, item))
+                    .map(|other| search.refit(&other, &SEARCH))
+                    .collect();
+                forms.into_iter().chain([single])
+            })
+            .collect();
+        match alone.into_iter().filter(near).min_by(|a, b| a.score.total_cmp(&b.score)) {
+            Some(single) => {
+                path.others.push(scored);
+                single
+            }
+            None => scored,
+        }
+    }
+
     /// A symmetric form and a shift to one side are the same as the form with two sides: where both leave the same, one name is
     /// said instead of two.
     fn one_name_for_two(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
@@ -315,6 +379,32 @@ impl<'a> Search<'a, '_> {
                 found
             }
             None => scored,
+        }
+    }
+}
+
+/// What a name of a set is worth.
+struct Worth {
+    /// By which share the squared error grows without it, on the log or on the held-out record where it grows least.
+    growth: f64,
+    /// The same on the log alone.
+    on_log: f64,
+    /// By how many points the held-out fit falls without it.
+    points: f64,
+}
+
+impl Worth {
+    fn of(set: &Scored, without: &Scored) -> Self {
+        let errors = |it: &Scored| held_out_errors(&it.hypothesis, &it.fit.x);
+        let (with, without_it) = (errors(set), errors(without));
+        let log = without.fit.cost / set.fit.cost;
+        let ratios = without_it.iter().zip(&with).map(|(a, b)| a / b.max(f64::MIN_POSITIVE));
+        let all = held_out_variation(set.hypothesis.dataset).max(f64::MIN_POSITIVE);
+        let fit = |errors: &[f64]| 100.0 * (1.0 - (errors.iter().sum::<f64>() / all).sqrt());
+        Self {
+            growth: ratios.fold(log, f64::min) - 1.0,
+            on_log: log - 1.0,
+            points: fit(&with) - fit(&without_it),
         }
     }
 }

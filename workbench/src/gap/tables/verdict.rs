@@ -11,6 +11,7 @@ use super::table;
 use super::ties::next;
 use super::words;
 use crate::gap::prediction::compared;
+use crate::gap::search::ShareLimits;
 use crate::outcome::*;
 use crate::system::log::Table;
 use crate::system::plant::physics::Physics;
@@ -56,9 +57,16 @@ impl Case<'_> {
             noise: residual.noise(),
             marks: marks.clone(),
         };
+        let holdout = self.holdout(&found, &residual, unit);
         let left = unexplained.structure != "none";
-        let verdict = Verdict::of(left, !ties.is_empty(), !effects.is_empty());
+        let limits = ShareLimits::default();
+        let leaves = (holdout.rmse_after / holdout.rmse_before).powi(2);
+        // Beside a model that is a fit to the table, names stand although something is left.
+        let names_stand =
+            self.search.model.fitted_to_log && !effects.is_empty() && leaves < limits.against_given;
+        let verdict = Verdict::of(left && !names_stand, !ties.is_empty(), !effects.is_empty());
         Outcome {
+            grade: Grade::of(verdict, left, leaves < limits.likely),
             within_tolerance: self.within_tolerance(&found),
             places: self.places(&marks),
             unexplained,
@@ -69,7 +77,7 @@ impl Case<'_> {
             plots: gallery.plots(),
             ties: ties.into_iter().map(|t| t.0).collect(),
             effects,
-            ..Outcome::new(verdict, self.holdout(&found, &residual, unit), unit.name)
+            ..Outcome::new(verdict, holdout, unit.name)
         }
     }
 

@@ -160,6 +160,11 @@ impl Effect {
         matches!(self.relations.multiplies, Some(Multiplies::Base { .. }))
     }
 
+    /// True if it makes the measured speed late, or the drive.
+    pub fn is_lag(&self) -> bool {
+        *self == *super::RARE_LAG || super::LAGS.contains(&self)
+    }
+
     /// True if it scales the whole steady-state curve: a base parameter, the gain of the drive or the scale of the sensor.
     pub fn is_scale(&self) -> bool {
         self.relations.multiplies.is_some()
