@@ -1,6 +1,6 @@
 //! What a log does not test: directions and quadrants in which it holds no data.
 
-use crate::gap::dataset::Dataset;
+use crate::gap::dataset::{Dataset, speeds};
 
 /// Inputs and speeds below this part of the log's largest are counted in no quadrant.
 const NEAR_ZERO: f64 = 0.03;
@@ -28,7 +28,8 @@ pub fn missing(dataset: &Dataset) -> Vec<String> {
     let mut samples = 0;
     for run in dataset.runs.iter().filter(|run| run.log == 0) {
         samples += run.speed.len();
-        for (block, speed) in run.speed.block.iter().zip(&run.speed.measured) {
+        let speeds = if dataset.of_position { speeds(run) } else { run.speed.measured.clone() };
+        for (block, speed) in run.speed.block.iter().zip(&speeds) {
             let input = run.input[run.first_row[*block as usize] as usize] / largest_input;
             let speed = speed / largest_speed;
             let inside = |quadrant: &Quadrant| {

@@ -31,7 +31,11 @@ pub struct Expectation {
     #[serde(default)]
     pub halves: bool,
     /// Accepted as the first name.
+    #[serde(default)]
     pub first: Vec<String>,
+    /// Nothing in the library explains this rig: no name is right.
+    #[serde(default)]
+    pub unexplained: bool,
     /// Of each of these lists one name is needed.
     #[serde(default)]
     pub needed: Vec<Vec<String>>,
@@ -78,6 +82,12 @@ impl Expectation {
     pub fn faults(&self, outcome: &Outcome) -> Vec<String> {
         let names: Vec<&str> = outcome.effects.iter().map(|effect| effect.name.as_str()).collect();
         let mut faults = Vec::new();
+        if self.unexplained {
+            if !names.is_empty() || outcome.verdict != Verdict::Unexplained {
+                faults.push("nothing can be named here, and something is left".to_owned());
+            }
+            return faults;
+        }
         if !matches!(outcome.verdict, Verdict::Named | Verdict::Tie) {
             faults.push("nothing is named".to_owned());
         }

@@ -34,7 +34,7 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
         judged.max_by(|x, y| x.0.0.total_cmp(&y.0.0)).expect("the catalogue is not empty");
     let chi2 = samples * (speed / dataset.sigma).powi(2);
     let (left, right) = (a.label(), b.label());
-    let unit = dataset.speed_unit();
+    let unit = dataset.unit();
     let text = if chi2 > SEPARABLE {
         format!(
             "{}: {left} and {right} then differ by {} {unit} rms",
@@ -62,7 +62,11 @@ fn difference(dataset: &Dataset, protocol: &Protocol, a: &Scored, b: &Scored) ->
     let rms = |x: &[f64], y: &[f64]| {
         (x.iter().zip(y).map(|(p, q)| (p - q).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
     };
-    (rms(&left.reading, &right.reading), rms(&left.current, &right.current), left.reading.len() as f64)
+    let (one, other) = match dataset.of_position {
+        true => (&left.integral, &right.integral),
+        false => (&left.reading, &right.reading),
+    };
+    (rms(one, other), rms(&left.current, &right.current), left.reading.len() as f64)
 }
 
 /// A profile on a grid.

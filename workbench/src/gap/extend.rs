@@ -38,14 +38,15 @@ pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Optio
     let (dataset, model, kept) = (given.hypothesis.dataset, given.hypothesis.model, &judged.kept);
     let steps = steps(kept, given.prediction.gap());
     let after = Prediction::of(&kept.hypothesis, &kept.fit.x, &[Part::HoldOut]);
+    let shifts = shifts(kept);
     let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
     Outcome {
         grade: judged.grade,
         small: small(found),
-        effects: volts::told(model, named(kept, &steps, &judged.ties)),
+        effects: volts::told(model, &shifts, named(kept, &steps, &judged.ties)),
         closest_known: judged.closest,
         final_records: last.map(|dataset| predicted(dataset, kept)),
-        within_tolerance: shifts(kept),
+        within_tolerance: shifts,
         unexplained: judged.unexplained,
         next_experiment: judged.next,
         notes: notes.concat(),
@@ -56,7 +57,7 @@ pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Optio
         ..Outcome::new(
             judged.verdict,
             compared(dataset.signal, dataset.sigma, &given.prediction, &after),
-            dataset.speed_unit(),
+            dataset.unit(),
         )
     }
 }
@@ -117,7 +118,7 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
                 item.effect,
                 &steps[place - 1],
                 &steps[place],
-                kept.hypothesis.dataset.speed_unit(),
+                kept.hypothesis.dataset.unit(),
             ),
             tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
             name,

@@ -286,6 +286,8 @@ struct Sums {
 impl Sums {
     fn add_run(&mut self, run: &BenchRun, wave: &Wave, residual: &[f64], plant: &Physics, omega: &[f64]) {
         let (mut sine, mut cosine) = (0.0, 0.0);
+        // Ways of both up to the start of each block, for a compared position.
+        let mut ways = vec![(0.0, 0.0)];
         let mut sample = 0;
         for (block, omega) in omega.iter().enumerate().take(run.blocks()) {
             let h = run.time[block + 1] - run.time[block];
@@ -297,12 +299,22 @@ impl Sums {
             let mean = wave.mean(block);
             sine = keep * sine + push * mean.0;
             cosine = keep * cosine + push * mean.1;
+            let middle = (0.5 * (was.0 + sine), 0.5 * (was.1 + cosine));
+            let way = ways[block];
+            ways.push((way.0 + h * middle.0, way.1 + h * middle.1));
             while sample < run.speed.len() && run.speed.block[sample] as usize == block {
                 if residual[sample] != 0.0 {
                     // A sensor that reports the magnitude turns what is missing with the sign of the speed.
                     let turned = plant.sensor_rectified && *omega < 0.0;
-                    let weight = run.speed.weight[sample] * if turned { -0.5 } else { 0.5 };
-                    self.add(weight * (was.0 + sine), weight * (was.1 + cosine), residual[sample]);
+                    let weight = run.speed.weight[sample] * if turned { -1.0 } else { 1.0 };
+                    let seen = match run.speed.from.get(sample) {
+                        None => middle,
+                        Some(from) => {
+                            let (from, to) = (ways[*from as usize], ways[block + 1]);
+                            (to.0 - from.0, to.1 - from.1)
+                        }
+                    };
+                    self.add(weight * seen.0, weight * seen.1, residual[sample]);
                 }
                 sample += 1;
             }

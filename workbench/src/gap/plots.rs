@@ -23,12 +23,16 @@ pub fn all(given: &Hypothesis, x: &[f64], kept: &Scored) -> Vec<Plot> {
         if linear { "speed, m/s" } else { "speed, rad/s" },
         format!("input, {}", given.dataset.input.unit()),
     );
+    let compared = match given.dataset.of_position {
+        true => &format!("way, {}", given.dataset.unit()),
+        false => speed,
+    };
     let band = Some(given.dataset.sigma);
     vec![
-        traces(&before, &after, speed),
-        over(&before, &after, "Residual over the input", &input, speed, band, &|s| s.input),
-        over(&before, &after, "Residual over the simulated speed", speed, speed, band, &|s| s.omega),
-        in_time(&before, &after, speed, band),
+        traces(&before, &after, compared),
+        over(&before, &after, "Residual over the input", &input, compared, band, &|s| s.input),
+        over(&before, &after, "Residual over the simulated speed", speed, compared, band, &|s| s.omega),
+        in_time(&before, &after, compared, band),
     ]
 }
 

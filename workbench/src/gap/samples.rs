@@ -78,27 +78,42 @@ pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample
                     torque: 0.0,
                 });
             }
-            missing_torque(&mut all[first..], &plant);
+            missing_torque(&mut all[first..], &plant, &run.speed.from);
         },
     );
     all.retain(|sample| parts.contains(&sample.part));
     all
 }
 
-/// J·ė + D·e from a line through the residual over about a tenth of the time constant.
-fn missing_torque(samples: &mut [Sample], plant: &Physics) {
+/// J·ė + D·e from a line through the residual of the speed over about a tenth of the time constant. `from`: where the compared
+/// ways begin, if the residual is one of the position; its slope is that of the speed.
+fn missing_torque(samples: &mut [Sample], plant: &Physics, from: &[u32]) {
     if samples.len() < 8 {
         return;
     }
     let spacing = (samples[samples.len() - 1].time - samples[0].time) / (samples.len() - 1) as f64;
     let reach = ((0.05 * plant.time_constant_s() / spacing) as usize).clamp(2, 25);
-    let residuals: Vec<f64> = samples.iter().map(Sample::residual).collect();
+    let mut residuals: Vec<f64> = samples.iter().map(Sample::residual).collect();
+    if !from.is_empty() {
+        residuals = slopes(samples, &residuals, reach, from);
+    }
     for k in 0..samples.len() {
-        let (from, to) = (k.saturating_sub(reach), (k + reach + 1).min(samples.len()));
-        let (level, slope) = line(&samples[from..to], &residuals[from..to], samples[k].time);
+        let (first, last) = (k.saturating_sub(reach), (k + reach + 1).min(samples.len()));
+        let (level, slope) = line(&samples[first..last], &residuals[first..last], samples[k].time);
         let damping = if samples[k].open { plant.viscous } else { plant.total_damping() };
         samples[k].torque = plant.inertia * slope + damping * level;
     }
+}
+
+/// Slopes of the values, never across the start of a window.
+fn slopes(samples: &[Sample], values: &[f64], reach: usize, from: &[u32]) -> Vec<f64> {
+    let slope = |k: usize| {
+        let same = |other: usize| from[other] == from[k];
+        let first = (k.saturating_sub(reach)..=k).find(|other| same(*other)).unwrap_or(k);
+        let last = (k..(k + reach + 1).min(samples.len())).rev().find(|other| same(*other)).unwrap_or(k);
+        line(&samples[first..=last], &values[first..=last], samples[k].time).1
+    };
+    (0..samples.len()).map(slope).collect()
 }
 
 /// Value at `at` and slope of the least-squares line.

@@ -36,10 +36,10 @@ const SMALLEST_MOTION: f64 = 0.005;
 /// If nothing moves, nothing can be tested.
 pub fn not_excited(dataset: &Dataset) -> Option<Outcome> {
     let scales = &dataset.scales;
-    let moves = scales.motion > 5.0 * dataset.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
+    let moves = dataset.range() > 5.0 * dataset.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
     (!moves).then(|| Outcome {
         notes: still(dataset),
-        ..Outcome::untested(dataset.signal, dataset.sigma, dataset.speed_unit())
+        ..Outcome::untested(dataset.signal, dataset.sigma, dataset.unit())
     })
 }
 

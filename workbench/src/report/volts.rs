@@ -1,17 +1,22 @@
 //! Torques of a model that has no torque constant. A first-order model stands for a motor of 1 Ω, so its torques are no
 //! torques; a torque times R/Kt, here times the gain, is a voltage at the terminals, and that is what people are told.
 
-use crate::outcome::{NamedEffect, Value};
+use crate::outcome::{NamedEffect, Shift, Value};
 use crate::system::model::{Kind, Model};
 
+/// The parameter that turns a torque of a motor of 1 Ω into a voltage.
+const GAIN: &str = "gain_rad_s_per_v";
 /// The unit that a voltage replaces.
 const TORQUE: &str = "N m";
 
-/// The effects with a voltage beside every parameter that holds a torque, if the model has no torque constant.
-pub fn told(model: &Model, mut effects: Vec<NamedEffect>) -> Vec<NamedEffect> {
+/// The effects with a voltage beside every parameter that holds a torque, if the model has no torque constant. The gain is the one
+/// that was fitted together with the effects, not the one that the file states.
+pub fn told(model: &Model, shifts: &[Shift], mut effects: Vec<NamedEffect>) -> Vec<NamedEffect> {
     let Kind::FirstOrder { gain_rad_s_per_v, .. } = model.kind else {
         return effects;
     };
+    let shift = shifts.iter().find(|shift| shift.parameter == GAIN).map_or(0.0, |it| it.shift_percent);
+    let gain_rad_s_per_v = gain_rad_s_per_v * (1.0 + shift / 100.0);
     for effect in &mut effects {
         let torques = effect.parameters.iter().filter(|(_, torque)| torque.unit.contains(TORQUE));
         let voltages = torques.map(|(name, torque)| (key(name), voltage(torque, gain_rad_s_per_v)));

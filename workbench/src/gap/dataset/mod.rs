@@ -7,6 +7,7 @@
 mod agree;
 mod noise;
 mod parts;
+mod position;
 mod prepare;
 mod probe;
 mod rows;
@@ -17,6 +18,7 @@ mod weigh;
 
 pub use agree::same;
 pub use noise::{Noise, hf_noise};
+pub use position::speeds;
 pub use prepare::prepare;
 pub use probe::Probes;
 pub use run::{BenchRun, Simulation, Traces};
@@ -59,8 +61,8 @@ pub struct Dataset {
     pub sigma_current: Option<f64>,
     /// Two runs of the log with the same input, if there are.
     pub twins: Option<(usize, usize)>,
-    /// True if the compared speed is derived from the position.
-    pub from_position: bool,
+    /// True if the position is compared, not the speed: the way from the start of a window.
+    pub of_position: bool,
     /// True if the log holds the position, so that nobody has to integrate a measured speed.
     pub position_logged: bool,
     /// Things the reader must know.
@@ -117,9 +119,24 @@ impl Scales {
 }
 
 impl Dataset {
-    /// Unit of the compared speed.
+    /// Unit of the compared signal.
+    pub fn unit(&self) -> &'static str {
+        match (self.of_position, self.linear) {
+            (false, true) => "m/s",
+            (false, false) => "rad/s",
+            (true, true) => "m",
+            (true, false) => "rad",
+        }
+    }
+
+    /// Unit of a speed.
     pub fn speed_unit(&self) -> &'static str {
         if self.linear { "m/s" } else { "rad/s" }
+    }
+
+    /// Largest value of the compared signal, roughly.
+    pub fn range(&self) -> f64 {
+        if self.of_position { self.travel() } else { self.scales.speed }
     }
 
     /// The longest way between two positions of one run of the log, rad or m.

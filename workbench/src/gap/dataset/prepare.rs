@@ -3,6 +3,7 @@
 use super::agree::agree;
 use super::noise::{hf_noise, median};
 use super::parts::{mask_spikes, parts, say_holdout};
+use super::position::{self, start_from_position};
 use super::probe::Probes;
 use super::rows::{on_its_grid, unbroken};
 use super::start::start_speed;
@@ -25,12 +26,17 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Dat
         linear: log.linear,
         runs: Vec::new(),
         scales,
-        signal: if log.linear { "v_m_s" } else { "omega_rad_s" },
+        signal: match (view.of_position(), log.linear) {
+            (false, true) => "v_m_s",
+            (false, false) => "omega_rad_s",
+            (true, true) => "q_m",
+            (true, false) => "theta_rad",
+        },
         noise_lag: 0,
         sigma: 0.0,
         sigma_current: None,
         twins: None,
-        from_position: view.derived_rows.is_some(),
+        of_position: view.of_position(),
         position_logged: log.runs.iter().all(|run| run.position.is_some()),
         notes: view.notes.clone(),
     };
@@ -46,7 +52,10 @@ pub fn prepare(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Dat
     for run in &mut dataset.runs {
         parts(run, !holdouts.is_empty());
         mask_spikes(&mut run.speed, dataset.sigma);
-        start_speed(run, &plant, dataset.sigma, dataset.scales.speed);
+        match dataset.of_position {
+            true => start_from_position(run, dataset.sigma, &dataset.scales),
+            false => start_speed(run, &plant, dataset.sigma, dataset.scales.speed),
+        }
     }
     dataset.twins = twins(&dataset);
     suspect_units(&mut dataset, plant.drive);
@@ -116,6 +125,10 @@ fn suspect_units(dataset: &mut Dataset, drive: Drive) {
 
 /// The noise of speed and current: from the signals' high frequencies, and not below the declared encoder's steps.
 fn noise(dataset: &mut Dataset, model: &Model, view: &View) {
+    if view.of_position() {
+        dataset.sigma = position::noise(dataset, model.encoder);
+        return;
+    }
     let mut each: Vec<f64> =
         dataset.runs.iter().map(|run| hf_noise(&run.speed.measured, dataset.noise_lag)).collect();
     let step = match model.encoder {

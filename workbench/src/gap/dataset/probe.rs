@@ -15,6 +15,8 @@ pub struct Probes {
     pub part: Vec<Part>,
     /// Block in which each sample lies: for the model quantities at that time.
     pub block: Vec<u32>,
+    /// Of a compared position, the block at which the way of each sample begins; otherwise empty.
+    pub from: Vec<u32>,
     /// First term of each sample in `terms`, and one past the last.
     ends: Vec<u32>,
     terms: Vec<Term>,
@@ -69,6 +71,17 @@ impl Probes {
         let block = if fraction > 0.5 { block + 1 } else { block };
         self.terms.push(Term { block, fraction: -1.0, coefficient: 1.0 });
         self.finish(grid, time, measured);
+    }
+
+    /// Adds a sample that is the way of the reading from the start of one block to the start of another.
+    pub fn push_way(&mut self, grid: &Grid, from: usize, to: usize, measured: f64) {
+        for (block, coefficient) in [(from, -1.0), (to, 1.0)] {
+            let (block, fraction) = grid.locate(grid.0[block]);
+            self.terms.push(Term { block, fraction, coefficient });
+        }
+        self.from.push(from as u32);
+        self.finish(grid, grid.0[to], measured);
+        *self.block.last_mut().expect("just added") = to as u32 - 1;
     }
 
     fn finish(&mut self, grid: &Grid, time: f64, measured: f64) {

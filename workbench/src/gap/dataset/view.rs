@@ -1,6 +1,7 @@
 //! How the outputs of a log are looked at, and one run of it looked at in that way.
 
 use super::noise::hf_noise;
+use super::position;
 use super::probe::{Grid, Probes};
 use super::{BenchRun, Scales};
 use crate::system::log::{Dynamic, Run};
@@ -19,7 +20,9 @@ pub(super) struct View {
     /// Rows per block.
     thinning: usize,
     /// Rows over which a position is differenced, when the speed is derived from it.
-    pub(super) derived_rows: Option<usize>,
+    derived_rows: Option<usize>,
+    /// Length of the windows over which a position is compared, s.
+    way_s: Option<f64>,
     pub(super) noise_lag: usize,
     pub(super) notes: Vec<String>,
 }
@@ -34,6 +37,7 @@ impl View {
             window_s: model.sensors.speed_window_s,
             thinning,
             derived_rows: None,
+            way_s: None,
             noise_lag: 0,
             notes: Vec::new(),
         };
@@ -55,8 +59,13 @@ impl View {
         difference.contains(&self.sensor) && self.window_s > 0.0
     }
 
+    /// Whether the position is compared and not the speed.
+    pub(super) fn of_position(&self) -> bool {
+        self.way_s.is_some()
+    }
+
     /// Speed from position differences: the shortest window, from a 40th to a 6th of the time constant, in which the
-    /// encoder's steps stay below 0.3 % of full speed.
+    /// encoder's steps stay below 0.3 % of full speed. Where they are far above that, the position is compared.
     fn derive(&mut self, model: &Model, log: &Dynamic, scales: &Scales, sample: f64) {
         let step = model
             .encoder
@@ -66,6 +75,9 @@ impl View {
         let noise = step.max(rough);
         let wanted = 2f64.sqrt() * noise / (0.003 * scales.speed);
         let window = wanted.clamp(scales.time / 40.0, scales.time / 6.0).max(sample);
+        if 2f64.sqrt() * noise / window > position::COARSE * scales.speed {
+            return self.compare_position(log, scales);
+        }
         let rows = (window / sample).round().max(1.0) as usize;
         self.derived_rows = Some(rows);
         self.noise_lag = 1;
@@ -74,6 +86,20 @@ impl View {
             "the speed is the position's difference over {:.4} s, in measurement and simulation alike",
             self.window_s
         ));
+    }
+
+    /// The position itself, as the way from where a window begins. A simulation of the speed forgets where it came from within
+    /// some time constants, while its integral drifts as long as it runs.
+    fn compare_position(&mut self, log: &Dynamic, scales: &Scales) {
+        let window = position::LONGEST_S.max(position::LONGEST_TIMES * scales.time);
+        self.way_s = Some(window);
+        let name = if log.linear { "q_m" } else { "theta_rad" };
+        self.notes.push(match scales.duration > 1.5 * window {
+            true => format!(
+                "the log has no speed, so {name} is compared: the way within windows of {window:.2} s, each from the measured position"
+            ),
+            false => format!("the log has no speed, so {name} is compared: the way from the start of each run"),
+        });
     }
 
     /// The sensor's window for a reading at a time.
@@ -100,9 +126,10 @@ pub(super) fn bench_run(run: &Run, log: usize, view: &View) -> BenchRun {
         time,
         ..BenchRun::default()
     };
-    made.speed = match view.derived_rows {
-        Some(rows) => derived(run, &made.time, rows),
-        None => logged(run, &made, view),
+    made.speed = match (view.way_s, view.derived_rows) {
+        (Some(window), _) => position::ways(&made, window),
+        (_, Some(rows)) => derived(run, &made.time, rows),
+        _ => logged(run, &made, view),
     };
     if let Some(current) = &run.current_a {
         made.current = currents(current, &made);

@@ -47,6 +47,7 @@ impl Hypothesis<'_> {
         let winding = matches!(self.model.kind, Kind::DcMotor { .. });
         let known = self.model.known.iter().map(|known| known.effect);
         effect.fits(drive, winding, self.dataset.linear)
+            && !(self.dataset.of_position && effect.reads_speed())
             && !self.items.iter().any(|item| item.effect.same_family(effect))
             && !known.into_iter().any(|other| other == effect)
     }

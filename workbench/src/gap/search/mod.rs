@@ -5,6 +5,7 @@
 //! base → promise of every candidate → race (→ evolution) → worth → forms → next round … → exchange → elimination → rivals
 //! ```
 
+mod conventions;
 mod evolve;
 mod exchange;
 mod forms;

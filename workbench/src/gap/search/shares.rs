@@ -16,7 +16,7 @@ use crate::gap::fit::{Evaluator, Fit, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::{held_out_errors, held_out_variation};
 use crate::gap::solver::Problem;
-use crate::system::effects::{Family, LAGS, Meaning, RARE_LAG, SHIFTS, Starts};
+use crate::system::effects::{Meaning, Starts};
 use rayon::prelude::*;
 
 /// Richer forms that one after the other may join.
@@ -31,10 +31,13 @@ const VALIDATED: f64 = 0.25;
 const PER_NUMBER: f64 = 3.0;
 /// Whole periods that a log must have seen before a period is named.
 const PERIODS: f64 = 3.0;
-/// Two descriptions leave the same if one leaves at most so many times the squared error of the other.
-const THE_SAME: f64 = 1.02;
 /// Names that the held-out records may refuse in one round.
 const VETOES: usize = 3;
+/// A name that joins may leave so many times as much on one held-out record, if it leaves less on all of them together: a further
+/// name may be what that record needs.
+const WORSE: f64 = 1.05;
+/// Without a name that stays, the squared error of every held-out record grows by this factor at least.
+const HELPS_EACH: f64 = 1.05;
 /// Searches that go on because a name of the whole set did not stay.
 const AGAIN: usize = 3;
 
@@ -144,7 +147,7 @@ impl<'a> Search<'a, '_> {
                 continue;
             }
             let after = held_out_errors(&child.hypothesis, &child.fit.x);
-            let refused = !no_more(&after, &before, 1.0);
+            let refused = !no_more(&after, &before, WORSE) || sum(&after) > sum(&before);
             if !refused {
                 return Some(child);
             }
@@ -268,124 +271,13 @@ impl<'a> Search<'a, '_> {
         let given = Hypothesis::new(self.dataset, self.model, Vec::new());
         let before = held_out_errors(&given, &vec![0.0; given.slots.len()]);
         let after = held_out_errors(&scored.hypothesis, &scored.fit.x);
-        no_more(&after, &before, self.limits.against_given)
-    }
-}
-
-impl<'a> Search<'a, '_> {
-    /// A lag of the drive gives way to a lag or delay of the measured speed unless it removes what a name must: a quarter more. It
-    /// stays as a rival.
-    fn by_convention(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        let names = scored.hypothesis.names();
-        let items = &scored.hypothesis.items;
-        let Some(index) = items.iter().position(|item| item.effect == RARE_LAG) else {
-            return scored;
-        };
-        let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
-        let near = |other: &Scored<'a>| {
-            let errors = held_out_errors(&other.hypothesis, &other.fit.x);
-            other.fit.cost < (1.0 + self.limits.stays) * scored.fit.cost
-                && no_more(&errors, &held_out, 1.0 + self.limits.stays)
-        };
-        let likely = LAGS
-            .iter()
-            .copied()
-            .filter(|lag| !self.excluded.iter().chain(&names).any(|name| name == lag.name))
-            .filter_map(|effect| self.replaced(&scored, index, Item::plain(effect)))
-            .map(|other| self.refit(&other, &SEARCH))
-            .filter(near)
-            .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
-        match likely {
-            Some(likely) => {
-                path.others.push(scored);
-                likely
-            }
-            None => scored,
-        }
-    }
-}
-
-impl<'a> Search<'a, '_> {
-    /// A dead zone of the drive and a dry friction of the shaft look alike, and one of them in a richer form stands in for both: one name is
-    /// said unless the other removes what a name must. It stays as a rival.
-    fn one_friction(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        let place =
-            |family: Family| scored.hypothesis.items.iter().position(|item| item.effect.family == family);
-        let (Some(zone), Some(friction)) = (place(Family::DeadZone), place(Family::DryFriction)) else {
-            return scored;
-        };
-        let search = Search { offer: Offer::Forms, ..self.clone() };
-        let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
-        let near = |other: &Scored<'a>| {
-            let errors = held_out_errors(&other.hypothesis, &other.fit.x);
-            other.fit.cost < (1.0 + self.limits.stays) * scored.fit.cost
-                && no_more(&errors, &held_out, 1.0 + self.limits.stays)
-        };
-        let alone: Vec<Scored<'a>> = [zone, friction]
-            .into_par_iter()
-            .flat_map_iter(|index| {
-                let single = search.without(&scored, index, &SEARCH);
-                let left =
-                    single.hypothesis.items.iter().position(|item| {
-                        matches!(item.effect.family, Family::DeadZone | Family::DryFriction)
-                    });
-                let left = left.expect("the other one");
-                let forms = search.variants(&single.hypothesis, left);
-                let forms: Vec<Scored<'a>> = forms
-                    .into_iter()
-                    .filter_map(|item| search.replaced(&single, left, item))
-                    .map(|other| search.refit(&other, &SEARCH))
-                    .collect();
-                forms.into_iter().chain([single])
-            })
-            .collect();
-        match alone.into_iter().filter(near).min_by(|a, b| a.score.total_cmp(&b.score)) {
-            Some(single) => {
-                path.others.push(scored);
-                single
-            }
-            None => scored,
-        }
-    }
-
-    /// A symmetric form and a shift to one side are the same as the form with two sides: where both leave the same, one name is
-    /// said instead of two.
-    fn one_name_for_two(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        let items = &scored.hypothesis.items;
-        let Some(shift) = SHIFTS.iter().find_map(|shift| items.iter().position(|item| item.effect == *shift))
-        else {
-            return scored;
-        };
-        let search = Search { offer: Offer::Forms, ..self.clone() };
-        let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
-        let rest = self.without(&scored, shift, &SEARCH);
-        let two_sided = (0..rest.hypothesis.items.len()).flat_map(|index| {
-            let variants = search.variants(&rest.hypothesis, index);
-            variants.into_iter().map(move |item| (index, item))
-        });
-        let same = |other: &Scored<'a>| {
-            let errors = held_out_errors(&other.hypothesis, &other.fit.x);
-            other.hypothesis.effect_slots() <= scored.hypothesis.effect_slots()
-                && other.fit.cost <= THE_SAME * scored.fit.cost
-                && no_more(&errors, &held_out, THE_SAME)
-        };
-        let found = two_sided
-            .filter_map(|(index, item)| search.replaced(&rest, index, item))
-            .map(|other| self.refit(&other, &SEARCH))
-            .find(same);
-        match found {
-            Some(found) => {
-                path.others.push(scored);
-                found
-            }
-            None => scored,
-        }
+        no_more(&after, &before, 1.0) && sum(&after) <= self.limits.against_given * sum(&before)
     }
 }
 
 /// What a name of a set is worth.
 struct Worth {
-    /// By which share the squared error grows without it, on the log or on the held-out record where it grows least.
+    /// By which share the squared error grows without it, on the log or on the held-out records together, whichever is less.
     growth: f64,
     /// The same on the log alone.
     on_log: f64,
@@ -398,15 +290,19 @@ impl Worth {
         let errors = |it: &Scored| held_out_errors(&it.hypothesis, &it.fit.x);
         let (with, without_it) = (errors(set), errors(without));
         let log = without.fit.cost / set.fit.cost;
-        let ratios = without_it.iter().zip(&with).map(|(a, b)| a / b.max(f64::MIN_POSITIVE));
+        let ratio = |a: f64, b: f64| a / b.max(f64::MIN_POSITIVE);
+        let together = ratio(sum(&without_it), sum(&with));
+        let least = without_it.iter().zip(&with).map(|(a, b)| ratio(*a, *b)).fold(f64::INFINITY, f64::min);
+        // A record that the name does not help by a little is no proof of it, however much the others are helped.
+        let growth = if least < HELPS_EACH { least - 1.0 } else { log.min(together) - 1.0 };
         let all = held_out_variation(set.hypothesis.dataset).max(f64::MIN_POSITIVE);
         let fit = |errors: &[f64]| 100.0 * (1.0 - (errors.iter().sum::<f64>() / all).sqrt());
-        Self {
-            growth: ratios.fold(log, f64::min) - 1.0,
-            on_log: log - 1.0,
-            points: fit(&with) - fit(&without_it),
-        }
+        Self { growth, on_log: log - 1.0, points: fit(&with) - fit(&without_it) }
     }
+}
+
+fn sum(errors: &[f64]) -> f64 {
+    errors.iter().sum()
 }
 
 /// True if each error is at most `share` of its counterpart.

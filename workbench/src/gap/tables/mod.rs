@@ -47,7 +47,7 @@ pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
         Some(reason) => verdict::insufficient(log, reason),
         None => analyse(model, log, holdouts),
     };
-    outcome.effects = volts::told(model, outcome.effects);
+    outcome.effects = volts::told(model, &outcome.within_tolerance, outcome.effects);
     outcome
 }
 

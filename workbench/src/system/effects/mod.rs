@@ -91,6 +91,10 @@ library! {
 
 /// What makes a measured speed late: controllers average the speed that they report over 30 to 220 ms, and send it late.
 pub static LAGS: [&Effect; 2] = [&SENSOR_LAG, &TRANSPORT_DELAY];
+/// What resists the motion at any speed, in its plain forms.
+pub static PLAIN_FRICTIONS: [&Effect; 2] = [&COULOMB_FRICTION, &DEAD_ZONE];
+/// What a sensor of the speed does to its reading.
+pub static OF_SPEED_SENSOR: [&Effect; 3] = [&SENSOR_OFFSET, &SENSOR_RECTIFIED, &SPEED_SATURATION];
 /// What shifts the whole motion to one side: beside a symmetric threshold or friction the same as two different sides.
 pub static SHIFTS: [&Effect; 2] = [&VOLTAGE_OFFSET, &CONSTANT_LOAD];
 /// A drive that follows its command so late is rare, and an applied voltage that was logged has its lag behind it.

@@ -160,6 +160,11 @@ impl Effect {
         matches!(self.relations.multiplies, Some(Multiplies::Base { .. }))
     }
 
+    /// True if it is in the reading of a speed sensor, which a log of positions does not have.
+    pub fn reads_speed(&self) -> bool {
+        super::OF_SPEED_SENSOR.contains(&self)
+    }
+
     /// True if it makes the measured speed late, or the drive.
     pub fn is_lag(&self) -> bool {
         *self == *super::RARE_LAG || super::LAGS.contains(&self)

@@ -1,0 +1,106 @@
+//! A position that is compared itself, where the log has no speed.
+//!
+//! A coarse encoder at a slow rate, differenced to a speed, is mostly steps: 1° at 14 ms has a floor of 0.62 rad/s. The way from a
+//! place that was measured to where the shaft is later loses nothing of what was measured.
+
+use super::noise::{hf_noise, median};
+use super::probe::{Grid, Probes};
+use super::{BenchRun, Dataset, Scales};
+use crate::system::model::Encoder;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// A position is compared itself if its difference would have more noise than this part of full speed. Where it has less, the
+/// difference is the better measure: the way of a pendulum drifts with every error of its weight, and names were then given to the
+/// drift (notebook 0265).
+pub(super) const COARSE: f64 = 0.01;
+/// Windows are at least so long, s, and at least so many time constants: a run is cut only where its drift would be judged.
+pub(super) const LONGEST_S: f64 = 0.5;
+pub(super) const LONGEST_TIMES: f64 = 10.0;
+/// A parabola is no motion: the speed at its end is wrong by up to such a part.
+const CURVED: f64 = 0.05;
+/// Points of the grid from which a place and its speed are estimated, on one side.
+const REACH: usize = 5;
+
+/// The ways of the shaft from the start of each window.
+pub(super) fn ways(run: &BenchRun, window_s: f64) -> Probes {
+    let (grid, mut probes) = (Grid(&run.time), Probes::default());
+    let duration = run.time[run.blocks()] - run.time[0];
+    let count = (duration / window_s).round().max(1.0);
+    let window = |point: usize| ((run.time[point] - run.time[0]) / duration * count) as usize;
+    let (mut from, mut place) = (0, local(run, 0).0);
+    for to in 1..=run.blocks() {
+        probes.push_way(&grid, from, to, run.position[to] - place);
+        if window(to) > window(from) {
+            (from, place) = (to, local(run, to).0);
+        }
+    }
+    probes
+}
+
+/// Place and speed at a point of the grid, from a parabola through the positions around it.
+fn local(run: &BenchRun, point: usize) -> (f64, f64) {
+    let (first, last) = (point.saturating_sub(REACH), (point + REACH).min(run.position.len() - 1));
+    let rows = last - first + 1;
+    if rows < 4 {
+        return (run.position[point], 0.0);
+    }
+    let time = |k: usize| run.time[first + k] - run.time[point];
+    let length = (time(rows - 1) - time(0)).max(1e-12);
+    let powers = DMatrix::from_fn(rows, 3, |k, power| (time(k) / length).powi(power as i32));
+    let places = DVector::from_fn(rows, |k, _| run.position[first + k]);
+    match powers.svd(true, true).solve(&places, 1e-12) {
+        Ok(found) => (found[0], found[1] / length),
+        Err(_) => (run.position[point], 0.0),
+    }
+}
+
+/// Standard deviation of a measured position: what its third differences show, and not below the encoder's steps, as they are declared
+/// or as they are seen.
+pub(super) fn noise(dataset: &Dataset, encoder: Option<Encoder>) -> f64 {
+    let mut each: Vec<f64> = dataset.runs.iter().map(|run| hf_noise(&run.position, 0)).collect();
+    let declared = encoder.filter(|_| !dataset.linear).map_or(0.0, |encoder| TAU / encoder.counts_per_rev);
+    let step = declared.max(seen_step(dataset));
+    median(&mut each).max(step / 12f64.sqrt()).max(1e-5 * dataset.travel())
+}
+
+/// The smallest step between neighbours that is common: of a quantised position all steps are multiples of it.
+fn seen_step(dataset: &Dataset) -> f64 {
+    let mut steps: Vec<f64> = dataset
+        .runs
+        .iter()
+        .flat_map(|run| run.position.windows(2).map(|pair| (pair[1] - pair[0]).abs()))
+        .filter(|step| *step > 1e-9)
+        .collect();
+    if steps.is_empty() {
+        return 0.0;
+    }
+    let rank = steps.len() / 20;
+    let small = *steps.select_nth_unstable_by(rank, f64::total_cmp).1;
+    let multiple = |step: &&f64| ((**step / small).round() * small - **step).abs() < 0.05 * small;
+    let multiples = steps.iter().filter(multiple).count();
+    // Of steps of any size a tenth lies so near to a multiple.
+    if multiples as f64 > 0.9 * steps.len() as f64 { small } else { 0.0 }
+}
+
+/// Speeds at the middle of each sample of a run, from the measured positions.
+pub fn speeds(run: &BenchRun) -> Vec<f64> {
+    let speed = |block: &u32| {
+        let (before, after) = ((*block as usize).saturating_sub(1), (*block as usize + 1).min(run.blocks()));
+        (run.position[after] - run.position[before]) / (run.time[after] - run.time[before])
+    };
+    run.speed.block.iter().map(speed).collect()
+}
+
+/// Speed at the start of a run, and how uncertain it is, from the first positions.
+pub(super) fn start_from_position(run: &mut BenchRun, sigma: f64, scales: &Scales) {
+    let (_, speed) = local(run, 0);
+    let reach = REACH.min(run.blocks());
+    let length = (run.time[reach] - run.time[0]).max(1e-9);
+    // Slope at the end of a parabola through n points over a length: about √192 / (√n · length) times the noise of one.
+    let uncertain = sigma * (192.0 / (reach as f64 + 1.0)).sqrt() / length;
+    if speed.abs() > 3.0 * uncertain && speed.abs() > 0.01 * scales.speed {
+        run.start_speed = speed;
+        run.start_sigma = uncertain.max(CURVED * speed.abs());
+    }
+}
