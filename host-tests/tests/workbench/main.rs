@@ -12,6 +12,7 @@ mod model_reading;
 mod next_experiment;
 mod paper;
 mod plant_motor;
+mod position;
 mod report;
 mod results_kept;
 mod rigs;

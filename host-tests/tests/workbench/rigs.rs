@@ -137,6 +137,33 @@ fn one_friction_is_named_once() {
     assert!(outcome.holdout.fit_percent_after > 79.0, "{:?}", outcome.holdout);
 }
 
+/// Each speed of this map answers the input of the row before; read a row off, it had a sensor's offset and two different sides.
+#[test]
+fn a_settled_map_is_read_with_the_row_that_it_answers() {
+    let (model, log, holdout) = opened("un_map");
+    let outcome = gap::run(&model, &log, &[holdout], &Options::default(), &|_| {}).unwrap();
+    assert!(!names(&outcome).iter().any(|name| name == "sensor_offset"), "{:?}", names(&outcome));
+    assert!(outcome.holdout.fit_percent_after > 99.0, "{:?}", outcome.holdout);
+    assert!(outcome.notes.iter().any(|note| note.contains("the row before")), "{:?}", outcome.notes);
+}
+
+/// A first-order model tells friction in volts at the terminals: what it takes to start, whatever gain the file states.
+#[test]
+fn friction_in_volts_follows_the_fitted_gain() {
+    let (model, log, holdout) = opened("angel_drive");
+    let outcome = gap::run(&model, &log, &[holdout], &Options::default(), &|_| {}).unwrap();
+    let friction = outcome.effects.iter().find(|effect| effect.name == "coulomb_friction").unwrap();
+    let torque = friction.parameters["level_nm"].value;
+    let shift = outcome.within_tolerance.iter().find(|shift| shift.parameter == "gain_rad_s_per_v").unwrap();
+    let given = match model.kind {
+        truing::system::model::Kind::FirstOrder { gain_rad_s_per_v, .. } => gain_rad_s_per_v,
+        _ => panic!("a first-order model"),
+    };
+    let expected = torque * given * (1.0 + shift.shift_percent / 100.0);
+    let told = friction.derived["level_v"].value;
+    assert!((told / expected - 1.0).abs() < 1e-6 && shift.shift_percent.abs() > 5.0, "{told} {expected}");
+}
+
 /// A record given as final is predicted and chooses nothing; a copy of a record that had a veto is refused.
 #[test]
 fn a_final_record_is_only_predicted() {

@@ -117,9 +117,13 @@ fn of_table(
 /// A time column never goes unused in silence.
 fn time_unused(model: &Model, record: &Dynamic) -> String {
     let apart_s = record.runs[0].sample_s();
+    let answered = match tables::answers(&record.runs[0]) {
+        tables::Answers::Previous => "the input of the row before, which was held until then",
+        tables::Answers::Own => "the input of its own row: with it, equal inputs have equal speeds",
+    };
     format!(
         "The rows are {apart_s:.3} s apart, the model's time constant is {:.3} s: each row is taken as a settled speed, and the \
-         time is not used. If the time is not in seconds, map it, e.g. --columns \"t_ms=t_s\".",
+         time is not used. Each speed answers {answered}. If the time is not in seconds, map it, e.g. --columns \"t_ms=t_s\".",
         tables::time_constant_s(model)
     )
 }

@@ -19,6 +19,7 @@ mod rows;
 mod search;
 mod separate;
 mod sets;
+mod settled;
 mod speed_unit;
 mod study;
 mod table;
@@ -28,17 +29,14 @@ mod words;
 
 use crate::outcome::Outcome;
 use crate::report::volts;
-use crate::system::log::{Dynamic, Input, Table};
+use crate::system::log::Table;
 use crate::system::model::{Kind, Model};
 use candidates::Offer;
 use case::Case;
 use rows::Rows;
-use servo::axis::Bridge;
 use sets::Search;
+pub use settled::{Answers, answers, settled};
 use study::HeldOut;
-
-/// Rows further apart than this many time constants of the model are steady states.
-const SETTLED: f64 = 6.0;
 
 /// Compares a model with a table of settled speeds. Without `holdouts` every second row is held out (every third of a
 /// short table); the parameters that are reported come from all rows.
@@ -90,18 +88,4 @@ fn held_out<'a>(rows: &'a Rows, holdouts: &'a [Table]) -> HeldOut<'a> {
 /// Time constant of the model with the effects that it contains, s.
 pub fn time_constant_s(model: &Model) -> f64 {
     map::visible(model).time_constant_s()
-}
-
-/// A record over time whose rows are so far apart that each shows a settled speed, as a table; `None` if it is not one.
-pub fn settled(model: &Model, log: &Dynamic) -> Option<Table> {
-    let [run] = &log.runs[..] else { return None };
-    let omega_rad_s = run.speed.clone()?;
-    let apart = run.sample_s() > SETTLED * time_constant_s(model);
-    let driven = run.bridge.iter().all(|bridge| *bridge == Bridge::Driven);
-    (apart && driven && log.input == Input::Voltage && !log.linear).then(|| Table {
-        source: log.source.clone(),
-        u_v: run.input.clone(),
-        omega_rad_s,
-        speed_unit_rad_s: 1.0,
-    })
 }

@@ -1,0 +1,102 @@
+//! Records over time whose rows are so far apart that each shows a settled speed.
+
+use super::time_constant_s;
+use crate::system::log::{Dynamic, Input, Run, Table};
+use crate::system::model::Model;
+use servo::axis::Bridge;
+
+/// Rows further apart than this many time constants of the model are steady states.
+const SETTLED: f64 = 6.0;
+/// Each row answers its own input, against the format of a log, only if the speeds then scatter by this factor less.
+const CLEARLY: f64 = 0.7;
+
+/// Which input the speed of a row answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answers {
+    /// That of the row before: it was held until this row was read.
+    Previous,
+    /// That of the same row: the speed was written down once it had settled.
+    Own,
+}
+
+/// The record as a table; `None` if it is not one.
+pub fn settled(model: &Model, log: &Dynamic) -> Option<Table> {
+    let [run] = &log.runs[..] else { return None };
+    let omega_rad_s = run.speed.clone()?;
+    let apart = run.sample_s() > SETTLED * time_constant_s(model);
+    let driven = run.bridge.iter().all(|bridge| *bridge == Bridge::Driven);
+    (apart && driven && log.input == Input::Voltage && !log.linear).then(|| {
+        let (u_v, omega_rad_s) = match answers(run) {
+            Answers::Previous => (run.input[..run.rows() - 1].to_vec(), omega_rad_s[1..].to_vec()),
+            Answers::Own => (run.input.clone(), omega_rad_s),
+        };
+        Table { source: log.source.clone(), u_v, omega_rad_s, speed_unit_rad_s: 1.0 }
+    })
+}
+
+/// Which input the speeds of a run answer. A log says the input that is held from a row on, so a settled speed answers the row before;
+/// many loggers write it beside its own input all the same. The pairing in which the same input has the same speed, and the opposite input the
+/// opposite speed, is the right one.
+pub fn answers(run: &Run) -> Answers {
+    let Some(speed) = run.speed.as_ref().filter(|_| run.rows() > 3) else {
+        return Answers::Previous;
+    };
+    let last = run.rows() - 1;
+    let previous = scatter(&run.input[..last], &speed[1..]);
+    let own = scatter(&run.input[1..=last], &speed[1..]);
+    if own < CLEARLY * previous { Answers::Own } else { Answers::Previous }
+}
+
+/// Mean square by which each speed differs from what the other rows say of its input, turned round and not.
+fn scatter(input: &[f64], speed: &[f64]) -> f64 {
+    let mut pairs: Vec<(f64, f64, usize)> = (0..input.len()).map(|k| (input[k], speed[k], k)).collect();
+    pairs.extend((0..input.len()).map(|k| (-input[k], -speed[k], k)));
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut squares = Vec::new();
+    for place in 1..pairs.len() - 1 {
+        let (u, omega, row) = pairs[place];
+        let below = pairs[..place].iter().rev().find(|pair| pair.2 != row);
+        let above = pairs[place + 1..].iter().find(|pair| pair.2 != row);
+        if let (Some(below), Some(above)) = (below, above) {
+            let width = above.0 - below.0;
+            let share = if width > 0.0 { (u - below.0) / width } else { 0.5 };
+            squares.push((omega - below.1 - share * (above.1 - below.1)).powi(2));
+        }
+    }
+    squares.iter().sum::<f64>() / squares.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A motor with a dead zone that is stepped through a triangle of levels, each read when it has settled.
+    fn swept(late: bool) -> Run {
+        let levels: Vec<f64> =
+            (0..40).map(|k| 6.0 * (std::f64::consts::TAU * f64::from(k) / 20.0).sin()).collect();
+        let settled = |u: f64| 10.0 * (u.abs() - 0.8).max(0.0) * u.signum();
+        let speed = (0..40).map(|k| settled(if late { levels[usize::max(k, 1) - 1] } else { levels[k] }));
+        Run {
+            t_s: (0..40).map(f64::from).collect(),
+            speed: Some(speed.collect()),
+            bridge: vec![Bridge::Driven; 40],
+            input: levels,
+            ..Run::default()
+        }
+    }
+
+    #[test]
+    fn a_speed_answers_the_input_with_which_it_repeats() {
+        assert_eq!(answers(&swept(true)), Answers::Previous);
+        assert_eq!(answers(&swept(false)), Answers::Own);
+    }
+
+    /// One sweep in one direction fits both ways; then the format of a log decides.
+    #[test]
+    fn where_both_fit_the_row_before_is_answered() {
+        let mut run = swept(true);
+        run.input = (0..40).map(|k| 0.2 * f64::from(k)).collect();
+        run.speed = Some((0..40).map(|k| 2.0 * f64::from(k)).collect());
+        assert_eq!(answers(&run), Answers::Previous);
+    }
+}
