@@ -239,6 +239,7 @@ fn score(answer: &Answer, outcome: &Outcome, before: Option<f64>, after: Option<
         before,
         after,
         deviations: deviations(answer, outcome),
+        shifts: shifts(answer, outcome),
         runtime_s: outcome.runtime_s,
         cpu_s: None,
     }
@@ -250,18 +251,33 @@ fn is_phase(effect: &str, parameter: &str) -> bool {
     place.is_some_and(|(effect, place)| effect.parameters[place].name == parameter)
 }
 
+/// (estimate − truth)/std of the shift of every base parameter, in cases whose names are all right.
+fn shifts(answer: &Answer, outcome: &Outcome) -> Vec<(String, f64)> {
+    if !names_are_right(answer, outcome) {
+        return Vec::new();
+    }
+    let (own, claimed) = (&answer.base, &answer.claimed);
+    let truths = [
+        ("R_ohm", own.R_ohm / claimed.R_ohm),
+        ("L_h", own.L_h / claimed.L_h),
+        ("Kt_nm_per_a", own.K_nm_per_a / claimed.K_nm_per_a),
+        ("Ke_vs_per_rad", own.K_nm_per_a / claimed.K_nm_per_a),
+        ("J_kgm2", own.J_kgm2 / claimed.J_kgm2),
+        ("b_nms_per_rad", own.b_nms_per_rad / claimed.b_nms_per_rad),
+    ];
+    let of = |key: &str| truths.iter().find(|truth| truth.0 == key).map(|truth| 100.0 * (truth.1 - 1.0));
+    let told = outcome.within_tolerance.iter().filter(|shift| shift.std_percent > 0.0);
+    told.filter_map(|shift| {
+        let truth = of(&shift.parameter).filter(|truth| truth.is_finite())?;
+        Some((shift.parameter.clone(), (shift.shift_percent - truth) / shift.std_percent))
+    })
+    .collect()
+}
+
 /// (estimate − truth)/std of every parameter of an effect that is exactly right in name and form, in cases whose names are
 /// all right: what a wrong partner does to a parameter is no matter of its interval.
 fn deviations(answer: &Answer, outcome: &Outcome) -> Vec<(String, f64)> {
-    let names = |names: Vec<&str>| -> BTreeMap<String, usize> {
-        let mut counted = BTreeMap::new();
-        for name in names {
-            *counted.entry(group(name).to_owned()).or_default() += 1;
-        }
-        counted
-    };
-    let hidden = names(answer.hidden.iter().map(|effect| effect.name).collect());
-    if hidden != names(outcome.effects.iter().map(|effect| effect.name.as_str()).collect()) {
+    if !names_are_right(answer, outcome) {
         return Vec::new();
     }
     let mut all = Vec::new();
@@ -285,4 +301,17 @@ fn deviations(answer: &Answer, outcome: &Outcome) -> Vec<(String, f64)> {
         }
     }
     all
+}
+
+/// Whether the names are those that are hidden, each as often.
+fn names_are_right(answer: &Answer, outcome: &Outcome) -> bool {
+    let names = |names: Vec<&str>| -> BTreeMap<String, usize> {
+        let mut counted = BTreeMap::new();
+        for name in names {
+            *counted.entry(group(name).to_owned()).or_default() += 1;
+        }
+        counted
+    };
+    names(answer.hidden.iter().map(|effect| effect.name).collect())
+        == names(outcome.effects.iter().map(|effect| effect.name.as_str()).collect())
 }

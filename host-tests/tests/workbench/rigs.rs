@@ -20,7 +20,7 @@ fn names(outcome: &Outcome) -> Vec<String> {
     outcome.effects.iter().map(|effect| effect.name.clone()).collect()
 }
 
-/// Whether a number of each named effect lies beyond two of its standard deviations from nothing; effects without numbers do.
+/// Whether a number of each named effect lies beyond three of its standard deviations from nothing; effects without numbers do.
 fn indistinct(outcome: &Outcome) -> Vec<&str> {
     let vague = |effect: &&truing::outcome::NamedEffect| {
         let known = effects::find(&effect.name).expect("in the library");
@@ -28,7 +28,7 @@ fn indistinct(outcome: &Outcome) -> Vec<&str> {
             let parameter =
                 known.parameters.iter().find(|p| p.name == *key || effects::linear_key(p.name) == *key);
             let nothing = parameter.map_or(0.0, effects::Parameter::nothing);
-            value.std.is_none_or(|std| (value.value - nothing).abs() > 2.0 * std)
+            value.std.is_none_or(|std| (value.value - nothing).abs() > 3.0 * std)
         };
         !effect.parameters.is_empty() && !effect.parameters.iter().any(clear)
     };
@@ -61,7 +61,7 @@ fn the_rigs_of_other_people_are_named_as_is_known_of_them() {
                 indistinct(&outcome)
                     .iter()
                     .filter(|_| record)
-                    .map(|name| format!("{name} within two deviations of nothing")),
+                    .map(|name| format!("{name} within three deviations of nothing")),
             );
             (!faults.is_empty() && rig.expectation.shortfall.is_none())
                 .then(|| format!("{}: {} ({})", rig.name, faults.join("; "), names(&outcome).join(" + ")))

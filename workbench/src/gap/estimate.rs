@@ -8,9 +8,9 @@ use crate::system::effects::{Meaning, Parameter, Starts};
 use nalgebra::{DMatrix, DVector};
 
 /// An effect is in the headline if one of its numbers lies further from nothing than this many standard deviations.
-const DEVIATIONS: f64 = 2.0;
-/// The same for the squared distance of two or three numbers together: the 95 % quantile of χ² with three degrees of freedom.
-const TOGETHER: f64 = 7.81;
+pub const DEVIATIONS: f64 = 3.0;
+/// The same for the squared distance of two or three numbers together: the 99.73 % quantile of χ² with three degrees of freedom.
+const TOGETHER: f64 = 14.16;
 /// A set that leaves this much (χ² a sample) is wrong by several times the noise: its numbers are fitted anew with its own
 /// error in the weights.
 const BEYOND_NOISE: f64 = 4.0;
@@ -36,6 +36,7 @@ pub fn estimates(kept: &Scored) -> Vec<Vec<Estimate>> {
 /// What the numbers of a set are uncertain by.
 struct Spread<'s, 'a> {
     kept: &'s Scored<'a>,
+    /// Its diagonal is the variance of each number, in units of its scale.
     covariance: DMatrix<f64>,
     /// Over-dispersion of what is left times its inflation by correlation.
     factor: f64,
@@ -44,12 +45,8 @@ struct Spread<'s, 'a> {
 
 impl<'s, 'a> Spread<'s, 'a> {
     fn of(kept: &'s Scored<'a>) -> Self {
-        Self {
-            kept,
-            covariance: covariance(&kept.hypothesis, &kept.fit, &FINAL),
-            factor: dispersion(kept),
-            scatter: scatter(kept),
-        }
+        let factor = dispersion(kept);
+        Self { kept, covariance: spread(kept, factor), factor, scatter: scatter(kept) }
     }
 
     fn of_effect(&self, index: usize, item: &Item) -> Vec<Estimate> {
@@ -62,8 +59,7 @@ impl<'s, 'a> Spread<'s, 'a> {
             }
             let scale = hypothesis.dataset.scales.of(parameter.scale);
             let std = slot.map(|s| {
-                let variance =
-                    (self.covariance[(s, s)].max(0.0) * self.factor + self.scatter[s]) * scale * scale;
+                let variance = (self.covariance[(s, s)].max(0.0) + self.scatter[s]) * scale * scale;
                 let std = (variance + zero_variance(self.kept, index, parameter)).sqrt();
                 std.min(largest(self.kept, index, item, value, self.factor))
             });
@@ -103,14 +99,33 @@ impl<'s, 'a> Spread<'s, 'a> {
         });
         let common = DMatrix::from_fn(n, n, |i, j| {
             let own = if i == j { self.scatter[slots[i]] } else { 0.0 };
-            self.covariance[(slots[i], slots[j])] * self.factor + own
+            self.covariance[(slots[i], slots[j])] + own
         });
         let solved = common.cholesky().map(|factor| factor.solve(&away));
         solved.map_or(0.0, |solved| away.dot(&solved))
     }
 }
 
-/// The first effect of a set whose numbers all lie within two standard deviations of nothing. A base parameter has a measure of its
+/// Standard deviations of all numbers of a set, effects and nuisances, each in units of its scale or its tolerance.
+pub fn deviations(kept: &Scored) -> Vec<f64> {
+    let covariance = spread(kept, dispersion(kept));
+    (0..kept.fit.x.len()).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect()
+}
+
+/// Covariance of the numbers of a set whose residuals are so far from independent noise.
+///
+/// The information of the samples counts as many times less as their means scatter more than those of independent noise, the information
+/// of the priors does not: C·(f·F + P)·C with C = (F + P)⁻¹ (the sandwich of Huber, Proc. Fifth Berkeley Symposium 1, 1967, with one factor
+/// for all numbers).
+fn spread(kept: &Scored, factor: f64) -> DMatrix<f64> {
+    let plain = covariance(&kept.hypothesis, &kept.fit, &FINAL);
+    let prior = |k: usize| if kept.hypothesis.slots[k].has_prior() { 1.0 } else { 0.0 };
+    let priors = DMatrix::from_diagonal(&DVector::from_fn(plain.nrows(), |k, _| prior(k)));
+    // f·F + P = f·(F + P) − (f − 1)·P, so that nothing has to be inverted again.
+    &plain * factor - &plain * priors * &plain * (factor - 1.0)
+}
+
+/// The first effect of a set whose numbers all lie within three standard deviations of nothing. A base parameter has a measure of its
 /// own: it is named beyond three tolerances.
 pub fn indistinct(kept: &Scored) -> Option<usize> {
     let spread = Spread::of(kept);

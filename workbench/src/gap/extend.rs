@@ -2,7 +2,7 @@
 
 use crate::gap::dataset::{Dataset, Part};
 use crate::gap::estimate::{self, Estimate};
-use crate::gap::fit::{FINAL, covariance, fit};
+use crate::gap::fit::{FINAL, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::prediction::{Prediction, compared};
 use crate::gap::search::{Found, Scored};
@@ -144,14 +144,14 @@ fn parameter(estimate: &Estimate, linear: bool) -> (String, Value) {
 
 /// Base parameters and parameters of known effects that moved inside their tolerances.
 fn shifts(kept: &Scored) -> Vec<Shift> {
-    let covariance = covariance(&kept.hypothesis, &kept.fit, &FINAL);
+    let deviations = estimate::deviations(kept);
     let slots = kept.hypothesis.slots.iter().enumerate();
     slots
         .filter_map(|(k, slot)| match slot {
             Slot::Base { key, tolerance, .. } => Some(Shift {
                 parameter: (*key).to_owned(),
                 shift_percent: 100.0 * ((tolerance * kept.fit.x[k]).exp() - 1.0),
-                std_percent: 100.0 * tolerance * covariance[(k, k)].max(0.0).sqrt().min(1.0),
+                std_percent: 100.0 * tolerance * deviations[k].min(1.0),
                 refitted: kept.hypothesis.model.fitted_to_log,
             }),
             Slot::Known { known, parameter, std } => {
@@ -160,7 +160,7 @@ fn shifts(kept: &Scored) -> Vec<Shift> {
                 (value != 0.0).then(|| Shift {
                     parameter: format!("known.{}.{}", known.effect.name, spec.name),
                     shift_percent: 100.0 * std * kept.fit.x[k] / value,
-                    std_percent: 100.0 * (std / value).abs() * covariance[(k, k)].max(0.0).sqrt().min(1.0),
+                    std_percent: 100.0 * (std / value).abs() * deviations[k].min(1.0),
                     refitted: false,
                 })
             }

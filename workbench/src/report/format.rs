@@ -1,5 +1,6 @@
 //! Numbers and names as text.
 
+use crate::gap::estimate::DEVIATIONS;
 use crate::outcome::{Grade, NamedEffect, Outcome, Segment, Shift, Tie, Value, Verdict};
 use crate::report::volts;
 use servo::axis::Bridge;
@@ -82,9 +83,9 @@ fn with_deviation(value: f64, std: f64) -> String {
     format!("{value:.decimals$} ± {std:.decimals$}")
 }
 
-/// A number that lies within two of its standard deviations of 0 is not in the headline as if it were known.
+/// A number that lies within three of its standard deviations of 0 is not in the headline as if it were known.
 fn is_told_from_nothing(v: &Value) -> bool {
-    v.std.is_none_or(|std| v.value.abs() > 2.0 * std)
+    v.std.is_none_or(|std| v.value.abs() > DEVIATIONS * std)
 }
 
 /// `half_width_v = 1.10 ± 0.01 V, neg_ns not told from 0 (13 ± 16 N s/m)`

@@ -47,8 +47,9 @@ impl Hypothesis<'_> {
         let drive = driven_by(&self.model.kind, self.model.base(), self.dataset.input).drive;
         let winding = matches!(self.model.kind, Kind::DcMotor { .. });
         let known = self.model.known.iter().map(|known| known.effect);
+        let shows = !self.dataset.of_position || !effect.reads_speed();
         effect.fits(drive, winding, self.dataset.linear)
-            && !(self.dataset.of_position && effect.reads_speed())
+            && shows
             && !self.items.iter().any(|item| item.effect.same_family(effect))
             && !known.into_iter().any(|other| other == effect)
     }
