@@ -80,6 +80,9 @@ pub struct Small {
     pub fit_points: f64,
 }
 
+/// A number is told from nothing if it lies further from it than so many of its standard deviations.
+pub const DEVIATIONS: f64 = 3.0;
+
 /// A fitted number with its standard deviation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Value {

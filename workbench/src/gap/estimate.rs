@@ -4,11 +4,10 @@ use crate::gap::dataset::Dataset;
 use crate::gap::fit::{FINAL, SEARCH, Setting, covariance, fit};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::search::{Scored, dispersion, scatter};
+use crate::outcome::DEVIATIONS;
 use crate::system::effects::{Meaning, Parameter, Starts};
 use nalgebra::{DMatrix, DVector};
 
-/// An effect is in the headline if one of its numbers lies further from nothing than this many standard deviations.
-pub const DEVIATIONS: f64 = 3.0;
 /// The same for the squared distance of two or three numbers together: the 99.73 % quantile of χ² with three degrees of freedom.
 const TOGETHER: f64 = 14.16;
 /// A set that leaves this much (χ² a sample) is wrong by several times the noise: its numbers are fitted anew with its own

@@ -1,7 +1,6 @@
 //! Numbers and names as text.
 
-use crate::gap::estimate::DEVIATIONS;
-use crate::outcome::{Grade, NamedEffect, Outcome, Segment, Shift, Tie, Value, Verdict};
+use crate::outcome::{DEVIATIONS, Grade, NamedEffect, Outcome, Segment, Shift, Tie, Value, Verdict};
 use crate::report::volts;
 use servo::axis::Bridge;
 
