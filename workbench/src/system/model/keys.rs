@@ -85,6 +85,9 @@ const PART: usize = 8;
 
 /// Keys of a section that are known besides `numbers`.
 pub fn texts(section: &str) -> &'static [&'static str] {
+    if section.starts_with("known.unnamed_") {
+        return &["origin", STANDING, super::unnamed::ACTS];
+    }
     if section.starts_with("known.") {
         return &["origin", STANDING];
     }

@@ -8,6 +8,7 @@ use super::physics::{Acts, Drive, Motion, Physics};
 use super::state::State;
 use super::step::{Before, Loads, slowed_from};
 use super::two_bodies;
+use super::unnamed::{self, Acting, Moment};
 use super::winding::{Coefficients, Shaft};
 use servo::axis::Bridge;
 use std::f64::consts::PI;
@@ -31,6 +32,7 @@ struct Present {
     varying_winding: bool,
     varying_friction: bool,
     sag: bool,
+    unnamed: bool,
 }
 
 /// The drive during one step.
@@ -56,6 +58,7 @@ impl<'a> Dynamics<'a> {
                 || plant.friction_per_motor > 0.0
                 || plant.friction_per_load > 0.0,
             sag: plant.source_ohm > 0.0,
+            unnamed: !plant.unnamed.is_empty(),
         };
         Self { plant, coefficients: Coefficients::new(plant, plant.resistance, plant.kt, 1.0), present }
     }
@@ -107,6 +110,9 @@ impl<'a> Dynamics<'a> {
         state.omega = omega;
         self.settle_load(state, &before, omega_load, h);
         self.plant.sense(state, &before, h);
+        if self.present.unnamed {
+            self.remember(state, &before, &driven, position);
+        }
     }
 
     /// Makes sure that the coefficients are those of this step.
@@ -279,7 +285,7 @@ impl<'a> Dynamics<'a> {
     #[inline]
     fn moved_under_loads(&self, state: &State, driven: &Driven, position: Option<(f64, f64)>) -> (f64, f64) {
         let first = self.moved(state, driven, &self.loads(state, state.omega, driven, position));
-        if !self.present.varying_friction && self.plant.torques.is_empty() {
+        if !self.present.varying_friction && self.plant.torques.is_empty() && !self.present.unnamed {
             return first;
         }
         let middle = 0.5 * (state.omega + first.0);
@@ -294,6 +300,9 @@ impl<'a> Dynamics<'a> {
             Loads { motor: 0.0, load: 0.0, friction_pos: p.friction_pos, friction_neg: p.friction_neg };
         if !p.torques.is_empty() {
             self.external(&mut loads, state, omega, driven.h, position);
+        }
+        if self.present.unnamed {
+            loads.motor += self.unnamed(state, omega, driven, position);
         }
         if self.present.varying_friction {
             let extra = self.extra_friction(state, omega, driven, &loads);
@@ -318,6 +327,56 @@ impl<'a> Dynamics<'a> {
                 }
             }
         }
+    }
+
+    /// Torque of the terms without a name.
+    fn unnamed(&self, state: &State, omega: f64, driven: &Driven, position: Option<(f64, f64)>) -> f64 {
+        let moment = self.moment(state, omega, driven, position);
+        let per_input = self.plant.torque_per_input();
+        let torque = |acts: Acting| match acts {
+            Acting::Torque => 1.0,
+            Acting::Input => per_input,
+            Acting::Reading => 0.0,
+        };
+        self.plant.unnamed.iter().map(|term| torque(term.acts) * term.at(&moment)).sum()
+    }
+
+    /// What the motion is doing in the middle of a step, in which it has the speed `omega`.
+    fn moment(&self, state: &State, omega: f64, driven: &Driven, position: Option<(f64, f64)>) -> Moment {
+        let (p, c) = (self.plant, &self.coefficients);
+        let half = 0.5 * driven.h;
+        let (from, to) = position.unwrap_or((state.theta, state.theta + driven.h * state.omega));
+        let current = match (driven.bridge, p.drive, driven.net) {
+            (Bridge::Open, ..) | (_, _, None) => 0.0,
+            (_, Drive::Torque, Some(held)) => held,
+            (_, Drive::Voltage, Some(net)) => {
+                let settled = (net - p.ke * omega) * c.conductance;
+                (settled + (state.current - settled) * c.mean).clamp(-p.current_limit, p.current_limit)
+            }
+        };
+        let (travel, since_s) = state.reversal.since(state.time_s, state.theta);
+        Moment {
+            time_s: state.time_s + half,
+            theta: 0.5 * (from + to),
+            omega,
+            acceleration: (omega - state.omega) / half,
+            current,
+            input: driven.net.unwrap_or(0.0),
+            gear_ratio: p.gear_ratio,
+            travel,
+            since_s,
+        }
+    }
+
+    /// Follows the reversals, and distorts the reading where a term asks for it.
+    fn remember(&self, state: &mut State, before: &Before, driven: &Driven, position: Option<(f64, f64)>) {
+        let p = self.plant;
+        let standstill = p.unnamed[0].standstill;
+        if p.unnamed.iter().any(|term| !term.moves()) {
+            let moment = self.moment(state, state.omega, driven, position);
+            unnamed::distort(&p.unnamed, state, &moment, before.theta, p.sensor_scale);
+        }
+        state.reversal.follow(state.time_s, state.theta, state.omega, standstill);
     }
 
     /// Breakaway near standstill, and what grows with the torque through the gear.

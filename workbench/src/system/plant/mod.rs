@@ -10,6 +10,7 @@ mod sensor;
 pub mod state;
 mod step;
 mod two_bodies;
+pub mod unnamed;
 mod winding;
 
 use dynamics::Dynamics;
