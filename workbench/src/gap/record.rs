@@ -9,6 +9,8 @@ use crate::gap::residual::rms;
 use crate::gap::residual_tests::{sensor_like, twin_pairs};
 use crate::gap::samples::samples;
 use crate::gap::search::{Progress, Scored, base_fit, search};
+use crate::gap::rest::{self, Described};
+use crate::gap::verdict::Judged;
 use crate::gap::{Options, estimate, localise, verdict};
 use crate::outcome::Outcome;
 use crate::system::log::Dynamic;
@@ -38,7 +40,19 @@ pub fn run(
             judged.kept = anew;
         }
     }
-    Ok(Outcome { places, ..extended(&given, &found, judged, last.as_ref()) })
+    let described = rest_of(&given, &mut judged);
+    Ok(Outcome { places, ..extended(&given, &found, judged, described.as_ref(), last.as_ref()) })
+}
+
+/// Looks for what the rest depends on, and says so.
+fn rest_of(given: &Given, judged: &mut Judged) -> Option<Described> {
+    if judged.unexplained.structure == "none" || judged.kept.fit.samples < verdict::FEW {
+        return None;
+    }
+    let gaps = held_out_errors(&given.hypothesis, &given.x);
+    let described = rest::described(&judged.kept, &gaps);
+    rest::tell(described.as_ref(), judged);
+    described
 }
 
 /// The records that are only predicted, made ready.

@@ -93,7 +93,7 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
     let (ties, next) = if left { (Vec::new(), None) } else { ties(found) };
     let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
     let structure = structure(left, unpredicted, nothing_named, share, rest.text);
-    Judged { verdict, kept, closest, ties, unexplained: Unexplained { share_of_gap: share, structure }, next }
+    Judged { verdict, kept, closest, ties, unexplained: Unexplained::new(share, structure), next }
 }
 
 /// The structure of what is left, in words. `unpredicted`: the held-out data are missed, whatever the log leaves.
@@ -156,10 +156,7 @@ fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
         kept: found.best.clone(),
         closest: Vec::new(),
         ties,
-        unexplained: Unexplained {
-            share_of_gap: share,
-            structure: if share > SHARE { rest.text } else { "none".into() },
-        },
+        unexplained: Unexplained::new(share, if share > SHARE { rest.text } else { "none".into() }),
         next,
     }
 }
@@ -168,7 +165,7 @@ fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64]) -> Judg
 const STRANGE: f64 = 3.0;
 
 /// Fewer samples show no structure, whatever they leave.
-const FEW: usize = 200;
+pub const FEW: usize = 200;
 /// What they leave is no agreement from so many times the noise's variance on.
 const DISAGREE: f64 = 9.0;
 const TOO_FEW: &str =

@@ -186,6 +186,9 @@ fn left(outcome: &Outcome) -> Markup {
         } @else {
             p { (format::percent(rest.share_of_gap)) " of the squared gap: " (rest.structure) "." }
         }
+        @if let Some(term) = &rest.unnamed {
+            p { (format::unnamed(term, &outcome.gap_unit)) "." }
+        }
         @if !outcome.closest_known.is_empty() {
             p.muted { "Closest known effects, not names: " (outcome.closest_known.join(", ")) "." }
         }

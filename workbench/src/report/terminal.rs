@@ -136,6 +136,9 @@ fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
         let share = format::percent(left.share_of_gap);
         block(text, "Left", &format!("{share} of the gap (squared): {}", left.structure));
     }
+    if let Some(term) = &left.unnamed {
+        block(text, "Unnamed", &format::unnamed(term, &outcome.gap_unit));
+    }
     if !outcome.closest_known.is_empty() {
         block(text, "Closest", &format!("{} (not a name)", outcome.closest_known.join(", ")));
     }
