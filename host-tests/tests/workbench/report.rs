@@ -381,8 +381,7 @@ fn what_is_left_stands_beside_the_names() {
     named.verdict = Verdict::Named;
     named.ties.clear();
     named.effects[1] = effect("constant_load", ("torque_nm", value(0.01, 0.02, "N m")), None);
-    named.unexplained =
-        Unexplained::new(0.17, "noise-like, correlated in time".into());
+    named.unexplained = Unexplained::new(0.17, "noise-like, correlated in time".into());
     named.final_records =
         Some(HoldOut { fit_percent_before: 70.0, fit_percent_after: 97.5, ..named.holdout.clone() });
     let text = Terminal.export(&named).unwrap();

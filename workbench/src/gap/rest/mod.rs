@@ -11,14 +11,14 @@ use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::held_out_errors;
 use crate::gap::search::Scored;
 use crate::gap::verdict::Judged;
-use crate::outcome::{Experiment, Plot, UnnamedTerm};
+use crate::outcome::{Experiment, Plot, UnnamedTerm, Verdict};
 use crate::system::model::{Kind, Model};
 use crate::system::plant::physics::Drive;
 use crate::system::plant::unnamed::{Acting, Term, Variable};
-use candidates::told;
+use candidates::{Candidate, told};
 use rayon::prelude::*;
 use regress::{Dependence, Rest};
-use track::Tracks;
+use track::{Compared, Tracks};
 
 pub use refit::Fitted;
 pub use words::{name, repeat, unit};
@@ -57,36 +57,117 @@ impl Described {
 }
 
 /// Looks for what the rest of a set depends on. `given`: squared held-out gaps of the model as given, which no term may exceed.
-pub fn described(scored: &Scored, given: &[f64]) -> Option<Described> {
-    let hypothesis = &scored.hypothesis;
-    let plant = hypothesis.plant(&scored.fit.x);
-    let standstill = candidates::standstill(hypothesis.dataset);
-    let (tracks, compared) = Tracks::of(hypothesis, &scored.fit.x, &plant, standstill);
-    let rest = Rest::new(scored, &tracks, &compared);
-    let there: Vec<Vec<Variable>> = hypothesis.model.unnamed.iter().map(|it| told(&it.term)).collect();
-    let all = candidates::all(hypothesis.dataset, &plant, &tracks, acting(hypothesis.model, plant.drive));
-    let new = all.iter().filter(|it| !there.contains(&it.told()));
-    let mut found: Vec<Dependence> =
-        new.collect::<Vec<_>>().par_iter().filter_map(|candidate| rest.tried(candidate)).collect();
-    found.retain(|it| it.score() > TOLD);
-    let ranked = ranked(found);
-    let best = ranked.first()?;
-    let mut fits = (0..ranked.len().min(TRIED)).map(|k| (k, refit::fitted(scored, &ranked[k])));
-    let kept = fits.find(|(_, fitted)| improves(scored, fitted, given));
-    let chosen = kept.as_ref().map_or(best, |(k, _)| &ranked[*k]);
-    let term: &Term = kept.as_ref().map_or(&chosen.candidate.term, |(_, fitted)| &fitted.term);
-    let over = chosen.candidate.told();
+///
+/// The motion that the set simulates may be far from the true one. So the best table is fitted in free run first, and the look is
+/// repeated along the motion that the set simulates with it; no look is along a measured motion, which holds the rest itself.
+pub fn described(scored: &Scored, given: &[f64], scope: Scope) -> Option<Described> {
+    let first = looked(scored, None, scope);
+    let fitted = refit::fitted(scored, first.ranked.first()?);
+    let second = looked(scored, Some(&fitted), scope);
+    let look = if second.ranked.is_empty() { first } else { second };
+    // One term a model: what a second table would add is the error of the first one's form.
+    let most = if scored.hypothesis.model.unnamed.is_empty() { TRIED } else { 0 };
+    let mut tried: Vec<Tried> =
+        look.ranked.iter().take(most).map(|dependence| Tried::new(scored, dependence, given)).collect();
+    let best = tried.iter().map(|it| it.share).fold(0.0, f64::max);
+    let chosen = tried.iter().position(|it| it.improves && near(it.share, best));
+    let chosen = chosen.or_else(|| tried.iter().position(|it| it.improves));
+    let told = chosen.map_or_else(
+        || (look.ranked[0].candidate.clone(), look.ranked[0].held_out, None),
+        |k| {
+            let it = tried.swap_remove(k);
+            (it.candidate, it.share, Some(it.fitted))
+        },
+    );
+    let (candidate, share, fitted) = told;
+    let term: &Term = fitted.as_ref().map_or(&candidate.term, |fitted| &fitted.term);
+    let over = candidate.told();
     Some(Described {
-        share: chosen.held_out,
-        plot: picture::of(scored, &tracks, &compared, term),
-        next: words::experiment(&over, hypothesis.dataset),
+        share,
+        plot: picture::of(scored, &look.tracks, &look.compared, term),
+        next: words::experiment(&over, scored.hypothesis.dataset),
         over,
-        fitted: kept.map(|(_, fitted)| fitted),
+        fitted,
     })
+}
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// Everything, in a rest that is visible beyond the noise.
+    Everything,
+    /// The place within a turn, in residuals that pass for noise: what ripples from sample to sample is part of the noise that is
+    /// estimated from them.
+    Turns,
+}
+
+/// One look: the dependences that are worth telling, the best first.
+struct Look {
+    tracks: Tracks,
+    compared: Vec<Compared>,
+    ranked: Vec<Dependence>,
+}
+
+/// Looks along the motion that a set simulates, or the same set with a term.
+fn looked(scored: &Scored, with: Option<&Fitted>, scope: Scope) -> Look {
+    let hypothesis = &scored.hypothesis;
+    let dataset = hypothesis.dataset;
+    let plant = hypothesis.plant(&scored.fit.x);
+    let standstill = candidates::standstill(dataset);
+    let (bare, compared) = Tracks::of(hypothesis, &scored.fit.x, &plant, standstill);
+    let tracks = with.map_or(bare, |fitted| {
+        let extended = extended(scored, fitted);
+        let plant = extended.hypothesis.plant(&fitted.fit.x);
+        Tracks::of(&extended.hypothesis, &fitted.fit.x, &plant, standstill).0
+    });
+    let there: Vec<Variable> = hypothesis.model.unnamed.iter().flat_map(|it| told(&it.term)).collect();
+    let mut all = candidates::all(dataset, &plant, &tracks, acting(hypothesis.model, plant.drive));
+    all.retain(|it| !it.told().iter().any(|variable| there.contains(variable)));
+    if scope == Scope::Turns {
+        all.retain(|it| it.simple && it.told()[0].is_periodic());
+    }
+    let noise = if scope == Scope::Turns { 0.0 } else { dataset.sigma };
+    let rest = Rest::new(scored, &tracks, &compared, noise);
+    let mut found: Vec<Dependence> = all.par_iter().filter_map(|candidate| rest.tried(candidate)).collect();
+    found.retain(|it| it.score() > TOLD);
+    Look { ranked: ranked(found), tracks, compared }
+}
+
+/// A dependence whose table was fitted in free run.
+struct Tried {
+    candidate: Candidate,
+    fitted: Fitted,
+    /// The share of the held-out rest that the simulation with the term predicts, in the record for which it is smallest.
+    share: f64,
+    /// True if the term lowers the gap of every held-out record, below what the model as given leaves, too.
+    improves: bool,
+}
+
+impl Tried {
+    fn new(scored: &Scored, dependence: &Dependence, given: &[f64]) -> Self {
+        let fitted = refit::fitted(scored, dependence);
+        let dataset = scored.hypothesis.dataset;
+        let without = held_out_errors(&scored.hypothesis, &scored.fit.x);
+        let with = fitted.held_out(scored);
+        let noise =
+            dataset.held_out_samples().into_iter().map(|count| count as f64 * dataset.sigma * dataset.sigma);
+        let every = || with.iter().zip(&without);
+        let shares = every().zip(noise).map(|((with, without), noise)| {
+            let left = (without - noise).max(0.1 * without);
+            (without - with) / left
+        });
+        let share = shares.fold(1.0, f64::min);
+        let lower = every().all(|(with, without)| with < without)
+            && with.iter().zip(given).all(|(with, given)| with <= given);
+        let improves = lower && with.iter().sum::<f64>() < WORTH * without.iter().sum::<f64>();
+        Self { candidate: dependence.candidate.clone(), fitted, share, improves }
+    }
 }
 
 /// How a structure begins that stays true beside a dependence: a line in time, a place, runs that differ.
 const STAYS: [&str; 4] = ["periodic in", "goes with the turn", "a friction that goes", "not repeatable"];
+/// Beside a dependence that predicts more than this, a line in time or a trace of the turn is a part of it.
+const MOST: f64 = 0.5;
 /// What is left where nothing predicts it.
 const NOISE: &str = "noise-like: nothing in the motion predicts it on held-out data";
 
@@ -103,7 +184,12 @@ pub fn tell(described: Option<&Described>, judged: &mut Judged) {
         }
         return;
     };
-    left.structure = if stays { format!("{}; {}", found.text(), left.structure) } else { found.text() };
+    if judged.verdict == Verdict::NothingMissing {
+        (judged.verdict, left.share_of_gap) = (Verdict::Unexplained, found.share);
+    }
+    let turns = found.over.iter().any(|variable| variable.is_periodic());
+    let also = differs || (stays && (turns || found.share < MOST));
+    left.structure = if also { format!("{}; {}", found.text(), left.structure) } else { found.text() };
     left.depends_on = found.over.iter().map(|variable| variable.key()).collect();
     left.predicts_share = Some(found.share);
     judged.next.get_or_insert_with(|| found.next.clone());
@@ -117,30 +203,22 @@ fn acting(model: &Model, drive: Drive) -> Acting {
     }
 }
 
-/// The best first; a simpler or an earlier one stands before those that are better by a margin alone.
+/// The best first; a simple one stands before those that are better by a margin alone.
 fn ranked(mut found: Vec<Dependence>) -> Vec<Dependence> {
     let mut ranked = Vec::new();
     while !found.is_empty() {
         let best = found.iter().map(Dependence::score).fold(0.0, f64::max);
-        let close = best - (MARGIN + MARGIN_RELATIVE * best);
-        let near = |it: &Dependence| it.score() >= close;
-        let simple = found.iter().position(|it| near(it) && it.candidate.simple);
-        let first = |simple: bool| {
-            let same = found.iter().enumerate().filter(|(_, it)| it.candidate.simple == simple);
-            same.max_by(|a, b| a.1.score().total_cmp(&b.1.score())).map(|(k, _)| k)
-        };
-        let next = if simple.is_some() { first(true) } else { first(false) };
+        let simple = found.iter().any(|it| near(it.score(), best) && it.candidate.simple);
+        let same = found.iter().enumerate().filter(|(_, it)| it.candidate.simple == simple);
+        let next = same.max_by(|a, b| a.1.score().total_cmp(&b.1.score())).map(|(k, _)| k);
         ranked.push(found.remove(next.unwrap_or(0)));
     }
     ranked
 }
 
-/// True if a term lowers the gap of every held-out record, below what the model as given leaves, too.
-fn improves(scored: &Scored, fitted: &Fitted, given: &[f64]) -> bool {
-    let without = held_out_errors(&scored.hypothesis, &scored.fit.x);
-    let with = fitted.held_out(scored);
-    let every = with.iter().zip(&without).zip(given).all(|((with, without), given)| with < without && with <= given);
-    every && with.iter().sum::<f64>() < WORTH * without.iter().sum::<f64>()
+/// True if a share is the best within the margin that a simpler table is worth.
+fn near(share: f64, best: f64) -> bool {
+    share >= best - (MARGIN + MARGIN_RELATIVE * best)
 }
 
 /// The set with the term, as a fitted hypothesis of the extended model.

@@ -25,9 +25,15 @@ pub fn of(bare: &Scored, tracks: &Tracks, compared: &[Compared], term: &Term) ->
     let points = |held_out: bool, direction: f64| -> Vec<(f64, f64)> {
         let places = (0..moments.len().min(seen.len())).filter(|k| {
             let part = compared[*k].part;
-            part != Part::Masked && (part == Part::HoldOut) == held_out && moments[*k].omega * direction >= 0.0
+            part != Part::Masked
+                && (part == Part::HoldOut) == held_out
+                && moments[*k].omega * direction >= 0.0
         });
-        places.map(|k| (moments[k].of(variable, term.standstill), missing(term, &seen[k], moments[k], per_unit))).collect()
+        places
+            .map(|k| {
+                (moments[k].of(variable, term.standstill), missing(term, &seen[k], moments[k], per_unit))
+            })
+            .collect()
     };
     let mut series = Vec::new();
     for (direction, label) in directions(term) {

@@ -43,6 +43,10 @@ pub struct Rest<'s, 'a> {
     residual: DVector<f64>,
     /// What the numbers of the model do to each sample.
     nuisances: DMatrix<f64>,
+    /// How far each of them may shift, down and up.
+    bounds: Vec<(f64, f64)>,
+    /// Standard deviation of the noise that no table predicts.
+    sigma: f64,
 }
 
 /// Sums over some samples.
@@ -53,9 +57,14 @@ struct Sums {
 
 impl<'s, 'a> Rest<'s, 'a> {
     /// Of a fitted set.
-    pub fn new(scored: &'s Scored<'a>, tracks: &'s Tracks, compared: &'s [Compared]) -> Self {
+    pub fn new(scored: &'s Scored<'a>, tracks: &'s Tracks, compared: &'s [Compared], sigma: f64) -> Self {
         let residual = DVector::from_iterator(compared.len(), compared.iter().map(|it| it.residual));
-        Self { scored, tracks, compared, residual, nuisances: nuisances(scored, compared) }
+        let bound = |(slot, x): (usize, &f64)| {
+            let (lower, upper) = scored.hypothesis.bounds(slot);
+            (lower - x, upper - x)
+        };
+        let bounds = scored.fit.x.iter().enumerate().map(bound).collect();
+        Self { scored, tracks, compared, residual, nuisances: nuisances(scored, compared), bounds, sigma }
     }
 
     /// Tries one dependence.
@@ -68,18 +77,14 @@ impl<'s, 'a> Rest<'s, 'a> {
         let information = (0..size).map(|k| sums[0].information[(k, k)] + sums[1].information[(k, k)]);
         let unit = information.sum::<f64>() / size as f64;
         let trial = |stiffness: f64| -> Option<(f64, f64)> {
-            let fitted = |sums: &Sums| solved(sums, &candidate.term, 0.5 * unit, stiffness);
+            let fitted = |sums: &Sums| self.bounded(sums, &candidate.term, 0.5 * unit, stiffness);
             let (first, second) = (fitted(&sums[0])?, fitted(&sums[1])?);
             let (a, b) = (self.left(&columns, &second, folds[0]), self.left(&columns, &first, folds[1]));
             Some((share(&[a, b]), stiffness))
         };
         let tried = STIFFNESSES.iter().filter_map(|stiffness| trial(*stiffness));
         let (crossed, stiffness) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let both = Sums {
-            information: &sums[0].information + &sums[1].information,
-            projected: &sums[0].projected + &sums[1].projected,
-        };
-        let values = solved(&both, &candidate.term, unit, stiffness)?;
+        let values = self.bounded(&self.sums(&columns, in_log), &candidate.term, unit, stiffness)?;
         let mut candidate = candidate.clone();
         candidate.term.values = values.iter().take(size).copied().collect();
         Some(Dependence {
@@ -92,13 +97,35 @@ impl<'s, 'a> Rest<'s, 'a> {
 
     /// The two folds of the log; where another run must be judged, every second run is one.
     fn folds(&self, candidate: &Candidate) -> [fn(&Compared) -> bool; 2] {
-        if !candidate.needs_other_runs() {
-            return [|it| it.part == Part::A, |it| it.part == Part::B];
+        let several = self.compared.iter().any(|it| it.log == 0 && it.run > 0);
+        match (candidate.needs_other_runs(), several) {
+            (false, _) => [|it| it.part == Part::A, |it| it.part == Part::B],
+            (true, true) => [|it| in_log(it) && it.run % 2 == 0, |it| in_log(it) && it.run % 2 == 1],
+            // The held-out records are the other runs: each half of the samples is judged by the other record.
+            (true, false) => [in_log, |it| it.part == Part::HoldOut && it.log > 0],
         }
-        [
-            |it| matches!(it.part, Part::A | Part::B) && it.run % 2 == 0,
-            |it| matches!(it.part, Part::A | Part::B) && it.run % 2 == 1,
-        ]
+    }
+
+    /// Values of a table and shifts of the model's numbers; a number that would leave its bounds stays at the bound.
+    fn bounded(&self, sums: &Sums, term: &Term, unit: f64, stiffness: f64) -> Option<DVector<f64>> {
+        let size = term.values.len();
+        let mut held = vec![None; size + self.bounds.len()];
+        loop {
+            let x = solved(sums, term, unit, stiffness, &held)?;
+            let beyond = |k: usize| {
+                let (lower, upper) = self.bounds[k];
+                let value = x[size + k];
+                (value < lower || value > upper).then(|| value.clamp(lower, upper))
+            };
+            let new: Vec<(usize, f64)> = (0..self.bounds.len())
+                .filter(|k| held[size + k].is_none())
+                .filter_map(|k| Some((size + k, beyond(k)?)))
+                .collect();
+            if new.is_empty() {
+                return Some(x);
+            }
+            new.into_iter().for_each(|(k, value)| held[k] = Some(value));
+        }
     }
 
     fn sums(&self, columns: &DMatrix<f64>, counts: impl Fn(&Compared) -> bool) -> Sums {
@@ -108,11 +135,15 @@ impl<'s, 'a> Rest<'s, 'a> {
     }
 
     /// Squares before and after a table, beyond the noise.
-    fn left(&self, columns: &DMatrix<f64>, x: &DVector<f64>, counts: impl Fn(&Compared) -> bool) -> (f64, f64) {
-        let sigma = self.scored.hypothesis.dataset.sigma;
+    fn left(
+        &self,
+        columns: &DMatrix<f64>,
+        x: &DVector<f64>,
+        counts: impl Fn(&Compared) -> bool,
+    ) -> (f64, f64) {
         let mut left = (0.0, 0.0);
         for (k, it) in self.compared.iter().enumerate().filter(|(_, it)| counts(it)) {
-            let noise = (sigma * it.weight).powi(2).min(1.0);
+            let noise = (self.sigma * it.weight).powi(2).min(1.0);
             let after = it.residual - columns.row(k).dot(&x.transpose());
             left.0 += it.residual.powi(2) - noise;
             left.1 += after.powi(2) - noise;
@@ -125,11 +156,13 @@ impl<'s, 'a> Rest<'s, 'a> {
         let mut logs: Vec<usize> =
             self.compared.iter().filter(|it| it.part == Part::HoldOut).map(|it| it.log).collect();
         logs.dedup();
-        let of = |log: usize| {
-            share(&[self.left(columns, x, |it| it.part == Part::HoldOut && it.log == log)])
-        };
+        let of = |log: usize| share(&[self.left(columns, x, |it| it.part == Part::HoldOut && it.log == log)]);
         logs.into_iter().map(of).fold(1.0, f64::min)
     }
+}
+
+fn in_log(it: &Compared) -> bool {
+    matches!(it.part, Part::A | Part::B)
 }
 
 /// The part of the squares that is gone, 0 … 1.
@@ -149,7 +182,12 @@ fn nuisances(scored: &Scored, compared: &[Compared]) -> DMatrix<f64> {
     let hypothesis = &scored.hypothesis;
     let weighted = |x: &[f64]| {
         let mut values = Vec::with_capacity(compared.len());
-        hypothesis.simulated(x, &hypothesis.plant(x), |_| true, |_, _, predicted| values.extend_from_slice(predicted));
+        hypothesis.simulated(
+            x,
+            &hypothesis.plant(x),
+            |_| true,
+            |_, _, predicted| values.extend_from_slice(predicted),
+        );
         values
     };
     let here = weighted(&scored.fit.x);
@@ -166,9 +204,10 @@ fn nuisances(scored: &Scored, compared: &[Compared]) -> DMatrix<f64> {
     matrix
 }
 
-/// Values of a table and shifts of the model's numbers.
-fn solved(sums: &Sums, term: &Term, unit: f64, stiffness: f64) -> Option<DVector<f64>> {
+/// The same where some numbers are held.
+fn solved(sums: &Sums, term: &Term, unit: f64, stiffness: f64, held: &[Option<f64>]) -> Option<DVector<f64>> {
     let (mut matrix, size) = (sums.information.clone(), term.values.len());
+    let mut right = sums.projected.clone();
     for bend in bends(term) {
         for (i, a) in bend {
             for (j, b) in bend {
@@ -179,7 +218,16 @@ fn solved(sums: &Sums, term: &Term, unit: f64, stiffness: f64) -> Option<DVector
     for k in 0..matrix.nrows() {
         matrix[(k, k)] += if k < size { RIDGE * unit } else { PRIOR };
     }
-    matrix.cholesky().map(|factor| factor.solve(&sums.projected))
+    for (k, value) in held.iter().enumerate().filter_map(|(k, value)| Some((k, (*value)?))) {
+        right -= matrix.column(k) * value;
+        matrix.row_mut(k).fill(0.0);
+        matrix.column_mut(k).fill(0.0);
+        matrix[(k, k)] = 1.0;
+    }
+    for (k, value) in held.iter().enumerate().filter_map(|(k, value)| Some((k, (*value)?))) {
+        right[k] = value;
+    }
+    matrix.cholesky().map(|factor| factor.solve(&right))
 }
 
 /// Second differences of a table along each of its variables: three places with their factors.
@@ -189,9 +237,10 @@ pub fn bends(term: &Term) -> Vec<[(usize, f64); 3]> {
     let mut all = Vec::new();
     let mut along = |place: &dyn Fn(usize) -> usize, count: usize, periodic: bool| {
         let last = if periodic { count } else { count.saturating_sub(2) };
-        all.extend((0..last).map(|k| {
-            [(place(k), 1.0), (place((k + 1) % count), -2.0), (place((k + 2) % count), 1.0)]
-        }));
+        all.extend(
+            (0..last)
+                .map(|k| [(place(k), 1.0), (place((k + 1) % count), -2.0), (place((k + 2) % count), 1.0)]),
+        );
     };
     for column in 0..inner {
         along(&|k| k * inner + column, outer, term.over[0].variable.is_periodic());

@@ -14,7 +14,10 @@ use servo::axis::Bridge;
 /// The motion of one run.
 struct Track {
     run: usize,
+    /// In the middle of each block.
     moments: Vec<Moment>,
+    /// At the grid's points: for what is read there.
+    points: Vec<Moment>,
     /// What is left of a change of speed at the end of each block.
     keep: Vec<f64>,
     /// Speed per torque over each block; 0 where the shaft sticks.
@@ -90,7 +93,11 @@ impl Tracks {
         for track in &self.tracks {
             let run = &hypothesis.dataset.runs[track.run];
             let mut predicted = Vec::new();
-            for (k, (reading, integral)) in self.moved(track, &run.time, term).into_iter().enumerate() {
+            let all = match term.acts {
+                Acting::Reading => self.misread(track, &run.time, term),
+                _ => self.moved(track, &run.time, term),
+            };
+            for (k, (reading, integral)) in all.into_iter().enumerate() {
                 run.speed.predict(&run.time, &reading, &integral, &mut predicted);
                 for (row, (value, weight)) in predicted.iter().zip(&run.speed.weight).enumerate() {
                     matrix[(first + row, k)] = value * weight;
@@ -112,15 +119,24 @@ impl Tracks {
             term.shares(moment, |k, share| acting[k] += share);
             let h = time[block + 1] - time[block];
             for ((reading, integral), share) in all.iter_mut().zip(&acting) {
-                reading[block + 1] = match term.acts {
-                    Acting::Reading => self.sensor_scale * moment.omega * share,
-                    _ => {
-                        track.keep[block] * reading[block]
-                            + track.gain[block] * self.sensor_scale * unit * share
-                    }
-                };
+                reading[block + 1] =
+                    track.keep[block] * reading[block] + track.gain[block] * self.sensor_scale * unit * share;
                 integral[block + 1] = integral[block] + 0.5 * h * (reading[block] + reading[block + 1]);
             }
+        }
+        all
+    }
+
+    /// The same of a table that distorts the reading.
+    fn misread(&self, track: &Track, time: &[f64], term: &Term) -> Vec<(Vec<f64>, Vec<f64>)> {
+        let mut all = vec![(vec![0.0; time.len()], vec![0.0; time.len()]); term.values.len()];
+        for (point, moment) in track.points.iter().enumerate() {
+            term.shares(moment, |k, share| all[k].0[point] += self.sensor_scale * moment.omega * share);
+        }
+        for (block, moment) in track.moments.iter().enumerate() {
+            let way = self.sensor_scale * moment.omega * (time[block + 1] - time[block]);
+            all.iter_mut().for_each(|(_, integral)| integral[block + 1] = integral[block]);
+            term.shares(moment, |k, share| all[k].1[block + 1] += way * share);
         }
         all
     }
@@ -130,7 +146,9 @@ fn track(hypothesis: &Hypothesis, plant: &Physics, index: usize, traces: &Traces
     let run = &hypothesis.dataset.runs[index];
     let mut reversal = Reversal::default();
     let mut theta = run.shaft(plant, 0);
-    let mut made = Track { run: index, moments: Vec::new(), keep: Vec::new(), gain: Vec::new() };
+    let mut made =
+        Track { run: index, moments: Vec::new(), points: Vec::new(), keep: Vec::new(), gain: Vec::new() };
+    let per_input = plant.torque_per_input();
     for k in 0..run.blocks() {
         let (from, to) = (run.time[k] - run.time[0], run.time[k + 1] - run.time[0]);
         let (h, before, after) = (to - from, traces.omega[k], traces.omega[k + 1]);
@@ -147,14 +165,32 @@ fn track(hypothesis: &Hypothesis, plant: &Physics, index: usize, traces: &Traces
             travel,
             since_s,
         });
+        let moment = made.moments[k];
+        made.moments[k].acceleration -= pushed(plant, &moment, per_input) / plant.inertia;
+        made.points.push(Moment { theta: run.shaft(plant, k), omega: before, ..moment });
         theta += 0.5 * h * (before + after);
         reversal.follow(to, theta, after, standstill);
         let sticks = before.abs().max(after.abs()) < 1e-3 * standstill;
-        let damping = if open || plant.drive == Drive::Torque { plant.viscous } else { plant.total_damping() };
+        let damping =
+            if open || plant.drive == Drive::Torque { plant.viscous } else { plant.total_damping() };
         let keep = (-h * damping / plant.inertia).exp();
         made.keep.push(if sticks { 0.0 } else { keep });
-        let gain = if damping * h > 1e-9 * plant.inertia { (1.0 - keep) / damping } else { h / plant.inertia };
+        let gain =
+            if damping * h > 1e-9 * plant.inertia { (1.0 - keep) / damping } else { h / plant.inertia };
         made.gain.push(if sticks { 0.0 } else { gain });
     }
+    let last = run.blocks();
+    let end = made.moments.last().copied().unwrap_or_default();
+    made.points.push(Moment { theta: run.shaft(plant, last), omega: traces.omega[last], ..end });
     made
+}
+
+/// The torque of the plant's own terms: what depends on the acceleration depends on the one without them.
+fn pushed(plant: &Physics, moment: &Moment, per_input: f64) -> f64 {
+    let unit = |acts: Acting| match acts {
+        Acting::Torque => 1.0,
+        Acting::Input => per_input,
+        Acting::Reading => 0.0,
+    };
+    plant.unnamed.iter().map(|term| unit(term.acts) * term.at(moment)).sum()
 }

@@ -47,7 +47,11 @@ pub fn sentence(variables: &[Variable], share: f64) -> String {
     let verb = format!("predicts {:.0} % of what is left on held-out data", 100.0 * share);
     match variables {
         [one] => format!("depends on {}, which {verb}", name(*one)),
-        _ => format!("depends on {}; together they {}", names(variables), verb.replacen("predicts", "predict", 1)),
+        _ => format!(
+            "depends on {}; together they {}",
+            names(variables),
+            verb.replacen("predicts", "predict", 1)
+        ),
     }
 }
 
@@ -63,7 +67,8 @@ pub fn experiment(variables: &[Variable], dataset: &Dataset) -> Experiment {
 pub fn repeat(dataset: &Dataset) -> Experiment {
     let rig = Rig { full: dataset.scales.input, tau: dataset.scales.time };
     let once = [rig.drive(0.3, 4.0), rig.drive(0.7, 4.0), rig.drive(-0.3, 4.0), rig.drive(-0.7, 4.0)];
-    let why = "the same input twice from the same start: what both runs have in common is no noise".to_owned();
+    let why =
+        "the same input twice from the same start: what both runs have in common is no noise".to_owned();
     Experiment { why, profile: rig.times(&once, 2) }
 }
 
@@ -113,12 +118,22 @@ impl Rig {
                 "reverse with pauses of different length between",
                 [0.0, 1.0, 4.0, 12.0]
                     .iter()
-                    .flat_map(|taus| [self.drive(0.4, 3.0), self.drive(0.0, *taus + 0.1), self.drive(-0.4, 3.0)])
+                    .flat_map(|taus| {
+                        [self.drive(0.4, 3.0), self.drive(0.0, *taus + 0.1), self.drive(-0.4, 3.0)]
+                    })
                     .collect(),
             ),
             Variable::Current => (
                 "change the current at a speed that hardly changes: short steps of the input around a constant one",
-                self.times(&[self.drive(0.5, 3.0), self.drive(0.9, 0.15), self.drive(0.5, 2.0), self.drive(0.1, 0.15)], 3),
+                self.times(
+                    &[
+                        self.drive(0.5, 3.0),
+                        self.drive(0.9, 0.15),
+                        self.drive(0.5, 2.0),
+                        self.drive(0.1, 0.15),
+                    ],
+                    3,
+                ),
             ),
             Variable::Acceleration => (
                 "reach the same speeds quickly and slowly",
@@ -128,13 +143,15 @@ impl Rig {
                 "run at one constant input for as long as the log lasts, twice",
                 self.times(&[self.drive(0.5, 40.0), self.drive(0.0, 4.0)], 2),
             ),
-            Variable::Direction => (
-                "the same speeds in both directions",
-                self.levels(&[0.3, -0.3, 0.6, -0.6, 0.9, -0.9], 4.0),
-            ),
+            Variable::Direction => {
+                ("the same speeds in both directions", self.levels(&[0.3, -0.3, 0.6, -0.6, 0.9, -0.9], 4.0))
+            }
             _ => (
                 "hold many constant speeds in both directions until they settle",
-                self.levels(&[0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, -0.1, -0.2, -0.3, -0.45, -0.6, -0.8, -1.0], 5.0),
+                self.levels(
+                    &[0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, -0.1, -0.2, -0.3, -0.45, -0.6, -0.8, -1.0],
+                    5.0,
+                ),
             ),
         }
     }

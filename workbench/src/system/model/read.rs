@@ -203,10 +203,12 @@ impl<'a> File<'a> {
     fn all_unnamed(&'a self, root: &Table) -> Result<Vec<Unnamed>, InputError> {
         let section = self.section(root, "known")?;
         let terms = section.table.iter().filter(|(name, _)| name.starts_with(UNNAMED));
-        terms.map(|(name, value)| match value {
-            Value::Table(table) => self.unnamed(name, table),
-            _ => Err(self.wrong("known", name, &format!("must be a section: write [known.{name}]"))),
-        }).collect()
+        terms
+            .map(|(name, value)| match value {
+                Value::Table(table) => self.unnamed(name, table),
+                _ => Err(self.wrong("known", name, &format!("must be a section: write [known.{name}]"))),
+            })
+            .collect()
     }
 
     fn one_known(&'a self, name: &str, value: &Value, linear: bool) -> Result<Known, InputError> {

@@ -75,13 +75,17 @@ impl Section<'_> {
         };
         match names.len() {
             1 | 2 => names.iter().map(variable).collect(),
-            count => Err(self.wrong(OVER, &format!("has {count} entries; a table is over one or two variables"))),
+            count => {
+                Err(self.wrong(OVER, &format!("has {count} entries; a table is over one or two variables")))
+            }
         }
     }
 
     fn knots(&self, variable: Variable) -> Result<Knots, InputError> {
         let Some(Value::Array(given)) = self.table.get(variable.key()) else {
-            return Err(self.wrong(variable.key(), "is missing; give the values at which the table has its knots"));
+            return Err(
+                self.wrong(variable.key(), "is missing; give the values at which the table has its knots")
+            );
         };
         let at = self.numbers(variable.key(), given.len())?;
         match at.len() < 2 || at.windows(2).any(|pair| pair[1] <= pair[0]) {

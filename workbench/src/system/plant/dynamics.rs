@@ -373,8 +373,13 @@ impl<'a> Dynamics<'a> {
         let p = self.plant;
         let standstill = p.unnamed[0].standstill;
         if p.unnamed.iter().any(|term| !term.moves()) {
-            let moment = self.moment(state, state.omega, driven, position);
-            unnamed::distort(&p.unnamed, state, &moment, before.theta, p.sensor_scale);
+            let middle = Moment {
+                theta: position.map_or(0.5 * (before.theta + state.theta), |(from, to)| 0.5 * (from + to)),
+                ..self.moment(state, state.omega, driven, position)
+            };
+            let end = Moment { theta: position.map_or(state.theta, |(_, to)| to), ..middle };
+            let moved = state.theta - before.theta;
+            unnamed::distort(&p.unnamed, state, &middle, &end, moved, p.sensor_scale);
         }
         state.reversal.follow(state.time_s, state.theta, state.omega, standstill);
     }

@@ -234,11 +234,19 @@ impl Term {
     }
 }
 
-/// Distorts the reading over a step that began at `theta`; `scale` is that of the sensor.
-pub(super) fn distort(terms: &[Term], state: &mut State, moment: &Moment, from: f64, scale: f64) {
-    let wrong: f64 = terms.iter().filter(|term| !term.moves()).map(|term| term.at(moment)).sum();
-    state.reading += wrong * scale * state.omega;
-    state.reading_integral += wrong * scale * (state.theta - from);
+/// Distorts the reading at the end of a step and its integral in the middle; `moved`: what the step adds to the integral.
+pub(super) fn distort(
+    terms: &[Term],
+    state: &mut State,
+    middle: &Moment,
+    end: &Moment,
+    moved: f64,
+    scale: f64,
+) {
+    for term in terms.iter().filter(|term| !term.moves()) {
+        state.reading += term.at(end) * scale * state.omega;
+        state.reading_integral += term.at(middle) * scale * moved;
+    }
 }
 
 #[cfg(test)]
