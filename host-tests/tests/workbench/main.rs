@@ -21,3 +21,4 @@ mod steady_measured;
 mod steady_paper;
 mod time_base;
 mod truth;
+mod unnamed_term;

@@ -92,7 +92,7 @@ fn standing(outcome: &Outcome, name: &str) -> &'static str {
 
 /// An array with its unit behind it.
 fn numbers(numbers: impl Iterator<Item = f64>, unit: &str) -> Item {
-    let mut array = value(numbers.map(|it| five_digits(it)).collect::<Array>());
+    let mut array = value(numbers.map(five_digits).collect::<Array>());
     if let Some(array) = array.as_value_mut().filter(|_| unit != "1") {
         array.decor_mut().set_suffix(format!(" # {unit}"));
     }

@@ -29,8 +29,8 @@ const TOLD: f64 = 0.1;
 const MARGIN: f64 = 0.05;
 /// The same as a part of what it predicts.
 const MARGIN_RELATIVE: f64 = 0.1;
-/// Tables that are fitted in free run until one of them lowers every held-out gap.
-const TRIED: usize = 3;
+/// Tables that are fitted in free run: the best of them is told.
+const TRIED: usize = 4;
 /// A term lowers the squared held-out gap to this part, all records together.
 const WORTH: f64 = 0.95;
 
@@ -69,17 +69,10 @@ pub fn described(scored: &Scored, given: &[f64], scope: Scope) -> Option<Describ
     let most = if scored.hypothesis.model.unnamed.is_empty() { TRIED } else { 0 };
     let mut tried: Vec<Tried> =
         look.ranked.iter().take(most).map(|dependence| Tried::new(scored, dependence, given)).collect();
-    let best = tried.iter().map(|it| it.share).fold(0.0, f64::max);
-    let chosen = tried.iter().position(|it| it.improves && near(it.share, best));
-    let chosen = chosen.or_else(|| tried.iter().position(|it| it.improves));
-    let told = chosen.map_or_else(
-        || (look.ranked[0].candidate.clone(), look.ranked[0].held_out, None),
-        |k| {
-            let it = tried.swap_remove(k);
-            (it.candidate, it.share, Some(it.fitted))
-        },
-    );
-    let (candidate, share, fitted) = told;
+    let (candidate, share, fitted) = match chosen(&tried).map(|k| tried.swap_remove(k)) {
+        Some(it) => (it.candidate, it.share, Some(it.fitted)),
+        None => (look.ranked[0].candidate.clone(), look.ranked[0].held_out, None),
+    };
     let term: &Term = fitted.as_ref().map_or(&candidate.term, |fitted| &fitted.term);
     let over = candidate.told();
     Some(Described {
@@ -89,6 +82,15 @@ pub fn described(scored: &Scored, given: &[f64], scope: Scope) -> Option<Describ
         over,
         fitted,
     })
+}
+
+/// The best of those that improve: a simple table, unless another is better by a margin.
+fn chosen(tried: &[Tried]) -> Option<usize> {
+    let improving = || tried.iter().enumerate().filter(|(_, it)| it.improves);
+    let best = improving().max_by(|a, b| a.1.share.total_cmp(&b.1.share))?;
+    let simple = improving().filter(|(_, it)| it.candidate.simple);
+    let simple = simple.max_by(|a, b| a.1.share.total_cmp(&b.1.share));
+    Some(simple.filter(|(_, it)| near(it.share, best.1.share)).map_or(best.0, |(k, _)| k))
 }
 
 /// What is looked at.

@@ -73,7 +73,7 @@ impl<'s, 'a> Rest<'s, 'a> {
         let responses = self.tracks.responses(&self.scored.hypothesis, &candidate.term, self.compared.len());
         let columns = joined(&responses, &self.nuisances);
         let folds = self.folds(candidate);
-        let sums = folds.map(|fold| self.sums(&columns, |it| fold(it)));
+        let sums = folds.map(|fold| self.sums(&columns, fold));
         let information = (0..size).map(|k| sums[0].information[(k, k)] + sums[1].information[(k, k)]);
         let unit = information.sum::<f64>() / size as f64;
         let trial = |stiffness: f64| -> Option<(f64, f64)> {

@@ -6,9 +6,9 @@ mod read;
 mod section;
 mod unnamed;
 
-pub use keys::{NAMED, STANDING};
+pub use keys::{ACTS, NAMED, OVER, STANDING, STANDSTILL, UNNAMED, VALUES, VALUES_STD};
 pub use read::{parse, read};
-pub use unnamed::{ACTS, OVER, STANDSTILL, UNNAMED, Unnamed, VALUES, VALUES_STD};
+pub use unnamed::Unnamed;
 
 use crate::system::effects::{self, Effect};
 use crate::system::plant::physics::Physics;

@@ -1,9 +1,9 @@
 //! Reading a model from TOML. Every defect names section, key, line and remedy.
 
 use super::file::File;
-use super::keys::{self, KINDS, SPEEDS};
+use super::keys::{self, KINDS, SPEEDS, UNNAMED};
 use super::section::Section;
-use super::unnamed::{UNNAMED, Unnamed};
+use super::unnamed::Unnamed;
 use super::{DEFAULT_TOLERANCE, Encoder, Kind, Known, Model, Sensors, Side, SpeedSensor};
 use crate::console::input_error::{InputError, nearest};
 use crate::system::effects::{self, LIBRARY};

@@ -1,23 +1,11 @@
 //! Terms without a name under `[known.unnamed_…]`.
 
 use super::file::File;
+use super::keys::{ACTS, OVER, STANDSTILL, VALUES, VALUES_STD};
 use super::section::Section;
 use crate::console::input_error::{InputError, nearest};
 use crate::system::plant::unnamed::{Acting, Knots, Term, Variable};
 use toml::{Table, Value};
-
-/// How the sections of such terms begin.
-pub const UNNAMED: &str = "unnamed_";
-/// Key of the variables.
-pub const OVER: &str = "over";
-/// Key of what a term acts on.
-pub const ACTS: &str = "acts";
-/// Key of the speed below which no direction is certain.
-pub const STANDSTILL: &str = "standstill_speed";
-/// Key of the values.
-pub const VALUES: &str = "values";
-/// Key of their standard deviations.
-pub const VALUES_STD: &str = "values_std";
 
 /// A term without a name that the model already contains.
 #[derive(Clone, Debug)]

@@ -4,11 +4,11 @@
 //! back-EMF are coupled implicitly (trapezoid), so that no motor is too fast; friction acts as a proximal step
 //! (Acary, Brogliato: Numerical Methods for Nonsmooth Dynamical Systems, 2008): true sticking without switching logic.
 
+use super::moment;
 use super::physics::{Acts, Drive, Motion, Physics};
 use super::state::State;
-use super::step::{Before, Loads, slowed_from};
+use super::step::{Before, Driven, Loads, slowed_from};
 use super::two_bodies;
-use super::unnamed::{self, Acting, Moment};
 use super::winding::{Coefficients, Shaft};
 use servo::axis::Bridge;
 use std::f64::consts::PI;
@@ -33,15 +33,6 @@ struct Present {
     varying_friction: bool,
     sag: bool,
     unnamed: bool,
-}
-
-/// The drive during one step.
-#[derive(Clone, Copy, Debug)]
-struct Driven {
-    /// Voltage behind sag and brushes, V, or torque input; `None`: the brushes block the current.
-    net: Option<f64>,
-    bridge: Bridge,
-    h: f64,
 }
 
 impl<'a> Dynamics<'a> {
@@ -111,7 +102,7 @@ impl<'a> Dynamics<'a> {
         self.settle_load(state, &before, omega_load, h);
         self.plant.sense(state, &before, h);
         if self.present.unnamed {
-            self.remember(state, &before, &driven, position);
+            moment::remember(self.plant, &self.coefficients, state, &before, &driven, position);
         }
     }
 
@@ -302,7 +293,7 @@ impl<'a> Dynamics<'a> {
             self.external(&mut loads, state, omega, driven.h, position);
         }
         if self.present.unnamed {
-            loads.motor += self.unnamed(state, omega, driven, position);
+            loads.motor += moment::torque(self.plant, &self.coefficients, state, omega, driven, position);
         }
         if self.present.varying_friction {
             let extra = self.extra_friction(state, omega, driven, &loads);
@@ -327,61 +318,6 @@ impl<'a> Dynamics<'a> {
                 }
             }
         }
-    }
-
-    /// Torque of the terms without a name.
-    fn unnamed(&self, state: &State, omega: f64, driven: &Driven, position: Option<(f64, f64)>) -> f64 {
-        let moment = self.moment(state, omega, driven, position);
-        let per_input = self.plant.torque_per_input();
-        let torque = |acts: Acting| match acts {
-            Acting::Torque => 1.0,
-            Acting::Input => per_input,
-            Acting::Reading => 0.0,
-        };
-        self.plant.unnamed.iter().map(|term| torque(term.acts) * term.at(&moment)).sum()
-    }
-
-    /// What the motion is doing in the middle of a step, in which it has the speed `omega`.
-    fn moment(&self, state: &State, omega: f64, driven: &Driven, position: Option<(f64, f64)>) -> Moment {
-        let (p, c) = (self.plant, &self.coefficients);
-        let half = 0.5 * driven.h;
-        let (from, to) = position.unwrap_or((state.theta, state.theta + driven.h * state.omega));
-        let current = match (driven.bridge, p.drive, driven.net) {
-            (Bridge::Open, ..) | (_, _, None) => 0.0,
-            (_, Drive::Torque, Some(held)) => held,
-            (_, Drive::Voltage, Some(net)) => {
-                let settled = (net - p.ke * omega) * c.conductance;
-                (settled + (state.current - settled) * c.mean).clamp(-p.current_limit, p.current_limit)
-            }
-        };
-        let (travel, since_s) = state.reversal.since(state.time_s, state.theta);
-        Moment {
-            time_s: state.time_s + half,
-            theta: 0.5 * (from + to),
-            omega,
-            acceleration: (omega - state.omega) / half,
-            current,
-            input: driven.net.unwrap_or(0.0),
-            gear_ratio: p.gear_ratio,
-            travel,
-            since_s,
-        }
-    }
-
-    /// Follows the reversals, and distorts the reading where a term asks for it.
-    fn remember(&self, state: &mut State, before: &Before, driven: &Driven, position: Option<(f64, f64)>) {
-        let p = self.plant;
-        let standstill = p.unnamed[0].standstill;
-        if p.unnamed.iter().any(|term| !term.moves()) {
-            let middle = Moment {
-                theta: position.map_or(0.5 * (before.theta + state.theta), |(from, to)| 0.5 * (from + to)),
-                ..self.moment(state, state.omega, driven, position)
-            };
-            let end = Moment { theta: position.map_or(state.theta, |(_, to)| to), ..middle };
-            let moved = state.theta - before.theta;
-            unnamed::distort(&p.unnamed, state, &middle, &end, moved, p.sensor_scale);
-        }
-        state.reversal.follow(state.time_s, state.theta, state.omega, standstill);
     }
 
     /// Breakaway near standstill, and what grows with the torque through the gear.

@@ -5,6 +5,7 @@
 
 pub mod dynamics;
 pub mod input;
+mod moment;
 pub mod physics;
 mod sensor;
 pub mod state;

@@ -1,6 +1,5 @@
 //! A term without a name: a table over what the motion is doing at the moment. It describes what no effect of the library explains.
 
-use super::state::State;
 use std::f64::consts::TAU;
 
 /// What a term depends on.
@@ -231,21 +230,6 @@ impl Term {
     /// True if it acts on the motion, not on what is read of it.
     pub fn moves(&self) -> bool {
         self.acts != Acting::Reading
-    }
-}
-
-/// Distorts the reading at the end of a step and its integral in the middle; `moved`: what the step adds to the integral.
-pub(super) fn distort(
-    terms: &[Term],
-    state: &mut State,
-    middle: &Moment,
-    end: &Moment,
-    moved: f64,
-    scale: f64,
-) {
-    for term in terms.iter().filter(|term| !term.moves()) {
-        state.reading += term.at(end) * scale * state.omega;
-        state.reading_integral += term.at(middle) * scale * moved;
     }
 }
 
