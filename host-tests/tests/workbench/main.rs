@@ -22,3 +22,4 @@ mod steady_measured;
 mod steady_paper;
 mod time_base;
 mod truth;
+mod unnamed_term;

@@ -82,7 +82,7 @@ fn outcome() -> Outcome {
             refitted: false,
         }],
         places: vec![Where { region: "0 < |u| < 1.2 V".into(), share_of_squared_error: 0.83 }],
-        unexplained: Unexplained { share_of_gap: 0.01, structure: "none".into() },
+        unexplained: Unexplained::new(0.01, "none".into()),
         next_experiment: Some(Experiment {
             why: "A logged current tells a drive gain from a sensor scale.".into(),
             profile: vec![
@@ -387,8 +387,7 @@ fn what_is_left_stands_beside_the_names() {
     named.verdict = Verdict::Named;
     named.ties.clear();
     named.effects[1] = effect("constant_load", ("torque_nm", value(0.01, 0.02, "N m")), None);
-    named.unexplained =
-        Unexplained { share_of_gap: 0.17, structure: "noise-like, correlated in time".into() };
+    named.unexplained = Unexplained::new(0.17, "noise-like, correlated in time".into());
     named.final_records =
         Some(HoldOut { fit_percent_before: 70.0, fit_percent_after: 97.5, ..named.holdout.clone() });
     let text = Terminal.export(&named).unwrap();

@@ -132,7 +132,8 @@ fn too_wide(value: f64, u95: f64) -> Option<String> {
 
 /// Effects without a number on the chip, and parameters of the others of which it takes a part only.
 fn left_out(model: &Model) -> Vec<String> {
-    model.known.iter().flat_map(dropped).collect()
+    let unnamed = model.unnamed.iter().map(|unnamed| unnamed.name.clone());
+    model.known.iter().flat_map(dropped).chain(unnamed).collect()
 }
 
 fn dropped(known: &Known) -> Vec<String> {

@@ -5,6 +5,7 @@ use crate::gap::estimate::{self, Estimate};
 use crate::gap::fit::{FINAL, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::prediction::{Prediction, compared};
+use crate::gap::rest::{self, Described};
 use crate::gap::search::{Found, Scored};
 use crate::gap::verdict::Judged;
 use crate::gap::{evidence, excitation, plots};
@@ -34,24 +35,41 @@ impl<'a> Given<'a> {
 }
 
 /// The result of a search, with the kept set added to the model.
-pub(super) fn extended(given: &Given, found: &Found, judged: Judged, last: Option<&Dataset>) -> Outcome {
-    let (dataset, model, kept) = (given.hypothesis.dataset, given.hypothesis.model, &judged.kept);
-    let steps = steps(kept, given.prediction.gap());
+pub(super) fn extended(
+    given: &Given,
+    found: &Found,
+    mut judged: Judged,
+    described: Option<&Described>,
+    last: Option<&Dataset>,
+) -> Outcome {
+    let (dataset, model) = (given.hypothesis.dataset, given.hypothesis.model);
+    let mut steps = steps(&judged.kept, given.prediction.gap());
+    let fitted = described.and_then(|described| described.fitted.as_ref());
+    let with_term = fitted.map(|fitted| rest::extended(&judged.kept, fitted));
+    let kept = with_term.as_ref().unwrap_or(&judged.kept);
     let after = Prediction::of(&kept.hypothesis, &kept.fit.x, &[Part::HoldOut]);
+    if let Some(fitted) = fitted {
+        let gaps = (gap_of(&judged.kept), after.gap());
+        let term = rest::as_told(&judged.kept, fitted, gaps);
+        steps.push(Step { label: format!("+ {}", term.name), gap: term.gap_after });
+        judged.unexplained.unnamed = Some(term);
+    }
     let shifts = shifts(kept);
     let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
+    let mut plots = plots::all(&given.hypothesis, &given.x, kept);
+    plots.extend(described.map(|described| described.plot.clone()));
     Outcome {
         grade: judged.grade,
         small: small(found),
         effects: volts::told(model, &shifts, named(kept, &steps, &judged.ties)),
         closest_known: judged.closest,
-        final_records: last.map(|dataset| predicted(dataset, kept)),
+        final_records: last.map(|dataset| predicted(dataset, model, kept)),
         within_tolerance: shifts,
         unexplained: judged.unexplained,
         next_experiment: judged.next,
         notes: notes.concat(),
         rivals: evidence::rivals(found, &judged.ties),
-        plots: plots::all(&given.hypothesis, &given.x, kept),
+        plots,
         ties: judged.ties,
         steps,
         ..Outcome::new(
@@ -67,12 +85,16 @@ fn small(found: &Found) -> Vec<Small> {
     found.small.iter().map(told).collect()
 }
 
+/// The held-out gap of a set.
+fn gap_of(set: &Scored) -> f64 {
+    Prediction::of(&set.hypothesis, &set.fit.x, &[Part::HoldOut]).gap()
+}
+
 /// What the set predicts for the held-out part of another dataset of the same log.
-fn predicted(dataset: &Dataset, kept: &Scored) -> HoldOut {
-    let model = kept.hypothesis.model;
+fn predicted(dataset: &Dataset, model: &Model, kept: &Scored) -> HoldOut {
     let made = |hypothesis: &Hypothesis, x: &[f64]| Prediction::of(hypothesis, x, &[Part::HoldOut]);
     let given = Hypothesis::new(dataset, model, Vec::new());
-    let extended = Hypothesis::new(dataset, model, kept.hypothesis.items.clone());
+    let extended = Hypothesis::new(dataset, kept.hypothesis.model, kept.hypothesis.items.clone());
     let x = extended.carried(&kept.hypothesis, &kept.fit.x, &|_| 0.0);
     let before = made(&given, &vec![0.0; given.slots.len()]);
     compared(dataset.signal, dataset.sigma, &before, &made(&extended, &x))

@@ -5,6 +5,7 @@
 use crate::gap::dataset::{Part, Probes, Simulation};
 use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::solver::{self, Problem, Schedule, Solution, solve, solve_near};
+use crate::system::plant::physics::Physics;
 use nalgebra::DMatrix;
 
 /// Longest step of the simulation in the search, as a part of the time constant.
@@ -62,15 +63,24 @@ impl<'h, 'a> Evaluator<'h, 'a> {
 
     /// Weighted residuals and priors.
     fn compared(&mut self, x: &[f64], finest: f64, out: &mut Vec<f64>) {
-        out.clear();
         let plant = self.hypothesis.plant(x);
+        self.simulated(&plant, x, finest, out);
+    }
+
+    /// Weighted residuals of another plant than that of the numbers, and their priors.
+    pub fn of_plant(&mut self, plant: &Physics, x: &[f64], out: &mut Vec<f64>) {
+        self.simulated(plant, x, self.finest, out);
+    }
+
+    fn simulated(&mut self, plant: &Physics, x: &[f64], finest: f64, out: &mut Vec<f64>) {
+        out.clear();
         let only_holdout = self.parts == [Part::HoldOut];
         for (index, run) in self.hypothesis.dataset.runs.iter().enumerate() {
             if run.log > 0 && !only_holdout {
                 continue;
             }
             let start = self.hypothesis.start_speed(index, x);
-            let (_, predicted) = self.simulation.speed(run, &plant, start, finest);
+            let (_, predicted) = self.simulation.speed(run, plant, start, finest);
             compare(self.parts, &run.speed, predicted, out);
             if !run.current.is_empty() {
                 compare(self.parts, &run.current, self.simulation.current(run), out);

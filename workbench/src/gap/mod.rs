@@ -21,6 +21,7 @@ pub mod prediction;
 pub mod record;
 pub mod residual;
 pub mod residual_tests;
+pub mod rest;
 pub mod samples;
 pub mod search;
 pub mod solver;

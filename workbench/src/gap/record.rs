@@ -7,10 +7,12 @@ use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::{Prediction, held_out_errors};
 use crate::gap::residual::rms;
 use crate::gap::residual_tests::{sensor_like, twin_pairs};
+use crate::gap::rest::{self, Described, Scope};
 use crate::gap::samples::samples;
 use crate::gap::search::{Progress, Scored, base_fit, search};
+use crate::gap::verdict::Judged;
 use crate::gap::{Options, estimate, localise, verdict};
-use crate::outcome::Outcome;
+use crate::outcome::{Outcome, Verdict};
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
 
@@ -38,7 +40,24 @@ pub fn run(
             judged.kept = anew;
         }
     }
-    Ok(Outcome { places, ..extended(&given, &found, judged, last.as_ref()) })
+    let described = rest_of(&given, &mut judged);
+    Ok(Outcome { places, ..extended(&given, &found, judged, described.as_ref(), last.as_ref()) })
+}
+
+/// Looks for what the rest depends on, and says so.
+fn rest_of(given: &Given, judged: &mut Judged) -> Option<Described> {
+    let scope = match (judged.unexplained.structure.as_str(), judged.verdict) {
+        _ if judged.kept.fit.samples < verdict::FEW => return None,
+        ("none", Verdict::NothingMissing) => Scope::Turns,
+        ("none", _) => return None,
+        _ => Scope::Everything,
+    };
+    let gaps = held_out_errors(&given.hypothesis, &given.x);
+    let described = rest::described(&judged.kept, &gaps, scope);
+    if scope == Scope::Everything || described.is_some() {
+        rest::tell(described.as_ref(), judged);
+    }
+    described
 }
 
 /// The records that are only predicted, made ready.

@@ -96,15 +96,8 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits:
     let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
     let grade = Grade::of(verdict, left, true);
     let structure = structure(left, unpredicted, nothing_named, share, rest.text);
-    Judged {
-        verdict,
-        grade,
-        kept,
-        closest,
-        ties,
-        unexplained: Unexplained { share_of_gap: share, structure },
-        next,
-    }
+    let unexplained = Unexplained::new(share, structure);
+    Judged { verdict, grade, kept, closest, ties, unexplained, next }
 }
 
 /// The structure of what is left, in words. `unpredicted`: the held-out data are missed, whatever the log leaves.
@@ -175,10 +168,7 @@ fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits:
         kept: found.best.clone(),
         closest: Vec::new(),
         ties,
-        unexplained: Unexplained {
-            share_of_gap: share,
-            structure: if left { rest.text } else { "none".into() },
-        },
+        unexplained: Unexplained::new(share, if left { rest.text } else { "none".into() }),
         next,
     }
 }
@@ -192,7 +182,7 @@ fn mimic<'a>(found: &Found<'a>, share: f64, structure: String) -> Judged<'a> {
         kept: found.base.clone(),
         closest: found.best.hypothesis.names(),
         ties: Vec::new(),
-        unexplained: Unexplained { share_of_gap: share, structure },
+        unexplained: Unexplained::new(share, structure),
         next: None,
     }
 }
@@ -209,7 +199,7 @@ fn most_is_removed(best: &Scored, given: &Hypothesis, nominal: &[f64], limits: &
 const STRANGE: f64 = 3.0;
 
 /// Fewer samples show no structure, whatever they leave.
-const FEW: usize = 200;
+pub const FEW: usize = 200;
 /// What they leave is no agreement from so many times the noise's variance on.
 const DISAGREE: f64 = 9.0;
 const TOO_FEW: &str =

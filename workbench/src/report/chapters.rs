@@ -189,6 +189,9 @@ fn left(outcome: &Outcome) -> Markup {
         @if !outcome.small.is_empty() {
             p.muted { "Small, not added to the model: " (format::small(outcome)) "." }
         }
+        @if let Some(term) = &rest.unnamed {
+            p { (format::unnamed(term, &outcome.gap_unit)) "." }
+        }
         @if !outcome.closest_known.is_empty() {
             p.muted { "Closest known effects, not names: " (outcome.closest_known.join(", ")) "." }
         }

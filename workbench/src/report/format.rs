@@ -1,6 +1,8 @@
 //! Numbers and names as text.
 
-use crate::outcome::{DEVIATIONS, Grade, NamedEffect, Outcome, Segment, Shift, Tie, Value, Verdict};
+use crate::outcome::{
+    DEVIATIONS, Grade, NamedEffect, Outcome, Segment, Shift, Tie, UnnamedTerm, Value, Verdict,
+};
 use crate::report::volts;
 use servo::axis::Bridge;
 
@@ -192,6 +194,20 @@ fn sized(effect: &NamedEffect) -> String {
         Some((_, v)) => format!("{} of {} {}", effect.name, significant(v.value, 2), v.unit),
         None => effect.name.clone(),
     }
+}
+
+/// What a term without a name describes and what it does to the held-out gap, in a sentence.
+pub fn unnamed(term: &UnnamedTerm, unit: &str) -> String {
+    let over = term.over.join(" and ").replace('_', " ");
+    let (before, after) = (gap(term.gap_before), gap(term.gap_after));
+    let size = term.values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    let of = if term.unit == "1" { String::new() } else { format!(" {}", term.unit) };
+    format!(
+        "{}, a term without a name: {} of up to {}{of} over {over}; with it the held-out gap falls from {before} to {after} {unit}",
+        term.name,
+        term.acts,
+        significant(size, 2)
+    )
 }
 
 /// True if something is left beside the names.

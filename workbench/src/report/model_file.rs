@@ -2,11 +2,11 @@
 //! `[known.<effect>]` and every base parameter moved by the shift that the data ask for within its tolerance.
 
 use super::Exporter;
-use crate::outcome::{NamedEffect, Outcome, Shift, Tie, Verdict};
+use crate::outcome::{NamedEffect, Outcome, Shift, Tie, UnnamedTerm, Verdict};
 use crate::report::volts;
-use crate::system::model::{NAMED, STANDING};
+use crate::system::model::{ACTS, NAMED, OVER, STANDING, STANDSTILL, VALUES, VALUES_STD};
 use anyhow::{Context, Result, anyhow};
-use toml_edit::{DocumentMut, Item, Table, Value, value};
+use toml_edit::{Array, DocumentMut, Item, Table, Value, value};
 
 /// Sections that hold base parameters.
 const BASE_SECTIONS: [&str; 2] = ["motor", "model"];
@@ -34,11 +34,32 @@ impl Exporter for ModelFile<'_> {
             table.insert(STANDING, value(standing(outcome, &effect.name)));
             known.insert(&effect.name, Item::Table(table));
         }
+        if let Some(term) = &outcome.unexplained.unnamed {
+            known.insert(&term.name, Item::Table(self.unnamed(term)));
+        }
         Ok(document.to_string())
     }
 }
 
 impl ModelFile<'_> {
+    /// A term without a name: variables, knots, values with their standard deviations. Outside its knots it is constant.
+    fn unnamed(&self, term: &UnnamedTerm) -> Table {
+        let mut table = Table::new();
+        table.insert(OVER, value(term.over.iter().copied().collect::<Array>()));
+        table.insert(ACTS, value(term.acts));
+        table.insert(STANDSTILL, value(term.standstill_speed));
+        for ((variable, knots), unit) in term.over.iter().zip(&term.knots).zip(&term.knot_units) {
+            table.insert(variable, numbers(knots.iter().copied(), unit));
+        }
+        table.insert(VALUES, numbers(term.values.iter().copied(), &term.unit));
+        if let Some(stds) = term.values_std.iter().copied().collect::<Option<Vec<f64>>>() {
+            table.insert(VALUES_STD, numbers(stds.into_iter(), &term.unit));
+        }
+        table.insert("origin", value(self.origin));
+        table.insert(STANDING, value("unnamed"));
+        table
+    }
+
     fn table(&self, effect: &NamedEffect) -> Table {
         let mut table = Table::new();
         for (name, v) in &effect.parameters {
@@ -67,6 +88,20 @@ fn standing(outcome: &Outcome, name: &str) -> &'static str {
         _ if outcome.ties.iter().any(in_doubt) => "tie",
         _ => NAMED,
     }
+}
+
+/// An array with its unit behind it.
+fn numbers(numbers: impl Iterator<Item = f64>, unit: &str) -> Item {
+    let mut array = value(numbers.map(five_digits).collect::<Array>());
+    if let Some(array) = array.as_value_mut().filter(|_| unit != "1") {
+        array.decor_mut().set_suffix(format!(" # {unit}"));
+    }
+    array
+}
+
+/// A table says nothing beyond five digits.
+fn five_digits(number: f64) -> f64 {
+    format!("{number:.4e}").parse().unwrap_or(number)
 }
 
 /// Behind a torque that is none: a reader of the file sees what it stands for.

@@ -140,6 +140,9 @@ fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
     if !outcome.small.is_empty() {
         block(text, "Small", &format!("{}: not added to the model", format::small(outcome)));
     }
+    if let Some(term) = &left.unnamed {
+        block(text, "Unnamed", &format::unnamed(term, &outcome.gap_unit));
+    }
     if !outcome.closest_known.is_empty() {
         block(text, "Closest", &format!("{} (not a name)", outcome.closest_known.join(", ")));
     }

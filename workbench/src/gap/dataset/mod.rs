@@ -149,6 +149,18 @@ impl Dataset {
         self.runs.iter().filter(|run| run.log == 0).map(range).fold(0.0, f64::max)
     }
 
+    /// Number of held-out samples of each record that has some, in the order of the records.
+    pub fn held_out_samples(&self) -> Vec<usize> {
+        let mut counts = std::collections::BTreeMap::new();
+        for run in &self.runs {
+            let held_out = run.speed.part.iter().filter(|part| **part == Part::HoldOut).count();
+            if held_out > 0 {
+                *counts.entry(run.log).or_insert(0) += held_out;
+            }
+        }
+        counts.into_values().collect()
+    }
+
     /// Number of compared samples of the main signal in the given parts.
     pub fn samples(&self, parts: &[Part]) -> usize {
         self.runs.iter().flat_map(|run| &run.speed.part).filter(|part| parts.contains(part)).count()

@@ -92,7 +92,8 @@ impl BenchRun {
         let speed = if start == 0.0 { 0.0 } else { plant.speed_behind(start) };
         let mut state = self.start(plant, speed);
         let mut dynamics = Dynamics::new(plant);
-        let with_position = !plant.torques.is_empty() && !self.position.is_empty();
+        let placed = !plant.torques.is_empty() || !plant.unnamed.is_empty();
+        let with_position = placed && !self.position.is_empty();
         let mut charge = 0.0;
         traces.record(&state, charge);
         for k in 0..self.blocks() {

@@ -100,6 +100,7 @@ impl Data for Dataset {
         if !plant.supply_v.is_finite() {
             plant.supply_v = self.scales.input;
         }
+        plant.unnamed = model.terms();
         plant
     }
 

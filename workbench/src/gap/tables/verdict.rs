@@ -146,7 +146,7 @@ impl Case<'_> {
         let share = left / (first - noise).max(left).max(f64::MIN_POSITIVE);
         let structured = share > SHARE_LEFT && residual.likeness() > ALIKE && left > ABOVE_NOISE * noise;
         let structure = if structured { shape(residual) } else { "none".into() };
-        Unexplained { share_of_gap: share, structure }
+        Unexplained::new(share, structure)
     }
 
     /// Held-out gap of a set.

@@ -80,11 +80,27 @@ pub const STANDING: &str = "standing";
 /// Its value where no other name explains the data and nothing else is left.
 pub const NAMED: &str = "named";
 
+/// How the sections of terms without a name begin.
+pub const UNNAMED: &str = "unnamed_";
+/// Key of their variables.
+pub const OVER: &str = "over";
+/// Key of what a term acts on.
+pub const ACTS: &str = "acts";
+/// Key of the speed below which no direction is certain.
+pub const STANDSTILL: &str = "standstill_speed";
+/// Key of their values.
+pub const VALUES: &str = "values";
+/// Key of the standard deviations of those.
+pub const VALUES_STD: &str = "values_std";
+
 /// Letters of a part of a known value that is more than a word of a description.
 const PART: usize = 8;
 
 /// Keys of a section that are known besides `numbers`.
 pub fn texts(section: &str) -> &'static [&'static str] {
+    if section.starts_with("known.unnamed_") {
+        return &["origin", STANDING, ACTS];
+    }
     if section.starts_with("known.") {
         return &["origin", STANDING];
     }

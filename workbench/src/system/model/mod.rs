@@ -4,12 +4,15 @@ mod file;
 mod keys;
 mod read;
 mod section;
+mod unnamed;
 
-pub use keys::{NAMED, STANDING};
+pub use keys::{ACTS, NAMED, OVER, STANDING, STANDSTILL, UNNAMED, VALUES, VALUES_STD};
 pub use read::{parse, read};
+pub use unnamed::Unnamed;
 
 use crate::system::effects::{self, Effect};
 use crate::system::plant::physics::Physics;
+use crate::system::plant::unnamed::Term;
 use std::collections::BTreeMap;
 
 /// Relative tolerance (1 σ) of a parameter for which the file declares none.
@@ -139,6 +142,8 @@ pub struct Model {
     pub sample_hz: Option<f64>,
     /// Effects that the model already contains.
     pub known: Vec<Known>,
+    /// Terms without a name that the model already contains.
+    pub unnamed: Vec<Unnamed>,
     /// True: the values are the best linear fit to the log and are refitted together with any effect.
     pub fitted_to_log: bool,
     /// Every key whose value is a text, as (section, key, value): kept, and written again.
@@ -236,7 +241,13 @@ impl Model {
         for known in &self.known {
             (known.effect.apply)(&known.values, &mut plant);
         }
+        plant.unnamed = self.terms();
         plant
+    }
+
+    /// The terms without a name, for a plant.
+    pub fn terms(&self) -> Vec<Term> {
+        self.unnamed.iter().map(|unnamed| unnamed.term.clone()).collect()
     }
 
     /// How sure the gap workflow was of the name of a known effect; `None`: a person has written it.

@@ -1,8 +1,9 @@
 //! Reading a model from TOML. Every defect names section, key, line and remedy.
 
 use super::file::File;
-use super::keys::{self, KINDS, SPEEDS};
+use super::keys::{self, KINDS, SPEEDS, UNNAMED};
 use super::section::Section;
+use super::unnamed::Unnamed;
 use super::{DEFAULT_TOLERANCE, Encoder, Kind, Known, Model, Sensors, Side, SpeedSensor};
 use crate::console::input_error::{InputError, nearest};
 use crate::system::effects::{self, LIBRARY};
@@ -40,6 +41,7 @@ pub fn parse(source: &str, text: &str) -> Result<Model, InputError> {
         sensors: file.sensors(&root)?,
         sample_hz: sample_hz(&root),
         known: file.known(&root, matches!(kind, Kind::Inertia { linear: true, .. }))?,
+        unnamed: file.all_unnamed(&root)?,
         fitted_to_log: model.flag("fitted_to_log")?.or(file.root_flag(&root)).unwrap_or(false),
         texts: texts(&root),
     })
@@ -193,8 +195,19 @@ impl<'a> File<'a> {
         section
             .table
             .iter()
-            .filter(|(_, value)| !value.is_str())
+            .filter(|(name, value)| !value.is_str() && !name.starts_with(UNNAMED))
             .map(|(name, value)| self.one_known(name, value, linear))
+            .collect()
+    }
+
+    fn all_unnamed(&'a self, root: &Table) -> Result<Vec<Unnamed>, InputError> {
+        let section = self.section(root, "known")?;
+        let terms = section.table.iter().filter(|(name, _)| name.starts_with(UNNAMED));
+        terms
+            .map(|(name, value)| match value {
+                Value::Table(table) => self.unnamed(name, table),
+                _ => Err(self.wrong("known", name, &format!("must be a section: write [known.{name}]"))),
+            })
             .collect()
     }
 

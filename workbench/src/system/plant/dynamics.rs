@@ -4,9 +4,10 @@
 //! back-EMF are coupled implicitly (trapezoid), so that no motor is too fast; friction acts as a proximal step
 //! (Acary, Brogliato: Numerical Methods for Nonsmooth Dynamical Systems, 2008): true sticking without switching logic.
 
+use super::moment;
 use super::physics::{Acts, Drive, Motion, Physics};
 use super::state::State;
-use super::step::{Before, Loads, slowed_from};
+use super::step::{Before, Driven, Loads, slowed_from};
 use super::two_bodies;
 use super::winding::{Coefficients, Shaft};
 use servo::axis::Bridge;
@@ -31,15 +32,7 @@ struct Present {
     varying_winding: bool,
     varying_friction: bool,
     sag: bool,
-}
-
-/// The drive during one step.
-#[derive(Clone, Copy, Debug)]
-struct Driven {
-    /// Voltage behind sag and brushes, V, or torque input; `None`: the brushes block the current.
-    net: Option<f64>,
-    bridge: Bridge,
-    h: f64,
+    unnamed: bool,
 }
 
 impl<'a> Dynamics<'a> {
@@ -56,6 +49,7 @@ impl<'a> Dynamics<'a> {
                 || plant.friction_per_motor > 0.0
                 || plant.friction_per_load > 0.0,
             sag: plant.source_ohm > 0.0,
+            unnamed: !plant.unnamed.is_empty(),
         };
         Self { plant, coefficients: Coefficients::new(plant, plant.resistance, plant.kt, 1.0), present }
     }
@@ -107,6 +101,9 @@ impl<'a> Dynamics<'a> {
         state.omega = omega;
         self.settle_load(state, &before, omega_load, h);
         self.plant.sense(state, &before, h);
+        if self.present.unnamed {
+            moment::remember(self.plant, &self.coefficients, state, &before, &driven, position);
+        }
     }
 
     /// Makes sure that the coefficients are those of this step.
@@ -279,7 +276,7 @@ impl<'a> Dynamics<'a> {
     #[inline]
     fn moved_under_loads(&self, state: &State, driven: &Driven, position: Option<(f64, f64)>) -> (f64, f64) {
         let first = self.moved(state, driven, &self.loads(state, state.omega, driven, position));
-        if !self.present.varying_friction && self.plant.torques.is_empty() {
+        if !self.present.varying_friction && self.plant.torques.is_empty() && !self.present.unnamed {
             return first;
         }
         let middle = 0.5 * (state.omega + first.0);
@@ -294,6 +291,9 @@ impl<'a> Dynamics<'a> {
             Loads { motor: 0.0, load: 0.0, friction_pos: p.friction_pos, friction_neg: p.friction_neg };
         if !p.torques.is_empty() {
             self.external(&mut loads, state, omega, driven.h, position);
+        }
+        if self.present.unnamed {
+            loads.motor += moment::torque(self.plant, &self.coefficients, state, omega, driven, position);
         }
         if self.present.varying_friction {
             let extra = self.extra_friction(state, omega, driven, &loads);

@@ -5,11 +5,13 @@
 
 pub mod dynamics;
 pub mod input;
+mod moment;
 pub mod physics;
 mod sensor;
 pub mod state;
 mod step;
 mod two_bodies;
+pub mod unnamed;
 mod winding;
 
 use dynamics::Dynamics;

@@ -5,6 +5,7 @@
 //!         → Kt·i → friction, external torques → inertia [→ gap or spring → load] → sensor
 //! ```
 
+use super::unnamed::Term;
 use std::f64::consts::PI;
 
 /// What the input of the plant is.
@@ -130,6 +131,8 @@ pub struct Physics {
     pub viscous_neg: f64,
     /// External torques.
     pub torques: Vec<TorqueLaw>,
+    /// Terms without a name.
+    pub unnamed: Vec<Term>,
 
     /// Total play between motor and load, rad.
     pub gap_rad: f64,
@@ -214,6 +217,7 @@ impl Physics {
             viscous_pos: 0.0,
             viscous_neg: 0.0,
             torques: Vec::new(),
+            unnamed: Vec::new(),
             gap_rad: 0.0,
             load_share: 0.0,
             stiffness: f64::INFINITY,

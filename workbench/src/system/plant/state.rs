@@ -1,6 +1,7 @@
 //! What the plant remembers.
 
 use super::physics::Physics;
+use super::unnamed::Reversal;
 
 /// The plant's state. SI units; on a linear axis read m for rad.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,6 +30,8 @@ pub struct State {
     pub reading: f64,
     /// Integral of the reading: the position as the sensor sees it, rad.
     pub reading_integral: f64,
+    /// The last change of direction; followed only where a term without a name asks for it.
+    pub reversal: Reversal,
 }
 
 impl State {

@@ -1,6 +1,16 @@
 //! What one step of the plant hands from the rotor to a second body, the sensor and back.
 
 use super::state::State;
+use servo::axis::Bridge;
+
+/// The drive during one step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Driven {
+    /// Voltage behind sag and brushes, V, or torque input; `None`: the brushes block the current.
+    pub net: Option<f64>,
+    pub bridge: Bridge,
+    pub h: f64,
+}
 
 /// External torques on the two sides of the gear, and the friction level in either direction.
 #[derive(Clone, Copy, Debug)]

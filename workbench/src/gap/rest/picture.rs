@@ -1,0 +1,97 @@
+//! A picture of a dependence: the missing torque in bins of the variable, in the log and in the held-out data, beside the table.
+
+use super::track::{Compared, Tracks};
+use super::words;
+use crate::gap::dataset::Part;
+use crate::gap::samples::samples;
+use crate::gap::search::Scored;
+use crate::outcome::{Curve, Plot, Series, Stage, Style};
+use crate::system::plant::unnamed::{Acting, Moment, Term, Variable};
+
+/// Bins of the variable.
+const BINS: usize = 24;
+
+/// The picture of a term over its first variable. `bare`: the set without the term.
+pub fn of(bare: &Scored, tracks: &Tracks, compared: &[Compared], term: &Term) -> Plot {
+    let dataset = bare.hypothesis.dataset;
+    let variable = term.over[0].variable;
+    let moments: Vec<&Moment> = tracks.moments(&bare.hypothesis).collect();
+    let all = [Part::A, Part::B, Part::HoldOut, Part::Masked];
+    let seen = samples(&bare.hypothesis, &bare.fit.x, &all);
+    let per_unit = match term.acts {
+        Acting::Input => bare.hypothesis.plant(&bare.fit.x).torque_per_input(),
+        _ => 1.0,
+    };
+    let points = |held_out: bool, direction: f64| -> Vec<(f64, f64)> {
+        let places = (0..moments.len().min(seen.len())).filter(|k| {
+            let part = compared[*k].part;
+            part != Part::Masked
+                && (part == Part::HoldOut) == held_out
+                && moments[*k].omega * direction >= 0.0
+        });
+        places
+            .map(|k| {
+                (moments[k].of(variable, term.standstill), missing(term, &seen[k], moments[k], per_unit))
+            })
+            .collect()
+    };
+    let mut series = Vec::new();
+    for (direction, label) in directions(term) {
+        series.push(Series::new(&format!("log{label}"), binned(points(false, direction)), Style::Points));
+        series.push(Series::new(&format!("held out{label}"), binned(points(true, direction)), Style::Hollow));
+        series.push(Series::new(&format!("table{label}"), line(term, direction), Style::Line));
+    }
+    let unit = words::unit(variable, dataset.linear, dataset.input.unit());
+    Plot {
+        title: format!("What is left over {}", words::name(variable)),
+        caption: "Means of what the names leave over bins of the simulated motion, in the log and in the held-out data, and the table of the term without a name".into(),
+        stage: Stage::Characterisation,
+        x_label: format!("{}, {unit}", words::name(variable)),
+        y_label: match (term.acts, dataset.linear) {
+            (Acting::Torque, false) => "missing torque, N m".into(),
+            (Acting::Torque, true) => "missing force, N".into(),
+            (Acting::Input, _) => format!("missing input, {}", dataset.input.unit()),
+            (Acting::Reading, _) => "relative error of the reading".into(),
+        },
+        series,
+        ..Plot::default()
+    }
+}
+
+/// One curve, or one a direction where the table tells them apart.
+fn directions(term: &Term) -> Vec<(f64, &'static str)> {
+    match term.over.get(1).map(|knots| knots.variable) {
+        Some(Variable::Direction) => vec![(1.0, ", forwards"), (-1.0, ", backwards")],
+        _ => vec![(0.0, "")],
+    }
+}
+
+/// What the plant or the reading lacks at a sample.
+fn missing(term: &Term, sample: &crate::gap::samples::Sample, moment: &Moment, per_unit: f64) -> f64 {
+    match term.acts {
+        Acting::Reading if moment.omega.abs() > term.standstill => sample.residual() / moment.omega,
+        Acting::Reading => 0.0,
+        _ => sample.torque / per_unit,
+    }
+}
+
+fn binned(mut points: Vec<(f64, f64)>) -> Curve {
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let bins = points.chunks(points.len().div_ceil(BINS).max(1));
+    let mean = |bin: &[(f64, f64)], value: fn(&(f64, f64)) -> f64| {
+        bin.iter().map(value).sum::<f64>() / bin.len() as f64
+    };
+    let (x, y) = bins.map(|bin| (mean(bin, |it| it.0), mean(bin, |it| it.1))).unzip();
+    Curve { x, y }
+}
+
+/// The table at its knots; over a second variable that is no direction, the mean of each row.
+fn line(term: &Term, direction: f64) -> Curve {
+    let inner = term.over.get(1).map_or(1, |knots| knots.at.len());
+    let value = |row: &[f64]| match (direction, row) {
+        (0.0, row) => row.iter().sum::<f64>() / inner as f64,
+        (_, row) if direction > 0.0 => row[row.len() - 1],
+        (_, row) => row[0],
+    };
+    Curve { x: term.over[0].at.clone(), y: term.values.chunks(inner).map(value).collect() }
+}

@@ -1,0 +1,178 @@
+//! The table of a term fitted in free run, together with the numbers of the model.
+
+use super::regress::{Dependence, bends};
+use crate::gap::fit::{Evaluator, FINAL, Fit, SEARCH};
+use crate::gap::hypothesis::Hypothesis;
+use crate::gap::prediction::held_out_errors;
+use crate::gap::residual::inflation;
+use crate::gap::search::Scored;
+use crate::gap::solver::{Problem, Schedule, Solution, covariance, dot, solve};
+use crate::system::model::{Model, UNNAMED, Unnamed};
+use crate::system::plant::physics::Physics;
+use crate::system::plant::unnamed::{Acting, Term};
+
+/// Steps of the descent on the coarse grid and, from there, on the fine one.
+const STEPS: [usize; 2] = [8, 3];
+/// Step of the derivative of a value, as a part of what the values are measured by.
+const STEP: f64 = 1e-3;
+/// A value is bounded by this many times what the values are measured by.
+const MOST: f64 = 5.0;
+
+/// A model with one more term, fitted.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The model with the term.
+    pub model: Model,
+    /// The term's table.
+    pub term: Term,
+    /// Standard deviations of its values.
+    pub stds: Vec<f64>,
+    /// The numbers of the hypothesis beside it.
+    pub fit: Fit,
+}
+
+/// The table and the numbers of a hypothesis as one problem.
+struct Together<'h, 'a> {
+    hypothesis: &'h Hypothesis<'a>,
+    evaluator: Evaluator<'h, 'a>,
+    coarse: Evaluator<'h, 'a>,
+    term: Term,
+    /// What the values are measured by.
+    unit: f64,
+    /// Root of what a bend costs, in that unit.
+    stiffness: f64,
+    bends: Vec<[(usize, f64); 3]>,
+    alike: bool,
+}
+
+impl Together<'_, '_> {
+    fn plant(&self, x: &[f64]) -> Physics {
+        let (values, numbers) = x.split_at(self.term.values.len());
+        let mut plant = self.hypothesis.plant(numbers);
+        let values = values.iter().map(|value| value * self.unit).collect();
+        plant.unnamed.push(Term { values, ..self.term.clone() });
+        plant
+    }
+
+    fn bent(&self, x: &[f64], out: &mut Vec<f64>) {
+        let bend = |bend: &[(usize, f64); 3]| bend.iter().map(|(k, factor)| factor * x[*k]).sum::<f64>();
+        out.extend(self.bends.iter().map(|it| self.stiffness * bend(it)));
+    }
+}
+
+impl Problem for Together<'_, '_> {
+    fn residuals(&mut self, x: &[f64], out: &mut Vec<f64>) {
+        let plant = self.plant(x);
+        self.evaluator.of_plant(&plant, &x[self.term.values.len()..], out);
+        self.bent(x, out);
+    }
+
+    fn probed(&mut self, x: &[f64], out: &mut Vec<f64>) {
+        let plant = self.plant(x);
+        self.coarse.of_plant(&plant, &x[self.term.values.len()..], out);
+        self.bent(x, out);
+    }
+
+    fn probes_alike(&self) -> bool {
+        self.alike
+    }
+
+    fn bounds(&self, slot: usize) -> (f64, f64) {
+        match slot.checked_sub(self.term.values.len()) {
+            None => (-MOST, MOST),
+            Some(slot) => self.hypothesis.bounds(slot),
+        }
+    }
+
+    fn step(&self, slot: usize) -> f64 {
+        slot.checked_sub(self.term.values.len()).map_or(STEP, |slot| self.hypothesis.step(slot))
+    }
+
+    /// A table bends little: the response to each of its values is almost that of the linear part.
+    fn bending(&self) -> usize {
+        0
+    }
+}
+
+/// Fits the table of a dependence in free run.
+pub fn fitted(scored: &Scored, dependence: &Dependence) -> Fitted {
+    let hypothesis = &scored.hypothesis;
+    let unit = unit(hypothesis, dependence.candidate.term.acts);
+    let term = &dependence.candidate.term;
+    let mut x: Vec<f64> = term.values.iter().map(|value| value / unit).collect();
+    x.extend(&scored.fit.x);
+    let mut problem = together(hypothesis, dependence, unit, true);
+    let mut solution = solve(&mut problem, &x, &schedule(STEPS[0]));
+    problem = together(hypothesis, dependence, unit, false);
+    solution = solve(&mut problem, &solution.x, &schedule(STEPS[1]));
+    let stds = deviations(&mut problem, &solution, unit);
+    told(hypothesis, term, unit, solution, stds)
+}
+
+fn together<'h, 'a>(
+    hypothesis: &'h Hypothesis<'a>,
+    dependence: &Dependence,
+    unit: f64,
+    coarse: bool,
+) -> Together<'h, 'a> {
+    Together {
+        hypothesis,
+        evaluator: Evaluator::new(hypothesis, if coarse { &SEARCH } else { &FINAL }),
+        coarse: Evaluator::new(hypothesis, &SEARCH),
+        term: dependence.candidate.term.clone(),
+        unit,
+        stiffness: dependence.stiffness.sqrt() * unit,
+        bends: bends(&dependence.candidate.term),
+        alike: coarse,
+    }
+}
+
+fn schedule(iterations: usize) -> Schedule {
+    Schedule { iterations, slow: 1e-3, negligible: 0.02 }
+}
+
+/// What the values of a table are measured by.
+fn unit(hypothesis: &Hypothesis, acts: Acting) -> f64 {
+    let scales = &hypothesis.dataset.scales;
+    match acts {
+        Acting::Torque => scales.torque,
+        Acting::Input => scales.input,
+        Acting::Reading => 1.0,
+    }
+}
+
+/// Standard deviations of the values: the residuals are neither as small as the noise nor independent of each other.
+fn deviations(problem: &mut Together, solution: &Solution, unit: f64) -> Vec<f64> {
+    let size = problem.term.values.len();
+    let samples = solution.residuals.len() - problem.bends.len();
+    let compared = &solution.residuals[..samples];
+    let factor = (dot(compared, compared) / samples as f64).max(1.0) * inflation(compared);
+    let found = covariance(problem, &solution.x, |_, information| 1e-9 * (1.0 + information));
+    let variance = |k: usize| found.as_ref().map_or(f64::INFINITY, |found| found[(k, k)].max(0.0));
+    (0..size).map(|k| unit * (variance(k) * factor).sqrt()).collect()
+}
+
+fn told(hypothesis: &Hypothesis, term: &Term, unit: f64, solution: Solution, stds: Vec<f64>) -> Fitted {
+    let (values, x) = solution.x.split_at(term.values.len());
+    let term = Term { values: values.iter().map(|value| value * unit).collect(), ..term.clone() };
+    let mut model = hypothesis.model.clone();
+    model.unnamed.push(Unnamed {
+        name: format!("{UNNAMED}{}", model.unnamed.len() + 1),
+        term: term.clone(),
+        stds: Some(stds.clone()),
+        origin: None,
+    });
+    let samples = solution.residuals.len() - hypothesis.priors(x).count() - bends(&term).len();
+    let compared = &solution.residuals[..samples];
+    let fit = Fit { x: x.to_vec(), cost: solution.cost, chi2: dot(compared, compared), samples };
+    Fitted { model, term, stds, fit }
+}
+
+impl Fitted {
+    /// The squared gaps of the held-out records with the term.
+    pub fn held_out(&self, scored: &Scored) -> Vec<f64> {
+        let items = scored.hypothesis.items.clone();
+        let hypothesis = Hypothesis::new(scored.hypothesis.dataset, &self.model, items);
+        held_out_errors(&hypothesis, &self.fit.x)
+    }
+}
