@@ -72,8 +72,9 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.files().check()?;
     let columns: Columns = arguments.columns.parse()?;
-    let model = model::read(&arguments.model)?;
+    let draft = model::read_draft(&arguments.model)?;
     let log = log::read(&arguments.log, &columns)?;
+    let model = gap::completed(draft, &log)?;
     let read = |path: &PathBuf| log::read(path, &columns);
     let holdouts: Vec<Log> = arguments.holdout.iter().map(read).collect::<Result<_, _>>()?;
     let without = arguments.without.iter().map(|name| effects::known(name));

@@ -18,6 +18,7 @@ pub mod params;
 pub mod profile;
 pub mod replay;
 pub mod simulate;
+pub mod start;
 pub mod track;
 
 use clap::{Parser, Subcommand};
@@ -41,6 +42,8 @@ pub struct Cli {
 pub enum Command {
     /// Compare a model with a log, name what is missing, extend the model.
     Gap(gap::Arguments),
+    /// Write a model file from a log and what is printed on a motor.
+    Start(start::Arguments),
     /// Run the gap workflow on a folder of rigs and compare its answers with what is known of them.
     Judge(judge::Arguments),
     /// Run any model on any input.
@@ -74,6 +77,7 @@ impl Cli {
     pub fn run(self) -> anyhow::Result<()> {
         match self.command {
             Command::Gap(arguments) => gap::run(&arguments),
+            Command::Start(arguments) => start::run(&arguments),
             Command::Judge(arguments) => judge::run(&arguments),
             Command::Simulate(arguments) => simulate::run(&arguments),
             Command::Effects(arguments) => effects::run(&arguments),

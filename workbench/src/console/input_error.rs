@@ -55,7 +55,8 @@ pub fn nearest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
     if let Some(found) = found {
         return Some(found);
     }
-    let similar = known.into_iter().map(|name| (normalized_damerau_levenshtein(&wrong, &name.to_lowercase()), name));
+    let similar =
+        known.into_iter().map(|name| (normalized_damerau_levenshtein(&wrong, &name.to_lowercase()), name));
     let most = similar.max_by(|a, b| a.0.total_cmp(&b.0))?;
     (most.0 >= NEAR).then_some(most.1)
 }

@@ -234,9 +234,7 @@ fn no_key(name: &str) -> InputError {
     let all = SETTINGS.iter().map(|row| row.field.name());
     let near = nearest(name, all.chain(KEYS.iter().map(|key| key.name)));
     let near = near.map_or(String::new(), |near| format!("; the nearest is {near}"));
-    InputError(format!(
-        "`{name}` is no key{near} (`truing params get` lists those that are set)"
-    ))
+    InputError(format!("`{name}` is no key{near} (`truing params get` lists those that are set)"))
 }
 
 /// What the chip's estimates count in.

@@ -5,6 +5,7 @@ use crate::gap::dataset::{BenchRun, Dataset, Traces};
 use crate::gap::fit::FINE;
 use crate::gap::search::Scored;
 use crate::outcome::{Experiment, Segment};
+use crate::system::model::Kind;
 
 /// Samples per time constant of a simulated experiment.
 const SAMPLES: f64 = 50.0;
@@ -41,6 +42,11 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
             protocol.name,
             crate::report::figure(speed)
         )
+    } else if current > 0.0 && !amperes(a) {
+        format!(
+            "{} with the winding current logged: {left} and {right} differ there, but not in speed",
+            protocol.name
+        )
     } else if current > 0.0 {
         format!(
             "{} with the winding current logged: {left} and {right} differ by {} A rms there, but not in speed",
@@ -51,6 +57,11 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
         format!("{left} and {right} cannot be separated with these sensors")
     };
     Separation { experiment: Experiment { why: text.clone(), profile: protocol.profile }, text }
+}
+
+/// Whether the model's current is one: a first-order model stands for a motor of 1 Ω, whose current is no current.
+fn amperes(scored: &Scored) -> bool {
+    !matches!(scored.hypothesis.model.kind, Kind::FirstOrder { .. })
 }
 
 /// Differences of two rivals on a run: rms of speed and current, and the number of samples.

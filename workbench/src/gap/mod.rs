@@ -5,6 +5,7 @@
 
 pub mod acceptance;
 pub mod beam;
+mod data_sheet;
 pub mod dataset;
 pub mod estimate;
 pub mod evidence;
@@ -27,6 +28,7 @@ pub mod search;
 pub mod solver;
 pub mod tables;
 pub mod time_base;
+pub mod unknown;
 pub mod verdict;
 
 use crate::console::input_error::InputError;
@@ -37,6 +39,7 @@ use crate::system::model::Model;
 use std::time::Instant;
 
 pub use record::made_ready;
+pub use unknown::completed;
 
 /// What the user may choose.
 #[derive(Clone, Debug, Default)]
@@ -68,6 +71,8 @@ pub fn run<L: Clone + Into<Log>>(
             record::run(model, &as_record(log)?, &holdouts?, options, progress)
         }
     }?;
+    outcome.data_sheet = data_sheet::contradicted(model, &outcome);
+    outcome.notes.splice(0..0, model.notes.iter().cloned());
     outcome.runtime_s = started.elapsed().as_secs_f64();
     Ok(outcome)
 }

@@ -2,7 +2,7 @@
 //! for itself on the log (fit and cross-validation), be visible, and survive backward elimination.
 //!
 //! ```text
-//! base → promise of every candidate → race (→ evolution) → worth → forms → next round … → exchange → elimination → rivals
+//! base → a data sheet that is contradicted → promise of every candidate → race (→ evolution) → worth → forms → next round … → exchange → elimination → rivals
 //! ```
 
 mod conventions;
@@ -16,6 +16,7 @@ mod rivals;
 mod rounds;
 mod score;
 mod shares;
+mod sheet;
 mod worth;
 
 pub use evolve::scatter;
@@ -76,7 +77,9 @@ pub fn search<'a>(
         return search.by_shares(base);
     }
     let mut path = Path::default();
-    let current = search.grown(base.clone(), &mut path);
+    let from = search.contradicted(&base).unwrap_or_else(|| base.clone());
+    (search.first_gap, search.dispersion) = (from.fit.chi2, dispersion(&from));
+    let current = search.grown(from, &mut path);
     let (current, exchanged) = search.exchanged(current);
     path.others.extend(exchanged);
     let best = search.eliminated(search.fine(&current));

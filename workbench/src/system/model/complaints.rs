@@ -72,10 +72,18 @@ impl<'a> File<'a> {
         self.complain((section, key) == ("model", "kind"), line, format!("{place} {what}"));
     }
 
-    /// A key is missing: told at the line of its section, or of the file's end.
+    /// A key is missing: told at the line of its section, unless a misspelled key of it has been told.
     pub(super) fn missing(&self, section: &str, key: &str, what: &str) {
-        let line = self.line_of(section, "");
-        self.complain(false, line, format!("{} is missing; {what}", place(section, key)));
+        let said = format!("the nearest is {key}");
+        let (begin, complaints) = (format!("[{section}] "), self.complaints.borrow());
+        let misspelled =
+            |complaint: &Complaint| complaint.error.0.contains(&begin) && complaint.error.0.ends_with(&said);
+        let told = complaints.iter().any(misspelled);
+        drop(complaints);
+        if !told {
+            let line = self.line_of(section, "");
+            self.complain(false, line, format!("{} is missing; {what}", place(section, key)));
+        }
     }
 
     fn complain(&self, of_the_kind: bool, line: u64, what: String) {

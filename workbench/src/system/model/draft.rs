@@ -43,7 +43,8 @@ impl Draft {
     /// The model, for whoever has no log to fit what is unknown: every unknown number is told.
     pub fn complete(self) -> Result<Model, InputError> {
         let complaint = |unknown: &Unknown| {
-            let section = table::KEYS.iter().find(|row| row.name == unknown.key).map_or("motor", |row| row.section);
+            let section =
+                table::KEYS.iter().find(|row| row.name == unknown.key).map_or("motor", |row| row.section);
             let beside = match unknown.key {
                 "Kt_nm_per_a" => " (or Ke_vs_per_rad)",
                 "inertia_kgm2" => " (or mass_kg)",

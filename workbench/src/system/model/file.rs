@@ -51,7 +51,8 @@ impl File<'_> {
             false => nearest(name, sections.iter().copied()),
         };
         let known = sections.iter().map(|name| format!("[{name}]")).collect::<Vec<_>>().join(", ");
-        let remedy = near.map_or(format!("the known ones are {known}"), |near| format!("the nearest is [{near}]"));
+        let remedy =
+            near.map_or(format!("the known ones are {known}"), |near| format!("the nearest is [{near}]"));
         self.wrong(name, "", &format!("is no known section; {remedy}"));
     }
 
@@ -95,7 +96,10 @@ impl File<'_> {
                     (None, Some(near)) => format!("the nearest is {near}"),
                     (None, None) => format!("the known ones are {}", numbers.join(", ")),
                 };
-                let sheet = if table::BASE.contains(&section) && elsewhere.is_none() && !known.starts_with("the nearest") {
+                let sheet = if table::BASE.contains(&section)
+                    && elsewhere.is_none()
+                    && !known.starts_with("the nearest")
+                {
                     format!("; {SHEET}")
                 } else {
                     String::new()
@@ -155,7 +159,9 @@ impl File<'_> {
         }
         let remedy = match text.trim().replace(',', ".").parse::<f64>() {
             Ok(_) => format!("write {name} = {} without quotes", text.trim().replace(',', ".")),
-            Err(_) if row.has_tolerance() => format!("write a number, or \"{UNKNOWN}\" if you do not know it"),
+            Err(_) if row.has_tolerance() => {
+                format!("write a number, or \"{UNKNOWN}\" if you do not know it")
+            }
             Err(_) => "write a number".into(),
         };
         self.wrong(section, name, &format!("must be a number, but is the text \"{text}\"; {remedy}"));
@@ -164,7 +170,9 @@ impl File<'_> {
     fn check_flag(&self, section: &str, row: &Key, value: &Value) {
         match (value, row.need) {
             (Value::Boolean(_), _) => {}
-            (_, Need::Ignored(_)) => self.note(section, row.name, "is neither true nor false; it is not used"),
+            (_, Need::Ignored(_)) => {
+                self.note(section, row.name, "is neither true nor false; it is not used")
+            }
             _ => self.wrong(section, row.name, "must be true or false, without quotes"),
         }
     }

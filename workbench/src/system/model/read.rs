@@ -185,11 +185,15 @@ impl<'a> File<'a> {
     fn kind_of_keys(&self, root: &Table) -> Option<&'static str> {
         let sections = table::BASE.iter().filter_map(|name| root.get(*name).and_then(Value::as_table));
         let keys: Vec<&String> = sections.flat_map(Table::keys).collect();
-        let rows = || keys.iter().filter_map(|key| table::KEYS.iter().find(|row| row.name == *key && row.has_tolerance()));
+        let rows = || {
+            keys.iter()
+                .filter_map(|key| table::KEYS.iter().find(|row| row.name == *key && row.has_tolerance()))
+        };
         let other = rows().find(|row| !row.read_by("dc_motor"));
         match other.filter(|_| !rows().any(|row| row.read_by("dc_motor"))) {
             Some(row) => {
-                let what = format!("{} belongs to kind = \"{}\": write it under [model]", row.name, row.kinds[0]);
+                let what =
+                    format!("{} belongs to kind = \"{}\": write it under [model]", row.name, row.kinds[0]);
                 self.missing("model", "kind", &what);
                 None
             }

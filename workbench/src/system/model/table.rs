@@ -157,7 +157,8 @@ impl Key {
 
     /// The values that it takes, in words.
     pub fn range(&self) -> String {
-        let listed = |values: &[&str]| values.iter().map(|it| format!("`{it}`")).collect::<Vec<_>>().join(", ");
+        let listed =
+            |values: &[&str]| values.iter().map(|it| format!("`{it}`")).collect::<Vec<_>>().join(", ");
         let range = match self.takes {
             Positive => "> 0".into(),
             NotNegative => "≥ 0".into(),
@@ -190,7 +191,8 @@ pub fn moved() -> impl Iterator<Item = &'static str> {
 
 /// The sections of a file.
 pub fn sections() -> Vec<&'static str> {
-    let mut sections: Vec<&str> = KEYS.iter().map(|key| key.section).filter(|name| !name.is_empty()).collect();
+    let mut sections: Vec<&str> =
+        KEYS.iter().map(|key| key.section).filter(|name| !name.is_empty()).collect();
     sections.dedup();
     sections.extend(["tolerance", "known"]);
     let mut once = Vec::new();

@@ -63,7 +63,9 @@ impl Section<'_> {
             let found = Variable::find(text);
             if found.is_none() {
                 let near = nearest(text, Variable::ALL.map(Variable::key));
-                let remedy = near.map_or(format!("the known ones are {}", known()), |near| format!("the nearest is \"{near}\""));
+                let remedy = near.map_or(format!("the known ones are {}", known()), |near| {
+                    format!("the nearest is \"{near}\"")
+                });
                 self.wrong(OVER, &format!("names {name}, which is no variable; {remedy}"));
             }
             found
