@@ -1,12 +1,17 @@
 //! The text of a model file with the numbers that were not known, each with the reason behind it.
 
-use super::WIDE;
 use super::split::Split;
+use super::{MEASURED, WIDE};
 use crate::system::model::{Draft, table};
 use toml_edit::{DocumentMut, Item, Table, value};
 
+/// What a measured current shows.
+const WINDING: [&str; 2] = ["R_ohm", "Kt_nm_per_a"];
 /// Behind a number that was not known.
 const START: &str = "estimated from the log, fitted with a wide prior";
+
+/// The same from voltage, current and speed.
+const FROM_CURRENT: &str = "estimated from the measured current";
 
 /// The file with every number.
 pub fn completed(draft: &Draft, split: &Split) -> String {
@@ -20,9 +25,11 @@ pub fn completed(draft: &Draft, split: &Split) -> String {
     }
     for (key, number) in &split.numbers {
         let section = section_of(&document, key);
-        put(&mut document, &section, key, value(three_digits(*number)), START);
+        let measured = split.measured_winding && WINDING.contains(key);
+        let (origin, tolerance) = if measured { (FROM_CURRENT, MEASURED) } else { (START, WIDE) };
+        put(&mut document, &section, key, value(three_digits(*number)), origin);
         if !split.fit && !stated.tolerances.contains_key(*key) {
-            put(&mut document, "tolerance", key, value(WIDE), "not known");
+            put(&mut document, "tolerance", key, value(tolerance), "not known before");
         }
     }
     document.to_string()
