@@ -1,6 +1,12 @@
 //! The one result of the gap workflow. Every report (terminal, HTML, JSON, model file) is written from it; a report
 //! computes nothing. The serialised part is `truing-gap/1`; the curves for plots are not serialised.
 
+mod contradiction;
+mod unnamed;
+
+pub use contradiction::Contradiction;
+pub use unnamed::UnnamedTerm;
+
 use serde::Serialize;
 use servo::axis::Bridge;
 use std::collections::BTreeMap;
@@ -114,28 +120,6 @@ pub struct NamedEffect {
     pub tie: Option<usize>,
 }
 
-/// A base parameter that the log contradicts: it lies further off than its tolerance allows.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Contradiction {
-    /// Its key in the model file.
-    pub parameter: String,
-    /// What the log says over what the file says.
-    pub ratio: f64,
-    /// One standard deviation of the ratio; `None`: not determined.
-    pub std: Option<f64>,
-    /// What the file says, in the unit of the key.
-    pub stated: f64,
-    /// What the log says.
-    pub fitted: f64,
-    /// Fit of the held-out data with the base parameters put right and nothing added, %; absent where an effect was named before.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fit_percent: Option<f64>,
-    /// Parameters that explain the log as well in its place.
-    pub or: Vec<String>,
-    /// Lines of the model file, each of which mends it.
-    pub mends: Vec<String>,
-}
-
 /// Explanations that the data cannot tell apart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tie {
@@ -212,33 +196,6 @@ impl Unexplained {
     pub fn new(share_of_gap: f64, structure: String) -> Self {
         Self { share_of_gap, structure, ..Self::default() }
     }
-}
-
-/// A term without a name, as it stands in the extended model.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct UnnamedTerm {
-    /// Its name in the extended model.
-    pub name: String,
-    /// Its variables.
-    pub over: Vec<&'static str>,
-    /// The knots of each variable; between them the table is linear, outside constant.
-    pub knots: Vec<Vec<f64>>,
-    /// The unit of the knots of each variable.
-    pub knot_units: Vec<&'static str>,
-    /// On what it acts: `torque`, `input` or `reading`.
-    pub acts: &'static str,
-    /// The values, those of the last variable side by side.
-    pub values: Vec<f64>,
-    /// Their standard deviations; `None`: not determined.
-    pub values_std: Vec<Option<f64>>,
-    /// Their unit.
-    pub unit: String,
-    /// Speed below which no direction is certain.
-    pub standstill_speed: f64,
-    /// Root mean square of the held-out residual without it.
-    pub gap_before: f64,
-    /// Root mean square of the held-out residual with it.
-    pub gap_after: f64,
 }
 
 /// One piece of a suggested experiment.

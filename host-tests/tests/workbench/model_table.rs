@@ -102,7 +102,7 @@ fn every_example_is_read_without_a_word() {
 /// A number that may be unknown is told as unknown, absent or stated, and nothing else is.
 #[test]
 fn what_may_be_unknown_is_what_a_fit_may_move() {
-    for row in KEYS.iter().filter(|row| row.unit != "") {
+    for row in KEYS.iter().filter(|row| !row.unit.is_empty()) {
         let text = with(row, &format!("{} = \"unknown\"", row.name));
         let draft = parse_draft("model.toml", &text);
         let unknown = draft.as_ref().is_ok_and(|draft| {
