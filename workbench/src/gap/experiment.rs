@@ -50,7 +50,10 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
     } else {
         format!("{left} and {right} cannot be separated with these sensors")
     };
-    Separation { experiment: Experiment { why: text.clone(), profile: protocol.profile }, text }
+    Separation {
+        experiment: Experiment { why: text.clone(), profile: protocol.profile, unit: dataset.input.unit() },
+        text,
+    }
 }
 
 /// Differences of two rivals on a run: rms of speed and current, and the number of samples.

@@ -199,15 +199,17 @@ fn left(outcome: &Outcome) -> Markup {
 }
 
 fn next(experiment: &Experiment) -> Markup {
+    let (times, pieces) = format::profile(experiment);
     html! {
         article.next {
             h3 { "Next experiment" }
             p { (experiment.why) }
-            @if !experiment.profile.is_empty() {
+            @if times > 1 { p { (times) " times:" } }
+            @if !pieces.is_empty() {
                 table {
                     thead { tr { th.number { "Step" } th { "Apply" } } }
-                    tbody { @for (k, piece) in experiment.profile.iter().enumerate() { tr {
-                        td.number { (k + 1) } td { (format::segment(piece)) }
+                    tbody { @for (k, piece) in pieces.iter().enumerate() { tr {
+                        td.number { (k + 1) } td { (piece) }
                     } } }
                 }
             }

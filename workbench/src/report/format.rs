@@ -1,7 +1,7 @@
 //! Numbers and names as text.
 
 use crate::outcome::{
-    DEVIATIONS, Grade, NamedEffect, Outcome, Segment, Shift, Tie, UnnamedTerm, Value, Verdict,
+    DEVIATIONS, Experiment, Grade, NamedEffect, Outcome, Segment, Shift, Tie, UnnamedTerm, Value, Verdict,
 };
 use crate::report::volts;
 use servo::axis::Bridge;
@@ -89,13 +89,17 @@ fn is_told_from_nothing(v: &Value) -> bool {
     v.std.is_none_or(|std| v.value.abs() > DEVIATIONS * std)
 }
 
+/// Stands between the names of two sides in that of their difference.
+const MINUS: &str = "_minus_";
+
 /// `half_width_v = 1.10 ± 0.01 V, neg_ns not told from 0 (13 ± 16 N s/m)`
 pub fn parameters(effect: &NamedEffect) -> String {
     let named = |(name, v): (&String, &Value)| match is_told_from_nothing(v) {
         true => format!("{name} = {}", value(v)),
         false => format!("{name} not told from 0 ({})", value(v)),
     };
-    readable(effect).into_iter().map(named).collect::<Vec<_>>().join(", ")
+    let between = effect.derived.iter().filter(|(name, _)| name.contains(MINUS));
+    readable(effect).into_iter().chain(between).map(named).collect::<Vec<_>>().join(", ")
 }
 
 /// The parameters as people read them: what stands for a voltage as that voltage.
@@ -223,13 +227,31 @@ fn listing(names: &[String]) -> String {
     }
 }
 
-/// `6 V for 1 s`, `bridge open for 2 s`.
-pub fn segment(s: &Segment) -> String {
-    let seconds = figure(s.seconds);
+/// What to apply, piece by piece, and how many times all of it: a train of equal pulses is told once.
+pub fn profile(experiment: &Experiment) -> (usize, Vec<String>) {
+    let pieces = &experiment.profile;
+    let repeats = |period: usize| {
+        pieces.len().is_multiple_of(period) && pieces.iter().zip(&pieces[period..]).all(|(a, b)| a == b)
+    };
+    let period = (1..=pieces.len() / 2).find(|period| repeats(*period)).unwrap_or(pieces.len());
+    let times = pieces.len().checked_div(period).unwrap_or(1);
+    (times, pieces[..period].iter().map(|piece| segment(piece, experiment.unit)).collect())
+}
+
+/// `+6 V for 1 s`, `bridge open for 37 ms`.
+fn segment(s: &Segment, unit: &str) -> String {
+    let time = match s.seconds < 0.1 {
+        true => format!("{} ms", significant(1000.0 * s.seconds, 2)),
+        false => format!("{} s", significant(s.seconds, 2)),
+    };
     match (s.bridge, s.u_v) {
-        (Bridge::Open, _) => format!("bridge open for {seconds} s"),
-        (Bridge::Shorted, _) => format!("terminals shorted for {seconds} s"),
-        (_, u) => format!("{} V for {seconds} s", figure(u.unwrap_or(0.0))),
+        (Bridge::Open, _) => format!("bridge open for {time}"),
+        (Bridge::Shorted, _) => format!("terminals shorted for {time}"),
+        (_, u) => {
+            let u = u.unwrap_or(0.0);
+            let sign = if u > 0.0 { "+" } else { "" };
+            format!("{sign}{} {unit} for {time}", significant(u, 3))
+        }
     }
 }
 

@@ -155,9 +155,11 @@ fn next(text: &mut String, outcome: &Outcome) -> Result<()> {
     };
     writeln!(text)?;
     block(text, "Next", &experiment.why);
-    let pieces: Vec<_> = experiment.profile.iter().map(format::segment).collect();
-    if !pieces.is_empty() {
-        block(text, "", &pieces.join(", "));
+    let (times, pieces) = format::profile(experiment);
+    match (pieces.is_empty(), times) {
+        (true, _) => {}
+        (_, 1) => block(text, "", &pieces.join(", ")),
+        (_, times) => block(text, "", &format!("{times} times: {}", pieces.join(", then "))),
     }
     Ok(())
 }

@@ -20,7 +20,15 @@ pub fn told(model: &Model, shifts: &[Shift], mut effects: Vec<NamedEffect>) -> V
     for effect in &mut effects {
         let torques = effect.parameters.iter().filter(|(_, torque)| torque.unit.contains(TORQUE));
         let voltages = torques.map(|(name, torque)| (key(name), voltage(torque, gain_rad_s_per_v)));
-        effect.derived.extend(voltages);
+        let voltages: Vec<(String, Value)> = voltages.collect();
+        let differences = std::mem::take(&mut effect.derived).into_iter().map(|(name, figure)| match figure
+            .unit
+            .contains(TORQUE)
+        {
+            true => (key(&name), voltage(&figure, gain_rad_s_per_v)),
+            false => (name, figure),
+        });
+        effect.derived = differences.chain(voltages).collect();
     }
     effects
 }

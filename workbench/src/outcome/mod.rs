@@ -1,6 +1,10 @@
 //! The one result of the gap workflow. Every report (terminal, HTML, JSON, model file) is written from it; a report
 //! computes nothing. The serialised part is `truing-gap/1`; the curves for plots are not serialised.
 
+mod plot;
+
+pub use plot::{Curve, Plot, Series, Stage, Style};
+
 use serde::Serialize;
 use servo::axis::Bridge;
 use std::collections::BTreeMap;
@@ -257,81 +261,8 @@ pub struct Experiment {
     pub why: String,
     /// What to apply.
     pub profile: Vec<Segment>,
-}
-
-/// A sampled curve for plots.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Curve {
-    /// Abscissa.
-    pub x: Vec<f64>,
-    /// Ordinate.
-    pub y: Vec<f64>,
-}
-
-/// The three stages of nonlinear identification, which are the chapters of a report.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Stage {
-    /// Is something missing, and where does it show?
-    #[default]
-    Detection,
-    /// What is it?
-    Characterisation,
-    /// How large is it, and what does that explain?
-    Extraction,
-}
-
-/// How a series is drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Style {
-    /// A solid line: a simulation.
-    #[default]
-    Line,
-    /// A dashed line: the model as given, or a reference.
-    Dashed,
-    /// Points: a measurement.
-    Points,
-    /// Hollow points: measured, but held out.
-    Hollow,
-}
-
-/// One curve of a plot.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Series {
-    /// Legend entry.
-    pub label: String,
-    /// The samples. A value that is not finite leaves a break in the line.
-    pub curve: Curve,
-    /// How it is drawn.
-    pub style: Style,
-}
-
-impl Series {
-    /// A curve with its legend entry.
-    pub fn new(label: &str, curve: Curve, style: Style) -> Self {
-        let label = label.into();
-        Self { label, curve, style }
-    }
-}
-
-/// Curves on axes.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Plot {
-    /// Title.
-    pub title: String,
-    /// What a reader should see in it, in a sentence.
-    pub caption: String,
-    /// The chapter it belongs to.
-    pub stage: Stage,
-    /// Abscissa with unit.
-    pub x_label: String,
-    /// Ordinate with unit.
-    pub y_label: String,
-    /// The curves.
-    pub series: Vec<Series>,
-    /// A horizontal band of this half-width around zero (residual plots): the noise.
-    pub noise_band: Option<f64>,
-    /// Vertical marks with a label: the edge of a dead zone, a knee.
-    pub marks: Vec<(f64, String)>,
+    /// Unit of the input: `V`, or that of a current, torque or force that drives the axis.
+    pub unit: &'static str,
 }
 
 /// The gap after one more effect.
