@@ -126,8 +126,8 @@ fn progress_bar() -> ProgressBar {
 
 fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Result<()> {
     let folder = |name: &str| arguments.out.as_ref().map(|folder| folder.join(name));
-    let subtitle = format!("{} against {}", arguments.model.display(), arguments.log.display());
-    let html = Html { title: "Where model and log disagree", subtitle: &subtitle };
+    let subtitle = format!("{} against {}", told(&arguments.model), told(&arguments.log));
+    let html = Html { subtitle: &subtitle, command: &command_line(std::env::args()) };
     let origin = arguments.log.display().to_string();
     let extended = ModelFile { original: &model.source_text, origin: &origin };
     for path in [arguments.json.clone(), folder(JSON)].into_iter().flatten() {
@@ -140,4 +140,25 @@ fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Res
         pictures::write(outcome, folder)?;
     }
     folder(EXTENDED).map_or(Ok(()), |path: PathBuf| extended.write(outcome, Path::new(&path)))
+}
+
+/// A path as a page tells it: as it was typed, but nobody's folders.
+fn told(path: &Path) -> String {
+    let name = path.file_name().filter(|_| path.is_absolute());
+    name.map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+}
+
+/// A command line to be told and typed again.
+fn command_line(arguments: impl Iterator<Item = String>) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_=./,:+%@".contains(c);
+    let quoted = |word: String| {
+        let word = told(Path::new(&word));
+        match !word.is_empty() && word.chars().all(plain) {
+            true => word,
+            false => format!("'{}'", word.replace('\'', "'\\''")),
+        }
+    };
+    let words: Vec<String> =
+        std::iter::once("truing".to_owned()).chain(arguments.skip(1).map(quoted)).collect();
+    words.join(" ")
 }

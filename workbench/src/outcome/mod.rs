@@ -3,7 +3,7 @@
 
 mod plot;
 
-pub use plot::{Curve, Plot, Series, Stage, Style};
+pub use plot::{Curve, Plot, Role, Series, Stage, Style};
 
 use serde::Serialize;
 use servo::axis::Bridge;
@@ -165,6 +165,9 @@ pub struct Where {
     pub region: String,
     /// Its share of the squared error, 0 … 1.
     pub share_of_squared_error: f64,
+    /// Other ways to say nearly the same region: most of the squared error lies in both.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub also: Vec<String>,
 }
 
 /// What is left at the end.

@@ -9,9 +9,11 @@ pub struct Curve {
     pub y: Vec<f64>,
 }
 
-/// The three stages of nonlinear identification, which are the chapters of a report.
+/// The chapters of a report: what it comes to, and the three stages of nonlinear identification.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stage {
+    /// What was measured beside both models: the first picture that a reader sees.
+    Overview,
     /// Is something missing, and where does it show?
     #[default]
     Detection,
@@ -35,6 +37,19 @@ pub enum Style {
     Hollow,
 }
 
+/// Whom a curve speaks of: it has one colour on every plot of a page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// What was measured.
+    Measured,
+    /// The model as given.
+    Given,
+    /// The extended model.
+    Extended,
+    /// Any other, by number.
+    Further(usize),
+}
+
 /// One curve of a plot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Series {
@@ -44,13 +59,20 @@ pub struct Series {
     pub curve: Curve,
     /// How it is drawn.
     pub style: Style,
+    /// Whom it speaks of; `None`: the next colour.
+    pub role: Option<Role>,
 }
 
 impl Series {
     /// A curve with its legend entry.
     pub fn new(label: &str, curve: Curve, style: Style) -> Self {
         let label = label.into();
-        Self { label, curve, style }
+        Self { label, curve, style, role: None }
+    }
+
+    /// The same curve, which speaks of this.
+    pub fn of(self, role: Role) -> Self {
+        Self { role: Some(role), ..self }
     }
 }
 
@@ -73,4 +95,6 @@ pub struct Plot {
     pub noise_band: Option<f64>,
     /// Vertical marks with a label: the edge of a dead zone, a knee.
     pub marks: Vec<(f64, String)>,
+    /// Stretches of the abscissa that were held out.
+    pub held_out: Vec<(f64, f64)>,
 }

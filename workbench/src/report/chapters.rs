@@ -1,6 +1,7 @@
 //! The result of the gap workflow as three chapters of a page: detection, characterisation, parameter extraction.
 
-use super::{format, plot};
+use super::format;
+use super::plot::{self, Screen};
 use crate::outcome::{Experiment, NamedEffect, Outcome, Plot, Rival, Stage, Style, Verdict};
 use crate::report::section::{Check, Section, Table};
 use maud::{Markup, PreEscaped, html};
@@ -8,6 +9,7 @@ use maud::{Markup, PreEscaped, html};
 pub(super) fn gap(outcome: &Outcome) -> Markup {
     html! {
         (verdict(outcome))
+        (figures(outcome, Stage::Overview))
         (detection(outcome))
         @if outcome.verdict != Verdict::InsufficientExcitation { (characterisation(outcome)) (extraction(outcome)) }
         @if let Some(experiment) = &outcome.next_experiment { (next(experiment)) }
@@ -50,13 +52,34 @@ fn detection(outcome: &Outcome) -> Markup {
                 table.bars {
                     thead { tr { th { "Where" } th { "Share of the squared error" } th {} } }
                     tbody { @for place in &outcome.places { tr {
-                        td { (place.region) }
+                        td {
+                            (place.region)
+                            @if !place.also.is_empty() { p.muted { "nearly the same rows: " (place.also.join("; ")) } }
+                        }
                         td.number { (format::percent(place.share_of_squared_error)) }
                         td.bar { (share_bar(place.share_of_squared_error)) }
                     } } }
                 }
             }
             (figures(outcome, Stage::Detection))
+            (steps(outcome))
+        }
+    }
+}
+
+fn steps(outcome: &Outcome) -> Markup {
+    let held = &outcome.holdout;
+    let bars = |screen| plot::steps(&outcome.steps, held.noise_floor, &outcome.gap_unit, screen);
+    html! {
+        @if let (Some(wide), Some(narrow)) = (bars(Screen::Wide), bars(Screen::Narrow)) {
+            figure {
+                div.wide { (PreEscaped(wide)) }
+                div.narrow { (PreEscaped(narrow)) }
+                figcaption {
+                    strong { "Gap per step. " }
+                    "Rms of " code { (held.signal) } " on data that were not fitted, after each added effect."
+                }
+            }
         }
     }
 }
@@ -119,21 +142,11 @@ fn rivals(rivals: &[Rival], unit: &str) -> Markup {
 }
 
 fn extraction(outcome: &Outcome) -> Markup {
-    let held = &outcome.holdout;
     html! {
         article {
             h3 { "Parameter extraction" span.question { "How large is it, and what does it explain?" } }
             (parameters(outcome))
             (tolerances(outcome))
-            @if let Some(svg) = plot::waterfall(&outcome.steps, held.noise_floor, &outcome.gap_unit) {
-                figure {
-                    (PreEscaped(svg))
-                    figcaption {
-                        strong { "Gap per step. " }
-                        "Rms of " code { (held.signal) } " on data that were not fitted, after each added effect."
-                    }
-                }
-            }
             (figures(outcome, Stage::Extraction))
             (left(outcome))
         }
@@ -268,10 +281,11 @@ fn figures(outcome: &Outcome, stage: Stage) -> Markup {
 
 fn drawn(plot: &Plot) -> Markup {
     html! {
-        @if let Some(svg) = plot::svg(plot) {
+        @if let (Some(wide), Some(narrow)) = (plot::svg(plot, Screen::Wide), plot::svg(plot, Screen::Narrow)) {
             figure {
                 (legend(plot))
-                (PreEscaped(svg))
+                div.wide { (PreEscaped(wide)) }
+                div.narrow { (PreEscaped(narrow)) }
                 figcaption { strong { (plot.title) ". " } (plot.caption) }
             }
         }
@@ -282,9 +296,10 @@ fn legend(plot: &Plot) -> Markup {
     html! {
         div.legend {
             @for (k, series) in plot.series.iter().enumerate().filter(|(_, s)| !s.label.is_empty()) {
-                span { (swatch(series.style, &plot::colour(k))) (series.label) }
+                span { (swatch(series.style, &plot::colour(series, k))) (series.label) }
             }
             @if plot.noise_band.is_some() { span { i.band {} "noise" } }
+            @if !plot.held_out.is_empty() { span { i.held {} "held out" } }
         }
     }
 }

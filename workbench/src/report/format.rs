@@ -219,6 +219,15 @@ fn left(outcome: &Outcome) -> bool {
     outcome.unexplained.structure != "none"
 }
 
+/// The verdict as a title: `Named: voltage_saturation and dead_zone`.
+pub fn title(outcome: &Outcome) -> String {
+    let word = grade(outcome);
+    let word: String =
+        word.chars().take(1).flat_map(char::to_uppercase).chain(word.chars().skip(1)).collect();
+    let names: Vec<String> = outcome.effects.iter().map(|effect| effect.name.clone()).collect();
+    if names.is_empty() { word } else { format!("{word}: {}", listing(&names)) }
+}
+
 fn listing(names: &[String]) -> String {
     match names {
         [] => "nothing".into(),

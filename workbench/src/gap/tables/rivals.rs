@@ -160,7 +160,8 @@ fn one_form(a: &Effect, b: &Effect) -> bool {
 /// What an effect gains that does not earn a name.
 fn earned(gain: f64) -> String {
     if gain > 0.5 {
-        format!("added, it earns {gain:.0} of the {WORTH:.0} points that a name needs")
+        let share = 100.0 * gain / WORTH;
+        format!("added, it explains a little more, {share:.0} % of what a name must")
     } else {
         "added, it explains nothing more".into()
     }

@@ -135,7 +135,11 @@ impl Case<'_> {
         let shares = words::shares(&residual, &regions);
         shares
             .into_iter()
-            .map(|(region, share_of_squared_error)| Where { region, share_of_squared_error })
+            .map(|(region, share_of_squared_error)| Where {
+                region,
+                share_of_squared_error,
+                also: Vec::new(),
+            })
             .collect()
     }
 
