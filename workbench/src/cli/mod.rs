@@ -4,6 +4,7 @@
 pub mod capture;
 pub mod cases;
 pub mod commission;
+pub mod completions;
 pub mod demo;
 pub mod effects;
 pub mod files;
@@ -25,7 +26,8 @@ use clap::{Parser, Subcommand};
 /// For the help.
 const EXIT_STATUS: &str = "\
 Exit status: 0 done, whatever was found; 1 the servo did not do what it was asked for (a refused commissioning, a fault, an event that did \
-not come), or a rig is answered wrongly (judge); 2 the input is unusable or the output cannot be written; 130 interrupted, the servo stopped.";
+not come), something is missing (gap --check), or a rig is answered wrongly (judge); 2 the input is unusable or the output cannot be \
+written; 130 interrupted, the servo stopped. docs/exit-codes.md has them all.";
 
 /// Finds where a motor model and measured data disagree, names the missing effect, adds it and shows the gap shrink.
 #[derive(Debug, Parser)]
@@ -67,6 +69,8 @@ pub enum Command {
     Replay(replay::Arguments),
     /// Draw data in which an effect is hidden, answers apart.
     Cases(cases::Arguments),
+    /// Write completions for every shell and the manual pages.
+    Completions(completions::Arguments),
 }
 
 impl Cli {
@@ -87,6 +91,7 @@ impl Cli {
             Command::Params(arguments) => params::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Cases(arguments) => cases::run(&arguments),
+            Command::Completions(arguments) => completions::run(&arguments),
         }
     }
 }
