@@ -70,6 +70,9 @@ pub struct Arguments {
     /// Write the report as one HTML file.
     #[arg(long)]
     pub report: Option<PathBuf>,
+    /// Go on although the files look wrong: a unit, a sign, a record of another motor.
+    #[arg(long)]
+    pub accept_data: bool,
     /// Exit status 1 unless nothing is missing: for scripts and builds.
     #[arg(long)]
     pub check: bool,
@@ -118,6 +121,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let options = Options {
         finals: finals.collect::<Result<_, InputError>>()?,
         without: without.map_err(|text| anyhow::anyhow!("--without: {text}"))?.iter().map(named).collect(),
+        accept_data: arguments.accept_data,
         ..Options::default()
     };
     if let Log::Dynamic(record) = &log {

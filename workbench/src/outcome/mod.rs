@@ -16,6 +16,8 @@ const SCHEMA: &str = "truing-gap/1";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
+    /// The files are at fault: a unit, a sign, a column, a key, a record of another motor.
+    Data,
     /// Nothing could be tested: the log does not move enough.
     InsufficientExcitation,
     /// Something is missing that the library does not know.
@@ -44,6 +46,8 @@ impl Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
+    /// The files are at fault.
+    Data,
     /// Nothing could be tested: the log does not move enough.
     CannotTell,
     /// What is missing, or a part of it that matters, is in no effect of the library.
@@ -64,6 +68,7 @@ impl Grade {
     /// The grade of a verdict. `left`: something is left beside the names. `most`: they remove most of the gap everywhere.
     pub fn of(verdict: Verdict, left: bool, most: bool) -> Self {
         match (verdict, left, most) {
+            (Verdict::Data, ..) => Self::Data,
             (Verdict::InsufficientExcitation, ..) => Self::CannotTell,
             (Verdict::Unexplained, ..) => Self::Outside,
             (Verdict::Tie, ..) => Self::Tie,
@@ -168,6 +173,21 @@ pub struct Where {
     /// Other ways to say nearly the same region: most of the squared error lies in both.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub also: Vec<String>,
+}
+
+/// What is wrong with a file, and what mends it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DataFault {
+    /// The column, the key or the file.
+    pub place: String,
+    /// What is wrong, in words that follow "it looks as if".
+    pub what: String,
+    /// The share of the motion that is explained as the files stand, 0 … 1.
+    pub explained_as_it_stands: f64,
+    /// The share that is explained once the mistake is put right.
+    pub explained_with_it: f64,
+    /// What mends it: an option of the command line, or a line of the model file.
+    pub remedy: String,
 }
 
 /// What is left at the end.
@@ -297,6 +317,9 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// How sure it is.
     pub grade: Grade,
+    /// What is wrong with the files: with the verdict *data* nothing else is told.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub data: Vec<DataFault>,
     /// The accepted set in the order of naming.
     pub effects: Vec<NamedEffect>,
     /// Names that hardly lift the held-out fit; they are not in the extended model.
@@ -345,6 +368,7 @@ impl Outcome {
             schema: SCHEMA,
             verdict,
             grade: Grade::of(verdict, false, true),
+            data: Vec::new(),
             effects: Vec::new(),
             small: Vec::new(),
             ties: Vec::new(),
@@ -376,5 +400,16 @@ impl Outcome {
             fit_percent_after: unknown,
         };
         Self::new(Verdict::InsufficientExcitation, holdout, gap_unit)
+    }
+
+    /// Files that are at fault: nothing was simulated.
+    pub fn at_fault(signal: &str, gap_unit: &str, data: Vec<DataFault>) -> Self {
+        let (verdict, grade) = (Verdict::Data, Grade::Data);
+        Self { verdict, grade, data, ..Self::untested(signal, f64::NAN, gap_unit) }
+    }
+
+    /// False if there are no figures: the files are at fault, or the log does not move enough.
+    pub fn tested(&self) -> bool {
+        !matches!(self.verdict, Verdict::Data | Verdict::InsufficientExcitation)
     }
 }

@@ -9,9 +9,10 @@ use maud::{Markup, PreEscaped, html};
 pub(super) fn gap(outcome: &Outcome) -> Markup {
     html! {
         (verdict(outcome))
+        (faults(outcome))
         (figures(outcome, Stage::Overview))
-        (detection(outcome))
-        @if outcome.verdict != Verdict::InsufficientExcitation { (characterisation(outcome)) (extraction(outcome)) }
+        @if outcome.verdict != Verdict::Data { (detection(outcome)) }
+        @if outcome.tested() { (characterisation(outcome)) (extraction(outcome)) }
         @if let Some(experiment) = &outcome.next_experiment { (next(experiment)) }
         (notes(outcome))
     }
@@ -19,7 +20,7 @@ pub(super) fn gap(outcome: &Outcome) -> Markup {
 
 fn verdict(outcome: &Outcome) -> Markup {
     let held = &outcome.holdout;
-    let tested = outcome.verdict != Verdict::InsufficientExcitation;
+    let tested = outcome.tested();
     let class = format::verdict(outcome.verdict).replace(' ', "-");
     html! {
         div class=(format!("verdict {class}")) {
@@ -36,6 +37,21 @@ fn verdict(outcome: &Outcome) -> Markup {
                     }
                 }
             }
+        }
+    }
+}
+
+fn faults(outcome: &Outcome) -> Markup {
+    html! {
+        @for fault in &outcome.data {
+            article {
+                h3 { (fault.place) }
+                p { (format::fault(fault)) }
+                p { "Mend: " code { (fault.remedy) } }
+            }
+        }
+        @if !outcome.data.is_empty() {
+            p.muted { "If the files are right all the same, " code { "--accept-data" } " goes on with them." }
         }
     }
 }

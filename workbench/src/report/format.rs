@@ -1,7 +1,8 @@
 //! Numbers and names as text.
 
 use crate::outcome::{
-    DEVIATIONS, Experiment, Grade, NamedEffect, Outcome, Segment, Shift, Tie, UnnamedTerm, Value, Verdict,
+    DEVIATIONS, DataFault, Experiment, Grade, NamedEffect, Outcome, Segment, Shift, Tie, UnnamedTerm, Value,
+    Verdict,
 };
 use crate::report::volts;
 use servo::axis::Bridge;
@@ -129,6 +130,7 @@ pub fn rivals(tie: &Tie) -> String {
 /// One word or two for the verdict.
 pub fn verdict(verdict: Verdict) -> &'static str {
     match verdict {
+        Verdict::Data => "data",
         Verdict::InsufficientExcitation => "insufficient excitation",
         Verdict::Unexplained => "unexplained",
         Verdict::Tie => "tie",
@@ -151,6 +153,9 @@ pub fn headline(outcome: &Outcome) -> String {
     let names: Vec<_> = outcome.effects.iter().map(|e| e.name.clone()).collect();
     let names = listing(&names);
     match outcome.verdict {
+        Verdict::Data => {
+            "The files are examined first, and something in them is wrong. Nothing was simulated.".into()
+        }
         Verdict::InsufficientExcitation => {
             "The data cannot test the model: they do not excite what would have to be seen.".into()
         }
@@ -180,6 +185,16 @@ pub fn headline(outcome: &Outcome) -> String {
         Verdict::Named => format!("The model lacks {names}."),
         Verdict::NothingMissing => "Nothing is missing: simulation and data agree to the noise.".into(),
     }
+}
+
+/// What is wrong with a file, in two sentences.
+pub fn fault(fault: &DataFault) -> String {
+    format!(
+        "It looks as if {}. As the files stand the model explains {} of the motion, with that put right {}.",
+        fault.what,
+        percent(fault.explained_as_it_stands),
+        percent(fault.explained_with_it)
+    )
 }
 
 /// The names that are worth little, with what they are worth.

@@ -1,7 +1,7 @@
 //! The summary for a terminal of 80 columns.
 
 use super::{Exporter, format};
-use crate::outcome::{Outcome, Verdict};
+use crate::outcome::Outcome;
 use anyhow::Result;
 use std::fmt::Write;
 
@@ -19,6 +19,7 @@ impl Exporter for Terminal {
     fn export(&self, outcome: &Outcome) -> Result<String> {
         let mut text = String::new();
         verdict(&mut text, outcome)?;
+        faults(&mut text, outcome)?;
         gap(&mut text, outcome)?;
         effects(&mut text, outcome)?;
         ties(&mut text, outcome)?;
@@ -42,8 +43,20 @@ fn verdict(text: &mut String, outcome: &Outcome) -> Result<()> {
     Ok(())
 }
 
+fn faults(text: &mut String, outcome: &Outcome) -> Result<()> {
+    for fault in &outcome.data {
+        writeln!(text)?;
+        block(text, "Data", &format::fault(fault));
+        block(text, "Mend", &fault.remedy);
+    }
+    if !outcome.data.is_empty() {
+        block(text, "", "If the files are right all the same: --accept-data.");
+    }
+    Ok(())
+}
+
 fn gap(text: &mut String, outcome: &Outcome) -> Result<()> {
-    if outcome.verdict == Verdict::InsufficientExcitation {
+    if !outcome.tested() {
         return Ok(());
     }
     let held = &outcome.holdout;

@@ -1,0 +1,47 @@
+//! Is a held-out record of the same motor?
+
+use super::motion::{Base, Motion};
+use crate::outcome::DataFault;
+use crate::system::log::{Dynamic, Log};
+use crate::system::model::Model;
+
+/// A record that its own fit explains so well can be compared.
+const OWN: f64 = 0.95;
+/// What the fit of the log leaves of it is so many times what its own fit leaves.
+const WORSE: f64 = 6.0;
+/// And at least this share.
+const MISSED: f64 = 0.15;
+/// Gain or time constant differ by this factor.
+const DIFFERS: f64 = 1.6;
+
+/// A held-out record that moves like another motor.
+pub fn fault(model: &Model, log: &Dynamic, other: &Log) -> Option<DataFault> {
+    let Log::Dynamic(other) = other else { return None };
+    if other.input != log.input || other.linear != log.linear {
+        return None;
+    }
+    let base = Base::of(model, log.input).filter(|base| base.rate > 0.0)?;
+    let (mine, theirs) = (Motion::of(log)?, Motion::of(other)?);
+    let (fit, own) = (mine.free(&base)?, theirs.free(&base)?);
+    if fit.explained < OWN || own.explained < OWN {
+        return None;
+    }
+    let by_log = theirs.explained_by(&fit);
+    let gains = (own.slope / own.rate) / (fit.slope / fit.rate);
+    let rates = own.rate / fit.rate;
+    let apart = |ratio: f64| ratio <= 0.0 || ratio.ln().abs() > DIFFERS.ln();
+    let missed = 1.0 - by_log > WORSE * (1.0 - own.explained) && 1.0 - by_log > MISSED;
+    (missed && (apart(gains) || apart(rates))).then(|| DataFault {
+        place: other.source.clone(),
+        what: format!(
+            "{} is of another motor than {}: it takes {:.2} times the gain and {:.2} times the time constant to explain it",
+            other.source,
+            log.source,
+            gains,
+            1.0 / rates
+        ),
+        explained_as_it_stands: by_log.max(0.0),
+        explained_with_it: own.explained,
+        remedy: "give a record of the same motor to --holdout".into(),
+    })
+}
