@@ -26,11 +26,15 @@ pub fn fault(model: &Model, log: &Dynamic, other: &Log) -> Option<DataFault> {
     if fit.explained < OWN || own.explained < OWN {
         return None;
     }
+    // Records of one level or one direction leave gain, friction and load open: what explains both is no other motor.
+    let both = mine.joined(&theirs).free(&base)?;
+    let by_both = theirs.explained_by(&both).min(mine.explained_by(&both));
     let by_log = theirs.explained_by(&fit);
     let gains = (own.slope / own.rate) / (fit.slope / fit.rate);
     let rates = own.rate / fit.rate;
     let apart = |ratio: f64| ratio <= 0.0 || ratio.ln().abs() > DIFFERS.ln();
-    let missed = 1.0 - by_log > WORSE * (1.0 - own.explained) && 1.0 - by_log > MISSED;
+    let misses = |explained: f64| 1.0 - explained > WORSE * (1.0 - own.explained);
+    let missed = misses(by_log) && misses(by_both) && 1.0 - by_log > MISSED;
     (missed && (apart(gains) || apart(rates))).then(|| DataFault {
         place: other.source.clone(),
         what: format!(

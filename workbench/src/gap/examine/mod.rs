@@ -74,9 +74,9 @@ fn motion_fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
 /// A file that explains so much of the motion as it stands is not accused.
 const ENOUGH: f64 = 0.6;
 /// A mistake must explain so much of the motion once it is put right.
-const MOST: f64 = 0.75;
+const MOST: f64 = 0.9;
 /// What a mistake leaves unexplained, relative to what the file as it stands does.
-const SHRINKS: f64 = 0.4;
+const SHRINKS: f64 = 0.25;
 /// Mistakes that leave at most so many times what the best one leaves are told together.
 const EQUAL: f64 = 1.15;
 

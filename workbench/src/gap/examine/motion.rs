@@ -1,4 +1,4 @@
-//! What a first-order motion explains of a record, friction and a constant left free.
+//! What a first-order motion explains of a record, with friction, a constant load, gravity and a spring left free.
 
 use super::suspects::Suspect;
 use crate::system::log::{Dynamic, Input, Run};
@@ -63,11 +63,16 @@ impl Base {
 }
 
 /// A driven stretch of a run.
+#[derive(Clone)]
 struct Stretch {
     time: Vec<f64>,
     input: Vec<f64>,
     speed: Vec<f64>,
+    place: Vec<f64>,
 }
+
+/// What acts on the motion: the input, friction, a constant load, gravity in two directions, a spring.
+const FORCES: usize = 6;
 
 /// The driven stretches of a record.
 pub struct Motion {
@@ -84,8 +89,8 @@ pub struct Fitted {
     pub slope: f64,
     /// The rate that it was fitted at.
     pub rate: f64,
-    friction: f64,
-    constant: f64,
+    /// The size of every force.
+    forces: [f64; FORCES],
     /// Share of the variation that it explains, 1: all.
     pub explained: f64,
 }
@@ -112,12 +117,22 @@ impl Motion {
         (variation > 0.0).then_some(Self { stretches, variation, fastest })
     }
 
+    /// Both records as one, each with a variation of its own.
+    pub fn joined(&self, other: &Self) -> Self {
+        Self {
+            stretches: self.stretches.iter().chain(&other.stretches).cloned().collect(),
+            variation: self.variation + other.variation,
+            fastest: self.fastest.max(other.fastest),
+        }
+    }
+
     /// The record with another column in the place of its speed, and the speed in the place of its input.
     pub fn swapped(&self) -> Option<Self> {
         let swap = |stretch: &Stretch| Stretch {
             time: stretch.time.clone(),
             input: stretch.speed.clone(),
             speed: stretch.input.clone(),
+            place: vec![0.0; stretch.time.len()],
         };
         let stretches: Vec<Stretch> = self.stretches.iter().map(swap).collect();
         let speeds = || stretches.iter().flat_map(|stretch| &stretch.speed);
@@ -158,10 +173,10 @@ impl Motion {
         rates.map(|rate| self.fit(rate)).max_by(|a, b| a.explained.total_cmp(&b.explained))
     }
 
-    /// Slope, friction and a constant that explain most at a rate.
+    /// The forces that explain most at a rate.
     pub fn fit(&self, rate: f64) -> Fitted {
         let rows: usize = self.stretches.iter().map(|stretch| stretch.time.len()).sum();
-        let mut matrix = DMatrix::zeros(rows, 3);
+        let mut matrix = DMatrix::zeros(rows, FORCES);
         let mut wanted = DVector::zeros(rows);
         let mut row = 0;
         for stretch in &self.stretches {
@@ -177,15 +192,15 @@ impl Motion {
         for (column, scale) in scales.iter().enumerate() {
             matrix.column_mut(column).scale_mut(1.0 / scale);
         }
-        let normal = matrix.tr_mul(&matrix) + DMatrix::identity(3, 3) * 1e-10;
+        let normal = matrix.tr_mul(&matrix) + DMatrix::identity(FORCES, FORCES) * 1e-10;
         let solved = normal.cholesky().map(|factor| factor.solve(&matrix.tr_mul(&wanted)));
         let Some(solved) = solved else {
-            return Fitted { slope: 0.0, rate, friction: 0.0, constant: 0.0, explained: 0.0 };
+            return Fitted { slope: 0.0, rate, forces: [0.0; FORCES], explained: 0.0 };
         };
         let left = (&wanted - &matrix * &solved).norm_squared();
-        let size = |column: usize| solved[column] / scales[column];
+        let forces: [f64; FORCES] = std::array::from_fn(|column| solved[column] / scales[column]);
         let explained = 1.0 - left / self.variation;
-        Fitted { slope: size(0), rate, friction: size(1), constant: size(2), explained }
+        Fitted { slope: forces[0], rate, forces, explained }
     }
 
     /// The share that a fit to another record explains of this one.
@@ -193,7 +208,7 @@ impl Motion {
         let mut left = 0.0;
         for stretch in &self.stretches {
             stretch.responses(fit.rate, STANDS * self.fastest, |response, free| {
-                let said = fit.slope * response[0] + fit.friction * response[1] + fit.constant * response[2];
+                let said: f64 = fit.forces.iter().zip(response).map(|(size, response)| size * response).sum();
                 left += (free - said).powi(2);
             });
         }
@@ -209,12 +224,13 @@ impl Stretch {
         self.time.truncate(rows);
         self.input.truncate(rows);
         self.speed.truncate(rows);
+        self.place.truncate(rows);
         self
     }
 
-    /// The responses to input, friction and a constant, and the speed without what is left of its start, row after row.
-    fn responses(&self, rate: f64, stands: f64, mut each: impl FnMut([f64; 3], f64)) {
-        let mut state = [0.0; 3];
+    /// The responses to every force, and the speed without what is left of its start, row after row.
+    fn responses(&self, rate: f64, stands: f64, mut each: impl FnMut([f64; FORCES], f64)) {
+        let mut state = [0.0; FORCES];
         let mut start = self.speed[0];
         for row in 0..self.time.len() {
             each(state, self.speed[row] - start);
@@ -223,7 +239,8 @@ impl Stretch {
                 let decay = (-rate * step).exp();
                 let gain = if rate * step > 1e-9 { (1.0 - decay) / rate } else { step };
                 let direction = if self.speed[row].abs() > stands { self.speed[row].signum() } else { 0.0 };
-                let drive = [self.input[row], -direction, 1.0];
+                let place = self.place[row];
+                let drive = [self.input[row], -direction, 1.0, place.sin(), place.cos(), place];
                 for (state, drive) in state.iter_mut().zip(drive) {
                     *state = *state * decay + drive * gain;
                 }
@@ -240,6 +257,7 @@ fn driven(run: &Run) -> Vec<Stretch> {
         (None, Some(position)) => differenced(&run.t_s, position),
         (None, None) => return Vec::new(),
     };
+    let place = run.position.clone().unwrap_or_else(|| integrated(&run.t_s, &speed));
     let mut found = Vec::new();
     let mut from = 0;
     for row in 0..=time.len() {
@@ -254,12 +272,24 @@ fn driven(run: &Run) -> Vec<Stretch> {
                     time: time[from..row].to_vec(),
                     input: (from..row).map(mean).collect(),
                     speed: speed[from..row].to_vec(),
+                    place: (from..row).map(|k| place[k * stride]).collect(),
                 });
             }
             from = row + 1;
         }
     }
     found
+}
+
+/// Where the shaft is, if only its speed was logged.
+fn integrated(time: &[f64], speed: &[f64]) -> Vec<f64> {
+    let mut place = 0.0;
+    let mut places = vec![0.0];
+    for row in 1..time.len() {
+        place += 0.5 * (speed[row] + speed[row - 1]) * (time[row] - time[row - 1]);
+        places.push(place);
+    }
+    places
 }
 
 /// Speeds from positions over so many rows that the steps of an encoder do not hide them.
