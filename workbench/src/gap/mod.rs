@@ -70,7 +70,7 @@ pub fn run<L: Clone + Into<Log>>(
     if !faults.is_empty() && !options.accept_data {
         return Ok(Outcome { runtime_s: started.elapsed().as_secs_f64(), ..examine::outcome(&log, faults) });
     }
-    let holdouts = holdouts.into_iter();
+    let (holdouts, notes) = (holdouts.into_iter(), examine::notes(model, &log));
     let mut outcome = match (as_table(model, &log), log) {
         (Some(table), log) => of_table(model, &table, &log, holdouts.collect(), options),
         (None, log) => {
@@ -78,6 +78,7 @@ pub fn run<L: Clone + Into<Log>>(
             record::run(model, &as_record(log)?, &holdouts?, options, progress)
         }
     }?;
+    outcome.notes.extend(notes);
     outcome.notes.extend(faults.iter().map(|fault| format!("accepted although {}", fault.what)));
     outcome.runtime_s = started.elapsed().as_secs_f64();
     Ok(outcome)

@@ -20,7 +20,7 @@ pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
         return None;
     }
     // Voltage across the resistance, and what the logged current says it is.
-    let mut pairs: Vec<(f64, f64)> = Vec::new();
+    let mut pairs: Vec<(f64, f64, f64)> = Vec::new();
     for run in &record.runs {
         let (Some(speed), Some(current)) = (&run.speed, &run.current_a) else {
             continue;
@@ -30,7 +30,8 @@ pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
             // A row in which the voltage jumps belongs to both.
             if driven && run.input[row] == run.input[row - 1] {
                 let slope = (current[row + 1] - current[row - 1]) / (run.t_s[row + 1] - run.t_s[row - 1]);
-                pairs.push((run.input[row] - ke_vs_per_rad * speed[row], r_ohm * current[row] + l_h * slope));
+                let across = run.input[row] - ke_vs_per_rad * speed[row];
+                pairs.push((across, r_ohm * current[row] + l_h * slope, run.input[row].signum()));
             }
         }
     }
@@ -38,8 +39,13 @@ pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
     if pairs.len() < 50 || total <= 0.0 {
         return None;
     }
-    let explained =
-        |factor: f64| 1.0 - pairs.iter().map(|pair| (pair.0 - factor * pair.1).powi(2)).sum::<f64>() / total;
+    // Brushes and a dead zone of the drive take a constant part of the voltage.
+    let explained = |factor: f64| {
+        let drop =
+            pairs.iter().map(|pair| (pair.0 - factor * pair.1) * pair.2).sum::<f64>() / pairs.len() as f64;
+        let left = pairs.iter().map(|pair| (pair.0 - factor * pair.1 - drop * pair.2).powi(2));
+        1.0 - left.sum::<f64>() / total
+    };
     let as_it_stands = explained(1.0);
     let told = |(factor, what, remedy): (f64, &str, &str)| {
         let with_it = explained(factor);

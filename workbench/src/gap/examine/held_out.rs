@@ -6,7 +6,7 @@ use crate::system::log::{Dynamic, Log};
 use crate::system::model::Model;
 
 /// A record that its own fit explains so well can be compared.
-const OWN: f64 = 0.95;
+const OWN: f64 = 0.9;
 /// What the fit of the log leaves of it is so many times what its own fit leaves.
 const WORSE: f64 = 6.0;
 /// And at least this share.

@@ -10,6 +10,9 @@ mod motion;
 mod place;
 mod suspects;
 mod table;
+mod timing;
+
+pub use timing::notes;
 
 use crate::outcome::{DataFault, Outcome};
 use crate::system::log::{Dynamic, Log, Table};
@@ -41,6 +44,7 @@ fn of_table(model: &Model, table: &Table) -> Vec<DataFault> {
 fn of_record(model: &Model, record: &Dynamic, holdouts: &[Log]) -> Vec<DataFault> {
     let mut found: Vec<DataFault> = place::fault(record).into_iter().collect();
     found.extend(circuit::fault(model, record));
+    found.extend(timing::early(model, record));
     // What is derived from a wrong position or beside a wrong current would be accused twice.
     if found.is_empty() {
         found.extend(motion_fault(model, record));
@@ -66,13 +70,29 @@ fn motion_fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
         .filter(|(explained, _)| clearly(as_it_stands, *explained))
         .collect();
     seen.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let best = seen.first()?.0;
+    if seen.is_empty() {
+        return any_factor(&motion, model, record, &base, as_it_stands);
+    }
+    let best = seen[0].0;
     seen.retain(|(explained, _)| 1.0 - explained < EQUAL * (1.0 - best));
     Some(told(&seen, as_it_stands))
 }
 
+/// A gain that is far off, by a factor that is in no list.
+fn any_factor(
+    motion: &Motion,
+    model: &Model,
+    record: &Dynamic,
+    base: &motion::Base,
+    as_it_stands: f64,
+) -> Option<DataFault> {
+    let (gain, explained) = motion.gain(base)?;
+    let told_apart = !model.fitted_to_log && clearly(as_it_stands, explained);
+    told_apart.then(|| told(&[(explained, &suspects::of_any_size(record, gain))], as_it_stands))
+}
+
 /// A file that explains so much of the motion as it stands is not accused.
-const ENOUGH: f64 = 0.6;
+const ENOUGH: f64 = 0.98;
 /// A mistake must explain so much of the motion once it is put right.
 const MOST: f64 = 0.9;
 /// What a mistake leaves unexplained, relative to what the file as it stands does.

@@ -71,8 +71,9 @@ struct Stretch {
     place: Vec<f64>,
 }
 
-/// What acts on the motion: the input, friction, a constant load, gravity in two directions, a spring.
-const FORCES: usize = 6;
+/// What acts on the motion: the input, friction, a constant load, gravity in two directions, a spring, and what a dead zone takes from the
+/// input.
+const FORCES: usize = 7;
 
 /// The driven stretches of a record.
 pub struct Motion {
@@ -109,12 +110,41 @@ impl Motion {
                 }
             }
         }
+        Self::from(stretches)
+    }
+
+    fn from(stretches: Vec<Stretch>) -> Option<Self> {
         let speeds = || stretches.iter().flat_map(|stretch| &stretch.speed);
-        let count = speeds().count() as f64;
-        let mean = speeds().sum::<f64>() / count;
+        let mean = speeds().sum::<f64>() / speeds().count().max(1) as f64;
         let variation: f64 = speeds().map(|speed| (speed - mean).powi(2)).sum();
         let fastest = speeds().fold(0.0_f64, |most, speed| most.max(speed.abs()));
         (variation > 0.0).then_some(Self { stretches, variation, fastest })
+    }
+
+    /// The record with its inputs moved up by some rows.
+    pub fn shifted(&self, rows: usize) -> Option<Self> {
+        let shift = |stretch: &Stretch| {
+            let left = stretch.time.len() - rows;
+            Stretch {
+                time: stretch.time[..left].to_vec(),
+                input: stretch.input[rows..].to_vec(),
+                speed: stretch.speed[..left].to_vec(),
+                place: stretch.place[..left].to_vec(),
+            }
+        };
+        let long = self.stretches.iter().filter(|stretch| stretch.time.len() > rows + SHORTEST);
+        Self::from(long.map(shift).collect())
+    }
+
+    /// The record with the mean of its inputs over rows before and after in the place of each: a linear motion under a mean of inputs
+    /// is the mean of motions.
+    pub fn smoothed(&self, reach: usize) -> Option<Self> {
+        let smooth = |stretch: &Stretch| {
+            let rows = |k: usize| k.saturating_sub(reach)..(k + reach + 1).min(stretch.input.len());
+            let mean = |k: usize| stretch.input[rows(k)].iter().sum::<f64>() / rows(k).len() as f64;
+            Stretch { input: (0..stretch.input.len()).map(mean).collect(), ..stretch.clone() }
+        };
+        Self::from(self.stretches.iter().map(smooth).collect())
     }
 
     /// Both records as one, each with a variation of its own.
@@ -134,12 +164,7 @@ impl Motion {
             speed: stretch.input.clone(),
             place: vec![0.0; stretch.time.len()],
         };
-        let stretches: Vec<Stretch> = self.stretches.iter().map(swap).collect();
-        let speeds = || stretches.iter().flat_map(|stretch| &stretch.speed);
-        let mean = speeds().sum::<f64>() / speeds().count().max(1) as f64;
-        let variation: f64 = speeds().map(|speed| (speed - mean).powi(2)).sum();
-        let fastest = speeds().fold(0.0_f64, |most, speed| most.max(speed.abs()));
-        (variation > 0.0).then_some(Self { stretches, variation, fastest })
+        Self::from(self.stretches.iter().map(swap).collect())
     }
 
     /// The share that the model explains with any gain within a factor of three and any time constant within four. The gain of a model
@@ -165,6 +190,15 @@ impl Motion {
         let gain =
             best.slope / wanted * if base.rate > 0.0 { base.rate * suspect.rate / best.rate } else { 1.0 };
         (gain > 0.0 && gain.ln().abs() < margin || suspect.any_size && gain > 0.0).then_some(best.explained)
+    }
+
+    /// The gain over that of the model, where the time constant is about that of the model, and the share that is then explained.
+    pub fn gain(&self, base: &Base) -> Option<(f64, f64)> {
+        let fits = AROUND.iter().map(|times| self.fit(times * base.rate));
+        let best = fits.max_by(|a, b| a.explained.total_cmp(&b.explained))?;
+        let damped = if base.rate > 0.0 { base.rate / best.rate } else { 1.0 };
+        let gain = best.slope / base.slope * damped;
+        (gain > 0.0).then_some((gain, best.explained))
     }
 
     /// The best fit at any rate around a first guess.
@@ -240,7 +274,9 @@ impl Stretch {
                 let gain = if rate * step > 1e-9 { (1.0 - decay) / rate } else { step };
                 let direction = if self.speed[row].abs() > stands { self.speed[row].signum() } else { 0.0 };
                 let place = self.place[row];
-                let drive = [self.input[row], -direction, 1.0, place.sin(), place.cos(), place];
+                let input = self.input[row];
+                let taken = input.signum() * f64::from(input != 0.0);
+                let drive = [input, -direction, 1.0, place.sin(), place.cos(), place, taken];
                 for (state, drive) in state.iter_mut().zip(drive) {
                     *state = *state * decay + drive * gain;
                 }

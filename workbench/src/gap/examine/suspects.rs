@@ -107,6 +107,27 @@ fn of_speed(record: &Dynamic) -> Vec<Suspect> {
     units.into_iter().map(unit).collect()
 }
 
+/// A factor that no list holds: the side of a gear, counts that are not multiplied by four, counts for radians.
+pub fn of_any_size(record: &Dynamic, found: f64) -> Suspect {
+    let column = speed_column(record);
+    let times = crate::report::figure(found);
+    let what = match found < 1.0 {
+        true => format!(
+            "{column} is {times} times what the model says: an encoder on the slow side of a gear of {}:1, or counts that were not multiplied by four",
+            crate::report::figure(1.0 / found)
+        ),
+        false => format!(
+            "{column} is {times} times what the model says: an encoder on the fast side of a gear, counts of an encoder for radians, or another unit"
+        ),
+    };
+    let remedy = format!(
+        "if so, --columns \"{column}={column}*{}\"; else check the units of {} and of the model's keys",
+        crate::report::figure(1.0 / found),
+        record.input.column()
+    );
+    Suspect { any_size: true, ..Suspect::new(column, what, remedy, 1.0, 1.0) }
+}
+
 /// Units of the input: the file's number is `factor` times the quantity.
 fn of_input(model: &Model, record: &Dynamic) -> Vec<Suspect> {
     let column = record.input.column();
@@ -154,8 +175,13 @@ fn of_time(record: &Dynamic) -> Vec<Suspect> {
     let mut all = vec![unit("ms", 1e-3), unit("µs", 1e-6)];
     let counted = record.runs.iter().all(|run| run.t_s.windows(2).all(|t| (t[1] - t[0] - 1.0).abs() < 1e-9));
     if counted {
-        let rates = [20.0, 50.0, 100.0, 200.0, 250.0, 500.0, 1000.0, 2000.0, 5000.0, 10000.0];
-        all.extend(rates.map(|hz: f64| unit(&format!("rows, {hz} of them a second"), 1.0 / hz)));
+        // A third of an octave apart, from 10 rows a second to 20,000.
+        let rates = (0..34).map(|k| 10.0 * 2f64.powf(f64::from(k) / 3.0));
+        all.extend(rates.map(|hz| Suspect {
+            what: format!("t_s counts rows, about {hz:.0} of them a second"),
+            remedy: "multiply t_s by the time of a row, in s: --columns \"t_s=t_s*…\"".into(),
+            ..unit("rows", 1.0 / hz)
+        }));
     }
     all
 }
