@@ -4,6 +4,7 @@ mod bad_input;
 mod cases;
 mod effects_library;
 mod effects_names;
+mod examine;
 mod gap_hidden;
 mod gap_measured_data;
 mod interruption;

@@ -58,6 +58,7 @@ fn outcome() -> Outcome {
         verdict: Verdict::Tie,
         grade: Grade::Tie,
         small: vec![Small { name: "quadratic_drag".into(), fit_points: 0.21 }],
+        data: vec![],
         effects: vec![
             effect("dead_zone", ("half_width_v", value(1.1, 0.01, "V")), None),
             effect("drive_gain", ("ratio", value(1.31, 0.004, "1")), Some(0)),
