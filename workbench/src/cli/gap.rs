@@ -29,8 +29,10 @@ pub struct Arguments {
     /// Logs that are predicted at the very end and choose nothing: the figure that nobody chose by.
     #[arg(long = "final", num_args = 1..)]
     pub finals: Vec<PathBuf>,
-    /// Foreign column names: `u_v=u_V,omega_rad_s=left_rpm*0.104720`; `t_s=none` ignores the time (a steady-state table).
-    #[arg(long, default_value = "")]
+    /// What the columns of the logs are, where their names do not say it: `u_v=pwm/255*12,t_ms=time,omega_rpm=left_rpm`. The
+    /// right side is a column, an expression over columns and `row`, or a constant; `NAME=none` leaves a column out
+    /// (`t_s=none`: a steady-state table). `truing look` proposes it.
+    #[arg(long, default_value = "", hide_default_value = true)]
     pub columns: String,
     /// Effects that are not offered (repeatable): how would the log be explained without them?
     #[arg(long, num_args = 1..)]
@@ -71,9 +73,9 @@ impl Arguments {
 /// Reads, analyses, reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.files().check()?;
-    let columns: Columns = arguments.columns.parse()?;
     let model = model::read(&arguments.model)?;
-    let log = log::read(&arguments.log, &columns)?;
+    let columns = Columns::of(&arguments.columns, &model)?;
+    let log::Reading { log, notes } = log::open(&arguments.log, &columns)?;
     let read = |path: &PathBuf| log::read(path, &columns);
     let holdouts: Vec<Log> = arguments.holdout.iter().map(read).collect::<Result<_, _>>()?;
     let without = arguments.without.iter().map(|name| effects::known(name));
@@ -88,7 +90,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Log::Dynamic(record) = &log {
         time_base::check(&model, record, &columns)?;
     }
-    let outcome = watched(&model, &log, &holdouts, &options)?;
+    let mut outcome = watched(&model, &log, &holdouts, &options)?;
+    outcome.notes.splice(0..0, notes);
     out!("{}", Terminal.export(&outcome)?);
     write(arguments, &model, &outcome)
 }

@@ -2,11 +2,17 @@
 //!
 //! Row k holds the input from its own time to the next row's time (zero-order hold) and the outputs *at* its own time.
 
+mod bridging;
 mod columns;
+mod dialect;
+mod formula;
+mod names;
+mod propose;
 mod read;
 
-pub use columns::{Columns, Quantity};
-pub use read::{parse, read, read_input};
+pub use columns::Columns;
+pub use names::Quantity;
+pub use read::{open, parse, parse_bytes, read, read_input};
 use servo::axis::Bridge;
 
 /// What drives the axis.
@@ -42,6 +48,15 @@ impl Input {
             Self::Force => "N",
         }
     }
+}
+
+/// A log, and how it was read.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    /// The log.
+    pub log: Log,
+    /// What was recognised and what was bridged, in sentences.
+    pub notes: Vec<String>,
 }
 
 /// A log of either shape.
