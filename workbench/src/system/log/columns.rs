@@ -126,8 +126,8 @@ pub struct Plan {
     pub proposals: Vec<Proposal>,
     /// What is lacking and cannot be proposed.
     pub missing: Option<String>,
-    /// The whole `--columns` that would work, in the shell's quotes.
-    pub argument: String,
+    /// The whole `--columns` that would work.
+    pub items: String,
 }
 
 impl Plan {
@@ -151,7 +151,7 @@ impl Plan {
     /// Refuses a file that lacks something, with the line that mends it.
     pub fn complete(&self, source: &str, line: u64) -> Result<(), InputError> {
         let reasons: Vec<&str> = self.proposals.iter().map(|proposal| proposal.why.as_str()).collect();
-        let ready = format!("--columns {}", self.argument);
+        let ready = format!("--columns {}", propose::in_shell(&self.items));
         let what = match (&self.missing, reasons.is_empty()) {
             (None, true) => return Ok(()),
             (None, false) => format!("{}; if that is right, add {ready}", reasons.join("; ")),
@@ -184,7 +184,7 @@ impl Columns {
         propose::complete(self, cells, &mut plan, output_needed);
         let items = self.mappings.iter().map(|mapping| format!("{}={}", mapping.ours, mapping.theirs));
         let items = items.chain(plan.proposals.iter().map(|proposal| proposal.item.clone()));
-        plan.argument = propose::in_shell(&items.collect::<Vec<_>>().join(","));
+        plan.items = items.collect::<Vec<_>>().join(",");
         Ok(plan)
     }
 
@@ -192,6 +192,11 @@ impl Columns {
     pub fn of(text: &str, model: &Model) -> Result<Self, InputError> {
         let counts_per_rev = model.encoder.map(|encoder| encoder.counts_per_rev);
         Ok(Self { supply_v: model.supply_nominal_v, counts_per_rev, ..text.parse()? })
+    }
+
+    /// These items instead of the user's.
+    pub(super) fn with(&self, items: &str) -> Result<Self, InputError> {
+        Ok(Self { mappings: items.parse::<Self>()?.mappings, ..self.clone() })
     }
 
     /// A quantity that the user has spoken of.
@@ -246,7 +251,7 @@ impl Columns {
                 }
                 quantity if OUTPUTS.contains(&quantity) => both_axes,
                 // Without another input a current may be what is commanded.
-                Quantity::Current => !driven && !duty && !stated.iter().any(|known| is_input(known)),
+                Quantity::Current => !driven && !duty && !stated.iter().any(is_input),
                 _ => false,
             };
             if ambiguous || plan.has(quantity) || plan.sources.iter().any(|known| is_column(known, index)) {

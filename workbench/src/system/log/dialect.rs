@@ -38,7 +38,7 @@ impl Dialect {
     pub fn sentence(&self) -> Option<String> {
         let mut parts = Vec::new();
         if self.encoding != UTF_8.name() {
-            parts.push(format!("encoded in {}", self.encoding));
+            parts.push(format!("in {}", self.encoding));
         }
         if self.separator != ',' {
             parts.push(format!("separated by {}", self.separated_by()));
@@ -47,7 +47,8 @@ impl Dialect {
             (self.decimal_comma, "with decimal commas".to_owned()),
             (self.units, "with a row of units".into()),
             (self.header_in_comment, "with the header in a comment".into()),
-            (self.preamble > 0, format!("after {} lines that are no table", self.preamble)),
+            (self.preamble == 1, "after a line that is no table".into()),
+            (self.preamble > 1, format!("after {} lines that are no table", self.preamble)),
         ];
         parts.extend(told.into_iter().filter(|told| told.0).map(|told| told.1));
         if let Some(line) = self.cut {
@@ -104,7 +105,7 @@ pub fn decoded(source: &str, bytes: &[u8]) -> Result<(String, &'static str), Inp
         Ok(text) => Ok((text.to_owned(), UTF_8.name())),
         // Latin-1 is what remains. A binary file is full of control characters.
         Err(_) if bytes.iter().any(|byte| *byte < 0x20 && !b"\t\n\r\x0c".contains(byte)) => Err(no_text()),
-        Err(_) => Ok((WINDOWS_1252.decode_without_bom_handling(bytes).0.into_owned(), WINDOWS_1252.name())),
+        Err(_) => Ok((WINDOWS_1252.decode_without_bom_handling(bytes).0.into_owned(), "Windows-1252")),
     }
 }
 

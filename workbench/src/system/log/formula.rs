@@ -15,7 +15,7 @@ pub enum Formula {
     /// Everything else.
     Expression {
         /// Over the variables `#0`, `#1`, …
-        expression: FlatEx<f64>,
+        expression: Box<FlatEx<f64>>,
         /// Index of the column of each variable, in the expression's order.
         indices: Vec<usize>,
     },
@@ -45,7 +45,7 @@ impl Formula {
         }
         let replaced = with_variables(text, header)?;
         let broken = |error: exmex::ExError| Unreadable::Broken(error.to_string());
-        let expression = FlatEx::<f64>::parse(&replaced).map_err(broken)?;
+        let expression = Box::new(FlatEx::<f64>::parse(&replaced).map_err(broken)?);
         let index = |name: &String| {
             let number = name.strip_prefix('#').and_then(|number| number.parse().ok());
             number.ok_or_else(|| Unreadable::NoColumn(name.clone()))

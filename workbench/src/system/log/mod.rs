@@ -6,12 +6,14 @@ mod bridging;
 mod columns;
 mod dialect;
 mod formula;
+pub mod look;
 mod names;
 mod propose;
 mod read;
 
 pub use columns::Columns;
 pub use names::Quantity;
+pub use propose::{in_digits, in_shell, short};
 pub use read::{open, parse, parse_bytes, read, read_input};
 use servo::axis::Bridge;
 

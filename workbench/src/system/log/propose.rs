@@ -347,12 +347,17 @@ impl Meaning {
     }
 }
 
-/// A number in up to six digits.
+/// A number in five digits.
 pub fn short(value: f64) -> String {
-    if value == 0.0 || value.is_nan() {
-        return if value.is_nan() { "?".into() } else { "0".into() };
+    in_digits(value, 5)
+}
+
+/// A number in so many digits, without zeros behind its decimals.
+pub fn in_digits(value: f64, digits: i32) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 { "0".into() } else { value.to_string() };
     }
-    let decimals = (4 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let decimals = (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
     let text = format!("{value:.decimals$}");
     match text.contains('.') {
         true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
