@@ -143,13 +143,14 @@ fn of_time(time: &Time) -> String {
     let records = if time.records == 1 { "one record".into() } else { format!("{} records", time.records) };
     let gaps = match time.gaps {
         0 => "no gaps".into(),
-        gaps => format!("{gaps} gaps, the longest {} s", short(time.longest_s)),
+        1 => format!("one gap of {} s", short(time.longest_s)),
+        gaps => format!("{gaps} gaps, the longest of {} s", short(time.longest_s)),
     };
     format!(
         "{records}, {} s together, {} rows a second, steps even within ±{}\u{a0}%, {gaps}",
         short(time.seconds),
         significant(time.rate_hz),
-        significant(100.0 * time.jitter)
+        significant((1e4 * time.jitter).round() / 100.0)
     )
 }
 
@@ -162,6 +163,7 @@ fn of_answer(answer: &Answer) -> String {
     let when = match answer.rows {
         ..1 => "before the input does".into(),
         1 => "at once, in the next row".into(),
+        rows if answer.smooth => format!("{rows} rows later: delay and lag of the motor together"),
         rows => format!(
             "{rows} rows later: a delay of about {} ms, or a smoothed speed",
             significant(1e3 * answer.delay_s)

@@ -4,7 +4,7 @@
 use super::columns::{Columns, Plan};
 use super::dialect::{Cells, missing};
 use super::names::{Meaning, Sure, Topic, name_of};
-use super::propose::{Extent, short};
+use super::propose::{Extent, Proposal, short};
 use super::read::{Sheet, cells};
 use super::{Dynamic, Log, Quantity, Reading, Run};
 use crate::console::input_error::InputError;
@@ -18,6 +18,12 @@ const FIRST_LAG: i64 = -3;
 /// Share of the peak at which the answer begins: a first-order answer jumps to its peak and fades from there, and noise moves
 /// a flat peak, not its edge.
 const ONSET: f64 = 0.5;
+/// Rows between the values whose changes are compared.
+const STRIDES: [usize; 3] = [1, 4, 16];
+/// A correlation that is no chance however few the rows are.
+const PLAIN: f64 = 0.6;
+/// Correlation of an input's change with the next one beyond which the input is smooth.
+const SMOOTH: f64 = 0.3;
 /// Rows over which an answer of the output is looked for.
 const LONGEST_LAG: usize = 200;
 /// Standard deviations of chance that a correlation has to exceed.
@@ -28,6 +34,8 @@ const FEW_ROWS: usize = 5;
 const UNEVEN: f64 = 0.1;
 /// An output in fewer steps than this over its range is coarse.
 const COARSE: f64 = 200.0;
+/// Fewer levels of the input than this show no curve.
+const FEW_LEVELS: usize = 4;
 /// The weaker direction, relative to the stronger one, below which there is one direction alone.
 const ONE_SIDED: f64 = 0.05;
 
@@ -124,6 +132,8 @@ pub struct Answer {
     pub delay_s: f64,
     /// The largest correlation of the changes; negative: the speed falls when the input rises.
     pub correlation: f64,
+    /// The input changes smoothly: the lag of the motor is in `rows` and `delay_s`.
+    pub smooth: bool,
     /// Rows until the correlation has fallen to 1/e: about the slowest time constant.
     pub fades_rows: Option<usize>,
 }
@@ -160,7 +170,7 @@ pub fn look(path: &Path, columns: &Columns) -> Result<Look, InputError> {
         columns: (0..cells.header.len()).map(|index| Column::of(&cells, &plan, index)).collect(),
         guessed: plan.proposals.iter().map(|proposal| proposal.why.clone()).collect(),
         columns_argument: if plan.proposals.is_empty() { String::new() } else { plan.items.clone() },
-        ask: record.map_or(Vec::new(), |record| ask(record, &plan, time, answer)),
+        ask: record.map_or(Vec::new(), |record| ask(record, &plan, Time::of(record), answer)),
         refused,
         time,
         answer,
@@ -261,106 +271,123 @@ fn changes(values: &[f64]) -> Vec<f64> {
     values.windows(2).map(|pair| pair[1] - pair[0]).collect()
 }
 
-/// Correlates the changes of the input with those of the speed.
+/// Correlates the changes of the input with those of the speed: from row to row, and if noise hides that, over more rows.
 fn answer(record: &Dynamic) -> Option<Answer> {
-    let pieces: Vec<[Vec<f64>; 2]> =
-        record.runs.iter().filter_map(|run| Some([changes(&run.input), changes(&speed(run)?)])).collect();
-    let rows: usize = pieces.iter().map(|piece| piece[0].len()).sum();
-    let power = |which: usize| {
-        pieces.iter().flat_map(|piece| &piece[which]).map(|change| change * change).sum::<f64>()
-    };
-    let norm = (power(0) * power(1)).sqrt();
-    if norm == 0.0 {
-        return None;
-    }
-    let at = |lag: i64| -> f64 {
-        let product = |[u, w]: &[Vec<f64>; 2]| -> f64 {
-            let (u, w) = (u.iter().skip((-lag).max(0) as usize), w.iter().skip(lag.max(0) as usize));
-            u.zip(w).map(|(u, w)| u * w).sum()
-        };
-        pieces.iter().map(product).sum::<f64>() / norm
-    };
-    let longest = LONGEST_LAG.min(rows / 4) as i64;
-    let correlations: Vec<f64> = (FIRST_LAG..=longest).map(at).collect();
-    let peak = correlations.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-    if peak.abs() < CHANCE / (rows as f64).sqrt() {
-        return None;
-    }
-    let onset = correlations.iter().position(|correlation| correlation / peak > ONSET)?;
-    let faded = |three: &[f64]| three.iter().sum::<f64>() / (3.0 * peak) < (-1.0_f64).exp();
-    let rows_later = FIRST_LAG + onset as i64;
     let usual = record.runs.iter().max_by_key(|run| run.rows())?.sample_s();
-    Some(Answer {
-        rows: rows_later,
-        delay_s: (rows_later - 1).max(0) as f64 * usual,
-        correlation: peak,
-        fades_rows: correlations[onset..].windows(3).position(faded),
+    STRIDES.into_iter().find_map(|stride| {
+        let every = |values: Vec<f64>| changes(&values.into_iter().step_by(stride).collect::<Vec<_>>());
+        let piece = |run: &Run| Some([every(run.input.clone()), every(speed(run)?)]);
+        let seen = Changes(record.runs.iter().filter_map(piece).collect()).answer()?;
+        // Within several rows the beginning is not known better.
+        let rows = if stride == 1 { seen.rows } else { (seen.rows - 1).max(0) * stride as i64 + 1 };
+        let delay_s = (rows - 1).max(0) as f64 * usual;
+        Some(Answer { rows, delay_s, fades_rows: seen.fades_rows.map(|rows| rows * stride), ..seen })
     })
 }
 
-/// What would make the next record better.
-fn ask(record: &Dynamic, plan: &Plan, time: Option<Time>, answer: Option<Answer>) -> Vec<String> {
-    let all = |pick: &dyn Fn(&Run) -> Vec<f64>| record.runs.iter().flat_map(pick).collect::<Vec<f64>>();
-    let input = all(&|run| run.input.clone());
-    let speeds = all(&|run| speed(run).unwrap_or_default());
-    let mut asked = Vec::new();
-    let mut ask = |when: bool, what: String| asked.extend(Some(what).filter(|_| when));
-    match answer {
-        None => ask(
-            true,
-            "The output does not visibly follow the input: check that both belong to one motor.".into(),
-        ),
-        Some(answer) => {
-            ask(answer.correlation < 0.0, "The speed falls when the input rises: if the motor is not braked, turn one sign round, for example with *-1 in --columns.".into());
-            ask(answer.rows < 1, "The speed changes before the input does: the columns may be shifted against each other. Write both in the same moment.".into());
-            let fast = answer.fades_rows.is_some_and(|rows| rows < FEW_ROWS);
-            ask(fast, "Log faster if you can: the speed answers within a few rows.".into());
+/// Changes of input and speed, a pair a run.
+struct Changes(Vec<[Vec<f64>; 2]>);
+
+impl Changes {
+    /// Sum over all runs of one column times another, `lag` rows later.
+    fn product(&self, first: usize, second: usize, lag: i64) -> f64 {
+        let of_one = |piece: &[Vec<f64>; 2]| -> f64 {
+            let first = piece[first].iter().skip((-lag).max(0) as usize);
+            first.zip(piece[second].iter().skip(lag.max(0) as usize)).map(|(a, b)| a * b).sum()
+        };
+        self.0.iter().map(of_one).sum()
+    }
+
+    fn answer(&self) -> Option<Answer> {
+        let rows: usize = self.0.iter().map(|piece| piece[0].len()).sum();
+        let norm = (self.product(0, 0, 0) * self.product(1, 1, 0)).sqrt();
+        if norm == 0.0 {
+            return None;
         }
+        let longest = LONGEST_LAG.min(rows / 4) as i64;
+        let seen: Vec<f64> = (FIRST_LAG..=longest).map(|lag| self.product(0, 1, lag) / norm).collect();
+        let at = (0..seen.len()).max_by(|a, b| seen[*a].abs().total_cmp(&seen[*b].abs()))?;
+        let peak = seen[at];
+        if peak.abs() < (CHANCE / (rows as f64).sqrt()).min(PLAIN) {
+            return None;
+        }
+        // A smooth input spreads the peak to both sides.
+        let smooth = self.product(0, 0, 1) > SMOOTH * self.product(0, 0, 0);
+        let onset = if smooth { at } else { seen.iter().position(|value| value / peak > ONSET)? };
+        let faded = |three: &[f64]| three.iter().sum::<f64>() / (3.0 * peak) < (-1.0_f64).exp();
+        let fades_rows = if smooth { None } else { seen[onset..].windows(3).position(faded) };
+        Some(Answer { rows: FIRST_LAG + onset as i64, delay_s: 0.0, correlation: peak, smooth, fades_rows })
     }
-    ask(one_sided(&input), format!("Drive both directions: {} has one sign only.", record.input.column()));
-    ask(
-        !one_sided(&input) && one_sided(&speeds),
-        "Let the motor turn in both directions: the speed has one sign only.".into(),
-    );
-    let mut levels = input.clone();
-    levels.sort_by(f64::total_cmp);
-    levels.dedup();
-    ask(
-        levels.len() < 4,
-        format!("Use more heights of the input than {}: steps, and a slow ramp through zero.", levels.len()),
-    );
-    if let Some(time) = time {
-        ask(
-            time.jitter > UNEVEN,
-            "Take the time in the controller, in the moment of the measurement: the steps are uneven.".into(),
-        );
-        ask(
-            time.gaps > 0,
-            format!(
-                "Lose no rows: {} steps are longer than usual, the longest is {} s.",
-                time.gaps,
-                short(time.longest_s)
-            ),
-        );
-    }
-    ask(
-        is_coarse(&record.runs),
-        "Log the position in counts beside the speed: the speed comes in coarse steps.".into(),
-    );
-    let duty = plan.any(&[Quantity::Duty])
-        || plan.proposals.iter().any(|proposal| proposal.item.starts_with("duty"));
-    let supply = record.runs.iter().all(|run| run.supply_v.is_some());
-    ask(
-        duty && !supply,
-        "Log the supply voltage: a duty is multiplied by it, and it sags under load.".into(),
-    );
-    let current = record.runs.iter().all(|run| run.current_a.is_some());
-    ask(
-        record.input == super::Input::Voltage && !current,
-        "Log the winding current if you can measure it: it tells friction from a weak motor.".into(),
-    );
-    ask(record.runs.len() == 1, "Keep a second record of the same motor for --holdout.".into());
-    asked
+}
+
+/// What would make the next record better.
+fn ask(record: &Dynamic, plan: &Plan, time: Time, answer: Option<Answer>) -> Vec<String> {
+    let asked = [about_answer(answer), about_motion(record), about_time(time), about_columns(record, plan)];
+    asked.into_iter().flatten().filter(|asked| asked.0).map(|asked| asked.1).collect()
+}
+
+fn about_answer(answer: Option<Answer>) -> Vec<(bool, String)> {
+    let Some(answer) = answer else {
+        let what = "The output does not visibly follow the input: check that both belong to one motor.";
+        return vec![(true, what.into())];
+    };
+    let against = "The speed falls when the input rises: unless a brake is measured, turn one sign round with *-1 in --columns.";
+    let before = "The speed changes before the input does. Write both in the same moment, the input that acts until the next row; \
+                  if a controller answers the speed, this is its answer.";
+    let fast = "Log faster if you can: an answer of the speed is over within a few rows.";
+    vec![
+        (answer.correlation < 0.0, against.into()),
+        (answer.rows < 1, before.into()),
+        (answer.fades_rows.is_some_and(|rows| rows < FEW_ROWS), fast.into()),
+    ]
+}
+
+fn about_motion(record: &Dynamic) -> Vec<(bool, String)> {
+    let mut input: Vec<f64> = record.runs.iter().flat_map(|run| run.input.clone()).collect();
+    let speeds: Vec<f64> = record.runs.iter().filter_map(speed).flatten().collect();
+    let one_way = one_sided(&input);
+    input.sort_by(f64::total_cmp);
+    input.dedup();
+    let levels = input.len();
+    vec![
+        (one_way, format!("Drive both directions: {} has one sign only.", record.input.column())),
+        (
+            !one_way && one_sided(&speeds),
+            "Let the motor turn in both directions: the speed has one sign only.".into(),
+        ),
+        (
+            levels < FEW_LEVELS,
+            format!("Use more levels of the input than {levels}: steps, and a slow ramp through zero."),
+        ),
+    ]
+}
+
+fn about_time(time: Time) -> Vec<(bool, String)> {
+    let uneven = "Take the time in the controller, in the moment of the measurement: the steps are uneven.";
+    vec![
+        (time.jitter > UNEVEN, uneven.into()),
+        (time.gaps > 0, format!("Lose no rows: a step of {} s is longer than usual.", short(time.longest_s))),
+    ]
+}
+
+fn about_columns(record: &Dynamic, plan: &Plan) -> Vec<(bool, String)> {
+    let proposed = plan.proposals.iter().any(|proposal| proposal.item.starts_with("duty"));
+    let duty = proposed || plan.has(Quantity::Duty) && !plan.has(Quantity::Voltage);
+    let supply = plan.sources.iter().find(|source| source.quantity == Quantity::Supply);
+    let is_supply = |proposal: &Proposal| proposal.item.starts_with("vbus") && proposal.column.is_some();
+    let supply = supply.is_some_and(|source| !source.formula.indices().is_empty())
+        || plan.proposals.iter().any(is_supply);
+    let current =
+        record.input != super::Input::Voltage || record.runs.iter().all(|run| run.current_a.is_some());
+    let coarse = "Log the position in counts beside the speed: the speed comes in coarse steps.";
+    let sags = "Log the supply voltage: a duty is multiplied by it, and it sags under load.";
+    let tells = "Log the winding current if you can measure it: it tells friction from a weak motor.";
+    vec![
+        (is_coarse(&record.runs), coarse.into()),
+        (duty && !supply, sags.into()),
+        (!current, tells.into()),
+        (record.runs.len() == 1, "Keep a second record of the same motor for --holdout.".into()),
+    ]
 }
 
 fn one_sided(values: &[f64]) -> bool {

@@ -435,8 +435,8 @@ pub fn recognise(name: &str, below: Option<&str>) -> Option<Meaning> {
         if let Some(both) = BOTH.iter().find(|both| both.0 == word) {
             topics.push(both.1);
             unit = unit.or_else(|| self::unit(both.2));
-        } else if let Some(known) = TOPICS.iter().find(|known| known.1.contains(&word.as_str())) {
-            topics.push(known.0);
+        } else if let Some(known) = topic_of_word(word) {
+            topics.push(known);
         } else if COMMANDED.contains(&word.as_str()) {
             commanded = true;
         } else if !HARMLESS.contains(&word.as_str()) {
@@ -458,9 +458,18 @@ pub fn recognise(name: &str, below: Option<&str>) -> Option<Meaning> {
     Some(Meaning { topic, unit, sure, quantity, strange_unit: strange })
 }
 
+/// A number behind a PWM is its full scale or its channel: `pwm255`, `pwm1`.
+fn topic_of_word(word: &str) -> Option<Topic> {
+    let bare = word.trim_end_matches(|c: char| c.is_ascii_digit());
+    let word = if bare == "pwm" { bare } else { word };
+    TOPICS.iter().find(|known| known.1.contains(&word)).map(|known| known.0)
+}
+
 fn is_known(word: &str) -> bool {
-    let topic = TOPICS.iter().any(|known| known.1.contains(&word));
-    topic || BOTH.iter().any(|both| both.0 == word) || HARMLESS.contains(&word) || COMMANDED.contains(&word)
+    topic_of_word(word).is_some()
+        || BOTH.iter().any(|both| both.0 == word)
+        || HARMLESS.contains(&word)
+        || COMMANDED.contains(&word)
 }
 
 /// The topic of several words: a battery's voltage is a supply, an encoder's speed is a speed.
@@ -641,7 +650,7 @@ mod tests {
             ("Battery Voltage [V]", "Stated vbus_v"),
             ("PWM", "Likely Duty"),
             ("pwm [%]", "Stated duty_percent"),
-            ("left_cmd_pwm255", "nothing"),
+            ("left_cmd_pwm255", "Likely Duty"),
             ("pos_counts", "Likely Position"),
             ("encoder", "Likely Position"),
             ("Winkel [°]", "Stated theta_deg"),

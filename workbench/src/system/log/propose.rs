@@ -357,6 +357,9 @@ pub fn in_digits(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".into() } else { value.to_string() };
     }
+    if value.abs() < 1e-4 {
+        return format!("{value:.1e}").replace(".0e", "e");
+    }
     let decimals = (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
     let text = format!("{value:.decimals$}");
     match text.contains('.') {
