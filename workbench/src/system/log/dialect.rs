@@ -326,10 +326,15 @@ fn separator(text: &str) -> Option<(char, bool)> {
     let scored = SEPARATORS.map(|(separator, _)| (numbers(separator), separator));
     let (most, separator) = scored.into_iter().rev().max_by_key(|known| known.0)?;
     if most > 0 {
-        let with_comma = |line: &str| {
-            line.contains(',') && split(line, separator).into_iter().map(bare).any(has_decimal_comma)
+        let lines = || text.lines().filter(|line| !is_comment(line));
+        let cells =
+            || lines().filter(|line| line.contains(',')).flat_map(|line| split(line, separator)).map(bare);
+        let commas = cells().filter(|cell| has_decimal_comma(cell)).count();
+        // Where both signs occur the rarer one is a mistake.
+        let points = || {
+            lines().flat_map(|line| split(line, separator)).map(bare).filter(|cell| has_point(cell)).count()
         };
-        return Some((separator, text.lines().filter(|line| !is_comment(line)).any(with_comma)));
+        return Some((separator, commas > 0 && commas > points()));
     }
     // No numbers: the separator that parts the header into most names.
     let most = SEPARATORS[..3].iter().rev().max_by_key(|known| header.matches(known.0).count())?;
@@ -338,6 +343,10 @@ fn separator(text: &str) -> Option<(char, bool)> {
 
 fn bare(cell: &str) -> &str {
     cell.trim_matches('"').trim()
+}
+
+fn has_point(cell: &str) -> bool {
+    cell.contains('.') && number(cell).is_some()
 }
 
 fn has_decimal_comma(cell: &str) -> bool {
@@ -365,7 +374,9 @@ fn split(line: &str, separator: char) -> Vec<&str> {
 /// The text with comments emptied, so that lines keep their numbers, and the comments. Blanks between cells become tabs.
 fn without_comments(text: &str, separator: char) -> (Cow<'_, str>, Vec<String>) {
     let comments: Vec<String> = text.lines().filter(|line| is_comment(line)).map(str::to_owned).collect();
-    if comments.is_empty() && separator != ' ' {
+    // A quote opens a cell only where it is the first letter.
+    let spaced = text.contains(&format!("{separator} \""));
+    if comments.is_empty() && separator != ' ' && !spaced {
         return (Cow::Borrowed(text), comments);
     }
     let tabled = || text.lines().filter(|line| !is_comment(line) && !line.trim().is_empty());
@@ -376,6 +387,7 @@ fn without_comments(text: &str, separator: char) -> (Cow<'_, str>, Vec<String>) 
         match (is_comment(line), separator) {
             (true, _) => {}
             (false, ' ') => plain += &in_tabs(line, width),
+            (false, _) if spaced => plain += &split(line, separator).join(&separator.to_string()),
             (false, _) => plain += line,
         }
         plain.push('\n');

@@ -179,11 +179,19 @@ impl<'a> Sheet<'a> {
                 "`{cell}` is a time of day; write seconds, or leave the column out and map t_s=row*SECONDS"
             );
         }
-        match self.cells.dialect.decimal_comma && cell.contains('.') {
-            true => format!(
-                "`{cell}` has a point where the file has decimal commas; write all numbers in one way"
-            ),
-            false => format!("`{cell}` is not a number; correct the cell or remove the row"),
+        let comma = self.cells.dialect.decimal_comma;
+        match (comma, cell.contains('.'), cell.contains(',')) {
+            (true, true, _) => {
+                format!(
+                    "`{cell}` has a point where the file has decimal commas; write all numbers in one way"
+                )
+            }
+            (false, _, true) => {
+                format!(
+                    "`{cell}` has a comma where the file has decimal points; write all numbers in one way"
+                )
+            }
+            _ => format!("`{cell}` is not a number; correct the cell or remove the row"),
         }
     }
 
