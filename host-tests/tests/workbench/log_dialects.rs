@@ -287,12 +287,12 @@ fn damaged_and_odd_files_are_read_or_named_by_line_and_remedy() {
         ("comments of three kinds", format!("# a\n% b\n// c, d\n{good}").into_bytes(), Reads(&[])),
         (
             "last row cut between cells",
-            good[..good.len() - 10].as_bytes().to_vec(),
+            good.as_bytes()[..good.len() - 10].to_vec(),
             Rows(59, &["line 61", "cut"]),
         ),
         (
             "last row cut inside a number",
-            good[..good.len() - 3].as_bytes().to_vec(),
+            good.as_bytes()[..good.len() - 3].to_vec(),
             Rows(59, &["line 61", "cut"]),
         ),
         ("last row cut behind a comma", line(61, "0.590,").into_bytes(), Rows(59, &["cut"])),

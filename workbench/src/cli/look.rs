@@ -3,7 +3,8 @@
 use crate::cli::files::Files;
 use crate::report::terminal::{WIDTH, beside};
 use crate::report::write_atomically;
-use crate::system::log::look::{Answer, Column, Look, State, Time, look, speed};
+use crate::system::log::answer::{Answer, Time, speed};
+use crate::system::log::look::{Column, Look, State, look};
 use crate::system::log::{Columns, Log, in_digits, in_shell, short};
 use crate::system::model;
 use clap::Args;

@@ -2,37 +2,17 @@
 
 use super::dialect::Cells;
 use super::formula::{Formula, Unreadable};
-use super::names::{self, Meaning, Quantity, Sure, name_of, quantity_of};
-use super::propose::{self, Proposal};
+use super::meaning;
+use super::names::{self, Quantity, name_of, quantity_of};
+use super::plan::{INPUTS, OUTPUTS, Plan, Source, is_column};
+use super::propose::{self, Known};
+use super::words::Topic;
 use crate::console::input_error::{InputError, nearest};
 use crate::system::model::Model;
 use std::str::FromStr;
 
 /// A name that stands for the number of the row, from 0, in a file without a time.
 pub const ROW: &str = "row";
-
-/// Where one quantity comes from.
-#[derive(Clone, Debug)]
-pub struct Source {
-    /// The quantity.
-    pub quantity: Quantity,
-    /// What it is computed from; the column behind the last one is the number of the row.
-    pub formula: Formula,
-    /// Factor to the SI unit.
-    pub unit: f64,
-    /// What the user sees of it, for messages.
-    pub name: String,
-}
-
-impl Source {
-    /// The factor from a column to the SI unit. 1 for an expression.
-    pub fn factor(&self) -> f64 {
-        match self.formula {
-            Formula::Scaled { factor, .. } => self.unit * factor,
-            Formula::Expression { .. } => self.unit,
-        }
-    }
-}
 
 /// The user's `--columns`: `ours=theirs,…`, the right side a column, an expression over columns or a constant. `ours=none`
 /// ignores a column that the file has. Besides, what the model file says of the supply and of the encoder.
@@ -113,75 +93,24 @@ fn unknown(name: &str) -> String {
     )
 }
 
-/// What is known of a file's columns.
-#[derive(Clone, Debug, Default)]
-pub struct Plan {
-    /// The quantities that are there.
-    pub sources: Vec<Source>,
-    /// What each column seems to be.
-    pub meanings: Vec<Option<Meaning>>,
-    /// Columns that are taken by name and unit, with our name.
-    pub taken: Vec<(usize, &'static str)>,
-    /// What the user has to confirm, for the quantities that are lacking.
-    pub proposals: Vec<Proposal>,
-    /// What is lacking and cannot be proposed.
-    pub missing: Option<String>,
-    /// The whole `--columns` that would work.
-    pub items: String,
-}
-
-impl Plan {
-    /// Is this quantity there?
-    pub fn has(&self, quantity: Quantity) -> bool {
-        self.sources.iter().any(|source| source.quantity == quantity)
-    }
-
-    /// Is one of these there?
-    pub fn any(&self, wanted: &[Quantity]) -> bool {
-        wanted.iter().any(|quantity| self.has(*quantity))
-    }
-
-    /// Says which columns were taken by name and unit.
-    pub fn note(&self, header: &[String]) -> Option<String> {
-        let said = |taken: &(usize, &str)| format!("`{}` as {}", header[taken.0], taken.1);
-        let said: Vec<String> = self.taken.iter().map(said).collect();
-        (!said.is_empty()).then(|| format!("Columns read by name and unit: {}.", said.join(", ")))
-    }
-
-    /// Refuses a file that lacks something, with the line that mends it.
-    pub fn complete(&self, source: &str, line: u64) -> Result<(), InputError> {
-        let reasons: Vec<&str> = self.proposals.iter().map(|proposal| proposal.why.as_str()).collect();
-        let ready = format!("--columns {}", propose::in_shell(&self.items));
-        let what = match (&self.missing, reasons.is_empty()) {
-            (None, true) => return Ok(()),
-            (None, false) => format!("{}; if that is right, add {ready}", reasons.join("; ")),
-            (Some(missing), true) => missing.clone(),
-            (Some(missing), false) => format!("{missing}; besides, {}: {ready}", reasons.join("; ")),
-        };
-        Err(InputError::line(source, line, what))
-    }
-}
-
-/// What can drive an axis.
-pub const INPUTS: [Quantity; 5] =
-    [Quantity::Voltage, Quantity::Duty, Quantity::Torque, Quantity::Force, Quantity::CurrentInput];
-/// What can be measured of its motion.
-pub const OUTPUTS: [Quantity; 4] =
-    [Quantity::Angle, Quantity::Position, Quantity::AngularSpeed, Quantity::LinearSpeed];
-
 impl Columns {
     /// Finds every quantity that a file offers, and what lacks. What the user mapped goes before the names in the file, names
     /// of ours before names that state quantity and unit.
     pub fn plan(&self, source: &str, cells: &Cells, output_needed: bool) -> Result<Plan, InputError> {
         let header = &cells.header;
-        let meanings = (0..header.len()).map(|k| names::recognise(&header[k], cells.units[k].as_deref()));
+        let meanings = (0..header.len()).map(|k| meaning::recognise(&header[k], cells.units[k].as_deref()));
         let mut plan = Plan { meanings: meanings.collect(), ..Plan::default() };
         for mapping in self.mappings.iter().filter(|mapping| mapping.theirs != "none") {
             plan.sources.push(mapping.source(source, cells)?);
         }
         self.exact(source, cells, &mut plan)?;
         self.stated(cells, &mut plan);
-        propose::complete(self, cells, &mut plan, output_needed);
+        let known = Known {
+            supply_v: self.supply_v,
+            counts_per_rev: self.counts_per_rev,
+            time: self.mentions(Quantity::Time),
+        };
+        propose::complete(&known, cells, &mut plan, output_needed);
         let items = self.mappings.iter().map(|mapping| format!("{}={}", mapping.ours, mapping.theirs));
         let items = items.chain(plan.proposals.iter().map(|proposal| proposal.item.clone()));
         plan.items = items.collect::<Vec<_>>().join(",");
@@ -232,7 +161,7 @@ impl Columns {
     fn stated(&self, cells: &Cells, plan: &mut Plan) {
         let stated: Vec<(usize, Quantity, f64)> = plan.stated(|quantity| !self.mentions(quantity));
         let alone = |quantity| stated.iter().filter(|known| known.1 == quantity).count() == 1;
-        let duty = plan.meanings.iter().flatten().any(|meaning| meaning.topic == names::Topic::Duty);
+        let duty = plan.meanings.iter().flatten().any(|meaning| meaning.topic == Topic::Duty);
         let is_linear = |quantity| matches!(quantity, Quantity::Position | Quantity::LinearSpeed);
         let both_axes = [true, false].iter().all(|linear| {
             let on_it = |quantity: &Quantity| OUTPUTS.contains(quantity) && is_linear(*quantity) == *linear;
@@ -278,20 +207,6 @@ impl Columns {
     }
 }
 
-impl Plan {
-    /// The columns that state quantity and unit and are not used.
-    pub(super) fn stated(&self, wanted: impl Fn(Quantity) -> bool) -> Vec<(usize, Quantity, f64)> {
-        let all = self.meanings.iter().enumerate();
-        let stated = all.filter_map(|(index, meaning)| {
-            let meaning = meaning.filter(|meaning| meaning.sure == Sure::Stated)?;
-            let (quantity, unit) = meaning.quantity?;
-            let used = self.sources.iter().any(|known| is_column(known, index));
-            (!used && wanted(quantity)).then_some((index, quantity, unit))
-        });
-        stated.collect()
-    }
-}
-
 impl Mapping {
     fn source(&self, source: &str, cells: &Cells) -> Result<Source, InputError> {
         let (quantity, unit) = quantity_of(&self.ours).expect("checked when parsed");
@@ -321,8 +236,4 @@ impl Mapping {
 
 fn column(index: usize, name: &str, quantity: Quantity, unit: f64) -> Source {
     Source { quantity, formula: Formula::Scaled { index, factor: 1.0 }, unit, name: name.to_owned() }
-}
-
-fn is_column(source: &Source, index: usize) -> bool {
-    matches!(source.formula, Formula::Scaled { index: own, .. } if own == index)
 }

@@ -2,20 +2,28 @@
 //!
 //! Row k holds the input from its own time to the next row's time (zero-order hold) and the outputs *at* its own time.
 
+pub mod answer;
 mod bridging;
 mod columns;
 mod dialect;
 mod formula;
 pub mod look;
+mod meaning;
 mod names;
+mod next_time;
+mod open;
+mod plan;
 mod propose;
 mod read;
+mod spelling;
+mod text;
+mod words;
 
 pub use columns::Columns;
 pub use names::Quantity;
-pub use propose::{in_digits, in_shell, short};
-pub use read::{open, parse, parse_bytes, read, read_input};
+pub use open::{open, parse, parse_bytes, read, read_input};
 use servo::axis::Bridge;
+pub use spelling::{in_digits, in_shell, short};
 
 /// What drives the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

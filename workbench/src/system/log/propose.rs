@@ -1,9 +1,12 @@
 //! What a file's columns probably are where their names do not say it: the `--columns` that would work, with what was
 //! guessed and from which range of values.
 
-use super::columns::{Columns, INPUTS, OUTPUTS, Plan};
 use super::dialect::Cells;
-use super::names::{Meaning, Measure, Quantity, Sure, Topic, name_of};
+use super::meaning::{Meaning, Sure};
+use super::names::{Quantity, name_of, quantity_of};
+use super::plan::{INPUTS, OUTPUTS, Plan, Proposal};
+use super::spelling::short;
+use super::words::{Measure, Topic};
 
 /// Full scales of a PWM: per cent, 8 bits, drivers that count to 400, thousandths, 10 to 16 bits.
 const FULL_SCALES: [f64; 10] = [1.0, 100.0, 255.0, 400.0, 1000.0, 1023.0, 4095.0, 8191.0, 32767.0, 65535.0];
@@ -19,17 +22,6 @@ const RATHER_RPM: f64 = 300.0;
 const MICROSECONDS: f64 = 500.0;
 /// Pulse widths of a radio-control servo, µs: the middle, and the way to either end.
 const PULSE_US: [f64; 2] = [1500.0, 500.0];
-
-/// One item of `--columns`, and why.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Proposal {
-    /// `ours=theirs`.
-    pub item: String,
-    /// What speaks for it, and what is guessed.
-    pub why: String,
-    /// The column it is about.
-    pub column: Option<usize>,
-}
 
 /// What the numbers of a column tell.
 #[derive(Clone, Copy, Debug)]
@@ -66,14 +58,6 @@ impl Extent {
     }
 }
 
-/// A text in the quotes of a shell.
-pub fn in_shell(text: &str) -> String {
-    match text.contains(['"', '$', '`', '\\', '!']) {
-        true => format!("'{}'", text.replace('\'', "'\\''")),
-        false => format!("\"{text}\""),
-    }
-}
-
 /// The least full scale of a PWM that such numbers fit into.
 pub fn full_scale(most: f64) -> f64 {
     FULL_SCALES.into_iter().find(|full| most <= *full).unwrap_or(most)
@@ -88,12 +72,22 @@ fn spelled(name: &str) -> String {
     }
 }
 
+/// What is known besides the file.
+pub struct Known {
+    /// Nominal supply, V.
+    pub supply_v: Option<f64>,
+    /// Counts of the encoder per turn.
+    pub counts_per_rev: Option<f64>,
+    /// The user has spoken of the time.
+    pub time: bool,
+}
+
 /// Adds what is lacking to a plan: proposals, or a sentence that says what is missing.
-pub fn complete(columns: &Columns, cells: &Cells, plan: &mut Plan, output_needed: bool) {
-    let desk = Desk { columns, cells, plan: &*plan };
+pub fn complete(known: &Known, cells: &Cells, plan: &mut Plan, output_needed: bool) {
+    let desk = Desk { known, cells, plan: &*plan };
     let mut proposals = Vec::new();
     let mut missing = None;
-    if !plan.has(Quantity::Time) && !columns.mentions(Quantity::Time) {
+    if !plan.has(Quantity::Time) && !known.time {
         proposals.extend(desk.time());
     }
     let timed = plan.has(Quantity::Time) || !proposals.is_empty();
@@ -116,7 +110,7 @@ const INPUT: &str = "for the input (u_v, duty with vbus_v, current_a, torque_nm 
 
 /// What proposals are made from.
 struct Desk<'a> {
-    columns: &'a Columns,
+    known: &'a Known,
     cells: &'a Cells,
     plan: &'a Plan,
 }
@@ -232,7 +226,7 @@ impl Desk<'_> {
 
     /// The supply that a duty needs and that nothing states.
     fn supply_for_duty(&self) -> Vec<Proposal> {
-        if self.plan.has(Quantity::Supply) || self.columns.supply_v.is_some() {
+        if self.plan.has(Quantity::Supply) || self.known.supply_v.is_some() {
             return Vec::new();
         }
         let supply = [self.about(Topic::Supply), self.about(Topic::Voltage)].concat();
@@ -299,7 +293,7 @@ impl Desk<'_> {
 
     /// A position or speed in counts of the encoder.
     fn counts(&self, ours: &str, index: usize, seen: &str, per: &str) -> Proposal {
-        let (counts, said) = match self.columns.counts_per_rev {
+        let (counts, said) = match self.known.counts_per_rev {
             Some(counts) => (counts, "the model's [encoder] counts_per_rev".to_owned()),
             None => (
                 USUAL_COUNTS,
@@ -326,8 +320,7 @@ impl Desk<'_> {
     /// What to say when nothing can be proposed: the likeliest mistyped column, if there is one.
     fn missing(&self, wanted: &str, stems: &[&str]) -> String {
         let near = self.cells.header.iter().find(|name| {
-            super::names::quantity_of(name).is_none()
-                && stems.iter().any(|stem| name.to_lowercase().starts_with(stem))
+            quantity_of(name).is_none() && stems.iter().any(|stem| name.to_lowercase().starts_with(stem))
         });
         let listed = self.cells.header.join(", ");
         match near {
@@ -344,26 +337,5 @@ impl Meaning {
     fn strange(&self) -> bool {
         let fits = matches!(self.unit, None | Some((Measure::Counts | Measure::Percent, _)));
         self.strange_unit || self.quantity.is_none() && !fits
-    }
-}
-
-/// A number in five digits.
-pub fn short(value: f64) -> String {
-    in_digits(value, 5)
-}
-
-/// A number in so many digits, without zeros behind its decimals.
-pub fn in_digits(value: f64, digits: i32) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return if value == 0.0 { "0".into() } else { value.to_string() };
-    }
-    if value.abs() < 1e-4 {
-        return format!("{value:.1e}").replace(".0e", "e");
-    }
-    let decimals = (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
-    let text = format!("{value:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
     }
 }

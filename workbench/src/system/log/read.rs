@@ -1,59 +1,20 @@
 //! Reading a log from a table of numbers, with every defect reported by line and column.
 
 use super::bridging::{self, Bridged};
-use super::columns::{Columns, Plan, Source};
-use super::dialect::{Cells, decoded, missing};
+use super::columns::Columns;
+use super::dialect::Cells;
 use super::formula::Formula;
 use super::names::Quantity;
-use super::{Dynamic, Input, Log, Reading, Run, Table};
+use super::plan::{Plan, Source};
+use super::text::missing;
+use super::{Dynamic, Input, Reading, Run, Table};
 use crate::console::input_error::InputError;
 use servo::axis::Bridge;
-use std::path::Path;
 
 /// Fewer rows than this in a run say nothing about dynamics.
 pub(super) const FEWEST_ROWS: usize = 20;
 /// Fewer points than this make no steady-state curve.
 const FEWEST_POINTS: usize = 4;
-
-/// Reads a log from a file.
-pub fn read(path: &Path, columns: &Columns) -> Result<Log, InputError> {
-    open(path, columns).map(|reading| reading.log)
-}
-
-/// Reads a log from a file, and says how it was read.
-pub fn open(path: &Path, columns: &Columns) -> Result<Reading, InputError> {
-    let source = path.display().to_string();
-    Sheet::open(&source, &cells(path)?, columns, true)
-}
-
-/// Reads a record that need not have an output: what a simulation is driven by.
-pub fn read_input(path: &Path, columns: &Columns) -> Result<Log, InputError> {
-    let source = path.display().to_string();
-    Sheet::open(&source, &cells(path)?, columns, false).map(|reading| reading.log)
-}
-
-/// Reads a log from a text; `source` names it in messages.
-pub fn parse(source: &str, text: &str, columns: &Columns) -> Result<Log, InputError> {
-    parse_bytes(source, text.as_bytes(), columns).map(|reading| reading.log)
-}
-
-/// Reads a log from the bytes of a file; `source` names it in messages.
-pub fn parse_bytes(source: &str, bytes: &[u8], columns: &Columns) -> Result<Reading, InputError> {
-    Sheet::open(source, &cells_of(source, bytes)?, columns, true)
-}
-
-/// The table that a file holds.
-pub(super) fn cells(path: &Path) -> Result<Cells, InputError> {
-    let source = path.display();
-    let bytes = std::fs::read(path)
-        .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
-    cells_of(&source.to_string(), &bytes)
-}
-
-fn cells_of(source: &str, bytes: &[u8]) -> Result<Cells, InputError> {
-    let (text, encoding) = decoded(source, bytes)?;
-    Cells::read(source, &text, encoding)
-}
 
 /// Cells with their meaning.
 pub(super) struct Sheet<'a> {
@@ -65,7 +26,7 @@ pub(super) struct Sheet<'a> {
 }
 
 impl<'a> Sheet<'a> {
-    fn open(
+    pub(super) fn open(
         source: &'a str,
         cells: &'a Cells,
         columns: &Columns,
