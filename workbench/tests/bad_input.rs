@@ -89,11 +89,20 @@ fn a_truncated_row_is_named_by_its_line() {
 
 #[test]
 fn a_value_that_is_no_number_is_named_by_line_and_column() {
-    for bad in ["NaN", "inf", "fast"] {
+    for bad in ["inf", "fast"] {
         let mut lines = log(200);
         lines[10] = format!("0.09,6,{bad}");
         Desk::new(&lines.join("\n")).refuses(&["log.csv", "11", "omega_rad_s"]);
     }
+}
+
+#[test]
+fn many_cells_without_a_number_are_named_once() {
+    let mut lines = log(200);
+    for row in [10, 40, 90, 120, 121] {
+        lines[row] = format!("{},6,NaN", 0.01 * (row - 1) as f64);
+    }
+    Desk::new(&lines.join("\n")).refuses(&["log.csv", "line 11", "omega_rad_s", "5 of 200 rows"]);
 }
 
 #[test]

@@ -24,7 +24,7 @@ Examples:
   A second record of the same motor, which is never fitted:
       truing gap --model motor.toml --log run.csv --holdout other.csv
   Other column names and units:
-      truing gap --model motor.toml --log run.csv --columns \"t_ms=time_ms,u_v=pwm*0.047059,omega_rpm=rpm\"
+      truing gap --model motor.toml --log run.csv --columns \"t_ms=time_ms,u_v=pwm/255*12,omega_rpm=rpm\"
   In a script: the result on standard output, exit status 1 unless nothing is missing:
       truing gap --model motor.toml --log run.csv --json - --check
 
@@ -34,7 +34,8 @@ Columns that need no mapping, with their units in the name:
   speed     omega_rad_s omega_rpm v_m_s   position  theta_rad theta_deg theta_rev q_m q_mm
   others    vbus_v; bridge (0 open, 1 driven, 2 shorted); run (separate records)
 
-Pages: docs/your-log.md, docs/reading-a-verdict.md, docs/exit-codes.md";
+`truing look run.csv` proposes --columns for a log with other names.
+Pages: docs/log.md, docs/reading-a-verdict.md, docs/exit-codes.md";
 
 /// Arguments of `truing gap`.
 #[derive(Args, Debug)]
@@ -52,7 +53,9 @@ pub struct Arguments {
     /// Logs that are predicted at the very end and choose nothing: the figure that nobody chose by.
     #[arg(long = "final", num_args = 1.., hide_short_help = true)]
     pub finals: Vec<PathBuf>,
-    /// Foreign column names: `u_v=u_V,omega_rad_s=left_rpm*0.104720`; `t_s=none` ignores the time (a steady-state table).
+    /// What the columns of the logs are, where their names do not say it: `u_v=pwm/255*12,t_ms=time,omega_rpm=left_rpm`. The
+    /// right side is a column, an expression over columns and `row`, or a constant; `NAME=none` leaves a column out
+    /// (`t_s=none`: a steady-state table). `truing look` proposes it.
     #[arg(long, value_name = "OURS=THEIRS,…", default_value = "", hide_default_value = true)]
     pub columns: String,
     /// Effects that are not offered (repeatable): how would the log be explained without them?
@@ -109,9 +112,9 @@ impl Arguments {
 /// Reads, analyses, reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.files().check()?;
-    let columns: Columns = arguments.columns.parse()?;
     let model = model::read(&arguments.model)?;
-    let log = log::read(&arguments.log, &columns)?;
+    let columns = Columns::of(&arguments.columns, &model)?;
+    let log::Reading { log, notes } = log::open(&arguments.log, &columns)?;
     let read = |path: &PathBuf| log::read(path, &columns);
     let holdouts: Vec<Log> = arguments.holdout.iter().map(read).collect::<Result<_, _>>()?;
     let without = arguments.without.iter().map(|name| effects::known(name));
@@ -127,7 +130,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Log::Dynamic(record) = &log {
         time_base::check(&model, record, &columns)?;
     }
-    let outcome = watched(&model, &log, &holdouts, &options)?;
+    let mut outcome = watched(&model, &log, &holdouts, &options)?;
+    outcome.notes.splice(0..0, notes);
     match arguments.json_to_stdout() {
         true => out!("{}", Json.export(&outcome)?),
         false => out!("{}", Terminal.export(&outcome)?),

@@ -12,6 +12,7 @@ pub mod firmware;
 pub mod gap;
 pub mod instructions;
 pub mod judge;
+pub mod look;
 pub mod monitor;
 pub mod move_to;
 pub mod paper;
@@ -43,6 +44,8 @@ pub struct Cli {
 pub enum Command {
     /// Compare a model with a log, name what is missing, extend the model.
     Gap(gap::Arguments),
+    /// Show what is in a log: columns, units, rate, gaps, a plot, the ready --columns.
+    Look(look::Arguments),
     /// Run the gap workflow on a folder of rigs and compare its answers with what is known of them.
     Judge(judge::Arguments),
     /// Run any model on any input.
@@ -78,6 +81,7 @@ impl Cli {
     pub fn run(self) -> anyhow::Result<()> {
         match self.command {
             Command::Gap(arguments) => gap::run(&arguments),
+            Command::Look(arguments) => look::run(&arguments),
             Command::Judge(arguments) => judge::run(&arguments),
             Command::Simulate(arguments) => simulate::run(&arguments),
             Command::Effects(arguments) => effects::run(&arguments),
