@@ -96,7 +96,7 @@ fn each_mistake_is_told_with_its_place_and_goes_with_its_remedy() {
 fn a_key_in_another_unit_is_told_with_the_number_that_was_meant() {
     let log = logged(SPEED, &rows(2, 2.0, 0.05), |_| ());
     for (from, to, remedy) in [
-        ("J_kgm2 = 1e-4", "J_kgm2 = 1e3", "J_kgm2 = 1"),
+        ("J_kgm2 = 1e-4", "J_kgm2 = 1e3", "J_kgm2 = 0.0001"),
         ("Kt_nm_per_a = 0.05", "Kt_nm_per_a = 50.0", "Kt_nm_per_a = 0.05"),
         ("Ke_vs_per_rad = 0.05", "Ke_vs_per_rad = 5.236", "Ke_vs_per_rad = 0.05"),
         ("R_ohm = 2.0", "R_ohm = 2000.0", "R_ohm = 2"),

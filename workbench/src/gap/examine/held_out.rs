@@ -10,9 +10,10 @@ const OWN: f64 = 0.9;
 /// What the fit of the log leaves of it is so many times what its own fit leaves.
 const WORSE: f64 = 6.0;
 /// And at least this share.
-const MISSED: f64 = 0.15;
-/// Gain or time constant differ by this factor.
-const DIFFERS: f64 = 1.6;
+const MISSED: f64 = 0.25;
+/// The gain differs by this factor, or the time constant by the other: one motor warms up, its grease thickens, its battery sags.
+const GAIN_DIFFERS: f64 = 1.8;
+const TIME_DIFFERS: f64 = 2.5;
 
 /// A held-out record that moves like another motor.
 pub fn fault(model: &Model, log: &Dynamic, other: &Log) -> Option<DataFault> {
@@ -32,10 +33,10 @@ pub fn fault(model: &Model, log: &Dynamic, other: &Log) -> Option<DataFault> {
     let by_log = theirs.explained_by(&fit);
     let gains = (own.slope / own.rate) / (fit.slope / fit.rate);
     let rates = own.rate / fit.rate;
-    let apart = |ratio: f64| ratio <= 0.0 || ratio.ln().abs() > DIFFERS.ln();
+    let apart = |ratio: f64, factor: f64| ratio <= 0.0 || ratio.ln().abs() > factor.ln();
     let misses = |explained: f64| 1.0 - explained > WORSE * (1.0 - own.explained);
     let missed = misses(by_log) && misses(by_both) && 1.0 - by_log > MISSED;
-    (missed && (apart(gains) || apart(rates))).then(|| DataFault {
+    (missed && (apart(gains, GAIN_DIFFERS) || apart(rates, TIME_DIFFERS))).then(|| DataFault {
         place: other.source.clone(),
         what: format!(
             "{} is of another motor than {}: it takes {:.2} times the gain and {:.2} times the time constant to explain it",

@@ -78,6 +78,9 @@ fn motion_fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
     Some(told(&seen, as_it_stands))
 }
 
+/// A gain within these factors may be several effects together; a quarter is a count that was not multiplied by four.
+const ODD: std::ops::RangeInclusive<f64> = 0.28..=4.0;
+
 /// A gain that is far off, by a factor that is in no list.
 fn any_factor(
     motion: &Motion,
@@ -87,7 +90,8 @@ fn any_factor(
     as_it_stands: f64,
 ) -> Option<DataFault> {
     let (gain, explained) = motion.gain(base)?;
-    let told_apart = !model.fitted_to_log && clearly(as_it_stands, explained);
+    let odd = !ODD.contains(&gain);
+    let told_apart = odd && !model.fitted_to_log && clearly(as_it_stands, explained);
     told_apart.then(|| told(&[(explained, &suspects::of_any_size(record, gain))], as_it_stands))
 }
 
