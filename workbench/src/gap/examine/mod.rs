@@ -66,7 +66,7 @@ fn motion_fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
     let suspects = suspects::all(model, record, &base);
     let mut seen: Vec<(f64, &Suspect)> = suspects
         .iter()
-        .filter_map(|suspect| Some((motion.explained_with(&base, suspect, model)?, suspect)))
+        .filter_map(|suspect| Some((suspect.explains(&motion, &base, model)?, suspect)))
         .filter(|(explained, _)| clearly(as_it_stands, *explained))
         .collect();
     seen.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -1,6 +1,5 @@
 //! What a first-order motion explains of a record, with friction, a constant load, gravity and a spring left free.
 
-use super::suspects::Suspect;
 use crate::system::log::{Dynamic, Input, Run};
 use crate::system::model::{Kind, Model};
 use nalgebra::{DMatrix, DVector};
@@ -121,6 +120,11 @@ impl Motion {
         (variation > 0.0).then_some(Self { stretches, variation, fastest })
     }
 
+    /// Rows of all stretches.
+    pub fn rows(&self) -> usize {
+        self.stretches.iter().map(|stretch| stretch.time.len()).sum()
+    }
+
     /// The record with its inputs moved up by some rows.
     pub fn shifted(&self, rows: usize) -> Option<Self> {
         let shift = |stretch: &Stretch| {
@@ -178,18 +182,10 @@ impl Motion {
         fits.filter(allowed).map(|fit| fit.explained).fold(0.0, f64::max)
     }
 
-    /// The share that is explained once a mistake is put right; `None` if the mistake is not what the data show.
-    pub fn explained_with(&self, base: &Base, suspect: &Suspect, model: &Model) -> Option<f64> {
-        let swapped = if suspect.swapped { Some(self.swapped()?) } else { None };
-        let motion = swapped.as_ref().unwrap_or(self);
-        let fits = AROUND[2..7].iter().map(|times| motion.fit(times * base.rate * suspect.rate));
-        let best = fits.max_by(|a, b| a.explained.total_cmp(&b.explained))?;
-        // Numbers of a data sheet may be off together.
-        let margin = NEAR + 2.0 * model.default_tolerance.min(0.1);
-        let wanted = base.slope * suspect.slope;
-        let gain =
-            best.slope / wanted * if base.rate > 0.0 { base.rate * suspect.rate / best.rate } else { 1.0 };
-        (gain > 0.0 && gain.ln().abs() < margin || suspect.any_size && gain > 0.0).then_some(best.explained)
+    /// The best fit at time constants around the model's, itself `times` as fast.
+    pub fn near(&self, base: &Base, times: f64) -> Option<Fitted> {
+        let fits = AROUND[2..7].iter().map(|around| self.fit(around * base.rate * times));
+        fits.max_by(|a, b| a.explained.total_cmp(&b.explained))
     }
 
     /// The gain over that of the model, where the time constant is about that of the model, and the share that is then explained.
@@ -209,7 +205,7 @@ impl Motion {
 
     /// The forces that explain most at a rate.
     pub fn fit(&self, rate: f64) -> Fitted {
-        let rows: usize = self.stretches.iter().map(|stretch| stretch.time.len()).sum();
+        let rows = self.rows();
         let mut matrix = DMatrix::zeros(rows, FORCES);
         let mut wanted = DVector::zeros(rows);
         let mut row = 0;
@@ -249,9 +245,6 @@ impl Motion {
         1.0 - left / self.variation
     }
 }
-
-/// A factor that is found lies so near the one of the list, in its logarithm, besides the tolerances of the model.
-const NEAR: f64 = 0.25;
 
 impl Stretch {
     fn first(mut self, rows: usize) -> Self {

@@ -12,7 +12,33 @@ const STRIDE: usize = 8;
 
 /// A position that does not integrate to the speed.
 pub fn fault(record: &Dynamic) -> Option<DataFault> {
-    let mut pairs: Vec<(f64, f64)> = Vec::new();
+    let pairs = ways(record);
+    let square: f64 = pairs.iter().map(|pair| pair.0 * pair.0).sum();
+    let product: f64 = pairs.iter().map(|pair| pair.0 * pair.1).sum();
+    let total: f64 = pairs.iter().map(|pair| pair.1 * pair.1).sum();
+    if square <= 0.0 || total <= 0.0 {
+        return None;
+    }
+    let explained =
+        |factor: f64| 1.0 - pairs.iter().map(|pair| (pair.1 - factor * pair.0).powi(2)).sum::<f64>() / total;
+    let (found, as_it_stands) = (product / square, explained(1.0));
+    let (position, speed) = if record.linear { ("q_m", "v_m_s") } else { ("theta_rad", "omega_rad_s") };
+    let near = |factor: f64| found * factor > 0.0 && (found / factor).ln().abs() < NEAR;
+    let mistakes = mistakes(position, speed);
+    let mistake = mistakes.into_iter().find(|mistake| near(mistake.times))?;
+    let with_it = explained(mistake.times);
+    clearly(as_it_stands, with_it).then(|| DataFault {
+        place: format!("{position}, {speed}"),
+        what: mistake.what,
+        explained_as_it_stands: as_it_stands.max(0.0),
+        explained_with_it: with_it,
+        remedy: format!("--columns \"{0}={0}*{1:.6}\"", mistake.column, mistake.mended),
+    })
+}
+
+/// The way by the speed and the way by the position, some rows at a time.
+fn ways(record: &Dynamic) -> Vec<(f64, f64)> {
+    let mut pairs = Vec::new();
     for run in &record.runs {
         let (Some(position), Some(speed)) = (&run.position, &run.speed) else {
             continue;
@@ -26,65 +52,39 @@ pub fn fault(record: &Dynamic) -> Option<DataFault> {
             }
         }
     }
-    let square: f64 = pairs.iter().map(|pair| pair.0 * pair.0).sum();
-    let product: f64 = pairs.iter().map(|pair| pair.0 * pair.1).sum();
-    let total: f64 = pairs.iter().map(|pair| pair.1 * pair.1).sum();
-    if square <= 0.0 || total <= 0.0 {
-        return None;
-    }
-    let explained =
-        |factor: f64| 1.0 - pairs.iter().map(|pair| (pair.1 - factor * pair.0).powi(2)).sum::<f64>() / total;
-    let (found, as_it_stands) = (product / square, explained(1.0));
-    let names = match record.linear {
-        true => ("q_m", "v_m_s"),
-        false => ("theta_rad", "omega_rad_s"),
+    pairs
+}
+
+/// What a logger may have written.
+struct Mistake<'a> {
+    /// The way by the position is so many times the way by the speed.
+    times: f64,
+    what: String,
+    column: &'a str,
+    /// The factor that mends the column.
+    mended: f64,
+}
+
+fn mistakes<'a>(position: &'a str, speed: &'a str) -> Vec<Mistake<'a>> {
+    let of = |column: &'a str, times: f64, unit: &str| Mistake {
+        times,
+        what: format!("{column} is in {unit}"),
+        column,
+        mended: if column == position { 1.0 / times } else { times },
     };
-    let (position, speed) = names;
-    let listed = [
-        (
-            -1.0,
-            format!("{position} or {speed} has the wrong sign"),
-            format!("--columns \"{position}={position}*-1\""),
-        ),
-        (
-            180.0 / PI,
-            format!("{position} is in degrees"),
-            format!("--columns \"{position}={position}*{:.6}\"", PI / 180.0),
-        ),
-        (
-            1.0 / TAU,
-            format!("{position} is in turns"),
-            format!("--columns \"{position}={position}*{TAU:.6}\""),
-        ),
-        (
-            TAU / 60.0,
-            format!("{speed} is in rpm"),
-            format!("--columns \"{speed}={speed}*{:.6}\"", TAU / 60.0),
-        ),
-        (
-            PI / 180.0,
-            format!("{speed} is in °/s"),
-            format!("--columns \"{speed}={speed}*{:.6}\"", PI / 180.0),
-        ),
-        (
-            1000.0,
-            format!("{position} is in thousandths, or t_s in ms"),
-            format!("--columns \"{position}={position}*0.001\""),
-        ),
-        (
-            0.001,
-            format!("{speed} is in thousandths, or t_s in ms"),
-            format!("--columns \"{speed}={speed}*0.001\""),
-        ),
-    ];
-    let near = |factor: f64| found * factor > 0.0 && (found / factor).ln().abs() < NEAR;
-    let (factor, what, remedy) = listed.into_iter().find(|(factor, ..)| near(*factor))?;
-    let with_it = explained(factor);
-    clearly(as_it_stands, with_it).then(|| DataFault {
-        place: format!("{position}, {speed}"),
-        what,
-        explained_as_it_stands: as_it_stands.max(0.0),
-        explained_with_it: with_it,
-        remedy,
-    })
+    let sign = Mistake {
+        times: -1.0,
+        what: format!("{position} or {speed} has the wrong sign"),
+        column: position,
+        mended: -1.0,
+    };
+    vec![
+        sign,
+        of(position, 180.0 / PI, "degrees"),
+        of(position, 1.0 / TAU, "turns"),
+        of(speed, TAU / 60.0, "rpm"),
+        of(speed, PI / 180.0, "°/s"),
+        of(position, 1000.0, "thousandths, or t_s in ms"),
+        of(speed, 0.001, "thousandths, or t_s in ms"),
+    ]
 }

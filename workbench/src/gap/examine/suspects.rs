@@ -1,6 +1,6 @@
 //! The mistakes that are looked for, each with what it does to the motion and with the line that mends it.
 
-use super::motion::Base;
+use super::motion::{Base, Motion};
 use crate::system::log::{Dynamic, Input};
 use crate::system::model::{Kind, Model};
 use std::f64::consts::{PI, TAU};
@@ -9,6 +9,9 @@ use std::f64::consts::{PI, TAU};
 const RPM: f64 = TAU / 60.0;
 /// rad in a degree.
 const DEGREE: f64 = PI / 180.0;
+
+/// A factor that is found lies so near the one of the list, in its logarithm, besides the tolerances of the model.
+const NEAR: f64 = 0.25;
 
 /// A mistake.
 #[derive(Clone, Debug)]
@@ -33,6 +36,19 @@ impl Suspect {
     fn new(place: &str, what: impl Into<String>, remedy: impl Into<String>, slope: f64, rate: f64) -> Self {
         let (what, remedy) = (what.into(), remedy.into());
         Self { place: place.to_owned(), what, remedy, slope, rate, swapped: false, any_size: false }
+    }
+}
+
+impl Suspect {
+    /// The share of the motion that is explained once this is put right; `None` if it is not what the data show.
+    pub fn explains(&self, motion: &Motion, base: &Base, model: &Model) -> Option<f64> {
+        let swapped = if self.swapped { Some(motion.swapped()?) } else { None };
+        let best = swapped.as_ref().unwrap_or(motion).near(base, self.rate)?;
+        // Numbers of a data sheet may be off together.
+        let margin = NEAR + 2.0 * model.default_tolerance.min(0.1);
+        let damped = if base.rate > 0.0 { base.rate * self.rate / best.rate } else { 1.0 };
+        let gain = best.slope / (base.slope * self.slope) * damped;
+        (gain > 0.0 && (self.any_size || gain.ln().abs() < margin)).then_some(best.explained)
     }
 }
 
