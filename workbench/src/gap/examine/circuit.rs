@@ -7,10 +7,11 @@ use crate::system::model::{Kind, Model};
 use servo::axis::Bridge;
 
 /// What a logger may have done to a current.
-const MISTAKES: [(f64, &str, &str); 3] = [
+const MISTAKES: [(f64, &str, &str); 4] = [
     (1e-3, "i_a is in mA", "--columns \"i_a=i_a*0.001\""),
     (1e3, "i_a is in kA", "--columns \"i_a=i_a*1000\""),
     (-1.0, "i_a has the wrong sign", "--columns \"i_a=i_a*-1\""),
+    (-1e-3, "i_a is in mA and has the wrong sign", "--columns \"i_a=i_a*-0.001\""),
 ];
 
 /// A current that is not the winding's.

@@ -120,7 +120,14 @@ fn of_speed(record: &Dynamic) -> Vec<Suspect> {
         let remedy = format!("--columns \"{column}={column}*{:.6}\"", 1.0 / factor);
         Suspect::new(column, format!("{column} is in {unit}"), remedy, factor, 1.0)
     };
-    units.into_iter().map(unit).collect()
+    let quarter = Suspect::new(
+        column,
+        format!("{column} is a quarter of itself: counts that were not multiplied by four"),
+        format!("--columns \"{column}={column}*4\""),
+        0.25,
+        1.0,
+    );
+    units.into_iter().map(unit).chain([quarter]).collect()
 }
 
 /// A factor that no list holds: the side of a gear, counts that are not multiplied by four, counts for radians.
