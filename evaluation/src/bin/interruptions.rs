@@ -67,9 +67,9 @@ fn main() {
     page.line("| command | interrupted | while the motor program ran | bridge off, files whole, nothing left |\n|---|---|---|---|");
     let sum = |k: usize| rows.values().map(|row| row[k]).sum::<u64>();
     for (command, row) in &rows {
-        page.line(&format!("| `{command}` | {} | {} | {} |", row[0], row[1], row[2]));
+        page.line(format!("| `{command}` | {} | {} | {} |", row[0], row[1], row[2]));
     }
-    page.line(&format!("| **all** | {} | {} | {} |", sum(0), sum(1), sum(2)));
+    page.line(format!("| **all** | {} | {} | {} |", sum(0), sum(1), sum(2)));
     faults.iter().for_each(|fault| page.line(fault));
     page.close(&format!("{} … {}", arguments.first, arguments.first + arguments.instants - 1));
 }
