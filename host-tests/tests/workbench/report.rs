@@ -86,12 +86,16 @@ fn outcome() -> Outcome {
         places: vec![Where { region: "0 < |u| < 1.2 V".into(), share_of_squared_error: 0.83, also: vec![] }],
         unexplained: Unexplained::new(0.01, "none".into()),
         next_experiment: Some(Experiment {
-            why: "A logged current tells a drive gain from a sensor scale.".into(),
-            profile: vec![
-                Segment { bridge: Bridge::Driven, u_v: Some(6.0), seconds: 1.0 },
-                Segment { bridge: Bridge::Open, u_v: None, seconds: 2.0 },
-            ],
-            unit: "V",
+            peak_current_a: Some(4.21),
+            travel: Some(20.0 * std::f64::consts::TAU),
+            ..Experiment::new(
+                "A logged current tells a drive gain from a sensor scale.".into(),
+                vec![
+                    Segment { bridge: Bridge::Driven, u_v: Some(6.0), seconds: 1.0 },
+                    Segment { bridge: Bridge::Open, u_v: None, seconds: 2.0 },
+                ],
+                "V",
+            )
         }),
         runtime_s: 3.2,
         notes: vec!["Every second row was held out.".into()],
@@ -123,6 +127,7 @@ fn the_terminal_summary_fits_80_columns_and_says_everything() {
         "80.10 % → 99.70 %",
         "J_kgm2 +2.00 ± 0.40 %",
         "+6 V for 1 s, bridge open for 2 s",
+        "It takes up to 4.2 A and 20 turns of the motor",
         "83 %",
         "quadratic_drag (+0.21 points of fit)",
         "Every second row",
@@ -158,7 +163,7 @@ fn bars_are_in_proportion_to_the_gap() {
 fn a_train_of_pulses_is_told_once() {
     let pulse = |u: f64| Segment { bridge: Bridge::Driven, u_v: Some(u), seconds: 0.037 };
     let profile = (0..16).flat_map(|_| [pulse(12.0), pulse(-12.0)]).collect();
-    let next_experiment = Some(Experiment { why: "fast reversals".into(), profile, unit: "A" });
+    let next_experiment = Some(Experiment::new("fast reversals".into(), profile, "A"));
     let text = Terminal.export(&Outcome { next_experiment, ..outcome() }).unwrap();
     assert!(text.contains("16 times: +12 A for 37 ms, then -12 A for 37 ms"), "{text}");
 }

@@ -8,7 +8,7 @@ use crate::gap::prediction::{Prediction, compared};
 use crate::gap::rest::{self, Described};
 use crate::gap::search::{Found, Scored};
 use crate::gap::verdict::Judged;
-use crate::gap::{evidence, excitation, plots};
+use crate::gap::{evidence, excitation, experiment, plots};
 use crate::outcome::*;
 use crate::report::volts;
 use crate::system::effects::{self, Effect};
@@ -65,7 +65,7 @@ pub(super) fn extended(
         final_records: last.map(|dataset| predicted(dataset, model, kept)),
         within_tolerance: shifts,
         unexplained: judged.unexplained,
-        next_experiment: judged.next,
+        next_experiment: judged.next.map(|next| experiment::with_needs(next, kept)),
         notes: notes.concat(),
         rivals: evidence::rivals(found, &judged.ties),
         plots,

@@ -232,6 +232,22 @@ pub struct Experiment {
     pub profile: Vec<Segment>,
     /// Unit of the input: `V`, or that of a current, torque or force that drives the axis.
     pub unit: &'static str,
+    /// The largest winding current that the extended model sees in it, A; absent where the model knows none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_current_a: Option<f64>,
+    /// How far the axis goes from one end to the other, rad or m; absent for a table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub travel: Option<f64>,
+    /// True on a linear axis.
+    #[serde(skip)]
+    pub linear: bool,
+}
+
+impl Experiment {
+    /// What to apply and why; what it takes is not known yet.
+    pub fn new(why: String, profile: Vec<Segment>, unit: &'static str) -> Self {
+        Self { why, profile, unit, peak_current_a: None, travel: None, linear: false }
+    }
 }
 
 /// The gap after one more effect.

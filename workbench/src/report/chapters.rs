@@ -233,6 +233,7 @@ fn next(experiment: &Experiment) -> Markup {
         article.next {
             h3 { "Next experiment" }
             p { (experiment.why) }
+            @if let Some(needs) = format::needs(experiment) { p { (needs) } }
             @if times > 1 { p { (times) " times:" } }
             @if !pieces.is_empty() {
                 table {

@@ -262,6 +262,18 @@ pub fn profile(experiment: &Experiment) -> (usize, Vec<String>) {
     (times, pieces[..period].iter().map(|piece| segment(piece, experiment.unit)).collect())
 }
 
+/// What an experiment takes: `It takes up to 4.2 A and 12 turns.`
+pub fn needs(experiment: &Experiment) -> Option<String> {
+    let current = experiment.peak_current_a.map(|peak| format!("up to {} A", significant(peak, 2)));
+    let travel = experiment.travel.map(|travel| match experiment.linear {
+        true => format!("{} m of travel", significant(travel, 2)),
+        false => format!("{} turns of the motor", significant(travel / std::f64::consts::TAU, 2)),
+    });
+    let parts: Vec<String> = current.into_iter().chain(travel).collect();
+    (!parts.is_empty())
+        .then(|| format!("It takes {}, as far as the extended model knows.", parts.join(" and ")))
+}
+
 /// `+6 V for 1 s`, `bridge open for 37 ms`.
 fn segment(s: &Segment, unit: &str) -> String {
     let time = match s.seconds < 0.1 {

@@ -163,6 +163,9 @@ fn next(text: &mut String, outcome: &Outcome) -> Result<()> {
         (_, 1) => block(text, "", &pieces.join(", ")),
         (_, times) => block(text, "", &format!("{times} times: {}", pieces.join(", then "))),
     }
+    if let Some(needs) = format::needs(experiment) {
+        block(text, "", &needs);
+    }
     Ok(())
 }
 
