@@ -14,6 +14,9 @@ const MOTOR: &str = include_str!("motor_program.py");
 /// Nothing here takes longer.
 const PATIENCE: Duration = Duration::from_secs(120);
 
+/// A process that was ended has left the table by then.
+const LEAVING: Duration = Duration::from_secs(20);
+
 /// The folder.
 pub struct ExecBench {
     folder: TempDir,
@@ -84,13 +87,19 @@ impl ExecBench {
 
     /// Nothing that was started still runs, no temporary folder is left.
     pub fn assert_clean(&self) {
+        assert_eq!(self.left_behind(), Vec::<String>::new());
+    }
+
+    /// Processes that still run and temporary files that are left.
+    pub fn left_behind(&self) -> Vec<String> {
         // A killed process needs a moment until it has left the table.
-        self.wait_for("the end of all processes", || running_in(self.folder.path()).is_empty().then_some(()));
-        let left: Vec<PathBuf> = std::fs::read_dir(self.path("tmp"))
-            .expect("the temporary folder")
-            .map(|entry| entry.expect("an entry").path())
-            .collect();
-        assert_eq!(left, Vec::<PathBuf>::new());
+        let begin = Instant::now();
+        while !running_in(self.folder.path()).is_empty() && begin.elapsed() < LEAVING {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let processes = running_in(self.folder.path()).into_iter().map(|number| format!("process {number}"));
+        let files = std::fs::read_dir(self.path("tmp")).expect("the temporary folder");
+        processes.chain(files.map(|entry| entry.expect("an entry").path().display().to_string())).collect()
     }
 }
 

@@ -89,11 +89,20 @@ fn a_truncated_row_is_named_by_its_line() {
 
 #[test]
 fn a_value_that_is_no_number_is_named_by_line_and_column() {
-    for bad in ["NaN", "inf", "fast"] {
+    for bad in ["inf", "fast"] {
         let mut lines = log(200);
         lines[10] = format!("0.09,6,{bad}");
         Desk::new(&lines.join("\n")).refuses(&["log.csv", "11", "omega_rad_s"]);
     }
+}
+
+#[test]
+fn many_cells_without_a_number_are_named_once() {
+    let mut lines = log(200);
+    for row in [10, 40, 90, 120, 121] {
+        lines[row] = format!("{},6,NaN", 0.01 * (row - 1) as f64);
+    }
+    Desk::new(&lines.join("\n")).refuses(&["log.csv", "line 11", "omega_rad_s", "5 of 200 rows"]);
 }
 
 #[test]
@@ -220,4 +229,34 @@ fn a_time_column_never_goes_unused_in_silence() {
     let output = desk.gap(&[]);
     assert_eq!(output.status.code(), Some(0));
     assert!(read(&desk.path("gap.json")).contains("the time is not used"));
+}
+
+#[test]
+fn a_script_reads_the_result_and_the_exit_status() {
+    let desk = Desk::new(&turned(1.0));
+    let asked = |more: &[&str]| {
+        let files = ["gap", "--model", "model.toml", "--log", "log.csv"];
+        truing().current_dir(desk.0.path()).args(files).args(more).output().unwrap()
+    };
+    assert_eq!(asked(&["--check"]).status.code(), Some(0), "nothing is missing");
+    desk.put("model.toml", &MODEL.replace("J_kgm2 = 1e-4", "J_kgm2 = 2e-4"));
+    let checked = asked(&["--check", "--json", "-"]);
+    assert_eq!(checked.status.code(), Some(1), "the model has twice the inertia");
+    let result: serde_json::Value = serde_json::from_slice(&checked.stdout).expect("nothing but the result");
+    assert_ne!(result["verdict"], "nothing_missing");
+    let said = String::from_utf8_lossy(&checked.stderr).into_owned();
+    assert!(said.trim_end().lines().last().unwrap().starts_with("error: --check: the verdict is"), "{said}");
+    assert!(!desk.path("-").exists());
+    assert_eq!(asked(&[]).status.code(), Some(0), "a verdict is no failure");
+}
+
+#[test]
+fn every_shell_and_man_get_their_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = truing().args(["completions", "--out"]).arg(folder.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    for (name, word) in [("truing.bash", "--holdout"), ("_truing", "--holdout"), ("truing-gap.1", "holdout")]
+    {
+        assert!(read(&folder.path().join(name)).contains(word), "{name}");
+    }
 }

@@ -55,6 +55,8 @@ fn command(model: &str, log: &str, holdout: Option<&str>, without: &[&str]) -> R
         json: Some(path("outcome.json")),
         pictures: None,
         report: None,
+        accept_data: false,
+        check: false,
     };
     run(&arguments).map_err(|error| format!("{error:#}"))?;
     Ok(std::fs::read_to_string(path("outcome.json")).unwrap())

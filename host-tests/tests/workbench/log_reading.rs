@@ -84,7 +84,7 @@ fn every_defect_is_named_with_its_place_and_remedy() {
         (String::new(), "", &["log.csv", "empty", "header"]),
         ("t_s,u_v,theta_rad\n".into(), "", &["no rows"]),
         ("1,2,3\n4,5,6\n".into(), "", &["line 1", "header line"]),
-        (broken(39, "0.039,1"), "", &["line 42", "truncated"]),
+        (broken(38, "0.038,1"), "", &["line 41", "truncated"]),
         (broken(5, "0.005,abc,0"), "", &["line 8", "u_v", "abc", "not a number"]),
         (broken(5, "0.005,NaN,0"), "", &["line 8", "u_v", "finite"]),
         (broken(5, "0.005,,0"), "", &["line 8", "u_v"]),

@@ -34,7 +34,7 @@ fn curve(f: impl Fn(f64) -> f64) -> Curve {
 }
 
 fn traces() -> Plot {
-    let series = |label: &str, style, curve| Series { label: label.into(), curve, style };
+    let series = |label: &str, style, curve, role| Series::new(label, curve, style).of(role);
     Plot {
         title: "Speed before and after".into(),
         caption: "The extended model follows the measurement.".into(),
@@ -42,12 +42,13 @@ fn traces() -> Plot {
         x_label: "time, s".into(),
         y_label: "speed, rad/s".into(),
         series: vec![
-            series("measured", Style::Points, curve(|t| 40.0 * (3.0 * t).sin())),
-            series("model as given", Style::Dashed, curve(|t| 50.0 * (3.0 * t).sin())),
-            series("extended model", Style::Line, curve(|t| 40.3 * (3.0 * t).sin())),
+            series("measured", Style::Points, curve(|t| 40.0 * (3.0 * t).sin()), Role::Measured),
+            series("model as given", Style::Dashed, curve(|t| 50.0 * (3.0 * t).sin()), Role::Given),
+            series("extended model", Style::Line, curve(|t| 40.3 * (3.0 * t).sin()), Role::Extended),
         ],
         noise_band: None,
         marks: vec![(1.2, "dead zone 1.2 V".into())],
+        held_out: vec![(3.0, 4.0)],
     }
 }
 
@@ -58,6 +59,7 @@ fn outcome() -> Outcome {
         grade: Grade::Tie,
         small: vec![Small { name: "quadratic_drag".into(), fit_points: 0.21 }],
         data_sheet: Vec::new(),
+        data: vec![],
         effects: vec![
             effect("dead_zone", ("half_width_v", value(1.1, 0.01, "V")), None),
             effect("drive_gain", ("ratio", value(1.31, 0.004, "1")), Some(0)),
@@ -82,14 +84,19 @@ fn outcome() -> Outcome {
             std_percent: 0.4,
             refitted: false,
         }],
-        places: vec![Where { region: "0 < |u| < 1.2 V".into(), share_of_squared_error: 0.83 }],
+        places: vec![Where { region: "0 < |u| < 1.2 V".into(), share_of_squared_error: 0.83, also: vec![] }],
         unexplained: Unexplained::new(0.01, "none".into()),
         next_experiment: Some(Experiment {
-            why: "A logged current tells a drive gain from a sensor scale.".into(),
-            profile: vec![
-                Segment { bridge: Bridge::Driven, u_v: Some(6.0), seconds: 1.0 },
-                Segment { bridge: Bridge::Open, u_v: None, seconds: 2.0 },
-            ],
+            peak_current_a: Some(4.21),
+            travel: Some(20.0 * std::f64::consts::TAU),
+            ..Experiment::new(
+                "A logged current tells a drive gain from a sensor scale.".into(),
+                vec![
+                    Segment { bridge: Bridge::Driven, u_v: Some(6.0), seconds: 1.0 },
+                    Segment { bridge: Bridge::Open, u_v: None, seconds: 2.0 },
+                ],
+                "V",
+            )
         }),
         runtime_s: 3.2,
         notes: vec!["Every second row was held out.".into()],
@@ -120,7 +127,8 @@ fn the_terminal_summary_fits_80_columns_and_says_everything() {
         "noise floor",
         "80.10 % → 99.70 %",
         "J_kgm2 +2.00 ± 0.40 %",
-        "6 V for 1 s, bridge open for 2 s",
+        "+6 V for 1 s, bridge open for 2 s",
+        "It takes up to 4.2 A and 20 turns of the motor",
         "83 %",
         "quadratic_drag (+0.21 points of fit)",
         "Every second row",
@@ -129,13 +137,36 @@ fn the_terminal_summary_fits_80_columns_and_says_everything() {
     }
 }
 
+/// The bar of a line in eighths of a character.
+fn eighths(line: &str) -> usize {
+    line.chars()
+        .map(|c| {
+            if ('▉'..='▏').contains(&c) {
+                '▐' as usize - c as usize
+            } else {
+                8 * usize::from(c == '█')
+            }
+        })
+        .sum()
+}
+
 #[test]
-fn bars_grow_with_the_gap() {
+fn bars_are_in_proportion_to_the_gap() {
     let text = Terminal.export(&outcome()).unwrap();
-    let bar = |label: &str| text.lines().find(|l| l.contains(label)).unwrap().matches('█').count();
-    let lengths = ["model as given", "  + dead_zone", "  + drive_gain", "noise floor"].map(bar);
-    assert!(lengths.is_sorted_by(|a, b| a > b || (a >= b && lengths[2] <= lengths[3] + 1)), "{lengths:?}");
-    assert!(lengths[0] > 3 * lengths[3]);
+    let bar = |label: &str| eighths(text.lines().find(|l| l.contains(label)).unwrap());
+    let [given, with_zone, with_both, floor] =
+        ["model as given", "  + dead_zone", "  + drive_gain", "noise floor"].map(bar);
+    assert_eq!(with_zone, (given as f64 * 1.9 / 6.4).round() as usize);
+    assert!(with_both <= given / 60 && (1..=with_both).contains(&floor), "{given} {with_both} {floor}");
+}
+
+#[test]
+fn a_train_of_pulses_is_told_once() {
+    let pulse = |u: f64| Segment { bridge: Bridge::Driven, u_v: Some(u), seconds: 0.037 };
+    let profile = (0..16).flat_map(|_| [pulse(12.0), pulse(-12.0)]).collect();
+    let next_experiment = Some(Experiment::new("fast reversals".into(), profile, "A"));
+    let text = Terminal.export(&Outcome { next_experiment, ..outcome() }).unwrap();
+    assert!(text.contains("16 times: +12 A for 37 ms, then -12 A for 37 ms"), "{text}");
 }
 
 #[test]
@@ -174,7 +205,7 @@ fn json_has_exactly_the_keys_of_the_schema() {
 
 #[test]
 fn html_is_self_contained_escaped_and_tells_the_three_stages() {
-    let page = Html { title: "A gap", subtitle: "model against log" }.export(&outcome()).unwrap();
+    let page = Html { subtitle: "model against log", command: "truing gap" }.export(&outcome()).unwrap();
     for stage in [
         "Detection",
         "Characterisation",
@@ -184,7 +215,10 @@ fn html_is_self_contained_escaped_and_tells_the_three_stages() {
     ] {
         assert!(page.contains(stage), "{stage}");
     }
-    assert_eq!(page.matches("<svg").count(), 2, "traces and waterfall");
+    assert_eq!(page.matches("<svg").count(), 4, "traces and bars, for a desk and for a telephone");
+    assert_eq!(page.matches("role=\"img\"").count(), 4, "each has words for those who cannot see it");
+    assert!(page.contains("<title>Tie: dead_zone and drive_gain</title>"));
+    assert!(page.contains("<code>truing gap</code>") && page.contains("prefers-color-scheme: dark"));
     assert!(page.contains("acts in coast too &lt;b&gt;"));
     for outside in ["<script", "<link", "<img", "src=", "url(", "@import"] {
         assert!(!page.contains(outside), "{outside}");
@@ -228,7 +262,7 @@ fn an_outcome_that_could_not_be_tested_claims_no_figures() {
     untested.verdict = Verdict::InsufficientExcitation;
     untested.effects.clear();
     untested.steps.clear();
-    let page = Html { title: "A gap", subtitle: "" }.export(&untested).unwrap();
+    let page = Html { subtitle: "", command: "truing gap" }.export(&untested).unwrap();
     assert!(
         page.contains("insufficient excitation") && !page.contains("noise floor") && !page.contains("NaN")
     );
@@ -309,7 +343,7 @@ fn friction_of_a_first_order_model_is_told_in_volts() {
     let outcome =
         Outcome { effects: truing::report::volts::told(&model, true, &[], effects.clone()), ..outcome() };
     let text = Terminal.export(&outcome).unwrap();
-    let html = Html { title: "A gap", subtitle: "model against log" };
+    let html = Html { subtitle: "model against log", command: "truing gap" };
     let page = html.export(&outcome).unwrap();
     for said in [&text, &page] {
         assert!(said.contains("level_v") && said.contains("0.675 ± 0.015 V"), "{said}");
@@ -358,7 +392,7 @@ fn a_parameter_of_a_fitted_model_is_refitted_and_not_within_a_tolerance() {
     let text = Terminal.export(&refitted).unwrap();
     assert!(text.contains("refitted: J_kgm2 +2.00 ± 0.40 %"), "{text}");
     assert!(!text.contains("within what the model allows"), "{text}");
-    let page = Html { title: "A gap", subtitle: "model against log" };
+    let page = Html { subtitle: "model against log", command: "truing gap" };
     let page = page.export(&refitted).unwrap();
     assert!(page.contains("refitted") && !page.contains("within their tolerance"));
     assert!(Json.export(&refitted).unwrap().contains("\"refitted\": true"));

@@ -20,7 +20,8 @@ fn names(outcome: &Outcome) -> Vec<String> {
     outcome.effects.iter().map(|effect| effect.name.clone()).collect()
 }
 
-/// Whether a number of each named effect lies beyond three of its standard deviations from nothing; effects without numbers do.
+/// Whether a number of each named effect, or the difference of its sides, lies beyond three of its standard deviations from nothing;
+/// effects without numbers do.
 fn indistinct(outcome: &Outcome) -> Vec<&str> {
     let vague = |effect: &&truing::outcome::NamedEffect| {
         let known = effects::find(&effect.name).expect("in the library");
@@ -30,7 +31,7 @@ fn indistinct(outcome: &Outcome) -> Vec<&str> {
             let nothing = parameter.map_or(0.0, effects::Parameter::nothing);
             value.std.is_none_or(|std| (value.value - nothing).abs() > 3.0 * std)
         };
-        !effect.parameters.is_empty() && !effect.parameters.iter().any(clear)
+        !effect.parameters.is_empty() && !effect.parameters.iter().chain(&effect.derived).any(clear)
     };
     let effects = outcome.effects.iter().filter(vague);
     effects.map(|effect| effect.name.as_str()).collect()

@@ -1,11 +1,13 @@
 //! `truing gap`: where do model and log disagree, and what is missing?
 
 use crate::cli::files::Files;
-use crate::console::input_error::InputError;
-use crate::gap::time_base;
+use crate::console::input_error::{InputError, NotDone};
 use crate::gap::{self, Options};
-use crate::outcome::Outcome;
-use crate::report::{Exporter, html::Html, json::Json, model_file::ModelFile, pictures, terminal::Terminal};
+use crate::gap::{examine, time_base};
+use crate::outcome::{DataFault, Outcome, Verdict};
+use crate::report::{
+    Exporter, grade, html::Html, json::Json, model_file::ModelFile, pictures, terminal::Terminal,
+};
 use crate::system::effects::{self, Effect};
 use crate::system::log::{self, Columns, Log};
 use crate::system::model::{self, Model};
@@ -14,8 +16,30 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+/// Below `--help`, not below `-h`.
+const EXAMPLES: &str = "\
+Examples:
+  A model from a data sheet, one log; a quarter of the log is held out:
+      truing gap --model motor.toml --log run.csv --out result
+  A second record of the same motor, which is never fitted:
+      truing gap --model motor.toml --log run.csv --holdout other.csv
+  Other column names and units:
+      truing gap --model motor.toml --log run.csv --columns \"t_ms=time_ms,u_v=pwm/255*12,omega_rpm=rpm\"
+  In a script: the result on standard output, exit status 1 unless nothing is missing:
+      truing gap --model motor.toml --log run.csv --json - --check
+
+Columns that need no mapping, with their units in the name:
+  time      t_s t_ms t_us                 current   i_a i_ma (measured); current_a (drives the axis)
+  voltage   u_v u_mv; duty with vbus_v    torque    torque_nm; force_n on a linear axis
+  speed     omega_rad_s omega_rpm v_m_s   position  theta_rad theta_deg theta_rev q_m q_mm
+  others    vbus_v; bridge (0 open, 1 driven, 2 shorted); run (separate records)
+
+`truing look run.csv` proposes --columns for a log with other names.
+Pages: docs/log.md, docs/reading-a-verdict.md, docs/exit-codes.md";
+
 /// Arguments of `truing gap`.
 #[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
 pub struct Arguments {
     /// The model, TOML.
     #[arg(long)]
@@ -27,26 +51,34 @@ pub struct Arguments {
     #[arg(long, num_args = 1..)]
     pub holdout: Vec<PathBuf>,
     /// Logs that are predicted at the very end and choose nothing: the figure that nobody chose by.
-    #[arg(long = "final", num_args = 1..)]
+    #[arg(long = "final", num_args = 1.., hide_short_help = true)]
     pub finals: Vec<PathBuf>,
-    /// Foreign column names: `u_v=u_V,omega_rad_s=left_rpm*0.104720`; `t_s=none` ignores the time (a steady-state table).
-    #[arg(long, default_value = "")]
+    /// What the columns of the logs are, where their names do not say it: `u_v=pwm/255*12,t_ms=time,omega_rpm=left_rpm`. The
+    /// right side is a column, an expression over columns and `row`, or a constant; `NAME=none` leaves a column out
+    /// (`t_s=none`: a steady-state table). `truing look` proposes it.
+    #[arg(long, value_name = "OURS=THEIRS,…", default_value = "", hide_default_value = true)]
     pub columns: String,
     /// Effects that are not offered (repeatable): how would the log be explained without them?
-    #[arg(long, num_args = 1..)]
+    #[arg(long, num_args = 1.., hide_short_help = true)]
     pub without: Vec<String>,
     /// Folder for report.html, outcome.json and the extended model, model.extended.toml.
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Write the result as JSON.
+    /// Write the result as JSON; `-` is standard output, where nothing else is then printed.
     #[arg(long)]
     pub json: Option<PathBuf>,
     /// Folder for the report's plots as SVG files.
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub pictures: Option<PathBuf>,
     /// Write the report as one HTML file.
     #[arg(long)]
     pub report: Option<PathBuf>,
+    /// Go on although the files look wrong: a unit, a sign, a record of another motor.
+    #[arg(long)]
+    pub accept_data: bool,
+    /// Exit status 1 unless nothing is missing: for scripts and builds.
+    #[arg(long)]
+    pub check: bool,
 }
 
 /// What `--out` writes into its folder.
@@ -56,13 +88,22 @@ const REPORT: &str = "report.html";
 const EXTENDED: &str = "model.extended.toml";
 
 impl Arguments {
+    /// True if the result goes to standard output.
+    fn json_to_stdout(&self) -> bool {
+        self.json.as_deref() == Some(Path::new("-"))
+    }
+
+    fn json_file(&self) -> Option<PathBuf> {
+        self.json.clone().filter(|_| !self.json_to_stdout())
+    }
+
     fn files(&self) -> Files {
         let folder = |name: &str| self.out.as_ref().map(|folder| folder.join(name));
         Files::default()
             .reads("--model", [&self.model])
             .reads("--log", [&self.log])
             .reads("--holdout", &self.holdout)
-            .writes("--json or --out", self.json.clone().into_iter().chain(folder(JSON)))
+            .writes("--json or --out", self.json_file().into_iter().chain(folder(JSON)))
             .writes("--report or --out", self.report.clone().into_iter().chain(folder(REPORT)))
             .writes("--out", folder(EXTENDED))
     }
@@ -71,9 +112,9 @@ impl Arguments {
 /// Reads, analyses, reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.files().check()?;
-    let columns: Columns = arguments.columns.parse()?;
     let draft = model::read_draft(&arguments.model)?;
-    let log = log::read(&arguments.log, &columns)?;
+    let columns = Columns::of(&arguments.columns, draft.stated())?;
+    let log::Reading { log, notes } = log::open(&arguments.log, &columns)?;
     let model = gap::completed(draft, &log)?;
     let read = |path: &PathBuf| log::read(path, &columns);
     let holdouts: Vec<Log> = arguments.holdout.iter().map(read).collect::<Result<_, _>>()?;
@@ -84,14 +125,27 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let options = Options {
         finals: finals.collect::<Result<_, InputError>>()?,
         without: without.map_err(|text| anyhow::anyhow!("--without: {text}"))?.iter().map(named).collect(),
+        accept_data: arguments.accept_data,
         ..Options::default()
     };
-    if let Log::Dynamic(record) = &log {
+    // A time constant that is a millionth of itself makes any time look wrong: a key that is at fault goes first.
+    let elsewhere = |fault: &DataFault| fault.place != "t_s";
+    if let Log::Dynamic(record) = &log
+        && !examine::faults(&model, &log, &[]).iter().any(elsewhere)
+    {
         time_base::check(&model, record, &columns)?;
     }
-    let outcome = watched(&model, &log, &holdouts, &options)?;
-    out!("{}", Terminal.export(&outcome)?);
-    write(arguments, &model, &outcome)
+    let mut outcome = watched(&model, &log, &holdouts, &options)?;
+    outcome.notes.splice(0..0, notes);
+    match arguments.json_to_stdout() {
+        true => out!("{}", Json.export(&outcome)?),
+        false => out!("{}", Terminal.export(&outcome)?),
+    }
+    write(arguments, &model, &outcome)?;
+    if arguments.check && outcome.verdict != Verdict::NothingMissing {
+        return Err(NotDone(format!("--check: the verdict is `{}`", grade(&outcome))).into());
+    }
+    Ok(())
 }
 
 /// The gap workflow with a bar that shows its progress.
@@ -127,11 +181,11 @@ fn progress_bar() -> ProgressBar {
 
 fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Result<()> {
     let folder = |name: &str| arguments.out.as_ref().map(|folder| folder.join(name));
-    let subtitle = format!("{} against {}", arguments.model.display(), arguments.log.display());
-    let html = Html { title: "Where model and log disagree", subtitle: &subtitle };
+    let subtitle = format!("{} against {}", told(&arguments.model), told(&arguments.log));
+    let html = Html { subtitle: &subtitle, command: &command_line(std::env::args()) };
     let origin = arguments.log.display().to_string();
     let extended = ModelFile { original: &model.source_text, origin: &origin };
-    for path in [arguments.json.clone(), folder(JSON)].into_iter().flatten() {
+    for path in [arguments.json_file(), folder(JSON)].into_iter().flatten() {
         Json.write(outcome, &path)?;
     }
     for path in [arguments.report.clone(), folder(REPORT)].into_iter().flatten() {
@@ -141,4 +195,25 @@ fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Res
         pictures::write(outcome, folder)?;
     }
     folder(EXTENDED).map_or(Ok(()), |path: PathBuf| extended.write(outcome, Path::new(&path)))
+}
+
+/// A path as a page tells it: as it was typed, but nobody's folders.
+fn told(path: &Path) -> String {
+    let name = path.file_name().filter(|_| path.is_absolute());
+    name.map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+}
+
+/// A command line to be told and typed again.
+fn command_line(arguments: impl Iterator<Item = String>) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_=./,:+%@".contains(c);
+    let quoted = |word: String| {
+        let word = told(Path::new(&word));
+        match !word.is_empty() && word.chars().all(plain) {
+            true => word,
+            false => format!("'{}'", word.replace('\'', "'\\''")),
+        }
+    };
+    let words: Vec<String> =
+        std::iter::once("truing".to_owned()).chain(arguments.skip(1).map(quoted)).collect();
+    words.join(" ")
 }

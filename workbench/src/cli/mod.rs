@@ -4,6 +4,7 @@
 pub mod capture;
 pub mod cases;
 pub mod commission;
+pub mod completions;
 pub mod demo;
 pub mod effects;
 pub mod files;
@@ -11,6 +12,7 @@ pub mod firmware;
 pub mod gap;
 pub mod instructions;
 pub mod judge;
+pub mod look;
 pub mod monitor;
 pub mod move_to;
 pub mod paper;
@@ -26,7 +28,8 @@ use clap::{Parser, Subcommand};
 /// For the help.
 const EXIT_STATUS: &str = "\
 Exit status: 0 done, whatever was found; 1 the servo did not do what it was asked for (a refused commissioning, a fault, an event that did \
-not come), or a rig is answered wrongly (judge); 2 the input is unusable or the output cannot be written; 130 interrupted, the servo stopped.";
+not come), something is missing (gap --check), or a rig is answered wrongly (judge); 2 the input is unusable or the output cannot be \
+written; 130 interrupted, the servo stopped. docs/exit-codes.md has them all.";
 
 /// Finds where a motor model and measured data disagree, names the missing effect, adds it and shows the gap shrink.
 #[derive(Debug, Parser)]
@@ -42,6 +45,8 @@ pub struct Cli {
 pub enum Command {
     /// Compare a model with a log, name what is missing, extend the model.
     Gap(gap::Arguments),
+    /// Show what is in a log: columns, units, rate, gaps, a plot, the ready --columns.
+    Look(look::Arguments),
     /// Write a model file from a log and what is printed on a motor.
     Start(start::Arguments),
     /// Run the gap workflow on a folder of rigs and compare its answers with what is known of them.
@@ -70,6 +75,8 @@ pub enum Command {
     Replay(replay::Arguments),
     /// Draw data in which an effect is hidden, answers apart.
     Cases(cases::Arguments),
+    /// Write completions for every shell and the manual pages.
+    Completions(completions::Arguments),
 }
 
 impl Cli {
@@ -77,6 +84,7 @@ impl Cli {
     pub fn run(self) -> anyhow::Result<()> {
         match self.command {
             Command::Gap(arguments) => gap::run(&arguments),
+            Command::Look(arguments) => look::run(&arguments),
             Command::Start(arguments) => start::run(&arguments),
             Command::Judge(arguments) => judge::run(&arguments),
             Command::Simulate(arguments) => simulate::run(&arguments),
@@ -91,6 +99,7 @@ impl Cli {
             Command::Params(arguments) => params::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Cases(arguments) => cases::run(&arguments),
+            Command::Completions(arguments) => completions::run(&arguments),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! `truing replay`: does the library on the host compute the same bits as the chip has?
 
+use crate::console::input_error::NotDone;
 use crate::device::axis_file;
 use crate::device::replay;
 use crate::device::run_log::Tape;
@@ -37,7 +38,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for (tick, told) in &verdict.told {
         outln!("{:8.2} s   {told}", f64::from(*tick) / f64::from(setup.config.tick_hz));
     }
-    anyhow::ensure!(verdict.identical(), "{}: {verdict}", arguments.log.display());
+    if !verdict.identical() {
+        return Err(NotDone(format!("{}: {verdict}", arguments.log.display())).into());
+    }
     outln!("{verdict}");
     Ok(())
 }

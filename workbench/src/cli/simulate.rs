@@ -20,7 +20,7 @@ pub struct Arguments {
     #[arg(long)]
     pub input: PathBuf,
     /// Foreign column names, as in `truing gap`.
-    #[arg(long, default_value = "")]
+    #[arg(long, default_value = "", hide_default_value = true)]
     pub columns: String,
     /// Where to write t_s, the input, bridge, position, speed and current; without it: standard output.
     #[arg(long)]
@@ -34,8 +34,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .reads("--input", [&arguments.input])
         .writes("--out", &arguments.out)
         .check()?;
-    let columns: Columns = arguments.columns.parse()?;
     let model = model::read(&arguments.model)?;
+    let columns = Columns::of(&arguments.columns, &model)?;
     let Log::Dynamic(input) = log::read_input(&arguments.input, &columns)? else {
         anyhow::bail!("{}: has no time column; a simulation needs t_s", arguments.input.display());
     };

@@ -25,11 +25,25 @@ pub struct Estimate {
     pub std: Option<f64>,
 }
 
-/// The numbers of each effect of a set, in its order. Optional parameters that did not move are left out.
-pub fn estimates(kept: &Scored) -> Vec<Vec<Estimate>> {
+/// The numbers of one effect of a set.
+#[derive(Clone, Debug)]
+pub struct Estimates {
+    /// Its parameters. Optional ones that did not move are left out.
+    pub numbers: Vec<Estimate>,
+    /// The first side less the second, of an effect with two sides, with its standard deviation: it may be sharp where the sides
+    /// themselves can be traded for a number of the model.
+    pub between_sides: Option<(f64, f64)>,
+}
+
+/// The numbers of each effect of a set, in its order.
+pub fn estimates(kept: &Scored) -> Vec<Estimates> {
     let spread = Spread::of(kept);
     let items = kept.hypothesis.items.iter().enumerate();
-    items.map(|(index, item)| spread.of_effect(index, item)).collect()
+    let of = |(index, item)| Estimates {
+        numbers: spread.of_effect(index, item),
+        between_sides: spread.between_sides(index, item),
+    };
+    items.map(of).collect()
 }
 
 /// What the numbers of a set are uncertain by.
@@ -65,6 +79,17 @@ impl<'s, 'a> Spread<'s, 'a> {
             Some(Estimate { parameter, value, std })
         };
         item.effect.parameters.iter().enumerate().filter_map(estimate).collect()
+    }
+
+    /// The difference of the two sides of an effect, and its standard deviation.
+    fn between_sides(&self, index: usize, item: &Item) -> Option<(f64, f64)> {
+        let sides = item.effect.sides()?;
+        let hypothesis = &self.kept.hypothesis;
+        let (a, b) = (hypothesis.slot(index, sides.0)?, hypothesis.slot(index, sides.1)?);
+        let scale = hypothesis.dataset.scales.of(item.effect.parameters[sides.0].scale);
+        let variance = self.covariance[(a, a)] + self.covariance[(b, b)] - 2.0 * self.covariance[(a, b)];
+        let variance = variance.max(0.0) + self.scatter[a] + self.scatter[b];
+        Some((scale * (self.kept.fit.x[a] - self.kept.fit.x[b]), scale * variance.sqrt()))
     }
 
     /// Whether the numbers that say how much of an effect there is lie clearly away from nothing, together: sizes from 0, ratios

@@ -12,10 +12,10 @@ pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> Str
     let (summary, trace) = (effect.summary, effect.signature);
     if from == to || after.gap >= before.gap {
         return format!(
-            "It lowers the held-out gap together with the other names, not alone ({from} and {to} {unit}): {summary}. Its trace: {trace}."
+            "It lowers the held-out gap together with the other names, not alone ({from} and {to} {unit}): {summary}. It shows as: {trace}."
         );
     }
-    format!("The held-out gap falls from {from} to {to} {unit} with it: {summary}. Its trace: {trace}.")
+    format!("The held-out gap falls from {from} to {to} {unit} with it: {summary}. It shows as: {trace}.")
 }
 
 /// Explanations that lost, and why.
@@ -38,17 +38,10 @@ fn reason(other: &Scored, best: &Scored) -> String {
         let effects = set.hypothesis.items.iter().map(|item| item.effect);
         effects.into_iter().find(|effect| !has(effect))
     };
-    let mut text = format!(
-        "leaves {:.2} times the noise where the accepted set leaves {:.2} (χ² {:.0} higher)",
-        left(other),
-        left(best),
-        other.fit.cost - best.fit.cost
-    );
+    let mut text =
+        format!("leaves {:.2} times the noise where the accepted set leaves {:.2}", left(other), left(best));
     if let Some(effect) = missing(best, other) {
-        text.push_str(&format!(
-            "; without {} this trace stays unexplained: {}",
-            effect.name, effect.signature
-        ));
+        text.push_str(&format!("; without {} this stays unexplained: {}", effect.name, effect.signature));
     }
     text
 }

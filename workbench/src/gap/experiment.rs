@@ -5,6 +5,7 @@ use crate::gap::dataset::{BenchRun, Dataset, Traces};
 use crate::gap::fit::FINE;
 use crate::gap::search::Scored;
 use crate::outcome::{Experiment, Segment};
+use crate::system::log::Input;
 use crate::system::model::Kind;
 
 /// Samples per time constant of a simulated experiment.
@@ -56,7 +57,33 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
     } else {
         format!("{left} and {right} cannot be separated with these sensors")
     };
-    Separation { experiment: Experiment { why: text.clone(), profile: protocol.profile }, text }
+    let experiment = Experiment::new(text.clone(), protocol.profile, dataset.input.unit());
+    Separation { experiment, text }
+}
+
+/// The experiment with what it takes, as the extended model sees it: nobody wants to find out at the motor.
+pub fn with_needs(experiment: Experiment, kept: &Scored) -> Experiment {
+    let (dataset, model) = (kept.hypothesis.dataset, kept.hypothesis.model);
+    if experiment.profile.is_empty() {
+        return experiment;
+    }
+    let run = bench_run(dataset, &experiment.profile);
+    let mut traces = Traces::default();
+    run.simulate(&kept.hypothesis.plant(&kept.fit.x), 0.0, FINE, &mut traces);
+    let range = |values: &[f64]| {
+        let (low, high) =
+            values.iter().fold((0.0_f64, 0.0_f64), |(low, high), v| (low.min(*v), high.max(*v)));
+        high - low
+    };
+    let knows_current =
+        matches!(model.kind, Kind::DcMotor { .. }) && dataset.input == Input::Voltage && !model.fitted_to_log;
+    let peak = traces.current.iter().fold(0.0_f64, |most, current| most.max(current.abs()));
+    Experiment {
+        peak_current_a: knows_current.then_some(peak),
+        travel: Some(range(&traces.integral)).filter(|travel| travel.is_finite()),
+        linear: dataset.linear,
+        ..experiment
+    }
 }
 
 /// Whether the model's current is one: a first-order model stands for a motor of 1 Ω, whose current is no current.

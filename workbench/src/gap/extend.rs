@@ -1,19 +1,18 @@
 //! The model of a record, extended by what was found, and what it predicts: the one result.
 
 use crate::gap::dataset::{Dataset, Part};
-use crate::gap::estimate::{self, Estimate};
+use crate::gap::estimate::{self, Estimate, Estimates};
 use crate::gap::fit::{FINAL, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::prediction::{Prediction, compared};
 use crate::gap::rest::{self, Described};
 use crate::gap::search::{Found, Scored};
 use crate::gap::verdict::Judged;
-use crate::gap::{evidence, excitation, plots};
+use crate::gap::{evidence, excitation, experiment, plots};
 use crate::outcome::*;
 use crate::report::volts;
-use crate::system::effects;
+use crate::system::effects::{self, Effect};
 use crate::system::model::Model;
-use std::collections::BTreeMap;
 
 /// The model as given beside the data.
 pub(super) struct Given<'a> {
@@ -66,7 +65,7 @@ pub(super) fn extended(
         final_records: last.map(|dataset| predicted(dataset, model, kept)),
         within_tolerance: shifts,
         unexplained: judged.unexplained,
-        next_experiment: judged.next,
+        next_experiment: judged.next.map(|next| experiment::with_needs(next, kept)),
         notes: notes.concat(),
         rivals: evidence::rivals(found, &judged.ties),
         plots,
@@ -126,7 +125,7 @@ fn steps(best: &Scored, given: f64) -> Vec<Step> {
 /// The accepted effects with their parameters and uncertainties.
 fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
     let linear = kept.hypothesis.dataset.linear;
-    let effect = |(item, estimates): (&Item, Vec<Estimate>)| {
+    let effect = |(item, estimates): (&Item, Estimates)| {
         let name = item.effect.name.to_owned();
         let place = steps
             .iter()
@@ -144,8 +143,8 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
             ),
             tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
             name,
-            parameters: estimates.iter().map(|estimate| parameter(estimate, linear)).collect(),
-            derived: BTreeMap::new(),
+            parameters: estimates.numbers.iter().map(|estimate| parameter(estimate, linear)).collect(),
+            derived: between_sides(item.effect, &estimates, linear).into_iter().collect(),
         }
     };
     let items = kept.hypothesis.items.iter();
@@ -162,6 +161,16 @@ fn parameter(estimate: &Estimate, linear: bool) -> (String, Value) {
     };
     let (value, std) = (estimate.value, estimate.std);
     (key, Value { value, std, unit })
+}
+
+/// The difference of the two sides of an effect.
+fn between_sides(effect: &Effect, estimates: &Estimates, linear: bool) -> Option<(String, Value)> {
+    let (difference, std) = estimates.between_sides?;
+    let side = |k: usize| estimates.numbers.iter().find(|it| it.parameter.name == effect.parameters[k].name);
+    let sides = effect.sides()?;
+    let ((one, value), (other, _)) = (parameter(side(sides.0)?, linear), parameter(side(sides.1)?, linear));
+    let unit = value.unit;
+    Some((format!("{one}_minus_{other}"), Value { value: difference, std: Some(std), unit }))
 }
 
 /// Base parameters and parameters of known effects that moved inside their tolerances.

@@ -11,7 +11,7 @@ use crate::outcome::Where;
 use crate::system::model::Kind;
 
 /// Regions that are told.
-const TOLD: usize = 4;
+const TOLD: usize = 3;
 /// A region must hold this much more of the error than of the samples.
 const CONCENTRATED: f64 = 0.15;
 
@@ -22,11 +22,28 @@ struct Axis {
     values: Vec<f64>,
 }
 
+/// Two regions are one if so much of the squared error that lies in either lies in both: a step, the first moments after it and a large
+/// acceleration are the same rows.
+const THE_SAME: f64 = 0.8;
+
 /// A stretch of an axis: below or above a value.
 struct Region {
     text: String,
     share: f64,
     concentration: f64,
+    inside: Vec<bool>,
+    also: Vec<String>,
+}
+
+impl Region {
+    fn same(&self, other: &Self, squares: &[f64]) -> bool {
+        let (mut both, mut either) = (0.0, 0.0);
+        for ((a, b), square) in self.inside.iter().zip(&other.inside).zip(squares) {
+            both += if *a && *b { *square } else { 0.0 };
+            either += if *a || *b { *square } else { 0.0 };
+        }
+        both > THE_SAME * either
+    }
 }
 
 /// The regions that hold more than their part, most concentrated first.
@@ -42,11 +59,20 @@ pub fn places(given: &Hypothesis, x: &[f64]) -> Vec<Where> {
     regions.extend(direction(&samples, &squares));
     regions.retain(|region| region.concentration > CONCENTRATED);
     regions.sort_by(|a, b| b.concentration.total_cmp(&a.concentration));
-    regions.truncate(TOLD);
-    regions
-        .into_iter()
-        .map(|region| Where { region: region.text, share_of_squared_error: region.share })
-        .collect()
+    let mut told: Vec<Region> = Vec::new();
+    for region in regions {
+        match told.iter_mut().find(|known| known.same(&region, &squares)) {
+            Some(known) => known.also.push(region.text),
+            None => told.push(region),
+        }
+    }
+    told.truncate(TOLD);
+    let place = |region: Region| Where {
+        region: region.text,
+        share_of_squared_error: region.share,
+        also: region.also,
+    };
+    told.into_iter().map(place).collect()
 }
 
 fn axes(given: &Hypothesis, samples: &[Sample]) -> Vec<Axis> {
@@ -89,7 +115,7 @@ fn since_reversal(samples: &[Sample]) -> Vec<f64> {
 fn densest(axis: &Axis, squares: &[f64]) -> Option<Region> {
     let mut order: Vec<usize> = (0..squares.len()).collect();
     order.sort_by(|a, b| axis.values[*a].total_cmp(&axis.values[*b]));
-    let mut best: Option<Region> = None;
+    let mut best: Option<(f64, f64, f64, bool)> = None;
     let mut below = 0.0;
     for (rank, index) in order.iter().enumerate() {
         below += squares[*index];
@@ -99,25 +125,30 @@ fn densest(axis: &Axis, squares: &[f64]) -> Option<Region> {
         }
         let part = (rank + 1) as f64 / order.len() as f64;
         let edge = axis.values[*index];
-        for (share, part, sign) in [(below, part, "<"), (1.0 - below, 1.0 - part, ">")] {
+        for (share, part, up_to) in [(below, part, true), (1.0 - below, 1.0 - part, false)] {
             let concentration = share - part;
-            if part > 0.02 && best.as_ref().is_none_or(|known| concentration > known.concentration) {
-                best = Some(Region {
-                    text: format!("{} {sign} {} {}", axis.name, crate::report::figure(edge), axis.unit),
-                    share,
-                    concentration,
-                });
+            if part > 0.02 && best.is_none_or(|known| concentration > known.0) {
+                best = Some((concentration, share, edge, up_to));
             }
         }
     }
-    best
+    let (concentration, share, edge, up_to) = best?;
+    let sign = if up_to { "<" } else { ">" };
+    Some(Region {
+        text: format!("{} {sign} {} {}", axis.name, crate::report::figure(edge), axis.unit),
+        share,
+        concentration,
+        inside: axis.values.iter().map(|value| (*value <= edge) == up_to).collect(),
+        also: Vec::new(),
+    })
 }
 
 fn direction(samples: &[Sample], squares: &[f64]) -> Vec<Region> {
     let region = |text: &str, inside: &dyn Fn(&Sample) -> bool| {
-        let share: f64 = samples.iter().zip(squares).filter(|(s, _)| inside(s)).map(|(_, q)| q).sum();
-        let part = samples.iter().filter(|s| inside(s)).count() as f64 / samples.len() as f64;
-        Region { text: text.into(), share, concentration: share - part }
+        let inside: Vec<bool> = samples.iter().map(inside).collect();
+        let share: f64 = inside.iter().zip(squares).filter(|(inside, _)| **inside).map(|(_, q)| q).sum();
+        let part = inside.iter().filter(|inside| **inside).count() as f64 / samples.len() as f64;
+        Region { text: text.into(), share, concentration: share - part, inside, also: Vec::new() }
     };
     vec![
         region("speed > 0", &|s| s.omega > 0.0),

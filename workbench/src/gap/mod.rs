@@ -1,5 +1,7 @@
 //! The gap workflow in plain words: log → simulate → residual → localise → name → extend.
 //!
+//! Before it the files are [examined](examine): a wrong unit is no physics.
+//!
 //! A log is a record over time, which is simulated, or a table of settled speeds, whose equilibria are solved. Both are
 //! fitted by one [`solver`] as a [`hypothesis`], grown by one [`beam`], and told as one [`Outcome`].
 
@@ -9,6 +11,7 @@ mod data_sheet;
 pub mod dataset;
 pub mod estimate;
 pub mod evidence;
+pub mod examine;
 pub mod excitation;
 pub mod expectation;
 pub mod experiment;
@@ -50,6 +53,8 @@ pub struct Options {
     pub finals: Vec<Dynamic>,
     /// Limits of the search for a model that is a fit to the log.
     pub limits: ShareLimits,
+    /// Go on although the files look wrong; what was found is told as a note.
+    pub accept_data: bool,
 }
 
 /// Finds where model and log disagree, names what is missing and predicts the held-out data with it. A record whose rows
@@ -63,7 +68,12 @@ pub fn run<L: Clone + Into<Log>>(
 ) -> Result<Outcome, InputError> {
     let started = Instant::now();
     let log: Log = log.clone().into();
-    let holdouts = holdouts.iter().cloned().map(Into::into);
+    let holdouts: Vec<Log> = holdouts.iter().cloned().map(Into::into).collect();
+    let faults = examine::faults(model, &log, &holdouts);
+    if !faults.is_empty() && !options.accept_data {
+        return Ok(Outcome { runtime_s: started.elapsed().as_secs_f64(), ..examine::outcome(&log, faults) });
+    }
+    let (holdouts, notes) = (holdouts.into_iter(), examine::notes(model, &log));
     let mut outcome = match (as_table(model, &log), log) {
         (Some(table), log) => of_table(model, &table, &log, holdouts.collect(), options),
         (None, log) => {
@@ -73,6 +83,8 @@ pub fn run<L: Clone + Into<Log>>(
     }?;
     outcome.data_sheet = data_sheet::contradicted(model, &outcome);
     outcome.notes.splice(0..0, model.notes.iter().cloned());
+    outcome.notes.extend(notes);
+    outcome.notes.extend(faults.iter().map(|fault| format!("accepted although {}", fault.what)));
     outcome.runtime_s = started.elapsed().as_secs_f64();
     Ok(outcome)
 }

@@ -4,7 +4,7 @@ use crate::gap::dataset::Part;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::samples::{Sample, samples};
 use crate::gap::search::Scored;
-use crate::outcome::{Curve, Plot, Series, Stage, Style};
+use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 
 /// Most points of a curve.
 const POINTS: usize = 1500;
@@ -55,27 +55,62 @@ fn thinned(samples: &[Sample], value: impl Fn(&Sample) -> f64) -> Curve {
     })
 }
 
-/// Measured and simulated held-out data (all data when none is in the first run).
+/// Runs in the first picture at most: more would show nothing but hairs.
+const SHOWN_RUNS: usize = 4;
+
+/// Measured and simulated over time, what was held out marked.
 fn traces(before: &[Sample], after: &[Sample], speed: &str) -> Plot {
-    let shown = |samples: &[Sample]| -> Vec<Sample> {
-        let last = samples.last().map_or(0, |s| s.run);
-        samples.iter().filter(|s| s.run == last).copied().collect()
+    let runs = shown_runs(before);
+    let of = |samples: &[Sample]| -> Vec<Sample> {
+        samples.iter().filter(|sample| runs.contains(&sample.run)).copied().collect()
     };
-    let (before, after) = (shown(before), shown(after));
+    let (before, after) = (of(before), of(after));
+    let measured = thinned(&before, |s| s.measured);
+    let held_out = thinned(&before, |s| f64::from(u8::from(s.part == Part::HoldOut)));
     Plot {
         title: "Measured and simulated".into(),
-        caption: "Free run over the last run of the data: the model as given, and with what was missing"
-            .into(),
-        stage: Stage::Extraction,
-        x_label: "time, s".into(),
+        caption: "Both models in free run: the model as given, and with what was missing. What is shaded was held out".into(),
+        stage: Stage::Overview,
+        x_label: "time, s; runs one after another".into(),
         y_label: speed.into(),
+        held_out: stretches(&held_out),
         series: vec![
-            Series::new("measured", thinned(&before, |s| s.measured), Style::Points),
-            Series::new("model as given", thinned(&before, |s| s.predicted), Style::Dashed),
-            Series::new("extended model", thinned(&after, |s| s.predicted), Style::Line),
+            Series::new("measured", measured, Style::Points).of(Role::Measured),
+            Series::new("model as given", thinned(&before, |s| s.predicted), Style::Dashed).of(Role::Given),
+            Series::new("extended model", thinned(&after, |s| s.predicted), Style::Line).of(Role::Extended),
         ],
         ..Plot::default()
     }
+}
+
+/// A few runs: the first ones of the log and the first one that is held out whole, if there is one.
+fn shown_runs(samples: &[Sample]) -> Vec<usize> {
+    let mut runs: Vec<(usize, bool)> = Vec::new();
+    for sample in samples {
+        let held_out = sample.part == Part::HoldOut;
+        match runs.last_mut().filter(|(run, _)| *run == sample.run) {
+            Some((_, whole)) => *whole &= held_out,
+            None => runs.push((sample.run, held_out)),
+        }
+    }
+    let fitted = runs.iter().filter(|(_, whole)| !whole).take(SHOWN_RUNS / 2);
+    let held_out = runs.iter().filter(|(_, whole)| *whole).take(SHOWN_RUNS / 2);
+    fitted.chain(held_out).map(|(run, _)| *run).collect()
+}
+
+/// The stretches in which a curve of zeros and ones is one.
+fn stretches(held_out: &Curve) -> Vec<(f64, f64)> {
+    let mut found: Vec<(f64, f64)> = Vec::new();
+    let mut inside = false;
+    for (x, y) in held_out.x.iter().zip(&held_out.y) {
+        match (*y == 1.0, found.last_mut()) {
+            (true, Some(last)) if inside => last.1 = *x,
+            (true, _) => found.push((*x, *x)),
+            _ => {}
+        }
+        inside = *y == 1.0;
+    }
+    found
 }
 
 fn over(
@@ -94,8 +129,8 @@ fn over(
         x_label: x.into(),
         y_label: format!("measured − simulated {y}"),
         series: vec![
-            Series::new("model as given", binned(before, axis), Style::Points),
-            Series::new("extended model", binned(after, axis), Style::Line),
+            Series::new("model as given", binned(before, axis), Style::Points).of(Role::Given),
+            Series::new("extended model", binned(after, axis), Style::Line).of(Role::Extended),
         ],
         noise_band: band,
         ..Plot::default()
@@ -125,8 +160,8 @@ fn in_time(before: &[Sample], after: &[Sample], speed: &str, band: Option<f64>) 
         x_label: "time, s".into(),
         y_label: format!("measured − simulated {speed}"),
         series: vec![
-            Series::new("model as given", thinned(before, Sample::residual), Style::Dashed),
-            Series::new("extended model", thinned(after, Sample::residual), Style::Line),
+            Series::new("model as given", thinned(before, Sample::residual), Style::Dashed).of(Role::Given),
+            Series::new("extended model", thinned(after, Sample::residual), Style::Line).of(Role::Extended),
         ],
         noise_band: band,
         ..Plot::default()

@@ -47,8 +47,9 @@ pub fn not_excited(dataset: &Dataset) -> Option<Outcome> {
 fn still(dataset: &Dataset) -> Vec<String> {
     let mut notes = [dataset.notes.clone(), crate::gap::excitation::missing(dataset)].concat();
     notes.push(format!(
-        "the log never moves: drive the axis in both directions with more than {} of input",
-        crate::report::figure(dataset.scales.input)
+        "the log never moves: drive the axis in both directions with more than {} {}",
+        crate::report::figure(dataset.scales.input),
+        dataset.input.unit()
     ));
     notes
 }
@@ -112,7 +113,7 @@ fn structure(left: bool, unpredicted: bool, nothing_named: bool, share: f64, tex
     }
 }
 
-/// The same without the names that do not lower the held-out gap or whose numbers lie within two standard deviations of nothing;
+/// The same without the names that do not lower the held-out gap or whose numbers lie within three standard deviations of nothing;
 /// `None` if all stay.
 fn supported<'a>(found: &Found<'a>) -> Option<Found<'a>> {
     let mut best = found.best.clone();
@@ -128,7 +129,7 @@ fn supported<'a>(found: &Found<'a>) -> Option<Found<'a>> {
     })
 }
 
-/// The first effect of a set whose numbers, as they would be reported, lie within two standard deviations of nothing.
+/// The first effect of a set whose numbers, as they would be reported, lie within three standard deviations of nothing.
 fn indistinct(best: &Scored) -> Option<usize> {
     match estimate::eased(best) {
         Some(dataset) => {

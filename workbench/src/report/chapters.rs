@@ -1,6 +1,7 @@
 //! The result of the gap workflow as three chapters of a page: detection, characterisation, parameter extraction.
 
-use super::{format, plot};
+use super::format;
+use super::plot::{self, Screen};
 use crate::outcome::{Experiment, NamedEffect, Outcome, Plot, Rival, Stage, Style, Verdict};
 use crate::report::section::{Check, Section, Table};
 use maud::{Markup, PreEscaped, html};
@@ -8,8 +9,10 @@ use maud::{Markup, PreEscaped, html};
 pub(super) fn gap(outcome: &Outcome) -> Markup {
     html! {
         (verdict(outcome))
-        (detection(outcome))
-        @if outcome.verdict != Verdict::InsufficientExcitation { (characterisation(outcome)) (extraction(outcome)) }
+        (faults(outcome))
+        (figures(outcome, Stage::Overview))
+        @if outcome.verdict != Verdict::Data { (detection(outcome)) }
+        @if outcome.tested() { (characterisation(outcome)) (extraction(outcome)) }
         @if let Some(experiment) = &outcome.next_experiment { (next(experiment)) }
         (notes(outcome))
     }
@@ -17,7 +20,7 @@ pub(super) fn gap(outcome: &Outcome) -> Markup {
 
 fn verdict(outcome: &Outcome) -> Markup {
     let held = &outcome.holdout;
-    let tested = outcome.verdict != Verdict::InsufficientExcitation;
+    let tested = outcome.tested();
     let class = format::verdict(outcome.verdict).replace(' ', "-");
     html! {
         div class=(format!("verdict {class}")) {
@@ -39,6 +42,21 @@ fn verdict(outcome: &Outcome) -> Markup {
     }
 }
 
+fn faults(outcome: &Outcome) -> Markup {
+    html! {
+        @for fault in &outcome.data {
+            article {
+                h3 { (fault.place) }
+                p { (format::fault(fault)) }
+                p { "Mend: " code { (fault.remedy) } }
+            }
+        }
+        @if !outcome.data.is_empty() {
+            p.muted { "If the files are right all the same, " code { "--accept-data" } " goes on with them." }
+        }
+    }
+}
+
 fn tile(label: &str, figure: &str) -> Markup {
     html! { div.tile { span.label { (label) } span.figure { (figure) } } }
 }
@@ -51,13 +69,34 @@ fn detection(outcome: &Outcome) -> Markup {
                 table.bars {
                     thead { tr { th { "Where" } th { "Share of the squared error" } th {} } }
                     tbody { @for place in &outcome.places { tr {
-                        td { (place.region) }
+                        td {
+                            (place.region)
+                            @if !place.also.is_empty() { p.muted { "nearly the same rows: " (place.also.join("; ")) } }
+                        }
                         td.number { (format::percent(place.share_of_squared_error)) }
                         td.bar { (share_bar(place.share_of_squared_error)) }
                     } } }
                 }
             }
             (figures(outcome, Stage::Detection))
+            (steps(outcome))
+        }
+    }
+}
+
+fn steps(outcome: &Outcome) -> Markup {
+    let held = &outcome.holdout;
+    let bars = |screen| plot::steps(&outcome.steps, held.noise_floor, &outcome.gap_unit, screen);
+    html! {
+        @if let (Some(wide), Some(narrow)) = (bars(Screen::Wide), bars(Screen::Narrow)) {
+            figure {
+                div.wide { (PreEscaped(wide)) }
+                div.narrow { (PreEscaped(narrow)) }
+                figcaption {
+                    strong { "Gap per step. " }
+                    "Rms of " code { (held.signal) } " on data that were not fitted, after each added effect."
+                }
+            }
         }
     }
 }
@@ -120,21 +159,11 @@ fn rivals(rivals: &[Rival], unit: &str) -> Markup {
 }
 
 fn extraction(outcome: &Outcome) -> Markup {
-    let held = &outcome.holdout;
     html! {
         article {
             h3 { "Parameter extraction" span.question { "How large is it, and what does it explain?" } }
             (parameters(outcome))
             (tolerances(outcome))
-            @if let Some(svg) = plot::waterfall(&outcome.steps, held.noise_floor, &outcome.gap_unit) {
-                figure {
-                    (PreEscaped(svg))
-                    figcaption {
-                        strong { "Gap per step. " }
-                        "Rms of " code { (held.signal) } " on data that were not fitted, after each added effect."
-                    }
-                }
-            }
             (figures(outcome, Stage::Extraction))
             (left(outcome))
         }
@@ -200,15 +229,18 @@ fn left(outcome: &Outcome) -> Markup {
 }
 
 fn next(experiment: &Experiment) -> Markup {
+    let (times, pieces) = format::profile(experiment);
     html! {
         article.next {
             h3 { "Next experiment" }
             p { (experiment.why) }
-            @if !experiment.profile.is_empty() {
+            @if let Some(needs) = format::needs(experiment) { p { (needs) } }
+            @if times > 1 { p { (times) " times:" } }
+            @if !pieces.is_empty() {
                 table {
                     thead { tr { th.number { "Step" } th { "Apply" } } }
-                    tbody { @for (k, piece) in experiment.profile.iter().enumerate() { tr {
-                        td.number { (k + 1) } td { (format::segment(piece)) }
+                    tbody { @for (k, piece) in pieces.iter().enumerate() { tr {
+                        td.number { (k + 1) } td { (piece) }
                     } } }
                 }
             }
@@ -267,10 +299,11 @@ fn figures(outcome: &Outcome, stage: Stage) -> Markup {
 
 fn drawn(plot: &Plot) -> Markup {
     html! {
-        @if let Some(svg) = plot::svg(plot) {
+        @if let (Some(wide), Some(narrow)) = (plot::svg(plot, Screen::Wide), plot::svg(plot, Screen::Narrow)) {
             figure {
                 (legend(plot))
-                (PreEscaped(svg))
+                div.wide { (PreEscaped(wide)) }
+                div.narrow { (PreEscaped(narrow)) }
                 figcaption { strong { (plot.title) ". " } (plot.caption) }
             }
         }
@@ -281,9 +314,10 @@ fn legend(plot: &Plot) -> Markup {
     html! {
         div.legend {
             @for (k, series) in plot.series.iter().enumerate().filter(|(_, s)| !s.label.is_empty()) {
-                span { (swatch(series.style, &plot::colour(k))) (series.label) }
+                span { (swatch(series.style, &plot::colour(series, k))) (series.label) }
             }
             @if plot.noise_band.is_some() { span { i.band {} "noise" } }
+            @if !plot.held_out.is_empty() { span { i.held {} "held out" } }
         }
     }
 }

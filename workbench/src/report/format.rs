@@ -1,7 +1,8 @@
 //! Numbers and names as text.
 
 use crate::outcome::{
-    Contradiction, DEVIATIONS, Grade, NamedEffect, Outcome, Segment, Shift, Tie, UnnamedTerm, Value, Verdict,
+    Contradiction, DEVIATIONS, DataFault, Experiment, Grade, NamedEffect, Outcome, Segment, Shift, Tie,
+    UnnamedTerm, Value, Verdict,
 };
 use crate::report::volts;
 use crate::system::effects;
@@ -90,13 +91,17 @@ fn is_told_from_nothing(v: &Value) -> bool {
     v.std.is_none_or(|std| v.value.abs() > DEVIATIONS * std)
 }
 
+/// Stands between the names of two sides in that of their difference.
+const MINUS: &str = "_minus_";
+
 /// `half_width_v = 1.10 ± 0.01 V, neg_ns not told from 0 (13 ± 16 N s/m)`
 pub fn parameters(effect: &NamedEffect) -> String {
     let named = |(name, v): (&String, &Value)| match is_told_from_nothing(v) {
         true => format!("{name} = {}{}", value(v), beside(effect, name)),
         false => format!("{name} not told from 0 ({})", value(v)),
     };
-    readable(effect).into_iter().map(named).collect::<Vec<_>>().join(", ")
+    let between = effect.derived.iter().filter(|(name, _)| name.contains(MINUS));
+    readable(effect).into_iter().chain(between).map(named).collect::<Vec<_>>().join(", ")
 }
 
 /// The acceleration that a voltage stands for: ` (120.0 ± 2.0 rad/s²)`.
@@ -131,6 +136,7 @@ pub fn rivals(tie: &Tie) -> String {
 /// One word or two for the verdict.
 pub fn verdict(verdict: Verdict) -> &'static str {
     match verdict {
+        Verdict::Data => "data",
         Verdict::InsufficientExcitation => "insufficient excitation",
         Verdict::Unexplained => "unexplained",
         Verdict::Tie => "tie",
@@ -199,6 +205,9 @@ fn found<'e>(outcome: &Outcome, effects: impl Iterator<Item = &'e NamedEffect>) 
     let names: Vec<_> = effects.iter().map(|e| e.name.clone()).collect();
     let names = listing(&names);
     match outcome.verdict {
+        Verdict::Data => {
+            "The files are examined first, and something in them is wrong. Nothing was simulated.".into()
+        }
         Verdict::InsufficientExcitation => {
             "The data cannot test the model: they do not excite what would have to be seen.".into()
         }
@@ -228,6 +237,16 @@ fn found<'e>(outcome: &Outcome, effects: impl Iterator<Item = &'e NamedEffect>) 
         Verdict::Named => format!("The model lacks {names}."),
         Verdict::NothingMissing => "Nothing is missing: simulation and data agree to the noise.".into(),
     }
+}
+
+/// What is wrong with a file, in two sentences.
+pub fn fault(fault: &DataFault) -> String {
+    format!(
+        "It looks as if {}. As the files stand the model explains {} of the motion, with that put right {}.",
+        fault.what,
+        percent(fault.explained_as_it_stands),
+        percent(fault.explained_with_it)
+    )
 }
 
 /// The names that are worth little, with what they are worth.
@@ -267,6 +286,15 @@ fn left(outcome: &Outcome) -> bool {
     outcome.unexplained.structure != "none"
 }
 
+/// The verdict as a title: `Named: voltage_saturation and dead_zone`.
+pub fn title(outcome: &Outcome) -> String {
+    let word = grade(outcome);
+    let word: String =
+        word.chars().take(1).flat_map(char::to_uppercase).chain(word.chars().skip(1)).collect();
+    let names: Vec<String> = outcome.effects.iter().map(|effect| effect.name.clone()).collect();
+    if names.is_empty() { word } else { format!("{word}: {}", listing(&names)) }
+}
+
 fn listing(names: &[String]) -> String {
     match names {
         [] => "nothing".into(),
@@ -275,13 +303,43 @@ fn listing(names: &[String]) -> String {
     }
 }
 
-/// `6 V for 1 s`, `bridge open for 2 s`.
-pub fn segment(s: &Segment) -> String {
-    let seconds = figure(s.seconds);
+/// What to apply, piece by piece, and how many times all of it: a train of equal pulses is told once.
+pub fn profile(experiment: &Experiment) -> (usize, Vec<String>) {
+    let pieces = &experiment.profile;
+    let repeats = |period: usize| {
+        pieces.len().is_multiple_of(period) && pieces.iter().zip(&pieces[period..]).all(|(a, b)| a == b)
+    };
+    let period = (1..=pieces.len() / 2).find(|period| repeats(*period)).unwrap_or(pieces.len());
+    let times = pieces.len().checked_div(period).unwrap_or(1);
+    (times, pieces[..period].iter().map(|piece| segment(piece, experiment.unit)).collect())
+}
+
+/// What an experiment takes: `It takes up to 4.2 A and 12 turns.`
+pub fn needs(experiment: &Experiment) -> Option<String> {
+    let current = experiment.peak_current_a.map(|peak| format!("up to {} A", significant(peak, 2)));
+    let travel = experiment.travel.map(|travel| match experiment.linear {
+        true => format!("{} m of travel", significant(travel, 2)),
+        false => format!("{} turns of the motor", significant(travel / std::f64::consts::TAU, 2)),
+    });
+    let parts: Vec<String> = current.into_iter().chain(travel).collect();
+    (!parts.is_empty())
+        .then(|| format!("It takes {}, as far as the extended model knows.", parts.join(" and ")))
+}
+
+/// `+6 V for 1 s`, `bridge open for 37 ms`.
+fn segment(s: &Segment, unit: &str) -> String {
+    let time = match s.seconds < 0.1 {
+        true => format!("{} ms", significant(1000.0 * s.seconds, 2)),
+        false => format!("{} s", significant(s.seconds, 2)),
+    };
     match (s.bridge, s.u_v) {
-        (Bridge::Open, _) => format!("bridge open for {seconds} s"),
-        (Bridge::Shorted, _) => format!("terminals shorted for {seconds} s"),
-        (_, u) => format!("{} V for {seconds} s", figure(u.unwrap_or(0.0))),
+        (Bridge::Open, _) => format!("bridge open for {time}"),
+        (Bridge::Shorted, _) => format!("terminals shorted for {time}"),
+        (_, u) => {
+            let u = u.unwrap_or(0.0);
+            let sign = if u > 0.0 { "+" } else { "" };
+            format!("{sign}{} {unit} for {time}", significant(u, 3))
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! A self-contained HTML page: no external resource, no script. A [`Document`] is a list of parts.
 
-use super::{Exporter, chapters};
+use super::{Exporter, chapters, format};
 use crate::outcome::Outcome;
 use crate::report::section::Section;
 use anyhow::Result;
@@ -21,13 +21,19 @@ enum Part {
 pub struct Document {
     title: String,
     subtitle: String,
+    command: Option<String>,
     parts: Vec<Part>,
 }
 
 impl Document {
     /// An empty document.
     pub fn new(title: impl Into<String>, subtitle: impl Into<String>) -> Self {
-        Document { title: title.into(), subtitle: subtitle.into(), parts: Vec::new() }
+        Document { title: title.into(), subtitle: subtitle.into(), ..Document::default() }
+    }
+
+    /// Names the command line that wrote the page.
+    pub fn by(self, command: impl Into<String>) -> Self {
+        Document { command: Some(command.into()), ..self }
     }
 
     /// Adds the result of the gap workflow with paragraphs in front.
@@ -52,11 +58,16 @@ impl Document {
                 head {
                     meta charset="utf-8";
                     meta name="viewport" content="width=device-width, initial-scale=1";
+                    meta name="color-scheme" content="light dark";
                     title { (self.title) }
                     style { (PreEscaped(STYLE_SHEET)) }
                 }
                 body {
-                    header { h1 { (self.title) } p.subtitle { (self.subtitle) } }
+                    header {
+                        h1 { (self.title) }
+                        p.subtitle { (self.subtitle) }
+                        @if let Some(command) = &self.command { p.command { code { (command) } } }
+                    }
                     @if several { (self.contents()) }
                     main { @for (k, part) in self.parts.iter().enumerate() { (self.part(k, part, several)) } }
                     footer { "Written by truing " (env!("CARGO_PKG_VERSION")) "." }
@@ -101,16 +112,17 @@ impl Part {
     }
 }
 
-/// Exports one outcome as a document of one part.
+/// Exports one outcome as a document of one part, with the verdict as its title.
 pub struct Html<'a> {
-    /// Heading of the page.
-    pub title: &'a str,
-    /// Line under it: model and log.
+    /// What was asked: model and log.
     pub subtitle: &'a str,
+    /// The command line that wrote the page.
+    pub command: &'a str,
 }
 
 impl Exporter for Html<'_> {
     fn export(&self, outcome: &Outcome) -> Result<String> {
-        Ok(Document::new(self.title, self.subtitle).gap(self.title, &[], outcome).render())
+        let title = format::title(outcome);
+        Ok(Document::new(&title, self.subtitle).by(self.command).gap(&title, &[], outcome).render())
     }
 }

@@ -84,7 +84,7 @@ fn standing(outcome: &Outcome, name: &str) -> &'static str {
         tie.rivals.iter().any(has) && !tie.rivals.iter().all(has)
     };
     match outcome.verdict {
-        Verdict::Unexplained | Verdict::InsufficientExcitation => "unexplained",
+        Verdict::Unexplained | Verdict::InsufficientExcitation | Verdict::Data => "unexplained",
         _ if outcome.ties.iter().any(in_doubt) => "tie",
         _ => NAMED,
     }

@@ -1,6 +1,6 @@
 //! The plots of a report as SVG files of their own, for a document that shows some of them.
 
-use super::plot::{svg, waterfall};
+use super::plot::{Screen, steps, svg};
 use super::write_atomically;
 use crate::outcome::Outcome;
 use anyhow::Result;
@@ -8,10 +8,11 @@ use std::path::Path;
 
 /// Writes every plot of an outcome into a folder, named by its title, and the gap per step as `gap.svg`.
 pub fn write(outcome: &Outcome, folder: &Path) -> Result<()> {
-    let plots = outcome.plots.iter().filter_map(|plot| Some((slug(&plot.title), svg(plot)?)));
-    let steps = waterfall(&outcome.steps, outcome.holdout.noise_floor, &outcome.gap_unit);
-    let steps = steps.map(|text| ("gap".to_owned(), text));
-    for (name, text) in plots.chain(steps) {
+    let plots = outcome.plots.iter().filter_map(|plot| Some((slug(&plot.title), svg(plot, Screen::Wide)?)));
+    let floor = outcome.holdout.noise_floor;
+    let bars = steps(&outcome.steps, floor, &outcome.gap_unit, Screen::Wide);
+    let bars = bars.map(|text| ("gap".to_owned(), text));
+    for (name, text) in plots.chain(bars) {
         write_atomically(&folder.join(name + ".svg"), &on_white(&text))?;
     }
     Ok(())

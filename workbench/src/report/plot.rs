@@ -1,7 +1,7 @@
-//! Plots as SVG text: curves on axes, and the gap per step as a waterfall.
+//! Plots as SVG text: curves on axes, and the gap per step as falling bars.
 
 use super::format;
-use crate::outcome::{Curve, Plot, Step, Style};
+use crate::outcome::{Curve, Plot, Role, Series, Step, Style};
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -11,16 +11,50 @@ use std::ops::Range;
 type Drawn = Result<(), Box<dyn Error + Send + Sync>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-/// Size of a plot in its own units; the page scales it.
-const SIZE: (u32, u32) = (860, 380);
+/// Units of a drawing to a pixel: plotters rounds to whole units, and a line that is rounded to whole pixels jitters.
+const FINE: i32 = 10;
 /// More samples than this are thinned for drawing: twice the pixels.
 const DRAWN_SAMPLES: usize = 1700;
 /// Points of a measurement that are drawn.
 const DRAWN_POINTS: usize = 390;
 
+/// For which screen a plot is drawn. Letters have the same size on both.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Screen {
+    /// A desk: 860 pixels.
+    Wide,
+    /// A telephone: 360 pixels.
+    Narrow,
+}
+
+impl Screen {
+    /// Width and height, pixels.
+    fn size(self) -> (u32, u32) {
+        match self {
+            Self::Wide => (860, 380),
+            Self::Narrow => (360, 300),
+        }
+    }
+
+    /// Labels on the abscissa and on the ordinate.
+    fn labels(self) -> (usize, usize) {
+        match self {
+            Self::Wide => (11, 9),
+            Self::Narrow => (4, 6),
+        }
+    }
+}
+
+/// A length in the units of a drawing.
+const fn fine(pixels: i32) -> i32 {
+    FINE * pixels
+}
+
 const INK: RGBColor = RGBColor(51, 65, 85);
 const GRID: RGBColor = RGBColor(226, 232, 240);
 const NOISE: RGBColor = RGBColor(203, 213, 225);
+/// Ground of what was held out.
+const HELD_OUT: RGBColor = RGBColor(241, 245, 249);
 /// Colours of measurement, given model, extended model, further curves.
 const PALETTE: [RGBColor; 6] = [
     RGBColor(100, 116, 139),
@@ -32,21 +66,47 @@ const PALETTE: [RGBColor; 6] = [
 ];
 
 /// Colour of the series at `index`, `#rrggbb`.
-pub fn colour(index: usize) -> String {
-    let RGBColor(r, g, b) = paint(index);
+pub fn colour(series: &Series, index: usize) -> String {
+    let RGBColor(r, g, b) = paint(series, index);
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-fn paint(index: usize) -> RGBColor {
-    PALETTE[index % PALETTE.len()]
+fn paint(series: &Series, index: usize) -> RGBColor {
+    let place = match series.role {
+        Some(Role::Measured) => 0,
+        Some(Role::Given) => 1,
+        Some(Role::Extended) => 2,
+        Some(Role::Further(k)) => 3 + k,
+        None => index,
+    };
+    PALETTE[place % PALETTE.len()]
 }
 
 /// A plot as an SVG element; `None` if it holds no finite sample.
-pub fn svg(plot: &Plot) -> Option<String> {
+pub fn svg(plot: &Plot, screen: Screen) -> Option<String> {
     let window = Window::of(plot)?;
     let mut text = String::new();
-    draw(plot, &window, SVGBackend::with_string(&mut text, SIZE).into_drawing_area()).ok()?;
-    Some(text)
+    let (width, height) = screen.size();
+    let area = SVGBackend::with_string(&mut text, fine_size((width, height))).into_drawing_area();
+    draw(plot, &window, screen, area).ok()?;
+    let names: Vec<&str> = plot.series.iter().map(|series| series.label.as_str()).collect();
+    let about =
+        format!("{}: {} over {}. Curves: {}.", plot.title, plot.y_label, plot.x_label, names.join(", "));
+    Some(entitled(&text, (width, height), &about))
+}
+
+fn fine_size((width, height): (u32, u32)) -> (u32, u32) {
+    (FINE as u32 * width, FINE as u32 * height)
+}
+
+/// The element with its size in pixels and with words for those who cannot see it.
+fn entitled(svg: &str, (width, height): (u32, u32), about: &str) -> String {
+    let (fine_width, fine_height) = fine_size((width, height));
+    let about = about.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+    let rest = svg.split_once('>').map_or("", |(_, rest)| rest);
+    format!(
+        "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {fine_width} {fine_height}\" role=\"img\" aria-label=\"{about}\" xmlns=\"http://www.w3.org/2000/svg\"><title>{about}</title>{rest}"
+    )
 }
 
 /// The ranges of both axes.
@@ -119,29 +179,48 @@ impl ValueFormatter<f64> for Axis {
 
 type Chart<'a, 'b> = ChartContext<'b, SVGBackend<'a>, Cartesian2d<Axis, Axis>>;
 
-fn draw(plot: &Plot, window: &Window, area: Area) -> Drawn {
+fn draw(plot: &Plot, window: &Window, screen: Screen, area: Area) -> Drawn {
+    let (columns, rows) = screen.labels();
     let mut chart = ChartBuilder::on(&area)
-        .margin(10)
-        .margin_right(24)
-        .x_label_area_size(44)
-        .y_label_area_size(72)
+        .margin(fine(10))
+        .margin_right(fine(24))
+        .x_label_area_size(fine(44))
+        .y_label_area_size(fine(if screen == Screen::Wide { 72 } else { 62 }))
         .build_cartesian_2d(Axis::new(window.x.clone()), Axis::new(window.y.clone()))?;
+    held_out(&mut chart, plot, window)?;
     noise_band(&mut chart, plot, window)?;
     chart
         .configure_mesh()
+        .x_labels(columns)
+        .y_labels(rows)
         .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(GRID)
-        .label_style(("sans-serif", 14).into_font().color(&INK))
-        .axis_desc_style(("sans-serif", 15).into_font().color(&INK))
+        .bold_line_style(GRID.stroke_width(FINE as u32))
+        .axis_style(GRID.stroke_width(FINE as u32))
+        .set_all_tick_mark_size(fine(5))
+        .label_style(letters(14))
+        .axis_desc_style(letters(15))
         .x_desc(&plot.x_label)
         .y_desc(&plot.y_label)
         .draw()?;
     marks(&mut chart, plot, window)?;
     for (k, series) in plot.series.iter().enumerate() {
-        one_series(&mut chart, &series.curve, series.style, paint(k))?;
+        one_series(&mut chart, &series.curve, series.style, paint(series, k))?;
     }
     area.present()?;
+    Ok(())
+}
+
+/// Letters of a size in pixels.
+fn letters(pixels: i32) -> TextStyle<'static> {
+    ("sans-serif", fine(pixels)).into_font().color(&INK)
+}
+
+/// What was held out lies on a ground of its own.
+fn held_out(chart: &mut Chart, plot: &Plot, window: &Window) -> Drawn {
+    for (from, to) in &plot.held_out {
+        let corners = [(*from, window.y.start), (*to, window.y.end)];
+        chart.draw_series([Rectangle::new(corners, HELD_OUT.filled())])?;
+    }
     Ok(())
 }
 
@@ -158,10 +237,11 @@ fn marks(chart: &mut Chart, plot: &Plot, window: &Window) -> Drawn {
     let height = window.y.end - window.y.start;
     for (k, (x, label)) in plot.marks.iter().enumerate() {
         let line = [(*x, window.y.start), (*x, window.y.end)];
-        chart.draw_series(DashedLineSeries::new(line, 3, 4, INK.mix(0.7).into()))?;
+        let style = INK.mix(0.7).stroke_width(FINE as u32);
+        chart.draw_series(DashedLineSeries::new(line, fine(3), fine(4), style))?;
         let right_half = *x > 0.5 * (window.x.start + window.x.end);
         let side = if right_half { HPos::Right } else { HPos::Left };
-        let style = ("sans-serif", 14).into_font().color(&INK).pos(Pos::new(side, VPos::Top));
+        let style = letters(14).pos(Pos::new(side, VPos::Top));
         // Neighbouring labels on different lines do not cover each other.
         let y = window.y.end - height * (0.02 + 0.06 * (k % 3) as f64);
         let padded = if right_half { format!("{label} ") } else { format!(" {label}") };
@@ -171,17 +251,18 @@ fn marks(chart: &mut Chart, plot: &Plot, window: &Window) -> Drawn {
 }
 
 fn one_series(chart: &mut Chart, curve: &Curve, style: Style, colour: RGBColor) -> Drawn {
+    let line = colour.stroke_width(2 * FINE as u32);
     match style {
-        Style::Points => points(chart, curve, colour.mix(0.85).filled(), 3)?,
-        Style::Hollow => points(chart, curve, colour.stroke_width(1), 4)?,
+        Style::Points => points(chart, curve, colour.mix(0.85).filled(), fine(3))?,
+        Style::Hollow => points(chart, curve, colour.stroke_width(FINE as u32), fine(4))?,
         Style::Line => {
             for piece in pieces(curve) {
-                chart.draw_series(LineSeries::new(piece, colour.stroke_width(2)))?;
+                chart.draw_series(LineSeries::new(piece, line))?;
             }
         }
         Style::Dashed => {
             for piece in pieces(curve) {
-                chart.draw_series(DashedLineSeries::new(piece, 7, 5, colour.stroke_width(2)))?;
+                chart.draw_series(DashedLineSeries::new(piece, fine(7), fine(5), line))?;
             }
         }
     }
@@ -219,74 +300,86 @@ fn extremes(chunk: &[(f64, f64)]) -> Vec<(f64, f64)> {
     kept.into_iter().map(|k| chunk[k]).collect()
 }
 
-const ROW: u32 = 34;
-const LABELS: i32 = 250;
-const FIGURES: i32 = 96;
+const ROW: i32 = 34;
+/// Height below the bars, pixels.
+const FOOT: i32 = 26;
 
-/// The gap after each step as a waterfall on a logarithmic scale: each bar spans from the gap before to the gap after.
-/// The noise floor is a vertical line. `None` if there is no positive gap.
-pub fn waterfall(steps: &[Step], floor: f64, unit: &str) -> Option<String> {
-    let scale = Decades::of(steps.iter().map(|s| s.gap).chain([floor]))?;
-    let size = (SIZE.0, ROW * steps.len() as u32 + 46);
+/// The gap after each step as falling bars, with the noise floor as a vertical line. `None` if there is no positive gap.
+pub fn steps(steps: &[Step], floor: f64, unit: &str, screen: Screen) -> Option<String> {
+    let largest =
+        steps.iter().map(|s| s.gap).chain([floor]).filter(|gap| gap.is_finite()).reduce(f64::max)?;
+    if steps.is_empty() || largest <= 0.0 {
+        return None;
+    }
+    let size = (screen.size().0, ROW as u32 * steps.len() as u32 + FOOT as u32);
+    let bars = Bars { steps, floor, unit, largest, screen };
     let mut text = String::new();
-    let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-    draw_waterfall(steps, floor, unit, &scale, area).ok()?;
-    Some(text)
+    let area = SVGBackend::with_string(&mut text, fine_size(size)).into_drawing_area();
+    bars.draw(area).ok()?;
+    let told: Vec<String> =
+        steps.iter().map(|step| format!("{}: {}", step.label, format::gap(step.gap))).collect();
+    let about = format!("Gap per step in {unit}. {}. Noise floor: {}.", told.join("; "), format::gap(floor));
+    Some(entitled(&text, size, &about))
 }
 
-/// A logarithmic scale in pixels between labels and figures.
-struct Decades {
-    low: f64,
-    high: f64,
+/// Bars from nothing to the gap after each step.
+struct Bars<'a> {
+    steps: &'a [Step],
+    floor: f64,
+    unit: &'a str,
+    largest: f64,
+    screen: Screen,
 }
 
-impl Decades {
-    fn of(gaps: impl Iterator<Item = f64>) -> Option<Self> {
-        let positive: Vec<f64> = gaps.filter(|g| g.is_finite() && *g > 0.0).collect();
-        let high = positive.iter().copied().reduce(f64::max)?;
-        let low = positive.iter().copied().fold(high, f64::min).max(high * 1e-6);
-        Some(Decades { low: low * 0.6, high: high * 1.1 })
+impl Bars<'_> {
+    /// Width of the labels and of the figures, pixels.
+    fn margins(&self) -> (i32, i32) {
+        match self.screen {
+            Screen::Wide => (250, 110),
+            Screen::Narrow => (140, 88),
+        }
     }
 
-    fn pixel(&self, gap: f64) -> i32 {
-        let share = (gap.max(self.low) / self.low).ln() / (self.high / self.low).ln();
-        let width = SIZE.0 as i32 - LABELS - FIGURES;
-        LABELS + (share.clamp(0.0, 1.0) * f64::from(width)) as i32
+    /// The end of a bar, in the units of the drawing.
+    fn end(&self, gap: f64) -> i32 {
+        let (labels, figures) = self.margins();
+        let width = fine(self.screen.size().0 as i32 - labels - figures);
+        fine(labels) + ((gap / self.largest).clamp(0.0, 1.0) * f64::from(width)) as i32
+    }
+
+    fn draw(&self, area: Area) -> Drawn {
+        let text = |size: i32, side| letters(size).pos(Pos::new(side, VPos::Center));
+        let labels = fine(self.margins().0);
+        let bottom = fine(ROW * self.steps.len() as i32);
+        for (k, step) in self.steps.iter().enumerate() {
+            let y = fine(ROW * k as i32 + 4);
+            let middle = y + fine(ROW / 2 - 3);
+            let colour = if k == 0 { PALETTE[1] } else { PALETTE[2] };
+            let (end, height) = (self.end(step.gap), fine(ROW - 10));
+            area.draw(&Rectangle::new([(labels, y), (end, y + height)], colour.mix(0.85).filled()))?;
+            let label = shortened(&step.label, self.screen);
+            area.draw(&Text::new(label, (labels - fine(10), middle), text(15, HPos::Right)))?;
+            let gap = format!("{} {}", format::gap(step.gap), self.unit);
+            let from = end.max(self.end(self.floor)) + fine(6);
+            area.draw(&Text::new(gap, (from, middle), text(14, HPos::Left)))?;
+        }
+        if self.floor > 0.0 {
+            let x = self.end(self.floor);
+            let line = PALETTE[5].stroke_width(2 * FINE as u32);
+            area.draw(&PathElement::new(vec![(x, 0), (x, bottom)], line))?;
+            let label = format!("noise floor {} {}", format::gap(self.floor), self.unit);
+            area.draw(&Text::new(label, (x + fine(4), bottom + fine(10)), text(14, HPos::Left)))?;
+        }
+        area.present()?;
+        Ok(())
     }
 }
 
-fn draw_waterfall(steps: &[Step], floor: f64, unit: &str, scale: &Decades, area: Area) -> Drawn {
-    let text =
-        |size: u32, side| ("sans-serif", size).into_font().color(&INK).pos(Pos::new(side, VPos::Center));
-    let bottom = ROW as i32 * steps.len() as i32 + 6;
-    let mut before = None;
-    for (k, step) in steps.iter().enumerate() {
-        let y = ROW as i32 * k as i32 + 4;
-        let middle = y + ROW as i32 / 2 - 2;
-        let (left, right, colour) = bar(scale, before, step.gap);
-        area.draw(&Rectangle::new([(left, y), (right, y + ROW as i32 - 8)], colour.mix(0.85).filled()))?;
-        area.draw(&Text::new(step.label.clone(), (LABELS - 10, middle), text(15, HPos::Right)))?;
-        let gap = format!("{} {unit}", format::gap(step.gap));
-        area.draw(&Text::new(gap, (right.max(scale.pixel(step.gap)) + 6, middle), text(14, HPos::Left)))?;
-        before = Some(step.gap);
-    }
-    if floor > 0.0 {
-        let x = scale.pixel(floor);
-        area.draw(&PathElement::new(vec![(x, 0), (x, bottom)], PALETTE[5].stroke_width(2)))?;
-        let label = format!("noise floor {} {unit}", format::gap(floor));
-        area.draw(&Text::new(label, (x + 4, bottom + 14), text(14, HPos::Left)))?;
-    }
-    area.draw(&Text::new("logarithmic scale", (SIZE.0 as i32 - 8, bottom + 14), text(13, HPos::Right)))?;
-    area.present()?;
-    Ok(())
-}
-
-/// Left edge, right edge, colour: the first bar is the whole gap, a later one the part that a step took away or added.
-fn bar(scale: &Decades, before: Option<f64>, gap: f64) -> (i32, i32, RGBColor) {
-    let here = scale.pixel(gap);
-    match before.map(|b| scale.pixel(b)) {
-        None => (LABELS, here, PALETTE[1]),
-        Some(there) if there >= here => (here, there, PALETTE[2]),
-        Some(there) => (there, here, PALETTE[5]),
+/// A label that fits beside the bars.
+fn shortened(label: &str, screen: Screen) -> String {
+    let longest = if screen == Screen::Wide { 34 } else { 19 };
+    match label.chars().count() > longest {
+        true => label.chars().take(longest - 1).chain(['…']).collect(),
+        false => label.to_owned(),
     }
 }

@@ -1,7 +1,7 @@
 //! The summary for a terminal of 80 columns.
 
 use super::{Exporter, format};
-use crate::outcome::{Outcome, Verdict};
+use crate::outcome::Outcome;
 use anyhow::Result;
 use std::fmt::Write;
 
@@ -19,6 +19,7 @@ impl Exporter for Terminal {
     fn export(&self, outcome: &Outcome) -> Result<String> {
         let mut text = String::new();
         verdict(&mut text, outcome)?;
+        faults(&mut text, outcome)?;
         gap(&mut text, outcome)?;
         effects(&mut text, outcome)?;
         ties(&mut text, outcome)?;
@@ -36,13 +37,29 @@ fn verdict(text: &mut String, outcome: &Outcome) -> Result<()> {
     }
     for (place, head) in outcome.places.iter().zip(["Where", "", ""]) {
         let share = format::percent(place.share_of_squared_error);
-        block(text, head, &format!("{share} of the squared error: {}", place.region));
+        let also = match place.also.is_empty() {
+            true => String::new(),
+            false => format!("; nearly the same rows: {}", place.also.join("; ")),
+        };
+        block(text, head, &format!("{share} of the squared error: {}{also}", place.region));
+    }
+    Ok(())
+}
+
+fn faults(text: &mut String, outcome: &Outcome) -> Result<()> {
+    for fault in &outcome.data {
+        writeln!(text)?;
+        block(text, "Data", &format::fault(fault));
+        block(text, "Mend", &fault.remedy);
+    }
+    if !outcome.data.is_empty() {
+        block(text, "", "If the files are right all the same: --accept-data.");
     }
     Ok(())
 }
 
 fn gap(text: &mut String, outcome: &Outcome) -> Result<()> {
-    if outcome.verdict == Verdict::InsufficientExcitation {
+    if !outcome.tested() {
         return Ok(());
     }
     let held = &outcome.holdout;
@@ -50,16 +67,11 @@ fn gap(text: &mut String, outcome: &Outcome) -> Result<()> {
     writeln!(text, "\n{:INDENT$}rms of {} in {unit}, on data held out", "Gap", held.signal)?;
     let floor = held.noise_floor;
     let bars: Vec<(&str, f64)> = outcome.steps.iter().map(|s| (s.label.as_str(), s.gap)).collect();
-    let scale = Scale::of(bars.iter().map(|b| b.1).chain([floor]));
+    let finite = bars.iter().map(|b| b.1).chain([floor]).filter(|gap| gap.is_finite());
+    let largest = finite.fold(0.0, f64::max);
     for (label, gap) in bars.into_iter().chain([("noise floor", floor)]) {
         let label = truncated(label, 28);
-        writeln!(
-            text,
-            "{:INDENT$}{label:28} {:>9}  {}",
-            "",
-            format::gap(gap),
-            "█".repeat(scale.length(gap))
-        )?;
+        writeln!(text, "{:INDENT$}{label:28} {:>9}  {}", "", format::gap(gap), bar(gap, largest))?;
     }
     let (before, after) = (held.fit_percent_before, held.fit_percent_after);
     writeln!(text, "{:INDENT$}fit {} → {}", "", format::fit(before), format::fit(after))?;
@@ -71,24 +83,14 @@ fn gap(text: &mut String, outcome: &Outcome) -> Result<()> {
     Ok(())
 }
 
-/// Bars on a logarithmic scale, because a gap falls by orders of magnitude.
-struct Scale {
-    low: f64,
-    high: f64,
-}
-
-impl Scale {
-    fn of(gaps: impl Iterator<Item = f64>) -> Self {
-        let positive: Vec<f64> = gaps.filter(|g| g.is_finite() && *g > 0.0).collect();
-        let high = positive.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-        let low = positive.iter().copied().fold(high, f64::min).max(high * 1e-6);
-        Scale { low: low / 1.5, high }
+/// A bar whose length is in proportion to the gap, to an eighth of a character.
+fn bar(gap: f64, largest: f64) -> String {
+    const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
+    if !gap.is_finite() || largest <= 0.0 {
+        return String::new();
     }
-
-    fn length(&self, gap: f64) -> usize {
-        let share = (gap.max(self.low) / self.low).ln() / (self.high / self.low).ln();
-        (share * BAR as f64).round().max(1.0) as usize
-    }
+    let eighths = ((gap / largest * BAR as f64 * 8.0).round() as usize).max(1);
+    "█".repeat(eighths / 8) + EIGHTHS[eighths % 8]
 }
 
 fn effects(text: &mut String, outcome: &Outcome) -> Result<()> {
@@ -158,9 +160,14 @@ fn next(text: &mut String, outcome: &Outcome) -> Result<()> {
     };
     writeln!(text)?;
     block(text, "Next", &experiment.why);
-    let pieces: Vec<_> = experiment.profile.iter().map(format::segment).collect();
-    if !pieces.is_empty() {
-        block(text, "", &pieces.join(", "));
+    let (times, pieces) = format::profile(experiment);
+    match (pieces.is_empty(), times) {
+        (true, _) => {}
+        (_, 1) => block(text, "", &pieces.join(", ")),
+        (_, times) => block(text, "", &format!("{times} times: {}", pieces.join(", then "))),
+    }
+    if let Some(needs) = format::needs(experiment) {
+        block(text, "", &needs);
     }
     Ok(())
 }

@@ -35,12 +35,20 @@ pub fn told(
     let accelerations = volts * volts / (time_constant_s * shift(TIME_CONSTANT));
     for effect in &mut effects {
         let torques = effect.parameters.iter().filter(|(_, torque)| torque.unit.contains(TORQUE));
-        let derived = torques.flat_map(|(name, torque)| {
+        let told = torques.flat_map(|(name, torque)| {
             let pure = moving && torque.unit == TORQUE;
             let acceleration = (acceleration_key(name), scaled(torque, accelerations, ACCELERATION));
             [(key(name), scaled(torque, volts, "V"))].into_iter().chain(pure.then_some(acceleration))
         });
-        effect.derived.extend(derived);
+        let told: Vec<(String, Value)> = told.collect();
+        let differences = std::mem::take(&mut effect.derived).into_iter().map(|(name, figure)| match figure
+            .unit
+            .contains(TORQUE)
+        {
+            true => (key(&name), scaled(&figure, volts, "V")),
+            false => (name, figure),
+        });
+        effect.derived = differences.chain(told).collect();
     }
     effects
 }

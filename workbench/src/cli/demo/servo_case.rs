@@ -191,8 +191,8 @@ impl ServoCase {
             x_label: "time, s".into(),
             y_label: "set-point − position, °".into(),
             series: vec![
-                Series { label: "without compensation".into(), curve: error(0), style: Style::Line },
-                Series { label: "with compensation".into(), curve: error(1), style: Style::Line },
+                Series::new("without compensation", error(0), Style::Line),
+                Series::new("with compensation", error(1), Style::Line),
             ],
             ..Plot::default()
         }]

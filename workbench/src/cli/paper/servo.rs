@@ -231,11 +231,8 @@ fn step_response(p: &Physics, t: f64) -> f64 {
 }
 
 fn scopes(name: &str, s: &Scopes) -> Vec<Plot> {
-    let series = |label: &str, y: &[f64], style| Series {
-        label: label.into(),
-        curve: Curve { x: s.t_s.clone(), y: y.to_vec() },
-        style,
-    };
+    let series =
+        |label: &str, y: &[f64], style| Series::new(label, Curve { x: s.t_s.clone(), y: y.to_vec() }, style);
     let rpm: Vec<f64> = s.speed.iter().map(|w| w / RPM).collect();
     vec![
         Plot {

@@ -5,7 +5,7 @@ use super::words;
 use crate::gap::dataset::Part;
 use crate::gap::samples::samples;
 use crate::gap::search::Scored;
-use crate::outcome::{Curve, Plot, Series, Stage, Style};
+use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 use crate::system::plant::unnamed::{Acting, Moment, Term, Variable};
 
 /// Bins of the variable.
@@ -37,9 +37,14 @@ pub fn of(bare: &Scored, tracks: &Tracks, compared: &[Compared], term: &Term) ->
     };
     let mut series = Vec::new();
     for (direction, label) in directions(term) {
-        series.push(Series::new(&format!("log{label}"), binned(points(false, direction)), Style::Points));
-        series.push(Series::new(&format!("held out{label}"), binned(points(true, direction)), Style::Hollow));
-        series.push(Series::new(&format!("table{label}"), line(term, direction), Style::Line));
+        let backwards = direction < 0.0;
+        let of = |role| if backwards { Role::Further(0) } else { role };
+        let mut add = |what: &str, curve: Curve, style, role| {
+            series.push(Series::new(&format!("{what}{label}"), curve, style).of(of(role)));
+        };
+        add("log", binned(points(false, direction)), Style::Points, Role::Measured);
+        add("held out", binned(points(true, direction)), Style::Hollow, Role::Measured);
+        add("table", line(term, direction), Style::Line, Role::Extended);
     }
     let unit = words::unit(variable, dataset.linear, dataset.input.unit());
     Plot {

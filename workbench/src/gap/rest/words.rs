@@ -60,7 +60,7 @@ pub fn experiment(variables: &[Variable], dataset: &Dataset) -> Experiment {
     let rig = Rig { full: dataset.scales.input, tau: dataset.scales.time };
     let (what, profile) = rig.narrowing(variables);
     let why = format!("what is left depends on {}: {what}", names(variables));
-    Experiment { why, profile }
+    Experiment::new(why, profile, dataset.input.unit())
 }
 
 /// What to measure where the rest looks like noise.
@@ -69,7 +69,7 @@ pub fn repeat(dataset: &Dataset) -> Experiment {
     let once = [rig.drive(0.3, 4.0), rig.drive(0.7, 4.0), rig.drive(-0.3, 4.0), rig.drive(-0.7, 4.0)];
     let why =
         "the same input twice from the same start: what both runs have in common is no noise".to_owned();
-    Experiment { why, profile: rig.times(&once, 2) }
+    Experiment::new(why, rig.times(&once, 2), dataset.input.unit())
 }
 
 /// Inputs in units of the largest one, durations in time constants.

@@ -82,7 +82,7 @@ pub fn search<'a>(
     let current = search.grown(from, &mut path);
     let (current, exchanged) = search.exchanged(current);
     path.others.extend(exchanged);
-    let best = search.eliminated(search.fine(&current));
+    let best = search.evened(search.eliminated(search.fine(&current)));
     search.found(&base, best, path)
 }
 

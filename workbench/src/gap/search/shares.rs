@@ -57,7 +57,7 @@ impl<'a> Search<'a, '_> {
         let kept = self.one_friction(kept, &mut path);
         let kept = self.one_name_for_two(kept, &mut path);
         let kept = self.without_small(kept, &mut path);
-        let best = self.fine(&self.by_weight(kept));
+        let best = self.evened(self.fine(&self.by_weight(kept)));
         self.found(&base, best, path)
     }
 

@@ -27,7 +27,7 @@ const SHARE_OF_REST: f64 = 0.05;
 /// Smallest share of the first squared gap that a further effect must explain: below it, the imperfect form of a
 /// large effect attracts second names (decision 0032). Halved or doubled it changes no case (notebook 0264: 26 design
 /// cases).
-const SHARE_OF_GAP: f64 = 1e-2;
+pub(super) const SHARE_OF_GAP: f64 = 1e-2;
 /// A further effect below [`SHARE_OF_GAP`] is still accepted if it explains this share of what is left: a form that
 /// is wrong leaves something else, too (decision 0032). Halved or doubled it changes no case (notebook 0264: 26
 /// design cases).

@@ -3,7 +3,7 @@
 use super::map;
 use super::rows::Rows;
 use super::speed_unit::SpeedUnit;
-use crate::outcome::{Curve, Plot, Series, Stage, Style};
+use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 use crate::system::plant::physics::Physics;
 
 /// Samples of a drawn map.
@@ -26,21 +26,9 @@ pub struct Gallery<'a> {
 }
 
 impl Gallery<'_> {
-    /// One plot a stage, two for the last.
+    /// The table beside both models, and what each of them leaves.
     pub fn plots(&self) -> Vec<Plot> {
-        vec![self.detection(), self.characterisation(), self.extraction(), self.remains()]
-    }
-
-    fn detection(&self) -> Plot {
-        let mut series = self.measured();
-        series.insert(1, self.curve("model as given", self.given, Style::Dashed));
-        Plot {
-            title: "Steady speed over voltage".into(),
-            caption: "The measurement beside what the model as given settles at.".into(),
-            stage: Stage::Detection,
-            series,
-            ..self.axes("speed")
-        }
+        vec![self.overview(), self.characterisation(), self.remains()]
     }
 
     fn characterisation(&self) -> Plot {
@@ -48,21 +36,21 @@ impl Gallery<'_> {
             title: "What the model as given leaves".into(),
             caption: "Measured minus simulated over the voltage: the shape tells the kind, the marks where it changes.".into(),
             stage: Stage::Characterisation,
-            series: vec![self.residual("measured − model as given", self.given)],
+            series: vec![self.residual("measured − model as given", self.given).of(Role::Given)],
             noise_band: Some(self.noise / self.unit.rad_s),
             marks: self.marks.clone(),
             ..self.axes("residual")
         }
     }
 
-    fn extraction(&self) -> Plot {
+    fn overview(&self) -> Plot {
         let mut series = self.measured();
-        series.insert(1, self.curve("model as given", self.given, Style::Dashed));
-        series.insert(2, self.curve("extended model", self.extended, Style::Line));
+        series.push(self.curve("model as given", self.given, Style::Dashed).of(Role::Given));
+        series.push(self.curve("extended model", self.extended, Style::Line).of(Role::Extended));
         Plot {
-            title: "Steady speed with the extended model".into(),
-            caption: "Hollow points were held out while the effects were chosen.".into(),
-            stage: Stage::Extraction,
+            title: "Steady speed over voltage".into(),
+            caption: "The measurement beside what both models settle at. Hollow points were held out while the effects were chosen.".into(),
+            stage: Stage::Overview,
             series,
             marks: self.marks.clone(),
             ..self.axes("speed")
@@ -75,7 +63,7 @@ impl Gallery<'_> {
             caption: "Measured minus simulated; the band is the noise that neighbouring rows do not share."
                 .into(),
             stage: Stage::Extraction,
-            series: vec![self.residual("measured − extended model", self.extended)],
+            series: vec![self.residual("measured − extended model", self.extended).of(Role::Extended)],
             noise_band: Some(self.noise / self.unit.rad_s),
             ..self.axes("residual")
         }
@@ -97,8 +85,8 @@ impl Gallery<'_> {
             let y = chosen.iter().map(|k| self.data.omega[*k] / self.unit.rad_s).collect();
             Curve { x, y }
         };
-        let fitted = Series::new("measured", rows(true), Style::Points);
-        let held = Series::new("measured, held out", rows(false), Style::Hollow);
+        let fitted = Series::new("measured", rows(true), Style::Points).of(Role::Measured);
+        let held = Series::new("measured, held out", rows(false), Style::Hollow).of(Role::Measured);
         if held.curve.x.is_empty() { vec![fitted] } else { vec![fitted, held] }
     }
 

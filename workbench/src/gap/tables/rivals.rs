@@ -75,7 +75,12 @@ impl<'a> Search<'a> {
     fn replacement(&self, set: &Set<'a>, k: usize, effect: &'static Effect) -> Option<Replacement<'a>> {
         let items = forms(effect).into_iter();
         let other = best(items.flat_map(|item| self.exchanged(set, k, &[item])))?;
-        Some(compared(set, vec![effect], other))
+        let replaced = compared(set, vec![effect], other);
+        // Two sides hold equal ones: which of the forms the rows support was decided by the score.
+        let forms = one_form(effect, set.hypothesis.items[k].effect);
+        let objection =
+            forms.then(|| "the same with another number of sides: these rows do not ask for it".into());
+        Some(Replacement { objection, ..replaced })
     }
 
     /// Two motor parameters in the place of a gain, if no single one can take it. All pairs that fit are one family, since a
@@ -145,10 +150,18 @@ fn compared<'a>(accepted: &Set, effects: Vec<&'static Effect>, set: Set<'a>) -> 
     Replacement { worse_by: set.score - accepted.score, effects, set, objection: None }
 }
 
+/// True if one of two effects is the other with two different sides.
+fn one_form(a: &Effect, b: &Effect) -> bool {
+    let even =
+        |uneven: &Effect, even: &Effect| uneven.relations.uneven_of.is_some_and(|uneven| uneven.even == even);
+    even(a, b) || even(b, a)
+}
+
 /// What an effect gains that does not earn a name.
 fn earned(gain: f64) -> String {
     if gain > 0.5 {
-        format!("added, it earns {gain:.0} of the {WORTH:.0} points that a name needs")
+        let share = 100.0 * gain / WORTH;
+        format!("added, it explains a little more, {share:.0} % of what a name must")
     } else {
         "added, it explains nothing more".into()
     }

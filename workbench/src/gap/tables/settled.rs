@@ -100,12 +100,13 @@ mod tests {
         assert_eq!(answers(&swept(false)), Answers::Own);
     }
 
-    /// One sweep in one direction fits both ways; then the format of a log decides.
+    /// One sweep in one direction, away from zero, nearly fits both ways; then the format of a log decides.
     #[test]
     fn where_both_fit_the_row_before_is_answered() {
         let mut run = swept(true);
-        run.input = (0..40).map(|k| 0.2 * f64::from(k)).collect();
-        run.speed = Some((0..40).map(|k| 2.0 * f64::from(k)).collect());
+        let level = |k: i32| 2.0 + 0.05 * f64::from(k);
+        run.input = (0..40).map(level).collect();
+        run.speed = Some((0..40).map(|k| 10.0 * level(k - 1)).collect());
         assert_eq!(answers(&run), Answers::Previous);
     }
 }

@@ -53,5 +53,5 @@ pub(super) fn next(ties: &[(Tie, Option<Contrast>)]) -> Option<Experiment> {
         "It tells {} apart. Log speed over time, and the winding current if you can.",
         rivals.join(", ")
     );
-    Some(Experiment { why, profile: contrast.protocol.profile.clone() })
+    Some(Experiment::new(why, contrast.protocol.profile.clone(), "V"))
 }

@@ -31,7 +31,7 @@ const LONG: usize = 120;
 pub fn insufficient(log: &Table, reason: String) -> Outcome {
     let unit = SpeedUnit::of(log.speed_unit_rad_s);
     Outcome {
-        next_experiment: Some(Experiment { why: reason.clone(), profile: vec![] }),
+        next_experiment: Some(Experiment::new(reason.clone(), vec![], "V")),
         notes: vec![reason],
         ..Outcome::untested(unit.column, f64::NAN, unit.name)
     }
@@ -135,7 +135,11 @@ impl Case<'_> {
         let shares = words::shares(&residual, &regions);
         shares
             .into_iter()
-            .map(|(region, share_of_squared_error)| Where { region, share_of_squared_error })
+            .map(|(region, share_of_squared_error)| Where {
+                region,
+                share_of_squared_error,
+                also: Vec::new(),
+            })
             .collect()
     }
 

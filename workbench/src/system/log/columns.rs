@@ -1,199 +1,239 @@
-//! Which column of a file is which quantity: by name, by unit suffix, or by the user's `--columns`.
+//! Which column of a file is which quantity: by the user's `--columns`, by name, or by name and unit.
 
+use super::dialect::Cells;
+use super::formula::{Formula, Unreadable};
+use super::meaning;
+use super::names::{self, Quantity, name_of, quantity_of};
+use super::plan::{INPUTS, OUTPUTS, Plan, Source, is_column};
+use super::propose::{self, Known};
+use super::words::Topic;
 use crate::console::input_error::{InputError, nearest};
-use std::f64::consts::{PI, TAU};
+use crate::system::model::Model;
 use std::str::FromStr;
 
-/// A quantity that a log may carry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Time, s.
-    Time,
-    /// Terminal voltage, V.
-    Voltage,
-    /// Duty −1 … 1, to be multiplied by the supply voltage.
-    Duty,
-    /// Current held by a current loop, A.
-    CurrentInput,
-    /// Torque, N m.
-    Torque,
-    /// Force, N.
-    Force,
-    /// Angle, rad.
-    Angle,
-    /// Position on a linear axis, m.
-    Position,
-    /// Angular speed, rad/s.
-    AngularSpeed,
-    /// Speed on a linear axis, m/s.
-    LinearSpeed,
-    /// 0 open, 1 driven, 2 shorted.
-    Bridge,
-    /// Measured winding current, A.
-    Current,
-    /// Measured supply voltage, V.
-    Supply,
-    /// Number of the run.
-    Run,
-}
+/// A name that stands for the number of the row, from 0, in a file without a time.
+pub const ROW: &str = "row";
 
-/// Name of a column, the quantity, and the factor to its SI unit.
-const NAMES: &[(&str, Quantity, f64)] = &[
-    ("t_s", Quantity::Time, 1.0),
-    ("time_s", Quantity::Time, 1.0),
-    ("t_ms", Quantity::Time, 1e-3),
-    ("t_us", Quantity::Time, 1e-6),
-    ("u_v", Quantity::Voltage, 1.0),
-    ("voltage_v", Quantity::Voltage, 1.0),
-    ("u_mv", Quantity::Voltage, 1e-3),
-    ("duty", Quantity::Duty, 1.0),
-    ("current_a", Quantity::CurrentInput, 1.0),
-    ("current_ma", Quantity::CurrentInput, 1e-3),
-    ("torque_nm", Quantity::Torque, 1.0),
-    ("tau_nm", Quantity::Torque, 1.0),
-    ("force_n", Quantity::Force, 1.0),
-    ("theta_rad", Quantity::Angle, 1.0),
-    ("q_rad", Quantity::Angle, 1.0),
-    ("theta_deg", Quantity::Angle, PI / 180.0),
-    ("theta_rev", Quantity::Angle, TAU),
-    ("q_m", Quantity::Position, 1.0),
-    ("q_mm", Quantity::Position, 1e-3),
-    ("omega_rad_s", Quantity::AngularSpeed, 1.0),
-    ("w_rad_s", Quantity::AngularSpeed, 1.0),
-    ("omega_deg_s", Quantity::AngularSpeed, PI / 180.0),
-    ("omega_rpm", Quantity::AngularSpeed, TAU / 60.0),
-    ("speed_rpm", Quantity::AngularSpeed, TAU / 60.0),
-    ("v_m_s", Quantity::LinearSpeed, 1.0),
-    ("v_mm_s", Quantity::LinearSpeed, 1e-3),
-    ("bridge", Quantity::Bridge, 1.0),
-    ("i_a", Quantity::Current, 1.0),
-    ("i_ma", Quantity::Current, 1e-3),
-    ("vbus_v", Quantity::Supply, 1.0),
-    ("vbus_mv", Quantity::Supply, 1e-3),
-    ("run", Quantity::Run, 1.0),
-];
-
-/// Where one quantity stands in a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Source {
-    /// The quantity.
-    pub quantity: Quantity,
-    /// Index of the column.
-    pub index: usize,
-    /// Factor to the SI unit.
-    pub factor: f64,
-}
-
-/// The user's `--columns`: `ours=theirs[*factor],…`. `ours=none` ignores a column that the file has.
+/// The user's `--columns`: `ours=theirs,…`, the right side a column, an expression over columns or a constant. `ours=none`
+/// ignores a column that the file has. Besides, what the model file says of the supply and of the encoder.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Columns(Vec<Mapping>);
+pub struct Columns {
+    mappings: Vec<Mapping>,
+    /// Nominal supply, V, for a duty beside which no supply is logged.
+    pub supply_v: Option<f64>,
+    /// Counts of the encoder per turn, for proposals.
+    pub counts_per_rev: Option<f64>,
+}
 
 #[derive(Clone, Debug, PartialEq)]
 struct Mapping {
     ours: String,
     theirs: String,
-    factor: f64,
 }
 
 impl FromStr for Columns {
     type Err = InputError;
 
     fn from_str(text: &str) -> Result<Self, InputError> {
-        let items = text.split(',').map(str::trim).filter(|item| !item.is_empty());
-        Ok(Self(items.map(mapping).collect::<Result<_, _>>()?))
+        let items = parted(text).into_iter().map(str::trim).filter(|item| !item.is_empty());
+        let mappings: Vec<Mapping> = items.map(mapping).collect::<Result<_, _>>()?;
+        let quantity = |mapping: &Mapping| quantity_of(&mapping.ours).map(|known| known.0);
+        for (k, mapping) in mappings.iter().enumerate() {
+            if let Some(twice) = mappings[..k].iter().find(|other| quantity(other) == quantity(mapping)) {
+                return Err(InputError(format!(
+                    "--columns, `{}={}`: `{}` holds the same quantity already; choose one",
+                    mapping.ours, mapping.theirs, twice.ours
+                )));
+            }
+        }
+        Ok(Self { mappings, ..Self::default() })
     }
+}
+
+/// The items between commas, those in quotes and in parentheses apart.
+fn parted(text: &str) -> Vec<&str> {
+    let (mut quote, mut depth) = (None, 0_i32);
+    let separates = |c: char| {
+        match (quote, c) {
+            (Some(open), _) if open == c => quote = None,
+            (None, '"' | '\'') => quote = Some(c),
+            (None, '(') => depth += 1,
+            (None, ')') => depth -= 1,
+            _ => {}
+        }
+        c == ',' && quote.is_none() && depth <= 0
+    };
+    text.split(separates).collect()
 }
 
 fn mapping(item: &str) -> Result<Mapping, InputError> {
     let wrong = |what: String| InputError(format!("--columns, `{item}`: {what}"));
-    let (ours, right) = item
-        .split_once('=')
-        .ok_or_else(|| wrong("write OUR_NAME=FILE_NAME or OUR_NAME=FILE_NAME*FACTOR".into()))?;
-    let ours = ours.trim();
+    let (ours, theirs) = item.split_once('=').ok_or_else(|| {
+        wrong("write OUR_NAME=FILE_NAME, OUR_NAME=FILE_NAME*FACTOR or OUR_NAME=EXPRESSION".into())
+    })?;
+    let (ours, theirs) = (ours.trim(), theirs.trim());
     if quantity_of(ours).is_none() {
         return Err(wrong(unknown(ours)));
     }
-    let (theirs, factor) = match right.rsplit_once('*') {
-        Some((theirs, factor)) => {
-            (theirs, factor.trim().parse().ok().filter(|f: &f64| f.is_finite() && *f != 0.0))
-        }
-        None => (right, Some(1.0)),
-    };
-    let factor = factor.ok_or_else(|| wrong("the factor is not a number other than 0".into()))?;
-    Ok(Mapping { ours: ours.to_owned(), theirs: theirs.trim().to_owned(), factor })
-}
-
-fn quantity_of(name: &str) -> Option<(Quantity, f64)> {
-    let name = name.to_lowercase();
-    NAMES.iter().find(|known| known.0 == name).map(|known| (known.1, known.2))
+    if theirs.is_empty() {
+        return Err(wrong("nothing stands behind the `=`; write a column, an expression or a number".into()));
+    }
+    let factor = theirs.rsplit_once('*').and_then(|parts| parts.1.trim().parse::<f64>().ok());
+    if factor.is_some_and(|factor| factor == 0.0 || !factor.is_finite()) {
+        return Err(wrong("the factor is not a number other than 0".into()));
+    }
+    Ok(Mapping { ours: ours.to_owned(), theirs: theirs.to_owned() })
 }
 
 /// A sentence about a name that no quantity has.
 fn unknown(name: &str) -> String {
-    let near = nearest(name, NAMES.iter().map(|known| known.0)).unwrap_or("t_s");
+    let near = nearest(name, names::ours()).unwrap_or("t_s");
     format!(
         "`{name}` is no known column; the nearest is `{near}` (SI units, for example u_v, theta_rad, omega_rad_s)"
     )
 }
 
 impl Columns {
-    /// Finds every quantity that a header offers. What the user mapped goes before the names in the file.
-    pub fn locate(&self, source: &str, header: &[String]) -> Result<Vec<Source>, InputError> {
-        let mut found: Vec<Source> = Vec::new();
-        for mapping in self.0.iter().filter(|mapping| mapping.theirs != "none") {
-            let Some(index) = header.iter().position(|name| *name == mapping.theirs) else {
-                let listed = header.join(", ");
-                let what = format!(
-                    "--columns names `{}`, which the header lacks (it has: {listed})",
-                    mapping.theirs
-                );
-                return Err(InputError::line(source, 1, what));
-            };
-            let (quantity, unit) = quantity_of(&mapping.ours).expect("checked when parsed");
-            found.push(Source { quantity, index, factor: unit * mapping.factor });
+    /// Finds every quantity that a file offers, and what lacks. What the user mapped goes before the names in the file, names
+    /// of ours before names that state quantity and unit.
+    pub fn plan(&self, source: &str, cells: &Cells, output_needed: bool) -> Result<Plan, InputError> {
+        let header = &cells.header;
+        let meanings = (0..header.len()).map(|k| meaning::recognise(&header[k], cells.units[k].as_deref()));
+        let mut plan = Plan { meanings: meanings.collect(), ..Plan::default() };
+        for mapping in self.mappings.iter().filter(|mapping| mapping.theirs != "none") {
+            plan.sources.push(mapping.source(source, cells)?);
         }
-        let hidden: Vec<_> =
-            self.0.iter().filter_map(|mapping| Some(quantity_of(&mapping.ours)?.0)).collect();
-        for (index, name) in header.iter().enumerate() {
-            let Some((quantity, factor)) = quantity_of(name) else {
-                continue;
-            };
-            if hidden.contains(&quantity) || found.iter().any(|known| known.index == index) {
-                continue;
-            }
-            if let Some(twice) = found.iter().find(|known| known.quantity == quantity) {
-                let what = format!(
-                    "columns `{}` and `{name}` hold the same quantity; choose one with --columns",
-                    header[twice.index]
-                );
-                return Err(InputError::line(source, 1, what));
-            }
-            found.push(Source { quantity, index, factor });
-        }
-        Ok(found)
+        self.exact(source, cells, &mut plan)?;
+        self.stated(cells, &mut plan);
+        let known = Known {
+            supply_v: self.supply_v,
+            counts_per_rev: self.counts_per_rev,
+            time: self.mentions(Quantity::Time),
+        };
+        propose::complete(&known, cells, &mut plan, output_needed);
+        let items = self.mappings.iter().map(|mapping| format!("{}={}", mapping.ours, mapping.theirs));
+        let items = items.chain(plan.proposals.iter().map(|proposal| proposal.item.clone()));
+        plan.items = items.collect::<Vec<_>>().join(",");
+        Ok(plan)
     }
 
-    /// The file's name of the time column, and its factor to seconds.
-    pub fn time(&self) -> (&str, f64) {
+    /// The user's text, with what the model file says of supply and encoder.
+    pub fn of(text: &str, model: &Model) -> Result<Self, InputError> {
+        let counts_per_rev = model.encoder.map(|encoder| encoder.counts_per_rev);
+        Ok(Self { supply_v: model.supply_nominal_v, counts_per_rev, ..text.parse()? })
+    }
+
+    /// These items instead of the user's.
+    pub(super) fn with(&self, items: &str) -> Result<Self, InputError> {
+        Ok(Self { mappings: items.parse::<Self>()?.mappings, ..self.clone() })
+    }
+
+    /// A quantity that the user has spoken of.
+    pub(super) fn mentions(&self, quantity: Quantity) -> bool {
+        self.mappings
+            .iter()
+            .any(|mapping| quantity_of(&mapping.ours).is_some_and(|known| known.0 == quantity))
+    }
+
+    /// Columns whose names are ours.
+    fn exact(&self, source: &str, cells: &Cells, plan: &mut Plan) -> Result<(), InputError> {
+        for (index, name) in cells.header.iter().enumerate() {
+            let Some((quantity, unit)) = quantity_of(name).filter(|known| !self.mentions(known.0)) else {
+                continue;
+            };
+            if plan.sources.iter().any(|known| is_column(known, index)) {
+                continue;
+            }
+            if let Some(twice) = plan.sources.iter().find(|known| known.quantity == quantity) {
+                let what = format!(
+                    "columns `{}` and `{name}` hold the same quantity; choose one with --columns \"{}={name}\"",
+                    twice.name,
+                    name_of(quantity, unit)
+                );
+                return Err(InputError::line(source, cells.header_line, what));
+            }
+            plan.sources.push(column(index, name, quantity, unit));
+        }
+        Ok(())
+    }
+
+    /// Columns that state quantity and unit, one of each quantity, where nothing else speaks for it or against it.
+    fn stated(&self, cells: &Cells, plan: &mut Plan) {
+        let stated: Vec<(usize, Quantity, f64)> = plan.stated(|quantity| !self.mentions(quantity));
+        let alone = |quantity| stated.iter().filter(|known| known.1 == quantity).count() == 1;
+        let duty = plan.meanings.iter().flatten().any(|meaning| meaning.topic == Topic::Duty);
+        let is_linear = |quantity| matches!(quantity, Quantity::Position | Quantity::LinearSpeed);
+        let both_axes = [true, false].iter().all(|linear| {
+            let on_it = |quantity: &Quantity| OUTPUTS.contains(quantity) && is_linear(*quantity) == *linear;
+            stated.iter().any(|known| on_it(&known.1))
+                || plan.sources.iter().any(|known| on_it(&known.quantity))
+        });
+        let driven = plan.any(&INPUTS);
+        let is_input = |known: &(usize, Quantity, f64)| INPUTS.contains(&known.1);
+        let mut input = driven;
+        for &(index, quantity, unit) in stated.iter().filter(|known| alone(known.1)) {
+            let ambiguous = match quantity {
+                // Beside a duty a voltage may be the supply.
+                Quantity::Voltage => input || duty,
+                Quantity::Duty | Quantity::Torque | Quantity::Force => {
+                    input || stated.iter().filter(|known| is_input(known)).count() > 1
+                }
+                quantity if OUTPUTS.contains(&quantity) => both_axes,
+                // Without another input a current may be what is commanded.
+                Quantity::Current => !driven && !duty && !stated.iter().any(is_input),
+                _ => false,
+            };
+            if ambiguous || plan.has(quantity) || plan.sources.iter().any(|known| is_column(known, index)) {
+                continue;
+            }
+            input |= INPUTS.contains(&quantity);
+            plan.sources.push(column(index, &cells.header[index], quantity, unit));
+            plan.taken.push((index, name_of(quantity, unit)));
+        }
+    }
+
+    /// The file's name of the time column, or its expression, and the factor to seconds.
+    pub fn time(&self) -> (String, f64) {
         let of_time =
             |mapping: &&Mapping| quantity_of(&mapping.ours).is_some_and(|known| known.0 == Quantity::Time);
-        self.0.iter().find(of_time).map_or(("t_s", 1.0), |mapping| {
+        self.mappings.iter().find(of_time).map_or(("t_s".into(), 1.0), |mapping| {
             let unit = quantity_of(&mapping.ours).map_or(1.0, |known| known.1);
-            (&mapping.theirs, unit * mapping.factor)
+            match mapping.theirs.rsplit_once('*').map(|parts| (parts.0, parts.1.trim().parse::<f64>())) {
+                Some((name, Ok(factor))) => (name.trim().to_owned(), unit * factor),
+                _ if mapping.theirs.contains(['/', '+', '(']) => (format!("({})", mapping.theirs), unit),
+                _ => (mapping.theirs.clone(), unit),
+            }
         })
     }
+}
 
-    /// What to say when a needed quantity is missing: the likeliest mistyped column, if there is one.
-    pub fn missing(header: &[String], wanted: &str, stems: &[&str]) -> String {
-        let near = header.iter().find(|name| {
-            quantity_of(name).is_none() && stems.iter().any(|stem| name.to_lowercase().starts_with(stem))
-        });
-        let listed = header.join(", ");
-        match near {
-            Some(name) => format!(
-                "no column {wanted}: `{name}` has an unknown unit or spelling; rename it or use --columns (header: {listed})"
-            ),
-            None => format!("no column {wanted}; rename one or use --columns (header: {listed})"),
+impl Mapping {
+    fn source(&self, source: &str, cells: &Cells) -> Result<Source, InputError> {
+        let (quantity, unit) = quantity_of(&self.ours).expect("checked when parsed");
+        let mut names = cells.header.clone();
+        if !names.iter().any(|name| name == ROW) {
+            names.push(ROW.into());
         }
+        let formula = Formula::read(&self.theirs, &names).map_err(|unreadable| {
+            let what = match unreadable {
+                Unreadable::NoColumn(name) => {
+                    let listed = cells.header.join(", ");
+                    format!("--columns names `{name}`, which the header lacks (it has: {listed})")
+                }
+                Unreadable::Broken(why) => {
+                    format!("--columns, `{}={}`: cannot be computed ({why})", self.ours, self.theirs)
+                }
+            };
+            InputError::line(source, cells.header_line, what)
+        })?;
+        let name = match formula.indices() {
+            [index] => names[*index].clone(),
+            _ => self.theirs.clone(),
+        };
+        Ok(Source { quantity, formula, unit, name })
     }
+}
+
+fn column(index: usize, name: &str, quantity: Quantity, unit: f64) -> Source {
+    Source { quantity, formula: Formula::Scaled { index, factor: 1.0 }, unit, name: name.to_owned() }
 }

@@ -2,12 +2,28 @@
 //!
 //! Row k holds the input from its own time to the next row's time (zero-order hold) and the outputs *at* its own time.
 
+pub mod answer;
+mod bridging;
 mod columns;
+mod dialect;
+mod formula;
+pub mod look;
+mod meaning;
+mod names;
+mod next_time;
+mod open;
+mod plan;
+mod propose;
 mod read;
+mod spelling;
+mod text;
+mod words;
 
-pub use columns::{Columns, Quantity};
-pub use read::{parse, read, read_input};
+pub use columns::Columns;
+pub use names::Quantity;
+pub use open::{open, parse, parse_bytes, read, read_input};
 use servo::axis::Bridge;
+pub use spelling::{in_digits, in_shell, short};
 
 /// What drives the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +58,15 @@ impl Input {
             Self::Force => "N",
         }
     }
+}
+
+/// A log, and how it was read.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    /// The log.
+    pub log: Log,
+    /// What was recognised and what was bridged, in sentences.
+    pub notes: Vec<String>,
 }
 
 /// A log of either shape.

@@ -1,131 +1,158 @@
-//! Reading a log from CSV, with every defect reported by line and column.
+//! Reading a log from a table of numbers, with every defect reported by line and column.
 
-use super::columns::{Columns, Quantity, Source};
-use super::{Dynamic, Input, Log, Run, Table};
+use super::bridging::{self, Bridged};
+use super::columns::Columns;
+use super::dialect::Cells;
+use super::formula::Formula;
+use super::names::Quantity;
+use super::plan::{Plan, Source};
+use super::text::missing;
+use super::{Dynamic, Input, Reading, Run, Table};
 use crate::console::input_error::InputError;
 use servo::axis::Bridge;
-use std::path::Path;
 
 /// Fewer rows than this in a run say nothing about dynamics.
-const FEWEST_ROWS: usize = 20;
+pub(super) const FEWEST_ROWS: usize = 20;
 /// Fewer points than this make no steady-state curve.
 const FEWEST_POINTS: usize = 4;
 
-/// Reads a log from a file.
-pub fn read(path: &Path, columns: &Columns) -> Result<Log, InputError> {
-    parse(&path.display().to_string(), &text_of(path)?, columns)
-}
-
-/// Reads a record that need not have an output: what a simulation is driven by.
-pub fn read_input(path: &Path, columns: &Columns) -> Result<Log, InputError> {
-    parse_for(&path.display().to_string(), &text_of(path)?, columns, false)
-}
-
-/// Reads a log from a text; `source` names it in messages.
-pub fn parse(source: &str, text: &str, columns: &Columns) -> Result<Log, InputError> {
-    parse_for(source, text, columns, true)
-}
-
-fn text_of(path: &Path) -> Result<String, InputError> {
-    let source = path.display();
-    let bytes = std::fs::read(path)
-        .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
-    String::from_utf8(bytes)
-        .map_err(|_| InputError::file(&source, "is not a text file; export it as CSV in UTF-8"))
-}
-
-fn parse_for(source: &str, text: &str, columns: &Columns, output_needed: bool) -> Result<Log, InputError> {
-    let cells = Cells::read(source, text)?;
-    let found = columns.locate(source, &cells.header)?;
-    let sheet = Sheet { source, cells: &cells, found: &found, output_needed };
-    if sheet.has(Quantity::Time) { sheet.dynamic().map(Log::Dynamic) } else { sheet.table().map(Log::Table) }
-}
-
-/// The raw cells of a file with their line numbers.
-struct Cells {
-    header: Vec<String>,
-    rows: Vec<(u64, csv::StringRecord)>,
-}
-
-impl Cells {
-    fn read(source: &str, text: &str) -> Result<Self, InputError> {
-        let text = text.trim_start_matches('\u{feff}');
-        let mut reader =
-            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
-        let header = reader.headers().map_err(|e| InputError::file(source, e))?;
-        let header: Vec<String> = header.iter().map(str::to_owned).collect();
-        if header.iter().all(String::is_empty) {
-            return Err(InputError::file(
-                source,
-                "is empty; expected a header line such as t_s,u_v,theta_rad",
-            ));
-        }
-        if header.iter().all(|name| name.parse::<f64>().is_ok()) {
-            return Err(InputError::line(
-                source,
-                1,
-                "starts with numbers; add a header line such as t_s,u_v,theta_rad",
-            ));
-        }
-        let mut rows = Vec::new();
-        for row in reader.records() {
-            let row = row.map_err(|e| broken_row(source, &e))?;
-            rows.push((row.position().map_or(0, csv::Position::line), row));
-        }
-        if rows.is_empty() {
-            return Err(InputError::file(source, "has a header but no rows; the log was not written"));
-        }
-        Ok(Self { header, rows })
-    }
-}
-
-/// A row with too few or too many cells: mostly a file cut off while it was written.
-fn broken_row(source: &str, error: &csv::Error) -> InputError {
-    match error.kind() {
-        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
-            let line = pos.as_ref().map_or(0, csv::Position::line);
-            let what = format!(
-                "has {len} cells where the header has {expected_len}; the file is truncated or damaged, remove the row"
-            );
-            InputError::line(source, line, what)
-        }
-        _ => InputError::file(source, error),
-    }
-}
-
 /// Cells with their meaning.
-struct Sheet<'a> {
+pub(super) struct Sheet<'a> {
     source: &'a str,
     cells: &'a Cells,
-    found: &'a [Source],
+    plan: Plan,
+    supply_v: Option<f64>,
     output_needed: bool,
 }
 
-impl Sheet<'_> {
-    fn has(&self, quantity: Quantity) -> bool {
-        self.found.iter().any(|source| source.quantity == quantity)
+impl<'a> Sheet<'a> {
+    pub(super) fn open(
+        source: &'a str,
+        cells: &'a Cells,
+        columns: &Columns,
+        output_needed: bool,
+    ) -> Result<Reading, InputError> {
+        let plan = columns.plan(source, cells, output_needed)?;
+        plan.complete(source, cells.header_line)?;
+        Self::of(source, cells, plan, columns, output_needed).reading()
     }
 
-    /// A column in SI units, if the file has it.
+    pub(super) fn of(
+        source: &'a str,
+        cells: &'a Cells,
+        plan: Plan,
+        columns: &Columns,
+        output_needed: bool,
+    ) -> Self {
+        Self { source, cells, plan, supply_v: columns.supply_v, output_needed }
+    }
+
+    /// The log, and how it was read.
+    pub(super) fn reading(mut self) -> Result<Reading, InputError> {
+        let mut notes: Vec<String> = self.cells.dialect.sentence().into_iter().collect();
+        notes.extend(self.plan.note(&self.cells.header));
+        notes.extend(self.leave_out_empty_columns());
+        notes.extend(self.supply_note());
+        let log = match self.has(Quantity::Time) {
+            true => self.dynamic(&mut notes)?.into(),
+            false => self.table(&mut notes)?.into(),
+        };
+        Ok(Reading { log, notes })
+    }
+
+    fn has(&self, quantity: Quantity) -> bool {
+        self.plan.has(quantity)
+    }
+
+    /// A column that is there and holds nothing is not there.
+    fn leave_out_empty_columns(&mut self) -> Option<String> {
+        let empty = |source: &Source| match source.formula {
+            Formula::Scaled { index, .. } if index < self.cells.header.len() => {
+                self.cells.rows.iter().all(|row| missing(row.1.get(index).unwrap_or("")))
+            }
+            _ => false,
+        };
+        let (gone, kept): (Vec<Source>, Vec<Source>) = self.plan.sources.drain(..).partition(empty);
+        self.plan.sources = kept;
+        let names: Vec<String> = gone.iter().map(|source| format!("`{}`", source.name)).collect();
+        (!names.is_empty()).then(|| format!("Columns without a value are left out: {}.", names.join(", ")))
+    }
+
+    /// Said where a duty is multiplied by a supply that the log does not have.
+    fn supply_note(&self) -> Option<String> {
+        let needed = self.has(Quantity::Duty) && !self.has(Quantity::Voltage) && !self.has(Quantity::Supply);
+        let supply = self.supply_v.filter(|_| needed)?;
+        Some(format!(
+            "The duty is multiplied by {supply} V, the model's [supply] nominal_v: the log has no vbus_v."
+        ))
+    }
+
+    /// A column in SI units, if the file has it; NaN where a cell is empty.
     fn column(&self, quantity: Quantity) -> Result<Option<Vec<f64>>, InputError> {
-        let Some(source) = self.found.iter().find(|source| source.quantity == quantity) else {
+        let Some(source) = self.plan.sources.iter().find(|source| source.quantity == quantity) else {
             return Ok(None);
         };
-        let rows = self.cells.rows.iter();
-        rows.map(|(line, row)| self.number(*line, row, source)).collect::<Result<_, _>>().map(Some)
+        let mut cells = Vec::new();
+        let rows = 0..self.cells.rows.len();
+        rows.map(|row| self.value(row, source, &mut cells)).collect::<Result<_, _>>().map(Some)
     }
 
-    fn number(&self, line: u64, row: &csv::StringRecord, source: &Source) -> Result<f64, InputError> {
-        let name = &self.cells.header[source.index];
-        let cell = row.get(source.index).unwrap_or("");
-        let wrong =
-            |what: &str| InputError::line(self.source, line, format!("column {name}: `{cell}` {what}"));
-        let value: f64 =
-            cell.parse().map_err(|_| wrong("is not a number; correct the cell or remove the row"))?;
-        if value.is_finite() {
-            Ok(value * source.factor)
-        } else {
-            Err(wrong("is not a finite number; remove the row"))
+    fn value(&self, row: usize, source: &Source, cells: &mut Vec<f64>) -> Result<f64, InputError> {
+        cells.clear();
+        for index in source.formula.indices() {
+            cells.push(self.number(row, *index)?);
+        }
+        let value = source.formula.value(cells, source.unit);
+        if value.is_finite() || cells.iter().any(|cell| cell.is_nan()) {
+            return Ok(value);
+        }
+        let what = format!(
+            "--columns, `{}` gives {value} here; correct the expression or remove the row",
+            source.name
+        );
+        Err(InputError::line(self.source, self.cells.rows[row].0, what))
+    }
+
+    /// One cell; the column behind the last one is the number of the row.
+    fn number(&self, row: usize, index: usize) -> Result<f64, InputError> {
+        let Some(name) = self.cells.header.get(index) else {
+            return Ok(row as f64);
+        };
+        let (line, record) = &self.cells.rows[row];
+        let cell = record.get(index).unwrap_or("");
+        match self.cells.dialect.number(cell) {
+            Some(value) if value.is_infinite() => {
+                let what = format!("column {name}: `{cell}` is not a finite number; remove the row");
+                Err(InputError::line(self.source, *line, what))
+            }
+            Some(value) => Ok(value),
+            None if missing(cell) => Ok(f64::NAN),
+            None => {
+                Err(InputError::line(self.source, *line, format!("column {name}: {}", self.no_number(cell))))
+            }
+        }
+    }
+
+    fn no_number(&self, cell: &str) -> String {
+        let clock = cell.matches(':').count() > 0 && cell.starts_with(|first: char| first.is_ascii_digit());
+        if clock {
+            return format!(
+                "`{cell}` is a time of day; write seconds, or leave the column out and map t_s=row*SECONDS"
+            );
+        }
+        let comma = self.cells.dialect.decimal_comma;
+        match (comma, cell.contains('.'), cell.contains(',')) {
+            (true, true, _) => {
+                format!(
+                    "`{cell}` has a point where the file has decimal commas; write all numbers in one way"
+                )
+            }
+            (false, _, true) => {
+                format!(
+                    "`{cell}` has a comma where the file has decimal points; write all numbers in one way"
+                )
+            }
+            _ => format!("`{cell}` is not a number; correct the cell or remove the row"),
         }
     }
 
@@ -139,21 +166,11 @@ impl Sheet<'_> {
         Ok(None)
     }
 
-    fn missing(&self, wanted: &str, stems: &[&str]) -> InputError {
-        InputError::line(self.source, 1, Columns::missing(&self.cells.header, wanted, stems))
-    }
-
     /// What drives the axis. A duty is multiplied by the supply voltage of the same row.
     fn input(&self) -> Result<(Input, Vec<f64>), InputError> {
         use Quantity::{CurrentInput, Duty, Force, Torque, Voltage};
-        let missing = || {
-            self.missing(
-                "for the input (u_v, duty with vbus_v, current_a, torque_nm or force_n)",
-                &["u", "v", "duty", "torque", "force", "current"],
-            )
-        };
-        let (quantity, values) =
-            self.first(&[Voltage, Duty, Torque, Force, CurrentInput])?.ok_or_else(missing)?;
+        let found = self.first(&[Voltage, Duty, Torque, Force, CurrentInput])?;
+        let (quantity, values) = found.ok_or_else(|| self.lacks("for the input"))?;
         match quantity {
             Duty => Ok((Input::Voltage, self.volts_from_duty(values)?)),
             CurrentInput => Ok((Input::Current, values)),
@@ -163,29 +180,43 @@ impl Sheet<'_> {
         }
     }
 
+    fn lacks(&self, wanted: &str) -> InputError {
+        let listed = self.cells.header.join(", ");
+        let what = format!("no column {wanted} holds a value; map one with --columns (header: {listed})");
+        InputError::line(self.source, self.cells.header_line, what)
+    }
+
     fn volts_from_duty(&self, duty: Vec<f64>) -> Result<Vec<f64>, InputError> {
-        let supply = self
-            .column(Quantity::Supply)?
-            .ok_or_else(|| self.missing("vbus_v, which `duty` needs to become a voltage", &["vbus", "v"]))?;
+        let logged = self.column(Quantity::Supply)?;
+        let known = || self.supply_v.map(|supply| vec![supply; duty.len()]);
+        let supply = logged.or_else(known).ok_or_else(|| self.lacks("vbus_v, which `duty` needs,"))?;
         if let Some(row) = duty.iter().position(|d| d.abs() > 1.0 + 1e-6) {
+            let most = duty.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
+            let source = self.plan.sources.iter().find(|source| source.quantity == Quantity::Duty);
             let what = format!(
-                "column duty: {} lies outside −1 … 1; map it with a factor, --columns \"duty=NAME*FACTOR\"",
-                duty[row]
+                "column duty: {} lies outside −1 … 1, as others do up to {most}; map it with its full scale, for example \
+                 --columns \"duty={}/{}\"",
+                duty[row],
+                source.map_or("duty", |source| &source.name),
+                super::propose::full_scale(most)
             );
             return Err(InputError::line(self.source, self.cells.rows[row].0, what));
         }
         Ok(duty.iter().zip(&supply).map(|(d, v)| d * v).collect())
     }
 
-    fn table(&self) -> Result<Table, InputError> {
+    fn table(&self, notes: &mut Vec<String>) -> Result<Table, InputError> {
         let (input, u_v) = self.input()?;
         let omega = self.column(Quantity::AngularSpeed)?;
-        let omega_rad_s = omega.ok_or_else(|| {
-            self.missing(
-                "omega_rad_s or speed_rpm (and no t_s: a steady-state table)",
-                &["omega", "speed", "w"],
-            )
-        })?;
+        let omega = omega.ok_or_else(|| self.lacks("omega_rad_s (and no t_s: a steady-state table)"))?;
+        let pairs = u_v.into_iter().zip(omega);
+        let (kept, holes): (Vec<_>, Vec<_>) = pairs.enumerate().partition(|(_, (u, w))| !(u + w).is_nan());
+        let holes: Vec<usize> = holes.into_iter().map(|hole| hole.0).collect();
+        self.check_share(&holes)?;
+        notes.extend(
+            (!holes.is_empty()).then(|| format!("{} rows with empty cells are left out.", holes.len())),
+        );
+        let (u_v, omega_rad_s): (Vec<f64>, Vec<f64>) = kept.into_iter().map(|point| point.1).unzip();
         if input != Input::Voltage {
             return Err(InputError::file(
                 self.source,
@@ -207,19 +238,23 @@ impl Sheet<'_> {
 
     /// Factor from the file's column to the SI unit.
     fn factor(&self, quantity: Quantity) -> f64 {
-        self.found.iter().find(|source| source.quantity == quantity).map_or(1.0, |source| source.factor)
+        self.plan.sources.iter().find(|source| source.quantity == quantity).map_or(1.0, Source::factor)
     }
 
-    fn dynamic(&self) -> Result<Dynamic, InputError> {
-        let time = self.column(Quantity::Time)?.expect("asked by the caller");
+    fn dynamic(&self, notes: &mut Vec<String>) -> Result<Dynamic, InputError> {
+        let time = self.column(Quantity::Time)?.ok_or_else(|| self.lacks("for the time"))?;
         let (input, values) = self.input()?;
         let position = self.first(&[Quantity::Angle, Quantity::Position])?;
         let speed = self.first(&[Quantity::AngularSpeed, Quantity::LinearSpeed])?;
         let linear = self.linear(position.as_ref(), speed.as_ref())?;
-        let id = self.column(Quantity::Run)?.unwrap_or_else(|| vec![0.0; time.len()]);
-        let whole = Run {
+        let bridge = self.column(Quantity::Bridge)?.unwrap_or_else(|| vec![1.0; time.len()]);
+        let id = self.column(Quantity::Run)?.unwrap_or_else(|| self.parts(time.len()));
+        let needed = [&time, &values, &bridge, &id];
+        let lost: Vec<bool> =
+            (0..time.len()).map(|row| needed.iter().any(|column| column[row].is_nan())).collect();
+        let mut whole = Run {
             id: 0,
-            bridge: self.bridge(time.len())?,
+            bridge: self.bridge(&bridge)?,
             input: values,
             position: position.map(|pair| pair.1),
             speed: speed.map(|pair| pair.1),
@@ -227,8 +262,39 @@ impl Sheet<'_> {
             supply_v: self.column(Quantity::Supply)?,
             t_s: time,
         };
-        let runs = self.split(&whole, &id)?;
+        self.check_share(&bridging::holes(&whole, &lost))?;
+        let bridged = bridging::bridge(&mut whole, &lost, &id);
+        let runs = self.split(&whole, &id, &bridged)?;
+        let rows: usize = runs.iter().map(Run::rows).sum();
+        notes.extend(bridged.sentence(whole.rows(), rows));
         Ok(Dynamic { source: self.source.to_owned(), input, linear, runs })
+    }
+
+    /// Numbers of the parts between headers that stand in the middle of the file.
+    fn parts(&self, rows: usize) -> Vec<f64> {
+        let part = |row| self.cells.restarts.iter().filter(|start| **start > 0 && **start <= row).count();
+        (0..rows).map(|row| part(row) as f64).collect()
+    }
+
+    /// Rows with holes are bridged while they are few.
+    fn check_share(&self, holes: &[usize]) -> Result<(), InputError> {
+        let rows = self.cells.rows.len();
+        let Some(first) = holes.first().filter(|_| holes.len() as f64 > bridging::MOST * rows as f64) else {
+            return Ok(());
+        };
+        let (line, record) = &self.cells.rows[*first];
+        let indices = self.plan.sources.iter().flat_map(|source| source.formula.indices());
+        let hole = |index: &&usize| record.get(**index).is_some_and(missing);
+        let index = indices.into_iter().find(hole).copied().unwrap_or(0);
+        let what = format!(
+            "column {}: `{}` is not a finite number, and {} of {rows} rows have such cells; up to {:.0} % are bridged: fill or \
+             remove them, or leave a column out with --columns \"NAME=none\"",
+            self.cells.header[index],
+            record.get(index).unwrap_or(""),
+            holes.len(),
+            100.0 * bridging::MOST
+        );
+        Err(InputError::line(self.source, *line, what))
     }
 
     /// True if the axis is linear; an output must be there, and position and speed must agree.
@@ -239,10 +305,7 @@ impl Sheet<'_> {
     ) -> Result<bool, InputError> {
         match (position.map(|p| p.0 == Quantity::Position), speed.map(|s| s.0 == Quantity::LinearSpeed)) {
             (None, None) if !self.output_needed => Ok(false),
-            (None, None) => Err(self.missing(
-                "for the output (theta_rad, q_m, omega_rad_s or v_m_s)",
-                &["theta", "q", "omega", "w", "v", "speed"],
-            )),
+            (None, None) => Err(self.lacks("for the output")),
             (Some(a), Some(b)) if a != b => Err(InputError::line(
                 self.source,
                 1,
@@ -252,14 +315,13 @@ impl Sheet<'_> {
         }
     }
 
-    fn bridge(&self, rows: usize) -> Result<Vec<Bridge>, InputError> {
-        let Some(values) = self.column(Quantity::Bridge)? else {
-            return Ok(vec![Bridge::Driven; rows]);
-        };
+    fn bridge(&self, values: &[f64]) -> Result<Vec<Bridge>, InputError> {
         let code = |(row, value): (usize, &f64)| match *value {
             0.0 => Ok(Bridge::Open),
             1.0 => Ok(Bridge::Driven),
             2.0 => Ok(Bridge::Shorted),
+            // Such a row is left out.
+            value if value.is_nan() => Ok(Bridge::Driven),
             _ => Err(InputError::line(
                 self.source,
                 self.cells.rows[row].0,
@@ -269,24 +331,34 @@ impl Sheet<'_> {
         values.iter().enumerate().map(code).collect()
     }
 
-    /// Cuts the rows where the run number changes; inside a run time must increase.
-    fn split(&self, whole: &Run, id: &[f64]) -> Result<Vec<Run>, InputError> {
+    /// Cuts the rows where the run number changes or a row is left out; inside a piece time must increase.
+    fn split(&self, whole: &Run, id: &[f64], bridged: &Bridged) -> Result<Vec<Run>, InputError> {
         let mut runs = Vec::new();
+        let mut shortest = None;
         let mut start = 0;
         for end in 1..=id.len() {
-            if end < id.len() && id[end] == id[end - 1] {
-                self.increasing(&whole.t_s, end)?;
+            if end < id.len() && id[end] == id[end - 1] && bridged.kept[end] == bridged.kept[end - 1] {
+                if bridged.kept[end] {
+                    self.increasing(&whole.t_s, end)?;
+                }
                 continue;
             }
-            if end - start < FEWEST_ROWS {
-                let what =
-                    format!("run {} has {} rows; at least {FEWEST_ROWS} are needed", id[start], end - start);
-                return Err(InputError::line(self.source, self.cells.rows[start].0, what));
+            if bridged.kept[start] && end - start >= FEWEST_ROWS {
+                runs.push(whole.rows_between(start, end, id[start] as i64));
+            } else if bridged.kept[start] && shortest.is_none() {
+                shortest = Some((start, end));
             }
-            runs.push(whole.rows_between(start, end, id[start] as i64));
             start = end;
         }
-        Ok(runs)
+        match shortest {
+            // What is left between two holes may be short; a run of the file may not.
+            Some((start, end)) if bridged.removed == 0 || runs.is_empty() => {
+                let what =
+                    format!("run {} has {} rows; at least {FEWEST_ROWS} are needed", id[start], end - start);
+                Err(InputError::line(self.source, self.cells.rows[start].0, what))
+            }
+            _ => Ok(runs),
+        }
     }
 
     fn increasing(&self, time: &[f64], row: usize) -> Result<(), InputError> {

@@ -147,6 +147,12 @@ impl Effect {
         self.parameters.iter().position(|parameter| parameter.meaning == meaning)
     }
 
+    /// The places of the parameters of the positive and of the negative side, of an effect with two sides.
+    pub fn sides(&self) -> Option<(usize, usize)> {
+        let side = |of: &str| self.parameters.iter().position(|parameter| parameter.name.starts_with(of));
+        side("pos_").zip(side("neg_"))
+    }
+
     /// True if a start moves an optional parameter away from its default.
     pub fn moves_option(&self, start: &[f64]) -> bool {
         let pairs = self.parameters.iter().zip(start);

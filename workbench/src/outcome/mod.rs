@@ -2,10 +2,12 @@
 //! computes nothing. The serialised part is `truing-gap/1`; the curves for plots are not serialised.
 
 mod contradiction;
-mod unnamed;
+mod left;
+mod plot;
 
 pub use contradiction::Contradiction;
-pub use unnamed::UnnamedTerm;
+pub use left::{Unexplained, UnnamedTerm};
+pub use plot::{Curve, Plot, Role, Series, Stage, Style};
 
 use serde::Serialize;
 use servo::axis::Bridge;
@@ -18,6 +20,8 @@ const SCHEMA: &str = "truing-gap/1";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
+    /// The files are at fault: a unit, a sign, a column, a key, a record of another motor.
+    Data,
     /// Nothing could be tested: the log does not move enough.
     InsufficientExcitation,
     /// Something is missing that the library does not know.
@@ -46,6 +50,8 @@ impl Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
+    /// The files are at fault.
+    Data,
     /// Nothing could be tested: the log does not move enough.
     CannotTell,
     /// What is missing, or a part of it that matters, is in no effect of the library.
@@ -66,6 +72,7 @@ impl Grade {
     /// The grade of a verdict. `left`: something is left beside the names. `most`: they remove most of the gap everywhere.
     pub fn of(verdict: Verdict, left: bool, most: bool) -> Self {
         match (verdict, left, most) {
+            (Verdict::Data, ..) => Self::Data,
             (Verdict::InsufficientExcitation, ..) => Self::CannotTell,
             (Verdict::Unexplained, ..) => Self::Outside,
             (Verdict::Tie, ..) => Self::Tie,
@@ -167,35 +174,24 @@ pub struct Where {
     pub region: String,
     /// Its share of the squared error, 0 … 1.
     pub share_of_squared_error: f64,
-}
-
-/// What is left at the end.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Unexplained {
-    /// Share of the first gap (squared, above the noise), 0 … 1.
-    pub share_of_gap: f64,
-    /// `none`, or its structure in words.
-    pub structure: String,
-    /// The variables on which it depends, if any predicts it on held-out data.
+    /// Other ways to say nearly the same region: most of the squared error lies in both.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub depends_on: Vec<&'static str>,
-    /// The share of it that they predict on held-out data, 0 … 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub predicts_share: Option<f64>,
-    /// True if repeats of the same input differ, or if nothing predicts it on held-out data. Absent where nothing is left, and
-    /// where nobody could look.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub noise_like: Option<bool>,
-    /// The term without a name that describes it, if it lowers the gap of every held-out record.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub unnamed: Option<UnnamedTerm>,
+    pub also: Vec<String>,
 }
 
-impl Unexplained {
-    /// A share of the gap with its structure.
-    pub fn new(share_of_gap: f64, structure: String) -> Self {
-        Self { share_of_gap, structure, ..Self::default() }
-    }
+/// What is wrong with a file, and what mends it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DataFault {
+    /// The column, the key or the file.
+    pub place: String,
+    /// What is wrong, in words that follow "it looks as if".
+    pub what: String,
+    /// The share of the motion that is explained as the files stand, 0 … 1.
+    pub explained_as_it_stands: f64,
+    /// The share that is explained once the mistake is put right.
+    pub explained_with_it: f64,
+    /// What mends it: an option of the command line, or a line of the model file.
+    pub remedy: String,
 }
 
 /// One piece of a suggested experiment.
@@ -236,81 +232,24 @@ pub struct Experiment {
     pub why: String,
     /// What to apply.
     pub profile: Vec<Segment>,
+    /// Unit of the input: `V`, or that of a current, torque or force that drives the axis.
+    pub unit: &'static str,
+    /// The largest winding current that the extended model sees in it, A; absent where the model knows none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_current_a: Option<f64>,
+    /// How far the axis goes from one end to the other, rad or m; absent for a table.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub travel: Option<f64>,
+    /// True on a linear axis.
+    #[serde(skip)]
+    pub linear: bool,
 }
 
-/// A sampled curve for plots.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Curve {
-    /// Abscissa.
-    pub x: Vec<f64>,
-    /// Ordinate.
-    pub y: Vec<f64>,
-}
-
-/// The three stages of nonlinear identification, which are the chapters of a report.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Stage {
-    /// Is something missing, and where does it show?
-    #[default]
-    Detection,
-    /// What is it?
-    Characterisation,
-    /// How large is it, and what does that explain?
-    Extraction,
-}
-
-/// How a series is drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Style {
-    /// A solid line: a simulation.
-    #[default]
-    Line,
-    /// A dashed line: the model as given, or a reference.
-    Dashed,
-    /// Points: a measurement.
-    Points,
-    /// Hollow points: measured, but held out.
-    Hollow,
-}
-
-/// One curve of a plot.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Series {
-    /// Legend entry.
-    pub label: String,
-    /// The samples. A value that is not finite leaves a break in the line.
-    pub curve: Curve,
-    /// How it is drawn.
-    pub style: Style,
-}
-
-impl Series {
-    /// A curve with its legend entry.
-    pub fn new(label: &str, curve: Curve, style: Style) -> Self {
-        let label = label.into();
-        Self { label, curve, style }
+impl Experiment {
+    /// What to apply and why; what it takes is not known yet.
+    pub fn new(why: String, profile: Vec<Segment>, unit: &'static str) -> Self {
+        Self { why, profile, unit, peak_current_a: None, travel: None, linear: false }
     }
-}
-
-/// Curves on axes.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Plot {
-    /// Title.
-    pub title: String,
-    /// What a reader should see in it, in a sentence.
-    pub caption: String,
-    /// The chapter it belongs to.
-    pub stage: Stage,
-    /// Abscissa with unit.
-    pub x_label: String,
-    /// Ordinate with unit.
-    pub y_label: String,
-    /// The curves.
-    pub series: Vec<Series>,
-    /// A horizontal band of this half-width around zero (residual plots): the noise.
-    pub noise_band: Option<f64>,
-    /// Vertical marks with a label: the edge of a dead zone, a knee.
-    pub marks: Vec<(f64, String)>,
 }
 
 /// The gap after one more effect.
@@ -345,6 +284,9 @@ pub struct Outcome {
     /// What the log says against the model file; told before any effect.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub data_sheet: Vec<Contradiction>,
+    /// What is wrong with the files: with the verdict *data* nothing else is told.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub data: Vec<DataFault>,
     /// The accepted set in the order of naming.
     pub effects: Vec<NamedEffect>,
     /// Names that hardly lift the held-out fit; they are not in the extended model.
@@ -394,6 +336,7 @@ impl Outcome {
             verdict,
             grade: Grade::of(verdict, false, true),
             data_sheet: Vec::new(),
+            data: Vec::new(),
             effects: Vec::new(),
             small: Vec::new(),
             ties: Vec::new(),
@@ -425,5 +368,16 @@ impl Outcome {
             fit_percent_after: unknown,
         };
         Self::new(Verdict::InsufficientExcitation, holdout, gap_unit)
+    }
+
+    /// Files that are at fault: nothing was simulated.
+    pub fn at_fault(signal: &str, gap_unit: &str, data: Vec<DataFault>) -> Self {
+        let (verdict, grade) = (Verdict::Data, Grade::Data);
+        Self { verdict, grade, data, ..Self::untested(signal, f64::NAN, gap_unit) }
+    }
+
+    /// False if there are no figures: the files are at fault, or the log does not move enough.
+    pub fn tested(&self) -> bool {
+        !matches!(self.verdict, Verdict::Data | Verdict::InsufficientExcitation)
     }
 }

@@ -1,0 +1,183 @@
+//! Wrong units, signs, columns, keys and held-out records are told before any effect is searched for, and right files are not accused.
+
+use std::path::Path;
+use truing::gap::{self, Options, examine};
+use truing::outcome::{DataFault, Verdict};
+use truing::synthetic::cases::{Set, Spec, draw};
+use truing::system::log::{self, Columns, Log};
+use truing::system::model::{self, Model};
+
+const MODEL: &str = "schema = \"truing-model/1\"\n[model]\nkind = \"dc_motor\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\n\
+                     Ke_vs_per_rad = 0.05\nJ_kgm2 = 1e-4\nb_nms_per_rad = 1e-5\n[supply]\nnominal_v = 12.0\n";
+
+/// What a logger may do to a row: time, voltage, speed, position, current.
+type Row = [f64; 5];
+
+/// A motor with a dead zone of 1 V: more is missing than the examination knows.
+fn rows(seed: u32, resistance: f64, constant: f64) -> Vec<Row> {
+    let (mut omega, mut theta, mut random) = (0.0, 0.0, seed);
+    let mut drawn = || {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(random >> 8) / f64::from(1 << 24) - 0.5
+    };
+    let mut u = 0.0;
+    (0..1500)
+        .map(|k| {
+            if k % 40 == 0 {
+                u = 22.0 * drawn();
+            }
+            let beyond = f64::signum(u) * (u.abs() - 1.0).max(0.0);
+            let row = [k as f64 * 0.005, u, omega + drawn(), theta, (beyond - constant * omega) / resistance];
+            for _ in 0..50 {
+                let current = (beyond - constant * omega) / resistance;
+                omega += 1e-4 * (constant * current - 1e-5 * omega) / 1e-4;
+                theta += 1e-4 * omega;
+            }
+            row
+        })
+        .collect()
+}
+
+/// A log with some of the columns, after the logger has done this to each row.
+fn logged(columns: &[usize], rows: &[Row], change: impl Fn(&mut Row)) -> Log {
+    const NAMES: [&str; 5] = ["t_s", "u_v", "omega_rad_s", "theta_rad", "i_a"];
+    let header: Vec<&str> = columns.iter().map(|k| NAMES[*k]).collect();
+    let mut text = header.join(",");
+    for row in rows {
+        let mut row = *row;
+        change(&mut row);
+        let cells: Vec<String> = columns.iter().map(|k| format!("{:.9}", row[*k])).collect();
+        text += &format!("\n{}", cells.join(","));
+    }
+    log::parse("log.csv", &text, &Columns::default()).unwrap()
+}
+
+fn parsed(text: &str) -> Model {
+    model::parse("model.toml", text).unwrap()
+}
+
+const SPEED: &[usize] = &[0, 1, 2];
+
+#[test]
+fn each_mistake_is_told_with_its_place_and_goes_with_its_remedy() {
+    let right = rows(1, 2.0, 0.05);
+    let rpm = 60.0 / std::f64::consts::TAU;
+    let all = &[0, 1, 2, 3];
+    let current = &[0, 1, 2, 4];
+    type Mistake = (&'static [usize], fn(&mut Row, f64), &'static str);
+    let mistakes: [Mistake; 10] = [
+        (SPEED, |row, rpm| row[2] *= rpm, "omega_rad_s is in rpm"),
+        (SPEED, |row, _| row[2] *= 180.0 / std::f64::consts::PI, "omega_rad_s is in °/s"),
+        (SPEED, |row, _| row[2] *= -1.0, "wrong sign"),
+        (SPEED, |row, _| row[1] *= 1000.0, "u_v is in mV"),
+        (SPEED, |row, _| row[1] = (row[1] / 12.0 * 255.0).round(), "u_v is a PWM of 8 bits"),
+        (SPEED, |row, _| row[1] /= 12.0, "u_v is a duty from -1 to 1"),
+        (SPEED, |row, _| row[2] *= 0.05, "a gear of 20"),
+        (all, |row, _| row[3] *= 180.0 / std::f64::consts::PI, "theta_rad is in degrees"),
+        (current, |row, _| row[4] *= 1000.0, "i_a is in mA"),
+        (current, |row, _| row[4] *= -1.0, "i_a has the wrong sign"),
+    ];
+    for (columns, make, words) in mistakes {
+        let model = parsed(MODEL);
+        assert_eq!(
+            examine::faults(&model, &logged(columns, &right, |_| ()), &[]),
+            [],
+            "{words}: the right file"
+        );
+        let faults = examine::faults(&model, &logged(columns, &right, |row| make(row, rpm)), &[]);
+        let [fault] = &faults[..] else { panic!("{words}: {faults:?}") };
+        assert!(fault.what.contains(words), "{words}: {fault:?}");
+        assert!(fault.explained_with_it > 0.9 && fault.explained_with_it > fault.explained_as_it_stands);
+        assert!(fault.remedy.contains("--columns"), "{fault:?}");
+    }
+}
+
+#[test]
+fn a_key_in_another_unit_is_told_with_the_number_that_was_meant() {
+    let log = logged(SPEED, &rows(2, 2.0, 0.05), |_| ());
+    for (from, to, remedy) in [
+        ("J_kgm2 = 1e-4", "J_kgm2 = 1e3", "J_kgm2 = 0.0001"),
+        ("Kt_nm_per_a = 0.05", "Kt_nm_per_a = 50.0", "Kt_nm_per_a = 0.05"),
+        ("Ke_vs_per_rad = 0.05", "Ke_vs_per_rad = 5.236", "Ke_vs_per_rad = 0.05"),
+        ("R_ohm = 2.0", "R_ohm = 2000.0", "R_ohm = 2"),
+    ] {
+        let faults = examine::faults(&parsed(&MODEL.replace(from, to)), &log, &[]);
+        let [fault] = &faults[..] else { panic!("{to}: {faults:?}") };
+        assert!(fault.remedy.contains(remedy), "{to}: {fault:?}");
+    }
+}
+
+#[test]
+fn a_held_out_record_of_another_motor_is_told() {
+    let model = parsed(MODEL);
+    let log = logged(SPEED, &rows(3, 2.0, 0.05), |_| ());
+    let same = logged(SPEED, &rows(4, 2.0, 0.05), |_| ());
+    let other = logged(SPEED, &rows(4, 2.6, 0.11), |_| ());
+    assert_eq!(examine::faults(&model, &log, std::slice::from_ref(&same)), []);
+    let faults = examine::faults(&model, &log, &[same, other]);
+    let [fault] = &faults[..] else { panic!("{faults:?}") };
+    assert!(fault.what.contains("another motor"), "{fault:?}");
+}
+
+#[test]
+fn the_verdict_is_data_and_whoever_accepts_it_gets_a_note() {
+    let model = parsed(MODEL);
+    let log = logged(SPEED, &rows(5, 2.0, 0.05), |row| row[2] *= -1.0);
+    let asked = |accept_data: bool| {
+        let options = Options { accept_data, ..Options::default() };
+        gap::run(&model, &log, &[], &options, &|_| ()).unwrap()
+    };
+    let refused = asked(false);
+    assert_eq!(refused.verdict, Verdict::Data);
+    assert!(refused.effects.is_empty() && !refused.tested());
+    let accepted = asked(true);
+    assert_ne!(accepted.verdict, Verdict::Data);
+    assert!(accepted.notes.iter().any(|note| note.contains("accepted although")), "{:?}", accepted.notes);
+}
+
+#[test]
+fn a_smoothed_and_a_coarse_speed_are_notes() {
+    let model = parsed(MODEL);
+    let right = rows(6, 2.0, 0.05);
+    let mut smooth = right.clone();
+    for (k, row) in smooth.iter_mut().enumerate() {
+        let near = &right[k.saturating_sub(10)..(k + 11).min(right.len())];
+        row[2] = near.iter().map(|row| row[2]).sum::<f64>() / near.len() as f64;
+    }
+    let said = |log: &Log| examine::notes(&model, log).join("; ");
+    assert_eq!(said(&logged(SPEED, &right, |_| ())), "");
+    assert!(said(&logged(SPEED, &smooth, |_| ())).contains("smoothed over about"));
+    let coarse = logged(SPEED, &right, |row| row[2] = (row[2] / 12.0).round() * 12.0);
+    assert!(said(&coarse).contains("comes in steps of 12"), "{}", said(&coarse));
+}
+
+#[test]
+fn no_drawn_case_is_accused() {
+    let record = |text: &str| log::parse("log.csv", text, &Columns::default()).unwrap();
+    for set in [Set::Single, Set::Pair, Set::Nothing, Set::Outside] {
+        for seed in 62_001..62_016 {
+            let case = draw(&Spec { evaluation: true, ..Spec::new(set) }, seed);
+            let (log, holdout) = (record(&case.log.to_csv()), record(&case.holdout.to_csv()));
+            let faults = examine::faults(&parsed(&case.model), &log, &[holdout]);
+            assert_eq!(faults, Vec::<DataFault>::new(), "{set:?} {seed}");
+        }
+    }
+}
+
+#[test]
+fn no_rig_is_accused() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/rigs");
+    let mut looked = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let folder = entry.unwrap().path();
+        if !folder.join("log.csv").exists() {
+            continue;
+        }
+        let read = |name: &str| log::read(&folder.join(name), &Columns::default()).unwrap();
+        let model = model::read(&folder.join("model.toml")).unwrap();
+        let faults = examine::faults(&model, &read("log.csv"), &[read("holdout.csv")]);
+        assert_eq!(faults, Vec::<DataFault>::new(), "{}", folder.display());
+        looked += 1;
+    }
+    assert!(looked >= 13, "{looked} rigs");
+}

@@ -1,0 +1,230 @@
+//! `truing look`: what is in a log, before any model is asked.
+
+use crate::cli::files::Files;
+use crate::report::terminal::{WIDTH, beside};
+use crate::report::write_atomically;
+use crate::system::log::answer::{Answer, Time, speed};
+use crate::system::log::look::{Column, Look, State, look};
+use crate::system::log::{Columns, Log, in_digits, in_shell, short};
+use crate::system::model;
+use clap::Args;
+use std::fmt::Write;
+use std::path::PathBuf;
+use textplots::{Chart, LabelBuilder, LabelFormat, Plot, Shape};
+
+/// Column at which the text beside a heading starts.
+const INDENT: usize = 12;
+/// Dots of a plot: two columns and four lines a character.
+const PLOT: (u32, u32) = (112, 24);
+
+/// For the help.
+const EXAMPLE: &str = "\
+Example:
+  truing look log.csv
+  truing look messung.csv --columns \"duty=pwm/255,vbus_v=12\" --model motor.toml
+  truing look log.csv --json - | jq .columns_argument";
+
+/// Arguments of `truing look`.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLE)]
+pub struct Arguments {
+    /// The log, a table as text: CSV, or parted by semicolons, tabs or blanks.
+    pub file: PathBuf,
+    /// What the columns are, as in `truing gap`.
+    #[arg(long, default_value = "", hide_default_value = true)]
+    pub columns: String,
+    /// The model, TOML: its supply and its encoder make proposals better.
+    #[arg(long)]
+    pub model: Option<PathBuf>,
+    /// Write the same as JSON; `-`: to standard output, and nothing else.
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+}
+
+/// Reads and tells.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let to_screen = arguments.json.as_ref().is_some_and(|path| path.as_os_str() == "-");
+    let file = arguments.json.as_ref().filter(|_| !to_screen);
+    Files::default()
+        .reads("FILE", [&arguments.file])
+        .reads("--model", &arguments.model)
+        .writes("--json", file)
+        .check()?;
+    let columns = match &arguments.model {
+        Some(path) => Columns::of(&arguments.columns, model::read_draft(path)?.stated())?,
+        None => arguments.columns.parse()?,
+    };
+    let look = look(&arguments.file, &columns)?;
+    let json = serde_json::to_string_pretty(&look)? + "\n";
+    match to_screen {
+        true => out!("{json}"),
+        false => out!("{}", told(&look)?),
+    }
+    file.map_or(Ok(()), |path| write_atomically(path, &json))
+}
+
+/// Everything in at most 80 columns.
+fn told(look: &Look) -> Result<String, std::fmt::Error> {
+    let mut text = String::new();
+    text += &block("File", &file(look));
+    text.push('\n');
+    columns(&mut text, &look.columns)?;
+    if let Some(time) = &look.time {
+        text += &block("\nTime", &of_time(time));
+    }
+    if let Some(answer) = &look.answer {
+        text += &block("Answer", &of_answer(answer));
+    }
+    if let Some(log) = &look.log {
+        plots(&mut text, log)?;
+    }
+    if let Some(refused) = &look.refused {
+        text += &block("\nRefused", refused);
+    }
+    for (k, guessed) in look.guessed.iter().enumerate() {
+        text += &block(if k == 0 { "\nGuessed" } else { "" }, guessed);
+    }
+    if !look.columns_argument.is_empty() {
+        // One line, to be copied, however long.
+        writeln!(text, "\n{:INDENT$}--columns {}", "Add", in_shell(&look.columns_argument))?;
+    }
+    for (k, note) in look.notes.iter().enumerate() {
+        text += &block(if k == 0 { "\nNotes" } else { "" }, note);
+    }
+    for (k, ask) in look.ask.iter().enumerate() {
+        text += &block(if k == 0 { "\nNext time" } else { "" }, ask);
+    }
+    Ok(text)
+}
+
+fn block(head: &str, body: &str) -> String {
+    let (gap, head) = head.split_at(head.len() - head.trim_start().len());
+    format!("{gap}{}", beside(&format!("{head:INDENT$}"), body))
+}
+
+fn file(look: &Look) -> String {
+    let decimals = if look.decimal_comma { " with decimal commas" } else { "" };
+    format!("{}: {} rows, separated by {}{decimals}, {}", look.file, look.rows, look.separator, look.encoding)
+}
+
+fn columns(text: &mut String, columns: &[Column]) -> std::fmt::Result {
+    writeln!(
+        text,
+        "{:INDENT$}{:21} {:14} {:>9} {:>9} {:>9}",
+        "Columns", "name", "read as", "from", "to", "step"
+    )?;
+    for column in columns {
+        let number = |value: Option<f64>| value.map_or("–".into(), short);
+        let seems = match (&column.seems, column.state) {
+            (None, _) => "– (not used)".into(),
+            (Some(seems), State::Read) => seems.clone(),
+            (Some(seems), State::Proposed) => format!("{seems} ?"),
+            (Some(seems), State::Unused) => format!("({seems})"),
+        };
+        let [min, max, step] = [column.min, column.max, column.step].map(number);
+        let name = short_name(&column.name);
+        let empty = if column.empty > 0 {
+            format!("\n{:INDENT$}  {} cells are empty", "", column.empty)
+        } else {
+            String::new()
+        };
+        writeln!(text, "{:INDENT$}{name:21} {seems:14} {min:>9} {max:>9} {step:>9}{empty}", "")?;
+    }
+    Ok(())
+}
+
+fn short_name(name: &str) -> String {
+    match name.chars().count() > 21 {
+        true => name.chars().take(20).chain(['…']).collect(),
+        false => name.to_owned(),
+    }
+}
+
+fn of_time(time: &Time) -> String {
+    let records = if time.records == 1 { "one record".into() } else { format!("{} records", time.records) };
+    let gaps = match time.gaps {
+        0 => "no gaps".into(),
+        1 => format!("one gap of {} s", short(time.longest_s)),
+        gaps => format!("{gaps} gaps, the longest of {} s", short(time.longest_s)),
+    };
+    format!(
+        "{records}, {} s together, {} rows a second, steps even within ±{}\u{a0}%, {gaps}",
+        short(time.seconds),
+        significant(time.rate_hz),
+        significant((1e4 * time.jitter).round() / 100.0)
+    )
+}
+
+fn significant(value: f64) -> String {
+    in_digits(value, 3)
+}
+
+fn of_answer(answer: &Answer) -> String {
+    let sign = if answer.correlation < 0.0 { " against" } else { "" };
+    let when = match answer.rows {
+        ..1 => "before the input does".into(),
+        1 => "at once, in the next row".into(),
+        rows if answer.smooth => format!("{rows} rows later: delay and lag of the motor together"),
+        rows => format!(
+            "{rows} rows later: a delay of about {} ms, or a smoothed speed",
+            significant(1e3 * answer.delay_s)
+        ),
+    };
+    format!("the speed changes{sign} {when} (correlation of the changes {:.2})", answer.correlation)
+}
+
+fn plots(text: &mut String, log: &Log) -> std::fmt::Result {
+    match log {
+        Log::Table(table) => {
+            let points: Vec<_> = table.u_v.iter().zip(&table.omega_rad_s).map(|(u, w)| (*u, *w)).collect();
+            plot(text, "omega_rad_s over u_v", &points, false)
+        }
+        Log::Dynamic(record) => {
+            let Some(run) = record.runs.iter().max_by_key(|run| run.rows()) else { return Ok(()) };
+            let over_time = |values: &[f64]| -> Vec<(f64, f64)> {
+                run.t_s.iter().copied().zip(values.iter().copied()).collect()
+            };
+            let which = if record.runs.len() > 1 { format!(", run {}", run.id) } else { String::new() };
+            let input = format!("{} over time in s{which}", record.input.column());
+            plot(text, &input, &over_time(&run.input), true)?;
+            let (name, values) = match (&run.speed, &run.position, record.linear) {
+                (Some(_), _, true) => ("v_m_s", speed(run)),
+                (Some(_), _, false) => ("omega_rad_s", speed(run)),
+                (None, position, true) => ("q_m", position.clone()),
+                (None, position, false) => ("theta_rad", position.clone()),
+            };
+            plot(
+                text,
+                &format!("{name} over time in s{which}"),
+                &over_time(&values.unwrap_or_default()),
+                true,
+            )
+        }
+    }
+}
+
+/// A picture of braille dots; the labels are the least and the greatest value.
+fn plot(text: &mut String, title: &str, points: &[(f64, f64)], lines: bool) -> std::fmt::Result {
+    let points: Vec<(f32, f32)> = points.iter().map(|(x, y)| (*x as f32, *y as f32)).collect();
+    let ends = |pick: fn(&(f32, f32)) -> f32| {
+        let least = points.iter().map(pick).fold(f32::INFINITY, f32::min);
+        (least, points.iter().map(pick).fold(f32::NEG_INFINITY, f32::max))
+    };
+    let ((left, right), (low, high)) = (ends(|point| point.0), ends(|point| point.1));
+    if left >= right || points.is_empty() {
+        return Ok(());
+    }
+    let shape = if lines { Shape::Lines(&points) } else { Shape::Points(&points) };
+    let (low, high) = if low < high { (low, high) } else { (low - 1.0, high + 1.0) };
+    let label = || LabelFormat::Custom(Box::new(|value| short(f64::from(value))));
+    let mut chart = Chart::new_with_y_range(PLOT.0, PLOT.1, left, right, low, high);
+    let chart = chart.lineplot(&shape).x_label_format(label()).y_label_format(label());
+    chart.axis();
+    chart.figures();
+    writeln!(text, "\n  {title}")?;
+    for line in chart.to_string().lines().filter(|line| !line.trim().is_empty()) {
+        let line: String = line.trim_end().chars().take(WIDTH - 2).collect();
+        writeln!(text, "  {line}")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,53 @@
+//! Is a held-out record of the same motor?
+
+use super::motion::{Base, Motion};
+use crate::outcome::DataFault;
+use crate::system::log::{Dynamic, Log};
+use crate::system::model::Model;
+
+/// A record that its own fit explains so well can be compared: at 0.91 a motor under a position loop was another one.
+const OWN: f64 = 0.97;
+/// And one of so many rows: a fit of seven forces explains any short record.
+const ROWS: usize = 300;
+/// What the fit of the log leaves of it is so many times what its own fit leaves.
+const WORSE: f64 = 6.0;
+/// And at least this share.
+const MISSED: f64 = 0.25;
+/// The gain differs by this factor: one motor warms up, its grease thickens, its battery sags.
+const GAIN_DIFFERS: f64 = 1.8;
+
+/// A held-out record that moves like another motor.
+pub fn fault(model: &Model, log: &Dynamic, other: &Log) -> Option<DataFault> {
+    let Log::Dynamic(other) = other else { return None };
+    if other.input != log.input || other.linear != log.linear {
+        return None;
+    }
+    let base = Base::of(model, log.input).filter(|base| base.rate > 0.0)?;
+    let (mine, theirs) = (Motion::of(log)?, Motion::of(other)?);
+    let (fit, own) = (mine.free(&base)?, theirs.free(&base)?);
+    if fit.explained < OWN || own.explained < OWN || mine.rows().min(theirs.rows()) < ROWS {
+        return None;
+    }
+    // Records of one level or one direction leave gain, friction and load open: what explains both is no other motor.
+    let both = mine.joined(&theirs).free(&base)?;
+    let by_both = theirs.explained_by(&both).min(mine.explained_by(&both));
+    let by_log = theirs.explained_by(&fit);
+    let gains = (own.slope / own.rate) / (fit.slope / fit.rate);
+    let rates = own.rate / fit.rate;
+    let apart = gains <= 0.0 || gains.ln().abs() > GAIN_DIFFERS.ln();
+    let misses = |explained: f64| 1.0 - explained > WORSE * (1.0 - own.explained);
+    let missed = misses(by_log) && misses(by_both) && 1.0 - by_log > MISSED;
+    (missed && apart).then(|| DataFault {
+        place: other.source.clone(),
+        what: format!(
+            "{} is of another motor than {}: it takes {:.2} times the gain and {:.2} times the time constant to explain it",
+            other.source,
+            log.source,
+            gains,
+            1.0 / rates
+        ),
+        explained_as_it_stands: by_log.max(0.0),
+        explained_with_it: own.explained,
+        remedy: "give a record of the same motor to --holdout".into(),
+    })
+}

@@ -1,0 +1,342 @@
+//! What a first-order motion explains of a record, with friction, a constant load, gravity and a spring left free.
+
+use crate::system::log::{Dynamic, Input, Run};
+use crate::system::model::{Kind, Model};
+use nalgebra::{DMatrix, DVector};
+use servo::axis::Bridge;
+
+/// Rows that are looked at.
+const ROWS: usize = 20_000;
+/// A stretch of driven rows is looked at from this length on.
+const SHORTEST: usize = 12;
+/// Rates that are tried around that of the model: a quarter to four times.
+const AROUND: [f64; 9] = [0.25, 0.35, 0.5, 0.71, 1.0, 1.4, 2.0, 2.8, 4.0];
+/// A gain within this factor of the model's is an effect, not a mistake. A published motor is off by 2.3.
+const GAIN: f64 = 3.0;
+/// Below this part of the fastest motion no direction is certain.
+const STANDS: f64 = 0.02;
+/// The steps of a differenced position stay below this part of the fastest motion.
+const COARSE: f64 = 0.05;
+
+/// The model as dω/dt = slope · input − rate · ω.
+#[derive(Clone, Copy, Debug)]
+pub struct Base {
+    /// Acceleration per unit of input at rest.
+    pub slope: f64,
+    /// One over the time constant; 0 without damping.
+    pub rate: f64,
+}
+
+impl Base {
+    /// The model under this input; `None` if a voltage drives a model that knows none.
+    pub fn of(model: &Model, input: Input) -> Option<Self> {
+        Self::of_kind(&model.kind, input)
+    }
+
+    /// The same of other parameters.
+    pub fn of_kind(kind: &Kind, input: Input) -> Option<Self> {
+        let base = match (*kind, input) {
+            (
+                Kind::DcMotor { r_ohm, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad, .. },
+                Input::Voltage,
+            ) => Self {
+                slope: kt_nm_per_a / (r_ohm * j_kgm2),
+                rate: (kt_nm_per_a * ke_vs_per_rad / r_ohm + b_nms_per_rad) / j_kgm2,
+            },
+            (Kind::DcMotor { kt_nm_per_a, j_kgm2, b_nms_per_rad, .. }, Input::Current) => {
+                Self { slope: kt_nm_per_a / j_kgm2, rate: b_nms_per_rad / j_kgm2 }
+            }
+            (Kind::DcMotor { j_kgm2, b_nms_per_rad, .. }, _) => {
+                Self { slope: 1.0 / j_kgm2, rate: b_nms_per_rad / j_kgm2 }
+            }
+            (Kind::FirstOrder { gain_rad_s_per_v, time_constant_s }, Input::Voltage) => {
+                Self { slope: gain_rad_s_per_v / time_constant_s, rate: 1.0 / time_constant_s }
+            }
+            (Kind::FirstOrder { .. }, _) => return None,
+            (Kind::Inertia { inertia, viscous, drive_gain, .. }, _) => {
+                Self { slope: drive_gain / inertia, rate: viscous / inertia }
+            }
+        };
+        (base.slope.is_finite() && base.slope > 0.0 && base.rate.is_finite()).then_some(base)
+    }
+}
+
+/// A driven stretch of a run.
+#[derive(Clone)]
+struct Stretch {
+    time: Vec<f64>,
+    input: Vec<f64>,
+    speed: Vec<f64>,
+    place: Vec<f64>,
+}
+
+/// What acts on the motion: the input, friction, a constant load, gravity in two directions, a spring, and what a dead zone takes from the
+/// input.
+const FORCES: usize = 7;
+
+/// The driven stretches of a record.
+pub struct Motion {
+    stretches: Vec<Stretch>,
+    /// Squared variation of all speeds.
+    variation: f64,
+    fastest: f64,
+}
+
+/// A fit at one rate.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitted {
+    /// Acceleration per unit of input.
+    pub slope: f64,
+    /// The rate that it was fitted at.
+    pub rate: f64,
+    /// The size of every force.
+    forces: [f64; FORCES],
+    /// Share of the variation that it explains, 1: all.
+    pub explained: f64,
+}
+
+impl Motion {
+    /// The driven stretches of a record, if there is motion in them.
+    pub fn of(record: &Dynamic) -> Option<Self> {
+        let mut left = ROWS;
+        let mut stretches = Vec::new();
+        for run in &record.runs {
+            for stretch in driven(run) {
+                if left > 0 {
+                    let stretch = stretch.first(left);
+                    left -= stretch.time.len();
+                    stretches.push(stretch);
+                }
+            }
+        }
+        Self::from(stretches)
+    }
+
+    fn from(stretches: Vec<Stretch>) -> Option<Self> {
+        let speeds = || stretches.iter().flat_map(|stretch| &stretch.speed);
+        let mean = speeds().sum::<f64>() / speeds().count().max(1) as f64;
+        let variation: f64 = speeds().map(|speed| (speed - mean).powi(2)).sum();
+        let fastest = speeds().fold(0.0_f64, |most, speed| most.max(speed.abs()));
+        (variation > 0.0).then_some(Self { stretches, variation, fastest })
+    }
+
+    /// Rows of all stretches.
+    pub fn rows(&self) -> usize {
+        self.stretches.iter().map(|stretch| stretch.time.len()).sum()
+    }
+
+    /// The record with its inputs moved up by some rows.
+    pub fn shifted(&self, rows: usize) -> Option<Self> {
+        let shift = |stretch: &Stretch| {
+            let left = stretch.time.len() - rows;
+            Stretch {
+                time: stretch.time[..left].to_vec(),
+                input: stretch.input[rows..].to_vec(),
+                speed: stretch.speed[..left].to_vec(),
+                place: stretch.place[..left].to_vec(),
+            }
+        };
+        let long = self.stretches.iter().filter(|stretch| stretch.time.len() > rows + SHORTEST);
+        Self::from(long.map(shift).collect())
+    }
+
+    /// The record with the mean of its inputs over rows before and after in the place of each: a linear motion under a mean of inputs
+    /// is the mean of motions.
+    pub fn smoothed(&self, reach: usize) -> Option<Self> {
+        let smooth = |stretch: &Stretch| {
+            let rows = |k: usize| k.saturating_sub(reach)..(k + reach + 1).min(stretch.input.len());
+            let mean = |k: usize| stretch.input[rows(k)].iter().sum::<f64>() / rows(k).len() as f64;
+            Stretch { input: (0..stretch.input.len()).map(mean).collect(), ..stretch.clone() }
+        };
+        Self::from(self.stretches.iter().map(smooth).collect())
+    }
+
+    /// Both records as one, each with a variation of its own.
+    pub fn joined(&self, other: &Self) -> Self {
+        Self {
+            stretches: self.stretches.iter().chain(&other.stretches).cloned().collect(),
+            variation: self.variation + other.variation,
+            fastest: self.fastest.max(other.fastest),
+        }
+    }
+
+    /// The record with another column in the place of its speed, and the speed in the place of its input.
+    pub fn swapped(&self) -> Option<Self> {
+        let swap = |stretch: &Stretch| Stretch {
+            time: stretch.time.clone(),
+            input: stretch.speed.clone(),
+            speed: stretch.input.clone(),
+            place: vec![0.0; stretch.time.len()],
+        };
+        Self::from(self.stretches.iter().map(swap).collect())
+    }
+
+    /// The share that the model explains with any gain within a factor of three and any time constant within four. The gain of a model
+    /// that is a fit may be any that is positive.
+    pub fn explained_within(&self, base: &Base, fitted: bool) -> f64 {
+        let allowed = |fit: &Fitted| {
+            let gain = fit.slope / base.slope * if base.rate > 0.0 { base.rate / fit.rate } else { 1.0 };
+            gain > 0.0 && (fitted || (1.0 / GAIN..=GAIN).contains(&gain))
+        };
+        let fits = AROUND.iter().map(|times| self.fit(times * base.rate));
+        fits.filter(allowed).map(|fit| fit.explained).fold(0.0, f64::max)
+    }
+
+    /// The best fit at time constants around the model's, itself `times` as fast.
+    pub fn near(&self, base: &Base, times: f64) -> Option<Fitted> {
+        let fits = AROUND[2..7].iter().map(|around| self.fit(around * base.rate * times));
+        fits.max_by(|a, b| a.explained.total_cmp(&b.explained))
+    }
+
+    /// The gain over that of the model, where the time constant is about that of the model, and the share that is then explained.
+    pub fn gain(&self, base: &Base) -> Option<(f64, f64)> {
+        let fits = AROUND.iter().map(|times| self.fit(times * base.rate));
+        let best = fits.max_by(|a, b| a.explained.total_cmp(&b.explained))?;
+        let damped = if base.rate > 0.0 { base.rate / best.rate } else { 1.0 };
+        let gain = best.slope / base.slope * damped;
+        (gain > 0.0).then_some((gain, best.explained))
+    }
+
+    /// The best fit at any rate around a first guess.
+    pub fn free(&self, base: &Base) -> Option<Fitted> {
+        let rates = (-8..=8).map(|k| base.rate * 2f64.powi(k));
+        rates.map(|rate| self.fit(rate)).max_by(|a, b| a.explained.total_cmp(&b.explained))
+    }
+
+    /// The forces that explain most at a rate.
+    pub fn fit(&self, rate: f64) -> Fitted {
+        let rows = self.rows();
+        let mut matrix = DMatrix::zeros(rows, FORCES);
+        let mut wanted = DVector::zeros(rows);
+        let mut row = 0;
+        for stretch in &self.stretches {
+            stretch.responses(rate, STANDS * self.fastest, |response, free| {
+                for (column, value) in response.iter().enumerate() {
+                    matrix[(row, column)] = *value;
+                }
+                wanted[row] = free;
+                row += 1;
+            });
+        }
+        let scales: Vec<f64> = matrix.column_iter().map(|column| column.norm().max(1e-300)).collect();
+        for (column, scale) in scales.iter().enumerate() {
+            matrix.column_mut(column).scale_mut(1.0 / scale);
+        }
+        let normal = matrix.tr_mul(&matrix) + DMatrix::identity(FORCES, FORCES) * 1e-10;
+        let solved = normal.cholesky().map(|factor| factor.solve(&matrix.tr_mul(&wanted)));
+        let Some(solved) = solved else {
+            return Fitted { slope: 0.0, rate, forces: [0.0; FORCES], explained: 0.0 };
+        };
+        let left = (&wanted - &matrix * &solved).norm_squared();
+        let forces: [f64; FORCES] = std::array::from_fn(|column| solved[column] / scales[column]);
+        let explained = 1.0 - left / self.variation;
+        Fitted { slope: forces[0], rate, forces, explained }
+    }
+
+    /// The share that a fit to another record explains of this one.
+    pub fn explained_by(&self, fit: &Fitted) -> f64 {
+        let mut left = 0.0;
+        for stretch in &self.stretches {
+            stretch.responses(fit.rate, STANDS * self.fastest, |response, free| {
+                let said: f64 = fit.forces.iter().zip(response).map(|(size, response)| size * response).sum();
+                left += (free - said).powi(2);
+            });
+        }
+        1.0 - left / self.variation
+    }
+}
+
+impl Stretch {
+    fn first(mut self, rows: usize) -> Self {
+        self.time.truncate(rows);
+        self.input.truncate(rows);
+        self.speed.truncate(rows);
+        self.place.truncate(rows);
+        self
+    }
+
+    /// The responses to every force, and the speed without what is left of its start, row after row.
+    fn responses(&self, rate: f64, stands: f64, mut each: impl FnMut([f64; FORCES], f64)) {
+        let mut state = [0.0; FORCES];
+        let mut start = self.speed[0];
+        for row in 0..self.time.len() {
+            each(state, self.speed[row] - start);
+            if row + 1 < self.time.len() {
+                let step = self.time[row + 1] - self.time[row];
+                let decay = (-rate * step).exp();
+                let gain = if rate * step > 1e-9 { (1.0 - decay) / rate } else { step };
+                let direction = if self.speed[row].abs() > stands { self.speed[row].signum() } else { 0.0 };
+                let place = self.place[row];
+                let input = self.input[row];
+                let taken = input.signum() * f64::from(input != 0.0);
+                let drive = [input, -direction, 1.0, place.sin(), place.cos(), place, taken];
+                for (state, drive) in state.iter_mut().zip(drive) {
+                    *state = *state * decay + drive * gain;
+                }
+                start *= decay;
+            }
+        }
+    }
+}
+
+/// The driven stretches of a run, with a speed for every row.
+fn driven(run: &Run) -> Vec<Stretch> {
+    let (time, speed, stride) = match (&run.speed, &run.position) {
+        (Some(speed), _) => (run.t_s.clone(), speed.clone(), 1),
+        (None, Some(position)) => differenced(&run.t_s, position),
+        (None, None) => return Vec::new(),
+    };
+    let place = run.position.clone().unwrap_or_else(|| integrated(&run.t_s, &speed));
+    let mut found = Vec::new();
+    let mut from = 0;
+    for row in 0..=time.len() {
+        let driven = row < time.len() && run.bridge[row * stride] == Bridge::Driven;
+        if !driven {
+            if row - from >= SHORTEST {
+                let mean = |k: usize| {
+                    let rows = &run.input[k * stride..(k + 1) * stride];
+                    rows.iter().sum::<f64>() / stride as f64
+                };
+                found.push(Stretch {
+                    time: time[from..row].to_vec(),
+                    input: (from..row).map(mean).collect(),
+                    speed: speed[from..row].to_vec(),
+                    place: (from..row).map(|k| place[k * stride]).collect(),
+                });
+            }
+            from = row + 1;
+        }
+    }
+    found
+}
+
+/// Where the shaft is, if only its speed was logged.
+fn integrated(time: &[f64], speed: &[f64]) -> Vec<f64> {
+    let mut place = 0.0;
+    let mut places = vec![0.0];
+    for row in 1..time.len() {
+        place += 0.5 * (speed[row] + speed[row - 1]) * (time[row] - time[row - 1]);
+        places.push(place);
+    }
+    places
+}
+
+/// Speeds from positions over so many rows that the steps of an encoder do not hide them.
+fn differenced(time: &[f64], position: &[f64]) -> (Vec<f64>, Vec<f64>, usize) {
+    let over = |stride: usize| -> Vec<f64> {
+        let rows = (0..(time.len() - 1) / stride).map(|k| (k * stride, (k + 1) * stride));
+        rows.map(|(a, b)| (position[b] - position[a]) / (time[b] - time[a])).collect()
+    };
+    let rough = |speed: &[f64]| {
+        let mut bends: Vec<f64> = speed.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
+        bends.sort_by(f64::total_cmp);
+        let fastest = speed.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
+        bends.get(bends.len() / 2).copied().unwrap_or(0.0) / fastest.max(1e-300)
+    };
+    let strides = [1, 2, 4, 8, 16, 32, 64];
+    let fine = strides.into_iter().find(|stride| rough(&over(*stride)) < COARSE);
+    let stride = fine.unwrap_or(64).min((time.len() / SHORTEST).max(1));
+    let speed = over(stride);
+    // A difference belongs to the middle of its rows; half a stride of delay is nothing here.
+    (speed.iter().enumerate().map(|(k, _)| time[k * stride]).collect(), speed, stride)
+}

@@ -1,0 +1,73 @@
+//! Units and signs of a table of settled speeds.
+
+use super::{ENOUGH, clearly};
+use crate::outcome::DataFault;
+use crate::system::log::Table;
+use crate::system::model::{Kind, Model};
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::{PI, TAU};
+
+/// A gain within this factor of the model's is an effect, not a mistake.
+const GAIN: f64 = 3.0;
+/// A factor that is found lies so near the one of the list, in its logarithm.
+const NEAR: f64 = 0.35;
+
+/// A factor or a sign without which the table does not rise as the model says.
+pub fn fault(model: &Model, table: &Table) -> Option<DataFault> {
+    let gain = match model.kind {
+        Kind::DcMotor { r_ohm, kt_nm_per_a, ke_vs_per_rad, b_nms_per_rad, .. } => {
+            kt_nm_per_a / (kt_nm_per_a * ke_vs_per_rad + r_ohm * b_nms_per_rad)
+        }
+        Kind::FirstOrder { gain_rad_s_per_v, .. } => gain_rad_s_per_v,
+        Kind::Inertia { .. } => return None,
+    };
+    let (slope, explained) = line(table)?;
+    let found = slope / gain;
+    let right = found > 0.0 && (model.fitted_to_log || (1.0 / GAIN..=GAIN).contains(&found));
+    if right || explained < ENOUGH {
+        return None;
+    }
+    let largest = table.u_v.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+    let mut listed = vec![
+        (-1.0, "omega_rad_s or u_v has the wrong sign".to_owned(), "--columns \"u_v=u_v*-1\"".to_owned()),
+        (60.0 / TAU, "omega_rad_s is in rpm".into(), "--columns \"omega_rpm=omega_rad_s\"".into()),
+        (180.0 / PI, "omega_rad_s is in °/s".into(), "--columns \"omega_deg_s=omega_rad_s\"".into()),
+        (1e-3, "u_v is in mV".into(), "--columns \"u_mv=u_v\"".into()),
+    ];
+    if let Some(supply) = model.supply_nominal_v {
+        for (full, name) in
+            [(1.0, "a duty from -1 to 1"), (100.0, "a duty in per cent"), (255.0, "a PWM of 8 bits")]
+        {
+            if (0.15 * full..=1.02 * full).contains(&largest) {
+                let remedy = format!("--columns \"u_v=u_v*{:.6}\"", supply / full);
+                listed.push((supply / full, format!("u_v is {name}"), remedy));
+            }
+        }
+    }
+    let near = |factor: f64| {
+        let sign_alone = model.fitted_to_log && factor < 0.0 && found < 0.0;
+        !model.fitted_to_log && found * factor > 0.0 && (found / factor).ln().abs() < NEAR || sign_alone
+    };
+    let (_, what, remedy) = listed.into_iter().find(|(factor, ..)| near(*factor))?;
+    clearly(0.0, explained).then(|| DataFault {
+        place: "omega_rad_s, u_v".into(),
+        what,
+        explained_as_it_stands: 0.0,
+        explained_with_it: explained,
+        remedy,
+    })
+}
+
+/// Slope of the speed over the voltage beside a step and a constant, and the share of the variation that they explain.
+fn line(table: &Table) -> Option<(f64, f64)> {
+    let speed = DVector::from_column_slice(&table.omega_rad_s);
+    let matrix = DMatrix::from_fn(speed.len(), 3, |row, column| match column {
+        0 => table.u_v[row],
+        1 => table.u_v[row].signum() * f64::from(table.u_v[row] != 0.0),
+        _ => 1.0,
+    });
+    let variation = speed.add_scalar(-speed.mean()).norm_squared();
+    let solved = matrix.clone().svd(true, true).solve(&speed, 1e-9 * matrix.norm()).ok()?;
+    let left = (&speed - matrix * &solved).norm_squared();
+    (variation > 0.0).then(|| (solved[0], 1.0 - left / variation))
+}

@@ -1,0 +1,341 @@
+//! What a file's columns probably are where their names do not say it: the `--columns` that would work, with what was
+//! guessed and from which range of values.
+
+use super::dialect::Cells;
+use super::meaning::{Meaning, Sure};
+use super::names::{Quantity, name_of, quantity_of};
+use super::plan::{INPUTS, OUTPUTS, Plan, Proposal};
+use super::spelling::short;
+use super::words::{Measure, Topic};
+
+/// Full scales of a PWM: per cent, 8 bits, drivers that count to 400, thousandths, 10 to 16 bits.
+const FULL_SCALES: [f64; 10] = [1.0, 100.0, 255.0, 400.0, 1000.0, 1023.0, 4095.0, 8191.0, 32767.0, 65535.0];
+/// A supply that is proposed when none is known, V.
+const USUAL_SUPPLY_V: f64 = 12.0;
+/// Counts per turn that are proposed when none are known.
+const USUAL_COUNTS: f64 = 4096.0;
+/// Above this a voltage without a unit is in millivolts: no servo of this project has so many volts.
+const MOST_VOLTS: f64 = 200.0;
+/// Speeds beyond this are more likely rpm than rad/s: 2,900 rpm.
+const RATHER_RPM: f64 = 300.0;
+/// Whole numbers that advance by so many a row count microseconds: 2 kHz in µs, or 2 Hz in ms.
+const MICROSECONDS: f64 = 500.0;
+/// Pulse widths of a radio-control servo, µs: the middle, and the way to either end.
+const PULSE_US: [f64; 2] = [1500.0, 500.0];
+
+/// What the numbers of a column tell.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// Least number.
+    pub min: f64,
+    /// Greatest number.
+    pub max: f64,
+    /// No number has decimals.
+    pub whole: bool,
+    /// Median of the differences from row to row that are not 0; NaN if there is none.
+    pub step: f64,
+}
+
+impl Extent {
+    /// Of one column; `None` if it holds no number.
+    pub fn of(cells: &Cells, index: usize) -> Option<Self> {
+        let number = |row: &(u64, csv::StringRecord)| cells.dialect.number(row.1.get(index).unwrap_or(""));
+        let numbers: Vec<f64> =
+            cells.rows.iter().filter_map(number).filter(|value| value.is_finite()).collect();
+        let mut steps: Vec<f64> = numbers.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+        steps.retain(|step| *step > 0.0);
+        steps.sort_by(f64::total_cmp);
+        (!numbers.is_empty()).then(|| Self {
+            min: numbers.iter().copied().fold(f64::INFINITY, f64::min),
+            max: numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            whole: numbers.iter().all(|value| value.fract() == 0.0),
+            step: steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN),
+        })
+    }
+
+    fn most(&self) -> f64 {
+        self.min.abs().max(self.max.abs())
+    }
+}
+
+/// The least full scale of a PWM that such numbers fit into.
+pub fn full_scale(most: f64) -> f64 {
+    FULL_SCALES.into_iter().find(|full| most <= *full).unwrap_or(most)
+}
+
+/// A file's name as an item of `--columns` holds it.
+fn spelled(name: &str) -> String {
+    match name.contains([',', '"', '\'']) {
+        true if name.contains('\'') => format!("\"{name}\""),
+        true => format!("'{name}'"),
+        false => name.to_owned(),
+    }
+}
+
+/// What is known besides the file.
+pub struct Known {
+    /// Nominal supply, V.
+    pub supply_v: Option<f64>,
+    /// Counts of the encoder per turn.
+    pub counts_per_rev: Option<f64>,
+    /// The user has spoken of the time.
+    pub time: bool,
+}
+
+/// Adds what is lacking to a plan: proposals, or a sentence that says what is missing.
+pub fn complete(known: &Known, cells: &Cells, plan: &mut Plan, output_needed: bool) {
+    let desk = Desk { known, cells, plan: &*plan };
+    let mut proposals = Vec::new();
+    let mut missing = None;
+    if !plan.has(Quantity::Time) && !known.time {
+        proposals.extend(desk.time());
+    }
+    let timed = plan.has(Quantity::Time) || !proposals.is_empty();
+    let input = if plan.any(&INPUTS) { Some(desk.supply()) } else { desk.input() };
+    match input {
+        Some(more) => proposals.extend(more),
+        None => missing = Some(desk.missing(INPUT, &["u", "v", "duty", "torque", "force", "current"])),
+    }
+    let needed = if timed { &OUTPUTS[..] } else { &[Quantity::AngularSpeed] };
+    if output_needed && !plan.any(needed) {
+        match desk.output(timed) {
+            Some(proposal) => proposals.push(proposal),
+            None => missing = missing.or(Some(desk.missing_output(timed))),
+        }
+    }
+    (plan.proposals, plan.missing) = (proposals, missing);
+}
+
+const INPUT: &str = "for the input (u_v, duty with vbus_v, current_a, torque_nm or force_n)";
+
+/// What proposals are made from.
+struct Desk<'a> {
+    known: &'a Known,
+    cells: &'a Cells,
+    plan: &'a Plan,
+}
+
+impl Desk<'_> {
+    /// Columns that speak of a topic and are not used, likelier ones first.
+    fn about(&self, topic: Topic) -> Vec<(usize, Meaning, Extent)> {
+        let used: Vec<usize> =
+            self.plan.sources.iter().flat_map(|source| source.formula.indices().to_vec()).collect();
+        let all = self.plan.meanings.iter().enumerate();
+        let of_it = all.filter_map(|(index, meaning)| {
+            let meaning = meaning.filter(|meaning| meaning.topic == topic && !meaning.strange())?;
+            Some((index, meaning, Extent::of(self.cells, index)?)).filter(|_| !used.contains(&index))
+        });
+        let mut found: Vec<_> = of_it.collect();
+        found.sort_by_key(|known| (known.1.sure == Sure::Likely, known.1.unit.is_none()));
+        found
+    }
+
+    fn name(&self, index: usize) -> &str {
+        &self.cells.header[index]
+    }
+
+    fn proposal(&self, ours: &str, index: usize, formula: &str, why: String) -> Proposal {
+        let item = format!("{ours}={}{formula}", spelled(self.name(index)));
+        Proposal { item, why, column: Some(index) }
+    }
+
+    /// `name` with its range, and other columns of the same kind.
+    fn seen(&self, found: &[(usize, Meaning, Extent)]) -> String {
+        let (index, _, extent) = found[0];
+        let others: Vec<String> =
+            found[1..].iter().map(|other| format!("`{}`", self.name(other.0))).collect();
+        let others = match others.is_empty() {
+            true => String::new(),
+            false => format!(", one of several beside {},", others.join(", ")),
+        };
+        format!("`{}` ({} … {}){others}", self.name(index), short(extent.min), short(extent.max))
+    }
+
+    fn time(&self) -> Option<Proposal> {
+        let found = self.about(Topic::Time);
+        let (index, meaning, extent) = *found.first()?;
+        let ours = match (meaning.unit, extent.whole) {
+            (Some((Measure::Time, factor)), _) => name_of(Quantity::Time, factor),
+            (_, true) if extent.step >= MICROSECONDS => "t_us",
+            (_, true) => "t_ms",
+            (_, false) => "t_s",
+        };
+        let why = format!(
+            "{} is the time, and its rows are mostly {} apart, as if in {}",
+            self.seen(&found),
+            short(extent.step),
+            ours.trim_start_matches("t_")
+        );
+        Some(self.proposal(ours, index, "", why))
+    }
+
+    fn input(&self) -> Option<Vec<Proposal>> {
+        let duty = self.about(Topic::Duty);
+        if let Some((index, meaning, extent)) = duty.first() {
+            let why = |full: &str| format!("{} is a duty or PWM, {full}", self.seen(&duty));
+            let duty = match meaning.unit {
+                Some((Measure::Percent, _)) => self.proposal("duty_percent", *index, "", why("in per cent")),
+                _ => self.duty(*index, extent, why),
+            };
+            return Some([vec![duty], self.supply_for_duty()].concat());
+        }
+        let voltage = self.about(Topic::Voltage);
+        if let Some((index, meaning, extent)) = voltage.first() {
+            let factor = meaning.quantity.map(|known| known.1);
+            let guessed = if extent.most() > MOST_VOLTS { 1e-3 } else { 1.0 };
+            let ours = name_of(Quantity::Voltage, factor.unwrap_or(guessed));
+            let unit = if ours == "u_mv" { "mV" } else { "V" };
+            let stated = if factor.is_some() { "" } else { "guessed " };
+            let why = format!("{} is the voltage, {stated}in {unit}", self.seen(&voltage));
+            return Some(vec![self.proposal(ours, *index, "", why)]);
+        }
+        let held = [
+            (Topic::Torque, Quantity::Torque, "a torque"),
+            (Topic::Force, Quantity::Force, "a force"),
+            (Topic::Current, Quantity::CurrentInput, "a current, which drives the axis if a loop holds it,"),
+        ];
+        held.into_iter().find_map(|(topic, quantity, what)| {
+            let found = self.about(topic);
+            let (index, meaning, _) = found.first()?;
+            let factor = meaning.quantity.map_or(1.0, |known| known.1);
+            let ours = name_of(quantity, factor);
+            let stated = if meaning.quantity.is_some() { "" } else { " guessed" };
+            let why = format!("{} is {what}{stated} as {ours}", self.seen(&found));
+            Some(vec![self.proposal(ours, *index, "", why)])
+        })
+    }
+
+    fn duty(&self, index: usize, extent: &Extent, why: impl Fn(&str) -> String) -> Proposal {
+        let [middle, way] = PULSE_US;
+        if extent.min >= middle - 1.2 * way && extent.max <= middle + 1.2 * way {
+            let item = format!("duty=({}-{middle})/{way}", spelled(self.name(index)));
+            let why = why("guessed as pulses of 1,000 … 2,000 µs");
+            return Proposal { item, why, column: Some(index) };
+        }
+        let full = full_scale(extent.most());
+        match full == 1.0 {
+            true => self.proposal("duty", index, "", why("of full scale 1")),
+            false => self.proposal(
+                "duty",
+                index,
+                &format!("/{full}"),
+                why(&format!("its full scale guessed as {full}")),
+            ),
+        }
+    }
+
+    /// The supply that a duty needs and that nothing states.
+    fn supply_for_duty(&self) -> Vec<Proposal> {
+        if self.plan.has(Quantity::Supply) || self.known.supply_v.is_some() {
+            return Vec::new();
+        }
+        let supply = [self.about(Topic::Supply), self.about(Topic::Voltage)].concat();
+        if let Some((index, meaning, extent)) = supply.first().filter(|known| known.2.min >= 0.0) {
+            let guessed = if extent.most() > MOST_VOLTS { 1e-3 } else { 1.0 };
+            let ours = name_of(Quantity::Supply, meaning.unit.map_or(guessed, |unit| unit.1));
+            return vec![self.proposal(ours, *index, "", format!("{} is the supply", self.seen(&supply)))];
+        }
+        let why = format!(
+            "no column vbus_v is there, which `duty` needs: put your supply in place of {USUAL_SUPPLY_V}, or [supply] nominal_v \
+             into the model"
+        );
+        vec![Proposal { item: format!("vbus_v={USUAL_SUPPLY_V}"), why, column: None }]
+    }
+
+    /// For an input that is there: a duty alone needs a supply.
+    fn supply(&self) -> Vec<Proposal> {
+        let others = [Quantity::Voltage, Quantity::Torque, Quantity::Force, Quantity::CurrentInput];
+        let duty_alone = self.plan.has(Quantity::Duty) && !self.plan.has(others[0]);
+        if duty_alone { self.supply_for_duty() } else { Vec::new() }
+    }
+
+    fn output(&self, timed: bool) -> Option<Proposal> {
+        let speed = self.about(Topic::Speed);
+        if let Some((index, meaning, extent)) = speed.first() {
+            return Some(match (meaning.quantity, meaning.unit) {
+                (Some((quantity, factor)), _) => {
+                    let ours = name_of(quantity, factor);
+                    let why = format!("{} is taken as the speed {ours}", self.seen(&speed));
+                    self.proposal(ours, *index, "", why)
+                }
+                (None, Some((Measure::Counts, _))) => {
+                    self.counts("omega_rev_s", *index, &self.seen(&speed), "a second")
+                }
+                _ => {
+                    let rpm = extent.most() > RATHER_RPM;
+                    let (ours, other) =
+                        if rpm { ("omega_rpm", "omega_rad_s") } else { ("omega_rad_s", "omega_rpm") };
+                    let why = format!(
+                        "{} is a speed without a unit, guessed as {ours} (else write {other}={})",
+                        self.seen(&speed),
+                        spelled(self.name(*index))
+                    );
+                    self.proposal(ours, *index, "", why)
+                }
+            });
+        }
+        let position = self.about(Topic::Position);
+        let (index, meaning, extent) = position.first().filter(|_| timed)?;
+        if let Some((quantity, factor)) = meaning.quantity {
+            let ours = name_of(quantity, factor);
+            let why = format!("{} is taken as the position {ours}", self.seen(&position));
+            return Some(self.proposal(ours, *index, "", why));
+        }
+        if extent.whole || meaning.unit.is_some_and(|unit| unit.0 == Measure::Counts) {
+            return Some(self.counts("theta_rev", *index, &self.seen(&position), ""));
+        }
+        let why = format!(
+            "{} is a position without a unit, guessed as theta_rad (else write theta_deg or q_mm)",
+            self.seen(&position)
+        );
+        Some(self.proposal("theta_rad", *index, "", why))
+    }
+
+    /// A position or speed in counts of the encoder.
+    fn counts(&self, ours: &str, index: usize, seen: &str, per: &str) -> Proposal {
+        let (counts, said) = match self.known.counts_per_rev {
+            Some(counts) => (counts, "the model's [encoder] counts_per_rev".to_owned()),
+            None => (
+                USUAL_COUNTS,
+                format!("put the counts of a turn, after x4 decoding, in place of {USUAL_COUNTS}"),
+            ),
+        };
+        let per = if per.is_empty() { String::new() } else { format!(" {per}") };
+        self.proposal(ours, index, &format!("/{counts}"), format!("{seen} counts an encoder{per} ({said})"))
+    }
+
+    fn missing_output(&self, timed: bool) -> String {
+        match timed {
+            true => self.missing(
+                "for the output (theta_rad, q_m, omega_rad_s or v_m_s)",
+                &["theta", "q", "omega", "w", "v", "speed"],
+            ),
+            false => self.missing(
+                "omega_rad_s or speed_rpm (and no t_s: a steady-state table)",
+                &["omega", "speed", "w"],
+            ),
+        }
+    }
+
+    /// What to say when nothing can be proposed: the likeliest mistyped column, if there is one.
+    fn missing(&self, wanted: &str, stems: &[&str]) -> String {
+        let near = self.cells.header.iter().find(|name| {
+            quantity_of(name).is_none() && stems.iter().any(|stem| name.to_lowercase().starts_with(stem))
+        });
+        let listed = self.cells.header.join(", ");
+        match near {
+            Some(name) => format!(
+                "no column {wanted}: `{name}` has an unknown unit or spelling; rename it or use --columns (header: {listed})"
+            ),
+            None => format!("no column {wanted}; rename one or use --columns (header: {listed})"),
+        }
+    }
+}
+
+impl Meaning {
+    /// A unit is written that is not known, or that the quantity cannot have.
+    fn strange(&self) -> bool {
+        let fits = matches!(self.unit, None | Some((Measure::Counts | Measure::Percent, _)));
+        self.strange_unit || self.quantity.is_none() && !fits
+    }
+}
