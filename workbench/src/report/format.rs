@@ -286,12 +286,15 @@ fn left(outcome: &Outcome) -> bool {
     outcome.unexplained.structure != "none"
 }
 
-/// The verdict as a title: `Named: voltage_saturation and dead_zone`.
+/// The verdict as a title: `Named: voltage_saturation and dead_zone`, `Tie: J_kgm2 of the data sheet and coulomb_friction`.
 pub fn title(outcome: &Outcome) -> String {
     let word = grade(outcome);
     let word: String =
         word.chars().take(1).flat_map(char::to_uppercase).chain(word.chars().skip(1)).collect();
-    let names: Vec<String> = outcome.effects.iter().map(|effect| effect.name.clone()).collect();
+    let sheet = outcome.data_sheet.iter().map(|it| format!("{} of the data sheet", it.parameter));
+    let effects =
+        outcome.effects.iter().filter(|effect| outcome.data_sheet.is_empty() || !is_base_parameter(effect));
+    let names: Vec<String> = sheet.chain(effects.map(|effect| effect.name.clone())).collect();
     if names.is_empty() { word } else { format!("{word}: {}", listing(&names)) }
 }
 

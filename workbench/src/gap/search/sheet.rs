@@ -1,11 +1,12 @@
-//! A data sheet that the log contradicts: where base parameters alone, freed from their tolerances, remove most of the gap and move
-//! far beyond what the file allows, the search begins with them.
+//! A data sheet that the log contradicts: where one base parameter alone, freed from its tolerance, removes most of the gap and moves
+//! far beyond what the file allows, a second search begins with it.
 //!
 //! A file whose inertia is three times too large leaves a gap at every change of speed. Anything that follows the acceleration
 //! explains a part of it (a delay, a lag, another mass), so such a set is not left to the race among all effects.
 
 use super::Search;
-use super::score::{Scored, dispersion};
+use super::rounds::Path;
+use super::score::{Scored, dispersion, score_with};
 use super::worth::far;
 use crate::gap::acceptance;
 use crate::gap::fit::SEARCH;
@@ -49,6 +50,24 @@ impl<'a> Search<'a, '_> {
         let raced = self.fitted(std::slice::from_ref(parent), &bases, tasks, count);
         raced.iter().map(|set| self.refit(set, &SEARCH)).collect()
     }
+}
+
+/// The likelier end of two searches: one from the data sheet put right, and the usual one. Where they explain a log equally well with
+/// equally many names, it is the first, which says the less known parameter. The other stays as a rival. A friction that takes a large
+/// part of the input is explained by a wrong motor constant too, but only with more names than one.
+pub(super) fn likelier<'a>(
+    righted: (Scored<'a>, Path<'a>),
+    usual: (Scored<'a>, Path<'a>),
+) -> (Scored<'a>, Path<'a>) {
+    let nearest = if righted.0.fit.cost <= usual.0.fit.cost { &righted.0 } else { &usual.0 };
+    let factor = dispersion(nearest);
+    let [names, usual_names] = [&righted.0, &usual.0].map(|set| set.hypothesis.items.len());
+    let margin = if names <= usual_names { acceptance::tied(factor) } else { 0.0 };
+    let holds = score_with(&righted.0, factor) <= score_with(&usual.0, factor) + margin;
+    let ((best, mut path), (other, others)) = if holds { (righted, usual) } else { (usual, righted) };
+    path.others.push(other);
+    path.others.extend(others.others);
+    (best, path)
 }
 
 /// True if the fit has pushed a base parameter to the end of its tolerance.
