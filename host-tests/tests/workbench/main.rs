@@ -1,6 +1,7 @@
 //! The workbench on the host: the gap workflow, its effects, plants, readers and reports, and the command line.
 
 mod bad_input;
+mod bad_inputs;
 mod cases;
 mod effects_library;
 mod effects_names;

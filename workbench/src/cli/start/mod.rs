@@ -40,34 +40,34 @@ pub struct Arguments {
     #[arg(long, default_value = "", hide_default_value = true)]
     pub columns: String,
     /// Supply or rated voltage, V.
-    #[arg(long, value_parser = units::voltage)]
+    #[arg(long, value_parser = units::voltage, allow_negative_numbers = true)]
     pub voltage: Option<f64>,
     /// No-load speed at that voltage, rpm.
-    #[arg(long, value_parser = units::speed)]
+    #[arg(long, value_parser = units::speed, allow_negative_numbers = true)]
     pub no_load_rpm: Option<f64>,
     /// No-load current, A.
-    #[arg(long, value_parser = units::current)]
+    #[arg(long, value_parser = units::current, allow_negative_numbers = true)]
     pub no_load_current: Option<f64>,
     /// Stall current at that voltage, A.
-    #[arg(long, value_parser = units::current)]
+    #[arg(long, value_parser = units::current, allow_negative_numbers = true)]
     pub stall_current: Option<f64>,
     /// Stall torque at that voltage, N m.
-    #[arg(long, value_parser = units::torque)]
+    #[arg(long, value_parser = units::torque, allow_negative_numbers = true)]
     pub stall_torque: Option<f64>,
     /// Resistance between the terminals, Ω.
-    #[arg(long, value_parser = units::resistance)]
+    #[arg(long, value_parser = units::resistance, allow_negative_numbers = true)]
     pub resistance: Option<f64>,
     /// Torque constant, N m/A.
-    #[arg(long, value_parser = units::torque_constant)]
+    #[arg(long, value_parser = units::torque_constant, allow_negative_numbers = true)]
     pub kt: Option<f64>,
     /// Back-EMF constant, V s/rad.
-    #[arg(long, value_parser = units::back_emf)]
+    #[arg(long, value_parser = units::back_emf, allow_negative_numbers = true)]
     pub ke: Option<f64>,
     /// Inertia of the rotor, kg m².
-    #[arg(long, value_parser = units::inertia)]
+    #[arg(long, value_parser = units::inertia, allow_negative_numbers = true)]
     pub inertia: Option<f64>,
     /// Turns of the motor per turn of the output of its gear.
-    #[arg(long, value_parser = plain)]
+    #[arg(long, value_parser = plain, allow_negative_numbers = true)]
     pub gear: Option<f64>,
     /// The printed speed, torque, constants and inertia are those of the output of the gear, not of the motor.
     #[arg(long, requires = "gear")]
@@ -76,10 +76,10 @@ pub struct Arguments {
     #[arg(long, requires = "gear")]
     pub encoder_at_output: bool,
     /// Counts of the encoder per turn of its shaft, after ×4 decoding.
-    #[arg(long, value_parser = plain)]
+    #[arg(long, value_parser = plain, allow_negative_numbers = true)]
     pub counts_per_rev: Option<f64>,
     /// Time over which the logged speed is a mean, s; found from the steps of the speed where it can be.
-    #[arg(long, value_parser = units::seconds)]
+    #[arg(long, value_parser = units::seconds, allow_negative_numbers = true)]
     pub speed_window: Option<f64>,
     /// The model file to write.
     #[arg(long, default_value = "model.toml")]
@@ -104,11 +104,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let columns: Columns = arguments.columns.parse()?;
     let log = arguments.log.as_ref().map(|path| log::read(path, &columns)).transpose()?;
     let mut arguments = arguments.clone();
-    let asks = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
-    if asks && arguments.sheet().is_empty() {
+    let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
+    let asks = terminal && arguments.sheet().is_empty();
+    if asks {
         questions::ask(&mut arguments)?;
     }
-    let made = Made::from(&arguments, log.as_ref())?;
+    let complaints = arguments.sheet().complaints();
+    if !asks {
+        InputError::all(complaints.iter().cloned().map(InputError).collect())?;
+    }
+    let mut made = Made::from(&arguments, log.as_ref())?;
+    // Answers that were typed are not lost over one that does not help.
+    made.notes.extend(complaints);
     write_atomically(out, &made.text)?;
     out!("{}", made.told(&arguments));
     Ok(())

@@ -2,6 +2,7 @@
 
 use super::line::Line;
 use crate::console::input_error::InputError;
+use crate::system::effects;
 use crate::system::log::{Dynamic, Input, Run};
 use crate::system::model::Draft;
 use nalgebra::{Matrix2, Vector2};
@@ -13,6 +14,8 @@ const TIME_CONSTANT_S: f64 = 0.1;
 const WINDING: f64 = 0.03;
 /// Viscous friction as a part of the damping by the back-EMF: bearings and grease of small motors lose a few per cent of it.
 const VISCOUS: f64 = 0.05;
+/// Torque or force per unit of input, a key of `inertia`.
+const GAIN: &str = effects::DRIVE_GAIN.name;
 /// Rows that show resistance and back-EMF.
 const ROWS: usize = 20;
 
@@ -154,14 +157,14 @@ pub fn inertia(draft: &Draft, line: &Line) -> Split {
     let per_input = line.acceleration_per_input().map_or(1.0, f64::abs);
     let seconds = line.time_constant_s.unwrap_or(TIME_CONSTANT_S);
     let key = if draft.stated().linear() { "mass_kg" } else { "inertia_kgm2" };
-    let (gain, inertia) = match (draft.number("drive_gain"), draft.number(key)) {
+    let (gain, inertia) = match (draft.number(GAIN), draft.number(key)) {
         (Some(gain), Some(inertia)) => (gain, inertia),
         (Some(gain), None) => (gain, gain / per_input),
         (None, Some(inertia)) => (per_input * inertia, inertia),
         (None, None) => (1.0, 1.0 / per_input),
     };
-    let all = [(key, inertia), ("viscous", inertia / seconds), ("drive_gain", gain)];
-    let neither = wanted(draft, "drive_gain") && wanted(draft, key);
+    let all = [(key, inertia), ("viscous", inertia / seconds), (GAIN, gain)];
+    let neither = wanted(draft, GAIN) && wanted(draft, key);
     let notes = neither.then(|| {
         "Neither drive_gain nor the inertia is known: drive_gain = 1 stands for it, and torques or forces count in units of the input".to_owned()
     });

@@ -43,7 +43,8 @@ impl<'a> File<'a> {
     fn syntax(&self, error: &toml::de::Error) {
         let before = error.span().map_or(0, |span| span.start.min(self.text.len()));
         let line = self.text[..before].matches('\n').count() as u64 + 1;
-        let what = format!("is not valid TOML: {}", error.message().replace('\n', " "));
+        let here = self.text[before..].lines().next().unwrap_or_default().trim();
+        let what = format!("is not valid TOML: {} (at `{here}`)", error.message().replace('\n', " "));
         self.complain(false, line, what);
     }
 

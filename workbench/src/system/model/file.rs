@@ -187,7 +187,9 @@ impl File<'_> {
         let listed = values.iter().map(|it| format!("\"{it}\"")).collect::<Vec<_>>().join(", ");
         let what = match (nearest(text, values.iter().copied()), values.len()) {
             (_, 1) => format!("is \"{text}\"; this program reads {listed}"),
-            (Some(near), _) => format!("\"{text}\" is unknown; the nearest is \"{near}\""),
+            (Some(near), _) => {
+                format!("\"{text}\" is unknown; the nearest is \"{near}\"; write one of {listed}")
+            }
             (None, _) => format!("\"{text}\" is unknown; write one of {listed}"),
         };
         self.wrong(section, row.name, &what);

@@ -27,8 +27,12 @@ pub fn parse(source: &str, text: &str) -> Result<Model, InputError> {
 /// Reads a model of which numbers may be unknown from a file.
 pub fn read_draft(path: &Path) -> Result<Draft, InputError> {
     let source = path.display().to_string();
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        InputError::file(
+            &source,
+            format!("cannot be read ({e}); check the path, or write one with `truing start`"),
+        )
+    })?;
     parse_draft(&source, &text)
 }
 
