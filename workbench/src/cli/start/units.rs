@@ -137,7 +137,7 @@ mod tests {
         near("0,0062 kg m²", &INERTIA, 0.0062);
         near("10.5 gcm^2", &INERTIA, 1.05e-6);
         near("23.5mNm/A", &TORQUE_CONSTANT, 0.0235);
-        near("6.28 V/krpm", &BACK_EMF, 0.06);
+        near("6.283185307 V/krpm", &BACK_EMF, 0.06);
         near("1.2 kg·cm", &TORQUE, 0.117_679_8);
         near("3000", &SPEED, 100.0 * std::f64::consts::PI);
         near("314.159265 rad/s", &SPEED, 100.0 * std::f64::consts::PI);
