@@ -20,8 +20,9 @@ pub fn at_most(what: &str, now: usize, limit: usize, goal: usize) {
 #[test]
 fn the_workbench_grows_no_further() {
     let [_, _, workbench] = figures().product;
-    // 1,960 of them read logs in whatever dialect, propose `--columns` and are `truing look` (decisions 0280 to 0282).
-    at_most("code lines of the workbench", workbench.code(), 27_300, 19_000);
+    // 1,960 of them read logs in whatever dialect, propose `--columns` and are `truing look` (decisions 0280 to 0282); 2,230 came
+    // with unknown numbers, `truing start`, the table of keys and its complaints (0290 to 0292).
+    at_most("code lines of the workbench", workbench.code(), 29_600, 19_000);
 }
 
 /// Part, then limit and goal of median, 90 % and longest.

@@ -322,5 +322,6 @@ fn unusable_logs_end_in_one_sentence() {
     let mut rpm = log;
     rpm.runs[0].speed.as_mut().unwrap().iter_mut().for_each(|y| *y *= 60.0 / std::f64::consts::TAU);
     let outcome = gap::run(&nominal(), &rpm, &[], &Options::default(), &|_| {}).unwrap();
-    assert!(outcome.notes.iter().any(|note| note.contains("rpm")), "{:?}", outcome.notes);
+    assert_eq!(outcome.verdict, Verdict::Data);
+    assert!(outcome.data.iter().any(|fault| fault.what.contains("rpm")), "{:?}", outcome.data);
 }

@@ -1,6 +1,7 @@
 //! The workbench on the host: the gap workflow, its effects, plants, readers and reports, and the command line.
 
 mod bad_input;
+mod bad_inputs;
 mod cases;
 mod effects_library;
 mod effects_names;
@@ -11,7 +12,9 @@ mod gap_measured_data;
 mod interruption;
 mod log_dialects;
 mod log_reading;
+mod model_complaints;
 mod model_reading;
+mod model_table;
 mod next_experiment;
 mod paper;
 mod plant_motor;
@@ -20,6 +23,7 @@ mod report;
 mod results_kept;
 mod rigs;
 mod screen;
+mod start;
 mod steady_map;
 mod steady_measured;
 mod steady_paper;

@@ -58,6 +58,7 @@ fn outcome() -> Outcome {
         verdict: Verdict::Tie,
         grade: Grade::Tie,
         small: vec![Small { name: "quadratic_drag".into(), fit_points: 0.21 }],
+        data_sheet: Vec::new(),
         data: vec![],
         effects: vec![
             effect("dead_zone", ("half_width_v", value(1.1, 0.01, "V")), None),
@@ -339,12 +340,15 @@ fn friction_of_a_first_order_model_is_told_in_volts() {
         effect("coulomb_friction", ("level_nm", value(0.045, 0.001, "N m")), None),
         effect("flexible_coupling", ("damping", value(0.2, 0.1, "N m s/rad")), None),
     ];
-    let outcome = Outcome { effects: truing::report::volts::told(&model, &[], effects.clone()), ..outcome() };
+    let outcome =
+        Outcome { effects: truing::report::volts::told(&model, true, &[], effects.clone()), ..outcome() };
     let text = Terminal.export(&outcome).unwrap();
     let html = Html { subtitle: "model against log", command: "truing gap" };
     let page = html.export(&outcome).unwrap();
     for said in [&text, &page] {
         assert!(said.contains("level_v") && said.contains("0.675 ± 0.015 V"), "{said}");
+        // 0.675 V · 15 rad/s/V / 0.1 s.
+        assert!(said.contains("101.2 ± 2.2 rad/s²"), "{said}");
         assert!(said.contains("damping_v") && said.contains("3.0 ± 1.5 V s/rad"), "{said}");
         assert!(!said.contains("N m") && !said.contains("level_nm"), "{said}");
     }
@@ -362,7 +366,7 @@ fn friction_of_a_first_order_model_is_told_in_volts() {
         "schema = \"truing-model/1\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\nJ_kgm2 = 1e-4\n",
     )
     .unwrap();
-    assert_eq!(truing::report::volts::told(&motor, &[], effects.clone()), effects);
+    assert_eq!(truing::report::volts::told(&motor, true, &[], effects.clone()), effects);
 }
 
 #[test]

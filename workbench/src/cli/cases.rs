@@ -13,7 +13,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "single")]
     set: Set,
     /// Number of cases.
-    #[arg(long, default_value_t = 10)]
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     count: u32,
     /// Seed of the first case; the others follow.
     #[arg(long, default_value_t = 1)]
@@ -37,14 +37,11 @@ pub struct Arguments {
 
 /// Draws and writes.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let (out, answers) = (folder(&arguments.out)?, folder(&arguments.answers)?);
-    let apart = !answers.starts_with(&out);
-    ensure!(
-        apart,
-        "--answers {}: lies inside --out, where the analysis reads; name another folder",
-        answers.display()
-    );
     ensure!(arguments.rows >= 600, "--rows {}: at least 600 are needed for one protocol", arguments.rows);
+    apart(&arguments.out, &arguments.answers)?;
+    let (out, answers) = (folder(&arguments.out)?, folder(&arguments.answers)?);
+    // Links show where they lead only once both folders exist.
+    apart(&out, &answers)?;
     let spec = Spec {
         rows: arguments.rows,
         current: arguments.current.then_some(true),
@@ -58,6 +55,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .with_context(|| format!("{}: cannot be written", out.join(&name).display()))?;
     }
     outln!("{} cases in {}, answers in {}", arguments.count, out.display(), answers.display());
+    Ok(())
+}
+
+fn apart(out: &Path, answers: &Path) -> anyhow::Result<()> {
+    ensure!(
+        !answers.starts_with(out),
+        "--answers {}: lies inside --out, where the analysis reads; name another folder",
+        answers.display()
+    );
     Ok(())
 }
 

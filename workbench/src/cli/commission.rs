@@ -26,7 +26,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub firmware: Firmware,
     /// Length of the commissioning, s.
-    #[arg(long, default_value_t = BUDGET_S)]
+    #[arg(long, default_value_t = BUDGET_S, allow_negative_numbers = true)]
     pub budget_s: f64,
     /// Keep the result for `truing track --params`.
     #[arg(long)]

@@ -112,9 +112,10 @@ impl Arguments {
 /// Reads, analyses, reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.files().check()?;
-    let model = model::read(&arguments.model)?;
-    let columns = Columns::of(&arguments.columns, &model)?;
+    let draft = model::read_draft(&arguments.model)?;
+    let columns = Columns::of(&arguments.columns, draft.stated())?;
     let log::Reading { log, notes } = log::open(&arguments.log, &columns)?;
+    let model = gap::completed(draft, &log)?;
     let read = |path: &PathBuf| log::read(path, &columns);
     let holdouts: Vec<Log> = arguments.holdout.iter().map(read).collect::<Result<_, _>>()?;
     let without = arguments.without.iter().map(|name| effects::known(name));

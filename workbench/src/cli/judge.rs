@@ -2,8 +2,8 @@
 
 use super::gap::watched;
 use crate::console::input_error::NotDone;
-use crate::gap::Options;
 use crate::gap::expectation::Rig;
+use crate::gap::{Options, completed};
 use crate::outcome::Outcome;
 use crate::report::Exporter;
 use crate::report::json::Json;
@@ -119,7 +119,7 @@ pub fn answer(rig: &Rig, data: Option<&Path>, options: &Options) -> anyhow::Resu
     else {
         return Ok(None);
     };
-    let model = model::read(&model)?;
+    let draft = model::read_draft(&model)?;
     let mut log = log::read(&log, &columns)?;
     let read = |path: &PathBuf| log::read(path, &columns);
     let mut holdouts: Vec<Log> = holdouts.iter().map(read).collect::<Result<_, _>>()?;
@@ -128,6 +128,7 @@ pub fn answer(rig: &Rig, data: Option<&Path>, options: &Options) -> anyhow::Resu
         holdouts = vec![Log::Dynamic(second)];
         log = Log::Dynamic(first);
     }
+    let model = completed(draft, &log)?;
     Ok(Some(watched(&model, &log, &holdouts, options)?))
 }
 

@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .writes("--json", file)
         .check()?;
     let columns = match &arguments.model {
-        Some(path) => Columns::of(&arguments.columns, &model::read(path)?)?,
+        Some(path) => Columns::of(&arguments.columns, model::read_draft(path)?.stated())?,
         None => arguments.columns.parse()?,
     };
     let look = look(&arguments.file, &columns)?;

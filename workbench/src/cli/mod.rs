@@ -20,6 +20,7 @@ pub mod params;
 pub mod profile;
 pub mod replay;
 pub mod simulate;
+pub mod start;
 pub mod track;
 
 use clap::{Parser, Subcommand};
@@ -46,6 +47,8 @@ pub enum Command {
     Gap(gap::Arguments),
     /// Show what is in a log: columns, units, rate, gaps, a plot, the ready --columns.
     Look(look::Arguments),
+    /// Write a model file from a log and what is printed on a motor.
+    Start(start::Arguments),
     /// Run the gap workflow on a folder of rigs and compare its answers with what is known of them.
     Judge(judge::Arguments),
     /// Run any model on any input.
@@ -82,6 +85,7 @@ impl Cli {
         match self.command {
             Command::Gap(arguments) => gap::run(&arguments),
             Command::Look(arguments) => look::run(&arguments),
+            Command::Start(arguments) => start::run(&arguments),
             Command::Judge(arguments) => judge::run(&arguments),
             Command::Simulate(arguments) => simulate::run(&arguments),
             Command::Effects(arguments) => effects::run(&arguments),

@@ -20,7 +20,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub knowledge: Knowledge,
     /// Length of the commissioning, s.
-    #[arg(long, default_value_t = commission::BUDGET_S)]
+    #[arg(long, default_value_t = commission::BUDGET_S, allow_negative_numbers = true)]
     pub budget_s: f64,
     /// Where to.
     #[command(flatten)]

@@ -28,6 +28,9 @@ pub fn task(text: &str, compensation: bool, config: &Config) -> anyhow::Result<T
         .collect::<Result<_, _>>()
         .map_err(|_| anyhow!("--profile is `{text}`; {}", shape()))?;
     ensure!(numbers.iter().all(|number| number.is_finite()), "--profile holds a number that is not finite");
+    if let ("sine", &[_, frequency_hz, _]) = (kind, numbers.as_slice()) {
+        ensure!(frequency_hz > 0.0, "--profile {text}: a sine needs a frequency above 0 Hz ({})", shape());
+    }
     let excite = |amplitude_v, from_hz, to_hz, sweep, seconds: f32| {
         let waveform =
             Waveform { amplitude_v, from_hz, to_hz, sweep, duration_ms: (seconds * 1000.0).round() as u32 };

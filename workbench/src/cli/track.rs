@@ -33,7 +33,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub knowledge: Knowledge,
     /// Length of the commissioning, s.
-    #[arg(long, default_value_t = 5.0)]
+    #[arg(long, default_value_t = 5.0, allow_negative_numbers = true)]
     pub budget_s: f64,
     /// A motion: sine:amp_rad,hz,seconds or step:amp_rad,seconds or file:CSV with the columns t_s and theta_ref_rad, and,
     /// where they are known, omega_ref_rad_s and alpha_ref_rad_s2; the points are streamed and joined smoothly.

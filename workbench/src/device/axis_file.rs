@@ -102,7 +102,7 @@ fn line_of_key(text: &str, name: &str) -> Option<u64> {
 
 /// Names table and key, which the parser's own words leave out, and the nearest known key.
 fn syntax(source: &str, text: &str, error: &toml::de::Error) -> InputError {
-    let message = error.message().replace('\n', " ");
+    let message = in_words(error.message());
     let Some(span) = error.span() else {
         return InputError::line(source, 1, message);
     };
@@ -127,6 +127,28 @@ fn syntax(source: &str, text: &str, error: &toml::de::Error) -> InputError {
         (false, false) => format!("{table} {key}: "),
     };
     InputError::line(source, line_of(text, span.start), format!("{place}{message}{hint}"))
+}
+
+/// The parser's sentence in words that need no Rust: its types, and a section that is missing with what it must hold.
+fn in_words(message: &str) -> String {
+    let types = [
+        ("expected f32", "expected a number"),
+        ("expected u32", "expected a whole number from 0"),
+        ("expected u16", "expected a whole number from 0"),
+        ("expected a boolean", "expected true or false"),
+        ("expected a tuple of size 2", "expected two numbers, [from, to]"),
+        ("expected an array of length 2", "expected two numbers, [from, to]"),
+    ];
+    let message = message.trim_end().replace('\n', " ");
+    let message = types.iter().fold(message, |text, (theirs, ours)| text.replace(theirs, ours));
+    let Some(section) = message.strip_prefix("missing field `").and_then(|rest| rest.strip_suffix('`'))
+    else {
+        return message;
+    };
+    let required = SETTINGS.iter().filter(|row| (row.fallback)(&Config::EXAMPLE).is_none());
+    let required = required.filter_map(|row| row.field.name().split_once('.'));
+    let keys: Vec<&str> = required.filter(|(of, _)| *of == section).map(|(_, key)| key).collect();
+    format!("the section [{section}] is missing; it must hold {}", keys.join(" and "))
 }
 
 /// The file's text, for messages.
@@ -161,7 +183,8 @@ impl Reader<'_> {
             Some(value) => self.value(section, key, value, (row.get)(&Config::EXAMPLE))?,
             None => (row.fallback)(config).ok_or_else(|| {
                 let line = file.section(section).map_or(1, |s| line_of(self.text, s.span().start));
-                InputError::line(self.source, line, format!("missing field `{key}`"))
+                let what = format!("[{section}] {key} is missing; it must be {}", row.range);
+                InputError::line(self.source, line, what)
             })?,
         };
         (row.set)(config, value).ok_or_else(|| {
@@ -180,8 +203,7 @@ impl Reader<'_> {
     ) -> Result<Number, InputError> {
         let wrong = |error: toml::de::Error| {
             let line = line_of(self.text, value.span().start);
-            let words = error.message().replace('\n', " ");
-            InputError::line(self.source, line, format!("[{section}] {key}: {}", words.trim_end()))
+            InputError::line(self.source, line, format!("[{section}] {key}: {}", in_words(error.message())))
         };
         let inner = value.get_ref().clone();
         Ok(match like {
@@ -223,7 +245,7 @@ impl Reader<'_> {
         };
         value.get_ref().clone().try_into().map(Some).map_err(|error: toml::de::Error| {
             let line = line_of(self.text, value.span().start);
-            let what = format!("[limits] {key}: {}", error.message().replace('\n', " ").trim_end());
+            let what = format!("[limits] {key}: {}", in_words(error.message()));
             InputError::line(self.source, line, what)
         })
     }

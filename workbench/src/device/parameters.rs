@@ -105,10 +105,11 @@ const PROTECTION: &str = "protection.";
 /// The entry of the table *fault × action* that these two names make.
 pub(crate) fn entry(fault: &str, action: &str) -> Result<(Fault, Action), InputError> {
     let Some(fault) = Fault::ALL.into_iter().find(|known| known.name() == fault) else {
-        let near = nearest(fault, Fault::ALL.iter().map(|known| known.name())).unwrap_or("no_motion");
+        let near = nearest(fault, Fault::ALL.iter().map(|known| known.name()));
+        let near = near.map_or(String::new(), |near| format!("the nearest is {near}, "));
         let names: Vec<&str> = Fault::ALL.iter().map(|fault| fault.name()).collect();
         return Err(InputError(format!(
-            "`{fault}` is no fault of [protection]; the nearest is {near}, all are {}",
+            "`{fault}` is no fault of [protection]; {near}all are {}",
             names.join(", ")
         )));
     };
@@ -231,10 +232,9 @@ pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), Inpu
 
 fn no_key(name: &str) -> InputError {
     let all = SETTINGS.iter().map(|row| row.field.name());
-    let near = nearest(name, all.chain(KEYS.iter().map(|key| key.name))).unwrap_or("supply.nominal_v");
-    InputError(format!(
-        "`{name}` is no key; the nearest is {near} (`truing params get` lists those that are set)"
-    ))
+    let near = nearest(name, all.chain(KEYS.iter().map(|key| key.name)));
+    let near = near.map_or(String::new(), |near| format!("; the nearest is {near}"));
+    InputError(format!("`{name}` is no key{near} (`truing params get` lists those that are set)"))
 }
 
 /// What the chip's estimates count in.

@@ -43,6 +43,11 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
             protocol.name,
             crate::report::figure(speed)
         )
+    } else if current > 0.0 && !amperes(a) {
+        format!(
+            "{} with the winding current logged: {left} and {right} differ there, but not in speed",
+            protocol.name
+        )
     } else if current > 0.0 {
         format!(
             "{} with the winding current logged: {left} and {right} differ by {} A rms there, but not in speed",
@@ -79,6 +84,11 @@ pub fn with_needs(experiment: Experiment, kept: &Scored) -> Experiment {
         linear: dataset.linear,
         ..experiment
     }
+}
+
+/// Whether the model's current is one: a first-order model stands for a motor of 1 Ω, whose current is no current.
+fn amperes(scored: &Scored) -> bool {
+    !matches!(scored.hypothesis.model.kind, Kind::FirstOrder { .. })
 }
 
 /// Differences of two rivals on a run: rms of speed and current, and the number of samples.

@@ -60,7 +60,7 @@ pub(super) fn extended(
     Outcome {
         grade: judged.grade,
         small: small(found),
-        effects: volts::told(model, &shifts, named(kept, &steps, &judged.ties)),
+        effects: volts::told(model, true, &shifts, named(kept, &steps, &judged.ties)),
         closest_known: judged.closest,
         final_records: last.map(|dataset| predicted(dataset, model, kept)),
         within_tolerance: shifts,

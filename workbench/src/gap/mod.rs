@@ -7,6 +7,7 @@
 
 pub mod acceptance;
 pub mod beam;
+mod data_sheet;
 pub mod dataset;
 pub mod estimate;
 pub mod evidence;
@@ -30,6 +31,7 @@ pub mod search;
 pub mod solver;
 pub mod tables;
 pub mod time_base;
+pub mod unknown;
 pub mod verdict;
 
 use crate::console::input_error::InputError;
@@ -40,6 +42,7 @@ use crate::system::model::Model;
 use std::time::Instant;
 
 pub use record::made_ready;
+pub use unknown::completed;
 
 /// What the user may choose.
 #[derive(Clone, Debug, Default)]
@@ -78,6 +81,8 @@ pub fn run<L: Clone + Into<Log>>(
             record::run(model, &as_record(log)?, &holdouts?, options, progress)
         }
     }?;
+    outcome.data_sheet = data_sheet::contradicted(model, &outcome);
+    outcome.notes.splice(0..0, model.notes.iter().cloned());
     outcome.notes.extend(notes);
     outcome.notes.extend(faults.iter().map(|fault| format!("accepted although {}", fault.what)));
     outcome.runtime_s = started.elapsed().as_secs_f64();

@@ -46,8 +46,16 @@ pub fn not_excited(dataset: &Dataset) -> Option<Outcome> {
 /// What a log that does not move lacks.
 fn still(dataset: &Dataset) -> Vec<String> {
     let mut notes = [dataset.notes.clone(), crate::gap::excitation::missing(dataset)].concat();
+    // Noise alone would change a reading.
+    let silent = match dataset.scales.motion > 0.0 {
+        true => String::new(),
+        false => format!(
+            " ({} has one value in every row: is the encoder connected, and is it the right column?)",
+            dataset.signal
+        ),
+    };
     notes.push(format!(
-        "the log never moves: drive the axis in both directions with more than {} {}",
+        "the log never moves{silent}: drive the axis in both directions with more than {} {}",
         crate::report::figure(dataset.scales.input),
         dataset.input.unit()
     ));

@@ -1,9 +1,11 @@
 //! The one result of the gap workflow. Every report (terminal, HTML, JSON, model file) is written from it; a report
 //! computes nothing. The serialised part is `truing-gap/1`; the curves for plots are not serialised.
 
+mod contradiction;
 mod left;
 mod plot;
 
+pub use contradiction::Contradiction;
 pub use left::{Unexplained, UnnamedTerm};
 pub use plot::{Curve, Plot, Role, Series, Stage, Style};
 
@@ -279,6 +281,9 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// How sure it is.
     pub grade: Grade,
+    /// What the log says against the model file; told before any effect.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub data_sheet: Vec<Contradiction>,
     /// What is wrong with the files: with the verdict *data* nothing else is told.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub data: Vec<DataFault>,
@@ -330,6 +335,7 @@ impl Outcome {
             schema: SCHEMA,
             verdict,
             grade: Grade::of(verdict, false, true),
+            data_sheet: Vec::new(),
             data: Vec::new(),
             effects: Vec::new(),
             small: Vec::new(),

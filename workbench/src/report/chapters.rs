@@ -26,6 +26,7 @@ fn verdict(outcome: &Outcome) -> Markup {
         div class=(format!("verdict {class}")) {
             p.word { (format::grade(outcome)) }
             p.headline { (format::headline(outcome)) }
+            @for contradiction in &outcome.data_sheet { p.mend { (format::mended(contradiction)) } }
             @if tested {
                 div.tiles {
                     (tile("gap as given", &format!("{} {}", format::gap(held.rmse_before), outcome.gap_unit)))

@@ -1,10 +1,11 @@
 //! Numbers and names as text.
 
 use crate::outcome::{
-    DEVIATIONS, DataFault, Experiment, Grade, NamedEffect, Outcome, Segment, Shift, Tie, UnnamedTerm, Value,
-    Verdict,
+    Contradiction, DEVIATIONS, DataFault, Experiment, Grade, NamedEffect, Outcome, Segment, Shift, Tie,
+    UnnamedTerm, Value, Verdict,
 };
 use crate::report::volts;
+use crate::system::effects;
 use servo::axis::Bridge;
 
 /// Four significant digits, without trailing zeros; powers of ten where plain digits would not be readable.
@@ -96,11 +97,16 @@ const MINUS: &str = "_minus_";
 /// `half_width_v = 1.10 ± 0.01 V, neg_ns not told from 0 (13 ± 16 N s/m)`
 pub fn parameters(effect: &NamedEffect) -> String {
     let named = |(name, v): (&String, &Value)| match is_told_from_nothing(v) {
-        true => format!("{name} = {}", value(v)),
+        true => format!("{name} = {}{}", value(v), beside(effect, name)),
         false => format!("{name} not told from 0 ({})", value(v)),
     };
     let between = effect.derived.iter().filter(|(name, _)| name.contains(MINUS));
     readable(effect).into_iter().chain(between).map(named).collect::<Vec<_>>().join(", ")
+}
+
+/// The acceleration that a voltage stands for: ` (120.0 ± 2.0 rad/s²)`.
+fn beside(effect: &NamedEffect, name: &str) -> String {
+    volts::acceleration(effect, name).map_or(String::new(), |v| format!(" ({})", value(v)))
 }
 
 /// The parameters as people read them: what stands for a voltage as that voltage.
@@ -148,9 +154,55 @@ pub fn grade(outcome: &Outcome) -> &'static str {
     }
 }
 
-/// The verdict as a sentence.
+/// The verdict in sentences: what the log says against the model file, then what the model lacks.
 pub fn headline(outcome: &Outcome) -> String {
-    let names: Vec<_> = outcome.effects.iter().map(|e| e.name.clone()).collect();
+    let Some(first) = contradiction(outcome) else {
+        return found(outcome, outcome.effects.iter());
+    };
+    let besides = outcome.effects.iter().filter(|effect| !is_base_parameter(effect));
+    match (outcome.verdict, besides.clone().count()) {
+        (Verdict::Named | Verdict::Tie, 0) if !left(outcome) => format!("{first} Nothing else is missing."),
+        _ => format!("{first} {}", found(outcome, besides)),
+    }
+}
+
+fn is_base_parameter(effect: &NamedEffect) -> bool {
+    effects::find(&effect.name).is_some_and(effects::Effect::is_base_parameter)
+}
+
+/// `The log contradicts the data sheet: J_kgm2 is about 0.33 of what the file says; with it the fit is 99.10 %.`
+fn contradiction(outcome: &Outcome) -> Option<String> {
+    let about = |it: &Contradiction| {
+        let or = if it.or.is_empty() { String::new() } else { format!(" (or {})", it.or.join(" or ")) };
+        format!("{}{or} is about {} what the file says", it.parameter, share(it.ratio))
+    };
+    let each: Vec<String> = outcome.data_sheet.iter().map(about).collect();
+    let fit = outcome.data_sheet.iter().filter_map(|it| it.fit_percent).next_back();
+    let with = if each.len() == 1 { "it" } else { "them" };
+    let fit = fit.map_or(String::new(), |percent| format!("; with {with} the fit is {}", self::fit(percent)));
+    (!each.is_empty()).then(|| format!("The log contradicts the data sheet: {}{fit}.", listing(&each)))
+}
+
+/// `0.33`, `3.1 times`.
+fn share(ratio: f64) -> String {
+    format!("{} {}", significant(ratio, 2), if ratio > 1.0 { "times" } else { "of" })
+}
+
+/// The lines that mend the model file: `J_kgm2: write [motor] J_kgm2 = 3.75e-5, or [tolerance] J_kgm2 = 1.0`.
+pub fn mended(contradiction: &Contradiction) -> String {
+    format!(
+        "{} is {} in the file and {} in the log: write {}",
+        contradiction.parameter,
+        figure(contradiction.stated),
+        figure(contradiction.fitted),
+        contradiction.mends.join(", or free it with ")
+    )
+}
+
+/// The verdict as a sentence about some of its effects.
+fn found<'e>(outcome: &Outcome, effects: impl Iterator<Item = &'e NamedEffect>) -> String {
+    let effects: Vec<&NamedEffect> = effects.collect();
+    let names: Vec<_> = effects.iter().map(|e| e.name.clone()).collect();
     let names = listing(&names);
     match outcome.verdict {
         Verdict::Data => {
@@ -159,7 +211,7 @@ pub fn headline(outcome: &Outcome) -> String {
         Verdict::InsufficientExcitation => {
             "The data cannot test the model: they do not excite what would have to be seen.".into()
         }
-        Verdict::Unexplained if outcome.effects.is_empty() => {
+        Verdict::Unexplained if effects.is_empty() => {
             format!("Something is missing that no known effect explains: {}.", outcome.unexplained.structure)
         }
         Verdict::Unexplained => {
@@ -174,12 +226,12 @@ pub fn headline(outcome: &Outcome) -> String {
         ),
         Verdict::Named if outcome.grade == Grade::Likely => format!(
             "The model probably lacks {}: it predicts every record better, but {} of the gap (squared) is left.",
-            listing(&outcome.effects.iter().map(sized).collect::<Vec<_>>()),
+            listing(&effects.iter().map(|effect| sized(effect)).collect::<Vec<_>>()),
             percent(outcome.unexplained.share_of_gap)
         ),
         Verdict::Named if left(outcome) => format!(
             "The model lacks {}; {} of the gap (squared) is left.",
-            listing(&outcome.effects.iter().map(sized).collect::<Vec<_>>()),
+            listing(&effects.iter().map(|effect| sized(effect)).collect::<Vec<_>>()),
             percent(outcome.unexplained.share_of_gap)
         ),
         Verdict::Named => format!("The model lacks {names}."),
@@ -234,12 +286,15 @@ fn left(outcome: &Outcome) -> bool {
     outcome.unexplained.structure != "none"
 }
 
-/// The verdict as a title: `Named: voltage_saturation and dead_zone`.
+/// The verdict as a title: `Named: voltage_saturation and dead_zone`, `Tie: J_kgm2 of the data sheet and coulomb_friction`.
 pub fn title(outcome: &Outcome) -> String {
     let word = grade(outcome);
     let word: String =
         word.chars().take(1).flat_map(char::to_uppercase).chain(word.chars().skip(1)).collect();
-    let names: Vec<String> = outcome.effects.iter().map(|effect| effect.name.clone()).collect();
+    let sheet = outcome.data_sheet.iter().map(|it| format!("{} of the data sheet", it.parameter));
+    let effects =
+        outcome.effects.iter().filter(|effect| outcome.data_sheet.is_empty() || !is_base_parameter(effect));
+    let names: Vec<String> = sheet.chain(effects.map(|effect| effect.name.clone())).collect();
     if names.is_empty() { word } else { format!("{word}: {}", listing(&names)) }
 }
 

@@ -33,8 +33,15 @@ pub trait Exporter {
 }
 
 /// Writes `text` to `path` by way of a temporary file in the same folder; an earlier file stays until the new one is
-/// complete. The folder is made if it is missing.
+/// complete. The folder is made if it is missing. What is no file (a device, a pipe) is written to, and never replaced.
 pub fn write_atomically(path: &Path, text: &str) -> Result<()> {
+    if path.exists() && !path.is_file() {
+        return std::fs::OpenOptions::new()
+            .write(true)
+            .open(path)
+            .and_then(|mut place| place.write_all(text.as_bytes()))
+            .with_context(|| format!("{}: cannot be written", path.display()));
+    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let complaint = || format!("{}: cannot be written; check the folder and its permissions", path.display());
     std::fs::create_dir_all(folder).with_context(complaint)?;

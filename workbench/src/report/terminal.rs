@@ -32,6 +32,9 @@ impl Exporter for Terminal {
 
 fn verdict(text: &mut String, outcome: &Outcome) -> Result<()> {
     block(text, "Verdict", &format!("{}. {}", format::grade(outcome), format::headline(outcome)));
+    for (contradiction, head) in outcome.data_sheet.iter().zip(["Data sheet", "", ""]) {
+        block(text, head, &format::mended(contradiction));
+    }
     for (place, head) in outcome.places.iter().zip(["Where", "", ""]) {
         let share = format::percent(place.share_of_squared_error);
         let also = match place.also.is_empty() {

@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::fmt::Write;
+use truing::system::effects::{COULOMB_FRICTION, DEAD_ZONE};
 
 /// Nothing missing, a dead zone, dry friction behind a gear.
 pub const FAMILIES: usize = 3;
@@ -154,8 +155,8 @@ impl Files {
     pub fn truth(&self) -> Vec<&'static str> {
         match self.family {
             0 => vec![],
-            1 => vec!["dead_zone"],
-            _ => vec!["coulomb_friction"],
+            1 => vec![DEAD_ZONE.name],
+            _ => vec![COULOMB_FRICTION.name],
         }
     }
 

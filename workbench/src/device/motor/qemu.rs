@@ -72,6 +72,9 @@ pub struct Said {
     pub link: Vec<u8>,
 }
 
+/// How every ELF file begins.
+const ELF: &[u8] = b"\x7fELF";
+
 /// Where the image is that `cargo xtask images` builds.
 pub fn default_image() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
@@ -125,6 +128,10 @@ impl Qemu {
             let what = "is the firmware image and is missing; build it with `cargo xtask images`";
             InputError::file(options.image.display(), what)
         })?;
+        if !image.starts_with(ELF) {
+            let what = "is no firmware image (an ELF file); build one with `cargo xtask images`";
+            return Err(InputError::file(options.image.display(), what));
+        }
         let path = options.image.canonicalize().unwrap_or_else(|_| options.image.clone());
         let folder = TemporaryFolder::new().map_err(pipes)?;
         let (to_host, from_host) = fifos(folder.path()).map_err(pipes)?;

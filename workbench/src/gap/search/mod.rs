@@ -4,6 +4,8 @@
 //! ```text
 //! base → promise of every candidate → race (→ evolution) → worth → forms → next round … → exchange → elimination → rivals
 //! ```
+//!
+//! Where the log contradicts the data sheet, the same is done from the parameter put right, and the likelier end is kept.
 
 mod conventions;
 mod evolve;
@@ -16,6 +18,7 @@ mod rivals;
 mod rounds;
 mod score;
 mod shares;
+mod sheet;
 mod worth;
 
 pub use evolve::scatter;
@@ -75,11 +78,12 @@ pub fn search<'a>(
     if model.fitted_to_log {
         return search.by_shares(base);
     }
-    let mut path = Path::default();
-    let current = search.grown(base.clone(), &mut path);
-    let (current, exchanged) = search.exchanged(current);
-    path.others.extend(exchanged);
-    let best = search.evened(search.eliminated(search.fine(&current)));
+    let usual = search.clone().whole(base.clone());
+    let (best, path) = match search.contradicted(&base) {
+        Some(from) => sheet::likelier(search.whole(from), usual),
+        None => usual,
+    };
+    search.dispersion = dispersion(&best);
     search.found(&base, best, path)
 }
 
@@ -119,6 +123,16 @@ struct Search<'a, 'p> {
 }
 
 impl<'a> Search<'a, '_> {
+    /// Grows a set as long as effects pay for themselves, exchanges and eliminates; finely fitted, with its path.
+    fn whole(&mut self, from: Scored<'a>) -> (Scored<'a>, Path<'a>) {
+        (self.first_gap, self.dispersion) = (from.fit.chi2, dispersion(&from));
+        let mut path = Path::default();
+        let current = self.grown(from, &mut path);
+        let (current, exchanged) = self.exchanged(current);
+        path.others.extend(exchanged);
+        (self.evened(self.eliminated(self.fine(&current))), path)
+    }
+
     /// What a search leaves: the set that it kept, and its rivals among the sets on its path.
     fn found(&self, base: &Scored<'a>, best: Scored<'a>, path: Path<'a>) -> Found<'a> {
         Found {

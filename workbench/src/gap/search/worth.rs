@@ -48,6 +48,15 @@ const FINE_BELOW: f64 = 2e-2;
 /// loses one pair (notebook 0264: 26 design cases).
 const BEYOND: f64 = 3.0;
 
+/// A base parameter contradicts a data sheet from this factor on. Windings and loads of one type differ by less than 2, and friction that
+/// is hidden beside an inertia three times too large makes it look like 2.3.
+const CONTRADICTED: f64 = 2.2;
+
+/// True if a ratio lies beyond what any motor of the type could have.
+pub(super) fn far(ratio: f64) -> bool {
+    ratio.ln().abs() > CONTRADICTED.ln()
+}
+
 /// What is known of an accepted set, once it was asked for.
 #[derive(Default)]
 pub(super) struct Accepted<'a> {

@@ -35,7 +35,7 @@ use candidates::Offer;
 use case::Case;
 use rows::Rows;
 use sets::Search;
-pub use settled::{Answers, answers, settled};
+pub use settled::{Answers, answers, left_if_settled, settled};
 use study::HeldOut;
 
 /// Compares a model with a table of settled speeds. Without `holdouts` every second row is held out (every third of a
@@ -45,7 +45,7 @@ pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
         Some(reason) => verdict::insufficient(log, reason),
         None => analyse(model, log, holdouts),
     };
-    outcome.effects = volts::told(model, &outcome.within_tolerance, outcome.effects);
+    outcome.effects = volts::told(model, false, &outcome.within_tolerance, outcome.effects);
     outcome
 }
 

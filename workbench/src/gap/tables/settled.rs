@@ -47,6 +47,15 @@ pub fn answers(run: &Run) -> Answers {
     if own < CLEARLY * previous { Answers::Own } else { Answers::Previous }
 }
 
+/// Share of the square of the speeds that settled speeds would leave unexplained, in the better pairing.
+pub fn left_if_settled(run: &Run) -> Option<f64> {
+    let speed = run.speed.as_ref().filter(|_| run.rows() > 3)?;
+    let last = run.rows() - 1;
+    let left = scatter(&run.input[..last], &speed[1..]).min(scatter(&run.input[1..=last], &speed[1..]));
+    let mean_square = speed.iter().map(|omega| omega * omega).sum::<f64>() / speed.len() as f64;
+    (mean_square > 0.0).then(|| left / mean_square)
+}
+
 /// Mean square by which each speed differs from what the other rows say of its input, turned round and not.
 fn scatter(input: &[f64], speed: &[f64]) -> f64 {
     let mut pairs: Vec<(f64, f64, usize)> = (0..input.len()).map(|k| (input[k], speed[k], k)).collect();

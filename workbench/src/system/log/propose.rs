@@ -307,7 +307,7 @@ impl Desk<'_> {
     fn missing_output(&self, timed: bool) -> String {
         match timed {
             true => self.missing(
-                "for the output (theta_rad, q_m, omega_rad_s or v_m_s)",
+                "for the speed or the position (omega_rad_s, theta_rad, v_m_s or q_m)",
                 &["theta", "q", "omega", "w", "v", "speed"],
             ),
             false => self.missing(
@@ -327,7 +327,9 @@ impl Desk<'_> {
             Some(name) => format!(
                 "no column {wanted}: `{name}` has an unknown unit or spelling; rename it or use --columns (header: {listed})"
             ),
-            None => format!("no column {wanted}; rename one or use --columns (header: {listed})"),
+            None => format!(
+                "no column {wanted}; rename one or use --columns, which `truing look` helps with (header: {listed})"
+            ),
         }
     }
 }

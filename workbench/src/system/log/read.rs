@@ -190,6 +190,13 @@ impl<'a> Sheet<'a> {
         let logged = self.column(Quantity::Supply)?;
         let known = || self.supply_v.map(|supply| vec![supply; duty.len()]);
         let supply = logged.or_else(known).ok_or_else(|| self.lacks("vbus_v, which `duty` needs,"))?;
+        if let Some(row) = supply.iter().position(|volts| *volts <= 0.0) {
+            let what = format!(
+                "column vbus_v: {} V is no supply, which `duty` needs; state it in volts",
+                supply[row]
+            );
+            return Err(InputError::line(self.source, self.cells.rows[row].0, what));
+        }
         if let Some(row) = duty.iter().position(|d| d.abs() > 1.0 + 1e-6) {
             let most = duty.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
             let source = self.plan.sources.iter().find(|source| source.quantity == Quantity::Duty);

@@ -1,79 +1,6 @@
-//! The keys of a model file. A number or a switch must be one of them; a text may have any name that is not a typing error
-//! of one of them.
+//! Names that the reader knows besides the table of keys, and typing errors of texts.
 
 use crate::console::input_error::mistyped;
-
-/// Sections and the keys whose values are numbers or switches.
-pub const SECTIONS: &[(&str, &[&str])] = &[
-    (
-        "model",
-        &[
-            "fitted_to_log",
-            "gain_rad_s_per_v",
-            "time_constant_s",
-            "inertia_kgm2",
-            "mass_kg",
-            "viscous",
-            "drive_gain",
-            "gear_ratio",
-        ],
-    ),
-    (
-        "motor",
-        &[
-            "R_ohm",
-            "L_h",
-            "Kt_nm_per_a",
-            "Ke_vs_per_rad",
-            "J_kgm2",
-            "b_nms_per_rad",
-            "gear_ratio",
-            "gain_rad_s_per_v",
-            "time_constant_s",
-            "inertia_kgm2",
-            "mass_kg",
-            "viscous",
-            "drive_gain",
-        ],
-    ),
-    (
-        "tolerance",
-        &[
-            "default",
-            "R_ohm",
-            "L_h",
-            "Kt_nm_per_a",
-            "Ke_vs_per_rad",
-            "J_kgm2",
-            "b_nms_per_rad",
-            "gain_rad_s_per_v",
-            "time_constant_s",
-            "inertia_kgm2",
-            "mass_kg",
-            "viscous",
-            "drive_gain",
-        ],
-    ),
-    ("supply", &["nominal_v", "limit_v"]),
-    ("encoder", &["counts_per_rev"]),
-    ("sensors", &["speed_window_s", "current_logged", "vbus_logged"]),
-    ("log", &["sample_hz"]),
-];
-
-/// Keys whose values are texts that mean something, by section; the empty one is the file outside of sections.
-const TEXTS: &[(&str, &[&str])] = &[
-    ("", &["schema", "id", "description", "fitted_to_log"]),
-    ("model", &["kind", "equation", "source", "id", "description", "drive_gain_unit"]),
-    ("motor", &["drive_gain_unit"]),
-    ("encoder", &["side"]),
-    ("sensors", &["speed"]),
-];
-
-/// Values of `[model] kind`.
-pub const KINDS: [&str; 3] = ["dc_motor", "first_order", "inertia"];
-
-/// Values of `[sensors] speed` that the program knows; others are a description.
-pub const SPEEDS: [&str; 3] = ["encoder_difference_centred", "encoder_difference_causal", "analog_tacho"];
 
 /// Key of a known effect: how sure the gap workflow was of its name.
 pub const STANDING: &str = "standing";
@@ -96,7 +23,7 @@ pub const VALUES_STD: &str = "values_std";
 /// Letters of a part of a known value that is more than a word of a description.
 const PART: usize = 8;
 
-/// Keys of a section that are known besides `numbers`.
+/// Keys of a section whose values are texts, besides those of the table.
 pub fn texts(section: &str) -> &'static [&'static str] {
     if section.starts_with("known.unnamed_") {
         return &["origin", STANDING, ACTS];
@@ -104,8 +31,7 @@ pub fn texts(section: &str) -> &'static [&'static str] {
     if section.starts_with("known.") {
         return &["origin", STANDING];
     }
-    let found = TEXTS.iter().find(|(name, _)| *name == section);
-    found.map_or(&[], |(_, keys)| keys)
+    &[]
 }
 
 /// The known key of which the name of a text is a typing error.
@@ -117,13 +43,13 @@ pub fn meant<'a>(name: &str, known: impl Iterator<Item = &'a str> + Clone) -> Op
 }
 
 /// The known value that `text` was probably to be: a part of it, or mistyped. A description in words is none.
-pub fn speed_meant(text: &str) -> Option<&'static str> {
+pub fn value_meant<'a>(text: &str, values: &[&'a str]) -> Option<&'a str> {
     let almost = |known: &&str| {
         let begin: String = known.chars().take(text.chars().count()).collect();
         (text.len() >= PART && known.contains(text)) || mistyped(text, known) || mistyped(text, &begin)
     };
-    match text.is_empty() || SPEEDS.contains(&text) {
+    match text.is_empty() || values.contains(&text) {
         true => None,
-        false => SPEEDS.into_iter().find(almost),
+        false => values.iter().copied().find(almost),
     }
 }

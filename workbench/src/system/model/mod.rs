@@ -1,13 +1,17 @@
 //! The model that is compared with a log: base motor, tolerances, sensors, and the effects it already contains.
 
+mod complaints;
+mod draft;
 mod file;
 mod keys;
 mod read;
 mod section;
+pub mod table;
 mod unnamed;
 
+pub use draft::{Draft, Unknown};
 pub use keys::{ACTS, NAMED, OVER, STANDING, STANDSTILL, UNNAMED, VALUES, VALUES_STD};
-pub use read::{parse, read};
+pub use read::{parse, parse_draft, read, read_draft};
 pub use unnamed::Unnamed;
 
 use crate::system::effects::{self, Effect};
@@ -148,6 +152,8 @@ pub struct Model {
     pub fitted_to_log: bool,
     /// Every key whose value is a text, as (section, key, value): kept, and written again.
     pub texts: Vec<(String, String, String)>,
+    /// What the file holds and the program does not use, for the reader of a report.
+    pub notes: Vec<String>,
 }
 
 impl Kind {

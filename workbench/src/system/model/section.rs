@@ -1,8 +1,10 @@
-//! One section of a model file: its numbers, texts and flags within their ranges, and the effects under `[known.…]`.
+//! One section of a model file: its numbers, texts and flags within their ranges, and the effects under `[known.…]`. What is
+//! wrong is collected by the file.
 
 use super::Known;
-use super::file::File;
-use crate::console::input_error::InputError;
+use super::complaints::File;
+use super::file::{number, number_fault};
+use super::table::Takes;
 use crate::system::effects::{self, Effect};
 use toml::{Table, Value};
 
@@ -15,91 +17,88 @@ pub(super) struct Section<'a> {
 
 impl Section<'_> {
     /// Reads an effect's parameters and their standard deviations.
-    pub(super) fn known(&self, effect: &'static Effect, linear: bool) -> Result<Known, InputError> {
+    pub(super) fn known(&self, effect: &'static Effect, linear: bool) -> Known {
         let key = |name: &str| {
             if linear && !self.table.contains_key(name) { effects::linear_key(name) } else { name.to_owned() }
         };
         let names: Vec<String> = effect.parameters.iter().map(|parameter| key(parameter.name)).collect();
-        let mut allowed: Vec<String> = names.clone();
-        allowed.extend(names.iter().map(|name| format!("{name}_std")));
-        let allowed: Vec<&str> = allowed.iter().map(String::as_str).collect();
-        InputError::all(self.file.keys(&self.name, &self.table, &allowed))?;
-        let mut values = Vec::new();
-        for (parameter, name) in effect.parameters.iter().zip(&names) {
-            values.push(match (self.number(name)?, parameter.default) {
-                (Some(value), _) => self.allowed(name, value, parameter.lower)?,
-                (None, Some(default)) => default,
-                (None, None) => {
-                    return Err(self.file.wrong(
-                        &self.name,
-                        name,
-                        &format!("is missing; {} needs it", effect.name),
-                    ));
-                }
-            });
+        let stds: Vec<String> = names.iter().map(|name| format!("{name}_std")).collect();
+        let allowed: Vec<&str> = names.iter().chain(&stds).map(String::as_str).collect();
+        self.file.check_effect(&self.name, &self.table, &allowed);
+        let parameters = effect.parameters.iter().zip(&names);
+        let value = |(parameter, name): (&effects::Parameter, &String)| match self.table.get(name) {
+            Some(value) => self.parameter(name, value, parameter.lower),
+            None => parameter.default.unwrap_or_else(|| {
+                self.file.missing(&self.name, name, &format!("{} needs it", effect.name));
+                0.0
+            }),
+        };
+        Known {
+            effect,
+            values: parameters.map(value).collect(),
+            stds: stds.iter().map(|name| self.not_negative(name)).collect(),
+            origin: self.text("origin"),
         }
-        let stds =
-            names.iter().map(|name| self.not_negative(&format!("{name}_std"))).collect::<Result<_, _>>()?;
-        Ok(Known { effect, values, stds, origin: self.text("origin")? })
     }
 
     /// A magnitude must not be negative.
-    pub(super) fn allowed(&self, key: &str, value: f64, lower: f64) -> Result<f64, InputError> {
+    fn parameter(&self, key: &str, value: &Value, lower: f64) -> f64 {
+        if let Some(fault) = number_fault_of_any(value) {
+            self.wrong(key, fault);
+        }
+        let value = number(value).unwrap_or(0.0);
         if lower >= 0.0 && value < 0.0 {
-            return Err(self.wrong(key, &format!("is {value}; it is a magnitude and must not be negative")));
+            self.wrong(key, &format!("is {value}; it is a magnitude and must not be negative"));
         }
-        Ok(value)
+        value
     }
 
-    pub(super) fn wrong(&self, key: &str, what: &str) -> InputError {
-        self.file.wrong(&self.name, key, what)
+    pub(super) fn wrong(&self, key: &str, what: &str) {
+        self.file.wrong(&self.name, key, what);
     }
 
-    pub(super) fn number(&self, key: &str) -> Result<Option<f64>, InputError> {
-        let value = match self.table.get(key) {
-            None => return Ok(None),
-            Some(Value::Float(value)) => *value,
-            Some(Value::Integer(value)) => *value as f64,
-            Some(_) => return Err(self.wrong(key, "must be a number")),
+    /// A number of at least 0.
+    fn not_negative(&self, key: &str) -> Option<f64> {
+        let value = self.table.get(key)?;
+        if let Some(fault) = number_fault(Takes::NotNegative, value) {
+            self.wrong(key, &fault);
+        }
+        number(value)
+    }
+
+    /// A number greater than 0 that must be there.
+    pub(super) fn positive(&self, key: &str) -> Option<f64> {
+        let Some(value) = self.table.get(key) else {
+            self.file.missing(&self.name, key, "add it with its SI value");
+            return None;
         };
-        if value.is_finite() { Ok(Some(value)) } else { Err(self.wrong(key, "must be a finite number")) }
-    }
-
-    pub(super) fn positive_or_none(&self, key: &str) -> Result<Option<f64>, InputError> {
-        match self.number(key)? {
-            Some(value) if value <= 0.0 => {
-                Err(self.wrong(key, &format!("is {value}; it must be greater than 0")))
-            }
-            other => Ok(other),
+        if let Some(fault) = number_fault(Takes::Positive, value) {
+            self.wrong(key, &fault);
         }
+        number(value)
     }
 
-    pub(super) fn positive(&self, key: &str) -> Result<f64, InputError> {
-        self.positive_or_none(key)?.ok_or_else(|| self.wrong(key, "is missing; add it with its SI value"))
+    /// A number that the check of the keys has let pass.
+    pub(super) fn number(&self, key: &str) -> Option<f64> {
+        self.table.get(key).and_then(number).filter(|it| it.is_finite())
     }
 
-    pub(super) fn not_negative(&self, key: &str) -> Result<Option<f64>, InputError> {
-        match self.number(key)? {
-            Some(value) if value < 0.0 => {
-                Err(self.wrong(key, &format!("is {value}; it must not be negative")))
-            }
-            other => Ok(other),
-        }
+    /// A text that the check of the keys has let pass.
+    pub(super) fn text(&self, key: &str) -> Option<String> {
+        self.table.get(key).and_then(Value::as_str).map(str::to_owned)
     }
 
-    pub(super) fn text(&self, key: &str) -> Result<Option<String>, InputError> {
-        match self.table.get(key) {
-            None => Ok(None),
-            Some(Value::String(text)) => Ok(Some(text.clone())),
-            Some(_) => Err(self.wrong(key, "must be a text in quotes")),
-        }
+    /// A switch that the check of the keys has let pass.
+    pub(super) fn flag(&self, key: &str) -> Option<bool> {
+        self.table.get(key).and_then(Value::as_bool)
     }
+}
 
-    pub(super) fn flag(&self, key: &str) -> Result<Option<bool>, InputError> {
-        match self.table.get(key) {
-            None | Some(Value::String(_)) => Ok(None),
-            Some(Value::Boolean(value)) => Ok(Some(*value)),
-            Some(_) => Err(self.wrong(key, "must be true or false")),
-        }
+/// What is wrong with a number that may have either sign.
+fn number_fault_of_any(value: &Value) -> Option<&'static str> {
+    match number(value) {
+        None => Some("must be a number"),
+        Some(number) if !number.is_finite() => Some("must be a finite number"),
+        Some(_) => None,
     }
 }

@@ -1,0 +1,227 @@
+//! `truing start`: from a log and what is printed on a motor to a commented model file.
+
+mod questions;
+mod sheet;
+mod template;
+mod units;
+mod window;
+
+use crate::cli::files::Files;
+use crate::console::input_error::InputError;
+use crate::gap::completed;
+use crate::gap::unknown::Line;
+use crate::report::{figure, write_atomically};
+use crate::system::log::{self, Columns, Dynamic, Log};
+use crate::system::model;
+use clap::Args;
+use sheet::Sheet;
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use template::Found;
+
+/// For the help.
+const EXAMPLES: &str = "\
+Every number may carry its unit: --inertia 10.5gcm2, --kt \"23.5 mNm/A\", --stall-torque 1.2kgcm. What is not given is taken as unknown: it is \
+fitted to the log with a wide prior. In a terminal, without any of the printed figures, `truing start` asks for them.
+
+Examples:
+  truing start --log run.csv
+  truing start --log run.csv --columns \"t_ms=time_ms,omega_rpm=rpm,u_v=pwm*0.0470588\" --voltage 12 --no-load-rpm 3000 --stall-current 5
+  truing start --voltage 24 --resistance 1.5 --kt 0.117 --inertia 10.4gcm2 --counts-per-rev 4096";
+
+/// Arguments of `truing start`.
+#[derive(Args, Debug, Clone, Default)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The log, CSV: a record over time, or a table of steady states.
+    #[arg(long)]
+    pub log: Option<PathBuf>,
+    /// Foreign column names, as in `truing gap`.
+    #[arg(long, default_value = "", hide_default_value = true)]
+    pub columns: String,
+    /// Supply or rated voltage, V.
+    #[arg(long, value_parser = units::voltage, allow_negative_numbers = true)]
+    pub voltage: Option<f64>,
+    /// No-load speed at that voltage, rpm.
+    #[arg(long, value_parser = units::speed, allow_negative_numbers = true)]
+    pub no_load_rpm: Option<f64>,
+    /// No-load current, A.
+    #[arg(long, value_parser = units::current, allow_negative_numbers = true)]
+    pub no_load_current: Option<f64>,
+    /// Stall current at that voltage, A.
+    #[arg(long, value_parser = units::current, allow_negative_numbers = true)]
+    pub stall_current: Option<f64>,
+    /// Stall torque at that voltage, N m.
+    #[arg(long, value_parser = units::torque, allow_negative_numbers = true)]
+    pub stall_torque: Option<f64>,
+    /// Resistance between the terminals, Ω.
+    #[arg(long, value_parser = units::resistance, allow_negative_numbers = true)]
+    pub resistance: Option<f64>,
+    /// Torque constant, N m/A.
+    #[arg(long, value_parser = units::torque_constant, allow_negative_numbers = true)]
+    pub kt: Option<f64>,
+    /// Back-EMF constant, V s/rad.
+    #[arg(long, value_parser = units::back_emf, allow_negative_numbers = true)]
+    pub ke: Option<f64>,
+    /// Inertia of the rotor, kg m².
+    #[arg(long, value_parser = units::inertia, allow_negative_numbers = true)]
+    pub inertia: Option<f64>,
+    /// Turns of the motor per turn of the output of its gear.
+    #[arg(long, value_parser = plain, allow_negative_numbers = true)]
+    pub gear: Option<f64>,
+    /// The printed speed, torque, constants and inertia are those of the output of the gear, not of the motor.
+    #[arg(long, requires = "gear")]
+    pub printed_at_output: bool,
+    /// The encoder sits at the output of the gear, not at the motor.
+    #[arg(long, requires = "gear")]
+    pub encoder_at_output: bool,
+    /// Counts of the encoder per turn of its shaft, after ×4 decoding.
+    #[arg(long, value_parser = plain, allow_negative_numbers = true)]
+    pub counts_per_rev: Option<f64>,
+    /// Time over which the logged speed is a mean, s; found from the steps of the speed where it can be.
+    #[arg(long, value_parser = units::seconds, allow_negative_numbers = true)]
+    pub speed_window: Option<f64>,
+    /// The model file to write.
+    #[arg(long, default_value = "model.toml")]
+    pub out: PathBuf,
+    /// Replace a file that exists.
+    #[arg(long)]
+    pub force: bool,
+}
+
+fn plain(text: &str) -> Result<f64, String> {
+    units::Measure::plain().read(text)
+}
+
+/// Asks, estimates, writes, and says what to run next.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let out = &arguments.out;
+    Files::default().reads("--log", &arguments.log).writes("--out", [out]).check()?;
+    if out.exists() && !arguments.force {
+        let what = "exists; name another file with --out, or replace it with --force";
+        return Err(InputError::file(out.display(), what).into());
+    }
+    let columns: Columns = arguments.columns.parse()?;
+    let log = arguments.log.as_ref().map(|path| log::read(path, &columns)).transpose()?;
+    let mut arguments = arguments.clone();
+    let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
+    let asks = terminal && arguments.sheet().is_empty();
+    if asks {
+        questions::ask(&mut arguments)?;
+    }
+    let complaints = arguments.sheet().complaints();
+    if !asks {
+        InputError::all(complaints.iter().cloned().map(InputError).collect())?;
+    }
+    let mut made = Made::from(&arguments, log.as_ref())?;
+    // Answers that were typed are not lost over one that does not help.
+    made.notes.extend(complaints);
+    write_atomically(out, &made.text)?;
+    out!("{}", made.told(&arguments));
+    Ok(())
+}
+
+impl Arguments {
+    fn sheet(&self) -> Sheet {
+        Sheet {
+            voltage: self.voltage,
+            no_load_rad_s: self.no_load_rpm,
+            no_load_current: self.no_load_current,
+            stall_current: self.stall_current,
+            stall_torque: self.stall_torque,
+            resistance: self.resistance,
+            torque_constant: self.kt,
+            back_emf: self.ke,
+            inertia: self.inertia,
+            gear: self.gear,
+            printed_at_output: self.printed_at_output,
+            encoder_at_output: self.encoder_at_output,
+            counts_per_rev: self.counts_per_rev,
+            speed_window_s: self.speed_window,
+        }
+    }
+}
+
+/// The file, and what a person must know of it.
+struct Made {
+    text: String,
+    notes: Vec<String>,
+}
+
+impl Made {
+    fn from(arguments: &Arguments, log: Option<&Log>) -> anyhow::Result<Self> {
+        let sheet = arguments.sheet();
+        let name = arguments.out.display().to_string();
+        let window = window(&sheet, log);
+        let mut found =
+            Found { model: None, window, log: arguments.log.as_ref().map(|path| path.display().to_string()) };
+        let draft = model::parse_draft(&name, &template::file(&sheet, &found))?;
+        let model = log.map(|log| completed(draft, log)).transpose()?;
+        found.model = model.as_ref();
+        let text = template::file(&sheet, &found);
+        let notes =
+            model.iter().flat_map(|model| model.notes.clone()).chain(disagreement(&sheet, log)).collect();
+        // What is written must be what is read.
+        model::parse_draft(&name, &text)?;
+        Ok(Self { text, notes })
+    }
+
+    fn told(&self, arguments: &Arguments) -> String {
+        let out = arguments.out.display().to_string();
+        let mut told = format!("{out}\n\n{}\n", indented(&self.text));
+        for note in &self.notes {
+            told += &crate::report::terminal::beside("Note        ", note);
+        }
+        let log = arguments.log.as_ref().map_or("LOG.csv".into(), |path| path.display().to_string());
+        let mut next = vec!["gap".to_owned(), "--model".into(), out, "--log".into(), log];
+        if !arguments.columns.is_empty() {
+            next.extend(["--columns".into(), arguments.columns.clone()]);
+        }
+        next.extend(["--out".to_owned(), "result".into()]);
+        told += &format!("\nNext:\n  {} {}\n", program(), shell_words::join(&next));
+        told
+    }
+}
+
+/// How this program was called: `cargo run` tells its children where cargo is.
+fn program() -> &'static str {
+    if std::env::var_os("CARGO").is_some() { "cargo truing" } else { "truing" }
+}
+
+fn indented(text: &str) -> String {
+    text.lines().map(|line| format!("  {line}").trim_end().to_owned() + "\n").collect()
+}
+
+/// The window of the logged speed: given, or found from its steps.
+fn window(sheet: &Sheet, log: Option<&Log>) -> Option<(f64, &'static str)> {
+    let Some(Log::Dynamic(Dynamic { runs, .. })) = log else {
+        return sheet.speed_window_s.map(|seconds| (seconds, "given"));
+    };
+    let found = || window::of_speed(runs.first()?, sheet.counts_per_rev?);
+    match sheet.speed_window_s {
+        Some(seconds) => Some((seconds, "given")),
+        None => found()
+            .map(|seconds| (seconds, "found: the logged speed rises in steps of one count over this time")),
+    }
+}
+
+/// The log turns faster or slower than this times what is printed: something is in another unit, or on the other side of a gear.
+const DISAGREES: f64 = 1.6;
+
+fn disagreement(sheet: &Sheet, log: Option<&Log>) -> Option<String> {
+    let line = match log? {
+        Log::Dynamic(record) => Line::of_record(record),
+        Log::Table(table) => Line::of_table(table),
+    };
+    let (seen, expected) = (line?.gain.abs(), sheet.expected_gain()?);
+    let factor = seen / expected;
+    (!(1.0 / DISAGREES..DISAGREES).contains(&factor)).then(|| {
+        format!(
+            "The log shows {} rad/s per volt, the printed no-load speed says {}: a factor of {}. Is the printed speed that of the other \
+             side of the gear (--gear, --printed-at-output, --encoder-at-output), or is a column in another unit?",
+            figure(seen),
+            figure(expected),
+            figure(factor)
+        )
+    })
+}

@@ -1,0 +1,155 @@
+//! The text of a model file, each line with a comment that says where its number comes from.
+
+use super::sheet::{Number, Sheet};
+use crate::system::model::{Kind, Model};
+use std::fmt::Write;
+
+/// What stands behind a number that nobody knows.
+const UNKNOWN: &str = "unknown: fitted to the log with a wide prior";
+/// The same with a start value.
+const ESTIMATED: &str = "estimated from the log, fitted with a wide prior";
+/// The numbers of a motor that every motor has, each with its unit and its meaning.
+const MOTOR: [(&str, &str); 3] = [
+    ("R_ohm", "resistance of winding, brushes and leads, Ω"),
+    ("Kt_nm_per_a", "torque constant, N m/A = V s/rad"),
+    ("J_kgm2", "inertia of rotor, gear and load, kg m²"),
+];
+/// Column at which comments begin.
+const COLUMN: usize = 34;
+/// Relative tolerance of a number that is not known (1 σ of the logarithm).
+const WIDE: f64 = 1.0;
+
+/// What else goes into the file.
+pub struct Found<'a> {
+    /// The model with what the log says, if there is a log.
+    pub model: Option<&'a Model>,
+    /// The window of the speed, s, and where it was found.
+    pub window: Option<(f64, &'static str)>,
+    /// The log, for the first comment.
+    pub log: Option<String>,
+}
+
+/// The whole file.
+pub fn file(sheet: &Sheet, found: &Found) -> String {
+    let mut text = String::from("# Written by `truing start`. Every key: docs/model.md\n");
+    line(&mut text, "schema = \"truing-model/1\"", "");
+    match found.model.map(|model| model.kind) {
+        Some(Kind::FirstOrder { gain_rad_s_per_v, time_constant_s }) => {
+            first_order(&mut text, sheet, gain_rad_s_per_v, time_constant_s);
+        }
+        _ => motor(&mut text, sheet, found.model),
+    }
+    surroundings(&mut text, sheet, found);
+    text
+}
+
+fn line(text: &mut String, entry: &str, comment: &str) {
+    let entry = match comment {
+        "" => entry.to_owned(),
+        comment => format!("{entry:COLUMN$} # {comment}"),
+    };
+    let _ = writeln!(text, "{entry}");
+}
+
+/// The log does not tell resistance, torque constant and inertia apart.
+fn first_order(text: &mut String, sheet: &Sheet, gain: f64, seconds: f64) {
+    text.push_str("\n[model]\n");
+    line(
+        text,
+        "kind = \"first_order\"",
+        "without a measured current the log does not tell R, Kt and J apart",
+    );
+    line(text, "fitted_to_log = true", "the numbers are the log's own");
+    line(text, &format!("gain_rad_s_per_v = {}", digits(gain)), ESTIMATED);
+    line(text, &format!("time_constant_s = {}", digits(seconds)), ESTIMATED);
+    let known = sheet.numbers();
+    if !known.is_empty() {
+        text.push_str("# Known, and not enough for kind = \"dc_motor\": two of R_ohm, Kt_nm_per_a and J_kgm2 make one.\n");
+        for number in known {
+            line(text, &format!("# {} = {}", number.key, digits(number.value)), &number.origin);
+        }
+    }
+    text.push_str("\n[motor]\n");
+    gear(text, sheet);
+}
+
+fn motor(text: &mut String, sheet: &Sheet, model: Option<&Model>) {
+    text.push_str("\n[model]\n");
+    line(text, "kind = \"dc_motor\"", "L di/dt = u − R i − Ke ω; J dω/dt = Kt i − b ω");
+    text.push_str("\n[motor]\n");
+    let known = sheet.numbers();
+    let estimated = |key: &str| {
+        let parameters = model.map(Model::parameters).unwrap_or_default();
+        parameters.into_iter().find(|(name, _)| *name == key).map(|(_, value)| value)
+    };
+    for (key, meaning) in MOTOR {
+        let given = known.iter().find(|number| number.key == key);
+        match (given, estimated(key)) {
+            (Some(number), _) => line(text, &format!("{key} = {}", digits(number.value)), &number.origin),
+            (None, Some(value)) => line(text, &format!("{key} = {}", digits(value)), ESTIMATED),
+            (None, None) => line(text, &format!("{key} = \"unknown\""), &format!("{meaning}; {UNKNOWN}")),
+        }
+    }
+    gear(text, sheet);
+    tolerances(text, &known);
+}
+
+fn gear(text: &mut String, sheet: &Sheet) {
+    let turns = sheet.gear.filter(|_| !sheet.encoder_at_output).unwrap_or(1.0);
+    line(
+        text,
+        &format!("gear_ratio = {}", digits(turns)),
+        "turns of the encoder's shaft per turn of the load",
+    );
+}
+
+fn tolerances(text: &mut String, known: &[Number]) {
+    text.push_str("\n[tolerance]\n");
+    line(text, "default = 0.05", "relative, one standard deviation");
+    for (key, _) in MOTOR {
+        let given = known.iter().find(|number| number.key == key);
+        let (tolerance, why) = match given {
+            Some(number) if number.tolerance >= WIDE => (number.tolerance, "the load is on no label"),
+            Some(number) => (number.tolerance, "as well as a label tells it"),
+            None => (WIDE, "unknown"),
+        };
+        line(text, &format!("{key} = {tolerance:?}"), why);
+    }
+}
+
+fn surroundings(text: &mut String, sheet: &Sheet, found: &Found) {
+    if let Some(volts) = sheet.voltage {
+        text.push_str("\n[supply]\n");
+        line(text, &format!("nominal_v = {}", digits(volts)), "given; the drive cannot give more");
+    }
+    if let Some(counts) = sheet.counts_per_rev {
+        text.push_str("\n[encoder]\n");
+        line(text, &format!("counts_per_rev = {}", digits(counts)), "given; after ×4 decoding");
+        line(
+            text,
+            &format!("side = \"{}\"", if sheet.encoder_at_output { "load" } else { "motor" }),
+            "the shaft that carries it",
+        );
+    }
+    if let Some((seconds, origin)) = found.window {
+        text.push_str("\n[sensors]\n");
+        line(text, "speed = \"encoder_difference_causal\"", "the speed is late by half its window");
+        line(text, &format!("speed_window_s = {}", digits(seconds)), origin);
+    }
+    if let Some(volts) = sheet.friction_v() {
+        let volts = digits(volts);
+        let _ = writeln!(
+            text,
+            "\n# The no-load current holds a friction of about {volts} V at the terminals (R I0).\n# It is not stated here: `truing gap` finds the friction that the log shows."
+        );
+    }
+    if let Some(log) = &found.log {
+        let _ = writeln!(text, "# The log: {log}");
+    }
+}
+
+/// Four digits, as TOML reads them.
+fn digits(value: f64) -> String {
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    format!("{rounded:?}")
+}

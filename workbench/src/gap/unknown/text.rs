@@ -1,0 +1,62 @@
+//! The text of a model file with the numbers that were not known, each with the reason behind it.
+
+use super::split::Split;
+use super::{MEASURED, WIDE};
+use crate::system::model::{Draft, table};
+use toml_edit::{DocumentMut, Item, Table, value};
+
+/// What a measured current shows.
+const WINDING: [&str; 2] = ["R_ohm", "Kt_nm_per_a"];
+/// Behind a number that was not known.
+const START: &str = "estimated from the log, fitted with a wide prior";
+
+/// The same from voltage, current and speed.
+const FROM_CURRENT: &str = "estimated from the measured current";
+
+/// The file with every number.
+pub fn completed(draft: &Draft, split: &Split) -> String {
+    let stated = draft.stated();
+    let mut document: DocumentMut = stated.source_text.parse().expect("it has been read");
+    if split.first_order {
+        put(&mut document, "model", "kind", value("first_order"), "the log does not tell R, Kt and J apart");
+    }
+    if split.fit && !has(&document, "model", "fitted_to_log") {
+        put(&mut document, "model", "fitted_to_log", value(true), "every number is the log's own");
+    }
+    for (key, number) in &split.numbers {
+        let section = section_of(&document, key);
+        let measured = split.measured_winding && WINDING.contains(key);
+        let (origin, tolerance) = if measured { (FROM_CURRENT, MEASURED) } else { (START, WIDE) };
+        put(&mut document, &section, key, value(three_digits(*number)), origin);
+        if !split.fit && !stated.tolerances.contains_key(*key) {
+            put(&mut document, "tolerance", key, value(tolerance), "not known before");
+        }
+    }
+    document.to_string()
+}
+
+fn has(document: &DocumentMut, section: &str, key: &str) -> bool {
+    document.get(section).and_then(|it| it.get(key)).is_some()
+}
+
+/// Where a key stands, or belongs.
+fn section_of(document: &DocumentMut, key: &str) -> String {
+    let own = || table::KEYS.iter().find(|row| row.name == key).map_or("motor", |row| row.section);
+    table::BASE.into_iter().find(|section| has(document, section, key)).unwrap_or_else(own).to_owned()
+}
+
+/// Sets a key with a comment behind it.
+fn put(document: &mut DocumentMut, section: &str, key: &str, mut item: Item, comment: &str) {
+    if let Some(value) = item.as_value_mut() {
+        value.decor_mut().set_suffix(format!(" # {comment}"));
+    }
+    let table = document.entry(section).or_insert_with(|| Item::Table(Table::new()));
+    if let Some(table) = table.as_table_mut() {
+        table.insert(key, item);
+    }
+}
+
+/// A start value says nothing beyond three digits.
+fn three_digits(number: f64) -> f64 {
+    format!("{number:.2e}").parse().unwrap_or(number)
+}
