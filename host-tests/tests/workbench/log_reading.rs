@@ -91,7 +91,7 @@ fn every_defect_is_named_with_its_place_and_remedy() {
         (broken(5, "0.004,1,0"), "", &["line 8", "time does not increase", "run"]),
         (rows("t_s,theta_rad", |k| format!("{k},0")), "", &["line 1", "input", "u_v"]),
         (rows("t_s,u_kv,theta_rad", good), "", &["`u_kv`", "unknown unit", "--columns"]),
-        (rows("t_s,u_v", |k| format!("{k},0")), "", &["output", "theta_rad"]),
+        (rows("t_s,u_v", |k| format!("{k},0")), "", &["speed or the position", "theta_rad"]),
         (rows("t_s,duty,theta_rad", good), "", &["vbus_v"]),
         (rows("t_s,duty,vbus_v,theta_rad", |k| format!("{k},1.5,12,0")), "", &["line 3", "duty", "outside"]),
         (rows("t_s,u_v,theta_rad,bridge", |k| format!("{k},1,0,7")), "", &["line 3", "bridge", "7"]),
@@ -100,7 +100,7 @@ fn every_defect_is_named_with_its_place_and_remedy() {
         ("t_s,u_v,theta_rad\n0,1,0\n1,1,0\n".into(), "", &["2 rows", "at least 20"]),
         ("u_v,omega_rad_s\n0,1\n".into(), "", &["1 points"]),
         (rows(header, good), "u_v=missing", &["--columns", "`missing`", "t_s, u_v"]),
-        (rows(header, good), "u_volt=u_v", &["`u_volt`", "nearest"]),
+        (rows(header, good), "u_volt=u_v", &["`u_volt`", "no known column"]),
         (rows(header, good), "u_v", &["--columns", "OUR_NAME=FILE_NAME"]),
         (rows(header, good), "u_v=u_v*0", &["factor"]),
     ];

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod bad_inputs;
+mod broken_outputs;
 mod cases;
 mod effects_library;
 mod effects_names;

@@ -1,5 +1,6 @@
 //! `truing cases`: data in which an effect is hidden, the answers elsewhere.
 
+use crate::report::write_atomically;
 use crate::synthetic::cases::{Case, Set, Spec, draw};
 use anyhow::{Context, ensure};
 use clap::Args;
@@ -75,10 +76,8 @@ fn folder(path: &Path) -> anyhow::Result<PathBuf> {
 
 /// Writes one case into `folder` and its answer into `answers`.
 pub fn write(case: &Case, folder: &Path, answers: &Path, name: &str) -> anyhow::Result<()> {
-    fs::create_dir_all(folder)?;
-    fs::write(folder.join("model.toml"), &case.model)?;
-    case.log.write(&folder.join("log.csv"))?;
-    case.holdout.write(&folder.join("holdout.csv"))?;
-    fs::write(answers.join(format!("{name}.json")), serde_json::to_string_pretty(&case.answer)?)?;
-    Ok(())
+    write_atomically(&folder.join("model.toml"), &case.model)?;
+    write_atomically(&folder.join("log.csv"), &case.log.to_csv())?;
+    write_atomically(&folder.join("holdout.csv"), &case.holdout.to_csv())?;
+    write_atomically(&answers.join(format!("{name}.json")), &serde_json::to_string_pretty(&case.answer)?)
 }

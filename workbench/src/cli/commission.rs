@@ -13,6 +13,7 @@ use anyhow::Context;
 use clap::Args;
 use servo::commission::Outcome;
 use servo::config::Config;
+use servo::identify::estimate::Mechanism;
 use servo::motion::referencing::Referencing;
 use std::path::PathBuf;
 
@@ -202,10 +203,23 @@ fn outcome(result: &SessionResult) -> anyhow::Result<CommissionJson> {
 
 /// One number, for people.
 pub fn print_number(name: &str, unit: &str, number: &Number) {
-    let trust = if number.trusted { "trusted" } else { number.reason.unwrap_or("not trusted") };
+    let trust = if number.trusted {
+        "trusted".to_owned()
+    } else {
+        number.reason.unwrap_or("not trusted").replace('_', " ")
+    };
     match (number.value, number.interval(unit)) {
         (Some(value), Some(interval)) => outln!("{name:21} {value:8.4}  {interval:33} {trust}"),
         _ => outln!("{name:21} {:>8}  {:33} {trust}", "-", ""),
+    }
+}
+
+/// What makes the dead zone, for people.
+fn in_words(mechanism: Mechanism) -> &'static str {
+    match mechanism {
+        Mechanism::Unclear => "unclear: not tested, or neither friction nor the input",
+        Mechanism::Friction => "friction",
+        Mechanism::InputDeadZone => "dead zone at the input",
     }
 }
 
@@ -217,6 +231,6 @@ pub fn print(report: &CommissionJson) {
     for (name, unit, number) in report.numbers() {
         print_number(name, unit, &number);
     }
-    outln!("{:21} {}", "mechanism", format!("{:?}", report.mechanism).to_lowercase());
+    outln!("{:21} {}", "mechanism", in_words(report.mechanism));
     outln!("{:21} {:.2} s, {:.2} turns", "took", report.duration_s, report.travel_rev);
 }

@@ -44,6 +44,14 @@ impl Drop for Hold {
     }
 }
 
+/// Ends the program if a signal came while something else held it, and nobody holds it any more.
+pub fn heed_what_came() {
+    if signalled() && HOLDS.load(Ordering::SeqCst) == 0 {
+        abandon();
+        low_level::exit(STATUS.into());
+    }
+}
+
 /// Is the session to end?
 pub fn asked() -> bool {
     ASKED.load(Ordering::SeqCst)

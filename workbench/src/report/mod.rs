@@ -16,6 +16,7 @@ pub mod volts;
 
 pub use format::{figure, gap, grade, verdict};
 
+use crate::console::interrupt;
 use crate::outcome::Outcome;
 use anyhow::{Context, Result};
 use std::io::Write;
@@ -44,14 +45,21 @@ pub fn write_atomically(path: &Path, text: &str) -> Result<()> {
     }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let complaint = || format!("{}: cannot be written; check the folder and its permissions", path.display());
-    std::fs::create_dir_all(folder).with_context(complaint)?;
-    let mut draft =
-        tempfile::Builder::new().prefix(".truing-").tempfile_in(folder).with_context(complaint)?;
-    draft.write_all(text.as_bytes()).with_context(complaint)?;
-    readable_by_all(draft.as_file()).with_context(complaint)?;
+    // A signal ends the program before or after, so that no draft stays.
+    let hold = interrupt::hold();
+    let written =
+        std::fs::create_dir_all(folder).and_then(|()| replace(path, folder, text)).with_context(complaint);
+    drop(hold);
+    interrupt::heed_what_came();
+    written
+}
+
+fn replace(path: &Path, folder: &Path, text: &str) -> std::io::Result<()> {
+    let mut draft = tempfile::Builder::new().prefix(".truing-").tempfile_in(folder)?;
+    draft.write_all(text.as_bytes())?;
+    readable_by_all(draft.as_file())?;
     // The error of `persist` owns the draft; only its cause is passed on, so that the draft is removed.
-    draft.persist(path).map_err(|e| e.error).with_context(complaint)?;
-    Ok(())
+    draft.persist(path).map(|_| ()).map_err(|error| error.error)
 }
 
 /// A temporary file is private to its owner; a report is not.

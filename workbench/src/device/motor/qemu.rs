@@ -8,7 +8,7 @@ use crate::console::interrupt::TemporaryFolder;
 use rustix::fs::{CWD, Mode, OFlags, mkfifoat, open};
 use servo::axis::{Bridge, Sample};
 use servo::protect::Interlock;
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -119,6 +119,7 @@ pub struct Qemu {
     /// As the image has said in its first message.
     axes: usize,
     _folder: TemporaryFolder,
+    _flash: Option<File>,
 }
 
 impl Qemu {
@@ -135,7 +136,7 @@ impl Qemu {
         let path = options.image.canonicalize().unwrap_or_else(|_| options.image.clone());
         let folder = TemporaryFolder::new().map_err(pipes)?;
         let (to_host, from_host) = fifos(folder.path()).map_err(pipes)?;
-        flash(folder.path(), options.flash.as_deref())?;
+        let flash = flash(folder.path(), options.flash.as_deref())?;
         if options.started_by_watchdog {
             std::fs::write(folder.path().join("started_by_watchdog"), "").map_err(pipes)?;
         }
@@ -150,6 +151,7 @@ impl Qemu {
             to_host,
             from_host,
             _folder: folder,
+            _flash: flash,
         })
     }
 
@@ -275,10 +277,11 @@ fn answer(flags: u16, samples: &[Sample], link: &[u8]) -> Vec<u8> {
 }
 
 /// The flash that the image finds: a blank one, or the one that `kept` holds.
-fn flash(folder: &Path, kept: Option<&Path>) -> Result<(), InputError> {
+/// What is returned keeps others away from it.
+fn flash(folder: &Path, kept: Option<&Path>) -> Result<Option<File>, InputError> {
     let place = folder.join("flash");
     let Some(kept) = kept else {
-        return std::fs::write(place, [0xFF; FLASH_BYTES]).map_err(pipes);
+        return std::fs::write(place, [0xFF; FLASH_BYTES]).map(|()| None).map_err(pipes);
     };
     let broken = |error: std::io::Error| {
         let what =
@@ -295,8 +298,14 @@ fn flash(folder: &Path, kept: Option<&Path>) -> Result<(), InputError> {
         );
         return Err(InputError::file(kept.display(), what));
     }
+    let held = File::options().read(true).write(true).open(kept).map_err(broken)?;
+    if matches!(held.try_lock(), Err(TryLockError::WouldBlock)) {
+        let what = "is in use by another servo in QEMU; wait for its end, or give each its own --flash";
+        return Err(InputError::file(kept.display(), what));
+    }
     let whole = kept.canonicalize().map_err(broken)?;
-    std::os::unix::fs::symlink(whole, place).map_err(pipes)
+    std::os::unix::fs::symlink(whole, place).map_err(pipes)?;
+    Ok(Some(held))
 }
 
 fn pipes(error: impl std::fmt::Display) -> InputError {

@@ -1,7 +1,6 @@
 //! A log as columns, and its CSV.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 /// Columns of equal length by name.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,11 +40,6 @@ impl Sheet {
             text.push('\n');
         }
         text
-    }
-
-    /// Writes the file.
-    pub fn write(&self, path: &Path) -> std::io::Result<()> {
-        std::fs::write(path, self.to_csv())
     }
 }
 
