@@ -181,3 +181,48 @@ fn no_rig_is_accused() {
     }
     assert!(looked >= 13, "{looked} rigs");
 }
+
+/// The rows with an even time column, as a logger writes that counts rows.
+fn counted(rows: impl Iterator<Item = Row>, step_s: f64) -> Vec<Row> {
+    rows.enumerate().map(|(k, row)| [k as f64 * step_s, row[1], row[2], row[3], row[4]]).collect()
+}
+
+const WITH_POSITION: &[usize] = &[0, 1, 2, 3];
+
+#[test]
+fn rows_that_are_lost_or_doubled_behind_an_even_clock_are_told() {
+    let (model, whole) = (parsed(MODEL), rows(62_007, 2.0, 0.05));
+    let lost = || whole.iter().enumerate().filter(|(k, _)| k % 37 != 11).map(|(_, row)| *row);
+    let doubled = whole.iter().enumerate().flat_map(|(k, row)| vec![*row; if k % 53 == 7 { 2 } else { 1 }]);
+    for (rows, said) in
+        [(counted(lost(), 0.005), "rows are missing"), (counted(doubled, 0.005), "rows are doubled")]
+    {
+        let found = examine::faults(&model, &logged(WITH_POSITION, &rows, |_| ()), &[]);
+        assert!(found.len() == 1 && found[0].what.contains(said), "{said}: {found:?}");
+        assert!(found[0].explained_with_it > found[0].explained_as_it_stands, "{found:?}");
+    }
+    // With the time of each row nothing is wrong.
+    for right in [whole.clone(), lost().collect()] {
+        let found = examine::faults(&model, &logged(WITH_POSITION, &right, |_| ()), &[]);
+        assert_eq!(found, Vec::<DataFault>::new());
+    }
+}
+
+#[test]
+fn a_clock_that_was_counted_and_a_sensor_that_is_read_too_seldom_are_notes() {
+    let (model, fine) = (parsed(MODEL), rows(62_008, 2.0, 0.05));
+    let log = |rows: &[Row]| logged(WITH_POSITION, rows, |_| ());
+    let said = |log: &Log| examine::notes(&model, log).join("; ");
+    // Every fourth row, some of them a row late: a loop that is not real-time.
+    let late = counted((0..374).map(|k| fine[4 * k + (k * 7919 / 16) % 2]), 0.02);
+    assert!(said(&log(&late)).contains("less evenly apart than t_s says"), "{}", said(&log(&late)));
+    let punctual = counted((0..374).map(|k| fine[4 * k]), 0.02);
+    assert!(!said(&log(&punctual)).contains("evenly"), "{}", said(&log(&punctual)));
+    let held: Vec<Row> = (0..1500)
+        .map(|k| {
+            let (row, read) = (fine[k], fine[k - k % 3]);
+            [row[0], row[1], read[2], read[3], read[4]]
+        })
+        .collect();
+    assert!(said(&log(&held)).contains("read less often than rows are written"), "{}", said(&log(&held)));
+}

@@ -302,16 +302,65 @@ pub static KINDS: &[Kind] = &[
         let step = 0.04 * f.volts / 0.05;
         f.change("omega_rad_s", |w| (w / step).round() * step)
     }),
+    kind("one row in 60 lost, position logged", true, &["rows are missing"], |f| {
+        f.without(&["i_a"]);
+        f.records(|r| drop_rows(r, 60))
+    }),
+    kind("one row in 40 lost, speed alone", false, &["rows are missing"], |f| {
+        f.without(&["theta_rad", "i_a"]);
+        f.records(|r| drop_rows(r, 40))
+    }),
+    kind("one row in 100 doubled", true, &["rows are doubled"], |f| f.records(|r| double_rows(r, 100))),
+    kind("one row in 25 doubled, speed alone", false, &["rows are doubled"], |f| {
+        f.without(&["theta_rad", "i_a"]);
+        f.records(|r| double_rows(r, 25))
+    }),
+    noted("sensor read at every second row", false, &["read less often"], |f| {
+        f.without(&["theta_rad", "i_a"]);
+        f.records(|r| (1..r[2].1.len()).step_by(2).for_each(|k| r[2].1[k] = r[2].1[k - 1]))
+    }),
     kind("supply of 12 V in a log of 24 V", false, &["nominal_v", "u_v"], |f| {
         f.without(&["theta_rad", "i_a"]);
         f.key("nominal_v", 0.25)
     }),
     kind("a NaN in the speed", false, &["line"], |f| f.records(|r| r[2].1[500] = f64::NAN)),
-    kind("all speeds 0", true, &["speed", "moves"], |f| {
+    noted("all speeds 0", true, &["encoder connected"], |f| {
         f.without(&["theta_rad", "i_a"]);
         f.scale("omega_rad_s", 0.0)
     }),
 ];
+
+/// One row in so many is lost, and the time column goes on as if it were not.
+fn drop_rows(record: &mut crate::rig::Columns, of: usize) {
+    for column in record.iter_mut() {
+        let mut row = 0;
+        let rows = column.1.len();
+        if column.0 == "t_s" {
+            column.1.truncate(rows - (0..rows).filter(|row| gone(*row, of)).count());
+            continue;
+        }
+        column.1.retain(|_| {
+            row += 1;
+            !gone(row - 1, of)
+        });
+    }
+}
+
+/// Lost rows are not evenly apart.
+fn gone(row: usize, of: usize) -> bool {
+    // Multiplicative hashing (Knuth, The Art of Computer Programming 3, 6.4).
+    row > 0 && ((row as u32).wrapping_mul(2_654_435_769) >> 12) as usize % of == 0
+}
+
+/// One row in so many stands twice.
+fn double_rows(record: &mut crate::rig::Columns, of: usize) {
+    let rows = record[0].1.len();
+    for column in record.iter_mut().filter(|column| column.0 != "t_s") {
+        let twice =
+            (0..rows).flat_map(|row| std::iter::repeat_n(column.1[row], 1 + usize::from(gone(row, of))));
+        column.1 = twice.take(rows).collect();
+    }
+}
 
 /// The outputs come so many rows before their input.
 fn shift(record: &mut crate::rig::Columns, rows: usize) {

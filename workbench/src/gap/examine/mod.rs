@@ -8,6 +8,7 @@ mod circuit;
 mod held_out;
 mod motion;
 mod place;
+mod rows;
 mod suspects;
 mod table;
 mod timing;
@@ -48,6 +49,9 @@ fn of_record(model: &Model, record: &Dynamic, holdouts: &[Log]) -> Vec<DataFault
     // What is derived from a wrong position or beside a wrong current would be accused twice.
     if found.is_empty() {
         found.extend(motion_fault(model, record));
+    }
+    if found.is_empty() {
+        found.extend(rows::fault(model, record));
     }
     if found.is_empty() {
         found.extend(holdouts.iter().filter_map(|other| held_out::fault(model, record, other)));

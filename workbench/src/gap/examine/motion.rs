@@ -13,6 +13,9 @@ const SHORTEST: usize = 12;
 const AROUND: [f64; 9] = [0.25, 0.35, 0.5, 0.71, 1.0, 1.4, 2.0, 2.8, 4.0];
 /// A gain within this factor of the model's is an effect, not a mistake. A published motor is off by 2.3.
 const GAIN: f64 = 3.0;
+/// Dead zones that are tried, up to this part of the largest input.
+const ZONES: usize = 8;
+const WIDEST: f64 = 0.32;
 /// Below this part of the fastest motion no direction is certain.
 const STANDS: f64 = 0.02;
 /// The steps of a differenced position stay below this part of the fastest motion.
@@ -93,6 +96,24 @@ pub struct Fitted {
     forces: [f64; FORCES],
     /// Share of the variation that it explains, 1: all.
     pub explained: f64,
+}
+
+impl Fitted {
+    /// By how much the speed changes within a step of time, from a speed at a place under an input.
+    pub fn change(&self, input: f64, speed: f64, place: f64, step_s: f64) -> f64 {
+        let gain =
+            if self.rate * step_s > 1e-9 { (1.0 - (-self.rate * step_s).exp()) / self.rate } else { step_s };
+        let acts: f64 =
+            self.forces.iter().zip(drives(input, speed, place, 0.0)).map(|(size, drive)| size * drive).sum();
+        gain * (acts - self.rate * speed)
+    }
+}
+
+/// What drives the motion in a row, force by force. Slower than `stands` no direction is certain.
+fn drives(input: f64, speed: f64, place: f64, stands: f64) -> [f64; FORCES] {
+    let direction = if speed.abs() > stands { speed.signum() } else { 0.0 };
+    let taken = input.signum() * f64::from(input != 0.0);
+    [input, -direction, 1.0, place.sin(), place.cos(), place, taken]
 }
 
 impl Motion {
@@ -197,6 +218,27 @@ impl Motion {
         (gain > 0.0).then_some((gain, best.explained))
     }
 
+    /// The share that is explained with any gain near the model's time constant, and with the dead zone that explains most: what it takes
+    /// from small inputs would hide a row or two of time.
+    pub fn explained_with_a_dead_zone(&self, base: &Base) -> Option<f64> {
+        let plain = self.near(base, 1.0).filter(|fit| fit.slope > 0.0)?;
+        let largest =
+            self.stretches.iter().flat_map(|it| &it.input).fold(0.0_f64, |most, u| most.max(u.abs()));
+        let zones = (1..=ZONES).map(|k| largest * WIDEST * k as f64 / ZONES as f64);
+        let explained = zones.map(|zone| self.beyond(zone).fit(plain.rate).explained);
+        Some(explained.fold(plain.explained, f64::max))
+    }
+
+    /// The record with what is beyond a dead zone in the place of its inputs.
+    fn beyond(&self, zone: f64) -> Self {
+        let beyond = |stretch: &Stretch| Stretch {
+            input: stretch.input.iter().map(|u| u - u.clamp(-zone, zone)).collect(),
+            ..stretch.clone()
+        };
+        let stretches = self.stretches.iter().map(beyond).collect();
+        Self { stretches, variation: self.variation, fastest: self.fastest }
+    }
+
     /// The best fit at any rate around a first guess.
     pub fn free(&self, base: &Base) -> Option<Fitted> {
         let rates = (-8..=8).map(|k| base.rate * 2f64.powi(k));
@@ -265,12 +307,8 @@ impl Stretch {
                 let step = self.time[row + 1] - self.time[row];
                 let decay = (-rate * step).exp();
                 let gain = if rate * step > 1e-9 { (1.0 - decay) / rate } else { step };
-                let direction = if self.speed[row].abs() > stands { self.speed[row].signum() } else { 0.0 };
-                let place = self.place[row];
-                let input = self.input[row];
-                let taken = input.signum() * f64::from(input != 0.0);
-                let drive = [input, -direction, 1.0, place.sin(), place.cos(), place, taken];
-                for (state, drive) in state.iter_mut().zip(drive) {
+                let drives = drives(self.input[row], self.speed[row], self.place[row], stands);
+                for (state, drive) in state.iter_mut().zip(drives) {
                     *state = *state * decay + drive * gain;
                 }
                 start *= decay;
@@ -311,7 +349,7 @@ fn driven(run: &Run) -> Vec<Stretch> {
 }
 
 /// Where the shaft is, if only its speed was logged.
-fn integrated(time: &[f64], speed: &[f64]) -> Vec<f64> {
+pub fn integrated(time: &[f64], speed: &[f64]) -> Vec<f64> {
     let mut place = 0.0;
     let mut places = vec![0.0];
     for row in 1..time.len() {

@@ -1,6 +1,7 @@
 //! Rows that belong to another time: a speed before its input, a speed that was smoothed, a speed in steps.
 
 use super::motion::{Base, Motion};
+use super::rows;
 use super::suspects::speed_column;
 use crate::outcome::DataFault;
 use crate::system::log::{Dynamic, Log};
@@ -21,8 +22,8 @@ const COARSE: f64 = 0.01;
 pub fn early(model: &Model, record: &Dynamic) -> Option<DataFault> {
     let base = Base::of(model, record.input)?;
     let motion = Motion::of(record)?;
-    let as_it_stands = motion.gain(&base)?.1;
-    let shifted = |rows: usize| Some((rows, motion.shifted(rows)?.gain(&base)?.1));
+    let as_it_stands = motion.explained_with_a_dead_zone(&base)?;
+    let shifted = |rows: usize| Some((rows, motion.shifted(rows)?.explained_with_a_dead_zone(&base)?));
     let (rows, with_it) = EARLY.filter_map(shifted).max_by(|a, b| a.1.total_cmp(&b.1))?;
     (with_it > MOST && 1.0 - with_it < SHRINKS * (1.0 - as_it_stands)).then(|| {
         let (column, input) = (speed_column(record), record.input.column());
@@ -42,7 +43,7 @@ pub fn early(model: &Model, record: &Dynamic) -> Option<DataFault> {
 /// What may be said of the sensor before a compliance or a lag is: nothing of it stops anybody.
 pub fn notes(model: &Model, log: &Log) -> Vec<String> {
     let Log::Dynamic(record) = log else { return Vec::new() };
-    smoothed(model, record).into_iter().chain(in_steps(model, record)).collect()
+    smoothed(model, record).into_iter().chain(in_steps(model, record)).chain(rows::note(record)).collect()
 }
 
 /// A speed that is a mean over rows before and after.
@@ -52,8 +53,8 @@ fn smoothed(model: &Model, record: &Dynamic) -> Option<String> {
     }
     let base = Base::of(model, record.input)?;
     let motion = Motion::of(record)?;
-    let sharp = motion.gain(&base)?.1;
-    let seen = |reach: usize| Some((reach, motion.smoothed(reach)?.gain(&base)?.1));
+    let sharp = motion.explained_with_a_dead_zone(&base)?;
+    let seen = |reach: usize| Some((reach, motion.smoothed(reach)?.explained_with_a_dead_zone(&base)?));
     let (reach, with_it) = REACHES.into_iter().filter_map(seen).max_by(|a, b| a.1.total_cmp(&b.1))?;
     (with_it > MOST && 1.0 - with_it < SHRINKS * (1.0 - sharp)).then(|| {
         let window_s = (2 * reach + 1) as f64 * record.runs[0].sample_s();
