@@ -22,14 +22,14 @@ fn the_workbench_grows_no_further() {
     let [_, _, workbench] = figures().product;
     // 1,960 of them read logs in whatever dialect, propose `--columns` and are `truing look` (decisions 0280 to 0282); 2,230 came
     // with unknown numbers, `truing start`, the table of keys and its complaints (0290 to 0292).
-    at_most("code lines of the workbench", workbench.code(), 29_600, 19_000);
+    at_most("code lines of the workbench", workbench.code(), 30_000, 19_000);
 }
 
 /// Part, then limit and goal of median, 90 % and longest.
 const BODIES: [(&str, [usize; 3], [usize; 3]); 3] = [
     ("library", [4, 15, 47], [5, 15, 40]),
     ("image", [3, 13, 29], [4, 15, 33]),
-    ("workbench", [6, 19, 61], [6, 20, 45]),
+    ("workbench", [6, 20, 61], [6, 20, 45]),
 ];
 
 #[test]

@@ -73,8 +73,10 @@ pub fn run<L: Clone + Into<Log>>(
     if !faults.is_empty() && !options.accept_data {
         return Ok(Outcome { runtime_s: started.elapsed().as_secs_f64(), ..examine::outcome(&log, faults) });
     }
-    let (holdouts, notes) = (holdouts.into_iter(), examine::notes(model, &log));
-    let mut outcome = match (as_table(model, &log), log) {
+    let (holdouts, table) = (holdouts.into_iter(), as_table(model, &log));
+    // What is said of a sensor is said of motion.
+    let notes = if table.is_none() { examine::notes(model, &log) } else { Vec::new() };
+    let mut outcome = match (table, log) {
         (Some(table), log) => of_table(model, &table, &log, holdouts.collect(), options),
         (None, log) => {
             let holdouts: Result<Vec<Dynamic>, InputError> = holdouts.map(as_record).collect();

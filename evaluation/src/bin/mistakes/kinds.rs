@@ -349,7 +349,7 @@ fn drop_rows(record: &mut crate::rig::Columns, of: usize) {
 /// Lost rows are not evenly apart.
 fn gone(row: usize, of: usize) -> bool {
     // Multiplicative hashing (Knuth, The Art of Computer Programming 3, 6.4).
-    row > 0 && ((row as u32).wrapping_mul(2_654_435_769) >> 12) as usize % of == 0
+    row > 0 && (((row as u32).wrapping_mul(2_654_435_769) >> 12) as usize).is_multiple_of(of)
 }
 
 /// One row in so many stands twice.

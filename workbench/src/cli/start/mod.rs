@@ -9,7 +9,7 @@ mod window;
 use crate::cli::files::Files;
 use crate::console::input_error::InputError;
 use crate::gap::completed;
-use crate::gap::unknown::Line;
+use crate::gap::unknown::line_of;
 use crate::report::{figure, write_atomically};
 use crate::system::log::{self, Columns, Dynamic, Log};
 use crate::system::model;
@@ -152,9 +152,13 @@ impl Made {
     fn from(arguments: &Arguments, log: Option<&Log>) -> anyhow::Result<Self> {
         let sheet = arguments.sheet();
         let name = arguments.out.display().to_string();
-        let window = window(&sheet, log);
-        let mut found =
-            Found { model: None, window, log: arguments.log.as_ref().map(|path| path.display().to_string()) };
+        let (window, line) = (window(&sheet, log), log.and_then(line_of));
+        let mut found = Found {
+            model: None,
+            settled: line.is_some_and(|line| line.time_constant_s.is_none()),
+            window,
+            log: arguments.log.as_ref().map(|path| path.display().to_string()),
+        };
         let draft = model::parse_draft(&name, &template::file(&sheet, &found))?;
         let model = log.map(|log| completed(draft, log)).transpose()?;
         found.model = model.as_ref();
@@ -209,11 +213,7 @@ fn window(sheet: &Sheet, log: Option<&Log>) -> Option<(f64, &'static str)> {
 const DISAGREES: f64 = 1.6;
 
 fn disagreement(sheet: &Sheet, log: Option<&Log>) -> Option<String> {
-    let line = match log? {
-        Log::Dynamic(record) => Line::of_record(record),
-        Log::Table(table) => Line::of_table(table),
-    };
-    let (seen, expected) = (line?.gain.abs(), sheet.expected_gain()?);
+    let (seen, expected) = (line_of(log?)?.gain.abs(), sheet.expected_gain()?);
     let factor = seen / expected;
     (!(1.0 / DISAGREES..DISAGREES).contains(&factor)).then(|| {
         format!(

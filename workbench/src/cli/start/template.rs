@@ -1,13 +1,12 @@
 //! The text of a model file, each line with a comment that says where its number comes from.
 
 use super::sheet::{Number, Sheet};
+use crate::gap::unknown::{GUESSED, START as ESTIMATED};
 use crate::system::model::{Kind, Model};
 use std::fmt::Write;
 
 /// What stands behind a number that nobody knows.
 const UNKNOWN: &str = "unknown: fitted to the log with a wide prior";
-/// The same with a start value.
-const ESTIMATED: &str = "estimated from the log, fitted with a wide prior";
 /// The numbers of a motor that every motor has, each with its unit and its meaning.
 const MOTOR: [(&str, &str); 3] = [
     ("R_ohm", "resistance of winding, brushes and leads, Ω"),
@@ -23,6 +22,8 @@ const WIDE: f64 = 1.0;
 pub struct Found<'a> {
     /// The model with what the log says, if there is a log.
     pub model: Option<&'a Model>,
+    /// The log shows settled speeds alone.
+    pub settled: bool,
     /// The window of the speed, s, and where it was found.
     pub window: Option<(f64, &'static str)>,
     /// The log, for the first comment.
@@ -35,7 +36,8 @@ pub fn file(sheet: &Sheet, found: &Found) -> String {
     line(&mut text, "schema = \"truing-model/1\"", "");
     match found.model.map(|model| model.kind) {
         Some(Kind::FirstOrder { gain_rad_s_per_v, time_constant_s }) => {
-            first_order(&mut text, sheet, gain_rad_s_per_v, time_constant_s);
+            let seconds = (time_constant_s, if found.settled { GUESSED } else { ESTIMATED });
+            first_order(&mut text, sheet, gain_rad_s_per_v, seconds);
         }
         _ => motor(&mut text, sheet, found.model),
     }
@@ -52,7 +54,7 @@ fn line(text: &mut String, entry: &str, comment: &str) {
 }
 
 /// The log does not tell resistance, torque constant and inertia apart.
-fn first_order(text: &mut String, sheet: &Sheet, gain: f64, seconds: f64) {
+fn first_order(text: &mut String, sheet: &Sheet, gain: f64, (seconds, why): (f64, &str)) {
     text.push_str("\n[model]\n");
     line(
         text,
@@ -61,7 +63,7 @@ fn first_order(text: &mut String, sheet: &Sheet, gain: f64, seconds: f64) {
     );
     line(text, "fitted_to_log = true", "the numbers are the log's own");
     line(text, &format!("gain_rad_s_per_v = {}", digits(gain)), ESTIMATED);
-    line(text, &format!("time_constant_s = {}", digits(seconds)), ESTIMATED);
+    line(text, &format!("time_constant_s = {}", digits(seconds)), why);
     let known = sheet.numbers();
     if !known.is_empty() {
         text.push_str("# Known, and not enough for kind = \"dc_motor\": two of R_ohm, Kt_nm_per_a and J_kgm2 make one.\n");

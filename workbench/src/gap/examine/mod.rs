@@ -74,10 +74,17 @@ fn motion_fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
         .filter(|(explained, _)| clearly(as_it_stands, *explained))
         .collect();
     seen.sort_by(|a, b| b.0.total_cmp(&a.0));
+    // A drive that clamps its input is no mistake of the file.
+    let clamped = motion.explained_with_a_limit(&base, model.fitted_to_log);
+    let as_well = |explained: f64| 1.0 - clamped < EQUAL * (1.0 - explained);
     if seen.is_empty() {
-        return any_factor(&motion, model, record, &base, as_it_stands);
+        let fault = any_factor(&motion, model, record, &base, as_it_stands);
+        return fault.filter(|fault| !as_well(fault.explained_with_it));
     }
     let best = seen[0].0;
+    if as_well(best) {
+        return None;
+    }
     seen.retain(|(explained, _)| 1.0 - explained < EQUAL * (1.0 - best));
     Some(told(&seen, as_it_stands))
 }

@@ -13,6 +13,8 @@ const SHORTEST: usize = 12;
 const AROUND: [f64; 9] = [0.25, 0.35, 0.5, 0.71, 1.0, 1.4, 2.0, 2.8, 4.0];
 /// A gain within this factor of the model's is an effect, not a mistake. A published motor is off by 2.3.
 const GAIN: f64 = 3.0;
+/// Limits of the input that are tried, as parts of the largest one.
+const LIMITS: [f64; 8] = [0.06, 0.09, 0.13, 0.19, 0.27, 0.38, 0.53, 0.75];
 /// Dead zones that are tried, up to this part of the largest input.
 const ZONES: usize = 8;
 const WIDEST: f64 = 0.32;
@@ -227,6 +229,22 @@ impl Motion {
         let zones = (1..=ZONES).map(|k| largest * WIDEST * k as f64 / ZONES as f64);
         let explained = zones.map(|zone| self.beyond(zone).fit(plain.rate).explained);
         Some(explained.fold(plain.explained, f64::max))
+    }
+
+    /// The share that is explained with a gain within a factor of three where the drive clamps its input: a low limit looks like a small gain.
+    pub fn explained_with_a_limit(&self, base: &Base, fitted: bool) -> f64 {
+        let largest =
+            self.stretches.iter().flat_map(|it| &it.input).fold(0.0_f64, |most, u| most.max(u.abs()));
+        let clamped = |limit: f64| {
+            let clamp = |stretch: &Stretch| Stretch {
+                input: stretch.input.iter().map(|u| u.clamp(-limit, limit)).collect(),
+                ..stretch.clone()
+            };
+            let stretches = self.stretches.iter().map(clamp).collect();
+            Self { stretches, variation: self.variation, fastest: self.fastest }
+        };
+        let limits = LIMITS.iter().map(|share| clamped(share * largest).explained_within(base, fitted));
+        limits.fold(0.0, f64::max)
     }
 
     /// The record with what is beyond a dead zone in the place of its inputs.

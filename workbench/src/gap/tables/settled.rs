@@ -42,8 +42,8 @@ pub fn answers(run: &Run) -> Answers {
         return Answers::Previous;
     };
     let last = run.rows() - 1;
-    let previous = scatter(&run.input[..last], &speed[1..]);
-    let own = scatter(&run.input[1..=last], &speed[1..]);
+    let previous = scatter(&run.input[..last], &speed[1..], true);
+    let own = scatter(&run.input[1..=last], &speed[1..], true);
     if own < CLEARLY * previous { Answers::Own } else { Answers::Previous }
 }
 
@@ -51,15 +51,20 @@ pub fn answers(run: &Run) -> Answers {
 pub fn left_if_settled(run: &Run) -> Option<f64> {
     let speed = run.speed.as_ref().filter(|_| run.rows() > 3)?;
     let last = run.rows() - 1;
-    let left = scatter(&run.input[..last], &speed[1..]).min(scatter(&run.input[1..=last], &speed[1..]));
+    // A motor whose directions differ does not repeat turned round; one sweep repeats nothing else.
+    let scatters = [&run.input[..last], &run.input[1..=last]]
+        .map(|input| scatter(input, &speed[1..], true).min(scatter(input, &speed[1..], false)));
+    let left = scatters[0].min(scatters[1]);
     let mean_square = speed.iter().map(|omega| omega * omega).sum::<f64>() / speed.len() as f64;
     (mean_square > 0.0).then(|| left / mean_square)
 }
 
-/// Mean square by which each speed differs from what the other rows say of its input, turned round and not.
-fn scatter(input: &[f64], speed: &[f64]) -> f64 {
+/// Mean square by which each speed differs from what the other rows say of its input; with `turned`, turned round too.
+fn scatter(input: &[f64], speed: &[f64], turned: bool) -> f64 {
     let mut pairs: Vec<(f64, f64, usize)> = (0..input.len()).map(|k| (input[k], speed[k], k)).collect();
-    pairs.extend((0..input.len()).map(|k| (-input[k], -speed[k], k)));
+    if turned {
+        pairs.extend((0..input.len()).map(|k| (-input[k], -speed[k], k)));
+    }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut squares = Vec::new();
     for place in 1..pairs.len() - 1 {

@@ -9,6 +9,7 @@ mod split;
 mod text;
 
 pub use line::Line;
+pub use text::{GUESSED, START};
 
 use crate::console::input_error::InputError;
 use crate::gap::tables;
@@ -29,10 +30,7 @@ pub fn completed(draft: Draft, log: &Log) -> Result<Model, InputError> {
     if draft.unknown().is_empty() {
         return draft.complete();
     }
-    let line = match log {
-        Log::Dynamic(record) => Line::of_record(record).map(|line| settled(record, line)),
-        Log::Table(table) => Line::of_table(table),
-    };
+    let line = line_of(log);
     let evidence = Evidence { line: line.unwrap_or(Line::typical(log)), shown: line, log };
     let split = evidence.split(&draft)?;
     let text = text::completed(&draft, &split);
@@ -43,16 +41,22 @@ pub fn completed(draft: Draft, log: &Log) -> Result<Model, InputError> {
     Ok(model)
 }
 
-/// Rows closer than this, s, are no settled speeds of a motor: its time constant is rarely below a tenth of that.
-const APART_S: f64 = 0.5;
-/// Time constant of a record of settled speeds, as a part of the time between its rows: an order of magnitude.
-const SETTLED: f64 = 0.1;
+/// The best linear model of a log; `None` if nothing moves.
+pub fn line_of(log: &Log) -> Option<Line> {
+    match log {
+        Log::Dynamic(record) => Line::of_record(record).map(|line| settled(record, line)),
+        Log::Table(table) => Line::of_table(table),
+    }
+}
 
-/// The line of a record; where each row shows a settled speed rather than a response, with a time constant that says so.
+/// Rows closer than this, s, are no settled speeds of a motor: the time constant that stands in for one that does not show is a sixth of it.
+const APART_S: f64 = 0.65;
+
+/// The line of a record; without a time constant where each row shows a settled speed rather than a response.
 fn settled(record: &Dynamic, line: Line) -> Line {
     let Some(run) = record.runs.first().filter(|run| run.sample_s() > APART_S) else { return line };
     match tables::left_if_settled(run).is_some_and(|left| left < line.left) {
-        true => Line { time_constant_s: Some(SETTLED * run.sample_s()), ..line },
+        true => Line { time_constant_s: None, ..line },
         false => line,
     }
 }
@@ -145,7 +149,7 @@ impl Line {
                     "the log's best linear fit (gain {gain} {speed} per {unit}, time constant {seconds} s)"
                 )
             }
-            None => format!("the table's slope (gain {gain} {speed} per {unit})"),
+            None => format!("the slope of the settled speeds (gain {gain} {speed} per {unit})"),
         }
     }
 }

@@ -30,6 +30,8 @@ pub struct Split {
     pub measured_winding: bool,
     /// Every number of the base is the log's own: the model is a fit to the log.
     pub fit: bool,
+    /// The log shows no time constant, and the number stands in for one.
+    pub guessed: bool,
     /// What the reader must know besides.
     pub notes: Vec<String>,
 }
@@ -70,7 +72,7 @@ pub fn first_order(draft: &Draft, line: &Line) -> Split {
     let seconds = line.time_constant_s.unwrap_or(TIME_CONSTANT_S);
     let all = [("gain_rad_s_per_v", line.gain.abs()), ("time_constant_s", seconds)];
     let numbers: Vec<_> = all.into_iter().filter(|(key, _)| draft.number(key).is_none()).collect();
-    Split { fit: numbers.len() == 2, numbers, ..Split::default() }
+    Split { fit: numbers.len() == 2, guessed: line.time_constant_s.is_none(), numbers, ..Split::default() }
 }
 
 /// Gain and time constant of a motor with Kt = Ke = K: K/(K² + b R) and R J/(K² + b R).
@@ -122,6 +124,7 @@ fn as_first_order(draft: &Draft, line: &Line) -> Result<Split, InputError> {
     Ok(Split {
         numbers: vec![("gain_rad_s_per_v", line.gain.abs()), ("time_constant_s", seconds)],
         first_order: true,
+        guessed: line.time_constant_s.is_none(),
         fit: true,
         ..Split::default()
     })

@@ -5,10 +5,12 @@ use super::{MEASURED, WIDE};
 use crate::system::model::{Draft, table};
 use toml_edit::{DocumentMut, Item, Table, value};
 
+/// Behind a time constant that stands in for one.
+pub const GUESSED: &str = "a guess: settled speeds do not show it";
 /// What a measured current shows.
 const WINDING: [&str; 2] = ["R_ohm", "Kt_nm_per_a"];
 /// Behind a number that was not known.
-const START: &str = "estimated from the log, fitted with a wide prior";
+pub const START: &str = "estimated from the log, fitted with a wide prior";
 
 /// The same from voltage, current and speed.
 const FROM_CURRENT: &str = "estimated from the measured current";
@@ -26,7 +28,11 @@ pub fn completed(draft: &Draft, split: &Split) -> String {
     for (key, number) in &split.numbers {
         let section = section_of(&document, key);
         let measured = split.measured_winding && WINDING.contains(key);
-        let (origin, tolerance) = if measured { (FROM_CURRENT, MEASURED) } else { (START, WIDE) };
+        let (origin, tolerance) = match (measured, *key) {
+            (true, _) => (FROM_CURRENT, MEASURED),
+            (false, "time_constant_s") if split.guessed => (GUESSED, WIDE),
+            (false, _) => (START, WIDE),
+        };
         put(&mut document, &section, key, value(three_digits(*number)), origin);
         if !split.fit && !stated.tolerances.contains_key(*key) {
             put(&mut document, "tolerance", key, value(tolerance), "not known before");
