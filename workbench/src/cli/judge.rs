@@ -111,7 +111,6 @@ fn judged(rig: &Rig, arguments: &Arguments) -> anyhow::Result<Judged> {
 /// The answer of the gap workflow; `None` if the rig's data are absent.
 pub fn answer(rig: &Rig, data: Option<&Path>, options: &Options) -> anyhow::Result<Option<Outcome>> {
     let expected = &rig.expectation;
-    let columns: Columns = expected.columns.parse()?;
     let file = |relative: &PathBuf| rig.file(relative, data);
     let holdouts = if expected.halves { &[][..] } else { &expected.holdout[..] };
     let holdouts: Option<Vec<PathBuf>> = holdouts.iter().map(file).collect();
@@ -120,6 +119,7 @@ pub fn answer(rig: &Rig, data: Option<&Path>, options: &Options) -> anyhow::Resu
         return Ok(None);
     };
     let draft = model::read_draft(&model)?;
+    let columns = Columns::of(&expected.columns, draft.stated())?;
     let mut log = log::read(&log, &columns)?;
     let read = |path: &PathBuf| log::read(path, &columns);
     let mut holdouts: Vec<Log> = holdouts.iter().map(read).collect::<Result<_, _>>()?;
