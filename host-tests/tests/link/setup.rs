@@ -74,8 +74,8 @@ fn a_choice_that_cannot_be_is_named_with_what_to_do() {
             &["line 10", "limits.supply_high_v", "between"],
         ),
         ("[limits]\njerk = 500.0\n", &["line 9", "[limits]", "nearest is `jerk_rad_s3`"]),
-        ("[loops]\nbandwidth = \"fast\"\n", &["line 9", "[loops] bandwidth", "f32"]),
-        ("[loops]\nintegral = 1\n", &["line 9", "[loops] integral", "boolean"]),
+        ("[loops]\nbandwidth = \"fast\"\n", &["line 9", "[loops] bandwidth", "a number"]),
+        ("[loops]\nintegral = 1\n", &["line 9", "[loops] integral", "true or false"]),
         ("[limits]\ncommand_timeout_s = 0.25\n", &["line 9", "[limits]", "nearest is `command_timeout_ms`"]),
         ("[limits]\ncommand_timeout_ms = 100000\n", &["line 9", "[limits] command_timeout_ms", "100000"]),
         (

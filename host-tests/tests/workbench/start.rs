@@ -146,7 +146,7 @@ fn resistance_and_constant_are_printed_and_the_load_is_unknown() {
     }
     let desk = Desk::new(&text);
     let text = desk.start("", &["--voltage", "12", "--resistance", "9.4 ohm", "--kt", "62.5mNm/A"]);
-    assert!(text.contains("kind = \"dc_motor\"") && text.contains("estimated from the log"), "{text}");
+    assert!(text.contains("kind = \"dc_motor\"") && text.contains("from the log, fitted"), "{text}");
     let outcome = desk.gap("");
     assert_eq!((outcome["verdict"].as_str(), names(&outcome)), (Some("named"), vec!["dead_zone"]));
     near(&outcome["effects"][0]["parameters"]["half_width_v"]["value"], 1.2, 0.03);
@@ -300,8 +300,10 @@ fn every_line_of_the_written_file_has_its_reason() {
         "--encoder-at-output",
     ];
     let text = desk.start(ARDUINO, &printed);
-    for line in text.lines().filter(|line| line.contains(" = ") && !line.starts_with("schema")) {
-        assert!(line.contains('#'), "{line}\n{text}");
+    let lines: Vec<&str> = text.lines().collect();
+    let entry = |line: &str| line.contains(" = ") && !line.starts_with('#') && !line.starts_with("schema");
+    for pair in lines.windows(2).filter(|pair| entry(pair[1])) {
+        assert!(pair[1].contains('#') || pair[0].starts_with('#'), "{}\n{text}", pair[1]);
     }
     let model = truing::system::model::read(&desk.path("model.toml")).unwrap();
     assert!(model.notes.is_empty(), "{:?}", model.notes);

@@ -41,7 +41,7 @@ const QUESTIONS: [Question; 8] = [
 
 /// Asks for whatever the flags leave open.
 pub fn ask(arguments: &mut Arguments) -> Result<()> {
-    outln!("What is printed on the motor, or in its data sheet? An empty answer means: not known.\n");
+    outln!("What does the label or the data sheet say? Leave empty what is not known.\n");
     for question in &QUESTIONS {
         let answer = (question.answer)(arguments);
         if answer.is_none() {

@@ -167,7 +167,7 @@ impl Sheet {
     /// What is stated is the rotor's inertia: the load is on no label.
     fn rotor(&self) -> Option<Number> {
         let turns = self.turns();
-        let origin = format!("printed on the motor{}; what it drives adds to it", self.at_the_encoder());
+        let origin = format!("printed on the motor{}; the load adds to it", self.at_the_encoder());
         let number = |value| Number { key: "J_kgm2", value, origin, tolerance: ROTOR_ALONE };
         self.inertia.map(|inertia| number(inertia * turns * turns))
     }

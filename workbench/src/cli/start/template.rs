@@ -15,6 +15,8 @@ const MOTOR: [(&str, &str); 3] = [
 ];
 /// Column at which comments begin.
 const COLUMN: usize = 34;
+/// Columns of a terminal, without the two by which the file is shown indented.
+const WIDTH: usize = 78;
 /// Relative tolerance of a number that is not known (1 σ of the logarithm).
 const WIDE: f64 = 1.0;
 
@@ -45,28 +47,26 @@ pub fn file(sheet: &Sheet, found: &Found) -> String {
     text
 }
 
+/// A comment that would leave the screen goes before its entry.
 fn line(text: &mut String, entry: &str, comment: &str) {
-    let entry = match comment {
-        "" => entry.to_owned(),
-        comment => format!("{entry:COLUMN$} # {comment}"),
+    let beside = COLUMN.max(entry.chars().count()) + 3 + comment.chars().count();
+    let _ = match comment {
+        "" => writeln!(text, "{entry}"),
+        comment if beside > WIDTH => writeln!(text, "# {comment}\n{entry}"),
+        comment => writeln!(text, "{entry:COLUMN$} # {comment}"),
     };
-    let _ = writeln!(text, "{entry}");
 }
 
 /// The log does not tell resistance, torque constant and inertia apart.
 fn first_order(text: &mut String, sheet: &Sheet, gain: f64, (seconds, why): (f64, &str)) {
     text.push_str("\n[model]\n");
-    line(
-        text,
-        "kind = \"first_order\"",
-        "without a measured current the log does not tell R, Kt and J apart",
-    );
+    line(text, "kind = \"first_order\"", "R, Kt and J show only with a current");
     line(text, "fitted_to_log = true", "the numbers are the log's own");
     line(text, &format!("gain_rad_s_per_v = {}", digits(gain)), ESTIMATED);
     line(text, &format!("time_constant_s = {}", digits(seconds)), why);
     let known = sheet.numbers();
     if !known.is_empty() {
-        text.push_str("# Known, and not enough for kind = \"dc_motor\": two of R_ohm, Kt_nm_per_a and J_kgm2 make one.\n");
+        text.push_str("# Known, and not enough for kind = \"dc_motor\", which takes two of R_ohm,\n# Kt_nm_per_a and J_kgm2.\n");
         for number in known {
             line(text, &format!("# {} = {}", number.key, digits(number.value)), &number.origin);
         }
@@ -98,11 +98,7 @@ fn motor(text: &mut String, sheet: &Sheet, model: Option<&Model>) {
 
 fn gear(text: &mut String, sheet: &Sheet) {
     let turns = sheet.gear.filter(|_| !sheet.encoder_at_output).unwrap_or(1.0);
-    line(
-        text,
-        &format!("gear_ratio = {}", digits(turns)),
-        "turns of the encoder's shaft per turn of the load",
-    );
+    line(text, &format!("gear_ratio = {}", digits(turns)), "encoder turns per turn of the load");
 }
 
 fn tolerances(text: &mut String, known: &[Number]) {

@@ -48,7 +48,7 @@ pub fn refusal_text(refusal: &Refusal) -> String {
              slower or smaller one, or raise the limit"
         ),
         Refusal::Axis(reason) => axis_text(*reason).into(),
-        Refusal::NoSuchAxis => "this firmware has no axis of the number that --axis gives; choose a smaller one, or build an image with more".into(),
+        Refusal::NoSuchAxis => "this firmware has fewer axes; choose a smaller --axis, or build an image with more".into(),
         Refusal::SharedTick => {
             "the axes of one chip share axis.tick_hz, axis.pwm_full_scale and axis.pwm_delay_ticks, and another axis \
              has others; make them equal, or reset the other axis"

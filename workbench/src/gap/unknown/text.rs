@@ -10,7 +10,7 @@ pub const GUESSED: &str = "a guess: settled speeds do not show it";
 /// What a measured current shows.
 const WINDING: [&str; 2] = ["R_ohm", "Kt_nm_per_a"];
 /// Behind a number that was not known.
-pub const START: &str = "estimated from the log, fitted with a wide prior";
+pub const START: &str = "from the log, fitted with a wide prior";
 
 /// The same from voltage, current and speed.
 const FROM_CURRENT: &str = "estimated from the measured current";
