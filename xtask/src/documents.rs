@@ -144,10 +144,10 @@ fn command(code: &str) -> Option<Words> {
     (words.len() > 1).then_some(words)
 }
 
-/// Words without quotes and without the brackets of what may be left out, up to a comment or a redirection.
+/// Words without quotes and without the brackets of what may be left out, up to a comment, a pipe or a redirection.
 fn split(code: &str) -> Words {
     code.split_whitespace()
-        .take_while(|word| !word.starts_with('#') && !word.contains('…') && !word.contains('>'))
+        .take_while(|word| !word.starts_with(['#', '|']) && !word.contains(['…', '>']))
         .map(|word| word.trim_matches(['"', '[', ']']).replace("=\"", "="))
         .collect()
 }
@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn commands_are_found_in_blocks_and_in_lines() {
         let text = "Type `cargo xtask images`, `flash [--dry-run]`, or nothing, `else`.\n\
-                    ```\n$ cargo run -p a --bin b -- --x 1 \\\n    --y \"u=v\"   # words\ncargofoo\n```\n";
+                    ```\n$ cargo run -p a --bin b -- --x 1 \\\n    --y \"u=v\" | head   # words\ncargofoo\n```\n";
         let found: Vec<String> = commands(text).iter().map(|words| words.join(" ")).collect();
         let expected =
             ["cargo xtask images", "cargo xtask flash --dry-run", "cargo run -p a --bin b -- --x 1 --y u=v"];
