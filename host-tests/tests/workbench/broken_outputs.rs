@@ -22,6 +22,7 @@ const OUTPUTS: &[(&str, &str)] = &[
     ("cases --count 1 --rows 600 --out out --answers answers", "out/case-00001"),
     ("completions --out out", "out/truing.bash"),
     ("params export model.toml --config axis.toml --out out/params.toml", "out/params.toml"),
+    ("bench --drawn 0 --only paper --json out/bench.json", "out/bench.json"),
     ("judge rigs --out out", "out/rig.json"),
 ];
 

@@ -15,13 +15,17 @@ type Row = [f64; 5];
 
 /// A motor with a dead zone of 1 V: more is missing than the examination knows.
 fn rows(seed: u32, resistance: f64, constant: f64) -> Vec<Row> {
+    many_rows(1500, seed, resistance, constant)
+}
+
+fn many_rows(count: usize, seed: u32, resistance: f64, constant: f64) -> Vec<Row> {
     let (mut omega, mut theta, mut random) = (0.0, 0.0, seed);
     let mut drawn = || {
         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         f64::from(random >> 8) / f64::from(1 << 24) - 0.5
     };
     let mut u = 0.0;
-    (0..1500)
+    (0..count)
         .map(|k| {
             if k % 40 == 0 {
                 u = 22.0 * drawn();
@@ -149,6 +153,23 @@ fn a_smoothed_and_a_coarse_speed_are_notes() {
     assert!(said(&logged(SPEED, &smooth, |_| ())).contains("smoothed over about"));
     let coarse = logged(SPEED, &right, |row| row[2] = (row[2] / 12.0).round() * 12.0);
     assert!(said(&coarse).contains("comes in steps of 12"), "{}", said(&coarse));
+}
+
+#[test]
+fn a_long_position_that_turns_at_times_slowly_and_at_times_fast_is_not_accused() {
+    let count = 2000.0 / std::f64::consts::TAU;
+    let mut rows = many_rows(240_000, 5, 2.0, 0.05);
+    // The joint of a long log: the first half is slow.
+    let (mut theta, mut before) = (0.0, 0.0);
+    for (k, row) in rows.iter_mut().enumerate() {
+        let slow = if k < 120_000 { 0.05 } else { 1.0 };
+        theta += slow * (row[3] - before);
+        before = row[3];
+        row[1] *= slow;
+        row[3] = (theta * count).round() / count;
+    }
+    let log = logged(&[0, 1, 3], &rows, |_| {});
+    assert_eq!(examine::faults(&parsed(MODEL), &log, &[]), []);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod bad_inputs;
+mod bench;
 mod broken_outputs;
 mod cases;
 mod effects_library;
@@ -11,8 +12,11 @@ mod foreign_logs;
 mod gap_hidden;
 mod gap_measured_data;
 mod interruption;
+mod lockstep;
 mod log_dialects;
 mod log_reading;
+mod log_streamed;
+mod long_logs;
 mod model_complaints;
 mod model_reading;
 mod model_table;

@@ -99,6 +99,7 @@ fn outcome() -> Outcome {
             )
         }),
         runtime_s: 3.2,
+        searched: None,
         notes: vec!["Every second row was held out.".into()],
         steps: vec![
             Step { label: "model as given".into(), gap: 6.4 },

@@ -6,6 +6,7 @@ use super::profile;
 use crate::console::input_error::NotDone;
 use crate::console::interrupt;
 use crate::device::motor::write_whole;
+use crate::device::run_log::reference;
 use crate::device::session::{Captured, Task};
 use anyhow::Context;
 use clap::{Args, ValueEnum};
@@ -126,7 +127,7 @@ fn csv(captured: &Captured, config: &Config) -> String {
             "{index},{:.7},{:.7},{:.7},{:.5},{},{},{},{},{},{},{},{}",
             (index as f64 - f64::from(captured.extent.trigger_index)) * tick_s,
             f64::from(shot.count) * rad,
-            f64::from(shot.reference_q8) / 256.0 * rad,
+            reference(shot.reference_q8, shot.count, 0) * rad,
             f64::from(shot.speed_q20) / f64::from(1 << 20) * rad / tick_s,
             shot.bridge as u8,
             shot.duty,

@@ -175,37 +175,27 @@ fn of_answer(answer: &Answer) -> String {
 
 fn plots(text: &mut String, log: &Log) -> std::fmt::Result {
     match log {
-        Log::Table(table) => {
-            let points: Vec<_> = table.u_v.iter().zip(&table.omega_rad_s).map(|(u, w)| (*u, *w)).collect();
-            plot(text, "omega_rad_s over u_v", &points, false)
-        }
+        Log::Table(table) => plot(text, "omega_rad_s over u_v", &table.u_v, &table.omega_rad_s, false),
         Log::Dynamic(record) => {
             let Some(run) = record.runs.iter().max_by_key(|run| run.rows()) else { return Ok(()) };
-            let over_time = |values: &[f64]| -> Vec<(f64, f64)> {
-                run.t_s.iter().copied().zip(values.iter().copied()).collect()
-            };
             let which = if record.runs.len() > 1 { format!(", run {}", run.id) } else { String::new() };
             let input = format!("{} over time in s{which}", record.input.column());
-            plot(text, &input, &over_time(&run.input), true)?;
+            plot(text, &input, &run.t_s, &run.input, true)?;
             let (name, values) = match (&run.speed, &run.position, record.linear) {
                 (Some(_), _, true) => ("v_m_s", speed(run)),
                 (Some(_), _, false) => ("omega_rad_s", speed(run)),
-                (None, position, true) => ("q_m", position.clone()),
-                (None, position, false) => ("theta_rad", position.clone()),
+                (None, position, true) => ("q_m", position.as_ref().map(Into::into)),
+                (None, position, false) => ("theta_rad", position.as_ref().map(Into::into)),
             };
-            plot(
-                text,
-                &format!("{name} over time in s{which}"),
-                &over_time(&values.unwrap_or_default()),
-                true,
-            )
+            let title = format!("{name} over time in s{which}");
+            plot(text, &title, &run.t_s, &values.unwrap_or_default(), true)
         }
     }
 }
 
 /// A picture of braille dots; the labels are the least and the greatest value.
-fn plot(text: &mut String, title: &str, points: &[(f64, f64)], lines: bool) -> std::fmt::Result {
-    let points: Vec<(f32, f32)> = points.iter().map(|(x, y)| (*x as f32, *y as f32)).collect();
+fn plot(text: &mut String, title: &str, x: &[f64], y: &[f64], lines: bool) -> std::fmt::Result {
+    let points: Vec<(f32, f32)> = x.iter().zip(y).map(|(x, y)| (*x as f32, *y as f32)).collect();
     let ends = |pick: fn(&(f32, f32)) -> f32| {
         let least = points.iter().map(pick).fold(f32::INFINITY, f32::min);
         (least, points.iter().map(pick).fold(f32::NEG_INFINITY, f32::max))

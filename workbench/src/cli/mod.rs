@@ -1,6 +1,7 @@
 //! One file a subcommand: its arguments and a recipe of a dozen lines. A new subcommand is one file, one variant of
 //! [`Command`] and one arm of [`Cli::run`].
 
+pub mod bench;
 pub mod capture;
 pub mod cases;
 pub mod commission;
@@ -51,6 +52,8 @@ pub enum Command {
     Start(start::Arguments),
     /// Run the gap workflow on a folder of rigs and compare its answers with what is known of them.
     Judge(judge::Arguments),
+    /// Count what a fixed set of searches costs: simulations, steps, time, memory.
+    Bench(bench::Arguments),
     /// Run any model on any input.
     Simulate(simulate::Arguments),
     /// List the library of physical effects with their equations.
@@ -87,6 +90,7 @@ impl Cli {
             Command::Look(arguments) => look::run(&arguments),
             Command::Start(arguments) => start::run(&arguments),
             Command::Judge(arguments) => judge::run(&arguments),
+            Command::Bench(arguments) => bench::run(&arguments),
             Command::Simulate(arguments) => simulate::run(&arguments),
             Command::Effects(arguments) => effects::run(&arguments),
             Command::Commission(arguments) => commission::run(&arguments),

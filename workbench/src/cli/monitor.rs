@@ -179,7 +179,7 @@ fn motion(log: &RunLog, record: &Record) -> String {
     let position = log.rad(f64::from(record.count.wrapping_sub(log.zero())) + 0.5);
     match record.activity {
         Activity::Tracking | Activity::Holding => {
-            let set_point = log.rad(f64::from(record.reference_q8) / 256.0);
+            let set_point = log.rad(log.reference(record));
             format!(
                 "set-point {set_point:9.4} rad   position {position:9.4} rad   error {:8.4} rad",
                 set_point - position

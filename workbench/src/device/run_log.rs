@@ -15,8 +15,7 @@ use servo::commission::Outcome;
 use servo::config::Config;
 use servo::link::protocol::Command;
 use servo::protect::Fault;
-use servo::record::Record;
-use servo::record::Referenced;
+use servo::record::{Record, Referenced, ahead_q8};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -79,6 +78,11 @@ pub struct Tape {
     pub outcomes: Vec<(u32, Outcome)>,
 }
 
+/// A set-point that is told modulo 2²⁴ counts, beside the count: counts from power-up.
+pub fn reference(reference_q8: i32, count: i32, zero: i32) -> f64 {
+    f64::from(count.wrapping_sub(zero)) + f64::from(ahead_q8(reference_q8, count, zero)) / 256.0
+}
+
 /// CRC-32 of a record as it travels.
 pub fn digest(record: &Record) -> u32 {
     const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
@@ -117,6 +121,11 @@ impl RunLog {
     /// Encoder count at power-up.
     pub fn zero(&self) -> i32 {
         self.rows.first().map_or(0, |row| row.record.count)
+    }
+
+    /// Set-point of a record, counts from power-up.
+    pub fn reference(&self, record: &Record) -> f64 {
+        reference(record.reference_q8, record.count, self.zero())
     }
 
     /// The last fault that was latched.
@@ -175,7 +184,7 @@ impl RunLog {
         if sensed.supply {
             let _ = write!(text, "{supply:.5},");
         }
-        let reference = self.rad(f64::from(record.reference_q8) / 256.0);
+        let reference = self.rad(self.reference(record));
         let speed = self.rad(f64::from(record.speed_q20) / f64::from(1 << 20)) * f64::from(config.tick_hz);
         let _ = writeln!(
             text,

@@ -151,8 +151,7 @@ impl TrackJson {
 
 /// rad. A counter that reads n stands for n + ½ counts.
 pub fn position_error(log: &RunLog, row: &Row) -> f64 {
-    let measured = f64::from(row.record.count.wrapping_sub(log.zero())) + 0.5;
-    log.rad(f64::from(row.record.reference_q8) / 256.0 - measured)
+    log.rad(f64::from(row.record.ahead_q8(log.zero())) / 256.0 - 0.5)
 }
 
 /// rad/s.

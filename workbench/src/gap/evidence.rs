@@ -1,6 +1,5 @@
 //! Sentences for people.
 
-use crate::gap::prediction::Prediction;
 use crate::gap::search::{Found, Scored};
 use crate::outcome::{Rival, Step, Tie};
 use crate::report::gap;
@@ -19,12 +18,12 @@ pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> Str
 }
 
 /// Explanations that lost, and why.
-pub fn rivals(found: &Found, ties: &[Tie]) -> Vec<Rival> {
+pub fn rivals(found: &Found, ties: &[Tie], gap_of: impl Fn(&Scored) -> f64) -> Vec<Rival> {
     let tied: Vec<&Vec<String>> = ties.iter().flat_map(|tie| &tie.rivals).collect();
     let lost = found.others.iter().filter(|other| !tied.contains(&&other.hypothesis.names()));
     lost.map(|other| Rival {
         names: other.hypothesis.names(),
-        gap: Prediction::of(&other.hypothesis, &other.fit.x, &[crate::gap::dataset::Part::HoldOut]).gap(),
+        gap: gap_of(other),
         reason: reason(other, &found.best),
     })
     .collect()

@@ -78,6 +78,12 @@ impl Expectation {
         Ok(read)
     }
 
+    /// Of a rig of which nothing is known.
+    fn nothing() -> Self {
+        toml::from_str("schema = \"truing-expect/1\"\nfit_percent = 0.0\nbest_known_percent = 0.0")
+            .expect("a constant text")
+    }
+
     /// What is wrong with an answer; empty if it is accepted.
     pub fn faults(&self, outcome: &Outcome) -> Vec<String> {
         let names: Vec<&str> = outcome.effects.iter().map(|effect| effect.name.as_str()).collect();
@@ -145,13 +151,32 @@ impl Rig {
         folders.iter().map(|folder| Self::open(folder)).collect()
     }
 
+    /// The rigs of a folder of which nothing need be known: a model, a log and a held-out record are enough.
+    pub fn with_models(folder: &Path) -> Result<Vec<Self>, InputError> {
+        let entries = std::fs::read_dir(folder).map_err(|error| InputError::file(folder.display(), error))?;
+        let mut rigs = Vec::new();
+        for folder in entries.filter_map(|entry| Some(entry.ok()?.path())) {
+            if folder.join("expect.toml").is_file() {
+                rigs.push(Self::open(&folder)?);
+            } else if folder.join("model.toml").is_file() {
+                rigs.push(Self::named(&folder, Expectation::nothing()));
+            }
+        }
+        if rigs.is_empty() {
+            let what = "holds no rig: none of its folders has a model.toml";
+            return Err(InputError::file(folder.display(), what));
+        }
+        rigs.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(rigs)
+    }
+
     fn open(folder: &Path) -> Result<Self, InputError> {
+        Ok(Self::named(folder, Expectation::read(&folder.join("expect.toml"))?))
+    }
+
+    fn named(folder: &Path, expectation: Expectation) -> Self {
         let name = folder.file_name().unwrap_or(folder.as_os_str());
-        Ok(Self {
-            name: name.to_string_lossy().into_owned(),
-            folder: folder.to_owned(),
-            expectation: Expectation::read(&folder.join("expect.toml"))?,
-        })
+        Self { name: name.to_string_lossy().into_owned(), folder: folder.to_owned(), expectation }
     }
 
     /// A file of the rig: in its folder, or in the folder of measured data.

@@ -1,11 +1,12 @@
 //! The model of a record, extended by what was found, and what it predicts: the one result.
 
-use crate::gap::dataset::{Dataset, Part};
+use crate::gap::dataset::{Dataset, Whole};
 use crate::gap::estimate::{self, Estimate, Estimates};
 use crate::gap::fit::{FINAL, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
-use crate::gap::prediction::{Prediction, compared};
+use crate::gap::prediction::{HeldOut, compared};
 use crate::gap::rest::{self, Described};
+use crate::gap::samples::{Sample, seen};
 use crate::gap::search::{Found, Scored};
 use crate::gap::verdict::Judged;
 use crate::gap::{evidence, excitation, experiment, plots};
@@ -21,15 +22,25 @@ pub(super) struct Given<'a> {
     /// Its nominal numbers.
     pub x: Vec<f64>,
     /// What it predicts of the held-out data.
-    pub prediction: Prediction,
+    pub held_out: HeldOut,
+    /// What is measured and what it does, with the time since the last reversal.
+    pub seen: (Vec<Sample>, Vec<f64>),
+    /// All rows of a long log.
+    pub whole: Option<&'a Whole<'a>>,
 }
 
 impl<'a> Given<'a> {
-    pub(super) fn simulated(dataset: &'a Dataset, model: &'a Model) -> Self {
+    pub(super) fn simulated(dataset: &'a Dataset, model: &'a Model, whole: Option<&'a Whole<'a>>) -> Self {
         let hypothesis = Hypothesis::new(dataset, model, Vec::new());
         let x = vec![0.0; hypothesis.slots.len()];
-        let prediction = Prediction::of(&hypothesis, &x, &[Part::HoldOut]);
-        Self { hypothesis, x, prediction }
+        let held_out = HeldOut::of(whole, &hypothesis, &x);
+        let seen = seen(whole, &hypothesis, &x);
+        Self { hypothesis, x, held_out, seen, whole }
+    }
+
+    /// The held-out gap of a set.
+    fn gap_of(&self, set: &Scored) -> f64 {
+        HeldOut::of(self.whole, &set.hypothesis, &set.fit.x).gap
     }
 }
 
@@ -39,41 +50,43 @@ pub(super) fn extended(
     found: &Found,
     mut judged: Judged,
     described: Option<&Described>,
-    last: Option<&Dataset>,
+    last: Option<&Last>,
 ) -> Outcome {
     let (dataset, model) = (given.hypothesis.dataset, given.hypothesis.model);
-    let mut steps = steps(&judged.kept, given.prediction.gap());
+    let mut steps = steps(given, &judged.kept);
     let fitted = described.and_then(|described| described.fitted.as_ref());
     let with_term = fitted.map(|fitted| rest::extended(&judged.kept, fitted));
     let kept = with_term.as_ref().unwrap_or(&judged.kept);
-    let after = Prediction::of(&kept.hypothesis, &kept.fit.x, &[Part::HoldOut]);
+    let after = HeldOut::of(given.whole, &kept.hypothesis, &kept.fit.x);
     if let Some(fitted) = fitted {
-        let gaps = (gap_of(&judged.kept), after.gap());
+        let gaps = (given.gap_of(&judged.kept), after.gap);
         let term = rest::as_told(&judged.kept, fitted, gaps);
         steps.push(Step { label: format!("+ {}", term.name), gap: term.gap_after });
         judged.unexplained.unnamed = Some(term);
     }
     let shifts = shifts(kept);
     let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
-    let mut plots = plots::all(&given.hypothesis, &given.x, kept);
+    let (seen_after, _) = seen(given.whole, &kept.hypothesis, &kept.fit.x);
+    let mut plots = plots::all(&given.hypothesis, &given.seen.0, &seen_after);
     plots.extend(described.map(|described| described.plot.clone()));
     Outcome {
         grade: judged.grade,
         small: small(found),
         effects: volts::told(model, true, &shifts, named(kept, &steps, &judged.ties)),
         closest_known: judged.closest,
-        final_records: last.map(|dataset| predicted(dataset, model, kept)),
+        final_records: last.map(|last| predicted(last, model, kept)),
         within_tolerance: shifts,
         unexplained: judged.unexplained,
         next_experiment: judged.next.map(|next| experiment::with_needs(next, kept)),
+        searched: dataset.searched,
         notes: notes.concat(),
-        rivals: evidence::rivals(found, &judged.ties),
+        rivals: evidence::rivals(found, &judged.ties, |set| given.gap_of(set)),
         plots,
         ties: judged.ties,
         steps,
         ..Outcome::new(
             judged.verdict,
-            compared(dataset.signal, dataset.sigma, &given.prediction, &after),
+            compared(dataset.signal, dataset.sigma, given.held_out, after),
             dataset.unit(),
         )
     }
@@ -84,19 +97,22 @@ fn small(found: &Found) -> Vec<Small> {
     found.small.iter().map(told).collect()
 }
 
-/// The held-out gap of a set.
-fn gap_of(set: &Scored) -> f64 {
-    Prediction::of(&set.hypothesis, &set.fit.x, &[Part::HoldOut]).gap()
+/// Records that are only predicted.
+pub(super) struct Last<'a> {
+    /// Made ready.
+    pub dataset: Dataset,
+    /// All rows of them, where they are long.
+    pub whole: Option<Whole<'a>>,
 }
 
 /// What the set predicts for the held-out part of another dataset of the same log.
-fn predicted(dataset: &Dataset, model: &Model, kept: &Scored) -> HoldOut {
-    let made = |hypothesis: &Hypothesis, x: &[f64]| Prediction::of(hypothesis, x, &[Part::HoldOut]);
+fn predicted(last: &Last, model: &Model, kept: &Scored) -> HoldOut {
+    let (dataset, whole) = (&last.dataset, last.whole.as_ref());
     let given = Hypothesis::new(dataset, model, Vec::new());
     let extended = Hypothesis::new(dataset, kept.hypothesis.model, kept.hypothesis.items.clone());
     let x = extended.carried(&kept.hypothesis, &kept.fit.x, &|_| 0.0);
-    let before = made(&given, &vec![0.0; given.slots.len()]);
-    compared(dataset.signal, dataset.sigma, &before, &made(&extended, &x))
+    let before = HeldOut::of(whole, &given, &vec![0.0; given.slots.len()]);
+    compared(dataset.signal, dataset.sigma, before, HeldOut::of(whole, &extended, &x))
 }
 
 /// What the held-out records had to say about the names of a model that is a fit to the log.
@@ -111,12 +127,12 @@ fn vetoed(model: &Model, found: &Found) -> Vec<String> {
 }
 
 /// The held-out gap of the model as given, and after each effect in the order of naming.
-fn steps(best: &Scored, given: f64) -> Vec<Step> {
-    let mut steps = vec![Step { label: "the model as given".into(), gap: given }];
+fn steps(given: &Given, best: &Scored) -> Vec<Step> {
+    let mut steps = vec![Step { label: "the model as given".into(), gap: given.held_out.gap }];
     for count in 1..=best.hypothesis.items.len() {
         let (hypothesis, start) = best.hypothesis.only(&best.fit.x, |k| k < count);
         let x = if count == best.hypothesis.items.len() { start } else { fit(&hypothesis, &start, &FINAL).x };
-        let gap = Prediction::of(&hypothesis, &x, &[Part::HoldOut]).gap();
+        let gap = HeldOut::of(given.whole, &hypothesis, &x).gap;
         steps.push(Step { label: format!("+ {}", best.hypothesis.items[count - 1].effect.name), gap });
     }
     steps

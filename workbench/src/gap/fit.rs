@@ -2,14 +2,16 @@
 //!
 //! Derivatives are taken on a coarse grid, and those of the nuisances follow the steps: see [`super::solver`].
 
-use crate::gap::dataset::{Part, Probes, Simulation};
+use crate::gap::dataset::{Compared, Part, lockstep};
 use crate::gap::hypothesis::{Hypothesis, Slot};
-use crate::gap::solver::{self, Problem, Schedule, Solution, solve, solve_near};
+use crate::gap::problem::Problem;
+use crate::gap::solver::{self, Schedule, Solution, solve, solve_near};
 use crate::system::plant::physics::Physics;
 use nalgebra::DMatrix;
 
-/// Longest step of the simulation in the search, as a part of the time constant.
-pub const COARSE: f64 = 1.0 / 45.0;
+/// Longest step of the simulation in the search, as a part of the time constant. The shaft's own step is exact: what bounds it is
+/// friction that begins or ends within it, and the current (decision 0301: half the steps of 1/45, no name changed).
+pub const COARSE: f64 = 4.0 / 45.0;
 /// Longest step of the simulation in the final fits, as a part of the time constant.
 pub const FINE: f64 = 1.0 / 180.0;
 
@@ -52,60 +54,62 @@ pub struct Evaluator<'h, 'a> {
     hypothesis: &'h Hypothesis<'a>,
     parts: &'static [Part],
     finest: f64,
-    simulation: Simulation,
 }
 
 impl<'h, 'a> Evaluator<'h, 'a> {
     /// For a hypothesis.
     pub fn new(hypothesis: &'h Hypothesis<'a>, setting: &Setting) -> Self {
-        Self { hypothesis, parts: setting.parts, finest: setting.finest, simulation: Simulation::default() }
-    }
-
-    /// Weighted residuals and priors.
-    fn compared(&mut self, x: &[f64], finest: f64, out: &mut Vec<f64>) {
-        let plant = self.hypothesis.plant(x);
-        self.simulated(&plant, x, finest, out);
+        Self { hypothesis, parts: setting.parts, finest: setting.finest }
     }
 
     /// Weighted residuals of another plant than that of the numbers, and their priors.
     pub fn of_plant(&mut self, plant: &Physics, x: &[f64], out: &mut Vec<f64>) {
-        self.simulated(plant, x, self.finest, out);
+        self.simulated(vec![plant.clone()], &[x], self.finest, std::slice::from_mut(out));
     }
 
-    fn simulated(&mut self, plant: &Physics, x: &[f64], finest: f64, out: &mut Vec<f64>) {
-        out.clear();
+    /// Weighted residuals and priors of several sets of numbers.
+    pub fn of_all(&self, many: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let places: Vec<&[f64]> = many.iter().map(Vec::as_slice).collect();
+        let mut residuals = vec![Vec::new(); many.len()];
+        self.compared(&places, self.finest, &mut residuals);
+        residuals
+    }
+
+    fn compared(&self, many: &[&[f64]], finest: f64, out: &mut [Vec<f64>]) {
+        let plants = many.iter().map(|x| self.hypothesis.plant(x)).collect();
+        self.simulated(plants, many, finest, out);
+    }
+
+    fn simulated(&self, plants: Vec<Physics>, many: &[&[f64]], finest: f64, out: &mut [Vec<f64>]) {
+        out.iter_mut().for_each(Vec::clear);
         let only_holdout = self.parts == [Part::HoldOut];
-        for (index, run) in self.hypothesis.dataset.runs.iter().enumerate() {
-            if run.log > 0 && !only_holdout {
-                continue;
-            }
-            let start = self.hypothesis.start_speed(index, x);
-            let (_, predicted) = self.simulation.speed(run, plant, start, finest);
-            compare(self.parts, &run.speed, predicted, out);
-            if !run.current.is_empty() {
-                compare(self.parts, &run.current, self.simulation.current(run), out);
-            }
+        let runs = self.hypothesis.dataset.runs.iter().enumerate();
+        let compared = |(index, run)| {
+            let start = |x: &&[f64]| self.hypothesis.start_speed(index, x);
+            Compared { run, starts: many.iter().map(start).collect() }
+        };
+        let runs: Vec<Compared> =
+            runs.filter(|(_, run)| run.log == 0 || only_holdout).map(compared).collect();
+        lockstep(&runs, &plants, self.parts, finest, out);
+        for (x, out) in many.iter().zip(out) {
+            out.extend(self.hypothesis.priors(x));
+            // A simulation that ran away must lose, not poison the sums.
+            out.iter_mut().filter(|r| r.is_nan() || r.abs() > 1e6).for_each(|r| *r = 1e6);
         }
-        out.extend(self.hypothesis.priors(x));
-        // A simulation that ran away must lose, not poison the sums.
-        out.iter_mut().filter(|r| r.is_nan() || r.abs() > 1e6).for_each(|r| *r = 1e6);
     }
-}
-
-/// The weighted residuals of the parts that count.
-fn compare(parts: &[Part], probes: &Probes, predicted: &[f64], out: &mut Vec<f64>) {
-    let samples = predicted.iter().enumerate();
-    let counted = samples.filter(|(k, _)| parts.contains(&probes.part[*k]));
-    out.extend(counted.map(|(k, predicted)| (probes.measured[k] - predicted) * probes.weight[k]));
 }
 
 impl Problem for Evaluator<'_, '_> {
     fn residuals(&mut self, x: &[f64], out: &mut Vec<f64>) {
-        self.compared(x, self.finest, out);
+        self.compared(&[x], self.finest, std::slice::from_mut(out));
     }
 
-    fn probed(&mut self, x: &[f64], out: &mut Vec<f64>) {
-        self.compared(x, COARSE, out);
+    fn residuals_of(&mut self, many: &[&[f64]], out: &mut [Vec<f64>]) {
+        self.compared(many, self.finest, out);
+    }
+
+    fn probed_of(&mut self, many: &[&[f64]], out: &mut [Vec<f64>]) {
+        self.compared(many, COARSE, out);
     }
 
     fn probes_alike(&self) -> bool {

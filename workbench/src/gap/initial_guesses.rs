@@ -237,7 +237,7 @@ impl Wave {
         let at = |point: usize| match axis {
             Axis::Position if run.position.is_empty() => trace.integral[point] / plant.sensor_scale,
             Axis::Position => run.shaft(plant, point),
-            Axis::Time => run.time[point] - run.time[0],
+            Axis::Time => run.time[point] - run.time[0] + run.since_s,
         };
         let middle = |k: usize| 0.5 * (at(k) + at(k + 1));
         let way = |k: usize| at(k + 1) - at(k);

@@ -4,9 +4,8 @@
 //! The missing torque J·ė + D·e of a linear base is exact (superposition), and unlike the residual it is not smeared
 //! over a time constant. A region is worth telling when it holds much more of the squared torque than of the samples.
 
-use crate::gap::dataset::Part;
 use crate::gap::hypothesis::Hypothesis;
-use crate::gap::samples::{Sample, samples};
+use crate::gap::samples::Sample;
 use crate::outcome::Where;
 use crate::system::model::Kind;
 
@@ -47,16 +46,15 @@ impl Region {
 }
 
 /// The regions that hold more than their part, most concentrated first.
-pub fn places(given: &Hypothesis, x: &[f64]) -> Vec<Where> {
-    let samples = samples(given, x, &[Part::A, Part::B, Part::HoldOut]);
+pub fn places(given: &Hypothesis, (samples, since_reversal): &(Vec<Sample>, Vec<f64>)) -> Vec<Where> {
     let total: f64 = samples.iter().map(|s| s.torque * s.torque).sum();
     if samples.len() < 50 || total <= 0.0 {
         return Vec::new();
     }
     let squares: Vec<f64> = samples.iter().map(|s| s.torque * s.torque / total).collect();
     let mut regions: Vec<Region> =
-        axes(given, &samples).iter().filter_map(|axis| densest(axis, &squares)).collect();
-    regions.extend(direction(&samples, &squares));
+        axes(given, samples, since_reversal).iter().filter_map(|axis| densest(axis, &squares)).collect();
+    regions.extend(direction(samples, &squares));
     regions.retain(|region| region.concentration > CONCENTRATED);
     regions.sort_by(|a, b| b.concentration.total_cmp(&a.concentration));
     let mut told: Vec<Region> = Vec::new();
@@ -75,7 +73,7 @@ pub fn places(given: &Hypothesis, x: &[f64]) -> Vec<Where> {
     told.into_iter().map(place).collect()
 }
 
-fn axes(given: &Hypothesis, samples: &[Sample]) -> Vec<Axis> {
+fn axes(given: &Hypothesis, samples: &[Sample], since_reversal: &[f64]) -> Vec<Axis> {
     let (speed, acceleration) = if given.dataset.linear { ("m/s", "m/s²") } else { ("rad/s", "rad/s²") };
     let over = |name, unit, value: &dyn Fn(&Sample) -> f64| Axis {
         name,
@@ -86,7 +84,7 @@ fn axes(given: &Hypothesis, samples: &[Sample]) -> Vec<Axis> {
         over("|u|", given.dataset.input.unit(), &|s| s.input.abs()),
         over("|speed|", speed, &|s| s.omega.abs()),
         over("|acceleration|", acceleration, &|s| s.acceleration.abs()),
-        Axis { name: "time since reversal", unit: "s", values: since_reversal(samples) },
+        Axis { name: "time since reversal", unit: "s", values: since_reversal.to_vec() },
         over("time", "s", &|s| s.time),
     ];
     if given.dataset.input == crate::system::log::Input::Voltage
@@ -95,20 +93,6 @@ fn axes(given: &Hypothesis, samples: &[Sample]) -> Vec<Axis> {
         axes.push(over("|current|", "A", &|s| s.current.abs()));
     }
     axes
-}
-
-/// Time since the simulated speed last changed its sign, s.
-fn since_reversal(samples: &[Sample]) -> Vec<f64> {
-    let mut last = samples.first().map_or(0.0, |s| s.time);
-    let mut made = Vec::with_capacity(samples.len());
-    for (k, sample) in samples.iter().enumerate() {
-        let turned = k > 0 && (samples[k - 1].run != sample.run || samples[k - 1].omega * sample.omega < 0.0);
-        if turned {
-            last = sample.time;
-        }
-        made.push(sample.time - last);
-    }
-    made
 }
 
 /// The stretch below or above a quantile that holds most more than its part of the squared torque.

@@ -9,6 +9,7 @@ pub mod acceptance;
 pub mod beam;
 mod data_sheet;
 pub mod dataset;
+pub mod effort;
 pub mod estimate;
 pub mod evidence;
 pub mod examine;
@@ -19,9 +20,11 @@ mod extend;
 pub mod fit;
 pub mod hypothesis;
 pub mod initial_guesses;
+pub mod jacobian;
 pub mod localise;
 pub mod plots;
 pub mod prediction;
+pub mod problem;
 pub mod record;
 pub mod residual;
 pub mod residual_tests;
@@ -39,6 +42,7 @@ use crate::gap::search::{Progress, ShareLimits};
 use crate::outcome::Outcome;
 use crate::system::log::{Dynamic, Log, Table};
 use crate::system::model::Model;
+use std::borrow::Cow;
 use std::time::Instant;
 
 pub use record::made_ready;
@@ -59,7 +63,7 @@ pub struct Options {
 
 /// Finds where model and log disagree, names what is missing and predicts the held-out data with it. A record whose rows
 /// are so far apart that each shows a settled speed is taken as a table.
-pub fn run<L: Clone + Into<Log>>(
+pub fn run<L: Recorded>(
     model: &Model,
     log: &L,
     holdouts: &[L],
@@ -67,20 +71,19 @@ pub fn run<L: Clone + Into<Log>>(
     progress: Progress,
 ) -> Result<Outcome, InputError> {
     let started = Instant::now();
-    let log: Log = log.clone().into();
-    let holdouts: Vec<Log> = holdouts.iter().cloned().map(Into::into).collect();
+    let (log, holdouts) = (L::log(log), L::logs(holdouts));
     let faults = examine::faults(model, &log, &holdouts);
     if !faults.is_empty() && !options.accept_data {
         return Ok(Outcome { runtime_s: started.elapsed().as_secs_f64(), ..examine::outcome(&log, faults) });
     }
-    let (holdouts, table) = (holdouts.into_iter(), as_table(model, &log));
+    let table = as_table(model, &log);
     // What is said of a sensor is said of motion.
     let notes = if table.is_none() { examine::notes(model, &log) } else { Vec::new() };
-    let mut outcome = match (table, log) {
-        (Some(table), log) => of_table(model, &table, &log, holdouts.collect(), options),
-        (None, log) => {
-            let holdouts: Result<Vec<Dynamic>, InputError> = holdouts.map(as_record).collect();
-            record::run(model, &as_record(log)?, &holdouts?, options, progress)
+    let mut outcome = match table {
+        Some(table) => of_table(model, &table, &log, &holdouts, options),
+        None => {
+            let holdouts: Result<Vec<&Dynamic>, InputError> = holdouts.iter().map(record_of).collect();
+            record::run(model, record_of(&log)?, &holdouts?, options, progress)
         }
     }?;
     outcome.data_sheet = data_sheet::contradicted(model, &outcome);
@@ -102,10 +105,52 @@ fn as_table(model: &Model, log: &Log) -> Option<Table> {
 pub fn as_record(log: Log) -> Result<Dynamic, InputError> {
     match log {
         Log::Dynamic(record) => Ok(record),
-        Log::Table(table) => Err(InputError::file(
-            table.source,
-            "is a steady-state table, but the log is a record over time; give a record",
-        )),
+        Log::Table(table) => Err(no_record(&table)),
+    }
+}
+
+fn record_of(log: &Log) -> Result<&Dynamic, InputError> {
+    match log {
+        Log::Dynamic(record) => Ok(record),
+        Log::Table(table) => Err(no_record(table)),
+    }
+}
+
+fn no_record(table: &Table) -> InputError {
+    let what = "is a steady-state table, but the log is a record over time; give a record";
+    InputError::file(&table.source, what)
+}
+
+/// What may be analysed. Long logs are not copied.
+pub trait Recorded: Sized {
+    /// As a log.
+    fn log(&self) -> Cow<'_, Log>;
+
+    /// Several of them.
+    fn logs(all: &[Self]) -> Cow<'_, [Log]> {
+        all.iter().map(|one| one.log().into_owned()).collect::<Vec<Log>>().into()
+    }
+}
+
+impl Recorded for Log {
+    fn log(&self) -> Cow<'_, Log> {
+        Cow::Borrowed(self)
+    }
+
+    fn logs(all: &[Self]) -> Cow<'_, [Log]> {
+        all.into()
+    }
+}
+
+impl Recorded for Dynamic {
+    fn log(&self) -> Cow<'_, Log> {
+        Cow::Owned(self.clone().into())
+    }
+}
+
+impl Recorded for Table {
+    fn log(&self) -> Cow<'_, Log> {
+        Cow::Owned(self.clone().into())
     }
 }
 
@@ -113,7 +158,7 @@ fn of_table(
     model: &Model,
     table: &Table,
     log: &Log,
-    holdouts: Vec<Log>,
+    holdouts: &[Log],
     options: &Options,
 ) -> Result<Outcome, InputError> {
     let source = &table.source;

@@ -2,8 +2,7 @@
 
 use crate::gap::dataset::Part;
 use crate::gap::hypothesis::Hypothesis;
-use crate::gap::samples::{Sample, samples};
-use crate::gap::search::Scored;
+use crate::gap::samples::Sample;
 use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 
 /// Most points of a curve.
@@ -14,10 +13,7 @@ const RUN_GAP_S: f64 = 0.2;
 const BINS: usize = 40;
 
 /// All plots.
-pub fn all(given: &Hypothesis, x: &[f64], kept: &Scored) -> Vec<Plot> {
-    const ALL: &[Part] = &[Part::A, Part::B, Part::HoldOut];
-    let before = samples(given, x, ALL);
-    let after = samples(&kept.hypothesis, &kept.fit.x, ALL);
+pub fn all(given: &Hypothesis, before: &[Sample], after: &[Sample]) -> Vec<Plot> {
     let linear = given.dataset.linear;
     let (speed, input) = (
         if linear { "speed, m/s" } else { "speed, rad/s" },
@@ -29,10 +25,10 @@ pub fn all(given: &Hypothesis, x: &[f64], kept: &Scored) -> Vec<Plot> {
     };
     let band = Some(given.dataset.sigma);
     vec![
-        traces(&before, &after, compared),
-        over(&before, &after, "Residual over the input", &input, compared, band, &|s| s.input),
-        over(&before, &after, "Residual over the simulated speed", speed, compared, band, &|s| s.omega),
-        in_time(&before, &after, compared, band),
+        traces(before, after, compared),
+        over(before, after, "Residual over the input", &input, compared, band, &|s| s.input),
+        over(before, after, "Residual over the simulated speed", speed, compared, band, &|s| s.omega),
+        in_time(before, after, compared, band),
     ]
 }
 

@@ -1,9 +1,11 @@
 //! Measured values beside those that a hypothesis predicts.
 
-use crate::gap::dataset::{BenchRun, Dataset, Part};
+use crate::gap::dataset::{BenchRun, Dataset, Part, Whole};
+use crate::gap::fit::FINE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::residual::{fit_percent, rms};
 use crate::outcome::HoldOut;
+use crate::system::plant::physics::Physics;
 
 /// Measured and predicted values of some parts, in order.
 #[derive(Clone, Debug, Default)]
@@ -48,15 +50,56 @@ impl Prediction {
     }
 }
 
+/// What is told of a prediction of held-out data.
+#[derive(Clone, Copy, Debug)]
+pub struct HeldOut {
+    /// Root mean square of measured minus predicted.
+    pub gap: f64,
+    /// Share of the measured variation that is predicted, %.
+    pub fit_percent: f64,
+}
+
+impl HeldOut {
+    /// Of a hypothesis; on all rows of a long log.
+    pub fn of(whole: Option<&Whole>, hypothesis: &Hypothesis, x: &[f64]) -> Self {
+        match whole {
+            Some(whole) => Self::of_all(whole, &hypothesis.plant(x)),
+            None => Prediction::of(hypothesis, x, &[Part::HoldOut]).into(),
+        }
+    }
+
+    fn of_all(whole: &Whole, plant: &Physics) -> Self {
+        let sums = whole.each(true, |_, run, simulation| {
+            let (_, predicted) = simulation.speed(run, plant, run.start_speed, FINE);
+            let held_out = (0..predicted.len()).filter(|k| run.speed.part[*k] == Part::HoldOut);
+            held_out.fold([0.0; 4], |[n, off, sum, square], k| {
+                let (y, e) = (run.speed.measured[k], run.speed.measured[k] - predicted[k]);
+                [n + 1.0, off + e * e, sum + y, square + y * y]
+            })
+        });
+        let add = |all: [f64; 4], one: [f64; 4]| std::array::from_fn(|k| all[k] + one[k]);
+        let [n, off, sum, square] = sums.into_iter().fold([0.0; 4], add);
+        let variation = (square - sum * sum / n.max(1.0)).max(1e-300);
+        Self { gap: (off / n.max(1.0)).sqrt(), fit_percent: 100.0 * (1.0 - (off / variation).sqrt()) }
+    }
+}
+
+impl From<Prediction> for HeldOut {
+    fn from(prediction: Prediction) -> Self {
+        let fit_percent = fit_percent(&prediction.measured, &prediction.predicted);
+        Self { gap: prediction.gap(), fit_percent }
+    }
+}
+
 /// How well measured values are predicted before and after.
-pub fn compared(signal: &str, noise_floor: f64, before: &Prediction, after: &Prediction) -> HoldOut {
+pub fn compared(signal: &str, noise_floor: f64, before: HeldOut, after: HeldOut) -> HoldOut {
     HoldOut {
         signal: signal.to_owned(),
-        rmse_before: before.gap(),
-        rmse_after: after.gap(),
+        rmse_before: before.gap,
+        rmse_after: after.gap,
         noise_floor,
-        fit_percent_before: fit_percent(&before.measured, &before.predicted),
-        fit_percent_after: fit_percent(&after.measured, &after.predicted),
+        fit_percent_before: before.fit_percent,
+        fit_percent_after: after.fit_percent,
     }
 }
 

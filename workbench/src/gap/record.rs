@@ -1,26 +1,28 @@
 //! A record over time against a model: prepare → simulate → localise → search → judge → extend.
 
 use crate::console::input_error::InputError;
-use crate::gap::dataset::{self, Dataset, Part, hf_noise, prepare};
-use crate::gap::extend::{Given, extended};
+use crate::gap::dataset::{self, Dataset, Part, Whole, hf_noise, prepare};
+use crate::gap::effort::{Phase, during};
+use crate::gap::extend::{Given, Last, extended};
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::{Prediction, held_out_errors};
 use crate::gap::residual::rms;
 use crate::gap::residual_tests::{sensor_like, twin_pairs};
 use crate::gap::rest::{self, Described, Scope};
 use crate::gap::samples::samples;
-use crate::gap::search::{Progress, Scored, base_fit, search};
+use crate::gap::search::{Found, Progress, Scored, ShareLimits, base_fit, search};
 use crate::gap::verdict::Judged;
 use crate::gap::{Options, estimate, localise, verdict};
 use crate::outcome::{Outcome, Verdict};
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
+use std::borrow::Borrow;
 
 /// Finds where model and record disagree, names what is missing and predicts the held-out data with it.
 pub fn run(
     model: &Model,
     log: &Dynamic,
-    holdouts: &[Dynamic],
+    holdouts: &[&Dynamic],
     options: &Options,
     progress: Progress,
 ) -> Result<Outcome, InputError> {
@@ -29,10 +31,18 @@ pub fn run(
         return Ok(outcome);
     }
     let last = only_predicted(model, log, holdouts, &options.finals)?;
-    let given = Given::simulated(&dataset, model);
-    let places = localise::places(&given.hypothesis, &given.x);
+    let whole = Whole::of(model, log, holdouts, &dataset);
+    let given = Given::simulated(&dataset, model, whole.as_ref());
+    let places = localise::places(&given.hypothesis, &given.seen);
     let found = search(&dataset, model, options, progress);
-    let mut judged = verdict::judge(&found, &given.hypothesis, &given.x, &options.limits);
+    let conclude = || concluded(&given, &found, &options.limits, last.as_ref());
+    Ok(Outcome { places, ..during(Phase::Conclude, conclude) })
+}
+
+/// What is said of what was found.
+fn concluded(given: &Given, found: &Found, limits: &ShareLimits, last: Option<&Last>) -> Outcome {
+    let model = given.hypothesis.model;
+    let mut judged = verdict::judge(found, &given.hypothesis, &given.x, limits);
     let eased = estimate::eased(&judged.kept);
     if let Some(eased) = &eased {
         let anew = estimate::refitted(eased, &judged.kept);
@@ -40,8 +50,8 @@ pub fn run(
             judged.kept = anew;
         }
     }
-    let described = rest_of(&given, &mut judged);
-    Ok(Outcome { places, ..extended(&given, &found, judged, described.as_ref(), last.as_ref()) })
+    let described = rest_of(given, &mut judged);
+    extended(given, found, judged, described.as_ref(), last)
 }
 
 /// Looks for what the rest depends on, and says so.
@@ -61,23 +71,32 @@ fn rest_of(given: &Given, judged: &mut Judged) -> Option<Described> {
 }
 
 /// The records that are only predicted, made ready.
-fn only_predicted(
+fn only_predicted<'a>(
     model: &Model,
-    log: &Dynamic,
-    holdouts: &[Dynamic],
-    finals: &[Dynamic],
-) -> Result<Option<Dataset>, InputError> {
+    log: &'a Dynamic,
+    holdouts: &[&Dynamic],
+    finals: &'a [Dynamic],
+) -> Result<Option<Last<'a>>, InputError> {
     let copies = |last: &&Dynamic| holdouts.iter().any(|held| dataset::same(held, last));
     if let Some(copy) = finals.iter().find(copies) {
         let what = "is one of the held-out records, which had a veto; give --final another record";
         return Err(InputError::file(&copy.source, what));
     }
-    let last = (!finals.is_empty()).then(|| made_ready(model, log, finals));
-    last.transpose()
+    if finals.is_empty() {
+        return Ok(None);
+    }
+    let finals: Vec<&Dynamic> = finals.iter().collect();
+    let dataset = made_ready(model, log, &finals)?;
+    let whole = Whole::of(model, log, &finals, &dataset);
+    Ok(Some(Last { dataset, whole }))
 }
 
 /// Log and hold-outs on their grids, with noise and weights.
-pub fn made_ready(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<Dataset, InputError> {
+pub fn made_ready(
+    model: &Model,
+    log: &Dynamic,
+    holdouts: &[impl Borrow<Dynamic>],
+) -> Result<Dataset, InputError> {
     let mut dataset = prepare(model, log, holdouts)?;
     settle_noise(&mut dataset, model);
     Ok(dataset)
@@ -102,7 +121,7 @@ fn repeated_noise(base: &Scored) -> Option<f64> {
     let dataset = base.hypothesis.dataset;
     let seen = samples(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
     let differences: Vec<f64> =
-        twin_pairs(&seen, dataset.twins?, |s| s.residual()).map(|(a, b)| a - b).collect();
+        twin_pairs(&seen, &dataset.twins, |s| s.residual()).map(|(a, b)| a - b).collect();
     let enough = differences.len() > 200 && sensor_like(&differences);
     enough.then(|| rms(&differences) / 2f64.sqrt())
 }

@@ -1,6 +1,7 @@
 //! Measured, simulated and what the model does at each compared sample: what localisation, structure and plots look at.
 
-use crate::gap::dataset::Part;
+use crate::gap::dataset::{BenchRun, Part, Traces, Whole};
+use crate::gap::fit::FINE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::system::plant::physics::Physics;
 use servo::axis::Bridge;
@@ -53,36 +54,82 @@ pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample
         &plant,
         |_| true,
         |index, traces, predicted| {
-            let run = &hypothesis.dataset.runs[index];
-            let first = all.len();
-            for (k, predicted) in predicted.iter().enumerate() {
-                let block = run.speed.block[k] as usize;
-                let h = run.time[block + 1] - run.time[block];
-                all.push(Sample {
-                    run: index,
-                    time: run.speed.time[k] - run.time[0],
-                    measured: run.speed.measured[k],
-                    predicted: *predicted,
-                    weight: run.speed.weight[k],
-                    input: run.input[run.first_row[block] as usize],
-                    omega: traces.omega[block],
-                    acceleration: (traces.omega[block + 1] - traces.omega[block]) / h,
-                    current: traces.current[block + 1],
-                    position: if run.position.is_empty() {
-                        traces.integral[block]
-                    } else {
-                        run.position[block]
-                    },
-                    open: run.bridge[block] == Bridge::Open,
-                    part: run.speed.part[k],
-                    torque: 0.0,
-                });
-            }
-            missing_torque(&mut all[first..], &plant, &run.speed.from);
+            of_run(&mut all, index, &hypothesis.dataset.runs[index], &plant, traces, predicted);
         },
     );
     all.retain(|sample| parts.contains(&sample.part));
     all
+}
+
+/// Samples of every part that is compared, with the time since the last reversal of each; of a long log about so many of all rows.
+pub fn seen(whole: Option<&Whole>, hypothesis: &Hypothesis, x: &[f64]) -> (Vec<Sample>, Vec<f64>) {
+    const ALL: [Part; 3] = [Part::A, Part::B, Part::HoldOut];
+    let Some(whole) = whole else {
+        let samples = samples(hypothesis, x, &ALL);
+        let since = since_reversal(&samples);
+        return (samples, since);
+    };
+    let (plant, most) = (hypothesis.plant(x), (ENOUGH / whole.len()).max(1));
+    let thinned = whole.each(false, |index, run, simulation| {
+        let (traces, predicted) = simulation.speed(run, &plant, run.start_speed, FINE);
+        let mut all = Vec::with_capacity(predicted.len());
+        of_run(&mut all, index, run, &plant, traces, predicted);
+        let since = since_reversal(&all);
+        let compared = all.into_iter().zip(since).filter(|seen| ALL.contains(&seen.0.part));
+        let compared: Vec<(Sample, f64)> = compared.collect();
+        let every = compared.len().div_ceil(most).max(1);
+        compared.into_iter().step_by(every).collect::<Vec<_>>()
+    });
+    thinned.into_iter().flatten().unzip()
+}
+
+/// Samples of a long log that plots and places are made of.
+const ENOUGH: usize = 24_000;
+
+/// Time since the simulated speed last changed its sign, s.
+fn since_reversal(samples: &[Sample]) -> Vec<f64> {
+    let mut last = samples.first().map_or(0.0, |s| s.time);
+    let mut made = Vec::with_capacity(samples.len());
+    for (k, sample) in samples.iter().enumerate() {
+        let turned = k > 0 && (samples[k - 1].run != sample.run || samples[k - 1].omega * sample.omega < 0.0);
+        if turned {
+            last = sample.time;
+        }
+        made.push(sample.time - last);
+    }
+    made
+}
+
+/// Adds the samples of a run.
+fn of_run(
+    all: &mut Vec<Sample>,
+    index: usize,
+    run: &BenchRun,
+    plant: &Physics,
+    traces: &Traces,
+    predicted: &[f64],
+) {
+    let first = all.len();
+    for (k, predicted) in predicted.iter().enumerate() {
+        let block = run.speed.block[k] as usize;
+        let h = run.time[block + 1] - run.time[block];
+        all.push(Sample {
+            run: index,
+            time: run.speed.time[k] - run.time[0] + run.since_s,
+            measured: run.speed.measured[k],
+            predicted: *predicted,
+            weight: run.speed.weight[k],
+            input: run.input[run.first_row[block] as usize],
+            omega: traces.omega[block],
+            acceleration: (traces.omega[block + 1] - traces.omega[block]) / h,
+            current: traces.current[block + 1],
+            position: if run.position.is_empty() { traces.integral[block] } else { run.position[block] },
+            open: run.bridge[block] == Bridge::Open,
+            part: run.speed.part[k],
+            torque: 0.0,
+        });
+    }
+    missing_torque(&mut all[first..], plant, &run.speed.from);
 }
 
 /// J·ė + D·e from a line through the residual of the speed over about a tenth of the time constant. `from`: where the compared

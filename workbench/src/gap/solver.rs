@@ -4,6 +4,8 @@
 //! A simulation is so cheap that nothing cleverer pays, but columns of the Jacobian that bend little are not computed
 //! anew after a step: they follow it (Broyden, Math. Comp. 19, 1965).
 
+use super::jacobian::{Beside, Jacobian};
+use super::problem::{Problem, clipped, dot};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -15,31 +17,6 @@ const FIRST_DAMPING: f64 = 1e-2;
 const TRIES: usize = 6;
 /// Slow steps in a row that end a descent.
 const SLOW_STEPS: usize = 2;
-
-/// What is minimised: the sum of the squares of residuals over numbers with bounds.
-pub trait Problem {
-    /// The residuals, each over its standard deviation: the compared samples first, the priors last.
-    fn residuals(&mut self, x: &[f64], out: &mut Vec<f64>);
-
-    /// The residuals as finely as a derivative needs them.
-    fn probed(&mut self, x: &[f64], out: &mut Vec<f64>) {
-        self.residuals(x, out);
-    }
-
-    /// True if [`Self::probed`] gives what [`Self::residuals`] gives.
-    fn probes_alike(&self) -> bool {
-        true
-    }
-
-    /// Lower and upper bound of a number.
-    fn bounds(&self, slot: usize) -> (f64, f64);
-
-    /// Step of the numeric derivative of a number.
-    fn step(&self, slot: usize) -> f64;
-
-    /// So many numbers at the front bend the residuals so much that their derivatives are computed anew before each step.
-    fn bending(&self) -> usize;
-}
 
 /// When a descent ends.
 #[derive(Clone, Copy, Debug)]
@@ -65,9 +42,7 @@ pub struct Solution {
 
 /// Solves a problem from a start.
 pub fn solve(problem: &mut impl Problem, start: &[f64], schedule: &Schedule) -> Solution {
-    let mut descent = Descent::new(problem, start, schedule);
-    descent.jacobian = Jacobian::at(descent.problem, &descent.x, &descent.residuals);
-    descent.run()
+    Descent::new(problem, start, schedule, Jacobian::empty(start.len()), 0..start.len()).run()
 }
 
 /// Solves a problem near another one, of which some columns of the Jacobian are known; those of the numbers that bend the
@@ -78,9 +53,9 @@ pub fn solve_near(
     schedule: &Schedule,
     columns: Vec<Vec<f64>>,
 ) -> Solution {
-    let mut descent = Descent::new(problem, start, schedule);
-    descent.jacobian.columns = columns;
-    (descent.followed, descent.late) = (true, true);
+    let bending = 0..problem.bending();
+    let mut descent = Descent::new(problem, start, schedule, Jacobian { columns }, bending);
+    descent.followed = true;
     descent.run()
 }
 
@@ -91,114 +66,15 @@ pub fn covariance(
     x: &[f64],
     ridge: impl Fn(usize, f64) -> f64,
 ) -> Option<DMatrix<f64>> {
-    let mut here = Vec::new();
-    problem.probed(x, &mut here);
-    let mut information = Jacobian::from(problem, x, &here).normal();
+    let mut information = Jacobian::probed(problem, x).normal();
     for k in 0..x.len() {
         information[(k, k)] += ridge(k, information[(k, k)]);
     }
     information.try_inverse()
 }
 
-/// Columns of derivatives of the residuals.
-#[derive(Clone, Debug)]
-pub struct Jacobian {
-    /// One column a number.
-    pub columns: Vec<Vec<f64>>,
-}
-
-impl Jacobian {
-    /// One-sided differences. They are probed, whatever the grid of the residuals: a derivative that is off by its part in
-    /// a thousand costs no accuracy, only a little convergence.
-    pub fn at(problem: &mut impl Problem, x: &[f64], residuals: &[f64]) -> Self {
-        let here = probed_at(problem, x, residuals);
-        Self::from(problem, x, &here)
-    }
-
-    fn from(problem: &mut impl Problem, x: &[f64], here: &[f64]) -> Self {
-        let columns = vec![Vec::new(); x.len()];
-        let mut jacobian = Self { columns };
-        jacobian.renew(problem, x, here, 0..x.len());
-        jacobian
-    }
-
-    /// Computes some columns anew; a step that would cross the upper bound turns round.
-    fn renew(&mut self, problem: &mut impl Problem, x: &[f64], here: &[f64], slots: Range<usize>) {
-        let (mut probe, mut moved) = (x.to_vec(), Vec::new());
-        for slot in slots {
-            let (upper, step) = (problem.bounds(slot).1, problem.step(slot));
-            let step = if x[slot] + step > upper { -step } else { step };
-            probe[slot] = x[slot] + step;
-            problem.probed(&probe, &mut moved);
-            self.columns[slot].clear();
-            self.columns[slot].extend(moved.iter().zip(here).map(|(a, b)| (a - b) / step));
-            probe[slot] = x[slot];
-        }
-    }
-
-    /// Corrects all columns by what a step really did, each number measured by its own effect.
-    fn follow(&mut self, step: &[f64], before: &[f64], after: &[f64]) {
-        let weights: Vec<f64> = self.columns.iter().map(|column| dot(column, column)).collect();
-        let length: f64 = step.iter().zip(&weights).map(|(d, w)| w * d * d).sum();
-        if length <= 0.0 {
-            return;
-        }
-        let mut error: Vec<f64> = after.iter().zip(before).map(|(a, b)| a - b).collect();
-        for (column, d) in self.columns.iter().zip(step) {
-            error.iter_mut().zip(column).for_each(|(e, c)| *e -= c * d);
-        }
-        for ((column, d), w) in self.columns.iter_mut().zip(step).zip(&weights) {
-            let share = w * d / length;
-            column.iter_mut().zip(&error).for_each(|(c, e)| *c += share * e);
-        }
-    }
-
-    /// The normal matrix JᵀJ.
-    pub fn normal(&self) -> DMatrix<f64> {
-        let n = self.columns.len();
-        let mut normal = DMatrix::zeros(n, n);
-        for i in 0..n {
-            for j in 0..=i {
-                let sum = dot(&self.columns[i], &self.columns[j]);
-                normal[(i, j)] = sum;
-                normal[(j, i)] = sum;
-            }
-        }
-        normal
-    }
-
-    /// Half of the gradient of the cost, Jᵀr.
-    pub fn gradient(&self, residuals: &[f64]) -> DVector<f64> {
-        DVector::from_iterator(self.columns.len(), self.columns.iter().map(|column| dot(column, residuals)))
-    }
-}
-
-fn probed_at(problem: &mut impl Problem, x: &[f64], residuals: &[f64]) -> Vec<f64> {
-    let mut here = residuals.to_vec();
-    if !problem.probes_alike() {
-        problem.probed(x, &mut here);
-    }
-    here
-}
-
-/// Sum of products. Four sums side by side: one alone would wait for itself.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (heads, tails) = (a.chunks_exact(4).zip(b.chunks_exact(4)), a.len() / 4 * 4);
-    for (x, y) in heads {
-        for k in 0..4 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    let rest: f64 = a[tails..].iter().zip(&b[tails..]).map(|(x, y)| x * y).sum();
-    sums.iter().sum::<f64>() + rest
-}
-
-/// A number inside its bounds.
-pub fn clipped(problem: &impl Problem, slot: usize, value: f64) -> f64 {
-    let (lower, upper) = problem.bounds(slot);
-    value.clamp(lower, upper)
-}
+/// Residuals and cost at a place, and the residuals beside it if they came along.
+type Looked = (Vec<f64>, f64, Option<(Beside, Vec<Vec<f64>>)>);
 
 /// A descent under way.
 struct Descent<'p, P> {
@@ -216,22 +92,51 @@ struct Descent<'p, P> {
 }
 
 impl<'p, P: Problem> Descent<'p, P> {
-    fn new(problem: &'p mut P, start: &[f64], schedule: &'p Schedule) -> Self {
+    /// At a start, with some columns of the Jacobian computed there.
+    fn new(
+        problem: &'p mut P,
+        start: &[f64],
+        schedule: &'p Schedule,
+        jacobian: Jacobian,
+        columns: Range<usize>,
+    ) -> Self {
         let places = start.iter().enumerate();
         let x: Vec<f64> = places.map(|(k, v)| clipped(problem, k, *v)).collect();
-        let mut residuals = Vec::new();
-        problem.residuals(&x, &mut residuals);
-        Self {
-            cost: dot(&residuals, &residuals),
-            jacobian: Jacobian { columns: Vec::new() },
+        let mut descent = Self {
             problem,
             schedule,
-            x,
-            residuals,
+            residuals: Vec::new(),
+            cost: f64::INFINITY,
+            jacobian,
             followed: false,
             late: false,
             damping: FIRST_DAMPING,
+            x,
+        };
+        let (residuals, cost, beside) = descent.look(&descent.x.clone(), columns.clone());
+        (descent.residuals, descent.cost) = (residuals, cost);
+        match beside {
+            Some((beside, moved)) => descent.jacobian.take(&beside, &descent.residuals, &moved),
+            None => descent.jacobian.renew(descent.problem, &descent.x, &descent.residuals, columns),
         }
+        descent
+    }
+
+    /// Residuals and cost at a place. Where derivatives are as fine as residuals, those beside it come along.
+    fn look(&mut self, x: &[f64], columns: Range<usize>) -> Looked {
+        if !self.problem.probes_alike() {
+            let mut residuals = Vec::with_capacity(self.residuals.len());
+            self.problem.residuals(x, &mut residuals);
+            let cost = dot(&residuals, &residuals);
+            return (residuals, cost, None);
+        }
+        let beside = Beside::new(self.problem, x, columns);
+        let places: Vec<&[f64]> = std::iter::once(x).chain(beside.places.iter().map(Vec::as_slice)).collect();
+        let mut moved = vec![Vec::new(); places.len()];
+        self.problem.residuals_of(&places, &mut moved);
+        let residuals = moved.remove(0);
+        let cost = dot(&residuals, &residuals);
+        (residuals, cost, Some((beside, moved)))
     }
 
     fn run(mut self) -> Solution {
@@ -259,9 +164,8 @@ impl<'p, P: Problem> Descent<'p, P> {
     /// One step that lowers the cost; false if there is none worth taking.
     fn lower(&mut self) -> bool {
         if self.late {
-            let here = probed_at(self.problem, &self.x, &self.residuals);
             let bending = 0..self.problem.bending();
-            self.jacobian.renew(self.problem, &self.x, &here, bending);
+            self.jacobian.renew(self.problem, &self.x, &self.residuals, bending);
             self.late = false;
         }
         let normal = Normal::new(self);
@@ -292,22 +196,20 @@ impl<'p, P: Problem> Descent<'p, P> {
     fn steps(&mut self, step: &DVector<f64>) -> bool {
         let places = self.x.iter().zip(step.iter()).enumerate();
         let next: Vec<f64> = places.map(|(k, (x, step))| clipped(self.problem, k, x + step)).collect();
-        let mut moved = Vec::with_capacity(self.residuals.len());
-        self.problem.residuals(&next, &mut moved);
-        let cost = dot(&moved, &moved);
+        let bending = 0..self.problem.bending();
+        let (residuals, cost, beside) = self.look(&next, bending);
         // Not a number is no gain either.
         let lower = cost < self.cost;
         if lower {
-            self.follow(&next, &moved);
-            (self.x, self.residuals, self.cost) = (next, moved, cost);
+            let step: Vec<f64> = next.iter().zip(&self.x).map(|(a, b)| a - b).collect();
+            self.jacobian.follow(&step, &self.residuals, &residuals);
+            (self.followed, self.late) = (true, beside.is_none());
+            if let Some((beside, moved)) = beside {
+                self.jacobian.take(&beside, &residuals, &moved);
+            }
+            (self.x, self.residuals, self.cost) = (next, residuals, cost);
         }
         lower
-    }
-
-    fn follow(&mut self, next: &[f64], moved: &[f64]) {
-        let step: Vec<f64> = next.iter().zip(&self.x).map(|(a, b)| a - b).collect();
-        self.jacobian.follow(&step, &self.residuals, moved);
-        (self.followed, self.late) = (true, true);
     }
 }
 

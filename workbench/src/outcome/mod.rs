@@ -4,10 +4,12 @@
 mod contradiction;
 mod left;
 mod plot;
+mod searched;
 
 pub use contradiction::Contradiction;
 pub use left::{Unexplained, UnnamedTerm};
 pub use plot::{Curve, Plot, Role, Series, Stage, Style};
+pub use searched::Searched;
 
 use serde::Serialize;
 use servo::axis::Bridge;
@@ -312,6 +314,9 @@ pub struct Outcome {
     pub next_experiment: Option<Experiment>,
     /// Wall time, s.
     pub runtime_s: f64,
+    /// On how much of a long log effects were searched for; absent where it was all of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub searched: Option<Searched>,
     /// Things the reader must know: what was held out, warnings about the input.
     pub notes: Vec<String>,
     /// The gap from the given model to the final one, first entry: the given model.
@@ -348,6 +353,7 @@ impl Outcome {
             unexplained: Unexplained::new(0.0, "none".into()),
             next_experiment: None,
             runtime_s: 0.0,
+            searched: None,
             notes: Vec::new(),
             steps: Vec::new(),
             rivals: Vec::new(),

@@ -1,5 +1,6 @@
 //! The host's end of the link: commands out, answers and telemetry in, whatever carries the bytes.
 
+mod epoch;
 mod lockstep;
 mod serial;
 mod words;
@@ -12,6 +13,7 @@ pub use words::{
 
 use crate::console::input_error::InputError;
 use crate::console::interrupt;
+use epoch::Epoch;
 use servo::axis;
 use servo::link::protocol::{
     Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode,
@@ -84,6 +86,7 @@ pub struct Client {
     outgoing: Vec<u8>,
     incoming: Vec<u8>,
     damaged: u64,
+    epoch: Epoch,
     /// The wire carries nothing any more.
     lost: bool,
     /// It is being stopped: an interruption is heeded already.
@@ -101,6 +104,7 @@ impl Client {
             outgoing: Vec::new(),
             incoming: Vec::new(),
             damaged: 0,
+            epoch: Epoch::default(),
             lost: false,
             parting: false,
         }
@@ -116,7 +120,7 @@ impl Client {
         turned?;
         for byte in self.incoming.drain(..) {
             match self.receiver.push(byte) {
-                Some(Ok(frame)) => sink(frame.body),
+                Some(Ok(frame)) => sink(self.epoch.rebase(frame.body)),
                 Some(Err(_)) => self.damaged += 1,
                 None => {}
             }

@@ -65,6 +65,9 @@ pub fn refusal_text(refusal: &Refusal) -> String {
 /// Which number, and its range.
 pub fn range_text(error: &ConfigError) -> String {
     let (field, low, high) = (error.field.name(), error.minimum, error.maximum);
+    if high <= 0.0 && low >= high {
+        return format!("{field} could never act: this board does not sense the current");
+    }
     format!("{field} must lie between {low} and {high}")
 }
 

@@ -187,10 +187,8 @@ impl Session {
     /// Position minus set-point now, rad.
     fn off_target(&self) -> f32 {
         let kept = self.kept.borrow();
-        let reference = kept.log.rows.last().map_or(0, |row| row.record.reference_q8);
-        let wanted = reference as f32 / 256.0 * TAU / kept.log.config.counts_per_rev as f32;
-        drop(kept);
-        self.here() - wanted
+        let ahead = kept.log.rows.last().map_or(0, |row| row.record.ahead_q8(kept.log.zero()));
+        -(ahead as f32) / 256.0 * TAU / kept.log.config.counts_per_rev as f32
     }
 
     /// True if there is something to capture.

@@ -1,11 +1,11 @@
 //! Whether model, log and hold-outs speak of the same axis.
 
 use crate::console::input_error::InputError;
-use crate::system::log::{Dynamic, Input};
+use crate::system::log::{Dynamic, Input, Run};
 use crate::system::model::{Kind, Model};
 
 /// Model, log and hold-outs must speak of the same axis.
-pub(super) fn agree(model: &Model, log: &Dynamic, holdouts: &[Dynamic]) -> Result<(), InputError> {
+pub(super) fn agree(model: &Model, log: &Dynamic, holdouts: &[&Dynamic]) -> Result<(), InputError> {
     let source = &log.source;
     if matches!(model.kind, Kind::DcMotor { .. } | Kind::FirstOrder { .. }) && log.linear {
         return Err(InputError::file(
@@ -52,8 +52,16 @@ fn reads(log: &Dynamic) -> bool {
 
 /// True if two logs hold the same measurements.
 pub fn same(a: &Dynamic, b: &Dynamic) -> bool {
-    let outputs = |log: &Dynamic| {
-        log.runs.iter().map(|run| run.speed.clone().or(run.position.clone())).collect::<Vec<_>>()
-    };
-    outputs(a) == outputs(b)
+    let output = |run| output(run).unwrap_or_default();
+    a.runs.len() == b.runs.len() && a.runs.iter().zip(&b.runs).all(|(a, b)| output(a) == output(b))
+}
+
+fn output(run: &Run) -> Option<&[f64]> {
+    run.speed.as_deref().or(run.position.as_deref())
+}
+
+/// True if two runs were driven alike.
+pub(super) fn same_input(x: &[f64], y: &[f64], largest: f64) -> bool {
+    let close = |(u, v): (&f64, &f64)| (u - v).abs() <= 1e-6 * largest;
+    x.len() == y.len() && x.iter().zip(y).all(close)
 }

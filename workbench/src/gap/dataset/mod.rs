@@ -5,24 +5,36 @@
 //! averaged; on the output side the sensor's window is applied to simulation and measurement alike.
 
 mod agree;
+mod coverage;
+mod drawn;
+mod lockstep;
 mod noise;
 mod parts;
+mod past;
 mod position;
 mod prepare;
 mod probe;
 mod rows;
 mod run;
+mod simulate;
 mod start;
+mod stretches;
 mod view;
 mod weigh;
+mod whole;
 
 pub use agree::same;
+pub use lockstep::{Compared, lockstep};
 pub use noise::{Noise, hf_noise};
+pub use past::Past;
 pub use position::speeds;
 pub use prepare::prepare;
 pub use probe::Probes;
-pub use run::{BenchRun, Simulation, Traces};
+pub use run::BenchRun;
+pub use simulate::{Simulation, Traces};
+pub use whole::Whole;
 
+use crate::outcome::Searched;
 use crate::system::log::Input;
 use crate::system::model::Kind;
 use crate::system::plant::physics::{Drive, Physics};
@@ -59,14 +71,16 @@ pub struct Dataset {
     pub sigma: f64,
     /// Standard deviation of the current's noise, if the current is compared.
     pub sigma_current: Option<f64>,
-    /// Two runs of the log with the same input, if there are.
-    pub twins: Option<(usize, usize)>,
+    /// Two runs of the log with the same input, if there are; of a long log several pairs of their stretches.
+    pub twins: Vec<(usize, usize)>,
     /// True if the position is compared, not the speed: the way from the start of a window.
     pub of_position: bool,
     /// True if the log holds the position, so that nobody has to integrate a measured speed.
     pub position_logged: bool,
     /// Things the reader must know.
     pub notes: Vec<String>,
+    /// How much of a long log is in it; `None`: all.
+    pub searched: Option<Searched>,
 }
 
 /// The natural magnitudes of a motor and its log, by which parameters are measured.

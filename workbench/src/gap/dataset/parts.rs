@@ -13,11 +13,14 @@ pub(super) fn parts(run: &mut BenchRun, holdout_given: bool) {
     let (start, end) = (run.time[0], run.time[run.time.len() - 1]);
     for probes in [&mut run.speed, &mut run.current] {
         for (time, served) in probes.time.iter().zip(&mut probes.part) {
-            let piece =
-                ((time - start) / (end - start) * PIECES as f64).floor().min(PIECES as f64 - 1.0) as usize;
-            *served = part(piece, run.log, holdout_given);
+            *served = at((time - start) / (end - start), run.log, holdout_given);
         }
     }
+}
+
+/// What a place in a run serves for, 0 … 1.
+pub(super) fn at(share: f64, log: usize, holdout_given: bool) -> Part {
+    part((share * PIECES as f64).floor().min(PIECES as f64 - 1.0) as usize, log, holdout_given)
 }
 
 fn part(piece: usize, log: usize, holdout_given: bool) -> Part {
@@ -47,7 +50,7 @@ pub(super) fn mask_spikes(probes: &mut Probes, sigma: f64) {
     }
 }
 
-pub(super) fn say_holdout(dataset: &mut Dataset, holdouts: &[Dynamic]) {
+pub(super) fn say_holdout(dataset: &mut Dataset, holdouts: &[&Dynamic]) {
     let text = if holdouts.is_empty() {
         format!("held out: every fourth of {PIECES} equal pieces of each run")
     } else {

@@ -1,6 +1,7 @@
 //! What a sensor sees of a simulated run: weighted sums of the reading's integral at given times.
 
 use super::Part;
+use crate::system::plant::lanes::{Lanes, push};
 
 /// The samples of one compared signal of one run.
 #[derive(Clone, Debug, Default)]
@@ -103,36 +104,52 @@ impl Probes {
         self.measured.is_empty()
     }
 
-    /// What the sensor would have shown, from the reading and its integral at the grid's points.
-    pub fn predict(&self, time: &[f64], reading: &[f64], integral: &[f64], predicted: &mut Vec<f64>) {
+    /// What the sensor would have shown, from the reading and its integral at the grid's points; of several sets in lock-step
+    /// side by side. `like`: any number, for its width.
+    #[inline(always)]
+    pub fn predict<F: Lanes>(
+        &self,
+        like: F,
+        time: &[f64],
+        reading: &[f64],
+        integral: &[f64],
+        predicted: &mut Vec<f64>,
+    ) {
         predicted.clear();
+        predicted.reserve(self.len() * F::COUNT);
         let mut first = 0;
         for end in &self.ends {
-            let terms = &self.terms[first..*end as usize];
-            predicted.push(terms.iter().map(|term| term.value(time, reading, integral)).sum());
+            let mut sum = like.like(0.0);
+            for term in first..*end as usize {
+                sum = sum + self.terms[term].value(like, time, reading, integral);
+            }
+            push(predicted, sum);
             first = *end as usize;
         }
     }
 }
 
 impl Term {
-    #[inline]
-    fn value(&self, time: &[f64], reading: &[f64], integral: &[f64]) -> f64 {
+    #[inline(always)]
+    fn value<F: Lanes>(&self, like: F, time: &[f64], reading: &[f64], integral: &[f64]) -> F {
         let k = self.block as usize;
+        let here = k * F::COUNT;
+        let next = here + F::COUNT;
         if self.fraction < 0.0 {
-            return self.coefficient * reading[k];
+            return like.load(&reading[here..]) * self.coefficient;
         }
         if self.fraction == 0.0 {
-            return self.coefficient * integral[k];
+            return like.load(&integral[here..]) * self.coefficient;
         }
         if self.fraction == 1.0 {
-            return self.coefficient * integral[k + 1];
+            return like.load(&integral[next..]) * self.coefficient;
         }
         // Cubic Hermite: value and slope are known at both ends.
         let (s, h) = (self.fraction, time[k + 1] - time[k]);
         let (s2, s3) = (s * s, s * s * s);
-        let rise = integral[k + 1] - integral[k];
-        let bend = (s3 - 2.0 * s2 + s) * h * reading[k] + (s3 - s2) * h * reading[k + 1];
-        self.coefficient * (integral[k] + (3.0 * s2 - 2.0 * s3) * rise + bend)
+        let (from, to) = (like.load(&integral[here..]), like.load(&integral[next..]));
+        let bend = like.load(&reading[here..]) * ((s3 - 2.0 * s2 + s) * h)
+            + like.load(&reading[next..]) * ((s3 - s2) * h);
+        (from + (to - from) * (3.0 * s2 - 2.0 * s3) + bend) * self.coefficient
     }
 }

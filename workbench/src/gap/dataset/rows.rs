@@ -1,21 +1,25 @@
 //! Rows as they were logged, brought into runs that a simulation can follow.
 
 use crate::system::log::Run;
+use std::ops::Range;
 
 /// A gap of so many samples, and of a part of the time constant, starts a new run.
 const GAP_SAMPLES: f64 = 20.0;
 
 /// Cuts a run where samples were dropped for long: what happened there is unknown.
 pub(super) fn unbroken(run: &Run, time_constant: f64, notes: &mut Vec<String>) -> Vec<Run> {
+    let pieces = unbroken_rows(run, time_constant, notes).into_iter();
+    pieces.map(|rows| run.rows_between(rows.start, rows.end, run.id)).collect()
+}
+
+/// The rows of the pieces of such a run.
+pub(super) fn unbroken_rows(run: &Run, time_constant: f64, notes: &mut Vec<String>) -> Vec<Range<usize>> {
     let longest = (GAP_SAMPLES * run.sample_s()).max(time_constant);
     let mut cuts = vec![0];
     cuts.extend((1..run.rows()).filter(|row| run.t_s[*row] - run.t_s[*row - 1] > longest));
     cuts.push(run.rows());
-    let pieces: Vec<Run> = cuts
-        .windows(2)
-        .filter(|cut| cut[1] - cut[0] >= 8)
-        .map(|cut| run.rows_between(cut[0], cut[1], run.id))
-        .collect();
+    let pieces: Vec<Range<usize>> =
+        cuts.windows(2).filter(|cut| cut[1] - cut[0] >= 8).map(|cut| cut[0]..cut[1]).collect();
     if cuts.len() > 2 {
         notes.push(format!(
             "run {}: {} gaps in time; it is analysed in {} pieces",
@@ -29,7 +33,11 @@ pub(super) fn unbroken(run: &Run, time_constant: f64, notes: &mut Vec<String>) -
 
 /// Time stamps that a file rounded go back on their even grid; a real jitter stays as it is.
 pub(super) fn on_its_grid(run: &Run) -> Run {
-    let mut run = run.clone();
+    even_rows(run.clone())
+}
+
+/// The same for a run that nobody else needs.
+pub(super) fn even_rows(mut run: Run) -> Run {
     let last = run.rows() - 1;
     let (start, step) = (run.t_s[0], (run.t_s[last] - run.t_s[0]) / last as f64);
     let even = |k: usize| start + k as f64 * step;

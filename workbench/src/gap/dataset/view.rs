@@ -9,7 +9,7 @@ use crate::system::model::{Model, SpeedSensor};
 use std::f64::consts::TAU;
 
 /// More rows than this are thinned for the search: fits cost in proportion, and say no more about a motor.
-const MOST_BLOCKS: usize = 12_000;
+pub(super) const MOST_BLOCKS: usize = 12_000;
 /// A block is never longer than this part of the time constant.
 const LONGEST_BLOCK: f64 = 1.0 / 40.0;
 
@@ -18,11 +18,11 @@ pub(super) struct View {
     sensor: SpeedSensor,
     pub(super) window_s: f64,
     /// Rows per block.
-    thinning: usize,
+    pub(super) thinning: usize,
     /// Rows over which a position is differenced, when the speed is derived from it.
     derived_rows: Option<usize>,
     /// Length of the windows over which a position is compared, s.
-    way_s: Option<f64>,
+    pub(super) way_s: Option<f64>,
     pub(super) noise_lag: usize,
     pub(super) notes: Vec<String>,
 }

@@ -5,6 +5,7 @@
 //! any gain within a factor of three, and a factor from a closed list (60/2π, 180/π, 1000, …) explains most (decision 0285).
 
 mod circuit;
+mod excerpt;
 mod held_out;
 mod motion;
 mod place;

@@ -1,9 +1,11 @@
 //! What a first-order motion explains of a record, with friction, a constant load, gravity and a spring left free.
 
+use super::excerpt::{integrated, looked_at};
 use crate::system::log::{Dynamic, Input, Run};
 use crate::system::model::{Kind, Model};
 use nalgebra::{DMatrix, DVector};
 use servo::axis::Bridge;
+use std::ops::Range;
 
 /// Rows that are looked at.
 const ROWS: usize = 20_000;
@@ -337,6 +339,16 @@ impl Stretch {
 
 /// The driven stretches of a run, with a speed for every row.
 fn driven(run: &Run) -> Vec<Stretch> {
+    let pieces = looked_at(run.rows());
+    // Positions are differenced over the same rows everywhere.
+    if pieces.len() == 1 || run.speed.is_none() {
+        return driven_in(run);
+    }
+    let piece = |rows: &Range<usize>| driven_in(&run.rows_between(rows.start, rows.end, run.id));
+    pieces.iter().flat_map(piece).collect()
+}
+
+fn driven_in(run: &Run) -> Vec<Stretch> {
     let (time, speed, stride) = match (&run.speed, &run.position) {
         (Some(speed), _) => (run.t_s.clone(), speed.clone(), 1),
         (None, Some(position)) => differenced(&run.t_s, position),
@@ -364,17 +376,6 @@ fn driven(run: &Run) -> Vec<Stretch> {
         }
     }
     found
-}
-
-/// Where the shaft is, if only its speed was logged.
-pub fn integrated(time: &[f64], speed: &[f64]) -> Vec<f64> {
-    let mut place = 0.0;
-    let mut places = vec![0.0];
-    for row in 1..time.len() {
-        place += 0.5 * (speed[row] + speed[row - 1]) * (time[row] - time[row - 1]);
-        places.push(place);
-    }
-    places
 }
 
 /// Speeds from positions over so many rows that the steps of an encoder do not hide them.

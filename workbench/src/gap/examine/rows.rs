@@ -3,12 +3,14 @@
 //! From row to row the shaft goes its speed times the time between them, and the speed changes as the motion says. Where the time column is
 //! even and one step is twice as long as it should be, a row is missing; where many ways differ, the clock was not even.
 
-use super::motion::{self, Base, Fitted, Motion};
+use super::excerpt;
+use super::motion::{Base, Fitted, Motion};
 use super::suspects::speed_column;
 use crate::outcome::DataFault;
 use crate::system::log::{Dynamic, Run};
 use crate::system::model::Model;
 use servo::axis::Bridge;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// A time column is even if its steps differ by less than this part.
@@ -144,7 +146,9 @@ fn ways(index: usize, run: &Run) -> Option<Vec<Step>> {
     let smallest =
         steps.iter().map(|step| step.abs()).filter(|step| *step > 1e-6 * longest).fold(longest, f64::min);
     let slow = TURNS.start * speed.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
-    let judged = steps.iter().enumerate().filter_map(|(row, step)| {
+    let rows = excerpt::looked_at(steps.len()).into_iter().flatten();
+    let judged = rows.filter_map(|row| {
+        let step = steps[row];
         let expected = 0.5 * (speed[row] + speed[row + 1]) * (run.t_s[row + 1] - run.t_s[row]);
         let steady = (speed[row + 1] - speed[row]).abs() < STEADY * (speed[row + 1] + speed[row]).abs();
         (steady && speed[row].abs() > slow && expected.abs() > STEPS * smallest).then(|| Step {
@@ -165,8 +169,9 @@ fn changes(model: &Model, record: &Dynamic) -> Option<Vec<Step>> {
     let mut missed = Vec::new();
     for (index, run) in record.runs.iter().enumerate() {
         let speed = run.speed.as_ref()?;
-        let place = run.position.clone().unwrap_or_else(|| motion::integrated(&run.t_s, speed));
-        for row in 0..run.rows() - 1 {
+        let integral = || excerpt::integrated(&run.t_s, speed).into();
+        let place: Cow<[f64]> = run.position.as_ref().map_or_else(integral, Into::into);
+        for row in excerpt::looked_at(run.rows() - 1).into_iter().flatten() {
             let expected = expected(&fit, run, speed, &place, row);
             let change = speed[row + 1] - speed[row];
             missed.push((change - expected).abs());

@@ -76,12 +76,12 @@ fn in_steps(model: &Model, record: &Dynamic) -> Option<String> {
     let mut speeds: Vec<f64> =
         record.runs.iter().filter_map(|run| run.speed.as_ref()).flatten().copied().collect();
     let rows = speeds.len();
-    speeds.sort_by(f64::total_cmp);
+    speeds.sort_unstable_by(f64::total_cmp);
     let range = speeds.last()? - speeds.first()?;
     let mut levels = speeds;
     levels.dedup_by(|a, b| (*a - *b).abs() < 1e-6 * range);
     let mut gaps: Vec<f64> = levels.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    gaps.sort_by(f64::total_cmp);
+    gaps.sort_unstable_by(f64::total_cmp);
     let step = *gaps.get(gaps.len() / 2)?;
     (levels.len() * 20 < rows && step > COARSE * range).then(|| {
         format!(

@@ -84,7 +84,7 @@ pub fn sensor_like(differences: &[f64]) -> bool {
 /// By how much two runs with the same input differ, in units of the noise, if that is not the sensor.
 fn unrepeated(scored: &Scored, seen: &[Sample]) -> Option<f64> {
     let weighted = |s: &Sample| s.residual() * s.weight;
-    let pairs = twin_pairs(seen, scored.hypothesis.dataset.twins?, weighted);
+    let pairs = twin_pairs(seen, &scored.hypothesis.dataset.twins, weighted);
     let differences: Vec<f64> = pairs.map(|(p, q)| (p - q) / 2f64.sqrt()).collect();
     let size = crate::gap::residual::rms(&differences);
     (differences.len() > 200 && size > BEYOND_NOISE && !sensor_like(&differences)).then_some(size)
@@ -93,7 +93,7 @@ fn unrepeated(scored: &Scored, seen: &[Sample]) -> Option<f64> {
 /// The mean product of the residuals of two runs with the same input, and its standard error: what both have in common
 /// is not noise.
 fn common_square(scored: &Scored, seen: &[Sample]) -> Option<(f64, f64)> {
-    let twins = scored.hypothesis.dataset.twins?;
+    let twins = &scored.hypothesis.dataset.twins;
     let weighted = |s: &Sample| s.residual() * s.weight;
     let products: Vec<f64> = twin_pairs(seen, twins, weighted).map(|(p, q)| p * q).collect();
     if products.len() <= 50 {
@@ -109,17 +109,19 @@ fn common_square(scored: &Scored, seen: &[Sample]) -> Option<(f64, f64)> {
 /// A value of the samples at the same time in both of two runs.
 pub fn twin_pairs<'s>(
     seen: &'s [Sample],
-    twins: (usize, usize),
+    twins: &'s [(usize, usize)],
     value: impl Fn(&Sample) -> f64 + Copy + 's,
 ) -> impl Iterator<Item = (f64, f64)> + 's {
     let of = move |run: usize| seen.iter().filter(move |s| s.run == run);
-    let mut second = of(twins.1).peekable();
-    of(twins.0).filter_map(move |a| {
-        while second.peek().is_some_and(|b| b.time < a.time - 1e-6) {
-            second.next();
-        }
-        let b = second.peek().filter(|b| b.time < a.time + 1e-6)?;
-        Some((value(a), value(b)))
+    twins.iter().flat_map(move |twins| {
+        let mut second = of(twins.1).peekable();
+        of(twins.0).filter_map(move |a| {
+            while second.peek().is_some_and(|b| b.time < a.time - 1e-6) {
+                second.next();
+            }
+            let b = second.peek().filter(|b| b.time < a.time + 1e-6)?;
+            Some((value(a), value(b)))
+        })
     })
 }
 

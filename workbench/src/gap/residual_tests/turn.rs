@@ -4,7 +4,7 @@
 use crate::gap::dataset::Part;
 use crate::gap::samples::Sample;
 use crate::gap::search::Scored;
-use crate::system::plant::physics::{Acts, Motion, TorqueLaw};
+use crate::system::plant::laws::{Acts, Law, TorqueLaw};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -28,15 +28,8 @@ const CHANGE: f64 = 0.2;
 /// The torque that is tried, as a part of the torque at the largest input: small, its trace is proportional to it.
 const TRIED: f64 = 1e-2;
 
-type Law = fn(&[f64; 3], &Motion) -> f64;
-/// The same wave and one a quarter of a period further.
-const WAVES: [Law; 2] = [wave::<0>, wave::<1>];
-
-/// A torque that is periodic in the position.
-fn wave<const QUARTERS: u8>(p: &[f64; 3], motion: &Motion) -> f64 {
-    let middle = 0.5 * (motion.theta + motion.theta_next);
-    p[0] * (p[1] * middle + FRAC_PI_2 * f64::from(QUARTERS)).sin()
-}
+/// Phases of a wave that is tried: the same wave and one a quarter of a period further.
+const WAVES: [f64; 2] = [0.0, FRAC_PI_2];
 
 /// What goes with the turn of the encoder's shaft or of the load, in words.
 pub(super) fn goes_with(scored: &Scored, seen: &[Sample], residual: &[f64]) -> Option<String> {
@@ -118,11 +111,11 @@ impl Looked<'_> {
 
     /// What waves of a turn of the shaft explain together.
     fn explained(&self, acts: Acts, turns: f64) -> Option<Explained> {
-        let waves: Vec<(usize, Law)> =
-            (1..=PERIODS).flat_map(|period| WAVES.map(|law| (period, law))).collect();
+        let waves: Vec<(usize, f64)> =
+            (1..=PERIODS).flat_map(|period| WAVES.map(|phase| (period, phase))).collect();
         let columns: Vec<DVector<f64>> = waves
             .par_iter()
-            .map(|(period, law)| trace(self.scored, self.seen, *law, acts, *period as f64 * turns))
+            .map(|(period, phase)| trace(self.scored, self.seen, *phase, acts, *period as f64 * turns))
             .collect();
         let matrix = DMatrix::from_columns(&columns);
         let residual = DVector::from_column_slice(self.residual);
@@ -136,10 +129,11 @@ impl Looked<'_> {
 }
 
 /// What a small torque, or a little more friction, does to the prediction, in units of the noise.
-fn trace(scored: &Scored, seen: &[Sample], law: Law, acts: Acts, periods: f64) -> DVector<f64> {
+fn trace(scored: &Scored, seen: &[Sample], phase: f64, acts: Acts, periods: f64) -> DVector<f64> {
     let scales = &scored.hypothesis.dataset.scales;
     let mut plant = scored.hypothesis.plant(&scored.fit.x);
-    plant.torques.push(TorqueLaw { torque: law, parameters: [TRIED * scales.torque, periods, 0.0], acts });
+    let parameters = [TRIED * scales.torque, periods, phase];
+    plant.torques.push(TorqueLaw { law: Law::Wave, parameters, acts });
     let mut predicted = Vec::with_capacity(seen.len());
     let hypothesis = &scored.hypothesis;
     hypothesis.simulated(
@@ -149,7 +143,7 @@ fn trace(scored: &Scored, seen: &[Sample], law: Law, acts: Acts, periods: f64) -
         |index, _, values| {
             let run = &scored.hypothesis.dataset.runs[index];
             let compared = values.iter().zip(&run.speed.part);
-            predicted.extend(compared.filter(|(_, part)| **part != Part::HoldOut).map(|(v, _)| *v));
+            predicted.extend(compared.filter(|(_, part)| matches!(part, Part::A | Part::B)).map(|(v, _)| *v));
         },
     );
     let changes = predicted.iter().zip(seen);

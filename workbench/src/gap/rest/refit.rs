@@ -4,9 +4,10 @@ use super::regress::{Dependence, bends};
 use crate::gap::fit::{Evaluator, FINAL, Fit, SEARCH};
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::held_out_errors;
+use crate::gap::problem::{Problem, dot};
 use crate::gap::residual::inflation;
 use crate::gap::search::Scored;
-use crate::gap::solver::{Problem, Schedule, Solution, covariance, dot, solve};
+use crate::gap::solver::{Schedule, Solution, covariance, solve};
 use crate::system::model::{Model, UNNAMED, Unnamed};
 use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::{Acting, Term};
@@ -67,10 +68,12 @@ impl Problem for Together<'_, '_> {
         self.bent(x, out);
     }
 
-    fn probed(&mut self, x: &[f64], out: &mut Vec<f64>) {
-        let plant = self.plant(x);
-        self.coarse.of_plant(&plant, &x[self.term.values.len()..], out);
-        self.bent(x, out);
+    fn probed_of(&mut self, many: &[&[f64]], out: &mut [Vec<f64>]) {
+        for (x, out) in many.iter().zip(out) {
+            let plant = self.plant(x);
+            self.coarse.of_plant(&plant, &x[self.term.values.len()..], out);
+            self.bent(x, out);
+        }
     }
 
     fn probes_alike(&self) -> bool {

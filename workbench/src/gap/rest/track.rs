@@ -98,7 +98,7 @@ impl Tracks {
                 _ => self.moved(track, &run.time, term),
             };
             for (k, (reading, integral)) in all.into_iter().enumerate() {
-                run.speed.predict(&run.time, &reading, &integral, &mut predicted);
+                run.speed.predict(0.0, &run.time, &reading, &integral, &mut predicted);
                 for (row, (value, weight)) in predicted.iter().zip(&run.speed.weight).enumerate() {
                     matrix[(first + row, k)] = value * weight;
                 }

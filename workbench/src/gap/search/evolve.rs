@@ -10,13 +10,15 @@ use super::score::Scored;
 use super::worth::VISIBLE;
 use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
-use crate::gap::solver::{Problem, dot};
+use crate::gap::problem::{Problem, dot};
 use crate::system::effects::{Effect, Starts};
 use cmaes::{CMAESOptions, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
+use std::cell::RefCell;
+use thread_local::ThreadLocal;
 
 /// Simulations that CMA-ES may spend on the parameters of one effect, those of the base following linearly: a hundred
 /// for each of its up to three parameters (notebook 0190).
@@ -72,11 +74,13 @@ pub(super) fn evolved(child: &Hypothesis, parent: &Scored, projector: &Projector
         let values: Vec<f64> = moved.map(|(value, (spread, z))| value * (spread * z).exp()).collect();
         started(child, parent, &values)
     };
-    let (mut evaluator, mut residuals) = (Evaluator::new(child, &SEARCH), Vec::new());
-    let mut followed = |z: &DVector<f64>| {
+    let evaluators = ThreadLocal::new();
+    let followed = |z: &DVector<f64>| {
         let x = place(z);
-        evaluator.residuals(&x, &mut residuals);
-        projector.projected(child, &x, &residuals)
+        let own = evaluators.get_or(|| RefCell::new((Evaluator::new(child, &SEARCH), Vec::new())));
+        let (evaluator, residuals) = &mut *own.borrow_mut();
+        evaluator.residuals(&x, residuals);
+        projector.projected(child, &x, residuals)
     };
     let best = least(begin.len(), FOR_ONE, 0, |z| followed(z).promise);
     followed(&best).x
@@ -91,9 +95,10 @@ impl<'a> Search<'a, '_> {
                 break;
             }
             let made = evolved_whole(&scored, seed as u64, width);
-            if made.cost < scored.fit.cost {
-                scored = self.scored(scored.hypothesis.clone(), made);
+            if made.cost >= scored.fit.cost {
+                break;
             }
+            scored = self.scored(scored.hypothesis.clone(), made);
         }
         scored
     }
@@ -112,10 +117,12 @@ fn evolved_whole(scored: &Scored, seed: u64, width: f64) -> Fit {
         let moved = scored.fit.x.iter().zip(z.iter()).enumerate();
         moved.map(|(k, (x, z))| moved_by(hypothesis, k, *x, width * z)).collect()
     };
-    let (mut evaluator, mut residuals) = (Evaluator::new(hypothesis, &SEARCH), Vec::new());
+    let evaluators = ThreadLocal::new();
     let best = least(scored.fit.x.len(), FOR_ALL, seed, |z| {
-        evaluator.residuals(&place(z), &mut residuals);
-        dot(&residuals, &residuals)
+        let own = evaluators.get_or(|| RefCell::new((Evaluator::new(hypothesis, &SEARCH), Vec::new())));
+        let (evaluator, residuals) = &mut *own.borrow_mut();
+        evaluator.residuals(&place(z), residuals);
+        dot(residuals, residuals)
     });
     fit(hypothesis, &place(&best), &SEARCH)
 }
@@ -164,12 +171,13 @@ fn moved_by(hypothesis: &Hypothesis, slot: usize, x: f64, z: f64) -> f64 {
 }
 
 /// Where a cost is least, in standard deviations from the place where the evolution begins; that place if nothing is
-/// better.
+/// better. The members of a generation are computed at once; each has its place, so the result is the same on every number of
+/// threads.
 fn least(
     dimensions: usize,
     simulations: usize,
     seed: u64,
-    mut cost: impl FnMut(&DVector<f64>) -> f64,
+    cost: impl Fn(&DVector<f64>) -> f64 + Sync,
 ) -> DVector<f64> {
     // Costs span decades, and only their order counts; the logarithm lets their differences be compared.
     let options = CMAESOptions::new(vec![0.0; dimensions], 1.0)
@@ -179,7 +187,9 @@ fn least(
         .seed(seed);
     let begin = DVector::zeros(dimensions);
     let at_begin = cost(&begin);
-    let best =
-        options.build(|z: &DVector<f64>| cost(z).ln()).ok().and_then(|mut state| state.run().overall_best);
+    let best = options
+        .build(|z: &DVector<f64>| cost(z).ln())
+        .ok()
+        .and_then(|mut state| state.run_parallel().overall_best);
     best.filter(|best| best.value < at_begin.ln()).map_or(begin, |best| best.point)
 }

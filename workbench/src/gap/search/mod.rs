@@ -11,6 +11,7 @@ mod conventions;
 mod evolve;
 mod exchange;
 mod forms;
+mod grid;
 mod limits;
 mod promise;
 mod race;
@@ -28,6 +29,7 @@ pub use score::{HELD_OUT, Scored, chi2, dispersion};
 
 use crate::gap::Options;
 use crate::gap::dataset::Dataset;
+use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{FINAL, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::Hypothesis;
 use crate::system::effects::{Effect, Form};
@@ -84,7 +86,7 @@ pub fn search<'a>(
         None => usual,
     };
     search.dispersion = dispersion(&best);
-    search.found(&base, best, path)
+    during(Phase::Rivals, || search.found(&base, best, path))
 }
 
 /// The base inside its tolerances.
@@ -128,9 +130,10 @@ impl<'a> Search<'a, '_> {
         (self.first_gap, self.dispersion) = (from.fit.chi2, dispersion(&from));
         let mut path = Path::default();
         let current = self.grown(from, &mut path);
-        let (current, exchanged) = self.exchanged(current);
+        let (current, exchanged) = during(Phase::Exchange, || self.exchanged(current));
         path.others.extend(exchanged);
-        (self.evened(self.eliminated(self.fine(&current))), path)
+        let whole = || self.evened(self.eliminated(self.fine(&current)));
+        (during(Phase::Rivals, whole), path)
     }
 
     /// What a search leaves: the set that it kept, and its rivals among the sets on its path.

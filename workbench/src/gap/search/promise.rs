@@ -3,7 +3,8 @@
 use super::score::Scored;
 use crate::gap::fit::{Evaluator, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Slot};
-use crate::gap::solver::{Jacobian, Problem, dot};
+use crate::gap::jacobian::Jacobian;
+use crate::gap::problem::{Problem, dot};
 use nalgebra::DVector;
 
 /// The smallest multiple of a start's change of the residual that its predicted cost may assume (decision 0120):

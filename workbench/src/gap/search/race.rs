@@ -1,20 +1,22 @@
 //! The candidates of a round: screened by promise, then raced in three fits, each longer and for fewer of them.
 
 use super::evolve::{evolved, spread};
+use super::grid::promised;
 use super::promise::{Projector, Start, started};
 use super::score::{Scored, rank};
 use super::worth::VISIBLE;
 use super::{Offer, Search};
 use crate::gap::acceptance::worth;
+use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{Evaluator, SEARCH, Setting, fit, fit_near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::initial_guesses::Basis;
-use crate::gap::solver::{Problem, dot};
+use crate::gap::problem::dot;
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
 
 /// Candidates that are fitted for two iterations, of those with the lowest predicted cost (decision 0120). A budget
-/// of computing time, not a threshold: half of it changes no case (notebook 0264: 26 design cases).
+/// of computing time, not a threshold: half of it changes no case of 26 (notebook 0264), 15 lose a pair of 16 (notebook 0302).
 const FIRST_ROUND: usize = 40;
 /// Candidates that are fitted up to eight iterations (decision 0120). A budget of computing time, not a threshold;
 /// its sensitivity was not measured.
@@ -31,6 +33,9 @@ const LEAST_PROMISE: f64 = 0.3;
 /// Candidates beyond [`SECOND_ROUND`] that are fitted on all the same where the gap is measured by shares: those that still
 /// promise more than the best has reached. Two iterations are too few for a phase.
 const PROMISING: usize = 7;
+
+/// Starts that are simulated in lock-step: a multiple of what any processor advances at once. More would only cost memory.
+const TOGETHER: usize = 16;
 
 /// A candidate before its fits.
 struct Screened<'a> {
@@ -64,8 +69,8 @@ impl<'a> AsMut<Scored<'a>> for Entered<'a> {
 impl<'a> Search<'a, '_> {
     /// All sets that have one effect more than a set of the beam, best first.
     pub(super) fn expand(&self, beam: &[Scored<'a>]) -> Vec<Scored<'a>> {
-        let bases: Vec<Basis> =
-            beam.iter().map(|parent| Basis::new(&parent.hypothesis, &parent.fit.x)).collect();
+        let based = || beam.iter().map(|parent| Basis::new(&parent.hypothesis, &parent.fit.x)).collect();
+        let bases: Vec<Basis> = during(Phase::Screen, based);
         let mut tasks: Vec<(usize, &'static Effect)> = Vec::new();
         let mut seen: Vec<Vec<String>> = Vec::new();
         for (index, parent) in beam.iter().enumerate() {
@@ -90,7 +95,8 @@ impl<'a> Search<'a, '_> {
         tasks: Vec<(usize, &'static Effect)>,
         most: usize,
     ) -> Vec<Scored<'a>> {
-        let projectors: Vec<Projector> = beam.par_iter().map(Projector::new).collect();
+        let projected = || beam.par_iter().map(Projector::new).collect();
+        let projectors: Vec<Projector> = during(Phase::Screen, projected);
         let screened = tasks.par_iter().map(|(index, effect)| {
             (self.progress)("");
             Screened {
@@ -98,7 +104,7 @@ impl<'a> Search<'a, '_> {
                 ..self.screened(&beam[*index], &bases[*index], &projectors[*index], effect)
             }
         });
-        let mut screened: Vec<Screened<'a>> = screened.collect();
+        let mut screened: Vec<Screened<'a>> = during(Phase::Screen, || screened.collect());
         screened.sort_by(|a, b| a.promise.total_cmp(&b.promise));
         let hoped = |it: &Screened| {
             let parent = &beam[it.parent].fit;
@@ -129,13 +135,11 @@ impl<'a> Search<'a, '_> {
             let made = fit_near(&it.hypothesis, x, setting, &|slot| projector.column(slot));
             self.scored(it.hypothesis.clone(), made)
         };
-        let mut field: Vec<Entered<'a>> = screened
-            .into_par_iter()
-            .filter_map(|it| {
-                let scored = near(&it, it.starts.first()?, &lasting(2));
-                Some(Entered { it, scored })
-            })
-            .collect();
+        let first = screened.into_par_iter().filter_map(|it| {
+            let scored = near(&it, it.starts.first()?, &lasting(2));
+            Some(Entered { it, scored })
+        });
+        let mut field: Vec<Entered<'a>> = during(Phase::FirstFits, || first.collect());
         rank(&mut field);
         let second = self.second_round(&mut field);
         let again = |Entered { it, scored }: &Entered<'a>| {
@@ -146,17 +150,19 @@ impl<'a> Search<'a, '_> {
             };
             self.refit(&on, &lasting(5))
         };
-        let mut near_best: Vec<Scored<'a>> = field.par_iter().take(second).map(again).collect();
+        let second_fits = field.par_iter().take(second).map(again);
+        let mut near_best: Vec<Scored<'a>> = during(Phase::LaterFits, || second_fits.collect());
         rank(&mut near_best);
-        for evolved in self.evolved(&near_best, &field, beam, projectors) {
+        let evolve = || self.evolved(&near_best, &field, beam, projectors);
+        for evolved in during(Phase::Evolution, evolve) {
             near_best.retain(|other| {
                 other.hypothesis.names() != evolved.hypothesis.names() || other.fit.cost < evolved.fit.cost
             });
             near_best.push(evolved);
         }
         rank(&mut near_best);
-        let full: Vec<Scored<'a>> =
-            near_best.par_iter().take(THIRD_ROUND).map(|child| self.refit(child, &SEARCH)).collect();
+        let third = near_best.par_iter().take(THIRD_ROUND).map(|child| self.refit(child, &SEARCH));
+        let full: Vec<Scored<'a>> = during(Phase::LaterFits, || third.collect());
         near_best.splice(0..full.len(), full);
         near_best.extend(field.into_iter().skip(second).map(|entered| entered.scored));
         rank(&mut near_best);
@@ -234,27 +240,29 @@ impl<'a> Search<'a, '_> {
         let mut items = parent.hypothesis.items.clone();
         items.push(item);
         let hypothesis = Hypothesis::new(self.dataset, self.model, items);
-        let mut evaluator = Evaluator::new(&hypothesis, &SEARCH);
-        let mut residuals = Vec::new();
-        let mut starts: Vec<Start> = Vec::with_capacity(grid.len());
-        for start in grid {
-            let x = started(&hypothesis, parent, start);
-            evaluator.residuals(&x, &mut residuals);
-            starts.push(projector.projected(&hypothesis, &x, &residuals));
-        }
+        let evaluator = Evaluator::new(&hypothesis, &SEARCH);
+        // The longest grid is a large part of a screen: its starts are shared among the threads, a pack at a time.
+        let look = |grid: &[&Vec<f64>]| -> Vec<Start> {
+            let packs = grid.par_chunks(TOGETHER).flat_map_iter(|some| {
+                let places: Vec<Vec<f64>> =
+                    some.iter().map(|start| started(&hypothesis, parent, start)).collect();
+                let residuals = evaluator.of_all(&places);
+                let projected = places.iter().zip(&residuals);
+                let starts = projected.map(|(x, residuals)| projector.projected(&hypothesis, x, residuals));
+                starts.collect::<Vec<_>>()
+            });
+            packs.collect()
+        };
+        let mut starts = if spread(item.effect).is_some() { promised(grid, look) } else { look(grid) };
         starts.sort_by(|a, b| a.promise.total_cmp(&b.promise));
         let promise = starts.iter().map(|start| start.optimistic_cost).fold(f64::INFINITY, f64::min);
         starts.truncate(2);
         // Where the parent bends, what its numbers do at a whole start may lead them far away.
-        let mut cost = |x: &[f64]| {
-            evaluator.residuals(x, &mut residuals);
-            dot(&residuals, &residuals)
-        };
-        let nearer = |start: Start| {
-            if cost(&start.part) < cost(&start.x) { start.part } else { start.x }
-        };
-        let starts = starts.into_iter().map(nearer).collect();
-        drop(evaluator);
+        let both: Vec<Vec<f64>> = starts.into_iter().flat_map(|start| [start.part, start.x]).collect();
+        let costs: Vec<f64> =
+            evaluator.of_all(&both).iter().map(|residuals| dot(residuals, residuals)).collect();
+        let nearer = |(both, costs): (&[Vec<f64>], &[f64])| both[usize::from(costs[0] >= costs[1])].clone();
+        let starts = both.chunks(2).zip(costs.chunks(2)).map(nearer).collect();
         Screened { promise, parent: 0, hypothesis, starts }
     }
 

@@ -4,6 +4,7 @@ use super::score::{Scored, dispersion};
 use super::worth::Accepted;
 use super::{Offer, Search};
 use crate::gap::beam::{Growth, grown};
+use crate::gap::effort::{Phase, during};
 
 /// Sets that are grown side by side. Two effects that help only together need a second one; a third costs half as
 /// much again.
@@ -61,12 +62,11 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
 
     fn winner(&mut self, current: &Scored<'a>, children: &mut Vec<Scored<'a>>) -> Option<Scored<'a>> {
         if self.search.offer != Offer::All {
-            return self.search.chosen(current, children);
+            return during(Phase::Accept, || self.search.chosen(current, children));
         }
         let accepted = Accepted::default();
-        let best = children.iter().take(BEAM);
-        best.map(|child| self.search.pruned(child))
-            .find(|child| self.search.accepts(current, &accepted, child))
+        let mut best = children.iter().take(BEAM).map(|child| self.search.pruned(child));
+        during(Phase::Accept, || best.find(|child| self.search.accepts(current, &accepted, child)))
     }
 
     fn accepted(
@@ -80,9 +80,9 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
         let others = others.filter(|child| child.hypothesis.names() != names);
         self.path.others = others.take(RIVALS).collect();
         self.search.dispersion = dispersion(&winner);
-        let settled = self.search.settled(winner);
+        let settled = during(Phase::Settled, || self.search.settled(winner));
         let richer = matches!(self.search.offer, Offer::All | Offer::Forms);
-        let refined = if richer { self.search.refined(settled) } else { settled };
+        let refined = if richer { during(Phase::Forms, || self.search.refined(settled)) } else { settled };
         (refined, true)
     }
 

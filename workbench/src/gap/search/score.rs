@@ -3,7 +3,7 @@
 use crate::gap::dataset::{Dataset, Part};
 use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting};
 use crate::gap::hypothesis::{Data, Hypothesis};
-use crate::gap::solver::{Problem, dot};
+use crate::gap::problem::{Problem, dot};
 use crate::system::plant::physics::Physics;
 
 /// A fitted set.

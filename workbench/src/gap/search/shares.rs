@@ -12,10 +12,11 @@ use super::rounds::{BEAM, Path};
 use super::score::{Scored, dispersion};
 use super::worth::cross_validated;
 use super::{Found, Offer, Search};
+use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{Evaluator, Fit, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::{held_out_errors, held_out_variation};
-use crate::gap::solver::Problem;
+use crate::gap::problem::Problem;
 use crate::system::effects::{Meaning, Starts};
 use rayon::prelude::*;
 
@@ -46,19 +47,24 @@ impl<'a> Search<'a, '_> {
     pub(super) fn by_shares(self, base: Scored<'a>) -> Found<'a> {
         let mut path = Path::default();
         let plain = self.searched(Offer::Plain, &base, &mut path);
-        let mut kept = self.enriched(plain, &mut path);
+        let mut kept = during(Phase::Forms, || self.enriched(plain, &mut path));
         if kept.fit.chi2 > MUCH * self.first_gap && !self.at_floor(&kept) {
             let anew = self.searched(Offer::Forms, &base, &mut path);
             if self.replaces(&kept, &anew) {
                 path.others.push(std::mem::replace(&mut kept, anew));
             }
         }
+        during(Phase::Rivals, || self.weeded(&base, kept, path))
+    }
+
+    /// What is left of a set when conventions, doubles and small names are through.
+    fn weeded(&self, base: &Scored<'a>, kept: Scored<'a>, mut path: Path<'a>) -> Found<'a> {
         let kept = self.by_convention(kept, &mut path);
         let kept = self.one_friction(kept, &mut path);
         let kept = self.one_name_for_two(kept, &mut path);
         let kept = self.without_small(kept, &mut path);
         let best = self.evened(self.fine(&self.by_weight(kept)));
-        self.found(&base, best, path)
+        self.found(base, best, path)
     }
 
     /// Names until none removes its share, then those that stay; again without those that did not: each may have stood in the place
@@ -72,7 +78,7 @@ impl<'a> Search<'a, '_> {
             if tried.len() > path.dropped.len() {
                 path.dropped = tried;
             }
-            let (left, dropped) = search.retained(grown);
+            let (left, dropped) = during(Phase::Accept, || search.retained(grown));
             kept = left;
             if dropped.is_empty() {
                 break;

@@ -8,8 +8,9 @@
 use super::rows::Rows;
 use crate::gap::fit::Fit;
 use crate::gap::hypothesis::Hypothesis;
+use crate::gap::problem::{Problem, clipped, dot};
 use crate::gap::search::Scored;
-use crate::gap::solver::{self, Problem, Schedule, clipped, dot, solve};
+use crate::gap::solver::{self, Schedule, solve};
 use nalgebra::DMatrix;
 
 /// A set of effects fitted to rows, with its score.

@@ -10,7 +10,8 @@
 //! one. Rows are therefore taken in the order in which they were measured.
 
 use crate::system::model::Model;
-use crate::system::plant::physics::{Motion, Physics};
+use crate::system::plant::laws::Motion;
+use crate::system::plant::physics::Physics;
 
 /// Newton steps at most; two suffice without breakaway and drag.
 const ITERATIONS: usize = 80;
@@ -79,7 +80,7 @@ fn warm(plant: &Physics, cold: f64, volts: f64) -> f64 {
 
 fn external(plant: &Physics, omega: f64) -> f64 {
     let motion = Motion { time_s: 0.0, theta: 0.0, theta_next: 0.0, omega, gear_ratio: plant.gear_ratio };
-    plant.torques.iter().map(|law| (law.torque)(&law.parameters, &motion)).sum()
+    plant.torques.iter().map(|law| law.torque(&motion)).sum()
 }
 
 /// Friction that opposes motion in `direction` whatever its speed, N m.

@@ -125,7 +125,7 @@ impl Case<'_> {
         let (before, after) = (self.given, &found.chosen.plant());
         let predicted = |plant| self.held_out.predicted(plant, unit);
         let noise = self.display(unit, residual.noise());
-        compared(unit.column, noise, &predicted(before), &predicted(after))
+        compared(unit.column, noise, predicted(before).into(), predicted(after).into())
     }
 
     fn places(&self, marks: &[(f64, String)]) -> Vec<Where> {

@@ -1,7 +1,7 @@
 //! Torque that is periodic in the motor's position (slots, commutation, gear teeth).
 
 use super::*;
-use crate::system::plant::physics::{Acts, Motion, TorqueLaw};
+use crate::system::plant::laws::{Acts, Law, TorqueLaw};
 
 /// The effect.
 pub static COGGING: Effect = Effect {
@@ -26,14 +26,6 @@ pub static COGGING: Effect = Effect {
     on_chip: OnChip::Unknown,
     apply: |p, plant| {
         let parameters = [p[0], p[1], p[2]];
-        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Motor });
+        plant.torques.push(TorqueLaw { law: Law::Cogging, parameters, acts: Acts::Motor });
     },
 };
-
-/// The mean over the step, which does not alias when a step spans much of a period.
-fn torque(p: &[f64; 3], motion: &Motion) -> f64 {
-    let middle = 0.5 * (motion.theta + motion.theta_next);
-    let half = 0.5 * p[1] * (motion.theta_next - motion.theta);
-    let sinc = if half.abs() < 1e-3 { 1.0 - half * half / 6.0 } else { half.sin() / half };
-    -p[0] * sinc * (p[1] * middle + p[2]).sin()
-}

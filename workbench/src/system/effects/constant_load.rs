@@ -1,7 +1,7 @@
 //! A constant external torque; positive drives the speed upwards.
 
 use super::*;
-use crate::system::plant::physics::{Acts, Motion, TorqueLaw};
+use crate::system::plant::laws::{Acts, Law, TorqueLaw};
 
 /// The effect.
 pub static CONSTANT_LOAD: Effect = Effect {
@@ -22,10 +22,6 @@ pub static CONSTANT_LOAD: Effect = Effect {
     on_chip: OnChip::Known,
     apply: |p, plant| {
         let parameters = [p[0], 0.0, 0.0];
-        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Load });
+        plant.torques.push(TorqueLaw { law: Law::Constant, parameters, acts: Acts::Load });
     },
 };
-
-fn torque(p: &[f64; 3], _: &Motion) -> f64 {
-    p[0]
-}

@@ -1,7 +1,7 @@
 //! The weight of an arm on the load.
 
 use super::*;
-use crate::system::plant::physics::{Acts, Motion, TorqueLaw};
+use crate::system::plant::laws::{Acts, Law, TorqueLaw};
 
 /// The effect.
 pub static GRAVITY: Effect = Effect {
@@ -25,11 +25,6 @@ pub static GRAVITY: Effect = Effect {
     on_chip: OnChip::Unknown,
     apply: |p, plant| {
         let parameters = [p[0], p[1], 0.0];
-        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Load });
+        plant.torques.push(TorqueLaw { law: Law::Gravity, parameters, acts: Acts::Load });
     },
 };
-
-fn torque(p: &[f64; 3], motion: &Motion) -> f64 {
-    let middle = 0.5 * (motion.theta + motion.theta_next);
-    -p[0] / motion.gear_ratio * (middle / motion.gear_ratio + p[1]).sin()
-}

@@ -1,7 +1,7 @@
 //! A torque that is periodic in time.
 
 use super::*;
-use crate::system::plant::physics::{Acts, Motion, TorqueLaw};
+use crate::system::plant::laws::{Acts, Law, TorqueLaw};
 
 /// The effect.
 pub static PERIODIC_LOAD: Effect = Effect {
@@ -26,10 +26,6 @@ pub static PERIODIC_LOAD: Effect = Effect {
     on_chip: OnChip::Unknown,
     apply: |p, plant| {
         let parameters = [p[0], p[1], p[2]];
-        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Load });
+        plant.torques.push(TorqueLaw { law: Law::Periodic, parameters, acts: Acts::Load });
     },
 };
-
-fn torque(p: &[f64; 3], motion: &Motion) -> f64 {
-    p[0] * (std::f64::consts::TAU * p[1] * motion.time_s + p[2]).sin()
-}

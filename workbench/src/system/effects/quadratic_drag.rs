@@ -1,7 +1,7 @@
 //! Drag that grows with the square of the speed (fan, air, oil).
 
 use super::*;
-use crate::system::plant::physics::{Acts, Motion, TorqueLaw};
+use crate::system::plant::laws::{Acts, Law, TorqueLaw};
 
 /// The effect.
 pub static QUADRATIC_DRAG: Effect = Effect {
@@ -22,10 +22,6 @@ pub static QUADRATIC_DRAG: Effect = Effect {
     on_chip: OnChip::Unknown,
     apply: |p, plant| {
         let parameters = [p[0], 0.0, 0.0];
-        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Motor });
+        plant.torques.push(TorqueLaw { law: Law::Drag, parameters, acts: Acts::Motor });
     },
 };
-
-fn torque(p: &[f64; 3], motion: &Motion) -> f64 {
-    -p[0] * motion.omega * motion.omega.abs()
-}

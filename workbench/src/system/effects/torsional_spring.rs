@@ -1,7 +1,7 @@
 //! A spring that pulls the shaft back to a rest angle: throttle bodies, gripper joints, valves with spring return.
 
 use super::*;
-use crate::system::plant::physics::{Acts, Motion, TorqueLaw};
+use crate::system::plant::laws::{Acts, Law, TorqueLaw};
 
 /// The return spring. Its angle is that of the encoder's shaft, counted as the log counts its position, or from the start of
 /// each run if the log holds none.
@@ -39,11 +39,6 @@ pub static TORSIONAL_SPRING: Effect = Effect {
     on_chip: OnChip::Unknown,
     apply: |p, plant| {
         let parameters = [p[0], p[1], p[2]];
-        plant.torques.push(TorqueLaw { torque, parameters, acts: Acts::Load });
+        plant.torques.push(TorqueLaw { law: Law::Spring, parameters, acts: Acts::Load });
     },
 };
-
-fn torque(p: &[f64; 3], motion: &Motion) -> f64 {
-    let twist = 0.5 * (motion.theta + motion.theta_next) - p[1];
-    -twist * (p[0] + p[2] * twist * twist)
-}

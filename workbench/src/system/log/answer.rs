@@ -2,6 +2,7 @@
 
 use super::{Dynamic, Run};
 use serde::Serialize;
+use std::borrow::Cow;
 
 /// A step beyond this many usual ones is a gap.
 const GAP: f64 = 1.5;
@@ -54,9 +55,9 @@ pub struct Answer {
 }
 
 /// The smallest difference between two values; differences that are rounding are none.
-pub fn smallest_step(mut values: Vec<f64>) -> Option<f64> {
-    values.retain(|value| value.is_finite());
-    values.sort_by(f64::total_cmp);
+pub fn smallest_step(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    values.sort_unstable_by(f64::total_cmp);
     let rounding = 1e-9 * values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
     let steps = values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > rounding);
     steps.min_by(f64::total_cmp)
@@ -66,7 +67,7 @@ impl Time {
     pub(super) fn of(record: &Dynamic) -> Self {
         let steps = |run: &Run| run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<f64>>();
         let mut steps: Vec<f64> = record.runs.iter().flat_map(steps).collect();
-        steps.sort_by(f64::total_cmp);
+        steps.sort_unstable_by(f64::total_cmp);
         let at = |share: f64| steps[(share * (steps.len() - 1) as f64).round() as usize];
         let usual = at(0.5);
         Self {
@@ -81,27 +82,28 @@ impl Time {
 }
 
 /// The speed, or the change of the position a second.
-pub fn speed(run: &Run) -> Option<Vec<f64>> {
+pub fn speed(run: &Run) -> Option<Cow<'_, [f64]>> {
     let from = |position: &Vec<f64>| {
         let rows = position.windows(2).zip(run.t_s.windows(2));
         let mut speed: Vec<f64> = rows.map(|(x, t)| (x[1] - x[0]) / (t[1] - t[0])).collect();
         speed.insert(0, speed[0]);
         speed
     };
-    run.speed.clone().or_else(|| run.position.as_ref().map(from))
+    let logged = run.speed.as_ref().map(Cow::from);
+    logged.or_else(|| run.position.as_ref().map(|position| from(position).into()))
 }
 
-/// Changes from row to row.
-fn changes(values: &[f64]) -> Vec<f64> {
-    values.windows(2).map(|pair| pair[1] - pair[0]).collect()
+/// Changes from each value to the one `stride` rows later.
+fn changes(values: &[f64], stride: usize) -> Vec<f64> {
+    let later = values.iter().skip(stride).step_by(stride);
+    values.iter().step_by(stride).zip(later).map(|(before, after)| after - before).collect()
 }
 
 /// Correlates the changes of the input with those of the speed: from row to row, and if noise hides that, over more rows.
 pub(super) fn answer(record: &Dynamic) -> Option<Answer> {
     let usual = record.runs.iter().max_by_key(|run| run.rows())?.sample_s();
     STRIDES.into_iter().find_map(|stride| {
-        let every = |values: Vec<f64>| changes(&values.into_iter().step_by(stride).collect::<Vec<_>>());
-        let piece = |run: &Run| Some([every(run.input.clone()), every(speed(run)?)]);
+        let piece = |run: &Run| Some([changes(&run.input, stride), changes(&speed(run)?, stride)]);
         let seen = Changes(record.runs.iter().filter_map(piece).collect()).answer()?;
         // Within several rows the beginning is not known better.
         let rows = if stride == 1 { seen.rows } else { (seen.rows - 1).max(0) * stride as i64 + 1 };

@@ -45,12 +45,12 @@ pub fn holes(run: &Run, lost: &[bool]) -> Vec<usize> {
 }
 
 /// Interpolates over time what lacks for up to three rows, and tells which rows stay.
-pub fn bridge(run: &mut Run, lost: &[bool], id: &[f64]) -> Bridged {
+pub fn bridge(run: &mut Run, lost: &[bool], id: impl Fn(usize) -> f64) -> Bridged {
     let holes = holes(run, lost);
     let mut bridged = Bridged { kept: vec![true; run.rows()], interpolated: 0, removed: 0 };
     for block in holes.chunk_by(|a, b| a + 1 == *b) {
         let (from, to) = (block[0], block[block.len() - 1]);
-        let inside = from > 0 && to + 1 < run.rows() && id[from - 1] == id[to + 1];
+        let inside = from > 0 && to + 1 < run.rows() && id(from - 1) == id(to + 1);
         if inside && block.len() <= LONGEST && !lost[from..=to].contains(&true) {
             interpolate(run, from, to);
             bridged.interpolated += block.len();

@@ -1,6 +1,6 @@
 //! Which column of a file is which quantity: by the user's `--columns`, by name, or by name and unit.
 
-use super::dialect::Cells;
+use super::cells::Cells;
 use super::formula::{Formula, Unreadable};
 use super::meaning;
 use super::names::{self, Quantity, name_of, quantity_of};

@@ -1,10 +1,12 @@
 //! How a table is written down: encoding, separator, decimal sign, comments, header, row of units. All of it is recognised.
 
-use super::text::{COMMENTS, Row, SEPARATORS, number, records, separator, split, without_comments};
+use super::layout::Layout;
+use super::records::{Record, Records};
+use super::text::{COMMENTS, SEPARATORS, number, split};
 use super::words::unit;
 use crate::console::input_error::InputError;
 use encoding_rs::UTF_8;
-use std::borrow::Cow;
+use std::collections::VecDeque;
 
 /// How a file is written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,158 +63,117 @@ impl Dialect {
         match self.decimal_comma {
             // Beside decimal commas a point would be one of thousands.
             true if cell.contains('.') => None,
-            true => number(&cell.replacen(',', ".", 1)),
+            true => with_point(cell),
             false => number(cell),
         }
     }
+
+    /// How many decimals a number has. `None`: the cell holds none.
+    pub fn decimals(&self, cell: &str) -> Option<usize> {
+        self.number(cell).map(|_| cell.split_once(['.', ',']).map_or(0, |parted| parted.1.len()))
+    }
 }
 
-/// The cells of a file with their line numbers.
-#[derive(Clone, Debug)]
-pub struct Cells {
+/// Letters of the longest number that is read without an allocation.
+const USUAL: usize = 40;
+
+/// The number in a cell with a decimal comma.
+fn with_point(cell: &str) -> Option<f64> {
+    let Some(comma) = cell.find(',').filter(|_| cell.len() <= USUAL) else {
+        return number(&cell.replacen(',', ".", 1));
+    };
+    let mut letters = [0; USUAL];
+    letters[..cell.len()].copy_from_slice(cell.as_bytes());
+    letters[comma] = b'.';
+    std::str::from_utf8(&letters[..cell.len()]).ok().and_then(number)
+}
+
+/// What stands above the numbers of a file.
+pub struct Head {
     /// Names of the columns.
-    pub header: Vec<String>,
+    pub names: Vec<String>,
     /// Units below the names, where the file has such a row.
     pub units: Vec<Option<String>>,
-    /// Line numbers and cells.
-    pub rows: Vec<Row>,
-    /// Line of the header.
-    pub header_line: u64,
-    /// Rows before which the header is repeated: the logger was started anew.
-    pub restarts: Vec<usize>,
+    /// Line of the names.
+    pub line: u64,
     /// How the file is written.
     pub dialect: Dialect,
 }
 
-impl Cells {
-    /// Reads a text in whatever dialect.
-    pub fn read(source: &str, text: &str, encoding: &'static str) -> Result<Self, InputError> {
-        let text = text.trim_start_matches('\u{feff}');
-        let text = match text.contains('\n') {
-            true => Cow::Borrowed(text),
-            false => Cow::Owned(text.replace('\r', "\n")),
-        };
-        let empty = || InputError::file(source, "is empty; expected a header line such as t_s,u_v,theta_rad");
-        let (separator, decimal_comma) = separator(&text).ok_or_else(empty)?;
-        let (plain, comments) = without_comments(&text, separator);
-        let rows = records(source, &plain, separator)?;
+impl Head {
+    /// Reads the rows up to the first one of numbers, which is then in `first`. The second: there is such a row.
+    pub fn read(
+        source: &str,
+        rows: &mut Records,
+        first: &mut Record,
+        layout: &Layout,
+        encoding: &'static str,
+    ) -> Result<(Self, bool), InputError> {
         let mut dialect = Dialect {
             encoding,
-            separator,
-            decimal_comma,
+            separator: layout.separator,
+            decimal_comma: layout.decimal_comma,
             units: false,
             header_in_comment: false,
-            comments: comments.len(),
+            comments: layout.comments,
             preamble: 0,
             cut: None,
         };
-        let begin = rows.iter().position(|row| is_numeric(&row.1, &dialect)).unwrap_or(rows.len());
-        let (mut before, mut rows) = (rows, Vec::new());
-        rows.append(&mut before.split_off(begin));
-        let mut cells = header(source, before, rows.first(), &comments, &mut dialect)?;
-        if rows.is_empty() {
-            return Err(InputError::file(
-                source,
-                "has a header but no rows of numbers; the log was not written",
-            ));
-        }
-        cells.dialect = dialect;
-        cells.take(source, rows, text.ends_with(['\n', '\r']))?;
-        Ok(cells)
-    }
-
-    /// Takes the rows; a last one that was cut is left out, any other damage is an error.
-    fn take(&mut self, source: &str, rows: Vec<Row>, ended: bool) -> Result<(), InputError> {
-        let width = self.header.len();
-        let whole = |row: &csv::StringRecord| {
-            row.len() == width || row.len() == width + 1 && row.get(width) == Some("")
-        };
-        let last = rows.len() - 1;
-        let mut damaged: Vec<(u64, usize)> = Vec::new();
-        for (k, (line, row)) in rows.into_iter().enumerate() {
-            let cut = || k == last && k > 0 && (row.len() < width || !ended && self.is_cut(&row));
-            if row.iter().eq(self.header.iter().map(String::as_str)) {
-                self.restarts.push(self.rows.len());
-            } else if cut() {
-                self.dialect.cut = Some(line);
-            } else if whole(&row) {
-                self.rows.push((line, row));
-            } else {
-                damaged.push((line, row.len()));
+        let (mut before, mut last_two) = (0, VecDeque::new());
+        let mut found = false;
+        while !found && rows.read(first)? {
+            found = is_numeric(first, &dialect);
+            if !found {
+                before += 1;
+                last_two.push_back((first.line, first.cells().map(str::to_owned).collect()));
+                while last_two.len() > 2 {
+                    last_two.pop_front();
+                }
             }
         }
-        match damaged.first() {
-            None => Ok(()),
-            Some((line, cells)) => Err(self.broken_rows(source, *line, *cells, &damaged[1..])),
-        }
-    }
-
-    /// A last line without an end: its last cell is no number, or lacks decimals that every other number of the column has.
-    fn is_cut(&self, row: &csv::StringRecord) -> bool {
-        let decimals = |row: &csv::StringRecord| {
-            let cell = row.get(self.header.len() - 1).unwrap_or("");
-            let digits = |parted: (&str, &str)| parted.1.len();
-            self.dialect.number(cell).map(|_| cell.split_once(['.', ',']).map_or(0, digits))
-        };
-        let Some(own) = decimals(row) else {
-            return self.rows.last().is_some_and(|before| decimals(&before.1).is_some());
-        };
-        let others: Vec<_> = self.rows.iter().map(|before| decimals(&before.1)).collect();
-        others.first().is_some_and(|first| *first > Some(own) && others.iter().all(|other| other == first))
-    }
-
-    /// Rows with too few or too many cells.
-    fn broken_rows(&self, source: &str, line: u64, cells: usize, others: &[(u64, usize)]) -> InputError {
-        let width = self.header.len();
-        if self.dialect.separator == ',' && others.len() >= self.rows.len() && cells > width {
-            let what = format!(
-                "has {cells} cells where the header has {width}; if commas are decimal signs here, export the table with \
-                 semicolons or tabs between the cells"
-            );
-            return InputError::line(source, line, what);
-        }
-        let more = match others {
-            [] => String::new(),
-            [other] => format!(" (line {} too)", other.0),
-            [first, ..] => format!(" ({} further rows too, the next is line {})", others.len(), first.0),
-        };
-        let what = format!(
-            "has {cells} cells where the header has {width}{more}; the file is truncated or damaged, remove the row"
-        );
-        InputError::line(source, line, what)
+        let first = found.then_some(&*first);
+        let last = (before, Vec::from(last_two));
+        header(source, last, first, layout, &mut dialect).map(|head| (head, found))
     }
 }
 
-fn is_numeric(row: &csv::StringRecord, dialect: &Dialect) -> bool {
-    let filled = row.iter().filter(|cell| !cell.is_empty()).count();
-    let numbers = row.iter().filter(|cell| dialect.number(cell).is_some()).count();
+fn is_numeric(row: &Record, dialect: &Dialect) -> bool {
+    let filled = row.cells().filter(|cell| !cell.is_empty()).count();
+    let numbers = row.cells().filter(|cell| dialect.number(cell).is_some()).count();
     numbers > 0 && 2 * numbers >= filled
 }
 
-/// Header and units out of the lines before the numbers.
+/// Line number and cells of a row.
+type Line = (u64, Vec<String>);
+
+/// Header and units out of the lines before the numbers: their number, and the last two.
 fn header(
     source: &str,
-    mut before: Vec<Row>,
-    first: Option<&Row>,
-    comments: &[String],
+    (mut count, mut before): (usize, Vec<Line>),
+    first: Option<&Record>,
+    layout: &Layout,
     dialect: &mut Dialect,
-) -> Result<Cells, InputError> {
-    let width = first.map_or(0, |row| row.1.iter().rev().skip_while(|cell| cell.is_empty()).count());
-    let cells = |row: &csv::StringRecord| -> Vec<String> { row.iter().map(str::to_owned).collect() };
+) -> Result<Head, InputError> {
+    let width = first.map_or(0, |row| row.cells().rev().skip_while(|cell| cell.is_empty()).count());
     let mut units = Vec::new();
-    if let [.., (_, names), (_, last)] = &before[..]
+    if let [(_, names), (_, last)] = &before[..]
         && names.len() >= 2
         && are_units(last)
     {
-        units = cells(last);
+        units.clone_from(last);
         dialect.units = true;
         before.pop();
+        count -= 1;
     }
     let (line, mut names) = match before.pop() {
-        Some((line, row)) => (line, cells(&row)),
+        Some(names) => {
+            count -= 1;
+            names
+        }
         None => {
-            let Some(names) = comments.last().and_then(|comment| in_comment(comment, dialect, width)) else {
-                let line = first.map_or(1, |row| row.0);
+            let names = layout.last_comment.as_ref().and_then(|comment| in_comment(comment, dialect, width));
+            let Some(names) = names else {
+                let line = first.map_or(1, |row| row.line);
                 let what = "starts with numbers; add a header line such as t_s,u_v,theta_rad";
                 return Err(InputError::line(source, line, what));
             };
@@ -220,25 +181,18 @@ fn header(
             (1, names)
         }
     };
-    dialect.preamble = before.len();
+    dialect.preamble = count;
     if names.len() > 1 && names.last().is_some_and(String::is_empty) {
         names.pop();
     }
     check_names(source, line, &names)?;
     let unit = |k: usize| units.get(k).cloned().filter(|unit: &String| !unit.is_empty());
     let units = (0..names.len()).map(unit).collect();
-    Ok(Cells {
-        header: names,
-        units,
-        rows: Vec::new(),
-        header_line: line,
-        restarts: Vec::new(),
-        dialect: dialect.clone(),
-    })
+    Ok(Head { names, units, line, dialect: dialect.clone() })
 }
 
 /// A row below the names whose cells are units, at least half of them known.
-fn are_units(row: &csv::StringRecord) -> bool {
+fn are_units(row: &[String]) -> bool {
     let filled = row.iter().filter(|cell| !cell.is_empty()).count();
     let known = row.iter().filter(|cell| unit(cell).is_some()).count();
     known > 0 && 2 * known >= filled

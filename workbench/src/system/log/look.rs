@@ -2,8 +2,8 @@
 //! is missing for a good comparison.
 
 use super::answer::{Answer, Time, answer, smallest_step};
+use super::cells::Cells;
 use super::columns::Columns;
-use super::dialect::Cells;
 use super::meaning::{Meaning, Sure};
 use super::names::name_of;
 use super::next_time::ask;
@@ -11,7 +11,6 @@ use super::open::cells;
 use super::plan::Plan;
 use super::propose::Extent;
 use super::read::Sheet;
-use super::text::missing;
 use super::words::Topic;
 use super::{Log, Reading};
 use crate::console::input_error::InputError;
@@ -91,16 +90,18 @@ pub fn look(path: &Path, columns: &Columns) -> Result<Look, InputError> {
     let source = path.display().to_string();
     let plan = columns.plan(&source, &cells, true)?;
     let assumed = columns.with(&plan.items)?;
+    let seen = (0..cells.header.len()).map(|index| Column::of(&cells, &plan, index)).collect();
+    let (rows, dialect) = (cells.rows, cells.dialect.clone());
     let read = || {
         if plan.missing.is_some() {
             plan.complete(&source, cells.header_line)?;
         }
         let plan = assumed.plan(&source, &cells, true)?;
-        Sheet::of(&source, &cells, plan, &assumed, true).reading()
+        Sheet::of(&source, cells, plan, &assumed, true).reading()
     };
     let (log, notes, refused) = match read() {
         Ok(Reading { log, notes }) => (Some(log), notes, None),
-        Err(error) => (None, cells.dialect.sentence().into_iter().collect(), Some(error.0)),
+        Err(error) => (None, dialect.sentence().into_iter().collect(), Some(error.0)),
     };
     let record = log.as_ref().and_then(|log| match log {
         Log::Dynamic(record) => Some(record),
@@ -110,11 +111,11 @@ pub fn look(path: &Path, columns: &Columns) -> Result<Look, InputError> {
     Ok(Look {
         schema: "truing-look/1",
         file: source,
-        encoding: cells.dialect.encoding,
-        separator: cells.dialect.separated_by(),
-        decimal_comma: cells.dialect.decimal_comma,
-        rows: cells.rows.len(),
-        columns: (0..cells.header.len()).map(|index| Column::of(&cells, &plan, index)).collect(),
+        encoding: dialect.encoding,
+        separator: dialect.separated_by(),
+        decimal_comma: dialect.decimal_comma,
+        rows,
+        columns: seen,
         guessed: plan.proposals.iter().map(|proposal| proposal.why.clone()).collect(),
         columns_argument: if plan.proposals.is_empty() { String::new() } else { plan.items.clone() },
         ask: record.map_or(Vec::new(), |record| ask(record, &plan, Time::of(record), answer)),
@@ -131,7 +132,6 @@ impl Column {
         let used = plan.sources.iter().find(|source| source.formula.indices().contains(&index));
         let proposed = plan.proposals.iter().find(|proposal| proposal.column == Some(index));
         let extent = Extent::of(cells, index);
-        let number = |row: &(u64, csv::StringRecord)| cells.dialect.number(row.1.get(index).unwrap_or(""));
         let seems = used.map(|source| name_of(source.quantity, source.unit).to_owned());
         let seems = seems
             .or_else(|| proposed.and_then(|proposal| proposal.item.split('=').next()).map(str::to_owned));
@@ -145,8 +145,8 @@ impl Column {
             },
             min: extent.map(|extent| extent.min),
             max: extent.map(|extent| extent.max),
-            step: smallest_step(cells.rows.iter().filter_map(number).collect()),
-            empty: cells.rows.iter().filter(|row| missing(row.1.get(index).unwrap_or(""))).count(),
+            step: smallest_step(cells.values(index).iter().copied()),
+            empty: cells.columns[index].empty,
         }
     }
 }

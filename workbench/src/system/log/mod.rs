@@ -4,18 +4,24 @@
 
 pub mod answer;
 mod bridging;
+mod cells;
 mod columns;
 mod dialect;
 mod formula;
+mod layout;
 pub mod look;
 mod meaning;
 mod names;
 mod next_time;
 mod open;
+mod pieces;
 mod plan;
 mod propose;
+mod quantities;
 mod read;
+mod records;
 mod spelling;
+mod stream;
 mod text;
 mod words;
 
@@ -141,8 +147,8 @@ impl Run {
     /// The usual time between rows: the median.
     pub fn sample_s(&self) -> f64 {
         let mut steps: Vec<f64> = self.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+        let middle = steps.len() / 2;
+        if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
     }
 }
 

@@ -39,16 +39,14 @@ fn about_answer(answer: Option<Answer>) -> Vec<(bool, String)> {
 }
 
 fn about_motion(record: &Dynamic) -> Vec<(bool, String)> {
-    let mut input: Vec<f64> = record.runs.iter().flat_map(|run| run.input.clone()).collect();
-    let speeds: Vec<f64> = record.runs.iter().filter_map(speed).flatten().collect();
-    let one_way = one_sided(&input);
-    input.sort_by(f64::total_cmp);
-    input.dedup();
-    let levels = input.len();
+    let input = || record.runs.iter().flat_map(|run| run.input.iter().copied());
+    let (one_way, levels) = (one_sided(input()), few_levels(input()));
+    let turns_one_way =
+        || one_sided(record.runs.iter().filter_map(speed).flat_map(|speed| speed.into_owned()));
     vec![
         (one_way, format!("Drive both directions: {} has one sign only.", record.input.column())),
         (
-            !one_way && one_sided(&speeds),
+            !one_way && turns_one_way(),
             "Let the motor turn in both directions: the speed has one sign only.".into(),
         ),
         (
@@ -86,15 +84,28 @@ fn about_columns(record: &Dynamic, plan: &Plan) -> Vec<(bool, String)> {
     ]
 }
 
-fn one_sided(values: &[f64]) -> bool {
-    let (min, max) =
-        values.iter().fold((0.0_f64, 0.0_f64), |(min, max), value| (min.min(*value), max.max(*value)));
+fn one_sided(values: impl Iterator<Item = f64>) -> bool {
+    let (min, max) = values.fold((0.0_f64, 0.0_f64), |(min, max), value| (min.min(value), max.max(value)));
     (-min).min(max) < ONE_SIDED * (-min).max(max)
+}
+
+/// How many different values there are, up to as many as are enough.
+fn few_levels(values: impl Iterator<Item = f64>) -> usize {
+    let mut levels: Vec<f64> = Vec::new();
+    for value in values {
+        if !levels.contains(&value) {
+            levels.push(value);
+        }
+        if levels.len() == FEW_LEVELS {
+            break;
+        }
+    }
+    levels.len()
 }
 
 /// A measured speed in few steps.
 fn is_coarse(runs: &[Run]) -> bool {
-    let speeds: Vec<f64> = runs.iter().filter_map(|run| run.speed.as_ref()).flatten().copied().collect();
-    let range = speeds.iter().copied().fold(0.0, f64::max) - speeds.iter().copied().fold(0.0, f64::min);
-    smallest_step(speeds).is_some_and(|step| range < COARSE * step)
+    let speeds = || runs.iter().filter_map(|run| run.speed.as_ref()).flatten().copied();
+    let range = speeds().fold(0.0, f64::max) - speeds().fold(0.0, f64::min);
+    smallest_step(speeds()).is_some_and(|step| range < COARSE * step)
 }

@@ -1,9 +1,9 @@
 //! Opens a log: from a file, a text or bytes.
 
+use super::cells::Cells;
 use super::columns::Columns;
-use super::dialect::Cells;
 use super::read::Sheet;
-use super::text::decoded;
+use super::stream::Text;
 use super::{Log, Reading};
 use crate::console::input_error::InputError;
 use std::path::Path;
@@ -16,13 +16,13 @@ pub fn read(path: &Path, columns: &Columns) -> Result<Log, InputError> {
 /// Reads a log from a file, and says how it was read.
 pub fn open(path: &Path, columns: &Columns) -> Result<Reading, InputError> {
     let source = path.display().to_string();
-    Sheet::open(&source, &cells(path)?, columns, true)
+    Sheet::open(&source, cells(path)?, columns, true)
 }
 
 /// Reads a record that need not have an output: what a simulation is driven by.
 pub fn read_input(path: &Path, columns: &Columns) -> Result<Log, InputError> {
     let source = path.display().to_string();
-    Sheet::open(&source, &cells(path)?, columns, false).map(|reading| reading.log)
+    Sheet::open(&source, cells(path)?, columns, false).map(|reading| reading.log)
 }
 
 /// Reads a log from a text; `source` names it in messages.
@@ -32,18 +32,13 @@ pub fn parse(source: &str, text: &str, columns: &Columns) -> Result<Log, InputEr
 
 /// Reads a log from the bytes of a file; `source` names it in messages.
 pub fn parse_bytes(source: &str, bytes: &[u8], columns: &Columns) -> Result<Reading, InputError> {
-    Sheet::open(source, &cells_of(source, bytes)?, columns, true)
+    let (text, encoding) = Text::of_bytes(source, bytes)?;
+    Sheet::open(source, Cells::read(source, &text, encoding)?, columns, true)
 }
 
 /// The table that a file holds.
 pub(super) fn cells(path: &Path) -> Result<Cells, InputError> {
-    let source = path.display();
-    let bytes = std::fs::read(path)
-        .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
-    cells_of(&source.to_string(), &bytes)
-}
-
-fn cells_of(source: &str, bytes: &[u8]) -> Result<Cells, InputError> {
-    let (text, encoding) = decoded(source, bytes)?;
-    Cells::read(source, &text, encoding)
+    let source = path.display().to_string();
+    let (text, encoding) = Text::of_file(&source, path)?;
+    Cells::read(&source, &text, encoding)
 }

@@ -1,7 +1,7 @@
 //! What a file's columns probably are where their names do not say it: the `--columns` that would work, with what was
 //! guessed and from which range of values.
 
-use super::dialect::Cells;
+use super::cells::Cells;
 use super::meaning::{Meaning, Sure};
 use super::names::{Quantity, name_of, quantity_of};
 use super::plan::{INPUTS, OUTPUTS, Plan, Proposal};
@@ -39,18 +39,22 @@ pub struct Extent {
 impl Extent {
     /// Of one column; `None` if it holds no number.
     pub fn of(cells: &Cells, index: usize) -> Option<Self> {
-        let number = |row: &(u64, csv::StringRecord)| cells.dialect.number(row.1.get(index).unwrap_or(""));
-        let numbers: Vec<f64> =
-            cells.rows.iter().filter_map(number).filter(|value| value.is_finite()).collect();
-        let mut steps: Vec<f64> = numbers.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-        steps.retain(|step| *step > 0.0);
-        steps.sort_by(f64::total_cmp);
-        (!numbers.is_empty()).then(|| Self {
-            min: numbers.iter().copied().fold(f64::INFINITY, f64::min),
-            max: numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            whole: numbers.iter().all(|value| value.fract() == 0.0),
-            step: steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN),
-        })
+        let (mut steps, mut before) = (Vec::new(), None);
+        let none = Self { min: f64::INFINITY, max: f64::NEG_INFINITY, whole: true, step: f64::NAN };
+        let seen = |extent: Self, value: &f64| {
+            steps.extend(
+                before.replace(*value).map(|before: f64| (value - before).abs()).filter(|step| *step > 0.0),
+            );
+            let (min, max) = (extent.min.min(*value), extent.max.max(*value));
+            Self { min, max, whole: extent.whole && value.fract() == 0.0, step: f64::NAN }
+        };
+        let extent = cells.values(index).iter().filter(|value| value.is_finite()).fold(none, seen);
+        let middle = steps.len() / 2;
+        let step = match steps.is_empty() {
+            true => f64::NAN,
+            false => *steps.select_nth_unstable_by(middle, f64::total_cmp).1,
+        };
+        before.map(|_| Self { step, ..extent })
     }
 
     fn most(&self) -> f64 {

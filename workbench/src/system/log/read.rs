@@ -1,12 +1,12 @@
 //! Reading a log from a table of numbers, with every defect reported by line and column.
 
 use super::bridging::{self, Bridged};
+use super::cells::Cells;
 use super::columns::Columns;
-use super::dialect::Cells;
 use super::formula::Formula;
 use super::names::Quantity;
+use super::pieces::Piece;
 use super::plan::{Plan, Source};
-use super::text::missing;
 use super::{Dynamic, Input, Reading, Run, Table};
 use crate::console::input_error::InputError;
 use servo::axis::Bridge;
@@ -16,11 +16,11 @@ pub(super) const FEWEST_ROWS: usize = 20;
 /// Fewer points than this make no steady-state curve.
 const FEWEST_POINTS: usize = 4;
 
-/// Cells with their meaning.
+/// Cells with their meaning. What becomes a part of the log is taken out of them.
 pub(super) struct Sheet<'a> {
-    source: &'a str,
-    cells: &'a Cells,
-    plan: Plan,
+    pub(super) source: &'a str,
+    pub(super) cells: Cells,
+    pub(super) plan: Plan,
     supply_v: Option<f64>,
     output_needed: bool,
 }
@@ -28,18 +28,18 @@ pub(super) struct Sheet<'a> {
 impl<'a> Sheet<'a> {
     pub(super) fn open(
         source: &'a str,
-        cells: &'a Cells,
+        cells: Cells,
         columns: &Columns,
         output_needed: bool,
     ) -> Result<Reading, InputError> {
-        let plan = columns.plan(source, cells, output_needed)?;
+        let plan = columns.plan(source, &cells, output_needed)?;
         plan.complete(source, cells.header_line)?;
         Self::of(source, cells, plan, columns, output_needed).reading()
     }
 
     pub(super) fn of(
         source: &'a str,
-        cells: &'a Cells,
+        cells: Cells,
         plan: Plan,
         columns: &Columns,
         output_needed: bool,
@@ -64,18 +64,28 @@ impl<'a> Sheet<'a> {
         self.plan.has(quantity)
     }
 
-    /// A column that is there and holds nothing is not there.
+    /// A column that is there and holds nothing is not there. One that nothing is computed from is not kept.
     fn leave_out_empty_columns(&mut self) -> Option<String> {
         let empty = |source: &Source| match source.formula {
-            Formula::Scaled { index, .. } if index < self.cells.header.len() => {
-                self.cells.rows.iter().all(|row| missing(row.1.get(index).unwrap_or("")))
+            Formula::Scaled { index, .. } => {
+                self.cells.columns.get(index).is_some_and(|column| column.empty == self.cells.rows)
             }
-            _ => false,
+            Formula::Expression { .. } => false,
         };
         let (gone, kept): (Vec<Source>, Vec<Source>) = self.plan.sources.drain(..).partition(empty);
         self.plan.sources = kept;
+        for index in 0..self.cells.columns.len() {
+            if self.uses(index) == 0 {
+                self.cells.columns[index].values = Vec::new();
+            }
+        }
         let names: Vec<String> = gone.iter().map(|source| format!("`{}`", source.name)).collect();
         (!names.is_empty()).then(|| format!("Columns without a value are left out: {}.", names.join(", ")))
+    }
+
+    /// How many quantities are computed from a column.
+    pub(super) fn uses(&self, index: usize) -> usize {
+        self.plan.sources.iter().filter(|source| source.formula.indices().contains(&index)).count()
     }
 
     /// Said where a duty is multiplied by a supply that the log does not have.
@@ -87,77 +97,8 @@ impl<'a> Sheet<'a> {
         ))
     }
 
-    /// A column in SI units, if the file has it; NaN where a cell is empty.
-    fn column(&self, quantity: Quantity) -> Result<Option<Vec<f64>>, InputError> {
-        let Some(source) = self.plan.sources.iter().find(|source| source.quantity == quantity) else {
-            return Ok(None);
-        };
-        let mut cells = Vec::new();
-        let rows = 0..self.cells.rows.len();
-        rows.map(|row| self.value(row, source, &mut cells)).collect::<Result<_, _>>().map(Some)
-    }
-
-    fn value(&self, row: usize, source: &Source, cells: &mut Vec<f64>) -> Result<f64, InputError> {
-        cells.clear();
-        for index in source.formula.indices() {
-            cells.push(self.number(row, *index)?);
-        }
-        let value = source.formula.value(cells, source.unit);
-        if value.is_finite() || cells.iter().any(|cell| cell.is_nan()) {
-            return Ok(value);
-        }
-        let what = format!(
-            "--columns, `{}` gives {value} here; correct the expression or remove the row",
-            source.name
-        );
-        Err(InputError::line(self.source, self.cells.rows[row].0, what))
-    }
-
-    /// One cell; the column behind the last one is the number of the row.
-    fn number(&self, row: usize, index: usize) -> Result<f64, InputError> {
-        let Some(name) = self.cells.header.get(index) else {
-            return Ok(row as f64);
-        };
-        let (line, record) = &self.cells.rows[row];
-        let cell = record.get(index).unwrap_or("");
-        match self.cells.dialect.number(cell) {
-            Some(value) if value.is_infinite() => {
-                let what = format!("column {name}: `{cell}` is not a finite number; remove the row");
-                Err(InputError::line(self.source, *line, what))
-            }
-            Some(value) => Ok(value),
-            None if missing(cell) => Ok(f64::NAN),
-            None => {
-                Err(InputError::line(self.source, *line, format!("column {name}: {}", self.no_number(cell))))
-            }
-        }
-    }
-
-    fn no_number(&self, cell: &str) -> String {
-        let clock = cell.matches(':').count() > 0 && cell.starts_with(|first: char| first.is_ascii_digit());
-        if clock {
-            return format!(
-                "`{cell}` is a time of day; write seconds, or leave the column out and map t_s=row*SECONDS"
-            );
-        }
-        let comma = self.cells.dialect.decimal_comma;
-        match (comma, cell.contains('.'), cell.contains(',')) {
-            (true, true, _) => {
-                format!(
-                    "`{cell}` has a point where the file has decimal commas; write all numbers in one way"
-                )
-            }
-            (false, _, true) => {
-                format!(
-                    "`{cell}` has a comma where the file has decimal points; write all numbers in one way"
-                )
-            }
-            _ => format!("`{cell}` is not a number; correct the cell or remove the row"),
-        }
-    }
-
     /// The first of several columns that is there.
-    fn first(&self, wanted: &[Quantity]) -> Result<Option<(Quantity, Vec<f64>)>, InputError> {
+    fn first(&mut self, wanted: &[Quantity]) -> Result<Option<(Quantity, Vec<f64>)>, InputError> {
         for quantity in wanted {
             if let Some(values) = self.column(*quantity)? {
                 return Ok(Some((*quantity, values)));
@@ -167,7 +108,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// What drives the axis. A duty is multiplied by the supply voltage of the same row.
-    fn input(&self) -> Result<(Input, Vec<f64>), InputError> {
+    fn input(&mut self) -> Result<(Input, Vec<f64>), InputError> {
         use Quantity::{CurrentInput, Duty, Force, Torque, Voltage};
         let found = self.first(&[Voltage, Duty, Torque, Force, CurrentInput])?;
         let (quantity, values) = found.ok_or_else(|| self.lacks("for the input"))?;
@@ -186,8 +127,8 @@ impl<'a> Sheet<'a> {
         InputError::line(self.source, self.cells.header_line, what)
     }
 
-    fn volts_from_duty(&self, duty: Vec<f64>) -> Result<Vec<f64>, InputError> {
-        let logged = self.column(Quantity::Supply)?;
+    fn volts_from_duty(&self, mut duty: Vec<f64>) -> Result<Vec<f64>, InputError> {
+        let logged = self.copy(Quantity::Supply)?;
         let known = || self.supply_v.map(|supply| vec![supply; duty.len()]);
         let supply = logged.or_else(known).ok_or_else(|| self.lacks("vbus_v, which `duty` needs,"))?;
         if let Some(row) = supply.iter().position(|volts| *volts <= 0.0) {
@@ -195,7 +136,7 @@ impl<'a> Sheet<'a> {
                 "column vbus_v: {} V is no supply, which `duty` needs; state it in volts",
                 supply[row]
             );
-            return Err(InputError::line(self.source, self.cells.rows[row].0, what));
+            return Err(InputError::line(self.source, self.cells.line(row), what));
         }
         if let Some(row) = duty.iter().position(|d| d.abs() > 1.0 + 1e-6) {
             let most = duty.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
@@ -207,12 +148,13 @@ impl<'a> Sheet<'a> {
                 source.map_or("duty", |source| &source.name),
                 super::propose::full_scale(most)
             );
-            return Err(InputError::line(self.source, self.cells.rows[row].0, what));
+            return Err(InputError::line(self.source, self.cells.line(row), what));
         }
-        Ok(duty.iter().zip(&supply).map(|(d, v)| d * v).collect())
+        duty.iter_mut().zip(&supply).for_each(|(d, v)| *d *= v);
+        Ok(duty)
     }
 
-    fn table(&self, notes: &mut Vec<String>) -> Result<Table, InputError> {
+    fn table(&mut self, notes: &mut Vec<String>) -> Result<Table, InputError> {
         let (input, u_v) = self.input()?;
         let omega = self.column(Quantity::AngularSpeed)?;
         let omega = omega.ok_or_else(|| self.lacks("omega_rad_s (and no t_s: a steady-state table)"))?;
@@ -248,20 +190,27 @@ impl<'a> Sheet<'a> {
         self.plan.sources.iter().find(|source| source.quantity == quantity).map_or(1.0, Source::factor)
     }
 
-    fn dynamic(&self, notes: &mut Vec<String>) -> Result<Dynamic, InputError> {
+    fn dynamic(&mut self, notes: &mut Vec<String>) -> Result<Dynamic, InputError> {
         let time = self.column(Quantity::Time)?.ok_or_else(|| self.lacks("for the time"))?;
         let (input, values) = self.input()?;
         let position = self.first(&[Quantity::Angle, Quantity::Position])?;
         let speed = self.first(&[Quantity::AngularSpeed, Quantity::LinearSpeed])?;
         let linear = self.linear(position.as_ref(), speed.as_ref())?;
-        let bridge = self.column(Quantity::Bridge)?.unwrap_or_else(|| vec![1.0; time.len()]);
-        let id = self.column(Quantity::Run)?.unwrap_or_else(|| self.parts(time.len()));
-        let needed = [&time, &values, &bridge, &id];
-        let lost: Vec<bool> =
-            (0..time.len()).map(|row| needed.iter().any(|column| column[row].is_nan())).collect();
+        let bridge = self.column(Quantity::Bridge)?;
+        let id = match self.column(Quantity::Run)? {
+            Some(numbers) => Ids::Logged(numbers),
+            None => Ids::Parts(std::mem::take(&mut self.cells.restarts)),
+        };
+        let is_lost = |row: usize| {
+            time[row].is_nan()
+                || values[row].is_nan()
+                || bridge.as_ref().is_some_and(|bridge| bridge[row].is_nan())
+                || id.of(row).is_nan()
+        };
+        let lost: Vec<bool> = (0..time.len()).map(is_lost).collect();
         let mut whole = Run {
             id: 0,
-            bridge: self.bridge(&bridge)?,
+            bridge: self.bridge(bridge, time.len())?,
             input: values,
             position: position.map(|pair| pair.1),
             speed: speed.map(|pair| pair.1),
@@ -270,38 +219,36 @@ impl<'a> Sheet<'a> {
             t_s: time,
         };
         self.check_share(&bridging::holes(&whole, &lost))?;
-        let bridged = bridging::bridge(&mut whole, &lost, &id);
-        let runs = self.split(&whole, &id, &bridged)?;
+        let bridged = bridging::bridge(&mut whole, &lost, |row| id.of(row));
+        drop(lost);
+        let all = whole.rows();
+        let pieces = self.pieces(&whole.t_s, &id, &bridged)?;
+        let runs = whole.parted(&pieces);
         let rows: usize = runs.iter().map(Run::rows).sum();
-        notes.extend(bridged.sentence(whole.rows(), rows));
+        notes.extend(bridged.sentence(all, rows));
         Ok(Dynamic { source: self.source.to_owned(), input, linear, runs })
-    }
-
-    /// Numbers of the parts between headers that stand in the middle of the file.
-    fn parts(&self, rows: usize) -> Vec<f64> {
-        let part = |row| self.cells.restarts.iter().filter(|start| **start > 0 && **start <= row).count();
-        (0..rows).map(|row| part(row) as f64).collect()
     }
 
     /// Rows with holes are bridged while they are few.
     fn check_share(&self, holes: &[usize]) -> Result<(), InputError> {
-        let rows = self.cells.rows.len();
+        let rows = self.cells.rows;
         let Some(first) = holes.first().filter(|_| holes.len() as f64 > bridging::MOST * rows as f64) else {
             return Ok(());
         };
-        let (line, record) = &self.cells.rows[*first];
         let indices = self.plan.sources.iter().flat_map(|source| source.formula.indices());
-        let hole = |index: &&usize| record.get(**index).is_some_and(missing);
-        let index = indices.into_iter().find(hole).copied().unwrap_or(0);
+        let hole = |index: &usize| {
+            let hole = self.cells.columns.get(*index)?.hole.as_ref()?;
+            (hole.0 == *first).then_some((*index, &hole.1))
+        };
+        let (index, cell) = indices.filter_map(hole).next().map_or((0, ""), |known| (known.0, known.1));
         let what = format!(
-            "column {}: `{}` is not a finite number, and {} of {rows} rows have such cells; up to {:.0} % are bridged: fill or \
+            "column {}: `{cell}` is not a finite number, and {} of {rows} rows have such cells; up to {:.0} % are bridged: fill or \
              remove them, or leave a column out with --columns \"NAME=none\"",
             self.cells.header[index],
-            record.get(index).unwrap_or(""),
             holes.len(),
             100.0 * bridging::MOST
         );
-        Err(InputError::line(self.source, *line, what))
+        Err(InputError::line(self.source, self.cells.line(*first), what))
     }
 
     /// True if the axis is linear; an output must be there, and position and speed must agree.
@@ -322,7 +269,8 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    fn bridge(&self, values: &[f64]) -> Result<Vec<Bridge>, InputError> {
+    fn bridge(&self, values: Option<Vec<f64>>, rows: usize) -> Result<Vec<Bridge>, InputError> {
+        let Some(values) = values else { return Ok(vec![Bridge::Driven; rows]) };
         let code = |(row, value): (usize, &f64)| match *value {
             0.0 => Ok(Bridge::Open),
             1.0 => Ok(Bridge::Driven),
@@ -331,7 +279,7 @@ impl<'a> Sheet<'a> {
             value if value.is_nan() => Ok(Bridge::Driven),
             _ => Err(InputError::line(
                 self.source,
-                self.cells.rows[row].0,
+                self.cells.line(row),
                 format!("column bridge: {value} is none of 0 (open), 1 (driven), 2 (shorted)"),
             )),
         };
@@ -339,19 +287,21 @@ impl<'a> Sheet<'a> {
     }
 
     /// Cuts the rows where the run number changes or a row is left out; inside a piece time must increase.
-    fn split(&self, whole: &Run, id: &[f64], bridged: &Bridged) -> Result<Vec<Run>, InputError> {
-        let mut runs = Vec::new();
+    fn pieces(&self, t_s: &[f64], id: &Ids, bridged: &Bridged) -> Result<Vec<Piece>, InputError> {
+        let mut pieces = Vec::new();
         let mut shortest = None;
         let mut start = 0;
-        for end in 1..=id.len() {
-            if end < id.len() && id[end] == id[end - 1] && bridged.kept[end] == bridged.kept[end - 1] {
+        for end in 1..=t_s.len() {
+            let same =
+                |end: usize| id.of(end) == id.of(end - 1) && bridged.kept[end] == bridged.kept[end - 1];
+            if end < t_s.len() && same(end) {
                 if bridged.kept[end] {
-                    self.increasing(&whole.t_s, end)?;
+                    self.increasing(t_s, end)?;
                 }
                 continue;
             }
             if bridged.kept[start] && end - start >= FEWEST_ROWS {
-                runs.push(whole.rows_between(start, end, id[start] as i64));
+                pieces.push((start..end, id.of(start) as i64));
             } else if bridged.kept[start] && shortest.is_none() {
                 shortest = Some((start, end));
             }
@@ -359,12 +309,12 @@ impl<'a> Sheet<'a> {
         }
         match shortest {
             // What is left between two holes may be short; a run of the file may not.
-            Some((start, end)) if bridged.removed == 0 || runs.is_empty() => {
-                let what =
-                    format!("run {} has {} rows; at least {FEWEST_ROWS} are needed", id[start], end - start);
-                Err(InputError::line(self.source, self.cells.rows[start].0, what))
+            Some((start, end)) if bridged.removed == 0 || pieces.is_empty() => {
+                let (id, rows) = (id.of(start), end - start);
+                let what = format!("run {id} has {rows} rows; at least {FEWEST_ROWS} are needed");
+                Err(InputError::line(self.source, self.cells.line(start), what))
             }
-            _ => Ok(runs),
+            _ => Ok(pieces),
         }
     }
 
@@ -377,23 +327,26 @@ impl<'a> Sheet<'a> {
             time[row],
             time[row - 1]
         );
-        Err(InputError::line(self.source, self.cells.rows[row].0, what))
+        Err(InputError::line(self.source, self.cells.line(row), what))
     }
 }
 
-impl Run {
-    /// The rows `start..end` as a run of their own.
-    pub fn rows_between(&self, start: usize, end: usize, id: i64) -> Self {
-        let cut = |values: &Option<Vec<f64>>| values.as_ref().map(|values| values[start..end].to_vec());
-        Self {
-            id,
-            t_s: self.t_s[start..end].to_vec(),
-            input: self.input[start..end].to_vec(),
-            bridge: self.bridge[start..end].to_vec(),
-            position: cut(&self.position),
-            speed: cut(&self.speed),
-            current_a: cut(&self.current_a),
-            supply_v: cut(&self.supply_v),
+/// Which run each row belongs to.
+enum Ids {
+    /// The column `run`.
+    Logged(Vec<f64>),
+    /// Rows before which a header stands in the middle of the file.
+    Parts(Vec<usize>),
+}
+
+impl Ids {
+    fn of(&self, row: usize) -> f64 {
+        match self {
+            Self::Logged(numbers) => numbers[row],
+            Self::Parts(starts) => {
+                (starts.partition_point(|start| *start <= row) - starts.partition_point(|start| *start == 0))
+                    as f64
+            }
         }
     }
 }

@@ -1,116 +1,108 @@
-//! One step of winding, friction and inertia.
+//! One step of winding, friction and inertia, for one plant or for several in lock-step.
 //!
-//! The winding is solved exactly for a constant mean back-EMF, so that a small L/R costs no small steps; speed and
-//! back-EMF are coupled implicitly (trapezoid), so that no motor is too fast; friction acts as a proximal step
-//! (Acary, Brogliato: Numerical Methods for Nonsmooth Dynamical Systems, 2008): true sticking without switching logic.
+//! The winding is solved exactly for a constant mean back-EMF and the shaft for a constant torque, so that neither a small L/R nor
+//! viscous friction costs small steps; speed and back-EMF are coupled implicitly, so that no motor is too fast; friction acts as a
+//! proximal step (Acary, Brogliato: Numerical Methods for Nonsmooth Dynamical Systems, 2008): true sticking without switching logic.
+//!
+//! Sets in lock-step have one [`Shape`]: what it says is asked once for all of them. What differs from set to set is computed both
+//! ways and selected.
 
+use super::external::{Torques, drag};
+use super::formulas::{Moved, contact_pieces, halfway, resonance_pieces, select, softened};
+use super::lanes::{Lanes, Mask, decayed};
 use super::moment;
-use super::physics::{Acts, Drive, Motion, Physics};
+use super::physics::{Drive, Physics};
+use super::shape::{Coupling, Shape};
 use super::state::State;
-use super::step::{Before, Driven, Loads, slowed_from};
-use super::two_bodies;
+use super::step::{Before, Driven, Loads, Places, slowed_from};
+use super::two_bodies::{self, TwoBodies};
 use super::winding::{Coefficients, Shaft};
 use servo::axis::Bridge;
-use std::f64::consts::PI;
-
-/// A contact that is over within such a part of a step is inelastic for every log.
-const MOST_CONTACT_PIECES: f64 = 12.0;
 
 /// Advances a [`State`]. Keeps the coefficients of the last step length.
 #[derive(Clone, Debug)]
-pub struct Dynamics<'a> {
-    plant: &'a Physics,
-    coefficients: Coefficients,
-    present: Present,
+pub struct Dynamics<'a, F = f64> {
+    plant: &'a Physics<F>,
+    shape: Shape,
+    coefficients: Coefficients<F>,
 }
 
-/// Which kinds of effects are there at all: the others cost nothing.
-#[derive(Clone, Copy, Debug)]
-struct Present {
-    two_bodies: bool,
-    play: bool,
-    varying_winding: bool,
-    varying_friction: bool,
-    sag: bool,
-    unnamed: bool,
-}
-
-impl<'a> Dynamics<'a> {
-    /// For a plant.
-    pub fn new(plant: &'a Physics) -> Self {
-        let two_bodies = plant.load_share > 0.0 && (plant.gap_rad > 0.0 || plant.stiffness.is_finite());
-        let present = Present {
-            two_bodies,
-            play: plant.gap_rad > 0.0 && !two_bodies,
-            varying_winding: plant.heat_rise_per_w > 0.0
-                || plant.source_ohm > 0.0
-                || plant.kt_knee_a.is_finite(),
-            varying_friction: plant.breakaway_extra > 0.0
-                || plant.friction_per_motor > 0.0
-                || plant.friction_per_load > 0.0,
-            sag: plant.source_ohm > 0.0,
-            unnamed: !plant.unnamed.is_empty(),
-        };
-        Self { plant, coefficients: Coefficients::new(plant, plant.resistance, plant.kt, 1.0), present }
+impl<'a, F: Lanes> Dynamics<'a, F> {
+    /// For a plant of a shape.
+    #[inline(always)]
+    pub fn new(plant: &'a Physics<F>, shape: Shape) -> Self {
+        let coefficients = Coefficients::new(plant, &shape, plant.resistance, plant.kt, 1.0);
+        Self { plant, shape, coefficients }
     }
 
     /// Advances by `h` seconds with a constant voltage (or torque input) behind the input chain. `position`: where
-    /// the shaft is known to be at start and end of the step (measured), for torques that depend on it.
-    #[inline]
+    /// the shaft is known to be at start and end of the step (measured), for torques that depend on it. Returns the number of
+    /// inner steps.
+    #[inline(always)]
     pub fn advance(
         &mut self,
-        state: &mut State,
-        applied: f64,
+        state: &mut State<F>,
+        applied: F,
         bridge: Bridge,
         h: f64,
-        position: Option<(f64, f64)>,
-    ) {
-        if !self.present.two_bodies {
-            return self.step(state, applied, bridge, h, position);
+        position: Places<F>,
+    ) -> u64 {
+        if !self.shape.two_bodies() {
+            self.step::<false>(state, applied, bridge, h, position);
+            return 1;
         }
-        let pieces = if self.plant.contact_rad_s.is_finite() {
-            contact_pieces(h * self.plant.contact_rad_s)
-        } else {
-            resonance_pieces(h * self.plant.resonance_rad_s())
+        let turned = h * self.shape.rate_rad_s();
+        let pieces = match self.shape.coupling {
+            Coupling::Contact => contact_pieces(turned),
+            Coupling::Spring => resonance_pieces(turned),
+            _ => 1.0,
         };
+        let mut from = position;
         for piece in 0..pieces as usize {
-            let part = |k: usize| position.map(|(from, to)| from + (to - from) * k as f64 / pieces);
-            self.step(state, applied, bridge, h / pieces, part(piece).zip(part(piece + 1)));
+            let part = (piece + 1) as f64 / pieces;
+            let places = match (position, from) {
+                (Some((start, end)), Some((from, _))) => Some((from, start + (end - start) * part)),
+                _ => None,
+            };
+            self.step::<true>(state, applied, bridge, h / pieces, places);
+            from = places.map(|(_, to)| (to, to));
         }
+        pieces as u64
     }
 
-    #[inline]
-    fn step(
+    /// One inner step; `TWO`: of two bodies.
+    #[inline(always)]
+    fn step<const TWO: bool>(
         &mut self,
-        state: &mut State,
-        applied: f64,
+        state: &mut State<F>,
+        applied: F,
         bridge: Bridge,
         h: f64,
-        position: Option<(f64, f64)>,
+        position: Places<F>,
     ) {
         let before = Before::of(state);
         self.renew(state, applied, bridge, h);
-        let driven = Driven { net: self.net_voltage(state, applied, bridge, h), bridge, h };
-        let (omega, omega_load) = self.moved_under_loads(state, &driven, position);
-        self.settle_current(state, &driven, omega);
-        if self.present.sag {
-            self.settle_supply(state, applied, h);
+        let driven = self.driven(state, applied, bridge, h);
+        let (omega, omega_load, mean) = self.moved_under_loads::<TWO>(state, &driven, position);
+        self.settle_current(state, &driven, omega, mean);
+        if self.shape.source {
+            self.settle_supply(state, applied);
         }
         state.time_s += h;
-        state.theta += 0.5 * h * (before.omega + omega);
+        state.theta = state.theta + (before.omega + mean * (omega - before.omega)) * h;
         state.omega = omega;
-        self.settle_load(state, &before, omega_load, h);
-        self.plant.sense(state, &before, h);
-        if self.present.unnamed {
+        self.settle_load::<TWO>(state, &before, omega_load, h);
+        self.plant.sense(&self.shape, state, &before, h, self.coefficients.lag);
+        if self.shape.unnamed {
             moment::remember(self.plant, &self.coefficients, state, &before, &driven, position);
         }
     }
 
     /// Makes sure that the coefficients are those of this step.
-    #[inline]
-    fn renew(&mut self, state: &State, applied: f64, bridge: Bridge, h: f64) {
+    #[inline(always)]
+    fn renew(&mut self, state: &State<F>, applied: F, bridge: Bridge, h: f64) {
         let p = self.plant;
-        let (resistance, kt) = if self.present.varying_winding {
+        let (resistance, kt) = if self.shape.varying_winding() {
             (self.resistance(state, applied, h), self.weakened(state, applied, bridge))
         } else {
             (p.resistance, p.kt)
@@ -119,255 +111,290 @@ impl<'a> Dynamics<'a> {
             return;
         }
         if self.coefficients.step_is(h) {
-            self.coefficients.vary(p, resistance, kt);
+            self.coefficients.vary(p, &self.shape, resistance, kt);
         } else {
-            self.coefficients = Coefficients::new(p, resistance, kt, h);
+            self.coefficients = Coefficients::new(p, &self.shape, resistance, kt, h);
         }
     }
 
     /// The torque constant at the mean current of the step, as the last step's winding predicts it: with the current at the start,
     /// the torque would lag half a step behind.
-    fn weakened(&self, state: &State, applied: f64, bridge: Bridge) -> f64 {
+    #[inline(always)]
+    fn weakened(&self, state: &State<F>, applied: F, bridge: Bridge) -> F {
         let (p, c) = (self.plant, &self.coefficients);
-        if p.kt_knee_a == f64::INFINITY {
+        if !self.shape.knee {
             return p.kt;
         }
-        let mean = match (bridge, p.drive) {
-            (Bridge::Driven | Bridge::Shorted, Drive::Voltage) => {
-                let volts = if bridge == Bridge::Driven { applied } else { 0.0 };
-                let settled = (volts - p.ke * state.omega) * c.conductance;
-                let mean = settled + (state.current - settled) * c.mean;
-                mean.clamp(-p.current_limit, p.current_limit)
-            }
-            _ => state.current,
+        let mean = if bridge != Bridge::Open && p.drive == Drive::Voltage {
+            let volts = if bridge == Bridge::Driven { applied } else { applied.like(0.0) };
+            let settled = (volts - p.ke * state.omega) * c.conductance;
+            (settled + (state.current - settled) * c.mean).within(p.current_limit)
+        } else {
+            state.current
         };
         p.kt * softened(mean, p.kt_knee_a)
     }
 
     /// Winding resistance with heat and the supply's source (referred through the duty) in the middle of the step.
-    fn resistance(&self, state: &State, applied: f64, h: f64) -> f64 {
+    #[inline(always)]
+    fn resistance(&self, state: &State<F>, applied: F, h: f64) -> F {
         let p = self.plant;
-        let loss = state.current * state.current * self.coefficients.resistance;
-        let heat_w = halfway(state.heat_w, loss, h, p.heat_time_s);
-        let mut resistance = p.resistance * (1.0 + p.heat_rise_per_w * heat_w);
-        if p.source_ohm > 0.0 && p.bus_farad <= 0.0 {
+        let mut resistance = p.resistance;
+        if self.shape.heat {
+            let loss = state.current * state.current * self.coefficients.resistance;
+            let heat_w = halfway(state.heat_w, loss, h, p.heat_time_s);
+            resistance = p.resistance * (p.heat_rise_per_w * heat_w + 1.0);
+        }
+        if self.shape.source && !self.shape.slow_rail {
             let duty = applied / p.supply_v;
-            resistance += p.source_ohm * duty * duty;
+            resistance = resistance + p.source_ohm * duty * duty;
         }
         resistance
     }
 
-    /// The voltage across the winding before back-EMF (or the torque input); `None`: brushes block the current.
-    #[inline]
-    fn net_voltage(&self, state: &State, applied: f64, bridge: Bridge, h: f64) -> Option<f64> {
+    /// The voltage across the winding before back-EMF, or the torque input.
+    #[inline(always)]
+    fn driven(&self, state: &State<F>, applied: F, bridge: Bridge, h: f64) -> Driven<F> {
         let p = self.plant;
+        let none = applied.like(0.0);
+        let free = Driven { net: none, blocked: none.gt(none), bridge, h };
         if bridge != Bridge::Driven && (bridge == Bridge::Open || p.drive == Drive::Torque) {
-            return Some(0.0);
+            return free;
         }
         if p.drive == Drive::Torque {
-            return Some(applied.clamp(-p.current_limit, p.current_limit));
+            return Driven { net: applied.within(p.current_limit), ..free };
         }
-        let slow_rail = p.source_ohm > 0.0 && p.bus_farad > 0.0;
-        let terminal = match bridge {
-            Bridge::Shorted => 0.0,
-            _ if slow_rail => {
-                let drawn = applied / p.supply_v * state.current;
-                let settled = p.supply_v - p.source_ohm * drawn;
-                let rail = halfway(state.supply_v, settled, h, p.source_ohm * p.bus_farad);
-                applied * rail / p.supply_v
-            }
-            _ => applied,
+        let terminal = if bridge == Bridge::Shorted {
+            none
+        } else if self.shape.slow_rail {
+            let drawn = applied / p.supply_v * state.current;
+            let settled = p.supply_v - p.source_ohm * drawn;
+            applied * halfway(state.supply_v, settled, h, p.source_ohm * p.bus_farad) / p.supply_v
+        } else {
+            applied
         };
-        if p.drop_v <= 0.0 { Some(terminal) } else { self.behind_brushes(state, terminal) }
+        if self.shape.brushes {
+            self.behind_brushes(state, terminal, free)
+        } else {
+            Driven { net: terminal, ..free }
+        }
     }
 
     /// Brushes take their drop from the side to which the current goes; it cannot turn the current round.
-    fn behind_brushes(&self, state: &State, terminal: f64) -> Option<f64> {
+    #[inline(always)]
+    fn behind_brushes(&self, state: &State<F>, terminal: F, free: Driven<F>) -> Driven<F> {
         let (p, c) = (self.plant, &self.coefficients);
         let settled = (terminal - p.ke * state.omega) * c.conductance;
         let next = settled + (state.current - settled) * c.end;
-        let threshold = p.drop_v * c.conductance * (1.0 - c.end);
-        (next.abs() > threshold).then(|| terminal - p.drop_v.copysign(next))
+        let threshold = p.drop_v * c.conductance * (-c.end + 1.0);
+        Driven { net: terminal - p.drop_v.copysign(next), blocked: !next.abs().gt(threshold), ..free }
+    }
+
+    /// The shaft of one direction or the other.
+    #[inline(always)]
+    fn side(&self, state: &State<F>, shafts: &[Shaft<F>; 2]) -> Shaft<F> {
+        if !self.shape.uneven {
+            return shafts[0];
+        }
+        Shaft::select(state.omega.lt(state.omega.like(0.0)), &shafts[1], &shafts[0])
     }
 
     /// Torque at zero mean speed, and the shaft that it moves.
-    #[inline]
-    fn torque(&self, state: &State, driven: &Driven) -> (f64, Shaft) {
+    #[inline(always)]
+    fn torque(&self, state: &State<F>, driven: &Driven<F>) -> (F, Shaft<F>) {
         let (p, c) = (self.plant, &self.coefficients);
-        let side = usize::from(state.omega < 0.0);
-        match (driven.bridge, p.drive, driven.net) {
-            (Bridge::Open, ..) => (0.0, c.open[side]),
-            (_, Drive::Torque, net) => {
-                let held = net.unwrap_or(0.0);
-                (p.force_gain * held * softened(held, p.kt_knee_a), c.open[side])
-            }
-            (_, Drive::Voltage, Some(net)) => {
-                (c.per_volt * net + c.per_ampere * state.current, c.closed[side])
-            }
-            (_, Drive::Voltage, None) => (c.per_ampere * state.current, c.open[side]),
+        if driven.bridge == Bridge::Open {
+            return (driven.net.like(0.0), self.side(state, &c.open));
         }
+        if p.drive == Drive::Torque {
+            let held = p.force_gain * driven.net;
+            let softened = if self.shape.knee { held * softened(driven.net, p.kt_knee_a) } else { held };
+            return (softened, self.side(state, &c.open));
+        }
+        let held = c.per_ampere * state.current;
+        let (torque, closed) = (c.per_volt * driven.net + held, self.side(state, &c.closed));
+        if !self.shape.brushes {
+            return (torque, closed);
+        }
+        let shaft = Shaft::select(driven.blocked, &self.side(state, &c.open), &closed);
+        (F::select(driven.blocked, held, torque), shaft)
     }
 
-    /// Speeds of motor and load at the end of the step.
-    #[inline]
-    fn moved(&self, state: &State, driven: &Driven, loads: &Loads) -> (f64, f64) {
+    /// The speeds under known loads; a current beyond its limit is held there.
+    #[inline(always)]
+    fn moved<const TWO: bool>(&self, state: &State<F>, driven: &Driven<F>, loads: &Loads<F>) -> Moved<F> {
         let (torque, shaft) = self.torque(state, driven);
-        let moved = self.pushed(state, torque, &shaft, loads, driven.h);
+        let open = driven.bridge == Bridge::Open || self.plant.drive == Drive::Torque;
+        let limited = self.shape.current_limit && !open;
         let limit = self.plant.current_limit;
-        if limit == f64::INFINITY || driven.bridge == Bridge::Open || self.plant.drive == Drive::Torque {
-            return moved;
+        let free = self.pushed::<TWO>(state, torque, &shaft, loads, driven.h);
+        if !limited {
+            return free;
         }
-        let (_, mean) = self.currents(state, driven, moved.0);
-        if mean.abs() <= limit {
-            return moved;
+        let (_, mean) = self.currents(state, driven, free.0, free.2);
+        let beyond = mean.abs().gt(limit);
+        if !beyond.any() {
+            return free;
         }
-        let torque = self.plant.kt * softened(limit, self.plant.kt_knee_a) * limit.copysign(mean);
-        self.pushed(state, torque, &self.coefficients.open[usize::from(state.omega < 0.0)], loads, driven.h)
+        let knee = if self.shape.knee { softened(limit, self.plant.kt_knee_a) } else { limit.like(1.0) };
+        let torque = self.plant.kt * knee * limit.copysign(mean);
+        let shaft = self.side(state, &self.coefficients.open);
+        select(beyond, self.pushed::<TWO>(state, torque, &shaft, loads, driven.h), free)
     }
 
-    #[inline]
-    fn pushed(&self, state: &State, torque: f64, shaft: &Shaft, loads: &Loads, h: f64) -> (f64, f64) {
-        if self.present.two_bodies {
-            return two_bodies::moved(self.plant, state, torque, shaft.damping, loads, h);
+    #[inline(always)]
+    fn pushed<const TWO: bool>(
+        &self,
+        state: &State<F>,
+        torque: F,
+        shaft: &Shaft<F>,
+        loads: &Loads<F>,
+        h: f64,
+    ) -> Moved<F> {
+        if TWO {
+            let (plant, shape, damping) = (self.plant, &self.shape, shaft.damping);
+            let (omega, omega_load) =
+                torque.apart(TwoBodies { plant, shape, state, torque, damping, loads, h });
+            return (omega, omega_load, omega.like(0.5));
         }
         let pushed = shaft.mobility * (torque + loads.motor + loads.load);
         let free = shaft.keep * state.omega + pushed;
-        (slowed_from(state.omega, free, pushed, shaft.mobility, loads), 0.0)
+        let none = free.like(0.0);
+        if !self.shape.dry {
+            return (free, none, shaft.mean);
+        }
+        (slowed_from(state.omega, free, pushed, shaft.mobility, loads), none, shaft.mean)
     }
 
-    /// Current at the end of the step and its mean, from the speed at the end.
-    #[inline]
-    fn currents(&self, state: &State, driven: &Driven, omega: f64) -> (f64, f64) {
+    /// Current at the end of the step and its mean, from the speed at the end and its weight in the mean speed.
+    #[inline(always)]
+    fn currents(&self, state: &State<F>, driven: &Driven<F>, omega: F, weight: F) -> (F, F) {
         let c = &self.coefficients;
-        let Some(net) = driven.net else {
-            return (0.0, state.current * c.mean);
-        };
-        let settled = (net - self.plant.ke * 0.5 * (state.omega + omega)) * c.conductance;
+        let mean = state.omega + weight * (omega - state.omega);
+        let settled = (driven.net - self.plant.ke * mean) * c.conductance;
         let rest = state.current - settled;
-        (settled + rest * c.end, settled + rest * c.mean)
+        let (end, mean) = (settled + rest * c.end, settled + rest * c.mean);
+        if !self.shape.brushes {
+            return (end, mean);
+        }
+        let blocked = driven.blocked;
+        (F::select(blocked, end.like(0.0), end), F::select(blocked, state.current * c.mean, mean))
     }
 
-    #[inline]
-    fn settle_current(&self, state: &mut State, driven: &Driven, omega: f64) {
-        let (end, mean) = match (driven.bridge, self.plant.drive) {
-            (Bridge::Open, _) => (0.0, 0.0),
-            (_, Drive::Torque) => (driven.net.unwrap_or(0.0), driven.net.unwrap_or(0.0)),
-            (_, Drive::Voltage) => self.currents(state, driven, omega),
+    #[inline(always)]
+    fn settle_current(&self, state: &mut State<F>, driven: &Driven<F>, omega: F, weight: F) {
+        let none = omega.like(0.0);
+        let (end, mean) = if driven.bridge == Bridge::Open {
+            (none, none)
+        } else if self.plant.drive == Drive::Torque {
+            (driven.net, driven.net)
+        } else {
+            self.currents(state, driven, omega, weight)
         };
-        let limit = self.plant.current_limit;
-        state.current = end.clamp(-limit, limit);
-        state.mean_current = mean.clamp(-limit, limit);
-        if self.plant.heat_rise_per_w > 0.0 {
-            let loss = state.mean_current * state.mean_current / self.coefficients.conductance;
-            state.heat_w = loss + (state.heat_w - loss) * (-driven.h / self.plant.heat_time_s).exp();
+        if self.shape.current_limit {
+            let limit = self.plant.current_limit;
+            (state.current, state.mean_current) = (end.within(limit), mean.within(limit));
+        } else {
+            (state.current, state.mean_current) = (end, mean);
+        }
+        if self.shape.heat {
+            let loss = state.mean_current * state.mean_current * self.coefficients.resistance;
+            state.heat_w = loss + (state.heat_w - loss) * self.coefficients.cooling;
         }
     }
 
-    fn settle_supply(&self, state: &mut State, applied: f64, h: f64) {
+    #[inline(always)]
+    fn settle_supply(&self, state: &mut State<F>, applied: F) {
         let p = self.plant;
         let drawn = applied / p.supply_v * state.mean_current;
         let settled = p.supply_v - p.source_ohm * drawn;
-        let decay = if p.bus_farad > 0.0 { (-h / (p.source_ohm * p.bus_farad)).exp() } else { 0.0 };
-        state.supply_v = settled + (state.supply_v - settled) * decay;
+        state.supply_v = settled + (state.supply_v - settled) * self.coefficients.rail;
     }
 
     /// Speeds at the end of the step under torques and friction that depend on the speed: at first with those of its start, then with
     /// those of its middle.
-    #[inline]
-    fn moved_under_loads(&self, state: &State, driven: &Driven, position: Option<(f64, f64)>) -> (f64, f64) {
-        let first = self.moved(state, driven, &self.loads(state, state.omega, driven, position));
-        if !self.present.varying_friction && self.plant.torques.is_empty() && !self.present.unnamed {
+    #[inline(always)]
+    fn moved_under_loads<const TWO: bool>(
+        &self,
+        state: &State<F>,
+        driven: &Driven<F>,
+        places: Places<F>,
+    ) -> Moved<F> {
+        let steady = self.steady_loads(state, driven.h, places);
+        let again = self.shape.varying_friction() || self.shape.drag || self.shape.unnamed;
+        let first = self.moved::<TWO>(state, driven, &self.loads(state, state.omega, driven, places, steady));
+        if !again {
             return first;
         }
-        let middle = 0.5 * (state.omega + first.0);
-        self.moved(state, driven, &self.loads(state, middle, driven, position))
+        let middle = (state.omega + first.0) * 0.5;
+        self.moved::<TWO>(state, driven, &self.loads(state, middle, driven, places, steady))
+    }
+
+    /// What acts on the two sides of the gear, whatever the speed in the step.
+    #[inline(always)]
+    fn steady_loads(&self, state: &State<F>, h: f64, places: Places<F>) -> Loads<F> {
+        let p = self.plant;
+        let none = state.omega.like(0.0);
+        let loads =
+            Loads { motor: none, load: none, friction_pos: p.friction_pos, friction_neg: p.friction_neg };
+        if p.torques.is_empty() { loads } else { none.apart(Torques { plant: p, state, h, places, loads }) }
     }
 
     /// What acts on the two sides of the gear at a speed.
-    #[inline]
-    fn loads(&self, state: &State, omega: f64, driven: &Driven, position: Option<(f64, f64)>) -> Loads {
-        let p = self.plant;
-        let mut loads =
-            Loads { motor: 0.0, load: 0.0, friction_pos: p.friction_pos, friction_neg: p.friction_neg };
-        if !p.torques.is_empty() {
-            self.external(&mut loads, state, omega, driven.h, position);
+    #[inline(always)]
+    fn loads(
+        &self,
+        state: &State<F>,
+        omega: F,
+        driven: &Driven<F>,
+        places: Places<F>,
+        steady: Loads<F>,
+    ) -> Loads<F> {
+        let mut loads = steady;
+        if self.shape.drag {
+            loads.motor = loads.motor + drag(&self.plant.torques, omega);
         }
-        if self.present.unnamed {
-            loads.motor += moment::torque(self.plant, &self.coefficients, state, omega, driven, position);
+        if self.shape.unnamed {
+            let torque = moment::torque(self.plant, &self.coefficients, state, omega, driven, places);
+            loads.motor = loads.motor + torque;
         }
-        if self.present.varying_friction {
+        if self.shape.varying_friction() {
             let extra = self.extra_friction(state, omega, driven, &loads);
-            loads.friction_pos += extra;
-            loads.friction_neg += extra;
+            loads.friction_pos = loads.friction_pos + extra;
+            loads.friction_neg = loads.friction_neg + extra;
         }
         loads
     }
 
-    fn external(&self, loads: &mut Loads, state: &State, omega: f64, h: f64, position: Option<(f64, f64)>) {
-        let (theta, theta_next) = position.unwrap_or((state.theta, state.theta + h * state.omega));
-        let (time_s, gear_ratio) = (state.time_s + 0.5 * h, self.plant.gear_ratio);
-        let motion = Motion { time_s, theta, theta_next, omega, gear_ratio };
-        for law in &self.plant.torques {
-            let torque = (law.torque)(&law.parameters, &motion);
-            match law.acts {
-                Acts::Motor => loads.motor += torque,
-                Acts::Load => loads.load += torque,
-                Acts::Friction => {
-                    loads.friction_pos += torque;
-                    loads.friction_neg += torque;
-                }
+    /// Breakaway near standstill, and what grows with the torque through the gear.
+    #[inline(always)]
+    fn extra_friction(&self, state: &State<F>, omega: F, driven: &Driven<F>, loads: &Loads<F>) -> F {
+        let p = self.plant;
+        let mut extra = omega.like(0.0);
+        if self.shape.breakaway {
+            let ratio = omega / p.stribeck_speed;
+            extra = p.breakaway_extra * (ratio * ratio).map(decayed);
+        }
+        if self.shape.gear_friction {
+            let (torque, shaft) = self.torque(state, driven);
+            let motor = torque - (shaft.damping - p.viscous) * omega;
+            extra = extra + p.friction_per_motor * motor.abs() + p.friction_per_load * loads.load.abs();
+        }
+        extra
+    }
+
+    #[inline(always)]
+    fn settle_load<const TWO: bool>(&self, state: &mut State<F>, before: &Before<F>, omega_load: F, h: f64) {
+        if TWO {
+            return two_bodies::settle(self.plant, &self.shape, state, before, omega_load, h);
+        }
+        match self.shape.coupling {
+            Coupling::Rigid => (state.theta_load, state.omega_load) = (state.theta, state.omega),
+            _ => {
+                let half = self.plant.gap_rad * 0.5;
+                state.theta_load = before.theta_load.max(state.theta - half).min(state.theta + half);
+                state.omega_load = (state.theta_load - before.theta_load) * (1.0 / h);
             }
         }
     }
-
-    /// Breakaway near standstill, and what grows with the torque through the gear.
-    fn extra_friction(&self, state: &State, omega: f64, driven: &Driven, loads: &Loads) -> f64 {
-        let p = self.plant;
-        let ratio = omega / p.stribeck_speed;
-        let breakaway =
-            if p.breakaway_extra > 0.0 { p.breakaway_extra * (-ratio * ratio).exp() } else { 0.0 };
-        let (torque, shaft) = self.torque(state, driven);
-        let motor = torque - (shaft.damping - p.viscous) * omega;
-        breakaway + p.friction_per_motor * motor.abs() + p.friction_per_load * loads.load.abs()
-    }
-
-    #[inline]
-    fn settle_load(&self, state: &mut State, before: &Before, omega_load: f64, h: f64) {
-        if self.present.two_bodies {
-            two_bodies::settle(self.plant, state, before, omega_load, h);
-        } else if self.present.play {
-            let half = 0.5 * self.plant.gap_rad;
-            state.theta_load = before.theta_load.clamp(state.theta - half, state.theta + half);
-            state.omega_load = (state.theta_load - before.theta_load) / h;
-        } else {
-            state.theta_load = state.theta;
-            state.omega_load = state.omega;
-        }
-    }
-}
-
-/// A value on its way to where it settles, in the middle of the step.
-fn halfway(value: f64, settled: f64, h: f64, time_constant: f64) -> f64 {
-    value + (settled - value) * (0.5 * h / time_constant.max(1e-12)).min(1.0)
-}
-
-/// Pieces of a step that turns a resonance by so many radians. One beyond half a turn is faster than any log could
-/// show; the trapezoid leaves it rigid.
-fn resonance_pieces(turned: f64) -> f64 {
-    if turned > PI { 2.0 } else { (turned / 0.35).ceil().max(1.0) }
-}
-
-/// Pieces of a step in which teeth may touch and part.
-fn contact_pieces(turned: f64) -> f64 {
-    (turned / 0.35).ceil().clamp(1.0, MOST_CONTACT_PIECES)
-}
-
-/// 1/(1 + (current/knee)²).
-#[inline]
-fn softened(current: f64, knee: f64) -> f64 {
-    if knee == f64::INFINITY {
-        return 1.0;
-    }
-    let ratio = current / knee;
-    1.0 / (1.0 + ratio * ratio)
 }

@@ -4,10 +4,15 @@
 //! form simulates a log; both advance the same [`dynamics::Dynamics`].
 
 pub mod dynamics;
+mod external;
+mod formulas;
 pub mod input;
+pub mod lanes;
+pub mod laws;
 mod moment;
 pub mod physics;
 mod sensor;
+pub mod shape;
 pub mod state;
 mod step;
 mod two_bodies;
@@ -17,6 +22,7 @@ mod winding;
 use dynamics::Dynamics;
 use physics::Physics;
 use servo::axis::Bridge;
+use shape::Shape;
 use state::State;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -82,12 +88,13 @@ impl Motor {
     pub fn step(&mut self, command: f64, bridge: Bridge, dt: f64) -> Answer {
         let applied = self.behind_delay(command, dt);
         let applied = self.behind_lag(applied, dt);
-        let applied = self.plant.applied(applied);
+        let shape = Shape::of(&self.plant);
+        let applied = self.plant.applied_to(shape.chain(), applied);
         let pieces = (dt / (LONGEST_STEP * self.plant.time_constant_s())).ceil().clamp(1.0, 100.0) as usize;
-        let mut dynamics = Dynamics::new(&self.plant);
+        let mut dynamics = Dynamics::new(&self.plant, shape);
         let mut charge = 0.0;
         for _ in 0..pieces {
-            dynamics.advance(&mut self.state, applied, bridge, dt / pieces as f64, None);
+            advanced(&mut dynamics, &mut self.state, applied, bridge, dt / pieces as f64);
             charge += self.state.mean_current;
         }
         self.answer(charge / pieces as f64)
@@ -136,4 +143,10 @@ impl Motor {
         self.lagged = command + rest * decay;
         command + rest * (1.0 - decay) * lag / dt
     }
+}
+
+/// A step of one plant, as a function of its own: a step is long, and the simulation of records holds another copy.
+#[inline(never)]
+fn advanced(dynamics: &mut Dynamics, state: &mut State, applied: f64, bridge: Bridge, h: f64) {
+    dynamics.advance(state, applied, bridge, h, None);
 }

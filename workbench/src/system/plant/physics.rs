@@ -5,6 +5,8 @@
 //!         → Kt·i → friction, external torques → inertia [→ gap or spring → load] → sensor
 //! ```
 
+use super::lanes::Lanes;
+use super::laws::TorqueLaw;
 use super::unnamed::Term;
 use std::f64::consts::PI;
 
@@ -17,148 +19,112 @@ pub enum Drive {
     Torque,
 }
 
-/// Where an external torque is evaluated.
-#[derive(Clone, Copy, Debug)]
-pub struct Motion {
-    /// Time since the start of the run, s.
-    pub time_s: f64,
-    /// Position at the start of the step, rad.
-    pub theta: f64,
-    /// Position at the end of the step (expected), rad.
-    pub theta_next: f64,
-    /// Speed, rad/s.
-    pub omega: f64,
-    /// Turns of the encoder's shaft per turn of the load.
-    pub gear_ratio: f64,
-}
-
-/// An external torque of its own file: N m from up to three parameters and the motion.
-#[derive(Clone, Copy, Debug)]
-pub struct TorqueLaw {
-    /// The equation.
-    pub torque: fn(&[f64; 3], &Motion) -> f64,
-    /// Its parameters.
-    pub parameters: [f64; 3],
-    /// On what it acts.
-    pub acts: Acts,
-}
-
-/// On what an external torque acts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Acts {
-    /// The motor's shaft.
-    Motor,
-    /// The load behind the gear: the gear's friction feels it.
-    Load,
-    /// The level of dry friction, of both directions: against the motion, whichever it is.
-    Friction,
-}
-
-/// The plant in numbers. SI units; on a linear axis read N for N m and m for rad.
+/// The plant in numbers. SI units; on a linear axis read N for N m and m for rad. `F`: one number, or one of each of several sets
+/// in lock-step ([`Lanes`]).
 #[derive(Clone, Debug)]
-pub struct Physics {
+pub struct Physics<F = f64> {
     /// Voltage or torque input.
     pub drive: Drive,
     /// Torque per unit of input, for [`Drive::Torque`].
-    pub force_gain: f64,
+    pub force_gain: F,
     /// Winding resistance, Ω.
-    pub resistance: f64,
+    pub resistance: F,
     /// Winding inductance, H; 0: the current follows at once.
-    pub inductance: f64,
+    pub inductance: F,
     /// Torque constant, N m/A.
-    pub kt: f64,
+    pub kt: F,
     /// Back-EMF constant, V s/rad.
-    pub ke: f64,
+    pub ke: F,
     /// Total inertia, kg m².
-    pub inertia: f64,
+    pub inertia: F,
     /// Viscous friction, N m s/rad.
-    pub viscous: f64,
+    pub viscous: F,
     /// Turns of the encoder's shaft per turn of the load.
-    pub gear_ratio: f64,
+    pub gear_ratio: F,
     /// Nominal supply, V: what a full duty means for the supply's sag.
-    pub supply_v: f64,
+    pub supply_v: F,
 
     /// Pure delay of the command, s.
-    pub delay_s: f64,
+    pub delay_s: F,
     /// First-order lag of the drive, s.
-    pub lag_s: f64,
+    pub lag_s: F,
     /// Gain of the drive.
-    pub drive_gain: f64,
+    pub drive_gain: F,
     /// Offset of the drive, in units of the input.
-    pub drive_offset: f64,
+    pub drive_offset: F,
     /// Dead zone, positive side.
-    pub dead_pos: f64,
+    pub dead_pos: F,
     /// Dead zone, negative side, as a magnitude.
-    pub dead_neg: f64,
+    pub dead_neg: F,
     /// Rounding of the dead zone's corners, in units of the input.
-    pub dead_softness: f64,
+    pub dead_softness: F,
     /// Limit behind the dead zone; infinite: none.
-    pub limit: f64,
+    pub limit: F,
     /// Limit for negative inputs over that for positive ones.
-    pub limit_skew: f64,
+    pub limit_skew: F,
     /// 0: hard knee; else the knee's smoothness (relative).
-    pub limit_softness: f64,
+    pub limit_softness: F,
     /// Constant voltage drop in the direction of the current, V.
-    pub drop_v: f64,
+    pub drop_v: F,
     /// Source resistance, Ω.
-    pub source_ohm: f64,
+    pub source_ohm: F,
     /// Capacity of the supply rail, F; 0: the rail follows at once.
-    pub bus_farad: f64,
+    pub bus_farad: F,
     /// Largest current, A; infinite: none.
-    pub current_limit: f64,
+    pub current_limit: F,
     /// Relative rise of R per watt of copper loss, 1/W.
-    pub heat_rise_per_w: f64,
+    pub heat_rise_per_w: F,
     /// Thermal time constant, s.
-    pub heat_time_s: f64,
+    pub heat_time_s: F,
     /// Current at which Kt has fallen to a half, A; infinite: never.
-    pub kt_knee_a: f64,
+    pub kt_knee_a: F,
 
     /// Kinetic friction for positive speed, N m.
-    pub friction_pos: f64,
+    pub friction_pos: F,
     /// Kinetic friction for negative speed, N m, as a magnitude.
-    pub friction_neg: f64,
+    pub friction_neg: F,
     /// Breakaway above kinetic friction, N m.
-    pub breakaway_extra: f64,
+    pub breakaway_extra: F,
     /// Stribeck speed, rad/s.
-    pub stribeck_speed: f64,
+    pub stribeck_speed: F,
     /// Friction per motor torque.
-    pub friction_per_motor: f64,
+    pub friction_per_motor: F,
     /// Friction per load torque.
-    pub friction_per_load: f64,
+    pub friction_per_load: F,
     /// Additional viscous friction for positive speed, N m s/rad.
-    pub viscous_pos: f64,
+    pub viscous_pos: F,
     /// Additional viscous friction for negative speed, N m s/rad.
-    pub viscous_neg: f64,
+    pub viscous_neg: F,
     /// External torques.
-    pub torques: Vec<TorqueLaw>,
+    pub torques: Vec<TorqueLaw<F>>,
     /// Terms without a name.
     pub unnamed: Vec<Term>,
 
     /// Total play between motor and load, rad.
-    pub gap_rad: f64,
+    pub gap_rad: F,
     /// Share of the inertia that sits behind the gap or spring.
-    pub load_share: f64,
+    pub load_share: F,
     /// Stiffness of the coupling, N m/rad; infinite: rigid.
-    pub stiffness: f64,
+    pub stiffness: F,
     /// Damping of the coupling, N m s/rad.
-    pub coupling_damping: f64,
+    pub coupling_damping: F,
     /// Rate at which the teeth of a play answer a contact, rad/s; infinite: the contact is inelastic.
-    pub contact_rad_s: f64,
+    pub contact_rad_s: F,
     /// Damping ratio of that contact.
-    pub contact_damping: f64,
+    pub contact_damping: F,
     /// True: the encoder sits on the load side.
     pub encoder_at_load: bool,
 
     /// Scale of the reading.
-    pub sensor_scale: f64,
+    pub sensor_scale: F,
     /// True: the sensor reports the magnitude.
     pub sensor_rectified: bool,
     /// Lag of the reading, s.
-    pub sensor_lag_s: f64,
+    pub sensor_lag_s: F,
     /// Largest reading; infinite: none.
-    pub sensor_limit: f64,
+    pub sensor_limit: F,
     /// Offset of the reading.
-    pub sensor_offset: f64,
+    pub sensor_offset: F,
 }
 
 impl Physics {
@@ -268,6 +234,40 @@ impl Physics {
             0.0
         }
     }
+}
+
+/// A plant whose numbers are those of several, place by place.
+macro_rules! side_by_side {
+    ($sets:ident, $like:ident: $($field:ident),*) => {
+        Physics {
+            drive: $sets[0].drive,
+            torques: laws($sets, $like),
+            unnamed: $sets[0].unnamed.clone(),
+            encoder_at_load: $sets[0].encoder_at_load,
+            sensor_rectified: $sets[0].sensor_rectified,
+            $($field: $like.of(|set| $sets[set.min($sets.len() - 1)].$field)),*
+        }
+    };
+}
+
+impl<L: Lanes> Physics<L> {
+    /// Plants of one shape side by side; the last one fills what is left. `like`: any number, for its width.
+    pub fn side_by_side(sets: &[Physics], like: L) -> Self {
+        side_by_side!(sets, like:
+            force_gain, resistance, inductance, kt, ke, inertia, viscous, gear_ratio, supply_v,
+            delay_s, lag_s, drive_gain, drive_offset, dead_pos, dead_neg, dead_softness, limit,
+            limit_skew, limit_softness, drop_v, source_ohm, bus_farad, current_limit,
+            heat_rise_per_w, heat_time_s, kt_knee_a, friction_pos, friction_neg, breakaway_extra,
+            stribeck_speed, friction_per_motor, friction_per_load, viscous_pos, viscous_neg,
+            gap_rad, load_share, stiffness, coupling_damping, contact_rad_s, contact_damping,
+            sensor_scale, sensor_lag_s, sensor_limit, sensor_offset
+        )
+    }
+}
+
+fn laws<L: Lanes>(sets: &[Physics], like: L) -> Vec<TorqueLaw<L>> {
+    let of = |law: usize| sets.iter().map(|set| &set.torques[law]).collect::<Vec<_>>();
+    (0..sets[0].torques.len()).map(|law| TorqueLaw::side_by_side(&of(law), like)).collect()
 }
 
 /// An angle in [−π, π) for reports.

@@ -1,113 +1,176 @@
 //! What a step needs of winding, inertia and viscous friction, computed once for a step length and a resistance.
 
+use super::lanes::{Lanes, Mask, decayed};
 use super::physics::{Drive, Physics};
+use super::shape::Shape;
 
 /// Steps whose lengths differ by less than this (relative) are the same step: time stamps are rounded in every file.
 const SAME_STEP: f64 = 1e-5;
 /// Over such a change of its exponent the series of exp to the third power is right to 1e-8.
 const LITTLE: f64 = 0.02;
+/// Up to here the series of (1 − exp(−x))/x to the sixth power is right to 1e-9.
+const SERIES: f64 = 0.2;
 
 /// Coefficients of one step. With the mean speed ω̄ of the step:
 /// current → settled + (current − settled)·`end`, settled = (net voltage − Ke·ω̄)·`conductance`,
 /// torque = `per_volt`·net + `per_ampere`·current − damping·ω̄.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Coefficients {
-    pub resistance: f64,
+pub(super) struct Coefficients<F = f64> {
+    pub resistance: F,
     step: f64,
-    kt: f64,
+    kt: F,
     /// R·h/L and its exp(−x), computed anew when the resistance has changed much.
-    exact: (f64, f64),
+    exact: (F, F),
     /// 1/R.
-    pub conductance: f64,
+    pub conductance: F,
     /// Rest of the current's deviation at the end of the step.
-    pub end: f64,
+    pub end: F,
     /// Rest of the current's deviation on the mean over the step.
-    pub mean: f64,
+    pub mean: F,
     /// Torque per volt of net voltage.
-    pub per_volt: f64,
+    pub per_volt: F,
     /// Torque per ampere at the start.
-    pub per_ampere: f64,
+    pub per_ampere: F,
     /// Damping by the back-EMF.
-    pub back_emf: f64,
+    pub back_emf: F,
     /// The rigid shaft with the bridge closed: for positive and negative speed.
-    pub closed: [Shaft; 2],
+    pub closed: [Shaft<F>; 2],
     /// The rigid shaft with the bridge open: for positive and negative speed.
-    pub open: [Shaft; 2],
+    pub open: [Shaft<F>; 2],
+    /// Rest of the winding's heat after the step.
+    pub cooling: F,
+    /// Rest of the rail's deviation after the step.
+    pub rail: F,
+    /// Rest of the sensor's lag after the step.
+    pub lag: F,
 }
 
-/// ω1 = `keep`·ω0 + `mobility`·torque.
+/// A shaft with viscous friction under a constant torque T, solved exactly: ω1 = `keep`·ω0 + `mobility`·T.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shaft {
-    pub damping: f64,
-    pub keep: f64,
-    pub mobility: f64,
+pub(super) struct Shaft<F = f64> {
+    pub damping: F,
+    pub keep: F,
+    pub mobility: F,
+    /// The mean speed of the step is ω0 + `mean`·(ω1 − ω0); a half where nothing damps.
+    pub mean: F,
 }
 
-impl Shaft {
-    fn new(inertia: f64, damping: f64, h: f64) -> Self {
-        let half = 0.5 * h * damping / inertia;
-        let whole = 1.0 / (1.0 + half);
-        Self { damping, keep: (1.0 - half) * whole, mobility: h / inertia * whole }
+impl<F: Lanes> Shaft<F> {
+    #[inline(always)]
+    fn new(inertia: F, damping: F, h: f64) -> Self {
+        let x = damping / inertia * h;
+        let lost = lost_share(x);
+        // 1/(1 − exp(−x)) − 1/x, from its series where that is right to 1e-10.
+        let series = x * (x * x * (-1.0 / 720.0) + 1.0 / 12.0) + 0.5;
+        let little = x.abs().le(x.like(0.1));
+        let mean = match little.all() {
+            true => series,
+            false => F::select(little, series, x.like(1.0) / (x * lost) - x.like(1.0) / x),
+        };
+        Self { damping, keep: -(x * lost) + 1.0, mobility: lost / inertia * h, mean }
+    }
+
+    /// One shaft or the other, set by set.
+    #[inline(always)]
+    pub fn select(mask: F::Mask, yes: &Self, no: &Self) -> Self {
+        Self {
+            damping: F::select(mask, yes.damping, no.damping),
+            keep: F::select(mask, yes.keep, no.keep),
+            mobility: F::select(mask, yes.mobility, no.mobility),
+            mean: F::select(mask, yes.mean, no.mean),
+        }
     }
 }
 
-impl Coefficients {
+/// What is left of a deviation after a step.
+#[inline(always)]
+fn left<F: Lanes>(h: f64, time: F) -> F {
+    (time.like(h) / time).map(decayed)
+}
+
+/// (1 − exp(−x))/x.
+#[inline(always)]
+fn lost_share<F: Lanes>(x: F) -> F {
+    let mut series = x.like(1.0);
+    let mut power = 8.0;
+    while power > 1.0 {
+        series = -(x * series * (1.0 / power)) + 1.0;
+        power -= 1.0;
+    }
+    let little = x.abs().le(x.like(SERIES));
+    if little.all() { series } else { F::select(little, series, x.map(|x| -(-x).exp_m1() / x)) }
+}
+
+impl<F: Lanes> Coefficients<F> {
     /// For a resistance, a torque constant and a step length.
-    pub fn new(p: &Physics, resistance: f64, kt: f64, h: f64) -> Self {
-        let x = resistance * h / p.inductance.max(1e-12);
-        let open = [p.viscous_pos, p.viscous_neg].map(|uneven| Shaft::new(p.inertia, p.viscous + uneven, h));
+    #[inline(always)]
+    pub fn new(p: &Physics<F>, shape: &Shape, resistance: F, kt: F, h: f64) -> Self {
+        let x = resistance * h / p.inductance.max(kt.like(1e-12));
+        let none = kt.like(0.0);
+        let positive = Shaft::new(p.inertia, p.viscous + p.viscous_pos, h);
+        let negative =
+            if shape.uneven { Shaft::new(p.inertia, p.viscous + p.viscous_neg, h) } else { positive };
         let mut made = Self {
             resistance,
             step: h,
             kt,
-            exact: (x, (-x).exp()),
-            conductance: 0.0,
-            end: 0.0,
-            mean: 0.0,
-            per_volt: 0.0,
-            per_ampere: 0.0,
-            back_emf: 0.0,
-            closed: open,
-            open,
+            exact: (x, x.map(decayed)),
+            conductance: none,
+            end: none,
+            mean: none,
+            per_volt: none,
+            per_ampere: none,
+            back_emf: none,
+            closed: [positive, negative],
+            open: [positive, negative],
+            cooling: if shape.heat { left(h, p.heat_time_s) } else { none },
+            rail: if shape.slow_rail { left(h, p.source_ohm * p.bus_farad) } else { none },
+            lag: if shape.sensor_lag { left(h, p.sensor_lag_s) } else { none },
         };
-        made.vary(p, resistance, kt);
+        made.vary(p, shape, resistance, kt);
         made
     }
 
     /// Takes on another resistance and torque constant; the step stays.
-    #[inline]
-    pub fn vary(&mut self, p: &Physics, resistance: f64, kt: f64) {
+    #[inline(always)]
+    pub fn vary(&mut self, p: &Physics<F>, shape: &Shape, resistance: F, kt: F) {
         let h = self.step;
-        let x = resistance * h / p.inductance.max(1e-12);
-        if (x - self.exact.0).abs() > LITTLE {
-            self.exact = (x, (-x).exp());
+        let x = resistance * h / p.inductance.max(kt.like(1e-12));
+        let far = (x - self.exact.0).abs().gt(x.like(LITTLE));
+        if far.any() {
+            let anew = x.map(decayed);
+            self.exact = (F::select(far, x, self.exact.0), F::select(far, anew, self.exact.1));
         }
         let d = x - self.exact.0;
-        self.end = self.exact.1 * (1.0 - d * (1.0 - 0.5 * d * (1.0 - d / 3.0)));
-        self.mean = if x < 1e-6 { 1.0 - 0.5 * x } else { (1.0 - self.end) / x };
+        let third = -(d * (1.0 / 3.0)) + 1.0;
+        let second = -(d * third * 0.5) + 1.0;
+        self.end = self.exact.1 * (-(d * second) + 1.0);
+        let exact = (-self.end + 1.0) / x;
+        self.mean = F::select(x.lt(x.like(1e-6)), -(x * 0.5) + 1.0, exact);
         (self.resistance, self.kt) = (resistance, kt);
-        self.conductance = 1.0 / resistance;
-        let share = (1.0 - self.mean) * self.conductance;
+        self.conductance = x.like(1.0) / resistance;
+        let share = (-self.mean + 1.0) * self.conductance;
         self.per_volt = kt * share;
         self.per_ampere = kt * self.mean;
-        self.back_emf = if p.drive == Drive::Torque { 0.0 } else { kt * p.ke * share };
+        self.back_emf = if shape.drive == Drive::Torque { kt.like(0.0) } else { kt * p.ke * share };
         self.closed[0] = Shaft::new(p.inertia, self.open[0].damping + self.back_emf, h);
-        self.closed[1] = if p.viscous_pos == p.viscous_neg {
-            self.closed[0]
-        } else {
+        self.closed[1] = if shape.uneven {
             Shaft::new(p.inertia, self.open[1].damping + self.back_emf, h)
+        } else {
+            self.closed[0]
         };
     }
 
     /// True if they hold for steps of this length.
-    #[inline]
+    #[inline(always)]
     pub fn step_is(&self, h: f64) -> bool {
         (self.step - h).abs() <= SAME_STEP * h
     }
 
     /// True if they serve for another step too.
-    #[inline]
-    pub fn serve(&self, resistance: f64, kt: f64, h: f64) -> bool {
-        self.resistance == resistance && self.kt == kt && self.step_is(h)
+    #[inline(always)]
+    pub fn serve(&self, resistance: F, kt: F, h: f64) -> bool {
+        let same = self.resistance.ge(resistance) & self.resistance.le(resistance);
+        self.step_is(h) && (same & self.kt.ge(kt) & self.kt.le(kt)).all()
     }
 }

@@ -1,0 +1,131 @@
+//! The input of a run behind delay, lag and the memoryless chain.
+
+use super::run::BenchRun;
+use crate::system::plant::input::Chain;
+use crate::system::plant::lanes::{Lanes, push};
+use crate::system::plant::physics::Physics;
+
+/// The mean of the input over any stretch of time, of one plant or of several in lock-step.
+pub(super) enum Drawn {
+    /// No delay: the mean of each block, the numbers of the sets side by side. (A block is shorter than what a motor could
+    /// resolve.)
+    Held(Vec<f64>),
+    /// Of each set the integral over the rows, read `delay` seconds back.
+    Integrals(Vec<Integral>),
+}
+
+/// The integral of one set's input over the rows, and its delay.
+pub(super) struct Integral {
+    area: Vec<f64>,
+    delay: f64,
+    /// What acted before the first row.
+    before: f64,
+}
+
+impl Drawn {
+    /// Of plants of one shape: one by one, and side by side.
+    #[inline(always)]
+    pub(super) fn new<F: Lanes>(run: &BenchRun, sets: &[Physics], plant: &Physics<F>) -> Self {
+        let (delayed, lagging) = (sets.iter().any(|p| p.delay_s > 0.0), sets.iter().any(|p| p.lag_s > 0.0));
+        if delayed || lagging && run.blocks() != run.input.len() {
+            return Self::Integrals(sets.iter().map(|plant| Integral::new(run, plant)).collect());
+        }
+        if !lagging {
+            return Self::Held(held(run, plant, &Chain::of(&sets[0])));
+        }
+        let lagged: Vec<Vec<f64>> = sets.iter().map(|plant| behind_lag(run, plant)).collect();
+        let at = |set: usize, block: usize| lagged[set.min(lagged.len() - 1)][block];
+        let mut applied = Vec::with_capacity(run.blocks() * F::COUNT);
+        for block in 0..run.blocks() {
+            push(&mut applied, plant.supply_v.of(|set| at(set, block)));
+        }
+        Self::Held(applied)
+    }
+
+    /// Mean over `length` seconds from `start`, within a block.
+    #[inline(always)]
+    pub(super) fn mean<F: Lanes>(&self, like: F, run: &BenchRun, block: usize, start: f64, length: f64) -> F {
+        match self {
+            Self::Held(applied) => like.load(&applied[block * F::COUNT..]),
+            Self::Integrals(sets) => {
+                like.of(|set| sets[set.min(sets.len() - 1)].mean(run, block, start, length))
+            }
+        }
+    }
+}
+
+impl Integral {
+    fn new(run: &BenchRun, plant: &Physics) -> Self {
+        let applied = behind_lag(run, plant);
+        let mut area = Vec::with_capacity(applied.len() + 1);
+        let mut sum = 0.0;
+        area.push(0.0);
+        for (row, value) in applied.iter().enumerate() {
+            sum += value * (run.row_time[row + 1] - run.row_time[row]);
+            area.push(sum);
+        }
+        let before = if run.goes_on() { applied[0] } else { 0.0 };
+        Self { area, delay: plant.delay_s.max(0.0), before }
+    }
+
+    fn mean(&self, run: &BenchRun, block: usize, start: f64, length: f64) -> f64 {
+        let near = run.first_row[block] as usize;
+        let early = |time: f64| self.before * (time - run.row_time[0]).min(0.0);
+        let at = |time: f64| interpolated(&run.row_time, &self.area, time, near) + early(time);
+        let (start, length) = (start - self.delay, length);
+        (at(start + length) - at(start)) / length
+    }
+}
+
+/// Without lag and delay: the mean of each block, its rows weighted by their duration.
+#[inline(always)]
+fn held<F: Lanes>(run: &BenchRun, plant: &Physics<F>, chain: &Chain) -> Vec<f64> {
+    let like = plant.drive_gain;
+    let mut means = Vec::with_capacity(run.blocks() * F::COUNT);
+    for block in 0..run.blocks() {
+        let (from, to) = (run.first_row[block] as usize, run.first_row[block + 1] as usize);
+        if to - from == 1 {
+            push(&mut means, plant.applied_to(chain, like.like(run.input[from])));
+            continue;
+        }
+        let mut area = like.like(0.0);
+        for row in from..to {
+            let span = run.row_time[row + 1] - run.row_time[row];
+            area = area + plant.applied_to(chain, like.like(run.input[row])) * span;
+        }
+        push(&mut means, area * (1.0 / (run.row_time[to] - run.row_time[from])));
+    }
+    means
+}
+
+/// First-order lag of the command, if there is one, then the memoryless chain, on every row.
+fn behind_lag(run: &BenchRun, plant: &Physics) -> Vec<f64> {
+    let chain = Chain::of(plant);
+    if plant.lag_s <= 0.0 {
+        return run.input.iter().map(|u| plant.applied_to(&chain, *u)).collect();
+    }
+    let settled = run.goes_on() || run.start_speed != 0.0;
+    let mut state = if settled { run.input[0] } else { 0.0 };
+    let pair = |(row, command): (usize, &f64)| {
+        let x = (run.row_time[row + 1] - run.row_time[row]) / plant.lag_s;
+        let (rest, decay) = (state - command, (-x).exp());
+        state = command + rest * decay;
+        plant.applied_to(&chain, command + rest * (1.0 - decay) / x)
+    };
+    run.input.iter().enumerate().map(pair).collect()
+}
+
+/// Linear interpolation of `values` over `times`; 0 before the first time. `near`: a row not far after the place.
+fn interpolated(times: &[f64], values: &[f64], at: f64, near: usize) -> f64 {
+    if at <= times[0] {
+        return 0.0;
+    }
+    let mut k = near.min(times.len() - 2);
+    while times[k] > at {
+        k -= 1;
+    }
+    while k + 2 < times.len() && times[k + 1] < at {
+        k += 1;
+    }
+    values[k] + (values[k + 1] - values[k]) * (at - times[k]) / (times[k + 1] - times[k])
+}

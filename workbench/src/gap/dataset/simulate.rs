@@ -1,0 +1,194 @@
+//! The simulation of one run.
+
+use super::drawn::Drawn;
+use super::run::BenchRun;
+use crate::gap::effort;
+use crate::system::plant::dynamics::Dynamics;
+use crate::system::plant::lanes::{Lanes, push};
+use crate::system::plant::physics::{Drive, Physics};
+use crate::system::plant::shape::Shape;
+use crate::system::plant::state::State;
+use servo::axis::Bridge;
+
+/// A simulated run at the grid's points. Of several plants in lock-step the numbers of a point stand side by side, and only what
+/// a sensor needs is kept.
+#[derive(Clone, Debug, Default)]
+pub struct Traces {
+    /// True speed, rad/s.
+    pub omega: Vec<f64>,
+    /// The sensor's reading of the speed.
+    pub reading: Vec<f64>,
+    /// Its integral.
+    pub integral: Vec<f64>,
+    /// Winding current, A.
+    pub current: Vec<f64>,
+    /// Charge that flowed, A s.
+    pub charge: Vec<f64>,
+    /// Voltage behind the input chain, mean of each block.
+    pub applied: Vec<f64>,
+}
+
+/// Simulates runs and looks at them as their sensors do. It keeps its buffers, because fits simulate thousands of runs.
+#[derive(Clone, Debug, Default)]
+pub struct Simulation {
+    traces: Traces,
+    predicted: Vec<f64>,
+}
+
+impl Simulation {
+    /// A run in free run, and what the sensor of its speed would have shown; the arguments are those of
+    /// [`BenchRun::simulate`].
+    pub fn speed(&mut self, run: &BenchRun, plant: &Physics, start: f64, finest: f64) -> (&Traces, &[f64]) {
+        let Self { traces, predicted } = self;
+        run.simulate(plant, start, finest, traces);
+        run.speed.predict(0.0, &run.time, &traces.reading, &traces.integral, predicted);
+        (traces, predicted)
+    }
+
+    /// The same, with the number of inner steps, which it leaves to be counted.
+    pub(super) fn sensed(
+        &mut self,
+        run: &BenchRun,
+        plant: &Physics,
+        start: f64,
+        finest: f64,
+    ) -> (&[f64], u64) {
+        let Self { traces, predicted } = self;
+        let steps = run.simulated(plant, start, finest, traces);
+        run.speed.predict(0.0, &run.time, &traces.reading, &traces.integral, predicted);
+        (predicted, steps)
+    }
+
+    /// What the sensor of the current would have shown in the run that was simulated last.
+    pub fn current(&mut self, run: &BenchRun) -> &[f64] {
+        let Self { traces, predicted } = self;
+        run.current.predict(0.0, &run.time, &traces.current, &traces.charge, predicted);
+        predicted
+    }
+}
+
+impl BenchRun {
+    /// Simulates the run in free run. `start`: reading of the speed from which it goes on; 0: it rests. `finest`: longest inner step
+    /// as a part of the time constant.
+    pub fn simulate(&self, plant: &Physics, start: f64, finest: f64, traces: &mut Traces) {
+        effort::simulated(1, self.simulated(plant, start, finest, traces));
+    }
+
+    fn simulated(&self, plant: &Physics, start: f64, finest: f64, traces: &mut Traces) -> u64 {
+        let input = Drawn::new(self, std::slice::from_ref(plant), plant);
+        let state = self.start(plant, start);
+        self.advance(plant, Shape::of(plant), &input, state, finest, traces)
+    }
+
+    /// The same for one plant or several in lock-step, from a state. Returns the number of inner steps.
+    #[inline(always)]
+    pub(super) fn advance<F: Lanes>(
+        &self,
+        plant: &Physics<F>,
+        shape: Shape,
+        input: &Drawn,
+        mut state: State<F>,
+        finest: f64,
+        traces: &mut Traces,
+    ) -> u64 {
+        let keep = if F::COUNT == 1 { Keep::All } else { Keep::Sensed { current: !self.current.is_empty() } };
+        traces.clear(self.blocks() * F::COUNT);
+        let longest = shape.longest_step(finest);
+        let mut dynamics = Dynamics::new(plant, shape);
+        let placed = !plant.torques.is_empty() || !plant.unnamed.is_empty();
+        let with_position = placed && !self.position.is_empty();
+        let none = state.theta.like(0.0);
+        let (mut charge, mut steps) = (none, 0);
+        traces.record(&state, charge, keep);
+        for k in 0..self.blocks() {
+            let (start, length) = (self.time[k], self.time[k + 1] - self.time[k]);
+            let pieces = ((length / longest - 1e-9).ceil()).clamp(1.0, 200.0);
+            let h = length / pieces;
+            let mut mean = none;
+            for piece in 0..pieces as usize {
+                let applied = input.mean(none, self, k, start + piece as f64 * h, h);
+                let position =
+                    if with_position { Some(self.position_in(plant, k, piece, pieces)) } else { None };
+                steps += dynamics.advance(&mut state, applied, self.bridge[k], h, position);
+                charge = charge + state.mean_current * h;
+                mean = mean + applied;
+            }
+            traces.record(&state, charge, keep);
+            if keep == Keep::All {
+                traces.applied.push(mean.lane(0) / pieces);
+            }
+        }
+        steps
+    }
+
+    /// The state in which a run begins, from the reading of its speed.
+    pub(super) fn start(&self, plant: &Physics, reading: f64) -> State {
+        let speed = if reading == 0.0 { 0.0 } else { plant.speed_behind(reading) };
+        let start = if self.position.is_empty() { 0.0 } else { self.shaft(plant, 0) };
+        let mut state = State::moving(plant, start, speed);
+        state.time_s = self.since_s;
+        state.heat_w = self.past.as_ref().map_or(0.0, |past| past.heat_w(plant));
+        let driven = self.bridge.first() == Some(&Bridge::Driven);
+        if self.goes_on() && driven {
+            // What drives lies against the load.
+            let push = plant.applied(self.input[0]) - plant.ke * speed;
+            state.theta_load -= 0.5 * plant.gap_rad * push.signum();
+        }
+        if speed != 0.0 && driven && plant.drive == Drive::Voltage {
+            let limit = plant.current_limit;
+            state.current =
+                ((plant.applied(self.input[0]) - plant.ke * speed) / plant.resistance).clamp(-limit, limit);
+        }
+        state
+    }
+
+    /// Where the shaft is at a point of the grid: a wrong scale of the readings is in the logged position, too.
+    pub fn shaft(&self, plant: &Physics, point: usize) -> f64 {
+        self.position[point] / plant.sensor_scale
+    }
+
+    #[inline(always)]
+    fn position_in<F: Lanes>(&self, plant: &Physics<F>, block: usize, piece: usize, pieces: f64) -> (F, F) {
+        let (from, to) = (self.position[block], self.position[block + 1]);
+        let (start, end) = (piece as f64 / pieces, (piece + 1) as f64 / pieces);
+        let scale = plant.sensor_scale;
+        let at = |share: f64| scale.like(from + (to - from) * share) / scale;
+        (at(start), at(end))
+    }
+}
+
+/// What is kept of a simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Keep {
+    All,
+    /// What the sensors of speed and current need.
+    Sensed {
+        current: bool,
+    },
+}
+
+impl Traces {
+    fn clear(&mut self, numbers: usize) {
+        for values in
+            [&mut self.omega, &mut self.reading, &mut self.integral, &mut self.current, &mut self.charge]
+        {
+            values.clear();
+        }
+        self.reading.reserve(numbers);
+        self.integral.reserve(numbers);
+        self.applied.clear();
+    }
+
+    #[inline(always)]
+    fn record<F: Lanes>(&mut self, state: &State<F>, charge: F, keep: Keep) {
+        push(&mut self.reading, state.reading);
+        push(&mut self.integral, state.reading_integral);
+        if keep == Keep::All {
+            push(&mut self.omega, state.omega);
+        }
+        if keep != (Keep::Sensed { current: false }) {
+            push(&mut self.current, state.current);
+            push(&mut self.charge, charge);
+        }
+    }
+}

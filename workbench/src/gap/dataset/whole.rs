@@ -1,0 +1,57 @@
+//! All rows of a long log and of its hold-outs, simulated one stretch after another, never all at once in memory.
+
+use super::prepare::{Start, started};
+use super::stretches::Stretches;
+use super::view::View;
+use super::{BenchRun, Dataset, Simulation, driven_by};
+use crate::system::log::Dynamic;
+use crate::system::model::Model;
+use rayon::prelude::*;
+
+/// The records behind a dataset that holds stretches of them.
+pub struct Whole<'a> {
+    stretches: Stretches<'a>,
+    positions: Vec<f64>,
+    view: View,
+    start: Start,
+}
+
+impl<'a> Whole<'a> {
+    /// The records that a dataset was made of; `None` if it holds them as a whole.
+    pub fn of(model: &Model, log: &'a Dynamic, holdouts: &[&'a Dynamic], dataset: &Dataset) -> Option<Self> {
+        dataset.searched.as_ref()?;
+        let view = View::choose(model, log, &dataset.scales);
+        let stretches = Stretches::of(log, holdouts, &dataset.scales, &view, &mut Vec::new());
+        let plant = driven_by(&model.kind, model.physics(), log.input);
+        let start =
+            Start { plant, sigma: dataset.sigma, scales: dataset.scales, of_position: dataset.of_position };
+        Some(Self { positions: stretches.positions(), stretches, view, start })
+    }
+
+    /// Simulates what `each` asks for, stretch by stretch, and returns what it made of each, in order. `held_out`: only stretches
+    /// that are. `each` gets the index of the run, too.
+    pub fn each<T: Send>(
+        &self,
+        held_out: bool,
+        each: impl Fn(usize, &BenchRun, &mut Simulation) -> T + Sync,
+    ) -> Vec<T> {
+        let wanted: Vec<usize> =
+            (0..self.stretches.len()).filter(|k| !held_out || self.stretches.holds_out(*k)).collect();
+        let made = wanted.par_iter().map_init(Simulation::default, |simulation, k| {
+            let mut run = self.stretches.made(*k, &self.view, self.positions[*k]);
+            started(&mut run, &self.start, self.stretches.begins(*k));
+            each(self.stretches.piece(*k), &run, simulation)
+        });
+        made.collect()
+    }
+
+    /// Number of stretches.
+    pub fn len(&self) -> usize {
+        self.stretches.len()
+    }
+
+    /// True without any.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}

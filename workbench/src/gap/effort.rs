@@ -1,0 +1,242 @@
+//! How much work a search is: simulations, inner steps and passes, counted exactly. Counts do not depend on the number of threads or
+//! on the machine's load, so they are what a budget can hold; see `truing bench`.
+//!
+//! A simulated run is added once, at its end. The counters belong to the process: of two searches at once they tell the sum.
+
+use nix::sys::resource::{UsageWho, getrusage};
+use std::ops::{Add, Sub};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
+
+/// What the searches of this process computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Work {
+    /// Sets of parameters that were simulated, each run of a record for itself.
+    pub simulations: u64,
+    /// Steps of the plant of one set.
+    pub inner_steps: u64,
+    /// Steps of a pack of sets that advance together. A pack of one set makes as many passes as inner steps.
+    pub passes: u64,
+}
+
+impl Add for Work {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            simulations: self.simulations + other.simulations,
+            inner_steps: self.inner_steps + other.inner_steps,
+            passes: self.passes + other.passes,
+        }
+    }
+}
+
+impl Sub for Work {
+    type Output = Self;
+
+    fn sub(self, earlier: Self) -> Self {
+        Self {
+            simulations: self.simulations - earlier.simulations,
+            inner_steps: self.inner_steps - earlier.inner_steps,
+            passes: self.passes - earlier.passes,
+        }
+    }
+}
+
+/// Part of a search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Reading, noise, the base's fit and whatever stands in no other phase.
+    Base,
+    /// Promises of all candidates.
+    Screen,
+    /// The first, short fits of the candidates that promise most.
+    FirstFits,
+    /// The longer fits of those that came furthest.
+    LaterFits,
+    /// Evolution of a candidate with a rugged cost.
+    Evolution,
+    /// Does a set pay for itself?
+    Accept,
+    /// Evolution of an accepted set.
+    Settled,
+    /// Richer and poorer forms.
+    Forms,
+    /// One name for another.
+    Exchange,
+    /// Elimination and rivals, on the fine grid.
+    Rivals,
+    /// Ties, steps, covariance, what the rest depends on, plots.
+    Conclude,
+}
+
+impl Phase {
+    /// All of them, in the order in which a search goes through them.
+    pub const ALL: [Self; 11] = [
+        Self::Base,
+        Self::Screen,
+        Self::FirstFits,
+        Self::LaterFits,
+        Self::Evolution,
+        Self::Accept,
+        Self::Settled,
+        Self::Forms,
+        Self::Exchange,
+        Self::Rivals,
+        Self::Conclude,
+    ];
+
+    /// For a table.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Base => "reading, noise, base",
+            Self::Screen => "screen",
+            Self::FirstFits => "first fits",
+            Self::LaterFits => "second and third fits",
+            Self::Evolution => "evolution",
+            Self::Accept => "accept",
+            Self::Settled => "settled",
+            Self::Forms => "forms",
+            Self::Exchange => "exchange",
+            Self::Rivals => "elimination, rivals",
+            Self::Conclude => "conclude",
+        }
+    }
+}
+
+/// What was counted in one phase.
+struct Tally {
+    simulations: AtomicU64,
+    inner_steps: AtomicU64,
+    passes: AtomicU64,
+    cpu_us: AtomicU64,
+}
+
+impl Tally {
+    const fn nothing() -> Self {
+        let [simulations, inner_steps, passes, cpu_us] = [const { AtomicU64::new(0) }; 4];
+        Self { simulations, inner_steps, passes, cpu_us }
+    }
+}
+
+/// The phase that a search is in, and what was counted in each.
+struct Counters {
+    present: AtomicUsize,
+    tallies: [Tally; Phase::ALL.len()],
+    /// CPU time of the process when the phase last changed, µs.
+    changed_us: Mutex<u64>,
+}
+
+static COUNTERS: Counters = Counters::nothing();
+
+/// Adds a pack of sets that advanced together by so many steps.
+pub fn simulated(sets: usize, steps: u64) {
+    COUNTERS.add(sets, steps);
+}
+
+/// Does something and counts it as this phase. Inside of another phase it counts as that one.
+pub fn during<T>(phase: Phase, work: impl FnOnce() -> T) -> T {
+    COUNTERS.during(phase, work)
+}
+
+/// Work and CPU seconds of each phase so far.
+pub fn spent() -> [(Work, f64); Phase::ALL.len()] {
+    COUNTERS.spent()
+}
+
+impl Counters {
+    const fn nothing() -> Self {
+        Self {
+            present: AtomicUsize::new(Phase::Base as usize),
+            tallies: [const { Tally::nothing() }; Phase::ALL.len()],
+            changed_us: Mutex::new(0),
+        }
+    }
+
+    fn add(&self, sets: usize, steps: u64) {
+        let tally = &self.tallies[self.present.load(Relaxed)];
+        tally.simulations.fetch_add(sets as u64, Relaxed);
+        tally.inner_steps.fetch_add(sets as u64 * steps, Relaxed);
+        tally.passes.fetch_add(steps, Relaxed);
+    }
+
+    fn during<T>(&self, phase: Phase, work: impl FnOnce() -> T) -> T {
+        let _guard = Guard::enter(self, phase);
+        work()
+    }
+
+    fn spent(&self) -> [(Work, f64); Phase::ALL.len()] {
+        self.charge();
+        self.tallies.each_ref().map(|tally| {
+            let work = Work {
+                simulations: tally.simulations.load(Relaxed),
+                inner_steps: tally.inner_steps.load(Relaxed),
+                passes: tally.passes.load(Relaxed),
+            };
+            (work, 1e-6 * tally.cpu_us.load(Relaxed) as f64)
+        })
+    }
+
+    /// Adds the CPU time since the last change to the present phase.
+    fn charge(&self) {
+        let Ok(mut changed) = self.changed_us.lock() else { return };
+        let now = cpu_us();
+        let tally = &self.tallies[self.present.load(Relaxed)];
+        tally.cpu_us.fetch_add(now.saturating_sub(*changed), Relaxed);
+        *changed = now;
+    }
+}
+
+/// CPU time of this process so far, user and system, all threads, µs; 0 where the system does not tell.
+fn cpu_us() -> u64 {
+    getrusage(UsageWho::RUSAGE_SELF).map_or(0, |usage| {
+        let [user, system] = [usage.user_time(), usage.system_time()];
+        let micros = (user.tv_sec() + system.tv_sec()) * 1_000_000 + (user.tv_usec() + system.tv_usec());
+        micros.unsigned_abs()
+    })
+}
+
+/// Goes back to the base when the phase is over, if it was this one that began it.
+struct Guard<'c> {
+    counters: &'c Counters,
+    began: bool,
+}
+
+impl<'c> Guard<'c> {
+    fn enter(counters: &'c Counters, phase: Phase) -> Self {
+        counters.charge();
+        let base = Phase::Base as usize;
+        let began = counters.present.compare_exchange(base, phase as usize, Relaxed, Relaxed).is_ok();
+        Self { counters, began }
+    }
+}
+
+impl Drop for Guard<'_> {
+    fn drop(&mut self) {
+        if self.began {
+            self.counters.charge();
+            self.counters.present.store(Phase::Base as usize, Relaxed);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pack_of_sets_is_one_pass_a_step_and_the_outer_phase_counts() {
+        assert!(Phase::ALL.iter().enumerate().all(|(place, phase)| *phase as usize == place));
+        let counters = Counters::nothing();
+        counters.during(Phase::Settled, || {
+            counters.add(4, 100);
+            counters.during(Phase::Conclude, || counters.add(1, 7));
+        });
+        counters.add(2, 5);
+        let spent = counters.spent();
+        let of = |phase: Phase| spent[phase as usize].0;
+        assert_eq!(of(Phase::Settled), Work { simulations: 5, inner_steps: 407, passes: 107 });
+        assert_eq!(of(Phase::Base), Work { simulations: 2, inner_steps: 10, passes: 5 });
+        assert_eq!(of(Phase::Conclude), Work::default());
+    }
+}

@@ -1,0 +1,50 @@
+//! What the solver minimises.
+
+/// What is minimised: the sum of the squares of residuals over numbers with bounds.
+pub trait Problem {
+    /// The residuals, each over its standard deviation: the compared samples first, the priors last.
+    fn residuals(&mut self, x: &[f64], out: &mut Vec<f64>);
+
+    /// The residuals at several places, which may be cheaper together.
+    fn residuals_of(&mut self, many: &[&[f64]], out: &mut [Vec<f64>]) {
+        many.iter().zip(out).for_each(|(x, out)| self.residuals(x, out));
+    }
+
+    /// The residuals at several places, as finely as a derivative needs them.
+    fn probed_of(&mut self, many: &[&[f64]], out: &mut [Vec<f64>]) {
+        self.residuals_of(many, out);
+    }
+
+    /// True if [`Self::probed_of`] gives what [`Self::residuals`] gives.
+    fn probes_alike(&self) -> bool {
+        true
+    }
+
+    /// Lower and upper bound of a number.
+    fn bounds(&self, slot: usize) -> (f64, f64);
+
+    /// Step of the numeric derivative of a number.
+    fn step(&self, slot: usize) -> f64;
+
+    /// So many numbers at the front bend the residuals so much that their derivatives are computed anew before each step.
+    fn bending(&self) -> usize;
+}
+
+/// Sum of products. Four sums side by side: one alone would wait for itself.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (heads, tails) = (a.chunks_exact(4).zip(b.chunks_exact(4)), a.len() / 4 * 4);
+    for (x, y) in heads {
+        for k in 0..4 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    let rest: f64 = a[tails..].iter().zip(&b[tails..]).map(|(x, y)| x * y).sum();
+    sums.iter().sum::<f64>() + rest
+}
+
+/// A number inside its bounds.
+pub fn clipped(problem: &impl Problem, slot: usize, value: f64) -> f64 {
+    let (lower, upper) = problem.bounds(slot);
+    value.clamp(lower, upper)
+}

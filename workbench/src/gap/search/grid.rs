@@ -1,0 +1,66 @@
+//! Which starts of a dense grid are looked at: coarse first, then round the best.
+
+use super::promise::Start;
+
+/// Of so many neighbouring sizes one is looked at first (notebook 0302).
+const EVERY: usize = 3;
+/// Grids of fewer sizes are not dense: between two of them lies more than a refinement could find again.
+const DENSE: usize = 12;
+
+/// What the starts of a grid promise. Starts with the same first parameter, a size, stand together, in the order of their sizes.
+pub(super) fn promised<'g>(
+    grid: &[&'g Vec<f64>],
+    look: impl Fn(&[&'g Vec<f64>]) -> Vec<Start>,
+) -> Vec<Start> {
+    let sizes: Vec<&[&Vec<f64>]> = grid.chunk_by(|a, b| a[0] == b[0]).collect();
+    if sizes.len() < DENSE {
+        return look(grid);
+    }
+    let coarse: Vec<usize> = (EVERY / 2..sizes.len()).step_by(EVERY).collect();
+    let of = |places: &[usize]| places.iter().flat_map(|place| sizes[*place]).copied().collect::<Vec<_>>();
+    let rows = of(&coarse);
+    let mut starts = look(&rows);
+    let best = starts.iter().zip(&rows).min_by(|a, b| a.0.promise.total_cmp(&b.0.promise));
+    let Some(size) = best.and_then(|(_, row)| sizes.iter().position(|size| size[0][0] == row[0])) else {
+        return starts;
+    };
+    let reach = EVERY / 2;
+    let near: Vec<usize> = (size.saturating_sub(reach)..=(size + reach).min(sizes.len() - 1))
+        .filter(|place| !coarse.contains(place))
+        .collect();
+    starts.extend(look(&of(&near)));
+    starts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn start(promise: f64, x: &[f64]) -> Start {
+        Start { promise, optimistic_cost: promise, x: x.to_vec(), part: x.to_vec() }
+    }
+
+    /// Sizes that are looked at, where the promise is best at one of twenty.
+    fn looked_at(sizes: usize, best: f64) -> Vec<usize> {
+        let rows: Vec<Vec<f64>> = (0..2 * sizes).map(|k| vec![(k / 2) as f64, (k % 2) as f64]).collect();
+        let grid: Vec<&Vec<f64>> = rows.iter().collect();
+        let look = |rows: &[&Vec<f64>]| rows.iter().map(|row| start((row[0] - best).abs(), row)).collect();
+        let mut places: Vec<usize> = promised(&grid, look).iter().map(|start| start.x[0] as usize).collect();
+        places.sort_unstable();
+        assert!(places.chunks(2).all(|both| both[0] == both[1]), "a size without all its starts");
+        places.dedup();
+        places
+    }
+
+    #[test]
+    fn a_dense_grid_is_looked_at_coarsely_and_round_its_best_size() {
+        assert_eq!(looked_at(20, 8.0), [1, 4, 6, 7, 8, 10, 13, 16, 19]);
+        assert_eq!(looked_at(20, 19.0), [1, 4, 7, 10, 13, 16, 18, 19]);
+        assert_eq!(looked_at(20, 0.0), [0, 1, 2, 4, 7, 10, 13, 16, 19]);
+    }
+
+    #[test]
+    fn a_grid_of_few_sizes_is_looked_at_as_a_whole() {
+        assert_eq!(looked_at(8, 5.0), [0, 1, 2, 3, 4, 5, 6, 7]);
+    }
+}

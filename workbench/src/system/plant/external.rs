@@ -1,0 +1,59 @@
+//! External torques within a step.
+
+use super::lanes::{Apart, Lanes};
+use super::laws::{Acts, Law, Motion, TorqueLaw};
+use super::physics::Physics;
+use super::state::State;
+use super::step::{Loads, Places};
+
+/// The torques that do not depend on the speed, on a step's way.
+pub(super) struct Torques<'a, F> {
+    pub plant: &'a Physics<F>,
+    pub state: &'a State<F>,
+    pub h: f64,
+    pub places: Places<F>,
+    /// What acts besides.
+    pub loads: Loads<F>,
+}
+
+impl<F: Lanes> Apart for Torques<'_, F> {
+    type Output = Loads<F>;
+
+    #[inline(always)]
+    fn run(self) -> Loads<F> {
+        let Self { plant, state, h, places, mut loads } = self;
+        let (theta, theta_next) = match places {
+            Some(places) => places,
+            None => (state.theta, state.theta + state.omega * h),
+        };
+        let (omega, gear_ratio) = (state.omega, plant.gear_ratio);
+        let motion = Motion { time_s: state.time_s + 0.5 * h, theta, theta_next, omega, gear_ratio };
+        for law in &plant.torques {
+            if law.law == Law::Drag {
+                continue;
+            }
+            let torque = law.torque(&motion);
+            match law.acts {
+                Acts::Motor => loads.motor = loads.motor + torque,
+                Acts::Load => loads.load = loads.load + torque,
+                Acts::Friction => {
+                    loads.friction_pos = loads.friction_pos + torque;
+                    loads.friction_neg = loads.friction_neg + torque;
+                }
+            }
+        }
+        loads
+    }
+}
+
+/// Drag at a speed: the one torque that changes within a step.
+#[inline(always)]
+pub(super) fn drag<F: Lanes>(torques: &[TorqueLaw<F>], omega: F) -> F {
+    let mut sum = omega.like(0.0);
+    for law in torques {
+        if law.law == Law::Drag {
+            sum = sum - law.parameters[0] * omega * omega.abs();
+        }
+    }
+    sum
+}

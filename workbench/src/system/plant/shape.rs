@@ -1,0 +1,184 @@
+//! What of a plant is there at all, and how finely it is simulated: what sets must have in common to be advanced in lock-step.
+
+use super::input::Chain;
+use super::laws::{Acts, Law};
+use super::physics::{Drive, Physics};
+
+/// Rungs to an octave on the ladder of step lengths. Sets whose time constants differ by a few per cent mostly take the same steps;
+/// a rung costs at most 9 % of the steps.
+const RUNGS: f64 = 8.0;
+/// Two bodies are joined by a trapezoid that is not exact: their step is at most this part of the time constant.
+const LONGEST_OF_TWO: f64 = 1.0 / 45.0;
+
+/// How motor and load hang together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Coupling {
+    /// They are one body.
+    Rigid,
+    /// The load has no inertia and follows within a gap.
+    Play,
+    /// A spring.
+    Spring,
+    /// A gap with compliant teeth.
+    Contact,
+    /// A gap with hard teeth.
+    Gap,
+}
+
+/// Which kinds of effects are there: the others cost nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shape {
+    pub(super) drive: Drive,
+    pub(super) coupling: Coupling,
+    pub(super) at_load: bool,
+    pub(super) heat: bool,
+    pub(super) source: bool,
+    pub(super) slow_rail: bool,
+    pub(super) knee: bool,
+    pub(super) brushes: bool,
+    pub(super) current_limit: bool,
+    pub(super) dry: bool,
+    pub(super) breakaway: bool,
+    pub(super) gear_friction: bool,
+    pub(super) uneven: bool,
+    pub(super) drag: bool,
+    pub(super) chain: Chain,
+    pub(super) rectified: bool,
+    pub(super) sensor_lag: bool,
+    pub(super) sensor_limit: bool,
+    pub(super) unnamed: bool,
+    /// Place of the time constant on the ladder.
+    time: i32,
+    /// Place of the rate of spring or teeth on the ladder.
+    rate: i32,
+}
+
+impl Shape {
+    /// That of a plant.
+    pub fn of(p: &Physics) -> Self {
+        let gear_friction = p.friction_per_motor > 0.0 || p.friction_per_load > 0.0;
+        let breakaway = p.breakaway_extra > 0.0;
+        let against = p.torques.iter().any(|law| law.acts == Acts::Friction);
+        Self {
+            drive: p.drive,
+            coupling: coupling(p),
+            at_load: p.encoder_at_load,
+            heat: p.heat_rise_per_w > 0.0,
+            source: p.source_ohm > 0.0,
+            slow_rail: p.source_ohm > 0.0 && p.bus_farad > 0.0,
+            knee: p.kt_knee_a.is_finite(),
+            brushes: p.drop_v > 0.0 && p.drive == Drive::Voltage,
+            current_limit: p.current_limit.is_finite(),
+            dry: gear_friction || breakaway || against || p.friction_pos != 0.0 || p.friction_neg != 0.0,
+            breakaway,
+            gear_friction,
+            drag: p.torques.iter().any(|law| law.law == Law::Drag),
+            uneven: p.viscous_pos != p.viscous_neg,
+            chain: Chain::of(p),
+            rectified: p.sensor_rectified,
+            sensor_lag: p.sensor_lag_s > 0.0,
+            sensor_limit: p.sensor_limit.is_finite(),
+            unnamed: !p.unnamed.is_empty(),
+            time: below(p.time_constant_s()),
+            rate: rate(p),
+        }
+    }
+
+    /// The kinds of its input chain.
+    pub fn chain(&self) -> &Chain {
+        &self.chain
+    }
+
+    /// Longest inner step, s, where it may be `finest` of the time constant.
+    pub fn longest_step(&self, finest: f64) -> f64 {
+        let finest = if self.two_bodies() { finest.min(LONGEST_OF_TWO) } else { finest };
+        (rung(self.time) * finest).max(1e-7)
+    }
+
+    /// Rate of spring or teeth, rad/s, rounded up.
+    pub(super) fn rate_rad_s(&self) -> f64 {
+        rung(self.rate)
+    }
+
+    pub(super) fn two_bodies(&self) -> bool {
+        !matches!(self.coupling, Coupling::Rigid | Coupling::Play)
+    }
+
+    /// True if resistance or torque constant change on the way.
+    pub(super) fn varying_winding(&self) -> bool {
+        self.heat || self.source || self.knee
+    }
+
+    /// True if friction depends on the speed or on other torques.
+    pub(super) fn varying_friction(&self) -> bool {
+        self.breakaway || self.gear_friction
+    }
+
+    /// Scale and offset alone: the integral of the reading is exact.
+    pub(super) fn plain_sensor(&self) -> bool {
+        !self.sensor_lag && !self.sensor_limit && !self.rectified
+    }
+}
+
+/// True if two plants can be advanced in lock-step.
+pub fn alike(a: &Physics, b: &Physics) -> bool {
+    let laws = a.torques.iter().zip(&b.torques);
+    Shape::of(a) == Shape::of(b)
+        && a.torques.len() == b.torques.len()
+        && laws.into_iter().all(|(a, b)| a.acts == b.acts && a.law == b.law)
+        && a.unnamed.is_empty()
+}
+
+fn coupling(p: &Physics) -> Coupling {
+    match (p.load_share > 0.0, p.stiffness.is_finite(), p.gap_rad > 0.0) {
+        (true, true, _) => Coupling::Spring,
+        (true, false, true) if p.contact_rad_s.is_finite() => Coupling::Contact,
+        (true, false, true) => Coupling::Gap,
+        (false, _, true) => Coupling::Play,
+        _ => Coupling::Rigid,
+    }
+}
+
+fn rate(p: &Physics) -> i32 {
+    match coupling(p) {
+        Coupling::Contact => above(p.contact_rad_s),
+        Coupling::Spring if p.contact_rad_s.is_finite() => above(p.contact_rad_s),
+        Coupling::Spring => above(p.resonance_rad_s()),
+        _ => i32::MIN,
+    }
+}
+
+fn below(value: f64) -> i32 {
+    (RUNGS * value.log2()).floor() as i32
+}
+
+fn above(value: f64) -> i32 {
+    (RUNGS * value.log2()).ceil() as i32
+}
+
+fn rung(place: i32) -> f64 {
+    (f64::from(place) / RUNGS).exp2()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_at_most_nine_per_cent_shorter_than_it_may_be() {
+        for k in 0..100 {
+            let plant = Physics::inertia(0.3 * 1.1f64.powi(k), 0.7, 1.0);
+            let ratio = Shape::of(&plant).longest_step(0.1) / (0.1 * plant.time_constant_s());
+            assert!((0.916..=1.000_001).contains(&ratio), "{ratio}");
+        }
+    }
+
+    #[test]
+    fn plants_with_other_effects_are_not_alike() {
+        let plain = Physics::linear_motor(1.0, 1e-3, 0.1, 0.1, 1e-3, 1e-4);
+        let dry = Physics { friction_pos: 1e-3, ..plain.clone() };
+        let dryer = Physics { friction_pos: 2e-3, ..plain.clone() };
+        let slower = Physics { inertia: 2e-3, ..plain.clone() };
+        assert!(alike(&dry, &dryer) && !alike(&plain, &dry) && !alike(&plain, &slower));
+    }
+}
