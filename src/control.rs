@@ -15,7 +15,8 @@
 
 use crate::encoder::Motor;
 use crate::units::{
-    Acceleration, ERROR_BITS, Position, Speed, Voltage, bounded, limited, mul_shift, to_fixed,
+    ACCELERATION_BITS, Acceleration, ERROR_BITS, Position, SPEED_BITS, Speed, Voltage, bounded, limited,
+    mul_shift, to_fixed,
 };
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +28,9 @@ const SMALLEST_BANDWIDTH: f32 = 0.6;
 const LARGEST_BANDWIDTH: f32 = 0.3;
 /// Fraction bits of the integrator, nominal voltages.
 const INTEGRATOR_BITS: u32 = 52;
+
+/// Half of the last place of a speed, as an acceleration: for rounding.
+const HALF_SPEED: i32 = 1 << (ACCELERATION_BITS - SPEED_BITS - 1);
 
 /// Share of the time constant without a count after which an axis off its target is stuck.
 const STUCK_SHARE: f32 = 0.25;
@@ -70,6 +74,19 @@ impl Reference {
     #[must_use]
     pub const fn rest(position: Position) -> Self {
         Self { position, speed: Speed(0), acceleration: Acceleration(0) }
+    }
+
+    /// A tick later, if the acceleration stays.
+    #[must_use]
+    #[inline]
+    pub fn drift(&self) -> Self {
+        let half = (self.acceleration.0 as i64) << (31 - ACCELERATION_BITS);
+        let gained = self.acceleration.0.saturating_add(HALF_SPEED) >> (ACCELERATION_BITS - SPEED_BITS);
+        Self {
+            position: self.position.plus(self.speed.per_tick()).plus(half),
+            speed: Speed(self.speed.0.saturating_add(gained)),
+            acceleration: self.acceleration,
+        }
     }
 
     /// True while it does not move.

@@ -131,7 +131,7 @@ pub struct Record {
     pub command_bridge: Bridge,
     /// Duty computed in this tick, PWM counts; acts `pwm_delay_ticks` later.
     pub command_duty: i16,
-    /// Reference position, counts relative to power-up, Q8.
+    /// Reference position, counts relative to power-up, Q8, modulo 2²⁴ counts; see [`Record::ahead_q8`].
     pub reference_q8: i32,
     /// Reference speed, counts per tick, Q20.
     pub reference_speed_q20: i32,
@@ -155,4 +155,19 @@ pub struct Record {
     pub advisory: Advisory,
     /// Do positions count from power-up, or are they absolute?
     pub referenced: Referenced,
+}
+
+impl Record {
+    /// Reference minus measured position, counts, Q8; `zero`: the count at power-up. Exact while they are less than 2²³
+    /// counts apart, however far both have gone.
+    #[must_use]
+    pub const fn ahead_q8(&self, zero: i32) -> i32 {
+        ahead_q8(self.reference_q8, self.count, zero)
+    }
+}
+
+/// [`Record::ahead_q8`] of a reference and a count that stand elsewhere.
+#[must_use]
+pub const fn ahead_q8(reference_q8: i32, count: i32, zero: i32) -> i32 {
+    reference_q8.wrapping_sub(count.wrapping_sub(zero).wrapping_shl(8))
 }

@@ -42,10 +42,10 @@ impl Position {
         (self.0 >> 32) as i32
     }
 
-    /// Relative to the counter reading `zero`, counts Q8, saturating at ±2²³ counts.
+    /// Relative to the counter reading `zero`, counts Q8, modulo 2²⁴ counts: beside a count it tells the whole.
     #[must_use]
-    pub fn relative_q8(self, zero: i32) -> i32 {
-        saturate(self.0.wrapping_sub((zero as i64) << 32) >> 24)
+    pub const fn relative_q8(self, zero: i32) -> i32 {
+        (self.0.wrapping_sub((zero as i64) << 32) >> 24) as i32
     }
 
     /// `self − other` in counts, Q12, saturating at ±2¹⁹ counts.

@@ -67,10 +67,31 @@ pub enum Command {
     Stream(Point),
 }
 
+impl Command {
+    /// Does it need the gains and limits of what is known by now?
+    const fn plans(&self) -> bool {
+        use Command::{Excite, GoTo, Position, Reference, Speed, Stream, TrackSine, Voltage};
+        matches!(
+            self,
+            TrackSine { .. }
+                | Position(_)
+                | GoTo(_)
+                | Speed(_)
+                | Voltage(_)
+                | Reference(_)
+                | Excite(_)
+                | Stream(_)
+        )
+    }
+}
+
 impl Axis {
     /// Carries out a command, or says why not.
     pub fn command(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
-        self.design(state);
+        state.ordered = true;
+        if command.plans() {
+            self.design(state);
+        }
         self.carry_out(state, command)?;
         state.protect.heard();
         Ok(())
@@ -119,6 +140,7 @@ impl Axis {
     /// Takes trusted estimates over, e.g. stored ones. Refused while something runs: gains do not jump under way.
     pub fn adopt(&self, state: &mut State, estimates: &Estimates) -> Result<(), Refusal> {
         self.idle(state)?;
+        state.ordered = true;
         state.known = *estimates;
         state.listener = Listener::None;
         state.renewal = state.renewal.max(state.last_trusted.restore(estimates));
@@ -127,7 +149,7 @@ impl Axis {
 
     /// Does the shaft stand?
     pub(crate) fn stands(&self, state: &State) -> bool {
-        state.standstill.lasts(self.scale.config.tick_hz / STANDING_HZ)
+        state.standstill.lasts(self.standing)
     }
 
     /// What is in force, as it is stored.

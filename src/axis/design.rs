@@ -61,17 +61,6 @@ pub struct Design {
 }
 
 impl Design {
-    /// All at once. Not for the control tick.
-    #[must_use]
-    pub fn new(scale: &Scale, tuning: &Tuning, last_trusted: &LastTrusted) -> Self {
-        let mut design = Self::default();
-        let mut stage = Stage::Motor;
-        while stage != Stage::Done {
-            design.renew(&mut stage, scale, tuning, last_trusted);
-        }
-        design
-    }
-
     /// One stage, and on to the next. The old values of the other stages stay in force meanwhile.
     pub fn renew(&mut self, stage: &mut Stage, scale: &Scale, tuning: &Tuning, last_trusted: &LastTrusted) {
         *stage = match *stage {

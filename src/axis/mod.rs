@@ -22,6 +22,7 @@ pub mod command;
 mod demand;
 pub mod design;
 mod find_zero;
+mod idle;
 mod last_trusted;
 mod report;
 pub mod servo_axis;
@@ -36,7 +37,7 @@ use crate::identify::passive;
 use crate::motion::referencing::{Finding, Search, Sight};
 use crate::motion::trajectory::Cruise;
 use crate::protect::{self, Action, Averages, Condition, Fault, Reading, Settings, SettingsError};
-use crate::pwm;
+use crate::pwm::{self, Drive};
 use crate::record::{Limit, Record};
 pub use crate::sample::{Bridge, Sample};
 use crate::store::AxisParameters;
@@ -46,7 +47,7 @@ pub use command::Command;
 pub use demand::HOLD_BAND;
 use demand::{Demand, Meaning};
 pub use state::State;
-use state::{Listener, Mode, Start};
+use state::{Listener, Mode, Seen, Start};
 
 /// Time that the voltage mode takes from zero to the nominal supply, s.
 const FULL_SWING_S: f32 = 0.1;
@@ -71,6 +72,8 @@ pub struct Axis {
     pub(crate) pwm: pwm::Params,
     pub(crate) protect: protect::Params,
     pub(crate) protection: Settings,
+    /// Ticks without motion after which the shaft stands.
+    standing: u32,
     /// Change of voltage per tick in voltage mode, Q20 of nominal.
     slew: i32,
     /// The voltage limit; the maximum when there is none.
@@ -94,6 +97,7 @@ impl Axis {
             // The defaults of protection cannot be refused.
             protect: protect::Params::standard(&scale),
             protection: Settings::default(),
+            standing: idle::standing(config.tick_hz),
             slew: to_fixed(1.0 / (FULL_SWING_S * config.tick_hz as f32), Voltage::BITS),
             most_voltage: design::voltage_limit(&scale),
         })
@@ -129,30 +133,45 @@ impl Axis {
         &self.scale
     }
 
-    /// One control tick.
-    pub fn step(&self, state: &mut State, sample: Sample) -> Output {
-        let mut output = Output::default();
-        self.step_into(state, sample, &mut output);
-        output
+    /// What was chosen about protection.
+    pub(crate) fn protection(&self) -> &Settings {
+        &self.protection
     }
 
-    /// One control tick, top to bottom. The output is written where it is to stay.
-    pub fn step_into(&self, state: &mut State, sample: Sample, output: &mut Output) {
+    /// One control tick, and what there is to tell about it.
+    pub fn step(&self, state: &mut State, sample: Sample) -> Output {
+        let Drive { bridge, duty } = self.advance(state, sample);
+        Output { bridge, duty, record: state.record() }
+    }
+
+    /// One control tick, top to bottom: what the bridge is to do. [`State::record`] tells about it, if anybody asks.
+    pub fn advance(&self, state: &mut State, sample: Sample) -> Drive {
         let supply = self.pwm.supply(&mut state.pwm, &sample);
         let acting = self.pwm.acting(&state.pwm);
+        let drive = if self.is_idle(state, acting) {
+            let bridge = self.rest(state, &sample, supply);
+            self.pwm.modulate(&mut state.pwm, bridge, Voltage::ZERO)
+        } else {
+            self.work(state, &sample, acting, supply)
+        };
+        state.tick = state.tick.wrapping_add(1);
+        state.seen = Seen { sample, acting, command: drive };
+        drive
+    }
+
+    /// The tick of an axis that moves, or may: the flow from encoder to PWM.
+    #[inline(always)]
+    fn work(&self, state: &mut State, sample: &Sample, acting: Drive, supply: Voltage) -> Drive {
+        state.idle = false;
         let voltage = self.pwm.terminal(acting, supply);
         self.encoder(state, sample.count);
-        self.search(state, &sample);
-        self.protect(state, &sample, supply);
-        self.identify(state, &sample, acting.bridge, voltage, supply);
+        self.search(state, sample);
+        let looked = self.protect(state, sample, supply);
+        self.identify(state, sample, acting.bridge, voltage, supply, looked);
         let demand = self.control(state);
         let terminal = self.compensate(state, &demand);
-        let drive = self.pwm.modulate(&mut state.pwm, demand.bridge, terminal);
         state.acted = (acting.bridge != Bridge::Open).then_some(voltage);
-        state.tick = state.tick.wrapping_add(1);
-        output.bridge = drive.bridge;
-        output.duty = drive.duty;
-        output.record = state.record(&sample, acting, drive);
+        self.pwm.modulate(&mut state.pwm, demand.bridge, terminal)
     }
 
     /// Count → position and speed.
@@ -202,21 +221,23 @@ impl Axis {
         state.index = true;
     }
 
-    /// Opens the bridge on a fault.
-    fn protect(&self, state: &mut State, sample: &Sample, supply: Voltage) {
+    /// Opens the bridge on a fault. True in a tick that looked for one, unless every tick does.
+    fn protect(&self, state: &mut State, sample: &Sample, supply: Voltage) -> bool {
         let reading = Reading {
             count: sample.count,
             current: Sample::sensed(sample.current_raw),
             voltage: state.acted,
         };
         let expectation = &state.design.expectation;
-        if let Some(averages) = self.protect.tick(&mut state.protect, expectation, &reading) {
+        let averages = self.protect.tick(&mut state.protect, expectation, &reading);
+        if let Some(averages) = averages {
             let supply = (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply);
             self.look(state, &reading, averages, supply);
         }
         if let Some(action) = state.protect.action() {
             self.answer(state, action);
         }
+        averages.is_some() && self.protect.look_ticks() > 1
     }
 
     /// A look for faults: not in every tick.
@@ -269,7 +290,7 @@ impl Axis {
     }
 
     /// Count and acting voltage → what the motor is; and, while it is excited for that, the voltage to try next. What
-    /// is new reaches the design in the ticks that follow, one stage each.
+    /// is new reaches the design in the ticks that follow, one stage each. `looked`: protection has taken long in this tick.
     fn identify(
         &self,
         state: &mut State,
@@ -277,6 +298,7 @@ impl Axis {
         bridge: Bridge,
         voltage: Voltage,
         supply: Voltage,
+        looked: bool,
     ) {
         // Put together where it is needed: in ordinary motion it then stays in registers.
         let input = || commission::Input {
@@ -286,16 +308,19 @@ impl Axis {
             supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply.q14()),
             current_raw: Sample::sensed(sample.current_raw),
         };
+        let ordered = core::mem::take(&mut state.ordered);
         let renewing = state.renewal != design::Stage::Done;
-        if renewing {
+        if renewing && !ordered {
             self.renew(state);
         }
+        // Not in the tick in which the design follows, nor with an order: both take long.
+        let busy = renewing || ordered;
         match &mut state.listener {
-            // Not in the tick in which the design follows: both take long.
-            Listener::None if renewing => {}
+            Listener::None | Listener::Start(_) if busy => {}
             Listener::None => self.listen(state),
             Listener::Passive(passive) => {
-                if self.passive.step(passive, &mut state.known, &input()) {
+                let busy = looked || ordered;
+                if self.passive.step_beside(passive, &mut state.known, &input(), busy) {
                     state.learn();
                 }
             }

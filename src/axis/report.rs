@@ -1,11 +1,9 @@
 //! What there is to tell about an axis.
 
-use super::Sample;
-use super::state::{Listener, Mode, State};
+use super::state::{Listener, Mode, Seen, State};
 use crate::commission::{self, Outcome};
 use crate::identify::estimate::Estimates;
 use crate::protect::Fault;
-use crate::pwm;
 use crate::record::Referenced;
 use crate::record::{self, Activity, Advisory, Record};
 
@@ -43,8 +41,12 @@ impl State {
         self.protect.fault()
     }
 
-    pub(super) fn record(&self, sample: &Sample, acting: pwm::Drive, command: pwm::Drive) -> Record {
+    /// What the last tick saw, thought and did. Put together when somebody asks: in most ticks nobody does.
+    #[must_use]
+    #[inline(never)]
+    pub fn record(&self) -> Record {
         let zero = self.zero.unwrap_or(0);
+        let Seen { sample, acting, command } = &self.seen;
         Record {
             version: record::VERSION,
             tick: self.tick,

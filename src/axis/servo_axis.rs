@@ -7,8 +7,9 @@ use crate::axis::{Axis, Bridge, Command, Output, Refusal, Sample, State};
 use crate::commission::Outcome;
 use crate::config::{Config, ConfigError};
 use crate::identify::estimate::Estimates;
-use crate::protect::{Condition, Fault, SettingsError};
-use crate::record::Activity;
+use crate::protect::{Condition, Fault, Settings, SettingsError};
+use crate::pwm::Drive;
+use crate::record::{Activity, Record};
 use crate::store::{AtRest, AxisParameters};
 
 /// What is done with an axis at the start of a tick. Building an [`Axis`] divides in floating point, so whoever takes
@@ -71,29 +72,49 @@ impl Order {
     }
 }
 
-/// What a tick brought.
-///
-/// Borrowed from the axis, so that nothing large is copied in every tick.
+impl Order {
+    /// What comes along about protection, if anything does: a bare configuration keeps what was chosen before.
+    #[must_use]
+    pub fn protection(&self) -> Option<&Settings> {
+        match self {
+            Order::Install(axis, Some(_)) => Some(axis.protection()),
+            _ => None,
+        }
+    }
+}
+
+/// What a tick brought, with the record of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tick<'a> {
     /// What the bridge is to do, and the record; the default before the first configuration: bridge open.
-    pub output: &'a Output,
+    pub output: Output,
+    /// A commissioning that ended in this tick.
+    pub concluded: Option<&'a Outcome>,
+}
+
+/// What a tick brought. [`ServoAxis::record`] tells the rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Advance<'a> {
+    /// What the bridge is to do; open before the first configuration.
+    pub drive: Drive,
     /// A commissioning that ended in this tick.
     pub concluded: Option<&'a Outcome>,
 }
 
 /// An axis and its state, before and after its configuration.
 #[derive(Clone, Debug, Default)]
+#[repr(C)]
 pub struct ServoAxis {
     /// `None`: not configured.
     axis: Option<Axis>,
-    /// Of the axis, if there is one. Apart from it, so that a configuration sets it up in place.
-    state: State,
     /// Fault raised before the first configuration; latched once the axis exists.
     waiting: Fault,
     driven: bool,
     commissioning: bool,
-    output: Output,
+    /// A commissioning ended in the last tick.
+    ended: bool,
+    /// Of the axis, if there is one. Apart from it, so that a configuration sets it up in place.
+    state: State,
 }
 
 impl ServoAxis {
@@ -165,7 +186,7 @@ impl ServoAxis {
 
     /// Did the last sample tell that the zero of the current sensor is still looked for? A fault is told first.
     fn seeks_zero(&self) -> bool {
-        self.output.record.current_raw == Sample::CURRENT_ZERO_SOUGHT && self.fault() == Fault::None
+        self.state.seen.sample.current_raw == Sample::CURRENT_ZERO_SOUGHT && self.fault() == Fault::None
     }
 
     /// The latched fault, or the one that waits for an axis.
@@ -195,10 +216,27 @@ impl ServoAxis {
         }
     }
 
+    /// Counts may have been lost: positions count from power-up again, and absolute targets need a new reference.
+    pub fn lose_reference(&mut self) {
+        self.state.datum = None;
+    }
+
     /// The configuration in force.
     #[must_use]
     pub fn config(&self) -> Option<&Config> {
         self.axis.as_ref().map(|axis| &axis.scale().config)
+    }
+
+    /// The configuration and the protection that would be in force after an order: a bare configuration keeps limits and
+    /// choices of the one before. `None`: the order brings everything along, or there is nothing to keep.
+    #[must_use]
+    pub fn kept(&self, order: &Order) -> Option<(Config, Settings)> {
+        match (order, &self.axis) {
+            (Order::Install(axis, None), Some(earlier)) => {
+                Some((axis.scale().config.keeping_limits(&earlier.scale().config), *earlier.protection()))
+            }
+            _ => None,
+        }
     }
 
     /// What is in force, as it is stored; `None`: not configured.
@@ -215,27 +253,40 @@ impl ServoAxis {
         AtRest::check(bridge, stands)
     }
 
-    /// One control tick.
+    /// One control tick, and what there is to tell about it.
     pub fn step(&mut self, sample: Sample) -> Tick<'_> {
-        let Some(axis) = &self.axis else {
-            self.output = unconfigured(self.waiting);
-            return Tick { output: &self.output, concluded: None };
-        };
-        axis.step_into(&mut self.state, sample, &mut self.output);
-        let commissioning = self.output.record.activity == Activity::Commissioning;
-        let ended = self.commissioning && !commissioning;
-        self.commissioning = commissioning;
-        self.driven = self.output.bridge != Bridge::Open;
-        Tick { output: &self.output, concluded: if ended { self.state.outcome() } else { None } }
+        let drive = self.advance(sample).drive;
+        let Drive { bridge, duty } = drive;
+        let output = Output { bridge, duty, record: self.record() };
+        Tick { output, concluded: self.concluded() }
     }
-}
 
-/// Bridge open; there is nothing to tell but a fault that waits.
-fn unconfigured(waiting: Fault) -> Output {
-    let mut output = Output::default();
-    output.record.fault = waiting;
-    if waiting != Fault::None {
-        output.record.activity = Activity::Faulted;
+    /// One control tick. Who wants its record asks for it: it takes a tenth of the tick.
+    pub fn advance(&mut self, sample: Sample) -> Advance<'_> {
+        self.ended = false;
+        let Some(axis) = &self.axis else {
+            return Advance { drive: Drive::default(), concluded: None };
+        };
+        let drive = axis.advance(&mut self.state, sample);
+        let commissioning = self.state.is_commissioning();
+        self.ended = self.commissioning && !commissioning;
+        self.commissioning = commissioning;
+        self.driven = drive.bridge != Bridge::Open;
+        Advance { drive, concluded: self.concluded() }
     }
-    output
+
+    /// The commissioning that ended in the last tick.
+    fn concluded(&self) -> Option<&Outcome> {
+        if self.ended { self.state.outcome() } else { None }
+    }
+
+    /// What there is to tell about the last tick: before the first configuration nothing but a fault that waits.
+    #[must_use]
+    pub fn record(&self) -> Record {
+        match (&self.axis, self.waiting) {
+            (Some(_), _) => self.state.record(),
+            (None, Fault::None) => Record::default(),
+            (None, fault) => Record { fault, activity: Activity::Faulted, ..Record::default() },
+        }
+    }
 }

@@ -16,6 +16,7 @@ use crate::motion::trajectory::{Cruise, Move};
 use crate::protect;
 use crate::pwm;
 use crate::record::Limit;
+use crate::sample::Sample;
 use crate::units::{Position, Voltage};
 
 /// What the axis is doing.
@@ -83,11 +84,31 @@ pub(crate) enum Listener {
     Passive(passive::State),
 }
 
+/// What the last tick read and drove: all of a record that is kept nowhere else.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    pub(crate) sample: Sample,
+    /// Acts from that tick to the next.
+    pub(crate) acting: pwm::Drive,
+    /// Computed in that tick.
+    pub(crate) command: pwm::Drive,
+}
+
+impl Default for Seen {
+    fn default() -> Self {
+        Self { sample: Sample::NONE, acting: pwm::Drive::default(), command: pwm::Drive::default() }
+    }
+}
+
 /// All of an axis that changes. A value: as many axes as there are states. The default is that of no axis at all;
 /// [`Axis::start`] makes one of an axis.
+///
+/// In this order, the largest last: an instruction reaches 4,095 bytes beyond an address.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
 pub struct State {
     pub(crate) tick: u32,
+    pub(crate) seen: Seen,
     /// Counter at power-up, once a sample was seen.
     pub(crate) zero: Option<i32>,
     /// Counter at the reference's zero, once the axis is referenced.
@@ -103,6 +124,10 @@ pub struct State {
     pub(crate) standstill: encoder::Standstill,
     pub(crate) mode: Mode,
     pub(crate) armed: bool,
+    /// This tick has begun with an order: what can wait for the next tick waits.
+    pub(crate) ordered: bool,
+    /// The last tick was one of an axis at rest that nobody drives.
+    pub(crate) idle: bool,
     pub(crate) compensation: bool,
     pub(crate) holding: bool,
     pub(crate) limit: Limit,
@@ -111,7 +136,6 @@ pub struct State {
     pub(crate) voltage: Voltage,
     /// Terminal voltage since the last sample; `None`: bridge open.
     pub(crate) acted: Option<Voltage>,
-    pub(crate) listener: Listener,
     pub(crate) outcome: Option<Outcome>,
     /// What is known now, by whomever, trusted or not.
     pub(crate) known: Estimates,
@@ -124,6 +148,7 @@ pub struct State {
     pub(crate) control: control::State,
     pub(crate) pwm: pwm::State,
     pub(crate) protect: protect::State,
+    pub(crate) listener: Listener,
 }
 
 impl Axis {
@@ -140,6 +165,8 @@ impl Axis {
         // Without `..`, so that no new field is forgotten.
         let State {
             tick,
+            // The last sample stays the last one: it may say that the zero of the current sensor is still looked for.
+            seen: _,
             zero,
             datum,
             search,
@@ -150,6 +177,8 @@ impl Axis {
             standstill,
             mode,
             armed,
+            ordered,
+            idle,
             compensation,
             holding,
             limit,
@@ -169,19 +198,16 @@ impl Axis {
         } = state;
         (*tick, *count) = (0, 0);
         (*zero, *datum, *search, *acted, *outcome) = (None, None, None, None, None);
-        (*dry, *missed, *index, *armed, *holding) = (false, false, false, false, false);
-        *compensation = true;
+        (*dry, *missed, *index, *armed, *idle, *holding) = (false, false, false, false, false, false);
+        (*compensation, *ordered) = (true, true);
         *standstill = encoder::Standstill::default();
         *mode = Mode::Idle;
-        *limit = Limit::None;
+        (*limit, *listener, *voltage) = (Limit::None, Listener::None, Voltage::ZERO);
         *reference = Reference::default();
-        *voltage = Voltage::ZERO;
-        *listener = Listener::None;
-        *known = Estimates::default();
-        *last_trusted = LastTrusted::default();
-        *design = Design::new(&self.scale, &self.tuning, last_trusted);
-        // The last stage once more: what listens begins in the tick after.
-        *renewal = design::Stage::Limits;
+        (*known, *last_trusted) = Default::default();
+        // It follows in the next ticks, a stage each, or at once when a command asks for it.
+        *design = Design::default();
+        *renewal = design::Stage::Motor;
         *encoder = encoder::State::default();
         *control = control::State::default();
         *pwm = pwm::State::default();
@@ -254,6 +280,11 @@ impl State {
     pub(super) fn settle(&mut self) {
         self.control = control::State::default();
         self.mode = Mode::Hold(Position::of_count(self.count));
+    }
+
+    /// Is the motion that of a commissioning?
+    pub(crate) fn is_commissioning(&self) -> bool {
+        matches!(self.mode, Mode::Commission(_))
     }
 
     /// The commissioning that is running.

@@ -27,6 +27,12 @@ impl<C: Counter> Encoder<C> {
         Self { counter, last, total: 0 }
     }
 
+    /// Can the shaft move by half the counter's range while nobody reads it for seconds? Encoders deliver some millions of
+    /// counts a second; 2³¹ of them take minutes.
+    pub fn goes_round(&self) -> bool {
+        self.counter.bits() < 32
+    }
+
     /// Count since the start, wraps at 32 bits. To be called at least once per half range of the counter.
     pub fn read(&mut self) -> i32 {
         let now = self.counter.count();

@@ -2,7 +2,7 @@
 
 use super::bridge::{Error, HBridge};
 use super::encoder::{Counter, Encoder};
-use super::sense::{Converter, CurrentSense, SupplySense};
+use super::sense::{Converter, CurrentSensor, SupplySense};
 use crate::axis::{Bridge, Sample};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
@@ -14,7 +14,7 @@ pub struct AxisHardware<A, B, E, C, I, V> {
     /// The position sensor.
     pub encoder: Encoder<C>,
     /// The winding current.
-    pub current: CurrentSense<I>,
+    pub current: I,
     /// The supply voltage.
     pub supply: SupplySense<V>,
 }
@@ -25,7 +25,7 @@ where
     B: SetDutyCycle,
     E: OutputPin,
     C: Counter,
-    I: Converter,
+    I: CurrentSensor,
     V: Converter,
 {
     /// The raw integers of this moment.

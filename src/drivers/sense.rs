@@ -32,6 +32,11 @@ pub struct Scale {
 }
 
 impl Scale {
+    /// Highest reading, counts.
+    pub const fn most(self) -> u16 {
+        u16::MAX >> (16 - if self.bits < 16 { self.bits } else { 16 })
+    }
+
     /// Volts at the pin per count.
     pub fn volt_per_lsb(self) -> f32 {
         self.reference_v / (1u32 << self.bits.min(16)) as f32
@@ -60,7 +65,15 @@ pub enum CurrentKind {
     Absent,
 }
 
-/// Winding current of one axis in counts.
+/// Whatever tells the winding current of an axis.
+pub trait CurrentSensor {
+    /// Current in counts, positive with positive torque, or a mark of [`Sample`]. To be called once a tick.
+    fn read(&mut self) -> i16;
+    /// Remembers what the bridge does from now on, and the direction in which it is driven.
+    fn follow(&mut self, bridge: Bridge, duty: i16);
+}
+
+/// Winding current of one axis in counts, from one converter.
 pub struct CurrentSense<C> {
     kind: CurrentKind,
     converter: C,
@@ -75,35 +88,98 @@ impl<C: Converter> CurrentSense<C> {
         Self { kind, converter, zero: ZeroSearch::new(limits), bridge: Bridge::Open, reverse: false }
     }
 
-    /// Remembers what the bridge does from now on, and the direction in which it is driven.
-    pub fn follow(&mut self, bridge: Bridge, duty: i16) {
-        self.bridge = bridge;
-        if bridge == Bridge::Driven && duty != 0 {
-            self.reverse = duty < 0;
-        }
-    }
-
-    /// Current in counts, positive with positive torque, or a mark of [`Sample`]. To be called once a tick.
-    pub fn read(&mut self) -> i16 {
-        if self.kind == CurrentKind::Absent {
-            return Sample::CURRENT_NOT_SENSED;
-        }
-        let raw = self.converter.sample();
-        match self.zero.step(raw, self.bridge) {
-            Zero::Known(zero) => self.signed(i32::from(raw) - i32::from(zero)),
-            Zero::Sought => Sample::CURRENT_ZERO_SOUGHT,
-            Zero::Missing(Reason::Unsteady) => Sample::CURRENT_ZERO_UNSTEADY,
-            Zero::Missing(Reason::OutsideWindow) => Sample::CURRENT_ZERO_OUTSIDE,
-            Zero::Missing(Reason::BridgeNotOpen) => Sample::CURRENT_ZERO_UNSEEN,
-        }
-    }
-
     fn signed(&self, counts: i32) -> i16 {
         match (self.kind, self.reverse) {
             (CurrentKind::Magnitude, false) => clamp(counts.max(0)),
             (CurrentKind::Magnitude, true) => clamp(-counts.max(0)),
             (CurrentKind::Signed | CurrentKind::Absent, _) => clamp(counts),
         }
+    }
+}
+
+impl<C: Converter> CurrentSensor for CurrentSense<C> {
+    fn follow(&mut self, bridge: Bridge, duty: i16) {
+        self.bridge = bridge;
+        if bridge == Bridge::Driven && duty != 0 {
+            self.reverse = duty < 0;
+        }
+    }
+
+    fn read(&mut self) -> i16 {
+        if self.kind == CurrentKind::Absent {
+            return Sample::CURRENT_NOT_SENSED;
+        }
+        let raw = self.converter.sample();
+        match self.zero.step(raw, self.bridge) {
+            Zero::Known(zero) => self.signed(i32::from(raw) - i32::from(zero)),
+            other => mark(other),
+        }
+    }
+}
+
+/// When the reading of a shunt below a leg is above its zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rises {
+    /// The current flows down to ground.
+    WithCurrentDown,
+    /// The current flows up into the motor.
+    WithCurrentUp,
+}
+
+/// Winding current from a shunt below each leg, around the same offset: with slow decay one leg stays low, and its shunt
+/// carries the winding current all the time. Driven forward that is leg b, in reverse leg a; the current of leg b flows down to
+/// ground when it is positive, that of leg a up from it.
+pub struct LowLegSense<C> {
+    legs: [C; 2],
+    rises: Rises,
+    zeros: [ZeroSearch; 2],
+    bridge: Bridge,
+    reverse: bool,
+}
+
+impl<C: Converter> LowLegSense<C> {
+    /// Shunts below leg a and leg b. Both zeros are looked for from the first reading on.
+    pub fn new(limits: ZeroLimits, legs: [C; 2], rises: Rises) -> Self {
+        Self { legs, rises, zeros: [ZeroSearch::new(limits); 2], bridge: Bridge::Open, reverse: false }
+    }
+
+    /// The current that flows down through the shunt of a leg.
+    fn down(&self, raw: u16, zero: u16) -> i32 {
+        let above = i32::from(raw) - i32::from(zero);
+        match self.rises {
+            Rises::WithCurrentDown => above,
+            Rises::WithCurrentUp => -above,
+        }
+    }
+}
+
+impl<C: Converter> CurrentSensor for LowLegSense<C> {
+    fn read(&mut self) -> i16 {
+        let [a, b] = &self.legs;
+        let [zero_a, zero_b] = &mut self.zeros;
+        let (raw_a, raw_b) = (a.sample(), b.sample());
+        match (zero_a.step(raw_a, self.bridge), zero_b.step(raw_b, self.bridge)) {
+            (Zero::Known(zero), Zero::Known(_)) if self.reverse => clamp(-self.down(raw_a, zero)),
+            (Zero::Known(_), Zero::Known(zero)) => clamp(self.down(raw_b, zero)),
+            (Zero::Known(_), other) | (other, _) => mark(other),
+        }
+    }
+
+    fn follow(&mut self, bridge: Bridge, duty: i16) {
+        self.bridge = bridge;
+        if bridge == Bridge::Driven && duty != 0 {
+            self.reverse = duty < 0;
+        }
+    }
+}
+
+/// What stands in for a current while its zero is not known.
+fn mark(zero: Zero) -> i16 {
+    match zero {
+        Zero::Known(_) | Zero::Sought => Sample::CURRENT_ZERO_SOUGHT,
+        Zero::Missing(Reason::Unsteady) => Sample::CURRENT_ZERO_UNSTEADY,
+        Zero::Missing(Reason::OutsideWindow) => Sample::CURRENT_ZERO_OUTSIDE,
+        Zero::Missing(Reason::BridgeNotOpen) => Sample::CURRENT_ZERO_UNSEEN,
     }
 }
 

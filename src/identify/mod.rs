@@ -232,6 +232,11 @@ impl State {
         self.hopped
     }
 
+    /// The last hop was not looked at yet.
+    pub fn still_hopped(&mut self, waits: bool) {
+        self.hopped |= waits;
+    }
+
     /// Do the gates let a window of this direction pass, whatever its speed?
     fn admits(&self, direction: Direction) -> bool {
         let gate = &self.gate;
@@ -250,6 +255,12 @@ impl State {
         self.lengths = lengths;
         self.spline.restart(&lengths);
         self.gate.restart();
+        self.hopped = false;
+    }
+
+    /// Nobody sums for a while: windows refill afterwards, what was learned stays.
+    pub fn pause(&mut self) {
+        self.spline.restart(&self.lengths);
         self.hopped = false;
     }
 

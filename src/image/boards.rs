@@ -38,14 +38,16 @@ pub struct Tasks {
 /// A board: the chip and what is around it, or a program that plays both.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Board {
-    /// Its folder in `src/image/board/`, its value of the configuration key `board`, and the name of its image.
+    /// Its value of the configuration key `board`, and the name of its image.
     pub name: &'static str,
+    /// Its page, from the root of the workspace.
+    pub page: &'static str,
     /// What runs its program.
     pub chip: &'static Chip,
     /// The Cargo feature that chooses it. [`DEFAULT`] has none.
     pub feature: Option<&'static str>,
-    /// The Cargo feature of an image for as many axes as the board can drive.
-    pub most_axes: &'static str,
+    /// The Cargo feature of an image for as many axes as the board can drive, if its own feature does not bring that along.
+    pub most_axes: Option<&'static str>,
     /// The machine of QEMU, if QEMU plays the board.
     pub machine: Option<&'static str>,
 }
@@ -67,24 +69,44 @@ pub const STM32F405_CHIP: Chip = Chip {
     ram: 0x2000_0000..0x2002_0000,
 };
 
-/// The board with real motors: STM32F405RG, wired as `docs/hardware.md` tells.
-pub const STM32F405: Board =
-    Board { name: "stm32f405", chip: &STM32F405_CHIP, feature: None, most_axes: FOUR_AXES, machine: None };
+/// An STM32F405RG with drivers or a discrete bridge, wired as its page tells.
+pub const STM32F405: Board = Board {
+    name: "stm32f405",
+    page: "docs/hardware.md",
+    chip: &STM32F405_CHIP,
+    feature: None,
+    most_axes: Some(FOUR_AXES),
+    machine: None,
+};
 
 /// QEMU's board with the same chip, and motors on the host.
 pub const QEMU: Board = Board {
     name: "qemu",
-    chip: &STM32F405_CHIP,
+    page: "docs/verification.md",
     feature: Some("qemu"),
-    most_axes: FOUR_AXES,
     machine: Some("netduinoplus2"),
+    ..STM32F405
 };
+
+/// ODrive v3.5 and v3.6 for 48 V and 56 V: two axes.
+pub const ODRIVE_V3: Board = whole("odrive-v3", "docs/boards/odrive-v3.md");
+/// ODrive v3.5 and v3.6 for 24 V: another divider of the supply.
+pub const ODRIVE_V3_24V: Board = whole("odrive-v3-24v", "docs/boards/odrive-v3.md");
+/// MKS ODrive and other clones for 56 V.
+pub const MKS_ODRIVE: Board = whole("mks-odrive", "docs/boards/mks-odrive.md");
+/// VESC 6: one axis.
+pub const VESC_6: Board = whole("vesc-6", "docs/boards/vesc-6.md");
+
+/// A board that one buys as a whole, with bridges: its feature, of the same name, chooses all of its axes.
+const fn whole(name: &'static str, page: &'static str) -> Board {
+    Board { name, page, feature: Some(name), most_axes: None, ..STM32F405 }
+}
 
 /// The board of an image without features.
 pub const DEFAULT: &Board = &STM32F405;
 
 /// All boards.
-pub const BOARDS: [&Board; 2] = [&STM32F405, &QEMU];
+pub const BOARDS: [&Board; 6] = [&STM32F405, &QEMU, &ODRIVE_V3, &ODRIVE_V3_24V, &MKS_ODRIVE, &VESC_6];
 
 /// The boards that are no program.
 pub fn real() -> impl Iterator<Item = &'static Board> {

@@ -29,8 +29,8 @@ pub fn restore<B: Board>(archive: &mut Archive<B::Flash, AXES>) -> Found {
 }
 
 fn suits<B: Board>(set: &StoredParameters<AXES>) -> bool {
-    let mut configs = set.axes.iter().flatten().map(|axis| &axis.config);
-    configs.all(|config| B::supports(config).is_ok())
+    let mut stored = set.axes.iter().flatten();
+    stored.all(|axis| B::supports(&axis.config, Some(&axis.protection)).is_ok())
 }
 
 /// Makes the axes, each as it was stored or else not configured, in the place where they stay: they are kilobytes, and copies

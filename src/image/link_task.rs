@@ -121,7 +121,8 @@ impl<B: Board> Link<B> {
 fn unpack<B: Board>(command: &Command) -> Result<Order, Refusal> {
     let order = Order::from_command(command)?;
     if let Order::Axis(axis) = &order {
-        axis.configuration().map_or(Ok(()), B::supports)?;
+        let protection = axis.protection();
+        axis.configuration().map_or(Ok(()), |config| B::supports(config, protection))?;
     }
     Ok(order)
 }

@@ -1,6 +1,6 @@
 //! The image's control tick: at most one order, one step of every axis, one record each.
 
-use super::board::{AXES, Drive};
+use super::board::{AXES, Board, Drive, Selected};
 use heapless::spsc::{Consumer, Producer};
 use servo::axis::servo_axis::{self, ServoAxis};
 use servo::config::Config;
@@ -116,7 +116,7 @@ impl Control {
             start = drive.clock();
         }
         if self.saving.is_active() {
-            self.save();
+            self.save(drive);
         }
         self.overrun = drive.end_tick() && !excused;
         self.tick = self.tick.wrapping_add(1);
@@ -136,20 +136,32 @@ impl Control {
         if self.overrun {
             servo_axis.raise(Condition::TickOverrun);
         }
-        let result = servo_axis.step(sample);
-        drive.apply(axis, result.output);
-        if axis == usize::from(self.captured) {
-            self.capture.step(self.tick, &result.output.record);
-        }
+        let result = servo_axis.advance(sample);
+        drive.apply(axis, result.drive.bridge, result.drive.duty);
         let cost = drive.clock_since(start);
-        let (every, axis, tick) = (self.telemetry_every[axis], axis as u8, self.tick);
-        if every != 0 && tick.is_multiple_of(every) {
-            // Full: the link is too slow for this decimation; the host sees it by the gap in the tick numbers.
-            let _ = self.ends.records.enqueue(Telemetry { axis, tick, cost, record: result.output.record });
-        }
         if let Some(&outcome) = result.concluded {
             // Room as for an answer.
+            let (axis, tick) = (axis as u8, self.tick);
             let _ = self.ends.answers.enqueue(Message::Commissioned { axis, tick, outcome });
+        }
+        let every = self.telemetry_every[axis];
+        let watched = every != 0 && self.tick.is_multiple_of(every);
+        let captured = axis == usize::from(self.captured) && self.capture.records();
+        if watched || captured {
+            self.tell_tick(axis, cost, watched, captured);
+        }
+    }
+
+    /// The record of this tick, for those who asked for it.
+    #[inline(never)]
+    fn tell_tick(&mut self, axis: usize, cost: u32, watched: bool, captured: bool) {
+        let (record, tick) = (self.axes[axis].record(), self.tick);
+        if captured {
+            self.capture.step(tick, &record);
+        }
+        if watched {
+            // Full: the link is too slow for this decimation; the host sees it by the gap in the tick numbers.
+            let _ = self.ends.records.enqueue(Telemetry { axis: axis as u8, tick, cost, record });
         }
     }
 
@@ -217,7 +229,17 @@ impl Control {
         if !self.shares_tick(place, order) {
             return Err(Refusal::SharedTick);
         }
+        self.suits_board(place, order)?;
         Ok(self.axes[place].execute(order)?)
+    }
+
+    /// The link has asked the board about what the order brings along; here it is asked about that and what is kept.
+    #[inline(never)]
+    fn suits_board(&self, place: usize, order: &servo_axis::Order) -> Result<(), Refusal> {
+        match self.axes[place].kept(order) {
+            Some((config, protection)) => Selected::supports(&config, Some(&protection)),
+            None => Ok(()),
+        }
     }
 
     /// True if the order leaves the control rate and the PWM of the other axes as they are: one timer paces all axes.
@@ -244,7 +266,7 @@ impl Control {
     /// Takes a save one tick further. The bridges were open when it began, and `execute` lets nothing drive them until it ends.
     #[cold]
     #[inline(never)]
-    fn save(&mut self) {
+    fn save(&mut self, drive: &impl Drive) {
         if !self.ends.jobs.ready() {
             // Idle is still at the last job.
             return;
@@ -257,10 +279,19 @@ impl Control {
             Step::Tell(event) => return self.tell(Message::Store(event)),
             Step::HandOver(axis) => Job::Axis(self.axes[usize::from(axis)].parameters()),
             Step::Write(rest) => Job::Write(rest),
-            Step::Erase(rest) => Job::Erase(rest),
+            Step::Erase(rest) => {
+                self.lose_references(drive);
+                Job::Erase(rest)
+            }
         };
         // The queue had a place when this function began.
         let _ = self.ends.jobs.enqueue(job);
+    }
+
+    /// The processor stands still during an erase: a counter that goes round meanwhile is not seen to.
+    fn lose_references(&mut self, drive: &impl Drive) {
+        let axes = self.axes.iter_mut().enumerate();
+        axes.filter(|(axis, _)| drive.goes_round(*axis)).for_each(|(_, axis)| axis.lose_reference());
     }
 
     #[inline(never)]

@@ -41,7 +41,7 @@ impl Trigger {
 pub struct Shot {
     /// Encoder counter.
     pub count: i32,
-    /// Set-point, counts relative to power-up, Q8.
+    /// Set-point, counts relative to power-up, Q8, modulo 2²⁴ counts.
     pub reference_q8: i32,
     /// Speed estimate, counts per tick, Q20.
     pub speed_q20: i32,
@@ -181,10 +181,17 @@ impl<'a> Capture<'a> {
         }
     }
 
+    /// Does it want the ticks that come?
+    #[inline]
+    #[must_use]
+    pub fn records(&self) -> bool {
+        !matches!(self.stage, Stage::Off | Stage::Done)
+    }
+
     /// Takes one tick.
     #[inline]
     pub fn step(&mut self, tick: u32, record: &Record) {
-        if !matches!(self.stage, Stage::Off | Stage::Done) {
+        if self.records() {
             self.take(tick, record);
         }
     }

@@ -5,6 +5,10 @@
 //! ω = W·(e·cos φ + e′·sin φ)                W = A·φ̇
 //! α = G·(2e′·cos φ + (e″ − e)·sin φ)        G = A·φ̇²       e′, e″: derivatives by φ
 //! ```
+//!
+//! A slow sine is computed once in up to [`MOST_BETWEEN`] ticks. In between the acceleration goes on as it changed between
+//! the last two computed ones, and speed and position follow from it. The number of ticks is chosen so that an acceleration
+//! that stayed would do as well.
 
 use super::trajectory::{ONE, PI, envelope, ramp_turns, root};
 use crate::control::Reference;
@@ -32,6 +36,11 @@ fn sin(phase: u32) -> i32 {
     let sum = horner(horner(horner(horner(horner(horner(a, b), c), d), e), f), g);
     mul_shift_within(sum, x, 30)
 }
+
+/// Ticks between two set-points that are computed, at most.
+pub const MOST_BETWEEN: u32 = 8;
+/// Position, counts, and share of the largest acceleration that may be left out in between.
+const MOST_LEFT_OUT: (f32, f32) = (1.0 / 1024.0, 1.0 / 64.0);
 
 /// Largest error of [`sin_cos`], LSB of Q30 (2⁻³⁰).
 pub const SIN_ERROR: i32 = 4;
@@ -61,6 +70,13 @@ pub struct Sine {
     length: u32,
     /// Ticks done.
     elapsed: u32,
+    /// Ticks from one computed set-point to the next, and to the next one from now.
+    between: u32,
+    left: u32,
+    /// The last set-point.
+    last: Reference,
+    /// The last computed acceleration, and what it had changed by.
+    bend: [i32; 2],
 }
 
 impl Sine {
@@ -92,11 +108,34 @@ impl Sine {
             per_radian: to_fixed(1.0 / (2.0 * PI * ramp_turns), 28),
             length,
             elapsed: 0,
+            between: between(amplitude.abs(), radians, ramp_turns),
+            left: 0,
+            last: Reference::rest(centre),
+            bend: [0; 2],
         })
     }
 
     /// The set-point of this tick; at rest in the centre after the last.
     pub fn step(&mut self) -> Reference {
+        if self.left > 0 && self.elapsed < self.length {
+            self.left = self.left.wrapping_sub(1);
+            self.elapsed = self.elapsed.wrapping_add(1);
+            self.last = self.last.drift();
+            let [bend, change] = self.bend;
+            let gone = self.between.wrapping_sub(self.left).wrapping_sub(1) as i32;
+            let gained = change.wrapping_mul(gone) >> (self.between.trailing_zeros() & 31);
+            self.last.acceleration = Acceleration(bend.saturating_add(gained));
+        } else {
+            self.left = self.between.wrapping_sub(1);
+            self.last = self.computed();
+            let [before, bend] = [self.bend[0], self.last.acceleration.0];
+            self.bend = [bend, bend.saturating_sub(before)];
+        }
+        self.last
+    }
+
+    #[inline(never)]
+    fn computed(&mut self) -> Reference {
         let left = self.length.saturating_sub(self.elapsed);
         let falling = left < self.elapsed;
         let ticks = left.min(self.elapsed);
@@ -149,6 +188,25 @@ impl Sine {
             30,
         ));
         (mul_shift_within(value, sin, 30), speed, acceleration)
+    }
+}
+
+/// Ticks between two computed set-points, a power of two. Magnitudes; the bound of the jerk is that of
+/// [`Limits::allow_sine`](super::trajectory::Limits::allow_sine).
+fn between(amplitude: f32, radians: f32, ramp_turns: f32) -> u32 {
+    let slope = 1.0 / (2.0 * PI * ramp_turns);
+    let square = slope * slope;
+    let bend = 1.0 + square * (17.0 + 47.0 * square);
+    let jerk = amplitude * radians * radians * radians * bend;
+    let (position, acceleration) = MOST_LEFT_OUT;
+    let mut ticks = MOST_BETWEEN;
+    loop {
+        let gone = ticks.wrapping_sub(1) as f32;
+        let near = jerk * gone * gone * gone <= 6.0 * position && radians * bend * gone <= acceleration;
+        if near || ticks <= 1 {
+            return ticks;
+        }
+        ticks /= 2;
     }
 }
 

@@ -12,7 +12,7 @@
 //! motion was once learned with 3 % of its inductance, 1.3 times its K and 0.7 times its R. So the noise, which is
 //! measured, is taken off the square of the column, and while the rise does not stand out of it, nothing is believed.
 
-use crate::identify::ldl::{Factor, MOST, UNKNOWN_FRAC};
+use crate::identify::ldl::{Factor, Forward, MOST, UNKNOWN_FRAC};
 use crate::identify::positive::Positive;
 
 /// Columns: three constants and the right-hand side.
@@ -33,6 +33,8 @@ const MOST_VARIANCE: (i32, u32) = (13, 15);
 /// The squares of the rise must be so many times their noise, as a shift: 4. What is not known of the noise is then a
 /// small part of what is left.
 const NOISE_SHIFT: u32 = 2;
+/// Entries of the matrix that are set in one look.
+const AT_ONCE: usize = 2;
 /// The factor takes rows for Q20; these are whole numbers.
 const ROW_BITS: i32 = 20;
 
@@ -47,16 +49,26 @@ pub(super) struct Constants {
     pub inductance: i32,
 }
 
-/// What is to be done next.
+/// What is to be done next: each a small part of a look, some 150 instructions at most.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Stage {
     #[default]
     Idle,
-    Assemble,
-    Column(usize),
+    /// The scales of the columns.
+    Scale,
+    /// Up to two entries of row i, from column j on.
+    Assemble(usize, usize),
+    /// Column j of row i, the last row first.
+    Column(usize, usize),
+    Substitute,
     /// The constants.
     Unknowns,
-    /// How well R (0) and K (1) are known.
+    /// Is little enough left unexplained?
+    Residual,
+    /// How well R (0) and K (1) are known: gradient, forward substitution, variance, comparison.
+    Gradient(usize),
+    Forward(usize),
+    Variance(usize),
     Doubt(usize),
 }
 
@@ -72,8 +84,11 @@ pub(super) struct State {
     factor: Factor,
     /// Without the inductance: its column was explained by the others.
     without: bool,
+    scaled: [i32; MOST],
     found: Constants,
     unknowns: [Positive; 2],
+    forward: Forward,
+    variance: Positive,
 }
 
 impl Default for State {
@@ -85,8 +100,11 @@ impl Default for State {
             stage: Stage::Idle,
             factor: Factor::new(COLUMNS),
             without: false,
+            scaled: [0; MOST],
             found: Constants::default(),
             unknowns: [Positive::default(); 2],
+            forward: Forward::default(),
+            variance: Positive::default(),
         }
     }
 }
@@ -110,20 +128,40 @@ impl State {
         }
         if self.rows >= ENOUGH && self.rows.is_multiple_of(INTERVAL) {
             self.without = false;
-            self.stage = Stage::Assemble;
+            self.stage = Stage::Scale;
         }
     }
 
     /// One step of the solution; the constants when it ends and they are to be believed.
     pub fn step(&mut self) -> Option<Constants> {
         self.stage = match self.stage {
-            Stage::Idle => Stage::Idle,
-            Stage::Assemble => self.assemble(),
-            Stage::Column(j) => self.column(j),
+            Stage::Idle => return None,
+            Stage::Scale => self.scale(),
+            Stage::Assemble(i, j) => self.assemble(i, j),
+            Stage::Column(j, i) => self.column(j, i),
+            Stage::Substitute => {
+                self.scaled = self.factor.unknowns_scaled();
+                Stage::Unknowns
+            }
             Stage::Unknowns => self.unknowns(),
+            Stage::Residual => self.residual(),
+            Stage::Gradient(i) => {
+                let mut gradient = [(Positive::default(), false); MOST];
+                gradient[i & 1].0 = Positive::new(1, 0);
+                self.forward = self.factor.load(&gradient);
+                Stage::Forward(i)
+            }
+            Stage::Forward(i) => {
+                self.factor.substitute(&mut self.forward);
+                Stage::Variance(i)
+            }
+            Stage::Variance(i) => {
+                self.variance = self.factor.variance(&self.forward, Positive::default(), 0..COLUMNS);
+                Stage::Doubt(i)
+            }
             Stage::Doubt(i) => match (self.known(i), i) {
                 (false, _) => Stage::Idle,
-                (true, 0) => Stage::Doubt(1),
+                (true, 0) => Stage::Gradient(1),
                 (true, _) => {
                     self.stage = Stage::Idle;
                     return Some(self.found);
@@ -154,32 +192,41 @@ impl State {
         self.words[RISE * (RISE + 1) / 2 + RISE] >> NOISE_SHIFT >= self.noise
     }
 
-    fn assemble(&mut self) -> Stage {
+    fn scale(&mut self) -> Stage {
         if !self.rises() {
             return Stage::Idle;
         }
         let order = self.order();
-        let mut factor = Factor::new(order);
+        self.factor = Factor::new(order);
         let mut fine = true;
         for i in 0..order {
-            fine &= factor.scale(i, self.word(i, i));
-            for j in 0..=i {
-                factor.set(i, j, self.word(i, j));
-            }
+            fine &= self.factor.scale(i, self.word(i, i));
         }
-        self.factor = factor;
         match (fine, self.without) {
-            (true, _) => Stage::Column(0),
+            (true, _) => Stage::Assemble(0, 0),
             (false, false) => self.leave_out_the_inductance(),
             (false, true) => Stage::Idle,
         }
     }
 
-    fn column(&mut self, j: usize) -> Stage {
-        let last = self.order().wrapping_sub(2);
-        match self.factor.column(j, 0..COLUMNS) {
-            true if j < last => Stage::Column(j.wrapping_add(1)),
-            true => Stage::Unknowns,
+    fn assemble(&mut self, i: usize, j: usize) -> Stage {
+        let next = j.wrapping_add(AT_ONCE);
+        for j in j..next.min(i.wrapping_add(1)) {
+            self.factor.set(i, j, self.word(i, j));
+        }
+        match () {
+            () if next <= i => Stage::Assemble(i, next),
+            () if i.wrapping_add(1) < self.order() => Stage::Assemble(i.wrapping_add(1), 0),
+            () => Stage::Column(0, self.order().wrapping_sub(1)),
+        }
+    }
+
+    fn column(&mut self, j: usize, i: usize) -> Stage {
+        let last = self.order().wrapping_sub(1);
+        match self.factor.column(j, i..i.wrapping_add(1)) {
+            true if i > j.wrapping_add(1) => Stage::Column(j, i.wrapping_sub(1)),
+            true if j.wrapping_add(1) < last => Stage::Column(j.wrapping_add(1), last),
+            true => Stage::Substitute,
             false if j == RISE => self.leave_out_the_inductance(),
             false => Stage::Idle,
         }
@@ -187,12 +234,12 @@ impl State {
 
     fn leave_out_the_inductance(&mut self) -> Stage {
         self.without = true;
-        Stage::Assemble
+        Stage::Scale
     }
 
     /// A reversed encoder, or one that is not the motor's, gives no winding; nor does a drive with a law of its own.
     fn unknowns(&mut self) -> Stage {
-        let [resistance, emf, inductance, ..] = self.factor.unknowns_scaled();
+        let [resistance, emf, inductance, ..] = self.scaled;
         let own = |scaled: i32, i: usize| {
             Positive::of(scaled.max(0), UNKNOWN_FRAC).shifted(self.factor.unknown_exponent(i))
         };
@@ -200,21 +247,20 @@ impl State {
         let inductance = if self.without { 0 } else { own(inductance, RISE).to_q(8) };
         self.found = Constants { resistance: unknowns[0].to_q(16), emf: unknowns[1].to_q(8), inductance };
         self.unknowns = unknowns;
+        if resistance > 0 && emf > 0 { Stage::Residual } else { Stage::Idle }
+    }
+
+    fn residual(&self) -> Stage {
         let last = COLUMNS - 1;
         let whole = Positive::new(self.words[last * (last + 1) / 2 + last].unsigned_abs(), 0);
         let left = self.factor.residual().shifted(2 * ROW_BITS);
         let most = whole.times(Positive::of(MOST_RESIDUAL.0, MOST_RESIDUAL.1));
-        if resistance > 0 && emf > 0 && left.below(most) { Stage::Doubt(0) } else { Stage::Idle }
+        if left.below(most) { Stage::Gradient(0) } else { Stage::Idle }
     }
 
     /// Is R (0) or K (1) known well enough?
     fn known(&self, i: usize) -> bool {
-        let mut gradient = [(Positive::default(), false); MOST];
-        gradient[i & 1].0 = Positive::new(1, 0);
-        let mut forward = self.factor.load(&gradient);
-        self.factor.substitute(&mut forward);
-        let sum = self.factor.variance(&forward, Positive::default(), 0..COLUMNS);
-        let variance = self.factor.scaled_variance(&forward, sum);
+        let variance = self.factor.scaled_variance(&self.forward, self.variance);
         let value = self.unknowns[i & 1];
         let freedom = u64::from(self.rows).saturating_sub(self.factor.unknowns() as u64);
         let most = value

@@ -43,7 +43,7 @@ pub const EXPECTED_COUNTS: i32 = 6;
 const FREE_COUNTS: i32 = 8;
 
 /// What the motor must do at least. Times in looks.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Expectation {
     /// Speed per voltage, counts per look, Q20.
     pub(super) full_speed: i32,
@@ -65,6 +65,24 @@ pub struct Expectation {
     runaway: Speed,
     /// Counts that no shaft makes in one tick.
     jump: i32,
+}
+
+impl Default for Expectation {
+    /// Of a motor that nobody knows yet, with the bridge open: nothing is demanded, and any speed may be.
+    fn default() -> Self {
+        Self {
+            full_speed: 0,
+            inverse_tau: 0,
+            inverse_lag: 0,
+            rest: [Voltage(i32::MAX); 2],
+            moving: [Voltage(i32::MAX); 2],
+            kinetic: [Voltage(i32::MAX); 2],
+            counts: EXPECTED_COUNTS,
+            look_bits: 0,
+            runaway: Speed(i32::MAX),
+            jump: i32::MAX,
+        }
+    }
 }
 
 impl Expectation {

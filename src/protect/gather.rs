@@ -77,6 +77,15 @@ impl Params {
         self.bits
     }
 
+    /// One tick with the bridge open and the shaft at rest: nothing is summed up.
+    #[inline]
+    pub fn rest(&self, state: &mut State, count: i32) -> Due {
+        state.open = true;
+        state.count = Some(count);
+        state.ticks = state.ticks.wrapping_add(1);
+        if state.ticks >> (self.bits & 31) != 0 { Due::Look } else { Due::Nothing }
+    }
+
     /// One tick.
     pub fn step(&self, state: &mut State, expectation: &Expectation, reading: &Reading) -> Due {
         match reading.voltage {

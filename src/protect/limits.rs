@@ -4,7 +4,7 @@ use super::expectation::Expectation;
 use super::fault::Fault;
 use super::looks::looks;
 use super::{Input, Settings};
-use crate::config::Scale;
+use crate::config::{Config, Scale};
 use crate::optional::Optional;
 use crate::units::{Speed, Voltage, to_fixed};
 
@@ -13,6 +13,11 @@ const PERSISTENCE_HZ: f32 = 200.0;
 /// Shares of the nominal supply beyond which it is a fault, where nobody asked for others.
 const LOWEST_SUPPLY: f32 = 0.5;
 const HIGHEST_SUPPLY: f32 = 1.5;
+
+/// The voltage above which the supply is a fault.
+pub fn highest_supply_v(config: &Config) -> f32 {
+    config.supply_high_v.get().unwrap_or(HIGHEST_SUPPLY * config.supply_nominal_v)
+}
 
 /// Conditions in the order in which they are named.
 const LASTING: [Fault; 6] = [

@@ -2,11 +2,10 @@
 
 use crate::config::Scale;
 
-/// Looks per second, at least (or every tick, where ticks are slower).
+/// Looks per second, at least (or every tick, where ticks are slower): every 0.2 to 0.4 ms.
 const LOOK_HZ: u32 = 2500;
-/// Counts between two looks at rated speed, at most: together with those that a fault needs
-/// ([`super::EXPECTED_COUNTS`]) they are fewer than 24.
-const MOST_COUNTS: u32 = 12;
+/// Counts between two looks at rated speed, at most: speeds are counts per look in Q20 and stay in range at four times that.
+const MOST_COUNTS: u32 = 500;
 
 /// Control ticks between two looks, as a shift.
 pub(super) fn look_bits(scale: &Scale) -> u32 {

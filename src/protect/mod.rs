@@ -30,6 +30,7 @@ pub use expectation::{EXPECTED_COUNTS, Expectation, KINETIC_MARGIN, MOVING_MARGI
 pub use fault::{Condition, Fault, Interlock};
 use gather::Due;
 pub use gather::{Averages, Reading};
+pub(crate) use limits::highest_supply_v;
 pub use settings::{Settings, SettingsError};
 pub use thermal::Thermal;
 
@@ -43,8 +44,9 @@ pub struct Params {
     actions: Actions,
 }
 
-/// What protection remembers.
+/// What protection remembers. In this order, the largest last.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(C)]
 pub struct State {
     latched: Fault,
     /// What is done about it; the most severe of all that was found since.
@@ -53,9 +55,9 @@ pub struct State {
     limits: limits::State,
     thermal: thermal::State,
     motion: motion::State,
-    winding: winding::State,
     /// The winding was learned behind an input dead zone.
     input_dead_zone: bool,
+    winding: winding::State,
 }
 
 /// What protection looks at, now and then.
@@ -118,6 +120,12 @@ impl State {
         self.motion = motion::State::at(count);
     }
 
+    /// The bridge is open and the shaft stands here: until it is driven, nothing is demanded of it.
+    pub(crate) fn comes_to_rest(&mut self, count: i32) {
+        self.motion = motion::State::at(count);
+        self.winding.rest();
+    }
+
     /// The host lives.
     pub(crate) fn heard(&mut self) {
         self.limits.heard();
@@ -173,6 +181,30 @@ impl Params {
                 None
             }
         }
+    }
+
+    /// One tick of an axis at rest with its bridge open: what it could do wrong needs neither motion nor current. True when
+    /// another look is due.
+    #[inline]
+    pub fn rest(&self, state: &mut State, count: i32) -> bool {
+        let due = self.gather.rest(&mut state.gather, count) == Due::Look;
+        if due {
+            state.gather.take(self.gather.bits());
+        }
+        due
+    }
+
+    /// A look at an axis at rest with its bridge open: supply, current, heat of the winding.
+    pub fn look_at_rest(&self, state: &mut State, expectation: &Expectation, input: &Input) {
+        for fault in [self.limits.step(&mut state.limits, expectation, input), self.overload(state, input)] {
+            state.latch(fault, &self.actions);
+        }
+    }
+
+    /// Ticks between two looks.
+    #[must_use]
+    pub fn look_ticks(&self) -> u32 {
+        1 << (self.gather.bits() & 31)
     }
 
     /// A look: latches what is found.

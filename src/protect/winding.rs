@@ -168,6 +168,8 @@ pub(super) struct State {
     open: bool,
     /// The block is not to be learned from.
     spoilt: bool,
+    /// Current and counter at the end of a block: the next look learns from it.
+    ended: Option<(i32, i32)>,
     looks: u32,
     glances: u32,
     /// Glances in a row without current, what they sum up, and whether that is beyond its noise.
@@ -203,6 +205,11 @@ impl State {
     /// Forgets what only looked like a fault.
     pub fn clear(&mut self) {
         (self.odd, self.silent, self.certain) = (0, 0, false);
+    }
+
+    /// The bridge is open, and nobody looks for a while: of what goes on now nothing is learned.
+    pub fn rest(&mut self) {
+        (self.open, self.spoilt) = (true, true);
     }
 
     /// Begins anew: the voltage means something else from now on.
@@ -285,6 +292,8 @@ impl Params {
         state.looks = state.looks.wrapping_add(1);
         if state.looks >= self.glance {
             state.glance(current, count);
+        } else if let Some((current, count)) = state.ended.take() {
+            state.learn(current, count);
         } else if let Some(constants) = state.balance.step() {
             state.known = Some(self.winding(constants));
         }
@@ -306,9 +315,8 @@ impl State {
         self.glances = self.glances.wrapping_add(1);
         if self.glances >= GLANCES_PER_BLOCK {
             self.glances = 0;
-            if !core::mem::take(&mut self.spoilt) {
-                self.learn(current, count);
-            }
+            let spoilt = core::mem::take(&mut self.spoilt);
+            self.ended = (!spoilt).then_some((current, count));
         }
     }
 
@@ -328,6 +336,7 @@ impl State {
         }
     }
 
+    #[inline(never)]
     fn learn(&mut self, current: i32, count: i32) {
         let block = &self.block;
         let turned = block.turned(count);

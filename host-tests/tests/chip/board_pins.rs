@@ -1,14 +1,31 @@
 //! The pin table in code against the data sheet, against itself, against the wiring that was promised and against the
 //! documentation; and the arithmetic from times to register values.
 
-#[path = "../../../src/image/board/stm32f405/pins.rs"]
-#[allow(dead_code)]
-mod pins;
-#[path = "../../../src/image/board/stm32f405/timing.rs"]
-#[allow(dead_code)]
-mod timing;
+/// The data of a board, with what it is made of.
+macro_rules! data {
+    ($name:ident, $data:literal) => {
+        #[allow(dead_code, unused_imports, unexpected_cfgs, unreachable_pub)]
+        #[path = "../../../src/image/board/stm32f405"]
+        mod $name {
+            pub mod board;
+            #[path = $data]
+            pub mod chosen;
+            pub mod pins;
+            pub mod stage;
+            pub mod timing;
+        }
+    };
+}
 
-use pins::{LINES, Line, Mode, Pin, Port, Use, fields, port_setup};
+data!(own, "boards/own.rs");
+data!(odrive, "boards/odrive.rs");
+data!(vesc, "boards/vesc.rs");
+
+mod vendors;
+
+use own::chosen::LINES;
+use own::pins::{Line, Mode, Pin, Port, Use, fields, port_setup};
+use own::timing;
 use std::collections::BTreeMap;
 
 /// STM32F405 data sheet (DS8626), table 9, the rows of the pins in use and of their neighbours: pin, function, signal.
@@ -39,6 +56,7 @@ const TABLE_9: &[(&str, u8, &str)] = &[
     ("PB12", 1, "TIM1_BKIN"),    ("PB12", 7, "USART3_CK"),
     ("PB13", 1, "TIM1_CH1N"),    ("PB13", 7, "USART3_CTS"),
     ("PB14", 1, "TIM1_CH2N"),    ("PB14", 3, "TIM8_CH2N"), ("PB14", 7, "USART3_RTS"), ("PB14", 9, "TIM12_CH1"),
+    ("PB15", 1, "TIM1_CH3N"),    ("PB15", 3, "TIM8_CH3N"), ("PB15", 9, "TIM12_CH2"),
     ("PC6",  2, "TIM3_CH1"),     ("PC6",  3, "TIM8_CH1"), ("PC6",  8, "USART6_TX"),
     ("PC7",  2, "TIM3_CH2"),     ("PC7",  3, "TIM8_CH2"), ("PC7",  8, "USART6_RX"),
     ("PC8",  2, "TIM3_CH3"),     ("PC8",  3, "TIM8_CH3"), ("PC8",  8, "USART6_CK"),
@@ -47,6 +65,7 @@ const TABLE_9: &[(&str, u8, &str)] = &[
 
 /// DS8626, table 7, column "additional functions".
 const ANALOGUE: &[(&str, &str)] = &[
+    ("PA6", "ADC12_IN6"),
     ("PC0", "ADC123_IN10"),
     ("PC1", "ADC123_IN11"),
     ("PC2", "ADC123_IN12"),
@@ -159,11 +178,11 @@ fn four_axes_have_the_pins_that_were_promised() {
 fn the_debug_probe_and_the_crystal_are_never_touched() {
     for axes in 1..=4 {
         for low_sides in [false, true] {
-            let a = port_setup(Port::A, axes, low_sides);
+            let a = port_setup(LINES, Port::A, axes, low_sides);
             assert_eq!(a.pins & (1 << 13 | 1 << 14), 0);
-            assert_eq!(port_setup(Port::B, axes, low_sides).pins & (1 << 2), 0, "BOOT1");
-            assert_eq!(port_setup(Port::C, axes, low_sides).pins & (1 << 14 | 1 << 15), 0);
-            assert_eq!(port_setup(Port::H, axes, low_sides).pins, 0);
+            assert_eq!(port_setup(LINES, Port::B, axes, low_sides).pins & (1 << 2), 0, "BOOT1");
+            assert_eq!(port_setup(LINES, Port::C, axes, low_sides).pins & (1 << 14 | 1 << 15), 0);
+            assert_eq!(port_setup(LINES, Port::H, axes, low_sides).pins, 0);
         }
     }
 }
@@ -171,17 +190,17 @@ fn the_debug_probe_and_the_crystal_are_never_touched() {
 #[test]
 fn register_values_stay_within_the_fields_of_their_pins() {
     for port in [Port::A, Port::B, Port::C] {
-        let setup = port_setup(port, 4, true);
+        let setup = port_setup(LINES, port, 4, true);
         let twos = !(fields(setup.pins, 2) as u32);
         assert_eq!((setup.mode | setup.pull | setup.speed) & twos, 0, "{port:?}");
         assert_eq!(setup.alternate & !fields(setup.pins, 4), 0, "{port:?}");
     }
     // Two pins by hand: PB3 alternate 1, pulled up; PC4 analogue.
-    let b = port_setup(Port::B, 1, false);
+    let b = port_setup(LINES, Port::B, 1, false);
     assert_eq!((b.mode >> 6) & 3, 0b10);
     assert_eq!((b.alternate >> 12) & 15, 1);
     assert_eq!((b.pull >> 6) & 3, 0b01);
-    assert_eq!((port_setup(Port::C, 1, false).mode >> 8) & 3, 0b11);
+    assert_eq!((port_setup(LINES, Port::C, 1, false).mode >> 8) & 3, 0b11);
 }
 
 /// Rows of the pin table in the documentation: `| PA8 | TIM1_CH1 (AF1) | … |`.
@@ -226,6 +245,36 @@ fn the_pll_makes_168_mhz_from_every_common_crystal_within_its_ranges() {
     }
     assert_eq!(timing::pll(8_000_000), Some((4, 168)));
     assert_eq!(timing::pll(11_059_200), None, "no whole megahertz");
+}
+
+/// The internal oscillator is off by −8 to +4.5 % (DS8626): it is the ruler.
+#[test]
+fn each_crystal_is_told_from_the_others_by_whatever_internal_oscillator() {
+    let periods = 31.0 * 8.0 * f64::from(timing::CAPTURES);
+    let counts = |crystal: f64, internal: f64| (periods / crystal * internal).round() as u32;
+    for crystal in timing::CRYSTALS {
+        for internal in [0.92, 0.99, 1.0, 1.01, 1.045] {
+            let measured = counts(f64::from(crystal), internal * f64::from(timing::INTERNAL_HZ));
+            assert_eq!(timing::crystal(measured), Some(crystal), "{crystal} Hz, {internal}");
+        }
+        let (m, n) = timing::pll(crystal).expect("the PLL takes it");
+        assert_eq!(crystal / u32::from(m) * u32::from(n), 2 * timing::SYSTEM_HZ);
+    }
+    // A crystal for which nothing was prepared is not multiplied.
+    for other in [4e6, 6e6, 10e6, 14e6, 20e6, 32e6] {
+        assert_eq!(timing::crystal(counts(other, 16e6)), None, "{other} Hz");
+    }
+    assert_eq!(timing::crystal(0), None);
+}
+
+#[test]
+fn the_currents_of_all_axes_are_measured_before_the_counter_turns_again() {
+    // 28 + 12 clocks of 21 MHz each, and 2 µs.
+    for (axes, microseconds) in [(1, 3.905), (2, 5.810), (4, 9.619)] {
+        let half_period = f64::from(timing::least_full_scale(axes)) / 168.0;
+        assert!((half_period - microseconds).abs() < 0.01, "{axes} axes: {half_period} µs");
+    }
+    assert!(timing::least_full_scale(4) < timing::START_FULL_SCALE);
 }
 
 #[test]

@@ -9,7 +9,9 @@ use servo::drivers::bridge::{Config, Decay, Error, HBridge, Levels, NotConnected
 use servo::drivers::encoder::{Counter, Encoder};
 use servo::drivers::hardware::AxisHardware;
 use servo::drivers::interlock::{Interlock, InterlockLines};
-use servo::drivers::sense::{Converter, CurrentKind, CurrentSense, Divider, Scale, SupplySense};
+use servo::drivers::sense::{
+    Converter, CurrentKind, CurrentSense, CurrentSensor, Divider, LowLegSense, Rises, Scale, SupplySense,
+};
 use servo::drivers::zero::{Reason, Zero, ZeroLimits, ZeroSearch};
 use std::cell::Cell;
 use std::io::ErrorKind;
@@ -269,6 +271,13 @@ fn the_fastest_motion_is_half_the_range_and_the_limit_is_sharp() {
     }
 }
 
+/// An erase of the flash stops the processor for seconds.
+#[test]
+fn a_counter_of_16_bits_can_go_round_while_nobody_reads_it_and_one_of_32_cannot() {
+    assert!(Encoder::new(Shaft::at(16, 0)).goes_round());
+    assert!(!Encoder::new(Shaft::at(32, 0)).goes_round());
+}
+
 #[test]
 fn a_32_bit_counter_wraps_with_the_count() {
     let shaft = Shaft::at(32, 0);
@@ -422,6 +431,54 @@ fn where_there_is_no_sensor_no_zero_is_looked_for() {
         channel.0.set(4000 * (k % 2));
         assert_eq!(absent.read(), Sample::CURRENT_NOT_SENSED);
     }
+}
+
+/// Two shunts, as below the legs of a discrete bridge: the one of the leg that stays low carries the winding current.
+#[test]
+fn the_leg_that_stays_low_tells_the_current_with_its_sign() {
+    let legs = [Channel::reading(2040), Channel::reading(2060)];
+    let mut sense = LowLegSense::new(LIMITS, legs.clone(), Rises::WithCurrentDown);
+    for _ in 0..SETTLING + 15 {
+        assert_eq!(sense.read(), Sample::CURRENT_ZERO_SOUGHT);
+    }
+    assert_eq!(sense.read(), 0, "each leg has a zero of its own");
+    // Forward, leg b low: 100 counts flow down through it. Leg a carries a share of the period, which tells nothing.
+    sense.follow(Bridge::Driven, 500);
+    legs[0].0.set(2100);
+    legs[1].0.set(2160);
+    assert_eq!(sense.read(), 100);
+    // The motor brakes itself: the current flows up through leg b.
+    legs[1].0.set(1960);
+    assert_eq!(sense.read(), -100);
+    // Reverse, leg a low: a current from b to a is negative and flows down through leg a.
+    sense.follow(Bridge::Driven, -500);
+    legs[0].0.set(2140);
+    legs[1].0.set(2222);
+    assert_eq!(sense.read(), -100);
+    sense.follow(Bridge::Shorted, 0);
+    assert_eq!(sense.read(), -100, "both legs are low: the one that was looked at tells it on");
+}
+
+/// An amplifier with its inputs the other way round.
+#[test]
+fn a_shunt_that_reads_the_other_way_round_tells_the_same_current() {
+    let legs = [Channel::reading(2040), Channel::reading(2060)];
+    let mut sense = LowLegSense::new(LIMITS, legs.clone(), Rises::WithCurrentUp);
+    (0..SETTLING + 16).for_each(|_| _ = sense.read());
+    sense.follow(Bridge::Driven, 500);
+    legs[1].0.set(1960);
+    assert_eq!(sense.read(), 100);
+    sense.follow(Bridge::Driven, -500);
+    legs[0].0.set(1940);
+    assert_eq!(sense.read(), -100);
+}
+
+#[test]
+fn two_shunts_know_no_current_before_both_have_a_zero() {
+    let legs = [Channel::reading(2040), Channel::reading(4000)];
+    let mut sense = LowLegSense::new(LIMITS, legs, Rises::WithCurrentDown);
+    let last = (0..1000).map(|_| sense.read()).last();
+    assert_eq!(last, Some(Sample::CURRENT_ZERO_OUTSIDE));
 }
 
 #[test]

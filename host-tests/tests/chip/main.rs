@@ -1,9 +1,17 @@
 //! The parts of the chip one by one, on the host: arithmetic, set-points, drivers, the pin table, and small doses for Miri.
 
+#![allow(clippy::duplicate_mod, reason = "the pin table is tested by itself and as part of the chip's code")]
+
+mod axes;
+#[cfg(all(target_os = "linux", target_arch = "x86_64", not(miri)))]
+mod board_model;
 mod board_pins;
 mod compensate;
 mod control_trajectory;
 mod drivers;
+mod far;
 mod fixed_vs_f64;
+mod gates;
 mod miri;
 mod protect;
+mod reach;

@@ -283,7 +283,8 @@ fn a_commissioning_keeps_the_voltage_limit_and_learns_the_dead_zone() {
     let outcome = bench.state.outcome().expect("it ends");
     let report = outcome.estimates.report(bench.axis.scale());
     println!("{highest} of nominal, {report:?}, truth {:?}", plant.truth);
-    assert!((0.7..=0.76).contains(&highest), "{highest}");
+    // A hundredth for the supply, which is converted anew and smoothed.
+    assert!((0.7..=0.765).contains(&highest), "{highest}");
     assert_eq!(outcome.refused, None);
     for (found, truth) in [report.dead_zone_pos_v, report.dead_zone_neg_v].iter().zip(plant.truth.dead_zone_v)
     {

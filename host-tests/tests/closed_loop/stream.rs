@@ -344,6 +344,9 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     bench.run(0.01, |_, _| {});
     assert_eq!(bench.ask(Command::Stream(good)), Err(Refusal::NotArmed));
     let mut bench = knowing(&plant);
+    // The stored parameters are set up over some ticks, and any order, refused or not, puts off what can wait.
+    bench.run(0.01, |_, _| {});
+    assert_eq!(bench.ask(Command::Stream(Point { ticks: 3, ..good })), Err(Refusal::OutOfRange));
     let cases = [
         (Point { position_rad: f32::NAN, ..good }, Refusal::OutOfRange),
         (Point { speed_rad_s: f32::INFINITY, ..good }, Refusal::OutOfRange),

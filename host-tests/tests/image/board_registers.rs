@@ -116,7 +116,7 @@ fn split(log: &str) -> Record {
             _ => steps.get_mut(&step).expect("nothing before the first step").push(write),
         }
     }
-    assert_eq!(steps.len(), 18, "all steps of the image");
+    assert_eq!(steps.len(), 22, "all steps of the image");
     Record { steps, read_back }
 }
 
@@ -176,6 +176,9 @@ const FOUR_DUTIES: u32 = 13;
 const SET_UP_DISCRETE: u32 = 14;
 const DISCRETE_FORWARD: u32 = 15;
 const DISCRETE_OPEN: u32 = 16;
+const EARLY: u32 = 19;
+const OTHER_PORT: u32 = 20;
+const OTHER_PORT_SENDS: u32 = 21;
 
 // ── Clocks of the peripherals ───────────────────────────────────────────────────────────────────────────────────────
 
@@ -280,19 +283,14 @@ fn the_first_tick_checks_the_phase_of_the_update_and_opens_the_bridge() {
     check(
         &writes(FIRST_TICK, block(TIM1)),
         &[&[
-            expect("TIM1_RCR", TIM1 + 0x30, &[("REP", 0, 2)], "3 turning points instead of 4, once"),
             expect(
                 "TIM1_SR",
                 TIM1 + 0x10,
                 &[("all but BIF", 0, !(1 << 7))],
                 "the break of power-up is forgotten",
             ),
-            expect(
-                "TIM1_BDTR",
-                TIM1 + 0x44,
-                &[("MOE", 15, 1)],
-                "an open bridge re-arms the outputs after a break",
-            ),
+            expect("TIM1_BDTR", TIM1 + 0x44, &[("MOE", 15, 1)], "outputs follow while the bridge is open"),
+            expect("TIM1_RCR", TIM1 + 0x30, &[("REP", 0, 2)], "3 turning points instead of 4, once"),
             expect("TIM1_CCR1", TIM1 + 0x34, &[], "IN1 low"),
             expect("TIM1_CCR2", TIM1 + 0x38, &[], "IN2 low"),
         ]],
@@ -346,10 +344,20 @@ fn each_command_sets_both_compare_registers_and_the_sleep_pin() {
     check(
         &writes(OPEN, ALL),
         &[&[
-            expect("TIM1_BDTR", TIM1 + 0x44, &[("MOE", 15, 1)], "re-armed while open"),
             expect("TIM1_CCR1", TIM1 + 0x34, &[], "0 0 opens"),
             expect("TIM1_CCR2", TIM1 + 0x38, &[], "0 0 opens"),
             AWAKE,
+        ]],
+    );
+}
+
+#[test]
+fn while_the_driver_wakes_up_the_bridge_stays_open_whatever_the_axis_wants() {
+    check(
+        &writes(EARLY, TIM1 + 0x34..TIM1 + 0x3C),
+        &[&[
+            expect("TIM1_CCR1", TIM1 + 0x34, &[], "0 0 opens although a quarter was asked for"),
+            expect("TIM1_CCR2", TIM1 + 0x38, &[], "0 0 opens"),
         ]],
     );
 }
@@ -506,6 +514,54 @@ fn the_links_receiver_fills_a_ring_by_dma() {
                 DMA1 + 0x88,
                 &[("CHSEL", 25, 4), ("MINC", 10, 1), ("CIRC", 8, 1), ("DIR", 6, 0), ("EN", 0, 1)],
                 "USART2_RX is channel 4 of stream 5 (table 42); peripheral to memory, round and round",
+            ),
+        ]],
+    );
+}
+
+/// RM0090 table 42: USART3_RX is channel 4 of stream 1 (at 0x28), USART3_TX that of stream 3 (at 0x58).
+#[test]
+fn another_port_of_the_link_has_its_own_clock_and_streams() {
+    let clock = writes(OTHER_PORT, RCC + 0x40..RCC + 0x44)[0].value;
+    assert_eq!(clock >> 17 & 0b11, 0b10, "USART3EN, not USART2EN");
+    let without = |step, address| -> Vec<Write> {
+        writes(step, block(DMA1)).into_iter().filter(|write| write.address != address).collect()
+    };
+    check(
+        &without(OTHER_PORT, DMA1 + 0x34),
+        &[&[
+            expect("DMA_S1PAR", DMA1 + 0x30, &[("PAR", 0, 0x4000_4804)], "USART3_DR"),
+            expect("DMA_S3PAR", DMA1 + 0x60, &[("PAR", 0, 0x4000_4804)], "USART3_DR"),
+            expect("DMA_S1NDTR", DMA1 + 0x2C, &[("NDT", 0, 512)], "bytes of the ring"),
+            expect(
+                "DMA_S1CR",
+                DMA1 + 0x28,
+                &[("CHSEL", 25, 4), ("MINC", 10, 1), ("CIRC", 8, 1), ("DIR", 6, 0), ("EN", 0, 1)],
+                "peripheral to memory, round and round",
+            ),
+        ]],
+    );
+    check(
+        &without(OTHER_PORT_SENDS, DMA1 + 0x64),
+        &[&[
+            expect(
+                "DMA_LIFCR",
+                DMA1 + 0x08,
+                &[
+                    ("CTCIF3", 27, 1),
+                    ("CHTIF3", 26, 1),
+                    ("CTEIF3", 25, 1),
+                    ("CDMEIF3", 24, 1),
+                    ("CFEIF3", 22, 1),
+                ],
+                "flags of the last piece",
+            ),
+            expect("DMA_S3NDTR", DMA1 + 0x5C, &[("NDT", 0, 1)], "one byte"),
+            expect(
+                "DMA_S3CR",
+                DMA1 + 0x58,
+                &[("CHSEL", 25, 4), ("MINC", 10, 1), ("DIR", 6, 1), ("EN", 0, 1)],
+                "memory to peripheral",
             ),
         ]],
     );

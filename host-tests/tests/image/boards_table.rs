@@ -23,7 +23,7 @@ fn cargo_knows_the_features_of_every_board() {
     let manifest: toml::Table = read("Cargo.toml").parse().unwrap();
     let features = manifest["features"].as_table().unwrap();
     for board in BOARDS {
-        for feature in board.feature.into_iter().chain([board.most_axes]) {
+        for feature in board.feature.into_iter().chain(board.most_axes) {
             assert!(features.contains_key(feature), "{}: {feature}", board.name);
         }
     }
@@ -37,6 +37,22 @@ fn one_feature_chooses_one_board() {
     }
     let features: BTreeSet<_> = BOARDS.iter().map(|board| board.feature).collect();
     assert_eq!(features.len(), BOARDS.len(), "two boards share a feature");
+}
+
+#[test]
+fn boards_have_a_page_that_begins_with_what_is_not_verified() {
+    for board in boards::real() {
+        let page = read(board.page);
+        let first = page.lines().find(|line| !line.starts_with('#') && !line.trim().is_empty()).unwrap();
+        assert!(first.starts_with("**Not verified on hardware.**"), "{}: {first}", board.page);
+        assert!(
+            page.contains(&format!("--board {}", board.name)) || board == boards::DEFAULT,
+            "{}",
+            board.page
+        );
+        let list = read("docs/boards/README.md");
+        assert!(list.contains(&format!("`{}`", board.name)), "{}", board.name);
+    }
 }
 
 /// `cargo fw` and `cargo flash` cannot read the table.

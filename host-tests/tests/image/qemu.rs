@@ -4,13 +4,16 @@
 use clap::Parser;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::firmware::{compare, qemu, session};
+use servo::config::Config;
 use servo::link::capture::{LENGTH, Shot, Stage, Trigger};
 use servo::link::protocol::Command;
+use servo::optional::Optional;
 use servo::record::Activity;
 use std::path::Path;
 use truing::cli::Cli;
 use truing::device::axis_file;
 use truing::device::commission_report::{CommissionJson, Params};
+use truing::device::link::Client;
 use truing::device::motor::qemu::{Options as QemuOptions, Qemu};
 use truing::device::motor::{Door, Drive, Exec, Motor};
 use truing::device::replay::replay;
@@ -64,6 +67,21 @@ fn chip_and_host_compute_the_same_bits() {
         assert!(verdict.ticks > 4 * tick_hz as usize, "{verdict}");
         assert!(matches!(&result.done[..], [Done::Commissioned(outcome)] if outcome.refused.is_none()));
     }
+}
+
+/// Limits survive a new description of the machine, in which they may be out of the converters' reach.
+#[test]
+fn a_limit_that_is_kept_must_be_within_reach_of_the_new_converter() {
+    let wire = session::connect(&Door::Exec(python_motor()), &config(), 1, &qemu()).expect("a motor");
+    let mut client = Client::new(wire);
+    let mut configure = |limit: Optional, per_lsb| {
+        let config = Config { current_limit_a: limit, current_a_per_lsb: per_lsb, ..config() };
+        client.command(Command::Configure(config), &mut |_| {})
+    };
+    configure(Optional::new(100.0), 0.01).expect("10,000 of 32,767 counts");
+    let refused = configure(Optional::NONE, 0.001).expect_err("100,000 counts").to_string();
+    assert!(refused.contains("limits.current_a must lie between 0 and 32.7"), "{refused}");
+    configure(Optional::NONE, 0.005).expect("20,000 counts");
 }
 
 #[test]

@@ -2,9 +2,10 @@
 
 use host_tests::simulated_servo::{self, SimulatedServo};
 use servo::axis::{self, Sample};
+use servo::config::{ConfigError, Field};
 use servo::link::protocol::{Command, FRAME_CAPACITY, Refusal, encode};
 use truing::console::input_error::InputError;
-use truing::device::link::{Client, Wire, current_text};
+use truing::device::link::{Client, Wire, current_text, range_text};
 
 #[test]
 fn an_axis_cannot_be_armed_while_the_zero_is_looked_for() {
@@ -78,4 +79,11 @@ fn a_sensor_without_zero_is_told_with_its_remedy() {
     }
     assert_eq!(current_text(Sample::CURRENT_NOT_SENSED), None);
     assert_eq!(current_text(0), None);
+}
+
+#[test]
+fn a_limit_that_cannot_act_is_refused_in_words() {
+    let refused = |maximum| ConfigError { field: Field::CurrentLimit, minimum: 0.0, maximum };
+    assert_eq!(range_text(&refused(2.9)), "limits.current_a must lie between 0 and 2.9");
+    assert!(range_text(&refused(0.0)).contains("does not sense the current"));
 }

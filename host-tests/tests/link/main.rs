@@ -7,3 +7,4 @@ mod parameters;
 mod settings_table;
 mod setup;
 mod store;
+mod wrap;

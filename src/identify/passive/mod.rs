@@ -51,6 +51,8 @@ pub struct State {
     /// There is a solution.
     solved: bool,
     work: Work,
+    /// Ticks at rest that no hop has counted.
+    rested: u32,
     task: Task,
 }
 
@@ -75,8 +77,19 @@ impl State {
             solver: Solver::default(),
             solved: false,
             work: Work::None,
+            rested: 0,
             task: Task::Learn(Learning::default()),
         }
+    }
+
+    /// Is there nothing left to be done with what was heard?
+    pub fn is_done(&self) -> bool {
+        self.work == Work::None
+    }
+
+    /// The bridge is open and the shaft stands: nothing is to be heard until it is driven.
+    pub fn pause(&mut self) {
+        self.identify.pause();
     }
 
     /// Gain and time constant are frozen, the dead zone follows.
@@ -114,13 +127,35 @@ impl Params {
     /// One control tick: bounded integer work. `true`: `known` has changed.
     #[inline]
     pub fn step(&self, state: &mut State, known: &mut Estimates, input: &Input) -> bool {
+        self.step_beside(state, known, input, false)
+    }
+
+    /// One control tick. `busy`: something else takes long in it, so there are the sums alone, and what a hop has brought
+    /// waits for the next tick, which must not be busy.
+    #[inline]
+    pub fn step_beside(&self, state: &mut State, known: &mut Estimates, input: &Input, busy: bool) -> bool {
         let hopped = state.identify.hopped();
-        let news = hopped && self.hop(state, known, input.supply.is_some());
+        let news = hopped && !busy && self.hop(state, known, input.supply.is_some());
         self.identify.sum(&mut state.identify, input.count, input.voltage);
+        if busy {
+            state.identify.still_hopped(hopped);
+            return false;
+        }
         if hopped || state.work == Work::None {
             return news;
         }
         self.go_on(state, known)
+    }
+
+    /// So many ticks at rest have passed: what is known has become older. `true`: `known` has changed.
+    pub fn rest(&self, state: &mut State, known: &mut Estimates, ticks: u32) -> bool {
+        state.rested = state.rested.saturating_add(ticks);
+        let hop = 1u32.wrapping_shl(self.hop_bits(state));
+        if state.rested < hop || !state.tracks() {
+            return false;
+        }
+        state.rested = state.rested.wrapping_sub(hop);
+        self.track(state, known, None)
     }
 
     /// A hop has ended. `true`: `known` has changed.

@@ -5,10 +5,10 @@
 
 use cortex_m::Peripherals as CorePeripherals;
 use embedded_storage::nor_flash::NorFlash;
-use servo::axis::{Output, Sample};
+use servo::axis::{Bridge, Sample};
 use servo::config::Config;
 use servo::link::protocol::{Refusal, ResetCause};
-use servo::protect::Interlock;
+use servo::protect::{Interlock, Settings};
 
 /// A board: a chip and what is wired to it, or a program that plays both.
 pub trait Board {
@@ -39,8 +39,9 @@ pub trait Board {
     /// Sets pins and timers up. When it returns the bridges are open, and control ticks begin.
     fn init(device: Self::Device, core: CorePeripherals) -> (Self::Drive, Self::Line, Self::Idle);
 
-    /// Refuses a configuration that the timers cannot carry out.
-    fn supports(config: &Config) -> Result<(), Refusal>;
+    /// Refuses a configuration that the timers cannot carry out, and limits beyond what the converters can tell: they would
+    /// never act. `protection`: what comes along with the configuration, if anything does.
+    fn supports(config: &Config, protection: Option<&Settings>) -> Result<(), Refusal>;
 
     /// Switches every bridge off. It may be called from any context, even from the handler of a fault, and needs no state.
     fn bridge_off();
@@ -51,23 +52,27 @@ pub trait Board {
 
 /// Sensors in, bridges out. Owned by the control interrupt.
 pub trait Drive {
-    /// Begins a tick: acknowledges the interrupt and looks at what all axes share.
+    /// Begins a tick: acknowledges the interrupt, and reads counts, index lines, converters and permission lines of all
+    /// axes. This moment counts for every axis, however long those before it compute.
     fn begin_tick(&mut self);
 
-    /// Reads counter and converters of an axis.
-    fn sample(&mut self, axis: usize) -> Sample;
+    /// Count and converters of an axis, as they were when the tick began.
+    fn sample(&self, axis: usize) -> Sample;
 
-    /// Tells what the enable contact and the fault line said when the axis was sampled.
+    /// What the enable contact and the fault line said when the tick began.
     fn interlock(&self, axis: usize) -> Interlock;
 
-    /// True while the index pulse of the axis' encoder lasts. To be asked next to [`Drive::sample`], which reads the count.
+    /// True if the index pulse of the axis' encoder was there when its count was read.
     fn index(&self, axis: usize) -> bool;
 
     /// Sets the bridge of an axis as the axis wants it, if its lines permit.
-    fn apply(&mut self, axis: usize, output: &Output);
+    fn apply(&mut self, axis: usize, bridge: Bridge, duty: i16);
 
     /// Ends a tick. True: the next one is due already, so this tick took more than its period.
     fn end_tick(&mut self) -> bool;
+
+    /// Can the counter of this axis go round unseen while the processor stands still for seconds?
+    fn goes_round(&self, axis: usize) -> bool;
 
     /// Takes over PWM scale and control rate of an axis. [`Board::supports`] has agreed to them, and every other axis that
     /// is configured has the same.

@@ -4,14 +4,14 @@
 mod interface;
 #[cfg(board = "qemu")]
 pub mod qemu;
-#[cfg(board = "stm32f405")]
+#[cfg(not(board = "qemu"))]
 pub mod stm32f405;
 
 /// The board that this image is built for.
 #[cfg(board = "qemu")]
 pub type Selected = qemu::Qemu;
 /// The board that this image is built for.
-#[cfg(board = "stm32f405")]
+#[cfg(not(board = "qemu"))]
 pub type Selected = stm32f405::Stm32f405;
 
 pub use interface::{Board, Drive, Idle, Line};

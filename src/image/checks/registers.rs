@@ -27,31 +27,41 @@ fn main() {
 #[cfg(target_os = "none")]
 mod image {
 
-    use crate::board::stm32f405::{DriveOf, Stm32f405, set_up, stage};
-    use crate::board::{Board, Drive, Idle};
+    use crate::board::stm32f405::board::{Board as BoardData, Link};
+    use crate::board::stm32f405::chosen::OWN;
+    use crate::board::stm32f405::{DriveOf, SETTLING, Stm32f405, set_up, stage};
+    use crate::board::{Board, Drive, Idle, Line};
     use cortex_m_rt::entry;
     use servo::axis::Bridge;
     use servo::config::Config;
     use stm32f4xx_hal::pac::{ADC_COMMON, ADC1, ADC2, Peripherals, RNG, TIM2, USART2};
 
+    const CARRIER: BoardData = BoardData { stage: &stage::DRV8874, ..OWN };
+    const OTHER_PORT: BoardData = BoardData { link: Link::Usart3, ..CARRIER };
+    const DISCRETE: BoardData = BoardData { stage: &stage::DISCRETE, ..OWN };
+
     #[entry]
     fn main() -> ! {
         let device = Peripherals::take().expect("first and only");
         one_axis(device);
-        read_back();
         // SAFETY: the owners of the first set-up are gone.
+        commands(unsafe { Peripherals::steal() });
+        read_back();
+        // SAFETY: as above.
         four_axes(unsafe { Peripherals::steal() });
         // SAFETY: as above.
         discrete_bridge(unsafe { Peripherals::steal() });
         // SAFETY: as above.
         zero_of_current(unsafe { Peripherals::steal() });
+        // SAFETY: as above.
+        other_port(unsafe { Peripherals::steal() });
         mark(Step::End);
         semihosting::process::exit(0)
     }
 
     fn one_axis(device: Peripherals) {
         mark(Step::SetUp);
-        let (mut drive, _line, mut idle) = set_up::<1>(device, &stage::DRV8874);
+        let (mut drive, _line, mut idle) = set_up::<1>(device, &CARRIER, SETTLING);
         mark(Step::FirstTick);
         read_sensors(&mut drive);
         drive.set(0, Bridge::Open, 0);
@@ -60,6 +70,24 @@ mod image {
         idle.turn();
         mark(Step::Starve);
         idle.turn();
+        mark(Step::Early);
+        drive.set(0, Bridge::Driven, 1050);
+        mark(Step::Settle);
+        for _ in 0..29 {
+            read_sensors(&mut drive);
+            drive.set(0, Bridge::Open, 0);
+        }
+        mark(Step::Denied);
+        // The ports read as zero: the enable input is low.
+        read_sensors(&mut drive);
+        drive.set(0, Bridge::Driven, 1050);
+    }
+
+    /// A drive that has not looked at its lines, which read as zero here, yet permits.
+    fn commands(device: Peripherals) {
+        mark(Step::SetUpAwake);
+        let (mut drive, _line, _idle) = set_up::<1>(device, &CARRIER, 0);
+        drive.set(0, Bridge::Open, 0);
         for (step, bridge, duty) in [
             (Step::Forward, Bridge::Driven, 1050),
             (Step::Reverse, Bridge::Driven, -4200),
@@ -69,15 +97,6 @@ mod image {
             mark(step);
             drive.set(0, bridge, duty);
         }
-        mark(Step::Settle);
-        for _ in 0..30 {
-            read_sensors(&mut drive);
-            drive.set(0, Bridge::Open, 0);
-        }
-        mark(Step::Denied);
-        // The ports read as zero: the enable input is low.
-        read_sensors(&mut drive);
-        drive.set(0, Bridge::Driven, 1050);
         mark(Step::Off);
         Stm32f405::bridge_off();
     }
@@ -89,7 +108,7 @@ mod image {
 
     fn four_axes(device: Peripherals) {
         mark(Step::SetUpFour);
-        let (mut drive, _line, _idle) = set_up::<4>(device, &stage::DRV8874);
+        let (mut drive, _line, _idle) = set_up::<4>(device, &CARRIER, 0);
         mark(Step::FourDuties);
         for axis in 0..4 {
             drive.set(axis, Bridge::Open, 0);
@@ -99,7 +118,7 @@ mod image {
 
     fn discrete_bridge(device: Peripherals) {
         mark(Step::SetUpDiscrete);
-        let (mut drive, _line, _idle) = set_up::<1>(device, &stage::DISCRETE);
+        let (mut drive, _line, _idle) = set_up::<1>(device, &DISCRETE, 0);
         mark(Step::DiscreteForward);
         drive.set(0, Bridge::Open, 0);
         drive.set(0, Bridge::Driven, 4200);
@@ -111,7 +130,7 @@ mod image {
     /// and to the same. Each time the current goes into the record.
     fn zero_of_current(device: Peripherals) {
         mark(Step::ZeroOfCurrent);
-        let (mut drive, _line, _idle) = set_up::<1>(device, &stage::DRV8874);
+        let (mut drive, _line, _idle) = set_up::<1>(device, &CARRIER, SETTLING);
         let first = current(&mut drive);
         for _ in 0..1100 {
             current(&mut drive);
@@ -125,6 +144,14 @@ mod image {
             note(0, number);
             note(1, current as u16 as u32);
         }
+    }
+
+    /// A board whose link is another port.
+    fn other_port(device: Peripherals) {
+        mark(Step::OtherPort);
+        let (_drive, mut line, _idle) = set_up::<1>(device, &OTHER_PORT, SETTLING);
+        mark(Step::OtherPortSends);
+        line.write(&[0x55]);
     }
 
     /// One tick with the bridge open.
@@ -170,6 +197,10 @@ mod image {
         DiscreteForward,
         DiscreteOpen,
         ZeroOfCurrent,
+        SetUpAwake,
+        Early,
+        OtherPort,
+        OtherPortSends,
         End,
     }
 

@@ -1,6 +1,6 @@
-//! `cargo xtask flash --dry-run` runs this on the image that it has built.
+//! `cargo xtask flash --dry-run` runs this on the image that it has built, with the name of its board.
 
-use boards::DEFAULT;
+use boards::{Chip, DEFAULT};
 use flash_dry_run::check;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,7 +12,10 @@ fn main() -> ExitCode {
         );
         return ExitCode::from(2);
     };
-    let chip = DEFAULT.chip;
+    let Some(chip) = chip(std::env::args().nth(2).as_deref()) else {
+        eprintln!("error: there is no board of that name: see docs/boards/README.md");
+        return ExitCode::from(2);
+    };
     match check(&image, chip) {
         Ok(found) => {
             println!("{found}\nfits {}; nothing was programmed", chip.probe);
@@ -22,5 +25,13 @@ fn main() -> ExitCode {
             eprintln!("error: {error:#}");
             ExitCode::from(2)
         }
+    }
+}
+
+/// The chip of the board of this name, or of the default one.
+fn chip(board: Option<&str>) -> Option<&'static Chip> {
+    match board {
+        Some(name) => boards::real().find(|board| board.name == name).map(|board| board.chip),
+        None => Some(DEFAULT.chip),
     }
 }

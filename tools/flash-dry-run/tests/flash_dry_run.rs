@@ -74,6 +74,16 @@ fn found() -> DryRun {
 }
 
 #[test]
+fn the_image_of_every_board_fits_its_chip() {
+    image();
+    for board in boards::real() {
+        let built = root().join(format!("target/images/{}.elf", board.name));
+        let found = check(&built, board.chip).unwrap_or_else(|error| panic!("{}: {error:#}", board.name));
+        assert_eq!(found.vectors.0, 0x2002_0000, "{}", board.name);
+    }
+}
+
+#[test]
 fn the_boards_image_fits_the_chip() {
     let found = found();
     assert_eq!(found.flash, 1024 * 1024);
@@ -189,4 +199,7 @@ fn the_program_prints_the_table_and_ends_with_status_2_on_damage() {
     let error = String::from_utf8(bad.stderr).unwrap();
     assert!(error.starts_with("error: ") && error.lines().count() == 1, "{error}");
     assert_eq!(program().output().unwrap().status.code(), Some(2), "no argument");
+    let unknown = program().arg(&path).arg("no-board").output().unwrap();
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(String::from_utf8(unknown.stderr).unwrap().contains("docs/boards"));
 }

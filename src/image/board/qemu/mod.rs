@@ -27,10 +27,11 @@ use cortex_m::peripheral::{NVIC, SYST, syst::SystClkSource};
 use flash::FileFlash;
 use semihosting::fs::File;
 use semihosting::io::{Read, Write};
-use servo::axis::{Bridge, Output, Sample};
+use servo::axis::{Bridge, Sample};
 use servo::config::Config;
+use servo::drivers::reach::Reach;
 use servo::link::protocol::{Refusal, ResetCause};
-use servo::protect::Interlock;
+use servo::protect::{Interlock, Settings};
 use stm32f4xx_hal::pac::{CorePeripherals, Interrupt, Peripherals};
 
 use defmt_semihosting as _;
@@ -93,9 +94,9 @@ impl Board for Qemu {
         )
     }
 
-    /// Supports any control rate: time is what the host says.
-    fn supports(_config: &Config) -> Result<(), Refusal> {
-        Ok(())
+    /// Supports any control rate: time is what the host says. Converters are as wide as their words.
+    fn supports(config: &Config, protection: Option<&Settings>) -> Result<(), Refusal> {
+        Ok(Reach::WORDS.allows(config, protection)?)
     }
 
     /// The next frame opens the bridge, and so do all later ones.
@@ -131,7 +132,7 @@ impl Drive for PipeDrive {
     }
 
     /// The sample that the host sent last.
-    fn sample(&mut self, axis: usize) -> Sample {
+    fn sample(&self, axis: usize) -> Sample {
         self.samples[axis]
     }
 
@@ -146,8 +147,8 @@ impl Drive for PipeDrive {
     }
 
     /// Acts after the configured number of ticks, as a preloaded compare register would.
-    fn apply(&mut self, axis: usize, output: &Output) {
-        self.decided[axis] = (output.bridge, output.duty);
+    fn apply(&mut self, axis: usize, bridge: Bridge, duty: i16) {
+        self.decided[axis] = (bridge, duty);
     }
 
     /// The next exchange is idle's. No tick can be late, but the host can say that one was.
@@ -158,6 +159,11 @@ impl Drive for PipeDrive {
             }
             exchange.overrun()
         })
+    }
+
+    /// The host counts 32 bits.
+    fn goes_round(&self, _axis: usize) -> bool {
+        false
     }
 
     /// Takes over the delay of the PWM.

@@ -1,39 +1,42 @@
-//! One axis of this board: its drivers, and what the enable contact and the fault line permit.
+//! The axes of this board: which pins, channels, counters and timers belong to each.
 
+use super::board::{Board, Current, CurrentOf, GATES};
 use super::converter::Channel;
 use super::counter::Quadrature;
+use super::gates;
 use super::gpio::Wire;
-use super::pins::{Pin, Port};
 use super::pwm::{self, Compare, MainOutput, Timer};
 use super::stage::PowerStage;
 use embedded_hal::digital::{ErrorType, OutputPin};
-use servo::axis::{Bridge, Sample};
+use servo::drivers::axis::{GuardedAxis, HardwareOf};
 use servo::drivers::bridge::{self, HBridge};
 use servo::drivers::encoder::Encoder;
-use servo::drivers::hardware::AxisHardware;
-use servo::drivers::interlock::{Interlock, InterlockLines};
-use servo::drivers::sense::{CurrentSense, SupplySense};
+use servo::drivers::gates::GateStatus;
+use servo::drivers::interlock::InterlockLines;
+use servo::drivers::parts::{Breaker, Parts};
+use servo::drivers::sense::{CurrentSense, LowLegSense, Rises, SupplySense};
 use servo::drivers::zero::ZeroLimits;
 
-/// Sleep or enable pins of the four axes, as in [`super::pins::LINES`].
-pub const SLEEP: [Wire; 4] =
-    [Wire(Pin(Port::B, 0)), Wire(Pin(Port::B, 1)), Wire(Pin(Port::B, 10)), Wire(Pin(Port::B, 11))];
-/// Fault pin of axes 0 and 1, of axes 2 and 3.
-const FAULT: [Wire; 2] = [Wire(Pin(Port::B, 12)), Wire(Pin(Port::A, 6))];
-const ENABLE: Wire = Wire(Pin(Port::C, 10));
-
-/// 1,024 readings: 0.1 s at 10 kHz. A spread of 40 counts is several times the converter's noise (DS8626: ±2 counts) and
-/// less than one ampere on every stage.
+/// 1,024 readings: 0.1 s at 10 kHz.
 const fn zero_limits(stage: &PowerStage) -> ZeroLimits {
-    ZeroLimits { readings_log2: 10, window: stage.zero_window, spread: 40 }
+    ZeroLimits { readings_log2: 10, window: stage.zero_window, spread: stage.zero_spread }
 }
 
-fn timer_of(axis: usize) -> Timer {
-    if axis < 2 { Timer::one() } else { Timer::eight() }
+/// What the axes are made of.
+pub struct Stm32Parts;
+
+impl Parts for Stm32Parts {
+    type Pwm = Compare;
+    type Enable = EnableLine;
+    type Counter = Quadrature;
+    type Current = CurrentOf<Channel>;
+    type Supply = Channel;
+    type Input = Wire;
+    type Breaker = Break;
 }
 
 /// The enable line of a power stage: a pin, or the timer's main output enable.
-enum EnableLine {
+pub enum EnableLine {
     Pin(Wire),
     Main(MainOutput),
 }
@@ -58,91 +61,93 @@ impl OutputPin for EnableLine {
     }
 }
 
-/// One axis with its permission lines.
-pub struct AxisOfBoard {
-    hardware: AxisHardware<Compare, Compare, EnableLine, Quadrature, Channel, Channel>,
-    interlock: InterlockLines<Wire, Wire>,
-    timer: Timer,
-    stage: &'static PowerStage,
-    /// What the lines say in this tick.
-    permission: Interlock,
-    /// Anything but granted lasts until the axis itself has opened the bridge.
-    verdict: Interlock,
+/// What switches bridges off.
+pub enum Break {
+    /// The break input of a timer.
+    Timer {
+        /// The timer.
+        timer: Timer,
+        /// Single-ended stages keep the main output enabled, an open bridge being two low lines; a discrete one enables it
+        /// with the bridge.
+        stays_enabled: bool,
+    },
+    /// The gate drivers of all axes, with their fault line.
+    Gates(&'static GateStatus, Wire),
 }
 
-impl AxisOfBoard {
-    /// The axis of this number, with its bridge open.
-    pub fn new(axis: usize, stage: &'static PowerStage, full: u16) -> Self {
-        Self {
-            hardware: AxisHardware {
-                bridge: power_stage(axis, stage, full),
-                encoder: Encoder::new(Quadrature::of_axis(axis)),
-                current: CurrentSense::new(stage.current, zero_limits(stage), Channel::current(axis)),
-                supply: SupplySense::new(Some(Channel::supply())),
-            },
-            interlock: InterlockLines::new(FAULT[axis / 2], ENABLE),
-            timer: timer_of(axis),
-            stage,
-            permission: Interlock::Granted,
-            verdict: Interlock::Disabled,
+impl Breaker for Break {
+    fn has_tripped(&self) -> bool {
+        match self {
+            Break::Timer { timer, .. } => timer.has_broken(),
+            Break::Gates(status, fault) => status.is_off(!fault.level()),
         }
     }
 
-    /// Takes over a full scale, which needs new lines. The converter stays as it is, and so does the zero of the current sensor.
-    pub fn rescale(&mut self, axis: usize, full: u16) {
-        self.hardware.bridge = power_stage(axis, self.stage, full);
+    fn clear(&mut self) {
+        match self {
+            Break::Timer { timer, .. } => timer.clear_break(),
+            Break::Gates(status, _) => status.all_open(),
+        }
     }
 
-    /// What the lines said when they were last looked at.
-    pub fn permission(&self) -> Interlock {
-        self.permission
+    fn enable(&mut self) {
+        if let Break::Timer { timer, stays_enabled: true } = self {
+            timer.enable_outputs();
+        }
     }
+}
 
-    /// Reads counter and converters.
-    pub fn sample(&mut self) -> Sample {
-        self.hardware.sample()
+/// The breakers of the first `N` axes: each timer, or the gate drivers of the board.
+pub fn breakers<const N: usize>(board: &'static Board) -> impl Iterator<Item = Break> {
+    let gates = GATES.map(|gates| Break::Gates(&gates::STATUS, Wire(gates.fault)));
+    let stays_enabled = !board.stage.has_low_sides();
+    let timers = pwm::timers::<N>(board).map(move |timer| Break::Timer { timer, stays_enabled });
+    timers.filter(|_| GATES.is_none()).chain(gates)
+}
+
+/// A current sensor of this chip's converters.
+pub trait FromBoard {
+    /// Of the axis of this number.
+    fn of(board: &Board, axis: usize) -> Self;
+}
+
+impl FromBoard for CurrentSense<Channel> {
+    fn of(board: &Board, axis: usize) -> Self {
+        let [channel, _] = Channel::currents(board, axis);
+        CurrentSense::new(board.stage.current, zero_limits(board.stage), channel)
     }
+}
 
-    /// Looks at the lines. A break that was too short for the pin to be seen low is still a fault.
-    pub fn judge(&mut self) {
-        self.permission = match self.interlock.read() {
-            Interlock::Granted if self.timer.has_broken() => Interlock::BridgeFault,
-            verdict => verdict,
+impl FromBoard for LowLegSense<Channel> {
+    fn of(board: &Board, axis: usize) -> Self {
+        let rises = match board.axes[axis].current {
+            Current::LowLegs(_, rises) => rises,
+            Current::Sensor(_) => Rises::WithCurrentDown,
         };
-        if self.permission != Interlock::Granted {
-            self.verdict = self.permission;
-        }
-    }
-
-    /// Without permission the bridge opens whatever the axis wants, and stays open until the axis wants it open too.
-    pub fn apply(&mut self, wanted: Bridge, duty: i16) {
-        if wanted == Bridge::Open {
-            self.rearm();
-        }
-        // A break since the tick began must not be undone by enabling the outputs again.
-        let allowed = self.verdict == Interlock::Granted && !self.timer.has_broken();
-        let bridge = if allowed { wanted } else { Bridge::Open };
-        // The lines of this board cannot refuse.
-        let _ = self.hardware.apply(bridge, duty);
-    }
-
-    /// Single-ended stages keep the main output enabled, an open bridge being two low lines; a discrete one enables it
-    /// with the bridge.
-    fn rearm(&mut self) {
-        if self.timer.has_broken() {
-            self.timer.clear_break();
-        }
-        if !self.stage.has_low_sides() {
-            self.timer.enable_outputs();
-        }
-        self.verdict = Interlock::Granted;
+        LowLegSense::new(zero_limits(board.stage), Channel::currents(board, axis), rises)
     }
 }
 
-fn power_stage(axis: usize, stage: &PowerStage, full: u16) -> HBridge<Compare, Compare, EnableLine> {
-    let timer = timer_of(axis);
+/// The axis of this number, with its bridge open.
+pub fn guarded(number: usize, board: &Board, full: u16) -> GuardedAxis<Stm32Parts> {
+    let axis = &board.axes[number];
+    let hardware = HardwareOf::<Stm32Parts> {
+        bridge: power_stage(number, board, full),
+        encoder: Encoder::new(Quadrature::of(axis.encoder)),
+        current: FromBoard::of(board, number),
+        supply: SupplySense::new(Some(Channel::supply())),
+    };
+    let lines = InterlockLines::new(Wire(axis.fault), Wire(board.enable));
+    let breaker = if GATES.is_some() { 0 } else { axis.timer as usize };
+    GuardedAxis::new(hardware, lines, axis.index.map(Wire), breaker)
+}
+
+/// The bridge of this axis, open, at this full scale.
+pub fn power_stage(number: usize, board: &Board, full: u16) -> HBridge<Compare, Compare, EnableLine> {
+    let (axis, stage) = (&board.axes[number], board.stage);
+    let timer = Timer::of(axis.timer);
     let (a, b) = pwm::centres(stage);
-    let first = 2 * (axis % 2);
+    let [leg_a, leg_b] = axis.legs.map(usize::from);
     let config = bridge::Config {
         wiring: stage.wiring,
         decay: stage.decay,
@@ -150,9 +155,9 @@ fn power_stage(axis: usize, stage: &PowerStage, full: u16) -> HBridge<Compare, C
     };
     let enable = match stage.has_low_sides() {
         true => EnableLine::Main(MainOutput(timer)),
-        false => EnableLine::Pin(SLEEP[axis]),
+        false => EnableLine::Pin(Wire(axis.sleep)),
     };
-    let lines = (timer.compare(first, a, full), timer.compare(first + 1, b, full));
+    let lines = (timer.compare(leg_a, a, full), timer.compare(leg_b, b, full));
     match HBridge::new(config, lines.0, lines.1, enable) {
         Ok(bridge) => bridge,
         Err(_) => unreachable!("the lines of this board cannot refuse"),

@@ -2,24 +2,21 @@
 //! first, the supply on the second. The end of the first is the interrupt that runs the control tick, so both values are
 //! fresh and nobody waits: with one axis 40 clocks of 21 MHz, 1.9 µs, after the middle of the driven part of the period.
 
+use super::board::Board;
+use super::pac::{ADC_COMMON, ADC1, ADC2, adc1::RegisterBlock};
 use servo::drivers::sense::Converter;
-use stm32f4xx_hal::pac::{ADC_COMMON, ADC1, ADC2, adc1::RegisterBlock};
 
-/// First channel of the currents, PC0; the others follow.
-const CURRENT_CHANNEL: u8 = 10;
-/// Channel of the supply, PC4.
-const SUPPLY_CHANNEL: u8 = 14;
 /// SMPx code of 28 clocks, 1.3 µs: settles a 12-bit sample behind 20 kΩ (DS8626, ADC characteristics).
 const SAMPLE_TIME: u8 = 0b010;
 /// JEXTSEL code of TIM1's trigger output, RM0090 section 13.13.3.
 const TRIGGER_TIM1: u8 = 0b0001;
 
-/// Sets both converters up for `axes` axes, 1 … 4, and lets them wait for the trigger.
-pub fn start(common: &ADC_COMMON, currents: &ADC1, supply: &ADC2, axes: u8) {
+/// Sets both converters up for the first `axes` axes of a board, and lets them wait for the trigger.
+pub fn start(common: &ADC_COMMON, currents: &ADC1, supply: &ADC2, board: &Board, axes: usize) {
     // APB2 / 4 = 21 MHz; the limit is 36 MHz.
     common.ccr().write(|w| w.adcpre().div4());
-    sequence(currents, CURRENT_CHANNEL, axes);
-    sequence(supply, SUPPLY_CHANNEL, 1);
+    sequence(currents, board.currents(axes));
+    sequence(supply, [board.supply.channel].into_iter());
     currents.cr1().write(|w| w.scan().set_bit().jeocie().set_bit());
     supply.cr1().write(|w| w.scan().set_bit());
     for converter in [&**currents, &**supply] {
@@ -31,14 +28,14 @@ pub fn start(common: &ADC_COMMON, currents: &ADC1, supply: &ADC2, axes: u8) {
     }
 }
 
-/// `length` channels from `first` on. A sequence shorter than four *ends* at JSQ4 (RM0090 section 13.13.12); its results
-/// begin at JDR1 all the same.
-fn sequence(converter: &RegisterBlock, first: u8, length: u8) {
-    let unused = 4 - length.clamp(1, 4);
+/// At most four channels. A sequence shorter than four *ends* at JSQ4 (RM0090 section 13.13.12); its results begin at JDR1
+/// all the same.
+fn sequence(converter: &RegisterBlock, channels: impl Iterator<Item = u8> + Clone) {
+    let unused = 4 - channels.clone().count().clamp(1, 4) as u8;
     converter.jsqr().write(|w| {
-        for place in unused..4 {
+        for (place, channel) in (unused..4).zip(channels.clone()) {
             // SAFETY: channels 0 … 18 are defined.
-            unsafe { w.jsq(place).bits(first + place - unused) };
+            unsafe { w.jsq(place).bits(channel) };
         }
         w.jl().set(3 - unused)
     });
@@ -48,6 +45,14 @@ fn sequence(converter: &RegisterBlock, first: u8, length: u8) {
         }
         w
     });
+    if channels.clone().any(|channel| channel < 10) {
+        converter.smpr2().write(|w| {
+            for channel in 0..10 {
+                w.smp(channel).set(SAMPLE_TIME);
+            }
+            w
+        });
+    }
 }
 
 /// Acknowledges the interrupt of the finished sequence.
@@ -77,10 +82,12 @@ pub struct Channel {
 unsafe impl Send for Channel {}
 
 impl Channel {
-    /// The winding current of axis 0 … 3.
-    pub fn current(axis: usize) -> Self {
+    /// Currents of the axis of this number: the only one, or those of leg a and leg b.
+    pub fn currents(board: &Board, axis: usize) -> [Self; 2] {
+        let first = board.currents(axis).count();
         // SAFETY: valid for the life of the program; reading a result has no side effect.
-        Self { converter: unsafe { &*ADC1::ptr() }, place: axis }
+        let converter: &'static RegisterBlock = unsafe { &*ADC1::ptr() };
+        [first, first + 1].map(|place| Self { converter, place })
     }
 
     /// The supply.
@@ -92,6 +99,6 @@ impl Channel {
 
 impl Converter for Channel {
     fn sample(&self) -> u16 {
-        self.converter.jdr(self.place).read().jdata().bits()
+        self.converter.jdr(self.place & 3).read().jdata().bits()
     }
 }

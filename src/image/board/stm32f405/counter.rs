@@ -1,7 +1,8 @@
 //! TIM2 to TIM5 as quadrature counters: ×4, 32 bits on TIM2 and TIM5, 16 bits on TIM3 and TIM4.
 
+use super::board::EncoderTimer;
+use super::pac::{TIM2, TIM3, TIM4, TIM5, tim2::RegisterBlock};
 use servo::drivers::encoder::Counter;
-use stm32f4xx_hal::pac::{TIM2, TIM3, TIM4, TIM5, tim2::RegisterBlock};
 
 /// A pulse shorter than eight timer clocks (84 MHz: 95 ns) is taken for noise: ICxF 0011, RM0090 section 18.4.7. The
 /// fastest encoders deliver an edge every 250 ns.
@@ -19,13 +20,13 @@ pub struct Quadrature {
 unsafe impl Send for Quadrature {}
 
 impl Quadrature {
-    /// The counter of axis 0 … 3: TIM2, TIM3, TIM4, TIM5.
-    pub fn of_axis(axis: usize) -> Self {
-        let (address, bits) = match axis {
-            0 => (TIM2::ptr() as usize, 32),
-            1 => (TIM3::ptr() as usize, 16),
-            2 => (TIM4::ptr() as usize, 16),
-            _ => (TIM5::ptr() as usize, 32),
+    /// The counter of a timer.
+    pub fn of(timer: EncoderTimer) -> Self {
+        let (address, bits) = match timer {
+            EncoderTimer::Two => (TIM2::ptr() as usize, 32),
+            EncoderTimer::Three => (TIM3::ptr() as usize, 16),
+            EncoderTimer::Four => (TIM4::ptr() as usize, 16),
+            EncoderTimer::Five => (TIM5::ptr() as usize, 32),
         };
         // SAFETY: TIM2 to TIM5 share one register map (RM0090 section 18.4.21); where a counter has 16 bits the upper
         // halves of CNT and ARR are reserved and read as zero. The address is valid for the life of the program.

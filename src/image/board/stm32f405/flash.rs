@@ -5,10 +5,10 @@
 //! the processor stands still at its next fetch from flash, interrupts included. So the store writes at rest with the
 //! bridge off, and announces an erase.
 
+use super::pac::{FLASH, flash::RegisterBlock};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
-use stm32f4xx_hal::pac::{FLASH, flash::RegisterBlock};
 
 /// First byte of the flash.
 const BASE: u32 = 0x0800_0000;
@@ -108,7 +108,8 @@ impl ChipFlash {
         }
     }
 
-    /// An erase leaves old words in the data cache (RM0090 section 3.5.2): it is reset, which needs it off.
+    /// An erase leaves old words in the data cache, and programming puts the new ones there (RM0090 section 3.5.2): it is
+    /// reset, which needs it off, so that what is read back comes from the cells.
     fn drop_cache(&self) {
         self.registers.acr().modify(|_, w| w.dcen().clear_bit());
         self.registers.acr().modify(|_, w| w.dcrst().set_bit());
@@ -163,6 +164,8 @@ impl NorFlash for ChipFlash {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
         check_write(self, offset, bytes.len()).map_err(Error::Address)?;
         above_program(offset)?;
-        self.unlocked(|flash| flash.program(offset, bytes))
+        self.unlocked(|flash| flash.program(offset, bytes))?;
+        self.drop_cache();
+        Ok(())
     }
 }

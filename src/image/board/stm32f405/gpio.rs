@@ -1,9 +1,10 @@
 //! Pins: the table of [`super::pins`] becomes registers, and single lines become `embedded-hal` pins.
 
+use super::board::PINS;
+use super::pac::{GPIOA, GPIOB, GPIOC, GPIOD, GPIOH, gpioi::RegisterBlock};
 use super::pins::{Pin, Port, PortSetup, fields, port_setup};
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
-use stm32f4xx_hal::pac::{GPIOA, GPIOB, GPIOC, GPIOH, gpioi::RegisterBlock};
 
 /// Registers of a port.
 fn registers(port: Port) -> &'static RegisterBlock {
@@ -11,6 +12,7 @@ fn registers(port: Port) -> &'static RegisterBlock {
         Port::A => GPIOA::ptr() as usize,
         Port::B => GPIOB::ptr() as usize,
         Port::C => GPIOC::ptr() as usize,
+        Port::D => GPIOD::ptr() as usize,
         Port::H => GPIOH::ptr() as usize,
     };
     // SAFETY: all ports have the same register map (RM0090 section 8.4.11), differing in reset values alone, and the
@@ -18,31 +20,42 @@ fn registers(port: Port) -> &'static RegisterBlock {
     unsafe { &*(address as *const RegisterBlock) }
 }
 
-/// Ports A, B, C for one axis with a discrete bridge (first row), and for 1 … 4 axes. Evaluated when the image is built,
-/// so the table itself takes no flash.
-const SETUPS: [[PortSetup; 3]; 5] = {
-    let mut setups = [ports(1, true); 5];
+/// Ports with pins of a board.
+const PORTS: [Port; 4] = [Port::A, Port::B, Port::C, Port::D];
+
+/// Ports for 0 … 4 axes, without and with low sides. Evaluated when the image is built, so the table itself takes no flash.
+const SETUPS: [[[PortSetup; 4]; 5]; 2] = {
+    let mut setups = [[ports(0, false); 5]; 2];
     let mut axes = 1;
     while axes <= 4 {
-        setups[axes] = ports(axes as u8, false);
+        setups[0][axes] = ports(axes as u8, false);
+        setups[1][axes] = ports(axes as u8, true);
         axes += 1;
     }
     setups
 };
 
-const fn ports(axes: u8, low_sides: bool) -> [PortSetup; 3] {
-    [
-        port_setup(Port::A, axes, low_sides),
-        port_setup(Port::B, axes, low_sides),
-        port_setup(Port::C, axes, low_sides),
-    ]
+const fn ports(axes: u8, low_sides: bool) -> [PortSetup; 4] {
+    let mut setups = [port_setup(PINS, Port::A, axes, low_sides); 4];
+    let mut number = 1;
+    while number < PORTS.len() {
+        setups[number] = port_setup(PINS, PORTS[number], axes, low_sides);
+        number += 1;
+    }
+    setups
+}
+
+/// True if the board has pins on this port.
+pub const fn uses(port: Port) -> bool {
+    port_setup(PINS, port, 4, true).pins != 0
 }
 
 /// Sets up every pin that an image with 1 … 4 axes needs; the others stay as they are after reset.
 pub fn set_up(axes: usize, low_sides: bool) {
-    let row = if low_sides { 0 } else { axes };
-    for (port, setup) in [Port::A, Port::B, Port::C].into_iter().zip(SETUPS[row]) {
-        apply(port, setup);
+    for (port, setup) in PORTS.into_iter().zip(SETUPS[usize::from(low_sides)][axes]) {
+        if setup.pins != 0 {
+            apply(port, setup);
+        }
     }
 }
 
@@ -67,9 +80,14 @@ fn apply(port: Port, setup: PortSetup) {
 pub struct Wire(pub Pin);
 
 impl Wire {
+    /// Its place in a register of the port.
+    fn bit(self) -> u32 {
+        1 << (self.0.1 & 15)
+    }
+
     /// Drives the pin from any context.
     pub fn drive(self, high: bool) {
-        let bit = 1u32 << self.0.1;
+        let bit = self.bit();
         let word = if high { bit } else { bit << 16 };
         // SAFETY: BSRR is write-only and touches this pin alone (RM0090 section 8.4.7).
         registers(self.0.0).bsrr().write(|w| unsafe { w.bits(word) });
@@ -77,7 +95,7 @@ impl Wire {
 
     /// True if the pin is high.
     pub fn level(self) -> bool {
-        registers(self.0.0).idr().read().bits() & (1 << self.0.1) != 0
+        registers(self.0.0).idr().read().bits() & self.bit() != 0
     }
 }
 

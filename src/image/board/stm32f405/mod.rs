@@ -8,11 +8,22 @@
 //! One power stage an axis, all of one kind ([`stage`]); the axis is a value, their number is that of the image.
 
 mod axis;
+#[allow(dead_code, reason = "a board uses some of what boards may have")]
+pub mod board;
+#[allow(dead_code, reason = "a board uses some of what boards may have")]
+#[cfg_attr(board = "odrive-v3", path = "boards/odrive.rs")]
+#[cfg_attr(board = "odrive-v3-24v", path = "boards/odrive.rs")]
+#[cfg_attr(board = "mks-odrive", path = "boards/odrive.rs")]
+#[cfg_attr(board = "vesc-6", path = "boards/vesc.rs")]
+#[cfg_attr(board = "stm32f405", path = "boards/own.rs")]
+pub mod chosen;
 mod clock;
 mod converter;
 mod counter;
+mod delay;
 mod drive;
 pub mod flash;
+mod gates;
 mod gpio;
 #[allow(dead_code, reason = "names and roles are for the tests and the documentation")]
 pub mod pins;
@@ -24,30 +35,29 @@ pub mod timing;
 mod watchdog;
 
 use super::{AXES, Board, Idle};
-use axis::SLEEP;
-use counter::Quadrature;
+use board::BOARD;
 use flash::ChipFlash;
+use gates::Supervised;
+use gpio::Wire;
 use pwm::Timer;
-use servo::config::Config;
+use servo::config::{Config, ConfigError, Field};
+use servo::drivers::gates::Event;
 use servo::link::protocol::{Refusal, ResetCause};
-use stage::{ACTIVE, PowerStage};
-use stm32f4xx_hal::pac::{CorePeripherals, DBGMCU, Peripherals};
+use servo::protect::Settings;
+use stm32f4xx_hal::pac::{self, CorePeripherals, DBGMCU, Peripherals};
 use watchdog::Watchdog;
 
 use defmt_rtt as _;
 
-pub use drive::DriveOf;
+pub use drive::{DriveOf, SETTLING};
 pub use serial::SerialLine;
-
-const _: () = assert!(!ACTIVE.has_low_sides() || AXES == 1, "a discrete bridge takes the whole of TIM1");
 
 /// The board.
 pub struct Stm32f405;
 
 impl Board for Stm32f405 {
-    const NAME: &'static str = "STM32F405";
-    /// Two timers make PWM, each for two axes.
-    const MOST_AXES: usize = 4;
+    const NAME: &'static str = BOARD.name;
+    const MOST_AXES: usize = BOARD.most_axes();
     const PARAMETERS: u32 = flash::PARAMETERS;
 
     type Device = Peripherals;
@@ -58,7 +68,7 @@ impl Board for Stm32f405 {
 
     /// Starts clocks and cycle counter. Every pin is as after reset, and the watchdog does not run yet.
     fn begin(device: &Peripherals, core: &mut CorePeripherals) -> ResetCause {
-        let source = clock::start(&device.RCC, &device.FLASH);
+        let source = clock::start(&device.RCC, &device.FLASH, &device.DBGMCU, &device.TIM11);
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
         let cause = clock::take_reset_cause(&device.RCC);
@@ -71,10 +81,13 @@ impl Board for Stm32f405 {
                 ResetCause::Watchdog => "Watchdog",
             },
             source,
-            ACTIVE.name,
-            stage::SCALE.supply_volt_per_lsb(stage::SUPPLY_DIVIDER),
-            stage::SCALE.ampere_per_lsb(ACTIVE.volt_per_ampere)
+            BOARD.stage.name,
+            board::SCALE.supply_volt_per_lsb(BOARD.supply.divider),
+            board::SCALE.ampere_per_lsb(BOARD.stage.volt_per_ampere)
         );
+        if clock::is_brown_out_reset_off(&device.FLASH) {
+            defmt::warn!("the brown-out reset is off: set the option bytes to 2.7 V");
+        }
         cause
     }
 
@@ -84,20 +97,28 @@ impl Board for Stm32f405 {
 
     /// Sets up pins, timers, converters, link and watchdog.
     fn init(device: Peripherals, _core: CorePeripherals) -> (DriveOf<AXES>, SerialLine, Feeding) {
-        set_up(device, &ACTIVE)
+        set_up(device, &BOARD, SETTLING)
     }
 
-    /// Refuses what the timer cannot make: the control rate must divide the PWM frequency, and a duty acts one tick later.
-    fn supports(config: &Config) -> Result<(), Refusal> {
+    /// Refuses what the timer cannot make: the control rate must divide the PWM frequency, a duty acts one tick later, and
+    /// the currents of all axes are measured within half a PWM period.
+    fn supports(config: &Config, protection: Option<&Settings>) -> Result<(), Refusal> {
+        let shortest = timing::least_full_scale(BOARD.currents(AXES).count() as u8);
+        if config.pwm_full_scale < shortest {
+            let (minimum, maximum) = (f32::from(shortest), f32::from(i16::MAX));
+            return Err(ConfigError { field: Field::PwmFullScale, minimum, maximum }.into());
+        }
         let periods = timing::periods_per_tick(config.pwm_full_scale, config.tick_hz);
-        let possible = periods.is_some() && config.pwm_delay_ticks == 1;
-        possible.then_some(()).ok_or(Refusal::TickRate)
+        if periods.is_none() || config.pwm_delay_ticks != 1 {
+            return Err(Refusal::TickRate);
+        }
+        Ok(BOARD.reach().allows(config, protection)?)
     }
 
     /// Takes the shortest way: outputs held low by the timers, drivers put to sleep. Two registers and one pin an axis.
     fn bridge_off() {
-        timers::<AXES>().for_each(Timer::disable_outputs);
-        SLEEP[..AXES].iter().for_each(|wire| wire.drive(false));
+        pwm::timers::<AXES>(&BOARD).for_each(Timer::disable_outputs);
+        BOARD.axes.iter().take(AXES).for_each(|axis| Wire(axis.sleep).drive(false));
     }
 
     /// The bridge stays off, the log can be read, and the watchdog ends it.
@@ -109,27 +130,19 @@ impl Board for Stm32f405 {
 }
 
 /// Everything but the clocks, for `N` axes with power stages of one kind. Order: safe lines first, outputs last, the
-/// timer that sets all in motion at the very end.
+/// timer that sets all in motion at the very end. No bridge is driven in the first `settling` ticks.
 pub fn set_up<const N: usize>(
     device: Peripherals,
-    stage: &'static PowerStage,
+    board: &'static board::Board,
+    settling: u8,
 ) -> (DriveOf<N>, SerialLine, Feeding) {
-    clock::enable_peripherals(&device.RCC);
+    clock::enable_peripherals(&device.RCC, board);
     stop_with_debugger(&device.DBGMCU);
-    SLEEP[..N].iter().for_each(|wire| wire.drive(false));
-    for timer in timers::<N>() {
-        timer.set_up(stage, timing::START_FULL_SCALE, timing::START_PERIODS);
-    }
-    gpio::set_up(N, stage.has_low_sides());
-    (0..N).for_each(|axis| Quadrature::of_axis(axis).start());
-    converter::start(&device.ADC_COMMON, &device.ADC1, &device.ADC2, N as u8);
-    let line = SerialLine::start(device.USART2, device.DMA1);
-    let drive = DriveOf::new(device.ADC1, stage);
-    let idle = Feeding { watchdog: Watchdog::start(device.IWDG) };
-    if !stage.has_low_sides() {
-        timers::<N>().for_each(Timer::enable_outputs);
-    }
-    timers::<N>().for_each(Timer::start);
+    let drive = DriveOf::prepare(&device.ADC_COMMON, device.ADC1, &device.ADC2, board, settling);
+    let line = SerialLine::start(board.link, device.DMA1);
+    let gates = Supervised::start(tell);
+    let idle = Feeding { watchdog: Watchdog::start(device.IWDG), gates };
+    drive.go();
     (drive, line, idle)
 }
 
@@ -140,19 +153,31 @@ fn stop_with_debugger(debug: &DBGMCU) {
     debug.apb2_fz().modify(|_, w| w.dbg_tim1_stop().set_bit().dbg_tim8_stop().set_bit());
 }
 
-/// TIM1, and TIM8 for the third and fourth axis. They start a few clocks apart; only TIM1 paces and triggers.
-fn timers<const N: usize>() -> impl Iterator<Item = Timer> {
-    [Timer::one(), Timer::eight()].into_iter().take(N.div_ceil(2))
-}
-
-/// Feeds the watchdog while control ticks come.
+/// Feeds the watchdog while control ticks come, and looks after gate drivers.
 pub struct Feeding {
     watchdog: Watchdog,
+    gates: Supervised,
+}
+
+/// Into the log, from idle alone.
+fn tell(event: Event) {
+    match event {
+        Event::Started => defmt::info!("gate drivers: set up and read back"),
+        Event::NotStarted(number, trouble) => {
+            let (text, word) = trouble.words();
+            defmt::warn!("gate driver {=usize} does not start: {=str}, {=u16:#x}", number, text, word);
+        }
+        Event::Fault(number, trouble) => {
+            let (text, word) = trouble.words();
+            defmt::warn!("gate driver {=usize}: {=str}, {=u16:#x}", number, text, word);
+        }
+    }
 }
 
 impl Idle for Feeding {
     fn turn(&mut self) {
         self.watchdog.turn();
+        self.gates.turn().into_iter().for_each(tell);
     }
 
     fn while_storing<R>(&mut self, work: impl FnOnce() -> R) -> R {

@@ -1,8 +1,5 @@
-//! The pin table, as data: what the image sets up, what the tests check against the data sheet (DS8626, table 9) and
-//! what `docs/hardware.md` shows. STM32F405RG, LQFP64.
-//!
-//! There is room for four axes with single-ended PWM on one chip; a discrete bridge takes two more lines and the first
-//! two channels of TIM1 for one axis.
+//! What a pin table is made of, and how it becomes registers. Each board of [`super::chosen`] has its own: what the image sets
+//! up, what the tests check against the data sheet (DS8626, table 9) and what the board's page shows. STM32F405RG, LQFP64.
 
 /// A GPIO port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,6 +10,8 @@ pub enum Port {
     B,
     /// GPIOC.
     C,
+    /// GPIOD.
+    D,
     /// GPIOH: the crystal alone.
     H,
 }
@@ -26,7 +25,7 @@ pub struct Pin(pub Port, pub u8);
 pub enum Mode {
     /// Alternate function 0 … 15.
     Alternate(u8),
-    /// Push-pull output, low at reset.
+    /// Push-pull output.
     Output,
     /// Digital input.
     Input,
@@ -54,7 +53,7 @@ pub enum Use {
     Always,
     /// An image with at least this axis (counted from 0).
     Axis(u8),
-    /// The low sides of a discrete bridge of axis 0.
+    /// The low sides of discrete bridges.
     LowSide,
 }
 
@@ -75,11 +74,8 @@ pub struct Line {
     pub role: &'static str,
 }
 
-use Mode::{Alternate, Analog, AsReset, Input, Output};
-use Port::{A, B, C, H};
-use Use::{Always, Axis, LowSide};
-
-const fn line(
+/// A row.
+pub const fn line(
     pin: Pin,
     signal: &'static str,
     mode: Mode,
@@ -89,60 +85,6 @@ const fn line(
 ) -> Line {
     Line { pin, signal, mode, pull, needed, role }
 }
-
-/// Every pin in use. The chip's own resistors are off while it is in reset: what keeps a bridge open then are the
-/// pull-downs of the driver's inputs, or resistors of the wiring.
-#[rustfmt::skip]
-pub const LINES: [Line; 44] = [
-    line(Pin(A, 8),  "TIM1_CH1",      Alternate(1), Pull::Down, Axis(0), "PWM a"),
-    line(Pin(A, 9),  "TIM1_CH2",      Alternate(1), Pull::Down, Axis(0), "PWM b"),
-    line(Pin(B, 13), "TIM1_CH1N",     Alternate(1), Pull::Down, LowSide, "PWM a, low side"),
-    line(Pin(B, 14), "TIM1_CH2N",     Alternate(1), Pull::Down, LowSide, "PWM b, low side"),
-    line(Pin(A, 15), "TIM2_CH1_ETR",  Alternate(1), Pull::Up,   Axis(0), "encoder A"),
-    line(Pin(B, 3),  "TIM2_CH2",      Alternate(1), Pull::Up,   Axis(0), "encoder B"),
-    line(Pin(C, 0),  "ADC123_IN10",   Analog,       Pull::None, Axis(0), "current"),
-    line(Pin(B, 0),  "GPIO",          Output,       Pull::Down, Axis(0), "sleep or enable"),
-    line(Pin(B, 12), "TIM1_BKIN",     Alternate(1), Pull::Up,   Axis(0), "bridge fault, axes 0 and 1"),
-    line(Pin(B, 8),  "GPIO",          Input,        Pull::Down, Axis(0), "encoder index"),
-
-    line(Pin(A, 10), "TIM1_CH3",      Alternate(1), Pull::Down, Axis(1), "PWM a"),
-    line(Pin(A, 11), "TIM1_CH4",      Alternate(1), Pull::Down, Axis(1), "PWM b"),
-    line(Pin(B, 4),  "TIM3_CH1",      Alternate(2), Pull::Up,   Axis(1), "encoder A"),
-    line(Pin(B, 5),  "TIM3_CH2",      Alternate(2), Pull::Up,   Axis(1), "encoder B"),
-    line(Pin(C, 1),  "ADC123_IN11",   Analog,       Pull::None, Axis(1), "current"),
-    line(Pin(B, 1),  "GPIO",          Output,       Pull::Down, Axis(1), "sleep or enable"),
-    line(Pin(B, 9),  "GPIO",          Input,        Pull::Down, Axis(1), "encoder index"),
-
-    line(Pin(C, 6),  "TIM8_CH1",      Alternate(3), Pull::Down, Axis(2), "PWM a"),
-    line(Pin(C, 7),  "TIM8_CH2",      Alternate(3), Pull::Down, Axis(2), "PWM b"),
-    line(Pin(B, 6),  "TIM4_CH1",      Alternate(2), Pull::Up,   Axis(2), "encoder A"),
-    line(Pin(B, 7),  "TIM4_CH2",      Alternate(2), Pull::Up,   Axis(2), "encoder B"),
-    line(Pin(C, 2),  "ADC123_IN12",   Analog,       Pull::None, Axis(2), "current"),
-    line(Pin(B, 10), "GPIO",          Output,       Pull::Down, Axis(2), "sleep or enable"),
-    line(Pin(A, 6),  "TIM8_BKIN",     Alternate(3), Pull::Up,   Axis(2), "bridge fault, axes 2 and 3"),
-    line(Pin(C, 11), "GPIO",          Input,        Pull::Down, Axis(2), "encoder index"),
-
-    line(Pin(C, 8),  "TIM8_CH3",      Alternate(3), Pull::Down, Axis(3), "PWM a"),
-    line(Pin(C, 9),  "TIM8_CH4",      Alternate(3), Pull::Down, Axis(3), "PWM b"),
-    line(Pin(A, 0),  "TIM5_CH1",      Alternate(2), Pull::Up,   Axis(3), "encoder A"),
-    line(Pin(A, 1),  "TIM5_CH2",      Alternate(2), Pull::Up,   Axis(3), "encoder B"),
-    line(Pin(C, 3),  "ADC123_IN13",   Analog,       Pull::None, Axis(3), "current"),
-    line(Pin(B, 11), "GPIO",          Output,       Pull::Down, Axis(3), "sleep or enable"),
-    line(Pin(B, 15), "GPIO",          Input,        Pull::Down, Axis(3), "encoder index"),
-
-    line(Pin(C, 4),  "ADC12_IN14",    Analog,       Pull::None, Always,  "supply"),
-    line(Pin(C, 10), "GPIO",          Input,        Pull::Down, Always,  "enable input, high permits motion"),
-    line(Pin(C, 12), "GPIO",          Output,       Pull::None, Always,  "high during the control tick, for an oscilloscope"),
-    line(Pin(A, 2),  "USART2_TX",     Alternate(7), Pull::Up,   Always,  "link, to the host"),
-    line(Pin(A, 3),  "USART2_RX",     Alternate(7), Pull::Up,   Always,  "link, from the host"),
-    line(Pin(A, 13), "JTMS-SWDIO",    AsReset,      Pull::None, Always,  "debug probe"),
-    line(Pin(A, 14), "JTCK-SWCLK",    AsReset,      Pull::None, Always,  "debug probe"),
-    line(Pin(H, 0),  "OSC_IN",        AsReset,      Pull::None, Always,  "crystal"),
-    line(Pin(H, 1),  "OSC_OUT",       AsReset,      Pull::None, Always,  "crystal"),
-    line(Pin(B, 2),  "BOOT1",         AsReset,      Pull::None, Always,  "strap, leave low"),
-    line(Pin(C, 14), "OSC32_IN",      AsReset,      Pull::None, Always,  "clock crystal on many boards"),
-    line(Pin(C, 15), "OSC32_OUT",     AsReset,      Pull::None, Always,  "clock crystal on many boards"),
-];
 
 /// Register values of one port, with the bits that they cover.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -172,12 +114,13 @@ pub const fn fields(pins: u16, width: u32) -> u64 {
     mask
 }
 
-/// Registers of `port` for an image with `axes` axes, with or without the low sides of a discrete bridge.
-pub const fn port_setup(port: Port, axes: u8, low_sides: bool) -> PortSetup {
+/// Registers of `port` for an image with `axes` axes of a board with these lines, with or without the low sides of discrete
+/// bridges.
+pub const fn port_setup(lines: &[Line], port: Port, axes: u8, low_sides: bool) -> PortSetup {
     let mut setup = PortSetup { pins: 0, mode: 0, pull: 0, speed: 0, alternate: 0 };
     let mut index = 0;
-    while index < LINES.len() {
-        let line = &LINES[index];
+    while index < lines.len() {
+        let line = &lines[index];
         let wanted = match line.needed {
             Use::Always => true,
             Use::Axis(axis) => axis < axes,
@@ -197,6 +140,8 @@ const fn add(setup: &mut PortSetup, line: &Line) {
     let number = line.pin.1;
     let (mode, speed, function) = match line.mode {
         Mode::Input => (0b00, 0b00, 0),
+        // DS8626: PC13 to PC15 drive no faster than 2 MHz.
+        Mode::Output if matches!(line.pin, Pin(Port::C, 13..=15)) => (0b01, 0b00, 0),
         Mode::Output => (0b01, 0b01, 0),
         Mode::Alternate(function) => (0b10, 0b01, function),
         Mode::Analog => (0b11, 0b00, 0),

@@ -8,14 +8,15 @@
 //! The break input (driver fault, low) clears the main output enable in hardware, without a clock or a program; only
 //! software sets it again. While it is clear the outputs are held low.
 
+use super::board::{Board, FaultLine, PwmTimer};
+use super::pac::tim1::{RegisterBlock, ccmr1_output::OC1M};
+use super::pac::{TIM1, TIM8};
 use super::stage::{Outputs, PowerStage};
 use super::timing;
 use core::convert::Infallible;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::pwm::{self, SetDutyCycle};
 use servo::drivers::bridge::{Decay, Wiring};
-use stm32f4xx_hal::pac::tim1::{RegisterBlock, ccmr1_output::OC1M};
-use stm32f4xx_hal::pac::{TIM1, TIM8};
 
 /// Which end of the count the high part of a line is centred on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,24 +48,23 @@ pub struct Timer(&'static RegisterBlock);
 unsafe impl Send for Timer {}
 
 impl Timer {
-    /// Axes 0 and 1.
-    pub fn one() -> Self {
+    /// The timer of this name.
+    pub fn of(timer: PwmTimer) -> Self {
+        let address = match timer {
+            PwmTimer::One => TIM1::ptr(),
+            PwmTimer::Eight => TIM8::ptr(),
+        };
         // SAFETY: valid for the life of the program; every access through it is a register access.
-        Self(unsafe { &*TIM1::ptr() })
+        Self(unsafe { &*address })
     }
 
-    /// Axes 2 and 3.
-    pub fn eight() -> Self {
-        // SAFETY: as above.
-        Self(unsafe { &*TIM8::ptr() })
-    }
-
-    /// Everything but the start: outputs enabled but held low until [`Timer::enable_outputs`].
-    pub fn set_up(self, stage: &PowerStage, full: u16, periods: u8) {
+    /// Everything but the start, for the first `axes` axes of a board: outputs enabled but held low until
+    /// [`Timer::enable_outputs`].
+    pub fn set_up(self, timer: PwmTimer, board: &Board, axes: usize, full: u16, periods: u8) {
         self.count_up_and_down();
         self.set_period(full, periods);
-        self.set_channels(stage, full);
-        self.set_break(stage);
+        self.set_channels(timer, board, axes, full);
+        self.set_break(board);
         // Loads the preload registers.
         self.0.egr().write(|w| w.ug().set_bit());
     }
@@ -87,33 +87,33 @@ impl Timer {
         self.0.rcr().write(|w| w.rep().set(repetitions));
     }
 
-    /// Channels 1 and 3 are the lines a, channels 2 and 4 the lines b of two axes.
-    fn set_channels(self, stage: &PowerStage, full: u16) {
-        let (a, b) = centres(stage);
+    /// Each channel as line a or b of its axis.
+    fn set_channels(self, timer: PwmTimer, board: &Board, axes: usize, full: u16) {
+        let (a, b) = centres(board.stage);
+        let centres = [0, 1, 2, 3].map(|channel| if board.is_line_b(timer, channel) { b } else { a });
         self.0.ccmr1_output().write(|w| {
             w.ocpe(0).set_bit().ocpe(1).set_bit();
-            w.ocm(0).variant(mode(a)).ocm(1).variant(mode(b))
+            w.ocm(0).variant(mode(centres[0])).ocm(1).variant(mode(centres[1]))
         });
         self.0.ccmr2_output().write(|w| {
             w.oc3pe().set_bit().oc4pe().set_bit();
-            w.oc3m().set(mode(a) as u8).oc4m().set(mode(b) as u8)
+            w.oc3m().set(mode(centres[2]) as u8).oc4m().set(mode(centres[3]) as u8)
         });
-        for channel in 0..4 {
-            let centre = if channel % 2 == 0 { a } else { b };
+        for (channel, centre) in centres.into_iter().enumerate() {
             self.compare(channel, centre, full).set_level(0);
         }
-        let low_sides = stage.has_low_sides();
+        let low_sides = board.low_sides(timer, axes);
         self.0.ccer().write(|w| {
             w.cc1e().set_bit().cc2e().set_bit().cc3e().set_bit().cc4e().set_bit();
-            w.cc1ne().bit(low_sides).cc2ne().bit(low_sides)
+            w.cc1ne().bit(low_sides & 1 != 0).cc2ne().bit(low_sides & 2 != 0).cc3ne().bit(low_sides & 4 != 0)
         });
     }
 
     /// OSSI 1: disabled outputs are driven to their idle level, low, instead of floating. BKE 1, BKP 0: a low break
-    /// input disables them. AOE 0: they stay disabled. LOCK 1: dead time and break can no longer be rewritten by a
+    /// input disables them, where the board has one. AOE 0: they stay disabled. LOCK 1: dead time and break can no longer be rewritten by a
     /// program gone astray until the next reset.
-    fn set_break(self, stage: &PowerStage) {
-        let dead_time = match stage.outputs {
+    fn set_break(self, board: &Board) {
+        let dead_time = match board.stage.outputs {
             Outputs::SingleEnded => 0,
             Outputs::Complementary { dead_time_ns } => {
                 timing::dead_time(dead_time_ns).expect("a power stage's dead time is at most 6,000 ns")
@@ -123,7 +123,14 @@ impl Timer {
             w.dtg().set(dead_time);
             w.lock().set(0b01);
             w.ossi().set_bit().ossr().set_bit();
-            w.bke().set_bit().bkp().clear_bit().aoe().clear_bit().moe().clear_bit()
+            w.bke()
+                .bit(board.fault == FaultLine::Breaks)
+                .bkp()
+                .clear_bit()
+                .aoe()
+                .clear_bit()
+                .moe()
+                .clear_bit()
         });
     }
 
@@ -162,6 +169,16 @@ impl Timer {
     pub fn disable_outputs(self) {
         self.0.bdtr().modify(|_, w| w.moe().clear_bit());
     }
+}
+
+/// TIM1, and TIM8 where an axis needs it. They start a few clocks apart; only TIM1 paces and triggers.
+pub fn timers<const N: usize>(board: &'static Board) -> impl Iterator<Item = Timer> {
+    named_timers::<N>(board).map(|(_, timer)| timer)
+}
+
+pub fn named_timers<const N: usize>(board: &'static Board) -> impl Iterator<Item = (PwmTimer, Timer)> {
+    let named = [PwmTimer::One, PwmTimer::Eight].into_iter();
+    named.filter(|name| *name == PwmTimer::One || board.uses(*name, N)).map(|name| (name, Timer::of(name)))
 }
 
 /// TIM1_SR bit BIF, RM0090 section 17.4.5.

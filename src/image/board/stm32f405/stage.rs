@@ -1,7 +1,8 @@
-//! Power stages that the board knows. Choosing another one is changing [`ACTIVE`]; `docs/hardware.md` gives the wiring.
+//! Power stages of the boards. The board of `docs/hardware.md` drives [`ACTIVE`]; choosing another one is changing it, and that
+//! page gives the wiring.
 
 use servo::drivers::bridge::{Decay, Wiring};
-use servo::drivers::sense::{CurrentKind, Divider, Scale};
+use servo::drivers::sense::CurrentKind;
 
 /// What the timer drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,9 +35,25 @@ pub struct PowerStage {
     pub volt_per_ampere: f32,
     /// Lowest and highest reading of the current sensor at rest, counts.
     pub zero_window: (u16, u16),
+    /// Largest spread of its readings at rest, counts: several times the converter's noise (DS8626: ±2 counts), and less than
+    /// one ampere.
+    pub zero_spread: u16,
+    /// Lowest and highest reading that the sensor's output can make, counts.
+    pub readings: (u16, u16),
 }
 
 impl PowerStage {
+    /// The largest current that the sensor can tell, counts, wherever the zero lies.
+    pub const fn current_reach(&self) -> u16 {
+        let ((lowest, highest), (zero_low, zero_high)) = (self.readings, self.zero_window);
+        match self.current {
+            CurrentKind::Absent => 0,
+            CurrentKind::Magnitude => highest - zero_high,
+            CurrentKind::Signed if zero_low - lowest < highest - zero_high => zero_low - lowest,
+            CurrentKind::Signed => highest - zero_high,
+        }
+    }
+
     /// True if the timer drives the low sides too.
     pub const fn has_low_sides(&self) -> bool {
         matches!(self.outputs, Outputs::Complementary { .. })
@@ -53,6 +70,8 @@ pub const DRV8874: PowerStage = PowerStage {
     current: CurrentKind::Magnitude,
     volt_per_ampere: 1.1205,
     zero_window: (0, 60),
+    zero_spread: 40,
+    readings: (0, 4095),
 };
 
 /// Breakout of a DRV8871: two inputs and nothing else.
@@ -75,10 +94,34 @@ pub const DISCRETE: PowerStage = PowerStage {
     ..DRV8874
 };
 
-/// The one that this image drives.
-pub const ACTIVE: PowerStage = DRV8874;
+/// Transistors behind a DRV8301, with shunts of 500 µΩ below the legs and its amplifiers at 80 V/V: 20 mA a count.
+/// Dead time: 20 clocks as the firmware of ODrive sets it (`TIM_1_8_DEADTIME_CLOCKS`); the driver keeps one of its own
+/// beside it, 50 ns or more by a resistor on the board (SLOS719, DTC). Its bootstrap is recharged by a trickle charge pump,
+/// so a high side may stay on (SLOS719, "supports 100 % duty cycle"). The amplifiers are good for 1.35 V on either side of
+/// 1.65 V, as ODrive has it; their offset of 4 mV at most is 320 mV behind the gain.
+pub const ODRIVE: PowerStage = PowerStage {
+    name: "DRV8301 and shunts below the legs",
+    wiring: Wiring::HalfBridges,
+    outputs: Outputs::Complementary { dead_time_ns: 119 },
+    duty_limit_permille: 1000,
+    current: CurrentKind::Signed,
+    volt_per_ampere: 0.04,
+    zero_window: (1648, 2448),
+    readings: (372, 3723),
+    ..DRV8874
+};
 
-/// Supply divider of the pin table: 100 kΩ over 10 kΩ, full scale 36.3 V.
-pub const SUPPLY_DIVIDER: Divider = Divider { upper_ohm: 100e3, lower_ohm: 10e3 };
-/// The converter: 12 bits of its 3.3 V supply.
-pub const SCALE: Scale = Scale { reference_v: 3.3, bits: 12 };
+/// Transistors behind a DRV8301, with a shunt of 500 µΩ in the line of leg 1 and an amplifier of 20 V/V beside it: 81 mA a
+/// count. Dead time: the firmware of VESC sets 360 ns (`HW_DEAD_TIME_NSEC`). The window is wider than the amplifier's offset.
+pub const VESC_6: PowerStage = PowerStage {
+    name: "DRV8301 and a shunt in the line of leg 1",
+    outputs: Outputs::Complementary { dead_time_ns: 360 },
+    volt_per_ampere: 0.01,
+    zero_window: (1900, 2196),
+    zero_spread: 12,
+    readings: (40, 4055),
+    ..ODRIVE
+};
+
+/// The one that an image for the board of `docs/hardware.md` drives.
+pub const ACTIVE: PowerStage = DRV8874;

@@ -1,14 +1,30 @@
 //! From times and rates to register values. Pure arithmetic, so it is tested on the host.
 //!
-//! Clock tree (RM0090 section 7.2): 8 MHz crystal → PLL → 168 MHz core; APB1 42 MHz, APB2 84 MHz. A timer behind a
+//! Clock tree (RM0090 section 7.2): crystal → PLL → 168 MHz core; APB1 42 MHz, APB2 84 MHz. A timer behind a
 //! divided bus runs at twice the bus clock: TIM1 and TIM8 at 168 MHz, TIM2 to TIM5 at 84 MHz.
 
 /// Core clock, Hz: the highest that the STM32F405 allows.
 pub const SYSTEM_HZ: u32 = 168_000_000;
 /// Clock of TIM1 and TIM8, Hz.
 pub const PWM_TIMER_HZ: u32 = SYSTEM_HZ;
-/// Clock of USART2, Hz.
+/// Clock of USART2 and USART3, Hz.
 pub const APB1_HZ: u32 = 42_000_000;
+
+/// The oscillator inside the chip, Hz: within 1 % at 25 °C, −8 … +4.5 % over all temperatures (DS8626).
+pub const INTERNAL_HZ: u32 = 16_000_000;
+/// Crystals that boards carry, Hz.
+pub const CRYSTALS: [u32; 4] = [8_000_000, 12_000_000, 16_000_000, 25_000_000];
+/// Intervals of a measurement of the crystal, and its periods in each: divided by 31, one capture in eight edges.
+pub const CAPTURES: u32 = 16;
+const PERIODS_PER_CAPTURE: u32 = 31 * 8;
+
+/// The crystal whose [`CAPTURES`] intervals took `counts` of the internal oscillator: the one within 10 %, which is more
+/// than the internal oscillator can be off, and less than half of what lies between two of them.
+pub fn crystal(counts: u32) -> Option<u32> {
+    let clocks = u64::from(INTERNAL_HZ) * u64::from(CAPTURES * PERIODS_PER_CAPTURE);
+    let hertz = clocks.checked_div(u64::from(counts))?;
+    CRYSTALS.into_iter().find(|&crystal| hertz.abs_diff(u64::from(crystal)) * 10 <= u64::from(crystal))
+}
 
 /// Divider M and multiplier N of the PLL for a source of `hertz`: the comparison runs at 2 MHz, which RM0090 recommends
 /// against jitter, or else at 1 MHz; the oscillator at 336 MHz, twice the core clock.
@@ -39,6 +55,14 @@ pub const fn periods_per_tick(full_scale: u16, tick_hz: u32) -> Option<u8> {
         periods @ 1..=128 => Some(periods as u8),
         _ => None,
     }
+}
+
+/// The smallest full scale with which `currents` currents are measured before the counter turns again, so that the
+/// control tick can see in which half of the period it was begun: 40 clocks of the converter at 21 MHz each, and 2 µs
+/// until the tick looks.
+pub const fn least_full_scale(currents: u8) -> u16 {
+    const CONVERSION: u16 = (40 * (PWM_TIMER_HZ / 21_000_000)) as u16;
+    CONVERSION * currents as u16 + (2 * (PWM_TIMER_HZ / 1_000_000)) as u16
 }
 
 /// Value of the repetition counter for one update every `periods` PWM periods: 2n turning points, less one.

@@ -1,8 +1,8 @@
 //! The independent watchdog: if control ticks or idle stop, it resets the chip, and the pull-downs open the bridge.
 
+use super::pac::IWDG;
 use super::timing;
 use core::sync::atomic::{AtomicBool, Ordering};
-use stm32f4xx_hal::pac::IWDG;
 
 /// Many of the slowest ticks (1 ms), even from a fast oscillator (10.9 ms), and short against what a motor can do.
 const RUNNING_MS: u32 = 16;
