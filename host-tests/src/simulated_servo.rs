@@ -166,7 +166,7 @@ impl SimulatedServo {
     /// One control tick.
     pub fn tick(&mut self) -> Output {
         let sample = Sample { count: self.motor.count(), ..self.world };
-        let output = *self.joint.step(sample).output;
+        let output = self.joint.step(sample).output;
         let (bridge, duty) = self.waiting.replace((output.bridge, output.duty)).unwrap_or_default();
         self.motor.pass(bridge, duty);
         self.tick = self.tick.wrapping_add(1);

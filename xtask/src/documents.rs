@@ -85,7 +85,7 @@ fn shown() -> Result<BTreeSet<Words>> {
 
 fn documents() -> Result<Vec<PathBuf>> {
     let mut paths = vec![root().join("README.md"), root().join("CONTRIBUTING.md")];
-    for folder in ["docs", "docs/results"] {
+    for folder in ["docs", "docs/boards", "docs/results"] {
         let folder = root().join(folder);
         let entries =
             std::fs::read_dir(&folder).with_context(|| format!("cannot read {}", folder.display()))?;

@@ -13,9 +13,7 @@ pub type Figures = BTreeMap<String, u64>;
 
 /// Compares `measured` with its part of the file; `accept` writes it there instead.
 pub fn settle(part: &str, measured: &Figures, accept: bool) -> Result<()> {
-    let path = path();
-    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-    let mut file: BTreeMap<String, Figures> = toml::from_str(&text).context("docs/cost.toml is damaged")?;
+    let (text, mut file) = read()?;
     if accept {
         file.insert(part.into(), measured.clone());
         let head: String = text
@@ -23,7 +21,7 @@ pub fn settle(part: &str, measured: &Figures, accept: bool) -> Result<()> {
             .take_while(|line| line.starts_with('#'))
             .map(|line| line.to_string() + "\n")
             .collect();
-        std::fs::write(&path, head + &toml::to_string(&file)?)?;
+        std::fs::write(path(), head + &toml::to_string(&file)?)?;
         println!("docs/cost.toml now holds these figures; say why in CHANGELOG.md");
         return Ok(());
     }
@@ -50,6 +48,20 @@ fn grown(entries: &Figures, measured: &Figures) -> Vec<String> {
             None => format!("{name} has no entry ({now})"),
         })
         .collect()
+}
+
+/// The entries of a part.
+#[cfg(test)]
+pub fn entered(part: &str) -> Result<Figures> {
+    read()?.1.remove(part).with_context(|| format!("docs/cost.toml has no part {part}"))
+}
+
+/// The file, as text and as entries.
+fn read() -> Result<(String, BTreeMap<String, Figures>)> {
+    let path = path();
+    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let file = toml::from_str(&text).context("docs/cost.toml is damaged")?;
+    Ok((text, file))
 }
 
 fn path() -> PathBuf {

@@ -4,28 +4,55 @@ use crate::image::Image;
 use crate::process::{find, run};
 use crate::programs::Program;
 use anyhow::{Result, bail};
-use boards::DEFAULT;
+use boards::Board;
 use std::path::Path;
 use std::process::Command;
 
 const PROBE: &str = "probe-rs";
 
-/// Builds the board's image, flashes and runs it, and shows its log until Ctrl-C. With `dry_run` it is checked against the
+/// A board of the table that can be flashed, by its name.
+pub fn board(name: &str) -> Result<&'static Board, String> {
+    let names = || boards::real().map(|board| board.name).collect::<Vec<_>>().join(", ");
+    boards::real().find(|board| board.name == name).ok_or_else(|| format!("known boards: {}", names()))
+}
+
+/// Builds the image of a board, flashes and runs it, and shows its log until Ctrl-C. With `dry_run` it is checked against the
 /// chip's memory map instead; that needs no probe, no board and no installed program.
-pub fn flash(dry_run: bool) -> Result<()> {
+pub fn flash(board: &'static Board, dry_run: bool) -> Result<()> {
     if !dry_run && find(PROBE).is_none() {
         bail!(
-            "the program {PROBE} is missing: install it as https://probe.rs tells, or type `cargo xtask flash --dry-run`, which needs no probe"
+            "the program {PROBE} is missing: install it as https://probe.rs tells, or type `cargo xtask flash --board {} --dry-run`, which needs no probe",
+            board.name
         );
     }
-    let image = Image::of(DEFAULT).build()?;
+    let image = Image::of(board).build()?;
     match dry_run {
-        true => check(&image),
-        false => run(Command::new(PROBE).args(["run", "--chip", DEFAULT.chip.probe]).arg(image)),
+        true => check(&image, board),
+        false => run(Command::new(PROBE).args(["run", "--chip", board.chip.probe]).arg(image)),
     }
 }
 
-fn check(image: &Path) -> Result<()> {
-    println!("dry run: {} for {}", image.display(), DEFAULT.chip.probe);
-    run(Program::FlashDryRun.run().arg(image))
+/// The dry run of every board.
+pub fn dry_runs() -> Result<()> {
+    boards::real().try_for_each(|board| flash(board, true))
+}
+
+fn check(image: &Path, board: &Board) -> Result<()> {
+    println!("dry run: {} for {}, {}", image.display(), board.name, board.chip.probe);
+    run(Program::FlashDryRun.run().arg(image).arg(board.name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boards_are_found_by_name_and_others_are_answered_with_the_list() {
+        assert_eq!(board("odrive-v3").unwrap(), &boards::ODRIVE_V3);
+        let error = board("odrive").unwrap_err();
+        assert!(
+            error.contains("odrive-v3, ") && error.contains("vesc-6") && !error.contains("qemu"),
+            "{error}"
+        );
+    }
 }

@@ -22,9 +22,9 @@ impl Image {
         Image { board, axes: None }
     }
 
-    /// The image of a board for as many axes as it can drive: built to see that it fits.
-    const fn full(board: &'static Board) -> Self {
-        Image { board, axes: Some(board.most_axes) }
+    /// The image of a board for as many axes as it can drive, if that is another one: built to see that it fits.
+    fn full(board: &'static Board) -> Option<Self> {
+        board.most_axes.filter(|_| board.machine.is_none()).map(|axes| Image { board, axes: Some(axes) })
     }
 
     /// The name of its file.
@@ -58,19 +58,12 @@ impl Image {
 
 /// The images whose size is watched: every board's, and the largest of every board that is no program.
 pub fn watched() -> Vec<Image> {
-    let of_board = |board: &'static Board| {
-        let full = board.machine.is_none().then_some(Image::full(board));
-        [Some(Image::of(board)), full].into_iter().flatten()
-    };
-    BOARDS.into_iter().flat_map(of_board).collect()
+    BOARDS.into_iter().flat_map(|board| [Some(Image::of(board)), Image::full(board)]).flatten().collect()
 }
 
-/// Builds the image of each board into `target/images/`.
-pub fn build_all() -> Result<()> {
-    for board in BOARDS {
-        Image::of(board).build()?;
-    }
-    Ok(())
+/// The image of every board.
+pub fn ordinary() -> impl Iterator<Item = Image> {
+    BOARDS.into_iter().map(Image::of)
 }
 
 /// A Cargo command on an example of the library for the default board's chip, with what the images have compiled already.

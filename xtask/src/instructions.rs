@@ -5,10 +5,13 @@ use crate::image::Image;
 use crate::process::text;
 use crate::programs::Program;
 use anyhow::{Context, Result, bail};
+use boards::BOARDS;
 
-/// Builds the image for QEMU, has `truing instructions` count, and checks or enters the figures.
+/// Builds the image of the board that QEMU plays, has `truing instructions` count, and checks or enters the figures. The other
+/// boards run the same tick around reads and writes of their own.
 pub fn print(accept: bool) -> Result<()> {
-    let image = Image::of(&boards::QEMU).build()?;
+    let played = BOARDS.into_iter().find(|board| board.machine.is_some());
+    let image = Image::of(played.context("the table has no board that QEMU plays")?).build()?;
     let mut truing = Program::Truing.run();
     let output = truing
         .args(["instructions", "--image"])

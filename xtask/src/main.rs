@@ -9,6 +9,7 @@ mod instructions;
 mod panics;
 mod process;
 mod programs;
+mod search;
 mod setup;
 mod size;
 mod targets;
@@ -38,10 +39,13 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
-    /// Build the firmware images for the board and for QEMU into target/images/.
+    /// Build the image of every board into target/images/, and print where it lies and what it occupies.
     Images,
-    /// Build the board's image, flash it with probe-rs, run it and show its log.
+    /// Build the image of a board, flash it with probe-rs, run it and show its log.
     Flash {
+        /// Name of the board: see docs/boards/.
+        #[arg(long, default_value = boards::DEFAULT.name, value_parser = flash::board)]
+        board: &'static boards::Board,
         /// Check instead that the image fits the chip; needs no probe and no board.
         #[arg(long)]
         dry_run: bool,
@@ -54,6 +58,12 @@ enum Command {
     },
     /// Print the instructions of a control tick, counted in QEMU; fails when they grew by more than 3 %.
     Instructions {
+        /// Enter the figures into docs/cost.toml instead.
+        #[arg(long)]
+        accept: bool,
+    },
+    /// Count the steps of a fixed set of searches for names; fails when they grew by more than 3 %.
+    Search {
         /// Enter the figures into docs/cost.toml instead.
         #[arg(long)]
         accept: bool,
@@ -82,10 +92,13 @@ fn run(command: Command) -> Result<()> {
     match command {
         Command::Setup => setup::everything(),
         Command::Demo { arguments } => demo(&arguments),
-        Command::Images => setup::everything().and_then(|()| image::build_all()),
-        Command::Flash { dry_run } => setup::rust_targets().and_then(|()| flash::flash(dry_run)),
+        Command::Images => setup::everything().and_then(|()| size::images()),
+        Command::Flash { board, dry_run } => {
+            setup::rust_targets().and_then(|()| flash::flash(board, dry_run))
+        }
         Command::Size { accept } => setup::everything().and_then(|()| size::print(accept)),
         Command::Instructions { accept } => setup::everything().and_then(|()| instructions::print(accept)),
+        Command::Search { accept } => search::print(accept),
         Command::Bench => setup::everything().and_then(|()| bench::print()),
         Command::Panics => setup::everything().and_then(|()| panics::check(false)),
         Command::House => process::run(&mut Program::House.run()),

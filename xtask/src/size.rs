@@ -2,7 +2,7 @@
 
 use crate::figures::{self, Figures};
 use crate::image;
-use crate::process::text;
+use crate::process::{root, text};
 use crate::programs::Program;
 use anyhow::{Context, Result, bail};
 use boards::Chip;
@@ -46,6 +46,20 @@ pub fn print(accept: bool) -> Result<()> {
         }
     }
     figures::settle("size", &figures, accept)
+}
+
+/// Builds the image of every board and prints where it lies, from the root of the workspace, and what it occupies.
+pub fn images() -> Result<()> {
+    println!("| board | image | flash, bytes | RAM, bytes |");
+    println!("|---|---|---|---|");
+    for image in image::ordinary() {
+        let file = image.build()?;
+        let size = measure(&file, image.board.chip)?;
+        let path = file.strip_prefix(root()).unwrap_or(&file);
+        let ram = size.data + size.zeroed;
+        println!("| {} | {} | {} | {ram} |", image.board.name, path.display(), size.flash);
+    }
+    Ok(())
 }
 
 /// The deepest calls of the initialisation, or of idle and, on top of them, of link and control with the frames of their

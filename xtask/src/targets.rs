@@ -47,7 +47,8 @@ impl Targets {
     /// Fails when a test of a package has no file `module` beside its `main.rs`.
     pub fn find_module(&self, package: &str, test: &str, module: &str) -> Result<()> {
         let main = &self.package(package)?.target("test", test)?.src_path;
-        if !main.with_file_name(format!("{module}.rs")).is_file() {
+        let files = [format!("{module}.rs"), format!("{module}/mod.rs")];
+        if !files.iter().any(|file| main.with_file_name(file).is_file()) {
             bail!("the test {test} of {package} has no module {module}");
         }
         Ok(())
@@ -82,6 +83,7 @@ mod tests {
             "the package host-tests has no bin flash-dry-run"
         );
         targets.find_module("host-tests", "chip", "drivers").unwrap();
+        targets.find_module("host-tests", "chip", "board_model").unwrap();
         assert!(targets.find_module("host-tests", "chip", "qemu").is_err());
     }
 }

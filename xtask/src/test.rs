@@ -38,15 +38,17 @@ pub fn everything() -> Result<()> {
         run(doc.args(selection).env("RUSTDOCFLAGS", "-D warnings"))?;
     }
     heading("images");
-    image::build_all()?;
+    crate::size::images()?;
     heading("size and instructions against docs/cost.toml, ways to a panic");
     crate::size::print(false)?;
     crate::instructions::print(false)?;
     crate::panics::check(true)?;
+    heading("work of the search against docs/cost.toml");
+    crate::search::print(false)?;
     let tally = host_tests()?;
     // What was built until here is used from here on.
-    heading("the board's image and the chip's memory map");
-    crate::flash::flash(true)?;
+    heading("the boards' images and their chips' memory maps");
+    crate::flash::dry_runs()?;
     heading("our parts beside published crates");
     crate::bench::print()?;
     heading("commands that README and documents show");
