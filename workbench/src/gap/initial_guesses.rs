@@ -166,25 +166,23 @@ impl Basis {
 
     /// The peaks of a periodic torque, strongest first, among `unit`, 2·`unit`, … `count`·`unit`.
     fn scan(&self, dataset: &Dataset, axis: Axis, unit: f64, count: usize) -> Vec<Line> {
-        let mut waves: Vec<Wave> = Vec::new();
-        for (run, trace) in dataset.runs.iter().filter(|run| run.log == 0).zip(&self.traces) {
-            waves.push(Wave::new(&self.plant, run, trace, axis, unit));
-        }
+        let runs = dataset.runs.iter().filter(|run| run.log == 0);
+        let traced = runs.zip(&self.traces).zip(&self.residuals);
+        let mut waves: Vec<(Wave, Response)> = traced
+            .map(|((run, trace), residual)| {
+                let wave = Wave::new(&self.plant, run, trace, axis, unit);
+                (wave, Response::new(&self.plant, run, residual, &trace.omega, axis))
+            })
+            .collect();
         let mut lines: Vec<Line> = Vec::new();
-        for harmonic in 1..=count {
-            let mut sums = Sums::default();
-            for (((run, wave), residual), trace) in dataset
-                .runs
-                .iter()
-                .filter(|run| run.log == 0)
-                .zip(&mut waves)
-                .zip(&self.residuals)
-                .zip(&self.traces)
-            {
-                wave.turn();
-                sums.add_run(run, wave, residual, &self.plant, &trace.omega);
+        while lines.len() < count {
+            let mut sums = [Sums::default(); ABREAST];
+            for (wave, response) in &mut waves {
+                response.add(wave, &mut sums);
             }
-            lines.push(sums.line(harmonic as f64 * unit));
+            let numbers = (lines.len() + 1..=count).map(|harmonic| harmonic as f64 * unit);
+            let added: Vec<Line> = sums.iter().zip(numbers).map(|(sums, number)| sums.line(number)).collect();
+            lines.extend(added);
         }
         let mut peaks: Vec<Line> = (0..lines.len())
             .filter(|k| {
@@ -219,17 +217,27 @@ struct Line {
     gain: f64,
 }
 
-/// exp(i·k·unit·x) of every block, turned by one harmonic at a time.
+/// Harmonics that are scanned side by side: one alone waits for its own sums most of the time.
+const ABREAST: usize = 4;
+
+/// One number of each harmonic.
+type Each = [f64; ABREAST];
+
+/// exp(i·k·unit·x) of every block, turned by some harmonics at a time.
 struct Wave {
-    base: Vec<(f64, f64)>,
-    now: Vec<(f64, f64)>,
-    /// The same for half of the way of each block, and that way: a torque that passes many periods in a block is
-    /// averaged away.
-    half: Vec<(f64, f64)>,
-    half_now: Vec<(f64, f64)>,
-    half_way: Vec<f64>,
+    blocks: Vec<Phasor>,
     harmonic: f64,
-    sign: f64,
+}
+
+/// The wave in the middle of a block.
+#[derive(Clone, Copy)]
+struct Phasor {
+    base: (f64, f64),
+    now: (f64, f64),
+    /// The same for half of the way of the block, and that way: a torque that passes many periods in a block is averaged away.
+    half: (f64, f64),
+    half_now: (f64, f64),
+    half_way: f64,
 }
 
 impl Wave {
@@ -239,42 +247,112 @@ impl Wave {
             Axis::Position => run.shaft(plant, point),
             Axis::Time => run.time[point] - run.time[0] + run.since_s,
         };
-        let middle = |k: usize| 0.5 * (at(k) + at(k + 1));
-        let way = |k: usize| at(k + 1) - at(k);
-        let base: Vec<(f64, f64)> = (0..run.blocks()).map(|k| (unit * middle(k)).sin_cos()).collect();
-        let half_way: Vec<f64> = (0..run.blocks()).map(|k| 0.5 * unit * way(k)).collect();
-        Self {
-            now: vec![(0.0, 1.0); base.len()],
-            half_now: vec![(0.0, 1.0); base.len()],
-            half: half_way.iter().map(|way| way.sin_cos()).collect(),
-            half_way,
-            harmonic: 0.0,
-            base,
-            sign: if axis == Axis::Position { -1.0 } else { 1.0 },
-        }
-    }
-
-    fn turn(&mut self) {
-        let turned = |now: &mut [(f64, f64)], base: &[(f64, f64)]| {
-            for ((s, c), (bs, bc)) in now.iter_mut().zip(base) {
-                (*s, *c) = (*s * bc + *c * bs, *c * bc - *s * bs);
-            }
+        let phasor = |k: usize| {
+            let half_way = 0.5 * unit * (at(k + 1) - at(k));
+            let (base, half) = ((unit * (0.5 * (at(k) + at(k + 1)))).sin_cos(), half_way.sin_cos());
+            Phasor { base, now: (0.0, 1.0), half, half_now: (0.0, 1.0), half_way }
         };
-        turned(&mut self.now, &self.base);
-        turned(&mut self.half_now, &self.half);
-        self.harmonic += 1.0;
-    }
-
-    /// Mean of sine and cosine over a block.
-    fn mean(&self, block: usize) -> (f64, f64) {
-        let x = self.harmonic * self.half_way[block];
-        let kept = if x.abs() < 1e-3 { 1.0 } else { self.half_now[block].0 / x };
-        (kept * self.now[block].0, kept * self.now[block].1)
+        Self { blocks: (0..run.blocks()).map(phasor).collect(), harmonic: 0.0 }
     }
 }
 
+impl Phasor {
+    /// Turns on by [`ABREAST`] harmonics behind `harmonic`: the means of their sines and cosines over the block.
+    #[inline(always)]
+    fn turned(&mut self, harmonic: f64) -> (Each, Each) {
+        let turn = |(s, c): (f64, f64), (bs, bc): (f64, f64)| (s * bc + c * bs, c * bc - s * bs);
+        let (mut sines, mut cosines) = ([0.0; ABREAST], [0.0; ABREAST]);
+        for k in 0..ABREAST {
+            self.now = turn(self.now, self.base);
+            self.half_now = turn(self.half_now, self.half);
+            let x = (harmonic + (k + 1) as f64) * self.half_way;
+            let kept = if x.abs() < 1e-3 { 1.0 } else { self.half_now.0 / x };
+            (sines[k], cosines[k]) = (kept * self.now.0, kept * self.now.1);
+        }
+        (sines, cosines)
+    }
+}
+
+/// The linear motor's response to a torque, block by block, and the samples that see it.
+struct Response<'a> {
+    run: &'a BenchRun,
+    residual: &'a [f64],
+    /// What is left of the speed at the end of each block, what a torque adds to it, and how long the block lasts.
+    blocks: Vec<(f64, f64, f64)>,
+    /// Weight of each sample, with the sign in which it sees a speed.
+    weight: Vec<f64>,
+}
+
+impl<'a> Response<'a> {
+    fn new(plant: &Physics, run: &'a BenchRun, residual: &'a [f64], omega: &[f64], axis: Axis) -> Self {
+        let sign = if axis == Axis::Position { -1.0 } else { 1.0 };
+        let block = |k: usize| {
+            let h = run.time[k + 1] - run.time[k];
+            let damping = if run.bridge[k] == Bridge::Open { plant.viscous } else { plant.total_damping() };
+            let half = 0.5 * h * damping / plant.inertia;
+            ((1.0 - half) / (1.0 + half), sign * h / plant.inertia / (1.0 + half), h)
+        };
+        // A sensor that reports the magnitude turns what is missing with the sign of the speed.
+        let turned = |k: usize| plant.sensor_rectified && omega[run.speed.block[k] as usize] < 0.0;
+        let weight = |k: usize| run.speed.weight[k] * if turned(k) { -1.0 } else { 1.0 };
+        Self {
+            run,
+            residual,
+            blocks: (0..run.blocks()).map(block).collect(),
+            weight: (0..run.speed.len()).map(weight).collect(),
+        }
+    }
+
+    /// Adds what the next harmonics of a wave do to the run.
+    fn add(&self, wave: &mut Wave, sums: &mut [Sums; ABREAST]) {
+        let probes = &self.run.speed;
+        let (mut sine, mut cosine) = ([0.0; ABREAST], [0.0; ABREAST]);
+        // Ways of both up to the start of each block, for a compared position.
+        let mut ways = vec![([0.0; ABREAST], [0.0; ABREAST])];
+        let mut sample = 0;
+        for (block, ((keep, push, h), phasor)) in self.blocks.iter().zip(&mut wave.blocks).enumerate() {
+            let (was_sine, was_cosine) = (sine, cosine);
+            let (sines, cosines) = phasor.turned(wave.harmonic);
+            for k in 0..ABREAST {
+                sine[k] = keep * sine[k] + push * sines[k];
+                cosine[k] = keep * cosine[k] + push * cosines[k];
+            }
+            let middle = (halfway(&was_sine, &sine), halfway(&was_cosine, &cosine));
+            if !probes.from.is_empty() {
+                let way = ways[block];
+                ways.push((went(&way.0, *h, &middle.0), went(&way.1, *h, &middle.1)));
+            }
+            while sample < probes.len() && probes.block[sample] as usize == block {
+                let seen = match probes.from.get(sample) {
+                    None => middle,
+                    Some(from) => {
+                        let (from, to) = (&ways[*from as usize], &ways[block + 1]);
+                        (went(&to.0, -1.0, &from.0), went(&to.1, -1.0, &from.1))
+                    }
+                };
+                let (weight, residual) = (self.weight[sample], self.residual[sample]);
+                if residual != 0.0 {
+                    for (k, sums) in sums.iter_mut().enumerate() {
+                        sums.add(weight * seen.0[k], weight * seen.1[k], residual);
+                    }
+                }
+                sample += 1;
+            }
+        }
+        wave.harmonic += ABREAST as f64;
+    }
+}
+
+fn halfway(from: &Each, to: &Each) -> Each {
+    std::array::from_fn(|k| 0.5 * (from[k] + to[k]))
+}
+
+fn went(from: &Each, time: f64, speed: &Each) -> Each {
+    std::array::from_fn(|k| from[k] + time * speed[k])
+}
+
 /// Sums of a two-column least-squares fit of the residual by the linear motor's response to sine and cosine.
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 struct Sums {
     ss: f64,
     sc: f64,
@@ -284,43 +362,6 @@ struct Sums {
 }
 
 impl Sums {
-    fn add_run(&mut self, run: &BenchRun, wave: &Wave, residual: &[f64], plant: &Physics, omega: &[f64]) {
-        let (mut sine, mut cosine) = (0.0, 0.0);
-        // Ways of both up to the start of each block, for a compared position.
-        let mut ways = vec![(0.0, 0.0)];
-        let mut sample = 0;
-        for (block, omega) in omega.iter().enumerate().take(run.blocks()) {
-            let h = run.time[block + 1] - run.time[block];
-            let damping =
-                if run.bridge[block] == Bridge::Open { plant.viscous } else { plant.total_damping() };
-            let half = 0.5 * h * damping / plant.inertia;
-            let (keep, push) = ((1.0 - half) / (1.0 + half), wave.sign * h / plant.inertia / (1.0 + half));
-            let was = (sine, cosine);
-            let mean = wave.mean(block);
-            sine = keep * sine + push * mean.0;
-            cosine = keep * cosine + push * mean.1;
-            let middle = (0.5 * (was.0 + sine), 0.5 * (was.1 + cosine));
-            let way = ways[block];
-            ways.push((way.0 + h * middle.0, way.1 + h * middle.1));
-            while sample < run.speed.len() && run.speed.block[sample] as usize == block {
-                if residual[sample] != 0.0 {
-                    // A sensor that reports the magnitude turns what is missing with the sign of the speed.
-                    let turned = plant.sensor_rectified && *omega < 0.0;
-                    let weight = run.speed.weight[sample] * if turned { -1.0 } else { 1.0 };
-                    let seen = match run.speed.from.get(sample) {
-                        None => middle,
-                        Some(from) => {
-                            let (from, to) = (ways[*from as usize], ways[block + 1]);
-                            (to.0 - from.0, to.1 - from.1)
-                        }
-                    };
-                    self.add(weight * seen.0, weight * seen.1, residual[sample]);
-                }
-                sample += 1;
-            }
-        }
-    }
-
     fn add(&mut self, s: f64, c: f64, r: f64) {
         self.ss += s * s;
         self.sc += s * c;

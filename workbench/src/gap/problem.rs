@@ -30,12 +30,15 @@ pub trait Problem {
     fn bending(&self) -> usize;
 }
 
-/// Sum of products. Four sums side by side: one alone would wait for itself.
+/// Sums that are added up side by side: one alone would wait for itself.
+const ABREAST: usize = 16;
+
+/// Sum of products.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (heads, tails) = (a.chunks_exact(4).zip(b.chunks_exact(4)), a.len() / 4 * 4);
+    let mut sums = [0.0; ABREAST];
+    let (heads, tails) = (a.chunks_exact(ABREAST).zip(b.chunks_exact(ABREAST)), a.len() / ABREAST * ABREAST);
     for (x, y) in heads {
-        for k in 0..4 {
+        for k in 0..ABREAST {
             sums[k] += x[k] * y[k];
         }
     }

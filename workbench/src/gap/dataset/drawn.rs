@@ -2,7 +2,7 @@
 
 use super::run::BenchRun;
 use crate::system::plant::input::Chain;
-use crate::system::plant::lanes::{Lanes, push};
+use crate::system::plant::lanes::Lanes;
 use crate::system::plant::physics::Physics;
 
 /// The mean of the input over any stretch of time, of one plant or of several in lock-step.
@@ -37,7 +37,7 @@ impl Drawn {
         let at = |set: usize, block: usize| lagged[set.min(lagged.len() - 1)][block];
         let mut applied = Vec::with_capacity(run.blocks() * F::COUNT);
         for block in 0..run.blocks() {
-            push(&mut applied, plant.supply_v.of(|set| at(set, block)));
+            plant.supply_v.of(|set| at(set, block)).push_to(&mut applied);
         }
         Self::Held(applied)
     }
@@ -85,7 +85,7 @@ fn held<F: Lanes>(run: &BenchRun, plant: &Physics<F>, chain: &Chain) -> Vec<f64>
     for block in 0..run.blocks() {
         let (from, to) = (run.first_row[block] as usize, run.first_row[block + 1] as usize);
         if to - from == 1 {
-            push(&mut means, plant.applied_to(chain, like.like(run.input[from])));
+            plant.applied_to(chain, like.like(run.input[from])).push_to(&mut means);
             continue;
         }
         let mut area = like.like(0.0);
@@ -93,7 +93,7 @@ fn held<F: Lanes>(run: &BenchRun, plant: &Physics<F>, chain: &Chain) -> Vec<f64>
             let span = run.row_time[row + 1] - run.row_time[row];
             area = area + plant.applied_to(chain, like.like(run.input[row])) * span;
         }
-        push(&mut means, area * (1.0 / (run.row_time[to] - run.row_time[from])));
+        (area * (1.0 / (run.row_time[to] - run.row_time[from]))).push_to(&mut means);
     }
     means
 }

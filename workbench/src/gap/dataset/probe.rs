@@ -1,7 +1,7 @@
 //! What a sensor sees of a simulated run: weighted sums of the reading's integral at given times.
 
 use super::Part;
-use crate::system::plant::lanes::{Lanes, push};
+use crate::system::plant::lanes::Lanes;
 
 /// The samples of one compared signal of one run.
 #[derive(Clone, Debug, Default)]
@@ -123,7 +123,7 @@ impl Probes {
             for term in first..*end as usize {
                 sum = sum + self.terms[term].value(like, time, reading, integral);
             }
-            push(predicted, sum);
+            sum.push_to(predicted);
             first = *end as usize;
         }
     }

@@ -4,7 +4,7 @@ use super::drawn::Drawn;
 use super::run::BenchRun;
 use crate::gap::effort;
 use crate::system::plant::dynamics::Dynamics;
-use crate::system::plant::lanes::{Lanes, push};
+use crate::system::plant::lanes::Lanes;
 use crate::system::plant::physics::{Drive, Physics};
 use crate::system::plant::shape::Shape;
 use crate::system::plant::state::State;
@@ -105,6 +105,9 @@ impl BenchRun {
             let pieces = ((length / longest - 1e-9).ceil()).clamp(1.0, 200.0);
             let h = length / pieces;
             let mut mean = none;
+            if with_position {
+                dynamics.hold(&state, length, self.position_in(plant, k, 0, 1.0));
+            }
             for piece in 0..pieces as usize {
                 let applied = input.mean(none, self, k, start + piece as f64 * h, h);
                 let position =
@@ -181,14 +184,14 @@ impl Traces {
 
     #[inline(always)]
     fn record<F: Lanes>(&mut self, state: &State<F>, charge: F, keep: Keep) {
-        push(&mut self.reading, state.reading);
-        push(&mut self.integral, state.reading_integral);
+        state.reading.push_to(&mut self.reading);
+        state.reading_integral.push_to(&mut self.integral);
         if keep == Keep::All {
-            push(&mut self.omega, state.omega);
+            state.omega.push_to(&mut self.omega);
         }
         if keep != (Keep::Sensed { current: false }) {
-            push(&mut self.current, state.current);
-            push(&mut self.charge, charge);
+            state.current.push_to(&mut self.current);
+            charge.push_to(&mut self.charge);
         }
     }
 }

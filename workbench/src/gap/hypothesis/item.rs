@@ -14,7 +14,7 @@ pub enum Freedom {
 }
 
 /// One effect of a hypothesis.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Item {
     /// The effect.
     pub effect: &'static Effect,

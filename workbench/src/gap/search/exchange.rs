@@ -5,6 +5,7 @@ use super::score::{Scored, dispersion, score_with};
 use super::worth::VISIBLE;
 use crate::gap::acceptance::worth;
 use crate::gap::fit::{FINAL, SEARCH};
+use crate::gap::hypothesis::Item;
 use crate::gap::initial_guesses::Basis;
 use crate::system::effects::LIBRARY;
 use rayon::prelude::*;
@@ -26,6 +27,9 @@ impl<'a> Search<'a, '_> {
             }
             let before = best.clone();
             for index in 0..before.hypothesis.items.len() {
+                if self.was_expanded(&before, index) {
+                    continue;
+                }
                 let parents = [self.without(&before, index, &SEARCH)];
                 let bases = [Basis::new(&parents[0].hypothesis, &parents[0].fit.x)];
                 let left_out = before.hypothesis.items[index].effect;
@@ -48,6 +52,14 @@ impl<'a> Search<'a, '_> {
             lost.push(std::mem::replace(&mut best, self.refined(winner)));
         }
         (best, lost)
+    }
+
+    /// True if the rounds have already tried all other effects in the place of one.
+    fn was_expanded(&self, scored: &Scored, index: usize) -> bool {
+        let mut left = scored.hypothesis.items.clone();
+        left.remove(index);
+        let same = |items: &Vec<Item>| items.len() == left.len() && left.iter().all(|it| items.contains(it));
+        self.expanded.iter().any(same)
     }
 
     /// Drops every effect whose removal costs too little, on the fine grid.

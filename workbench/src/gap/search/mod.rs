@@ -31,7 +31,7 @@ use crate::gap::Options;
 use crate::gap::dataset::Dataset;
 use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{FINAL, Fit, SEARCH, Setting, fit};
-use crate::gap::hypothesis::Hypothesis;
+use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::system::effects::{Effect, Form};
 use crate::system::model::Model;
 use rounds::Path;
@@ -76,6 +76,7 @@ pub fn search<'a>(
         progress,
         first_gap: base.fit.chi2,
         dispersion: dispersion(&base),
+        expanded: Vec::new(),
     };
     if model.fitted_to_log {
         return search.by_shares(base);
@@ -122,6 +123,8 @@ struct Search<'a, 'p> {
     first_gap: f64,
     /// Over-dispersion times inflation by correlation, of the best set so far.
     dispersion: f64,
+    /// Sets that the rounds gave every further effect.
+    expanded: Vec<Vec<Item>>,
 }
 
 impl<'a> Search<'a, '_> {

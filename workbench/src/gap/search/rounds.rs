@@ -53,7 +53,11 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
 
     fn children(&mut self, round: usize, current: &Scored<'a>, beam: &[Scored<'a>]) -> Vec<Scored<'a>> {
         (self.search.progress)(&format!("round {round}: {}", current.label()));
+        // At the floor nothing is left that another one and a half of a pair could explain together.
+        let floor = self.search.offer == Offer::All && self.search.at_floor(current);
+        let beam = if floor { &beam[..1] } else { beam };
         let children = self.search.expand(beam);
+        self.search.expanded.extend(beam.iter().map(|parent| parent.hypothesis.items.clone()));
         if self.path.singles.is_empty() {
             self.path.singles = children.clone();
         }

@@ -10,6 +10,7 @@
 use super::external::{Torques, drag};
 use super::formulas::{Moved, contact_pieces, halfway, resonance_pieces, select, softened};
 use super::lanes::{Lanes, Mask, decayed};
+use super::laws::Law;
 use super::moment;
 use super::physics::{Drive, Physics};
 use super::shape::{Coupling, Shape};
@@ -25,6 +26,8 @@ pub struct Dynamics<'a, F = f64> {
     plant: &'a Physics<F>,
     shape: Shape,
     coefficients: Coefficients<F>,
+    /// External torques over the block that the steps are parts of, where they do not depend on the state.
+    held: Option<Loads<F>>,
 }
 
 impl<'a, F: Lanes> Dynamics<'a, F> {
@@ -32,7 +35,15 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     #[inline(always)]
     pub fn new(plant: &'a Physics<F>, shape: Shape) -> Self {
         let coefficients = Coefficients::new(plant, &shape, plant.resistance, plant.kt, 1.0);
-        Self { plant, shape, coefficients }
+        Self { plant, shape, coefficients, held: None }
+    }
+
+    /// Begins a block of `length` seconds on a known way: what depends on the place alone is the same for all steps within it. (Their
+    /// places would lie on the straight line between its ends.)
+    #[inline(always)]
+    pub fn hold(&mut self, state: &State<F>, length: f64, way: (F, F)) {
+        let on_time = self.plant.torques.iter().any(|law| law.law == Law::Periodic);
+        self.held = (!on_time).then(|| self.steady_loads(state, length, Some(way)));
     }
 
     /// Advances by `h` seconds with a constant voltage (or torque input) behind the input chain. `position`: where
@@ -320,7 +331,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         driven: &Driven<F>,
         places: Places<F>,
     ) -> Moved<F> {
-        let steady = self.steady_loads(state, driven.h, places);
+        let steady = self.held.unwrap_or_else(|| self.steady_loads(state, driven.h, places));
         let again = self.shape.varying_friction() || self.shape.drag || self.shape.unnamed;
         let first = self.moved::<TWO>(state, driven, &self.loads(state, state.omega, driven, places, steady));
         if !again {

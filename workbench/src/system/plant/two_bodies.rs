@@ -99,10 +99,13 @@ fn joined<F: Lanes>(
 ) -> Speeds<F> {
     let (a, b) = (motor.stiffness(h) + coupling, load.stiffness(h) + coupling);
     let (r1, r2) = (motor.momentum(h) - held, load.momentum(h) + held);
-    let over = a.like(1.0) / (a * b - coupling * coupling);
+    // One division for both bodies.
+    let determinant = a * b - coupling * coupling;
+    let over_both = a.like(1.0) / (determinant * b);
+    let over = over_both * b;
     let free = (b * r1 + coupling * r2) * over;
     let omega = slowed(free, b * over, loads);
-    (omega, (r2 + coupling * omega) / b)
+    (omega, (r2 + coupling * omega) * (over_both * determinant))
 }
 
 /// Teeth that touch with the torque k·x + c·ẋ at penetration x, from the moment they meet to the moment that torque would

@@ -1,6 +1,6 @@
 //! What a step needs of winding, inertia and viscous friction, computed once for a step length and a resistance.
 
-use super::lanes::{Lanes, Mask, decayed};
+use super::lanes::{Lanes, Mask, alternating, decayed};
 use super::physics::{Drive, Physics};
 use super::shape::Shape;
 
@@ -10,6 +10,9 @@ const SAME_STEP: f64 = 1e-5;
 const LITTLE: f64 = 0.02;
 /// Up to here the series of (1 − exp(−x))/x to the sixth power is right to 1e-9.
 const SERIES: f64 = 0.2;
+
+/// (1 − exp(−x))/x as a series of x, to x⁷.
+const LOST: [f64; 8] = alternating(1, 1.0);
 
 /// Coefficients of one step. With the mean speed ω̄ of the step:
 /// current → settled + (current − settled)·`end`, settled = (net voltage − Ke·ω̄)·`conductance`,
@@ -21,6 +24,10 @@ pub(super) struct Coefficients<F = f64> {
     kt: F,
     /// R·h/L and its exp(−x), computed anew when the resistance has changed much.
     exact: (F, F),
+    /// h/L.
+    per_ohm: F,
+    /// 1/J.
+    per_inertia: F,
     /// 1/R.
     pub conductance: F,
     /// Rest of the current's deviation at the end of the step.
@@ -57,17 +64,18 @@ pub(super) struct Shaft<F = f64> {
 
 impl<F: Lanes> Shaft<F> {
     #[inline(always)]
-    fn new(inertia: F, damping: F, h: f64) -> Self {
-        let x = damping / inertia * h;
+    fn new(per_inertia: F, damping: F, h: f64) -> Self {
+        let reach = per_inertia * h;
+        let x = damping * reach;
         let lost = lost_share(x);
         // 1/(1 − exp(−x)) − 1/x, from its series where that is right to 1e-10.
         let series = x * (x * x * (-1.0 / 720.0) + 1.0 / 12.0) + 0.5;
         let little = x.abs().le(x.like(0.1));
         let mean = match little.all() {
             true => series,
-            false => F::select(little, series, x.like(1.0) / (x * lost) - x.like(1.0) / x),
+            false => F::select(little, series, (-lost + 1.0) / (x * lost)),
         };
-        Self { damping, keep: -(x * lost) + 1.0, mobility: lost / inertia * h, mean }
+        Self { damping, keep: -(x * lost) + 1.0, mobility: lost * reach, mean }
     }
 
     /// One shaft or the other, set by set.
@@ -91,12 +99,7 @@ fn left<F: Lanes>(h: f64, time: F) -> F {
 /// (1 − exp(−x))/x.
 #[inline(always)]
 fn lost_share<F: Lanes>(x: F) -> F {
-    let mut series = x.like(1.0);
-    let mut power = 8.0;
-    while power > 1.0 {
-        series = -(x * series * (1.0 / power)) + 1.0;
-        power -= 1.0;
-    }
+    let series = x.polynomial(x, &LOST);
     let little = x.abs().le(x.like(SERIES));
     if little.all() { series } else { F::select(little, series, x.map(|x| -(-x).exp_m1() / x)) }
 }
@@ -105,16 +108,19 @@ impl<F: Lanes> Coefficients<F> {
     /// For a resistance, a torque constant and a step length.
     #[inline(always)]
     pub fn new(p: &Physics<F>, shape: &Shape, resistance: F, kt: F, h: f64) -> Self {
-        let x = resistance * h / p.inductance.max(kt.like(1e-12));
-        let none = kt.like(0.0);
-        let positive = Shaft::new(p.inertia, p.viscous + p.viscous_pos, h);
+        let per_ohm = kt.like(h) / p.inductance.max(kt.like(1e-12));
+        let (x, none) = (resistance * per_ohm, kt.like(0.0));
+        let per_inertia = kt.like(1.0) / p.inertia;
+        let positive = Shaft::new(per_inertia, p.viscous + p.viscous_pos, h);
         let negative =
-            if shape.uneven { Shaft::new(p.inertia, p.viscous + p.viscous_neg, h) } else { positive };
+            if shape.uneven { Shaft::new(per_inertia, p.viscous + p.viscous_neg, h) } else { positive };
         let mut made = Self {
             resistance,
             step: h,
             kt,
             exact: (x, x.map(decayed)),
+            per_ohm,
+            per_inertia,
             conductance: none,
             end: none,
             mean: none,
@@ -135,7 +141,7 @@ impl<F: Lanes> Coefficients<F> {
     #[inline(always)]
     pub fn vary(&mut self, p: &Physics<F>, shape: &Shape, resistance: F, kt: F) {
         let h = self.step;
-        let x = resistance * h / p.inductance.max(kt.like(1e-12));
+        let x = resistance * self.per_ohm;
         let far = (x - self.exact.0).abs().gt(x.like(LITTLE));
         if far.any() {
             let anew = x.map(decayed);
@@ -153,9 +159,9 @@ impl<F: Lanes> Coefficients<F> {
         self.per_volt = kt * share;
         self.per_ampere = kt * self.mean;
         self.back_emf = if shape.drive == Drive::Torque { kt.like(0.0) } else { kt * p.ke * share };
-        self.closed[0] = Shaft::new(p.inertia, self.open[0].damping + self.back_emf, h);
+        self.closed[0] = Shaft::new(self.per_inertia, self.open[0].damping + self.back_emf, h);
         self.closed[1] = if shape.uneven {
-            Shaft::new(p.inertia, self.open[1].damping + self.back_emf, h)
+            Shaft::new(self.per_inertia, self.open[1].damping + self.back_emf, h)
         } else {
             self.closed[0]
         };

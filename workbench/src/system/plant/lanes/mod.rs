@@ -25,6 +25,27 @@ const PI_MIDDLE: f64 = PI - PI_HIGH;
 /// What π has beyond a number of 64 bits.
 const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
 
+/// sin(x)/x as a series of x², to x¹⁸.
+const SINE: [f64; 10] = alternating(2, 1.0);
+
+/// 1, −1/(2·3), 1/(2·3·4·5), … where `stride` is 2: each coefficient is the one before over the next `stride` integers behind
+/// `from`, with the other sign.
+pub const fn alternating<const N: usize>(stride: usize, from: f64) -> [f64; N] {
+    let mut coefficients = [1.0; N];
+    let (mut last, mut k) = (from, 1);
+    while k < N {
+        coefficients[k] = -coefficients[k - 1];
+        let mut factor = 0;
+        while factor < stride {
+            last += 1.0;
+            coefficients[k] /= last;
+            factor += 1;
+        }
+        k += 1;
+    }
+    coefficients
+}
+
 /// Yes or no for each set.
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// True if it holds for one set at least.
@@ -95,6 +116,9 @@ pub trait Lanes:
     /// Writes them to the front of a slice.
     fn store(self, to: &mut [f64]);
 
+    /// Appends one number of each set.
+    fn push_to(self, to: &mut Vec<f64>);
+
     /// Runs a part as a function of its own, compiled for the same registers.
     fn apart<A: Apart>(self, part: A) -> A::Output;
 
@@ -131,13 +155,20 @@ pub trait Lanes:
         let half = half_turns * 0.5;
         let odd = half - ((half + ROUNDING) - ROUNDING);
         let square = rest * rest;
-        let mut series = self.like(1.0);
-        let mut power = 19.0;
-        while power > 2.0 {
-            series = -(square * series * (1.0 / (power * (power - 1.0)))) + 1.0;
-            power -= 2.0;
-        }
+        let series = self.polynomial(square, &SINE);
         rest * series * (-(odd * odd * 8.0) + 1.0)
+    }
+
+    /// The sum of coefficients times powers of `x`, the lowest power first (Horner).
+    #[inline(always)]
+    fn polynomial<const N: usize>(self, x: Self, coefficients: &[f64; N]) -> Self {
+        let mut sum = self.like(coefficients[N - 1]);
+        let mut power = N - 1;
+        while power > 0 {
+            power -= 1;
+            sum = sum * x + coefficients[power];
+        }
+        sum
     }
 
     /// Between −`limit` and `limit`.
@@ -145,14 +176,6 @@ pub trait Lanes:
     fn within(self, limit: Self) -> Self {
         self.min(limit).max(-limit)
     }
-}
-
-/// Appends one number of each set.
-#[inline(always)]
-pub fn push<F: Lanes>(to: &mut Vec<f64>, numbers: F) {
-    let end = to.len();
-    to.resize(end + F::COUNT, 0.0);
-    numbers.store(&mut to[end..]);
 }
 
 /// exp(−x) of x that is not negative; 0 where nothing of it would be left in a sum with 1. (Far below the smallest number the
@@ -231,6 +254,11 @@ impl Lanes for f64 {
     #[inline(always)]
     fn store(self, to: &mut [f64]) {
         to[0] = self;
+    }
+
+    #[inline(always)]
+    fn push_to(self, to: &mut Vec<f64>) {
+        to.push(self);
     }
 
     #[inline(never)]

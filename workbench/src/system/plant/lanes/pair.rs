@@ -68,6 +68,12 @@ impl<L: Lanes> Lanes for Pair<L> {
     }
 
     #[inline(always)]
+    fn push_to(self, to: &mut Vec<f64>) {
+        self.0.push_to(to);
+        self.1.push_to(to);
+    }
+
+    #[inline(always)]
     fn apart<A: Apart>(self, part: A) -> A::Output {
         self.0.apart(part)
     }

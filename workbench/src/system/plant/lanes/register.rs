@@ -114,6 +114,11 @@ impl<S: Simd> Lanes for Register<S> {
     }
 
     #[inline(always)]
+    fn push_to(self, to: &mut Vec<f64>) {
+        to.extend_from_slice(self.slice());
+    }
+
+    #[inline(always)]
     fn apart<A: Apart>(self, part: A) -> A::Output {
         self.simd.vectorize(Vectorized(part))
     }
