@@ -31,8 +31,8 @@ pub struct Traces {
 /// Simulates runs and looks at them as their sensors do. It keeps its buffers, because fits simulate thousands of runs.
 #[derive(Clone, Debug, Default)]
 pub struct Simulation {
-    traces: Traces,
-    predicted: Vec<f64>,
+    pub(super) traces: Traces,
+    pub(super) predicted: Vec<f64>,
 }
 
 impl Simulation {

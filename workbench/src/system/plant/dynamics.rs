@@ -124,7 +124,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         if self.coefficients.step_is(h) {
             self.coefficients.vary(p, &self.shape, resistance, kt);
         } else {
-            self.coefficients = Coefficients::new(p, &self.shape, resistance, kt, h);
+            self.coefficients.step_by(p, &self.shape, resistance, kt, h);
         }
     }
 

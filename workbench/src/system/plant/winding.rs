@@ -108,33 +108,52 @@ impl<F: Lanes> Coefficients<F> {
     /// For a resistance, a torque constant and a step length.
     #[inline(always)]
     pub fn new(p: &Physics<F>, shape: &Shape, resistance: F, kt: F, h: f64) -> Self {
-        let per_ohm = kt.like(h) / p.inductance.max(kt.like(1e-12));
-        let (x, none) = (resistance * per_ohm, kt.like(0.0));
-        let per_inertia = kt.like(1.0) / p.inertia;
-        let positive = Shaft::new(per_inertia, p.viscous + p.viscous_pos, h);
-        let negative =
-            if shape.uneven { Shaft::new(per_inertia, p.viscous + p.viscous_neg, h) } else { positive };
+        let (none, far) = (kt.like(0.0), kt.like(f64::INFINITY));
+        let still = Shaft { damping: none, keep: none, mobility: none, mean: none };
         let mut made = Self {
             resistance,
             step: h,
             kt,
-            exact: (x, x.map(decayed)),
-            per_ohm,
-            per_inertia,
+            exact: (far, none),
+            per_ohm: none,
+            per_inertia: kt.like(1.0) / p.inertia,
             conductance: none,
             end: none,
             mean: none,
             per_volt: none,
             per_ampere: none,
             back_emf: none,
-            closed: [positive, negative],
-            open: [positive, negative],
-            cooling: if shape.heat { left(h, p.heat_time_s) } else { none },
-            rail: if shape.slow_rail { left(h, p.source_ohm * p.bus_farad) } else { none },
-            lag: if shape.sensor_lag { left(h, p.sensor_lag_s) } else { none },
+            closed: [still; 2],
+            open: [still; 2],
+            cooling: none,
+            rail: none,
+            lag: none,
         };
-        made.vary(p, shape, resistance, kt);
+        made.step_by(p, shape, resistance, kt, h);
         made
+    }
+
+    /// Takes on another step length, too. In its place: a copy of them all would cost as much as they do.
+    #[inline(always)]
+    pub fn step_by(&mut self, p: &Physics<F>, shape: &Shape, resistance: F, kt: F, h: f64) {
+        self.step = h;
+        self.per_ohm = kt.like(h) / p.inductance.max(kt.like(1e-12));
+        self.open[0] = Shaft::new(self.per_inertia, p.viscous + p.viscous_pos, h);
+        self.open[1] = if shape.uneven {
+            Shaft::new(self.per_inertia, p.viscous + p.viscous_neg, h)
+        } else {
+            self.open[0]
+        };
+        if shape.heat {
+            self.cooling = left(h, p.heat_time_s);
+        }
+        if shape.slow_rail {
+            self.rail = left(h, p.source_ohm * p.bus_farad);
+        }
+        if shape.sensor_lag {
+            self.lag = left(h, p.sensor_lag_s);
+        }
+        self.vary(p, shape, resistance, kt);
     }
 
     /// Takes on another resistance and torque constant; the step stays.
