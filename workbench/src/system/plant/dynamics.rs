@@ -16,7 +16,7 @@ use super::physics::{Drive, Physics};
 use super::shape::{Coupling, Shape};
 use super::state::State;
 use super::step::{Before, Driven, Loads, Places, slowed_from};
-use super::two_bodies::{self, Calm, TwoBodies};
+use super::two_bodies::{self, TwoBodies};
 use super::winding::{Coefficients, Shaft};
 use servo::axis::Bridge;
 
@@ -25,10 +25,7 @@ use servo::axis::Bridge;
 pub struct Dynamics<'a, F = f64> {
     plant: &'a Physics<F>,
     shape: Shape,
-    /// Those of the last step; of two bodies those of whole steps and those of pieces, apart.
-    coefficients: [Coefficients<F>; 2],
-    /// Which of them the step takes.
-    at: usize,
+    coefficients: Coefficients<F>,
     /// External torques over the block that the steps are parts of, where they do not depend on the state.
     held: Option<Loads<F>>,
 }
@@ -38,7 +35,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     #[inline(always)]
     pub fn new(plant: &'a Physics<F>, shape: Shape) -> Self {
         let coefficients = Coefficients::new(plant, &shape, plant.resistance, plant.kt, 1.0);
-        Self { plant, shape, coefficients: [coefficients; 2], at: 0, held: None }
+        Self { plant, shape, coefficients, held: None }
     }
 
     /// Begins a block of `length` seconds on a known way: what depends on the place alone is the same for all steps within it. (Their
@@ -71,40 +68,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
             Coupling::Spring => resonance_pieces(turned),
             _ => 1.0,
         };
-        if self.shape.coupling != Coupling::Contact || pieces < 2.0 {
-            self.in_pieces(state, applied, bridge, h, position, pieces);
-            return pieces as u64;
-        }
-        let calm = Calm::before(self.plant, state, h);
-        if !calm.any() {
-            self.in_pieces(state, applied, bridge, h, position, pieces);
-            return pieces as u64;
-        }
-        let mut whole = *state;
-        self.step::<true>(&mut whole, applied, bridge, h, position);
-        let calm = calm.after(self.plant, &whole);
-        if calm.all() {
-            *state = whole;
-            return 1;
-        }
-        self.in_pieces(state, applied, bridge, h, position, pieces);
-        state.take(calm, &whole);
-        pieces as u64 + 1
-    }
-
-    /// The same in pieces as short as spring or teeth ask for.
-    #[inline(always)]
-    fn in_pieces(
-        &mut self,
-        state: &mut State<F>,
-        applied: F,
-        bridge: Bridge,
-        h: f64,
-        position: Places<F>,
-        pieces: f64,
-    ) {
         let mut from = position;
-        self.at = 1;
         for piece in 0..pieces as usize {
             let part = (piece + 1) as f64 / pieces;
             let places = match (position, from) {
@@ -114,13 +78,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
             self.step::<true>(state, applied, bridge, h / pieces, places);
             from = places.map(|(_, to)| (to, to));
         }
-        self.at = 0;
-    }
-
-    /// The coefficients of the step.
-    #[inline(always)]
-    fn c(&self) -> &Coefficients<F> {
-        &self.coefficients[self.at]
+        pieces as u64
     }
 
     /// One inner step; `TWO`: of two bodies.
@@ -145,9 +103,9 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         state.theta = state.theta + (before.omega + mean * (omega - before.omega)) * h;
         state.omega = omega;
         self.settle_load::<TWO>(state, &before, omega_load, h);
-        self.plant.sense(&self.shape, state, &before, h, self.c().lag);
+        self.plant.sense(&self.shape, state, &before, h, self.coefficients.lag);
         if self.shape.unnamed {
-            moment::remember(self.plant, self.c(), state, &before, &driven, position);
+            moment::remember(self.plant, &self.coefficients, state, &before, &driven, position);
         }
     }
 
@@ -160,14 +118,13 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         } else {
             (p.resistance, p.kt)
         };
-        let (shape, c) = (&self.shape, &mut self.coefficients[self.at]);
-        if c.serve(resistance, kt, h) {
+        if self.coefficients.serve(resistance, kt, h) {
             return;
         }
-        if c.step_is(h) {
-            c.vary(p, shape, resistance, kt);
+        if self.coefficients.step_is(h) {
+            self.coefficients.vary(p, &self.shape, resistance, kt);
         } else {
-            c.step_by(p, shape, resistance, kt, h);
+            self.coefficients.step_by(p, &self.shape, resistance, kt, h);
         }
     }
 
@@ -175,7 +132,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     /// the torque would lag half a step behind.
     #[inline(always)]
     fn weakened(&self, state: &State<F>, applied: F, bridge: Bridge) -> F {
-        let (p, c) = (self.plant, self.c());
+        let (p, c) = (self.plant, &self.coefficients);
         if !self.shape.knee {
             return p.kt;
         }
@@ -195,7 +152,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         let p = self.plant;
         let mut resistance = p.resistance;
         if self.shape.heat {
-            let loss = state.current * state.current * self.c().resistance;
+            let loss = state.current * state.current * self.coefficients.resistance;
             let heat_w = halfway(state.heat_w, loss, h, p.heat_time_s);
             resistance = p.resistance * (p.heat_rise_per_w * heat_w + 1.0);
         }
@@ -237,7 +194,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     /// Brushes take their drop from the side to which the current goes; it cannot turn the current round.
     #[inline(always)]
     fn behind_brushes(&self, state: &State<F>, terminal: F, free: Driven<F>) -> Driven<F> {
-        let (p, c) = (self.plant, self.c());
+        let (p, c) = (self.plant, &self.coefficients);
         let settled = (terminal - p.ke * state.omega) * c.conductance;
         let next = settled + (state.current - settled) * c.end;
         let threshold = p.drop_v * c.conductance * (-c.end + 1.0);
@@ -256,7 +213,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     /// Torque at zero mean speed, and the shaft that it moves.
     #[inline(always)]
     fn torque(&self, state: &State<F>, driven: &Driven<F>) -> (F, Shaft<F>) {
-        let (p, c) = (self.plant, self.c());
+        let (p, c) = (self.plant, &self.coefficients);
         if driven.bridge == Bridge::Open {
             return (driven.net.like(0.0), self.side(state, &c.open));
         }
@@ -292,7 +249,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         }
         let knee = if self.shape.knee { softened(limit, self.plant.kt_knee_a) } else { limit.like(1.0) };
         let torque = self.plant.kt * knee * limit.copysign(mean);
-        let shaft = self.side(state, &self.c().open);
+        let shaft = self.side(state, &self.coefficients.open);
         select(beyond, self.pushed::<TWO>(state, torque, &shaft, loads, driven.h), free)
     }
 
@@ -323,7 +280,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     /// Current at the end of the step and its mean, from the speed at the end and its weight in the mean speed.
     #[inline(always)]
     fn currents(&self, state: &State<F>, driven: &Driven<F>, omega: F, weight: F) -> (F, F) {
-        let c = self.c();
+        let c = &self.coefficients;
         let mean = state.omega + weight * (omega - state.omega);
         let settled = (driven.net - self.plant.ke * mean) * c.conductance;
         let rest = state.current - settled;
@@ -352,8 +309,8 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
             (state.current, state.mean_current) = (end, mean);
         }
         if self.shape.heat {
-            let loss = state.mean_current * state.mean_current * self.c().resistance;
-            state.heat_w = loss + (state.heat_w - loss) * self.c().cooling;
+            let loss = state.mean_current * state.mean_current * self.coefficients.resistance;
+            state.heat_w = loss + (state.heat_w - loss) * self.coefficients.cooling;
         }
     }
 
@@ -362,7 +319,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         let p = self.plant;
         let drawn = applied / p.supply_v * state.mean_current;
         let settled = p.supply_v - p.source_ohm * drawn;
-        state.supply_v = settled + (state.supply_v - settled) * self.c().rail;
+        state.supply_v = settled + (state.supply_v - settled) * self.coefficients.rail;
     }
 
     /// Speeds at the end of the step under torques and friction that depend on the speed: at first with those of its start, then with
@@ -409,7 +366,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
             loads.motor = loads.motor + drag(&self.plant.torques, omega);
         }
         if self.shape.unnamed {
-            let torque = moment::torque(self.plant, self.c(), state, omega, driven, places);
+            let torque = moment::torque(self.plant, &self.coefficients, state, omega, driven, places);
             loads.motor = loads.motor + torque;
         }
         if self.shape.varying_friction() {

@@ -60,22 +60,6 @@ impl<F: Lanes> State<F> {
 }
 
 impl<F: Lanes> State<F> {
-    /// Takes the numbers of some sets over from another state at the same time.
-    #[inline(always)]
-    pub(super) fn take(&mut self, some: F::Mask, other: &Self) {
-        self.theta = F::select(some, other.theta, self.theta);
-        self.omega = F::select(some, other.omega, self.omega);
-        self.current = F::select(some, other.current, self.current);
-        self.mean_current = F::select(some, other.mean_current, self.mean_current);
-        self.heat_w = F::select(some, other.heat_w, self.heat_w);
-        self.supply_v = F::select(some, other.supply_v, self.supply_v);
-        self.theta_load = F::select(some, other.theta_load, self.theta_load);
-        self.omega_load = F::select(some, other.omega_load, self.omega_load);
-        self.lagged = F::select(some, other.lagged, self.lagged);
-        self.reading = F::select(some, other.reading, self.reading);
-        self.reading_integral = F::select(some, other.reading_integral, self.reading_integral);
-    }
-
     /// States of plants in lock-step at the same time; the last one fills what is left. `like`: any number, for its width.
     pub fn side_by_side(states: &[State], like: F) -> Self {
         let of = |number: fn(&State) -> f64| like.of(|set| number(&states[set.min(states.len() - 1)]));

@@ -147,47 +147,6 @@ fn touched<F: Lanes>(
     (F::select(apart, flight.0, omega), F::select(apart, flight.1, omega_load))
 }
 
-/// In a step that begins calmly the teeth move by at most this part of their penetration, and within one that was calm by at most twice as
-/// much. A trapezoid that is many times longer than the contact's own time then differs from short ones by less than that.
-const CALM: f64 = 0.1;
-/// Room that a flight leaves on its way, as a multiple of its way at the speed of its start: what accelerates may go further.
-const ROOM: f64 = 1.5;
-
-/// Sets whose teeth neither meet nor part within a step, so that it need not be taken in pieces: they fly through the middle of the
-/// gap, or press on each other steadily.
-pub(super) struct Calm<F: Lanes> {
-    flies: F::Mask,
-    presses: F::Mask,
-    twist: F,
-}
-
-impl<F: Lanes> Calm<F> {
-    /// Where it looks so at the start of a step.
-    #[inline(always)]
-    pub fn before(p: &Physics<F>, state: &State<F>, h: f64) -> Self {
-        let twist = state.theta - state.theta_load;
-        let way = (state.omega - state.omega_load).abs() * h;
-        let depth = twist.abs() - p.gap_rad * 0.5;
-        Self { flies: (depth + way * ROOM).lt(way.like(0.0)), presses: way.lt(depth * CALM), twist }
-    }
-
-    /// True if there is such a set.
-    #[inline(always)]
-    pub fn any(&self) -> bool {
-        (self.flies | self.presses).any()
-    }
-
-    /// Where it was so in the end.
-    #[inline(always)]
-    pub fn after(&self, p: &Physics<F>, state: &State<F>) -> F::Mask {
-        let play = p.gap_rad * 0.5;
-        let twist = state.theta - state.theta_load;
-        let moved = (twist - self.twist).abs();
-        let pressed = moved.lt((self.twist.abs() - play) * (2.0 * CALM));
-        (self.flies & twist.abs().lt(play)) | (self.presses & pressed)
-    }
-}
-
 /// Free flight inside the gap; at its end the bodies go on together.
 #[inline(always)]
 fn gapped<F: Lanes>(
