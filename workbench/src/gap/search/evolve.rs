@@ -5,20 +5,18 @@
 //! the same log makes the same report.
 
 use super::Search;
-use super::promise::{Projector, started};
+use super::promise::{Projector, Start, started};
 use super::score::Scored;
 use super::worth::VISIBLE;
 use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
-use crate::gap::problem::{Problem, dot};
+use crate::gap::problem::dot;
 use crate::system::effects::{Effect, Starts};
-use cmaes::{CMAESOptions, DVector};
+use cmaes::{CMAESOptions, DVector, Individual};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use std::cell::RefCell;
-use thread_local::ThreadLocal;
 
 /// Simulations that CMA-ES may spend on the parameters of one effect, those of the base following linearly: a hundred
 /// for each of its up to three parameters (notebook 0190).
@@ -40,6 +38,8 @@ const OTHERS: f64 = 0.02;
 /// Fits that look for other local minima beside the one that was found (notebook 0190); their scatter widens the
 /// intervals. A budget of computing time.
 const HOLLOWS: usize = 10;
+/// Members of a generation that one thread simulates in lock-step: as many as a pack holds.
+const TOGETHER_IN_LOCKSTEP: usize = 8;
 /// CMA-ES ends when the costs of a generation differ by less than this part.
 const TOGETHER: f64 = 1e-3;
 /// Evolutions of all numbers, one after the other, as multiples of those standard deviations: a narrow one ends in the
@@ -74,16 +74,16 @@ pub(super) fn evolved(child: &Hypothesis, parent: &Scored, projector: &Projector
         let values: Vec<f64> = moved.map(|(value, (spread, z))| value * (spread * z).exp()).collect();
         started(child, parent, &values)
     };
-    let evaluators = ThreadLocal::new();
-    let followed = |z: &DVector<f64>| {
-        let x = place(z);
-        let own = evaluators.get_or(|| RefCell::new((Evaluator::new(child, &SEARCH), Vec::new())));
-        let (evaluator, residuals) = &mut *own.borrow_mut();
-        evaluator.residuals(&x, residuals);
-        projector.projected(child, &x, residuals)
+    let evaluator = Evaluator::new(child, &SEARCH);
+    let followed = |members: &[DVector<f64>]| -> Vec<Start> {
+        let places: Vec<Vec<f64>> = members.iter().map(place).collect();
+        let residuals = evaluator.of_all(&places);
+        let both = places.iter().zip(&residuals);
+        both.map(|(x, residuals)| projector.projected(child, x, residuals)).collect()
     };
-    let best = least(begin.len(), FOR_ONE, 0, |z| followed(z).promise);
-    followed(&best).x
+    let promises = |members: &[DVector<f64>]| followed(members).iter().map(|start| start.promise).collect();
+    let best = least(begin.len(), FOR_ONE, 0, promises);
+    followed(&[best]).swap_remove(0).x
 }
 
 impl<'a> Search<'a, '_> {
@@ -117,13 +117,12 @@ fn evolved_whole(scored: &Scored, seed: u64, width: f64) -> Fit {
         let moved = scored.fit.x.iter().zip(z.iter()).enumerate();
         moved.map(|(k, (x, z))| moved_by(hypothesis, k, *x, width * z)).collect()
     };
-    let evaluators = ThreadLocal::new();
-    let best = least(scored.fit.x.len(), FOR_ALL, seed, |z| {
-        let own = evaluators.get_or(|| RefCell::new((Evaluator::new(hypothesis, &SEARCH), Vec::new())));
-        let (evaluator, residuals) = &mut *own.borrow_mut();
-        evaluator.residuals(&place(z), residuals);
-        dot(residuals, residuals)
-    });
+    let evaluator = Evaluator::new(hypothesis, &SEARCH);
+    let costs = |members: &[DVector<f64>]| {
+        let places: Vec<Vec<f64>> = members.iter().map(place).collect();
+        evaluator.of_all(&places).iter().map(|residuals| dot(residuals, residuals)).collect()
+    };
+    let best = least(scored.fit.x.len(), FOR_ALL, seed, costs);
     fit(hypothesis, &place(&best), &SEARCH)
 }
 
@@ -171,25 +170,49 @@ fn moved_by(hypothesis: &Hypothesis, slot: usize, x: f64, z: f64) -> f64 {
 }
 
 /// Where a cost is least, in standard deviations from the place where the evolution begins; that place if nothing is
-/// better. The members of a generation are computed at once; each has its place, so the result is the same on every number of
-/// threads.
+/// better. `costs`: those of some members, in their order.
 fn least(
     dimensions: usize,
     simulations: usize,
     seed: u64,
-    cost: impl Fn(&DVector<f64>) -> f64 + Sync,
+    costs: impl Fn(&[DVector<f64>]) -> Vec<f64> + Sync,
 ) -> DVector<f64> {
-    // Costs span decades, and only their order counts; the logarithm lets their differences be compared.
     let options = CMAESOptions::new(vec![0.0; dimensions], 1.0)
         .population_size(POPULATION)
         .max_function_evals(simulations)
         .tol_fun(TOGETHER)
         .seed(seed);
     let begin = DVector::zeros(dimensions);
-    let at_begin = cost(&begin);
-    let best = options
-        .build(|z: &DVector<f64>| cost(z).ln())
-        .ok()
-        .and_then(|mut state| state.run_parallel().overall_best);
-    best.filter(|best| best.value < at_begin.ln()).map_or(begin, |best| best.point)
+    let at_begin = costs(std::slice::from_ref(&begin))[0];
+    let mut known: Vec<f64> = Vec::new();
+    loop {
+        let (asked, best) = asked(options.clone(), &known);
+        if asked.is_empty() {
+            return best.filter(|best| best.value < at_begin.ln()).map_or(begin, |best| best.point);
+        }
+        let generation = asked.par_chunks(TOGETHER_IN_LOCKSTEP).flat_map_iter(&costs);
+        // Costs span decades, and only their order counts; the logarithm lets their differences be compared.
+        known.extend(generation.map(f64::ln).collect::<Vec<f64>>());
+    }
+}
+
+/// The members of an evolution whose costs are not known yet: a generation, or none where it has ended. The crate asks for the cost of
+/// one member at a time, but the same seed and the same costs lead to the same members. So it is run anew up to the first that is
+/// not known, which takes microseconds, and a whole generation can be simulated in lock-step.
+fn asked(options: CMAESOptions, known: &[f64]) -> (Vec<DVector<f64>>, Option<Individual>) {
+    let mut asked = Vec::new();
+    let mut place = 0;
+    let answer = |z: &DVector<f64>| {
+        place += 1;
+        known.get(place - 1).copied().unwrap_or_else(|| {
+            asked.push(z.clone());
+            0.0
+        })
+    };
+    let best = options.build(answer).ok().and_then(|mut evolution| {
+        // One generation more than is known.
+        let generations = known.len() / POPULATION + 1;
+        (0..generations).find_map(|_| evolution.next())?.overall_best
+    });
+    (asked, best)
 }

@@ -1,4 +1,8 @@
 //! The sets of one vector register, as wide as the processor has them (crate `pulp`, chosen at run time).
+//!
+//! Only those operations of `pulp` are used that each processor's own type has. What the trait provides for all of them (`select_f64s`,
+//! `abs_f64s`, `neg_f64s`) is compiled without the processor's registers, and calls of it went through memory: two fifths of a
+//! simulation of two bodies.
 
 use super::{Apart, Lanes, Mask};
 use pulp::{Simd, WithSimd, bytemuck};
@@ -67,12 +71,15 @@ impl<S: Simd> Lanes for Register<S> {
 
     #[inline(always)]
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
-        yes.with(yes.simd.select_f64s(mask.bits, yes.numbers, no.numbers))
+        let simd = yes.simd;
+        let [yes_bits, no_bits] = [yes, no].map(|it| bytemuck::cast(it.numbers));
+        yes.with(bytemuck::cast(simd.select_u64s(mask.bits, yes_bits, no_bits)))
     }
 
     #[inline(always)]
     fn abs(self) -> Self {
-        self.with(self.simd.abs_f64s(self.numbers))
+        let all_but_sign = self.simd.splat_f64s(f64::from_bits(!(1 << 63)));
+        self.with(self.simd.and_f64s(self.numbers, all_but_sign))
     }
 
     #[inline(always)]
@@ -167,7 +174,7 @@ impl<S: Simd> Neg for Register<S> {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        self.with(self.simd.neg_f64s(self.numbers))
+        self.with(self.simd.xor_f64s(self.numbers, self.simd.splat_f64s(-0.0)))
     }
 }
 
