@@ -339,7 +339,7 @@ impl Axis {
     }
 
     pub(super) fn idle(&self, state: &State) -> Result<(), Refusal> {
-        if state.mode == Mode::Idle { Ok(()) } else { Err(Refusal::Busy) }
+        if state.mode.is_idle() { Ok(()) } else { Err(Refusal::Busy) }
     }
 
     /// What excites the motor by itself is not to be disturbed.

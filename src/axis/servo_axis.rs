@@ -262,6 +262,7 @@ impl ServoAxis {
     }
 
     /// One control tick. Who wants its record asks for it: it takes a tenth of the tick.
+    #[inline]
     pub fn advance(&mut self, sample: Sample) -> Advance<'_> {
         self.ended = false;
         let Some(axis) = &self.axis else {
@@ -276,6 +277,7 @@ impl ServoAxis {
     }
 
     /// The commissioning that ended in the last tick.
+    #[inline]
     fn concluded(&self) -> Option<&Outcome> {
         if self.ended { self.state.outcome() } else { None }
     }

@@ -136,7 +136,7 @@ impl Control {
         if self.overrun {
             servo_axis.raise(Condition::TickOverrun);
         }
-        let result = servo_axis.advance(sample);
+        let result = fast_tick::advance(servo_axis, sample);
         drive.apply(axis, result.drive.bridge, result.drive.duty);
         let cost = drive.clock_since(start);
         if let Some(&outcome) = result.concluded {

@@ -69,6 +69,7 @@ enum Work {
 
 impl State {
     /// Knows nothing, learns.
+    #[inline]
     pub fn new(params: &Params, count: i32) -> Self {
         let mut identify = super::State::new(&params.identify, count);
         identify.relength(params.identify.lengths_for(params.hint));
@@ -83,21 +84,25 @@ impl State {
     }
 
     /// Is there nothing left to be done with what was heard?
+    #[inline]
     pub fn is_done(&self) -> bool {
         self.work == Work::None
     }
 
     /// The bridge is open and the shaft stands: nothing is to be heard until it is driven.
+    #[inline]
     pub fn pause(&mut self) {
         self.identify.pause();
     }
 
     /// Gain and time constant are frozen, the dead zone follows.
+    #[inline]
     pub fn tracks(&self) -> bool {
         matches!(self.task, Task::Track(_))
     }
 
     /// The dead zone, `[positive, negative]`, moved by more than a quarter since it was commissioned.
+    #[inline]
     pub fn worn(&self) -> [bool; 2] {
         match &self.task {
             Task::Track([positive, negative]) => [positive.worn, negative.worn],
@@ -118,6 +123,7 @@ impl Params {
     }
 
     /// Listens from now on: tracks what is trusted, or has merely aged; learns if there is nothing to track.
+    #[inline]
     pub fn listen(&self, count: i32, known: &Estimates) -> State {
         let mut state = State::new(self, count);
         self.adopt(&mut state, known);
@@ -148,6 +154,7 @@ impl Params {
     }
 
     /// So many ticks at rest have passed: what is known has become older. `true`: `known` has changed.
+    #[inline]
     pub fn rest(&self, state: &mut State, known: &mut Estimates, ticks: u32) -> bool {
         state.rested = state.rested.saturating_add(ticks);
         let hop = 1u32.wrapping_shl(self.hop_bits(state));
@@ -159,7 +166,8 @@ impl Params {
     }
 
     /// A hop has ended. `true`: `known` has changed.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     fn hop(&self, state: &mut State, known: &mut Estimates, supply_measured: bool) -> bool {
         let usable = self.identify.usable_window(&mut state.identify);
         if state.tracks() {
@@ -172,7 +180,8 @@ impl Params {
     }
 
     /// The next step of what goes on. `true`: `known` has changed.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     fn go_on(&self, state: &mut State, known: &mut Estimates) -> bool {
         match state.work {
             Work::None => false,
@@ -185,6 +194,7 @@ impl Params {
     }
 
     /// The dead zone that a window of motion in this direction shows, Q20.
+    #[inline]
     fn sample(&self, solution: &Solution, window: &Window, direction: Direction) -> i32 {
         let applied =
             if direction == Direction::Positive { window.voltage } else { window.voltage.saturating_neg() };
@@ -192,6 +202,7 @@ impl Params {
     }
 
     /// log₂ of control ticks per hop.
+    #[inline]
     fn hop_bits(&self, state: &State) -> u32 {
         let lengths = &state.identify.lengths;
         (lengths.decimation + lengths.block).saturating_sub(HOPS_PER_BLOCK.ilog2())
@@ -199,17 +210,20 @@ impl Params {
 }
 
 /// |a − b| above a share of b.
+#[inline]
 fn moved(a: i32, b: i32, of_1024: i32) -> bool {
     i64::from(a.abs_diff(b)) * 1024 > i64::from(b) * i64::from(of_1024)
 }
 
 /// Takes `new` over; `true` if it differs.
+#[inline]
 fn publish(known: &mut Estimates, new: &Estimates) -> bool {
     let differs = known != new;
     *known = *new;
     differs
 }
 
+#[inline]
 fn follows_input(known: &Estimates) -> bool {
     known.mechanism == Mechanism::InputDeadZone
 }
