@@ -69,7 +69,7 @@ pub enum Command {
 
 impl Command {
     /// Does it need the gains and limits of what is known by now?
-    const fn plans(&self) -> bool {
+    pub(super) const fn plans(&self) -> bool {
         use Command::{Excite, GoTo, Position, Reference, Speed, Stream, TrackSine, Voltage};
         matches!(
             self,

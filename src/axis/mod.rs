@@ -367,9 +367,6 @@ impl Axis {
     #[inline]
     fn listen(&self, state: &mut State) {
         state.listener = Listener::Passive(passive::State::new(&self.passive, state.count));
-        if let Listener::Passive(passive) = &mut state.listener {
-            self.passive.adopt(passive, &state.known);
-        }
     }
 
     /// Set-point → voltage behind the dead zone.

@@ -274,6 +274,11 @@ impl State {
         self.learn();
     }
 
+    /// Have the gains followed all that is known?
+    pub(crate) fn is_designed(&self) -> bool {
+        self.renewal == design::Stage::Done
+    }
+
     /// Where positions count from.
     #[inline]
     pub(crate) fn origin(&self) -> i32 {

@@ -61,6 +61,8 @@ pub struct State {
 enum Work {
     #[default]
     None,
+    /// Taking over what is known: a tick later than the memory is set up, because both take long.
+    Begin,
     /// The solver.
     Solve,
     /// From a solution to estimates, step by step.
@@ -68,16 +70,14 @@ enum Work {
 }
 
 impl State {
-    /// Knows nothing, learns.
-    #[inline]
+    /// Its memory, built where it is to stay. One of the next ticks takes over what is known.
+    #[inline(always)]
     pub fn new(params: &Params, count: i32) -> Self {
-        let mut identify = super::State::new(&params.identify, count);
-        identify.relength(params.identify.lengths_for(params.hint));
         State {
-            identify,
+            identify: super::State::new(&params.identify, count),
             solver: Solver::default(),
             solved: false,
-            work: Work::None,
+            work: Work::Begin,
             rested: 0,
             task: Task::Learn(Learning::default()),
         }
@@ -126,8 +126,17 @@ impl Params {
     #[inline]
     pub fn listen(&self, count: i32, known: &Estimates) -> State {
         let mut state = State::new(self, count);
-        self.adopt(&mut state, known);
+        self.begin(&mut state, known);
         state
+    }
+
+    /// Takes over what is known.
+    #[cold]
+    #[inline(never)]
+    fn begin(&self, state: &mut State, known: &Estimates) {
+        state.work = Work::None;
+        state.identify.relength(self.identify.lengths_for(self.hint));
+        self.adopt(state, known);
     }
 
     /// One control tick: bounded integer work. `true`: `known` has changed.
@@ -185,6 +194,10 @@ impl Params {
     fn go_on(&self, state: &mut State, known: &mut Estimates) -> bool {
         match state.work {
             Work::None => false,
+            Work::Begin => {
+                self.begin(state, known);
+                false
+            }
             Work::Solve => {
                 self.solve(state);
                 false

@@ -6,6 +6,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+use core::mem::MaybeUninit;
 use servo::axis::Sample;
 use servo::axis::servo_axis::{Advance, ServoAxis};
 
@@ -14,4 +15,10 @@ use servo::axis::servo_axis::{Advance, ServoAxis};
 #[inline(never)]
 pub fn advance(axis: &mut ServoAxis, sample: Sample) -> Advance<'_> {
     axis.advance(sample)
+}
+
+/// An axis that is not configured, in the place where it is to stay: compiled for size, it would be made on the stack and copied.
+#[inline(never)]
+pub fn place(place: &mut MaybeUninit<ServoAxis>) -> &mut ServoAxis {
+    place.write(ServoAxis::new())
 }
