@@ -49,6 +49,7 @@ impl Smoothing {
 
     /// The widest that does not exceed this share of the nominal supply, between the bounds.
     #[must_use]
+    #[inline]
     pub fn within(share: f32) -> Self {
         let fits = |bits: &u32| share * 1u32.wrapping_shl(*bits) as f32 >= 1.0;
         let bits = (Self::WIDEST.bits..Self::NARROWEST.bits).find(fits);
@@ -57,6 +58,7 @@ impl Smoothing {
 
     /// ε.
     #[must_use]
+    #[inline]
     pub const fn width(self) -> Voltage {
         Voltage(Voltage::NOMINAL.0.wrapping_shr(self.bits))
     }
@@ -96,10 +98,12 @@ impl Side {
     }
 
     /// `d·sat(v/ε)` for v ≥ 0.
+    #[inline]
     fn push(&self, v: i32) -> i32 {
         if v >= self.epsilon { self.width } else { mul_shift_within(self.outer_slope, v, OUTER_BITS) }
     }
 
+    #[inline]
     fn forward(&self, u: i32) -> i32 {
         let knee = self.width.saturating_add(self.epsilon);
         if u > knee { u.saturating_sub(self.width) } else { mul_shift_within(u, self.inner_slope, 30) }
@@ -127,12 +131,14 @@ impl DeadZone {
         Self { positive: Side::new(positive, smoothing), negative: Side::new(negative, smoothing) }
     }
 
+    #[inline]
     fn side(&self, sign_of: Voltage) -> &Side {
         if sign_of.0 < 0 { &self.negative } else { &self.positive }
     }
 
     /// What is left of the terminal voltage `u` behind the dead zone.
     #[must_use]
+    #[inline]
     pub fn forward(&self, u: Voltage) -> Voltage {
         let magnitude = self.side(u).forward(u.0.saturating_abs());
         Voltage(if u.0 < 0 { magnitude.wrapping_neg() } else { magnitude })
@@ -141,12 +147,14 @@ impl DeadZone {
     /// The terminal voltage that leaves `v` behind the dead zone: `forward(inverse(v)) = v` within
     /// one LSB, `inverse(forward(u)) = u` within `2 + d/ε`, the slope inside ε.
     #[must_use]
+    #[inline]
     pub fn inverse(&self, v: Voltage) -> Voltage {
         v.plus(self.push(v))
     }
 
     /// The signed part of the dead zone that acts for the sign of `z`: `d·sat(z/ε)`.
     #[must_use]
+    #[inline]
     pub fn push(&self, z: Voltage) -> Voltage {
         let magnitude = self.side(z).push(z.0.saturating_abs());
         Voltage(if z.0 < 0 { magnitude.wrapping_neg() } else { magnitude })
@@ -180,6 +188,7 @@ impl Compensator {
     }
 
     /// The voltage whose sign counts, if it is not the command itself.
+    #[inline]
     fn fixed_sign(&self, towards: Option<Voltage>) -> Option<Voltage> {
         towards.filter(|_| self.sign == SignSource::Reference)
     }
@@ -187,6 +196,7 @@ impl Compensator {
     /// Terminal voltage for the wanted `linear` one. `towards` is the steady voltage of the reference speed behind the
     /// dead zone or, while the reference rests, any voltage towards the target; `None`: wherever `linear` points.
     #[must_use]
+    #[inline]
     pub fn apply(&self, linear: Voltage, towards: Option<Voltage>) -> Voltage {
         linear.plus(self.dead_zone.push(self.fixed_sign(towards).unwrap_or(linear)))
     }

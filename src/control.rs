@@ -72,6 +72,7 @@ pub struct Reference {
 impl Reference {
     /// A position to stay at.
     #[must_use]
+    #[inline]
     pub const fn rest(position: Position) -> Self {
         Self { position, speed: Speed(0), acceleration: Acceleration(0) }
     }
@@ -91,6 +92,7 @@ impl Reference {
 
     /// True while it does not move.
     #[must_use]
+    #[inline]
     pub fn rests(&self) -> bool {
         self.speed.0 == 0 && self.acceleration.0 == 0
     }
@@ -166,18 +168,21 @@ pub struct State {
 impl State {
     /// The integrator's voltage.
     #[must_use]
+    #[inline]
     pub fn integral(&self) -> Voltage {
         // The upper word.
         Voltage((self.integrator >> (INTEGRATOR_BITS - Voltage::BITS)) as i32)
     }
 
     /// Notes whether the shaft moves.
+    #[inline]
     pub fn watch(&mut self, count: i32) {
         self.still = if count == self.count { self.still.saturating_add(1) } else { 0 };
         self.count = count;
     }
 
     /// Takes over at `voltage` without a step.
+    #[inline]
     pub fn preset(&mut self, voltage: Voltage) {
         self.integrator = (voltage.0 as i64) << (INTEGRATOR_BITS - Voltage::BITS);
     }
@@ -186,6 +191,7 @@ impl State {
 impl Params {
     /// As real numbers.
     #[must_use]
+    #[inline]
     pub fn gains(&self) -> Gains {
         Gains {
             position: self.position as f32 / (1u64 << 28) as f32,
@@ -197,6 +203,7 @@ impl Params {
 
     /// What the position loop answers to an error of one count, in nominal voltages.
     #[must_use]
+    #[inline]
     pub fn per_count(&self) -> f32 {
         let gains = self.gains();
         gains.position * gains.speed
@@ -204,24 +211,28 @@ impl Params {
 
     /// Voltage that this acceleration takes.
     #[must_use]
+    #[inline]
     pub fn accelerating_voltage(&self, acceleration: Acceleration) -> Voltage {
         Voltage(mul_shift(acceleration.0, self.feed_acceleration, 16))
     }
 
     /// Position error, counts Q12, that asks for this speed, counts per tick.
     #[must_use]
+    #[inline]
     pub fn error_for(&self, speed: f32) -> i32 {
         to_fixed(speed / (self.position as f32 / (1u32 << 28) as f32), ERROR_BITS)
     }
 
     /// Steady voltage behind the dead zone that keeps `speed`.
     #[must_use]
+    #[inline]
     pub fn steady_voltage(&self, speed: Speed) -> Voltage {
         Voltage(mul_shift(speed.0, self.feed_speed, 20))
     }
 
     /// Position error → wanted speed, within ±`limit`; true if the limit acts.
     #[must_use]
+    #[inline]
     pub fn position_loop(&self, error: i32, reference: Speed, limit: Speed) -> (Speed, bool) {
         let wanted = reference.0.saturating_add(mul_shift(error, self.position, 20));
         let allowed = limited(wanted, limit.0);
@@ -230,6 +241,7 @@ impl Params {
 
     /// Wanted speed → voltage behind the dead zone, before the clip.
     #[must_use]
+    #[inline]
     pub fn speed_loop(&self, state: &State, reference: &Reference, wanted: Speed, speed: Speed) -> Voltage {
         let lack = wanted.0.saturating_sub(speed.0);
         self.steady_voltage(reference.speed)
@@ -241,6 +253,7 @@ impl Params {
     /// The error that the integrator takes in while the reference rests. Stuck off the target, it is at least the one
     /// that gives `STUCK_RATE`. Beyond the target, what is needed lies between the integrator now and at the last
     /// crossing: halving that interval each time ends the hunting that a dead zone and an integrator do together.
+    #[inline]
     pub fn at_rest(&self, state: &mut State, error: i32, friction: bool) -> i32 {
         if error.signum() == state.side.wrapping_neg() {
             state.integrator = (state.integrator >> 1).saturating_add(state.bracket >> 1);
@@ -254,6 +267,7 @@ impl Params {
     }
 
     /// Forgets what was learned about the last resting place.
+    #[inline]
     pub fn in_motion(&self, state: &mut State) {
         state.side = 0;
     }
@@ -261,6 +275,7 @@ impl Params {
     /// The integrator's tick. `beyond`: by how much the wanted voltage exceeds the clipped one, zero without clip. While
     /// it is clipped, the integrator takes in only what leads out of the clip (conditional integration): most of what is
     /// clipped off is feed-forward, and the integrator would need its own slow time to forget that again.
+    #[inline]
     pub fn integrate(&self, state: &mut State, error: i32, beyond: Voltage) {
         let further = beyond.0.signum().saturating_mul(error.signum()) > 0;
         if self.integral != 0 && !further {

@@ -89,18 +89,21 @@ pub struct State {
 impl State {
     /// At rest where the counter says.
     #[must_use]
+    #[inline]
     pub fn at_rest(count: i32) -> Self {
         Self { position: Position::of_count(count), speed: 0, load: 0 }
     }
 
     /// Estimated position.
     #[must_use]
+    #[inline]
     pub fn position(&self) -> Position {
         self.position
     }
 
     /// Estimated unknown acceleration: load and what the model lacks.
     #[must_use]
+    #[inline]
     pub fn load(&self) -> Acceleration {
         // 64 − 34 bits: it always fits.
         Acceleration((self.load >> (LOAD_BITS - ACCELERATION_BITS)) as i32)
@@ -108,6 +111,7 @@ impl State {
 
     /// Estimated speed.
     #[must_use]
+    #[inline]
     pub fn speed(&self) -> Speed {
         // Within `FASTEST_STATE` it always fits.
         Speed((self.speed >> (STATE_BITS - SPEED_BITS)) as i32)
@@ -117,6 +121,7 @@ impl State {
 impl Params {
     /// One tick: `voltage` (behind the dead zone) acted since the last one, the counter now reads `count`. `None`: the
     /// bridge was open, no current brakes the motor, and the speed stays as it is but for the load.
+    #[inline]
     pub fn step(&self, state: &mut State, count: i32, voltage: Option<Voltage>) {
         self.predict(state, voltage);
         if state.position.count() == count {
@@ -127,6 +132,7 @@ impl Params {
         }
     }
 
+    #[inline]
     fn predict(&self, state: &mut State, voltage: Option<Voltage>) {
         let speed = state.speed().0;
         let lack = voltage.map_or(0, |v| mul_shift(v.0, self.full_speed, 20).saturating_sub(speed));
@@ -137,6 +143,7 @@ impl Params {
             state.speed.wrapping_add(acceleration).wrapping_add(state.load >> (LOAD_BITS - STATE_BITS));
     }
 
+    #[inline]
     fn correct(&self, state: &mut State, innovation: i32) {
         state.position = state.position.plus((innovation as i64).wrapping_mul(self.to_position as i64));
         let correction = (innovation as i64).wrapping_mul(self.to_speed as i64);
@@ -148,6 +155,7 @@ impl Params {
 }
 
 /// Distance of the model from the interval [count, count + 1), counts Q12; zero inside.
+#[inline]
 fn innovation(count: i32, position: Position) -> i32 {
     const HALF_COUNT: i32 = 1 << 11;
     let distance = Position::of_count(count).minus(position);
@@ -172,6 +180,7 @@ pub struct Standstill {
 
 impl Standstill {
     /// One tick. A shaft at an edge of the encoder flickers by one count and stands.
+    #[inline]
     pub fn watch(&mut self, count: i32) {
         self.ticks = self.ticks.saturating_add(1);
         let passed = count.wrapping_sub(self.place);
@@ -184,6 +193,7 @@ impl Standstill {
     /// time, and does not turn against its last edge. The observer knows no break-away, nor a drive that ignores
     /// voltage; it sees a shaft turn that stands, or forwards one that still runs back.
     #[must_use]
+    #[inline]
     pub fn allows(&self, speed: Speed) -> Speed {
         if speed.0.signum() == self.passed.signum().saturating_neg() {
             return self.edge_speed();
@@ -195,6 +205,7 @@ impl Standstill {
     /// Speed over the last edge interval, no more than the time since allows. It knows no voltage: a large winding goes on
     /// driving the shaft the old way when the voltage has turned, while the observer sees it turn round already.
     #[must_use]
+    #[inline]
     pub fn edge_speed(&self) -> Speed {
         let passed = self.passed.unsigned_abs().min(MOST_PASSED) << 20;
         let rate = passed.checked_div(self.took).unwrap_or(0) as i32;
@@ -202,6 +213,7 @@ impl Standstill {
     }
 
     /// A shaft that turned faster would have passed the next count beyond the flicker.
+    #[inline]
     fn most(&self) -> i32 {
         let most = ((FLICKER + 1) << 20).checked_div(self.ticks);
         most.map_or(i32::MAX, |most| most as i32)
@@ -209,6 +221,7 @@ impl Standstill {
 
     /// Has it lasted for so many ticks?
     #[must_use]
+    #[inline]
     pub fn lasts(&self, ticks: u32) -> bool {
         self.ticks >= ticks
     }

@@ -64,6 +64,7 @@ impl Params {
     }
 
     /// Measured supply; the nominal one when it is not measured.
+    #[inline]
     pub fn supply(&self, state: &mut State, sample: &Sample) -> Voltage {
         let now = Voltage::from_q14(self.supply.voltage(sample.vbus_raw));
         let step = now.0.saturating_sub(state.smooth) >> SMOOTHING_BITS;
@@ -77,12 +78,14 @@ impl Params {
 
     /// The command that acts from this tick to the next.
     #[must_use]
+    #[inline]
     pub fn acting(&self, state: &State) -> Drive {
         state.line.get(self.delay.wrapping_sub(1)).copied().unwrap_or_default()
     }
 
     /// Terminal voltage of a command at this supply.
     #[must_use]
+    #[inline]
     pub fn terminal(&self, drive: Drive, supply: Voltage) -> Voltage {
         let ratio = i32::from(drive.duty).saturating_mul(self.per_count);
         Voltage(mul_shift(ratio, supply.0, 30))
@@ -90,11 +93,13 @@ impl Params {
 
     /// Highest terminal voltage that the supply allows.
     #[must_use]
+    #[inline]
     pub fn ceiling(&self, state: &State) -> Voltage {
         Voltage(state.supply)
     }
 
     /// The duty that brings `voltage` (within the ceiling) to the terminals; queued behind the delay.
+    #[inline]
     pub fn modulate(&self, state: &mut State, bridge: Bridge, voltage: Voltage) -> Drive {
         let duty = if bridge == Bridge::Driven { self.duty(state, voltage) } else { 0 };
         let drive = Drive { bridge, duty };
@@ -104,6 +109,7 @@ impl Params {
     }
 
     /// `voltage / supply · full scale`, rounded to nearest. One 32-bit division.
+    #[inline]
     fn duty(&self, state: &State, voltage: Voltage) -> i16 {
         let supply = (state.supply >> (SUPPLY_BITS - 14)).max(LOWEST_SUPPLY) as u32;
         let inverse = ((1u32 << 31) / supply) as i32; // Q17 of 1/nominal

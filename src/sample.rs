@@ -34,6 +34,7 @@ impl Sample {
 
     /// The current behind `current_raw` of a sample or a record; `None`: not sensed, for whatever reason.
     #[must_use]
+    #[inline]
     pub const fn sensed(current_raw: i16) -> Option<i16> {
         if current_raw < Self::LOWEST_CURRENT { None } else { Some(current_raw) }
     }

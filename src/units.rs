@@ -26,30 +26,35 @@ pub struct Position(pub i64);
 impl Position {
     /// The middle of the interval in which a counter that reads `count` can be: `count + ½`.
     #[must_use]
+    #[inline]
     pub const fn of_count(count: i32) -> Self {
         Self(((count as i64) << 32) | (1 << 31))
     }
 
     /// Moved on by `counts`, given in Q32.
     #[must_use]
+    #[inline]
     pub const fn plus(self, counts_q32: i64) -> Self {
         Self(self.0.wrapping_add(counts_q32))
     }
 
     /// The count that contains this position.
     #[must_use]
+    #[inline]
     pub const fn count(self) -> i32 {
         (self.0 >> 32) as i32
     }
 
     /// Relative to the counter reading `zero`, counts Q8, modulo 2²⁴ counts: beside a count it tells the whole.
     #[must_use]
+    #[inline]
     pub const fn relative_q8(self, zero: i32) -> i32 {
         (self.0.wrapping_sub((zero as i64) << 32) >> 24) as i32
     }
 
     /// `self − other` in counts, Q12, saturating at ±2¹⁹ counts.
     #[must_use]
+    #[inline]
     pub fn minus(self, other: Self) -> i32 {
         saturate(self.0.wrapping_sub(other.0) >> (32 - ERROR_BITS))
     }
@@ -62,6 +67,7 @@ pub struct Speed(pub i32);
 impl Speed {
     /// Travel of one tick at this speed, counts Q32.
     #[must_use]
+    #[inline]
     pub const fn per_tick(self) -> i64 {
         (self.0 as i64) << (32 - SPEED_BITS)
     }
@@ -85,24 +91,28 @@ impl Voltage {
 
     /// Sum, saturating.
     #[must_use]
+    #[inline]
     pub const fn plus(self, other: Self) -> Self {
         Self(self.0.saturating_add(other.0))
     }
 
     /// Difference, saturating.
     #[must_use]
+    #[inline]
     pub const fn minus(self, other: Self) -> Self {
         Self(self.0.saturating_sub(other.0))
     }
 
     /// Rounded to nearest, in the identifier's format.
     #[must_use]
+    #[inline]
     pub const fn q14(self) -> VoltageQ14 {
         VoltageQ14(self.0.saturating_add(1 << (VOLTAGE_BITS - 15)) >> (VOLTAGE_BITS - 14))
     }
 
     /// From the identifier's format.
     #[must_use]
+    #[inline]
     pub const fn from_q14(voltage: VoltageQ14) -> Self {
         Self(voltage.0.saturating_mul(1 << (VOLTAGE_BITS - 14)))
     }
@@ -194,6 +204,7 @@ const fn product(value: i32, gain: i32, shift: u32) -> i64 {
 
 /// `value · 2^bits` as the nearest integer that fits in 32 bits, for parameters that are set up once.
 #[must_use]
+#[inline]
 pub fn to_fixed(value: f32, bits: u32) -> i32 {
     // 2^bits by its exponent: there is no instruction that converts 64 bits.
     let scaled = value * f32::from_bits(127u32.wrapping_add(bits) << 23);

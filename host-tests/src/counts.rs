@@ -19,7 +19,7 @@ pub struct Count {
 
 /// Builds the bench image and runs it.
 pub fn run() -> Vec<Count> {
-    let output = test_image::qemu(&test_image::built("bench-image", "bench-image"))
+    let output = test_image::qemu(&test_image::built_as("bench-image", "bench-image", "bench-image"))
         .args(["-icount", "shift=4"])
         .output()
         .expect("QEMU can be started; try `cargo xtask setup`");

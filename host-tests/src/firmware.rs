@@ -69,7 +69,7 @@ fn build(axes: Option<&str>, name: &str) -> PathBuf {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _turn = ONE_AT_A_TIME.lock().expect("no earlier build has failed");
     let target = QEMU.chip.target;
-    let what = ["build", "--quiet", "--package", "servo", "--bin", "firmware"];
+    let what = ["build", "--quiet", "--package", "firmware", "--bin", "firmware"];
     let how = ["--target", target, "--profile", "firmware"];
     let features = [QEMU.feature, axes].into_iter().flatten();
     let features: Vec<&str> = features.flat_map(|feature| ["--features", feature]).collect();

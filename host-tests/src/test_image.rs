@@ -9,17 +9,22 @@ const TARGET: &str = QEMU.chip.target;
 /// Builds a binary of a package for the chip. Panics with the compiler's words if it cannot be built: tests in QEMU are
 /// never skipped.
 pub fn built(package: &str, binary: &str) -> PathBuf {
+    built_as("firmware", package, binary)
+}
+
+/// The same, with this profile of Cargo's.
+pub fn built_as(profile: &str, package: &str, binary: &str) -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .current_dir(root)
         .args(["build", "--quiet", "--package", package, "--bin", binary])
-        .args(["--target", TARGET, "--profile", "firmware"])
+        .args(["--target", TARGET, "--profile", profile])
         .status()
         .expect("cargo starts");
     assert!(status.success(), "{binary} does not build");
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    target.join(TARGET).join("firmware").join(binary)
+    target.join(TARGET).join(profile).join(binary)
 }
 
 /// QEMU's board with an image; it ends when the image does.

@@ -69,7 +69,7 @@ pub enum Command {
 
 impl Command {
     /// Does it need the gains and limits of what is known by now?
-    const fn plans(&self) -> bool {
+    pub(super) const fn plans(&self) -> bool {
         use Command::{Excite, GoTo, Position, Reference, Speed, Stream, TrackSine, Voltage};
         matches!(
             self,
@@ -339,7 +339,7 @@ impl Axis {
     }
 
     pub(super) fn idle(&self, state: &State) -> Result<(), Refusal> {
-        if state.mode == Mode::Idle { Ok(()) } else { Err(Refusal::Busy) }
+        if state.mode.is_idle() { Ok(()) } else { Err(Refusal::Busy) }
     }
 
     /// What excites the motor by itself is not to be disturbed.

@@ -38,6 +38,7 @@ impl Demand {
 
     pub const BRAKE: Self = Self { bridge: Bridge::Shorted, ..Self::OPEN };
 
+    #[inline]
     pub fn exciting(bridge: Bridge, voltage: Voltage) -> Self {
         Self { bridge, voltage, meaning: Meaning::Terminal }
     }
@@ -45,6 +46,7 @@ impl Demand {
 
 impl State {
     /// The set-point of this tick.
+    #[inline]
     pub(super) fn advance(&mut self) -> Reference {
         let (reference, arrived) = match &mut self.mode {
             Mode::Sine(sine) => (sine.step(), sine.done().then(|| sine.centre())),
@@ -70,6 +72,7 @@ impl State {
     }
 
     /// The set-point that a stream gives, and what becomes of the stream.
+    #[inline]
     fn streamed(&mut self, step: &Step) -> Reference {
         self.limit = step.limit;
         match step.state {
@@ -89,6 +92,7 @@ impl State {
     }
 
     /// Voltage mode: towards the target at a bounded rate.
+    #[inline]
     pub(super) fn drive(&mut self, target: Voltage, slew: i32) -> Demand {
         let step = limited(target.minus(self.voltage).0, slew);
         self.voltage = self.voltage.plus(Voltage(step));
@@ -112,6 +116,7 @@ impl State {
     }
 
     /// Position loop, speed loop, or silence.
+    #[inline]
     pub(super) fn follow(&mut self, reference: Reference) -> Demand {
         self.reference = reference;
         self.control.watch(self.count);
@@ -131,6 +136,7 @@ impl State {
     }
 
     /// Both loops. Returns the error that the integrator takes in.
+    #[inline]
     fn regulate(&mut self, reference: &Reference) -> Option<i32> {
         let loops = &self.design.loops;
         let error = reference.position.minus(self.encoder.position());
@@ -154,6 +160,7 @@ impl State {
     }
 
     /// The voltage whose sign tells which way the shaft is to go.
+    #[inline]
     fn towards(&self, reference: &Reference) -> Voltage {
         if reference.rests() {
             // By the counter: no estimate's noise reaches this sign, and it stays until the target is crossed.
@@ -165,11 +172,13 @@ impl State {
     }
 
     /// Counts from here to the target, by the counter itself.
+    #[inline]
     fn short_of(&self, target: Position) -> i32 {
         target.count().wrapping_sub(self.count)
     }
 
     /// Within [`HOLD_BAND`] counts of the target.
+    #[inline]
     fn in_band(&self, target: Position) -> bool {
         (-HOLD_BAND..=HOLD_BAND).contains(&self.short_of(target))
     }

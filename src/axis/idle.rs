@@ -17,7 +17,7 @@ impl Axis {
     /// Is there nothing to be done but to watch? `acting`: the drive from now to the next tick.
     #[inline]
     pub(super) fn is_idle(&self, state: &State, acting: Drive) -> bool {
-        state.mode == Mode::Idle
+        state.mode.is_idle()
             && acting.bridge == Bridge::Open
             && state.acted.is_none()
             && state.standstill.lasts(self.standing)
@@ -32,6 +32,7 @@ impl Axis {
     }
 
     /// One tick at rest. The bridge stays open, unless a fault wants the terminals tied together.
+    #[inline]
     pub(super) fn rest(&self, state: &mut State, sample: &Sample, supply: Voltage) -> Bridge {
         if !state.idle || state.count != sample.count {
             self.come_to_rest(state, sample.count);
@@ -44,7 +45,7 @@ impl Axis {
         if let Some(action) = state.protect.action() {
             self.answer(state, action);
         }
-        if state.mode == Mode::Brake { Bridge::Shorted } else { Bridge::Open }
+        if matches!(state.mode, Mode::Brake) { Bridge::Shorted } else { Bridge::Open }
     }
 
     /// The shaft stands here.
@@ -61,7 +62,8 @@ impl Axis {
         }
     }
 
-    #[inline(never)]
+    #[cold]
+    #[inline]
     fn look_at_rest(&self, state: &mut State, sample: &Sample, supply: Voltage) {
         let input = protect::Input {
             supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply),
@@ -77,12 +79,14 @@ impl Axis {
 }
 
 /// Ticks without motion after which a shaft stands.
+#[inline]
 pub(super) fn standing(tick_hz: u32) -> u32 {
     tick_hz / STANDING_HZ
 }
 
 impl protect::Input {
     /// Of a shaft at rest with the bridge open, its supply apart.
+    #[inline]
     const fn at_rest(count: i32, current: Option<i16>) -> Self {
         Self {
             count,

@@ -139,12 +139,14 @@ impl Axis {
     }
 
     /// One control tick, and what there is to tell about it.
+    #[inline]
     pub fn step(&self, state: &mut State, sample: Sample) -> Output {
         let Drive { bridge, duty } = self.advance(state, sample);
         Output { bridge, duty, record: state.record() }
     }
 
     /// One control tick, top to bottom: what the bridge is to do. [`State::record`] tells about it, if anybody asks.
+    #[inline]
     pub fn advance(&self, state: &mut State, sample: Sample) -> Drive {
         let supply = self.pwm.supply(&mut state.pwm, &sample);
         let acting = self.pwm.acting(&state.pwm);
@@ -175,6 +177,7 @@ impl Axis {
     }
 
     /// Count → position and speed.
+    #[inline]
     fn encoder(&self, state: &mut State, count: i32) {
         if state.zero.is_none() {
             state.zero = Some(count);
@@ -189,6 +192,7 @@ impl Axis {
     }
 
     /// Looks for zero, if that is what the motion is for.
+    #[inline]
     fn search(&self, state: &mut State, sample: &Sample) {
         let index = core::mem::take(&mut state.index);
         let Some(search) = &mut state.search else { return };
@@ -217,11 +221,13 @@ impl Axis {
     }
 
     /// Call this before [`Axis::step`] if the index pulse was high when the count was sampled.
+    #[inline]
     pub fn index(&self, state: &mut State) {
         state.index = true;
     }
 
     /// Opens the bridge on a fault. True in a tick that looked for one, unless every tick does.
+    #[inline]
     fn protect(&self, state: &mut State, sample: &Sample, supply: Voltage) -> bool {
         let reading = Reading {
             count: sample.count,
@@ -241,7 +247,8 @@ impl Axis {
     }
 
     /// A look for faults: not in every tick.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     fn look(&self, state: &mut State, reading: &Reading, averages: Averages, supply: Option<Voltage>) {
         let design = &state.design;
         let input = protect::Input {
@@ -266,6 +273,7 @@ impl Axis {
     }
 
     /// Latches a fault that was found elsewhere.
+    #[inline]
     pub(crate) fn latch(&self, state: &mut State, fault: Fault) {
         state.protect.latch(fault, self.protect.actions());
     }
@@ -291,6 +299,7 @@ impl Axis {
 
     /// Count and acting voltage → what the motor is; and, while it is excited for that, the voltage to try next. What
     /// is new reaches the design in the ticks that follow, one stage each. `looked`: protection has taken long in this tick.
+    #[inline]
     fn identify(
         &self,
         state: &mut State,
@@ -331,7 +340,7 @@ impl Axis {
 
     /// One step towards a commissioning.
     #[cold]
-    #[inline(never)]
+    #[inline]
     fn prepare(&self, state: &mut State) {
         let Listener::Start(start) = &mut state.listener else {
             return;
@@ -355,15 +364,13 @@ impl Axis {
 
     /// Listens to ordinary motion from this tick on.
     #[cold]
-    #[inline(never)]
+    #[inline]
     fn listen(&self, state: &mut State) {
         state.listener = Listener::Passive(passive::State::new(&self.passive, state.count));
-        if let Listener::Passive(passive) = &mut state.listener {
-            self.passive.adopt(passive, &state.known);
-        }
     }
 
     /// Set-point → voltage behind the dead zone.
+    #[inline]
     fn control(&self, state: &mut State) -> Demand {
         state.limit = Limit::None;
         state.holding = false;
@@ -386,6 +393,7 @@ impl Axis {
     }
 
     /// Dead zone, then the only clip; the integrator is told what the clip takes.
+    #[inline]
     fn compensate(&self, state: &mut State, demand: &Demand) -> Voltage {
         let Meaning::Linear { towards, error } = demand.meaning else {
             // Whoever excites looks for the saturation, too: what is known of it must not bound that.
@@ -405,6 +413,7 @@ impl Axis {
     }
 
     /// The one clip: voltage limit, supply and saturation. Tells which of them acts.
+    #[inline]
     fn clip(&self, state: &State, wanted: Voltage, saturation: [Voltage; 2]) -> (Voltage, Limit) {
         let ceiling = self.pwm.ceiling(&state.pwm).min(self.most_voltage);
         let [positive, negative] = saturation;

@@ -123,6 +123,16 @@ impl ServoAxis {
         Self::default()
     }
 
+    /// Can this order be executed in this tick without much ado? For some ticks behind a new configuration a motion takes long, for
+    /// all that its gains follow from is then computed at once. Whoever can wait asks before [`ServoAxis::execute`].
+    #[must_use]
+    pub fn is_ready(&self, order: &Order) -> bool {
+        match order {
+            Order::Run(command) => !command.plans() || self.axis.is_none() || self.state.is_designed(),
+            Order::Install(..) | Order::Reset => true,
+        }
+    }
+
     /// Executes an order at the start of a tick, before [`ServoAxis::step`].
     pub fn execute(&mut self, order: &Order) -> Result<(), OrderRefusal> {
         match order {
@@ -262,6 +272,7 @@ impl ServoAxis {
     }
 
     /// One control tick. Who wants its record asks for it: it takes a tenth of the tick.
+    #[inline]
     pub fn advance(&mut self, sample: Sample) -> Advance<'_> {
         self.ended = false;
         let Some(axis) = &self.axis else {
@@ -276,6 +287,7 @@ impl ServoAxis {
     }
 
     /// The commissioning that ended in the last tick.
+    #[inline]
     fn concluded(&self) -> Option<&Outcome> {
         if self.ended { self.state.outcome() } else { None }
     }

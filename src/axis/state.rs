@@ -23,7 +23,7 @@ use crate::units::{Position, Voltage};
 ///
 /// A tag of its own (docs/notebook/0180): the compiler would hide it in 64 bits of the largest variant, where every look at it,
 /// five a tick, takes six instructions more.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default)]
 #[repr(u32)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub(crate) enum Mode {
@@ -46,8 +46,15 @@ pub(crate) enum Mode {
 }
 
 impl Mode {
+    /// Is there nothing to be done?
+    #[inline]
+    pub fn is_idle(&self) -> bool {
+        matches!(self, Mode::Idle)
+    }
+
     /// Does it go on after the host has died? A sine and a stream end by themselves, and a position that is held is where
     /// it was to be.
+    #[inline]
     pub fn is_endless(&self) -> bool {
         matches!(self, Mode::Drive(_) | Mode::Cruise(_) | Mode::Move(_))
     }
@@ -217,13 +224,14 @@ impl Axis {
 
 impl State {
     /// The loops are to use what is known now, as far as it is trusted.
+    #[inline]
     pub(crate) fn learn(&mut self) {
         self.renewal = self.renewal.max(self.last_trusted.adopt(&self.known));
     }
 
     /// The memory of a commissioning, kilobytes of it. A function of its own, like all that needs so much of the stack.
     #[cold]
-    #[inline(never)]
+    #[inline]
     pub(super) fn begin_commissioning(&mut self, params: &commission::Params) {
         self.listener = Listener::Commissioning(Commissioning {
             params: *params,
@@ -236,7 +244,8 @@ impl State {
     }
 
     /// One tick of a commissioning. A function of its own: in ordinary ticks its stack frame is not there.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     pub(super) fn commission(&mut self, input: &commission::Input) {
         let Listener::Commissioning(commissioning) = &mut self.listener else {
             return;
@@ -265,7 +274,13 @@ impl State {
         self.learn();
     }
 
+    /// Have the gains followed all that is known?
+    pub(crate) fn is_designed(&self) -> bool {
+        self.renewal == design::Stage::Done
+    }
+
     /// Where positions count from.
+    #[inline]
     pub(crate) fn origin(&self) -> i32 {
         self.datum.or(self.zero).unwrap_or(0)
     }
@@ -288,6 +303,7 @@ impl State {
     }
 
     /// The commissioning that is running.
+    #[inline]
     pub(crate) fn commissioning(&self) -> Option<&Commissioning> {
         match &self.listener {
             Listener::Commissioning(commissioning) => Some(commissioning),

@@ -162,6 +162,8 @@ impl Params {
     }
 
     /// One tick of the ramp that looks for the break-away.
+    #[cold]
+    #[inline(never)]
     pub(super) fn break_away(&self, state: &mut State, input: &Input) {
         let (length, displacement) = (self.ramp_ticks(), state.displacement(input.count));
         self.raise(state, input, length, displacement);

@@ -16,6 +16,8 @@ use crate::units::Direction;
 const LEAST_TIME_CONSTANTS_QUARTERS: u64 = 14;
 
 impl Params {
+    #[cold]
+    #[inline]
     pub(super) fn use_window(&self, state: &mut State, window: &Window) {
         match state.phase {
             Phase::Learn => {
@@ -29,6 +31,8 @@ impl Params {
     }
 
     /// Adds the window to the regression and to its time slice, if its gates let it pass.
+    #[cold]
+    #[inline(never)]
     fn learn_row(&self, state: &mut State, window: &Window, slice: usize) {
         let Some(direction) = self.identify.direction(&state.identify, window) else {
             return;
@@ -68,6 +72,7 @@ impl Params {
         }
     }
 
+    #[inline]
     pub(super) fn solve(&self, state: &mut State) {
         if !state.solver.busy() {
             return;
@@ -88,6 +93,8 @@ impl Params {
     }
 
     /// A motor that never showed its time constant was not given the time, or not the counts.
+    #[cold]
+    #[inline(never)]
     fn unsolved(&self, state: &State) -> Reason {
         match state.timescale.found {
             _ if state.turned => Reason::TravelTooShort,
@@ -97,6 +104,8 @@ impl Params {
         }
     }
 
+    #[cold]
+    #[inline(never)]
     fn solved(&self, state: &mut State) {
         let solution = state.solver.solution();
         state.whole = Some(renewed(state.whole, solution));
@@ -108,6 +117,8 @@ impl Params {
         }
     }
 
+    #[cold]
+    #[inline(never)]
     fn compared(&self, state: &mut State, progress: Progress) {
         state.comparing = false;
         if progress == Progress::Solved {
@@ -116,6 +127,8 @@ impl Params {
     }
 
     /// One step of the decision a tick: which reading holds, then every slice, then every number.
+    #[cold]
+    #[inline(never)]
     pub(super) fn decide(&self, state: &mut State) {
         if state.solver.busy() {
             return;

@@ -36,6 +36,7 @@ const VERIFY: i32 = 7_209;
 const FULL: i32 = VoltageQ14::NOMINAL.0;
 
 impl Params {
+    #[inline]
     pub(super) fn settle(&self, state: &mut State, input: &Input) {
         if state.stroke == 0 {
             state.restless |= input.count.wrapping_sub(state.start_count).saturating_abs() >= 2;
@@ -61,6 +62,7 @@ impl Params {
         }
     }
 
+    #[inline]
     pub(super) fn learn(&self, state: &mut State, input: &Input) {
         let length = self.learn_ticks(state);
         let low = self.low(state);
@@ -87,6 +89,8 @@ impl Params {
         }
     }
 
+    #[cold]
+    #[inline(never)]
     fn begin_coast(&self, state: &mut State, input: &Input) {
         state.identify.relength(self.coast_lengths(state));
         state.after_coast = match state.phase {
@@ -96,6 +100,7 @@ impl Params {
         state.enter(Phase::Coast, input.count);
     }
 
+    #[inline]
     pub(super) fn coast(&self, state: &mut State, input: &Input) {
         let stopped = state.still > self.identify.block_ticks(&state.identify.lengths);
         if state.elapsed < self.coast_ticks(state) && !stopped {
@@ -122,6 +127,8 @@ impl Params {
 
     /// The ramp of a motor that random torque pushes about may end below its dead zone. The low voltage then does not keep
     /// up the speed: it is raised, and what rows below the dead zone have taught is forgotten.
+    #[cold]
+    #[inline(never)]
     pub(super) fn heed_low_speed(&self, state: &mut State, window: &Window) {
         let direction = state.direction;
         let low = state.level == self.low(state) && state.level < MOST_BREAK_AWAY;
@@ -149,6 +156,7 @@ impl Params {
     }
 
     /// Low voltage of the direction under way: just above break-away.
+    #[inline]
     fn low(&self, state: &State) -> i32 {
         let above = match state.timescale.found {
             Some(_) => LOW_ABOVE_BREAK_AWAY,
@@ -157,6 +165,7 @@ impl Params {
         (self.break_away_level(state, state.direction) + above).min(MOST_BREAK_AWAY)
     }
 
+    #[inline]
     pub(super) fn saturate(&self, state: &mut State, input: &Input) {
         state.level = FULL;
         if state.elapsed < self.saturate_ticks(state) {
@@ -170,6 +179,7 @@ impl Params {
         }
     }
 
+    #[inline]
     pub(super) fn verify(&self, state: &mut State, input: &Input) {
         state.level = if state.elapsed < self.verify_middle_ticks(state) { VERIFY } else { self.low(state) };
         if state.elapsed < self.verify_ticks(state) {

@@ -48,6 +48,7 @@ impl Limits {
 }
 
 impl Params {
+    #[inline]
     fn beyond_travel(&self, state: &State, input: &Input) -> bool {
         let [lower, upper] = self.scale.travel_counts;
         let position = input.count.wrapping_sub(state.zero);
@@ -55,6 +56,7 @@ impl Params {
     }
 
     /// What must not go on.
+    #[inline]
     pub(super) fn guard(&self, state: &State, input: &Input) -> Option<Reason> {
         let driven_hard =
             state.level >= HARD && matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
@@ -75,6 +77,7 @@ impl Params {
     }
 
     /// Within a limited travel the motor shuttles: direction changes where it would otherwise run into the end.
+    #[inline]
     pub(super) fn turn_before_the_stop(&self, state: &mut State, input: &Input) {
         let [lower, upper] = self.scale.travel_counts;
         let free =
@@ -96,6 +99,7 @@ impl Params {
 
     /// Counts until rest with shorted terminals, speed · time constant, plus what the speed measurement lags behind and
     /// 1/32 of the travel.
+    #[inline]
     fn stopping_distance(&self, state: &State) -> i32 {
         let [lower, upper] = self.scale.travel_counts;
         let known = state.timescale.found.unwrap_or(state.timescale.at_least.saturating_mul(2));
@@ -106,6 +110,7 @@ impl Params {
     }
 
     /// Counts travelled in the last 1/64 s.
+    #[inline]
     pub(super) fn measure_speed(&self, state: &mut State, input: &Input) {
         if state.total.is_multiple_of(self.limits.step_ticks) {
             state.last_step = input.count.wrapping_sub(state.step_count).unsigned_abs();
@@ -116,6 +121,7 @@ impl Params {
 
 /// What a commissioning that a fault has ended tells.
 impl From<Fault> for Reason {
+    #[inline]
     fn from(fault: Fault) -> Self {
         match fault {
             Fault::NoMotion => Reason::MotionLost,

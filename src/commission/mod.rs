@@ -143,6 +143,7 @@ impl Params {
         }
     }
 
+    #[inline]
     fn share(&self, of_256: u32) -> u32 {
         (self.budget >> 8) * of_256
     }
@@ -247,26 +248,31 @@ impl State {
     }
 
     /// The end stops count from here, not from where it starts.
+    #[inline]
     pub fn measure_from(&mut self, zero: i32) {
         self.zero = zero;
     }
 
     /// Where it stands.
+    #[inline]
     pub fn phase(&self) -> Phase {
         self.phase
     }
 
     /// The result, once it ended.
+    #[inline]
     pub fn outcome(&self) -> Option<&Outcome> {
         self.ended().then_some(&self.outcome)
     }
 
     /// Ended, with or without estimates.
+    #[inline]
     pub fn ended(&self) -> bool {
         matches!(self.phase, Phase::Done | Phase::Refused)
     }
 
     /// Ends it now; the bridge opens with the next request.
+    #[inline]
     pub fn refuse(&mut self, reason: Reason) {
         if !self.ended() {
             self.phase = Phase::Refused;
@@ -288,6 +294,7 @@ impl State {
         (self.total / (params.budget / 256).max(1)).min(255) as u8
     }
 
+    #[inline]
     fn enter(&mut self, phase: Phase, count: i32) {
         self.phase = phase;
         self.elapsed = 0;
@@ -296,11 +303,13 @@ impl State {
         self.start_count = count;
     }
 
+    #[inline]
     fn sign(&self) -> i32 {
         self.direction.sign()
     }
 
     /// Counts since the phase began, in its direction.
+    #[inline]
     fn displacement(&self, count: i32) -> i32 {
         count.wrapping_sub(self.start_count).wrapping_mul(self.sign())
     }
@@ -308,6 +317,7 @@ impl State {
 
 impl Params {
     /// One control tick. Call it until [`State::ended`]; the bridge request then is open.
+    #[inline]
     pub fn step(&self, state: &mut State, input: &Input) -> Request {
         if state.ended() || state.phase == Phase::Idle {
             return Request::default();
@@ -327,6 +337,7 @@ impl Params {
         self.request(state)
     }
 
+    #[inline]
     fn bookkeeping(&self, state: &mut State, input: &Input) {
         let moved = input.count.wrapping_sub(state.last_count);
         state.last_count = input.count;
@@ -342,6 +353,7 @@ impl Params {
     }
 
     /// Which voltage, now.
+    #[inline]
     fn request(&self, state: &State) -> Request {
         let magnitude = match state.phase {
             Phase::Settle | Phase::Coast => 0,
@@ -354,6 +366,7 @@ impl Params {
     }
 
     /// What happens next.
+    #[inline]
     fn advance(&self, state: &mut State, input: &Input) {
         match state.phase {
             Phase::Settle => self.settle(state, input),

@@ -124,6 +124,8 @@ impl PulseTest {
 
 impl Params {
     /// One tick of a pulse.
+    #[cold]
+    #[inline(never)]
     pub(super) fn pulse_test(&self, state: &mut State, input: &Input, pulse_test: &PulseTest) {
         let pulse = state.pulses.pulse;
         let quarter = pulse_test.quarter(pulse);

@@ -25,6 +25,7 @@ impl Run {
         }
     }
 
+    #[inline]
     fn spans(self, now: u16, hops: u32) -> bool {
         u32::from(now.wrapping_sub(self.0)) >= hops
     }
@@ -52,6 +53,7 @@ pub struct State {
 
 impl State {
     /// Notes what the hop that just ended satisfied. `break_away`: least voltage that counts as driving, Q14.
+    #[inline]
     pub fn note(&mut self, hop: &Hop, break_away: i32) {
         self.now = self.now.wrapping_add(1);
         let now = self.now;
@@ -71,6 +73,7 @@ impl State {
         self.still.note(now, hop.lowest == 0 && hop.highest == 0);
     }
 
+    #[inline]
     fn exchange(&mut self, position: i32) -> i32 {
         match self.positions.get_mut(usize::from(self.now) % HOPS_PER_BLOCK as usize) {
             Some(slot) => core::mem::replace(slot, position),
@@ -79,41 +82,49 @@ impl State {
     }
 
     /// The motor moved in this direction all the time.
+    #[inline]
     pub fn moving(&self, direction: Direction) -> bool {
         // The first block's own start is not a hop of the window: 16 − 3 overlapping blocks.
         self.get(direction).moving.spans(self.now, HOPS_PER_WINDOW - HOPS_PER_BLOCK + 1)
     }
 
     /// The voltage drove in this direction all the time.
+    #[inline]
     pub fn driven(&self, direction: Direction) -> bool {
         self.get(direction).driven.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// The voltage stayed in the linear range all the time.
+    #[inline]
     pub fn linear(&self, direction: Direction) -> bool {
         self.get(direction).linear.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// The voltage stayed in the core of the linear range all the time.
+    #[inline]
     pub fn core(&self, direction: Direction) -> bool {
         self.get(direction).core.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// The voltage was above the linear range all the time.
+    #[inline]
     pub fn high(&self, direction: Direction) -> bool {
         self.get(direction).high.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// The terminals had 0 V all the time.
+    #[inline]
     pub fn still(&self) -> bool {
         self.still.spans(self.now, HOPS_PER_WINDOW)
     }
 
     /// Forgets the past (after a change of lengths).
+    #[inline]
     pub fn restart(&mut self) {
         *self = State::default();
     }
 
+    #[inline]
     fn get(&self, direction: Direction) -> Side {
         self.directions[direction]
     }

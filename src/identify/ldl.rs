@@ -38,16 +38,19 @@ pub struct Forward {
 
 impl Factor {
     /// An empty matrix of this order, right-hand side included.
+    #[inline]
     pub fn new(order: usize) -> Self {
         Factor { order: order.min(MOST), words: [0; WORDS], exponents: [0; MOST], fraction: [0; MOST] }
     }
 
     /// Unknowns.
+    #[inline]
     pub fn unknowns(&self) -> usize {
         self.order.saturating_sub(1)
     }
 
     /// Chooses the scale of row `i` from its diagonal. `false`: the diagonal is not positive.
+    #[inline]
     pub fn scale(&mut self, i: usize, diagonal: i64) -> bool {
         let bits = 64i32.wrapping_sub(diagonal.leading_zeros() as i32);
         // Halved and rounded up, so that the scaled diagonal has 29 or 30 bits.
@@ -58,6 +61,7 @@ impl Factor {
     }
 
     /// Sets entry (i, j), j ≤ i, after both rows have their scale.
+    #[inline]
     pub fn set(&mut self, i: usize, j: usize, value: i64) {
         let shift = self.exponent(i).wrapping_add(self.exponent(j));
         let scaled = if shift > 0 {
@@ -69,6 +73,7 @@ impl Factor {
     }
 
     /// Eliminates column `j` from these rows, the last ones first. `false`: the pivot is rounding noise.
+    #[inline]
     pub fn column(&mut self, j: usize, rows: Range<usize>) -> bool {
         let pivot = self.at(j, j);
         if pivot < LEAST_PIVOT {
@@ -92,6 +97,7 @@ impl Factor {
     }
 
     /// Row i minus L_ij times column j, for the columns right of j.
+    #[inline]
     fn eliminate(&mut self, i: usize, j: usize, factor: i32, fraction: u32) {
         let next = j.wrapping_add(1);
         let (mut at, mut other) = (place(i, next), place(next, j));
@@ -107,6 +113,7 @@ impl Factor {
     }
 
     /// Unknowns in scaled units, Q24, by back substitution.
+    #[inline]
     pub fn unknowns_scaled(&self) -> [i32; MOST] {
         let last = self.unknowns();
         let mut unknowns = [0i32; MOST];
@@ -127,11 +134,13 @@ impl Factor {
     }
 
     /// Power of two that turns scaled unknown `i` into its own unit.
+    #[inline]
     pub fn unknown_exponent(&self, i: usize) -> i32 {
         self.exponent(self.unknowns()).wrapping_sub(self.exponent(i))
     }
 
     /// A gradient g in the unknowns' own units, scaled.
+    #[inline]
     pub fn load(&self, gradient: &[(Positive, bool); MOST]) -> Forward {
         let mut scaled = *gradient;
         let mut top = i32::MIN;
@@ -149,6 +158,7 @@ impl Factor {
     }
 
     /// Solves L·z = g in place.
+    #[inline]
     pub fn substitute(&self, forward: &mut Forward) {
         for i in 0..self.unknowns() {
             let (known, rest) = forward.solved.split_at_mut(i.min(MOST));
@@ -165,6 +175,7 @@ impl Factor {
     }
 
     /// `sum` and the share that these unknowns have in gᵀ A⁻¹ g, in scaled units, of the gradient that was solved for.
+    #[inline]
     pub fn variance(&self, forward: &Forward, mut sum: Positive, unknowns: Range<usize>) -> Positive {
         let end = unknowns.end.min(self.unknowns());
         for i in unknowns.start..end {
@@ -179,30 +190,36 @@ impl Factor {
     }
 
     /// RSS · gᵀ A⁻¹ g from the sum over all unknowns: the variance of gᵀθ times the number of rows.
+    #[inline]
     pub fn scaled_variance(&self, forward: &Forward, sum: Positive) -> Positive {
         // The sums' own scale, Q40, cancels between the residual and the inverse.
         sum.times(self.residual()).shifted(forward.top.wrapping_mul(2).wrapping_sub(4))
     }
 
     /// Residual sum of squares in the rows' own unit (they are Q20).
+    #[inline]
     pub fn residual(&self) -> Positive {
         let last = self.unknowns();
         let pivot = Positive::of(self.at(last, last).max(LEAST_RESIDUAL), 0);
         pivot.shifted(self.exponent(last).wrapping_mul(2).wrapping_sub(40))
     }
 
+    #[inline]
     fn exponent(&self, i: usize) -> i32 {
         self.exponents.get(i).map_or(0, |exponent| i32::from(*exponent))
     }
 
+    #[inline]
     fn at(&self, i: usize, j: usize) -> i32 {
         self.word(place(i, j))
     }
 
+    #[inline]
     fn word(&self, place: usize) -> i32 {
         self.words.get(place).copied().unwrap_or(0)
     }
 
+    #[inline]
     fn put(&mut self, i: usize, j: usize, value: i32) {
         if let Some(word) = self.words.get_mut(place(i, j)) {
             *word = value;
@@ -211,6 +228,7 @@ impl Factor {
 }
 
 /// Where entry (i, j), j ≤ i, of the lower triangle stands, by rows.
+#[inline]
 const fn place(i: usize, j: usize) -> usize {
     (i.wrapping_mul(i.wrapping_add(1)) / 2).wrapping_add(j)
 }

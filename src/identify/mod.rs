@@ -114,11 +114,13 @@ impl Params {
     }
 
     /// The encoder is so coarse that blocks are four times as long as fast motors want.
+    #[inline]
     pub fn coarse(&self) -> bool {
         self.coarse
     }
 
     /// Block lengths for a time constant of `ticks` control ticks (0: unknown): about a quarter of it.
+    #[inline]
     pub fn lengths_for(&self, ticks: u32) -> Lengths {
         let quarter = (ticks >> self.decimation) / 4;
         let block = (32 - quarter.leading_zeros()).saturating_sub(1);
@@ -126,6 +128,7 @@ impl Params {
     }
 
     /// Lengths with blocks of 2^`block` samples; W₀ is the next power of two above 1.25 times rated speed.
+    #[inline]
     pub fn lengths(&self, block: u32) -> Lengths {
         let per_block_q16 = (self.rated_per_sample_q16 << block) * 5 / 4;
         let counts = (64 - (per_block_q16 >> 16).leading_zeros()).max(3);
@@ -133,16 +136,19 @@ impl Params {
     }
 
     /// The next longer blocks, if there are any.
+    #[inline]
     pub fn longer(&self, lengths: &Lengths) -> Lengths {
         self.lengths((lengths.block + 1).min(self.longest_block))
     }
 
     /// Rated speed in a window's unit, Q20 of W₀.
+    #[inline]
     pub fn rated_speed(&self, lengths: &Lengths) -> i32 {
         ((self.rated_per_sample_q16 << (lengths.block + 4)) >> lengths.counts) as i32
     }
 
     /// Control ticks per block.
+    #[inline]
     pub fn block_ticks(&self, lengths: &Lengths) -> u32 {
         1 << (lengths.decimation + lengths.block)
     }
@@ -163,7 +169,8 @@ impl Params {
     }
 
     /// Looks at the hop that ended: a window and its direction, if it is usable. Nothing is computed for the others.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     pub fn usable_window(&self, state: &mut State) -> Option<(Direction, Window)> {
         state.gate.note(state.spline.hop(), state.break_away);
         if !(Direction::BOTH.into_iter().any(|direction| state.admits(direction))) {
@@ -176,11 +183,13 @@ impl Params {
 
     /// The direction in which the motor was driven and moving, in the linear range, all through the window; its sign is
     /// that of the voltage.
+    #[inline]
     pub fn direction(&self, state: &State, window: &Window) -> Option<Direction> {
         let direction = Direction::of(window.voltage);
         self.usable(state, window, direction).then_some(direction)
     }
 
+    #[inline]
     fn usable(&self, state: &State, window: &Window, direction: Direction) -> bool {
         if !state.admits(direction) {
             return false;
@@ -228,29 +237,34 @@ impl State {
     }
 
     /// Has a hop ended with the last tick?
+    #[inline]
     pub fn hopped(&self) -> bool {
         self.hopped
     }
 
     /// The last hop was not looked at yet.
+    #[inline]
     pub fn still_hopped(&mut self, waits: bool) {
         self.hopped |= waits;
     }
 
     /// Do the gates let a window of this direction pass, whatever its speed?
+    #[inline]
     fn admits(&self, direction: Direction) -> bool {
         let gate = &self.gate;
         gate.linear(direction) && gate.driven(direction) && (self.follows_input || gate.moving(direction))
     }
 
     /// What follows a hop: its conditions, and the window that ends with it.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     fn hop(&mut self) -> Option<Window> {
         self.gate.note(self.spline.hop(), self.break_away);
         self.spline.window(&self.lengths)
     }
 
     /// Other block lengths from now on; sums stay, windows refill.
+    #[inline]
     pub fn relength(&mut self, lengths: Lengths) {
         self.lengths = lengths;
         self.spline.restart(&lengths);
@@ -259,12 +273,14 @@ impl State {
     }
 
     /// Nobody sums for a while: windows refill afterwards, what was learned stays.
+    #[inline]
     pub fn pause(&mut self) {
         self.spline.restart(&self.lengths);
         self.hopped = false;
     }
 
     /// Forgets all rows.
+    #[inline]
     pub fn forget(&mut self) {
         self.sums = [Sums::default(); 2];
     }

@@ -13,7 +13,8 @@ pub struct Positive {
 // One copy of each operation in the image: inlined at some sixty places they would take 10 KiB.
 impl Positive {
     /// `value · 2^exponent`.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     pub fn new(value: u64, exponent: i32) -> Self {
         if value == 0 {
             return Positive::default();
@@ -24,6 +25,7 @@ impl Positive {
     }
 
     /// |value| · 2^−`frac`.
+    #[inline]
     pub fn of(value: i32, frac: u32) -> Self {
         let magnitude = value.unsigned_abs();
         if magnitude == 0 {
@@ -34,6 +36,7 @@ impl Positive {
     }
 
     /// Product.
+    #[inline]
     pub fn times(self, other: Self) -> Self {
         let product = u64::from(self.mantissa) * u64::from(other.mantissa);
         let exponent = self.exponent.saturating_add(other.exponent);
@@ -47,7 +50,8 @@ impl Positive {
     }
 
     /// Quotient; the largest number when `other` is zero.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     pub fn over(self, other: Self) -> Self {
         if other.mantissa == 0 {
             return Positive { mantissa: u32::MAX, exponent: i32::MAX / 4 };
@@ -57,7 +61,8 @@ impl Positive {
     }
 
     /// Sum.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     pub fn plus(self, other: Self) -> Self {
         let (large, small) = if self.exponent >= other.exponent { (self, other) } else { (other, self) };
         if small.mantissa == 0 {
@@ -72,12 +77,14 @@ impl Positive {
     }
 
     /// `self · 2^bits`.
+    #[inline]
     pub fn shifted(self, bits: i32) -> Self {
         Positive { mantissa: self.mantissa, exponent: self.exponent.saturating_add(bits) }
     }
 
     /// Square root.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     pub fn sqrt(self) -> Self {
         // An even exponent, and the radicand's top bit in one of the two highest places.
         let odd = self.exponent & 1;
@@ -86,7 +93,8 @@ impl Positive {
     }
 
     /// In units of 2^−`frac`, rounded, saturating.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     pub fn to_q(self, frac: u32) -> i32 {
         let shift = self.exponent.saturating_add(frac as i32);
         let value = match shift {
@@ -102,11 +110,13 @@ impl Positive {
     }
 
     /// Exponent of the leading bit: the number lies in [2ⁿ, 2ⁿ⁺¹). Very negative for zero.
+    #[inline]
     pub fn exponent_of_top(self) -> i32 {
         if self.mantissa == 0 { -1000 } else { self.exponent.saturating_add(31) }
     }
 
     /// Is it below `other`?
+    #[inline]
     pub fn below(self, other: Self) -> bool {
         match (self.mantissa, other.mantissa) {
             (_, 0) => false,
@@ -118,6 +128,7 @@ impl Positive {
 
 /// ⌊√`radicand`⌋ of a radicand of 63 or 64 bits, or of zero: the upper half digit by digit, the lower half by one
 /// division (P. Zimmermann, *Karatsuba square root*, INRIA report 3805, 1999).
+#[inline]
 fn square_root(radicand: u64) -> u32 {
     let (mut rest, mut root, mut bit) = ((radicand >> 32) as u32, 0u32, 1u32 << 30);
     while bit != 0 {
@@ -140,6 +151,7 @@ fn square_root(radicand: u64) -> u32 {
 
 /// ⌊2⁶¹ / `divisor`⌋ for `divisor` in [2³⁰, 2³¹): two digits of 16 bits, each estimated by a 32-bit division and then
 /// corrected (D. E. Knuth, *The Art of Computer Programming* vol. 2, 4.3.1, algorithm D).
+#[inline]
 pub fn reciprocal(divisor: u32) -> u32 {
     let divisor = divisor.clamp(1 << 30, (1 << 31) - 1) << 1;
     let first = digit(1 << 30, divisor);
@@ -149,6 +161,7 @@ pub fn reciprocal(divisor: u32) -> u32 {
 }
 
 /// ⌊`rest`·2¹⁶ / `divisor`⌋ for a divisor with its top bit set and a smaller rest.
+#[inline]
 fn digit(rest: u32, divisor: u32) -> u32 {
     let (high, low) = (divisor >> 16, divisor & 0xFFFF);
     let mut digit = rest / high;

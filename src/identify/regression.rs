@@ -27,6 +27,7 @@ pub struct Row(pub [i32; COLUMNS]);
 
 impl Row {
     /// The equation that a window gives for a direction (0 positive, 1 negative).
+    #[inline]
     pub fn new(window: &Window, direction: Direction) -> Self {
         let mirror = |value: i32| {
             if direction == Direction::Positive { value } else { value.saturating_neg() }
@@ -41,6 +42,7 @@ impl Row {
     }
 
     /// Speed in the direction of the row, Q20 of W₀.
+    #[inline]
     pub fn speed(&self) -> i32 {
         self.0[2].saturating_neg()
     }
@@ -59,6 +61,7 @@ pub struct Sums {
 }
 
 impl Default for Sums {
+    #[inline]
     fn default() -> Self {
         Sums { words: [0; WORDS], rows: 0, slowest: i32::MAX, fastest: 0 }
     }
@@ -66,6 +69,7 @@ impl Default for Sums {
 
 impl Sums {
     /// Adds one row.
+    #[inline]
     pub fn add(&mut self, row: &Row) {
         let mut words = self.words.iter_mut();
         for (i, &left) in row.0.iter().enumerate() {
@@ -82,12 +86,14 @@ impl Sums {
     }
 
     /// Σ of column `i` times column `j`, Q40.
+    #[inline]
     pub fn word(&self, i: usize, j: usize) -> i64 {
         let (i, j) = if i >= j { (i, j) } else { (j, i) };
         self.words.get(i * (i + 1) / 2 + j).copied().unwrap_or(0)
     }
 
     /// Half the weight of everything so far.
+    #[inline]
     pub fn halve(&mut self) {
         for word in &mut self.words {
             *word >>= 1;

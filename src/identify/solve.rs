@@ -32,6 +32,7 @@ const NONE: u8 = u8::MAX;
 
 impl Structure {
     /// Unknowns and right-hand side.
+    #[inline]
     fn order(self) -> usize {
         match self {
             Structure::Single(_) => 5,
@@ -41,6 +42,7 @@ impl Structure {
     }
 
     /// For each system column, the column of a row of `direction`; [`NONE`]: not contained.
+    #[inline]
     fn columns(self, direction: Direction) -> &'static [u8; MOST] {
         match (self, direction) {
             (Structure::Single(own), _) if own == direction => &[0, 1, 2, 3, 4, NONE, NONE],
@@ -53,6 +55,7 @@ impl Structure {
     }
 
     /// System columns of γ, β, α, δ of one direction.
+    #[inline]
     fn unknowns(self, direction: Direction) -> [usize; 4] {
         let d = direction as usize;
         match self {
@@ -155,6 +158,7 @@ pub struct Solver {
 }
 
 impl Default for Solver {
+    #[inline]
     fn default() -> Self {
         Solver {
             stage: Stage::Idle,
@@ -172,6 +176,7 @@ impl Default for Solver {
 impl Solver {
     /// Begins; the sums must not change while it [`reads`](Self::reads) them, and [`Progress::Solved`] comes after some 45
     /// calls.
+    #[inline]
     pub fn start(&mut self, structure: Structure) {
         self.stage = Stage::Scale;
         self.structure = structure;
@@ -180,32 +185,39 @@ impl Solver {
     }
 
     /// Is it working?
+    #[inline]
     pub fn busy(&self) -> bool {
         self.stage != Stage::Idle
     }
 
     /// Are the sums still being read?
+    #[inline]
     pub fn reads(&self) -> bool {
         matches!(self.stage, Stage::Scale | Stage::Assemble(_))
     }
 
     /// The structure of the last solution.
+    #[inline]
     pub fn structure(&self) -> Structure {
         self.structure
     }
 
     /// The last solution; incomplete while it is working.
+    #[inline]
     pub fn solution(&self) -> &Solution {
         &self.solution
     }
 
     /// Holds a solution that came from elsewhere.
+    #[inline]
     pub fn hold(&mut self, solution: &Solution) {
         self.stage = Stage::Idle;
         self.solution = *solution;
     }
 
     /// One step. `sums`: per direction, all sets that count together.
+    #[cold]
+    #[inline]
     pub fn step(&mut self, sums: &[&[Sums; 2]]) -> Progress {
         if self.stage == Stage::Idle {
             return Progress::Idle;
@@ -221,6 +233,7 @@ impl Solver {
     }
 
     /// What comes after this stage.
+    #[inline]
     fn next(&self) -> Stage {
         let order = self.structure.order();
         match self.stage {
@@ -247,6 +260,7 @@ impl Solver {
     }
 
     /// The work of one stage; false: the data do not determine the unknowns.
+    #[inline]
     fn work(&mut self, sums: &[&[Sums; 2]]) -> bool {
         let order = self.structure.order();
         match self.stage {
@@ -276,6 +290,7 @@ impl Solver {
         true
     }
 
+    #[inline]
     fn scale(&mut self, sums: &[&[Sums; 2]]) -> bool {
         self.rows =
             sums.iter().flat_map(|set| set.iter()).fold(0, |rows, sums| rows.saturating_add(sums.rows));
@@ -285,6 +300,7 @@ impl Solver {
         })
     }
 
+    #[inline]
     fn assemble(&mut self, i: usize, sums: &[&[Sums; 2]]) {
         let mut row = [0i64; MOST];
         for direction in Direction::BOTH {
@@ -308,6 +324,7 @@ impl Solver {
     }
 
     /// Entry (i, i).
+    #[inline]
     fn diagonal(&self, sums: &[&[Sums; 2]], i: usize) -> i64 {
         let mut total = 0i64;
         for direction in Direction::BOTH {
@@ -324,11 +341,13 @@ impl Solver {
     }
 
     /// Unknown `i` with its exponent.
+    #[inline]
     fn unknown(&self, i: usize) -> (i32, i32) {
         (self.unknowns.get(i).copied().unwrap_or(0), self.factor.unknown_exponent(i))
     }
 
     /// Dead zone and coefficients of one direction. `false`: gain or damping came out negative, which no motor has.
+    #[inline]
     fn derive(&mut self, direction: Direction) -> bool {
         let [gamma, beta, alpha, delta] = self.structure.unknowns(direction).map(|i| self.unknown(i));
         if beta.0 <= 0 || alpha.0 <= 0 {
@@ -347,6 +366,7 @@ impl Solver {
     }
 
     /// What the directions have in common.
+    #[inline]
     fn derive_common(&mut self) {
         let directions = self.directions();
         let [_, beta, alpha, _] = self.structure.unknowns(directions[0]).map(|i| self.unknown(i));
@@ -358,6 +378,7 @@ impl Solver {
     }
 
     /// Directions that the structure solves for.
+    #[inline]
     fn directions(&self) -> &'static [Direction] {
         match self.structure {
             Structure::Single(Direction::Positive) => &[Direction::Positive],
@@ -367,6 +388,7 @@ impl Solver {
     }
 
     /// Derivatives of one derived number by the unknowns, with their signs.
+    #[inline]
     fn gradient(&self, which: Derived) -> [(Positive, bool); MOST] {
         let directions = self.directions();
         let one = Positive::new(1, 0);
@@ -394,6 +416,7 @@ impl Solver {
     }
 
     /// Standard deviation of one derived number by linear propagation, from its gradient on its way.
+    #[inline]
     fn deviation(&mut self, which: Derived) {
         let sigma = self.variance.sqrt();
         match which {
@@ -404,6 +427,7 @@ impl Solver {
     }
 
     /// The derived number after `which`, if any. A single direction has one dead zone.
+    #[inline]
     fn after(&self, which: Derived) -> Option<Derived> {
         match which {
             Derived::DeadZone(side) => match self.directions().last() {
@@ -416,6 +440,7 @@ impl Solver {
     }
 
     /// Windows overlap by all but one hop: `HOPS_PER_BLOCK` of them count as one independent row.
+    #[inline]
     fn per_row(&self, total: Positive) -> Positive {
         let rows = Positive::new(u64::from(self.rows.max(1)), 0);
         total.times(Positive::new(u64::from(HOPS_PER_BLOCK), 0)).over(rows)
@@ -423,10 +448,12 @@ impl Solver {
 }
 
 /// A column is eliminated in two ticks: the last two rows hold half of the work.
+#[inline]
 const fn last_rows(order: usize) -> usize {
     order.saturating_sub(2)
 }
 
+#[inline]
 fn magnitude((scaled, exponent): (i32, i32)) -> Positive {
     Positive::of(scaled, UNKNOWN_FRAC).shifted(exponent)
 }
@@ -434,6 +461,7 @@ fn magnitude((scaled, exponent): (i32, i32)) -> Positive {
 impl Solution {
     /// Voltage that a window's motion needs beyond the dead zone, (a + αw + δj)/β, mirrored for the negative direction,
     /// Q20 of nominal supply.
+    #[inline]
     pub fn effective_voltage(&self, window: &Window, direction: Direction) -> i32 {
         let (c, inverse_beta) = (&self.coefficients[direction], self.inverse_beta[direction]);
         let torque = (i64::from(window.acceleration) << COEFFICIENT_FRAC)
@@ -448,6 +476,7 @@ impl Solution {
 
 impl Coefficients {
     /// 1/β, Q16.
+    #[inline]
     pub fn inverse_beta(&self) -> i32 {
         let beta = Positive::of(self.beta, COEFFICIENT_FRAC);
         Positive::new(1, 0).over(beta).to_q(INVERSE_FRAC)

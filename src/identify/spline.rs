@@ -69,6 +69,7 @@ struct Snapshot {
 }
 
 impl Snapshot {
+    #[inline]
     fn parts(&self) -> [Wrapping<i64>; 4] {
         [self.jerk, self.acceleration, self.speed, self.voltage]
     }
@@ -123,6 +124,7 @@ impl State {
     }
 
     /// The window must refill before the next result (after a change of lengths).
+    #[inline]
     pub fn restart(&mut self, lengths: &Lengths) {
         self.samples_left = lengths.samples_per_hop();
         self.filled = 0;
@@ -142,7 +144,8 @@ impl State {
     }
 
     /// A sample is complete: what most ticks do not come to, and therefore out of line. `true`: a [`Hop`] ends too.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     fn sampled(&mut self, lengths: &Lengths, count: i32) -> bool {
         self.sample(count.wrapping_sub(self.reference));
         self.reference = count;
@@ -155,10 +158,12 @@ impl State {
     }
 
     /// The last hop that ended.
+    #[inline]
     pub fn hop(&self) -> &Hop {
         &self.hop
     }
 
+    #[inline]
     fn sample(&mut self, offset: i32) {
         // A product by the number of ticks: the core has no 64-bit shift by a register.
         let count = self.position * Wrapping(i64::from(self.ticks)) + Wrapping(i64::from(self.count_sum.0));
@@ -175,6 +180,7 @@ impl State {
 
     /// The averages' centres differ by fractions of a sample: count sums start at the sample, voltage acts after it.
     /// `2·I₃ − I₂` moves the speed back by half a sample, `2D·J₄ − (2D−1)·J₃` the voltage by 1 − 1/(2D).
+    #[inline]
     fn end_hop(&mut self, lengths: &Lengths) {
         let [i1, i2, i3] = self.count_integrals;
         let [.., j3, j4] = self.voltage_integrals;
@@ -199,6 +205,7 @@ impl State {
     }
 
     /// The window that ended with the last hop; `None` until it is filled.
+    #[inline]
     pub fn window(&self, lengths: &Lengths) -> Option<Window> {
         if usize::from(self.filled) < RING {
             return None;
@@ -221,6 +228,7 @@ impl State {
 
     /// Δ⁴ with a lag of one block, coefficients 1 −4 6 −4 1: ends + 4·(middle − inner) + 2·middle, so that no 64-bit number
     /// is multiplied.
+    #[inline]
     fn comb(&self) -> [i64; 4] {
         let [s0, s1, s2, s3, s4] = [0, 1, 2, 3, 4].map(|lag| self.before(lag).parts());
         let mut comb = [0i64; 4];
@@ -233,6 +241,7 @@ impl State {
     }
 
     /// The snapshot so many blocks before the newest.
+    #[inline]
     fn before(&self, blocks: usize) -> &Snapshot {
         let back = blocks * HOPS_PER_BLOCK as usize;
         let newest = usize::from(self.newest);
@@ -242,10 +251,12 @@ impl State {
 }
 
 impl Lengths {
+    #[inline]
     const fn samples_per_hop(&self) -> u16 {
         (1u32.wrapping_shl(self.block) / HOPS_PER_BLOCK) as u16
     }
 
+    #[inline]
     const fn ticks_per_sample(&self) -> u16 {
         1u16.wrapping_shl(self.decimation)
     }
@@ -259,6 +270,7 @@ fn add(integral: &mut Wrapping<i64>, input: Wrapping<i64>) -> Wrapping<i64> {
 }
 
 /// `value · 2^(ROW_FRAC − bits)`, rounded, saturating.
+#[inline]
 fn scaled(value: i64, bits: u32) -> i32 {
     let scaled = match bits.checked_sub(ROW_FRAC) {
         Some(0) => value,

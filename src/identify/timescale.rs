@@ -37,6 +37,7 @@ pub struct State {
 }
 
 impl Default for State {
+    #[inline]
     fn default() -> Self {
         State {
             origin: 0,
@@ -52,6 +53,7 @@ impl Default for State {
 
 impl State {
     /// Notes the displacement in the direction of the step, `elapsed` ticks after it. `true`: something new is known.
+    #[inline]
     pub fn note(&mut self, elapsed: u32, displacement: i32) -> bool {
         if displacement < self.lowest {
             *self = State { origin: elapsed, lowest: displacement, ..State::default() };
@@ -67,6 +69,7 @@ impl State {
         half_time >= LEAST_COUNTS && self.judge(elapsed, i64::from(displacement) * 1024, i64::from(half_time))
     }
 
+    #[inline]
     fn judge(&mut self, elapsed: u32, full: i64, half: i64) -> bool {
         let longer_than = |ratio: i64| full > ratio * half;
         if !longer_than(RATIO_AT_TWO) {

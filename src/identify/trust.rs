@@ -123,6 +123,8 @@ pub struct Evidence<'a> {
 
 impl Params {
     /// Decides one part of the estimates: a few divisions and roots in software, short enough for one tick.
+    #[cold]
+    #[inline(never)]
     pub fn decide(
         &self,
         part: Part,

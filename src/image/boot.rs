@@ -37,13 +37,13 @@ fn suits<B: Board>(set: &StoredParameters<AXES>) -> bool {
 /// would make this the deepest point of the stack. The archive is then ready for the next save.
 #[inline(never)]
 pub fn axes<'a, B: Board>(
-    place: &'a mut MaybeUninit<[ServoAxis; AXES]>,
+    places: &'a mut [MaybeUninit<ServoAxis>; AXES],
     archive: &mut Archive<B::Flash, AXES>,
     found: Found,
     cause: ResetCause,
     drive: &mut B::Drive,
-) -> &'a mut [ServoAxis; AXES] {
-    let axes = place.write(core::array::from_fn(|_| ServoAxis::new()));
+) -> [&'a mut ServoAxis; AXES] {
+    let mut axes = places.each_mut().map(fast_tick::place);
     for (axis, servo_axis) in axes.iter_mut().enumerate() {
         if cause == ResetCause::Watchdog {
             servo_axis.raise(Condition::WatchdogReset);

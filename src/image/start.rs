@@ -21,7 +21,7 @@ const _: () = assert!(AXES <= MAX_AXES, "a stored record has no room for that ma
 /// Memory that the tasks share, or that is too large for the stack. It stays where it is for the life of the program.
 pub struct Places {
     ring: Ring,
-    axes: MaybeUninit<[ServoAxis; AXES]>,
+    axes: [MaybeUninit<ServoAxis>; AXES],
     /// Commands on their way from the link to the control interrupt, with sequence number and axis.
     orders: Queue<(u16, u8, Order), 2>,
     /// Answers on their way back. The link hands over an order only when it has room for what comes back, so at most these
@@ -43,7 +43,7 @@ impl Places {
     pub const fn new() -> Self {
         Places {
             ring: EMPTY,
-            axes: MaybeUninit::uninit(),
+            axes: [const { MaybeUninit::uninit() }; AXES],
             orders: Queue::new(),
             answers: Queue::new(),
             records: Queue::new(),

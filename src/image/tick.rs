@@ -66,7 +66,7 @@ impl ControlTask {
 
 /// The state of the control tick.
 pub struct Control {
-    axes: &'static mut [ServoAxis; AXES],
+    axes: [&'static mut ServoAxis; AXES],
     telemetry_every: [u32; AXES],
     tick: u32,
     capture: Capture<'static>,
@@ -83,7 +83,7 @@ pub struct Control {
 impl Control {
     /// The state at power-up, when nobody has subscribed. The axes are as they were stored.
     pub fn new(
-        axes: &'static mut [ServoAxis; AXES],
+        axes: [&'static mut ServoAxis; AXES],
         ring: &'static mut Ring,
         cause: ResetCause,
         stored: Found,
@@ -136,7 +136,7 @@ impl Control {
         if self.overrun {
             servo_axis.raise(Condition::TickOverrun);
         }
-        let result = servo_axis.advance(sample);
+        let result = fast_tick::advance(servo_axis, sample);
         drive.apply(axis, result.drive.bridge, result.drive.duty);
         let cost = drive.clock_since(start);
         if let Some(&outcome) = result.concluded {
@@ -165,9 +165,17 @@ impl Control {
         }
     }
 
-    /// Carries out the next order, if one waits. True if the timers were set anew.
+    /// Carries out the next order, if one waits and its axis is ready. True if the timers were set anew.
     fn take_order(&mut self, orders: &mut Orders, drive: &mut impl Drive) -> bool {
         orders.ready() && self.carry_out(orders, drive)
+    }
+
+    /// An axis that was just configured computes its gains a stage a tick. A motion waits for them, half a dozen ticks.
+    fn is_ready(&self, axis: u8, order: &Order) -> bool {
+        match (order, self.axes.get(usize::from(axis))) {
+            (Order::Axis(order), Some(axis)) => axis.is_ready(order),
+            _ => true,
+        }
     }
 
     /// Carries out the order at the head of the queue, where it lies, because an order is hundreds of bytes. This function is
@@ -178,6 +186,9 @@ impl Control {
         let Some((to, axis, order)) = orders.peek() else {
             return false;
         };
+        if !self.is_ready(*axis, order) {
+            return false;
+        }
         let (result, tick) = (self.execute(*axis, order), self.tick);
         let config = configuration(order).filter(|_| result.is_ok());
         if let Some(config) = config {

@@ -19,11 +19,13 @@ use crate::units::{
 
 /// sin and cos of `phase` (2³² a turn), Q30.
 #[must_use]
+#[inline]
 pub fn sin_cos(phase: u32) -> (i32, i32) {
     (sin(phase), sin(phase.wrapping_add(1 << 30)))
 }
 
 /// sin of `phase` (2³² a turn), Q30, within [`SIN_ERROR`].
+#[inline]
 fn sin(phase: u32) -> i32 {
     let turned = phase as i32;
     // −x; beyond a quarter turn sin(π − x) = sin x. Then ±1 in Q30 is ±90°.
@@ -116,6 +118,7 @@ impl Sine {
     }
 
     /// The set-point of this tick; at rest in the centre after the last.
+    #[inline]
     pub fn step(&mut self) -> Reference {
         if self.left > 0 && self.elapsed < self.length {
             self.left = self.left.wrapping_sub(1);
@@ -134,7 +137,8 @@ impl Sine {
         self.last
     }
 
-    #[inline(never)]
+    #[cold]
+    #[inline]
     fn computed(&mut self) -> Reference {
         let left = self.length.saturating_sub(self.elapsed);
         let falling = left < self.elapsed;
@@ -147,16 +151,19 @@ impl Sine {
 
     /// True when the sine has ended.
     #[must_use]
+    #[inline]
     pub fn done(&self) -> bool {
         self.elapsed >= self.length
     }
 
     /// Position around which it swings.
     #[must_use]
+    #[inline]
     pub fn centre(&self) -> Position {
         self.centre
     }
 
+    #[inline]
     fn at(&self, phase: u32, r: i32, falling: bool) -> Reference {
         let (sin, cos) = sin_cos(phase);
         let (offset, speed, acceleration) = if r >= ONE {
@@ -174,6 +181,7 @@ impl Sine {
     }
 
     /// θ/A in Q30, ω/W in Q28, α/G in Q26 while the envelope rises or falls.
+    #[inline]
     fn shaped(&self, r: i32, falling: bool, sin: i32, cos: i32) -> (i32, i32, i32) {
         let (value, slope, bend) = envelope(r);
         // dr/dφ is below 1, and so are sin, cos and the envelope.

@@ -249,6 +249,7 @@ impl Move {
     }
 
     /// The set-point of this tick; at rest at the target after the last.
+    #[inline]
     pub fn step(&mut self) -> Reference {
         let r = self.clock.step();
         if self.done() { Reference::rest(self.target) } else { self.at(r) }
@@ -256,6 +257,7 @@ impl Move {
 
     /// True once it has arrived.
     #[must_use]
+    #[inline]
     pub fn done(&self) -> bool {
         self.clock.done()
     }
@@ -320,12 +322,14 @@ impl Cruise {
 
     /// True once the speed is reached.
     #[must_use]
+    #[inline]
     pub fn done(&self) -> bool {
         self.clock.done()
     }
 
     /// The set-point of this tick. `actual` position and the longest allowed lead (counts Q12, at least
     /// [`Cruise::LEASH`]) keep it from running away from a shaft that is held.
+    #[inline]
     pub fn step(&mut self, actual: Position, lead: i32) -> Reference {
         let (value, slope, _) = envelope(self.clock.step());
         let speed = Speed(self.from.saturating_add(mul_shift(self.change, value, 30)));

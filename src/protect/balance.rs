@@ -92,6 +92,7 @@ pub(super) struct State {
 }
 
 impl Default for State {
+    #[inline]
     fn default() -> Self {
         Self {
             words: [0; WORDS],
@@ -112,6 +113,7 @@ impl Default for State {
 impl State {
     /// Adds one row: current, counts, rise, voltage, and the variance of the noise in the rise. Now and then a solution
     /// begins.
+    #[inline]
     pub fn add(&mut self, row: [i32; COLUMNS], noise: i32) {
         let mut words = self.words.iter_mut();
         for (i, &left) in row.iter().enumerate() {
@@ -133,6 +135,7 @@ impl State {
     }
 
     /// One step of the solution; the constants when it ends and they are to be believed.
+    #[inline]
     pub fn step(&mut self) -> Option<Constants> {
         self.stage = match self.stage {
             Stage::Idle => return None,
@@ -172,14 +175,17 @@ impl State {
     }
 
     /// The column of the sums behind a column of the system.
+    #[inline]
     fn source(&self, column: usize) -> usize {
         if self.without && column >= RISE { column.wrapping_add(1) } else { column }
     }
 
+    #[inline]
     fn order(&self) -> usize {
         COLUMNS.wrapping_sub(usize::from(self.without))
     }
 
+    #[inline]
     fn word(&self, i: usize, j: usize) -> i64 {
         let (i, j) = (self.source(i), self.source(j));
         let place = (i.wrapping_mul(i.wrapping_add(1)) / 2).wrapping_add(j);
@@ -188,10 +194,12 @@ impl State {
     }
 
     /// Does the rise of the current stand out of its noise?
+    #[inline]
     fn rises(&self) -> bool {
         self.words[RISE * (RISE + 1) / 2 + RISE] >> NOISE_SHIFT >= self.noise
     }
 
+    #[inline]
     fn scale(&mut self) -> Stage {
         if !self.rises() {
             return Stage::Idle;
@@ -209,6 +217,7 @@ impl State {
         }
     }
 
+    #[inline]
     fn assemble(&mut self, i: usize, j: usize) -> Stage {
         let next = j.wrapping_add(AT_ONCE);
         for j in j..next.min(i.wrapping_add(1)) {
@@ -221,6 +230,7 @@ impl State {
         }
     }
 
+    #[inline]
     fn column(&mut self, j: usize, i: usize) -> Stage {
         let last = self.order().wrapping_sub(1);
         match self.factor.column(j, i..i.wrapping_add(1)) {
@@ -232,12 +242,14 @@ impl State {
         }
     }
 
+    #[inline]
     fn leave_out_the_inductance(&mut self) -> Stage {
         self.without = true;
         Stage::Scale
     }
 
     /// A reversed encoder, or one that is not the motor's, gives no winding; nor does a drive with a law of its own.
+    #[inline]
     fn unknowns(&mut self) -> Stage {
         let [resistance, emf, inductance, ..] = self.scaled;
         let own = |scaled: i32, i: usize| {
@@ -250,6 +262,7 @@ impl State {
         if resistance > 0 && emf > 0 { Stage::Residual } else { Stage::Idle }
     }
 
+    #[inline]
     fn residual(&self) -> Stage {
         let last = COLUMNS - 1;
         let whole = Positive::new(self.words[last * (last + 1) / 2 + last].unsigned_abs(), 0);
@@ -259,6 +272,7 @@ impl State {
     }
 
     /// Is R (0) or K (1) known well enough?
+    #[inline]
     fn known(&self, i: usize) -> bool {
         let variance = self.factor.scaled_variance(&self.forward, self.variance);
         let value = self.unknowns[i & 1];

@@ -116,16 +116,19 @@ impl Expectation {
     }
 
     /// Speed that no voltage gives.
+    #[inline]
     pub(super) fn runaway(&self) -> Speed {
         self.runaway
     }
 
     /// More counts than that in one tick no shaft makes, not even one that runs away.
+    #[inline]
     pub(super) fn jump(&self) -> i32 {
         self.jump
     }
 
     /// Observed speed in this direction, counts per look, Q20; of a shaft that runs back the faster of estimate and counter.
+    #[inline]
     pub(super) fn observed(&self, input: &Input, direction: i32) -> i32 {
         let look = 1i32 << (self.look_bits & 15);
         let [speed, edge_speed] = [input.speed, input.edge_speed]
@@ -134,17 +137,20 @@ impl Expectation {
     }
 
     /// One look on from a speed with this torque, counts per look, Q20.
+    #[inline]
     pub(super) fn towards(&self, speed: i32, torque: i32) -> i32 {
         approach(speed, mul_shift(torque, self.full_speed, 20), self.inverse_tau)
     }
 
     /// Is that the speed of a shaft that turns for certain?
+    #[inline]
     pub(super) fn turns(&self, speed: i32) -> bool {
         speed > self.full_speed >> MOVING_SHIFT
     }
 
     /// What is left of a torque, as the voltage that gives it, behind a margin and a load, which is taken to hinder
     /// whatever its sign: most loads do, and what is demanded is the least.
+    #[inline]
     pub(super) fn drive(&self, torque: i32, direction: i32, margins: &[Voltage; 2], load: Voltage) -> i32 {
         let margin =
             margins[usize::from(direction < 0)].0.saturating_add(load.0.saturating_abs().min(MOST_LOAD.0));
@@ -153,6 +159,7 @@ impl Expectation {
 }
 
 /// One look of a first-order lag; `rate` per look, Q24.
+#[inline]
 pub(super) fn approach(from: i32, to: i32, rate: i32) -> i32 {
     from.saturating_add(mul_shift(to.saturating_sub(from), rate, 24))
 }

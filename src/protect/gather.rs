@@ -58,6 +58,7 @@ pub(super) enum Due {
 
 impl State {
     /// Averages of what was gathered; the next tick begins anew.
+    #[inline]
     pub fn take(&mut self, bits: u32) -> Averages {
         let averages = Averages {
             voltage: (!self.open).then_some(Voltage(self.voltage >> (bits & 31))),
@@ -73,6 +74,7 @@ impl Params {
         Self { bits: look_bits(scale) }
     }
 
+    #[inline]
     pub fn bits(&self) -> u32 {
         self.bits
     }
@@ -87,6 +89,7 @@ impl Params {
     }
 
     /// One tick.
+    #[inline]
     pub fn step(&self, state: &mut State, expectation: &Expectation, reading: &Reading) -> Due {
         match reading.voltage {
             Some(voltage) => state.voltage = state.voltage.saturating_add(voltage.0),

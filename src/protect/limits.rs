@@ -91,6 +91,7 @@ impl Params {
     }
 
     /// The first condition that has lasted.
+    #[inline]
     pub fn step(&self, state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
         if self.unheard(state, input) {
             return Fault::CommandTimeout;
@@ -109,6 +110,7 @@ impl Params {
         LASTING.get(lasting).copied().unwrap_or_default()
     }
 
+    #[inline]
     fn conditions(&self, state: &mut State, expectation: &Expectation, input: &Input) -> u8 {
         let speed = input.speed.0.saturating_abs();
         let current = input.current.map_or(0, i16::unsigned_abs);
@@ -124,6 +126,7 @@ impl Params {
     }
 
     /// No command for too long, while a motion goes on that does not end by itself.
+    #[inline]
     fn unheard(&self, state: &mut State, input: &Input) -> bool {
         state.silence = if input.endless { state.silence.saturating_add(1) } else { 0 };
         self.timeout != 0 && state.silence > self.timeout

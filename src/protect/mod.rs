@@ -90,11 +90,13 @@ pub struct Input {
 impl State {
     /// The latched fault.
     #[must_use]
+    #[inline]
     pub fn fault(&self) -> Fault {
         self.latched
     }
 
     /// Latches a fault, unless one is latched already, and asks for its action, unless a more severe one is in force.
+    #[inline]
     pub(crate) fn latch(&mut self, fault: Fault, actions: &Actions) {
         if fault == Fault::None {
             return;
@@ -121,6 +123,7 @@ impl State {
     }
 
     /// The bridge is open and the shaft stands here: until it is driven, nothing is demanded of it.
+    #[inline]
     pub(crate) fn comes_to_rest(&mut self, count: i32) {
         self.motion = motion::State::at(count);
         self.winding.rest();
@@ -133,6 +136,7 @@ impl State {
 
     /// What is to be done about the latched fault.
     #[must_use]
+    #[inline]
     pub fn action(&self) -> Option<Action> {
         (self.latched != Fault::None).then_some(self.action)
     }
@@ -195,6 +199,7 @@ impl Params {
     }
 
     /// A look at an axis at rest with its bridge open: supply, current, heat of the winding.
+    #[inline]
     pub fn look_at_rest(&self, state: &mut State, expectation: &Expectation, input: &Input) {
         for fault in [self.limits.step(&mut state.limits, expectation, input), self.overload(state, input)] {
             state.latch(fault, &self.actions);
@@ -203,11 +208,13 @@ impl Params {
 
     /// Ticks between two looks.
     #[must_use]
+    #[inline]
     pub fn look_ticks(&self) -> u32 {
         1 << (self.gather.bits() & 31)
     }
 
     /// A look: latches what is found.
+    #[inline]
     pub fn look(&self, state: &mut State, expectation: &Expectation, input: &Input) {
         let found = [
             self.limits.step(&mut state.limits, expectation, input),
@@ -219,6 +226,7 @@ impl Params {
         }
     }
 
+    #[inline]
     fn overload(&self, state: &mut State, input: &Input) -> Fault {
         match (&self.thermal, input.current) {
             (Some(thermal), Some(current)) if thermal.step(&mut state.thermal, current) => Fault::Overload,
@@ -227,6 +235,7 @@ impl Params {
     }
 
     /// Does the encoder follow, and if not, why?
+    #[inline]
     fn moves(&self, state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
         let missing = state.motion.step(expectation, input);
         if let Some(current) = input.current {

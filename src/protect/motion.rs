@@ -62,11 +62,13 @@ struct Model {
 }
 
 impl Model {
+    #[inline]
     fn begin(speed: i32, count: i32) -> Self {
         Self { speed, most: speed, proof: count, ..Self::default() }
     }
 
     /// One look; true if the encoder has proved that it follows.
+    #[inline]
     fn run(&mut self, expectation: &Expectation, torque: Torque, direction: i32, count: i32) -> bool {
         self.since = self.since.saturating_add(1);
         self.most = expectation.towards(self.most, torque.whole);
@@ -87,6 +89,7 @@ impl Model {
     /// The encoder follows, with the mean speed over the counts of the proof: the observer's estimate runs ahead of a
     /// motor that starts slowly. A rotor that runs free within the play of its gear is faster than the whole can be, and
     /// loses that speed when the teeth meet: then they have the momentum that the voltage has given, shared out.
+    #[inline]
     fn prove(&mut self, followed: i32, count: i32) {
         let counts = (followed.clamp(0, 2000) as u32) << 20;
         let shown = counts.checked_div(self.since).unwrap_or(0) as i32;
@@ -96,15 +99,18 @@ impl Model {
     }
 
     /// Nothing is demanded up to now.
+    #[inline]
     fn wait(&mut self, count: i32) {
         (self.travel, self.proof, self.since) = (0, count, 0);
     }
 
+    #[inline]
     fn counts(&self) -> i32 {
         self.travel >> 20
     }
 
     /// Counts in this direction since the last proof.
+    #[inline]
     fn followed(&self, direction: i32, count: i32) -> i32 {
         count.wrapping_sub(self.proof).saturating_mul(direction)
     }
@@ -142,12 +148,14 @@ pub(super) struct State {
 
 impl State {
     /// Nothing has moved yet.
+    #[inline]
     pub fn at(count: i32) -> Self {
         Self { sure: Model::begin(0, count), likely: Model::begin(0, count), ..Self::default() }
     }
 
     /// Has the encoder just proved to the likely model, and to the sure one, that it follows, or was nothing demanded of
     /// it?
+    #[inline]
     pub fn fresh(&self) -> [bool; 2] {
         [self.likely.since == 0, self.sure.since == 0]
     }
@@ -155,6 +163,7 @@ impl State {
     /// Compares the motion with the least that must be. Without drive, and when the drive changes its sign, the models
     /// start anew from the speed that is observed: a motor that is being braked may well turn against the voltage. So
     /// they do while the current still flows the old way.
+    #[inline]
     pub fn step(&mut self, expectation: &Expectation, input: &Input) -> Option<Missing> {
         let voltage = input.averages.voltage.unwrap_or(Voltage::ZERO);
         let direction = voltage.0.signum();
@@ -189,6 +198,7 @@ impl State {
 
     /// A model that begins with the observed speed. The observer knows no break-away and may take a shaft that stands,
     /// or one that still runs back, for one that goes forwards slowly: from such a speed nothing is demanded.
+    #[inline]
     fn observe(&mut self, expectation: &Expectation, direction: i32, input: &Input) -> Model {
         let speed = expectation.observed(input, direction);
         self.moving = expectation.turns(speed);
@@ -197,6 +207,7 @@ impl State {
 
     /// What there is to be weighed. Behind an input dead zone there may be no friction at all: a load turns the shaft as
     /// it likes, and only what is sure counts.
+    #[inline]
     fn missing(&mut self, expectation: &Expectation, input: &Input) -> Option<Missing> {
         let (sure, likely) = (self.sure.counts(), self.likely.counts());
         let runs_back = self.sure.followed(self.direction, input.count) < 0;
@@ -220,6 +231,7 @@ impl State {
     }
 
     /// Nothing is demanded. While nothing drives, or all is silent, the observed load is the load.
+    #[inline]
     fn restart(&mut self, expectation: &Expectation, direction: i32, input: &Input) {
         let model = self.observe(expectation, direction, input);
         (self.direction, self.sure, self.likely) = (direction, model, model);

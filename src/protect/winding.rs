@@ -97,10 +97,12 @@ struct Balance {
 }
 
 impl Stretch {
+    #[inline]
     fn begin(current: i32, count: i32) -> Self {
         Self { first: (current, count), ..Self::default() }
     }
 
+    #[inline]
     fn add(&mut self, other: &Self) {
         self.voltage = self.voltage.saturating_add(other.voltage);
         self.swallowed = self.swallowed.saturating_add(other.swallowed);
@@ -108,27 +110,32 @@ impl Stretch {
         self.ticks = self.ticks.wrapping_add(other.ticks);
     }
 
+    #[inline]
     fn turned(&self, count: i32) -> i32 {
         count.wrapping_sub(self.first.1)
     }
 }
 
 impl Balance {
+    #[inline]
     fn taken(&self) -> i64 {
         self.resistive.saturating_add(self.inductive)
     }
 
     /// Back-EMF that is left.
+    #[inline]
     fn emf(&self) -> i64 {
         self.offered.saturating_sub(self.taken())
     }
 
     /// A share of the larger part: each constant errs by itself.
+    #[inline]
     fn share(&self, shift: u32) -> i64 {
         self.resistive.saturating_abs().max(self.inductive.saturating_abs()) >> (shift & 63)
     }
 
     /// As seen from the other direction.
+    #[inline]
     fn towards(self, direction: i32) -> Self {
         let sign = i64::from(direction);
         Self {
@@ -140,6 +147,7 @@ impl Balance {
     }
 
     /// May the current be missing that must balance `lacking`? What it changes by may be noise.
+    #[inline]
     fn silent(&self, lacking: i64) -> bool {
         let least = lacking >> NO_CURRENT_SHIFT;
         self.resistive.saturating_abs() < least
@@ -148,6 +156,7 @@ impl Balance {
 
     /// Is it missing? The current of a large winding passes through zero so slowly that, for a while, noise hides its
     /// rise: the stretch must be so long that it cannot.
+    #[inline]
     fn without_current(&self, lacking: i64) -> bool {
         self.silent(lacking) && self.ends.saturating_mul(2) <= lacking >> NO_CURRENT_SHIFT
     }
@@ -194,6 +203,7 @@ struct Winding {
 
 impl State {
     /// What current and counter have looked like for some time.
+    #[inline]
     pub fn lasting(&self) -> Fault {
         match () {
             () if self.certain && self.silent >= LASTING_GLANCES => Fault::MotorDisconnected,
@@ -208,16 +218,19 @@ impl State {
     }
 
     /// The bridge is open, and nobody looks for a while: of what goes on now nothing is learned.
+    #[inline]
     pub fn rest(&mut self) {
         (self.open, self.spoilt) = (true, true);
     }
 
     /// Begins anew: the voltage means something else from now on.
+    #[inline]
     pub fn forget(&mut self) {
         *self = Self::default();
     }
 
     /// Tells stall, unplugged encoder and disconnected motor apart. `None`: not yet.
+    #[inline]
     pub fn judge(&self, missing: &Missing, current: i16, count: i32) -> Option<Fault> {
         let overdue = missing.sure > 0;
         let Some(winding) = &self.known else {
@@ -243,6 +256,7 @@ impl Params {
         Self { look_bits, glance: ((look_hz / (BLOCKS_PER_S * GLANCES_PER_BLOCK as f32)) as u32).max(1) }
     }
 
+    #[inline]
     fn winding(&self, constants: Constants) -> Winding {
         let block = self.glance.wrapping_mul(GLANCES_PER_BLOCK) << (self.look_bits & 15);
         // L is Q8, R is Q16.
@@ -253,6 +267,7 @@ impl Params {
     /// One look: `voltage` acted at the winding (`None`: bridge open), the current was `averages` and is `current`, the
     /// counter reads `count`. `fresh`: the encoder has just proved to the likely and to the sure model that it follows, or
     /// nothing is demanded of it.
+    #[inline]
     pub fn step(
         &self,
         state: &mut State,
@@ -301,7 +316,8 @@ impl Params {
 }
 
 impl State {
-    #[inline(never)]
+    #[cold]
+    #[inline]
     fn glance(&mut self, current: i32, count: i32) {
         let glance = core::mem::replace(&mut self.glance, Stretch::begin(current, count));
         self.listen(&glance, current, count);
@@ -321,6 +337,7 @@ impl State {
     }
 
     /// Is there silence, and does it last? Each glance must be silent, and all of them together.
+    #[inline]
     fn listen(&mut self, glance: &Stretch, current: i32, count: i32) {
         let Some(winding) = &self.known else { return };
         if self.silent == 0 {
@@ -336,7 +353,8 @@ impl State {
         }
     }
 
-    #[inline(never)]
+    #[cold]
+    #[inline]
     fn learn(&mut self, current: i32, count: i32) {
         let block = &self.block;
         let turned = block.turned(count);
@@ -353,6 +371,7 @@ impl State {
 }
 
 impl Winding {
+    #[inline]
     fn balance(&self, stretch: &Stretch, current: i32, unrest: i32) -> Balance {
         let rise = current.saturating_sub(stretch.first.0);
         // The ends of the stretch are single readings: twice the mean difference of two is 1.6 standard deviations.
@@ -367,16 +386,19 @@ impl Winding {
     }
 
     /// Back-EMF of so many counts.
+    #[inline]
     fn shown(&self, turned: i32) -> i64 {
         product(turned, self.constants.emf) >> 8
     }
 
     /// Back-EMF of two counts: edges are not where they should be.
+    #[inline]
     fn jitter(&self) -> i64 {
         i64::from(self.constants.emf >> 7)
     }
 
     /// Should a current flow, and does none? `Some(true)`: beyond noise.
+    #[inline]
     fn draws_nothing(&self, stretch: &Stretch, current: i32, count: i32, unrest: i32) -> Option<bool> {
         let balance = self.balance(stretch, current, unrest);
         let lacking = self.driven(stretch, &balance, count)?;
@@ -384,6 +406,7 @@ impl Winding {
     }
 
     /// Voltage that must drive a current, because no back-EMF balances it; `None`: there is none to speak of.
+    #[inline]
     fn driven(&self, stretch: &Stretch, balance: &Balance, count: i32) -> Option<i64> {
         let emf = self.shown(stretch.turned(count));
         let lacking = balance.offered.saturating_sub(emf).saturating_abs();
@@ -393,6 +416,7 @@ impl Winding {
 
     /// A block: does the counter show the speed that the current shows, within a quarter of the voltage and two counts?
     /// A counter that stands is for [`State::judge`].
+    #[inline]
     fn compare(&self, block: &Stretch, count: i32, current: i32, unrest: i32) -> Fault {
         let balance = self.balance(block, current, unrest);
         let driven = self.driven(block, &balance, count);
@@ -420,6 +444,7 @@ impl Winding {
     }
 
     /// Where the sure model has not travelled yet, only evidence counts: a back-EMF, or motion backwards.
+    #[inline]
     fn judge(&self, doubt: &Stretch, missing: &Missing, end: (i32, i32), unrest: i32) -> Option<Fault> {
         let overdue = missing.sure > 0;
         let (current, count) = end;
@@ -451,10 +476,12 @@ impl Winding {
 }
 
 /// Variance of the difference of two readings.
+#[inline]
 fn noise(unrest: i32) -> i32 {
     mul_shift(unrest.saturating_mul(unrest), VARIANCE_OF_UNREST, 16)
 }
 
+#[inline]
 fn product(a: i32, b: i32) -> i64 {
     i64::from(a).wrapping_mul(i64::from(b))
 }

@@ -11,7 +11,7 @@ fn main() {
         let memory = format!("{}/../../{}", env!("CARGO_MANIFEST_DIR"), boards::QEMU.chip.memory);
         println!("cargo::rerun-if-changed={memory}/memory.x");
         println!("cargo::rustc-link-arg-bins=-L{memory}");
-        for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        for argument in ["--nmagic", "-Tlink.x"] {
             println!("cargo::rustc-link-arg-bins={argument}");
         }
     }

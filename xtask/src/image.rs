@@ -1,7 +1,7 @@
 //! The firmware images.
 
 use crate::process::{root, run};
-use crate::programs::Program;
+use crate::programs::{self, Program};
 use anyhow::{Context, Result};
 use boards::{BOARDS, Board, DEFAULT};
 use std::path::PathBuf;
@@ -68,7 +68,7 @@ pub fn ordinary() -> impl Iterator<Item = Image> {
 
 /// A Cargo command on an example of the library for the default board's chip, with what the images have compiled already.
 pub fn example(verb: &str, name: &str) -> Command {
-    for_default_chip(Program::Firmware.example(verb, name))
+    for_default_chip(programs::example(verb, name))
 }
 
 /// A Cargo command on the image that is counted beside published crates.

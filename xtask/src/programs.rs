@@ -38,7 +38,7 @@ impl Program {
             Program::PanicPaths => ("panic-paths", "panic-paths"),
             Program::StackDepth => ("panic-paths", "stack-depth"),
             Program::House => ("house", "house"),
-            Program::Firmware => ("servo", "firmware"),
+            Program::Firmware => ("firmware", "firmware"),
         }
     }
 
@@ -59,11 +59,11 @@ impl Program {
         let (package, program) = self.names();
         cargo(&[verb, "--package", package, "--bin", program])
     }
+}
 
-    /// A Cargo command on an example in this program's package.
-    pub fn example(self, verb: &str, name: &str) -> Command {
-        cargo(&[verb, "--package", self.names().0, "--example", name])
-    }
+/// A Cargo command on an example of the library.
+pub fn example(verb: &str, name: &str) -> Command {
+    cargo(&[verb, "--package", "servo", "--example", name])
 }
 
 #[cfg(test)]

@@ -86,7 +86,7 @@ struct Record {
 
 fn record() -> &'static Record {
     static RECORD: OnceLock<Record> = OnceLock::new();
-    RECORD.get_or_init(|| split(&run(&built("servo", "registers"))))
+    RECORD.get_or_init(|| split(&run(&built("firmware", "registers"))))
 }
 
 fn run(image: &Path) -> String {

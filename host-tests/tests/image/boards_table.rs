@@ -20,7 +20,7 @@ fn the_workbench_starts_the_machine_of_the_table() {
 
 #[test]
 fn cargo_knows_the_features_of_every_board() {
-    let manifest: toml::Table = read("Cargo.toml").parse().unwrap();
+    let manifest: toml::Table = read("src/image/Cargo.toml").parse().unwrap();
     let features = manifest["features"].as_table().unwrap();
     for board in BOARDS {
         for feature in board.feature.into_iter().chain(board.most_axes) {

@@ -4,7 +4,7 @@ use host_tests::test_image::{built, qemu};
 
 #[test]
 fn the_bridge_stays_off_after_a_panic_or_fault_although_control_drives_it() {
-    let image = built("servo", "last-resort-check");
+    let image = built("firmware", "last-resort-check");
     for (letter, way) in [
         ("i", "a panic in idle"),
         ("l", "a panic in link"),

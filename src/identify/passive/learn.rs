@@ -85,6 +85,7 @@ impl Params {
     }
 
     /// One step of the solver.
+    #[inline]
     pub(super) fn solve(&self, state: &mut State) {
         let Task::Learn(learning) = &mut state.task else {
             return;
@@ -126,6 +127,8 @@ impl Params {
     }
 
     /// From a solution to estimates: one number a tick. `true`: `known` has changed.
+    #[cold]
+    #[inline(never)]
     pub(super) fn decide(&self, state: &mut State, known: &mut Estimates, step: u8) -> bool {
         state.work = Work::Decide(step.wrapping_add(1));
         if step == 0 {

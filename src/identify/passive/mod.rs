@@ -61,6 +61,8 @@ pub struct State {
 enum Work {
     #[default]
     None,
+    /// Taking over what is known: a tick later than the memory is set up, because both take long.
+    Begin,
     /// The solver.
     Solve,
     /// From a solution to estimates, step by step.
@@ -68,36 +70,39 @@ enum Work {
 }
 
 impl State {
-    /// Knows nothing, learns.
+    /// Its memory, built where it is to stay. One of the next ticks takes over what is known.
+    #[inline(always)]
     pub fn new(params: &Params, count: i32) -> Self {
-        let mut identify = super::State::new(&params.identify, count);
-        identify.relength(params.identify.lengths_for(params.hint));
         State {
-            identify,
+            identify: super::State::new(&params.identify, count),
             solver: Solver::default(),
             solved: false,
-            work: Work::None,
+            work: Work::Begin,
             rested: 0,
             task: Task::Learn(Learning::default()),
         }
     }
 
     /// Is there nothing left to be done with what was heard?
+    #[inline]
     pub fn is_done(&self) -> bool {
         self.work == Work::None
     }
 
     /// The bridge is open and the shaft stands: nothing is to be heard until it is driven.
+    #[inline]
     pub fn pause(&mut self) {
         self.identify.pause();
     }
 
     /// Gain and time constant are frozen, the dead zone follows.
+    #[inline]
     pub fn tracks(&self) -> bool {
         matches!(self.task, Task::Track(_))
     }
 
     /// The dead zone, `[positive, negative]`, moved by more than a quarter since it was commissioned.
+    #[inline]
     pub fn worn(&self) -> [bool; 2] {
         match &self.task {
             Task::Track([positive, negative]) => [positive.worn, negative.worn],
@@ -118,10 +123,20 @@ impl Params {
     }
 
     /// Listens from now on: tracks what is trusted, or has merely aged; learns if there is nothing to track.
+    #[inline]
     pub fn listen(&self, count: i32, known: &Estimates) -> State {
         let mut state = State::new(self, count);
-        self.adopt(&mut state, known);
+        self.begin(&mut state, known);
         state
+    }
+
+    /// Takes over what is known.
+    #[cold]
+    #[inline(never)]
+    fn begin(&self, state: &mut State, known: &Estimates) {
+        state.work = Work::None;
+        state.identify.relength(self.identify.lengths_for(self.hint));
+        self.adopt(state, known);
     }
 
     /// One control tick: bounded integer work. `true`: `known` has changed.
@@ -148,6 +163,7 @@ impl Params {
     }
 
     /// So many ticks at rest have passed: what is known has become older. `true`: `known` has changed.
+    #[inline]
     pub fn rest(&self, state: &mut State, known: &mut Estimates, ticks: u32) -> bool {
         state.rested = state.rested.saturating_add(ticks);
         let hop = 1u32.wrapping_shl(self.hop_bits(state));
@@ -159,7 +175,8 @@ impl Params {
     }
 
     /// A hop has ended. `true`: `known` has changed.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     fn hop(&self, state: &mut State, known: &mut Estimates, supply_measured: bool) -> bool {
         let usable = self.identify.usable_window(&mut state.identify);
         if state.tracks() {
@@ -172,10 +189,15 @@ impl Params {
     }
 
     /// The next step of what goes on. `true`: `known` has changed.
-    #[inline(never)]
+    #[cold]
+    #[inline]
     fn go_on(&self, state: &mut State, known: &mut Estimates) -> bool {
         match state.work {
             Work::None => false,
+            Work::Begin => {
+                self.begin(state, known);
+                false
+            }
             Work::Solve => {
                 self.solve(state);
                 false
@@ -185,6 +207,7 @@ impl Params {
     }
 
     /// The dead zone that a window of motion in this direction shows, Q20.
+    #[inline]
     fn sample(&self, solution: &Solution, window: &Window, direction: Direction) -> i32 {
         let applied =
             if direction == Direction::Positive { window.voltage } else { window.voltage.saturating_neg() };
@@ -192,6 +215,7 @@ impl Params {
     }
 
     /// log₂ of control ticks per hop.
+    #[inline]
     fn hop_bits(&self, state: &State) -> u32 {
         let lengths = &state.identify.lengths;
         (lengths.decimation + lengths.block).saturating_sub(HOPS_PER_BLOCK.ilog2())
@@ -199,17 +223,20 @@ impl Params {
 }
 
 /// |a − b| above a share of b.
+#[inline]
 fn moved(a: i32, b: i32, of_1024: i32) -> bool {
     i64::from(a.abs_diff(b)) * 1024 > i64::from(b) * i64::from(of_1024)
 }
 
 /// Takes `new` over; `true` if it differs.
+#[inline]
 fn publish(known: &mut Estimates, new: &Estimates) -> bool {
     let differs = known != new;
     *known = *new;
     differs
 }
 
+#[inline]
 fn follows_input(known: &Estimates) -> bool {
     known.mechanism == Mechanism::InputDeadZone
 }

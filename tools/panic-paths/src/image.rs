@@ -1,5 +1,6 @@
 //! Functions and code of a linked image.
 
+use crate::constants::Constants;
 use crate::thumb::{self, Flow};
 use anyhow::{Context, Result};
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
@@ -80,10 +81,18 @@ impl Image {
     /// What leaves a function, in the order of addresses.
     pub fn branches(&self, function: &Function) -> Vec<Branch> {
         let inside = |to: u32| (function.start..function.end).contains(&to);
-        let leaving = |(at, first, second)| match thumb::flow(at, first, second) {
-            Flow::To(to) if !inside(to) => Some(Branch { at, to: Some(to) }),
-            Flow::Register => Some(Branch { at, to: None }),
-            Flow::To(_) | Flow::On => None,
+        let mut constants = Constants::default();
+        let leaving = |(at, first, second)| {
+            constants.follow(at, first, second, |address| self.word(address));
+            match thumb::flow(at, first, second) {
+                Flow::To(to) if !inside(to) => Some(Branch { at, to: Some(to) }),
+                Flow::Register => {
+                    // Lowest bit: Thumb code. Only where a function begins.
+                    let constant = constants.get(first >> 3).map(|to| to & !1);
+                    Some(Branch { at, to: constant.filter(|to| self.functions.contains_key(to)) })
+                }
+                Flow::To(_) | Flow::On => None,
+            }
         };
         self.instructions(function).filter_map(leaving).collect()
     }
@@ -110,6 +119,10 @@ impl Image {
 
     fn is_code(&self, address: u32) -> bool {
         self.kinds.range(..=address).next_back().is_none_or(|(_, code)| *code)
+    }
+
+    fn word(&self, address: u32) -> u32 {
+        u32::from(self.half(address)) | u32::from(self.half(address + 2)) << 16
     }
 
     fn half(&self, address: u32) -> u16 {

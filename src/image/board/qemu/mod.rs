@@ -172,6 +172,7 @@ impl Drive for PipeDrive {
     }
 
     /// SysTick, turned to count upwards.
+    #[inline(always)]
     fn clock(&self) -> u32 {
         CLOCK_MASK - SYST::get_current()
     }

@@ -2,7 +2,7 @@
 //! `.cargo/config.toml` because a `RUSTFLAGS` variable in the environment would silently replace them there and leave an
 //! image without a vector table.
 
-#[path = "src/image/boards.rs"]
+#[path = "boards.rs"]
 #[allow(dead_code, reason = "the table also serves the tools and the tests")]
 mod boards;
 
@@ -11,7 +11,7 @@ use std::path::Path;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=src/image/boards.rs");
+    println!("cargo::rerun-if-changed=boards.rs");
     let chips = BOARDS.map(|board| board.chip.name);
     declare("board", &BOARDS.map(|board| board.name));
     declare("chip", &chips);
@@ -34,7 +34,7 @@ fn has_feature(name: &str) -> bool {
 fn choose(board: &Board) {
     println!("cargo::rustc-cfg=board={:?}", board.name);
     println!("cargo::rustc-cfg=chip={:?}", board.chip.name);
-    let memory = Path::new(env!("CARGO_MANIFEST_DIR")).join(board.chip.memory);
+    let memory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(board.chip.memory);
     println!("cargo::rerun-if-changed={}", memory.join("memory.x").display());
     println!("cargo::rustc-link-arg-bins=-L{}", memory.display());
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {

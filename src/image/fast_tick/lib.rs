@@ -1,0 +1,24 @@
+//! What the control interrupt runs in every tick, compiled for speed in an image that is compiled for size.
+//!
+//! The compiler translates a function that is `#[inline]` wherever it is called, with the optimisation of the calling package.
+//! This package alone has `opt-level = 2`: what it reaches through such functions is fast, and everything else of the library
+//! is small (docs/decisions/0320-size-but-for-the-tick.md).
+#![no_std]
+#![forbid(unsafe_code)]
+
+use core::mem::MaybeUninit;
+use servo::axis::Sample;
+use servo::axis::servo_axis::{Advance, ServoAxis};
+
+/// [`ServoAxis::advance`].
+// Not into its caller, which is compiled for size.
+#[inline(never)]
+pub fn advance(axis: &mut ServoAxis, sample: Sample) -> Advance<'_> {
+    axis.advance(sample)
+}
+
+/// An axis that is not configured, in the place where it is to stay: compiled for size, it would be made on the stack and copied.
+#[inline(never)]
+pub fn place(place: &mut MaybeUninit<ServoAxis>) -> &mut ServoAxis {
+    place.write(ServoAxis::new())
+}
