@@ -130,9 +130,14 @@ impl Group<'_> {
 
 /// The weighted residuals of the parts that count, of one set of `width`.
 fn compare(parts: &[Part], probes: &Probes, predicted: &[f64], width: usize, set: usize, out: &mut Vec<f64>) {
-    for (k, part) in probes.part.iter().enumerate() {
-        if parts.contains(part) {
-            out.push((probes.measured[k] - predicted[k * width + set]) * probes.weight[k]);
-        }
+    if probes.is_empty() {
+        return;
     }
+    let samples = probes.measured.iter().zip(&probes.weight).zip(predicted[set..].iter().step_by(width));
+    let residuals = samples.map(|((measured, weight), predicted)| (measured - predicted) * weight);
+    if probes.part.iter().all(|part| parts.contains(part)) {
+        return out.extend(residuals);
+    }
+    let counted = residuals.zip(&probes.part).filter(|(_, part)| parts.contains(part));
+    out.extend(counted.map(|(residual, _)| residual));
 }

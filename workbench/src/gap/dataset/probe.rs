@@ -115,15 +115,14 @@ impl Probes {
         integral: &[f64],
         predicted: &mut Vec<f64>,
     ) {
-        predicted.clear();
-        predicted.reserve(self.len() * F::COUNT);
+        predicted.resize(self.len() * F::COUNT, 0.0);
         let mut first = 0;
-        for end in &self.ends {
+        for (end, place) in self.ends.iter().zip(predicted.chunks_exact_mut(F::COUNT)) {
             let mut sum = like.like(0.0);
             for term in first..*end as usize {
                 sum = sum + self.terms[term].value(like, time, reading, integral);
             }
-            sum.push_to(predicted);
+            sum.store(place);
             first = *end as usize;
         }
     }

@@ -92,14 +92,14 @@ impl BenchRun {
         traces: &mut Traces,
     ) -> u64 {
         let keep = if F::COUNT == 1 { Keep::All } else { Keep::Sensed { current: !self.current.is_empty() } };
-        traces.clear(self.blocks() * F::COUNT);
+        traces.make_room(self.blocks(), F::COUNT, keep);
         let longest = shape.longest_step(finest);
         let mut dynamics = Dynamics::new(plant, shape);
         let placed = !plant.torques.is_empty() || !plant.unnamed.is_empty();
         let with_position = placed && !self.position.is_empty();
         let none = state.theta.like(0.0);
         let (mut charge, mut steps) = (none, 0);
-        traces.record(&state, charge, keep);
+        traces.record(0, &state, charge, keep);
         for k in 0..self.blocks() {
             let (start, length) = (self.time[k], self.time[k + 1] - self.time[k]);
             let pieces = ((length / longest - 1e-9).ceil()).clamp(1.0, 200.0);
@@ -116,9 +116,9 @@ impl BenchRun {
                 charge = charge + state.mean_current * h;
                 mean = mean + applied;
             }
-            traces.record(&state, charge, keep);
+            traces.record(k + 1, &state, charge, keep);
             if keep == Keep::All {
-                traces.applied.push(mean.lane(0) / pieces);
+                traces.applied[k] = mean.lane(0) / pieces;
             }
         }
         steps
@@ -171,27 +171,30 @@ enum Keep {
 }
 
 impl Traces {
-    fn clear(&mut self, numbers: usize) {
-        for values in
-            [&mut self.omega, &mut self.reading, &mut self.integral, &mut self.current, &mut self.charge]
-        {
-            values.clear();
-        }
-        self.reading.reserve(numbers);
-        self.integral.reserve(numbers);
-        self.applied.clear();
+    /// Room for the points of so many blocks, and none for what is not kept. What stands there is written over.
+    fn make_room(&mut self, blocks: usize, sets: usize, keep: Keep) {
+        let points = (blocks + 1) * sets;
+        let of = |is_kept: bool| if is_kept { points } else { 0 };
+        let (all, current) = (keep == Keep::All, keep != (Keep::Sensed { current: false }));
+        self.reading.resize(points, 0.0);
+        self.integral.resize(points, 0.0);
+        self.omega.resize(of(all), 0.0);
+        self.current.resize(of(current), 0.0);
+        self.charge.resize(of(current), 0.0);
+        self.applied.resize(if all { blocks } else { 0 }, 0.0);
     }
 
     #[inline(always)]
-    fn record<F: Lanes>(&mut self, state: &State<F>, charge: F, keep: Keep) {
-        state.reading.push_to(&mut self.reading);
-        state.reading_integral.push_to(&mut self.integral);
+    fn record<F: Lanes>(&mut self, point: usize, state: &State<F>, charge: F, keep: Keep) {
+        let at = point * F::COUNT;
+        state.reading.store(&mut self.reading[at..]);
+        state.reading_integral.store(&mut self.integral[at..]);
         if keep == Keep::All {
-            state.omega.push_to(&mut self.omega);
+            state.omega.store(&mut self.omega[at..]);
         }
         if keep != (Keep::Sensed { current: false }) {
-            state.current.push_to(&mut self.current);
-            charge.push_to(&mut self.charge);
+            state.current.store(&mut self.current[at..]);
+            charge.store(&mut self.charge[at..]);
         }
     }
 }
