@@ -13,7 +13,7 @@ use truing::device::motor::qemu::Lines;
 use truing::device::session::{self, Listening, Profile, Start, Task};
 
 /// The deepest, bytes, as docs/results/cost.md has it.
-const DOCUMENTED: f64 = 3_472.0;
+const DOCUMENTED: f64 = 3_672.0;
 
 /// What the image says of its stack at its end.
 fn depth(log: &[String]) -> f64 {
@@ -68,5 +68,5 @@ fn the_stack_is_as_deep_as_documented() {
 
     let deepest = first.max(later);
     println!("first life {first} bytes, from the store {later} bytes");
-    assert!((deepest / DOCUMENTED - 1.0).abs() < 0.1, "{deepest} bytes, documented {DOCUMENTED}");
+    assert!((deepest / DOCUMENTED - 1.0).abs() < 0.03, "{deepest} bytes, documented {DOCUMENTED}");
 }
