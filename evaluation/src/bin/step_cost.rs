@@ -104,7 +104,7 @@ fn nanoseconds(dataset: &Dataset, plants: &[Physics], runs: u32) -> f64 {
 
 /// Inner steps of this process so far.
 fn steps() -> u64 {
-    effort::spent().iter().map(|(work, _)| work.inner_steps).sum()
+    effort::spent().iter().map(|spent| spent.work.inner_steps).sum()
 }
 
 fn motor() -> Result<Model> {

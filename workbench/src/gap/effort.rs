@@ -7,6 +7,7 @@ use nix::sys::resource::{UsageWho, getrusage};
 use std::ops::{Add, Sub};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
+use std::time::Instant;
 
 /// What the searches of this process computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -104,18 +105,54 @@ impl Phase {
     }
 }
 
+/// What one phase cost.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spent {
+    /// What was computed.
+    pub work: Work,
+    /// CPU time of all threads, s.
+    pub cpu_s: f64,
+    /// Time that passed, s.
+    pub wall_s: f64,
+}
+
+impl Add for Spent {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            work: self.work + other.work,
+            cpu_s: self.cpu_s + other.cpu_s,
+            wall_s: self.wall_s + other.wall_s,
+        }
+    }
+}
+
+impl Sub for Spent {
+    type Output = Self;
+
+    fn sub(self, earlier: Self) -> Self {
+        Self {
+            work: self.work - earlier.work,
+            cpu_s: self.cpu_s - earlier.cpu_s,
+            wall_s: self.wall_s - earlier.wall_s,
+        }
+    }
+}
+
 /// What was counted in one phase.
 struct Tally {
     simulations: AtomicU64,
     inner_steps: AtomicU64,
     passes: AtomicU64,
     cpu_us: AtomicU64,
+    wall_us: AtomicU64,
 }
 
 impl Tally {
     const fn nothing() -> Self {
-        let [simulations, inner_steps, passes, cpu_us] = [const { AtomicU64::new(0) }; 4];
-        Self { simulations, inner_steps, passes, cpu_us }
+        let [simulations, inner_steps, passes, cpu_us, wall_us] = [const { AtomicU64::new(0) }; 5];
+        Self { simulations, inner_steps, passes, cpu_us, wall_us }
     }
 }
 
@@ -123,8 +160,21 @@ impl Tally {
 struct Counters {
     present: AtomicUsize,
     tallies: [Tally; Phase::ALL.len()],
-    /// CPU time of the process when the phase last changed, µs.
-    changed_us: Mutex<u64>,
+    /// When the phase last changed; `None` before the first time.
+    changed: Mutex<Option<Moment>>,
+}
+
+/// A moment, with the CPU time that the process had spent by then.
+#[derive(Clone, Copy)]
+struct Moment {
+    cpu_us: u64,
+    at: Instant,
+}
+
+impl Moment {
+    fn now() -> Self {
+        Self { cpu_us: cpu_us(), at: Instant::now() }
+    }
 }
 
 static COUNTERS: Counters = Counters::nothing();
@@ -139,8 +189,8 @@ pub fn during<T>(phase: Phase, work: impl FnOnce() -> T) -> T {
     COUNTERS.during(phase, work)
 }
 
-/// Work and CPU seconds of each phase so far.
-pub fn spent() -> [(Work, f64); Phase::ALL.len()] {
+/// What each phase cost so far.
+pub fn spent() -> [Spent; Phase::ALL.len()] {
     COUNTERS.spent()
 }
 
@@ -149,7 +199,7 @@ impl Counters {
         Self {
             present: AtomicUsize::new(Phase::Base as usize),
             tallies: [const { Tally::nothing() }; Phase::ALL.len()],
-            changed_us: Mutex::new(0),
+            changed: Mutex::new(None),
         }
     }
 
@@ -165,7 +215,7 @@ impl Counters {
         work()
     }
 
-    fn spent(&self) -> [(Work, f64); Phase::ALL.len()] {
+    fn spent(&self) -> [Spent; Phase::ALL.len()] {
         self.charge();
         self.tallies.each_ref().map(|tally| {
             let work = Work {
@@ -173,17 +223,21 @@ impl Counters {
                 inner_steps: tally.inner_steps.load(Relaxed),
                 passes: tally.passes.load(Relaxed),
             };
-            (work, 1e-6 * tally.cpu_us.load(Relaxed) as f64)
+            let [cpu_s, wall_s] = [&tally.cpu_us, &tally.wall_us].map(|us| 1e-6 * us.load(Relaxed) as f64);
+            Spent { work, cpu_s, wall_s }
         })
     }
 
-    /// Adds the CPU time since the last change to the present phase.
+    /// Adds the time since the last change to the present phase.
     fn charge(&self) {
-        let Ok(mut changed) = self.changed_us.lock() else { return };
-        let now = cpu_us();
+        let Ok(mut changed) = self.changed.lock() else { return };
+        let now = Moment::now();
         let tally = &self.tallies[self.present.load(Relaxed)];
-        tally.cpu_us.fetch_add(now.saturating_sub(*changed), Relaxed);
-        *changed = now;
+        let cpu_us = now.cpu_us.saturating_sub(changed.map_or(0, |then| then.cpu_us));
+        let wall_us = changed.map_or(0, |then| now.at.duration_since(then.at).as_micros() as u64);
+        tally.cpu_us.fetch_add(cpu_us, Relaxed);
+        tally.wall_us.fetch_add(wall_us, Relaxed);
+        *changed = Some(now);
     }
 }
 
@@ -234,7 +288,7 @@ mod tests {
         });
         counters.add(2, 5);
         let spent = counters.spent();
-        let of = |phase: Phase| spent[phase as usize].0;
+        let of = |phase: Phase| spent[phase as usize].work;
         assert_eq!(of(Phase::Settled), Work { simulations: 5, inner_steps: 407, passes: 107 });
         assert_eq!(of(Phase::Base), Work { simulations: 2, inner_steps: 10, passes: 5 });
         assert_eq!(of(Phase::Conclude), Work::default());

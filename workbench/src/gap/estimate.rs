@@ -4,9 +4,11 @@ use crate::gap::dataset::Dataset;
 use crate::gap::fit::{FINAL, SEARCH, Setting, covariance, fit};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::search::{Scored, dispersion, scatter};
+use crate::gap::threads::each;
 use crate::outcome::DEVIATIONS;
 use crate::system::effects::{Meaning, Parameter, Starts};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// The same for the squared distance of two or three numbers together: the 99.73 % quantile of χ² with three degrees of freedom.
 const TOGETHER: f64 = 14.16;
@@ -38,7 +40,7 @@ pub struct Estimates {
 /// The numbers of each effect of a set, in its order.
 pub fn estimates(kept: &Scored) -> Vec<Estimates> {
     let spread = Spread::of(kept);
-    let items = kept.hypothesis.items.iter().enumerate();
+    let items = each(&kept.hypothesis.items).enumerate();
     let of = |(index, item)| Estimates {
         numbers: spread.of_effect(index, item),
         between_sides: spread.between_sides(index, item),
@@ -58,8 +60,12 @@ struct Spread<'s, 'a> {
 
 impl<'s, 'a> Spread<'s, 'a> {
     fn of(kept: &'s Scored<'a>) -> Self {
-        let factor = dispersion(kept);
-        Self { kept, covariance: spread(kept, factor), factor, scatter: scatter(kept) }
+        let covariance = || {
+            let factor = dispersion(kept);
+            (factor, spread(kept, factor))
+        };
+        let ((factor, covariance), scatter) = rayon::join(covariance, || scatter(kept));
+        Self { kept, covariance, factor, scatter }
     }
 
     fn of_effect(&self, index: usize, item: &Item) -> Vec<Estimate> {

@@ -1,9 +1,11 @@
 //! Sentences for people.
 
 use crate::gap::search::{Found, Scored};
+use crate::gap::threads::each;
 use crate::outcome::{Rival, Step, Tie};
 use crate::report::gap;
 use crate::system::effects::Effect;
+use rayon::prelude::*;
 
 /// Why an effect is named.
 pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> String {
@@ -18,15 +20,15 @@ pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> Str
 }
 
 /// Explanations that lost, and why.
-pub fn rivals(found: &Found, ties: &[Tie], gap_of: impl Fn(&Scored) -> f64) -> Vec<Rival> {
+pub fn rivals(found: &Found, ties: &[Tie], gap_of: impl Fn(&Scored) -> f64 + Sync) -> Vec<Rival> {
     let tied: Vec<&Vec<String>> = ties.iter().flat_map(|tie| &tie.rivals).collect();
     let lost = found.others.iter().filter(|other| !tied.contains(&&other.hypothesis.names()));
-    lost.map(|other| Rival {
+    let rival = |other: &Scored| Rival {
         names: other.hypothesis.names(),
         gap: gap_of(other),
         reason: reason(other, &found.best),
-    })
-    .collect()
+    };
+    each(lost.collect::<Vec<_>>()).map(rival).collect()
 }
 
 /// Why a set lost against the accepted one: what it leaves, and the trace of the effect that it has instead.

@@ -4,9 +4,11 @@
 use crate::gap::dataset::{BenchRun, Dataset, Traces};
 use crate::gap::fit::FINE;
 use crate::gap::search::Scored;
+use crate::gap::threads::each;
 use crate::outcome::{Experiment, Segment};
 use crate::system::log::Input;
 use crate::system::model::Kind;
+use rayon::prelude::*;
 
 /// Samples per time constant of a simulated experiment.
 const SAMPLES: f64 = 50.0;
@@ -30,10 +32,12 @@ pub struct Separation {
 /// The run of the catalogue that separates two rivals best.
 pub fn separation(a: &Scored, b: &Scored) -> Separation {
     let dataset = a.hypothesis.dataset;
-    let judged =
-        catalogue(dataset).into_iter().map(|protocol| (difference(dataset, &protocol, a, b), protocol));
-    let ((speed, current, samples), protocol) =
-        judged.max_by(|x, y| x.0.0.total_cmp(&y.0.0)).expect("the catalogue is not empty");
+    let judged = each(catalogue(dataset)).map(|protocol| (difference(dataset, &protocol, a, b), protocol));
+    let ((speed, current, samples), protocol) = judged
+        .collect::<Vec<_>>()
+        .into_iter()
+        .max_by(|x, y| x.0.0.total_cmp(&y.0.0))
+        .expect("the catalogue is not empty");
     let chi2 = samples * (speed / dataset.sigma).powi(2);
     let (left, right) = (a.label(), b.label());
     let unit = dataset.unit();

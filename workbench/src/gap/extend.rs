@@ -8,12 +8,14 @@ use crate::gap::prediction::{HeldOut, compared};
 use crate::gap::rest::{self, Described};
 use crate::gap::samples::{Sample, seen};
 use crate::gap::search::{Found, Scored};
+use crate::gap::threads::each;
 use crate::gap::verdict::Judged;
 use crate::gap::{evidence, excitation, experiment, plots};
 use crate::outcome::*;
 use crate::report::volts;
 use crate::system::effects::{self, Effect};
 use crate::system::model::Model;
+use rayon::prelude::*;
 
 /// The model as given beside the data.
 pub(super) struct Given<'a> {
@@ -128,14 +130,14 @@ fn vetoed(model: &Model, found: &Found) -> Vec<String> {
 
 /// The held-out gap of the model as given, and after each effect in the order of naming.
 fn steps(given: &Given, best: &Scored) -> Vec<Step> {
-    let mut steps = vec![Step { label: "the model as given".into(), gap: given.held_out.gap }];
-    for count in 1..=best.hypothesis.items.len() {
+    let first = Step { label: "the model as given".into(), gap: given.held_out.gap };
+    let further = each(1..best.hypothesis.items.len() + 1).map(|count| {
         let (hypothesis, start) = best.hypothesis.only(&best.fit.x, |k| k < count);
         let x = if count == best.hypothesis.items.len() { start } else { fit(&hypothesis, &start, &FINAL).x };
         let gap = HeldOut::of(given.whole, &hypothesis, &x).gap;
-        steps.push(Step { label: format!("+ {}", best.hypothesis.items[count - 1].effect.name), gap });
-    }
-    steps
+        Step { label: format!("+ {}", best.hypothesis.items[count - 1].effect.name), gap }
+    });
+    std::iter::once(first).chain(further.collect::<Vec<Step>>()).collect()
 }
 
 /// The accepted effects with their parameters and uncertainties.

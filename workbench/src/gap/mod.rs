@@ -33,6 +33,7 @@ pub mod samples;
 pub mod search;
 pub mod solver;
 pub mod tables;
+mod threads;
 pub mod time_base;
 pub mod unknown;
 pub mod verdict;

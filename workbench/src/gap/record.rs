@@ -34,9 +34,13 @@ pub fn run(
     let whole = Whole::of(model, log, holdouts, &dataset);
     let given = Given::simulated(&dataset, model, whole.as_ref());
     let places = localise::places(&given.hypothesis, &given.seen);
-    let found = search(&dataset, model, options, progress);
-    let conclude = || concluded(&given, &found, &options.limits, last.as_ref());
-    Ok(Outcome { places, ..during(Phase::Conclude, conclude) })
+    // On a thread of the pool, which hands on what it can share without being woken first.
+    let outcome = rayon::scope(|_| {
+        let found = search(&dataset, model, options, progress);
+        let conclude = || concluded(&given, &found, &options.limits, last.as_ref());
+        during(Phase::Conclude, conclude)
+    });
+    Ok(Outcome { places, ..outcome })
 }
 
 /// What is said of what was found.

@@ -10,7 +10,9 @@ use crate::gap::residual_tests;
 use crate::gap::residual_tests::Rest;
 use crate::gap::samples::samples;
 use crate::gap::search::{Found, HELD_OUT, Scored, ShareLimits, chi2, tied};
+use crate::gap::threads::each;
 use crate::outcome::{Experiment, Grade, Outcome, Tie, Unexplained, Verdict};
+use rayon::prelude::*;
 
 /// The judgement on a search.
 pub struct Judged<'a> {
@@ -153,10 +155,12 @@ fn indistinct(best: &Scored) -> Option<usize> {
 /// stays: without it the others are bent to the ends of their tolerances and may predict as much.
 fn useless(best: &Scored) -> Option<usize> {
     let error = |set: &Scored| -> f64 { held_out_errors(&set.hypothesis, &set.fit.x).iter().sum() };
-    let with = error(best);
-    let mut items = best.hypothesis.items.iter().enumerate();
-    let useless = |index: usize| error(&refitted(best, |k| k != index)) <= with;
-    items.find(|(index, item)| !item.effect.is_base_parameter() && useless(*index)).map(|(index, _)| index)
+    let items = best.hypothesis.items.iter().enumerate();
+    let others = items.filter(|(_, item)| !item.effect.is_base_parameter());
+    let others: Vec<usize> = others.map(|(index, _)| index).collect();
+    let without = || each(&others).map(|index| error(&refitted(best, |k| k != *index)));
+    let (with, without): (f64, Vec<f64>) = rayon::join(|| error(best), || without().collect());
+    others.into_iter().zip(without).find(|(_, without)| *without <= with).map(|(index, _)| index)
 }
 
 /// The judgement on names that a search by shares kept: they stand, and what is left stands beside them.
@@ -262,9 +266,13 @@ fn held_out_share(best: &Scored, given: &Hypothesis, nominal: &[f64]) -> f64 {
 fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
     let best = &found.best;
     let (mut keep, mut closest) = (Vec::new(), Vec::new());
-    for (index, item) in best.hypothesis.items.iter().enumerate() {
+    let without = each(0..best.hypothesis.items.len()).map(|index| {
         let without = refitted(best, |k| k != index);
-        if excess(&without.hypothesis, &without.fit.x) > CONFIRMED * left {
+        excess(&without.hypothesis, &without.fit.x)
+    });
+    let without: Vec<f64> = without.collect();
+    for (index, item) in best.hypothesis.items.iter().enumerate() {
+        if without[index] > CONFIRMED * left {
             keep.push(index)
         } else {
             closest.push(item.effect.name.to_owned())

@@ -3,7 +3,7 @@
 mod instructions;
 mod set;
 
-use crate::gap::effort::{self, Phase, Work};
+use crate::gap::effort::{self, Phase, Spent, Work};
 use crate::outcome::Outcome;
 use crate::report::{grade, write_atomically};
 use anyhow::ensure;
@@ -75,6 +75,7 @@ struct OfPhase {
     #[serde(flatten)]
     work: Work,
     cpu_s: f64,
+    wall_s: f64,
 }
 
 /// Runs the cases one after the other.
@@ -105,7 +106,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         total: Cost::default(),
         peak_bytes: None,
     };
-    let (begin, mut phases) = (Instant::now(), [(Work::default(), 0.0); Phase::ALL.len()]);
+    let (begin, mut phases) = (Instant::now(), [Spent::default(); Phase::ALL.len()]);
     for (place, case) in cases.iter().enumerate() {
         errln!("{} of {}: {}", place + 1, cases.len(), case.name());
         let Some(measured) = measured(case, arguments, &counter, &mut phases)? else {
@@ -129,7 +130,7 @@ fn measured(
     case: &Case,
     arguments: &Arguments,
     counter: &Instructions,
-    phases: &mut [(Work, f64); Phase::ALL.len()],
+    phases: &mut [Spent; Phase::ALL.len()],
 ) -> anyhow::Result<Option<Measured>> {
     let ready = case.made_ready()?;
     let (before, instructions, begin) = (effort::spent(), counter.read(), Instant::now());
@@ -142,9 +143,9 @@ fn measured(
         ..Cost::default()
     };
     for (sum, (now, then)) in phases.iter_mut().zip(effort::spent().into_iter().zip(before)) {
-        let (work, cpu_s) = (now.0 - then.0, now.1 - then.1);
-        *sum = (sum.0 + work, sum.1 + cpu_s);
-        (cost.work, cost.cpu_s) = (cost.work + work, cost.cpu_s + cpu_s);
+        let spent = now - then;
+        *sum = *sum + spent;
+        (cost.work, cost.cpu_s) = (cost.work + spent.work, cost.cpu_s + spent.cpu_s);
     }
     Ok(Some(Measured::of(case, &outcome, cost)))
 }
@@ -192,8 +193,8 @@ fn line(name: &str, counts: [&str; 4], cpu: &str, wall: &str, answer: &str) -> S
 }
 
 impl OfPhase {
-    fn of(phase: Phase, (work, cpu_s): (Work, f64)) -> Self {
-        Self { phase: phase.words(), work, cpu_s }
+    fn of(phase: Phase, Spent { work, cpu_s, wall_s }: Spent) -> Self {
+        Self { phase: phase.words(), work, cpu_s, wall_s }
     }
 }
 
@@ -224,7 +225,7 @@ impl Figures {
     fn tell_phases(&self) {
         let share = |part: f64, whole: f64| 100.0 * part / whole.max(f64::MIN_POSITIVE);
         outln!(
-            "\n{:22} {:>11} {:>13} {:>6} {:>13} {:>6} {:>7} {:>6}",
+            "\n{:22} {:>11} {:>13} {:>6} {:>13} {:>6} {:>7} {:>6} {:>7}",
             "phase",
             "simulations",
             "inner steps",
@@ -232,15 +233,16 @@ impl Figures {
             "passes",
             "%",
             "CPU s",
-            "%"
+            "%",
+            "wall s"
         );
-        for OfPhase { phase, work, cpu_s } in &self.phases {
+        for OfPhase { phase, work, cpu_s, wall_s } in &self.phases {
             let (all, Work { simulations, inner_steps, passes }) = (self.total.work, *work);
             let steps = share(inner_steps as f64, all.inner_steps as f64);
             let passed = share(passes as f64, all.passes as f64);
             let cpu = share(*cpu_s, self.total.cpu_s);
             outln!(
-                "{phase:22} {simulations:>11} {inner_steps:>13} {steps:>6.1} {passes:>13} {passed:>6.1} {cpu_s:>7.2} {cpu:>6.1}"
+                "{phase:22} {simulations:>11} {inner_steps:>13} {steps:>6.1} {passes:>13} {passed:>6.1} {cpu_s:>7.2} {cpu:>6.1} {wall_s:>7.2}"
             );
         }
     }

@@ -5,16 +5,20 @@ use super::run::BenchRun;
 use super::simulate::Simulation;
 use super::{Part, Probes};
 use crate::gap::effort;
+use crate::gap::threads::{Busy, each};
 use crate::system::plant::lanes::{Lanes, Pair, Register};
 use crate::system::plant::physics::Physics;
 use crate::system::plant::shape::{Shape, alike};
 use crate::system::plant::state::State;
 use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
 use std::cell::Cell;
 
 /// Sets that count as one pack: what two registers of the commonest processors hold. Narrower ones take a pack in parts, so that
 /// counts of work do not depend on the machine.
 const PACK: usize = 8;
+/// Sets of a pack that stay together where two threads share it: what one register of the commonest processors holds.
+const HALF: usize = PACK / 2;
 
 thread_local! {
     /// What a simulation writes into. Memory that is fetched and given back for each of them costs a tenth of the time.
@@ -32,49 +36,72 @@ pub struct Compared<'a> {
 /// Simulates runs with several plants and appends the weighted residuals of each to its own place of `out`. `finest`: longest
 /// inner step as a part of the time constant. Plants that are alike advance together; the numbers do not depend on it.
 pub fn lockstep(runs: &[Compared], plants: &[Physics], parts: &[Part], finest: f64, out: &mut [Vec<f64>]) {
-    let mut left: Vec<usize> = (0..plants.len()).collect();
-    while let Some(first) = left.first().copied() {
-        let (group, others) = left.iter().partition(|k| **k == first || alike(&plants[first], &plants[**k]));
+    let mut left: Vec<(usize, &mut Vec<f64>)> = out.iter_mut().enumerate().collect();
+    let mut packs: Vec<Pack> = Vec::new();
+    while let Some(first) = left.first().map(|(first, _)| *first) {
+        let alike = |(set, _): &(usize, _)| *set == first || alike(&plants[first], &plants[*set]);
+        let (mut group, others): (Vec<_>, Vec<_>) = left.into_iter().partition(alike);
         left = others;
-        Arch::new().dispatch(Group { runs, plants, parts, finest, out, group });
+        while !group.is_empty() {
+            let rest = group.split_off(group.len().min(PACK));
+            packs.push(Pack { runs, plants, parts, finest, sets: std::mem::replace(&mut group, rest) });
+        }
+    }
+    match packs.len() {
+        0 | 1 => packs.into_iter().for_each(Pack::simulate),
+        _ => each(packs).for_each(Pack::simulate),
     }
 }
 
-/// Plants that are alike.
-struct Group<'a> {
+/// Some plants that are alike, with the places of their residuals.
+struct Pack<'a, 'o> {
     runs: &'a [Compared<'a>],
     plants: &'a [Physics],
     parts: &'a [Part],
     finest: f64,
-    out: &'a mut [Vec<f64>],
-    group: Vec<usize>,
+    sets: Vec<(usize, &'o mut Vec<f64>)>,
 }
 
-impl WithSimd for Group<'_> {
-    type Output = ();
+impl WithSimd for &mut Pack<'_, '_> {
+    /// Steps of one set.
+    type Output = u64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) {
-        let group = std::mem::take(&mut self.group);
-        for pack in group.chunks(PACK) {
-            let steps = if const { S::F64_LANES == 1 } {
-                self.one_by_one(pack)
-            } else {
-                self.side_by_side(Register::splat(simd, 0.0), pack)
-            };
-            effort::simulated(pack.len(), steps);
+    fn with_simd<S: Simd>(self, simd: S) -> u64 {
+        if const { S::F64_LANES == 1 } {
+            self.one_by_one()
+        } else {
+            self.side_by_side(Register::splat(simd, 0.0))
         }
     }
 }
 
-impl Group<'_> {
-    /// Advances a pack in registers as wide as the processor's, two at a time. Returns the steps of one set.
+impl Pack<'_, '_> {
+    /// Counts as one pack, whoever simulates it.
+    fn simulate(self) {
+        let (sets, steps) = (self.sets.len(), self.shared());
+        effort::simulated(sets, steps);
+    }
+
+    /// Simulates the pack; in two halves where a thread is free, since half of a pack takes little more than half of the time.
+    fn shared(mut self) -> u64 {
+        let busy = Busy::begin();
+        if self.sets.len() <= HALF || !busy.helper_is_free() {
+            return Arch::new().dispatch(&mut self);
+        }
+        let half = Self { sets: self.sets.split_off(HALF), ..self };
+        let (steps, _) = rayon::join(|| Arch::new().dispatch(&mut self), || half.shared());
+        steps
+    }
+
+    /// Advances the pack in registers as wide as the processor's, two at a time.
     #[inline(always)]
-    fn side_by_side<F: Lanes>(&mut self, one: F, pack: &[usize]) -> u64 {
+    fn side_by_side<F: Lanes>(&mut self, one: F) -> u64 {
         let mut steps = 0;
-        for some in pack.chunks(2 * F::COUNT) {
+        let mut sets = std::mem::take(&mut self.sets);
+        for some in sets.chunks_mut(2 * F::COUNT) {
             steps = match some.len() {
-                1 => self.one_by_one(some),
+                1 => self.alone(&mut some[0]),
                 few if few <= F::COUNT => self.together(one, some),
                 _ => self.together(Pair(one, one), some),
             };
@@ -82,18 +109,19 @@ impl Group<'_> {
         steps
     }
 
-    fn one_by_one(&mut self, pack: &[usize]) -> u64 {
-        pack.iter().fold(0, |_, set| self.alone(*set))
+    fn one_by_one(&mut self) -> u64 {
+        let mut sets = std::mem::take(&mut self.sets);
+        sets.iter_mut().fold(0, |_, set| self.alone(set))
     }
 
-    fn alone(&mut self, set: usize) -> u64 {
+    fn alone(&self, (set, out): &mut (usize, &mut Vec<f64>)) -> u64 {
         let (mut simulation, mut steps) = (BUFFERS.take(), 0);
         for Compared { run, starts } in self.runs {
-            let (predicted, taken) = simulation.sensed(run, &self.plants[set], starts[set], self.finest);
+            let (predicted, taken) = simulation.sensed(run, &self.plants[*set], starts[*set], self.finest);
             steps += taken;
-            compare(self.parts, &run.speed, predicted, 1, 0, &mut self.out[set]);
+            compare(self.parts, &run.speed, predicted, 1, 0, out);
             if !run.current.is_empty() {
-                compare(self.parts, &run.current, simulation.current(run), 1, 0, &mut self.out[set]);
+                compare(self.parts, &run.current, simulation.current(run), 1, 0, out);
             }
         }
         BUFFERS.set(simulation);
@@ -101,26 +129,27 @@ impl Group<'_> {
     }
 
     #[inline(always)]
-    fn together<F: Lanes>(&mut self, like: F, group: &[usize]) -> u64 {
-        let sets: Vec<Physics> = group.iter().map(|set| self.plants[*set].clone()).collect();
+    fn together<F: Lanes>(&self, like: F, group: &mut [(usize, &mut Vec<f64>)]) -> u64 {
+        let sets: Vec<Physics> = group.iter().map(|(set, _)| self.plants[*set].clone()).collect();
         let (shape, plant) = (Shape::of(&sets[0]), Physics::side_by_side(&sets, like));
         let (mut steps, Simulation { mut traces, mut predicted }) = (0, BUFFERS.take());
         for Compared { run, starts } in self.runs {
+            let starts = group.iter().map(|(set, _)| starts[*set]);
             let states: Vec<State> =
-                sets.iter().zip(group).map(|(plant, set)| run.start(plant, starts[*set])).collect();
+                sets.iter().zip(starts).map(|(plant, start)| run.start(plant, start)).collect();
             let state = State::side_by_side(&states, like);
             let input = Drawn::new(run, &sets, &plant);
             steps += run.advance(&plant, shape, &input, state, self.finest, &mut traces);
             run.speed.predict(like, &run.time, &traces.reading, &traces.integral, &mut predicted);
-            for (lane, set) in group.iter().enumerate() {
-                compare(self.parts, &run.speed, &predicted, F::COUNT, lane, &mut self.out[*set]);
+            for (lane, (_, out)) in group.iter_mut().enumerate() {
+                compare(self.parts, &run.speed, &predicted, F::COUNT, lane, out);
             }
             if run.current.is_empty() {
                 continue;
             }
             run.current.predict(like, &run.time, &traces.current, &traces.charge, &mut predicted);
-            for (lane, set) in group.iter().enumerate() {
-                compare(self.parts, &run.current, &predicted, F::COUNT, lane, &mut self.out[*set]);
+            for (lane, (_, out)) in group.iter_mut().enumerate() {
+                compare(self.parts, &run.current, &predicted, F::COUNT, lane, out);
             }
         }
         BUFFERS.set(Simulation { traces, predicted });

@@ -45,6 +45,16 @@ impl Simulation {
         (traces, predicted)
     }
 
+    /// The run that was simulated last.
+    pub fn traces(&self) -> &Traces {
+        &self.traces
+    }
+
+    /// What its sensor would have shown.
+    pub fn predicted(&self) -> &[f64] {
+        &self.predicted
+    }
+
     /// The same, with the number of inner steps, which it leaves to be counted.
     pub(super) fn sensed(
         &mut self,
@@ -87,6 +97,24 @@ impl BenchRun {
         plant: &Physics<F>,
         shape: Shape,
         input: &Drawn,
+        state: State<F>,
+        finest: f64,
+        traces: &mut Traces,
+    ) -> u64 {
+        if shape.is_plain(plant) {
+            self.advance_as::<F, true>(plant, shape, input, state, finest, traces)
+        } else {
+            self.advance_as::<F, false>(plant, shape, input, state, finest, traces)
+        }
+    }
+
+    /// Compiled for plain plants and for all.
+    #[inline(always)]
+    fn advance_as<F: Lanes, const PLAIN: bool>(
+        &self,
+        plant: &Physics<F>,
+        shape: Shape,
+        input: &Drawn,
         mut state: State<F>,
         finest: f64,
         traces: &mut Traces,
@@ -94,9 +122,9 @@ impl BenchRun {
         let keep = if F::COUNT == 1 { Keep::All } else { Keep::Sensed { current: !self.current.is_empty() } };
         traces.make_room(self.blocks(), F::COUNT, keep);
         let longest = shape.longest_step(finest);
-        let mut dynamics = Dynamics::new(plant, shape);
+        let mut dynamics = Dynamics::<F, PLAIN>::new(plant, shape);
         let placed = !plant.torques.is_empty() || !plant.unnamed.is_empty();
-        let with_position = placed && !self.position.is_empty();
+        let with_position = !PLAIN && placed && !self.position.is_empty();
         let none = state.theta.like(0.0);
         let (mut charge, mut steps) = (none, 0);
         traces.record(0, &state, charge, keep);

@@ -3,10 +3,12 @@
 use super::{Data, Hypothesis, NUISANCE_BOUND, Slot};
 use crate::gap::dataset::{BenchRun, Dataset, Scales, Simulation, Traces, driven_by};
 use crate::gap::fit::FINE;
+use crate::gap::threads;
 use crate::system::effects::{Effect, Meaning, Parameter, Scale};
 use crate::system::log::Input;
 use crate::system::model::{Kind, Model};
 use crate::system::plant::physics::{Drive, Physics};
+use rayon::prelude::*;
 
 /// How far a base parameter may move, in its tolerances, when the model is the best linear fit to the log and absorbs what
 /// is missing. The gain of a linear fit to a joint that lifts a weight is eight times too small (`xl330_pwm`); at half this bound
@@ -28,10 +30,15 @@ impl Hypothesis<'_> {
         chosen: impl Fn(&BenchRun) -> bool,
         mut each: impl FnMut(usize, &Traces, &[f64]),
     ) {
-        let mut simulation = Simulation::default();
-        for (index, run) in self.dataset.runs.iter().enumerate().filter(|(_, run)| chosen(run)) {
-            let (traces, predicted) = simulation.speed(run, plant, self.start_speed(index, x), FINE);
-            each(index, traces, predicted);
+        let runs = self.dataset.runs.iter().enumerate().filter(|(_, run)| chosen(run));
+        let runs: Vec<(usize, &BenchRun)> = runs.collect();
+        let simulated = threads::each(&runs).map(|(index, run)| {
+            let mut simulation = Simulation::default();
+            simulation.speed(run, plant, self.start_speed(*index, x), FINE);
+            simulation
+        });
+        for ((index, _), simulation) in runs.iter().zip(simulated.collect::<Vec<_>>()) {
+            each(*index, simulation.traces(), simulation.predicted());
         }
     }
 

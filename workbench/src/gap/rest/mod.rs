@@ -10,6 +10,7 @@ mod words;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::held_out_errors;
 use crate::gap::search::Scored;
+use crate::gap::threads::each;
 use crate::gap::verdict::Judged;
 use crate::outcome::{Experiment, Plot, UnnamedTerm, Verdict};
 use crate::system::model::{Kind, Model};
@@ -130,7 +131,7 @@ fn looked(scored: &Scored, with: Option<&Fitted>, scope: Scope) -> Look {
     }
     let noise = if scope == Scope::Turns { 0.0 } else { dataset.sigma };
     let rest = Rest::new(scored, &tracks, &compared, noise);
-    let mut found: Vec<Dependence> = all.par_iter().filter_map(|candidate| rest.tried(candidate)).collect();
+    let mut found: Vec<Dependence> = each(&all).filter_map(|candidate| rest.tried(candidate)).collect();
     found.retain(|it| it.score() > TOLD);
     Look { ranked: ranked(found), tracks, compared }
 }

@@ -86,6 +86,7 @@ impl<'a> Search<'a, '_> {
         };
         let alone: Vec<Scored<'a>> = [zone, friction]
             .into_par_iter()
+            .with_max_len(1)
             .flat_map_iter(|index| {
                 let single = search.without(&scored, index, &SEARCH);
                 let left =

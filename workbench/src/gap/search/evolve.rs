@@ -11,6 +11,7 @@ use super::worth::VISIBLE;
 use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::problem::dot;
+use crate::gap::threads::each;
 use crate::system::effects::{Effect, Starts};
 use cmaes::{CMAESOptions, DVector, Individual};
 use rand::SeedableRng;
@@ -143,7 +144,7 @@ pub fn scatter(scored: &Scored) -> Vec<f64> {
     let begins: Vec<Vec<f64>> = (0..HOLLOWS).map(|_| begin()).collect();
     let nearest = Setting { iterations: SEARCH.iterations / 2, ..SEARCH };
     let centre = fit(hypothesis, &scored.fit.x, &nearest);
-    let fits: Vec<Fit> = begins.par_iter().map(|x| fit(hypothesis, x, &nearest)).collect();
+    let fits: Vec<Fit> = each(&begins).map(|x| fit(hypothesis, x, &nearest)).collect();
     let samples = centre.samples as f64;
     let alike_within = (VISIBLE * VISIBLE * samples).max(centre.chi2 - samples);
     let alike = |it: &&Fit| it.cost < centre.cost + alike_within;
@@ -190,7 +191,7 @@ fn least(
         if asked.is_empty() {
             return best.filter(|best| best.value < at_begin.ln()).map_or(begin, |best| best.point);
         }
-        let generation = asked.par_chunks(TOGETHER_IN_LOCKSTEP).flat_map_iter(&costs);
+        let generation = asked.par_chunks(TOGETHER_IN_LOCKSTEP).with_max_len(1).flat_map_iter(&costs);
         // Costs span decades, and only their order counts; the logarithm lets their differences be compared.
         known.extend(generation.map(f64::ln).collect::<Vec<f64>>());
     }

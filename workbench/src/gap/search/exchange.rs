@@ -1,12 +1,13 @@
 //! Effects of a set are replaced by others, and dropped.
 
 use super::Search;
+use super::race::looked_at;
 use super::score::{Scored, dispersion, score_with};
 use super::worth::VISIBLE;
 use crate::gap::acceptance::worth;
 use crate::gap::fit::{FINAL, SEARCH};
 use crate::gap::hypothesis::Item;
-use crate::gap::initial_guesses::Basis;
+use crate::gap::threads::each;
 use crate::system::effects::LIBRARY;
 use rayon::prelude::*;
 
@@ -25,19 +26,9 @@ impl<'a> Search<'a, '_> {
             if best.hypothesis.items.len() < 2 {
                 break;
             }
-            let before = best.clone();
-            for index in 0..before.hypothesis.items.len() {
-                if self.was_expanded(&before, index) {
-                    continue;
-                }
-                let parents = [self.without(&before, index, &SEARCH)];
-                let bases = [Basis::new(&parents[0].hypothesis, &parents[0].fit.x)];
-                let left_out = before.hypothesis.items[index].effect;
-                let others = LIBRARY.iter().copied().filter(|effect| *effect != left_out);
-                let tasks = others.filter(|effect| self.offers(&parents[0], effect)).map(|e| (0, e));
-                let children = self.fitted(&parents, &bases, tasks.collect(), EXCHANGE_ROUND);
-                lost.extend(children);
-            }
+            let places = each(0..best.hypothesis.items.len());
+            let others = places.flat_map_iter(|index| self.instead(&best, index));
+            lost.extend(others.collect::<Vec<Scored<'a>>>());
             let factor = dispersion(&best);
             let better = |child: &&Scored<'a>| {
                 child.hypothesis.items.len() == best.hypothesis.items.len()
@@ -52,6 +43,19 @@ impl<'a> Search<'a, '_> {
             lost.push(std::mem::replace(&mut best, self.refined(winner)));
         }
         (best, lost)
+    }
+
+    /// The set with others in the place of one effect, best first; none if the rounds have already tried them all.
+    fn instead(&self, set: &Scored<'a>, index: usize) -> Vec<Scored<'a>> {
+        if self.was_expanded(set, index) {
+            return Vec::new();
+        }
+        let parents = [self.without(set, index, &SEARCH)];
+        let (basis, projector) = looked_at(&parents[0]);
+        let left_out = set.hypothesis.items[index].effect;
+        let others = LIBRARY.iter().copied().filter(|effect| *effect != left_out);
+        let tasks = others.filter(|effect| self.offers(&parents[0], effect)).map(|effect| (0, effect));
+        self.fitted(&parents, &[basis], &[projector], tasks.collect(), EXCHANGE_ROUND)
     }
 
     /// True if the rounds have already tried all other effects in the place of one.
@@ -70,8 +74,7 @@ impl<'a> Search<'a, '_> {
                 return best;
             }
             let factor = dispersion(&best);
-            let smaller: Vec<Scored<'a>> = (0..best.hypothesis.items.len())
-                .into_par_iter()
+            let smaller: Vec<Scored<'a>> = each(0..best.hypothesis.items.len())
                 .map(|index| self.without(&best, index, &FINAL))
                 .collect();
             let cheapest =

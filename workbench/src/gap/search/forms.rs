@@ -1,13 +1,13 @@
 //! Richer and poorer forms of the effects of a set.
 
 use super::Search;
-use super::promise::Projector;
+use super::race::looked_at;
 use super::score::{Scored, dispersion};
 use super::worth::SHARE_OF_GAP;
 use crate::gap::acceptance::worth;
 use crate::gap::fit::{FINAL, Fit, SEARCH, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
-use crate::gap::initial_guesses::Basis;
+use crate::gap::threads::each;
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
 
@@ -24,7 +24,7 @@ impl<'a> Search<'a, '_> {
         for index in 0..best.hypothesis.items.len() {
             let variants: Vec<Item> = self.variants(&best.hypothesis, index);
             let tried: Vec<Scored<'a>> =
-                variants.par_iter().filter_map(|item| self.replaced(&best, index, *item)).collect();
+                each(&variants).filter_map(|item| self.replaced(&best, index, *item)).collect();
             for other in tried {
                 let more = other.hypothesis.effect_slots() > best.hypothesis.effect_slots();
                 let margin = if more { worth(self.dispersion.min(dispersion(&other))) } else { 0.0 };
@@ -97,20 +97,21 @@ impl<'a> Search<'a, '_> {
         items[index] = item;
         let hypothesis = Hypothesis::new(self.dataset, self.model, items);
         if item.effect == scored.hypothesis.items[index].effect {
-            let fits = richer(item.effect).into_iter().map(|start| {
+            let fits = each(richer(item.effect)).map(|start| {
                 let default = |slot: &Slot| match slot {
                     Slot::Effect { parameter, .. } => start[*parameter],
                     _ => 0.0,
                 };
                 fit(&hypothesis, &hypothesis.carried(&scored.hypothesis, &scored.fit.x, &default), &SEARCH)
             });
-            let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+            let fits: Vec<Fit> = fits.collect();
+            let best = fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
             return Some(self.scored(hypothesis, best));
         }
         let (without, x) = scored.hypothesis.only(&scored.fit.x, |k| k != index);
         let parent = self.scored(without, Fit { x, ..scored.fit.clone() });
-        let basis = Basis::new(&parent.hypothesis, &parent.fit.x);
-        let child = self.child(&parent, &basis, &Projector::new(&parent), item.effect)?;
+        let (basis, projector) = looked_at(&parent);
+        let child = self.child(&parent, &basis, &projector, item.effect)?;
         // Back to the order of naming.
         let reordered = hypothesis.carried(&child.hypothesis, &child.fit.x, &|_| 0.0);
         Some(self.scored(hypothesis, Fit { x: reordered, ..child.fit }))

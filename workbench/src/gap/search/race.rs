@@ -8,10 +8,11 @@ use super::worth::VISIBLE;
 use super::{Offer, Search};
 use crate::gap::acceptance::worth;
 use crate::gap::effort::{Phase, during};
-use crate::gap::fit::{Evaluator, SEARCH, Setting, fit, fit_near};
+use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit, fit_near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::initial_guesses::Basis;
 use crate::gap::problem::dot;
+use crate::gap::threads::each;
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
 
@@ -66,11 +67,16 @@ impl<'a> AsMut<Scored<'a>> for Entered<'a> {
     }
 }
 
+/// What starts of further effects are drawn from, and what follows them.
+pub(super) fn looked_at(parent: &Scored) -> (Basis, Projector) {
+    rayon::join(|| Basis::new(&parent.hypothesis, &parent.fit.x), || Projector::new(parent))
+}
+
 impl<'a> Search<'a, '_> {
     /// All sets that have one effect more than a set of the beam, best first.
     pub(super) fn expand(&self, beam: &[Scored<'a>]) -> Vec<Scored<'a>> {
-        let based = || beam.iter().map(|parent| Basis::new(&parent.hypothesis, &parent.fit.x)).collect();
-        let bases: Vec<Basis> = during(Phase::Screen, based);
+        let looked = || each(beam).map(looked_at).unzip();
+        let (bases, projectors): (Vec<Basis>, Vec<Projector>) = during(Phase::Screen, looked);
         let mut tasks: Vec<(usize, &'static Effect)> = Vec::new();
         let mut seen: Vec<Vec<String>> = Vec::new();
         for (index, parent) in beam.iter().enumerate() {
@@ -84,7 +90,7 @@ impl<'a> Search<'a, '_> {
                 }
             }
         }
-        self.fitted(beam, &bases, tasks, FIRST_ROUND)
+        self.fitted(beam, &bases, &projectors, tasks, FIRST_ROUND)
     }
 
     /// Screens the tasks (set of the beam, new effect) and fits those that promise most.
@@ -92,12 +98,11 @@ impl<'a> Search<'a, '_> {
         &self,
         beam: &[Scored<'a>],
         bases: &[Basis],
+        projectors: &[Projector],
         tasks: Vec<(usize, &'static Effect)>,
         most: usize,
     ) -> Vec<Scored<'a>> {
-        let projected = || beam.par_iter().map(Projector::new).collect();
-        let projectors: Vec<Projector> = during(Phase::Screen, projected);
-        let screened = tasks.par_iter().map(|(index, effect)| {
+        let screened = each(&tasks).map(|(index, effect)| {
             (self.progress)("");
             Screened {
                 parent: *index,
@@ -119,7 +124,7 @@ impl<'a> Search<'a, '_> {
             return Vec::new();
         }
         screened.truncate(most);
-        self.raced(screened, beam, &projectors)
+        self.raced(screened, beam, projectors)
     }
 
     /// Fits in three rounds, each longer and for fewer candidates; all of them are returned, best first.
@@ -135,7 +140,7 @@ impl<'a> Search<'a, '_> {
             let made = fit_near(&it.hypothesis, x, setting, &|slot| projector.column(slot));
             self.scored(it.hypothesis.clone(), made)
         };
-        let first = screened.into_par_iter().filter_map(|it| {
+        let first = each(screened).filter_map(|it| {
             let scored = near(&it, it.starts.first()?, &lasting(2));
             Some(Entered { it, scored })
         });
@@ -150,7 +155,7 @@ impl<'a> Search<'a, '_> {
             };
             self.refit(&on, &lasting(5))
         };
-        let second_fits = field.par_iter().take(second).map(again);
+        let second_fits = each(&field[..second.min(field.len())]).map(again);
         let mut near_best: Vec<Scored<'a>> = during(Phase::LaterFits, || second_fits.collect());
         rank(&mut near_best);
         let evolve = || self.evolved(&near_best, &field, beam, projectors);
@@ -161,7 +166,8 @@ impl<'a> Search<'a, '_> {
             near_best.push(evolved);
         }
         rank(&mut near_best);
-        let third = near_best.par_iter().take(THIRD_ROUND).map(|child| self.refit(child, &SEARCH));
+        let third =
+            each(&near_best[..near_best.len().min(THIRD_ROUND)]).map(|child| self.refit(child, &SEARCH));
         let full: Vec<Scored<'a>> = during(Phase::LaterFits, || third.collect());
         near_best.splice(0..full.len(), full);
         near_best.extend(field.into_iter().skip(second).map(|entered| entered.scored));
@@ -200,7 +206,7 @@ impl<'a> Search<'a, '_> {
             newest.is_some_and(|item| item.is_full() && spread(item.effect).is_some())
         };
         let rugged: Vec<&&Screened<'a>> = promising.iter().take(EVOLVED).filter(rugged).collect();
-        let evolved = rugged.par_iter().map(|it| {
+        let evolved = each(&rugged).map(|it| {
             let (parent, projector) = (&beam[it.parent], &projectors[it.parent]);
             let x = evolved(&it.hypothesis, parent, projector, &it.starts[0]);
             let made = fit(&it.hypothesis, &x, &SEARCH);
@@ -243,7 +249,7 @@ impl<'a> Search<'a, '_> {
         let evaluator = Evaluator::new(&hypothesis, &SEARCH);
         // The longest grid is a large part of a screen: its starts are shared among the threads, a pack at a time.
         let look = |grid: &[&Vec<f64>]| -> Vec<Start> {
-            let packs = grid.par_chunks(TOGETHER).flat_map_iter(|some| {
+            let packs = grid.par_chunks(TOGETHER).with_max_len(1).flat_map_iter(|some| {
                 let places: Vec<Vec<f64>> =
                     some.iter().map(|start| started(&hypothesis, parent, start)).collect();
                 let residuals = evaluator.of_all(&places);
@@ -275,11 +281,10 @@ impl<'a> Search<'a, '_> {
         effect: &'static Effect,
     ) -> Option<Scored<'a>> {
         let screened = self.screened(parent, basis, projector, effect);
-        let fits = screened
-            .starts
-            .iter()
+        let fits = each(&screened.starts)
             .map(|x| fit_near(&screened.hypothesis, x, &SEARCH, &|slot| projector.column(slot)));
-        let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        let fits: Vec<Fit> = fits.collect();
+        let best = fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         Some(self.scored(screened.hypothesis, best))
     }
 }

@@ -6,6 +6,7 @@ use super::shares::no_more;
 use crate::gap::acceptance;
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::held_out_errors;
+use crate::gap::threads::each;
 use crate::system::effects::Family;
 use rayon::prelude::*;
 
@@ -36,7 +37,7 @@ impl<'a> Search<'a, '_> {
         let margin = NEAR * acceptance::tied(dispersion(best));
         near.retain(|other| other.fit.cost - best.fit.cost < margin);
         near.truncate(6);
-        let mut fine: Vec<Scored<'a>> = near.par_iter().map(|other| self.fine(other)).collect();
+        let mut fine: Vec<Scored<'a>> = each(&near).map(|other| self.fine(other)).collect();
         fine.sort_by(|a, b| a.score.total_cmp(&b.score));
         fine
     }

@@ -17,6 +17,7 @@ use crate::gap::fit::{Evaluator, Fit, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::{held_out_errors, held_out_variation};
 use crate::gap::problem::Problem;
+use crate::gap::threads::each;
 use crate::system::effects::{Meaning, Starts};
 use rayon::prelude::*;
 
@@ -109,18 +110,19 @@ impl<'a> Search<'a, '_> {
 
     /// The richer forms of each effect of a set, and the set with one rich effect more, best first.
     fn richer(&self, set: &Scored<'a>) -> Vec<Scored<'a>> {
-        let mut richer: Vec<Scored<'a>> = (0..set.hypothesis.items.len())
+        let forms: Vec<(usize, Item)> = (0..set.hypothesis.items.len())
             .flat_map(|index| {
                 let variants = self.variants(&set.hypothesis, index);
                 variants.into_iter().map(move |item| (index, item))
             })
-            .collect::<Vec<(usize, Item)>>()
-            .into_par_iter()
-            .filter_map(|(index, item)| self.replaced(set, index, item))
             .collect();
         let alone = Search { offer: Offer::Rich, dispersion: dispersion(set), ..self.clone() };
-        richer.extend(alone.expand(std::slice::from_ref(set)).into_iter().take(BEAM));
-        richer.retain(|child| self.pays(set, child, 1.0 - self.limits.richer));
+        let forms = || each(forms).filter_map(|(index, item)| self.replaced(set, index, item));
+        let (mut richer, more): (Vec<Scored<'a>>, _) =
+            rayon::join(|| forms().collect(), || alone.expand(std::slice::from_ref(set)));
+        richer.extend(more.into_iter().take(BEAM));
+        let pays = each(richer).filter(|child| self.pays(set, child, 1.0 - self.limits.richer));
+        let mut richer: Vec<Scored<'a>> = pays.collect();
         richer.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
         richer
     }
@@ -228,12 +230,13 @@ impl<'a> Search<'a, '_> {
 
     /// The set without each of its names, everything else fitted anew, and what each is worth.
     fn weighed(&self, set: &Scored<'a>) -> (Vec<Scored<'a>>, Vec<Worth>) {
-        let without: Vec<Scored<'a>> = (0..set.hypothesis.items.len())
-            .into_par_iter()
-            .map(|index| self.without(set, index, &SEARCH))
-            .collect();
-        let worth = without.iter().map(|smaller| Worth::of(set, smaller)).collect();
-        (without, worth)
+        let with = held_out_errors(&set.hypothesis, &set.fit.x);
+        let weighed = each(0..set.hypothesis.items.len()).map(|index| {
+            let without = self.without(set, index, &SEARCH);
+            let worth = Worth::of(set, &with, &without);
+            (without, worth)
+        });
+        weighed.unzip()
     }
 
     /// The set without the names that hardly lift the held-out fit, the smallest first. Where the noise is reached, it is the measure
@@ -292,18 +295,18 @@ struct Worth {
 }
 
 impl Worth {
-    fn of(set: &Scored, without: &Scored) -> Self {
-        let errors = |it: &Scored| held_out_errors(&it.hypothesis, &it.fit.x);
-        let (with, without_it) = (errors(set), errors(without));
+    /// `with`: errors of the held-out records with the name.
+    fn of(set: &Scored, with: &[f64], without: &Scored) -> Self {
+        let without_it = held_out_errors(&without.hypothesis, &without.fit.x);
         let log = without.fit.cost / set.fit.cost;
         let ratio = |a: f64, b: f64| a / b.max(f64::MIN_POSITIVE);
-        let together = ratio(sum(&without_it), sum(&with));
-        let least = without_it.iter().zip(&with).map(|(a, b)| ratio(*a, *b)).fold(f64::INFINITY, f64::min);
+        let together = ratio(sum(&without_it), sum(with));
+        let least = without_it.iter().zip(with).map(|(a, b)| ratio(*a, *b)).fold(f64::INFINITY, f64::min);
         // A record that the name does not help by a little is no proof of it, however much the others are helped.
         let growth = if least < HELPS_EACH { least - 1.0 } else { log.min(together) - 1.0 };
         let all = held_out_variation(set.hypothesis.dataset).max(f64::MIN_POSITIVE);
         let fit = |errors: &[f64]| 100.0 * (1.0 - (errors.iter().sum::<f64>() / all).sqrt());
-        Self { growth, on_log: log - 1.0, points: fit(&with) - fit(&without_it) }
+        Self { growth, on_log: log - 1.0, points: fit(with) - fit(&without_it) }
     }
 }
 

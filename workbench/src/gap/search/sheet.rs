@@ -5,14 +5,16 @@
 //! explains a part of it (a delay, a lag, another mass), so such a set is not left to the race among all effects.
 
 use super::Search;
+use super::race::looked_at;
 use super::rounds::Path;
 use super::score::{Scored, dispersion, score_with};
 use super::worth::far;
 use crate::gap::acceptance;
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Slot;
-use crate::gap::initial_guesses::Basis;
+use crate::gap::threads::each;
 use crate::system::effects::{Effect, INERTIA, MOTOR_GAIN, RESISTANCE};
+use rayon::prelude::*;
 
 /// Base parameters, the least known first: no label states the inertia, to which the load belongs, while a resistance and a no-load
 /// speed are measured in a minute. Where two of them explain a log equally well the first one is said, and the other is its rival. A
@@ -45,10 +47,10 @@ impl<'a> Search<'a, '_> {
     fn freed(&self, parent: &Scored<'a>) -> Vec<Scored<'a>> {
         let offered = SUSPECTS.into_iter().filter(|effect| self.offers(parent, effect));
         let tasks: Vec<(usize, &'static Effect)> = offered.map(|effect| (0, effect)).collect();
-        let bases = [Basis::new(&parent.hypothesis, &parent.fit.x)];
+        let (basis, projector) = looked_at(parent);
         let count = tasks.len();
-        let raced = self.fitted(std::slice::from_ref(parent), &bases, tasks, count);
-        raced.iter().map(|set| self.refit(set, &SEARCH)).collect()
+        let raced = self.fitted(std::slice::from_ref(parent), &[basis], &[projector], tasks, count);
+        each(&raced).map(|set| self.refit(set, &SEARCH)).collect()
     }
 }
 

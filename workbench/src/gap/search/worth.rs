@@ -7,8 +7,9 @@ use crate::gap::dataset::Part;
 use crate::gap::fit::{FINAL, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, tolerance};
 use crate::gap::initial_guesses::Basis;
+use crate::gap::threads::each;
 use rayon::prelude::*;
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 /// Smallest visibility of an effect: the rms change of the prediction over the noise. At a tenth and less nothing can
 /// be named reliably (decision 0032). Half of it changes no case, twice it loses one pair (notebook 0264: 26 design
@@ -61,9 +62,9 @@ pub(super) fn far(ratio: f64) -> bool {
 #[derive(Default)]
 pub(super) struct Accepted<'a> {
     /// Its χ² on the folds that were not fitted.
-    validated: OnceCell<f64>,
+    validated: OnceLock<f64>,
     /// The set on the fine grid.
-    fine: OnceCell<Scored<'a>>,
+    fine: OnceLock<Scored<'a>>,
 }
 
 /// What a larger set gains.
@@ -89,7 +90,11 @@ impl<'a> Search<'a, '_> {
         if self.any_inside_tolerance(child) || !self.stands_out(current, child) {
             return false;
         }
-        let validated = accepted.validated.get_or_init(|| cross_validated(current)) - cross_validated(child);
+        let (before, after) = rayon::join(
+            || *accepted.validated.get_or_init(|| cross_validated(current)),
+            || cross_validated(child),
+        );
+        let validated = before - after;
         let base_only = child.hypothesis.items.iter().filter(|item| item.effect.is_base_parameter()).count()
             == child.hypothesis.items.len();
         validated > if base_only { -0.25 * gain } else { 0.25 * gain.min(current.fit.chi2 - child.fit.chi2) }
@@ -106,8 +111,8 @@ impl<'a> Search<'a, '_> {
         if current.fit.cost - child.fit.cost > FINE_BELOW * self.first_gap {
             return weighed(current, child, dispersion(child));
         }
-        let current = accepted.fine.get_or_init(|| self.fine(current));
-        let child = self.fine(child);
+        let (current, child) =
+            rayon::join(|| accepted.fine.get_or_init(|| self.fine(current)), || self.fine(child));
         weighed(current, &child, dispersion_on(&child, &FINAL))
     }
 
@@ -196,11 +201,9 @@ pub(super) fn cross_validated(scored: &Scored) -> f64 {
     const FIT_A: Setting = Setting { parts: &[Part::A], iterations: 6, ..SEARCH };
     const FIT_B: Setting = Setting { parts: &[Part::B], iterations: 6, ..SEARCH };
     let folds = [(FIT_A, FIT_B), (FIT_B, FIT_A)];
-    folds
-        .par_iter()
-        .map(|(train, test)| {
-            let trained = fit(&scored.hypothesis, &scored.fit.x, train);
-            chi2(&scored.hypothesis, &trained.x, test).0
-        })
-        .sum()
+    let predicted = each(&folds).map(|(train, test)| {
+        let trained = fit(&scored.hypothesis, &scored.fit.x, train);
+        chi2(&scored.hypothesis, &trained.x, test).0
+    });
+    predicted.collect::<Vec<f64>>().iter().sum()
 }

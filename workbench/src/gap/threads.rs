@@ -1,0 +1,37 @@
+//! What several threads share.
+
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+/// Tasks of some milliseconds or more, in their order: each may go to another thread. Left to itself, the thread pool hands them out in
+/// bunches, and of a bunch with several long ones nobody can take any away.
+pub fn each<T: IntoParallelIterator<Iter: IndexedParallelIterator>>(
+    tasks: T,
+) -> rayon::iter::MaxLen<T::Iter> {
+    tasks.into_par_iter().with_max_len(1)
+}
+
+/// Threads that simulate at this moment.
+static BUSY: AtomicUsize = AtomicUsize::new(0);
+
+/// A simulation under way.
+pub struct Busy(());
+
+impl Busy {
+    /// Begins.
+    pub fn begin() -> Self {
+        BUSY.fetch_add(1, Relaxed);
+        Self(())
+    }
+
+    /// True if not all threads simulate: another one may have nothing to do. It may be wrong; nothing but time may depend on it.
+    pub fn helper_is_free(&self) -> bool {
+        BUSY.load(Relaxed) < rayon::current_num_threads()
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        BUSY.fetch_sub(1, Relaxed);
+    }
+}
