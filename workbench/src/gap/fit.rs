@@ -4,7 +4,7 @@
 
 use crate::gap::dataset::{Compared, Part, lockstep};
 use crate::gap::hypothesis::{Hypothesis, Slot};
-use crate::gap::problem::Problem;
+use crate::gap::problem::{Problem, in_registers};
 use crate::gap::solver::{self, Schedule, Solution, solve, solve_near};
 use crate::system::plant::physics::Physics;
 use nalgebra::DMatrix;
@@ -19,6 +19,9 @@ pub const FINE: f64 = 1.0 / 180.0;
 const SLOW: f64 = 1e-4;
 /// A step that promises less χ² than this, times the cost per sample, is not taken: no name depends on it.
 const NEGLIGIBLE: f64 = 0.02;
+
+/// The largest residual, in standard deviations.
+const FAR: f64 = 1e6;
 
 /// What a fit compares, and how finely it simulates.
 #[derive(Clone, Copy, Debug)]
@@ -81,7 +84,6 @@ impl<'h, 'a> Evaluator<'h, 'a> {
     }
 
     fn simulated(&self, plants: Vec<Physics>, many: &[&[f64]], finest: f64, out: &mut [Vec<f64>]) {
-        out.iter_mut().for_each(Vec::clear);
         let only_holdout = self.parts == [Part::HoldOut];
         let runs = self.hypothesis.dataset.runs.iter().enumerate();
         let compared = |(index, run)| {
@@ -90,11 +92,16 @@ impl<'h, 'a> Evaluator<'h, 'a> {
         };
         let runs: Vec<Compared> =
             runs.filter(|(_, run)| run.log == 0 || only_holdout).map(compared).collect();
+        let room = runs.iter().map(|Compared { run, .. }| run.speed.len() + run.current.len()).sum::<usize>();
+        for out in out.iter_mut() {
+            out.clear();
+            out.reserve(room + self.hypothesis.slots.len());
+        }
         lockstep(&runs, &plants, self.parts, finest, out);
         for (x, out) in many.iter().zip(out) {
             out.extend(self.hypothesis.priors(x));
-            // A simulation that ran away must lose, not poison the sums.
-            out.iter_mut().filter(|r| r.is_nan() || r.abs() > 1e6).for_each(|r| *r = 1e6);
+            // A simulation that ran away must lose, not poison the sums. (Not a number is not within the limit either.)
+            in_registers(|| out.iter_mut().for_each(|r| *r = if r.abs() <= FAR { *r } else { FAR }));
         }
     }
 }

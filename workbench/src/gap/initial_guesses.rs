@@ -3,6 +3,7 @@
 use crate::gap::dataset::{BenchRun, Dataset, Part, Simulation, Traces};
 use crate::gap::fit::COARSE;
 use crate::gap::hypothesis::Hypothesis;
+use crate::gap::problem::in_registers;
 use crate::system::effects::{Effect, Scale, Signal, Starts};
 use crate::system::plant::physics::Physics;
 use servo::axis::Bridge;
@@ -178,7 +179,7 @@ impl Basis {
         while lines.len() < count {
             let mut sums = [Sums::default(); ABREAST];
             for (wave, response) in &mut waves {
-                response.add(wave, &mut sums);
+                in_registers(|| response.add(wave, &mut sums));
             }
             let numbers = (lines.len() + 1..=count).map(|harmonic| harmonic as f64 * unit);
             let added: Vec<Line> = sums.iter().zip(numbers).map(|(sums, number)| sums.line(number)).collect();
@@ -304,6 +305,7 @@ impl<'a> Response<'a> {
     }
 
     /// Adds what the next harmonics of a wave do to the run.
+    #[inline(always)]
     fn add(&self, wave: &mut Wave, sums: &mut [Sums; ABREAST]) {
         let probes = &self.run.speed;
         let (mut sine, mut cosine) = ([0.0; ABREAST], [0.0; ABREAST]);
@@ -343,10 +345,12 @@ impl<'a> Response<'a> {
     }
 }
 
+#[inline(always)]
 fn halfway(from: &Each, to: &Each) -> Each {
     std::array::from_fn(|k| 0.5 * (from[k] + to[k]))
 }
 
+#[inline(always)]
 fn went(from: &Each, time: f64, speed: &Each) -> Each {
     std::array::from_fn(|k| from[k] + time * speed[k])
 }
@@ -362,6 +366,7 @@ struct Sums {
 }
 
 impl Sums {
+    #[inline(always)]
     fn add(&mut self, s: f64, c: f64, r: f64) {
         self.ss += s * s;
         self.sc += s * c;

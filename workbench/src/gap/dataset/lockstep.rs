@@ -2,7 +2,7 @@
 
 use super::drawn::Drawn;
 use super::run::BenchRun;
-use super::simulate::Simulation;
+use super::simulate::{Keep, Simulation};
 use super::{Part, Probes};
 use crate::gap::effort;
 use crate::gap::threads::{Busy, each};
@@ -119,9 +119,9 @@ impl Pack<'_, '_> {
         for Compared { run, starts } in self.runs {
             let (predicted, taken) = simulation.sensed(run, &self.plants[*set], starts[*set], self.finest);
             steps += taken;
-            compare(self.parts, &run.speed, predicted, 1, 0, out);
+            Compare::new(self.parts, &run.speed).one(predicted, 1, 0, out);
             if !run.current.is_empty() {
-                compare(self.parts, &run.current, simulation.current(run), 1, 0, out);
+                Compare::new(self.parts, &run.current).one(simulation.current(run), 1, 0, out);
             }
         }
         BUFFERS.set(simulation);
@@ -139,17 +139,22 @@ impl Pack<'_, '_> {
                 sets.iter().zip(starts).map(|(plant, start)| run.start(plant, start)).collect();
             let state = State::side_by_side(&states, like);
             let input = Drawn::new(run, &sets, &plant);
-            steps += run.advance(&plant, shape, &input, state, self.finest, &mut traces);
-            run.speed.predict(like, &run.time, &traces.reading, &traces.integral, &mut predicted);
+            let keep = Keep::sensed(run);
+            steps += run.advance(&plant, shape, &input, state, self.finest, keep, &mut traces);
+            let seen = first(&mut predicted, run.speed.len() * F::COUNT);
+            run.speed.predict(like, &run.time, &traces.reading, &traces.integral, seen);
+            let compare = Compare::new(self.parts, &run.speed);
             for (lane, (_, out)) in group.iter_mut().enumerate() {
-                compare(self.parts, &run.speed, &predicted, F::COUNT, lane, out);
+                compare.one(&predicted, F::COUNT, lane, out);
             }
             if run.current.is_empty() {
                 continue;
             }
-            run.current.predict(like, &run.time, &traces.current, &traces.charge, &mut predicted);
+            let seen = first(&mut predicted, run.current.len() * F::COUNT);
+            run.current.predict(like, &run.time, &traces.current, &traces.charge, seen);
+            let compare = Compare::new(self.parts, &run.current);
             for (lane, (_, out)) in group.iter_mut().enumerate() {
-                compare(self.parts, &run.current, &predicted, F::COUNT, lane, out);
+                compare.one(&predicted, F::COUNT, lane, out);
             }
         }
         BUFFERS.set(Simulation { traces, predicted });
@@ -157,16 +162,39 @@ impl Pack<'_, '_> {
     }
 }
 
-/// The weighted residuals of the parts that count, of one set of `width`.
-fn compare(parts: &[Part], probes: &Probes, predicted: &[f64], width: usize, set: usize, out: &mut Vec<f64>) {
-    if probes.is_empty() {
-        return;
+/// The first places of a buffer, which only grows: one that is cut and filled again would be cleared each time.
+fn first(buffer: &mut Vec<f64>, places: usize) -> &mut [f64] {
+    if buffer.len() < places {
+        buffer.resize(places, 0.0);
     }
-    let samples = probes.measured.iter().zip(&probes.weight).zip(predicted[set..].iter().step_by(width));
-    let residuals = samples.map(|((measured, weight), predicted)| (measured - predicted) * weight);
-    if probes.part.iter().all(|part| parts.contains(part)) {
-        return out.extend(residuals);
+    &mut buffer[..places]
+}
+
+/// What is compared of a signal.
+struct Compare<'a> {
+    parts: &'a [Part],
+    probes: &'a Probes,
+    /// True if every sample belongs to a part that counts.
+    whole: bool,
+}
+
+impl<'a> Compare<'a> {
+    fn new(parts: &'a [Part], probes: &'a Probes) -> Self {
+        Self { parts, probes, whole: probes.part.iter().all(|part| parts.contains(part)) }
     }
-    let counted = residuals.zip(&probes.part).filter(|(_, part)| parts.contains(part));
-    out.extend(counted.map(|(residual, _)| residual));
+
+    /// Appends the weighted residuals of one set of `width`.
+    fn one(&self, predicted: &[f64], width: usize, set: usize, out: &mut Vec<f64>) {
+        let Self { parts, probes, whole } = self;
+        if probes.is_empty() {
+            return;
+        }
+        let samples = probes.measured.iter().zip(&probes.weight).zip(predicted[set..].iter().step_by(width));
+        let residuals = samples.map(|((measured, weight), predicted)| (measured - predicted) * weight);
+        if *whole {
+            return out.extend(residuals);
+        }
+        let counted = residuals.zip(&probes.part).filter(|(_, part)| parts.contains(part));
+        out.extend(counted.map(|(residual, _)| residual));
+    }
 }

@@ -105,7 +105,7 @@ impl Probes {
     }
 
     /// What the sensor would have shown, from the reading and its integral at the grid's points; of several sets in lock-step
-    /// side by side. `like`: any number, for its width.
+    /// side by side. `like`: any number, for its width. `predicted`: room for one number of each sample and set.
     #[inline(always)]
     pub fn predict<F: Lanes>(
         &self,
@@ -113,9 +113,8 @@ impl Probes {
         time: &[f64],
         reading: &[f64],
         integral: &[f64],
-        predicted: &mut Vec<f64>,
+        predicted: &mut [f64],
     ) {
-        predicted.resize(self.len() * F::COUNT, 0.0);
         let mut first = 0;
         for (end, place) in self.ends.iter().zip(predicted.chunks_exact_mut(F::COUNT)) {
             let mut sum = like.like(0.0);

@@ -41,6 +41,7 @@ impl Simulation {
     pub fn speed(&mut self, run: &BenchRun, plant: &Physics, start: f64, finest: f64) -> (&Traces, &[f64]) {
         let Self { traces, predicted } = self;
         run.simulate(plant, start, finest, traces);
+        predicted.resize(run.speed.len(), 0.0);
         run.speed.predict(0.0, &run.time, &traces.reading, &traces.integral, predicted);
         (traces, predicted)
     }
@@ -64,7 +65,8 @@ impl Simulation {
         finest: f64,
     ) -> (&[f64], u64) {
         let Self { traces, predicted } = self;
-        let steps = run.simulated(plant, start, finest, traces);
+        let steps = run.simulated(plant, start, finest, Keep::sensed(run), traces);
+        predicted.resize(run.speed.len(), 0.0);
         run.speed.predict(0.0, &run.time, &traces.reading, &traces.integral, predicted);
         (predicted, steps)
     }
@@ -72,6 +74,7 @@ impl Simulation {
     /// What the sensor of the current would have shown in the run that was simulated last.
     pub fn current(&mut self, run: &BenchRun) -> &[f64] {
         let Self { traces, predicted } = self;
+        predicted.resize(run.current.len(), 0.0);
         run.current.predict(0.0, &run.time, &traces.current, &traces.charge, predicted);
         predicted
     }
@@ -81,13 +84,13 @@ impl BenchRun {
     /// Simulates the run in free run. `start`: reading of the speed from which it goes on; 0: it rests. `finest`: longest inner step
     /// as a part of the time constant.
     pub fn simulate(&self, plant: &Physics, start: f64, finest: f64, traces: &mut Traces) {
-        effort::simulated(1, self.simulated(plant, start, finest, traces));
+        effort::simulated(1, self.simulated(plant, start, finest, Keep::All, traces));
     }
 
-    fn simulated(&self, plant: &Physics, start: f64, finest: f64, traces: &mut Traces) -> u64 {
+    fn simulated(&self, plant: &Physics, start: f64, finest: f64, keep: Keep, traces: &mut Traces) -> u64 {
         let input = Drawn::new(self, std::slice::from_ref(plant), plant);
         let state = self.start(plant, start);
-        self.advance(plant, Shape::of(plant), &input, state, finest, traces)
+        self.advance(plant, Shape::of(plant), &input, state, finest, keep, traces)
     }
 
     /// The same for one plant or several in lock-step, from a state. Returns the number of inner steps.
@@ -99,12 +102,13 @@ impl BenchRun {
         input: &Drawn,
         state: State<F>,
         finest: f64,
+        keep: Keep,
         traces: &mut Traces,
     ) -> u64 {
         if shape.is_plain(plant) {
-            self.advance_as::<F, true>(plant, shape, input, state, finest, traces)
+            self.advance_as::<F, true>(plant, shape, input, state, finest, keep, traces)
         } else {
-            self.advance_as::<F, false>(plant, shape, input, state, finest, traces)
+            self.advance_as::<F, false>(plant, shape, input, state, finest, keep, traces)
         }
     }
 
@@ -117,9 +121,9 @@ impl BenchRun {
         input: &Drawn,
         mut state: State<F>,
         finest: f64,
+        keep: Keep,
         traces: &mut Traces,
     ) -> u64 {
-        let keep = if F::COUNT == 1 { Keep::All } else { Keep::Sensed { current: !self.current.is_empty() } };
         traces.make_room(self.blocks(), F::COUNT, keep);
         let longest = shape.longest_step(finest);
         let mut dynamics = Dynamics::<F, PLAIN>::new(plant, shape);
@@ -190,7 +194,7 @@ impl BenchRun {
 
 /// What is kept of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Keep {
+pub(super) enum Keep {
     All,
     /// What the sensors of speed and current need.
     Sensed {
@@ -198,18 +202,29 @@ enum Keep {
     },
 }
 
+impl Keep {
+    /// What the sensors of a run need.
+    pub(super) fn sensed(run: &BenchRun) -> Self {
+        Self::Sensed { current: !run.current.is_empty() }
+    }
+}
+
 impl Traces {
-    /// Room for the points of so many blocks, and none for what is not kept. What stands there is written over.
+    /// Room for the points of so many blocks; what stands there is written over. Where all is kept, exactly so many. Buffers of fits
+    /// only grow: one that is cut and filled again would be cleared each time.
     fn make_room(&mut self, blocks: usize, sets: usize, keep: Keep) {
         let points = (blocks + 1) * sets;
-        let of = |is_kept: bool| if is_kept { points } else { 0 };
-        let (all, current) = (keep == Keep::All, keep != (Keep::Sensed { current: false }));
-        self.reading.resize(points, 0.0);
-        self.integral.resize(points, 0.0);
-        self.omega.resize(of(all), 0.0);
-        self.current.resize(of(current), 0.0);
-        self.charge.resize(of(current), 0.0);
-        self.applied.resize(if all { blocks } else { 0 }, 0.0);
+        if keep == Keep::All {
+            for kept in
+                [&mut self.omega, &mut self.reading, &mut self.integral, &mut self.current, &mut self.charge]
+            {
+                kept.resize(points, 0.0);
+            }
+            return self.applied.resize(blocks, 0.0);
+        }
+        for kept in [&mut self.reading, &mut self.integral, &mut self.current, &mut self.charge] {
+            kept.resize(kept.len().max(points), 0.0);
+        }
     }
 
     #[inline(always)]

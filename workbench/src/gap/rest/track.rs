@@ -98,6 +98,7 @@ impl Tracks {
                 _ => self.moved(track, &run.time, term),
             };
             for (k, (reading, integral)) in all.into_iter().enumerate() {
+                predicted.resize(run.speed.len(), 0.0);
                 run.speed.predict(0.0, &run.time, &reading, &integral, &mut predicted);
                 for (row, (value, weight)) in predicted.iter().zip(&run.speed.weight).enumerate() {
                     matrix[(first + row, k)] = value * weight;
