@@ -38,8 +38,8 @@ pub struct Estimates {
 }
 
 /// The numbers of each effect of a set, in its order.
-pub fn estimates(kept: &Scored) -> Vec<Estimates> {
-    let spread = Spread::of(kept);
+pub fn estimates(kept: &Scored, uncertainty: &Uncertainty) -> Vec<Estimates> {
+    let spread = Spread { kept, uncertainty };
     let items = each(&kept.hypothesis.items).enumerate();
     let of = |(index, item)| Estimates {
         numbers: spread.of_effect(index, item),
@@ -49,25 +49,41 @@ pub fn estimates(kept: &Scored) -> Vec<Estimates> {
 }
 
 /// What the numbers of a set are uncertain by.
-struct Spread<'s, 'a> {
-    kept: &'s Scored<'a>,
+#[derive(Clone, Debug)]
+pub struct Uncertainty {
     /// Its diagonal is the variance of each number, in units of its scale.
     covariance: DMatrix<f64>,
     /// Over-dispersion of what is left times its inflation by correlation.
     factor: f64,
+    /// What the numbers scatter by between hollows of a rugged cost.
     scatter: Vec<f64>,
 }
 
-impl<'s, 'a> Spread<'s, 'a> {
-    fn of(kept: &'s Scored<'a>) -> Self {
+impl Uncertainty {
+    /// Of a fitted set. With a rugged cost it takes ten fits.
+    pub fn of(kept: &Scored) -> Self {
         let covariance = || {
             let factor = dispersion(kept);
             (factor, spread(kept, factor))
         };
         let ((factor, covariance), scatter) = rayon::join(covariance, || scatter(kept));
-        Self { kept, covariance, factor, scatter }
+        Self { covariance, factor, scatter }
     }
 
+    /// Standard deviations of all numbers of the set, effects and nuisances, each in units of its scale or its tolerance, without the
+    /// scatter.
+    pub fn deviations(&self) -> Vec<f64> {
+        (0..self.covariance.nrows()).map(|k| self.covariance[(k, k)].max(0.0).sqrt()).collect()
+    }
+}
+
+/// A set with what its numbers are uncertain by.
+struct Spread<'s, 'a> {
+    kept: &'s Scored<'a>,
+    uncertainty: &'s Uncertainty,
+}
+
+impl Spread<'_, '_> {
     fn of_effect(&self, index: usize, item: &Item) -> Vec<Estimate> {
         let hypothesis = &self.kept.hypothesis;
         let estimate = |(k, parameter): (usize, &'static Parameter)| {
@@ -78,9 +94,11 @@ impl<'s, 'a> Spread<'s, 'a> {
             }
             let scale = hypothesis.dataset.scales.of(parameter.scale);
             let std = slot.map(|s| {
-                let variance = (self.covariance[(s, s)].max(0.0) + self.scatter[s]) * scale * scale;
+                let variance = (self.uncertainty.covariance[(s, s)].max(0.0) + self.uncertainty.scatter[s])
+                    * scale
+                    * scale;
                 let std = (variance + zero_variance(self.kept, index, parameter)).sqrt();
-                std.min(largest(self.kept, index, item, value, self.factor))
+                std.min(largest(self.kept, index, item, value, self.uncertainty.factor))
             });
             Some(Estimate { parameter, value, std })
         };
@@ -93,8 +111,9 @@ impl<'s, 'a> Spread<'s, 'a> {
         let hypothesis = &self.kept.hypothesis;
         let (a, b) = (hypothesis.slot(index, sides.0)?, hypothesis.slot(index, sides.1)?);
         let scale = hypothesis.dataset.scales.of(item.effect.parameters[sides.0].scale);
-        let variance = self.covariance[(a, a)] + self.covariance[(b, b)] - 2.0 * self.covariance[(a, b)];
-        let variance = variance.max(0.0) + self.scatter[a] + self.scatter[b];
+        let variance = self.uncertainty.covariance[(a, a)] + self.uncertainty.covariance[(b, b)]
+            - 2.0 * self.uncertainty.covariance[(a, b)];
+        let variance = variance.max(0.0) + self.uncertainty.scatter[a] + self.uncertainty.scatter[b];
         Some((scale * (self.kept.fit.x[a] - self.kept.fit.x[b]), scale * variance.sqrt()))
     }
 
@@ -128,18 +147,12 @@ impl<'s, 'a> Spread<'s, 'a> {
             self.kept.fit.x[slots[k]] - parameter.nothing() / scale
         });
         let common = DMatrix::from_fn(n, n, |i, j| {
-            let own = if i == j { self.scatter[slots[i]] } else { 0.0 };
-            self.covariance[(slots[i], slots[j])] + own
+            let own = if i == j { self.uncertainty.scatter[slots[i]] } else { 0.0 };
+            self.uncertainty.covariance[(slots[i], slots[j])] + own
         });
         let solved = common.cholesky().map(|factor| factor.solve(&away));
         solved.map_or(0.0, |solved| away.dot(&solved))
     }
-}
-
-/// Standard deviations of all numbers of a set, effects and nuisances, each in units of its scale or its tolerance.
-pub fn deviations(kept: &Scored) -> Vec<f64> {
-    let covariance = spread(kept, dispersion(kept));
-    (0..kept.fit.x.len()).map(|k| covariance[(k, k)].max(0.0).sqrt()).collect()
 }
 
 /// Covariance of the numbers of a set whose residuals are so far from independent noise.
@@ -157,8 +170,8 @@ fn spread(kept: &Scored, factor: f64) -> DMatrix<f64> {
 
 /// The first effect of a set whose numbers all lie within three standard deviations of nothing. A base parameter has a measure of its
 /// own: it is named beyond three tolerances.
-pub fn indistinct(kept: &Scored) -> Option<usize> {
-    let spread = Spread::of(kept);
+pub fn indistinct(kept: &Scored, uncertainty: &Uncertainty) -> Option<usize> {
+    let spread = Spread { kept, uncertainty };
     let items = kept.hypothesis.items.iter().enumerate();
     items
         .filter(|(index, item)| !item.effect.is_base_parameter() && !spread.stands_out(*index, item))

@@ -1,7 +1,7 @@
 //! The model of a record, extended by what was found, and what it predicts: the one result.
 
 use crate::gap::dataset::{Dataset, Whole};
-use crate::gap::estimate::{self, Estimate, Estimates};
+use crate::gap::estimate::{self, Estimate, Estimates, Uncertainty};
 use crate::gap::fit::{FINAL, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::prediction::{HeldOut, compared};
@@ -66,7 +66,9 @@ pub(super) fn extended(
         steps.push(Step { label: format!("+ {}", term.name), gap: term.gap_after });
         judged.unexplained.unnamed = Some(term);
     }
-    let shifts = shifts(kept);
+    let known = judged.uncertainty.filter(|_| with_term.is_none());
+    let uncertainty = known.unwrap_or_else(|| Uncertainty::of(kept));
+    let shifts = shifts(kept, &uncertainty);
     let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
     let (seen_after, _) = seen(given.whole, &kept.hypothesis, &kept.fit.x);
     let mut plots = plots::all(&given.hypothesis, &given.seen.0, &seen_after);
@@ -74,7 +76,7 @@ pub(super) fn extended(
     Outcome {
         grade: judged.grade,
         small: small(found),
-        effects: volts::told(model, true, &shifts, named(kept, &steps, &judged.ties)),
+        effects: volts::told(model, true, &shifts, named(kept, &uncertainty, &steps, &judged.ties)),
         closest_known: judged.closest,
         final_records: last.map(|last| predicted(last, model, kept)),
         within_tolerance: shifts,
@@ -141,7 +143,7 @@ fn steps(given: &Given, best: &Scored) -> Vec<Step> {
 }
 
 /// The accepted effects with their parameters and uncertainties.
-fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
+fn named(kept: &Scored, uncertainty: &Uncertainty, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
     let linear = kept.hypothesis.dataset.linear;
     let effect = |(item, estimates): (&Item, Estimates)| {
         let name = item.effect.name.to_owned();
@@ -166,7 +168,7 @@ fn named(kept: &Scored, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
         }
     };
     let items = kept.hypothesis.items.iter();
-    items.zip(estimate::estimates(kept)).map(effect).collect()
+    items.zip(estimate::estimates(kept, uncertainty)).map(effect).collect()
 }
 
 /// Key and value of a parameter on a turning or a linear axis.
@@ -192,8 +194,8 @@ fn between_sides(effect: &Effect, estimates: &Estimates, linear: bool) -> Option
 }
 
 /// Base parameters and parameters of known effects that moved inside their tolerances.
-fn shifts(kept: &Scored) -> Vec<Shift> {
-    let deviations = estimate::deviations(kept);
+fn shifts(kept: &Scored, uncertainty: &Uncertainty) -> Vec<Shift> {
+    let deviations = uncertainty.deviations();
     let slots = kept.hypothesis.slots.iter().enumerate();
     slots
         .filter_map(|(k, slot)| match slot {

@@ -51,7 +51,7 @@ fn concluded(given: &Given, found: &Found, limits: &ShareLimits, last: Option<&L
     if let Some(eased) = &eased {
         let anew = estimate::refitted(eased, &judged.kept);
         if !model.fitted_to_log || predicts_as_well(&anew, &judged.kept) {
-            judged.kept = anew;
+            (judged.kept, judged.uncertainty) = (anew, None);
         }
     }
     let described = rest_of(given, &mut judged);

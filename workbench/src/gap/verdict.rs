@@ -1,7 +1,7 @@
 //! What may be said: named, tie, nothing missing, unexplained, not excited.
 
 use crate::gap::dataset::{Dataset, Part};
-use crate::gap::estimate;
+use crate::gap::estimate::{self, Uncertainty};
 use crate::gap::experiment;
 use crate::gap::fit::{SEARCH, fit};
 use crate::gap::hypothesis::Hypothesis;
@@ -22,6 +22,8 @@ pub struct Judged<'a> {
     pub grade: Grade,
     /// The set that is reported as named.
     pub kept: Scored<'a>,
+    /// What its numbers are uncertain by, where that is known already.
+    pub uncertainty: Option<Uncertainty>,
     /// Names that only resemble what is missing.
     pub closest: Vec<String>,
     /// Explanations that cannot be told apart.
@@ -78,10 +80,10 @@ const CONFIRMED: f64 = 10.0;
 
 /// Judges what was found.
 pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits: &ShareLimits) -> Judged<'a> {
-    let supported = supported(found);
+    let (supported, uncertainty) = supported(found);
     let found = supported.as_ref().unwrap_or(found);
     if given.model.fitted_to_log && !found.best.hypothesis.items.is_empty() {
-        return by_shares(found, given, nominal, limits);
+        return by_shares(found, uncertainty, given, nominal, limits);
     }
     let rest = residual_tests::rest(&found.best);
     let first = excess(given, nominal).max(1e-9);
@@ -104,11 +106,12 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits:
         false => (found.best.clone(), Vec::new()),
     };
     let (ties, next) = if left { (Vec::new(), None) } else { ties(found) };
+    let uncertainty = uncertainty.filter(|_| kept.hypothesis.items == found.best.hypothesis.items);
     let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
     let grade = Grade::of(verdict, left, true);
     let structure = structure(left, unpredicted, nothing_named, share, rest.text);
     let unexplained = Unexplained::new(share, structure);
-    Judged { verdict, grade, kept, closest, ties, unexplained, next }
+    Judged { verdict, grade, kept, uncertainty, closest, ties, unexplained, next }
 }
 
 /// The structure of what is left, in words. `unpredicted`: the held-out data are missed, whatever the log leaves.
@@ -124,31 +127,33 @@ fn structure(left: bool, unpredicted: bool, nothing_named: bool, share: f64, tex
 }
 
 /// The same without the names that do not lower the held-out gap or whose numbers lie within three standard deviations of nothing;
-/// `None` if all stay.
-fn supported<'a>(found: &Found<'a>) -> Option<Found<'a>> {
+/// `None` if all stay. And what the numbers that stay are uncertain by, unless they will be fitted with other weights.
+fn supported<'a>(found: &Found<'a>) -> (Option<Found<'a>>, Option<Uncertainty>) {
     let mut best = found.best.clone();
-    while let Some(index) = indistinct(&best).or_else(|| useless(&best)) {
-        best = refitted(&best, |k| k != index);
-    }
+    let uncertainty = loop {
+        let (indistinct, uncertainty) = indistinct(&best);
+        match indistinct.or_else(|| useless(&best)) {
+            Some(index) => best = refitted(&best, |k| k != index),
+            None => break uncertainty,
+        }
+    };
     let all = found.best.hypothesis.names();
-    (best.hypothesis.items.len() < all.len()).then(|| Found {
-        best,
-        others: Vec::new(),
-        dropped: all,
-        ..found.clone()
-    })
+    let fewer = best.hypothesis.items.len() < all.len();
+    let left = fewer.then(|| Found { best, others: Vec::new(), dropped: all, ..found.clone() });
+    (left, uncertainty)
 }
 
-/// The first effect of a set whose numbers, as they would be reported, lie within three standard deviations of nothing.
-fn indistinct(best: &Scored) -> Option<usize> {
-    match estimate::eased(best) {
-        Some(dataset) => {
-            let eased = Hypothesis::new(&dataset, best.hypothesis.model, best.hypothesis.items.clone());
-            let eased = Scored { hypothesis: eased, fit: best.fit.clone(), score: best.score };
-            estimate::indistinct(&estimate::refitted(&dataset, &eased))
-        }
-        None => estimate::indistinct(best),
-    }
+/// The first effect of a set whose numbers, as they would be reported, lie within three standard deviations of nothing. And what they are
+/// uncertain by, if they are those of the set.
+fn indistinct(best: &Scored) -> (Option<usize>, Option<Uncertainty>) {
+    let Some(dataset) = estimate::eased(best) else {
+        let uncertainty = Uncertainty::of(best);
+        return (estimate::indistinct(best, &uncertainty), Some(uncertainty));
+    };
+    let eased = Hypothesis::new(&dataset, best.hypothesis.model, best.hypothesis.items.clone());
+    let eased = Scored { hypothesis: eased, fit: best.fit.clone(), score: best.score };
+    let anew = estimate::refitted(&dataset, &eased);
+    (estimate::indistinct(&anew, &Uncertainty::of(&anew)), None)
 }
 
 /// The first effect of a set without which the held-out data are predicted as well, everything fitted anew. A base parameter
@@ -164,7 +169,13 @@ fn useless(best: &Scored) -> Option<usize> {
 }
 
 /// The judgement on names that a search by shares kept: they stand, and what is left stands beside them.
-fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits: &ShareLimits) -> Judged<'a> {
+fn by_shares<'a>(
+    found: &Found<'a>,
+    uncertainty: Option<Uncertainty>,
+    given: &Hypothesis,
+    nominal: &[f64],
+    limits: &ShareLimits,
+) -> Judged<'a> {
     let rest = residual_tests::rest(&found.best);
     let share = (rest.excess / excess(given, nominal).max(1e-9)).min(1.0);
     let left = share > SHARE;
@@ -179,6 +190,7 @@ fn by_shares<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits:
         verdict,
         grade: Grade::of(verdict, left, most),
         kept: found.best.clone(),
+        uncertainty,
         closest: Vec::new(),
         ties,
         unexplained: Unexplained::new(share, if left { rest.text } else { "none".into() }),
@@ -193,6 +205,7 @@ fn mimic<'a>(found: &Found<'a>, share: f64, structure: String) -> Judged<'a> {
         verdict: Verdict::Unexplained,
         grade: Grade::Outside,
         kept: found.base.clone(),
+        uncertainty: None,
         closest: found.best.hypothesis.names(),
         ties: Vec::new(),
         unexplained: Unexplained::new(share, structure),

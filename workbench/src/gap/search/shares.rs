@@ -63,8 +63,8 @@ impl<'a> Search<'a, '_> {
         let kept = self.by_convention(kept, &mut path);
         let kept = self.one_friction(kept, &mut path);
         let kept = self.one_name_for_two(kept, &mut path);
-        let kept = self.without_small(kept, &mut path);
-        let best = self.evened(self.fine(&self.by_weight(kept)));
+        let (kept, worth) = self.without_small(kept, &mut path);
+        let best = self.evened(self.fine(&self.by_weight(kept, worth)));
         self.found(base, best, path)
     }
 
@@ -240,25 +240,25 @@ impl<'a> Search<'a, '_> {
     }
 
     /// The set without the names that hardly lift the held-out fit, the smallest first. Where the noise is reached, it is the measure
-    /// and nothing is too small.
-    fn without_small(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
+    /// and nothing is too small. With what the names that stay are worth, if that was asked.
+    fn without_small(&self, scored: Scored<'a>, path: &mut Path<'a>) -> (Scored<'a>, Option<Vec<Worth>>) {
         let mut best = scored;
         while !best.hypothesis.items.is_empty() && !self.at_floor(&best) {
             let (without, worth) = self.weighed(&best);
             let smallest = (0..worth.len()).min_by(|a, b| worth[*a].points.total_cmp(&worth[*b].points));
             let smallest = smallest.expect("a set with names");
             if worth[smallest].points >= self.limits.points {
-                break;
+                return (best, Some(worth));
             }
             path.small.push((best.hypothesis.names()[smallest].clone(), worth[smallest].points));
             best = without.into_iter().nth(smallest).expect("in range");
         }
-        best
+        (best, None)
     }
 
     /// The set with the names that remove most in front.
-    fn by_weight(&self, scored: Scored<'a>) -> Scored<'a> {
-        let (_, worth) = self.weighed(&scored);
+    fn by_weight(&self, scored: Scored<'a>, worth: Option<Vec<Worth>>) -> Scored<'a> {
+        let worth = worth.unwrap_or_else(|| self.weighed(&scored).1);
         let mut order: Vec<usize> = (0..worth.len()).collect();
         order.sort_by(|a, b| worth[*b].on_log.total_cmp(&worth[*a].on_log));
         let items = order.into_iter().map(|k| scored.hypothesis.items[k]).collect();

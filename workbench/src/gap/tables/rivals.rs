@@ -6,6 +6,7 @@ use super::search::best;
 use super::sets::Search;
 use crate::gap::acceptance::{WORTH, tied};
 use crate::gap::hypothesis::Item;
+use crate::gap::threads::each;
 use crate::system::effects::{Effect, MOTOR_GAIN, RESISTANCE, VISCOUS_FRICTION};
 use rayon::prelude::*;
 
@@ -64,7 +65,7 @@ impl<'a> Search<'a> {
         let mut others = self.offer.effects();
         others.retain(|effect| *effect != replaced);
         let mut all: Vec<Replacement<'a>> =
-            others.into_par_iter().filter_map(|effect| self.replacement(set, k, effect)).collect();
+            each(others).filter_map(|effect| self.replacement(set, k, effect)).collect();
         if replaced.is_scale() {
             all.extend(self.base_pairs(set, k, &all));
         }

@@ -10,6 +10,7 @@ use super::sets::Search;
 use crate::gap::acceptance::worth;
 use crate::gap::beam::{Growth, grown};
 use crate::gap::hypothesis::{Data, Item};
+use crate::gap::threads::each;
 use crate::system::effects::{Effect, Family, Forms, LIBRARY};
 use rayon::prelude::*;
 
@@ -60,7 +61,7 @@ impl<'a> Search<'a> {
             Some(Forms::FromRest(_)) => self.with_breakaway(set, item),
             _ => self.extended(set, item),
         };
-        let larger: Vec<Set<'a>> = offered.par_iter().filter_map(refined).collect();
+        let larger: Vec<Set<'a>> = each(&offered).filter_map(refined).collect();
         let earns = |larger: &Set<'a>| self.earns(larger, set, self.inflation(larger));
         best(larger.into_iter().filter(earns))
     }
@@ -81,7 +82,7 @@ impl<'a> Search<'a> {
         let fitted = |(narrowed, values): &(Set<'a>, Vec<f64>)| {
             self.extended_from(narrowed, item, std::slice::from_ref(values), false)
         };
-        let fits: Vec<Set<'a>> = begins.par_iter().filter_map(fitted).collect();
+        let fits: Vec<Set<'a>> = each(&begins).filter_map(fitted).collect();
         best(fits)
     }
 
@@ -95,8 +96,9 @@ impl<'a> Search<'a> {
 
     fn least_missed(&self, set: &Set<'a>) -> Option<Set<'a>> {
         let inflation = self.inflation(set);
-        let reduced = (0..set.hypothesis.items.len()).flat_map(|k| self.reductions(set, k));
-        best(reduced.filter(|smaller| !self.earns(set, smaller, inflation)))
+        let reduced = each(0..set.hypothesis.items.len()).flat_map_iter(|k| self.reductions(set, k));
+        let superfluous = reduced.filter(|smaller| !self.earns(set, smaller, inflation));
+        best(superfluous.collect::<Vec<Set<'a>>>().into_iter())
     }
 
     /// True if the larger set earns its place beside the smaller one.
@@ -144,7 +146,7 @@ impl<'a> Growth for Rounds<'_, 'a> {
         let allowed = pairs.filter(|(parent, item)| self.0.compatible(parent, item.effect));
         let jobs: Vec<(&Set<'a>, &Item)> = allowed.collect();
         let extended = |(parent, item): &(&Set<'a>, &Item)| self.0.extended(parent, item);
-        let mut sets: Vec<Set<'a>> = jobs.par_iter().filter_map(extended).collect();
+        let mut sets: Vec<Set<'a>> = each(&jobs).filter_map(extended).collect();
         sets.sort_by(|a, b| a.score.total_cmp(&b.score));
         let mut seen = std::collections::BTreeSet::new();
         sets.retain(|set| seen.insert(identity(set)));
