@@ -20,6 +20,7 @@ use crate::gap::problem::Problem;
 use crate::gap::threads::each;
 use crate::system::effects::{Meaning, Starts};
 use rayon::prelude::*;
+use std::cell::OnceCell;
 
 /// Richer forms that one after the other may join.
 const RICHER_FORMS: usize = 2;
@@ -51,7 +52,8 @@ impl<'a> Search<'a, '_> {
         let mut kept = during(Phase::Forms, || self.enriched(plain, &mut path));
         if kept.fit.chi2 > MUCH * self.first_gap && !self.at_floor(&kept) {
             let anew = self.searched(Offer::Forms, &base, &mut path);
-            if self.replaces(&kept, &anew) {
+            let replaces = self.replaces(&Asked::of(&kept), &anew);
+            if replaces {
                 path.others.push(std::mem::replace(&mut kept, anew));
             }
         }
@@ -96,11 +98,12 @@ impl<'a> Search<'a, '_> {
         for _ in 0..RICHER_FORMS {
             (self.progress)(&format!("richer forms of {}", best.label()));
             let richer = search.richer(&best);
-            let Some(winner) = richer.into_iter().find(|child| self.replaces(&best, child)) else {
+            let asked = Asked::of(&best);
+            let Some(winner) = richer.into_iter().find(|child| self.replaces(&asked, child)) else {
                 break;
             };
             let (winner, _) = search.retained(search.refit(&winner, &SEARCH));
-            if !self.replaces(&best, &winner) {
+            if !self.replaces(&asked, &winner) {
                 break;
             }
             path.others.push(std::mem::replace(&mut best, winner));
@@ -121,21 +124,27 @@ impl<'a> Search<'a, '_> {
         let (mut richer, more): (Vec<Scored<'a>>, _) =
             rayon::join(|| forms().collect(), || alone.expand(std::slice::from_ref(set)));
         richer.extend(more.into_iter().take(BEAM));
-        let pays = each(richer).filter(|child| self.pays(set, child, 1.0 - self.limits.richer));
-        let mut richer: Vec<Scored<'a>> = pays.collect();
+        let share = 1.0 - self.limits.richer;
+        let removes = each(richer).filter(|child| self.removes(set, child, share));
+        let mut richer: Vec<Scored<'a>> = removes.collect();
+        if !richer.is_empty() {
+            let validated = cross_validated(set);
+            let validates = each(richer).filter(|child| validates(set, validated, child));
+            richer = validates.collect();
+        }
         richer.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
         richer
     }
 
     /// Whether a set with richer forms replaces the plain one: it leaves clearly less on the log, on the folds that were not fitted
     /// and on every held-out record.
-    fn replaces(&self, plain: &Scored<'a>, rich: &Scored<'a>) -> bool {
+    fn replaces(&self, plain: &Asked<'_, 'a>, rich: &Scored<'a>) -> bool {
         let is_rich = |item: &Item| item.is_full() || self.is_rich(item.effect.form);
         let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
         rich.hypothesis.items.iter().any(is_rich)
-            && rich.fit.cost <= self.limits.richer * plain.fit.cost
-            && no_more(&errors(rich), &errors(plain), self.limits.richer)
-            && cross_validated(rich) <= self.limits.richer * cross_validated(plain)
+            && rich.fit.cost <= self.limits.richer * plain.set.fit.cost
+            && no_more(&errors(rich), plain.held_out(), self.limits.richer)
+            && cross_validated(rich) <= self.limits.richer * plain.validated()
     }
 
     /// The first child, in the order of the log, that removes its share there and that no held-out record refuses. Refused names
@@ -145,17 +154,20 @@ impl<'a> Search<'a, '_> {
         current: &Scored<'a>,
         children: &mut Vec<Scored<'a>>,
     ) -> Option<Scored<'a>> {
-        let before = held_out_errors(&current.hypothesis, &current.fit.x);
+        let asked = Asked::of(current);
         let mut vetoes = 0;
         let mut place = 0;
         while place < children.len().min(BEAM + vetoes) {
             let child = self.refit(&children[place], &SEARCH);
-            if !self.pays(current, &child, self.limits.joins) {
+            if !self.removes(current, &child, self.limits.joins)
+                || !validates(current, asked.validated(), &child)
+            {
                 place += 1;
                 continue;
             }
             let after = held_out_errors(&child.hypothesis, &child.fit.x);
-            let refused = !no_more(&after, &before, WORSE) || sum(&after) > sum(&before);
+            let before = asked.held_out();
+            let refused = !no_more(&after, before, WORSE) || sum(&after) > sum(before);
             if !refused {
                 return Some(child);
             }
@@ -170,9 +182,8 @@ impl<'a> Search<'a, '_> {
         None
     }
 
-    /// Whether a larger set removes a share of the squared error on the log, more than chance, and on the folds that were not
-    /// fitted.
-    fn pays(&self, current: &Scored<'a>, child: &Scored<'a>, share: f64) -> bool {
+    /// Whether a larger set removes a share of the squared error on the log, and more than chance.
+    fn removes(&self, current: &Scored<'a>, child: &Scored<'a>, share: f64) -> bool {
         let ratio = child.fit.cost / current.fit.cost;
         if ratio > 1.0 - share {
             return false;
@@ -181,9 +192,7 @@ impl<'a> Search<'a, '_> {
         if -ratio.ln() * effective_samples(child) < 2.0 * PER_NUMBER * more.max(1.0) {
             return false;
         }
-        self.stands_out(current, child)
-            && self.goes_round(child)
-            && cross_validated(child) < (1.0 - VALIDATED * (1.0 - ratio)) * cross_validated(current)
+        self.stands_out(current, child) && self.goes_round(child)
     }
 
     /// Whether the log saw some whole periods of the newest effect, if its period was looked for: one wave along the whole way is
@@ -281,6 +290,35 @@ impl<'a> Search<'a, '_> {
         let before = held_out_errors(&given, &vec![0.0; given.slots.len()]);
         let after = held_out_errors(&scored.hypothesis, &scored.fit.x);
         no_more(&after, &before, 1.0) && sum(&after) <= self.limits.against_given * sum(&before)
+    }
+}
+
+/// Whether a larger set removes a part of its share on the folds that were not fitted, too. `validated`: χ² of the smaller one there.
+fn validates(current: &Scored, validated: f64, child: &Scored) -> bool {
+    let ratio = child.fit.cost / current.fit.cost;
+    cross_validated(child) < (1.0 - VALIDATED * (1.0 - ratio)) * validated
+}
+
+/// A set that several others are compared with, and what is only computed when it is asked.
+struct Asked<'s, 'a> {
+    set: &'s Scored<'a>,
+    validated: OnceCell<f64>,
+    held_out: OnceCell<Vec<f64>>,
+}
+
+impl<'s, 'a> Asked<'s, 'a> {
+    fn of(set: &'s Scored<'a>) -> Self {
+        Self { set, validated: OnceCell::new(), held_out: OnceCell::new() }
+    }
+
+    /// χ² on the folds that were not fitted.
+    fn validated(&self) -> f64 {
+        *self.validated.get_or_init(|| cross_validated(self.set))
+    }
+
+    /// Squared errors of the held-out records.
+    fn held_out(&self) -> &[f64] {
+        self.held_out.get_or_init(|| held_out_errors(&self.set.hypothesis, &self.set.fit.x))
     }
 }
 
