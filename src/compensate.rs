@@ -118,13 +118,22 @@ pub struct DeadZone {
 }
 
 impl Default for DeadZone {
-    /// None.
+    #[inline]
     fn default() -> Self {
-        Self::new(Voltage::ZERO, Voltage::ZERO, Smoothing::WIDEST)
+        Self::NONE
     }
 }
 
+impl Side {
+    /// No dead zone: [`Side::new`] of no width, without its division, for it is put in place in a control tick.
+    const NONE: Self =
+        Self { width: 0, epsilon: Smoothing::WIDEST.width().0, outer_slope: 0, inner_slope: 1 << 30 };
+}
+
 impl DeadZone {
+    /// None.
+    pub const NONE: Self = Self { positive: Side::NONE, negative: Side::NONE };
+
     /// From both widths as positive magnitudes.
     #[must_use]
     pub fn new(positive: Voltage, negative: Voltage, smoothing: Smoothing) -> Self {

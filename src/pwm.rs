@@ -39,6 +39,15 @@ pub struct State {
     supply: i32,
 }
 
+impl State {
+    /// Puts a command on its way.
+    #[inline]
+    pub fn queue(&mut self, drive: Drive) {
+        let [newest, older, _] = self.line;
+        self.line = [drive, newest, older];
+    }
+}
+
 /// Constants of the modulator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
@@ -80,7 +89,12 @@ impl Params {
     #[must_use]
     #[inline]
     pub fn acting(&self, state: &State) -> Drive {
-        state.line.get(self.delay.wrapping_sub(1)).copied().unwrap_or_default()
+        let [newest, older, oldest] = state.line;
+        match self.delay {
+            1 => newest,
+            2 => older,
+            _ => oldest,
+        }
     }
 
     /// Terminal voltage of a command at this supply.
@@ -103,8 +117,7 @@ impl Params {
     pub fn modulate(&self, state: &mut State, bridge: Bridge, voltage: Voltage) -> Drive {
         let duty = if bridge == Bridge::Driven { self.duty(state, voltage) } else { 0 };
         let drive = Drive { bridge, duty };
-        let [newest, older, _] = state.line;
-        state.line = [drive, newest, older];
+        state.queue(drive);
         drive
     }
 

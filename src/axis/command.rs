@@ -89,6 +89,7 @@ impl Axis {
     /// Carries out a command, or says why not.
     pub fn command(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
         state.ordered = true;
+        state.held = None;
         if command.plans() {
             self.design(state);
         }
@@ -119,6 +120,7 @@ impl Axis {
 
     /// The gains in force, once they have followed all that is known. Not for the control tick.
     pub fn design<'a>(&self, state: &'a mut State) -> &'a Design {
+        state.held = None;
         while state.renewal != design::Stage::Done {
             state.design.renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
         }

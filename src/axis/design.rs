@@ -128,7 +128,7 @@ impl Design {
     /// Does the shaft stick? An input dead zone alone lets it coast, and what pushed it out of friction would throw it.
     #[must_use]
     pub fn sticks(&self) -> bool {
-        self.sign == SignSource::Reference && self.dead_zone != DeadZone::default()
+        self.sign == SignSource::Reference && self.dead_zone != DeadZone::NONE
     }
 
     /// Does the drive swallow small voltages?

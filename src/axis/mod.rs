@@ -31,7 +31,7 @@ mod transition;
 
 use crate::commission;
 use crate::config::{Config, ConfigError, Scale};
-use crate::control::Tuning;
+use crate::control::{Reference, Tuning};
 use crate::encoder;
 use crate::identify::passive;
 use crate::motion::referencing::{Finding, Search, Sight};
@@ -47,7 +47,7 @@ pub use command::Command;
 pub use demand::HOLD_BAND;
 use demand::{Demand, Meaning};
 pub use state::State;
-use state::{Listener, Mode, Seen, Start};
+use state::{Held, Listener, Mode, Seen, Start};
 
 /// Time that the voltage mode takes from zero to the nominal supply, s.
 const FULL_SWING_S: f32 = 0.1;
@@ -170,10 +170,43 @@ impl Axis {
         self.search(state, sample);
         let looked = self.protect(state, sample, supply);
         self.identify(state, sample, acting.bridge, voltage, supply, looked);
+        state.acted = (acting.bridge != Bridge::Open).then_some(voltage);
+        if let Some(drive) = self.hold_still(state) {
+            return drive;
+        }
         let demand = self.control(state);
         let terminal = self.compensate(state, &demand);
-        state.acted = (acting.bridge != Bridge::Open).then_some(voltage);
-        self.pwm.modulate(&mut state.pwm, demand.bridge, terminal)
+        let drive = self.pwm.modulate(&mut state.pwm, demand.bridge, terminal);
+        if state.holding {
+            self.hold_on(state, drive);
+        }
+        drive
+    }
+
+    /// The command of the last tick, if the axis holds its place and nothing has changed: what is left of loops and
+    /// compensation then is that time passes. The same bits as if all was computed.
+    #[inline]
+    fn hold_still(&self, state: &mut State) -> Option<Drive> {
+        let held = state.held?;
+        let same = held.count == state.count && held.supply == self.pwm.ceiling(&state.pwm);
+        if !(same && matches!(state.mode, Mode::Hold(_))) {
+            state.held = None;
+            return None;
+        }
+        state.control.watch(state.count);
+        state.pwm.queue(held.drive);
+        Some(held.drive)
+    }
+
+    /// This tick has held a place in silence. The next one may repeat it, if it will have the same set-point.
+    #[cold]
+    #[inline]
+    fn hold_on(&self, state: &mut State, drive: Drive) {
+        if let Mode::Hold(place) = state.mode
+            && state.reference == Reference::rest(place)
+        {
+            state.held = Some(Held { count: state.count, supply: self.pwm.ceiling(&state.pwm), drive });
+        }
     }
 
     /// Count → position and speed.
@@ -226,7 +259,8 @@ impl Axis {
         state.index = true;
     }
 
-    /// Opens the bridge on a fault. True in a tick that looked for one, unless every tick does.
+    /// Opens the bridge on a fault. True in a tick that looked for one, unless every tick does, or that took long for it between
+    /// two looks.
     #[inline]
     fn protect(&self, state: &mut State, sample: &Sample, supply: Voltage) -> bool {
         let reading = Reading {
@@ -240,10 +274,16 @@ impl Axis {
             let supply = (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply);
             self.look(state, &reading, averages, supply);
         }
+        let beside = averages.is_none() && self.protect.between(&mut state.protect);
         if let Some(action) = state.protect.action() {
             self.answer(state, action);
         }
-        averages.is_some() && self.protect.look_ticks() > 1
+        beside || (averages.is_some() && self.protect.look_ticks() > 1)
+    }
+
+    /// Will protection look in the next tick, though it does not in every one?
+    pub(crate) fn is_look_due(&self, state: &State) -> bool {
+        self.protect.look_ticks() > 1 && self.protect.is_look_due(&state.protect)
     }
 
     /// A look for faults: not in every tick.
@@ -334,7 +374,7 @@ impl Axis {
                 }
             }
             Listener::Start(_) => self.prepare(state),
-            Listener::Commissioning(_) => state.commission(&input()),
+            Listener::Commissioning(_) => state.commission(&input(), looked),
         }
     }
 
@@ -359,6 +399,7 @@ impl Axis {
     #[cold]
     #[inline(never)]
     fn renew(&self, state: &mut State) {
+        state.held = None;
         state.design.renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
     }
 

@@ -91,6 +91,16 @@ pub(crate) enum Listener {
     Passive(passive::State),
 }
 
+/// What the bridge was told in a tick in which the axis held its place in silence, and what that followed from.
+///
+/// Until one of these changes, or a command comes, or the design, every further tick would come to the same.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Held {
+    pub(crate) count: i32,
+    pub(crate) supply: Voltage,
+    pub(crate) drive: pwm::Drive,
+}
+
 /// What the last tick read and drove: all of a record that is kept nowhere else.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
@@ -155,6 +165,8 @@ pub struct State {
     pub(crate) control: control::State,
     pub(crate) pwm: pwm::State,
     pub(crate) protect: protect::State,
+    /// `None`: not held in silence, or something has changed.
+    pub(crate) held: Option<Held>,
     pub(crate) listener: Listener,
 }
 
@@ -188,6 +200,7 @@ impl Axis {
             idle,
             compensation,
             holding,
+            held,
             limit,
             reference,
             voltage,
@@ -204,21 +217,22 @@ impl Axis {
             protect,
         } = state;
         (*tick, *count) = (0, 0);
-        (*zero, *datum, *search, *acted, *outcome) = (None, None, None, None, None);
+        (*zero, *datum, *search, *acted, *outcome, *held) = (None, None, None, None, None, None);
         (*dry, *missed, *index, *armed, *idle, *holding) = (false, false, false, false, false, false);
         (*compensation, *ordered) = (true, true);
         *standstill = encoder::Standstill::default();
         *mode = Mode::Idle;
         (*limit, *listener, *voltage) = (Limit::None, Listener::None, Voltage::ZERO);
         *reference = Reference::default();
-        (*known, *last_trusted) = Default::default();
+        *known = Estimates::default();
+        *last_trusted = LastTrusted::default();
         // It follows in the next ticks, a stage each, or at once when a command asks for it.
         *design = Design::default();
         *renewal = design::Stage::Motor;
         *encoder = encoder::State::default();
         *control = control::State::default();
         *pwm = pwm::State::default();
-        *protect = protect::State::default();
+        protect.restart();
     }
 }
 
@@ -246,11 +260,11 @@ impl State {
     /// One tick of a commissioning. A function of its own: in ordinary ticks its stack frame is not there.
     #[cold]
     #[inline]
-    pub(super) fn commission(&mut self, input: &commission::Input) {
+    pub(super) fn commission(&mut self, input: &commission::Input, busy: bool) {
         let Listener::Commissioning(commissioning) = &mut self.listener else {
             return;
         };
-        let request = commissioning.params.step(&mut commissioning.state, input);
+        let request = commissioning.params.step_beside(&mut commissioning.state, input, busy);
         self.mode = Mode::Commission(request);
         if let Some(&outcome) = commissioning.state.outcome() {
             self.conclude(outcome);

@@ -21,7 +21,8 @@ impl Params {
     pub(super) fn use_window(&self, state: &mut State, window: &Window) {
         match state.phase {
             Phase::Learn => {
-                self.learn_row(state, window, self.slice(state));
+                let slice = self.slice(state);
+                self.learn_row(state, window, slice);
                 self.heed_low_speed(state, window);
             }
             Phase::Coast => self.note_coast(state, window),
@@ -32,7 +33,7 @@ impl Params {
 
     /// Adds the window to the regression and to its time slice, if its gates let it pass.
     #[cold]
-    #[inline(never)]
+    #[inline]
     fn learn_row(&self, state: &mut State, window: &Window, slice: usize) {
         let Some(direction) = self.identify.direction(&state.identify, window) else {
             return;
@@ -74,6 +75,9 @@ impl Params {
 
     #[inline]
     pub(super) fn solve(&self, state: &mut State) {
+        if let Some(progress) = state.solved.take() {
+            return self.use_solution(state, progress);
+        }
         if !state.solver.busy() {
             return;
         }
@@ -82,6 +86,14 @@ impl Params {
             true => state.solver.step(&[core]),
             false => state.solver.step(&[core, outer]),
         };
+        // What comes of it is the next tick's: the solver's last step is long enough.
+        let ended = matches!(progress, Progress::Singular | Progress::Solved);
+        state.solved = ended.then_some(progress);
+    }
+
+    #[cold]
+    #[inline]
+    fn use_solution(&self, state: &mut State, progress: Progress) {
         match progress {
             Progress::Idle | Progress::Busy => {}
             Progress::Singular | Progress::Solved if state.comparing => self.compared(state, progress),
@@ -113,7 +125,7 @@ impl Params {
         if state.solver.structure() == Structure::Shared && state.timescale.found.is_some() {
             // Once more, with the rows below the core limit alone; a slow motor has too few of them.
             state.comparing = true;
-            state.solver.start(Structure::Shared);
+            state.solve_for(Structure::Shared);
         }
     }
 
@@ -130,7 +142,7 @@ impl Params {
     #[cold]
     #[inline(never)]
     pub(super) fn decide(&self, state: &mut State) {
-        if state.solver.busy() {
+        if state.solver.busy() || state.solved.is_some() {
             return;
         }
         let step = usize::from(state.stroke);

@@ -108,18 +108,18 @@ impl Params {
         }
         state.identify.relength(state.learn_lengths);
         if state.after_coast == Phase::Verify {
-            state.solver.start(Structure::Shared);
+            state.solve_for(Structure::Shared);
             return state.enter(Phase::Verify, input.count);
         }
         state.direction = state.direction.reversed();
         state.stroke = state.stroke.saturating_add(1);
         if state.stroke == 1 {
-            state.solver.start(Structure::Single(self.first));
+            state.solve_for(Structure::Single(self.first));
         }
         if state.stroke < self.strokes(state) {
             state.enter(Phase::Learn, input.count);
         } else {
-            state.solver.start(Structure::Shared);
+            state.solve_for(Structure::Shared);
             state.stroke = 0;
             state.enter(Phase::Saturate, input.count);
         }
@@ -191,7 +191,7 @@ impl Params {
             Phase::Saturate
         } else {
             // Once more, with what the verification added.
-            state.solver.start(Structure::Shared);
+            state.solve_for(Structure::Shared);
             state.stroke = 0;
             Phase::Decide
         };

@@ -23,9 +23,9 @@ pub use crate::identify::Input;
 use crate::identify::coast;
 use crate::identify::estimate::{Estimates, EstimatesReport, Mechanism, Reason};
 use crate::identify::regression::Sums;
-use crate::identify::slices::{SLICES, Slice, Spread};
-use crate::identify::solve::Solver;
-use crate::identify::spline::Lengths;
+use crate::identify::slices::{NO_SLICES, SLICES, Slice, Spread};
+use crate::identify::solve::{Progress, Solver, Structure};
+use crate::identify::spline::{Lengths, Window};
 use crate::identify::timescale;
 use crate::sample::Bridge;
 use crate::units::{Direction, VoltageQ14};
@@ -33,6 +33,7 @@ use breakaway::Ramp;
 use guard::Limits;
 use pulse_test::{PulseTest, Pulses};
 use reading::Reading;
+use schedule::Pace;
 use serde::{Deserialize, Serialize};
 
 /// Mean current that counts as none, converter counts: the noise of a sensor without current.
@@ -181,9 +182,13 @@ pub struct State {
     raise_pause: u8,
     timescale: timescale::State,
     identify: identify::State,
+    /// The window of the hop that ended in the last tick.
+    window: Option<Window>,
     /// Rows between [`identify::gate::CORE_LIMIT`] and [`identify::gate::LINEAR_LIMIT`]; those below are the identifier's.
     outer: [Sums; 2],
     solver: Solver,
+    /// How the solver has ended: the next tick makes use of it.
+    solved: Option<Progress>,
     /// The core rows are being solved alone.
     comparing: bool,
     /// What all rows say; once the decision has begun, what it rests on.
@@ -194,6 +199,8 @@ pub struct State {
     slices: [Slice; SLICES],
     spread: [Spread; 2],
     learn_lengths: Lengths,
+    /// Length of a stroke, and what it follows from.
+    stroke_ticks: Option<(Pace, u32)>,
     after_coast: Phase,
     mechanism: Mechanism,
     /// The saturation begins within the learned range.
@@ -231,15 +238,18 @@ impl State {
             raise_pause: 0,
             timescale: timescale::State::default(),
             identify: identify::State::new(&params.identify, count),
+            window: None,
             outer: [Sums::default(); 2],
             solver: Solver::default(),
+            solved: None,
             comparing: false,
             whole: None,
             core: None,
             coast: [coast::Sums::default(); 2],
-            slices: [Slice::default(); SLICES],
+            slices: NO_SLICES,
             spread: [Spread::default(); 2],
             learn_lengths,
+            stroke_ticks: None,
             after_coast: Phase::Learn,
             mechanism: Mechanism::Unclear,
             low_knee: false,
@@ -294,6 +304,13 @@ impl State {
         (self.total / (params.budget / 256).max(1)).min(255) as u8
     }
 
+    /// The solver begins anew.
+    #[inline]
+    fn solve_for(&mut self, structure: Structure) {
+        self.solved = None;
+        self.solver.start(structure);
+    }
+
     #[inline]
     fn enter(&mut self, phase: Phase, count: i32) {
         self.phase = phase;
@@ -319,6 +336,13 @@ impl Params {
     /// One control tick. Call it until [`State::ended`]; the bridge request then is open.
     #[inline]
     pub fn step(&self, state: &mut State, input: &Input) -> Request {
+        self.step_beside(state, input, false)
+    }
+
+    /// One control tick. `busy`: something else takes long in it, so solver and decision wait for the next tick, which must not be
+    /// busy.
+    #[inline]
+    pub fn step_beside(&self, state: &mut State, input: &Input, busy: bool) -> Request {
         if state.ended() || state.phase == Phase::Idle {
             return Request::default();
         }
@@ -328,12 +352,24 @@ impl Params {
             state.refuse(reason);
             return Request::default();
         }
-        match self.identify.observe(&mut state.identify, input.count, input.voltage) {
+        let window = state.window.take();
+        if state.identify.hopped() {
+            state.identify.note_hop();
+        }
+        self.identify.sum(&mut state.identify, input.count, input.voltage);
+        match window {
             Some(window) => self.use_window(state, &window),
+            None if busy => {}
             None => self.solve(state),
         }
-        self.advance(state, input);
+        if !(busy && state.phase == Phase::Decide) {
+            self.advance(state, input);
+        }
         self.turn_before_the_stop(state, input);
+        if state.identify.hopped() {
+            // Here already: in the next tick it is used, which takes long, too.
+            state.window = state.identify.window();
+        }
         self.request(state)
     }
 

@@ -3,12 +3,34 @@
 use super::excite::SLOW_BREAK_AWAY;
 use super::{Params, State};
 use crate::identify::regression::Sums;
-use crate::identify::slices::{LEARN_SLICES, SLICES, Slice};
+use crate::identify::slices::{LEARN_SLICES, NO_SLICES};
 use crate::identify::spline::Lengths;
 use crate::units::Direction;
 
 /// Length of the second part of the verification, in 1/256 of the time after the ramps, for each direction.
 const VERIFY_LOW: u32 = 18;
+
+/// What the length of a stroke follows from. It seldom changes, and every tick asks for that length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Pace {
+    remaining: u32,
+    found: Option<u32>,
+    at_least: u32,
+    lengths: Lengths,
+}
+
+impl Pace {
+    #[inline]
+    fn of(state: &State) -> Self {
+        let timescale = &state.timescale;
+        Self {
+            remaining: state.remaining,
+            found: timescale.found,
+            at_least: timescale.at_least,
+            lengths: state.learn_lengths,
+        }
+    }
+}
 
 impl Params {
     /// The ramp overshoots on a motor whose time constant it does not know to be short.
@@ -20,7 +42,21 @@ impl Params {
 
     /// What saturation and coasting leave, shared by the strokes.
     #[inline]
-    pub(super) fn learn_ticks(&self, state: &State) -> u32 {
+    pub(super) fn learn_ticks(&self, state: &mut State) -> u32 {
+        let pace = Pace::of(state);
+        match &state.stroke_ticks {
+            Some((known, ticks)) if *known == pace => *ticks,
+            _ => {
+                let ticks = self.learn_ticks_anew(state);
+                state.stroke_ticks = Some((pace, ticks));
+                ticks
+            }
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn learn_ticks_anew(&self, state: &State) -> u32 {
         let strokes = u32::from(self.strokes(state));
         let others =
             2 * (self.saturate_ticks(state) + self.verify_ticks(state)) + strokes * self.coast_ticks(state);
@@ -71,7 +107,7 @@ impl Params {
             state.identify.relength(lengths);
             state.identify.forget();
             state.outer = [Sums::default(); 2];
-            state.slices = [Slice::default(); SLICES];
+            state.slices = NO_SLICES;
         }
     }
 
@@ -92,7 +128,7 @@ impl Params {
 
     /// All strokes together fill all slices.
     #[inline]
-    pub(super) fn slice(&self, state: &State) -> usize {
+    pub(super) fn slice(&self, state: &mut State) -> usize {
         let each = LEARN_SLICES as u32 / u32::from(self.strokes(state));
         let within = (state.elapsed * each / self.learn_ticks(state).max(1)).min(each - 1);
         (u32::from(state.stroke) * each + within) as usize % LEARN_SLICES

@@ -255,12 +255,26 @@ impl State {
         gate.linear(direction) && gate.driven(direction) && (self.follows_input || gate.moving(direction))
     }
 
-    /// What follows a hop: its conditions, and the window that ends with it.
+    /// What follows a hop: its conditions.
+    #[cold]
+    #[inline]
+    pub fn note_hop(&mut self) {
+        self.gate.note(self.spline.hop(), self.break_away);
+    }
+
+    /// The window that the last hop ended.
+    #[cold]
+    #[inline]
+    pub fn window(&self) -> Option<Window> {
+        self.spline.window(&self.lengths)
+    }
+
+    /// Both.
     #[cold]
     #[inline]
     fn hop(&mut self) -> Option<Window> {
-        self.gate.note(self.spline.hop(), self.break_away);
-        self.spline.window(&self.lengths)
+        self.note_hop();
+        self.window()
     }
 
     /// Other block lengths from now on; sums stay, windows refill.

@@ -16,6 +16,8 @@ pub const LEARN_SLICES: usize = 16;
 pub const VERIFY_SLICE: usize = LEARN_SLICES;
 /// Slices of one commissioning.
 pub const SLICES: usize = LEARN_SLICES + 2;
+/// None of them has rows: one constant, so that it is put in place in one go.
+pub const NO_SLICES: [Slice; SLICES] = [Slice::EMPTY; SLICES];
 /// Rows are summed in Q14, so 2¹⁶ of them fit into 32 bits.
 const SUM_SHIFT: u32 = 6;
 const HALF: i32 = 1 << (SUM_SHIFT - 1);
@@ -34,10 +36,15 @@ pub struct Slice {
 }
 
 impl Slice {
+    /// Without rows.
+    pub const EMPTY: Self =
+        Self { sums: [0; COLUMNS], rows: 0, direction: Direction::Positive, outer: false };
+
     /// Adds one row of `direction`; `outer`: above the core limit.
+    #[inline]
     pub fn add(&mut self, row: &Row, direction: Direction, outer: bool) {
         self.outer |= outer;
-        for (sum, column) in self.sums.iter_mut().zip(row.0) {
+        for (sum, &column) in self.sums.iter_mut().zip(&row.0) {
             // Rounded: cut off, the sums would all lean to one side, by a hundredth of a volt on slow motors.
             *sum = sum.wrapping_add(column.saturating_add(HALF) >> SUM_SHIFT);
         }

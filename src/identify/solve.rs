@@ -6,6 +6,7 @@ use super::positive::Positive;
 use super::regression::Sums;
 use super::spline::{HOPS_PER_BLOCK, Window};
 use crate::units::{Direction, saturate};
+use core::ops::Range;
 
 /// Fraction bits of [`Solution`] coefficients (|coefficient| < 32).
 pub const COEFFICIENT_FRAC: u32 = 26;
@@ -25,7 +26,7 @@ pub enum Structure {
     Shared,
 }
 
-/// Unknowns whose share of a variance one tick sums up; the next tick does the rest.
+/// Unknowns that one tick scales, or whose share of a variance it sums up; the next tick does the rest.
 const HALF: usize = 3;
 /// Not contained.
 const NONE: u8 = u8::MAX;
@@ -107,6 +108,7 @@ enum Stage {
     #[default]
     Idle,
     Scale,
+    ScaleRest,
     Assemble(usize),
     Column(usize),
     ColumnRest(usize),
@@ -193,7 +195,7 @@ impl Solver {
     /// Are the sums still being read?
     #[inline]
     pub fn reads(&self) -> bool {
-        matches!(self.stage, Stage::Scale | Stage::Assemble(_))
+        matches!(self.stage, Stage::Scale | Stage::ScaleRest | Stage::Assemble(_))
     }
 
     /// The structure of the last solution.
@@ -238,7 +240,8 @@ impl Solver {
         let order = self.structure.order();
         match self.stage {
             Stage::Idle => Stage::Idle,
-            Stage::Scale => Stage::Assemble(0),
+            Stage::Scale => Stage::ScaleRest,
+            Stage::ScaleRest => Stage::Assemble(0),
             Stage::Assemble(i) if i.wrapping_add(1) < order => Stage::Assemble(i.wrapping_add(1)),
             Stage::Assemble(_) => Stage::Column(0),
             Stage::Column(j) => Stage::ColumnRest(j),
@@ -265,7 +268,12 @@ impl Solver {
         let order = self.structure.order();
         match self.stage {
             Stage::Idle => {}
-            Stage::Scale => return self.scale(sums),
+            Stage::Scale => {
+                let sets = sums.iter().flat_map(|set| set.iter());
+                self.rows = sets.fold(0, |rows, sums| rows.saturating_add(sums.rows));
+                return self.scale(sums, 0..HALF.min(order));
+            }
+            Stage::ScaleRest => return self.scale(sums, HALF..order),
             Stage::Assemble(i) => self.assemble(i, sums),
             Stage::Column(j) => return self.factor.column(j, last_rows(order)..order),
             Stage::ColumnRest(j) => return self.factor.column(j, 0..last_rows(order)),
@@ -291,10 +299,8 @@ impl Solver {
     }
 
     #[inline]
-    fn scale(&mut self, sums: &[&[Sums; 2]]) -> bool {
-        self.rows =
-            sums.iter().flat_map(|set| set.iter()).fold(0, |rows, sums| rows.saturating_add(sums.rows));
-        (0..self.structure.order()).all(|i| {
+    fn scale(&mut self, sums: &[&[Sums; 2]], mut which: Range<usize>) -> bool {
+        which.all(|i| {
             let diagonal = self.diagonal(sums, i);
             self.factor.scale(i, diagonal)
         })

@@ -143,6 +143,11 @@ impl Sine {
         let left = self.length.saturating_sub(self.elapsed);
         let falling = left < self.elapsed;
         let ticks = left.min(self.elapsed);
+        if ticks == 0 {
+            // The envelope is zero, and so is all that is multiplied by it: the same bits as below.
+            self.elapsed = self.elapsed.saturating_add(u32::from(left > 0));
+            return Reference::rest(self.centre);
+        }
         let r = (u64::from(ticks).wrapping_mul(u64::from(self.ramp)) >> 6).min(ONE as u64) as i32;
         let phase = self.elapsed.wrapping_mul(self.increment);
         self.elapsed = self.elapsed.saturating_add(u32::from(left > 0));
@@ -226,6 +231,10 @@ fn between(amplitude: f32, radians: f32, ramp_turns: f32) -> u32 {
 #[must_use]
 pub fn sine_takes(tau_ticks: f32, amplitude: f32, frequency: f32, length: u32) -> f32 {
     let radians = 2.0 * PI * frequency;
+    if tau_ticks <= 0.0 {
+        // The root of one: the same bits as below.
+        return amplitude.abs() * radians;
+    }
     let slope = 1.0 / (2.0 * PI * ramp_turns(frequency * length as f32));
     let rise = (1.0 + 6.2 * slope * slope) / 1.157;
     let lag = radians * tau_ticks * rise;

@@ -268,21 +268,38 @@ impl Move {
         self.target
     }
 
+    #[cold]
+    #[inline(never)]
     fn at(&self, r: i32) -> Reference {
         let (value, slope, bend) = envelope(r);
         let whole = (self.distance >> 32).wrapping_mul(value as i64) << 2;
         let part = (self.distance & 0xffff_ffff).wrapping_mul(value as i64) >> 30;
+        let offset = whole.wrapping_add(part);
+        let speed = mul_shift(self.mean_speed, slope, 28);
+        let acceleration = mul_shift(self.mean_acceleration, bend, 26);
+        let straight = Reference {
+            position: self.start.position.plus(offset),
+            speed: Speed(speed),
+            acceleration: Acceleration(acceleration),
+        };
+        // From rest nothing is carried on: all that follows is zero.
+        if self.start.rests() { straight } else { self.carried_on(&straight, r) }
+    }
+
+    /// With what is left of the motion in which it began.
+    #[cold]
+    #[inline(never)]
+    fn carried_on(&self, straight: &Reference, r: i32) -> Reference {
         let carried = (self.carried as i64).wrapping_mul(polynomial(&[-3, 8, -6, 0, 1, 0], r) as i64);
         let twice_bent = (self.bent[0] as i64).wrapping_mul(polynomial(&[-1, 3, -3, 1, 0, 0], r) as i64);
-        let offset = whole.wrapping_add(part).wrapping_add(carried).wrapping_add(twice_bent >> 1);
-        let speed = mul_shift(self.mean_speed, slope, 28)
+        let speed = (straight.speed.0)
             .saturating_add(mul_shift(self.start.speed.0, polynomial(&[-15, 32, -18, 0, 1], r), 24))
             .saturating_add(mul_shift(self.bent[1], polynomial(&[-5, 12, -9, 2, 0], r), 25));
-        let acceleration = mul_shift(self.mean_acceleration, bend, 26)
+        let acceleration = (straight.acceleration.0)
             .saturating_add(mul_shift(self.braking, polynomial(&[-60, 96, -36, 0], r), 24))
             .saturating_add(mul_shift(self.start.acceleration.0, polynomial(&[-10, 18, -9, 1], r), 24));
         Reference {
-            position: self.start.position.plus(offset),
+            position: straight.position.plus(carried).plus(twice_bent >> 1),
             speed: Speed(speed),
             acceleration: Acceleration(acceleration),
         }

@@ -111,6 +111,13 @@ impl Default for State {
 }
 
 impl State {
+    /// Begins anew. What a solution leaves behind stays: the next one sets it before it is used.
+    #[inline]
+    pub fn forget(&mut self) {
+        self.words = [0; WORDS];
+        (self.noise, self.rows, self.stage) = (0, 0, Stage::Idle);
+    }
+
     /// Adds one row: current, counts, rise, voltage, and the variance of the noise in the rise. Now and then a solution
     /// begins.
     #[inline]
@@ -132,6 +139,12 @@ impl State {
             self.without = false;
             self.stage = Stage::Scale;
         }
+    }
+
+    /// Is a solution under way?
+    #[inline]
+    pub fn works(&self) -> bool {
+        self.stage != Stage::Idle
     }
 
     /// One step of the solution; the constants when it ends and they are to be believed.

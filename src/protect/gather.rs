@@ -79,6 +79,11 @@ impl Params {
         self.bits
     }
 
+    /// Does the next tick end what is gathered?
+    pub fn is_due(&self, state: &State) -> bool {
+        state.ticks.wrapping_add(1) >> (self.bits & 31) != 0
+    }
+
     /// One tick with the bridge open and the shaft at rest: nothing is summed up.
     #[inline]
     pub fn rest(&self, state: &mut State, count: i32) -> Due {

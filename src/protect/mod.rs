@@ -108,6 +108,18 @@ impl State {
         self.action = self.action.max(actions.of(fault));
     }
 
+    /// As after power-up, in place: it is a good part of an axis, and this happens in a control tick.
+    pub(crate) fn restart(&mut self) {
+        // Without `..`, so that no new field is forgotten.
+        let Self { latched, action, gather, limits, thermal, motion, input_dead_zone, winding } = self;
+        (*latched, *action, *input_dead_zone) = (Fault::None, Action::default(), false);
+        *gather = gather::State::default();
+        *limits = limits::State::default();
+        *thermal = thermal::State::default();
+        *motion = motion::State::default();
+        winding.forget();
+    }
+
     /// The counter's first reading: nothing has moved.
     pub(crate) fn found_at(&mut self, count: i32) {
         self.motion = motion::State::at(count);
@@ -187,6 +199,12 @@ impl Params {
         }
     }
 
+    /// A tick between two looks, of an axis that moves or may: what the looks have left to it. True if there was something.
+    #[inline]
+    pub fn between(&self, state: &mut State) -> bool {
+        self.winding.between(&mut state.winding)
+    }
+
     /// One tick of an axis at rest with its bridge open: what it could do wrong needs neither motion nor current. True when
     /// another look is due.
     #[inline]
@@ -204,6 +222,11 @@ impl Params {
         for fault in [self.limits.step(&mut state.limits, expectation, input), self.overload(state, input)] {
             state.latch(fault, &self.actions);
         }
+    }
+
+    /// Is the next tick one with a look, unless counts jump?
+    pub fn is_look_due(&self, state: &State) -> bool {
+        self.gather.is_due(&state.gather)
     }
 
     /// Ticks between two looks.

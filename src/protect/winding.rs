@@ -56,6 +56,9 @@ const GIVE_UP_COUNTS: i32 = 10;
 const BACKWARDS_COUNTS: i32 = -2;
 /// Longest L/R, share of a block as a shift: 1/4, 16 ms.
 const SLOW_SHARE: u32 = 2;
+/// Ticks between two looks, as a shift, from which on the second of them takes over what else makes the next look long. Others
+/// need those that are left: the identification does nothing else in either of the two.
+const SPREAD_BITS: u32 = 2;
 /// Share of the current of a shaft at standstill that a connected motor draws in any case, as a shift: 1/16.
 const NO_CURRENT_SHIFT: u32 = 4;
 
@@ -177,8 +180,10 @@ pub(super) struct State {
     open: bool,
     /// The block is not to be learned from.
     spoilt: bool,
-    /// Current and counter at the end of a block: the next look learns from it.
+    /// Current and counter at the end of a block that is to be learned from.
     ended: Option<(i32, i32)>,
+    /// A tick between this look and the next one may go on with what takes long.
+    due: bool,
     looks: u32,
     glances: u32,
     /// Glances in a row without current, what they sum up, and whether that is beyond its noise.
@@ -226,7 +231,35 @@ impl State {
     /// Begins anew: the voltage means something else from now on.
     #[inline]
     pub fn forget(&mut self) {
-        *self = Self::default();
+        // Without `..`, so that no new field is forgotten.
+        let Self {
+            glance,
+            block,
+            doubts,
+            last,
+            unrest,
+            open,
+            spoilt,
+            ended,
+            due,
+            looks,
+            glances,
+            silent,
+            silence,
+            certain,
+            doubted,
+            odd,
+            balance,
+            known,
+        } = self;
+        let [likely, sure] = doubts;
+        for stretch in [glance, block, likely, sure, silence] {
+            *stretch = Stretch::default();
+        }
+        (*last, *unrest, *looks, *glances, *silent, *odd) = (0, 0, 0, 0, 0, 0);
+        (*open, *spoilt, *due, *certain) = (false, false, false, false);
+        (*ended, *doubted, *known) = (None, Fault::None, None);
+        balance.forget();
     }
 
     /// Tells stall, unplugged encoder and disconnected motor apart. `None`: not yet.
@@ -307,7 +340,34 @@ impl Params {
         state.looks = state.looks.wrapping_add(1);
         if state.looks >= self.glance {
             state.glance(current, count);
-        } else if let Some((current, count)) = state.ended.take() {
+        } else if !self.spreads() {
+            self.go_on(state);
+        }
+        // The next look may be that of a glance, which takes long enough.
+        let left = state.ended.is_some() || state.balance.works();
+        state.due = left && self.spreads() && state.looks.wrapping_add(1) < self.glance;
+    }
+
+    /// Are there ticks enough between two looks for what takes long?
+    #[inline]
+    fn spreads(&self) -> bool {
+        self.look_bits >= SPREAD_BITS
+    }
+
+    /// A tick between two looks: what would otherwise make the next one long. True if there was something.
+    #[inline]
+    pub fn between(&self, state: &mut State) -> bool {
+        if state.due {
+            self.go_on(state);
+        }
+        core::mem::take(&mut state.due)
+    }
+
+    /// Learns from the last block, or takes the solution a step further.
+    #[cold]
+    #[inline]
+    fn go_on(&self, state: &mut State) {
+        if let Some((current, count)) = state.ended.take() {
             state.learn(current, count);
         } else if let Some(constants) = state.balance.step() {
             state.known = Some(self.winding(constants));

@@ -61,8 +61,10 @@ pub struct State {
 enum Work {
     #[default]
     None,
-    /// Taking over what is known: a tick later than the memory is set up, because both take long.
+    /// The blocks' lengths: a tick later than the memory is set up, because both take long.
     Begin,
+    /// Taking over what is known.
+    TakeOver,
     /// The solver.
     Solve,
     /// From a solution to estimates, step by step.
@@ -126,16 +128,24 @@ impl Params {
     #[inline]
     pub fn listen(&self, count: i32, known: &Estimates) -> State {
         let mut state = State::new(self, count);
-        self.begin(&mut state, known);
+        self.begin(&mut state);
+        self.take_over(&mut state, known);
         state
+    }
+
+    /// With blocks for the time constant that was hinted at.
+    #[cold]
+    #[inline(never)]
+    fn begin(&self, state: &mut State) {
+        state.work = Work::TakeOver;
+        state.identify.relength(self.identify.lengths_for(self.hint));
     }
 
     /// Takes over what is known.
     #[cold]
     #[inline(never)]
-    fn begin(&self, state: &mut State, known: &Estimates) {
+    fn take_over(&self, state: &mut State, known: &Estimates) {
         state.work = Work::None;
-        state.identify.relength(self.identify.lengths_for(self.hint));
         self.adopt(state, known);
     }
 
@@ -195,7 +205,11 @@ impl Params {
         match state.work {
             Work::None => false,
             Work::Begin => {
-                self.begin(state, known);
+                self.begin(state);
+                false
+            }
+            Work::TakeOver => {
+                self.take_over(state, known);
                 false
             }
             Work::Solve => {
