@@ -2,7 +2,7 @@
 
 use super::drawn::Drawn;
 use super::run::BenchRun;
-use super::simulate::{Keep, Simulation};
+use super::simulate::{Detail, Keep, Simulation};
 use super::{Part, Probes};
 use crate::gap::effort;
 use crate::gap::threads::{Busy, each};
@@ -139,8 +139,8 @@ impl Pack<'_, '_> {
                 sets.iter().zip(starts).map(|(plant, start)| run.start(plant, start)).collect();
             let state = State::side_by_side(&states, like);
             let input = Drawn::new(run, &sets, &plant);
-            let keep = Keep::sensed(run);
-            steps += run.advance(&plant, shape, &input, state, self.finest, keep, &mut traces);
+            let detail = Detail { finest: self.finest, keep: Keep::sensed(run) };
+            steps += run.advance(&plant, shape, &input, state, detail, &mut traces);
             let seen = first(&mut predicted, run.speed.len() * F::COUNT);
             run.speed.predict(like, &run.time, &traces.reading, &traces.integral, seen);
             let compare = Compare::new(self.parts, &run.speed);

@@ -65,7 +65,7 @@ impl Simulation {
         finest: f64,
     ) -> (&[f64], u64) {
         let Self { traces, predicted } = self;
-        let steps = run.simulated(plant, start, finest, Keep::sensed(run), traces);
+        let steps = run.simulated(plant, start, Detail { finest, keep: Keep::sensed(run) }, traces);
         predicted.resize(run.speed.len(), 0.0);
         run.speed.predict(0.0, &run.time, &traces.reading, &traces.integral, predicted);
         (predicted, steps)
@@ -84,13 +84,13 @@ impl BenchRun {
     /// Simulates the run in free run. `start`: reading of the speed from which it goes on; 0: it rests. `finest`: longest inner step
     /// as a part of the time constant.
     pub fn simulate(&self, plant: &Physics, start: f64, finest: f64, traces: &mut Traces) {
-        effort::simulated(1, self.simulated(plant, start, finest, Keep::All, traces));
+        effort::simulated(1, self.simulated(plant, start, Detail { finest, keep: Keep::All }, traces));
     }
 
-    fn simulated(&self, plant: &Physics, start: f64, finest: f64, keep: Keep, traces: &mut Traces) -> u64 {
+    fn simulated(&self, plant: &Physics, start: f64, detail: Detail, traces: &mut Traces) -> u64 {
         let input = Drawn::new(self, std::slice::from_ref(plant), plant);
         let state = self.start(plant, start);
-        self.advance(plant, Shape::of(plant), &input, state, finest, keep, traces)
+        self.advance(plant, Shape::of(plant), &input, state, detail, traces)
     }
 
     /// The same for one plant or several in lock-step, from a state. Returns the number of inner steps.
@@ -100,35 +100,15 @@ impl BenchRun {
         plant: &Physics<F>,
         shape: Shape,
         input: &Drawn,
-        state: State<F>,
-        finest: f64,
-        keep: Keep,
-        traces: &mut Traces,
-    ) -> u64 {
-        if shape.is_plain(plant) {
-            self.advance_as::<F, true>(plant, shape, input, state, finest, keep, traces)
-        } else {
-            self.advance_as::<F, false>(plant, shape, input, state, finest, keep, traces)
-        }
-    }
-
-    /// Compiled for plain plants and for all.
-    #[inline(always)]
-    fn advance_as<F: Lanes, const PLAIN: bool>(
-        &self,
-        plant: &Physics<F>,
-        shape: Shape,
-        input: &Drawn,
         mut state: State<F>,
-        finest: f64,
-        keep: Keep,
+        Detail { finest, keep }: Detail,
         traces: &mut Traces,
     ) -> u64 {
         traces.make_room(self.blocks(), F::COUNT, keep);
         let longest = shape.longest_step(finest);
-        let mut dynamics = Dynamics::<F, PLAIN>::new(plant, shape);
+        let mut dynamics = Dynamics::new(plant, shape);
         let placed = !plant.torques.is_empty() || !plant.unnamed.is_empty();
-        let with_position = !PLAIN && placed && !self.position.is_empty();
+        let with_position = placed && !self.position.is_empty();
         let none = state.theta.like(0.0);
         let (mut charge, mut steps) = (none, 0);
         traces.record(0, &state, charge, keep);
@@ -190,6 +170,15 @@ impl BenchRun {
         let at = |share: f64| scale.like(from + (to - from) * share) / scale;
         (at(start), at(end))
     }
+}
+
+/// How finely a run is simulated, and what is kept of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Detail {
+    /// Longest inner step as a part of the time constant.
+    pub finest: f64,
+    /// What is kept.
+    pub keep: Keep,
 }
 
 /// What is kept of a simulation.

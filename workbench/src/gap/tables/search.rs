@@ -98,7 +98,7 @@ impl<'a> Search<'a> {
         let inflation = self.inflation(set);
         let reduced = each(0..set.hypothesis.items.len()).flat_map_iter(|k| self.reductions(set, k));
         let superfluous = reduced.filter(|smaller| !self.earns(set, smaller, inflation));
-        best(superfluous.collect::<Vec<Set<'a>>>().into_iter())
+        best(superfluous.collect::<Vec<Set<'a>>>())
     }
 
     /// True if the larger set earns its place beside the smaller one.

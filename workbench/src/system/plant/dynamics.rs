@@ -20,10 +20,9 @@ use super::two_bodies::{self, TwoBodies};
 use super::winding::{Coefficients, Shaft};
 use servo::axis::Bridge;
 
-/// Advances a [`State`]. Keeps the coefficients of the last step length. `PLAIN`: compiled for shapes without anything that
-/// [`Shape::is_plain`] excludes, whose state then stays in registers; the numbers are the same.
+/// Advances a [`State`]. Keeps the coefficients of the last step length.
 #[derive(Clone, Debug)]
-pub struct Dynamics<'a, F = f64, const PLAIN: bool = false> {
+pub struct Dynamics<'a, F = f64> {
     plant: &'a Physics<F>,
     shape: Shape,
     coefficients: Coefficients<F>,
@@ -31,18 +30,12 @@ pub struct Dynamics<'a, F = f64, const PLAIN: bool = false> {
     held: Option<Loads<F>>,
 }
 
-impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
+impl<'a, F: Lanes> Dynamics<'a, F> {
     /// For a plant of a shape.
     #[inline(always)]
     pub fn new(plant: &'a Physics<F>, shape: Shape) -> Self {
         let coefficients = Coefficients::new(plant, &shape, plant.resistance, plant.kt, 1.0);
         Self { plant, shape, coefficients, held: None }
-    }
-
-    /// Whether a part of the shape is there; nothing is that a plain one has not.
-    #[inline(always)]
-    fn has(&self, part: bool) -> bool {
-        !PLAIN && part
     }
 
     /// Begins a block of `length` seconds on a known way: what depends on the place alone is the same for all steps within it. (Their
@@ -65,7 +58,7 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
         h: f64,
         position: Places<F>,
     ) -> u64 {
-        if !self.has(self.shape.two_bodies()) {
+        if !self.shape.two_bodies() {
             self.step::<false>(state, applied, bridge, h, position);
             return 1;
         }
@@ -103,15 +96,15 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
         let driven = self.driven(state, applied, bridge, h);
         let (omega, omega_load, mean) = self.moved_under_loads::<TWO>(state, &driven, position);
         self.settle_current(state, &driven, omega, mean);
-        if self.has(self.shape.source) {
+        if self.shape.source {
             self.settle_supply(state, applied);
         }
         state.time_s += h;
         state.theta = state.theta + (before.omega + mean * (omega - before.omega)) * h;
         state.omega = omega;
         self.settle_load::<TWO>(state, &before, omega_load, h);
-        self.plant.sense::<PLAIN>(&self.shape, state, &before, h, self.coefficients.lag);
-        if self.has(self.shape.unnamed) {
+        self.plant.sense(&self.shape, state, &before, h, self.coefficients.lag);
+        if self.shape.unnamed {
             moment::remember(self.plant, &self.coefficients, state, &before, &driven, position);
         }
     }
@@ -120,7 +113,7 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
     #[inline(always)]
     fn renew(&mut self, state: &State<F>, applied: F, bridge: Bridge, h: f64) {
         let p = self.plant;
-        let (resistance, kt) = if self.has(self.shape.varying_winding()) {
+        let (resistance, kt) = if self.shape.varying_winding() {
             (self.resistance(state, applied, h), self.weakened(state, applied, bridge))
         } else {
             (p.resistance, p.kt)
@@ -140,10 +133,10 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
     #[inline(always)]
     fn weakened(&self, state: &State<F>, applied: F, bridge: Bridge) -> F {
         let (p, c) = (self.plant, &self.coefficients);
-        if !self.has(self.shape.knee) {
+        if !self.shape.knee {
             return p.kt;
         }
-        let mean = if bridge != Bridge::Open && self.shape.drive == Drive::Voltage {
+        let mean = if bridge != Bridge::Open && p.drive == Drive::Voltage {
             let volts = if bridge == Bridge::Driven { applied } else { applied.like(0.0) };
             let settled = (volts - p.ke * state.omega) * c.conductance;
             (settled + (state.current - settled) * c.mean).within(p.current_limit)
@@ -158,12 +151,12 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
     fn resistance(&self, state: &State<F>, applied: F, h: f64) -> F {
         let p = self.plant;
         let mut resistance = p.resistance;
-        if self.has(self.shape.heat) {
+        if self.shape.heat {
             let loss = state.current * state.current * self.coefficients.resistance;
             let heat_w = halfway(state.heat_w, loss, h, p.heat_time_s);
             resistance = p.resistance * (p.heat_rise_per_w * heat_w + 1.0);
         }
-        if self.has(self.shape.source) && !self.has(self.shape.slow_rail) {
+        if self.shape.source && !self.shape.slow_rail {
             let duty = applied / p.supply_v;
             resistance = resistance + p.source_ohm * duty * duty;
         }
@@ -176,22 +169,22 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
         let p = self.plant;
         let none = applied.like(0.0);
         let free = Driven { net: none, blocked: none.gt(none), bridge, h };
-        if bridge != Bridge::Driven && (bridge == Bridge::Open || self.shape.drive == Drive::Torque) {
+        if bridge != Bridge::Driven && (bridge == Bridge::Open || p.drive == Drive::Torque) {
             return free;
         }
-        if self.shape.drive == Drive::Torque {
+        if p.drive == Drive::Torque {
             return Driven { net: applied.within(p.current_limit), ..free };
         }
         let terminal = if bridge == Bridge::Shorted {
             none
-        } else if self.has(self.shape.slow_rail) {
+        } else if self.shape.slow_rail {
             let drawn = applied / p.supply_v * state.current;
             let settled = p.supply_v - p.source_ohm * drawn;
             applied * halfway(state.supply_v, settled, h, p.source_ohm * p.bus_farad) / p.supply_v
         } else {
             applied
         };
-        if self.has(self.shape.brushes) {
+        if self.shape.brushes {
             self.behind_brushes(state, terminal, free)
         } else {
             Driven { net: terminal, ..free }
@@ -211,7 +204,7 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
     /// The shaft of one direction or the other.
     #[inline(always)]
     fn side(&self, state: &State<F>, shafts: &[Shaft<F>; 2]) -> Shaft<F> {
-        if !self.has(self.shape.uneven) {
+        if !self.shape.uneven {
             return shafts[0];
         }
         Shaft::select(state.omega.lt(state.omega.like(0.0)), &shafts[1], &shafts[0])
@@ -224,15 +217,14 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
         if driven.bridge == Bridge::Open {
             return (driven.net.like(0.0), self.side(state, &c.open));
         }
-        if self.shape.drive == Drive::Torque {
+        if p.drive == Drive::Torque {
             let held = p.force_gain * driven.net;
-            let softened =
-                if self.has(self.shape.knee) { held * softened(driven.net, p.kt_knee_a) } else { held };
+            let softened = if self.shape.knee { held * softened(driven.net, p.kt_knee_a) } else { held };
             return (softened, self.side(state, &c.open));
         }
         let held = c.per_ampere * state.current;
         let (torque, closed) = (c.per_volt * driven.net + held, self.side(state, &c.closed));
-        if !self.has(self.shape.brushes) {
+        if !self.shape.brushes {
             return (torque, closed);
         }
         let shaft = Shaft::select(driven.blocked, &self.side(state, &c.open), &closed);
@@ -243,8 +235,8 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
     #[inline(always)]
     fn moved<const TWO: bool>(&self, state: &State<F>, driven: &Driven<F>, loads: &Loads<F>) -> Moved<F> {
         let (torque, shaft) = self.torque(state, driven);
-        let open = driven.bridge == Bridge::Open || self.shape.drive == Drive::Torque;
-        let limited = self.has(self.shape.current_limit) && !open;
+        let open = driven.bridge == Bridge::Open || self.plant.drive == Drive::Torque;
+        let limited = self.shape.current_limit && !open;
         let limit = self.plant.current_limit;
         let free = self.pushed::<TWO>(state, torque, &shaft, loads, driven.h);
         if !limited {
@@ -255,8 +247,7 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
         if !beyond.any() {
             return free;
         }
-        let knee =
-            if self.has(self.shape.knee) { softened(limit, self.plant.kt_knee_a) } else { limit.like(1.0) };
+        let knee = if self.shape.knee { softened(limit, self.plant.kt_knee_a) } else { limit.like(1.0) };
         let torque = self.plant.kt * knee * limit.copysign(mean);
         let shaft = self.side(state, &self.coefficients.open);
         select(beyond, self.pushed::<TWO>(state, torque, &shaft, loads, driven.h), free)
@@ -294,7 +285,7 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
         let settled = (driven.net - self.plant.ke * mean) * c.conductance;
         let rest = state.current - settled;
         let (end, mean) = (settled + rest * c.end, settled + rest * c.mean);
-        if !self.has(self.shape.brushes) {
+        if !self.shape.brushes {
             return (end, mean);
         }
         let blocked = driven.blocked;
@@ -306,18 +297,18 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
         let none = omega.like(0.0);
         let (end, mean) = if driven.bridge == Bridge::Open {
             (none, none)
-        } else if self.shape.drive == Drive::Torque {
+        } else if self.plant.drive == Drive::Torque {
             (driven.net, driven.net)
         } else {
             self.currents(state, driven, omega, weight)
         };
-        if self.has(self.shape.current_limit) {
+        if self.shape.current_limit {
             let limit = self.plant.current_limit;
             (state.current, state.mean_current) = (end.within(limit), mean.within(limit));
         } else {
             (state.current, state.mean_current) = (end, mean);
         }
-        if self.has(self.shape.heat) {
+        if self.shape.heat {
             let loss = state.mean_current * state.mean_current * self.coefficients.resistance;
             state.heat_w = loss + (state.heat_w - loss) * self.coefficients.cooling;
         }
@@ -341,9 +332,7 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
         places: Places<F>,
     ) -> Moved<F> {
         let steady = self.held.unwrap_or_else(|| self.steady_loads(state, driven.h, places));
-        let again = self.has(self.shape.varying_friction())
-            || self.has(self.shape.drag)
-            || self.has(self.shape.unnamed);
+        let again = self.shape.varying_friction() || self.shape.drag || self.shape.unnamed;
         let first = self.moved::<TWO>(state, driven, &self.loads(state, state.omega, driven, places, steady));
         if !again {
             return first;
@@ -359,11 +348,7 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
         let none = state.omega.like(0.0);
         let loads =
             Loads { motor: none, load: none, friction_pos: p.friction_pos, friction_neg: p.friction_neg };
-        if PLAIN || p.torques.is_empty() {
-            loads
-        } else {
-            none.apart(Torques { plant: p, state, h, places, loads })
-        }
+        if p.torques.is_empty() { loads } else { none.apart(Torques { plant: p, state, h, places, loads }) }
     }
 
     /// What acts on the two sides of the gear at a speed.
@@ -377,14 +362,14 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
         steady: Loads<F>,
     ) -> Loads<F> {
         let mut loads = steady;
-        if self.has(self.shape.drag) {
+        if self.shape.drag {
             loads.motor = loads.motor + drag(&self.plant.torques, omega);
         }
-        if self.has(self.shape.unnamed) {
+        if self.shape.unnamed {
             let torque = moment::torque(self.plant, &self.coefficients, state, omega, driven, places);
             loads.motor = loads.motor + torque;
         }
-        if self.has(self.shape.varying_friction()) {
+        if self.shape.varying_friction() {
             let extra = self.extra_friction(state, omega, driven, &loads);
             loads.friction_pos = loads.friction_pos + extra;
             loads.friction_neg = loads.friction_neg + extra;
@@ -397,11 +382,11 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
     fn extra_friction(&self, state: &State<F>, omega: F, driven: &Driven<F>, loads: &Loads<F>) -> F {
         let p = self.plant;
         let mut extra = omega.like(0.0);
-        if self.has(self.shape.breakaway) {
+        if self.shape.breakaway {
             let ratio = omega / p.stribeck_speed;
             extra = p.breakaway_extra * (ratio * ratio).map(decayed);
         }
-        if self.has(self.shape.gear_friction) {
+        if self.shape.gear_friction {
             let (torque, shaft) = self.torque(state, driven);
             let motor = torque - (shaft.damping - p.viscous) * omega;
             extra = extra + p.friction_per_motor * motor.abs() + p.friction_per_load * loads.load.abs();
@@ -415,7 +400,6 @@ impl<'a, F: Lanes, const PLAIN: bool> Dynamics<'a, F, PLAIN> {
             return two_bodies::settle(self.plant, &self.shape, state, before, omega_load, h);
         }
         match self.shape.coupling {
-            _ if PLAIN => (state.theta_load, state.omega_load) = (state.theta, state.omega),
             Coupling::Rigid => (state.theta_load, state.omega_load) = (state.theta, state.omega),
             _ => {
                 let half = self.plant.gap_rad * 0.5;

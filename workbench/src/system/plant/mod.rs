@@ -91,7 +91,7 @@ impl Motor {
         let shape = Shape::of(&self.plant);
         let applied = self.plant.applied_to(shape.chain(), applied);
         let pieces = (dt / (LONGEST_STEP * self.plant.time_constant_s())).ceil().clamp(1.0, 100.0) as usize;
-        let mut dynamics = Dynamics::<f64>::new(&self.plant, shape);
+        let mut dynamics = Dynamics::new(&self.plant, shape);
         let mut charge = 0.0;
         for _ in 0..pieces {
             advanced(&mut dynamics, &mut self.state, applied, bridge, dt / pieces as f64);

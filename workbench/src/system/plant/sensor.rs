@@ -40,22 +40,15 @@ impl<F: Lanes> Physics<F> {
         lagged.within(self.sensor_limit) + self.sensor_offset
     }
 
-    /// Advances the reading over one step. `decay`: rest of the sensor's lag after it. `PLAIN`: the shape is a plain one.
+    /// Advances the reading over one step. `decay`: rest of the sensor's lag after it.
     #[inline(always)]
-    pub(super) fn sense<const PLAIN: bool>(
-        &self,
-        shape: &Shape,
-        state: &mut State<F>,
-        before: &Before<F>,
-        h: f64,
-        decay: F,
-    ) {
-        let at_load = !PLAIN && shape.at_load;
+    pub(super) fn sense(&self, shape: &Shape, state: &mut State<F>, before: &Before<F>, h: f64, decay: F) {
+        let at_load = shape.at_load;
         let (theta, omega) =
             if at_load { (state.theta_load, state.omega_load) } else { (state.theta, state.omega) };
         let (was, omega_before) =
             if at_load { (before.theta_load, before.omega_load) } else { (before.theta, before.omega) };
-        if PLAIN || shape.plain_sensor() {
+        if shape.plain_sensor() {
             state.reading = self.sensor_scale * omega + self.sensor_offset;
             state.lagged = state.reading;
             let way = self.sensor_scale * (theta - was) + self.sensor_offset * h;

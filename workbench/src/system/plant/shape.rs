@@ -87,36 +87,6 @@ impl Shape {
         }
     }
 
-    /// What a plain shape leaves open; all the rest is not there.
-    #[inline(always)]
-    pub(super) fn plain(self) -> Self {
-        Self {
-            coupling: Coupling::Rigid,
-            at_load: false,
-            heat: false,
-            source: false,
-            slow_rail: false,
-            knee: false,
-            brushes: false,
-            current_limit: false,
-            breakaway: false,
-            gear_friction: false,
-            uneven: false,
-            drag: false,
-            rectified: false,
-            sensor_lag: false,
-            sensor_limit: false,
-            unnamed: false,
-            ..self
-        }
-    }
-
-    /// True for a rigid axis with an input chain, dry friction and a sensor with scale and offset, without torques of place or time: what
-    /// most sets of a search are.
-    pub fn is_plain<F>(&self, plant: &Physics<F>) -> bool {
-        *self == self.plain() && plant.torques.is_empty()
-    }
-
     /// The kinds of its input chain.
     pub fn chain(&self) -> &Chain {
         &self.chain
