@@ -220,10 +220,8 @@ impl Axis {
         (*zero, *datum, *search, *acted, *outcome, *held) = (None, None, None, None, None, None);
         (*dry, *missed, *index, *armed, *idle, *holding) = (false, false, false, false, false, false);
         (*compensation, *ordered) = (true, true);
-        *standstill = encoder::Standstill::default();
-        *mode = Mode::Idle;
-        (*limit, *listener, *voltage) = (Limit::None, Listener::None, Voltage::ZERO);
-        *reference = Reference::default();
+        (*mode, *limit, *listener, *voltage) = (Mode::Idle, Limit::None, Listener::None, Voltage::ZERO);
+        (*standstill, *reference) = (encoder::Standstill::default(), Reference::default());
         *known = Estimates::default();
         *last_trusted = LastTrusted::default();
         // It follows in the next ticks, a stage each, or at once when a command asks for it.

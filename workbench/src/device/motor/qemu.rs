@@ -12,7 +12,7 @@ use std::fs::{File, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// QEMU's machine for the image.
 pub const MACHINE: &str = "netduinoplus2";
@@ -29,6 +29,8 @@ const FLASH_BYTES: usize = 2 * 4096;
 pub const MOST_LINK_BYTES: usize = 512;
 /// How long the image may take to end when it is told to.
 const FAREWELL: Duration = Duration::from_secs(2);
+/// A copy of an open file lives this long at most, in a process that is being started.
+const COPIES_LAST: Duration = Duration::from_secs(1);
 
 /// What the image sees of the world apart from samples and link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -299,13 +301,26 @@ fn flash(folder: &Path, kept: Option<&Path>) -> Result<Option<File>, InputError>
         return Err(InputError::file(kept.display(), what));
     }
     let held = File::options().read(true).write(true).open(kept).map_err(broken)?;
-    if matches!(held.try_lock(), Err(TryLockError::WouldBlock)) {
+    if !locked(&held) {
         let what = "is in use by another servo in QEMU; wait for its end, or give each its own --flash";
         return Err(InputError::file(kept.display(), what));
     }
     let whole = kept.canonicalize().map_err(broken)?;
     std::os::unix::fs::symlink(whole, place).map_err(pipes)?;
     Ok(Some(held))
+}
+
+/// Takes the lock of a flash. A servo that has just ended may still seem to hold it: a process that is started at that moment has a copy of
+/// the open file until it runs its own program.
+fn locked(flash: &File) -> bool {
+    let begin = Instant::now();
+    while matches!(flash.try_lock(), Err(TryLockError::WouldBlock)) {
+        if begin.elapsed() > COPIES_LAST {
+            return false;
+        }
+        std::thread::sleep(COPIES_LAST / 50);
+    }
+    true
 }
 
 fn pipes(error: impl std::fmt::Display) -> InputError {

@@ -1,0 +1,94 @@
+//! One control tick of a commissioning.
+
+use super::{Input, Params, Phase, Request, State};
+use crate::sample::Bridge;
+use crate::units::VoltageQ14;
+
+impl Params {
+    /// One control tick. Call it until [`State::ended`]; the bridge request then is open.
+    #[inline]
+    pub fn step(&self, state: &mut State, input: &Input) -> Request {
+        self.step_beside(state, input, false)
+    }
+
+    /// One control tick. `busy`: something else takes long in it, so solver and decision wait for the next tick, which must not be
+    /// busy.
+    #[inline]
+    pub fn step_beside(&self, state: &mut State, input: &Input, busy: bool) -> Request {
+        if state.ended() || state.phase == Phase::Idle {
+            return Request::default();
+        }
+        self.bookkeeping(state, input);
+        self.measure_speed(state, input);
+        if let Some(reason) = self.guard(state, input) {
+            state.refuse(reason);
+            return Request::default();
+        }
+        let window = state.window.take();
+        if state.identify.hopped() {
+            state.identify.note_hop();
+        }
+        self.identify.sum(&mut state.identify, input.count, input.voltage);
+        match window {
+            Some(window) => self.use_window(state, &window),
+            None if busy => {}
+            None => self.solve(state),
+        }
+        if !(busy && state.phase == Phase::Decide) {
+            self.advance(state, input);
+        }
+        self.turn_before_the_stop(state, input);
+        if state.identify.hopped() {
+            // Here already: in the next tick it is used, which takes long, too.
+            state.window = state.identify.window();
+        }
+        self.request(state)
+    }
+
+    #[inline]
+    fn bookkeeping(&self, state: &mut State, input: &Input) {
+        let moved = input.count.wrapping_sub(state.last_count);
+        state.last_count = input.count;
+        state.travel = state.travel.saturating_add(moved.unsigned_abs());
+        state.still = if moved == 0 { state.still.saturating_add(1) } else { 0 };
+        state.elapsed = state.elapsed.saturating_add(1);
+        if state.phase != Phase::PulseTest {
+            state.total = state.total.saturating_add(1);
+        }
+        state.supply_measured &= input.supply.is_some();
+        let power = i64::from(input.voltage.0) * i64::from(input.current_raw.unwrap_or(0));
+        state.energy = state.energy.saturating_add(power.unsigned_abs());
+    }
+
+    /// Which voltage, now.
+    #[inline]
+    fn request(&self, state: &State) -> Request {
+        let magnitude = match state.phase {
+            Phase::Settle | Phase::Coast => 0,
+            Phase::PulseTest | Phase::BreakAway | Phase::Learn | Phase::Saturate | Phase::Verify => {
+                state.level
+            }
+            Phase::Idle | Phase::Decide | Phase::Done | Phase::Refused => return Request::default(),
+        };
+        Request { bridge: Bridge::Driven, voltage: VoltageQ14(magnitude * state.sign()) }
+    }
+
+    /// What happens next.
+    #[inline]
+    fn advance(&self, state: &mut State, input: &Input) {
+        match state.phase {
+            Phase::Settle => self.settle(state, input),
+            Phase::PulseTest => match &self.pulse_test {
+                Some(pulse_test) => self.pulse_test(state, input, pulse_test),
+                None => state.enter(Phase::BreakAway, input.count),
+            },
+            Phase::BreakAway => self.break_away(state, input),
+            Phase::Learn => self.learn(state, input),
+            Phase::Coast => self.coast(state, input),
+            Phase::Saturate => self.saturate(state, input),
+            Phase::Verify => self.verify(state, input),
+            Phase::Decide => self.decide(state),
+            Phase::Idle | Phase::Done | Phase::Refused => {}
+        }
+    }
+}
