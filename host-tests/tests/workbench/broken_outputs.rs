@@ -201,8 +201,11 @@ fn a_flash_belongs_to_one_servo_at_a_time() {
     let command = |motor: &str| bench.command(&["commission", "--flash", "flash.bin"], motor);
     let mut first = command("0.1").stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     bench.wait_for_tick(100);
+    // Halted, so that it cannot end before the second one asks.
+    send("STOP", &first);
     let second = command("0.1").output().unwrap();
     send("TERM", &first);
+    send("CONT", &first);
     first.wait().unwrap();
     let errors = String::from_utf8_lossy(&second.stderr);
     assert_eq!(second.status.code(), Some(2), "{errors}");

@@ -30,7 +30,7 @@ pub const MOST_LINK_BYTES: usize = 512;
 /// How long the image may take to end when it is told to.
 const FAREWELL: Duration = Duration::from_secs(2);
 /// A copy of an open file lives this long at most, in a process that is being started.
-const COPIES_LAST: Duration = Duration::from_secs(1);
+const COPIES_LAST: Duration = Duration::from_millis(100);
 
 /// What the image sees of the world apart from samples and link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -318,7 +318,7 @@ fn locked(flash: &File) -> bool {
         if begin.elapsed() > COPIES_LAST {
             return false;
         }
-        std::thread::sleep(COPIES_LAST / 50);
+        std::thread::sleep(COPIES_LAST / 20);
     }
     true
 }
