@@ -15,6 +15,7 @@ pub mod next_experiment;
 pub mod passive;
 pub mod power_cut;
 pub mod serial_line;
+pub mod sets;
 pub mod simulated_servo;
 pub mod stops;
 pub mod test_image;

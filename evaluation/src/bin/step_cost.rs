@@ -2,20 +2,19 @@
 //!
 //! Shortest of some runs on one thread: whatever else the machine does can only make one longer.
 
-use anyhow::Result;
 use clap::Parser;
 use evaluation::{Page, Results};
-use servo::axis::Bridge;
+use host_tests::sets::{middle, motor, ready, reversing};
 use std::time::Instant;
-use truing::gap::dataset::{Compared, Dataset, Part, driven_by, lockstep, prepare};
+use truing::gap::dataset::{Compared, Dataset, Part, driven_by, lockstep};
 use truing::gap::effort;
 use truing::gap::fit::COARSE;
 use truing::system::effects::{
     BACKLASH, COGGING, COULOMB_FRICTION, DEAD_ZONE, Effect, FLEXIBLE_COUPLING, Form, Parameter,
     STRIBECK_FRICTION,
 };
-use truing::system::log::{Dynamic, Input, Run};
-use truing::system::model::{self, Model};
+use truing::system::log::Input;
+use truing::system::model::Model;
 use truing::system::plant::physics::Physics;
 
 /// Measures nanoseconds an inner step and parameter set.
@@ -27,21 +26,6 @@ struct Arguments {
     #[command(flatten)]
     results: Results,
 }
-
-const MOTOR: &str = r#"
-schema = "truing-model/1"
-[model]
-kind = "dc_motor"
-[motor]
-R_ohm = 1.5
-L_h = 0.001
-Kt_nm_per_a = 0.05
-Ke_vs_per_rad = 0.05
-J_kgm2 = 1.2e-4
-b_nms_per_rad = 3e-5
-[supply]
-nominal_v = 12.0
-"#;
 
 /// Plants: what the table calls them, the effect that makes them, and the places of its parameters between their bounds.
 const KINDS: [(&str, Option<&'static Effect>); 7] = [
@@ -57,17 +41,16 @@ const KINDS: [(&str, Option<&'static Effect>); 7] = [
 /// Sets in lock-step.
 const SETS: [usize; 3] = [1, 4, 8];
 
-fn main() -> Result<()> {
+fn main() {
     let arguments = Arguments::parse();
     let mut page = arguments.results.page();
-    let model = motor()?;
-    let dataset = record(&model).map_err(|error| anyhow::anyhow!("{error}"))?;
+    let model = motor();
+    let dataset = ready(&model, reversing(20_000, 200, 1e-3));
     page.line("| plant | one set, ns | four sets, ns a set | eight sets, ns a set |\n|---|---|---|---|");
     for (name, effect) in KINDS {
         row(&mut page, &arguments, &model, &dataset, name, effect);
     }
     page.close("none");
-    Ok(())
 }
 
 fn row(
@@ -107,33 +90,6 @@ fn steps() -> u64 {
     effort::spent().iter().map(|spent| spent.work.inner_steps).sum()
 }
 
-fn motor() -> Result<Model> {
-    let path = std::env::temp_dir().join(format!("truing-step-cost-{}.toml", std::process::id()));
-    std::fs::write(&path, MOTOR)?;
-    let model = model::read(&path);
-    std::fs::remove_file(&path)?;
-    model.map_err(|error| anyhow::anyhow!("{error}"))
-}
-
-/// 20,000 rows at 1 kHz that reverse and crawl. Their readings do not matter here.
-fn record(model: &Model) -> Result<Dataset, impl std::fmt::Display + use<>> {
-    let rows = 20_000;
-    let volts = |k: usize| [3.0, -9.0, 12.0, -1.0, 0.4, -12.0, 6.0][k / 200 % 7];
-    let t_s: Vec<f64> = (0..rows).map(|k| 1e-3 * k as f64).collect();
-    let speed: Vec<f64> = t_s.iter().map(|t| 60.0 * (7.0 * t).sin()).collect();
-    let position = t_s.iter().map(|t| 60.0 / 7.0 * (1.0 - (7.0 * t).cos())).collect();
-    let run = Run {
-        input: (0..rows).map(volts).collect(),
-        bridge: vec![Bridge::Driven; rows],
-        position: Some(position),
-        speed: Some(speed),
-        t_s,
-        ..Run::default()
-    };
-    let log = Dynamic { source: "log.csv".into(), input: Input::Voltage, linear: false, runs: vec![run] };
-    prepare(model, &log, &[] as &[Dynamic])
-}
-
 /// A plant with an effect of middle size. Sets differ by a little, so that they advance together.
 fn plant(dataset: &Dataset, model: &Model, effect: Option<&'static Effect>, set: usize) -> Physics {
     let change = 1.0 + 1e-5 * set as f64;
@@ -145,13 +101,11 @@ fn plant(dataset: &Dataset, model: &Model, effect: Option<&'static Effect>, set:
     };
     // Plain forms, but of what is rich as a whole.
     let default = |p: &Parameter| p.default.filter(|_| effect.form == Form::Plain);
-    let middle = |p: &Parameter| match p.name {
-        _ if default(p).is_some() => p.default.unwrap_or_default() / change,
-        "periods_per_rev" => 7.0,
-        "load_share" => 0.3,
-        _ => (p.lower.max(0.0) + 0.2 * (p.upper.min(3.0) - p.lower.max(0.0))) * dataset.scales.of(p.scale),
+    let value = |p: &Parameter| match default(p) {
+        Some(default) => default,
+        None => change * middle(dataset, p),
     };
-    let values: Vec<f64> = effect.parameters.iter().map(|p| change * middle(p)).collect();
+    let values: Vec<f64> = effect.parameters.iter().map(value).collect();
     (effect.apply)(&values, &mut plant);
     plant
 }

@@ -1,63 +1,34 @@
 //! Parameter sets that are simulated in lock-step get the bits that each of them gets alone.
 
+use host_tests::sets::{middle, motor, ready, reversing};
 use servo::axis::Bridge;
-use truing::gap::dataset::{Compared, Dataset, Part, driven_by, lockstep, prepare};
+use truing::gap::dataset::{Compared, Dataset, Part, driven_by, lockstep};
 use truing::gap::fit::{COARSE, FINE};
-use truing::system::effects::{Effect, LIBRARY, Parameter};
-use truing::system::log::{Dynamic, Input, Run};
-use truing::system::model::{self, Model};
+use truing::system::effects::{Effect, LIBRARY};
+use truing::system::log::{Input, Run};
+use truing::system::model::Model;
 use truing::system::plant::physics::Physics;
 use truing::system::plant::shape::alike;
-
-const MOTOR: &str = r#"
-schema = "truing-model/1"
-[model]
-kind = "dc_motor"
-[motor]
-R_ohm = 1.5
-L_h = 0.001
-Kt_nm_per_a = 0.05
-Ke_vs_per_rad = 0.05
-J_kgm2 = 1.2e-4
-b_nms_per_rad = 3e-5
-
-[supply]
-nominal_v = 12.0
-"#;
 
 /// Sets beside each other: more than two registers of any processor hold, and not a multiple.
 const SETS: usize = 11;
 
-fn motor() -> Model {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("model.toml");
-    std::fs::write(&path, MOTOR).unwrap();
-    model::read(&path).unwrap()
-}
-
-/// A record that reverses, coasts and brakes; its readings do not matter here.
+/// A record that reverses, coasts and brakes.
 fn record(model: &Model, with_position: bool) -> Dataset {
-    let rows = 700;
-    let volts = |k: usize| [3.0, -9.0, 12.0, -1.0, 0.4, -12.0, 6.0][k / 100 % 7];
+    let run = reversing(700, 100, 2e-3);
     let bridge = |k: usize| match k % 211 {
         0..6 => Bridge::Open,
         6..9 => Bridge::Shorted,
         _ => Bridge::Driven,
     };
-    let t_s: Vec<f64> = (0..rows).map(|k| 2e-3 * k as f64).collect();
-    let speed: Vec<f64> = t_s.iter().map(|t| 60.0 * (7.0 * t).sin()).collect();
-    let position = t_s.iter().map(|t| 60.0 / 7.0 * (1.0 - (7.0 * t).cos())).collect();
+    let current = |speed: &Vec<f64>| speed.iter().map(|speed| 0.01 * speed).collect();
     let run = Run {
-        input: (0..rows).map(volts).collect(),
-        bridge: (0..rows).map(bridge).collect(),
-        position: with_position.then_some(position),
-        current_a: Some(speed.iter().map(|speed| 0.01 * speed).collect()),
-        speed: Some(speed),
-        t_s,
-        ..Run::default()
+        bridge: (0..700).map(bridge).collect(),
+        current_a: run.speed.as_ref().map(current),
+        position: run.position.filter(|_| with_position),
+        ..run
     };
-    let log = Dynamic { source: "log.csv".into(), input: Input::Voltage, linear: false, runs: vec![run] };
-    prepare(model, &log, &[] as &[Dynamic]).unwrap()
+    ready(model, run)
 }
 
 /// Plants with the effect, each with other numbers, `apart` from its neighbour's: those of the effect, the inertia and the
@@ -68,14 +39,7 @@ fn plants(dataset: &Dataset, model: &Model, effect: &Effect, apart: f64) -> Vec<
         let mut plant = driven_by(&model.kind, model.base(), Input::Voltage);
         plant.supply_v = 12.0;
         (plant.inertia, plant.resistance) = (plant.inertia / change, plant.resistance * change.sqrt());
-        let middle = |p: &Parameter| match p.name {
-            "periods_per_rev" => 7.0,
-            "load_share" => 0.3,
-            _ => {
-                (p.lower.max(0.0) + 0.2 * (p.upper.min(3.0) - p.lower.max(0.0))) * dataset.scales.of(p.scale)
-            }
-        };
-        let values: Vec<f64> = effect.parameters.iter().map(|p| change * middle(p)).collect();
+        let values: Vec<f64> = effect.parameters.iter().map(|p| change * middle(dataset, p)).collect();
         (effect.apply)(&values, &mut plant);
         plant
     };

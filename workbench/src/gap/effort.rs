@@ -20,29 +20,29 @@ pub struct Work {
     pub passes: u64,
 }
 
-impl Add for Work {
-    type Output = Self;
+/// Sums and differences, field by field.
+macro_rules! field_by_field {
+    ($type:ident: $($field:ident),+) => {
+        impl Add for $type {
+            type Output = Self;
 
-    fn add(self, other: Self) -> Self {
-        Self {
-            simulations: self.simulations + other.simulations,
-            inner_steps: self.inner_steps + other.inner_steps,
-            passes: self.passes + other.passes,
+            fn add(self, other: Self) -> Self {
+                Self { $($field: self.$field + other.$field),+ }
+            }
         }
-    }
+
+        impl Sub for $type {
+            type Output = Self;
+
+            fn sub(self, earlier: Self) -> Self {
+                Self { $($field: self.$field - earlier.$field),+ }
+            }
+        }
+    };
 }
 
-impl Sub for Work {
-    type Output = Self;
-
-    fn sub(self, earlier: Self) -> Self {
-        Self {
-            simulations: self.simulations - earlier.simulations,
-            inner_steps: self.inner_steps - earlier.inner_steps,
-            passes: self.passes - earlier.passes,
-        }
-    }
-}
+field_by_field!(Work: simulations, inner_steps, passes);
+field_by_field!(Spent: work, cpu_s, wall_s);
 
 /// Part of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,39 +105,16 @@ impl Phase {
     }
 }
 
-/// What one phase cost.
-#[derive(Clone, Copy, Debug, Default)]
+/// What a phase, a search or several of them cost.
+#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
 pub struct Spent {
     /// What was computed.
+    #[serde(flatten)]
     pub work: Work,
     /// CPU time of all threads, s.
     pub cpu_s: f64,
     /// Time that passed, s.
     pub wall_s: f64,
-}
-
-impl Add for Spent {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            work: self.work + other.work,
-            cpu_s: self.cpu_s + other.cpu_s,
-            wall_s: self.wall_s + other.wall_s,
-        }
-    }
-}
-
-impl Sub for Spent {
-    type Output = Self;
-
-    fn sub(self, earlier: Self) -> Self {
-        Self {
-            work: self.work - earlier.work,
-            cpu_s: self.cpu_s - earlier.cpu_s,
-            wall_s: self.wall_s - earlier.wall_s,
-        }
-    }
 }
 
 /// What was counted in one phase.

@@ -13,7 +13,6 @@ use nix::sys::resource::{UsageWho, getrusage};
 use serde::Serialize;
 use set::Case;
 use std::path::PathBuf;
-use std::time::Instant;
 
 /// Arguments of `truing bench`.
 #[derive(Args, Debug)]
@@ -61,10 +60,7 @@ struct Measured {
 #[derive(Clone, Copy, Default, Serialize)]
 struct Cost {
     #[serde(flatten)]
-    work: Work,
-    /// User and system time, all threads.
-    cpu_s: f64,
-    wall_s: f64,
+    spent: Spent,
     /// Instructions of all threads, where processor and system count them.
     instructions: Option<u64>,
 }
@@ -73,9 +69,7 @@ struct Cost {
 struct OfPhase {
     phase: &'static str,
     #[serde(flatten)]
-    work: Work,
-    cpu_s: f64,
-    wall_s: f64,
+    spent: Spent,
 }
 
 /// Runs the cases one after the other.
@@ -106,7 +100,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         total: Cost::default(),
         peak_bytes: None,
     };
-    let (begin, mut phases) = (Instant::now(), [Spent::default(); Phase::ALL.len()]);
+    let mut phases = [Spent::default(); Phase::ALL.len()];
     for (place, case) in cases.iter().enumerate() {
         errln!("{} of {}: {}", place + 1, cases.len(), case.name());
         let Some(measured) = measured(case, arguments, &counter, &mut phases)? else {
@@ -119,8 +113,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         figures.cases.push(measured);
     }
     figures.total = figures.cases.iter().fold(Cost::default(), |sum, one| sum.plus(&one.cost));
-    figures.total.wall_s = begin.elapsed().as_secs_f64();
-    figures.phases = Phase::ALL.iter().zip(phases).map(|(phase, spent)| OfPhase::of(*phase, spent)).collect();
+    figures.phases =
+        Phase::ALL.iter().zip(phases).map(|(phase, spent)| OfPhase { phase: phase.words(), spent }).collect();
     figures.peak_bytes = peak_bytes();
     figures.tell(arguments, silent)
 }
@@ -133,19 +127,18 @@ fn measured(
     phases: &mut [Spent; Phase::ALL.len()],
 ) -> anyhow::Result<Option<Measured>> {
     let ready = case.made_ready()?;
-    let (before, instructions, begin) = (effort::spent(), counter.read(), Instant::now());
+    let (before, instructions) = (effort::spent(), counter.read());
     let Some(outcome) = ready.answer(arguments.data.as_deref())? else {
         return Ok(None);
     };
     let mut cost = Cost {
-        wall_s: begin.elapsed().as_secs_f64(),
         instructions: counter.read().zip(instructions).map(|(now, then)| now - then),
         ..Cost::default()
     };
     for (sum, (now, then)) in phases.iter_mut().zip(effort::spent().into_iter().zip(before)) {
         let spent = now - then;
         *sum = *sum + spent;
-        (cost.work, cost.cpu_s) = (cost.work + spent.work, cost.cpu_s + spent.cpu_s);
+        cost.spent = cost.spent + spent;
     }
     Ok(Some(Measured::of(case, &outcome, cost)))
 }
@@ -166,9 +159,7 @@ impl Measured {
 impl Cost {
     fn plus(&self, other: &Self) -> Self {
         Self {
-            work: self.work + other.work,
-            cpu_s: self.cpu_s + other.cpu_s,
-            wall_s: self.wall_s + other.wall_s,
+            spent: self.spent + other.spent,
             instructions: match (self.instructions, other.instructions) {
                 (Some(one), Some(another)) => Some(one + another),
                 (one, another) => one.or(another),
@@ -178,9 +169,9 @@ impl Cost {
 
     fn line(&self, name: &str, answer: &str) -> String {
         let instructions = self.instructions.map_or("not here".into(), |count| count.to_string());
-        let Work { simulations, inner_steps, passes } = self.work;
+        let Spent { work: Work { simulations, inner_steps, passes }, cpu_s, wall_s } = self.spent;
         let counts = [simulations.to_string(), inner_steps.to_string(), passes.to_string(), instructions];
-        let [cpu, wall] = [self.cpu_s, self.wall_s].map(|seconds| format!("{seconds:.2}"));
+        let [cpu, wall] = [cpu_s, wall_s].map(|seconds| format!("{seconds:.2}"));
         line(name, counts.each_ref().map(String::as_str), &cpu, &wall, answer)
     }
 }
@@ -190,12 +181,6 @@ fn line(name: &str, counts: [&str; 4], cpu: &str, wall: &str, answer: &str) -> S
     format!(
         "{name:22} {simulations:>11} {steps:>13} {passes:>13} {instructions:>14} {cpu:>7} {wall:>7}  {answer}"
     )
-}
-
-impl OfPhase {
-    fn of(phase: Phase, Spent { work, cpu_s, wall_s }: Spent) -> Self {
-        Self { phase: phase.words(), work, cpu_s, wall_s }
-    }
 }
 
 impl Figures {
@@ -236,11 +221,11 @@ impl Figures {
             "%",
             "wall s"
         );
-        for OfPhase { phase, work, cpu_s, wall_s } in &self.phases {
-            let (all, Work { simulations, inner_steps, passes }) = (self.total.work, *work);
+        for OfPhase { phase, spent: Spent { work, cpu_s, wall_s } } in &self.phases {
+            let (all, Work { simulations, inner_steps, passes }) = (self.total.spent.work, *work);
             let steps = share(inner_steps as f64, all.inner_steps as f64);
             let passed = share(passes as f64, all.passes as f64);
-            let cpu = share(*cpu_s, self.total.cpu_s);
+            let cpu = share(*cpu_s, self.total.spent.cpu_s);
             outln!(
                 "{phase:22} {simulations:>11} {inner_steps:>13} {steps:>6.1} {passes:>13} {passed:>6.1} {cpu_s:>7.2} {cpu:>6.1} {wall_s:>7.2}"
             );

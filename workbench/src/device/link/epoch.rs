@@ -11,7 +11,7 @@ const DISORDER: u32 = 1 << 16;
 pub(super) struct Epoch(Option<u32>);
 
 impl Epoch {
-    /// The message with ticks of this session.
+    /// The message with its ticks on the session's own count.
     pub fn rebase(&mut self, mut message: Message) -> Message {
         match &mut message {
             Message::Answer { tick, .. }
