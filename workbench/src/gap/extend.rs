@@ -35,9 +35,16 @@ impl<'a> Given<'a> {
     pub(super) fn simulated(dataset: &'a Dataset, model: &'a Model, whole: Option<&'a Whole<'a>>) -> Self {
         let hypothesis = Hypothesis::new(dataset, model, Vec::new());
         let x = vec![0.0; hypothesis.slots.len()];
-        let held_out = HeldOut::of(whole, &hypothesis, &x);
-        let seen = seen(whole, &hypothesis, &x);
+        let predicted = || HeldOut::of(whole, &hypothesis, &x);
+        let (held_out, seen) = rayon::join(predicted, || seen(whole, &hypothesis, &x));
         Self { hypothesis, x, held_out, seen, whole }
+    }
+
+    /// What a set predicts of the held-out data, and what is measured and what it does.
+    fn simulated_with(&self, set: &Scored) -> (HeldOut, Vec<Sample>) {
+        let (hypothesis, x) = (&set.hypothesis, &set.fit.x);
+        let seen = || seen(self.whole, hypothesis, x).0;
+        rayon::join(|| HeldOut::of(self.whole, hypothesis, x), seen)
     }
 
     /// The held-out gap of a set.
@@ -55,22 +62,30 @@ pub(super) fn extended(
     last: Option<&Last>,
 ) -> Outcome {
     let (dataset, model) = (given.hypothesis.dataset, given.hypothesis.model);
-    let mut steps = steps(given, &judged.kept);
+    let known = judged.uncertainty.take();
     let fitted = described.and_then(|described| described.fitted.as_ref());
     let with_term = fitted.map(|fitted| rest::extended(&judged.kept, fitted));
     let kept = with_term.as_ref().unwrap_or(&judged.kept);
-    let after = HeldOut::of(given.whole, &kept.hypothesis, &kept.fit.x);
+    let known = known.filter(|_| with_term.is_none());
+    let (mut steps, (simulated, (uncertainty, rivals))) = rayon::join(
+        || steps(given, &judged.kept),
+        || {
+            let beside = || {
+                let rivals = || evidence::rivals(found, &judged.ties, |set| given.gap_of(set));
+                rayon::join(|| known.unwrap_or_else(|| Uncertainty::of(kept)), rivals)
+            };
+            rayon::join(|| given.simulated_with(kept), beside)
+        },
+    );
+    let (after, seen_after) = simulated;
     if let Some(fitted) = fitted {
         let gaps = (given.gap_of(&judged.kept), after.gap);
         let term = rest::as_told(&judged.kept, fitted, gaps);
         steps.push(Step { label: format!("+ {}", term.name), gap: term.gap_after });
         judged.unexplained.unnamed = Some(term);
     }
-    let known = judged.uncertainty.filter(|_| with_term.is_none());
-    let uncertainty = known.unwrap_or_else(|| Uncertainty::of(kept));
     let shifts = shifts(kept, &uncertainty);
     let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
-    let (seen_after, _) = seen(given.whole, &kept.hypothesis, &kept.fit.x);
     let mut plots = plots::all(&given.hypothesis, &given.seen.0, &seen_after);
     plots.extend(described.map(|described| described.plot.clone()));
     Outcome {
@@ -84,7 +99,7 @@ pub(super) fn extended(
         next_experiment: judged.next.map(|next| experiment::with_needs(next, kept)),
         searched: dataset.searched,
         notes: notes.concat(),
-        rivals: evidence::rivals(found, &judged.ties, |set| given.gap_of(set)),
+        rivals,
         plots,
         ties: judged.ties,
         steps,

@@ -66,21 +66,35 @@ impl<'h, 'a> Evaluator<'h, 'a> {
     }
 
     /// Weighted residuals of another plant than that of the numbers, and their priors.
-    pub fn of_plant(&mut self, plant: &Physics, x: &[f64], out: &mut Vec<f64>) {
+    pub fn of_plant(&self, plant: &Physics, x: &[f64], out: &mut Vec<f64>) {
         self.simulated(vec![plant.clone()], &[x], self.finest, std::slice::from_mut(out));
     }
 
     /// Weighted residuals and priors of several sets of numbers.
     pub fn of_all(&self, many: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        self.of_plants(many.iter().map(|x| self.hypothesis.plant(x)).collect(), many)
+    }
+
+    /// The same of sets that differ little: all are simulated in the steps of those that need the shortest.
+    pub fn of_kin(&self, many: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        self.of_plants(Physics::in_step(many.iter().map(|x| self.hypothesis.plant(x)).collect()), many)
+    }
+
+    fn of_plants(&self, plants: Vec<Physics>, many: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let places: Vec<&[f64]> = many.iter().map(Vec::as_slice).collect();
         let mut residuals = vec![Vec::new(); many.len()];
-        self.compared(&places, self.finest, &mut residuals);
+        self.simulated(plants, &places, self.finest, &mut residuals);
         residuals
     }
 
-    fn compared(&self, many: &[&[f64]], finest: f64, out: &mut [Vec<f64>]) {
-        let plants = many.iter().map(|x| self.hypothesis.plant(x)).collect();
-        self.simulated(plants, many, finest, out);
+    /// `near`: the place in whose steps all are simulated; otherwise each in its own.
+    fn compared(&self, near: Option<&[f64]>, many: &[&[f64]], finest: f64, out: &mut [Vec<f64>]) {
+        let near = near.map(|x| self.hypothesis.plant(x));
+        let plant = |x: &&[f64]| {
+            let plant = self.hypothesis.plant(x);
+            near.iter().fold(plant, |plant, near| plant.in_steps_of(near))
+        };
+        self.simulated(many.iter().map(plant).collect(), many, finest, out);
     }
 
     fn simulated(&self, plants: Vec<Physics>, many: &[&[f64]], finest: f64, out: &mut [Vec<f64>]) {
@@ -108,15 +122,15 @@ impl<'h, 'a> Evaluator<'h, 'a> {
 
 impl Problem for Evaluator<'_, '_> {
     fn residuals(&mut self, x: &[f64], out: &mut Vec<f64>) {
-        self.compared(&[x], self.finest, std::slice::from_mut(out));
+        self.compared(None, &[x], self.finest, std::slice::from_mut(out));
     }
 
-    fn residuals_of(&mut self, many: &[&[f64]], out: &mut [Vec<f64>]) {
-        self.compared(many, self.finest, out);
+    fn residuals_near(&mut self, x: &[f64], many: &[&[f64]], out: &mut [Vec<f64>]) {
+        self.compared(Some(x), many, self.finest, out);
     }
 
-    fn probed_of(&mut self, many: &[&[f64]], out: &mut [Vec<f64>]) {
-        self.compared(many, COARSE, out);
+    fn probed_near(&mut self, x: &[f64], many: &[&[f64]], out: &mut [Vec<f64>]) {
+        self.compared(Some(x), many, COARSE, out);
     }
 
     fn probes_alike(&self) -> bool {

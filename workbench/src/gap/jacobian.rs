@@ -66,7 +66,7 @@ impl Jacobian {
         let beside = Beside::new(problem, x, slots);
         let places: Vec<&[f64]> = beside.places.iter().map(Vec::as_slice).collect();
         let mut moved = vec![Vec::new(); places.len()];
-        problem.probed_of(&places, &mut moved);
+        problem.probed_near(x, &places, &mut moved);
         self.take(&beside, residuals, &moved);
     }
 
@@ -74,7 +74,7 @@ impl Jacobian {
         let beside = Beside::new(problem, x, slots);
         let places: Vec<&[f64]> = std::iter::once(x).chain(beside.places.iter().map(Vec::as_slice)).collect();
         let mut moved = vec![Vec::new(); places.len()];
-        problem.probed_of(&places, &mut moved);
+        problem.probed_near(x, &places, &mut moved);
         self.take(&beside, &moved[0], &moved[1..]);
     }
 

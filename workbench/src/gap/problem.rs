@@ -5,17 +5,17 @@ pub trait Problem {
     /// The residuals, each over its standard deviation: the compared samples first, the priors last.
     fn residuals(&mut self, x: &[f64], out: &mut Vec<f64>);
 
-    /// The residuals at several places, which may be cheaper together.
-    fn residuals_of(&mut self, many: &[&[f64]], out: &mut [Vec<f64>]) {
+    /// The residuals at several places near one of them, which may be cheaper together.
+    fn residuals_near(&mut self, _x: &[f64], many: &[&[f64]], out: &mut [Vec<f64>]) {
         many.iter().zip(out).for_each(|(x, out)| self.residuals(x, out));
     }
 
-    /// The residuals at several places, as finely as a derivative needs them.
-    fn probed_of(&mut self, many: &[&[f64]], out: &mut [Vec<f64>]) {
-        self.residuals_of(many, out);
+    /// The residuals at several places near another one, as finely as a derivative there needs them.
+    fn probed_near(&mut self, x: &[f64], many: &[&[f64]], out: &mut [Vec<f64>]) {
+        self.residuals_near(x, many, out);
     }
 
-    /// True if [`Self::probed_of`] gives what [`Self::residuals`] gives.
+    /// True if [`Self::probed_near`] gives what [`Self::residuals`] gives.
     fn probes_alike(&self) -> bool {
         true
     }

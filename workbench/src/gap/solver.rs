@@ -133,7 +133,7 @@ impl<'p, P: Problem> Descent<'p, P> {
         let beside = Beside::new(self.problem, x, columns);
         let places: Vec<&[f64]> = std::iter::once(x).chain(beside.places.iter().map(Vec::as_slice)).collect();
         let mut moved = vec![Vec::new(); places.len()];
-        self.problem.residuals_of(&places, &mut moved);
+        self.problem.residuals_near(x, &places, &mut moved);
         let residuals = moved.remove(0);
         let cost = dot(&residuals, &residuals);
         (residuals, cost, Some((beside, moved)))
@@ -141,7 +141,7 @@ impl<'p, P: Problem> Descent<'p, P> {
 
     fn run(mut self) -> Solution {
         let mut slow = 0;
-        for _ in 0..self.schedule.iterations {
+        for left in (0..self.schedule.iterations).rev() {
             let before = self.cost;
             if self.lower() {
                 let gained = before - self.cost >= self.schedule.slow * before;
@@ -149,7 +149,7 @@ impl<'p, P: Problem> Descent<'p, P> {
                 if slow >= SLOW_STEPS {
                     break;
                 }
-            } else if self.followed {
+            } else if self.followed && left > 0 {
                 // The columns that only followed may be to blame.
                 self.jacobian = Jacobian::at(self.problem, &self.x, &self.residuals);
                 self.followed = false;

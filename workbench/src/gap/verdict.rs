@@ -85,10 +85,9 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits:
     if given.model.fitted_to_log && !found.best.hypothesis.items.is_empty() {
         return by_shares(found, uncertainty, given, nominal, limits);
     }
-    let rest = residual_tests::rest(&found.best);
-    let first = excess(given, nominal).max(1e-9);
+    let on_log = || rayon::join(|| residual_tests::rest(&found.best), || excess(given, nominal).max(1e-9));
+    let ((rest, first), held_out) = rayon::join(on_log, || held_out_share(&found.best, given, nominal));
     let share = (rest.excess / first).min(1.0);
-    let held_out = held_out_share(&found.best, given, nominal);
     let nothing_named = found.best.hypothesis.items.is_empty();
     let unpredicted = match nothing_named {
         false => held_out > HELD_OUT_SHARE,
@@ -131,8 +130,8 @@ fn structure(left: bool, unpredicted: bool, nothing_named: bool, share: f64, tex
 fn supported<'a>(found: &Found<'a>) -> (Option<Found<'a>>, Option<Uncertainty>) {
     let mut best = found.best.clone();
     let uncertainty = loop {
-        let (indistinct, uncertainty) = indistinct(&best);
-        match indistinct.or_else(|| useless(&best)) {
+        let ((indistinct, uncertainty), useless) = rayon::join(|| indistinct(&best), || useless(&best));
+        match indistinct.or(useless) {
             Some(index) => best = refitted(&best, |k| k != index),
             None => break uncertainty,
         }

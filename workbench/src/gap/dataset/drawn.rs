@@ -5,6 +5,9 @@ use crate::system::plant::input::Chain;
 use crate::system::plant::lanes::Lanes;
 use crate::system::plant::physics::Physics;
 
+/// Sets that any processor's registers can hold side by side.
+const MOST_SETS: usize = 32;
+
 /// The mean of the input over any stretch of time, of one plant or of several in lock-step.
 pub(super) enum Drawn {
     /// No delay: the mean of each block, the numbers of the sets side by side. (A block is shorter than what a motor could
@@ -14,12 +17,17 @@ pub(super) enum Drawn {
     Integrals(Vec<Integral>),
 }
 
-/// The integral of one set's input over the rows, and its delay.
+/// The integral of one set's input over the rows, read `delay` seconds back, piece by piece from the start of the run.
 pub(super) struct Integral {
+    applied: Vec<f64>,
     area: Vec<f64>,
     delay: f64,
     /// What acted before the first row.
     before: f64,
+    /// Row in which the last piece ended.
+    row: usize,
+    /// The integral up to there.
+    reached: f64,
 }
 
 impl Drawn {
@@ -42,13 +50,25 @@ impl Drawn {
         Self::Held(applied)
     }
 
-    /// Mean over `length` seconds from `start`, within a block.
+    /// Mean over the next piece, up to `end`, of a block. The pieces of a run follow one another.
     #[inline(always)]
-    pub(super) fn mean<F: Lanes>(&self, like: F, run: &BenchRun, block: usize, start: f64, length: f64) -> F {
+    pub(super) fn mean<F: Lanes>(
+        &mut self,
+        like: F,
+        run: &BenchRun,
+        block: usize,
+        end: f64,
+        length: f64,
+    ) -> F {
         match self {
             Self::Held(applied) => like.load(&applied[block * F::COUNT..]),
             Self::Integrals(sets) => {
-                like.of(|set| sets[set.min(sets.len() - 1)].mean(run, block, start, length))
+                let (per_second, last) = (1.0 / length, sets.len() - 1);
+                let mut means = [0.0; MOST_SETS];
+                for (mean, set) in means.iter_mut().zip(sets) {
+                    *mean = set.up_to(run, end) * per_second;
+                }
+                like.of(|set| means[set.min(last)])
             }
         }
     }
@@ -57,23 +77,31 @@ impl Drawn {
 impl Integral {
     fn new(run: &BenchRun, plant: &Physics) -> Self {
         let applied = behind_lag(run, plant);
-        let mut area = Vec::with_capacity(applied.len() + 1);
+        let mut area = Vec::with_capacity(applied.len());
         let mut sum = 0.0;
-        area.push(0.0);
         for (row, value) in applied.iter().enumerate() {
-            sum += value * (run.row_time[row + 1] - run.row_time[row]);
             area.push(sum);
+            sum += value * (run.row_time[row + 1] - run.row_time[row]);
         }
-        let before = if run.goes_on() { applied[0] } else { 0.0 };
-        Self { area, delay: plant.delay_s.max(0.0), before }
+        let (delay, before) = (plant.delay_s.max(0.0), if run.goes_on() { applied[0] } else { 0.0 });
+        Self { applied, area, delay, before, row: 0, reached: -before * delay }
     }
 
-    fn mean(&self, run: &BenchRun, block: usize, start: f64, length: f64) -> f64 {
-        let near = run.first_row[block] as usize;
-        let early = |time: f64| self.before * (time - run.row_time[0]).min(0.0);
-        let at = |time: f64| interpolated(&run.row_time, &self.area, time, near) + early(time);
-        let (start, length) = (start - self.delay, length);
-        (at(start + length) - at(start)) / length
+    /// What was added since the last piece ended.
+    #[inline(always)]
+    fn up_to(&mut self, run: &BenchRun, end: f64) -> f64 {
+        let since = end - self.delay - run.row_time[0];
+        let reached = if since <= 0.0 { self.before * since } else { self.within(run, end - self.delay) };
+        reached - std::mem::replace(&mut self.reached, reached)
+    }
+
+    /// The integral up to a time within the rows.
+    #[inline(always)]
+    fn within(&mut self, run: &BenchRun, time: f64) -> f64 {
+        while self.row + 1 < self.applied.len() && run.row_time[self.row + 1] < time {
+            self.row += 1;
+        }
+        self.area[self.row] + self.applied[self.row] * (time - run.row_time[self.row])
     }
 }
 
@@ -113,19 +141,4 @@ fn behind_lag(run: &BenchRun, plant: &Physics) -> Vec<f64> {
         plant.applied_to(&chain, command + rest * (1.0 - decay) / x)
     };
     run.input.iter().enumerate().map(pair).collect()
-}
-
-/// Linear interpolation of `values` over `times`; 0 before the first time. `near`: a row not far after the place.
-fn interpolated(times: &[f64], values: &[f64], at: f64, near: usize) -> f64 {
-    if at <= times[0] {
-        return 0.0;
-    }
-    let mut k = near.min(times.len() - 2);
-    while times[k] > at {
-        k -= 1;
-    }
-    while k + 2 < times.len() && times[k + 1] < at {
-        k += 1;
-    }
-    values[k] + (values[k + 1] - values[k]) * (at - times[k]) / (times[k + 1] - times[k])
 }

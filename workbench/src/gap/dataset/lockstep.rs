@@ -138,9 +138,9 @@ impl Pack<'_, '_> {
             let states: Vec<State> =
                 sets.iter().zip(starts).map(|(plant, start)| run.start(plant, start)).collect();
             let state = State::side_by_side(&states, like);
-            let input = Drawn::new(run, &sets, &plant);
+            let mut input = Drawn::new(run, &sets, &plant);
             let detail = Detail { finest: self.finest, keep: Keep::sensed(run) };
-            steps += run.advance(&plant, shape, &input, state, detail, &mut traces);
+            steps += run.advance(&plant, shape, &mut input, state, detail, &mut traces);
             let seen = first(&mut predicted, run.speed.len() * F::COUNT);
             run.speed.predict(like, &run.time, &traces.reading, &traces.integral, seen);
             let compare = Compare::new(self.parts, &run.speed);

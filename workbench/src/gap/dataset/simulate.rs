@@ -88,9 +88,9 @@ impl BenchRun {
     }
 
     fn simulated(&self, plant: &Physics, start: f64, detail: Detail, traces: &mut Traces) -> u64 {
-        let input = Drawn::new(self, std::slice::from_ref(plant), plant);
+        let mut input = Drawn::new(self, std::slice::from_ref(plant), plant);
         let state = self.start(plant, start);
-        self.advance(plant, Shape::of(plant), &input, state, detail, traces)
+        self.advance(plant, Shape::of(plant), &mut input, state, detail, traces)
     }
 
     /// The same for one plant or several in lock-step, from a state. Returns the number of inner steps.
@@ -99,7 +99,7 @@ impl BenchRun {
         &self,
         plant: &Physics<F>,
         shape: Shape,
-        input: &Drawn,
+        input: &mut Drawn,
         mut state: State<F>,
         Detail { finest, keep }: Detail,
         traces: &mut Traces,
@@ -121,7 +121,7 @@ impl BenchRun {
                 dynamics.hold(&state, length, self.position_in(plant, k, 0, 1.0));
             }
             for piece in 0..pieces as usize {
-                let applied = input.mean(none, self, k, start + piece as f64 * h, h);
+                let applied = input.mean(none, self, k, start + (piece + 1) as f64 * h, h);
                 let position =
                     if with_position { Some(self.position_in(plant, k, piece, pieces)) } else { None };
                 steps += dynamics.advance(&mut state, applied, self.bridge[k], h, position);

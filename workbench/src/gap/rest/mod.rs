@@ -68,8 +68,8 @@ pub fn described(scored: &Scored, given: &[f64], scope: Scope) -> Option<Describ
     let look = if second.ranked.is_empty() { first } else { second };
     // One term a model: what a second table would add is the error of the first one's form.
     let most = if scored.hypothesis.model.unnamed.is_empty() { TRIED } else { 0 };
-    let mut tried: Vec<Tried> =
-        look.ranked.iter().take(most).map(|dependence| Tried::new(scored, dependence, given)).collect();
+    let first = &look.ranked[..most.min(look.ranked.len())];
+    let mut tried: Vec<Tried> = each(first).map(|dependence| Tried::new(scored, dependence, given)).collect();
     let (candidate, share, fitted) = match chosen(&tried).map(|k| tried.swap_remove(k)) {
         Some(it) => (it.candidate, it.share, Some(it.fitted)),
         None => (look.ranked[0].candidate.clone(), look.ranked[0].held_out, None),

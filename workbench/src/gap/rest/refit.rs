@@ -8,9 +8,11 @@ use crate::gap::problem::{Problem, dot};
 use crate::gap::residual::inflation;
 use crate::gap::search::Scored;
 use crate::gap::solver::{Schedule, Solution, covariance, solve};
+use crate::gap::threads::each;
 use crate::system::model::{Model, UNNAMED, Unnamed};
 use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::{Acting, Term};
+use rayon::prelude::*;
 
 /// Steps of the descent on the coarse grid and, from there, on the fine one.
 const STEPS: [usize; 2] = [8, 3];
@@ -68,12 +70,13 @@ impl Problem for Together<'_, '_> {
         self.bent(x, out);
     }
 
-    fn probed_of(&mut self, many: &[&[f64]], out: &mut [Vec<f64>]) {
-        for (x, out) in many.iter().zip(out) {
-            let plant = self.plant(x);
-            self.coarse.of_plant(&plant, &x[self.term.values.len()..], out);
-            self.bent(x, out);
-        }
+    fn probed_near(&mut self, _: &[f64], many: &[&[f64]], out: &mut [Vec<f64>]) {
+        let this = &*self;
+        each(many.par_iter().zip(out)).for_each(|(x, out)| {
+            let plant = this.plant(x);
+            this.coarse.of_plant(&plant, &x[this.term.values.len()..], out);
+            this.bent(x, out);
+        });
     }
 
     fn probes_alike(&self) -> bool {

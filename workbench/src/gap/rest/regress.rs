@@ -3,9 +3,12 @@
 use super::candidates::Candidate;
 use super::track::{Compared, Tracks};
 use crate::gap::dataset::Part;
+use crate::gap::problem::dot;
 use crate::gap::search::Scored;
+use crate::gap::threads::each;
 use crate::system::plant::unnamed::Term;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// How much a bend of the table costs beside the data, in units of the mean information of a value: the one that predicts the
 /// other fold best is taken.
@@ -131,7 +134,9 @@ impl<'s, 'a> Rest<'s, 'a> {
     fn sums(&self, columns: &DMatrix<f64>, counts: impl Fn(&Compared) -> bool) -> Sums {
         let rows: Vec<usize> = (0..self.compared.len()).filter(|k| counts(&self.compared[*k])).collect();
         let (some, residual) = (columns.select_rows(&rows), self.residual.select_rows(&rows));
-        Sums { information: some.tr_mul(&some), projected: some.tr_mul(&residual) }
+        let product = |i: usize, j: usize| dot(some.column(i).as_slice(), some.column(j).as_slice());
+        let information = DMatrix::from_fn(some.ncols(), some.ncols(), product);
+        Sums { information, projected: some.tr_mul(&residual) }
     }
 
     /// Squares before and after a table, beyond the noise.
@@ -141,10 +146,10 @@ impl<'s, 'a> Rest<'s, 'a> {
         x: &DVector<f64>,
         counts: impl Fn(&Compared) -> bool,
     ) -> (f64, f64) {
-        let mut left = (0.0, 0.0);
+        let (mut left, told) = ((0.0, 0.0), columns * x);
         for (k, it) in self.compared.iter().enumerate().filter(|(_, it)| counts(it)) {
             let noise = (self.sigma * it.weight).powi(2).min(1.0);
-            let after = it.residual - columns.row(k).dot(&x.transpose());
+            let after = it.residual - told[k];
             left.0 += it.residual.powi(2) - noise;
             left.1 += after.powi(2) - noise;
         }
@@ -191,17 +196,19 @@ fn nuisances(scored: &Scored, compared: &[Compared]) -> DMatrix<f64> {
         values
     };
     let here = weighted(&scored.fit.x);
-    let mut matrix = DMatrix::zeros(compared.len(), hypothesis.slots.len());
-    for slot in 0..hypothesis.slots.len() {
+    let column = |slot: usize| {
         let mut x = scored.fit.x.clone();
         let step = hypothesis.step(slot);
         let step = if x[slot] + step > hypothesis.bounds(slot).1 { -step } else { step };
         x[slot] += step;
-        for (row, (moved, before)) in weighted(&x).iter().zip(&here).enumerate() {
-            matrix[(row, slot)] = (moved - before) / step * compared[row].weight;
-        }
-    }
-    matrix
+        let moved = weighted(&x).into_iter().zip(&here).zip(compared);
+        DVector::from_iterator(
+            compared.len(),
+            moved.map(|((moved, here), it)| (moved - here) / step * it.weight),
+        )
+    };
+    let columns: Vec<DVector<f64>> = each(0..hypothesis.slots.len()).map(column).collect();
+    if columns.is_empty() { DMatrix::zeros(compared.len(), 0) } else { DMatrix::from_columns(&columns) }
 }
 
 /// The same where some numbers are held.

@@ -78,7 +78,7 @@ pub(super) fn evolved(child: &Hypothesis, parent: &Scored, projector: &Projector
     let evaluator = Evaluator::new(child, &SEARCH);
     let followed = |members: &[DVector<f64>]| -> Vec<Start> {
         let places: Vec<Vec<f64>> = members.iter().map(place).collect();
-        let residuals = evaluator.of_all(&places);
+        let residuals = evaluator.of_kin(&places);
         let both = places.iter().zip(&residuals);
         both.map(|(x, residuals)| projector.projected(child, x, residuals)).collect()
     };
@@ -121,7 +121,7 @@ fn evolved_whole(scored: &Scored, seed: u64, width: f64) -> Fit {
     let evaluator = Evaluator::new(hypothesis, &SEARCH);
     let costs = |members: &[DVector<f64>]| {
         let places: Vec<Vec<f64>> = members.iter().map(place).collect();
-        evaluator.of_all(&places).iter().map(|residuals| dot(residuals, residuals)).collect()
+        evaluator.of_kin(&places).iter().map(|residuals| dot(residuals, residuals)).collect()
     };
     let best = least(scored.fit.x.len(), FOR_ALL, seed, costs);
     fit(hypothesis, &place(&best), &SEARCH)

@@ -141,9 +141,11 @@ impl<'a> Search<'a, '_> {
 
     /// What a search leaves: the set that it kept, and its rivals among the sets on its path.
     fn found(&self, base: &Scored<'a>, best: Scored<'a>, path: Path<'a>) -> Found<'a> {
+        let (others, singles) = (path.others, &path.singles);
+        let (base, others) = rayon::join(|| self.fine(base), || self.rivals(&best, others, singles));
         Found {
-            base: self.fine(base),
-            others: self.rivals(&best, path.others, &path.singles),
+            base,
+            others,
             singles: path.singles,
             declined: path.declined,
             dropped: path.dropped,

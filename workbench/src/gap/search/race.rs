@@ -266,7 +266,7 @@ impl<'a> Search<'a, '_> {
         // Where the parent bends, what its numbers do at a whole start may lead them far away.
         let both: Vec<Vec<f64>> = starts.into_iter().flat_map(|start| [start.part, start.x]).collect();
         let costs: Vec<f64> =
-            evaluator.of_all(&both).iter().map(|residuals| dot(residuals, residuals)).collect();
+            evaluator.of_kin(&both).iter().map(|residuals| dot(residuals, residuals)).collect();
         let nearer = |(both, costs): (&[Vec<f64>], &[f64])| both[usize::from(costs[0] >= costs[1])].clone();
         let starts = both.chunks(2).zip(costs.chunks(2)).map(nearer).collect();
         Screened { promise, parent: 0, hypothesis, starts }

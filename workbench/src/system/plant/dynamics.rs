@@ -13,7 +13,8 @@ use super::lanes::{Lanes, Mask, decayed};
 use super::laws::Law;
 use super::moment;
 use super::physics::{Drive, Physics};
-use super::shape::{Coupling, Shape};
+use super::rungs::Coupling;
+use super::shape::Shape;
 use super::state::State;
 use super::step::{Before, Driven, Loads, Places, slowed_from};
 use super::two_bodies::{self, TwoBodies};
@@ -63,7 +64,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
             return 1;
         }
         let turned = h * self.shape.rate_rad_s();
-        let pieces = match self.shape.coupling {
+        let pieces = match self.shape.rungs.coupling {
             Coupling::Contact => contact_pieces(turned),
             Coupling::Spring => resonance_pieces(turned),
             _ => 1.0,
@@ -399,7 +400,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         if TWO {
             return two_bodies::settle(self.plant, &self.shape, state, before, omega_load, h);
         }
-        match self.shape.coupling {
+        match self.shape.rungs.coupling {
             Coupling::Rigid => (state.theta_load, state.omega_load) = (state.theta, state.omega),
             _ => {
                 let half = self.plant.gap_rad * 0.5;

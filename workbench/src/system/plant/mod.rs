@@ -11,6 +11,7 @@ pub mod lanes;
 pub mod laws;
 mod moment;
 pub mod physics;
+mod rungs;
 mod sensor;
 pub mod shape;
 pub mod state;

@@ -7,6 +7,7 @@
 
 use super::lanes::Lanes;
 use super::laws::TorqueLaw;
+use super::rungs::Rungs;
 use super::unnamed::Term;
 use std::f64::consts::PI;
 
@@ -125,6 +126,9 @@ pub struct Physics<F = f64> {
     pub sensor_limit: F,
     /// Offset of the reading.
     pub sensor_offset: F,
+
+    /// The steps of another plant, if it advances by those; otherwise by its own.
+    pub rungs: Option<Rungs>,
 }
 
 impl Physics {
@@ -196,6 +200,7 @@ impl Physics {
             sensor_lag_s: 0.0,
             sensor_limit: f64::INFINITY,
             sensor_offset: 0.0,
+            rungs: None,
         }
     }
 
@@ -245,6 +250,7 @@ macro_rules! side_by_side {
             unnamed: $sets[0].unnamed.clone(),
             encoder_at_load: $sets[0].encoder_at_load,
             sensor_rectified: $sets[0].sensor_rectified,
+            rungs: $sets[0].rungs,
             $($field: $like.of(|set| $sets[set.min($sets.len() - 1)].$field)),*
         }
     };

@@ -3,6 +3,7 @@
 use super::input::Chain;
 use super::laws::{Acts, Law};
 use super::physics::{Drive, Physics};
+use super::rungs::{Coupling, Rungs};
 
 /// Rungs to an octave on the ladder of step lengths. Sets whose time constants differ by a few per cent mostly take the same steps;
 /// a rung costs at most 9 % of the steps.
@@ -13,26 +14,10 @@ const RATE_RUNGS: f64 = 2.0;
 /// Two bodies are joined by a trapezoid that is not exact: their step is at most this part of the time constant.
 const LONGEST_OF_TWO: f64 = 1.0 / 45.0;
 
-/// How motor and load hang together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Coupling {
-    /// They are one body.
-    Rigid,
-    /// The load has no inertia and follows within a gap.
-    Play,
-    /// A spring.
-    Spring,
-    /// A gap with compliant teeth.
-    Contact,
-    /// A gap with hard teeth.
-    Gap,
-}
-
 /// Which kinds of effects are there: the others cost nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
     pub(super) drive: Drive,
-    pub(super) coupling: Coupling,
     pub(super) at_load: bool,
     pub(super) heat: bool,
     pub(super) source: bool,
@@ -50,10 +35,32 @@ pub struct Shape {
     pub(super) sensor_lag: bool,
     pub(super) sensor_limit: bool,
     pub(super) unnamed: bool,
-    /// Place of the time constant on the ladder.
-    time: i32,
-    /// Place of the rate of spring or teeth on the ladder.
-    rate: i32,
+    pub(super) rungs: Rungs,
+}
+
+impl Rungs {
+    /// Those of a plant.
+    pub fn of(p: &Physics) -> Self {
+        let coupling = coupling(p);
+        // Another coupling has other rates.
+        let given = p.rungs.filter(|rungs| rungs.coupling == coupling);
+        given.unwrap_or_else(|| Self { coupling, time: below(p.time_constant_s()), rate: rate(p) })
+    }
+}
+
+impl Physics {
+    /// The same plant, to be advanced by the steps of another one. What is compared with that other one, for a derivative, must not
+    /// differ by its steps too.
+    pub fn in_steps_of(self, other: &Self) -> Self {
+        Self { rungs: Some(Rungs::of(other)), ..self }
+    }
+
+    /// Plants that differ little, all to be advanced by the steps of those that need the shortest.
+    pub fn in_step(mut plants: Vec<Self>) -> Vec<Self> {
+        let finest = plants.iter().map(Rungs::of).reduce(Rungs::finer);
+        plants.iter_mut().for_each(|plant| plant.rungs = finest);
+        plants
+    }
 }
 
 impl Shape {
@@ -64,7 +71,6 @@ impl Shape {
         let against = p.torques.iter().any(|law| law.acts == Acts::Friction);
         Self {
             drive: p.drive,
-            coupling: coupling(p),
             at_load: p.encoder_at_load,
             heat: p.heat_rise_per_w > 0.0,
             source: p.source_ohm > 0.0,
@@ -82,8 +88,7 @@ impl Shape {
             sensor_lag: p.sensor_lag_s > 0.0,
             sensor_limit: p.sensor_limit.is_finite(),
             unnamed: !p.unnamed.is_empty(),
-            time: below(p.time_constant_s()),
-            rate: rate(p),
+            rungs: Rungs::of(p),
         }
     }
 
@@ -95,16 +100,16 @@ impl Shape {
     /// Longest inner step, s, where it may be `finest` of the time constant.
     pub fn longest_step(&self, finest: f64) -> f64 {
         let finest = if self.two_bodies() { finest.min(LONGEST_OF_TWO) } else { finest };
-        (rung(self.time) * finest).max(1e-7)
+        (rung(self.rungs.time) * finest).max(1e-7)
     }
 
     /// Rate of spring or teeth, rad/s, rounded up.
     pub(super) fn rate_rad_s(&self) -> f64 {
-        (f64::from(self.rate) / RATE_RUNGS).exp2()
+        (f64::from(self.rungs.rate) / RATE_RUNGS).exp2()
     }
 
     pub(super) fn two_bodies(&self) -> bool {
-        !matches!(self.coupling, Coupling::Rigid | Coupling::Play)
+        !matches!(self.rungs.coupling, Coupling::Rigid | Coupling::Play)
     }
 
     /// True if resistance or torque constant change on the way.
@@ -183,5 +188,19 @@ mod tests {
         let dryer = Physics { friction_pos: 2e-3, ..plain.clone() };
         let slower = Physics { inertia: 2e-3, ..plain.clone() };
         assert!(alike(&dry, &dryer) && !alike(&plain, &dry) && !alike(&plain, &slower));
+    }
+
+    #[test]
+    fn a_plant_may_advance_in_the_steps_of_another_one() {
+        let plain = Physics::linear_motor(1.0, 1e-3, 0.1, 0.1, 1e-3, 1e-4);
+        let slower = Physics { inertia: 2e-3, ..plain.clone() };
+        assert!(alike(&plain, &slower.clone().in_steps_of(&plain)));
+        let sprung = Physics { load_share: 0.5, stiffness: 1.0, ..slower.clone() };
+        assert_eq!(
+            Rungs::of(&sprung.clone().in_steps_of(&plain)),
+            Rungs::of(&sprung),
+            "its spring is its own"
+        );
+        assert_eq!(Rungs::of(&slower).finer(Rungs::of(&plain)), Rungs::of(&plain));
     }
 }

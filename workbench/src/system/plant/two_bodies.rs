@@ -4,7 +4,8 @@
 
 use super::lanes::{Apart, Lanes, Mask};
 use super::physics::Physics;
-use super::shape::{Coupling, Shape};
+use super::rungs::Coupling;
+use super::shape::Shape;
 use super::state::State;
 use super::step::{Before, Loads, slowed};
 
@@ -43,7 +44,7 @@ impl<F: Lanes> Apart for TwoBodies<'_, F> {
         };
         let play = p.gap_rad * 0.5;
         let twist = state.theta - state.theta_load;
-        match shape.coupling {
+        match shape.rungs.coupling {
             Coupling::Spring => sprung(p, &motor, &load, twist - twist.within(play), loads, h),
             Coupling::Contact => touched(p, &motor, &load, twist, play, loads, h),
             _ => gapped(&motor, &load, twist, play, loads, h),
@@ -186,7 +187,7 @@ pub(super) fn settle<F: Lanes>(
 ) {
     state.omega_load = omega_load;
     state.theta_load = before.theta_load + (before.omega_load + omega_load) * (0.5 * h);
-    if shape.coupling == Coupling::Gap {
+    if shape.rungs.coupling == Coupling::Gap {
         let half = p.gap_rad * 0.5;
         state.theta_load = state.theta_load.max(state.theta - half).min(state.theta + half);
     }

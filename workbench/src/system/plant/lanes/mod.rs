@@ -159,16 +159,21 @@ pub trait Lanes:
         rest * series * (-(odd * odd * 8.0) + 1.0)
     }
 
-    /// The sum of coefficients times powers of `x`, the lowest power first (Horner).
+    /// The sum of coefficients times powers of `x`, the lowest power first: even and odd powers by Horner's rule each, so that
+    /// one need not wait for the other.
     #[inline(always)]
     fn polynomial<const N: usize>(self, x: Self, coefficients: &[f64; N]) -> Self {
-        let mut sum = self.like(coefficients[N - 1]);
-        let mut power = N - 1;
-        while power > 0 {
-            power -= 1;
-            sum = sum * x + coefficients[power];
+        let square = x * x;
+        let mut sums = [self.like(0.0); 2];
+        for power in (0..N).rev() {
+            let sum = &mut sums[power % 2];
+            *sum = if power + 2 < N {
+                *sum * square + coefficients[power]
+            } else {
+                self.like(coefficients[power])
+            };
         }
-        sum
+        sums[0] + sums[1] * x
     }
 
     /// Between −`limit` and `limit`.

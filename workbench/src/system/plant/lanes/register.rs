@@ -112,7 +112,7 @@ impl<S: Simd> Lanes for Register<S> {
 
     #[inline(always)]
     fn load(self, from: &[f64]) -> Self {
-        self.with(self.simd.partial_load_f64s(&from[..Self::COUNT]))
+        self.with(bytemuck::pod_read_unaligned(bytemuck::cast_slice(&from[..Self::COUNT])))
     }
 
     #[inline(always)]
