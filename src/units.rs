@@ -56,7 +56,14 @@ impl Position {
     #[must_use]
     #[inline]
     pub fn minus(self, other: Self) -> i32 {
-        saturate(self.0.wrapping_sub(other.0) >> (32 - ERROR_BITS))
+        const MOST: i32 = 1 << (31 - ERROR_BITS);
+        let difference = self.0.wrapping_sub(other.0);
+        let (low, high) = (difference as u32, (difference >> 32) as i32);
+        if within(high, MOST) {
+            (high << ERROR_BITS) | (low >> (32 - ERROR_BITS)) as i32
+        } else {
+            (high >> 31) ^ i32::MAX
+        }
     }
 }
 
@@ -144,18 +151,25 @@ pub fn limited(value: i32, limit: i32) -> i32 {
     value.max(limit.wrapping_neg()).min(limit)
 }
 
+/// Is −`limit` ≤ `value` < `limit`? One comparison; `limit` is positive.
+#[inline(always)]
+const fn within(value: i32, limit: i32) -> bool {
+    (value.wrapping_add(limit) as u32) < (limit as u32) << 1
+}
+
 /// `value` within −`limit`·2³² … `limit`·2³² − 1. The upper word alone decides.
 #[must_use]
 #[inline(always)]
 pub const fn bounded(value: i64, limit: i32) -> i64 {
     let high = (value >> 32) as i32;
-    if high >= limit {
-        ((limit as i64) << 32).wrapping_sub(1)
-    } else if high < limit.wrapping_neg() {
-        -((limit as i64) << 32)
-    } else {
-        value
-    }
+    if within(high, limit) { value } else { end(high, limit) }
+}
+
+/// The end of ±`limit`·2³² on the side of `high`: out of line, for what is bounded is nearly always within.
+#[cold]
+#[inline(never)]
+const fn end(high: i32, limit: i32) -> i64 {
+    if high < 0 { -((limit as i64) << 32) } else { ((limit as i64) << 32).wrapping_sub(1) }
 }
 
 /// `value · gain / 2^shift`, rounded to nearest, saturating; `shift` is 1 … 62 and should be a constant: the core has

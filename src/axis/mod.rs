@@ -263,16 +263,15 @@ impl Axis {
     /// two looks.
     #[inline]
     fn protect(&self, state: &mut State, sample: &Sample, supply: Voltage) -> bool {
-        let reading = Reading {
-            count: sample.count,
-            current: Sample::sensed(sample.current_raw),
-            voltage: state.acted,
-        };
+        // Put together where it is needed: in most ticks it then stays in registers.
+        let acted = state.acted;
+        let reading =
+            || Reading { count: sample.count, current: Sample::sensed(sample.current_raw), voltage: acted };
         let expectation = &state.design.expectation;
-        let averages = self.protect.tick(&mut state.protect, expectation, &reading);
+        let averages = self.protect.tick(&mut state.protect, expectation, &reading());
         if let Some(averages) = averages {
             let supply = (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply);
-            self.look(state, &reading, averages, supply);
+            self.look(state, &reading(), averages, supply);
         }
         let beside = averages.is_none() && self.protect.between(&mut state.protect);
         if let Some(action) = state.protect.action() {
