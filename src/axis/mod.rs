@@ -27,6 +27,7 @@ mod last_trusted;
 mod report;
 pub mod servo_axis;
 mod state;
+pub mod track_sine;
 mod transition;
 
 use crate::commission;
@@ -324,7 +325,8 @@ impl Axis {
         let holding = action == Action::Hold && state.closed();
         if holding && state.armed {
             let start = state.present();
-            state.begin(&start, Mode::Cruise(Cruise::plan(&start, Speed(0), &state.design.limits)));
+            state.begin(&start);
+            state.mode = Mode::Cruise(Cruise::plan(&start, Speed(0), &state.design.limits));
             state.armed = false;
         }
         if !holding {

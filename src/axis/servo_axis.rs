@@ -5,7 +5,7 @@
 
 use crate::axis::{Axis, Bridge, Command, Output, Refusal, Sample, State};
 use crate::commission::Outcome;
-use crate::config::{Config, ConfigError};
+use crate::config::{Config, ConfigError, Scale};
 use crate::identify::estimate::Estimates;
 use crate::protect::{Condition, Fault, Settings, SettingsError};
 use crate::pwm::Drive;
@@ -239,6 +239,12 @@ impl ServoAxis {
     #[must_use]
     pub fn config(&self) -> Option<&Config> {
         self.axis.as_ref().map(|axis| &axis.scale().config)
+    }
+
+    /// Its machine units.
+    #[must_use]
+    pub fn scale(&self) -> Option<&Scale> {
+        self.axis.as_ref().map(Axis::scale)
     }
 
     /// The configuration and the protection that would be in force after an order: a bare configuration keeps limits and
