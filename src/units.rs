@@ -225,6 +225,14 @@ pub fn to_fixed(value: f32, bits: u32) -> i32 {
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
 }
 
+/// Control ticks in so many milliseconds, rounded down; saturates. Without a 64-bit division, which would take 900 bytes of
+/// the image.
+#[must_use]
+pub const fn ticks_in(milliseconds: u32, tick_hz: u32) -> u32 {
+    let (seconds, rest) = (milliseconds / 1000, milliseconds % 1000);
+    seconds.saturating_mul(tick_hz).saturating_add(rest.saturating_mul(tick_hz) / 1000)
+}
+
 /// A sense of rotation, and the index of what is kept for each of the two.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]

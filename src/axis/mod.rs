@@ -165,7 +165,9 @@ impl Axis {
     /// The tick of an axis that moves, or may: the flow from encoder to PWM.
     #[inline(always)]
     fn work(&self, state: &mut State, sample: &Sample, acting: Drive, supply: Voltage) -> Drive {
-        state.idle = false;
+        if state.idle {
+            self.wake(state);
+        }
         let voltage = self.pwm.terminal(acting, supply);
         self.encoder(state, sample.count);
         self.search(state, sample);
@@ -274,11 +276,23 @@ impl Axis {
             let supply = (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply);
             self.look(state, &reading(), averages, supply);
         }
-        let beside = averages.is_none() && self.protect.between(&mut state.protect);
+        let beside = averages.is_none() && state.protect.is_due() && self.beside(state);
         if let Some(action) = state.protect.action() {
             self.answer(state, action);
         }
         beside || (averages.is_some() && self.protect.look_ticks() > 1)
+    }
+
+    /// What a look has left to the ticks before the next one, in one of them that does little else, if there is one. False: not
+    /// in this one.
+    #[cold]
+    #[inline]
+    fn beside(&self, state: &mut State) -> bool {
+        if state.is_crowded() && !self.is_look_due(state) {
+            return false;
+        }
+        self.protect.between(&mut state.protect);
+        true
     }
 
     /// Will protection look in the next tick, though it does not in every one?
@@ -363,13 +377,14 @@ impl Axis {
         if renewing && !ordered {
             self.renew(state);
         }
-        // Not in the tick in which the design follows, nor with an order: both take long.
+        // Not in the tick in which the design follows, nor with an order: both take long. And so that the splines, which are sampled
+        // every so many ticks from then on, are not sampled in ticks in which protection looks.
         let busy = renewing || ordered;
         match &mut state.listener {
-            Listener::None | Listener::Start(_) if busy => {}
+            Listener::None | Listener::Start(_) if busy || !self.protect.is_behind_look(&state.protect) => {}
             Listener::None => self.listen(state),
             Listener::Passive(passive) => {
-                let busy = looked || ordered;
+                let busy = looked || ordered || (passive.hopped() && state.mode.is_computing());
                 if self.passive.step_beside(passive, &mut state.known, &input(), busy) {
                     state.learn();
                 }

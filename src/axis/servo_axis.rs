@@ -128,10 +128,9 @@ impl ServoAxis {
     #[must_use]
     pub fn is_ready(&self, order: &Order) -> bool {
         match order {
-            Order::Run(command) if command.plans() => self
-                .axis
-                .as_ref()
-                .is_none_or(|axis| self.state.is_designed() && !axis.is_look_due(&self.state)),
+            Order::Run(command) if command.plans() => self.axis.as_ref().is_none_or(|axis| {
+                self.state.is_designed() && !axis.is_look_due(&self.state) && !self.state.is_crowded()
+            }),
             Order::Run(_) => true,
             Order::Install(..) | Order::Reset => true,
         }

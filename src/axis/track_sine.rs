@@ -6,7 +6,7 @@ use super::command::Command;
 use super::{Axis, Mode, State, design};
 use crate::config::Scale;
 use crate::motion::sine::Shape;
-use crate::units::{SPEED_BITS, Voltage};
+use crate::units::{SPEED_BITS, Voltage, ticks_in};
 
 /// What [`Command::TrackSine`] asks for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,9 +41,9 @@ impl Units {
     #[cold]
     #[inline(never)]
     fn shape(&self, asked: &Asked) -> Shape {
-        let ticks = (u64::from(asked.duration_ms) * u64::from(self.tick_hz) / 1000).min(u64::from(u32::MAX));
+        let ticks = ticks_in(asked.duration_ms, self.tick_hz);
         let amplitude = asked.amplitude_rad * self.counts_per_rad;
-        Shape::new(amplitude, asked.frequency_hz / self.tick_hz as f32, ticks as u32)
+        Shape::new(amplitude, asked.frequency_hz / self.tick_hz as f32, ticks)
     }
 }
 

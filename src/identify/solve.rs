@@ -28,6 +28,11 @@ pub enum Structure {
 
 /// Unknowns that one tick scales, or whose share of a variance it sums up; the next tick does the rest.
 const HALF: usize = 3;
+/// Entries of the normal equations that one tick assembles.
+const AT_ONCE: usize = 4;
+/// Entries of a row from which one tick eliminates a column. Rows that have fewer are done at once: a row has as many as it
+/// lies below the column.
+const MOST_TOGETHER: usize = 3;
 /// Not contained.
 const NONE: u8 = u8::MAX;
 
@@ -109,9 +114,10 @@ enum Stage {
     Idle,
     Scale,
     ScaleRest,
-    Assemble(usize),
-    Column(usize),
-    ColumnRest(usize),
+    /// Of this row, from this entry on.
+    Assemble(usize, usize),
+    /// From the rows up to this one, the last ones first.
+    Column(usize, usize),
     Substitute,
     Derive(Direction),
     DeriveCommon,
@@ -195,7 +201,7 @@ impl Solver {
     /// Are the sums still being read?
     #[inline]
     pub fn reads(&self) -> bool {
-        matches!(self.stage, Stage::Scale | Stage::ScaleRest | Stage::Assemble(_))
+        matches!(self.stage, Stage::Scale | Stage::ScaleRest | Stage::Assemble(..))
     }
 
     /// The structure of the last solution.
@@ -215,6 +221,12 @@ impl Solver {
     pub fn hold(&mut self, solution: &Solution) {
         self.stage = Stage::Idle;
         self.solution = *solution;
+    }
+
+    /// The inverse gains of that solution.
+    pub fn invert(&mut self) {
+        let Solution { coefficients, inverse_beta, .. } = &mut self.solution;
+        *inverse_beta = [coefficients[0].inverse_beta(), coefficients[1].inverse_beta()];
     }
 
     /// One step. `sums`: per direction, all sets that count together.
@@ -241,12 +253,17 @@ impl Solver {
         match self.stage {
             Stage::Idle => Stage::Idle,
             Stage::Scale => Stage::ScaleRest,
-            Stage::ScaleRest => Stage::Assemble(0),
-            Stage::Assemble(i) if i.wrapping_add(1) < order => Stage::Assemble(i.wrapping_add(1)),
-            Stage::Assemble(_) => Stage::Column(0),
-            Stage::Column(j) => Stage::ColumnRest(j),
-            Stage::ColumnRest(j) if j.wrapping_add(2) < order => Stage::Column(j.wrapping_add(1)),
-            Stage::ColumnRest(_) => Stage::Substitute,
+            Stage::ScaleRest => Stage::Assemble(0, 0),
+            Stage::Assemble(i, j) if j.wrapping_add(AT_ONCE) <= i => {
+                Stage::Assemble(i, j.wrapping_add(AT_ONCE))
+            }
+            Stage::Assemble(i, _) if i.wrapping_add(1) < order => Stage::Assemble(i.wrapping_add(1), 0),
+            Stage::Assemble(..) => Stage::Column(0, order),
+            Stage::Column(j, end) => match first_row(j, end) {
+                row if row > j.wrapping_add(1) => Stage::Column(j, row),
+                _ if j.wrapping_add(2) < order => Stage::Column(j.wrapping_add(1), order),
+                _ => Stage::Substitute,
+            },
             Stage::Substitute => Stage::Derive(self.directions()[0]),
             Stage::Derive(direction) => match self.directions().last() {
                 Some(&last) if last != direction => Stage::Derive(last),
@@ -274,9 +291,8 @@ impl Solver {
                 return self.scale(sums, 0..HALF.min(order));
             }
             Stage::ScaleRest => return self.scale(sums, HALF..order),
-            Stage::Assemble(i) => self.assemble(i, sums),
-            Stage::Column(j) => return self.factor.column(j, last_rows(order)..order),
-            Stage::ColumnRest(j) => return self.factor.column(j, 0..last_rows(order)),
+            Stage::Assemble(i, j) => self.assemble(i, j, sums),
+            Stage::Column(j, end) => return self.factor.column(j, first_row(j, end)..end),
             Stage::Substitute => self.unknowns = self.factor.unknowns_scaled(),
             Stage::Derive(direction) => return self.derive(direction),
             Stage::DeriveCommon => self.derive_common(),
@@ -306,15 +322,17 @@ impl Solver {
         })
     }
 
+    /// Entries of row `i` from `first` on.
     #[inline]
-    fn assemble(&mut self, i: usize, sums: &[&[Sums; 2]]) {
-        let mut row = [0i64; MOST];
+    fn assemble(&mut self, i: usize, first: usize, sums: &[&[Sums; 2]]) {
+        let mut row = [0i64; AT_ONCE];
+        let entries = i.wrapping_add(1).saturating_sub(first).min(AT_ONCE);
         for direction in Direction::BOTH {
             let columns = self.structure.columns(direction);
             let Some(&p) = columns.get(i).filter(|&&p| p != NONE) else {
                 continue;
             };
-            for (entry, &q) in row.iter_mut().zip(columns).take(i.wrapping_add(1)) {
+            for (entry, &q) in row.iter_mut().zip(columns.iter().skip(first)).take(entries) {
                 if q == NONE {
                     continue;
                 }
@@ -324,7 +342,7 @@ impl Solver {
                 }
             }
         }
-        for (j, &entry) in row.iter().enumerate().take(i.wrapping_add(1)) {
+        for (j, &entry) in (first..).zip(&row).take(entries) {
             self.factor.set(i, j, entry);
         }
     }
@@ -453,10 +471,11 @@ impl Solver {
     }
 }
 
-/// A column is eliminated in two ticks: the last two rows hold half of the work.
+/// The first of the rows up to `end` from which one tick eliminates column `j`.
 #[inline]
-const fn last_rows(order: usize) -> usize {
-    order.saturating_sub(2)
+const fn first_row(j: usize, end: usize) -> usize {
+    let (last, first) = (end.wrapping_sub(1), j.wrapping_add(1));
+    if last > j.wrapping_add(MOST_TOGETHER) { last } else { first }
 }
 
 #[inline]

@@ -154,6 +154,13 @@ impl Sine {
         self.at(phase, r, falling)
     }
 
+    /// Is the next set-point computed, though not every one is?
+    #[must_use]
+    #[inline]
+    pub(crate) fn is_computing(&self) -> bool {
+        self.left == 0 && self.between > 1
+    }
+
     /// True when the sine has ended.
     #[must_use]
     #[inline]

@@ -257,6 +257,10 @@ impl Move {
     #[cold]
     #[inline(never)]
     fn at(&self, r: i32) -> Reference {
+        if r == 0 && self.start.rests() {
+            // The first set-point, in the tick that also plans: the same bits as below.
+            return self.start;
+        }
         let (value, slope, bend) = envelope(r);
         let whole = (self.distance >> 32).wrapping_mul(value as i64) << 2;
         let part = (self.distance & 0xffff_ffff).wrapping_mul(value as i64) >> 30;
