@@ -132,6 +132,8 @@ pub struct Params {
 
 impl Params {
     /// `budget_ms`: length of the whole, `seed`: orders the directions.
+    #[cold]
+    #[inline(never)]
     pub fn new(scale: &Scale, budget_ms: u32, seed: u32) -> Self {
         let budget = ticks_in(budget_ms, scale.config.tick_hz).min(1 << 24);
         Params {

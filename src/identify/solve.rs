@@ -3,7 +3,7 @@
 
 use super::ldl::{Factor, Forward, MOST, UNKNOWN_FRAC};
 use super::positive::Positive;
-use super::regression::Sums;
+use super::regression::{Sums, place};
 use super::spline::{HOPS_PER_BLOCK, Window};
 use crate::units::{Direction, saturate};
 use core::ops::Range;
@@ -114,7 +114,7 @@ enum Stage {
     Idle,
     Scale,
     ScaleRest,
-    /// Of this row, from this entry on.
+    /// From this entry on, row by row.
     Assemble(usize, usize),
     /// From the rows up to this one, the last ones first.
     Column(usize, usize),
@@ -254,11 +254,10 @@ impl Solver {
             Stage::Idle => Stage::Idle,
             Stage::Scale => Stage::ScaleRest,
             Stage::ScaleRest => Stage::Assemble(0, 0),
-            Stage::Assemble(i, j) if j.wrapping_add(AT_ONCE) <= i => {
-                Stage::Assemble(i, j.wrapping_add(AT_ONCE))
-            }
-            Stage::Assemble(i, _) if i.wrapping_add(1) < order => Stage::Assemble(i.wrapping_add(1), 0),
-            Stage::Assemble(..) => Stage::Column(0, order),
+            Stage::Assemble(i, j) => match behind((i, j), AT_ONCE) {
+                (i, j) if i < order => Stage::Assemble(i, j),
+                _ => Stage::Column(0, order),
+            },
             Stage::Column(j, end) => match first_row(j, end) {
                 row if row > j.wrapping_add(1) => Stage::Column(j, row),
                 _ if j.wrapping_add(2) < order => Stage::Column(j.wrapping_add(1), order),
@@ -291,7 +290,7 @@ impl Solver {
                 return self.scale(sums, 0..HALF.min(order));
             }
             Stage::ScaleRest => return self.scale(sums, HALF..order),
-            Stage::Assemble(i, j) => self.assemble(i, j, sums),
+            Stage::Assemble(i, j) => self.assemble((i, j), sums),
             Stage::Column(j, end) => return self.factor.column(j, first_row(j, end)..end),
             Stage::Substitute => self.unknowns = self.factor.unknowns_scaled(),
             Stage::Derive(direction) => return self.derive(direction),
@@ -316,52 +315,22 @@ impl Solver {
 
     #[inline]
     fn scale(&mut self, sums: &[&[Sums; 2]], mut which: Range<usize>) -> bool {
-        which.all(|i| {
-            let diagonal = self.diagonal(sums, i);
-            self.factor.scale(i, diagonal)
-        })
+        let columns = Direction::BOTH.map(|side| self.structure.columns(side));
+        which.all(|i| self.factor.scale(i, entry(&columns, sums, i, i)))
     }
 
-    /// Entries of row `i` from `first` on.
+    /// [`AT_ONCE`] entries, row by row, this one first.
     #[inline]
-    fn assemble(&mut self, i: usize, first: usize, sums: &[&[Sums; 2]]) {
-        let mut row = [0i64; AT_ONCE];
-        let entries = i.wrapping_add(1).saturating_sub(first).min(AT_ONCE);
-        for direction in Direction::BOTH {
-            let columns = self.structure.columns(direction);
-            let Some(&p) = columns.get(i).filter(|&&p| p != NONE) else {
-                continue;
-            };
-            for (entry, &q) in row.iter_mut().zip(columns.iter().skip(first)).take(entries) {
-                if q == NONE {
-                    continue;
-                }
-                for set in sums {
-                    let word = set[direction].word(usize::from(p), usize::from(q));
-                    *entry = entry.wrapping_add(word);
-                }
+    fn assemble(&mut self, (mut i, mut j): (usize, usize), sums: &[&[Sums; 2]]) {
+        let (order, columns) =
+            (self.structure.order(), Direction::BOTH.map(|side| self.structure.columns(side)));
+        for _ in 0..AT_ONCE {
+            if i >= order {
+                return;
             }
+            self.factor.set(i, j, entry(&columns, sums, i, j));
+            (i, j) = behind((i, j), 1);
         }
-        for (j, &entry) in (first..).zip(&row).take(entries) {
-            self.factor.set(i, j, entry);
-        }
-    }
-
-    /// Entry (i, i).
-    #[inline]
-    fn diagonal(&self, sums: &[&[Sums; 2]], i: usize) -> i64 {
-        let mut total = 0i64;
-        for direction in Direction::BOTH {
-            let columns = self.structure.columns(direction);
-            let Some(&p) = columns.get(i).filter(|&&p| p != NONE) else {
-                continue;
-            };
-            for set in sums {
-                let word = set[direction].word(usize::from(p), usize::from(p));
-                total = total.wrapping_add(word);
-            }
-        }
-        total
     }
 
     /// Unknown `i` with its exponent.
@@ -469,6 +438,32 @@ impl Solver {
         let rows = Positive::new(u64::from(self.rows.max(1)), 0);
         total.times(Positive::new(u64::from(HOPS_PER_BLOCK), 0)).over(rows)
     }
+}
+
+/// Entry (i, j), j ≤ i: in no direction do columns change their order.
+#[inline]
+fn entry(columns: &[&[u8; MOST]; 2], sums: &[&[Sums; 2]], i: usize, j: usize) -> i64 {
+    let mut total = 0i64;
+    for (side, columns) in columns.iter().enumerate() {
+        let column = |i: usize| columns.get(i).filter(|&&column| column != NONE);
+        let (Some(&p), Some(&q)) = (column(i), column(j)) else {
+            continue;
+        };
+        let place = place(usize::from(p), usize::from(q));
+        let sets = sums.iter().filter_map(|set| set.get(side));
+        total = sets.fold(total, |total, set| total.wrapping_add(set.at(place)));
+    }
+    total
+}
+
+/// The entry so many behind this one in the lower triangle, row by row.
+#[inline]
+const fn behind((mut i, mut j): (usize, usize), entries: usize) -> (usize, usize) {
+    j = j.wrapping_add(entries);
+    while j > i {
+        (i, j) = (i.wrapping_add(1), j.wrapping_sub(i).wrapping_sub(1));
+    }
+    (i, j)
 }
 
 /// The first of the rows up to `end` from which one tick eliminates column `j`.
