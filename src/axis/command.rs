@@ -5,7 +5,7 @@
 
 use crate::axis::answer::{Refusal, Report};
 use crate::axis::design::{self, Design};
-use crate::axis::track_sine::{Ahead, Asked};
+use crate::axis::track_sine::{Ahead, Asked, Units};
 use crate::axis::{Axis, Listener, Mode, Start, State};
 use crate::commission::Request;
 
@@ -70,6 +70,14 @@ pub enum Command {
 }
 
 impl Command {
+    /// Computes what the units of the axis decide. The command comes to the same, with the same bits, and takes less of its
+    /// tick; if the axis has other units by then, it takes as long as if nothing had been computed.
+    pub fn ahead(&mut self, units: &Units) {
+        if let Command::TrackSine { amplitude_rad, frequency_hz, duration_ms } = *self {
+            *self = Command::Sine(Ahead::new(units, Asked { amplitude_rad, frequency_hz, duration_ms }));
+        }
+    }
+
     /// Does it need the gains and limits of what is known by now?
     pub(super) const fn plans(&self) -> bool {
         use Command::{Excite, GoTo, Position, Reference, Sine, Speed, Stream, TrackSine, Voltage};

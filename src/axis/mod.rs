@@ -288,11 +288,19 @@ impl Axis {
     #[cold]
     #[inline]
     fn beside(&self, state: &mut State) -> bool {
-        if state.is_crowded() && !self.is_look_due(state) {
+        if self.is_crowded(state) && !self.is_look_due(state) {
             return false;
         }
         self.protect.between(&mut state.protect);
         true
+    }
+
+    /// Does the next tick what most do not? Asked where there are ticks enough between two looks that one of them is free of all
+    /// that, and whoever waits for it need not wait for the one after the next look.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn is_crowded(&self, state: &State) -> bool {
+        self.protect.spreads() && state.is_crowded()
     }
 
     /// Will protection look in the next tick, though it does not in every one?
@@ -384,7 +392,9 @@ impl Axis {
             Listener::None | Listener::Start(_) if busy || !self.protect.is_behind_look(&state.protect) => {}
             Listener::None => self.listen(state),
             Listener::Passive(passive) => {
-                let busy = looked || ordered || (passive.hopped() && state.mode.is_computing());
+                let busy = looked
+                    || ordered
+                    || (passive.hopped() && self.protect.spreads() && state.mode.is_computing());
                 if self.passive.step_beside(passive, &mut state.known, &input(), busy) {
                     state.learn();
                 }

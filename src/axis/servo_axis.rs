@@ -124,12 +124,13 @@ impl ServoAxis {
     }
 
     /// Can this order be executed in this tick without much ado? For some ticks behind a new configuration a motion takes long, for
-    /// all that its gains follow from is then computed at once; and a tick in which protection looks is long enough. Whoever can wait asks before [`ServoAxis::execute`].
+    /// all that its gains follow from is then computed at once; and a tick in which protection looks, or the splines of the identification are sampled, is long enough.
+    /// Whoever can wait asks before [`ServoAxis::execute`].
     #[must_use]
     pub fn is_ready(&self, order: &Order) -> bool {
         match order {
             Order::Run(command) if command.plans() => self.axis.as_ref().is_none_or(|axis| {
-                self.state.is_designed() && !axis.is_look_due(&self.state) && !self.state.is_crowded()
+                self.state.is_designed() && !axis.is_look_due(&self.state) && !axis.is_crowded(&self.state)
             }),
             Order::Run(_) => true,
             Order::Install(..) | Order::Reset => true,

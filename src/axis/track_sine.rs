@@ -2,13 +2,12 @@
 //! computed ahead of the control tick by whoever takes orders, or in the tick where nobody has.
 
 use super::answer::Refusal;
-use super::command::Command;
 use super::{Axis, Mode, State, design};
 use crate::config::Scale;
 use crate::motion::sine::Shape;
 use crate::units::{SPEED_BITS, Voltage, ticks_in};
 
-/// What [`Command::TrackSine`] asks for.
+/// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Asked {
     pub amplitude_rad: f32,
@@ -47,14 +46,9 @@ impl Units {
     }
 }
 
-impl Command {
-    /// Computes what the units of the axis decide. The command comes to the same, with the same bits, and takes less of its
-    /// tick; if the axis has other units by then, it takes as long as if nothing had been computed.
-    pub fn ahead(&mut self, units: &Units) {
-        if let Command::TrackSine { amplitude_rad, frequency_hz, duration_ms } = *self {
-            let asked = Asked { amplitude_rad, frequency_hz, duration_ms };
-            *self = Command::Sine(Ahead { units: *units, asked, shape: units.shape(&asked) });
-        }
+impl Ahead {
+    pub(super) fn new(units: &Units, asked: Asked) -> Self {
+        Self { units: *units, asked, shape: units.shape(&asked) }
     }
 }
 

@@ -231,6 +231,12 @@ impl Params {
         }
     }
 
+    /// Are there at least three ticks between two looks?
+    #[inline]
+    pub(crate) fn spreads(&self) -> bool {
+        self.winding.spreads()
+    }
+
     /// Does this tick follow one with a look? True in every tick where every tick has one.
     #[inline]
     pub(crate) fn is_behind_look(&self, state: &State) -> bool {

@@ -350,7 +350,7 @@ impl Params {
 
     /// Are there ticks enough between two looks for what takes long?
     #[inline]
-    fn spreads(&self) -> bool {
+    pub fn spreads(&self) -> bool {
         self.look_bits >= SPREAD_BITS
     }
 

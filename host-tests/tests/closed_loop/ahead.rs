@@ -1,8 +1,9 @@
 //! A sine that was computed ahead of its tick, as the link task of the image does: the same bits as one that was not.
 
-use host_tests::bench::Bench;
+use host_tests::bench::{Bench, Board};
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
 use host_tests::tracking::knowing;
+use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::track_sine::Units;
 use servo::axis::{Axis, Command, Refusal};
 use servo::config::Config;
@@ -82,4 +83,33 @@ fn a_sine_that_was_computed_ahead_is_refused_with_the_same_numbers() {
     assert_eq!(refused(&gentle, sine(1.0, 2.0, 3_000)), Refusal::OutOfRange);
     let narrow = plant(|config| config.travel_limit_rad = Some([-0.5, 0.5]));
     assert_eq!(refused(&narrow, sine(1.0, 1.0, 3_000)), Refusal::BeyondTravel);
+}
+
+/// Whoever asks whether an axis is ready waits a few ticks at most, at whatever rate and during whatever sine: a `Stop` may wait behind
+/// a motion.
+#[test]
+fn an_axis_that_follows_a_sine_is_ready_every_few_ticks() {
+    for tick_hz in [1_000, 2_000, 2_500, 4_000, 5_000, 8_000, 10_000, 20_000] {
+        let options = Options { tick_hz, ..Options::default() };
+        let plant = Plant::draw(Family::G2, Severity::Nominal, Seeds::Design(43), &options);
+        let known = knowing(&plant);
+        let parameters = known.axis.parameters(&known.state);
+        for frequency_hz in [0.1, 0.3, 1.0, 2.0, 4.0] {
+            let mut axis = ServoAxis::new();
+            let mut board = Board::new(&plant);
+            let order = Order::restore(&parameters).expect("what was in force can be");
+            let sine = sine(0.5, frequency_hz, 10_000);
+            for order in [order, Order::Run(Command::Arm), Order::Run(sine)] {
+                axis.execute(&order).unwrap_or_else(|refusal| panic!("{refusal:?}"));
+            }
+            let mut waited = 0;
+            for tick in 0..3 * tick_hz {
+                let another = Order::Run(Command::Position(0.1));
+                waited = if axis.is_ready(&another) { 0 } else { waited + 1 };
+                assert!(waited < 8, "{tick_hz} Hz, {frequency_hz} Hz: {waited} ticks in tick {tick}");
+                let output = axis.step(board.sample()).output;
+                board.pass(output.bridge, output.duty);
+            }
+        }
+    }
 }

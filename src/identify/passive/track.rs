@@ -50,11 +50,13 @@ impl Track {
         }
     }
 
+    #[inline]
     fn value(&self) -> i32 {
         self.fine >> TRACK_SHIFT
     }
 
     /// One window may move it by half of what it was commissioned to, no more.
+    #[inline]
     fn note(&mut self, sample: i32, other: i32) {
         let most = self.base / 2;
         let error = sample.saturating_sub(self.value()).max(-most).min(most);
@@ -68,6 +70,7 @@ impl Track {
 
 impl Track {
     /// The estimate as it stands now: moves beyond 1 %, and changes of trust. `life` in hops. `true`: it has changed.
+    #[inline]
     fn tell(&self, other: &Track, estimate: &mut Estimate, life: u32) -> bool {
         let before = (estimate.value, estimate.u95, estimate.standing);
         if moved(self.value(), estimate.value, NEWS_1024) {
@@ -142,6 +145,8 @@ impl Params {
     }
 
     /// One hop, with a usable window or without. `true`: `known` has changed.
+    #[cold]
+    #[inline]
     pub(super) fn track(
         &self,
         state: &mut State,
