@@ -444,14 +444,15 @@ impl Solver {
 #[inline]
 fn entry(columns: &[&[u8; MOST]; 2], sums: &[&[Sums; 2]], i: usize, j: usize) -> i64 {
     let mut total = 0i64;
-    for (side, columns) in columns.iter().enumerate() {
+    for (direction, columns) in Direction::BOTH.into_iter().zip(columns) {
         let column = |i: usize| columns.get(i).filter(|&&column| column != NONE);
         let (Some(&p), Some(&q)) = (column(i), column(j)) else {
             continue;
         };
         let place = place(usize::from(p), usize::from(q));
-        let sets = sums.iter().filter_map(|set| set.get(side));
-        total = sets.fold(total, |total, set| total.wrapping_add(set.at(place)));
+        for set in sums {
+            total = total.wrapping_add(set[direction].at(place));
+        }
     }
     total
 }
