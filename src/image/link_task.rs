@@ -150,8 +150,8 @@ fn unpack<B: Board>(command: &Command) -> Result<Order, Refusal> {
     Ok(order)
 }
 
-/// Computes ahead what the units of the axis decide, and notes its units behind a configuration. One that is refused leaves the
-/// units as they are: the tick then finds others, and computes anew.
+/// Computes ahead what the units of the axis decide, and notes its units behind a configuration. If that is refused, the
+/// axis has other units, and the tick computes anew.
 fn ahead(order: &mut servo_axis::Order, units: &mut Option<Units>) {
     match order {
         servo_axis::Order::Install(axis, _) => *units = Some(Units::of(axis.scale())),

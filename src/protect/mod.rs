@@ -205,7 +205,7 @@ impl Params {
         }
     }
 
-    /// A tick between two looks, of an axis that moves or may: what the looks have left to it, if [`State::is_due`].
+    /// A tick between two looks, of an axis that moves or may: what the looks have left to it, if they have.
     #[cold]
     #[inline]
     pub fn between(&self, state: &mut State) {
