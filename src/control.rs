@@ -277,7 +277,8 @@ impl Params {
     /// clipped off is feed-forward, and the integrator would need its own slow time to forget that again.
     #[inline]
     pub fn integrate(&self, state: &mut State, error: i32, beyond: Voltage) {
-        let further = beyond.0.signum().saturating_mul(error.signum()) > 0;
+        // Clipped off, and of the same sign.
+        let further = beyond.0 != 0 && error != 0 && (beyond.0 ^ error) >= 0;
         if self.integral != 0 && !further {
             let step = (error as i64).wrapping_mul(self.integral as i64);
             // At most 2⁶² on top of 2⁶³⁻⁸ (a preset voltage is far from the ends of its 32 bits).

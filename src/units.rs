@@ -56,7 +56,14 @@ impl Position {
     #[must_use]
     #[inline]
     pub fn minus(self, other: Self) -> i32 {
-        saturate(self.0.wrapping_sub(other.0) >> (32 - ERROR_BITS))
+        const MOST: i32 = 1 << (31 - ERROR_BITS);
+        let difference = self.0.wrapping_sub(other.0);
+        let (low, high) = (difference as u32, (difference >> 32) as i32);
+        if within(high, MOST) {
+            (high << ERROR_BITS) | (low >> (32 - ERROR_BITS)) as i32
+        } else {
+            (high >> 31) ^ i32::MAX
+        }
     }
 }
 
@@ -144,18 +151,25 @@ pub fn limited(value: i32, limit: i32) -> i32 {
     value.max(limit.wrapping_neg()).min(limit)
 }
 
+/// Is −`limit` ≤ `value` < `limit`? One comparison; `limit` is positive.
+#[inline(always)]
+const fn within(value: i32, limit: i32) -> bool {
+    (value.wrapping_add(limit) as u32) < (limit as u32) << 1
+}
+
 /// `value` within −`limit`·2³² … `limit`·2³² − 1. The upper word alone decides.
 #[must_use]
 #[inline(always)]
 pub const fn bounded(value: i64, limit: i32) -> i64 {
     let high = (value >> 32) as i32;
-    if high >= limit {
-        ((limit as i64) << 32).wrapping_sub(1)
-    } else if high < limit.wrapping_neg() {
-        -((limit as i64) << 32)
-    } else {
-        value
-    }
+    if within(high, limit) { value } else { end(high, limit) }
+}
+
+/// The end of ±`limit`·2³² on the side of `high`: out of line, for what is bounded is nearly always within.
+#[cold]
+#[inline(never)]
+const fn end(high: i32, limit: i32) -> i64 {
+    if high < 0 { -((limit as i64) << 32) } else { ((limit as i64) << 32).wrapping_sub(1) }
 }
 
 /// `value · gain / 2^shift`, rounded to nearest, saturating; `shift` is 1 … 62 and should be a constant: the core has
@@ -209,6 +223,14 @@ pub fn to_fixed(value: f32, bits: u32) -> i32 {
     // 2^bits by its exponent: there is no instruction that converts 64 bits.
     let scaled = value * f32::from_bits(127u32.wrapping_add(bits) << 23);
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
+}
+
+/// Control ticks in so many milliseconds, rounded down; saturates. Without a 64-bit division, which would take 900 bytes of
+/// the image.
+#[must_use]
+pub const fn ticks_in(milliseconds: u32, tick_hz: u32) -> u32 {
+    let (seconds, rest) = (milliseconds / 1000, milliseconds % 1000);
+    seconds.saturating_mul(tick_hz).saturating_add(rest.saturating_mul(tick_hz) / 1000)
 }
 
 /// A sense of rotation, and the index of what is kept for each of the two.

@@ -5,13 +5,13 @@
 
 use crate::axis::answer::{Refusal, Report};
 use crate::axis::design::{self, Design};
+use crate::axis::track_sine::{Ahead, Asked, Units};
 use crate::axis::{Axis, Listener, Mode, Start, State};
 use crate::commission::Request;
 
 use crate::identify::estimate::{Estimates, Reason};
 use crate::motion::excitation::Waveform;
 use crate::motion::referencing::Referencing;
-use crate::motion::sine::{Sine, sine_takes};
 use crate::motion::stream::{Knot, Plan, Point, Stream};
 use crate::motion::trajectory::{Cruise, Move};
 use crate::protect::Fault;
@@ -48,6 +48,8 @@ pub enum Command {
         /// Duration, ms.
         duration_ms: u32,
     },
+    /// [`Command::TrackSine`], computed ahead of the tick: see [`Command::ahead`].
+    Sine(Ahead),
     /// Hold this position from now on, rad relative to the position at power-up.
     Position(f32),
     /// Hold this absolute position from now on, rad from the reference's zero. Refused until there is one.
@@ -68,12 +70,21 @@ pub enum Command {
 }
 
 impl Command {
+    /// Computes what the units of the axis decide. The command comes to the same, with the same bits, and takes less of its
+    /// tick; if the axis has other units by then, it takes as long as if nothing had been computed.
+    pub fn ahead(&mut self, units: &Units) {
+        if let Command::TrackSine { amplitude_rad, frequency_hz, duration_ms } = *self {
+            *self = Command::Sine(Ahead::new(units, Asked { amplitude_rad, frequency_hz, duration_ms }));
+        }
+    }
+
     /// Does it need the gains and limits of what is known by now?
     pub(super) const fn plans(&self) -> bool {
-        use Command::{Excite, GoTo, Position, Reference, Speed, Stream, TrackSine, Voltage};
+        use Command::{Excite, GoTo, Position, Reference, Sine, Speed, Stream, TrackSine, Voltage};
         matches!(
             self,
             TrackSine { .. }
+                | Sine(_)
                 | Position(_)
                 | GoTo(_)
                 | Speed(_)
@@ -105,8 +116,9 @@ impl Axis {
             Command::Commission { budget_ms, seed } => self.commission(state, budget_ms, seed),
             Command::Compensation(on) => self.compensation(state, on),
             Command::TrackSine { amplitude_rad, frequency_hz, duration_ms } => {
-                self.track_sine(state, amplitude_rad, frequency_hz, duration_ms)
+                self.track_sine(state, &Asked { amplitude_rad, frequency_hz, duration_ms })
             }
+            Command::Sine(ref ahead) => self.sine(state, ahead),
             Command::Position(rad) => self.position(state, rad),
             Command::Speed(rad_s) => self.speed(state, rad_s),
             Command::Voltage(volts) => self.voltage(state, volts),
@@ -195,55 +207,6 @@ impl Axis {
         Ok(())
     }
 
-    fn track_sine(&self, state: &mut State, rad: f32, hertz: f32, ms: u32) -> Result<(), Refusal> {
-        self.ready(state)?;
-        let start = state.resting_place().ok_or(Refusal::Busy)?;
-        let config = &self.scale.config;
-        let amplitude = rad * self.scale.counts_per_rad();
-        let ticks = (u64::from(ms) * u64::from(config.tick_hz) / 1000).min(u64::from(u32::MAX)) as u32;
-        self.within_travel(state, start.position.count(), amplitude.abs())?;
-        let frequency = hertz / config.tick_hz as f32;
-        if !state.design.limits.allow_sine(amplitude, frequency, ticks) {
-            return Err(Refusal::OutOfRange);
-        }
-        let sine = Sine::plan(start.position, amplitude, frequency, ticks).ok_or(Refusal::OutOfRange)?;
-        self.sustained(state, amplitude, frequency, ticks)?;
-        state.begin(&start, Mode::Sine(sine));
-        Ok(())
-    }
-
-    /// Are there speed and voltage enough for a sine? `amplitude` in counts, `frequency` in turns per tick.
-    #[inline(never)]
-    fn sustained(&self, state: &State, amplitude: f32, frequency: f32, ticks: u32) -> Result<(), Refusal> {
-        let config = &self.scale.config;
-        let design = &state.design;
-        let rad_s = 1.0 / self.scale.counts_per_tick();
-        let peak = sine_takes(0.0, amplitude, frequency, ticks);
-        let fastest = design.speed_limit.0 as f32 / (1u32 << SPEED_BITS) as f32;
-        if peak > fastest {
-            return Err(Refusal::BeyondSpeed {
-                needed_rad_s: peak * rad_s,
-                available_rad_s: fastest * rad_s,
-            });
-        }
-        let motor = design.ablest_motor();
-        let takes = sine_takes(motor.tau_ticks, amplitude, frequency, ticks);
-        let nominal = config.supply_nominal_v;
-        let needed_v = takes / motor.full_speed * nominal;
-        let left = design.voltage_left(self.ceiling(state));
-        let available_v = left.0 as f32 / Voltage::NOMINAL.0 as f32 * nominal;
-        if needed_v > design::FEASIBLE * available_v {
-            return Err(Refusal::BeyondVoltage { needed_v, available_v });
-        }
-        Ok(())
-    }
-
-    /// Highest voltage at the terminals: the limit or the measured supply, the nominal one before the first sample.
-    fn ceiling(&self, state: &State) -> Voltage {
-        let supply = Some(self.pwm.ceiling(&state.pwm)).filter(|supply| *supply != Voltage::ZERO);
-        supply.unwrap_or(Voltage::NOMINAL).min(self.most_voltage)
-    }
-
     /// Relative to power-up, whether referenced or not.
     fn position(&self, state: &mut State, rad: f32) -> Result<(), Refusal> {
         self.travel_to(state, state.zero.unwrap_or(0), rad)
@@ -261,8 +224,9 @@ impl Axis {
         self.within_travel(state, target, 0.0)?;
         let start = state.present();
         let limits = state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
-        let course = Move::plan(&start, Position::of_count(target), &limits);
-        state.begin(&start, Mode::Move(course.ok_or(Refusal::OutOfRange)?));
+        let course = Move::plan(&start, Position::of_count(target), &limits).ok_or(Refusal::OutOfRange)?;
+        state.begin(&start);
+        state.mode = Mode::Move(course);
         Ok(())
     }
 
@@ -282,7 +246,8 @@ impl Axis {
         let fits = speed.abs() <= limits.speed.min(limits.voltage);
         let speed = fits.then(|| Speed(to_fixed(speed, SPEED_BITS))).ok_or(Refusal::OutOfRange)?;
         let start = state.present();
-        state.begin(&start, Mode::Cruise(Cruise::plan(&start, speed, limits)));
+        state.begin(&start);
+        state.mode = Mode::Cruise(Cruise::plan(&start, speed, limits));
         Ok(())
     }
 
@@ -294,7 +259,8 @@ impl Axis {
             && to_fixed(share, Voltage::BITS).saturating_abs() <= self.most_voltage.0
             && self.scale.config.travel_limit_rad.is_none();
         let target = fits.then(|| Voltage(to_fixed(share, Voltage::BITS))).ok_or(Refusal::OutOfRange)?;
-        state.begin(&state.present(), Mode::Drive(target));
+        state.begin(&state.present());
+        state.mode = Mode::Drive(target);
         Ok(())
     }
 
@@ -307,7 +273,8 @@ impl Axis {
             return Err(Refusal::BeyondTravel);
         }
         let excitation = waveform.plan(&self.scale).map_err(Refusal::Value)?;
-        state.begin(&state.present(), Mode::Excite(excitation));
+        state.begin(&state.present());
+        state.mode = Mode::Excite(excitation);
         Ok(())
     }
 
@@ -336,7 +303,8 @@ impl Axis {
         let stop = |counts: i32| Position::of_count(origin.wrapping_add(counts));
         let stops = self.scale.travel_counts.map(stop);
         let stops = self.scale.config.travel_limit_rad.map(|_| stops);
-        state.begin(&start, Mode::Stream(Stream::begin(&start, &plan, &limits, stops)));
+        state.begin(&start);
+        state.mode = Mode::Stream(Stream::begin(&start, &plan, &limits, stops));
         Ok(())
     }
 

@@ -71,7 +71,8 @@ impl Axis {
             still: 0,
         };
         let start = state.present();
-        state.begin(&start, Mode::Cruise(Cruise::plan(&start, speed, limits)));
+        state.begin(&start);
+        state.mode = Mode::Cruise(Cruise::plan(&start, speed, limits));
         state.search = Some(search);
         state.missed = false;
         Ok(())

@@ -62,6 +62,16 @@ impl Axis {
         }
     }
 
+    /// It is driven again, or moved. The splines go on being sampled in ticks without a look.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn wake(&self, state: &mut State) {
+        state.idle = false;
+        if let Listener::Passive(passive) = &mut state.listener {
+            passive.align(self.protect.ticks_behind_look(&state.protect));
+        }
+    }
+
     #[cold]
     #[inline]
     fn look_at_rest(&self, state: &mut State, sample: &Sample, supply: Voltage) {

@@ -27,6 +27,7 @@ mod last_trusted;
 mod report;
 pub mod servo_axis;
 mod state;
+pub mod track_sine;
 mod transition;
 
 use crate::commission;
@@ -164,7 +165,9 @@ impl Axis {
     /// The tick of an axis that moves, or may: the flow from encoder to PWM.
     #[inline(always)]
     fn work(&self, state: &mut State, sample: &Sample, acting: Drive, supply: Voltage) -> Drive {
-        state.idle = false;
+        if state.idle {
+            self.wake(state);
+        }
         let voltage = self.pwm.terminal(acting, supply);
         self.encoder(state, sample.count);
         self.search(state, sample);
@@ -263,22 +266,41 @@ impl Axis {
     /// two looks.
     #[inline]
     fn protect(&self, state: &mut State, sample: &Sample, supply: Voltage) -> bool {
-        let reading = Reading {
-            count: sample.count,
-            current: Sample::sensed(sample.current_raw),
-            voltage: state.acted,
-        };
+        // Put together where it is needed: in most ticks it then stays in registers.
+        let acted = state.acted;
+        let reading =
+            || Reading { count: sample.count, current: Sample::sensed(sample.current_raw), voltage: acted };
         let expectation = &state.design.expectation;
-        let averages = self.protect.tick(&mut state.protect, expectation, &reading);
+        let averages = self.protect.tick(&mut state.protect, expectation, &reading());
         if let Some(averages) = averages {
             let supply = (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply);
-            self.look(state, &reading, averages, supply);
+            self.look(state, &reading(), averages, supply);
         }
-        let beside = averages.is_none() && self.protect.between(&mut state.protect);
+        let beside = averages.is_none() && state.protect.is_due() && self.beside(state);
         if let Some(action) = state.protect.action() {
             self.answer(state, action);
         }
         beside || (averages.is_some() && self.protect.look_ticks() > 1)
+    }
+
+    /// What a look has left to the ticks before the next one, in one of them that does little else, if there is one. False: not
+    /// in this one.
+    #[cold]
+    #[inline]
+    fn beside(&self, state: &mut State) -> bool {
+        if self.is_crowded(state) && !self.is_look_due(state) {
+            return false;
+        }
+        self.protect.between(&mut state.protect);
+        true
+    }
+
+    /// Does the next tick what most do not? Asked where there are ticks enough between two looks that one of them is free of all
+    /// that, and whoever waits for it need not wait for the one after the next look.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn is_crowded(&self, state: &State) -> bool {
+        self.protect.spreads() && state.is_crowded()
     }
 
     /// Will protection look in the next tick, though it does not in every one?
@@ -325,7 +347,8 @@ impl Axis {
         let holding = action == Action::Hold && state.closed();
         if holding && state.armed {
             let start = state.present();
-            state.begin(&start, Mode::Cruise(Cruise::plan(&start, Speed(0), &state.design.limits)));
+            state.begin(&start);
+            state.mode = Mode::Cruise(Cruise::plan(&start, Speed(0), &state.design.limits));
             state.armed = false;
         }
         if !holding {
@@ -362,13 +385,16 @@ impl Axis {
         if renewing && !ordered {
             self.renew(state);
         }
-        // Not in the tick in which the design follows, nor with an order: both take long.
+        // Not in the tick in which the design follows, nor with an order: both take long. And so that the splines, which are sampled
+        // every so many ticks from then on, are not sampled in ticks in which protection looks.
         let busy = renewing || ordered;
         match &mut state.listener {
-            Listener::None | Listener::Start(_) if busy => {}
+            Listener::None | Listener::Start(_) if busy || !self.protect.is_behind_look(&state.protect) => {}
             Listener::None => self.listen(state),
             Listener::Passive(passive) => {
-                let busy = looked || ordered;
+                let busy = looked
+                    || ordered
+                    || (passive.hopped() && self.protect.spreads() && state.mode.is_computing());
                 if self.passive.step_beside(passive, &mut state.known, &input(), busy) {
                     state.learn();
                 }

@@ -5,7 +5,7 @@
 
 use crate::axis::{Axis, Bridge, Command, Output, Refusal, Sample, State};
 use crate::commission::Outcome;
-use crate::config::{Config, ConfigError};
+use crate::config::{Config, ConfigError, Scale};
 use crate::identify::estimate::Estimates;
 use crate::protect::{Condition, Fault, Settings, SettingsError};
 use crate::pwm::Drive;
@@ -124,14 +124,14 @@ impl ServoAxis {
     }
 
     /// Can this order be executed in this tick without much ado? For some ticks behind a new configuration a motion takes long, for
-    /// all that its gains follow from is then computed at once; and a tick in which protection looks is long enough. Whoever can wait asks before [`ServoAxis::execute`].
+    /// all that its gains follow from is then computed at once; and a tick in which protection looks, or the splines of the identification are sampled, is long enough.
+    /// Whoever can wait asks before [`ServoAxis::execute`].
     #[must_use]
     pub fn is_ready(&self, order: &Order) -> bool {
         match order {
-            Order::Run(command) if command.plans() => self
-                .axis
-                .as_ref()
-                .is_none_or(|axis| self.state.is_designed() && !axis.is_look_due(&self.state)),
+            Order::Run(command) if command.plans() => self.axis.as_ref().is_none_or(|axis| {
+                self.state.is_designed() && !axis.is_look_due(&self.state) && !axis.is_crowded(&self.state)
+            }),
             Order::Run(_) => true,
             Order::Install(..) | Order::Reset => true,
         }
@@ -239,6 +239,12 @@ impl ServoAxis {
     #[must_use]
     pub fn config(&self) -> Option<&Config> {
         self.axis.as_ref().map(|axis| &axis.scale().config)
+    }
+
+    /// Its machine units.
+    #[must_use]
+    pub fn scale(&self) -> Option<&Scale> {
+        self.axis.as_ref().map(Axis::scale)
     }
 
     /// The configuration and the protection that would be in force after an order: a bare configuration keeps limits and

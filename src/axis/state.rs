@@ -52,6 +52,12 @@ impl Mode {
         matches!(self, Mode::Idle)
     }
 
+    /// Is the set-point of this tick computed, though not that of every tick is?
+    #[inline]
+    pub fn is_computing(&self) -> bool {
+        matches!(self, Mode::Sine(sine) if sine.is_computing())
+    }
+
     /// Does it go on after the host has died? A sine and a stream end by themselves, and a position that is held is where
     /// it was to be.
     #[inline]
@@ -284,6 +290,19 @@ impl State {
             self.last_trusted.begin_anew();
         }
         self.learn();
+    }
+
+    /// Does the next tick what most do not: sample the splines, make use of a window, or compute a set-point? Not the one that
+    /// ends a rest, in which nothing is sampled.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn is_crowded(&self) -> bool {
+        let listening = match &self.listener {
+            Listener::Passive(passive) => passive.is_crowded(),
+            Listener::Commissioning(commissioning) => commissioning.state.is_crowded(),
+            Listener::None | Listener::Start(_) => false,
+        };
+        !self.idle && (listening || self.mode.is_computing())
     }
 
     /// Have the gains followed all that is known?

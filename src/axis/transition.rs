@@ -45,8 +45,9 @@ impl State {
         Reference { position: self.encoder.position(), speed, acceleration: Acceleration(0) }
     }
 
-    /// Changes the mode without a jump of the voltage.
-    pub(crate) fn begin(&mut self, start: &Reference, mode: Mode) {
+    /// Another mode can begin here without a jump of the voltage. The caller sets it: a mode is hundreds of bytes, and one that
+    /// is made in its place is not copied.
+    pub(crate) fn begin(&mut self, start: &Reference) {
         // Another motion ends a search without a result.
         self.missed |= self.search.take().is_some();
         self.dry = false;
@@ -60,6 +61,5 @@ impl State {
             }
             _ => {}
         }
-        self.mode = mode;
     }
 }

@@ -29,7 +29,7 @@ use crate::identify::solve::{Progress, Solver, Structure};
 use crate::identify::spline::{Lengths, Window};
 use crate::identify::timescale;
 use crate::sample::Bridge;
-use crate::units::{Direction, VoltageQ14};
+use crate::units::{Direction, VoltageQ14, ticks_in};
 use breakaway::Ramp;
 use guard::Limits;
 use pulse_test::{PulseTest, Pulses};
@@ -132,8 +132,10 @@ pub struct Params {
 
 impl Params {
     /// `budget_ms`: length of the whole, `seed`: orders the directions.
+    #[cold]
+    #[inline(never)]
     pub fn new(scale: &Scale, budget_ms: u32, seed: u32) -> Self {
-        let budget = (u64::from(budget_ms) * u64::from(scale.config.tick_hz) / 1000).min(1 << 24) as u32;
+        let budget = ticks_in(budget_ms, scale.config.tick_hz).min(1 << 24);
         Params {
             scale: *scale,
             identify: identify::Params::new(scale),
@@ -240,7 +242,7 @@ impl State {
             timescale: timescale::State::default(),
             identify: identify::State::new(&params.identify, count),
             window: None,
-            outer: [Sums::default(); 2],
+            outer: [Sums::default(), Sums::default()],
             solver: Solver::default(),
             solved: None,
             comparing: false,
@@ -262,6 +264,12 @@ impl State {
     #[inline]
     pub fn measure_from(&mut self, zero: i32) {
         self.zero = zero;
+    }
+
+    /// Does the next tick sample the splines, or make use of a window?
+    #[inline]
+    pub(crate) fn is_crowded(&self) -> bool {
+        self.window.is_some() || self.identify.is_sampling()
     }
 
     /// Where it stands.

@@ -11,8 +11,8 @@ impl Params {
         self.step_beside(state, input, false)
     }
 
-    /// One control tick. `busy`: something else takes long in it, so solver and decision wait for the next tick, which must not be
-    /// busy.
+    /// One control tick. `busy`: something else takes long in it, so solver and decision wait for the next tick, as they do while
+    /// the splines are sampled. Of four ticks in a row one must not be busy.
     #[inline]
     pub fn step_beside(&self, state: &mut State, input: &Input, busy: bool) -> Request {
         if state.ended() || state.phase == Phase::Idle {
@@ -25,9 +25,7 @@ impl Params {
             return Request::default();
         }
         let window = state.window.take();
-        if state.identify.hopped() {
-            state.identify.note_hop();
-        }
+        let busy = busy || state.identify.is_sampling();
         self.identify.sum(&mut state.identify, input.count, input.voltage);
         match window {
             Some(window) => self.use_window(state, &window),
@@ -40,7 +38,7 @@ impl Params {
         self.turn_before_the_stop(state, input);
         if state.identify.hopped() {
             // Here already: in the next tick it is used, which takes long, too.
-            state.window = state.identify.window();
+            state.window = state.identify.hop();
         }
         self.request(state)
     }

@@ -228,7 +228,7 @@ impl State {
         State {
             lengths,
             gate: gate::State::default(),
-            sums: [Sums::default(); 2],
+            sums: [Sums::default(), Sums::default()],
             break_away: 0,
             follows_input: false,
             spline: spline::State::new(count, &lengths),
@@ -240,6 +240,12 @@ impl State {
     #[inline]
     pub fn hopped(&self) -> bool {
         self.hopped
+    }
+
+    /// Does the next tick take a sample of the splines, though not every tick does?
+    #[inline]
+    pub fn is_sampling(&self) -> bool {
+        self.spline.is_sampling()
     }
 
     /// The last hop was not looked at yet.
@@ -255,26 +261,12 @@ impl State {
         gate.linear(direction) && gate.driven(direction) && (self.follows_input || gate.moving(direction))
     }
 
-    /// What follows a hop: its conditions.
+    /// What follows a hop: its conditions, and the window that ends with it.
     #[cold]
     #[inline]
-    pub fn note_hop(&mut self) {
+    pub fn hop(&mut self) -> Option<Window> {
         self.gate.note(self.spline.hop(), self.break_away);
-    }
-
-    /// The window that the last hop ended.
-    #[cold]
-    #[inline]
-    pub fn window(&self) -> Option<Window> {
         self.spline.window(&self.lengths)
-    }
-
-    /// Both.
-    #[cold]
-    #[inline]
-    fn hop(&mut self) -> Option<Window> {
-        self.note_hop();
-        self.window()
     }
 
     /// Other block lengths from now on; sums stay, windows refill.
@@ -291,6 +283,11 @@ impl State {
     pub fn pause(&mut self) {
         self.spline.restart(&self.lengths);
         self.hopped = false;
+    }
+
+    /// Behind a pause: the next sample is complete in so many ticks.
+    pub(crate) fn align(&mut self, ticks: u32) {
+        self.spline.align(ticks);
     }
 
     /// Forgets all rows.

@@ -60,6 +60,12 @@ pub struct Sums {
     pub fastest: i32,
 }
 
+/// Where the sum of column `i` times column `j` stands, j ≤ i.
+#[inline]
+pub const fn place(i: usize, j: usize) -> usize {
+    (i.wrapping_mul(i.wrapping_add(1)) / 2).wrapping_add(j)
+}
+
 impl Default for Sums {
     #[inline]
     fn default() -> Self {
@@ -85,11 +91,10 @@ impl Sums {
         }
     }
 
-    /// Σ of column `i` times column `j`, Q40.
+    /// Σ of two columns' products, Q40, from its [`place`].
     #[inline]
-    pub fn word(&self, i: usize, j: usize) -> i64 {
-        let (i, j) = if i >= j { (i, j) } else { (j, i) };
-        self.words.get(i * (i + 1) / 2 + j).copied().unwrap_or(0)
+    pub fn at(&self, place: usize) -> i64 {
+        self.words.get(place).copied().unwrap_or(0)
     }
 
     /// Half the weight of everything so far.

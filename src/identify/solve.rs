@@ -3,7 +3,7 @@
 
 use super::ldl::{Factor, Forward, MOST, UNKNOWN_FRAC};
 use super::positive::Positive;
-use super::regression::Sums;
+use super::regression::{Sums, place};
 use super::spline::{HOPS_PER_BLOCK, Window};
 use crate::units::{Direction, saturate};
 use core::ops::Range;
@@ -28,6 +28,11 @@ pub enum Structure {
 
 /// Unknowns that one tick scales, or whose share of a variance it sums up; the next tick does the rest.
 const HALF: usize = 3;
+/// Entries of the normal equations that one tick assembles.
+const AT_ONCE: usize = 4;
+/// Entries of a row from which one tick eliminates a column. Rows that have fewer are done at once: a row has as many as it
+/// lies below the column.
+const MOST_TOGETHER: usize = 3;
 /// Not contained.
 const NONE: u8 = u8::MAX;
 
@@ -109,9 +114,10 @@ enum Stage {
     Idle,
     Scale,
     ScaleRest,
-    Assemble(usize),
-    Column(usize),
-    ColumnRest(usize),
+    /// From this entry on, row by row.
+    Assemble(usize, usize),
+    /// From the rows up to this one, the last ones first.
+    Column(usize, usize),
     Substitute,
     Derive(Direction),
     DeriveCommon,
@@ -195,7 +201,7 @@ impl Solver {
     /// Are the sums still being read?
     #[inline]
     pub fn reads(&self) -> bool {
-        matches!(self.stage, Stage::Scale | Stage::ScaleRest | Stage::Assemble(_))
+        matches!(self.stage, Stage::Scale | Stage::ScaleRest | Stage::Assemble(..))
     }
 
     /// The structure of the last solution.
@@ -215,6 +221,12 @@ impl Solver {
     pub fn hold(&mut self, solution: &Solution) {
         self.stage = Stage::Idle;
         self.solution = *solution;
+    }
+
+    /// The inverse gains of that solution.
+    pub fn invert(&mut self) {
+        let Solution { coefficients, inverse_beta, .. } = &mut self.solution;
+        *inverse_beta = [coefficients[0].inverse_beta(), coefficients[1].inverse_beta()];
     }
 
     /// One step. `sums`: per direction, all sets that count together.
@@ -241,12 +253,16 @@ impl Solver {
         match self.stage {
             Stage::Idle => Stage::Idle,
             Stage::Scale => Stage::ScaleRest,
-            Stage::ScaleRest => Stage::Assemble(0),
-            Stage::Assemble(i) if i.wrapping_add(1) < order => Stage::Assemble(i.wrapping_add(1)),
-            Stage::Assemble(_) => Stage::Column(0),
-            Stage::Column(j) => Stage::ColumnRest(j),
-            Stage::ColumnRest(j) if j.wrapping_add(2) < order => Stage::Column(j.wrapping_add(1)),
-            Stage::ColumnRest(_) => Stage::Substitute,
+            Stage::ScaleRest => Stage::Assemble(0, 0),
+            Stage::Assemble(i, j) => match behind((i, j), AT_ONCE) {
+                (i, j) if i < order => Stage::Assemble(i, j),
+                _ => Stage::Column(0, order),
+            },
+            Stage::Column(j, end) => match first_row(j, end) {
+                row if row > j.wrapping_add(1) => Stage::Column(j, row),
+                _ if j.wrapping_add(2) < order => Stage::Column(j.wrapping_add(1), order),
+                _ => Stage::Substitute,
+            },
             Stage::Substitute => Stage::Derive(self.directions()[0]),
             Stage::Derive(direction) => match self.directions().last() {
                 Some(&last) if last != direction => Stage::Derive(last),
@@ -274,9 +290,8 @@ impl Solver {
                 return self.scale(sums, 0..HALF.min(order));
             }
             Stage::ScaleRest => return self.scale(sums, HALF..order),
-            Stage::Assemble(i) => self.assemble(i, sums),
-            Stage::Column(j) => return self.factor.column(j, last_rows(order)..order),
-            Stage::ColumnRest(j) => return self.factor.column(j, 0..last_rows(order)),
+            Stage::Assemble(i, j) => self.assemble((i, j), sums),
+            Stage::Column(j, end) => return self.factor.column(j, first_row(j, end)..end),
             Stage::Substitute => self.unknowns = self.factor.unknowns_scaled(),
             Stage::Derive(direction) => return self.derive(direction),
             Stage::DeriveCommon => self.derive_common(),
@@ -300,50 +315,22 @@ impl Solver {
 
     #[inline]
     fn scale(&mut self, sums: &[&[Sums; 2]], mut which: Range<usize>) -> bool {
-        which.all(|i| {
-            let diagonal = self.diagonal(sums, i);
-            self.factor.scale(i, diagonal)
-        })
+        let columns = Direction::BOTH.map(|side| self.structure.columns(side));
+        which.all(|i| self.factor.scale(i, entry(&columns, sums, i, i)))
     }
 
+    /// [`AT_ONCE`] entries, row by row, this one first.
     #[inline]
-    fn assemble(&mut self, i: usize, sums: &[&[Sums; 2]]) {
-        let mut row = [0i64; MOST];
-        for direction in Direction::BOTH {
-            let columns = self.structure.columns(direction);
-            let Some(&p) = columns.get(i).filter(|&&p| p != NONE) else {
-                continue;
-            };
-            for (entry, &q) in row.iter_mut().zip(columns).take(i.wrapping_add(1)) {
-                if q == NONE {
-                    continue;
-                }
-                for set in sums {
-                    let word = set[direction].word(usize::from(p), usize::from(q));
-                    *entry = entry.wrapping_add(word);
-                }
+    fn assemble(&mut self, (mut i, mut j): (usize, usize), sums: &[&[Sums; 2]]) {
+        let (order, columns) =
+            (self.structure.order(), Direction::BOTH.map(|side| self.structure.columns(side)));
+        for _ in 0..AT_ONCE {
+            if i >= order {
+                return;
             }
+            self.factor.set(i, j, entry(&columns, sums, i, j));
+            (i, j) = behind((i, j), 1);
         }
-        for (j, &entry) in row.iter().enumerate().take(i.wrapping_add(1)) {
-            self.factor.set(i, j, entry);
-        }
-    }
-
-    /// Entry (i, i).
-    #[inline]
-    fn diagonal(&self, sums: &[&[Sums; 2]], i: usize) -> i64 {
-        let mut total = 0i64;
-        for direction in Direction::BOTH {
-            let columns = self.structure.columns(direction);
-            let Some(&p) = columns.get(i).filter(|&&p| p != NONE) else {
-                continue;
-            };
-            for set in sums {
-                let word = set[direction].word(usize::from(p), usize::from(p));
-                total = total.wrapping_add(word);
-            }
-        }
-        total
     }
 
     /// Unknown `i` with its exponent.
@@ -453,10 +440,38 @@ impl Solver {
     }
 }
 
-/// A column is eliminated in two ticks: the last two rows hold half of the work.
+/// Entry (i, j), j ≤ i: in no direction do columns change their order.
 #[inline]
-const fn last_rows(order: usize) -> usize {
-    order.saturating_sub(2)
+fn entry(columns: &[&[u8; MOST]; 2], sums: &[&[Sums; 2]], i: usize, j: usize) -> i64 {
+    let mut total = 0i64;
+    for (direction, columns) in Direction::BOTH.into_iter().zip(columns) {
+        let column = |i: usize| columns.get(i).filter(|&&column| column != NONE);
+        let (Some(&p), Some(&q)) = (column(i), column(j)) else {
+            continue;
+        };
+        let place = place(usize::from(p), usize::from(q));
+        for set in sums {
+            total = total.wrapping_add(set[direction].at(place));
+        }
+    }
+    total
+}
+
+/// The entry so many behind this one in the lower triangle, row by row.
+#[inline]
+const fn behind((mut i, mut j): (usize, usize), entries: usize) -> (usize, usize) {
+    j = j.wrapping_add(entries);
+    while j > i {
+        (i, j) = (i.wrapping_add(1), j.wrapping_sub(i).wrapping_sub(1));
+    }
+    (i, j)
+}
+
+/// The first of the rows up to `end` from which one tick eliminates column `j`.
+#[inline]
+const fn first_row(j: usize, end: usize) -> usize {
+    let (last, first) = (end.wrapping_sub(1), j.wrapping_add(1));
+    if last > j.wrapping_add(MOST_TOGETHER) { last } else { first }
 }
 
 #[inline]

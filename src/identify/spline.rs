@@ -130,6 +130,12 @@ impl State {
         self.filled = 0;
     }
 
+    /// The next sample is complete in so many ticks, at most those of a sample. Behind [`State::restart`] alone: what it then lacks
+    /// lies before the first snapshot of a window, and the comb takes it off like all that was summed before.
+    pub fn align(&mut self, ticks: u32) {
+        self.ticks_left = self.ticks.min(ticks as u16);
+    }
+
     /// Sums one tick: the count now, and the voltage that acts from now on. `true`: a [`Hop`] ends here.
     #[inline(always)]
     pub fn step(&mut self, lengths: &Lengths, count: i32, voltage: i32) -> bool {
@@ -155,6 +161,12 @@ impl State {
         }
         self.end_hop(lengths);
         true
+    }
+
+    /// Does the next tick complete a sample, though not every tick does?
+    #[inline]
+    pub fn is_sampling(&self) -> bool {
+        self.ticks_left == 1 && self.ticks > 1
     }
 
     /// The last hop that ended.

@@ -84,8 +84,10 @@ pub enum Excitation {
 /// What is decided in one call: a number, or the same number of one direction. Later ones build on earlier ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// Dead zone of a direction.
+    /// Dead zone of a direction and its half width.
     DeadZone(Direction),
+    /// Whether that is trusted.
+    Trust(Direction),
     /// Gain and its difference between the directions.
     Gain,
     /// Time constant and mechanism.
@@ -94,9 +96,11 @@ pub enum Part {
 
 impl Part {
     /// All of them in their order, the saturation apart.
-    pub const ALL: [Part; 4] = [
+    pub const ALL: [Part; 6] = [
         Part::DeadZone(Direction::Positive),
+        Part::Trust(Direction::Positive),
         Part::DeadZone(Direction::Negative),
+        Part::Trust(Direction::Negative),
         Part::Gain,
         Part::TimeConstant,
     ];
@@ -135,7 +139,12 @@ impl Params {
     ) {
         match part {
             Part::DeadZone(direction) => {
-                estimates.dead_zone[direction] = self.dead_zone(lengths, solution, evidence, direction);
+                estimates.dead_zone[direction] = dead_zone(solution, evidence, direction);
+            }
+            Part::Trust(direction) => {
+                let found = estimates.dead_zone[direction];
+                let doubt = self.doubt(lengths, solution, evidence, direction, &found);
+                estimates.dead_zone[direction].standing = doubt.map_or(Standing::Trusted, Standing::Doubtful);
             }
             Part::Gain => {
                 if evidence.excitation == Excitation::Chosen {
@@ -152,43 +161,33 @@ impl Params {
         }
     }
 
-    fn dead_zone(
+    /// Why a dead zone is not trusted, which [`dead_zone`] has found.
+    fn doubt(
         &self,
         lengths: &Lengths,
         solution: &Solution,
         evidence: &Evidence,
         direction: Direction,
-    ) -> Estimate {
-        let value = solution.dead_zone[direction];
-        let blind = if evidence.supply_measured { 0 } else { BLIND_ERROR_1024 };
-        let model = model_error(evidence, direction) + blind;
-        let inflation = evidence.spread[direction].inflation(solution.row_variance, UNKNOWNS).sqrt();
-        let plain = solution.dead_zone_sigma[direction];
-        let sigma = Positive::of(plain, VOLTAGE_FRAC).times(inflation).to_q(VOLTAGE_FRAC);
-        let half_width =
-            |sigma: i32| sigma.saturating_mul(2).saturating_add(share(value.saturating_abs(), model));
-        let limit = share(value, TRUST_LIMIT_1024);
-        let u95 = half_width(sigma);
-        let uncertain = u95 > limit;
-        // The time slices alone make it so.
-        let restless = uncertain && half_width(plain) <= limit;
+        found: &Estimate,
+    ) -> Option<Reason> {
+        let (value, uncertain) = (found.value, found.reason());
         let coarse = |least| self.counts_per_time_constant(lengths, solution).below(Positive::new(least, 0));
         let verify_limit = match evidence.excitation {
             Excitation::Chosen => VERIFY_LIMIT.min(share(value, VERIFY_SHARE_1024)),
             Excitation::Ordinary => VERIFY_LIMIT,
         };
-        let doubt = match evidence.checks[direction].mean() {
-            _ if coarse(LEAST_COUNTS) || uncertain && coarse(FINE_COUNTS) => Some(Reason::EncoderTooSlow),
+        match evidence.checks[direction].mean() {
+            _ if coarse(LEAST_COUNTS) || uncertain.is_some() && coarse(FINE_COUNTS) => {
+                Some(Reason::EncoderTooSlow)
+            }
             _ if value <= 0 => Some(Reason::Implausible),
-            _ if restless => Some(Reason::LoadChanged),
-            _ if uncertain => Some(Reason::TooUncertain),
+            _ if uncertain.is_some() => uncertain,
             _ if !self.spans(lengths, solution, evidence, direction) => Some(Reason::NotExcited),
             None if evidence.short_of_travel => Some(Reason::TravelTooShort),
             None => Some(Reason::NotVerified),
             Some(mean) if mean.saturating_abs() > verify_limit => Some(Reason::LoadChanged),
             Some(_) => None,
-        };
-        Estimate { value, u95, standing: doubt.map_or(Standing::Trusted, Standing::Doubtful) }
+        }
     }
 
     /// Encoder counts in one time constant at rated speed.
@@ -242,6 +241,26 @@ impl Params {
         let u95 = half_width(value, solution.time_constant_sigma, linear_error(evidence));
         linear(value, u95, evidence.excitation, standing)
     }
+}
+
+/// Dead zone of a direction, and whether its half width lets it be trusted.
+fn dead_zone(solution: &Solution, evidence: &Evidence, direction: Direction) -> Estimate {
+    let value = solution.dead_zone[direction];
+    let blind = if evidence.supply_measured { 0 } else { BLIND_ERROR_1024 };
+    let model = model_error(evidence, direction) + blind;
+    let inflation = evidence.spread[direction].inflation(solution.row_variance, UNKNOWNS).sqrt();
+    let plain = solution.dead_zone_sigma[direction];
+    let sigma = Positive::of(plain, VOLTAGE_FRAC).times(inflation).to_q(VOLTAGE_FRAC);
+    let half_width =
+        |sigma: i32| sigma.saturating_mul(2).saturating_add(share(value.saturating_abs(), model));
+    let (limit, u95) = (share(value, TRUST_LIMIT_1024), half_width(sigma));
+    let standing = match () {
+        () if u95 <= limit => Standing::Trusted,
+        // The time slices alone make it so.
+        () if half_width(plain) <= limit => Standing::Doubtful(Reason::LoadChanged),
+        () => Standing::Doubtful(Reason::TooUncertain),
+    };
+    Estimate { value, u95, standing }
 }
 
 /// Gain or time constant: trusted with the dead zones; in ordinary motion it must be certain enough by itself.

@@ -1,8 +1,10 @@
 //! The image's end of the link: bytes become orders for the control interrupt, its messages become frames.
 
-use super::board::{Board, Line};
-use super::tick::Telemetry;
+use super::board::{AXES, Board, Line};
+use super::tick::{Parcel, Telemetry};
 use heapless::spsc::{Consumer, Producer};
+use servo::axis::servo_axis;
+use servo::axis::track_sine::Units;
 use servo::link::inbox::{Inbox, Incoming, refusal};
 use servo::link::order::Order;
 use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Refusal, Request, encode};
@@ -35,11 +37,21 @@ impl<B: Board> LinkTask<B> {
     }
 }
 
+/// The link's ends of the two queues in which a [`Parcel`] goes round.
+pub struct Parcels {
+    /// From the control interrupt, to be filled.
+    pub empty: Consumer<'static, &'static mut Parcel>,
+    /// Filled, to it.
+    pub filled: Producer<'static, &'static mut Parcel>,
+}
+
 /// The link's state between two runs.
 pub struct Link<B: Board> {
     line: B::Line,
     inbox: Inbox,
-    orders: Producer<'static, (u16, u8, Order)>,
+    parcels: Parcels,
+    /// With them orders are computed ahead; `None`: of an axis that is not configured.
+    units: [Option<Units>; AXES],
     sequence: u16,
     /// The frame that is being written.
     frame: [u8; FRAME_CAPACITY],
@@ -47,15 +59,15 @@ pub struct Link<B: Board> {
 
 impl<B: Board> Link<B> {
     /// The state at power-up: nothing sent, nothing received.
-    pub fn new(line: B::Line, orders: Producer<'static, (u16, u8, Order)>) -> Self {
-        Link { line, inbox: Inbox::new(), orders, sequence: 0, frame: [0; FRAME_CAPACITY] }
+    pub fn new(line: B::Line, parcels: Parcels, units: [Option<Units>; AXES]) -> Self {
+        Link { line, inbox: Inbox::new(), parcels, units, sequence: 0, frame: [0; FRAME_CAPACITY] }
     }
 
     /// Takes bytes while there is a place for an order that they may complete, and for the answer to it.
     #[inline(never)]
     pub fn take_commands(&mut self) {
         for _ in 0..BYTES_AT_ONCE {
-            if !self.orders.ready() || !self.has_room() {
+            if !self.parcels.empty.ready() || !self.has_room() {
                 return;
             }
             let Some(byte) = self.line.read() else { return };
@@ -94,14 +106,25 @@ impl<B: Board> Link<B> {
     #[inline(never)]
     fn order(&mut self, to: u16, Request { axis, command }: &Request) {
         match unpack::<B>(command) {
-            Ok(order) => {
-                let _ = self.orders.enqueue((to, *axis, order));
-            }
+            Ok(order) => self.hand_over(to, *axis, order),
             Err(reason) => {
                 let answer = refusal(to, reason);
                 self.inbox.answered(&answer);
                 self.send(&answer);
             }
+        }
+    }
+
+    /// What an order needs besides the state of its axis is computed here.
+    fn hand_over(&mut self, to: u16, axis: u8, mut order: Order) {
+        if let Order::Axis(order) = &mut order
+            && let Some(units) = self.units.get_mut(usize::from(axis))
+        {
+            ahead(order, units);
+        }
+        if let Some(parcel) = self.parcels.empty.dequeue() {
+            *parcel = Parcel { to, axis, order };
+            let _ = self.parcels.filled.enqueue(parcel);
         }
     }
 
@@ -125,4 +148,14 @@ fn unpack<B: Board>(command: &Command) -> Result<Order, Refusal> {
         axis.configuration().map_or(Ok(()), |config| B::supports(config, protection))?;
     }
     Ok(order)
+}
+
+/// Computes ahead what the units of the axis decide, and notes its units behind a configuration. If that is refused, the
+/// axis has other units, and the tick computes anew.
+fn ahead(order: &mut servo_axis::Order, units: &mut Option<Units>) {
+    match order {
+        servo_axis::Order::Install(axis, _) => *units = Some(Units::of(axis.scale())),
+        servo_axis::Order::Run(command) => units.iter().for_each(|units| command.ahead(units)),
+        servo_axis::Order::Reset => {}
+    }
 }

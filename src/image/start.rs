@@ -3,16 +3,17 @@
 use super::board::{AXES, Board};
 use super::boot;
 use super::idle_task::IdleTask;
-use super::link_task::{Link, LinkTask};
-use super::tick::{Control, ControlTask, Ends, Telemetry};
+use super::link_task::{Link, LinkTask, Parcels};
+use super::tick::{Control, ControlTask, Ends, Orders, Parcel, Telemetry};
 use core::mem::MaybeUninit;
 use cortex_m::Peripherals as CorePeripherals;
 use heapless::spsc::Queue;
 use servo::axis::servo_axis::ServoAxis;
+use servo::axis::track_sine::Units;
 use servo::drivers::flash::ParameterFlash;
 use servo::drivers::saving::{Archive, Job, Report};
 use servo::link::capture::{EMPTY, Ring};
-use servo::link::order::Order;
+use servo::link::order::{Order, Service};
 use servo::link::protocol::Message;
 use servo::store::MAX_AXES;
 
@@ -22,8 +23,10 @@ const _: () = assert!(AXES <= MAX_AXES, "a stored record has no room for that ma
 pub struct Places {
     ring: Ring,
     axes: [MaybeUninit<ServoAxis>; AXES],
-    /// Commands on their way from the link to the control interrupt, with sequence number and axis.
-    orders: Queue<(u16, u8, Order), 2>,
+    /// A command on its way from the link to the control interrupt, which reads it where it lies; the place itself goes round.
+    parcel: MaybeUninit<Parcel>,
+    filled: Queue<&'static mut Parcel, 2>,
+    empty: Queue<&'static mut Parcel, 2>,
     /// Answers on their way back. The link hands over an order only when it has room for what comes back, so at most these
     /// wait: an answer and what it brings with it, two messages about a save, and the end of a commissioning on every axis.
     /// (A queue has one place less than its number.)
@@ -44,7 +47,9 @@ impl Places {
         Places {
             ring: EMPTY,
             axes: [const { MaybeUninit::uninit() }; AXES],
-            orders: Queue::new(),
+            parcel: MaybeUninit::uninit(),
+            filled: Queue::new(),
+            empty: Queue::new(),
             answers: Queue::new(),
             records: Queue::new(),
             jobs: Queue::new(),
@@ -66,7 +71,11 @@ pub fn start<B: Board>(
     let (mut drive, line, idle) = B::init(device, core);
     defmt::info!("servo {=str} on {=str}", env!("CARGO_PKG_VERSION"), B::NAME);
     let axes = boot::axes::<B>(&mut places.axes, &mut archive, found, cause, &mut drive);
-    let (orders_out, orders_in) = places.orders.split();
+    let units = axes.each_ref().map(|axis| axis.scale().map(Units::of));
+    let (filled, waiting) = places.filled.split();
+    let (mut done, empty) = places.empty.split();
+    let parcel = places.parcel.write(Parcel { to: 0, axis: 0, order: Order::Service(Service::Hello) });
+    let _ = done.enqueue(parcel);
     let (answers, answers_in) = places.answers.split();
     let (records, records_in) = places.records.split();
     let (jobs, jobs_in) = places.jobs.split();
@@ -75,8 +84,8 @@ pub fn start<B: Board>(
     let control = Control::new(axes, &mut places.ring, cause, found, ends);
     (
         drive,
-        ControlTask::new(control, orders_in),
-        LinkTask::new(Link::new(line, orders_out), answers_in, records_in),
+        ControlTask::new(control, Orders { waiting, done }),
+        LinkTask::new(Link::new(line, Parcels { empty, filled }, units), answers_in, records_in),
         IdleTask::new(idle, archive, jobs_in, reports_out),
     )
 }

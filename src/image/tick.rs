@@ -15,8 +15,23 @@ use servo::store::{AtRest, Found};
 /// Control rate until an axis is configured, Hz: the one with which the boards start.
 const START_TICK_HZ: u32 = 10_000;
 
-/// Orders from the link, with sequence number and axis.
-pub type Orders = Consumer<'static, (u16, u8, Order)>;
+/// An order with its sequence number and its axis. There is one place for it, which goes to and fro between link and control.
+pub struct Parcel {
+    /// Sequence number.
+    pub to: u16,
+    /// The axis.
+    pub axis: u8,
+    /// What is to be done.
+    pub order: Order,
+}
+
+/// The control interrupt's ends of the two queues in which a [`Parcel`] goes round.
+pub struct Orders {
+    /// From the link.
+    pub waiting: Consumer<'static, &'static mut Parcel>,
+    /// Back to it, to be filled anew.
+    pub done: Producer<'static, &'static mut Parcel>,
+}
 
 /// The control interrupt's ends of the other queues.
 pub struct Ends {
@@ -167,7 +182,7 @@ impl Control {
 
     /// Carries out the next order, if one waits and its axis is ready. True if the timers were set anew.
     fn take_order(&mut self, orders: &mut Orders, drive: &mut impl Drive) -> bool {
-        orders.ready() && self.carry_out(orders, drive)
+        orders.waiting.ready() && self.carry_out(orders, drive)
     }
 
     /// An axis that was just configured computes its gains a stage a tick. A motion waits for them, half a dozen ticks.
@@ -178,12 +193,12 @@ impl Control {
         }
     }
 
-    /// Carries out the order at the head of the queue, where it lies, because an order is hundreds of bytes. This function is
+    /// Carries out the order that waits, where it lies, because an order is hundreds of bytes. This function is
     /// kept out of the tick, which would otherwise reserve its stack every time.
     #[cold]
     #[inline(never)]
     fn carry_out(&mut self, orders: &mut Orders, drive: &mut impl Drive) -> bool {
-        let Some((to, axis, order)) = orders.peek() else {
+        let Some(Parcel { to, axis, order }) = orders.waiting.peek().map(|parcel| &**parcel) else {
             return false;
         };
         if !self.is_ready(*axis, order) {
@@ -196,7 +211,8 @@ impl Control {
         }
         let configured = config.is_some();
         self.tell(Message::Answer { to: *to, tick, result });
-        let _ = orders.dequeue();
+        // There is one: the queue back has a place.
+        orders.waiting.dequeue().map(|parcel| orders.done.enqueue(parcel));
         configured
     }
 

@@ -10,7 +10,7 @@
 //! the last two computed ones, and speed and position follow from it. The number of ticks is chosen so that an acceleration
 //! that stayed would do as well.
 
-use super::trajectory::{ONE, PI, envelope, ramp_turns, root};
+use super::trajectory::{Limits, ONE, PI, envelope, ramp_turns, root};
 use crate::control::Reference;
 use crate::units::{
     ACCELERATION_BITS, Acceleration, Position, SPEED_BITS, Speed, mul_high, mul_shift, mul_shift_within,
@@ -154,6 +154,13 @@ impl Sine {
         self.at(phase, r, falling)
     }
 
+    /// Is the next set-point computed, though not every one is?
+    #[must_use]
+    #[inline]
+    pub(crate) fn is_computing(&self) -> bool {
+        self.left == 0 && self.between > 1
+    }
+
     /// True when the sine has ended.
     #[must_use]
     #[inline]
@@ -205,7 +212,7 @@ impl Sine {
 }
 
 /// Ticks between two computed set-points, a power of two. Magnitudes; the bound of the jerk is that of
-/// [`Limits::allow_sine`](super::trajectory::Limits::allow_sine).
+/// [`Shape`].
 fn between(amplitude: f32, radians: f32, ramp_turns: f32) -> u32 {
     let slope = 1.0 / (2.0 * PI * ramp_turns);
     let square = slope * slope;
@@ -223,20 +230,80 @@ fn between(amplitude: f32, radians: f32, ramp_turns: f32) -> u32 {
     }
 }
 
-/// Peak of `|ω + τ·ω̇|` of a sine, counts per tick: the speed that the voltage it takes would sustain. `amplitude` in
-/// counts, `frequency` in turns per tick, `tau_ticks` of the motor.
-///
-/// In the middle it is `A·Ω·√(1 + (Ωτ)²)`. The rise over a full turn takes up to 13 % more for a moment, which is not
-/// counted; what a shorter one takes beyond that is, as in [`Limits::allow_sine`](super::trajectory::Limits::allow_sine).
+/// A sine but for its centre, and what it asks of a motor: all that follows from amplitude, frequency and length alone.
+/// Whoever takes orders computes it, and the control tick adds where the shaft is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape {
+    /// Around zero; `None`: outside the limits of a [`Sine`].
+    sine: Option<Sine>,
+    /// Farthest from the centre, counts.
+    pub swing: f32,
+    /// Peak speed, counts per tick.
+    pub speed: f32,
+    /// Peak acceleration, counts per tick².
+    acceleration: f32,
+    /// Peak jerk, counts per tick³.
+    jerk: f32,
+    /// Phase per tick, rad.
+    radians: f32,
+    /// What the rise of the envelope adds to the lag of the motor, as a factor.
+    rise: f32,
+}
+
+impl Shape {
+    /// `amplitude` in counts, `frequency` in turns per tick, `length` in ticks.
+    ///
+    /// While its envelope rises or falls over n turns, a sine asks for at most 1 + 6.2k² of its acceleration and
+    /// 1 + 17k² + 47k⁴ of its jerk, with k = 1/2πn: bounds of the derivatives of `e·sin φ` for n = 1/4 … 1.
+    #[must_use]
+    #[cold]
+    #[inline(never)]
+    pub fn new(amplitude: f32, frequency: f32, length: u32) -> Self {
+        let swing = amplitude.abs();
+        let radians = 2.0 * PI * frequency;
+        let slope = 1.0 / (2.0 * PI * ramp_turns(frequency * length as f32));
+        let square = slope * slope;
+        let acceleration = swing * radians * radians;
+        Self {
+            sine: Sine::plan(Position(0), amplitude, frequency, length),
+            swing,
+            speed: swing * radians,
+            acceleration: acceleration * (1.0 + 6.2 * square),
+            jerk: acceleration * radians * (1.0 + square * (17.0 + 47.0 * square)),
+            radians,
+            rise: (1.0 + 6.2 * slope * slope) / 1.157,
+        }
+    }
+
+    /// Does it keep the limits of acceleration and jerk?
+    #[must_use]
+    pub fn keeps(&self, limits: &Limits) -> bool {
+        self.acceleration <= limits.acceleration && self.jerk <= limits.jerk
+    }
+
+    /// Around this place.
+    #[must_use]
+    pub fn around(&self, centre: Position) -> Option<Sine> {
+        Some(Sine { centre, last: Reference::rest(centre), ..self.sine? })
+    }
+
+    /// Peak of `|ω + τ·ω̇|`, counts per tick: the speed that the voltage it takes would sustain. `tau_ticks` of the motor.
+    ///
+    /// In the middle it is `A·Ω·√(1 + (Ωτ)²)`. The rise over a full turn takes up to 13 % more for a moment, which is not
+    /// counted; what a shorter one takes beyond that is, as in acceleration and jerk.
+    #[must_use]
+    pub fn takes(&self, tau_ticks: f32) -> f32 {
+        if tau_ticks <= 0.0 {
+            // The root of one: the same bits as below.
+            return self.speed;
+        }
+        let lag = self.radians * tau_ticks * self.rise;
+        self.speed * root(1.0 + lag * lag)
+    }
+}
+
+/// [`Shape::takes`] of a sine. `amplitude` in counts, `frequency` in turns per tick, `length` in ticks.
 #[must_use]
 pub fn sine_takes(tau_ticks: f32, amplitude: f32, frequency: f32, length: u32) -> f32 {
-    let radians = 2.0 * PI * frequency;
-    if tau_ticks <= 0.0 {
-        // The root of one: the same bits as below.
-        return amplitude.abs() * radians;
-    }
-    let slope = 1.0 / (2.0 * PI * ramp_turns(frequency * length as f32));
-    let rise = (1.0 + 6.2 * slope * slope) / 1.157;
-    let lag = radians * tau_ticks * rise;
-    amplitude.abs() * radians * root(1.0 + lag * lag)
+    Shape::new(amplitude, frequency, length).takes(tau_ticks)
 }

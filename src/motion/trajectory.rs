@@ -117,20 +117,6 @@ impl Limits {
         let jerk = ((PEAK_JERK * distance / ticks + carried * speed) / ticks + bent * acceleration) / ticks;
         ticks * (bending / left).max(jerk / self.jerk).max(1.0)
     }
-
-    /// Does a sine keep the limits of acceleration and jerk? `amplitude` in counts, `frequency` in turns per tick.
-    ///
-    /// While its envelope rises or falls over n turns, a sine asks for at most 1 + 6.2k² of its acceleration and
-    /// 1 + 17k² + 47k⁴ of its jerk, with k = 1/2πn: bounds of the derivatives of `e·sin φ` for n = 1/4 … 1.
-    #[must_use]
-    pub fn allow_sine(&self, amplitude: f32, frequency: f32, length: u32) -> bool {
-        let radians = 2.0 * PI * frequency;
-        let slope = 1.0 / (2.0 * PI * ramp_turns(frequency * length as f32));
-        let square = slope * slope;
-        let acceleration = amplitude.abs() * radians * radians;
-        acceleration * (1.0 + 6.2 * square) <= self.acceleration
-            && acceleration * radians * (1.0 + square * (17.0 + 47.0 * square)) <= self.jerk
-    }
 }
 
 /// Turns over which the envelope of a sine rises, and falls.
@@ -271,6 +257,10 @@ impl Move {
     #[cold]
     #[inline(never)]
     fn at(&self, r: i32) -> Reference {
+        if r == 0 && self.start.rests() {
+            // The first set-point, in the tick that also plans: the same bits as below.
+            return self.start;
+        }
         let (value, slope, bend) = envelope(r);
         let whole = (self.distance >> 32).wrapping_mul(value as i64) << 2;
         let part = (self.distance & 0xffff_ffff).wrapping_mul(value as i64) >> 30;

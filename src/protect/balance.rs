@@ -262,7 +262,8 @@ impl State {
     }
 
     /// A reversed encoder, or one that is not the motor's, gives no winding; nor does a drive with a law of its own.
-    #[inline]
+    #[cold]
+    #[inline(never)]
     fn unknowns(&mut self) -> Stage {
         let [resistance, emf, inductance, ..] = self.scaled;
         let own = |scaled: i32, i: usize| {
@@ -275,7 +276,8 @@ impl State {
         if resistance > 0 && emf > 0 { Stage::Residual } else { Stage::Idle }
     }
 
-    #[inline]
+    #[cold]
+    #[inline(never)]
     fn residual(&self) -> Stage {
         let last = COLUMNS - 1;
         let whole = Positive::new(self.words[last * (last + 1) / 2 + last].unsigned_abs(), 0);
@@ -285,7 +287,8 @@ impl State {
     }
 
     /// Is R (0) or K (1) known well enough?
-    #[inline]
+    #[cold]
+    #[inline(never)]
     fn known(&self, i: usize) -> bool {
         let variance = self.factor.scaled_variance(&self.forward, self.variance);
         let value = self.unknowns[i & 1];

@@ -79,6 +79,18 @@ impl Params {
         self.bits
     }
 
+    /// Is this tick the first one that is gathered, or the only one?
+    #[inline]
+    pub fn is_behind(&self, state: &State) -> bool {
+        state.ticks == 1 || self.bits == 0
+    }
+
+    /// Ticks from the next one, which counts as one, to a later one behind a look.
+    pub fn ticks_behind_look(&self, state: &State) -> u32 {
+        let most = (1u32 << (self.bits & 31)).wrapping_sub(1);
+        (!state.ticks & most).wrapping_add(2)
+    }
+
     /// Does the next tick end what is gathered?
     pub fn is_due(&self, state: &State) -> bool {
         state.ticks.wrapping_add(1) >> (self.bits & 31) != 0

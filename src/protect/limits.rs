@@ -6,7 +6,7 @@ use super::looks::looks;
 use super::{Input, Settings};
 use crate::config::{Config, Scale};
 use crate::optional::Optional;
-use crate::units::{Speed, Voltage, to_fixed};
+use crate::units::{Speed, Voltage, ticks_in, to_fixed};
 
 /// Conditions of supply, current and speed must last 1/200 s.
 const PERSISTENCE_HZ: f32 = 200.0;
@@ -76,7 +76,7 @@ impl Params {
             let share = limit.get().map_or(share, |limit| limit / config.supply_nominal_v);
             Voltage(to_fixed(share, Voltage::BITS))
         };
-        let ticks = u64::from(settings.command_timeout_ms) * u64::from(config.tick_hz) / 1000;
+        let ticks = ticks_in(settings.command_timeout_ms.into(), config.tick_hz);
         Self {
             lowest_supply: supply(config.supply_low_v, LOWEST_SUPPLY),
             highest_supply: supply(config.supply_high_v, HIGHEST_SUPPLY),
@@ -86,7 +86,7 @@ impl Params {
                 .get()
                 .map(|limit| (limit / config.current_a_per_lsb) as u16),
             persistence: (look_hz / PERSISTENCE_HZ) as u16,
-            timeout: (ticks >> bits) as u32,
+            timeout: ticks >> bits,
         }
     }
 

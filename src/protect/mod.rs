@@ -141,6 +141,12 @@ impl State {
         self.winding.rest();
     }
 
+    /// Has the last look left something to the ticks before the next one?
+    #[inline]
+    pub(crate) fn is_due(&self) -> bool {
+        self.winding.is_due()
+    }
+
     /// The host lives.
     pub(crate) fn heard(&mut self) {
         self.limits.heard();
@@ -199,10 +205,11 @@ impl Params {
         }
     }
 
-    /// A tick between two looks, of an axis that moves or may: what the looks have left to it. True if there was something.
+    /// A tick between two looks, of an axis that moves or may: what the looks have left to it, if they have.
+    #[cold]
     #[inline]
-    pub fn between(&self, state: &mut State) -> bool {
-        self.winding.between(&mut state.winding)
+    pub fn between(&self, state: &mut State) {
+        self.winding.between(&mut state.winding);
     }
 
     /// One tick of an axis at rest with its bridge open: what it could do wrong needs neither motion nor current. True when
@@ -222,6 +229,23 @@ impl Params {
         for fault in [self.limits.step(&mut state.limits, expectation, input), self.overload(state, input)] {
             state.latch(fault, &self.actions);
         }
+    }
+
+    /// Are there at least three ticks between two looks?
+    #[inline]
+    pub(crate) fn spreads(&self) -> bool {
+        self.winding.spreads()
+    }
+
+    /// Does this tick follow one with a look? True in every tick where every tick has one.
+    #[inline]
+    pub(crate) fn is_behind_look(&self, state: &State) -> bool {
+        self.gather.is_behind(&state.gather)
+    }
+
+    /// Ticks from this one, which was not gathered yet and counts as one, to a later one behind a look.
+    pub(crate) fn ticks_behind_look(&self, state: &State) -> u32 {
+        self.gather.ticks_behind_look(&state.gather)
     }
 
     /// Is the next tick one with a look, unless counts jump?

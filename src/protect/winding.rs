@@ -350,17 +350,16 @@ impl Params {
 
     /// Are there ticks enough between two looks for what takes long?
     #[inline]
-    fn spreads(&self) -> bool {
+    pub fn spreads(&self) -> bool {
         self.look_bits >= SPREAD_BITS
     }
 
-    /// A tick between two looks: what would otherwise make the next one long. True if there was something.
+    /// A tick between two looks: what would otherwise make the next one long.
+    #[cold]
     #[inline]
-    pub fn between(&self, state: &mut State) -> bool {
-        if state.due {
-            self.go_on(state);
-        }
-        core::mem::take(&mut state.due)
+    pub fn between(&self, state: &mut State) {
+        state.due = false;
+        self.go_on(state);
     }
 
     /// Learns from the last block, or takes the solution a step further.
@@ -376,6 +375,12 @@ impl Params {
 }
 
 impl State {
+    /// Has the last look left something to the ticks before the next one?
+    #[inline]
+    pub fn is_due(&self) -> bool {
+        self.due
+    }
+
     #[cold]
     #[inline]
     fn glance(&mut self, current: i32, count: i32) {

@@ -15,3 +15,4 @@ mod gates;
 mod miri;
 mod protect;
 mod reach;
+mod units;

@@ -1,5 +1,6 @@
 //! The servo as a whole around simulated motors: control, commissioning, passive identification, protection, motion.
 
+mod ahead;
 mod axis;
 mod commission;
 mod excitation;

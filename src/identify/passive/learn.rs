@@ -169,7 +169,8 @@ impl Params {
         learning.draft.saturation = known.saturation;
         let estimates = learning.draft;
         let [positive, negative] = &state.identify.sums;
-        if positive.rows.saturating_add(negative.rows) >= MATURE_ROWS && self.adopt(state, &estimates) {
+        if positive.rows.saturating_add(negative.rows) >= MATURE_ROWS && self.freeze(state, &estimates) {
+            state.work = Work::Track;
             return publish(known, &estimates);
         }
         news(known, &estimates) && publish(known, &estimates)

@@ -63,8 +63,9 @@ enum Work {
     None,
     /// The blocks' lengths: a tick later than the memory is set up, because both take long.
     Begin,
-    /// Taking over what is known.
+    /// Taking over what is known: gain and time constant, and a tick later the dead zones.
     TakeOver,
+    Track,
     /// The solver.
     Solve,
     /// From a solution to estimates, step by step.
@@ -95,6 +96,23 @@ impl State {
     #[inline]
     pub fn pause(&mut self) {
         self.identify.pause();
+    }
+
+    /// Does the next tick sample the splines, or look at a hop?
+    #[inline]
+    pub(crate) fn is_crowded(&self) -> bool {
+        self.identify.hopped() || self.identify.is_sampling()
+    }
+
+    /// Has a hop ended that was not looked at yet?
+    #[inline]
+    pub(crate) fn hopped(&self) -> bool {
+        self.identify.hopped()
+    }
+
+    /// It is driven again: the next sample of the splines is complete in so many ticks. Windows refill anyway.
+    pub(crate) fn align(&mut self, ticks: u32) {
+        self.identify.align(ticks);
     }
 
     /// Gain and time constant are frozen, the dead zone follows.
@@ -129,7 +147,8 @@ impl Params {
     pub fn listen(&self, count: i32, known: &Estimates) -> State {
         let mut state = State::new(self, count);
         self.begin(&mut state);
-        self.take_over(&mut state, known);
+        state.work = Work::None;
+        self.adopt(&mut state, known);
         state
     }
 
@@ -141,12 +160,11 @@ impl Params {
         state.identify.relength(self.identify.lengths_for(self.hint));
     }
 
-    /// Takes over what is known.
+    /// Takes over what is known, if it is trusted.
     #[cold]
     #[inline(never)]
     fn take_over(&self, state: &mut State, known: &Estimates) {
-        state.work = Work::None;
-        self.adopt(state, known);
+        state.work = if self.freeze(state, known) { Work::Track } else { Work::None };
     }
 
     /// One control tick: bounded integer work. `true`: `known` has changed.
@@ -156,7 +174,7 @@ impl Params {
     }
 
     /// One control tick. `busy`: something else takes long in it, so there are the sums alone, and what a hop has brought
-    /// waits for the next tick, which must not be busy.
+    /// waits for the next tick. Of four ticks in a row one must not be busy.
     #[inline]
     pub fn step_beside(&self, state: &mut State, known: &mut Estimates, input: &Input, busy: bool) -> bool {
         let hopped = state.identify.hopped();
@@ -210,6 +228,10 @@ impl Params {
             }
             Work::TakeOver => {
                 self.take_over(state, known);
+                false
+            }
+            Work::Track => {
+                self.begin_to_track(state, known);
                 false
             }
             Work::Solve => {

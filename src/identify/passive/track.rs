@@ -50,11 +50,13 @@ impl Track {
         }
     }
 
+    #[inline]
     fn value(&self) -> i32 {
         self.fine >> TRACK_SHIFT
     }
 
     /// One window may move it by half of what it was commissioned to, no more.
+    #[inline]
     fn note(&mut self, sample: i32, other: i32) {
         let most = self.base / 2;
         let error = sample.saturating_sub(self.value()).max(-most).min(most);
@@ -67,9 +69,10 @@ impl Track {
 }
 
 impl Track {
-    /// The estimate as it stands now: moves beyond 1 %, and changes of trust. `life` in hops.
-    fn seen(&self, other: &Track, before: &Estimate, life: u32) -> Estimate {
-        let mut estimate = *before;
+    /// The estimate as it stands now: moves beyond 1 %, and changes of trust. `life` in hops. `true`: it has changed.
+    #[inline]
+    fn tell(&self, other: &Track, estimate: &mut Estimate, life: u32) -> bool {
+        let before = (estimate.value, estimate.u95, estimate.standing);
         if moved(self.value(), estimate.value, NEWS_1024) {
             estimate.u95 = estimate.u95.max(self.value() >> 4);
             estimate.value = self.value();
@@ -80,7 +83,7 @@ impl Track {
             () if alone || self.age > life => Standing::Doubtful(Reason::Aged),
             () => Standing::Trusted,
         };
-        estimate
+        before != (estimate.value, estimate.u95, estimate.standing)
     }
 }
 
@@ -90,9 +93,21 @@ fn trackable(estimate: &Estimate) -> bool {
 }
 
 impl Params {
-    /// Freezes gain and time constant and tracks the dead zone from here. A few divisions in software: not in a tick
-    /// that does much else. `false`: there is nothing to track; nothing changes.
+    /// Freezes gain and time constant and tracks the dead zone from here. `false`: there is nothing to track; nothing
+    /// changes.
     pub fn adopt(&self, state: &mut State, known: &Estimates) -> bool {
+        let tracks = self.freeze(state, known);
+        if tracks {
+            self.begin_to_track(state, known);
+        }
+        tracks
+    }
+
+    /// The first half of that: gain and time constant, as the solution that windows are compared with. A few divisions in
+    /// software: not in a tick that does much else.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn freeze(&self, state: &mut State, known: &Estimates) -> bool {
         let (Some(gain), Some(time_constant)) = (known.gain.trusted(), known.time_constant.trusted()) else {
             return false;
         };
@@ -113,20 +128,25 @@ impl Params {
             alpha: alpha.to_q(COEFFICIENT_FRAC),
             delta: 0,
         });
-        state.solver.hold(&Solution {
-            coefficients,
-            inverse_beta: [0, 1].map(|direction| coefficients[direction].inverse_beta()),
-            ..Solution::default()
-        });
+        state.solver.hold(&Solution { coefficients, ..Solution::default() });
+        true
+    }
+
+    /// The second half: gains the other way round, and the dead zones.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn begin_to_track(&self, state: &mut State, known: &Estimates) {
+        state.solver.invert();
         state.work = Work::None;
         let [positive, negative] = &known.dead_zone;
         let tracks = [Track::new(positive, negative), Track::new(negative, positive)];
         heed_input(&mut state.identify, &tracks);
         state.task = Task::Track(tracks);
-        true
     }
 
     /// One hop, with a usable window or without. `true`: `known` has changed.
+    #[cold]
+    #[inline]
     pub(super) fn track(
         &self,
         state: &mut State,
@@ -150,10 +170,7 @@ impl Params {
         let mut differs = false;
         for direction in Direction::BOTH {
             let [own, other] = [&tracks[direction], &tracks[direction.reversed()]];
-            let estimate = &mut known.dead_zone[direction];
-            let now = own.seen(other, estimate, life);
-            differs |= now != *estimate;
-            *estimate = now;
+            differs |= own.tell(other, &mut known.dead_zone[direction], life);
         }
         differs
     }

@@ -22,8 +22,11 @@ const PERIODS_PER_CAPTURE: u32 = 31 * 8;
 /// than the internal oscillator can be off, and less than half of what lies between two of them.
 pub fn crystal(counts: u32) -> Option<u32> {
     let clocks = u64::from(INTERNAL_HZ) * u64::from(CAPTURES * PERIODS_PER_CAPTURE);
-    let hertz = clocks.checked_div(u64::from(counts))?;
-    CRYSTALS.into_iter().find(|&crystal| hertz.abs_diff(u64::from(crystal)) * 10 <= u64::from(crystal))
+    // Clocks that a crystal of so many hertz would have taken: multiplied, for a 64-bit division takes 900 bytes.
+    let of = |hertz: u32| u64::from(hertz) * u64::from(counts);
+    let within =
+        |crystal: u32| clocks >= of(crystal - crystal / 10) && clocks < of(crystal + crystal / 10 + 1);
+    CRYSTALS.into_iter().find(|&crystal| within(crystal))
 }
 
 /// Divider M and multiplier N of the PLL for a source of `hertz`: the comparison runs at 2 MHz, which RM0090 recommends
@@ -47,11 +50,13 @@ pub const START_PERIODS: u8 = periods_per_tick(START_FULL_SCALE, START_TICK_HZ).
 /// PWM periods n per control tick, 1 … 128, if the timer can make `tick_hz` exactly: a centre-aligned period takes
 /// 2 · `full_scale` clocks, and the repetition counter of 8 bits counts both of its turning points.
 pub const fn periods_per_tick(full_scale: u16, tick_hz: u32) -> Option<u8> {
-    let clocks = 2 * full_scale as u64 * tick_hz as u64;
-    if clocks == 0 || !(PWM_TIMER_HZ as u64).is_multiple_of(clocks) {
+    let Some(clocks) = (2 * full_scale as u32).checked_mul(tick_hz) else {
+        return None;
+    };
+    if clocks == 0 || !PWM_TIMER_HZ.is_multiple_of(clocks) {
         return None;
     }
-    match PWM_TIMER_HZ as u64 / clocks {
+    match PWM_TIMER_HZ / clocks {
         periods @ 1..=128 => Some(periods as u8),
         _ => None,
     }
