@@ -62,12 +62,11 @@ pub(super) fn extended(
     last: Option<&Last>,
 ) -> Outcome {
     let (dataset, model) = (given.hypothesis.dataset, given.hypothesis.model);
-    let known = judged.uncertainty.take();
     let fitted = described.and_then(|described| described.fitted.as_ref());
     let with_term = fitted.map(|fitted| rest::extended(&judged.kept, fitted));
     let kept = with_term.as_ref().unwrap_or(&judged.kept);
-    let known = known.filter(|_| with_term.is_none());
-    let (mut steps, (simulated, (uncertainty, rivals))) = rayon::join(
+    let known = judged.uncertainty.take().filter(|_| with_term.is_none());
+    let (mut steps, ((after, seen_after), (uncertainty, rivals))) = rayon::join(
         || steps(given, &judged.kept),
         || {
             let beside = || {
@@ -77,7 +76,6 @@ pub(super) fn extended(
             rayon::join(|| given.simulated_with(kept), beside)
         },
     );
-    let (after, seen_after) = simulated;
     if let Some(fitted) = fitted {
         let gaps = (given.gap_of(&judged.kept), after.gap);
         let term = rest::as_told(&judged.kept, fitted, gaps);

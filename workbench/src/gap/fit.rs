@@ -87,14 +87,11 @@ impl<'h, 'a> Evaluator<'h, 'a> {
         residuals
     }
 
-    /// `near`: the place in whose steps all are simulated; otherwise each in its own.
-    fn compared(&self, near: Option<&[f64]>, many: &[&[f64]], finest: f64, out: &mut [Vec<f64>]) {
-        let near = near.map(|x| self.hypothesis.plant(x));
-        let plant = |x: &&[f64]| {
-            let plant = self.hypothesis.plant(x);
-            near.iter().fold(plant, |plant, near| plant.in_steps_of(near))
-        };
-        self.simulated(many.iter().map(plant).collect(), many, finest, out);
+    /// Of places near another one, in whose steps all are simulated.
+    fn compared(&self, near: &[f64], many: &[&[f64]], finest: f64, out: &mut [Vec<f64>]) {
+        let near = self.hypothesis.plant(near);
+        let plants = many.iter().map(|x| self.hypothesis.plant(x).in_steps_of(&near));
+        self.simulated(plants.collect(), many, finest, out);
     }
 
     fn simulated(&self, plants: Vec<Physics>, many: &[&[f64]], finest: f64, out: &mut [Vec<f64>]) {
@@ -122,15 +119,15 @@ impl<'h, 'a> Evaluator<'h, 'a> {
 
 impl Problem for Evaluator<'_, '_> {
     fn residuals(&mut self, x: &[f64], out: &mut Vec<f64>) {
-        self.compared(None, &[x], self.finest, std::slice::from_mut(out));
+        self.compared(x, &[x], self.finest, std::slice::from_mut(out));
     }
 
     fn residuals_near(&mut self, x: &[f64], many: &[&[f64]], out: &mut [Vec<f64>]) {
-        self.compared(Some(x), many, self.finest, out);
+        self.compared(x, many, self.finest, out);
     }
 
     fn probed_near(&mut self, x: &[f64], many: &[&[f64]], out: &mut [Vec<f64>]) {
-        self.compared(Some(x), many, COARSE, out);
+        self.compared(x, many, COARSE, out);
     }
 
     fn probes_alike(&self) -> bool {

@@ -73,13 +73,14 @@ pub fn run<L: Recorded>(
 ) -> Result<Outcome, InputError> {
     let started = Instant::now();
     let (log, holdouts) = (L::log(log), L::logs(holdouts));
-    let faults = examine::faults(model, &log, &holdouts);
+    let notes = || examine::notes(model, &log);
+    let (faults, notes) = rayon::join(|| examine::faults(model, &log, &holdouts), notes);
     if !faults.is_empty() && !options.accept_data {
         return Ok(Outcome { runtime_s: started.elapsed().as_secs_f64(), ..examine::outcome(&log, faults) });
     }
     let table = as_table(model, &log);
     // What is said of a sensor is said of motion.
-    let notes = if table.is_none() { examine::notes(model, &log) } else { Vec::new() };
+    let notes = if table.is_none() { notes } else { Vec::new() };
     let mut outcome = match table {
         Some(table) => of_table(model, &table, &log, &holdouts, options),
         None => {

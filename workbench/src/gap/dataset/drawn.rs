@@ -90,18 +90,14 @@ impl Integral {
     /// What was added since the last piece ended.
     #[inline(always)]
     fn up_to(&mut self, run: &BenchRun, end: f64) -> f64 {
-        let since = end - self.delay - run.row_time[0];
-        let reached = if since <= 0.0 { self.before * since } else { self.within(run, end - self.delay) };
-        reached - std::mem::replace(&mut self.reached, reached)
-    }
-
-    /// The integral up to a time within the rows.
-    #[inline(always)]
-    fn within(&mut self, run: &BenchRun, time: f64) -> f64 {
+        let time = end - self.delay;
         while self.row + 1 < self.applied.len() && run.row_time[self.row + 1] < time {
             self.row += 1;
         }
-        self.area[self.row] + self.applied[self.row] * (time - run.row_time[self.row])
+        let since = time - run.row_time[self.row];
+        let applied = if since < 0.0 { self.before } else { self.applied[self.row] };
+        let reached = self.area[self.row] + applied * since;
+        reached - std::mem::replace(&mut self.reached, reached)
     }
 }
 

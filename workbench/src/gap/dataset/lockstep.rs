@@ -117,7 +117,8 @@ impl Pack<'_, '_> {
     fn alone(&self, (set, out): &mut (usize, &mut Vec<f64>)) -> u64 {
         let (mut simulation, mut steps) = (BUFFERS.take(), 0);
         for Compared { run, starts } in self.runs {
-            let (predicted, taken) = simulation.sensed(run, &self.plants[*set], starts[*set], self.finest);
+            let detail = Detail { finest: self.finest, keep: Keep::sensed(run) };
+            let (predicted, taken) = simulation.sensed(run, &self.plants[*set], starts[*set], detail);
             steps += taken;
             Compare::new(self.parts, &run.speed).one(predicted, 1, 0, out);
             if !run.current.is_empty() {

@@ -39,11 +39,9 @@ impl Simulation {
     /// A run in free run, and what the sensor of its speed would have shown; the arguments are those of
     /// [`BenchRun::simulate`].
     pub fn speed(&mut self, run: &BenchRun, plant: &Physics, start: f64, finest: f64) -> (&Traces, &[f64]) {
-        let Self { traces, predicted } = self;
-        run.simulate(plant, start, finest, traces);
-        predicted.resize(run.speed.len(), 0.0);
-        run.speed.predict(0.0, &run.time, &traces.reading, &traces.integral, predicted);
-        (traces, predicted)
+        let (_, steps) = self.sensed(run, plant, start, Detail { finest, keep: Keep::All });
+        effort::simulated(1, steps);
+        (&self.traces, &self.predicted)
     }
 
     /// The run that was simulated last.
@@ -62,10 +60,10 @@ impl Simulation {
         run: &BenchRun,
         plant: &Physics,
         start: f64,
-        finest: f64,
+        detail: Detail,
     ) -> (&[f64], u64) {
         let Self { traces, predicted } = self;
-        let steps = run.simulated(plant, start, Detail { finest, keep: Keep::sensed(run) }, traces);
+        let steps = run.simulated(plant, start, detail, traces);
         predicted.resize(run.speed.len(), 0.0);
         run.speed.predict(0.0, &run.time, &traces.reading, &traces.integral, predicted);
         (predicted, steps)

@@ -1,9 +1,11 @@
 //! What a first-order motion explains of a record, with friction, a constant load, gravity and a spring left free.
 
 use super::excerpt::{integrated, looked_at};
+use crate::gap::threads::each;
 use crate::system::log::{Dynamic, Input, Run};
 use crate::system::model::{Kind, Model};
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use servo::axis::Bridge;
 use std::ops::Range;
 
@@ -203,19 +205,19 @@ impl Motion {
             let gain = fit.slope / base.slope * if base.rate > 0.0 { base.rate / fit.rate } else { 1.0 };
             gain > 0.0 && (fitted || (1.0 / GAIN..=GAIN).contains(&gain))
         };
-        let fits = AROUND.iter().map(|times| self.fit(times * base.rate));
-        fits.filter(allowed).map(|fit| fit.explained).fold(0.0, f64::max)
+        let fits = each(&AROUND).map(|times| self.fit(times * base.rate));
+        fits.filter(allowed).map(|fit| fit.explained).reduce(|| 0.0, f64::max)
     }
 
     /// The best fit at time constants around the model's, itself `times` as fast.
     pub fn near(&self, base: &Base, times: f64) -> Option<Fitted> {
-        let fits = AROUND[2..7].iter().map(|around| self.fit(around * base.rate * times));
+        let fits = each(&AROUND[2..7]).map(|around| self.fit(around * base.rate * times));
         fits.max_by(|a, b| a.explained.total_cmp(&b.explained))
     }
 
     /// The gain over that of the model, where the time constant is about that of the model, and the share that is then explained.
     pub fn gain(&self, base: &Base) -> Option<(f64, f64)> {
-        let fits = AROUND.iter().map(|times| self.fit(times * base.rate));
+        let fits = each(&AROUND).map(|times| self.fit(times * base.rate));
         let best = fits.max_by(|a, b| a.explained.total_cmp(&b.explained))?;
         let damped = if base.rate > 0.0 { base.rate / best.rate } else { 1.0 };
         let gain = best.slope / base.slope * damped;
@@ -228,9 +230,9 @@ impl Motion {
         let plain = self.near(base, 1.0).filter(|fit| fit.slope > 0.0)?;
         let largest =
             self.stretches.iter().flat_map(|it| &it.input).fold(0.0_f64, |most, u| most.max(u.abs()));
-        let zones = (1..=ZONES).map(|k| largest * WIDEST * k as f64 / ZONES as f64);
+        let zones = each(1..ZONES + 1).map(|k| largest * WIDEST * k as f64 / ZONES as f64);
         let explained = zones.map(|zone| self.beyond(zone).fit(plain.rate).explained);
-        Some(explained.fold(plain.explained, f64::max))
+        Some(explained.reduce(|| plain.explained, f64::max))
     }
 
     /// The share that is explained with a gain within a factor of three where the drive clamps its input: a low limit looks like a small gain.
@@ -245,8 +247,8 @@ impl Motion {
             let stretches = self.stretches.iter().map(clamp).collect();
             Self { stretches, variation: self.variation, fastest: self.fastest }
         };
-        let limits = LIMITS.iter().map(|share| clamped(share * largest).explained_within(base, fitted));
-        limits.fold(0.0, f64::max)
+        let limits = each(&LIMITS).map(|share| clamped(share * largest).explained_within(base, fitted));
+        limits.reduce(|| 0.0, f64::max)
     }
 
     /// The record with what is beyond a dead zone in the place of its inputs.
@@ -261,7 +263,7 @@ impl Motion {
 
     /// The best fit at any rate around a first guess.
     pub fn free(&self, base: &Base) -> Option<Fitted> {
-        let rates = (-8..=8).map(|k| base.rate * 2f64.powi(k));
+        let rates = each(-8..9).map(|k| base.rate * 2f64.powi(k));
         rates.map(|rate| self.fit(rate)).max_by(|a, b| a.explained.total_cmp(&b.explained))
     }
 

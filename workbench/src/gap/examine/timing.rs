@@ -3,12 +3,14 @@
 use super::motion::{Base, Motion};
 use super::rows;
 use super::suspects::speed_column;
+use crate::gap::threads::each;
 use crate::outcome::DataFault;
 use crate::system::log::{Dynamic, Log};
 use crate::system::model::{Model, SpeedSensor};
+use rayon::prelude::*;
 
 /// Rows by which a speed may stand too early.
-const EARLY: std::ops::RangeInclusive<usize> = 1..=3;
+const EARLY: [usize; 3] = [1, 2, 3];
 /// A shift must explain so much of the motion,
 const MOST: f64 = 0.98;
 /// and leave at most this part of what is left without it.
@@ -24,7 +26,7 @@ pub fn early(model: &Model, record: &Dynamic) -> Option<DataFault> {
     let motion = Motion::of(record)?;
     let as_it_stands = motion.explained_with_a_dead_zone(&base)?;
     let shifted = |rows: usize| Some((rows, motion.shifted(rows)?.explained_with_a_dead_zone(&base)?));
-    let (rows, with_it) = EARLY.filter_map(shifted).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (rows, with_it) = each(EARLY).filter_map(shifted).max_by(|a, b| a.1.total_cmp(&b.1))?;
     (with_it > MOST && 1.0 - with_it < SHRINKS * (1.0 - as_it_stands)).then(|| {
         let (column, input) = (speed_column(record), record.input.column());
         let many = if rows == 1 { "one row".to_owned() } else { format!("{rows} rows") };
@@ -55,7 +57,7 @@ fn smoothed(model: &Model, record: &Dynamic) -> Option<String> {
     let motion = Motion::of(record)?;
     let sharp = motion.explained_with_a_dead_zone(&base)?;
     let seen = |reach: usize| Some((reach, motion.smoothed(reach)?.explained_with_a_dead_zone(&base)?));
-    let (reach, with_it) = REACHES.into_iter().filter_map(seen).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (reach, with_it) = each(REACHES).filter_map(seen).max_by(|a, b| a.1.total_cmp(&b.1))?;
     (with_it > MOST && 1.0 - with_it < SHRINKS * (1.0 - sharp)).then(|| {
         let window_s = (2 * reach + 1) as f64 * record.runs[0].sample_s();
         format!(

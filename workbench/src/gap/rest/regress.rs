@@ -202,13 +202,10 @@ fn nuisances(scored: &Scored, compared: &[Compared]) -> DMatrix<f64> {
         let step = if x[slot] + step > hypothesis.bounds(slot).1 { -step } else { step };
         x[slot] += step;
         let moved = weighted(&x).into_iter().zip(&here).zip(compared);
-        DVector::from_iterator(
-            compared.len(),
-            moved.map(|((moved, here), it)| (moved - here) / step * it.weight),
-        )
+        moved.map(|((moved, here), it)| (moved - here) / step * it.weight).collect::<Vec<f64>>()
     };
-    let columns: Vec<DVector<f64>> = each(0..hypothesis.slots.len()).map(column).collect();
-    if columns.is_empty() { DMatrix::zeros(compared.len(), 0) } else { DMatrix::from_columns(&columns) }
+    let columns = each(0..hypothesis.slots.len()).flat_map_iter(column);
+    DMatrix::from_vec(compared.len(), hypothesis.slots.len(), columns.collect())
 }
 
 /// The same where some numbers are held.

@@ -21,19 +21,36 @@ impl<'a> Search<'a, '_> {
     /// Tries the richer and the poorer forms of each effect (a softness, two sides instead of one).
     pub(super) fn refined(&self, scored: Scored<'a>) -> Scored<'a> {
         let mut best = self.scored(scored.hypothesis, scored.fit);
-        for index in 0..best.hypothesis.items.len() {
-            let variants: Vec<Item> = self.variants(&best.hypothesis, index);
-            let tried: Vec<Scored<'a>> =
-                each(&variants).filter_map(|item| self.replaced(&best, index, *item)).collect();
-            for other in tried {
-                let more = other.hypothesis.effect_slots() > best.hypothesis.effect_slots();
-                let margin = if more { worth(self.dispersion.min(dispersion(&other))) } else { 0.0 };
-                if other.score + margin < best.score {
-                    best = other;
-                }
+        let mut next = 0;
+        // All effects at once; those behind one that took another form once more.
+        while let Some((index, better)) = self.reformed(&best, next) {
+            (best, next) = (better, index + 1);
+        }
+        best
+    }
+
+    /// The set with the first effect, from a place on, that is better in another form, and that effect's place.
+    fn reformed(&self, set: &Scored<'a>, from: usize) -> Option<(usize, Scored<'a>)> {
+        let tried: Vec<(usize, Scored<'a>)> = each(self.forms_of(set, from))
+            .filter_map(|(index, item)| Some((index, self.replaced(set, index, item)?)))
+            .collect();
+        let mut best: Option<(usize, Scored<'a>)> = None;
+        for (index, other) in tried {
+            let (found, than) = best.as_ref().map_or((index, set), |(found, better)| (*found, better));
+            let more = other.hypothesis.effect_slots() > than.hypothesis.effect_slots();
+            let margin = if more { worth(self.dispersion.min(dispersion(&other))) } else { 0.0 };
+            if index == found && other.score + margin < than.score {
+                best = Some((index, other));
             }
         }
         best
+    }
+
+    /// Other forms of the effects of a set from a place on, with their places.
+    pub(super) fn forms_of(&self, set: &Scored<'a>, from: usize) -> Vec<(usize, Item)> {
+        let variants =
+            |index| self.variants(&set.hypothesis, index).into_iter().map(move |item| (index, item));
+        (from..set.hypothesis.items.len()).flat_map(variants).collect()
     }
 
     pub(super) fn variants(&self, hypothesis: &Hypothesis<'a>, index: usize) -> Vec<Item> {

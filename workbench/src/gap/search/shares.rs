@@ -113,14 +113,9 @@ impl<'a> Search<'a, '_> {
 
     /// The richer forms of each effect of a set, and the set with one rich effect more, best first.
     fn richer(&self, set: &Scored<'a>) -> Vec<Scored<'a>> {
-        let forms: Vec<(usize, Item)> = (0..set.hypothesis.items.len())
-            .flat_map(|index| {
-                let variants = self.variants(&set.hypothesis, index);
-                variants.into_iter().map(move |item| (index, item))
-            })
-            .collect();
         let alone = Search { offer: Offer::Rich, dispersion: dispersion(set), ..self.clone() };
-        let forms = || each(forms).filter_map(|(index, item)| self.replaced(set, index, item));
+        let forms =
+            || each(self.forms_of(set, 0)).filter_map(|(index, item)| self.replaced(set, index, item));
         let (mut richer, more): (Vec<Scored<'a>>, _) =
             rayon::join(|| forms().collect(), || alone.expand(std::slice::from_ref(set)));
         richer.extend(more.into_iter().take(BEAM));
