@@ -79,8 +79,7 @@ struct Stretch {
     place: Vec<f64>,
 }
 
-/// What acts on the motion: the input, friction, a constant load, gravity in two directions, a spring, and what a dead zone takes from the
-/// input.
+/// What acts: the input, friction, a constant load, gravity in two directions, a spring, and what a dead zone takes from the input.
 const FORCES: usize = 7;
 
 /// The driven stretches of a record.
