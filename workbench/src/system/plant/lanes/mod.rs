@@ -160,20 +160,17 @@ pub trait Lanes:
     }
 
     /// The sum of coefficients times powers of `x`, the lowest power first: even and odd powers by Horner's rule each, so that
-    /// one need not wait for the other.
+    /// one need not wait for the other. The lowest is added last, and alone decides the rounding.
     #[inline(always)]
     fn polynomial<const N: usize>(self, x: Self, coefficients: &[f64; N]) -> Self {
         let square = x * x;
         let mut sums = [self.like(0.0); 2];
-        for power in (0..N).rev() {
-            let sum = &mut sums[power % 2];
-            *sum = if power + 2 < N {
-                *sum * square + coefficients[power]
-            } else {
-                self.like(coefficients[power])
-            };
+        for power in (1..N).rev() {
+            let (sum, first) = (&mut sums[power % 2], power + 2 >= N);
+            let higher = if first { self.like(0.0) } else { *sum * square };
+            *sum = higher + coefficients[power];
         }
-        sums[0] + sums[1] * x
+        (sums[1] + sums[0] * x) * x + coefficients[0]
     }
 
     /// Between −`limit` and `limit`.
