@@ -271,7 +271,11 @@ impl State {
         let request = commissioning.params.step_beside(&mut commissioning.state, input, busy);
         self.mode = Mode::Commission(request);
         if let Some(&outcome) = commissioning.state.outcome() {
+            let excess = commissioning.state.start_excess();
             self.conclude(outcome);
+            if let Some(excess) = excess {
+                self.protect.broke_away(excess);
+            }
         }
     }
 

@@ -36,6 +36,11 @@ const LEAST_UNSEEN: f32 = 4.0;
 /// Counts, between two of which the counter shows no motion.
 const NONE_SHOWN: i32 = 2;
 
+/// Time from the break-away to the first count, as a share of the time from there to the last of [`MOTION`], in quarters. At
+/// constant acceleration 0.6 on average and 1 at most, by where the shaft stands between two edges; friction that falls to its
+/// kinetic level makes it more.
+const SINCE_START_QUARTERS: i32 = 3;
+
 /// Ticks of one measurement of the conductance: 2¹² of 2¹⁵ counts fit into 32 bits, their products into 64.
 const MOST_TICKS: i32 = 1 << 12;
 
@@ -79,6 +84,8 @@ pub(super) struct Ramp {
     pause: i32,
     /// Voltage then, Q14.
     pause_level: i32,
+    /// Voltage in the last tick that showed no count beyond it, Q14.
+    last_still: i32,
     /// Displacement at the last look.
     looked: i32,
     /// Ticks to the next look.
@@ -119,6 +126,13 @@ impl Ramp {
         self.emf >= most.saturating_mul(i64::from(quiet.current))
     }
 
+    /// Voltage at which a shaft broke away that has now made its [`MOTION`] counts, Q14. It rose on while the shaft made its first
+    /// count, and for less than the time that the others took.
+    fn started(&self, level: i32) -> i32 {
+        let risen = level.saturating_sub(self.last_still).max(0);
+        self.last_still.saturating_sub(risen * SINCE_START_QUARTERS / 4).max(1)
+    }
+
     /// Why nothing was counted. Without a current sensor a stall and an unplugged encoder are the same data.
     fn silence(&self) -> Reason {
         let (quiet, loud) = (&self.quiet, &self.loud);
@@ -137,6 +151,9 @@ impl Ramp {
     /// pause.
     fn note(&mut self, displacement: i32, level: i32, interval: u32, slow: i32) {
         self.since_lowest = self.since_lowest.saturating_add(1);
+        if displacement <= self.pause {
+            self.last_still = level;
+        }
         if displacement < self.lowest {
             // It still moves backwards: a slow motor coasts, or a reversed one obeys.
             self.lowest = displacement;
@@ -219,6 +236,7 @@ impl Params {
         let reversed = 2 * lasting + self.rated_counts(state.elapsed) / 50;
         if forwards >= if given_up { MOTION } else { lasting } {
             state.break_away[state.direction] = self.plausible_break_away(state);
+            state.started[state.direction] = state.ramp.started(state.level);
             self.moved(state, input);
         } else if state.stroke == 0 && -displacement >= reversed {
             state.refuse(Reason::Reversed);

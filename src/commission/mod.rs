@@ -29,7 +29,7 @@ use crate::identify::solve::{Progress, Solver, Structure};
 use crate::identify::spline::{Lengths, Window};
 use crate::identify::timescale;
 use crate::sample::Bridge;
-use crate::units::{Direction, VoltageQ14, ticks_in};
+use crate::units::{Direction, Voltage, VoltageQ14, ticks_in};
 use breakaway::Ramp;
 use guard::Limits;
 use pulse_test::{PulseTest, Pulses};
@@ -181,6 +181,8 @@ pub struct State {
     pulses: Pulses,
     ramp: Ramp,
     break_away: [i32; 2],
+    /// Voltage at which the shaft broke away, without what it rose by until that showed, Q14; 0: it did not.
+    started: [i32; 2],
     /// Windows until the low voltage may be raised again.
     raise_pause: u8,
     timescale: timescale::State,
@@ -238,6 +240,7 @@ impl State {
             pulses: Pulses::default(),
             ramp: Ramp::default(),
             break_away: [0; 2],
+            started: [0; 2],
             raise_pause: 0,
             timescale: timescale::State::default(),
             identify: identify::State::new(&params.identify, count),
@@ -282,6 +285,22 @@ impl State {
     #[inline]
     pub fn outcome(&self) -> Option<&Outcome> {
         self.ended().then_some(&self.outcome)
+    }
+
+    /// Voltage beyond the dead zone that a start takes, by direction, where a start was seen and the dead zones are trusted. What
+    /// friction at rest has more than in motion is the same share of it in both directions, and a load adds to one of them what
+    /// it takes from the other: the mean of two starts says more than each.
+    pub(crate) fn start_excess(&self) -> Option<[Voltage; 2]> {
+        let zones = &self.outcome.estimates.dead_zone;
+        let widths = [zones[0].trusted()?, zones[1].trusted()?];
+        let [first, second] = self.started;
+        if first == 0 || second == 0 {
+            return None;
+        }
+        let needed = Voltage::from_q14(VoltageQ14(first.saturating_add(second))).0;
+        let both = widths[0].saturating_add(widths[1]).max(1);
+        let excess = i64::from(needed.saturating_sub(both).max(0));
+        Some(widths.map(|width| Voltage((excess * i64::from(width) / i64::from(both)) as i32)))
     }
 
     /// Ended, with or without estimates.

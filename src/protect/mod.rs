@@ -14,6 +14,7 @@
 
 pub mod action;
 mod balance;
+mod break_away;
 mod expectation;
 mod fault;
 mod gather;
@@ -122,22 +123,23 @@ impl State {
 
     /// The counter's first reading: nothing has moved.
     pub(crate) fn found_at(&mut self, count: i32) {
-        self.motion = motion::State::at(count);
+        self.motion.begin(count);
     }
 
-    /// Forgets the fault and all half-grown suspicions; not the heat of the winding, nor what was learned about it.
+    /// Forgets the fault and all half-grown suspicions; not the heat of the winding, nor what was learned about it and
+    /// about the starts.
     pub fn clear(&mut self, count: i32) {
         self.latched = Fault::None;
         self.action = Action::default();
         self.limits.clear();
         self.winding.clear();
-        self.motion = motion::State::at(count);
+        self.motion.begin(count);
     }
 
     /// The bridge is open and the shaft stands here: until it is driven, nothing is demanded of it.
     #[inline]
     pub(crate) fn comes_to_rest(&mut self, count: i32) {
-        self.motion = motion::State::at(count);
+        self.motion.begin(count);
         self.winding.rest();
     }
 
@@ -145,6 +147,11 @@ impl State {
     #[inline]
     pub(crate) fn is_due(&self) -> bool {
         self.winding.is_due()
+    }
+
+    /// A commissioning has seen the shaft start with so much more than its dead zone.
+    pub(crate) fn broke_away(&mut self, excess: [Voltage; 2]) {
+        self.motion.broke_away(excess);
     }
 
     /// The host lives.

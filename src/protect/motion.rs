@@ -6,9 +6,11 @@
 //! ṁ = (ω₀·u − m)/τ      u: voltage beyond margin and load, rising behind the winding's lag, falling at once
 //! ```
 //!
-//! - The *sure* one demands nothing of a shaft that stands until [`super::REST_MARGIN`] dead zones have acted. Then the shaft has
-//!   broken away, whatever held it, and [`super::MOVING_MARGIN`] is taken off (friction at rest is higher, and what turns goes on
-//!   turning). Once it has travelled [`super::EXPECTED_COUNTS`] without a proof that the encoder follows, something is wrong.
+//! - The *sure* one demands nothing of a shaft that stands until more has acted than holds it: what its starts have taught
+//!   ([`super::break_away`]), or [`super::REST_MARGIN`] dead zones. Then the shaft has broken away, and
+//!   up to [`super::MOVING_MARGIN`] is taken off (friction at rest is higher, and what turns goes on turning). Once it has
+//!   travelled [`START_COUNTS`], or [`super::EXPECTED_COUNTS`] of a shaft that had turned, without a proof that the encoder
+//!   follows, something is wrong.
 //! - The *likely* one takes off [`super::KINETIC_MARGIN`] at any time. A healthy shaft may stand where it travels, held by
 //!   break-away friction; it cannot run backwards, and its current cannot show a back-EMF. So its travel counts where
 //!   there is evidence of that kind.
@@ -22,8 +24,8 @@
 //!
 //! Two counts prove that the encoder follows; the models then start anew with the speed that they show.
 
-use super::Input;
 use super::expectation::{Expectation, approach};
+use super::{Input, break_away};
 use crate::units::Voltage;
 
 /// Counts of the sure model that are waited for while the counter runs back: until that shows by half of them.
@@ -32,6 +34,15 @@ const BACKWARDS_COUNTS: i32 = 2 * REVERSED_COUNTS;
 const SUSPECT_COUNTS: i32 = 8;
 /// Counts of the likely model after which evidence is looked for anew.
 const VAIN_COUNTS: i32 = 64;
+/// Counts of the sure model that are enough while the shaft gets under way and the counter has shown none: it started below the
+/// voltage at which the model does, and is ahead of it.
+const SILENT_START_COUNTS: i32 = 3;
+/// The same after the counter has shown one.
+const START_COUNTS: i32 = 4;
+/// Counts from which on a case is given up that the current does not decide; and of a shaft that gets under way, which has to
+/// be found in time: with ten more stalls would have their name.
+const GIVE_UP_COUNTS: i32 = 10;
+const GIVE_UP_START_COUNTS: i32 = 4;
 /// Counts in the demanded direction that prove that the encoder follows.
 const PROOF_COUNTS: i32 = 2;
 /// Counts against the demanded direction that a reversed motor or encoder makes at least.
@@ -121,6 +132,8 @@ impl Model {
 pub(super) struct Missing {
     /// Counts that there must have been; 0 while even break-away friction may explain that there are none.
     pub sure: i32,
+    /// Counts from which on it is a fault, whatever the current says or does not say.
+    pub enough: i32,
     /// Counts that a shaft that is free makes.
     pub likely: i32,
     /// Counts that there are.
@@ -140,8 +153,11 @@ pub(super) struct State {
     flow: i32,
     sure: Model,
     likely: Model,
-    /// It has broken away.
+    /// It turns.
     moving: bool,
+    /// It has broken away, and no proof has come since.
+    starting: bool,
+    starts: break_away::State,
     /// Voltage that the load takes, as last observed while the encoder followed.
     load: Voltage,
 }
@@ -151,6 +167,17 @@ impl State {
     #[inline]
     pub fn at(count: i32) -> Self {
         Self { sure: Model::begin(0, count), likely: Model::begin(0, count), ..Self::default() }
+    }
+
+    /// Begins anew here; what was learned about the starts stays.
+    pub fn begin(&mut self, count: i32) {
+        self.starts.begin();
+        *self = Self { starts: self.starts, ..Self::at(count) };
+    }
+
+    /// A commissioning has seen it start.
+    pub fn broke_away(&mut self, excess: [Voltage; 2]) {
+        self.starts.commissioned(excess);
     }
 
     /// Has the encoder just proved to the likely model, and to the sure one, that it follows, or was nothing demanded of
@@ -168,6 +195,7 @@ impl State {
         let voltage = input.averages.voltage.unwrap_or(Voltage::ZERO);
         let direction = voltage.0.signum();
         self.flow = approach(self.flow, voltage.0, expectation.inverse_lag);
+        self.starts.watch(input.count);
         let left = |torque, margins| expectation.drive(torque, direction, margins, self.load);
         let soon = voltage.0.saturating_abs();
         // Torque falls with the voltage at once.
@@ -177,23 +205,47 @@ impl State {
             self.restart(expectation, direction, input);
             return None;
         }
-        let [likely, sure] = [&expectation.kinetic, &expectation.moving].map(|margins| left(now, margins));
-        let broken_away = left(now, &expectation.rest) > 0;
-        let demands = left(soon, &expectation.moving) > 0;
+        self.starts.rise(now);
+        let likely = left(now, &expectation.kinetic);
         let torque = |least: i32| Torque { least, whole: soon };
+        let vain = [self.likely.counts(), if self.starting { self.sure.counts() } else { 0 }];
         let mut proved = self.likely.run(expectation, torque(likely), direction, input.count);
-        if demands {
-            self.moving |= broken_away || expectation.turns(expectation.observed(input, direction));
-            let sure = if self.moving { sure } else { 0 };
-            proved |= self.sure.run(expectation, torque(sure), direction, input.count);
+        // An end stop may be met with so much: whatever was learned, nothing is demanded below.
+        if left(soon, &expectation.moving) > 0 {
+            let sure = self.demanded(expectation, input, now);
+            if self.sure.run(expectation, torque(sure), direction, input.count) {
+                proved = true;
+                self.moving |= core::mem::take(&mut self.starting);
+            }
         } else {
             // Friction may brake it as well as hold it.
             self.sure = self.observe(expectation, direction, input);
         }
         if proved {
+            self.starts.learn(expectation, self.side(), vain);
             self.load = input.load;
         }
         self.missing(expectation, input)
+    }
+
+    /// Torque that the sure model demands: none of a shaft that friction may hold.
+    #[inline]
+    fn demanded(&mut self, expectation: &Expectation, input: &Input, now: i32) -> i32 {
+        let side = self.side();
+        let left = |margin| expectation.beyond(now, margin, self.load);
+        if self.moving {
+            return left(expectation.moving[side]);
+        }
+        let [rest, starting] = self.starts.margins(expectation, side);
+        let (broken_away, sure) = (left(rest) > 0, left(starting));
+        self.moving = expectation.turns(expectation.observed(input, self.direction));
+        self.starting = !self.moving && (self.starting || broken_away);
+        if self.moving || self.starting { sure } else { 0 }
+    }
+
+    /// Index of the direction.
+    fn side(&self) -> usize {
+        usize::from(self.direction < 0)
     }
 
     /// A model that begins with the observed speed. The observer knows no break-away and may take a shaft that stands,
@@ -202,6 +254,7 @@ impl State {
     fn observe(&mut self, expectation: &Expectation, direction: i32, input: &Input) -> Model {
         let speed = expectation.observed(input, direction);
         self.moving = expectation.turns(speed);
+        self.starting = false;
         Model::begin(if self.moving { speed } else { speed.min(0) }, input.count)
     }
 
@@ -210,8 +263,13 @@ impl State {
     #[inline]
     fn missing(&mut self, expectation: &Expectation, input: &Input) -> Option<Missing> {
         let (sure, likely) = (self.sure.counts(), self.likely.counts());
-        let runs_back = self.sure.followed(self.direction, input.count) < 0;
-        let least = if runs_back { BACKWARDS_COUNTS } else { expectation.counts };
+        let starts = self.starting && expectation.sticks;
+        let least = match self.sure.followed(self.direction, input.count) {
+            ..0 => BACKWARDS_COUNTS,
+            0 if starts => SILENT_START_COUNTS,
+            _ if starts => START_COUNTS,
+            _ => expectation.counts,
+        };
         let overdue = sure >= least;
         let suspect = likely >= SUSPECT_COUNTS && !input.input_dead_zone;
         let (model, least) = if overdue { (&self.sure, sure) } else { (&self.likely, likely) };
@@ -223,6 +281,7 @@ impl State {
         }
         (overdue || suspect).then_some(Missing {
             sure: if overdue { sure } else { 0 },
+            enough: if starts { GIVE_UP_START_COUNTS } else { GIVE_UP_COUNTS },
             likely,
             followed,
             reversed: followed.saturating_neg() >= (least / 2).max(REVERSED_COUNTS),
@@ -235,6 +294,7 @@ impl State {
     fn restart(&mut self, expectation: &Expectation, direction: i32, input: &Input) {
         let model = self.observe(expectation, direction, input);
         (self.direction, self.sure, self.likely) = (direction, model, model);
+        self.starts.wait(expectation);
         if input.averages.voltage.is_none() || input.holding {
             self.load = input.load;
         }

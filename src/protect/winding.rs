@@ -50,8 +50,6 @@ const UNREST_BITS: u32 = 5;
 const UNREST_HALF: i32 = 1 << (UNREST_BITS - 1);
 /// Variance of the difference of two normal readings over the square of its mean magnitude, π/2, Q16; the unrest is Q4.
 const VARIANCE_OF_UNREST: i32 = 102_944 >> 8;
-/// Counts from which on an undecided case is given up.
-const GIVE_UP_COUNTS: i32 = 10;
 /// Counts that show, together with a back-EMF, that the counter runs backwards.
 const BACKWARDS_COUNTS: i32 = -2;
 /// Longest L/R, share of a block as a shift: 1/4, 16 ms.
@@ -279,7 +277,7 @@ impl State {
             (i32::from(current), count),
             self.unrest,
         );
-        verdict.or((missing.sure >= GIVE_UP_COUNTS).then_some(Fault::NoMotion))
+        verdict.or((missing.sure >= missing.enough).then_some(Fault::NoMotion))
     }
 }
 
