@@ -15,5 +15,6 @@ mod limits;
 mod rates;
 mod referencing;
 mod shortage;
+mod starts;
 mod stream;
 mod tracking;
