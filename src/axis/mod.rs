@@ -81,6 +81,14 @@ pub struct Axis {
     pub(crate) most_voltage: Voltage,
 }
 
+/// An axis is the simplest place for its constants: see [`servo_axis::ServoAxis`].
+impl AsRef<Axis> for Axis {
+    #[inline]
+    fn as_ref(&self) -> &Axis {
+        self
+    }
+}
+
 impl Axis {
     /// Checks the configuration and turns it into fixed point.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
@@ -118,10 +126,13 @@ impl Axis {
         Ok(self)
     }
 
-    /// The same axis with what was chosen on an earlier one about loops, protection and, where this one has none, limits. Refused if
-    /// the thermal limit lies outside the range of the current that this axis measures, or a limit of voltage outside the
+    /// The same axis with what was chosen on an earlier one about loops, protection and, where this one has none, limits. This divides
+    /// in floating point: not for the control tick.
+    ///
+    /// # Errors
+    /// The thermal limit lies outside the range of the current that this axis measures, or a limit of voltage outside the
     /// range of its supply.
-    pub(crate) fn keeping(&self, earlier: &Axis) -> Result<Self, SettingsError> {
+    pub fn keeping(&self, earlier: &Axis) -> Result<Self, SettingsError> {
         let config = self.scale.config.keeping_limits(&earlier.scale.config);
         Self::with_tuning(&config, earlier.tuning)
             .map_err(SettingsError::Value)?
@@ -135,7 +146,8 @@ impl Axis {
     }
 
     /// What was chosen about protection.
-    pub(crate) fn protection(&self) -> &Settings {
+    #[must_use]
+    pub fn protection(&self) -> &Settings {
         &self.protection
     }
 

@@ -79,13 +79,17 @@ pub struct Input {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Params {
     decimation: u32,
-    rated_per_sample_q16: u64,
+    rated_per_tick_q16: u32,
     shortest_block: u32,
     longest_block: u32,
     coarse: bool,
 }
 
 impl Params {
+    fn rated_per_sample_q16(&self) -> u64 {
+        u64::from(self.rated_per_tick_q16) << self.decimation
+    }
+
     /// Derives decimation and block lengths.
     pub fn new(scale: &Scale) -> Self {
         let mut decimation = 0;
@@ -106,7 +110,7 @@ impl Params {
         }
         Params {
             decimation,
-            rated_per_sample_q16,
+            rated_per_tick_q16: scale.rated_counts_per_tick_q16,
             shortest_block,
             longest_block,
             coarse: shortest_block >= base_block + 2,
@@ -130,7 +134,7 @@ impl Params {
     /// Lengths with blocks of 2^`block` samples; W₀ is the next power of two above 1.25 times rated speed.
     #[inline]
     pub fn lengths(&self, block: u32) -> Lengths {
-        let per_block_q16 = (self.rated_per_sample_q16 << block) * 5 / 4;
+        let per_block_q16 = (self.rated_per_sample_q16() << block) * 5 / 4;
         let counts = (64 - (per_block_q16 >> 16).leading_zeros()).max(3);
         Lengths { decimation: self.decimation, block, counts }
     }
@@ -144,7 +148,7 @@ impl Params {
     /// Rated speed in a window's unit, Q20 of W₀.
     #[inline]
     pub fn rated_speed(&self, lengths: &Lengths) -> i32 {
-        ((self.rated_per_sample_q16 << (lengths.block + 4)) >> lengths.counts) as i32
+        ((self.rated_per_sample_q16() << (lengths.block + 4)) >> lengths.counts) as i32
     }
 
     /// Control ticks per block.
