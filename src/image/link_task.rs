@@ -1,7 +1,7 @@
 //! The image's end of the link: bytes become orders for the control interrupt, its messages become frames.
 
 use super::board::{AXES, Board, Line};
-use super::tick::{self, Parcel, Telemetry};
+use super::tick::{Parcel, Telemetry};
 use fast_tick::constants::{self, Constants, NoPlace};
 use heapless::spsc::{Consumer, Producer};
 use servo::axis::{self, Axis};
@@ -117,7 +117,12 @@ impl<B: Board> Link<B> {
     #[inline(never)]
     fn order(&mut self, to: u16, request: &Request) {
         match self.in_force.prepare(request, supports::<B>, place) {
-            Ok(order) => self.hand_over(to, request.axis, order),
+            Ok(order) => {
+                if let Some(parcel) = self.parcel.take() {
+                    *parcel = Parcel { to, axis: request.axis, order, done: false };
+                    let _ = self.parcels.filled.enqueue(parcel);
+                }
+            }
             Err(reason) => {
                 let answer = refusal(to, reason);
                 self.inbox.answered(&answer);
@@ -126,22 +131,15 @@ impl<B: Board> Link<B> {
         }
     }
 
-    fn hand_over(&mut self, to: u16, axis: u8, order: tick::Order) {
-        if let Some(parcel) = self.parcel.take() {
-            *parcel = Parcel { to, axis, order, done: false };
-            let _ = self.parcels.filled.enqueue(parcel);
-        }
-    }
-
     /// Is the place for the next order here? When it comes back, what is in force is noted, and constants that are not are let go.
     fn has_parcel(&mut self) -> bool {
         if self.parcel.is_none()
             && let Some(parcel) = self.parcels.empty.dequeue()
         {
-            let order = core::mem::replace(&mut parcel.order, Order::Service(Service::Hello));
             if parcel.done {
-                self.in_force.note(parcel.axis, order);
+                self.in_force.note(parcel.axis, &parcel.order);
             }
+            parcel.order = Order::Service(Service::Hello);
             self.parcel = Some(parcel);
         }
         self.parcel.is_some()

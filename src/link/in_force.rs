@@ -14,7 +14,7 @@ pub struct InForce<P, const AXES: usize> {
     axes: [Option<P>; AXES],
 }
 
-impl<P: AsRef<Axis>, const AXES: usize> InForce<P, AXES> {
+impl<P: AsRef<Axis> + Clone, const AXES: usize> InForce<P, AXES> {
     /// As the axes are at the start.
     pub const fn new(axes: [Option<P>; AXES]) -> Self {
         InForce { axes }
@@ -47,10 +47,10 @@ impl<P: AsRef<Axis>, const AXES: usize> InForce<P, AXES> {
     }
 
     /// Takes note of an order that was carried out.
-    pub fn note(&mut self, axis: u8, order: Order<P>) {
+    pub fn note(&mut self, axis: u8, order: &Order<P>) {
         let Some(in_force) = self.axes.get_mut(usize::from(axis)) else { return };
         match order {
-            Order::Axis(servo_axis::Order::Install(axis, _)) => *in_force = Some(axis),
+            Order::Axis(servo_axis::Order::Install(axis, _)) => *in_force = Some(axis.clone()),
             Order::Axis(servo_axis::Order::Reset) => *in_force = None,
             Order::Axis(servo_axis::Order::Run(_)) | Order::Service(_) => {}
         }

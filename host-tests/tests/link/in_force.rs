@@ -65,7 +65,7 @@ impl Image {
         let order = self.in_force.prepare(&Request { axis, command }, |_| Ok(()), place)?;
         let Order::Axis(to_axis) = &order else { panic!("not for the axis: {command:?}") };
         self.axes[usize::from(axis)].carry_out(to_axis)?;
-        self.in_force.note(axis, order);
+        self.in_force.note(axis, &order);
         Ok(())
     }
 
