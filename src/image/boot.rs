@@ -45,7 +45,7 @@ pub fn axes<'a, B: Board>(
     cause: ResetCause,
     drive: &mut B::Drive,
 ) -> [&'a mut ServoAxis; AXES] {
-    let mut axes = places.each_mut().map(fast_tick::place);
+    let mut axes = places.each_mut().map(|place| place.write(ServoAxis::default()));
     for (axis, servo_axis) in axes.iter_mut().enumerate() {
         if cause == ResetCause::Watchdog {
             servo_axis.raise(Condition::WatchdogReset);

@@ -10,7 +10,6 @@
 pub mod constants;
 
 use constants::Constants;
-use core::mem::MaybeUninit;
 use servo::axis::Sample;
 use servo::axis::servo_axis::{self, Advance};
 
@@ -22,10 +21,4 @@ pub type ServoAxis = servo_axis::ServoAxis<Constants>;
 #[inline(never)]
 pub fn advance(axis: &mut ServoAxis, sample: Sample) -> Advance<'_> {
     axis.advance(sample)
-}
-
-/// An axis that is not configured, in the place where it is to stay: compiled for size, it would be made on the stack and copied.
-#[inline(never)]
-pub fn place(place: &mut MaybeUninit<ServoAxis>) -> &mut ServoAxis {
-    place.write(ServoAxis::default())
 }
