@@ -1,4 +1,4 @@
-//! Copying and clearing memory, several words an instruction.
+//! Copying and clearing memory, several words an instruction, and filling it.
 //!
 //! The compiler turns moves and resets of large values into calls of these functions (run-time ABI for the Arm architecture,
 //! IHI 0043, section 5.3.4). Those that come with Rust move a word in three to four instructions, whatever the alignment;
