@@ -154,11 +154,16 @@ impl Axis {
     /// Takes trusted estimates over, e.g. stored ones. Refused while something runs: gains do not jump under way.
     pub fn adopt(&self, state: &mut State, estimates: &Estimates) -> Result<(), Refusal> {
         self.idle(state)?;
+        Self::take_over(state, estimates);
+        Ok(())
+    }
+
+    /// Of an axis at which nothing runs: it cannot be refused.
+    pub(super) fn take_over(state: &mut State, estimates: &Estimates) {
         state.ordered = true;
         state.known = *estimates;
         state.listener = Listener::None;
         state.renewal = state.renewal.max(state.last_trusted.restore(estimates));
-        Ok(())
     }
 
     /// Does the shaft stand?

@@ -81,6 +81,14 @@ pub struct Axis {
     pub(crate) most_voltage: Voltage,
 }
 
+/// An axis is the simplest place for its constants: see [`servo_axis::ServoAxis`].
+impl AsRef<Axis> for Axis {
+    #[inline]
+    fn as_ref(&self) -> &Axis {
+        self
+    }
+}
+
 impl Axis {
     /// Checks the configuration and turns it into fixed point.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
@@ -90,25 +98,37 @@ impl Axis {
     /// Checks the configuration, with loops of one's own choice.
     pub fn with_tuning(config: &Config, tuning: Tuning) -> Result<Self, ConfigError> {
         let scale = config.build()?;
-        Ok(Self {
-            scale,
+        // The defaults of protection cannot be refused.
+        Ok(Self::of(&scale, tuning, protect::Params::standard(&scale), &Settings::default()))
+    }
+
+    #[inline(never)]
+    fn of(scale: &Scale, tuning: Tuning, protect: protect::Params, protection: &Settings) -> Self {
+        let tick_hz = scale.config.tick_hz;
+        Self {
+            scale: *scale,
             tuning,
-            passive: passive::Params::new(&scale),
-            pwm: pwm::Params::new(&scale),
-            // The defaults of protection cannot be refused.
-            protect: protect::Params::standard(&scale),
-            protection: Settings::default(),
-            standing: idle::standing(config.tick_hz),
-            slew: to_fixed(1.0 / (FULL_SWING_S * config.tick_hz as f32), Voltage::BITS),
-            most_voltage: design::voltage_limit(&scale),
-        })
+            passive: passive::Params::new(scale),
+            pwm: pwm::Params::new(scale),
+            protect,
+            protection: *protection,
+            standing: idle::standing(tick_hz),
+            slew: to_fixed(1.0 / (FULL_SWING_S * tick_hz as f32), Voltage::BITS),
+            most_voltage: design::voltage_limit(scale),
+        }
+    }
+
+    /// With everything of one's own choice.
+    #[inline(never)]
+    fn chosen(config: &Config, tuning: Tuning, protection: &Settings) -> Result<Self, SettingsError> {
+        let scale = config.build().map_err(SettingsError::Value)?;
+        Ok(Self::of(&scale, tuning, protect::Params::new(&scale, protection)?, protection))
     }
 
     /// From stored parameters.
     pub fn from_parameters(parameters: &AxisParameters) -> Result<Self, SettingsError> {
         parameters.within_range().map_err(SettingsError::Value)?;
-        let axis = Self::with_tuning(&parameters.config, parameters.tuning);
-        axis.map_err(SettingsError::Value)?.protected(&parameters.protection)
+        Self::chosen(&parameters.config, parameters.tuning, &parameters.protection)
     }
 
     /// The same axis with protection of one's own choice.
@@ -118,14 +138,15 @@ impl Axis {
         Ok(self)
     }
 
-    /// The same axis with what was chosen on an earlier one about loops, protection and, where this one has none, limits. Refused if
-    /// the thermal limit lies outside the range of the current that this axis measures, or a limit of voltage outside the
+    /// The same axis with what was chosen on an earlier one about loops, protection and, where this one has none, limits. This divides
+    /// in floating point: not for the control tick.
+    ///
+    /// # Errors
+    /// The thermal limit lies outside the range of the current that this axis measures, or a limit of voltage outside the
     /// range of its supply.
-    pub(crate) fn keeping(&self, earlier: &Axis) -> Result<Self, SettingsError> {
+    pub fn keeping(&self, earlier: &Axis) -> Result<Self, SettingsError> {
         let config = self.scale.config.keeping_limits(&earlier.scale.config);
-        Self::with_tuning(&config, earlier.tuning)
-            .map_err(SettingsError::Value)?
-            .protected(&earlier.protection)
+        Self::chosen(&config, earlier.tuning, &earlier.protection)
     }
 
     /// Machine units of this axis.
@@ -135,7 +156,8 @@ impl Axis {
     }
 
     /// What was chosen about protection.
-    pub(crate) fn protection(&self) -> &Settings {
+    #[must_use]
+    pub fn protection(&self) -> &Settings {
         &self.protection
     }
 

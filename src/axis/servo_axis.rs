@@ -7,19 +7,20 @@ use crate::axis::{Axis, Bridge, Command, Output, Refusal, Sample, State};
 use crate::commission::Outcome;
 use crate::config::{Config, ConfigError, Scale};
 use crate::identify::estimate::Estimates;
-use crate::protect::{Condition, Fault, Settings, SettingsError};
+use crate::protect::{Condition, Fault, SettingsError};
 use crate::pwm::Drive;
 use crate::record::{Activity, Record};
 use crate::store::{AtRest, AxisParameters};
 
 /// What is done with an axis at the start of a tick. Building an [`Axis`] divides in floating point, so whoever takes
-/// commands builds it, and the control interrupt only puts it in place.
+/// commands builds it, and the control interrupt only puts it in place. `P` holds the constants: the axis itself, or a
+/// pointer to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
-pub enum Order {
+pub enum Order<P = Axis> {
     /// Put this axis in place and start anew; with what an earlier life has found and chosen, if it comes along. Without,
-    /// the choices of the axis that was there before stay.
-    Install(Axis, Option<Restored>),
+    /// the choices of the axis that was there before stay ([`Axis::keeping`]).
+    Install(P, Option<Restored>),
     /// Forget everything.
     Reset,
     /// Pass on to the axis.
@@ -33,6 +34,14 @@ pub struct Restored {
     pub estimates: Estimates,
     /// Use the inverse dead zone in the loops.
     pub compensation: bool,
+}
+
+impl Restored {
+    /// Of these parameters.
+    #[must_use]
+    pub fn of(parameters: &AxisParameters) -> Self {
+        Restored { estimates: parameters.estimates, compensation: parameters.compensation }
+    }
 }
 
 /// Why an order was not carried out. Nothing has changed then.
@@ -58,26 +67,16 @@ impl Order {
 
     /// Puts stored parameters in force.
     pub fn restore(parameters: &AxisParameters) -> Result<Order, SettingsError> {
-        let restored = Restored { estimates: parameters.estimates, compensation: parameters.compensation };
-        Axis::from_parameters(parameters).map(|axis| Order::Install(axis, Some(restored)))
+        Axis::from_parameters(parameters).map(|axis| Order::Install(axis, Some(Restored::of(parameters))))
     }
+}
 
+impl<P: AsRef<Axis>> Order<P> {
     /// The configuration that the board has to take over, if there is one.
     #[must_use]
     pub fn configuration(&self) -> Option<&Config> {
         match self {
-            Order::Install(axis, _) => Some(&axis.scale().config),
-            _ => None,
-        }
-    }
-}
-
-impl Order {
-    /// What comes along about protection, if anything does: a bare configuration keeps what was chosen before.
-    #[must_use]
-    pub fn protection(&self) -> Option<&Settings> {
-        match self {
-            Order::Install(axis, Some(_)) => Some(axis.protection()),
+            Order::Install(axis, _) => Some(&axis.as_ref().scale().config),
             _ => None,
         }
     }
@@ -101,12 +100,13 @@ pub struct Advance<'a> {
     pub concluded: Option<&'a Outcome>,
 }
 
-/// An axis and its state, before and after its configuration.
-#[derive(Clone, Debug, Default)]
+/// An axis and its state, before and after its configuration. `P` holds the constants of the axis: the axis itself, or a
+/// pointer to it, which is exchanged as a whole.
+#[derive(Clone, Debug)]
 #[repr(C)]
-pub struct ServoAxis {
+pub struct ServoAxis<P = Axis> {
     /// `None`: not configured.
-    axis: Option<Axis>,
+    axis: Option<P>,
     /// Fault raised before the first configuration; latched once the axis exists.
     waiting: Fault,
     driven: bool,
@@ -117,31 +117,55 @@ pub struct ServoAxis {
     state: State,
 }
 
+impl<P> Default for ServoAxis<P> {
+    #[inline]
+    fn default() -> Self {
+        Self {
+            axis: None,
+            waiting: Fault::default(),
+            driven: false,
+            commissioning: false,
+            ended: false,
+            state: State::default(),
+        }
+    }
+}
+
 impl ServoAxis {
     /// Before the first configuration.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Can this order be executed in this tick without much ado? For some ticks behind a new configuration a motion takes long, for
-    /// all that its gains follow from is then computed at once; and a tick in which protection looks, or the splines of the identification are sampled, is long enough.
-    /// Whoever can wait asks before [`ServoAxis::execute`].
-    #[must_use]
-    pub fn is_ready(&self, order: &Order) -> bool {
-        match order {
-            Order::Run(command) if command.plans() => self.axis.as_ref().is_none_or(|axis| {
-                self.state.is_designed() && !axis.is_look_due(&self.state) && !axis.is_crowded(&self.state)
-            }),
-            Order::Run(_) => true,
-            Order::Install(..) | Order::Reset => true,
+    /// Executes an order at the start of a tick, before [`ServoAxis::step`]. What a bare configuration keeps is worked out
+    /// here; [`ServoAxis::carry_out`] is for whoever has done so before.
+    ///
+    /// # Errors
+    /// Why not. Nothing has changed then.
+    pub fn execute(&mut self, order: &Order) -> Result<(), OrderRefusal> {
+        match (order, &self.axis) {
+            (Order::Install(axis, None), Some(earlier)) if !self.driven => {
+                let axis = axis.keeping(earlier).map_err(OrderRefusal::Parameters)?;
+                self.carry_out(&Order::Install(axis, None))
+            }
+            _ => self.carry_out(order),
         }
     }
+}
 
-    /// Executes an order at the start of a tick, before [`ServoAxis::step`].
-    pub fn execute(&mut self, order: &Order) -> Result<(), OrderRefusal> {
+impl<P: AsRef<Axis> + Clone> ServoAxis<P> {
+    /// Carries out an order at the start of a tick, before [`ServoAxis::step`]. No constant is computed: a bare configuration
+    /// has been through [`Axis::keeping`] with the axis in force.
+    ///
+    /// # Errors
+    /// Why not. Nothing has changed then.
+    pub fn carry_out(&mut self, order: &Order<P>) -> Result<(), OrderRefusal> {
         match order {
             Order::Install(..) | Order::Reset if self.driven => Err(OrderRefusal::BridgeDriven),
-            Order::Install(axis, restored) => self.replace(axis, restored.as_ref()),
+            Order::Install(axis, restored) => {
+                self.install(axis, restored.as_ref());
+                Ok(())
+            }
             Order::Reset => {
                 self.waiting = self.fault();
                 self.axis = None;
@@ -151,30 +175,42 @@ impl ServoAxis {
         }
     }
 
-    fn replace(&mut self, axis: &Axis, restored: Option<&Restored>) -> Result<(), OrderRefusal> {
-        match (restored, &self.axis) {
-            (Some(restored), _) => {
-                self.install(axis);
-                self.state.compensation = restored.compensation;
-                axis.adopt(&mut self.state, &restored.estimates).map_err(OrderRefusal::Axis)
+    /// After a restart nothing runs, so what an earlier life has found is never refused.
+    fn install(&mut self, new: &P, restored: Option<&Restored>) {
+        let fault = self.fault();
+        let kept = self.axis.is_none() || self.state.compensation;
+        let (axis, state) = (&*self.axis.insert(new.clone()), &mut self.state);
+        let axis = axis.as_ref();
+        axis.restart(state);
+        axis.latch(state, fault);
+        state.compensation = match restored {
+            Some(restored) => {
+                Axis::take_over(state, &restored.estimates);
+                restored.compensation
             }
-            (None, Some(earlier)) => {
-                let axis = axis.keeping(earlier).map_err(OrderRefusal::Parameters)?;
-                let compensation = self.state.compensation;
-                self.install(&axis);
-                self.state.compensation = compensation;
-                Ok(())
-            }
-            (None, None) => {
-                self.install(axis);
-                Ok(())
-            }
+            None => kept,
+        };
+    }
+}
+
+impl<P: AsRef<Axis>> ServoAxis<P> {
+    /// Can this order be executed in this tick without much ado? For some ticks behind a new configuration a motion takes long, for
+    /// all that its gains follow from is then computed at once; and a tick in which protection looks, or the splines of the identification are sampled, is long enough.
+    /// Whoever can wait asks before [`ServoAxis::execute`].
+    #[must_use]
+    pub fn is_ready(&self, order: &Order<P>) -> bool {
+        match order {
+            Order::Run(command) if command.plans() => self.constants().is_none_or(|axis| {
+                self.state.is_designed() && !axis.is_look_due(&self.state) && !axis.is_crowded(&self.state)
+            }),
+            Order::Run(_) => true,
+            Order::Install(..) | Order::Reset => true,
         }
     }
 
     fn run(&mut self, command: &Command) -> Result<(), OrderRefusal> {
         let seeks_zero = self.seeks_zero();
-        let Some(axis) = &self.axis else {
+        let Some(axis) = self.axis.as_ref().map(P::as_ref) else {
             return match command {
                 Command::Stop => {
                     self.waiting = Fault::None;
@@ -189,13 +225,6 @@ impl ServoAxis {
             other => axis.command(&mut self.state, other),
         }
         .map_err(OrderRefusal::Axis)
-    }
-
-    fn install(&mut self, axis: &Axis) {
-        let fault = self.fault();
-        let (axis, state) = (self.axis.insert(*axis), &mut self.state);
-        axis.restart(state);
-        axis.latch(state, fault);
     }
 
     /// Did the last sample tell that the zero of the current sensor is still looked for? A fault is told first.
@@ -217,7 +246,7 @@ impl ServoAxis {
     /// [`Command::Stop`] clears it.
     pub fn raise(&mut self, notice: Condition) {
         match &self.axis {
-            Some(axis) => axis.raise(&mut self.state, notice),
+            Some(axis) => axis.as_ref().raise(&mut self.state, notice),
             None if self.waiting == Fault::None => self.waiting = notice.fault(),
             None => {}
         }
@@ -226,7 +255,7 @@ impl ServoAxis {
     /// Call this before [`ServoAxis::step`] if the index pulse was high when the count was sampled.
     pub fn index(&mut self) {
         if let Some(axis) = &self.axis {
-            axis.index(&mut self.state);
+            axis.as_ref().index(&mut self.state);
         }
     }
 
@@ -235,40 +264,39 @@ impl ServoAxis {
         self.state.datum = None;
     }
 
+    /// What holds the constants in force; `None`: not configured.
+    #[must_use]
+    pub fn in_force(&self) -> Option<&P> {
+        self.axis.as_ref()
+    }
+
+    #[inline]
+    fn constants(&self) -> Option<&Axis> {
+        self.axis.as_ref().map(P::as_ref)
+    }
+
     /// The configuration in force.
     #[must_use]
     pub fn config(&self) -> Option<&Config> {
-        self.axis.as_ref().map(|axis| &axis.scale().config)
+        self.constants().map(|axis| &axis.scale().config)
     }
 
     /// Its machine units.
     #[must_use]
     pub fn scale(&self) -> Option<&Scale> {
-        self.axis.as_ref().map(Axis::scale)
-    }
-
-    /// The configuration and the protection that would be in force after an order: a bare configuration keeps limits and
-    /// choices of the one before. `None`: the order brings everything along, or there is nothing to keep.
-    #[must_use]
-    pub fn kept(&self, order: &Order) -> Option<(Config, Settings)> {
-        match (order, &self.axis) {
-            (Order::Install(axis, None), Some(earlier)) => {
-                Some((axis.scale().config.keeping_limits(&earlier.scale().config), *earlier.protection()))
-            }
-            _ => None,
-        }
+        self.constants().map(Axis::scale)
     }
 
     /// What is in force, as it is stored; `None`: not configured.
     #[must_use]
     pub fn parameters(&self) -> Option<AxisParameters> {
-        self.axis.as_ref().map(|axis| axis.parameters(&self.state))
+        self.constants().map(|axis| axis.parameters(&self.state))
     }
 
     /// Is the bridge open, and does the shaft stand?
     #[must_use]
     pub fn rests(&self) -> Option<AtRest> {
-        let stands = self.axis.as_ref().is_none_or(|axis| axis.stands(&self.state));
+        let stands = self.constants().is_none_or(|axis| axis.stands(&self.state));
         let bridge = if self.driven { Bridge::Driven } else { Bridge::Open };
         AtRest::check(bridge, stands)
     }
@@ -285,7 +313,7 @@ impl ServoAxis {
     #[inline]
     pub fn advance(&mut self, sample: Sample) -> Advance<'_> {
         self.ended = false;
-        let Some(axis) = &self.axis else {
+        let Some(axis) = self.axis.as_ref().map(P::as_ref) else {
             return Advance { drive: Drive::default(), concluded: None };
         };
         let drive = axis.advance(&mut self.state, sample);

@@ -79,13 +79,19 @@ pub struct Input {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Params {
     decimation: u32,
-    rated_per_sample_q16: u64,
-    shortest_block: u32,
-    longest_block: u32,
+    /// Counts per sample at rated speed, Q16; the lower word first. Words need no gap in front of them, and an axis is kept several times.
+    rated_per_sample_q16: [u32; 2],
+    shortest_block: u8,
+    longest_block: u8,
     coarse: bool,
 }
 
 impl Params {
+    fn rated_per_sample_q16(&self) -> u64 {
+        let [low, high] = self.rated_per_sample_q16;
+        u64::from(high) << 32 | u64::from(low)
+    }
+
     /// Derives decimation and block lengths.
     pub fn new(scale: &Scale) -> Self {
         let mut decimation = 0;
@@ -106,9 +112,9 @@ impl Params {
         }
         Params {
             decimation,
-            rated_per_sample_q16,
-            shortest_block,
-            longest_block,
+            rated_per_sample_q16: [rated_per_sample_q16 as u32, (rated_per_sample_q16 >> 32) as u32],
+            shortest_block: shortest_block as u8,
+            longest_block: longest_block as u8,
             coarse: shortest_block >= base_block + 2,
         }
     }
@@ -124,13 +130,13 @@ impl Params {
     pub fn lengths_for(&self, ticks: u32) -> Lengths {
         let quarter = (ticks >> self.decimation) / 4;
         let block = (32 - quarter.leading_zeros()).saturating_sub(1);
-        self.lengths(block.clamp(self.shortest_block, self.longest_block))
+        self.lengths(block.clamp(self.shortest_block.into(), self.longest_block.into()))
     }
 
     /// Lengths with blocks of 2^`block` samples; W₀ is the next power of two above 1.25 times rated speed.
     #[inline]
     pub fn lengths(&self, block: u32) -> Lengths {
-        let per_block_q16 = (self.rated_per_sample_q16 << block) * 5 / 4;
+        let per_block_q16 = (self.rated_per_sample_q16() << block) * 5 / 4;
         let counts = (64 - (per_block_q16 >> 16).leading_zeros()).max(3);
         Lengths { decimation: self.decimation, block, counts }
     }
@@ -138,13 +144,13 @@ impl Params {
     /// The next longer blocks, if there are any.
     #[inline]
     pub fn longer(&self, lengths: &Lengths) -> Lengths {
-        self.lengths((lengths.block + 1).min(self.longest_block))
+        self.lengths((lengths.block + 1).min(self.longest_block.into()))
     }
 
     /// Rated speed in a window's unit, Q20 of W₀.
     #[inline]
     pub fn rated_speed(&self, lengths: &Lengths) -> i32 {
-        ((self.rated_per_sample_q16 << (lengths.block + 4)) >> lengths.counts) as i32
+        ((self.rated_per_sample_q16() << (lengths.block + 4)) >> lengths.counts) as i32
     }
 
     /// Control ticks per block.

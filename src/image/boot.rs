@@ -2,7 +2,9 @@
 
 use super::board::{AXES, Board, Drive};
 use core::mem::MaybeUninit;
-use servo::axis::servo_axis::{Order, ServoAxis};
+use fast_tick::{ServoAxis, constants};
+use servo::axis::Axis;
+use servo::axis::servo_axis::{Order, Restored};
 use servo::drivers::saving::Archive;
 use servo::link::protocol::ResetCause;
 use servo::protect::Condition;
@@ -43,7 +45,7 @@ pub fn axes<'a, B: Board>(
     cause: ResetCause,
     drive: &mut B::Drive,
 ) -> [&'a mut ServoAxis; AXES] {
-    let mut axes = places.each_mut().map(fast_tick::place);
+    let mut axes = places.each_mut().map(|place| place.write(ServoAxis::default()));
     for (axis, servo_axis) in axes.iter_mut().enumerate() {
         if cause == ResetCause::Watchdog {
             servo_axis.raise(Condition::WatchdogReset);
@@ -52,8 +54,9 @@ pub fn axes<'a, B: Board>(
             servo_axis.raise(Condition::ParametersDamaged);
         }
         if let Some(Some(parameters)) = archive.set().axes.get(axis)
-            && let Ok(order) = Order::restore(parameters)
-            && servo_axis.execute(&order).is_ok()
+            && let Ok(constants) = Axis::from_parameters(parameters)
+            && let Ok(constants) = constants::put(constants)
+            && servo_axis.carry_out(&Order::Install(constants, Some(Restored::of(parameters)))).is_ok()
         {
             drive.configure(axis, &parameters.config);
         }

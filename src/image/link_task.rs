@@ -2,12 +2,13 @@
 
 use super::board::{AXES, Board, Line};
 use super::tick::{Parcel, Telemetry};
+use fast_tick::constants::{self, Constants, NoPlace};
 use heapless::spsc::{Consumer, Producer};
-use servo::axis::servo_axis;
-use servo::axis::track_sine::Units;
+use servo::axis::{self, Axis};
+use servo::link::in_force::InForce;
 use servo::link::inbox::{Inbox, Incoming, refusal};
-use servo::link::order::Order;
-use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Refusal, Request, encode};
+use servo::link::order::{Order, Service};
+use servo::link::protocol::{FRAME_CAPACITY, Message, Refusal, Request, encode};
 
 /// Bytes that one run takes from the line. The rest waits for the next tick.
 const BYTES_AT_ONCE: usize = 2 * FRAME_CAPACITY;
@@ -50,8 +51,10 @@ pub struct Link<B: Board> {
     line: B::Line,
     inbox: Inbox,
     parcels: Parcels,
-    /// With them orders are computed ahead; `None`: of an axis that is not configured.
-    units: [Option<Units>; AXES],
+    /// The place for the next order, when it is back and how the last one ended is noted.
+    parcel: Option<&'static mut Parcel>,
+    /// With it orders are prepared. No order is under way when the next one is made, so the control interrupt has the same.
+    in_force: InForce<Constants, AXES>,
     sequence: u16,
     /// The frame that is being written.
     frame: [u8; FRAME_CAPACITY],
@@ -59,15 +62,23 @@ pub struct Link<B: Board> {
 
 impl<B: Board> Link<B> {
     /// The state at power-up: nothing sent, nothing received.
-    pub fn new(line: B::Line, parcels: Parcels, units: [Option<Units>; AXES]) -> Self {
-        Link { line, inbox: Inbox::new(), parcels, units, sequence: 0, frame: [0; FRAME_CAPACITY] }
+    pub fn new(line: B::Line, parcels: Parcels, in_force: InForce<Constants, AXES>) -> Self {
+        Link {
+            line,
+            inbox: Inbox::new(),
+            parcels,
+            parcel: None,
+            in_force,
+            sequence: 0,
+            frame: [0; FRAME_CAPACITY],
+        }
     }
 
     /// Takes bytes while there is a place for an order that they may complete, and for the answer to it.
     #[inline(never)]
     pub fn take_commands(&mut self) {
         for _ in 0..BYTES_AT_ONCE {
-            if !self.parcels.empty.ready() || !self.has_room() {
+            if !self.has_parcel() || !self.has_room() {
                 return;
             }
             let Some(byte) = self.line.read() else { return };
@@ -104,9 +115,14 @@ impl<B: Board> Link<B> {
     }
 
     #[inline(never)]
-    fn order(&mut self, to: u16, Request { axis, command }: &Request) {
-        match unpack::<B>(command) {
-            Ok(order) => self.hand_over(to, *axis, order),
+    fn order(&mut self, to: u16, request: &Request) {
+        match self.in_force.prepare(request, supports::<B>, place) {
+            Ok(order) => {
+                if let Some(parcel) = self.parcel.take() {
+                    *parcel = Parcel { to, axis: request.axis, order, done: false };
+                    let _ = self.parcels.filled.enqueue(parcel);
+                }
+            }
             Err(reason) => {
                 let answer = refusal(to, reason);
                 self.inbox.answered(&answer);
@@ -115,17 +131,18 @@ impl<B: Board> Link<B> {
         }
     }
 
-    /// What an order needs besides the state of its axis is computed here.
-    fn hand_over(&mut self, to: u16, axis: u8, mut order: Order) {
-        if let Order::Axis(order) = &mut order
-            && let Some(units) = self.units.get_mut(usize::from(axis))
+    /// Is the place for the next order here? When it comes back, what is in force is noted, and constants that are not are let go.
+    fn has_parcel(&mut self) -> bool {
+        if self.parcel.is_none()
+            && let Some(parcel) = self.parcels.empty.dequeue()
         {
-            ahead(order, units);
+            if parcel.done {
+                self.in_force.note(parcel.axis, &parcel.order);
+            }
+            parcel.order = Order::Service(Service::Hello);
+            self.parcel = Some(parcel);
         }
-        if let Some(parcel) = self.parcels.empty.dequeue() {
-            *parcel = Parcel { to, axis, order };
-            let _ = self.parcels.filled.enqueue(parcel);
-        }
+        self.parcel.is_some()
     }
 
     fn send(&mut self, message: &Message) {
@@ -140,22 +157,12 @@ impl<B: Board> Link<B> {
     }
 }
 
-/// Builds the order that the control interrupt will carry out, if the board supports what it configures.
-fn unpack<B: Board>(command: &Command) -> Result<Order, Refusal> {
-    let order = Order::from_command(command)?;
-    if let Order::Axis(axis) = &order {
-        let protection = axis.protection();
-        axis.configuration().map_or(Ok(()), |config| B::supports(config, protection))?;
-    }
-    Ok(order)
+/// Asks the board.
+fn supports<B: Board>(axis: &Axis) -> Result<(), Refusal> {
+    B::supports(&axis.scale().config, Some(axis.protection()))
 }
 
-/// Computes ahead what the units of the axis decide, and notes its units behind a configuration. If that is refused, the
-/// axis has other units, and the tick computes anew.
-fn ahead(order: &mut servo_axis::Order, units: &mut Option<Units>) {
-    match order {
-        servo_axis::Order::Install(axis, _) => *units = Some(Units::of(axis.scale())),
-        servo_axis::Order::Run(command) => units.iter().for_each(|units| command.ahead(units)),
-        servo_axis::Order::Reset => {}
-    }
+/// There is a place for these constants: one for every axis, and one more, which is free when no order is under way.
+fn place(constants: Axis) -> Result<Constants, Refusal> {
+    constants::put(constants).map_err(|NoPlace| Refusal::Axis(axis::Refusal::Busy))
 }

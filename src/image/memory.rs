@@ -1,4 +1,4 @@
-//! Copying and clearing memory, several words an instruction.
+//! Copying and clearing memory, several words an instruction, and filling it.
 //!
 //! The compiler turns moves and resets of large values into calls of these functions (run-time ABI for the Arm architecture,
 //! IHI 0043, section 5.3.4). Those that come with Rust move a word in three to four instructions, whatever the alignment;
@@ -132,4 +132,21 @@ global_asm!(
     "bx lr",
     ".size __aeabi_memclr4, . - __aeabi_memclr4",
     ".size __aeabi_memclr8, . - __aeabi_memclr8",
+);
+
+// r0: where, r1: bytes, r2: what. A byte at a time: only the store fills memory, some bytes for every record.
+global_asm!(
+    ".section .text.memory_fill, \"ax\", %progbits",
+    ".p2align 2",
+    "function __aeabi_memset",
+    "function __aeabi_memset4",
+    "function __aeabi_memset8",
+    "0: subs r1, r1, #1",
+    "itt hs",
+    "strbhs r2, [r0], #1",
+    "bhs 0b",
+    "bx lr",
+    ".size __aeabi_memset, . - __aeabi_memset",
+    ".size __aeabi_memset4, . - __aeabi_memset4",
+    ".size __aeabi_memset8, . - __aeabi_memset8",
 );

@@ -4,16 +4,17 @@ use super::board::{AXES, Board};
 use super::boot;
 use super::idle_task::IdleTask;
 use super::link_task::{Link, LinkTask, Parcels};
-use super::tick::{Control, ControlTask, Ends, Orders, Parcel, Telemetry};
+use super::tick::{Control, ControlTask, Ends, Order, Orders, Parcel, Telemetry};
 use core::mem::MaybeUninit;
 use cortex_m::Peripherals as CorePeripherals;
+use fast_tick::ServoAxis;
+use fast_tick::constants::{self, Place};
 use heapless::spsc::Queue;
-use servo::axis::servo_axis::ServoAxis;
-use servo::axis::track_sine::Units;
 use servo::drivers::flash::ParameterFlash;
 use servo::drivers::saving::{Archive, Job, Report};
 use servo::link::capture::{EMPTY, Ring};
-use servo::link::order::{Order, Service};
+use servo::link::in_force::InForce;
+use servo::link::order::Service;
 use servo::link::protocol::Message;
 use servo::store::MAX_AXES;
 
@@ -23,6 +24,8 @@ const _: () = assert!(AXES <= MAX_AXES, "a stored record has no room for that ma
 pub struct Places {
     ring: Ring,
     axes: [MaybeUninit<ServoAxis>; AXES],
+    /// The constants in force, and one place for those that the link prepares.
+    constants: [Place; AXES + 1],
     /// A command on its way from the link to the control interrupt, which reads it where it lies; the place itself goes round.
     parcel: MaybeUninit<Parcel>,
     filled: Queue<&'static mut Parcel, 2>,
@@ -47,6 +50,7 @@ impl Places {
         Places {
             ring: EMPTY,
             axes: [const { MaybeUninit::uninit() }; AXES],
+            constants: [const { Place::new() }; AXES + 1],
             parcel: MaybeUninit::uninit(),
             filled: Queue::new(),
             empty: Queue::new(),
@@ -70,11 +74,13 @@ pub fn start<B: Board>(
     let found = boot::restore::<B>(&mut archive);
     let (mut drive, line, idle) = B::init(device, core);
     defmt::info!("servo {=str} on {=str}", env!("CARGO_PKG_VERSION"), B::NAME);
+    places.constants.iter_mut().for_each(constants::add);
     let axes = boot::axes::<B>(&mut places.axes, &mut archive, found, cause, &mut drive);
-    let units = axes.each_ref().map(|axis| axis.scale().map(Units::of));
+    let in_force = InForce::new(axes.each_ref().map(|axis| axis.in_force().cloned()));
     let (filled, waiting) = places.filled.split();
     let (mut done, empty) = places.empty.split();
-    let parcel = places.parcel.write(Parcel { to: 0, axis: 0, order: Order::Service(Service::Hello) });
+    let parcel =
+        places.parcel.write(Parcel { to: 0, axis: 0, order: Order::Service(Service::Hello), done: false });
     let _ = done.enqueue(parcel);
     let (answers, answers_in) = places.answers.split();
     let (records, records_in) = places.records.split();
@@ -85,7 +91,7 @@ pub fn start<B: Board>(
     (
         drive,
         ControlTask::new(control, Orders { waiting, done }),
-        LinkTask::new(Link::new(line, Parcels { empty, filled }, units), answers_in, records_in),
+        LinkTask::new(Link::new(line, Parcels { empty, filled }, in_force), answers_in, records_in),
         IdleTask::new(idle, archive, jobs_in, reports_out),
     )
 }

@@ -1,16 +1,21 @@
 //! The image's control tick: at most one order, one step of every axis, one record each.
 
-use super::board::{AXES, Board, Drive, Selected};
+use super::board::{AXES, Drive};
+use fast_tick::ServoAxis;
+use fast_tick::constants::Constants;
 use heapless::spsc::{Consumer, Producer};
-use servo::axis::servo_axis::{self, ServoAxis};
+use servo::axis::servo_axis;
 use servo::config::Config;
 use servo::drivers::saving::{Job, Report, Saving, Step};
 use servo::link::capture::{Capture, Ring};
-use servo::link::order::{Order, Service};
+use servo::link::order::{self, Service};
 use servo::link::protocol::{CAPTURE_PIECE, Message, Refusal, ResetCause};
 use servo::protect::{Condition, Interlock};
 use servo::record::Record;
 use servo::store::{AtRest, Found};
+
+/// An order whose constants lie in a place of their own.
+pub type Order = order::Order<Constants>;
 
 /// Control rate until an axis is configured, Hz: the one with which the boards start.
 const START_TICK_HZ: u32 = 10_000;
@@ -23,6 +28,8 @@ pub struct Parcel {
     pub axis: u8,
     /// What is to be done.
     pub order: Order,
+    /// Filled in by the control interrupt: the order was carried out.
+    pub done: bool,
 }
 
 /// The control interrupt's ends of the two queues in which a [`Parcel`] goes round.
@@ -198,7 +205,7 @@ impl Control {
     #[cold]
     #[inline(never)]
     fn carry_out(&mut self, orders: &mut Orders, drive: &mut impl Drive) -> bool {
-        let Some(Parcel { to, axis, order }) = orders.waiting.peek().map(|parcel| &**parcel) else {
+        let Some(Parcel { to, axis, order, .. }) = orders.waiting.peek().map(|parcel| &**parcel) else {
             return false;
         };
         if !self.is_ready(*axis, order) {
@@ -209,10 +216,13 @@ impl Control {
         if let Some(config) = config {
             drive.configure(usize::from(*axis), config);
         }
-        let configured = config.is_some();
+        let (done, configured) = (result.is_ok(), config.is_some());
         self.tell(Message::Answer { to: *to, tick, result });
         // There is one: the queue back has a place.
-        orders.waiting.dequeue().map(|parcel| orders.done.enqueue(parcel));
+        if let Some(parcel) = orders.waiting.dequeue() {
+            parcel.done = done;
+            let _ = orders.done.enqueue(parcel);
+        }
         configured
     }
 
@@ -248,7 +258,7 @@ impl Control {
     }
 
     /// While parameters are stored nothing but a stop is carried out.
-    fn order(&mut self, place: usize, order: &servo_axis::Order) -> Result<(), Refusal> {
+    fn order(&mut self, place: usize, order: &servo_axis::Order<Constants>) -> Result<(), Refusal> {
         let stops = matches!(order, servo_axis::Order::Run(servo::axis::Command::Stop));
         if !stops && self.saving.is_active() {
             return Err(Refusal::Storing);
@@ -256,21 +266,11 @@ impl Control {
         if !self.shares_tick(place, order) {
             return Err(Refusal::SharedTick);
         }
-        self.suits_board(place, order)?;
-        Ok(self.axes[place].execute(order)?)
-    }
-
-    /// The link has asked the board about what the order brings along; here it is asked about that and what is kept.
-    #[inline(never)]
-    fn suits_board(&self, place: usize, order: &servo_axis::Order) -> Result<(), Refusal> {
-        match self.axes[place].kept(order) {
-            Some((config, protection)) => Selected::supports(&config, Some(&protection)),
-            None => Ok(()),
-        }
+        Ok(self.axes[place].carry_out(order)?)
     }
 
     /// True if the order leaves the control rate and the PWM of the other axes as they are: one timer paces all axes.
-    fn shares_tick(&self, place: usize, order: &servo_axis::Order) -> bool {
+    fn shares_tick(&self, place: usize, order: &servo_axis::Order<Constants>) -> bool {
         let Some(new) = order.configuration() else {
             return true;
         };

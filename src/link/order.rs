@@ -3,17 +3,26 @@
 use super::capture::Trigger;
 use super::protocol::{Command, Refusal};
 use crate::axis;
-use crate::axis::servo_axis::{self, OrderRefusal};
+use crate::axis::servo_axis::{self, OrderRefusal, Restored};
 use crate::config::ConfigError;
 
-/// An unpacked command.
+/// An unpacked command. `P` holds the constants of an axis that is configured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
-pub enum Order {
+pub enum Order<P = axis::Axis> {
     /// For the axis.
-    Axis(servo_axis::Order),
+    Axis(servo_axis::Order<P>),
     /// For whoever owns link, capture and store.
     Service(Service),
+}
+
+/// Where constants come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Origin {
+    /// A configuration. It keeps what was chosen before.
+    Bare,
+    /// A set of parameters. It brings everything along.
+    Whole,
 }
 
 /// What the link offers apart from the axes. The meaning stands at the [`Command`] of the same name.
@@ -47,14 +56,26 @@ pub enum Service {
 impl Order {
     /// Unpacks a command; checks what it brings.
     pub fn from_command(command: &Command) -> Result<Order, Refusal> {
+        Order::unpacked(command, |axis, _| Ok(axis))
+    }
+}
+
+impl<P> Order<P> {
+    /// Unpacks a command; checks what it brings. `place` gets the constants of an axis that is configured.
+    pub(super) fn unpacked(
+        command: &Command,
+        place: impl FnOnce(axis::Axis, Origin) -> Result<P, Refusal>,
+    ) -> Result<Self, Refusal> {
         use axis::Command as Axis;
         let run = match *command {
             Command::Configure(ref config) => {
-                return Ok(Order::Axis(servo_axis::Order::configure(config)?));
+                let axis = place(axis::Axis::new(config)?, Origin::Bare)?;
+                return Ok(Order::Axis(servo_axis::Order::Install(axis, None)));
             }
             Command::Restore(ref parameters) => {
-                let order = servo_axis::Order::restore(parameters).map_err(Refusal::Parameters)?;
-                return Ok(Order::Axis(order));
+                let axis = axis::Axis::from_parameters(parameters).map_err(Refusal::Parameters)?;
+                let axis = place(axis, Origin::Whole)?;
+                return Ok(Order::Axis(servo_axis::Order::Install(axis, Some(Restored::of(parameters)))));
             }
             Command::Reset => return Ok(Order::Axis(servo_axis::Order::Reset)),
             Command::Adopt(estimates) => {
@@ -88,7 +109,7 @@ impl Order {
     }
 
     /// The order to the axis; a service is refused.
-    pub fn for_axis(self) -> Result<servo_axis::Order, Refusal> {
+    pub fn for_axis(self) -> Result<servo_axis::Order<P>, Refusal> {
         match self {
             Order::Axis(order) => Ok(order),
             Order::Service(_) => Err(Refusal::Axis(axis::Refusal::NotForAxis)),

@@ -1,6 +1,7 @@
 //! What goes over the wire and what is kept: frames, parameters, the store and the settings of an axis file.
 
 mod current_zero;
+mod in_force;
 mod link;
 mod optional;
 mod parameters;

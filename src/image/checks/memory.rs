@@ -27,6 +27,7 @@ mod image {
 
     type Copy = unsafe extern "C" fn(*mut u8, *const u8, usize) -> *mut u8;
     type Clear = unsafe extern "C" fn(*mut u8, usize);
+    type Fill = unsafe extern "C" fn(*mut u8, usize, i32);
 
     unsafe extern "C" {
         fn memcpy(to: *mut u8, from: *const u8, bytes: usize) -> *mut u8;
@@ -36,6 +37,9 @@ mod image {
         fn __aeabi_memclr(to: *mut u8, bytes: usize);
         fn __aeabi_memclr4(to: *mut u8, bytes: usize);
         fn __aeabi_memclr8(to: *mut u8, bytes: usize);
+        fn __aeabi_memset(to: *mut u8, bytes: usize, byte: i32);
+        fn __aeabi_memset4(to: *mut u8, bytes: usize, byte: i32);
+        fn __aeabi_memset8(to: *mut u8, bytes: usize, byte: i32);
     }
 
     #[repr(align(8))]
@@ -53,7 +57,10 @@ mod image {
             && copies(__aeabi_memcpy8, 0, 0)
             && [0, 1, 2, 3].iter().all(|&to| clears(__aeabi_memclr, to))
             && clears(__aeabi_memclr4, 0)
-            && clears(__aeabi_memclr8, 0);
+            && clears(__aeabi_memclr8, 0)
+            && [0, 1, 2, 3].iter().all(|&to| fills(__aeabi_memset, to))
+            && fills(__aeabi_memset4, 0)
+            && fills(__aeabi_memset8, 0);
         semihosting::process::exit(if right { 0 } else { 1 })
     }
 
@@ -75,6 +82,17 @@ mod image {
             // SAFETY: as above.
             unsafe { clear(room.0.as_mut_ptr().add(to), length) };
             as_expected(&room, to, length, |_| 0)
+        })
+    }
+
+    fn fills(fill: Fill, to: usize) -> bool {
+        const BYTE: u8 = 0x3C;
+        (0..=LONGEST).all(|length| {
+            let mut room = Room([UNTOUCHED; ROOM]);
+            let to = MARGIN + to;
+            // SAFETY: as above.
+            unsafe { fill(room.0.as_mut_ptr().add(to), length, i32::from(BYTE)) };
+            as_expected(&room, to, length, |_| BYTE)
         })
     }
 

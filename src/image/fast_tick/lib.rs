@@ -5,20 +5,20 @@
 //! is small (docs/decisions/0320-size-but-for-the-tick.md).
 #![no_std]
 #![forbid(unsafe_code)]
+#![cfg(target_os = "none")]
 
-use core::mem::MaybeUninit;
+pub mod constants;
+
+use constants::Constants;
 use servo::axis::Sample;
-use servo::axis::servo_axis::{Advance, ServoAxis};
+use servo::axis::servo_axis::{self, Advance};
+
+/// An axis of the image. It owns its state, and points to its constants.
+pub type ServoAxis = servo_axis::ServoAxis<Constants>;
 
 /// [`ServoAxis::advance`].
 // Not into its caller, which is compiled for size.
 #[inline(never)]
 pub fn advance(axis: &mut ServoAxis, sample: Sample) -> Advance<'_> {
     axis.advance(sample)
-}
-
-/// An axis that is not configured, in the place where it is to stay: compiled for size, it would be made on the stack and copied.
-#[inline(never)]
-pub fn place(place: &mut MaybeUninit<ServoAxis>) -> &mut ServoAxis {
-    place.write(ServoAxis::new())
 }
