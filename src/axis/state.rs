@@ -271,10 +271,10 @@ impl State {
         let request = commissioning.params.step_beside(&mut commissioning.state, input, busy);
         self.mode = Mode::Commission(request);
         if let Some(&outcome) = commissioning.state.outcome() {
-            let excess = commissioning.state.start_excess();
+            let starts = commissioning.state.starts();
             self.conclude(outcome);
-            if let Some(excess) = excess {
-                self.protect.broke_away(excess);
+            if let Some(starts) = starts {
+                self.protect.broke_away(starts);
             }
         }
     }

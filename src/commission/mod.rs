@@ -287,20 +287,15 @@ impl State {
         self.ended().then_some(&self.outcome)
     }
 
-    /// Voltage beyond the dead zone that a start takes, by direction, where a start was seen and the dead zones are trusted. What
-    /// friction at rest has more than in motion is the same share of it in both directions, and a load adds to one of them what
-    /// it takes from the other: the mean of two starts says more than each.
-    pub(crate) fn start_excess(&self) -> Option<[Voltage; 2]> {
-        let zones = &self.outcome.estimates.dead_zone;
-        let widths = [zones[0].trusted()?, zones[1].trusted()?];
-        let [first, second] = self.started;
-        if first == 0 || second == 0 {
-            return None;
-        }
-        let needed = Voltage::from_q14(VoltageQ14(first.saturating_add(second))).0;
-        let both = widths[0].saturating_add(widths[1]).max(1);
-        let excess = i64::from(needed.saturating_sub(both).max(0));
-        Some(widths.map(|width| Voltage((excess * i64::from(width) / i64::from(both)) as i32)))
+    /// Voltage at which the shaft started and its dead zone, by direction, where both starts were seen and the dead zones are
+    /// trusted.
+    pub(crate) fn starts(&self) -> Option<[(Voltage, Voltage); 2]> {
+        let [forwards, backwards] = &self.outcome.estimates.dead_zone;
+        let start = |side: usize, dead_zone: i32| {
+            let level = self.started[side & 1];
+            (level > 0).then(|| (Voltage::from_q14(VoltageQ14(level)), Voltage(dead_zone)))
+        };
+        Some([start(0, forwards.trusted()?)?, start(1, backwards.trusted()?)?])
     }
 
     /// Ended, with or without estimates.

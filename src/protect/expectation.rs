@@ -18,13 +18,6 @@ pub const MOVING_MARGIN: f32 = 1.5;
 pub const FREE_MARGIN: f32 = 1.5;
 /// Dead zones that friction takes from a shaft that is known to turn, whatever the encoder says: ripple, cogging.
 pub const KINETIC_MARGIN: f32 = 1.2;
-/// Dead zones, Q16, by which a start may take more than what was learned from earlier ones: a load step of 0.2, and most of what ripple
-/// of friction, cogging and random torque differ by from place to place. 0.2 raised seven alarms in 9.7 simulated hours of
-/// design plants (docs/decisions/0322).
-const START_SPREAD: i32 = (0.35 * 65_536.0) as i32;
-/// Dead zones, Q16, by which what is demanded of a shaft that gets under way lies below what it needs at rest, at most. Friction falls to
-/// its kinetic level with speed, the more so the higher it was: from 2.25 to 1.5 with what is not learned.
-const START_DROP: i32 = (0.7 * 65_536.0) as i32;
 /// The least margin: an eighth of the nominal supply, so that somebody who pushes against a joint without friction is no
 /// fault; half of it in motion.
 const LEAST_MARGIN: Voltage = Voltage(Voltage::NOMINAL.0 / 8);
@@ -58,10 +51,10 @@ pub struct Expectation {
     pub(super) inverse_tau: i32,
     /// 1/lag per look, Q24.
     pub(super) inverse_lag: i32,
-    /// Voltage to exceed at rest, by direction; the maximum: nothing is demanded.
+    /// Voltage to exceed at rest by a shaft that nobody knows, by direction; the maximum: nothing is demanded.
     pub(super) rest: [Voltage; 2],
     /// The dead zone, by direction.
-    pub(super) width: [Voltage; 2],
+    dead_zone: [Voltage; 2],
     /// Voltage to exceed in motion, by direction.
     pub(super) moving: [Voltage; 2],
     /// Voltage to exceed in the likely model, by direction.
@@ -86,7 +79,7 @@ impl Default for Expectation {
             inverse_tau: 0,
             inverse_lag: 0,
             rest: [Voltage(i32::MAX); 2],
-            width: [Voltage::ZERO; 2],
+            dead_zone: [Voltage::ZERO; 2],
             moving: [Voltage(i32::MAX); 2],
             kinetic: [Voltage(i32::MAX); 2],
             counts: EXPECTED_COUNTS,
@@ -118,7 +111,7 @@ impl Expectation {
             inverse_tau: to_fixed((1.0 / tau).min(1.0), 24),
             inverse_lag: to_fixed((1.0 / lag).min(1.0), 24),
             rest: dead_zone.map(|width| margin(width, if sticks { REST_MARGIN } else { FREE_MARGIN }, least)),
-            width: dead_zone.map(|width| width.unwrap_or_default()),
+            dead_zone: dead_zone.map(Option::unwrap_or_default),
             moving: dead_zone
                 .map(|width| margin(width, if sticks { MOVING_MARGIN } else { FREE_MARGIN }, least / 2)),
             kinetic: dead_zone.map(|width| margin(width, KINETIC_MARGIN, least)),
@@ -130,29 +123,16 @@ impl Expectation {
         }
     }
 
-    /// By how much a start may take more than an earlier one.
-    pub(super) fn spread(&self, side: usize) -> i32 {
-        mul_shift(self.width[side & 1].0, START_SPREAD, 16)
+    /// The dead zone in this direction.
+    pub(super) fn dead_zone(&self, side: usize) -> Voltage {
+        self.dead_zone[side & 1]
     }
 
-    /// Voltage to exceed at rest if a start took so much more than the dead zone: no less than an end stop may be met with.
-    pub(super) fn rest_beyond(&self, excess: i32, side: usize) -> Voltage {
+    /// Voltage to exceed at rest where so much is enough to start: no less than an end stop may be met with, and no more than
+    /// a shaft needs that nobody knows.
+    pub(super) fn at_rest(&self, enough: Voltage, side: usize) -> Voltage {
         let side = side & 1;
-        let seen = self.width[side].0.saturating_add(excess).saturating_add(self.spread(side));
-        Voltage(seen).max(self.moving[side]).max(LEAST_MARGIN).min(self.rest[side])
-    }
-
-    /// Excess beyond which nothing is learned: with its spread it is what a shaft needs that nobody knows.
-    pub(super) fn most_excess(&self, side: usize) -> i32 {
-        let side = side & 1;
-        self.rest[side].0.saturating_sub(self.width[side].0).saturating_sub(self.spread(side)).max(0)
-    }
-
-    /// Voltage to exceed by a shaft that gets under way: friction has not fallen to its kinetic level yet.
-    pub(super) fn starting(&self, rest: Voltage, side: usize) -> Voltage {
-        let side = side & 1;
-        let drop = if self.sticks { mul_shift(self.width[side].0, START_DROP, 16) } else { 0 };
-        rest.minus(Voltage(drop)).max(self.kinetic[side]).min(self.moving[side])
+        enough.max(self.moving[side]).max(LEAST_MARGIN).min(self.rest[side])
     }
 
     /// Have so many looks lasted for a quarter of the time constant?

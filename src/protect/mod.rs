@@ -149,9 +149,9 @@ impl State {
         self.winding.is_due()
     }
 
-    /// A commissioning has seen the shaft start with so much more than its dead zone.
-    pub(crate) fn broke_away(&mut self, excess: [Voltage; 2]) {
-        self.motion.broke_away(excess);
+    /// A commissioning has seen the shaft start: voltage and dead zone by direction.
+    pub(crate) fn broke_away(&mut self, starts: [(Voltage, Voltage); 2]) {
+        self.motion.broke_away(starts);
     }
 
     /// The host lives.

@@ -36,13 +36,13 @@ const SUSPECT_COUNTS: i32 = 8;
 const VAIN_COUNTS: i32 = 64;
 /// Counts of the sure model that are enough while the shaft gets under way and the counter has shown none: it started below the
 /// voltage at which the model does, and is ahead of it.
-const SILENT_START_COUNTS: i32 = 3;
-/// The same after the counter has shown one.
-const START_COUNTS: i32 = 4;
-/// Counts from which on a case is given up that the current does not decide; and of a shaft that gets under way, which has to
-/// be found in time: with ten more stalls would have their name.
+const SILENT_START_COUNTS: i32 = 2;
+/// The same after the counter has shown one, which a stalled shaft or a silent encoder does not: friction falls slowly with speed.
+const START_COUNTS: i32 = 8;
+/// Counts from which on a case is given up that the current does not decide; of a shaft that gets under way at once, because it has
+/// to be found in time.
 const GIVE_UP_COUNTS: i32 = 10;
-const GIVE_UP_START_COUNTS: i32 = 4;
+const GIVE_UP_START_COUNTS: i32 = SILENT_START_COUNTS;
 /// Counts in the demanded direction that prove that the encoder follows.
 const PROOF_COUNTS: i32 = 2;
 /// Counts against the demanded direction that a reversed motor or encoder makes at least.
@@ -176,8 +176,8 @@ impl State {
     }
 
     /// A commissioning has seen it start.
-    pub fn broke_away(&mut self, excess: [Voltage; 2]) {
-        self.starts.commissioned(excess);
+    pub fn broke_away(&mut self, starts: [(Voltage, Voltage); 2]) {
+        self.starts.commissioned(starts);
     }
 
     /// Has the encoder just proved to the likely model, and to the sure one, that it follows, or was nothing demanded of
@@ -233,14 +233,12 @@ impl State {
     fn demanded(&mut self, expectation: &Expectation, input: &Input, now: i32) -> i32 {
         let side = self.side();
         let left = |margin| expectation.beyond(now, margin, self.load);
-        if self.moving {
-            return left(expectation.moving[side]);
+        if !self.moving {
+            self.moving = expectation.turns(expectation.observed(input, self.direction));
+            self.starting |= left(self.starts.margin(expectation, side)) > 0;
+            self.starting &= !self.moving;
         }
-        let [rest, starting] = self.starts.margins(expectation, side);
-        let (broken_away, sure) = (left(rest) > 0, left(starting));
-        self.moving = expectation.turns(expectation.observed(input, self.direction));
-        self.starting = !self.moving && (self.starting || broken_away);
-        if self.moving || self.starting { sure } else { 0 }
+        if self.moving || self.starting { left(expectation.moving[side]) } else { 0 }
     }
 
     /// Index of the direction.
