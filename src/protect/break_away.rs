@@ -41,7 +41,7 @@ pub(super) struct State {
     share: i32,
     /// Highest voltage since it stood.
     peak: i32,
-    /// Where the counter stands, and for how many looks.
+    /// Where the counter stands, and for how many looks in which nothing drove.
     place: i32,
     still: u16,
     /// It stood when the voltage rose.
@@ -77,19 +77,15 @@ impl State {
 
     /// Begins anew; what was learned stays.
     pub fn begin(&mut self) {
-        *self = Self { share: self.share, ..Self::default() };
+        (self.peak, self.place, self.still, self.stood) = (0, 0, 0, false);
     }
 
-    /// One look, for how long the shaft has stood.
-    pub fn watch(&mut self, count: i32) {
+    /// A look in which nothing drives: for how long has the shaft stood?
+    pub fn wait(&mut self, expectation: &Expectation, count: i32) {
         self.still = self.still.saturating_add(1);
         if count.wrapping_sub(self.place).saturating_abs() > FLICKER {
             (self.place, self.still) = (count, 0);
         }
-    }
-
-    /// Nothing drives yet.
-    pub fn wait(&mut self, expectation: &Expectation) {
         (self.stood, self.peak) = (expectation.lasts(u32::from(self.still)), 0);
     }
 
@@ -98,17 +94,31 @@ impl State {
         self.peak = self.peak.max(voltage);
     }
 
+    /// Has the shaft stood for a while before this voltage, and has no proof come since?
+    pub fn stood(&self) -> bool {
+        self.stood
+    }
+
     /// Voltage that a shaft at rest needs at most.
     pub fn margin(&self, expectation: &Expectation, side: usize) -> Voltage {
         expectation.at_rest(enough(self.share, expectation.dead_zone(side)), side)
     }
 
     /// The encoder follows. Up to the proof the likely and the sure model have travelled so many counts.
-    pub fn learn(&mut self, expectation: &Expectation, side: usize, [likely, sure]: [i32; 2]) {
-        let stood = core::mem::take(&mut self.stood);
-        let step = match beyond(self.peak, expectation.dead_zone(side)).saturating_sub(self.share) {
+    #[inline]
+    pub fn learn(&mut self, expectation: &Expectation, side: usize, vain: [i32; 2]) {
+        if self.stood || vain[1] >= LATE_COUNTS {
+            self.note(beyond(self.peak, expectation.dead_zone(side)), vain);
+        }
+        self.stood = false;
+    }
+
+    /// A start that took this share at most. A function of its own: most proofs are those of a shaft that turns.
+    #[cold]
+    #[inline(never)]
+    fn note(&mut self, seen: i32, [likely, sure]: [i32; 2]) {
+        let step = match seen.saturating_sub(self.share) {
             _ if sure >= LATE_COUNTS => SPREAD / 2,
-            _ if !stood => 0,
             higher @ 1.. if likely >= HELD_COUNTS => higher,
             1.. => 0,
             lower => lower >> LOWER_SHIFT,

@@ -8,9 +8,9 @@
 //!
 //! - The *sure* one demands nothing of a shaft that stands until more has acted than holds it: what its starts have taught
 //!   ([`super::break_away`]), or [`super::REST_MARGIN`] dead zones. Then the shaft has broken away, and
-//!   up to [`super::MOVING_MARGIN`] is taken off (friction at rest is higher, and what turns goes on turning). Once it has
-//!   travelled [`START_COUNTS`], or [`super::EXPECTED_COUNTS`] of a shaft that had turned, without a proof that the encoder
-//!   follows, something is wrong.
+//!   [`super::MOVING_MARGIN`] is taken off (friction at rest is higher, and what turns goes on turning). Once it has
+//!   travelled [`SILENT_START_COUNTS`] of which the counter shows none, or [`super::EXPECTED_COUNTS`] of a shaft that had
+//!   turned, without a proof that the encoder follows, something is wrong.
 //! - The *likely* one takes off [`super::KINETIC_MARGIN`] at any time. A healthy shaft may stand where it travels, held by
 //!   break-away friction; it cannot run backwards, and its current cannot show a back-EMF. So its travel counts where
 //!   there is evidence of that kind.
@@ -39,10 +39,10 @@ const VAIN_COUNTS: i32 = 64;
 const SILENT_START_COUNTS: i32 = 2;
 /// The same after the counter has shown one, which a stalled shaft or a silent encoder does not: friction falls slowly with speed.
 const START_COUNTS: i32 = 8;
-/// Counts from which on a case is given up that the current does not decide; of a shaft that gets under way at once, because it has
-/// to be found in time.
+/// Counts from which on a case is given up that the current does not decide; and of a shaft that gets under way, which has to be
+/// found in time. With two, half as many stalls would be told from an unplugged encoder.
 const GIVE_UP_COUNTS: i32 = 10;
-const GIVE_UP_START_COUNTS: i32 = SILENT_START_COUNTS;
+const GIVE_UP_START_COUNTS: i32 = 4;
 /// Counts in the demanded direction that prove that the encoder follows.
 const PROOF_COUNTS: i32 = 2;
 /// Counts against the demanded direction that a reversed motor or encoder makes at least.
@@ -163,16 +163,14 @@ pub(super) struct State {
 }
 
 impl State {
-    /// Nothing has moved yet.
-    #[inline]
-    pub fn at(count: i32) -> Self {
-        Self { sure: Model::begin(0, count), likely: Model::begin(0, count), ..Self::default() }
-    }
-
     /// Begins anew here; what was learned about the starts stays.
     pub fn begin(&mut self, count: i32) {
-        self.starts.begin();
-        *self = Self { starts: self.starts, ..Self::at(count) };
+        // Without `..`, so that no new field is forgotten; and without a copy of what stays.
+        let Self { direction, flow, sure, likely, moving, starting, starts, load } = self;
+        (*direction, *flow, *moving, *starting, *load) = (0, 0, false, false, Voltage::ZERO);
+        *sure = Model::begin(0, count);
+        *likely = *sure;
+        starts.begin();
     }
 
     /// A commissioning has seen it start.
@@ -195,7 +193,6 @@ impl State {
         let voltage = input.averages.voltage.unwrap_or(Voltage::ZERO);
         let direction = voltage.0.signum();
         self.flow = approach(self.flow, voltage.0, expectation.inverse_lag);
-        self.starts.watch(input.count);
         let left = |torque, margins| expectation.drive(torque, direction, margins, self.load);
         let soon = voltage.0.saturating_abs();
         // Torque falls with the voltage at once.
@@ -235,8 +232,8 @@ impl State {
         let left = |margin| expectation.beyond(now, margin, self.load);
         if !self.moving {
             self.moving = expectation.turns(expectation.observed(input, self.direction));
-            self.starting |= left(self.starts.margin(expectation, side)) > 0;
-            self.starting &= !self.moving;
+            self.starting =
+                !self.moving && (self.starting || left(self.starts.margin(expectation, side)) > 0);
         }
         if self.moving || self.starting { left(expectation.moving[side]) } else { 0 }
     }
@@ -261,7 +258,7 @@ impl State {
     #[inline]
     fn missing(&mut self, expectation: &Expectation, input: &Input) -> Option<Missing> {
         let (sure, likely) = (self.sure.counts(), self.likely.counts());
-        let starts = self.starting && expectation.sticks;
+        let starts = self.starting && self.starts.stood() && expectation.sticks;
         let least = match self.sure.followed(self.direction, input.count) {
             ..0 => BACKWARDS_COUNTS,
             0 if starts => SILENT_START_COUNTS,
@@ -292,7 +289,7 @@ impl State {
     fn restart(&mut self, expectation: &Expectation, direction: i32, input: &Input) {
         let model = self.observe(expectation, direction, input);
         (self.direction, self.sure, self.likely) = (direction, model, model);
-        self.starts.wait(expectation);
+        self.starts.wait(expectation, input.count);
         if input.averages.voltage.is_none() || input.holding {
             self.load = input.load;
         }
