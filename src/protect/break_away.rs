@@ -39,6 +39,8 @@ const LATE_COUNTS: i32 = 2;
 pub(super) struct State {
     /// Dead zones beyond the first that are enough to start, Q10.
     share: i32,
+    /// Voltage that is enough to start in the direction of the drive. Computed while nothing drives.
+    enough: Voltage,
     /// Highest voltage since it stood.
     peak: i32,
     /// Where the counter stands, and for how many looks in which nothing drove.
@@ -50,7 +52,7 @@ pub(super) struct State {
 
 impl Default for State {
     fn default() -> Self {
-        Self { share: MOST, peak: 0, place: 0, still: 0, stood: false }
+        Self { share: MOST, enough: Voltage(i32::MAX), peak: 0, place: 0, still: 0, stood: false }
     }
 }
 
@@ -59,11 +61,6 @@ fn beyond(voltage: i32, dead_zone: Voltage) -> i32 {
     // Two nominal supplies at most, so that the shift stays within 31 bits.
     let more = voltage.saturating_sub(dead_zone.0).clamp(0, (1 << (30 - SHARE_BITS)) - 1);
     (more << SHARE_BITS).checked_div(dead_zone.0).unwrap_or(MOST)
-}
-
-/// Voltage that a shaft at rest needs at most, if earlier starts took this share.
-fn enough(share: i32, dead_zone: Voltage) -> Voltage {
-    Voltage(mul_shift(dead_zone.0, ONE + SPREAD + share, SHARE_BITS))
 }
 
 impl State {
@@ -81,12 +78,13 @@ impl State {
     }
 
     /// A look in which nothing drives: for how long has the shaft stood?
-    pub fn wait(&mut self, expectation: &Expectation, count: i32) {
+    pub fn wait(&mut self, expectation: &Expectation, side: usize, count: i32) {
         self.still = self.still.saturating_add(1);
         if count.wrapping_sub(self.place).saturating_abs() > FLICKER {
             (self.place, self.still) = (count, 0);
         }
         (self.stood, self.peak) = (expectation.lasts(u32::from(self.still)), 0);
+        self.follow(expectation, side);
     }
 
     /// This voltage has become current.
@@ -100,23 +98,30 @@ impl State {
     }
 
     /// Voltage that a shaft at rest needs at most.
-    pub fn margin(&self, expectation: &Expectation, side: usize) -> Voltage {
-        expectation.at_rest(enough(self.share, expectation.dead_zone(side)), side)
+    pub fn enough(&self, expectation: &Expectation, side: usize) -> Voltage {
+        expectation.at_rest(self.enough, side)
+    }
+
+    /// Follows what was learned about starts and dead zone.
+    pub fn follow(&mut self, expectation: &Expectation, side: usize) {
+        let share = ONE + SPREAD + self.share;
+        self.enough = Voltage(mul_shift(expectation.dead_zone(side).0, share, SHARE_BITS));
     }
 
     /// The encoder follows. Up to the proof the likely and the sure model have travelled so many counts.
     #[inline]
     pub fn learn(&mut self, expectation: &Expectation, side: usize, vain: [i32; 2]) {
         if self.stood || vain[1] >= LATE_COUNTS {
-            self.note(beyond(self.peak, expectation.dead_zone(side)), vain);
+            self.note(expectation, side, vain);
         }
         self.stood = false;
     }
 
-    /// A start that took this share at most. A function of its own: most proofs are those of a shaft that turns.
+    /// One start. A function of its own: most proofs are those of a shaft that turns.
     #[cold]
     #[inline(never)]
-    fn note(&mut self, seen: i32, [likely, sure]: [i32; 2]) {
+    fn note(&mut self, expectation: &Expectation, side: usize, [likely, sure]: [i32; 2]) {
+        let seen = beyond(self.peak, expectation.dead_zone(side));
         let step = match seen.saturating_sub(self.share) {
             _ if sure >= LATE_COUNTS => SPREAD / 2,
             higher @ 1.. if likely >= HELD_COUNTS => higher,
@@ -124,5 +129,6 @@ impl State {
             lower => lower >> LOWER_SHIFT,
         };
         self.share = self.share.saturating_add(step).min(MOST);
+        self.follow(expectation, side);
     }
 }

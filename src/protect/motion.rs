@@ -217,6 +217,7 @@ impl State {
         } else {
             // Friction may brake it as well as hold it.
             self.sure = self.observe(expectation, direction, input);
+            self.starts.follow(expectation, self.side());
         }
         if proved {
             self.starts.learn(expectation, self.side(), vain);
@@ -233,7 +234,7 @@ impl State {
         if !self.moving {
             self.moving = expectation.turns(expectation.observed(input, self.direction));
             self.starting =
-                !self.moving && (self.starting || left(self.starts.margin(expectation, side)) > 0);
+                !self.moving && (self.starting || left(self.starts.enough(expectation, side)) > 0);
         }
         if self.moving || self.starting { left(expectation.moving[side]) } else { 0 }
     }
@@ -289,7 +290,7 @@ impl State {
     fn restart(&mut self, expectation: &Expectation, direction: i32, input: &Input) {
         let model = self.observe(expectation, direction, input);
         (self.direction, self.sure, self.likely) = (direction, model, model);
-        self.starts.wait(expectation, input.count);
+        self.starts.wait(expectation, self.side(), input.count);
         if input.averages.voltage.is_none() || input.holding {
             self.load = input.load;
         }
