@@ -104,7 +104,7 @@ impl State {
 
     /// Follows what was learned about starts and dead zone.
     pub fn follow(&mut self, expectation: &Expectation, side: usize) {
-        let share = ONE + SPREAD + self.share;
+        let share = self.share.saturating_add(ONE + SPREAD);
         self.enough = Voltage(mul_shift(expectation.dead_zone(side).0, share, SHARE_BITS));
     }
 
