@@ -42,7 +42,7 @@ const START_COUNTS: i32 = 8;
 /// Counts from which on a case is given up that the current does not decide; and of a shaft that gets under way, which has to be
 /// found in time. With two, half as many stalls would be told from an unplugged encoder.
 const GIVE_UP_COUNTS: i32 = 10;
-const GIVE_UP_START_COUNTS: i32 = 4;
+const GIVE_UP_START_COUNTS: i32 = 5;
 /// Counts in the demanded direction that prove that the encoder follows.
 const PROOF_COUNTS: i32 = 2;
 /// Counts against the demanded direction that a reversed motor or encoder makes at least.
