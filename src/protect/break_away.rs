@@ -72,9 +72,15 @@ impl State {
         self.share = first.max(second).min(MOST);
     }
 
-    /// Begins anew; what was learned stays.
-    pub fn begin(&mut self) {
-        (self.peak, self.place, self.still, self.stood) = (0, 0, 0, false);
+    /// Begins anew here; what was learned stays.
+    pub fn begin(&mut self, count: i32) {
+        (self.peak, self.place, self.still, self.stood) = (0, count, 0, false);
+    }
+
+    /// A look at a shaft that stands with the bridge open.
+    #[inline]
+    pub fn stand(&mut self) {
+        self.still = self.still.saturating_add(1);
     }
 
     /// A look in which nothing drives: for how long has the shaft stood?

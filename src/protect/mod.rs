@@ -233,6 +233,7 @@ impl Params {
     /// A look at an axis at rest with its bridge open: supply, current, heat of the winding.
     #[inline]
     pub fn look_at_rest(&self, state: &mut State, expectation: &Expectation, input: &Input) {
+        state.motion.stand();
         for fault in [self.limits.step(&mut state.limits, expectation, input), self.overload(state, input)] {
             state.latch(fault, &self.actions);
         }

@@ -170,7 +170,13 @@ impl State {
         (*direction, *flow, *moving, *starting, *load) = (0, 0, false, false, Voltage::ZERO);
         *sure = Model::begin(0, count);
         *likely = *sure;
-        starts.begin();
+        starts.begin(count);
+    }
+
+    /// A look at a shaft that stands with the bridge open.
+    #[inline]
+    pub fn stand(&mut self) {
+        self.starts.stand();
     }
 
     /// A commissioning has seen it start.
