@@ -184,6 +184,16 @@ impl Params {
     pub(super) fn break_away(&self, state: &mut State, input: &Input) {
         let (length, displacement) = (self.ramp_ticks(), state.displacement(input.count));
         self.raise(state, input, length, displacement);
+        if let Some(next) = state.after_start {
+            let forwards = displacement.wrapping_sub(state.ramp.pause);
+            if forwards >= MOTION || state.elapsed >= length {
+                let d = state.direction;
+                if forwards >= MOTION { state.started[d] = state.started[d].max(state.ramp.started(state.level)); }
+                state.after_start = None;
+                state.enter(next, input.count);
+            }
+            return;
+        }
         if let Some(reason) = self.unseen_motion(state, input, displacement) {
             return state.refuse(reason);
         }
@@ -272,6 +282,20 @@ impl Params {
         let (level, other) = (state.ramp.pause_level, state.break_away[state.direction.reversed()]);
         let level = if other > 0 { level.min(other + other / 2) } else { level };
         level.max(1)
+    }
+
+    pub(super) fn starts_again(&self, state: &State) -> bool {
+        state.timescale.found.is_some() && !state.restless && !state.turned && state.started.iter().all(|&level| level > 0)
+    }
+
+    pub(super) fn start_ticks(&self, state: &State) -> u32 {
+        if self.starts_again(state) { self.share(3) + self.ramp_ticks() / 8 } else { 0 }
+    }
+
+    pub(super) fn start_again(&self, state: &mut State, input: &Input) {
+        let low = state.started[0].min(state.started[1]);
+        state.enter(Phase::BreakAway, input.count);
+        state.elapsed = (self.ramp_ticks() as u64 * (low - low / 4) as u64 / MOST_BREAK_AWAY as u64) as u32;
     }
 
     fn moved(&self, state: &mut State, input: &Input) {

@@ -45,6 +45,9 @@ impl Params {
         if !at_rest {
             return;
         }
+        if state.after_start.is_some() {
+            return self.start_again(state, input);
+        }
         // What moves by itself shows that it is seen.
         if self.pulse_test.is_some() && !state.pulses.proved && !state.restless {
             state.enter(Phase::PulseTest, input.count);
@@ -116,12 +119,18 @@ impl Params {
         if state.stroke == 1 {
             state.solve_for(Structure::Single(self.first));
         }
-        if state.stroke < self.strokes(state) {
-            state.enter(Phase::Learn, input.count);
+        let next = if state.stroke < self.strokes(state) {
+            Phase::Learn
         } else {
             state.solve_for(Structure::Shared);
             state.stroke = 0;
-            state.enter(Phase::Saturate, input.count);
+            Phase::Saturate
+        };
+        if self.starts_again(state) {
+            state.after_start = Some(next);
+            state.enter(Phase::Settle, input.count);
+        } else {
+            state.enter(next, input.count);
         }
     }
 

@@ -207,6 +207,8 @@ pub struct State {
     /// Length of a stroke, and what it follows from.
     stroke_ticks: Option<(Pace, u32)>,
     after_coast: Phase,
+    /// What follows a start on the way; `None`: the first two.
+    after_start: Option<Phase>,
     mechanism: Mechanism,
     /// The saturation begins within the learned range.
     low_knee: bool,
@@ -257,6 +259,7 @@ impl State {
             learn_lengths,
             stroke_ticks: None,
             after_coast: Phase::Learn,
+            after_start: None,
             mechanism: Mechanism::Unclear,
             low_knee: false,
             outcome: Outcome::default(),

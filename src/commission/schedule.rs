@@ -59,7 +59,7 @@ impl Params {
     fn learn_ticks_anew(&self, state: &State) -> u32 {
         let strokes = u32::from(self.strokes(state));
         let others =
-            2 * (self.saturate_ticks(state) + self.verify_ticks(state)) + strokes * self.coast_ticks(state);
+            2 * (self.saturate_ticks(state) + self.verify_ticks(state)) + strokes * self.coast_ticks(state) + strokes * self.start_ticks(state);
         state.remaining.saturating_sub(others) / strokes
     }
 
