@@ -20,7 +20,7 @@ const ONE: i32 = 1 << SHARE_BITS;
 /// Dead zones, Q10, by which a start may take more than the hardest of the earlier ones: a load step of 0.2, and most of what ripple
 /// of friction, cogging and random torque differ by from place to place. With 0.4 the model
 /// got ahead by two counts on one of 200 design plants of the family G2 in their first minute (docs/decisions/0306).
-const SPREAD: i32 = (0.45 * ONE as f32) as i32;
+const SPREAD: i32 = (0.35 * ONE as f32) as i32;
 /// Share beyond which nothing is learned: with the spread it is what a shaft needs that nobody knows.
 const MOST: i32 = (REST_MARGIN * ONE as f32) as i32 - ONE - SPREAD;
 
@@ -108,6 +108,7 @@ impl State {
         expectation.at_rest(self.enough, side)
     }
 
+    pub fn held(&self, expectation: &Expectation, side: usize) -> Voltage { let dz = expectation.dead_zone(side).0; Voltage(mul_shift(dz, self.share.saturating_add(ONE), SHARE_BITS)).max(expectation.kinetic[side]).min(expectation.moving[side]) }
     /// Follows what was learned about starts and dead zone.
     pub fn follow(&mut self, expectation: &Expectation, side: usize) {
         let share = self.share.saturating_add(ONE + SPREAD);

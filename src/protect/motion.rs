@@ -242,7 +242,7 @@ impl State {
             self.starting =
                 !self.moving && (self.starting || left(self.starts.enough(expectation, side)) > 0);
         }
-        if self.moving || self.starting { left(expectation.moving[side]) } else { 0 }
+        if self.moving || self.starting { if self.moving { left(expectation.moving[side]) } else { left(self.starts.held(expectation, side)) } } else { 0 }
     }
 
     /// Index of the direction.
