@@ -31,7 +31,7 @@ use crate::units::Voltage;
 /// Counts of the sure model that are waited for while the counter runs back: until that shows by half of them.
 const BACKWARDS_COUNTS: i32 = 2 * REVERSED_COUNTS;
 /// Counts that the likely model must have travelled before evidence is weighed.
-const SUSPECT_COUNTS: i32 = 8;
+const SUSPECT_COUNTS: i32 = 3;
 /// Counts of the likely model after which evidence is looked for anew.
 const VAIN_COUNTS: i32 = 64;
 /// Counts of the sure model that are enough while the shaft gets under way and the counter has shown none: it started below the
@@ -191,6 +191,12 @@ impl State {
         [self.likely.since == 0, self.sure.since == 0]
     }
 
+    /// Has the shaft stood for a while before this voltage?
+    #[inline]
+    pub fn stood(&self) -> bool {
+        self.starts.stood()
+    }
+
     /// Compares the motion with the least that must be. Without drive, and when the drive changes its sign, the models
     /// start anew from the speed that is observed: a motor that is being braked may well turn against the voltage. So
     /// they do while the current still flows the old way.
@@ -273,7 +279,7 @@ impl State {
             _ => expectation.counts,
         };
         let overdue = sure >= least;
-        let suspect = likely >= SUSPECT_COUNTS && !input.input_dead_zone;
+        let suspect = likely >= if input.current.is_some() {3} else {8} && !input.input_dead_zone;
         let (model, least) = if overdue { (&self.sure, sure) } else { (&self.likely, likely) };
         let followed = model.followed(self.direction, input.count);
         if sure == 0 && likely >= VAIN_COUNTS && followed > -REVERSED_COUNTS {

@@ -44,6 +44,10 @@ const UNCERTAIN_SHIFT: u32 = 5;
 const DOUBTFUL_SHIFTS: [u32; 2] = [3, 4];
 /// Relative uncertainty of what an input dead zone takes, as a shift: 1/8.
 const SWALLOWED_SHIFT: u32 = 3;
+/// Voltage from which on a shaft that stands tells the resistance, Q14, as a shift: 1/64.
+const LEAST_STANDING_SHIFT: u32 = WINDING_BITS - 6;
+const STANDING_OVER_UNREST: i64 = 2;
+const NOW_SHIFT: u32 = 6;
 /// Looks over which the unrest of the current is averaged, as a shift.
 const UNREST_BITS: u32 = 5;
 /// Half of the divisor, for rounding: cut off, a converter count of noise in four would go unseen.
@@ -171,6 +175,8 @@ pub(super) struct State {
     /// Since the last proof that the encoder follows: since the likely model travels, and since the sure one does. What
     /// is not known of R grows with time, and before the sure one starts nothing is demanded.
     doubts: [Stretch; 2],
+    /// While the shaft stood and nothing was demanded of it, since a voltage drives a current: the resistance of this very moment.
+    standing: Stretch,
     /// Current of the last look, and how much it differs from look to look, Q4: noise, and more while it rises.
     last: i32,
     unrest: i32,
@@ -234,6 +240,7 @@ impl State {
             glance,
             block,
             doubts,
+            standing,
             last,
             unrest,
             open,
@@ -251,7 +258,7 @@ impl State {
             known,
         } = self;
         let [likely, sure] = doubts;
-        for stretch in [glance, block, likely, sure, silence] {
+        for stretch in [glance, block, likely, sure, standing, silence] {
             *stretch = Stretch::default();
         }
         (*last, *unrest, *looks, *glances, *silent, *odd) = (0, 0, 0, 0, 0, 0);
@@ -271,12 +278,7 @@ impl State {
                 (false, false) => None,
             };
         };
-        let verdict = winding.judge(
-            &self.doubts[usize::from(overdue)],
-            missing,
-            (i32::from(current), count),
-            self.unrest,
-        );
+        let verdict = winding.judge(self, missing, (i32::from(current), count));
         verdict.or((missing.sure >= missing.enough).then_some(Fault::NoMotion))
     }
 }
@@ -307,6 +309,7 @@ impl Params {
         current: i16,
         count: i32,
         fresh: [bool; 2],
+        stood: bool,
     ) {
         let current = i32::from(current);
         let q14 = |voltage: Voltage| voltage.0 >> (VOLTAGE_BITS - WINDING_BITS);
@@ -334,6 +337,9 @@ impl Params {
             } else {
                 doubt.add(&look);
             }
+        }
+        if fresh[0] {
+            state.stand(&look, count, stood);
         }
         state.looks = state.looks.wrapping_add(1);
         if state.looks >= self.glance {
@@ -377,6 +383,18 @@ impl State {
     #[inline]
     pub fn is_due(&self) -> bool {
         self.due
+    }
+
+    /// A look at a shaft of which nothing is demanded.
+    #[inline]
+    fn stand(&mut self, look: &Stretch, count: i32, stood: bool) {
+        let driven = look.voltage.saturating_abs() >> LEAST_STANDING_SHIFT >= look.ticks as i32;
+        let same = self.standing.ticks == 0 || (look.voltage ^ self.standing.voltage) >= 0;
+        if stood && driven && same && self.standing.turned(count) == 0 {
+            self.standing.add(look);
+        } else {
+            self.standing = Stretch::begin(self.last, count);
+        }
     }
 
     #[cold]
@@ -506,17 +524,36 @@ impl Winding {
         if balance.emf().signum() == -emf.signum() { Fault::WrongDirection } else { Fault::SlippingCounts }
     }
 
+    /// Resistance of the winding as the standing shaft shows it, over the learned one, Q16.
+    fn at_standstill(&self, standing: &Stretch, current: i32, unrest: i32) -> Option<(i64, i64)> {
+        let seen = self.balance(standing, current, unrest);
+        let heard = i64::from(standing.current.saturating_abs()) * STANDING_OVER_UNREST;
+        if heard < product(unrest, standing.ticks as i32) || seen.resistive == 0 {
+            return None;
+        }
+        let ratio = (seen.offered.saturating_sub(seen.inductive) << 16) / seen.resistive;
+        let slack = (seen.ends << 16) / seen.resistive.abs() + (1 << (16 - NOW_SHIFT));
+        ((ratio - (1 << 16)).abs() < 1 << (16 - 2)).then_some((ratio, slack))
+    }
+
     /// Where the sure model has not travelled yet, only evidence counts: a back-EMF, or motion backwards.
     #[inline]
-    fn judge(&self, doubt: &Stretch, missing: &Missing, end: (i32, i32), unrest: i32) -> Option<Fault> {
+    fn judge(&self, state: &State, missing: &Missing, end: (i32, i32)) -> Option<Fault> {
         let overdue = missing.sure > 0;
         let (current, count) = end;
+        let unrest = state.unrest;
+        let [likely, sure] = &state.doubts;
+        let doubt = if overdue { sure } else { likely };
         let mut balance = self.balance(doubt, current, unrest);
         // What the encoder has shown of the motion is not missing.
         balance.offered = balance.offered.saturating_sub(self.shown(doubt.turned(count)));
-        let balance = balance.towards(missing.direction);
+        let mut balance = balance.towards(missing.direction);
         let expected = self.shown(if overdue { missing.sure } else { missing.likely });
-        let uncertain = if overdue {
+        let now = self.at_standstill(&state.standing, likely.first.0, unrest).filter(|_| state.standing.turned(count) == 0);
+        let uncertain = if let Some((ratio, slack)) = now {
+            balance.resistive = (balance.resistive.saturating_mul(ratio)) >> 16;
+            (balance.share(0).saturating_mul(slack)) >> 16
+        } else if overdue {
             balance.share(UNCERTAIN_SHIFT)
         } else {
             DOUBTFUL_SHIFTS.iter().fold(0, |sum, &shift| balance.share(shift).saturating_add(sum))
