@@ -532,7 +532,8 @@ impl Winding {
             return None;
         }
         let ratio = (seen.offered.saturating_sub(seen.inductive) << 16) / seen.resistive;
-        let slack = (seen.ends << 16) / seen.resistive.abs() + (1 << (16 - NOW_SHIFT));
+        let rise = i64::from(current.saturating_sub(standing.first.0).saturating_abs());
+        let slack = (seen.ends << 16) / seen.resistive.abs() + (rise << 15) / i64::from(standing.current.saturating_abs().max(1)) + (1 << (16 - NOW_SHIFT));
         ((ratio - (1 << 16)).abs() < 1 << (16 - 2)).then_some((ratio, slack))
     }
 
