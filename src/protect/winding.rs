@@ -533,7 +533,7 @@ impl Winding {
         }
         let ratio = (seen.offered.saturating_sub(seen.inductive) << 16) / seen.resistive;
         let rise = i64::from(current.saturating_sub(standing.first.0).saturating_abs());
-        let slack = (seen.ends << 16) / seen.resistive.abs() + (rise << 15) / i64::from(standing.current.saturating_abs().max(1)) + (1 << (16 - NOW_SHIFT));
+        let slack = ((seen.ends << 16) + (seen.inductive.abs() << 15)) / seen.resistive.abs() + (rise << 15) / i64::from(standing.current.saturating_abs().max(1)) + (1 << (16 - NOW_SHIFT));
         ((ratio - (1 << 16)).abs() < 1 << (16 - 2)).then_some((ratio, slack))
     }
 
@@ -550,7 +550,7 @@ impl Winding {
         balance.offered = balance.offered.saturating_sub(self.shown(doubt.turned(count)));
         let mut balance = balance.towards(missing.direction);
         let expected = self.shown(if overdue { missing.sure } else { missing.likely });
-        let now = self.at_standstill(&state.standing, likely.first.0, unrest).filter(|_| state.standing.turned(count) == 0);
+        let now = self.at_standstill(&state.standing, likely.first.0, unrest).filter(|(_, slack)| *slack < if overdue { 1 << 11 } else { 3 << 12 } && state.standing.turned(count) == 0);
         let uncertain = if let Some((ratio, slack)) = now {
             balance.resistive = (balance.resistive.saturating_mul(ratio)) >> 16;
             (balance.share(0).saturating_mul(slack)) >> 16
