@@ -128,9 +128,14 @@ impl Ramp {
 
     /// Voltage at which a shaft broke away that has now made its [`MOTION`] counts, Q14. It rose on while the shaft made its first
     /// count, and for less than the time that the others took.
-    fn started(&self, level: i32) -> i32 {
+    pub(super) fn started(&self, level: i32) -> i32 {
         let risen = level.saturating_sub(self.last_still).max(0);
         self.last_still.saturating_sub(risen * SINCE_START_QUARTERS / 4).max(1)
+    }
+
+    /// Has the shaft made [`MOTION`] counts since the last pause?
+    pub(super) fn moved(&self, displacement: i32) -> bool {
+        displacement.wrapping_sub(self.pause) >= MOTION
     }
 
     /// Why nothing was counted. Without a current sensor a stall and an unplugged encoder are the same data.
@@ -174,8 +179,13 @@ impl Ramp {
 
 impl Params {
     /// Ticks of the whole ramp.
-    fn ramp_ticks(&self) -> u32 {
+    pub(super) fn ramp_ticks(&self) -> u32 {
         self.share(20).max(16)
+    }
+
+    /// … of it until this level.
+    pub(super) fn ramp_ticks_to(&self, level: i32) -> u32 {
+        (self.ramp_ticks() >> 4) * level.clamp(0, MOST_BREAK_AWAY) as u32 / MOST_BREAK_AWAY as u32 * 16
     }
 
     /// One tick of the ramp that looks for the break-away.
@@ -184,16 +194,6 @@ impl Params {
     pub(super) fn break_away(&self, state: &mut State, input: &Input) {
         let (length, displacement) = (self.ramp_ticks(), state.displacement(input.count));
         self.raise(state, input, length, displacement);
-        if let Some(next) = state.after_start {
-            let forwards = displacement.wrapping_sub(state.ramp.pause);
-            if forwards >= MOTION || state.elapsed >= length {
-                let d = state.direction;
-                if forwards >= MOTION { state.started[d] = state.started[d].max(state.ramp.started(state.level)); }
-                state.after_start = None;
-                state.enter(next, input.count);
-            }
-            return;
-        }
         if let Some(reason) = self.unseen_motion(state, input, displacement) {
             return state.refuse(reason);
         }
@@ -207,7 +207,7 @@ impl Params {
     }
 
     /// The next level of the ramp, and what the tick shows.
-    fn raise(&self, state: &mut State, input: &Input, length: u32, displacement: i32) {
+    pub(super) fn raise(&self, state: &mut State, input: &Input, length: u32, displacement: i32) {
         state.level = (MOST_BREAK_AWAY as u32 * (state.elapsed >> 4).min(length >> 4) / (length >> 4)) as i32;
         let (interval, sign, level) = (length >> 5, state.sign(), state.level);
         let slow = self.rated_counts(interval) / PAUSE;
@@ -282,20 +282,6 @@ impl Params {
         let (level, other) = (state.ramp.pause_level, state.break_away[state.direction.reversed()]);
         let level = if other > 0 { level.min(other + other / 2) } else { level };
         level.max(1)
-    }
-
-    pub(super) fn starts_again(&self, state: &State) -> bool {
-        state.timescale.found.is_some() && !state.restless && !state.turned && state.started.iter().all(|&level| level > 0)
-    }
-
-    pub(super) fn start_ticks(&self, state: &State) -> u32 {
-        if self.starts_again(state) { self.share(3) + self.ramp_ticks() / 8 } else { 0 }
-    }
-
-    pub(super) fn start_again(&self, state: &mut State, input: &Input) {
-        let low = state.started[0].min(state.started[1]);
-        state.enter(Phase::BreakAway, input.count);
-        state.elapsed = (self.ramp_ticks() as u64 * (low - low / 4) as u64 / MOST_BREAK_AWAY as u64) as u32;
     }
 
     fn moved(&self, state: &mut State, input: &Input) {

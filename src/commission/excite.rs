@@ -36,17 +36,24 @@ const VERIFY: i32 = 7_209;
 const FULL: i32 = VoltageQ14::NOMINAL.0;
 
 impl Params {
+    /// Ticks that are waited for rest at most.
+    pub(super) fn settle_ticks(&self) -> u32 {
+        self.share(3)
+    }
+
+    /// Has it come to rest, or was that waited for long enough?
+    #[inline]
+    pub(super) fn stands(&self, state: &State) -> bool {
+        state.still >= self.share(2) || state.elapsed >= self.settle_ticks()
+    }
+
     #[inline]
     pub(super) fn settle(&self, state: &mut State, input: &Input) {
         if state.stroke == 0 {
             state.restless |= input.count.wrapping_sub(state.start_count).saturating_abs() >= 2;
         }
-        let at_rest = state.still >= self.share(2) || state.elapsed >= self.share(3);
-        if !at_rest {
+        if !self.stands(state) {
             return;
-        }
-        if state.after_start.is_some() {
-            return self.start_again(state, input);
         }
         // What moves by itself shows that it is seen.
         if self.pulse_test.is_some() && !state.pulses.proved && !state.restless {
@@ -126,12 +133,7 @@ impl Params {
             state.stroke = 0;
             Phase::Saturate
         };
-        if self.starts_again(state) {
-            state.after_start = Some(next);
-            state.enter(Phase::Settle, input.count);
-        } else {
-            state.enter(next, input.count);
-        }
+        self.start_before(state, next, input.count);
     }
 
     /// The ramp of a motor that random torque pushes about may end below its dead zone. The low voltage then does not keep

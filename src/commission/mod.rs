@@ -1,7 +1,7 @@
 //! Commissioning: the state machine that excites the motor, lets the identifier learn, verifies, and decides on trust.
 //!
 //! ```text
-//! settle → (pulse_test) → break away (both directions) → [learn high, low, middle → coast] × directions × repeats
+//! settle → (pulse_test) → break away (both directions) → [learn high, low, middle → coast → (start)] × directions × repeats
 //!        → [saturate → verify] × directions → decide → done
 //! ```
 //!
@@ -16,6 +16,7 @@ mod guard;
 mod pulse_test;
 mod reading;
 mod schedule;
+mod start;
 mod tick;
 
 use crate::config::Scale;
@@ -58,7 +59,7 @@ pub enum Phase {
     Idle,
     /// Waits for standstill.
     Settle,
-    /// Raises the voltage until the motor moves, once a direction.
+    /// Raises the voltage until the motor moves, once a direction and once behind every coasting.
     BreakAway,
     /// Drives high, low, middle voltage and learns the linear part.
     Learn,
@@ -207,7 +208,7 @@ pub struct State {
     /// Length of a stroke, and what it follows from.
     stroke_ticks: Option<(Pace, u32)>,
     after_coast: Phase,
-    /// What follows a start on the way; `None`: the first two.
+    /// What follows a later start; `None`: it is one of the first two.
     after_start: Option<Phase>,
     mechanism: Mechanism,
     /// The saturation begins within the learned range.

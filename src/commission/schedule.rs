@@ -58,8 +58,8 @@ impl Params {
     #[inline(never)]
     fn learn_ticks_anew(&self, state: &State) -> u32 {
         let strokes = u32::from(self.strokes(state));
-        let others =
-            2 * (self.saturate_ticks(state) + self.verify_ticks(state)) + strokes * self.coast_ticks(state) + strokes * self.start_ticks(state);
+        let stroke = self.coast_ticks(state) + self.start_ticks(state);
+        let others = 2 * (self.saturate_ticks(state) + self.verify_ticks(state)) + strokes * stroke;
         state.remaining.saturating_sub(others) / strokes
     }
 

@@ -75,6 +75,7 @@ impl Params {
     #[inline]
     fn advance(&self, state: &mut State, input: &Input) {
         match state.phase {
+            Phase::Settle | Phase::BreakAway if state.after_start.is_some() => self.start(state, input),
             Phase::Settle => self.settle(state, input),
             Phase::PulseTest => match &self.pulse_test {
                 Some(pulse_test) => self.pulse_test(state, input, pulse_test),

@@ -41,6 +41,8 @@ pub(super) struct State {
     share: i32,
     /// Voltage that is enough to start in the direction of the drive. Computed while nothing drives.
     enough: Voltage,
+    /// … and without the spread: what held it.
+    held: Voltage,
     /// Highest voltage since it stood.
     peak: i32,
     /// Where the counter stands, and for how many looks in which nothing drove.
@@ -52,7 +54,7 @@ pub(super) struct State {
 
 impl Default for State {
     fn default() -> Self {
-        Self { share: MOST, enough: Voltage(i32::MAX), peak: 0, place: 0, still: 0, stood: false }
+        Self { share: MOST, enough: Voltage(i32::MAX), held: Voltage(i32::MAX), peak: 0, place: 0, still: 0, stood: false }
     }
 }
 
@@ -108,11 +110,16 @@ impl State {
         expectation.at_rest(self.enough, side)
     }
 
-    pub fn held(&self, expectation: &Expectation, side: usize) -> Voltage { let dz = expectation.dead_zone(side).0; Voltage(mul_shift(dz, self.share.saturating_add(ONE), SHARE_BITS)).max(expectation.kinetic[side]).min(expectation.moving[side]) }
+    /// Voltage that friction takes at most from a shaft that has just started: what held it, and no more than from one that turns.
+    pub fn held(&self, expectation: &Expectation, side: usize) -> Voltage {
+        expectation.starting(self.held, side)
+    }
+
     /// Follows what was learned about starts and dead zone.
     pub fn follow(&mut self, expectation: &Expectation, side: usize) {
-        let share = self.share.saturating_add(ONE + SPREAD);
-        self.enough = Voltage(mul_shift(expectation.dead_zone(side).0, share, SHARE_BITS));
+        let dead_zones = |share| Voltage(mul_shift(expectation.dead_zone(side).0, share, SHARE_BITS));
+        let held = self.share.saturating_add(ONE);
+        (self.held, self.enough) = (dead_zones(held), dead_zones(held.saturating_add(SPREAD)));
     }
 
     /// The encoder follows. Up to the proof the likely and the sure model have travelled so many counts.

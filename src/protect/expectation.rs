@@ -135,6 +135,13 @@ impl Expectation {
         enough.max(self.moving[side]).max(LEAST_MARGIN).min(self.rest[side])
     }
 
+    /// Voltage that friction takes from a shaft that has just started and that so much held: no less than from one that is known to
+    /// turn, and no more than from one that may.
+    pub(super) fn starting(&self, held: Voltage, side: usize) -> Voltage {
+        let side = side & 1;
+        held.max(self.kinetic[side]).min(self.moving[side])
+    }
+
     /// Have so many looks lasted for a quarter of the time constant?
     pub(super) fn lasts(&self, looks: u32) -> bool {
         (looks.min(1 << 24) as i32).saturating_mul(self.inverse_tau) >= 1 << 22

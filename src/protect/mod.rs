@@ -300,9 +300,8 @@ impl Params {
             }
             let voltage = input.averages.voltage.map(|_| input.winding);
             let fresh = state.motion.fresh();
-            let stood = state.motion.stood();
             let winding = &mut state.winding;
-            self.winding.step(winding, &input.averages, voltage, current, input.count, fresh, stood);
+            self.winding.step(winding, &input.averages, voltage, current, input.count, fresh);
         }
         match (missing, input.current) {
             (None, Some(_)) => state.winding.lasting(),

@@ -30,8 +30,9 @@ use crate::units::Voltage;
 
 /// Counts of the sure model that are waited for while the counter runs back: until that shows by half of them.
 const BACKWARDS_COUNTS: i32 = 2 * REVERSED_COUNTS;
-/// Counts that the likely model must have travelled before evidence is weighed.
+/// Counts that the likely model must have travelled before evidence is weighed: with a current, and with the counter alone.
 const SUSPECT_COUNTS: i32 = 3;
+const LONE_SUSPECT_COUNTS: i32 = 8;
 /// Counts of the likely model after which evidence is looked for anew.
 const VAIN_COUNTS: i32 = 64;
 /// Counts of the sure model that are enough while the shaft gets under way and the counter has shown none: it started below the
@@ -144,6 +145,17 @@ pub(super) struct Missing {
     pub direction: i32,
 }
 
+/// What a look has shown of the encoder.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fresh {
+    /// It has just proved to the likely model that it follows, or nothing was demanded of it.
+    pub likely: bool,
+    /// The same of the sure model.
+    pub sure: bool,
+    /// The shaft stood for a while before this voltage, and no proof has come since.
+    pub stood: bool,
+}
+
 /// What is known about the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct State {
@@ -184,17 +196,10 @@ impl State {
         self.starts.commissioned(starts);
     }
 
-    /// Has the encoder just proved to the likely model, and to the sure one, that it follows, or was nothing demanded of
-    /// it?
+    /// What the last look has shown of the encoder.
     #[inline]
-    pub fn fresh(&self) -> [bool; 2] {
-        [self.likely.since == 0, self.sure.since == 0]
-    }
-
-    /// Has the shaft stood for a while before this voltage?
-    #[inline]
-    pub fn stood(&self) -> bool {
-        self.starts.stood()
+    pub fn fresh(&self) -> Fresh {
+        Fresh { likely: self.likely.since == 0, sure: self.sure.since == 0, stood: self.starts.stood() }
     }
 
     /// Compares the motion with the least that must be. Without drive, and when the drive changes its sign, the models
@@ -248,7 +253,11 @@ impl State {
             self.starting =
                 !self.moving && (self.starting || left(self.starts.enough(expectation, side)) > 0);
         }
-        if self.moving || self.starting { if self.moving { left(expectation.moving[side]) } else { left(self.starts.held(expectation, side)) } } else { 0 }
+        match (self.moving, self.starting) {
+            (true, _) => left(expectation.moving[side]),
+            (false, true) => left(self.starts.held(expectation, side)),
+            (false, false) => 0,
+        }
     }
 
     /// Index of the direction.
@@ -279,7 +288,8 @@ impl State {
             _ => expectation.counts,
         };
         let overdue = sure >= least;
-        let suspect = likely >= if input.current.is_some() {3} else {8} && !input.input_dead_zone;
+        let soon = if input.current.is_some() { SUSPECT_COUNTS } else { LONE_SUSPECT_COUNTS };
+        let suspect = likely >= soon && !input.input_dead_zone;
         let (model, least) = if overdue { (&self.sure, sure) } else { (&self.likely, likely) };
         let followed = model.followed(self.direction, input.count);
         if sure == 0 && likely >= VAIN_COUNTS && followed > -REVERSED_COUNTS {

@@ -10,14 +10,17 @@
 //! travel that the encoder withholds: none in a stall, all that is expected if it is unplugged. Without current at all,
 //! the motor is disconnected.
 
+mod standing;
+
 use super::balance::{self, Constants};
 use super::fault::Fault;
 use super::gather::Averages;
 use super::looks::looks;
-use super::motion::Missing;
+use super::motion::{Fresh, Missing};
 use crate::config::Scale;
 use crate::identify::gate::LINEAR_LIMIT;
 use crate::units::{VOLTAGE_BITS, Voltage, mul_shift};
+use standing::Standing;
 
 /// The equation is integrated over 1/16 s: shorter stretches would drown the rise of the current, by which the
 /// inductance is found, in the noise of its two ends; longer ones see too little of a short commissioning.
@@ -42,12 +45,13 @@ const UNCERTAIN_SHIFT: u32 = 5;
 /// The same where friction may hold it: 3/16. A winding that warms up by 45 K gains so much, and a stalled one must not
 /// look like one that turns.
 const DOUBTFUL_SHIFTS: [u32; 2] = [3, 4];
+/// Both as shares, Q16: the resistance of this very moment is taken where it is less uncertain.
+const UNCERTAIN: i32 = 1 << (16 - UNCERTAIN_SHIFT);
+const DOUBTFUL: i32 = 3 << (16 - 4);
 /// Relative uncertainty of what an input dead zone takes, as a shift: 1/8.
 const SWALLOWED_SHIFT: u32 = 3;
-/// Voltage from which on a shaft that stands tells the resistance, Q14, as a shift: 1/64.
-const LEAST_STANDING_SHIFT: u32 = WINDING_BITS - 6;
-const STANDING_OVER_UNREST: i64 = 2;
-const NOW_SHIFT: u32 = 6;
+/// Counts of the likely model from which on a motion is looked for whose resistance is not known of this very moment.
+const LEAST_LIKELY: i32 = 8;
 /// Looks over which the unrest of the current is averaged, as a shift.
 const UNREST_BITS: u32 = 5;
 /// Half of the divisor, for rounding: cut off, a converter count of noise in four would go unseen.
@@ -175,8 +179,7 @@ pub(super) struct State {
     /// Since the last proof that the encoder follows: since the likely model travels, and since the sure one does. What
     /// is not known of R grows with time, and before the sure one starts nothing is demanded.
     doubts: [Stretch; 2],
-    /// While the shaft stood and nothing was demanded of it, since a voltage drives a current: the resistance of this very moment.
-    standing: Stretch,
+    standing: Standing,
     /// Current of the last look, and how much it differs from look to look, Q4: noise, and more while it rises.
     last: i32,
     unrest: i32,
@@ -258,12 +261,13 @@ impl State {
             known,
         } = self;
         let [likely, sure] = doubts;
-        for stretch in [glance, block, likely, sure, standing, silence] {
+        for stretch in [glance, block, likely, sure, silence] {
             *stretch = Stretch::default();
         }
         (*last, *unrest, *looks, *glances, *silent, *odd) = (0, 0, 0, 0, 0, 0);
         (*open, *spoilt, *due, *certain) = (false, false, false, false);
         (*ended, *doubted, *known) = (None, Fault::None, None);
+        *standing = Standing::default();
         balance.forget();
     }
 
@@ -298,8 +302,7 @@ impl Params {
     }
 
     /// One look: `voltage` acted at the winding (`None`: bridge open), the current was `averages` and is `current`, the
-    /// counter reads `count`. `fresh`: the encoder has just proved to the likely and to the sure model that it follows, or
-    /// nothing is demanded of it.
+    /// counter reads `count`.
     #[inline]
     pub fn step(
         &self,
@@ -308,8 +311,7 @@ impl Params {
         voltage: Option<Voltage>,
         current: i16,
         count: i32,
-        fresh: [bool; 2],
-        stood: bool,
+        fresh: Fresh,
     ) {
         let current = i32::from(current);
         let q14 = |voltage: Voltage| voltage.0 >> (VOLTAGE_BITS - WINDING_BITS);
@@ -331,15 +333,15 @@ impl Params {
         );
         state.last = current;
         state.glance.add(&look);
-        for (doubt, fresh) in state.doubts.iter_mut().zip(fresh) {
+        for (doubt, fresh) in state.doubts.iter_mut().zip([fresh.likely, fresh.sure]) {
             if fresh {
                 *doubt = Stretch::begin(current, count);
             } else {
                 doubt.add(&look);
             }
         }
-        if fresh[0] {
-            state.stand(&look, count, stood);
+        if fresh.stood || state.standing.gathers() {
+            state.standing.step(&look, (current, count), fresh);
         }
         state.looks = state.looks.wrapping_add(1);
         if state.looks >= self.glance {
@@ -348,7 +350,7 @@ impl Params {
             self.go_on(state);
         }
         // The next look may be that of a glance, which takes long enough.
-        let left = state.ended.is_some() || state.balance.works();
+        let left = state.ended.is_some() || state.balance.works() || state.standing.is_over();
         state.due = left && self.spreads() && state.looks.wrapping_add(1) < self.glance;
     }
 
@@ -370,7 +372,10 @@ impl Params {
     #[cold]
     #[inline]
     fn go_on(&self, state: &mut State) {
-        if let Some((current, count)) = state.ended.take() {
+        if state.standing.is_over() {
+            let [likely, _] = &state.doubts;
+            state.standing.weigh(state.known.as_ref(), likely.first.0, state.unrest);
+        } else if let Some((current, count)) = state.ended.take() {
             state.learn(current, count);
         } else if let Some(constants) = state.balance.step() {
             state.known = Some(self.winding(constants));
@@ -383,18 +388,6 @@ impl State {
     #[inline]
     pub fn is_due(&self) -> bool {
         self.due
-    }
-
-    /// A look at a shaft of which nothing is demanded.
-    #[inline]
-    fn stand(&mut self, look: &Stretch, count: i32, stood: bool) {
-        let driven = look.voltage.saturating_abs() >> LEAST_STANDING_SHIFT >= look.ticks as i32;
-        let same = self.standing.ticks == 0 || (look.voltage ^ self.standing.voltage) >= 0;
-        if stood && driven && same && self.standing.turned(count) == 0 {
-            self.standing.add(look);
-        } else {
-            self.standing = Stretch::begin(self.last, count);
-        }
     }
 
     #[cold]
@@ -524,19 +517,6 @@ impl Winding {
         if balance.emf().signum() == -emf.signum() { Fault::WrongDirection } else { Fault::SlippingCounts }
     }
 
-    /// Resistance of the winding as the standing shaft shows it, over the learned one, Q16.
-    fn at_standstill(&self, standing: &Stretch, current: i32, unrest: i32) -> Option<(i64, i64)> {
-        let seen = self.balance(standing, current, unrest);
-        let heard = i64::from(standing.current.saturating_abs()) * STANDING_OVER_UNREST;
-        if heard < product(unrest, standing.ticks as i32) || seen.resistive == 0 {
-            return None;
-        }
-        let ratio = (seen.offered.saturating_sub(seen.inductive) << 16) / seen.resistive;
-        let rise = i64::from(current.saturating_sub(standing.first.0).saturating_abs());
-        let slack = ((seen.ends << 16) + (seen.inductive.abs() << 15)) / seen.resistive.abs() + (rise << 15) / i64::from(standing.current.saturating_abs().max(1)) + (1 << (16 - NOW_SHIFT));
-        ((ratio - (1 << 16)).abs() < 1 << (16 - 2)).then_some((ratio, slack))
-    }
-
     /// Where the sure model has not travelled yet, only evidence counts: a back-EMF, or motion backwards.
     #[inline]
     fn judge(&self, state: &State, missing: &Missing, end: (i32, i32)) -> Option<Fault> {
@@ -550,19 +530,20 @@ impl Winding {
         balance.offered = balance.offered.saturating_sub(self.shown(doubt.turned(count)));
         let mut balance = balance.towards(missing.direction);
         let expected = self.shown(if overdue { missing.sure } else { missing.likely });
-        let now = self.at_standstill(&state.standing, likely.first.0, unrest).filter(|(_, slack)| *slack < if overdue { 1 << 11 } else { 3 << 12 } && state.standing.turned(count) == 0);
-        let uncertain = if let Some((ratio, slack)) = now {
-            balance.resistive = (balance.resistive.saturating_mul(ratio)) >> 16;
-            (balance.share(0).saturating_mul(slack)) >> 16
-        } else if overdue {
-            balance.share(UNCERTAIN_SHIFT)
-        } else {
-            DOUBTFUL_SHIFTS.iter().fold(0, |sum, &shift| balance.share(shift).saturating_add(sum))
+        let most = if overdue { UNCERTAIN } else { DOUBTFUL };
+        let present = state.standing.present(count).filter(|present| present.slack < most);
+        let uncertain = match present {
+            Some(present) => present.applied(&mut balance),
+            None if overdue => balance.share(UNCERTAIN_SHIFT),
+            None => DOUBTFUL_SHIFTS.iter().fold(0, |sum, &shift| balance.share(shift).saturating_add(sum)),
         };
         let uncertain = uncertain.saturating_add(balance.unsure);
         let (most, least) =
             (balance.emf().saturating_add(uncertain), balance.emf().saturating_sub(uncertain));
+        // So soon only this very moment's resistance can tell.
+        let soon = !overdue && missing.likely < LEAST_LIKELY;
         match () {
+            () if soon && (present.is_none() || missing.followed < 0) => None,
             () if balance.without_current(balance.offered) && least > expected.saturating_mul(2) => {
                 Some(Fault::MotorDisconnected)
             }
