@@ -20,9 +20,11 @@ const ONE: i32 = 1 << SHARE_BITS;
 /// Dead zones, Q10, by which a start may take more than the hardest of the earlier ones: a load step of 0.2, and most of what ripple
 /// of friction, cogging and random torque differ by from place to place. With 0.4 the model
 /// got ahead by two counts on one of 200 design plants of the family G2 in their first minute (docs/decisions/0306).
-const SPREAD: i32 = (0.35 * ONE as f32) as i32;
+const SPREAD: i32 = (0.30 * ONE as f32) as i32;
+const MORE_SPREAD: i32 = (0.25 * ONE as f32) as i32;
+const KEPT: i32 = (0.15 * ONE as f32) as i32;
 /// Share beyond which nothing is learned: with the spread it is what a shaft needs that nobody knows.
-const MOST: i32 = (REST_MARGIN * ONE as f32) as i32 - ONE - SPREAD;
+const MOST: i32 = (REST_MARGIN * ONE as f32) as i32 - ONE - SPREAD - MORE_SPREAD;
 
 /// Counts by which a shaft at an edge of the encoder flickers.
 const FLICKER: i32 = 1;
@@ -117,9 +119,11 @@ impl State {
 
     /// Follows what was learned about starts and dead zone.
     pub fn follow(&mut self, expectation: &Expectation, side: usize) {
-        let dead_zones = |share| Voltage(mul_shift(expectation.dead_zone(side).0, share, SHARE_BITS));
-        let held = self.share.saturating_add(ONE);
-        (self.held, self.enough) = (dead_zones(held), dead_zones(held.saturating_add(SPREAD)));
+        let own = mul_shift(expectation.dead_zone(side).0, self.share.saturating_add(ONE), SHARE_BITS);
+        let mean = expectation.dead_zone(0).0.saturating_add(expectation.dead_zone(1).0) >> 1;
+        let more = |share| Voltage(own.saturating_add(mul_shift(mean, share, SHARE_BITS)));
+        let spread = SPREAD.saturating_add(mul_shift(self.share, MORE_SPREAD, SHARE_BITS));
+        (self.held, self.enough) = (more(KEPT), more(spread));
     }
 
     /// The encoder follows. Up to the proof the likely and the sure model have travelled so many counts.
