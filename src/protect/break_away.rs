@@ -56,7 +56,15 @@ pub(super) struct State {
 
 impl Default for State {
     fn default() -> Self {
-        Self { share: MOST, enough: Voltage(i32::MAX), held: Voltage(i32::MAX), peak: 0, place: 0, still: 0, stood: false }
+        Self {
+            share: MOST,
+            enough: Voltage(i32::MAX),
+            held: Voltage(i32::MAX),
+            peak: 0,
+            place: 0,
+            still: 0,
+            stood: false,
+        }
     }
 }
 

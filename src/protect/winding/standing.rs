@@ -113,8 +113,11 @@ impl Standing {
         };
         let ratio = share(resisted);
         // The inductance is known to a half; each reading of the current lies at the end of its tick, half a tick late.
-        let rise = product(last.saturating_sub(stretch.first.0).saturating_abs(), winding.constants.resistance) >> 16;
-        let doubtful = (balance.inductive.saturating_abs().saturating_add(rise) >> 1).saturating_add(balance.ends);
+        let rise =
+            product(last.saturating_sub(stretch.first.0).saturating_abs(), winding.constants.resistance)
+                >> 16;
+        let doubtful =
+            (balance.inductive.saturating_abs().saturating_add(rise) >> 1).saturating_add(balance.ends);
         let slack = share(doubtful).saturating_add(LEAST_SLACK);
         (ratio.saturating_sub(ONE).saturating_abs() < MOST_OFF).then_some(Present { ratio, slack })
     }
