@@ -20,9 +20,9 @@ const ONE: i32 = 1 << SHARE_BITS;
 /// Dead zones, Q10, by which a start may take more than the hardest of the earlier ones: a load step of 0.2, and most of what ripple
 /// of friction, cogging and random torque differ by from place to place. With 0.4 the model
 /// got ahead by two counts on one of 200 design plants of the family G2 in their first minute (docs/decisions/0306).
-const SPREAD: i32 = (0.30 * ONE as f32) as i32;
+const SPREAD: i32 = (0.25 * ONE as f32) as i32;
 const MORE_SPREAD: i32 = (0.25 * ONE as f32) as i32;
-const KEPT: i32 = (0.15 * ONE as f32) as i32;
+const KEPT: i32 = (0.05 * ONE as f32) as i32;
 /// Share beyond which nothing is learned: with the spread it is what a shaft needs that nobody knows.
 const MOST: i32 = (REST_MARGIN * ONE as f32) as i32 - ONE - SPREAD - MORE_SPREAD;
 
