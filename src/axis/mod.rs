@@ -310,10 +310,11 @@ impl Axis {
     #[cold]
     #[inline]
     fn beside(&self, state: &mut State) -> bool {
-        if self.is_crowded(state) && !self.is_look_due(state) {
+        let crowded = self.is_crowded(state);
+        if crowded && !self.is_look_due(state) {
             return false;
         }
-        self.protect.between(&mut state.protect);
+        self.protect.between(&mut state.protect, crowded);
         true
     }
 

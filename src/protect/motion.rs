@@ -139,6 +139,8 @@ pub(super) struct Missing {
     pub likely: i32,
     /// Counts that there are.
     pub followed: i32,
+    /// The shaft stood for a while before this voltage.
+    pub stood: bool,
     /// It ran back instead, half as far as it should have come forwards.
     pub reversed: bool,
     /// +1 or −1.
@@ -302,6 +304,7 @@ impl State {
             enough: if starts { GIVE_UP_START_COUNTS } else { GIVE_UP_COUNTS },
             likely,
             followed,
+            stood: self.starts.stood(),
             reversed: followed.saturating_neg() >= (least / 2).max(REVERSED_COUNTS),
             direction: self.direction,
         })

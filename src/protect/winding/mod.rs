@@ -192,6 +192,8 @@ pub(super) struct State {
     /// A tick between this look and the next one may go on with what takes long.
     due: bool,
     looks: u32,
+    /// Counter at the end of a glance that is to be heeded.
+    glanced: Option<i32>,
     glances: u32,
     /// Glances in a row without current, what they sum up, and whether that is beyond its noise.
     silent: u32,
@@ -251,6 +253,7 @@ impl State {
             ended,
             due,
             looks,
+            glanced,
             glances,
             silent,
             silence,
@@ -266,7 +269,7 @@ impl State {
         }
         (*last, *unrest, *looks, *glances, *silent, *odd) = (0, 0, 0, 0, 0, 0);
         (*open, *spoilt, *due, *certain) = (false, false, false, false);
-        (*ended, *doubted, *known) = (None, Fault::None, None);
+        (*ended, *glanced, *doubted, *known) = (None, None, Fault::None, None);
         *standing = Standing::default();
         balance.forget();
     }
@@ -340,18 +343,22 @@ impl Params {
                 doubt.add(&look);
             }
         }
-        if fresh.stood || state.standing.gathers() {
+        if fresh.stood && state.standing.heeds(&look) {
             state.standing.step(&look, (current, count), fresh);
         }
         state.looks = state.looks.wrapping_add(1);
         if state.looks >= self.glance {
-            state.glance(current, count);
-        } else if !self.spreads() {
-            self.go_on(state);
+            state.looks = 0;
+            state.glanced = Some(count);
         }
-        // The next look may be that of a glance, which takes long enough.
-        let left = state.ended.is_some() || state.balance.works() || state.standing.is_over();
-        state.due = left && self.spreads() && state.looks.wrapping_add(1) < self.glance;
+        if !self.spreads() {
+            self.go_on(state, false);
+        }
+        state.due = self.spreads()
+            && (state.glanced.is_some()
+                || state.ended.is_some()
+                || state.balance.works()
+                || state.standing.is_over());
     }
 
     /// Are there ticks enough between two looks for what takes long?
@@ -363,16 +370,19 @@ impl Params {
     /// A tick between two looks: what would otherwise make the next one long.
     #[cold]
     #[inline]
-    pub fn between(&self, state: &mut State) {
+    pub fn between(&self, state: &mut State, crowded: bool) {
         state.due = false;
-        self.go_on(state);
+        self.go_on(state, crowded);
     }
 
-    /// Learns from the last block, or takes the solution a step further.
+    /// Heeds the last glance, weighs the resistance of a shaft that stood, learns from the last block, or takes the solution a step
+    /// further.
     #[cold]
     #[inline]
-    fn go_on(&self, state: &mut State) {
-        if state.standing.is_over() {
+    fn go_on(&self, state: &mut State, crowded: bool) {
+        if let Some(count) = state.glanced.take() {
+            state.glance(state.last, count);
+        } else if state.standing.is_over() && !crowded {
             let [likely, _] = &state.doubts;
             state.standing.weigh(state.known.as_ref(), likely.first.0, state.unrest);
         } else if let Some((current, count)) = state.ended.take() {
@@ -396,7 +406,6 @@ impl State {
         let glance = core::mem::replace(&mut self.glance, Stretch::begin(current, count));
         self.listen(&glance, current, count);
         self.spoilt |= core::mem::take(&mut self.open);
-        self.looks = 0;
         if self.glances == 0 {
             self.block = glance;
         } else {
@@ -531,7 +540,7 @@ impl Winding {
         let mut balance = balance.towards(missing.direction);
         let expected = self.shown(if overdue { missing.sure } else { missing.likely });
         let most = if overdue { UNCERTAIN } else { DOUBTFUL };
-        let present = state.standing.present(count).filter(|present| present.slack < most);
+        let present = state.standing.present(count).filter(|present| missing.stood && present.slack < most);
         let uncertain = match present {
             Some(present) => present.applied(&mut balance),
             None if overdue => balance.share(UNCERTAIN_SHIFT),

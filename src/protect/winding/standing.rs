@@ -34,9 +34,11 @@ enum Stage {
     /// Nothing is demanded of the shaft.
     #[default]
     Gathers,
-    /// It is from now on: time to compute.
+    /// It is from now on: time to compute the resistance …
     Over,
+    /// … and how uncertain it is, in another tick.
     Weighed,
+    Known,
 }
 
 /// The stretch in which the shaft stands, and what it tells.
@@ -55,71 +57,71 @@ pub(super) struct Present {
 }
 
 impl Standing {
-    /// Has something been gathered?
-    #[inline]
-    pub fn gathers(&self) -> bool {
-        self.stretch.ticks > 0
-    }
-
-    /// Is it time to compute?
+    /// Is there something to compute?
     #[inline]
     pub fn is_over(&self) -> bool {
-        self.stage == Stage::Over
+        matches!(self.stage, Stage::Over | Stage::Weighed)
     }
 
-    /// One look: what it sums up, current and counter at its end. A function of its own: most looks are those of a shaft that turns.
+    /// Is this look of any use, or has something been gathered? Most looks are those of a shaft that turns or is not driven.
+    #[inline]
+    pub fn heeds(&self, look: &Stretch) -> bool {
+        self.stretch.ticks > 0 || drives(look)
+    }
+
+    /// One look at a shaft that has stood: what it sums up, current and counter at its end.
     #[cold]
     #[inline(never)]
     pub fn step(&mut self, look: &Stretch, (current, count): (i32, i32), fresh: Fresh) {
         if !fresh.likely {
-            if self.stage == Stage::Gathers && self.gathers() {
+            if self.stage == Stage::Gathers {
                 self.stage = Stage::Over;
             }
             return;
         }
-        (self.stage, self.present) = (Stage::Gathers, None);
-        let driven = look.voltage.saturating_abs() >> LEAST_VOLTAGE_SHIFT >= look.ticks as i32;
-        let on = !self.gathers() || look.voltage.signum() == self.stretch.voltage.signum();
-        if fresh.stood && driven && on && self.stretch.turned(count) == 0 {
+        let on = self.stage == Stage::Gathers
+            && (self.stretch.ticks == 0 || look.voltage.signum() == self.stretch.voltage.signum());
+        if on && drives(look) && self.stretch.turned(count) == 0 {
             self.stretch.add(look);
         } else {
-            self.stretch = Stretch::begin(current, count);
+            *self = Self { stretch: Stretch::begin(current, count), ..Self::default() };
         }
     }
 
-    /// Computes the ratio: the current was `last` at the end of the stretch.
+    /// Computes the ratio, or how uncertain it is: the current was `last` at the end of the stretch.
     #[cold]
     #[inline(never)]
     pub fn weigh(&mut self, known: Option<&Winding>, last: i32, unrest: i32) {
-        self.stage = Stage::Weighed;
-        self.present = known.and_then(|winding| self.ratio(winding, last, unrest));
-    }
-
-    fn ratio(&self, winding: &Winding, last: i32, unrest: i32) -> Option<Present> {
-        let stretch = &self.stretch;
-        let noise = product(unrest, stretch.ticks as i32) << CLEAR_SHIFT;
-        // The unrest is Q4.
-        if i64::from(stretch.current.saturating_abs()) << 4 < noise {
-            return None;
-        }
-        let balance = winding.balance(stretch, last, unrest);
-        let resisted = balance.offered.saturating_sub(balance.inductive);
-        if resisted.signum() != balance.resistive.signum() {
-            return None;
-        }
+        let first = self.stage == Stage::Over;
+        self.stage = if first { Stage::Weighed } else { Stage::Known };
+        let Some(winding) = known else { return };
+        let balance = winding.balance(&self.stretch, last, unrest);
         let share = |part: i64| {
             let whole = Positive::new(balance.resistive.unsigned_abs(), 0);
             Positive::new(part.unsigned_abs(), 0).over(whole).to_q(RATIO_BITS)
         };
-        let ratio = share(resisted);
-        // The inductance is known to a half; each reading of the current lies at the end of its tick, half a tick late.
-        let rise =
-            product(last.saturating_sub(stretch.first.0).saturating_abs(), winding.constants.resistance)
-                >> 16;
-        let doubtful =
-            (balance.inductive.saturating_abs().saturating_add(rise) >> 1).saturating_add(balance.ends);
-        let slack = share(doubtful).saturating_add(LEAST_SLACK);
-        (ratio.saturating_sub(ONE).saturating_abs() < MOST_OFF).then_some(Present { ratio, slack })
+        if first {
+            let resisted = balance.offered.saturating_sub(balance.inductive);
+            let ratio = share(resisted);
+            let near = ratio.saturating_sub(ONE).saturating_abs() < MOST_OFF;
+            let same = resisted.signum() == balance.resistive.signum();
+            let sound = near && same && self.is_clear(unrest);
+            self.present = sound.then_some(Present { ratio, slack: i32::MAX });
+        } else if let Some(present) = &mut self.present {
+            // The inductance is known to a half; each reading of the current lies at the end of its tick, half a tick late.
+            let rise = last.saturating_sub(self.stretch.first.0).saturating_abs();
+            let late = product(rise, winding.constants.resistance) >> 16;
+            let doubtful =
+                (balance.inductive.saturating_abs().saturating_add(late) >> 1).saturating_add(balance.ends);
+            present.slack = share(doubtful).saturating_add(LEAST_SLACK);
+        }
+    }
+
+    /// Does the current stand out of its noise?
+    fn is_clear(&self, unrest: i32) -> bool {
+        // The unrest is Q4.
+        let noise = product(unrest, self.stretch.ticks as i32) << CLEAR_SHIFT;
+        i64::from(self.stretch.current.saturating_abs()) << 4 >= noise
     }
 
     /// What it tells about a shaft that the counter has not seen move since.
@@ -127,6 +129,12 @@ impl Standing {
     pub fn present(&self, count: i32) -> Option<&Present> {
         self.present.as_ref().filter(|_| self.stretch.turned(count) == 0)
     }
+}
+
+/// Does its voltage drive a current that tells something?
+#[inline]
+fn drives(look: &Stretch) -> bool {
+    look.voltage.saturating_abs() >> LEAST_VOLTAGE_SHIFT >= look.ticks as i32
 }
 
 impl Present {
