@@ -2,9 +2,10 @@
 //!
 //! Break-away friction of a shaft that nobody knows may be [`super::REST_MARGIN`] dead zones. Most shafts start far below that. What
 //! a start took is noted whenever the voltage rises while the shaft stands, and the encoder then proves that it follows: the
-//! highest voltage until the proof is enough, whatever held the shaft. A commissioning begins with two such starts, slow ones.
-//! What is noted is the share of the dead zone that a start takes beyond it. It is one number for both directions, because
-//! friction at rest exceeds friction in motion by about the same share in both.
+//! highest voltage until the proof is enough, whatever held the shaft. A commissioning has four such starts or more, slow ones
+//! ([`crate::commission`]). What is noted is the share of the dead zone that a start takes beyond it. It is one number for both directions, because
+//! friction at rest exceeds friction in motion by about the same share in both. How much more the next start may take is a torque,
+//! and so the same voltage in both directions: it is counted in mean dead zones, because the smaller one of the two would make it too small.
 //!
 //! Nothing is learned without a proof, so a shaft that is stuck or an encoder that is silent teaches nothing, and what is
 //! learned never asks for more voltage than [`super::REST_MARGIN`].
@@ -17,14 +18,16 @@ use crate::units::{Voltage, mul_shift};
 const SHARE_BITS: u32 = 10;
 /// One dead zone, Q10.
 const ONE: i32 = 1 << SHARE_BITS;
-/// Dead zones, Q10, by which a start may take more than the hardest of the earlier ones: a load step of 0.2, and most of what ripple
-/// of friction, cogging and random torque differ by from place to place. With 0.4 the model
-/// got ahead by two counts on one of 200 design plants of the family G2 in their first minute (docs/decisions/0306).
-const SPREAD: i32 = (0.25 * ONE as f32) as i32;
-const MORE_SPREAD: i32 = (0.25 * ONE as f32) as i32;
-const KEPT: i32 = (0.05 * ONE as f32) as i32;
+/// By how much a start may take more than the hardest of the earlier ones, mean dead zones: a load step of 0.2, random torque, cogging
+/// …
+const SPREAD: f32 = 0.25;
+/// … and ripple of the friction that holds: the more the higher that is, shares of the share.
+const RIPPLE: f32 = 0.25;
+/// What friction may take from a shaft that has started beyond what has held it, mean dead zones.
+const MOVING_SPREAD: f32 = 0.05;
+const SPREADS: [i32; 3] = [in_shares(SPREAD), in_shares(RIPPLE), in_shares(MOVING_SPREAD)];
 /// Share beyond which nothing is learned: with the spread it is what a shaft needs that nobody knows.
-const MOST: i32 = (REST_MARGIN * ONE as f32) as i32 - ONE - SPREAD - MORE_SPREAD;
+const MOST: i32 = in_shares((REST_MARGIN - 1.0 - SPREAD) / (1.0 + RIPPLE));
 
 /// Counts by which a shaft at an edge of the encoder flickers.
 const FLICKER: i32 = 1;
@@ -36,6 +39,11 @@ const HELD_COUNTS: i32 = 8;
 /// Counts of the sure model at which a proof comes late. The share then rises by half of the spread.
 const LATE_COUNTS: i32 = 2;
 
+/// Q10.
+const fn in_shares(dead_zones: f32) -> i32 {
+    (dead_zones * ONE as f32) as i32
+}
+
 /// What is known about the starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct State {
@@ -43,8 +51,10 @@ pub(super) struct State {
     share: i32,
     /// Voltage that is enough to start in the direction of the drive. Computed while nothing drives.
     enough: Voltage,
-    /// … and without the spread: what held it.
+    /// Voltage that friction may take from it once it has started.
     held: Voltage,
+    /// The dead zones that both follow from, that of the direction first; `None`: something was learned since.
+    followed: Option<(Voltage, Voltage)>,
     /// Highest voltage since it stood.
     peak: i32,
     /// Where the counter stands, and for how many looks in which nothing drove.
@@ -60,6 +70,7 @@ impl Default for State {
             share: MOST,
             enough: Voltage(i32::MAX),
             held: Voltage(i32::MAX),
+            followed: None,
             peak: 0,
             place: 0,
             still: 0,
@@ -76,12 +87,11 @@ fn beyond(voltage: i32, dead_zone: Voltage) -> i32 {
 }
 
 impl State {
-    /// A commissioning has seen it start: voltage and dead zone by direction. The harder of the two counts. Both ramps begin at about
-    /// the same place of the shaft.
+    /// A commissioning has seen it start: highest voltage and dead zone by direction. The harder of the two counts.
     #[cold]
     pub fn commissioned(&mut self, starts: [(Voltage, Voltage); 2]) {
         let [first, second] = starts.map(|(voltage, dead_zone)| beyond(voltage.0, dead_zone));
-        self.share = first.max(second).min(MOST);
+        (self.share, self.followed) = (first.max(second).min(MOST), None);
     }
 
     /// Begins anew here; what was learned stays.
@@ -125,13 +135,26 @@ impl State {
         expectation.starting(self.held, side)
     }
 
-    /// Follows what was learned about starts and dead zone.
+    /// Follows what was learned about starts and dead zones. Most looks have nothing to follow.
+    #[inline]
     pub fn follow(&mut self, expectation: &Expectation, side: usize) {
-        let own = mul_shift(expectation.dead_zone(side).0, self.share.saturating_add(ONE), SHARE_BITS);
-        let mean = expectation.dead_zone(0).0.saturating_add(expectation.dead_zone(1).0) >> 1;
-        let more = |share| Voltage(own.saturating_add(mul_shift(mean, share, SHARE_BITS)));
-        let spread = SPREAD.saturating_add(mul_shift(self.share, MORE_SPREAD, SHARE_BITS));
-        (self.held, self.enough) = (more(KEPT), more(spread));
+        let followed = (expectation.dead_zone(side), expectation.dead_zone(side ^ 1));
+        if self.followed != Some(followed) {
+            self.followed = Some(followed);
+            self.renew(followed);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn renew(&mut self, (own, other): (Voltage, Voltage)) {
+        let of = |voltage: i32, share| mul_shift(voltage, share, SHARE_BITS);
+        let held = of(own.0, self.share.saturating_add(ONE));
+        let mean = own.0.saturating_add(other.0) / 2;
+        let [spread, ripple, moving] = SPREADS;
+        let spread = spread.saturating_add(of(self.share, ripple));
+        self.held = Voltage(held.saturating_add(of(mean, moving)));
+        self.enough = Voltage(held.saturating_add(of(mean, spread)));
     }
 
     /// The encoder follows. Up to the proof the likely and the sure model have travelled so many counts.
@@ -148,13 +171,13 @@ impl State {
     #[inline(never)]
     fn note(&mut self, expectation: &Expectation, side: usize, [likely, sure]: [i32; 2]) {
         let seen = beyond(self.peak, expectation.dead_zone(side));
+        let [spread, ..] = SPREADS;
         let step = match seen.saturating_sub(self.share) {
-            _ if sure >= LATE_COUNTS => SPREAD / 2,
+            _ if sure >= LATE_COUNTS => spread / 2,
             higher @ 1.. if likely >= HELD_COUNTS => higher,
             1.. => 0,
             lower => lower >> LOWER_SHIFT,
         };
-        self.share = self.share.saturating_add(step).min(MOST);
-        self.follow(expectation, side);
+        (self.share, self.followed) = (self.share.saturating_add(step).min(MOST), None);
     }
 }

@@ -527,7 +527,8 @@ impl Winding {
     }
 
     /// Where the sure model has not travelled yet, only evidence counts: a back-EMF, or motion backwards.
-    #[inline]
+    #[cold]
+    #[inline(never)]
     fn judge(&self, state: &State, missing: &Missing, end: (i32, i32)) -> Option<Fault> {
         let overdue = missing.sure > 0;
         let (current, count) = end;
