@@ -110,6 +110,7 @@ impl protect::Input {
             load: Voltage::ZERO,
             holding: false,
             endless: false,
+            commissioning: false,
         }
     }
 }

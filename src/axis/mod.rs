@@ -346,6 +346,7 @@ impl Axis {
             load: Voltage::ZERO.minus(design.loops.accelerating_voltage(state.encoder.load())),
             holding: state.holding || state.search.as_ref().is_some_and(Search::leans),
             endless: state.mode.is_endless(),
+            commissioning: matches!(state.mode, Mode::Commission(_)),
             winding: design.at_winding(averages.voltage.unwrap_or_default()),
             input_dead_zone: design.input_dead_zone(),
         };

@@ -86,6 +86,8 @@ pub struct Input {
     pub holding: bool,
     /// A motion that does not end by itself: it needs a host that lives.
     pub endless: bool,
+    /// A commissioning drives. Its ticks are long; so soon after its start the winding is not looked at as closely as else.
+    pub commissioning: bool,
 }
 
 impl State {
@@ -299,7 +301,7 @@ impl Params {
                 state.winding.forget();
             }
             let voltage = input.averages.voltage.map(|_| input.winding);
-            let fresh = state.motion.fresh();
+            let fresh = state.motion.fresh(input);
             let winding = &mut state.winding;
             self.winding.step(winding, &input.averages, voltage, current, input.count, fresh);
         }

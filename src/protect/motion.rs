@@ -200,8 +200,12 @@ impl State {
 
     /// What the last look has shown of the encoder.
     #[inline]
-    pub fn fresh(&self) -> Fresh {
-        Fresh { likely: self.likely.since == 0, sure: self.sure.since == 0, stood: self.starts.stood() }
+    pub fn fresh(&self, input: &Input) -> Fresh {
+        Fresh {
+            likely: self.likely.since == 0,
+            sure: self.sure.since == 0,
+            stood: self.starts.stood() && !input.commissioning,
+        }
     }
 
     /// Compares the motion with the least that must be. Without drive, and when the drive changes its sign, the models

@@ -167,6 +167,7 @@ fn constant(raw: i16, settings: &Settings, seconds: f64) -> Option<f64> {
         load: Voltage::ZERO,
         holding: false,
         endless: false,
+        commissioning: false,
         winding: Voltage::ZERO,
         input_dead_zone: false,
     };
