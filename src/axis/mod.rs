@@ -310,11 +310,10 @@ impl Axis {
     #[cold]
     #[inline]
     fn beside(&self, state: &mut State) -> bool {
-        let crowded = self.is_crowded(state);
-        if crowded && !self.is_look_due(state) {
+        if self.is_crowded(state) && !self.is_look_due(state) {
             return false;
         }
-        self.protect.between(&mut state.protect, crowded);
+        self.protect.between(&mut state.protect);
         true
     }
 

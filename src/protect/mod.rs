@@ -217,8 +217,8 @@ impl Params {
     /// A tick between two looks, of an axis that moves or may: what the looks have left to it, if they have.
     #[cold]
     #[inline]
-    pub fn between(&self, state: &mut State, crowded: bool) {
-        self.winding.between(&mut state.winding, crowded);
+    pub fn between(&self, state: &mut State) {
+        self.winding.between(&mut state.winding);
     }
 
     /// One tick of an axis at rest with its bridge open: what it could do wrong needs neither motion nor current. True when

@@ -91,7 +91,8 @@ struct Stretch {
     ticks: u32,
 }
 
-/// The two sides of the equation.
+/// The two sides of the equation. What a stretch sums up stays within 31 bits and so do the constants: products shifted by 8 or more
+/// leave 9 bits for their sums, which therefore need not saturate.
 #[derive(Clone, Copy, Debug)]
 struct Balance {
     /// Integral of the voltage behind the drive.
@@ -128,19 +129,19 @@ impl Stretch {
 impl Balance {
     #[inline]
     fn taken(&self) -> i64 {
-        self.resistive.saturating_add(self.inductive)
+        self.resistive.wrapping_add(self.inductive)
     }
 
     /// Back-EMF that is left.
     #[inline]
     fn emf(&self) -> i64 {
-        self.offered.saturating_sub(self.taken())
+        self.offered.wrapping_sub(self.taken())
     }
 
     /// A share of the larger part: each constant errs by itself.
     #[inline]
     fn share(&self, shift: u32) -> i64 {
-        self.resistive.saturating_abs().max(self.inductive.saturating_abs()) >> (shift & 63)
+        self.resistive.wrapping_abs().max(self.inductive.wrapping_abs()) >> (shift & 63)
     }
 
     /// As seen from the other direction.
@@ -159,15 +160,15 @@ impl Balance {
     #[inline]
     fn silent(&self, lacking: i64) -> bool {
         let least = lacking >> NO_CURRENT_SHIFT;
-        self.resistive.saturating_abs() < least
-            && self.inductive.saturating_abs() <= least.max(self.ends.saturating_mul(2))
+        self.resistive.wrapping_abs() < least
+            && self.inductive.wrapping_abs() <= least.max(self.ends.wrapping_mul(2))
     }
 
     /// Is it missing? The current of a large winding passes through zero so slowly that, for a while, noise hides its
     /// rise: the stretch must be so long that it cannot.
     #[inline]
     fn without_current(&self, lacking: i64) -> bool {
-        self.silent(lacking) && self.ends.saturating_mul(2) <= lacking >> NO_CURRENT_SHIFT
+        self.silent(lacking) && self.ends.wrapping_mul(2) <= lacking >> NO_CURRENT_SHIFT
     }
 }
 
@@ -352,7 +353,7 @@ impl Params {
             state.glanced = Some(count);
         }
         if !self.spreads() {
-            self.go_on(state, false);
+            self.go_on(state);
         }
         state.due = self.spreads()
             && (state.glanced.is_some()
@@ -370,19 +371,19 @@ impl Params {
     /// A tick between two looks: what would otherwise make the next one long.
     #[cold]
     #[inline]
-    pub fn between(&self, state: &mut State, crowded: bool) {
+    pub fn between(&self, state: &mut State) {
         state.due = false;
-        self.go_on(state, crowded);
+        self.go_on(state);
     }
 
     /// Heeds the last glance, weighs the resistance of a shaft that stood, learns from the last block, or takes the solution a step
     /// further.
     #[cold]
     #[inline]
-    fn go_on(&self, state: &mut State, crowded: bool) {
+    fn go_on(&self, state: &mut State) {
         if let Some(count) = state.glanced.take() {
             state.glance(state.last, count);
-        } else if state.standing.is_over() && !crowded {
+        } else if state.standing.is_over() {
             let [likely, _] = &state.doubts;
             state.standing.weigh(state.known.as_ref(), likely.first.0, state.unrest);
         } else if let Some((current, count)) = state.ended.take() {
@@ -464,7 +465,7 @@ impl Winding {
             resistive: product(stretch.current, self.constants.resistance) >> 16,
             inductive: product(rise, self.constants.inductance) >> 8,
             ends,
-            unsure: ends.saturating_add(i64::from(stretch.swallowed >> SWALLOWED_SHIFT)),
+            unsure: ends.wrapping_add(i64::from(stretch.swallowed >> SWALLOWED_SHIFT)),
         }
     }
 
@@ -492,9 +493,9 @@ impl Winding {
     #[inline]
     fn driven(&self, stretch: &Stretch, balance: &Balance, count: i32) -> Option<i64> {
         let emf = self.shown(stretch.turned(count));
-        let lacking = balance.offered.saturating_sub(emf).saturating_abs();
+        let lacking = balance.offered.wrapping_sub(emf).wrapping_abs();
         let least = i64::from(LEAST_VOLTAGE).wrapping_mul(i64::from(stretch.ticks));
-        (lacking > least.saturating_add(self.jitter())).then_some(lacking)
+        (lacking > least.wrapping_add(self.jitter())).then_some(lacking)
     }
 
     /// A block: does the counter show the speed that the current shows, within a quarter of the voltage and two counts?
@@ -511,16 +512,13 @@ impl Winding {
         }
         let turned = block.turned(count);
         let emf = self.shown(turned);
-        let allowed = (balance
-            .offered
-            .saturating_abs()
-            .max(emf.saturating_abs())
-            .max(balance.inductive.saturating_abs())
-            >> 2)
-            .saturating_add(self.jitter())
-            .saturating_add(balance.unsure);
-        let lack = balance.emf().saturating_sub(emf);
-        if lack.saturating_abs() <= allowed || turned.saturating_abs() < LEAST_COUNTS {
+        let allowed =
+            (balance.offered.wrapping_abs().max(emf.wrapping_abs()).max(balance.inductive.wrapping_abs())
+                >> 2)
+                .wrapping_add(self.jitter())
+                .wrapping_add(balance.unsure);
+        let lack = balance.emf().wrapping_sub(emf);
+        if lack.wrapping_abs() <= allowed || turned.saturating_abs() < LEAST_COUNTS {
             return Fault::None;
         }
         if balance.emf().signum() == -emf.signum() { Fault::WrongDirection } else { Fault::SlippingCounts }
@@ -537,7 +535,7 @@ impl Winding {
         let doubt = if overdue { sure } else { likely };
         let mut balance = self.balance(doubt, current, unrest);
         // What the encoder has shown of the motion is not missing.
-        balance.offered = balance.offered.saturating_sub(self.shown(doubt.turned(count)));
+        balance.offered = balance.offered.wrapping_sub(self.shown(doubt.turned(count)));
         let mut balance = balance.towards(missing.direction);
         let expected = self.shown(if overdue { missing.sure } else { missing.likely });
         let most = if overdue { UNCERTAIN } else { DOUBTFUL };
@@ -545,16 +543,15 @@ impl Winding {
         let uncertain = match present {
             Some(present) => present.applied(&mut balance),
             None if overdue => balance.share(UNCERTAIN_SHIFT),
-            None => DOUBTFUL_SHIFTS.iter().fold(0, |sum, &shift| balance.share(shift).saturating_add(sum)),
+            None => DOUBTFUL_SHIFTS.iter().fold(0, |sum, &shift| balance.share(shift).wrapping_add(sum)),
         };
-        let uncertain = uncertain.saturating_add(balance.unsure);
-        let (most, least) =
-            (balance.emf().saturating_add(uncertain), balance.emf().saturating_sub(uncertain));
+        let uncertain = uncertain.wrapping_add(balance.unsure);
+        let (most, least) = (balance.emf().wrapping_add(uncertain), balance.emf().wrapping_sub(uncertain));
         // So soon only this very moment's resistance can tell.
         let soon = !overdue && missing.likely < LEAST_LIKELY;
         match () {
             () if soon && (present.is_none() || missing.followed < 0) => None,
-            () if balance.without_current(balance.offered) && least > expected.saturating_mul(2) => {
+            () if balance.without_current(balance.offered) && least > expected.wrapping_mul(2) => {
                 Some(Fault::MotorDisconnected)
             }
             () if missing.reversed => Some(Fault::WrongDirection),

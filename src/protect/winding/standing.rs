@@ -101,7 +101,7 @@ impl Standing {
             Positive::new(part.unsigned_abs(), 0).over(whole).to_q(RATIO_BITS)
         };
         if first {
-            let resisted = balance.offered.saturating_sub(balance.inductive);
+            let resisted = balance.offered.wrapping_sub(balance.inductive);
             let ratio = share(resisted);
             let near = ratio.saturating_sub(ONE).saturating_abs() < MOST_OFF;
             let same = resisted.signum() == balance.resistive.signum();
@@ -112,7 +112,7 @@ impl Standing {
             let rise = last.saturating_sub(self.stretch.first.0).saturating_abs();
             let late = product(rise, winding.constants.resistance) >> 16;
             let doubtful =
-                (balance.inductive.saturating_abs().saturating_add(late) >> 1).saturating_add(balance.ends);
+                (balance.inductive.wrapping_abs().wrapping_add(late) >> 1).wrapping_add(balance.ends);
             present.slack = share(doubtful).saturating_add(LEAST_SLACK);
         }
     }
