@@ -1,9 +1,12 @@
 //! What protection learns from the starts of a healthy shaft, and what it does not.
 
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::faults::trial::Trial;
+use host_tests::faults::calm;
+use host_tests::faults::report::right;
+use host_tests::faults::trial::{Trial, When};
 use host_tests::faults::world::Injury;
 use servo::axis::Command;
+use servo::commission::Phase;
 use servo::protect::{Fault, Settings};
 
 /// Least dead zone of the motors here, V: an eighth of the supply, of which nothing is demanded, is less than 1.3 times that.
@@ -99,4 +102,56 @@ fn a_stalled_shaft_teaches_nothing() {
         assert_eq!(push(&mut trial, &plant, n % 2, 1.4, 8.0), Fault::None, "friction may hold it");
     }
     assert_eq!(push(&mut trial, &plant, 0, 2.05, 10.0), Fault::NoMotion);
+}
+
+/// Behind every coasting, at another place of the shaft.
+#[test]
+fn a_commissioning_starts_the_shaft_twice_more_than_it_must_to_learn() {
+    for (family, seed) in [(Family::G1, 50), (Family::G2, 51), (Family::G3, 52)] {
+        let plant = Plant::draw(family, Severity::Nominal, Seeds::Design(seed), &Options::default());
+        let mut trial = Trial::fresh(&plant, &Settings::default());
+        trial.must(Command::Arm);
+        trial.must(Command::Commission { budget_ms: 5_000, seed: 1 });
+        let (mut starts, mut before) = (0, Phase::Idle as u8);
+        trial.run(7.0, |output, _| {
+            let phase = output.record.phase;
+            starts += usize::from(phase == Phase::BreakAway as u8 && phase != before);
+            before = phase;
+        });
+        assert_eq!(starts, 4, "{family:?}");
+        let report = trial.report().commissioning.expect("it has ended");
+        assert_eq!(report.refused, None, "{family:?}");
+    }
+}
+
+/// An axis is armed and told to move at once. It stood with its bridge open, and that counts.
+#[test]
+fn most_stalls_and_unplugged_encoders_at_rest_are_found_in_time_and_none_has_a_wrong_name() {
+    let (mut decidable, mut found, mut stalls, mut named) = (0, 0, 0, 0);
+    for family in [Family::G1, Family::G2, Family::G3] {
+        for number in 90_000..90_008 {
+            let options = Options { tick_hz: 10_000, ..Options::default() };
+            let mut plant =
+                Plant::draw(family, Severity::Harsh, Seeds::Evaluation(700_000 + number), &options);
+            plant.sensing.current = number % 2 == 0;
+            let trial = Trial::commissioned(&plant, &Settings::default(), calm::budget_ms(family));
+            assert_eq!(trial.fault(), Fault::None, "{family:?} {number} is whole");
+            for (k, injury) in [Injury::Stall, Injury::EncoderUnplugged].into_iter().enumerate() {
+                let finding = trial.injure(injury, When::AtRest, plant.seed ^ (k as u64) << 8);
+                let name = right(injury, finding.sensed).contains(&finding.fault);
+                assert!(
+                    name || [Fault::NoMotion, Fault::None].contains(&finding.fault),
+                    "{family:?} {number} {injury:?}: {finding:?}"
+                );
+                decidable += usize::from(finding.decidable);
+                found += usize::from(finding.decidable && finding.in_limits());
+                let stall = finding.sensed && injury == Injury::Stall;
+                stalls += usize::from(stall);
+                named += usize::from(stall && name);
+            }
+        }
+    }
+    // 75 of 98 is the goal, on more plants.
+    assert!(4 * found >= 3 * decidable, "{found} of {decidable}");
+    assert!(3 * named >= stalls, "{named} of {stalls} stalls have their name");
 }

@@ -42,12 +42,12 @@ const LASTING_GLANCES: u32 = 3;
 const LEAST_VOLTAGE: i32 = 1 << (WINDING_BITS - 4);
 /// Relative uncertainty of R and L as a shift where the motor must move in any case: 1/32.
 const UNCERTAIN_SHIFT: u32 = 5;
-/// The same where friction may hold it: 3/16. A winding that warms up by 45 K gains so much, and a stalled one must not
+/// The same where friction may hold it, sixteenths: 3/16. A winding that warms up by 45 K gains so much, and a stalled one must not
 /// look like one that turns.
-const DOUBTFUL_SHIFTS: [u32; 2] = [3, 4];
+const DOUBTFUL_SIXTEENTHS: i32 = 3;
 /// Both as shares, Q16: the resistance of this very moment is taken where it is less uncertain.
 const UNCERTAIN: i32 = 1 << (16 - UNCERTAIN_SHIFT);
-const DOUBTFUL: i32 = 3 << (16 - 4);
+const DOUBTFUL: i32 = DOUBTFUL_SIXTEENTHS << (16 - 4);
 /// Relative uncertainty of what an input dead zone takes, as a shift: 1/8.
 const SWALLOWED_SHIFT: u32 = 3;
 /// Counts of the likely model from which on a motion is looked for whose resistance is not known of this very moment.
@@ -402,7 +402,7 @@ impl State {
     }
 
     #[cold]
-    #[inline]
+    #[inline(never)]
     fn glance(&mut self, current: i32, count: i32) {
         let glance = core::mem::replace(&mut self.glance, Stretch::begin(current, count));
         self.listen(&glance, current, count);
@@ -543,7 +543,7 @@ impl Winding {
         let uncertain = match present {
             Some(present) => present.applied(&mut balance),
             None if overdue => balance.share(UNCERTAIN_SHIFT),
-            None => DOUBTFUL_SHIFTS.iter().fold(0, |sum, &shift| balance.share(shift).wrapping_add(sum)),
+            None => balance.share(4).wrapping_mul(i64::from(DOUBTFUL_SIXTEENTHS)),
         };
         let uncertain = uncertain.wrapping_add(balance.unsure);
         let (most, least) = (balance.emf().wrapping_add(uncertain), balance.emf().wrapping_sub(uncertain));

@@ -104,7 +104,7 @@ impl Standing {
             let resisted = balance.offered.wrapping_sub(balance.inductive);
             let ratio = share(resisted);
             let near = ratio.saturating_sub(ONE).saturating_abs() < MOST_OFF;
-            let same = resisted.signum() == balance.resistive.signum();
+            let same = (resisted ^ balance.resistive) >= 0;
             let sound = near && same && self.is_clear(unrest);
             self.present = sound.then_some(Present { ratio, slack: i32::MAX });
         } else if let Some(present) = &mut self.present {
