@@ -7,8 +7,8 @@
 //! ```
 //!
 //! - The *sure* one demands nothing of a shaft that stands until more has acted than holds it: what its starts have taught
-//!   ([`super::break_away`]), or [`super::REST_MARGIN`] dead zones. Then the shaft has broken away, and
-//!   [`super::MOVING_MARGIN`] is taken off (friction at rest is higher, and what turns goes on turning). Once it has
+//!   ([`super::break_away`]), or [`super::REST_MARGIN`] dead zones. Then the shaft has broken away, and what has held it is
+//!   taken off, at most [`super::MOVING_MARGIN`]; that margin alone of a shaft that turns (friction at rest is higher). Once it has
 //!   travelled [`SILENT_START_COUNTS`] of which the counter shows none, or [`super::EXPECTED_COUNTS`] of a shaft that had
 //!   turned, without a proof that the encoder follows, something is wrong.
 //! - The *likely* one takes off [`super::KINETIC_MARGIN`] at any time. A healthy shaft may stand where it travels, held by
