@@ -91,6 +91,11 @@ impl<P: Parts, const N: usize> Axes<P, N> {
         self.axes.get(axis).map_or(Sample::NONE, GuardedAxis::sample)
     }
 
+    /// Zeros of the current, as [`super::sense::CurrentSensor::zeros`] has them.
+    pub fn zeros(&self, axis: usize) -> [i16; 2] {
+        self.axes.get(axis).map_or([Sample::CURRENT_NOT_SENSED; 2], GuardedAxis::zeros)
+    }
+
     /// Can the counter of this axis go round unseen while nobody reads it for seconds?
     pub fn goes_round(&self, axis: usize) -> bool {
         self.axes.get(axis).is_some_and(GuardedAxis::goes_round)

@@ -75,6 +75,10 @@ impl<P: Parts> GuardedAxis<P> {
         self.indexed
     }
 
+    pub(super) fn zeros(&self) -> [i16; 2] {
+        self.hardware.current.zeros()
+    }
+
     pub(super) fn goes_round(&self) -> bool {
         self.hardware.encoder.goes_round()
     }

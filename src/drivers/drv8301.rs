@@ -107,6 +107,31 @@ pub enum Trouble {
 }
 
 impl Trouble {
+    /// As a number, for whoever asks over the link: kind above, word below.
+    pub const fn code(self) -> u32 {
+        let (kind, word) = match self {
+            Trouble::NoAnswer(word) => (1, word),
+            Trouble::NotKept(Register::Control1, word) => (2, word),
+            Trouble::NotKept(_, word) => (3, word),
+            Trouble::Faulty(faults) => (4, faults.0),
+            Trouble::LineLow => (5, 0),
+        };
+        kind << 16 | word as u32
+    }
+
+    /// Back from [`Trouble::code`].
+    pub const fn of_code(code: u32) -> Option<Self> {
+        let word = code as u16;
+        match code >> 16 {
+            1 => Some(Trouble::NoAnswer(word)),
+            2 => Some(Trouble::NotKept(Register::Control1, word)),
+            3 => Some(Trouble::NotKept(Register::Control2, word)),
+            4 => Some(Trouble::Faulty(Faults(word))),
+            5 => Some(Trouble::LineLow),
+            _ => None,
+        }
+    }
+
     /// In a word, and the number beside it.
     pub fn words(self) -> (&'static str, u16) {
         match self {

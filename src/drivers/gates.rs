@@ -17,6 +17,7 @@ use super::drv8301::{Drv8301, Faults, Trouble};
 use core::sync::atomic::{AtomicU8, Ordering};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
+use serde::{Deserialize, Serialize};
 
 /// Until the first start: the enable line was low since reset.
 const FIRST_REST_MS: u32 = 1;
@@ -32,7 +33,7 @@ const WATCHING_MS: u32 = 100;
 pub struct GateStatus(AtomicU8);
 
 /// Its states.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[repr(u8)]
 pub enum State {
     /// On their way up. Left by idle.

@@ -78,6 +78,11 @@ impl ZeroSearch {
         }
     }
 
+    /// What is known of it now.
+    pub const fn zero(&self) -> Zero {
+        self.zero
+    }
+
     /// One reading, and what the bridge was last told to do before it.
     #[inline]
     pub fn step(&mut self, raw: u16, bridge: Bridge) -> Zero {

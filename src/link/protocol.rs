@@ -8,7 +8,9 @@
 use crate::axis;
 use crate::commission::Outcome;
 use crate::config::{Config, ConfigError};
+use crate::drivers::scales::ScaleError;
 use crate::identify::estimate::Estimates;
+use crate::link::board::Board;
 use crate::link::capture::{Extent, Shot, Stage, Trigger};
 use crate::motion::excitation::Waveform;
 use crate::motion::referencing::Referencing;
@@ -23,7 +25,7 @@ use postcard::ser_flavors::{Cobs, Flavor, Slice, crc::CrcModifier};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Version of the frames; first byte of every frame.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 
 /// Room for the longest frame on the wire, bytes: 254 of content fit into one COBS group.
 pub const FRAME_CAPACITY: usize = 256;
@@ -144,6 +146,8 @@ pub enum Refusal {
     NotAtRest,
     /// A set of parameters cannot be.
     Parameters(SettingsError),
+    /// The configuration has another scale of current or supply than the board.
+    Scale(ScaleError),
 }
 
 /// Why the chip has started.
@@ -218,6 +222,8 @@ pub enum Message {
         cause: ResetCause,
         /// What was found in the store.
         stored: Found,
+        /// The board, and how it is.
+        board: Board,
     },
     /// What is in force.
     Parameters {

@@ -9,6 +9,7 @@ mod instructions;
 mod panics;
 mod process;
 mod programs;
+mod raw;
 mod search;
 mod setup;
 mod size;
@@ -39,7 +40,7 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
-    /// Build the image of every board into target/images/, and print where it lies and what it occupies.
+    /// Build the image of every board into target/images/ as .elf, .bin and .hex, and print where it lies and what it occupies.
     Images,
     /// Build the image of a board, flash it with probe-rs, run it and show its log.
     Flash {

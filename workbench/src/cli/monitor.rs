@@ -5,6 +5,7 @@ use super::firmware::{Firmware, fault_ended};
 use super::profile;
 use crate::console::interrupt;
 use crate::console::screen;
+use crate::device::board;
 use crate::device::link::{advisory_text, fault_advice};
 use crate::device::run_log::RunLog;
 use crate::device::session::{Done, Progress, Task};
@@ -34,8 +35,11 @@ pub struct Arguments {
     #[command(flatten)]
     pub knowledge: Knowledge,
     /// The motion, as in `truing track`.
-    #[arg(long)]
-    pub profile: String,
+    #[arg(long, required_unless_present = "board")]
+    pub profile: Option<String>,
+    /// Print how the board is, and move nothing: its name, scales, clock, gate drivers and zeros of the current.
+    #[arg(long, conflicts_with = "profile")]
+    pub board: bool,
     /// Do not slow a simulated motor down to real time.
     #[arg(long)]
     pub fast: bool,
@@ -44,10 +48,17 @@ pub struct Arguments {
 /// Runs and shows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
-    arguments.knowledge.files(&arguments.firmware, &arguments.profile).check_ready()?;
+    if arguments.board {
+        arguments.firmware.files().check()?;
+        let mut client = arguments.firmware.client(&arguments.firmware.axis()?.config)?;
+        out!("{}", board::text(&client.hello()?));
+        return Ok(());
+    }
+    let text = arguments.profile.as_deref().unwrap_or_default();
+    arguments.knowledge.files(&arguments.firmware, text).check_ready()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
-    let motion = profile::task(&arguments.profile, true, &config)?;
+    let motion = profile::task(text, true, &config)?;
     arguments.knowledge.allows(&motion, &config)?;
     let first = arguments.knowledge.tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
     let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();

@@ -105,7 +105,10 @@ fn change(set: &Set) -> anyhow::Result<()> {
     let setup = set.firmware.axis()?;
     let mut client = set.firmware.client(&setup.config)?;
     let known = client.parameters()?;
-    let mut parameters = known.unwrap_or_else(|| setup.parameters(None));
+    let mut parameters = match known {
+        Some(known) => known,
+        None => setup.on(&client.board(&mut |_| {})?)?.parameters(None),
+    };
     for assignment in &set.assignments {
         parameters::set(&mut parameters, assignment)?;
     }

@@ -1,9 +1,10 @@
 //! `axis.toml` → [`Setup`]: what the firmware may know about its axis before it has moved, and what its user chooses.
 
 use crate::console::input_error::{InputError, nearest};
-use crate::device::link::range_text;
+use crate::device::board;
+use crate::device::link::{range_text, scale_text};
 use crate::device::parameters;
-use crate::device::setup::{Choices, Setup};
+use crate::device::setup::{Choices, Setup, Wiring};
 use serde::Deserialize;
 use servo::config::{Config, SETTINGS, Setting, Value as Number};
 use servo::protect::{Fault, SettingsError, Thermal};
@@ -17,6 +18,7 @@ type Section = BTreeMap<Spanned<String>, Spanned<Value>>;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
+    board: Option<Spanned<String>>,
     supply: Spanned<Section>,
     encoder: Spanned<Section>,
     axis: Spanned<Section>,
@@ -53,9 +55,9 @@ pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
     let file: File = toml::from_str(text).map_err(|error| syntax(source, text, &error))?;
     let reader = Reader { source, text };
     let actions = file.actions(source, text)?;
-    let config = reader.config(&file)?;
     let thermal = reader.thermal(&file)?;
     let setup = Setup {
+        wiring: reader.wiring(&file)?,
         choices: Choices {
             thermal,
             command_timeout_ms: reader.limit(&file, "command_timeout_ms")?,
@@ -64,15 +66,12 @@ pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
             compensation: file.loops.compensation,
             actions,
         },
-        config,
+        config: reader.config(&file)?,
     };
+    let setup = reader.on_its_board(setup)?;
     setup.parameters(None).check().map_err(|error| match error {
         SettingsError::Value(error) => {
-            let words = format!("out of range: {}", range_text(&error));
-            match line_of_key(text, error.field.name()) {
-                Some(line) => InputError::line(source, line, words),
-                None => InputError::file(source, words),
-            }
+            reader.at(error.field.name(), format!("out of range: {}", range_text(&error)))
         }
         // Refused above, with its line.
         SettingsError::Action(pair) => {
@@ -158,6 +157,36 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
+    /// A complaint about `table.key`.
+    fn at(&self, name: &str, words: String) -> InputError {
+        match line_of_key(self.text, name) {
+            Some(line) => InputError::line(self.source, line, words),
+            None => InputError::file(self.source, words),
+        }
+    }
+
+    /// The board that the file names, and which scales it leaves to a board.
+    fn wiring(&self, file: &File) -> Result<Wiring, InputError> {
+        let named = |name: &Spanned<String>| {
+            let line = line_of(self.text, name.span().start);
+            board::named(name.get_ref()).map_err(|error| InputError::line(self.source, line, error))
+        };
+        Ok(Wiring {
+            board: file.board.as_ref().map(named).transpose()?.map(|board| board.name),
+            supply: file.value("supply", "vbus_v_per_lsb").is_none(),
+            current: file.value("limits", "current_a_per_lsb").is_none(),
+        })
+    }
+
+    /// With the scales that the table of boards has for it, until a servo tells its own.
+    fn on_its_board(&self, setup: Setup) -> Result<Setup, InputError> {
+        let Some(name) = setup.wiring.board else { return Ok(setup) };
+        let scales = board::scales(board::named(name)?);
+        let config = setup.scaled(scales);
+        scales.allow(&config).map_err(|error| self.at(error.field.name(), scale_text(&error)))?;
+        Ok(Setup { config, ..setup })
+    }
+
     /// Every setting: from the file, else its default.
     fn config(&self, file: &File) -> Result<Config, InputError> {
         let mut config = Config::EXAMPLE;

@@ -3,6 +3,7 @@
 //! Nothing here imports the gap workflow.
 
 pub mod axis_file;
+pub mod board;
 pub mod commission_report;
 pub mod compensation;
 pub mod feasible;

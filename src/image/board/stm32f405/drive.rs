@@ -13,6 +13,7 @@ use cortex_m::peripheral::DWT;
 use servo::axis::{Bridge, Sample};
 use servo::config::Config;
 use servo::drivers::axes::Axes;
+use servo::link::board::Gates;
 use servo::protect::Interlock;
 
 /// Two looks at the phase, each with a tick for its correction.
@@ -145,6 +146,14 @@ impl<const N: usize> Drive for DriveOf<N> {
         watchdog::control_has_run();
         Wire(self.board.tick).drive(false);
         converter::has_ended(&self.converter) || self.late
+    }
+
+    fn zeros(&self, axis: usize) -> [i16; 2] {
+        self.axes.zeros(axis)
+    }
+
+    fn gates(&self) -> Option<Gates> {
+        gates::report()
     }
 
     fn goes_round(&self, axis: usize) -> bool {

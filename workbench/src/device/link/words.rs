@@ -1,7 +1,8 @@
 //! The servo's codes in words that say what to do.
 
 use servo::axis::{self, Sample};
-use servo::config::ConfigError;
+use servo::config::{ConfigError, Field};
+use servo::drivers::scales::ScaleError;
 use servo::identify::estimate::Reason;
 use servo::link::protocol::Refusal;
 use servo::protect::{Fault, SettingsError};
@@ -22,6 +23,7 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         Refusal::Config(error) | Refusal::Parameters(SettingsError::Value(error)) => {
             format!("the servo refuses the configuration: {}", range_text(error))
         }
+        Refusal::Scale(error) => format!("the servo refuses the configuration: {}", scale_text(error)),
         Refusal::TickRate => {
             "the board cannot make this control rate: choose axis.tick_hz so that it divides the PWM frequency \
              84 MHz / axis.pwm_full_scale"
@@ -69,6 +71,17 @@ pub fn range_text(error: &ConfigError) -> String {
         return format!("{field} could never act: this board does not sense the current");
     }
     format!("{field} must lie between {low} and {high}")
+}
+
+/// Both scales, and what to do.
+pub fn scale_text(error: &ScaleError) -> String {
+    let ScaleError { field, given, board } = error;
+    let unit = if *field == Field::VbusPerLsb { "V" } else { "A" };
+    format!(
+        "{} is {given} {unit}, and one count of the board is {board} {unit}: leave the key out, then the board's scale \
+         holds; a calibrated one lies within 10 % of it",
+        field.name()
+    )
 }
 
 /// How a save goes on, and what to do if it has failed.

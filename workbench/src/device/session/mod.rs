@@ -249,7 +249,8 @@ impl Session {
     fn begin(&mut self, start: Start) -> Result<(), InputError> {
         let before = self.listen(self.every)?;
         if let Start::Configure(setup) = start {
-            self.set_up(&setup, before.as_ref())?;
+            let board = self.client.board(&mut |message| self.kept.borrow_mut().take(message))?;
+            self.set_up(&setup.on(&board)?, before.as_ref())?;
         }
         while self.kept.borrow().log.rows.is_empty() {
             self.turn()?;
