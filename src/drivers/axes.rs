@@ -53,7 +53,7 @@ impl<P: Parts, const N: usize> Axes<P, N> {
     pub fn begin_tick(&mut self) {
         // The counts move: they come first, one right after the other.
         self.axes.iter_mut().for_each(GuardedAxis::latch_count);
-        self.axes.iter_mut().for_each(GuardedAxis::latch_converters);
+        self.latch_converters();
         if let Some(left) = self.settling.checked_sub(1) {
             self.settling = left;
             self.groups.iter_mut().for_each(|group| group.breaker.clear());
@@ -63,6 +63,13 @@ impl<P: Parts, const N: usize> Axes<P, N> {
             self.judge();
         }
         self.enable();
+    }
+
+    fn latch_converters(&mut self) {
+        for axis in &mut self.axes {
+            let group = self.groups.get(axis.breaker());
+            axis.latch_converters(group.is_none_or(|group| group.breaker.measures()));
+        }
     }
 
     fn judge(&mut self) {

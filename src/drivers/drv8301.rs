@@ -9,7 +9,8 @@
 //! | 14 … 11 | address | address |
 //! | 10 … 0 | data | data |
 //!
-//! There is neither parity nor checksum, so what is written is read back. Reading a status register clears it.
+//! There is neither parity nor checksum, so what is written is read back. Reading a status register clears it: a flag that
+//! is there again when it is read twice is a fault, one that is not is left over, for example from the start.
 
 use embedded_hal::spi::SpiDevice;
 
@@ -186,11 +187,12 @@ impl<S: SpiDevice<u16>> Drv8301<S> {
         Self { spi, settings }
     }
 
-    /// Sets an enabled driver up, and asks it how it is.
+    /// Sets an enabled driver up, and asks it how it is. Its supplies were low when it started, and it says so until it is
+    /// read: that is returned, and is no fault.
     ///
     /// # Errors
     /// What is wrong.
-    pub fn configure(&mut self) -> Result<(), Trouble> {
+    pub fn configure(&mut self) -> Result<Faults, Trouble> {
         let mut result = Ok(());
         for _ in 0..ATTEMPTS {
             for (register, data) in self.settings.controls() {
@@ -202,8 +204,9 @@ impl<S: SpiDevice<u16>> Drv8301<S> {
             }
         }
         result?;
+        let left_over = self.faults()?;
         match self.faults()? {
-            faults if faults.is_none() => Ok(()),
+            faults if faults.is_none() => Ok(left_over),
             faults => Err(Trouble::Faulty(faults)),
         }
     }

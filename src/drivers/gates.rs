@@ -77,6 +77,11 @@ impl GateStatus {
         self.state() != State::Ready
     }
 
+    /// Are the drivers' amplifiers on, with their gain set? `low`: the fault line is low, as it is without a supply.
+    pub fn measures(&self, low: bool) -> bool {
+        !low && self.state() == State::Ready
+    }
+
     /// Control's word that every bridge is open.
     pub fn all_open(&self) {
         if self.state() == State::Tripped {
@@ -186,8 +191,15 @@ impl<'a, E: OutputPin, F: InputPin, S: SpiDevice<u16>, const N: usize> Gates<'a,
     }
 
     fn set_up(&mut self, now: u32) -> Event {
-        let failed = self.first(|driver| driver.configure().err());
-        let failed = failed.or_else(|| self.is_low().then_some((0, Trouble::LineLow)));
+        let mut left_over = Faults::default();
+        let failed = self.first(|driver| match driver.configure() {
+            Ok(faults) => {
+                left_over.0 |= faults.0;
+                None
+            }
+            Err(trouble) => Some(trouble),
+        });
+        let failed = failed.or_else(|| self.is_low().then_some((0, line_low(left_over))));
         match failed {
             None => {
                 self.begin(Phase::Up, now);
@@ -213,9 +225,10 @@ impl<'a, E: OutputPin, F: InputPin, S: SpiDevice<u16>, const N: usize> Gates<'a,
         Event::Fault(number, trouble)
     }
 
+    /// The state first: with the enable line low the amplifiers are off, and control must know before it reads them.
     fn rest(&mut self, state: State, now: u32) {
-        self.enable(false);
         self.status.set(state);
+        self.enable(false);
         self.begin(Phase::Resting(REST_MS), now);
     }
 
@@ -231,4 +244,9 @@ impl<'a, E: OutputPin, F: InputPin, S: SpiDevice<u16>, const N: usize> Gates<'a,
     fn first(&mut self, mut ask: impl FnMut(&mut Drv8301<S>) -> Option<Trouble>) -> Option<(usize, Trouble)> {
         self.drivers.iter_mut().enumerate().find_map(|(number, driver)| Some((number, ask(driver)?)))
     }
+}
+
+/// What the line means: the flags that were read and thrown away, if there were some.
+fn line_low(left_over: Faults) -> Trouble {
+    if left_over.is_none() { Trouble::LineLow } else { Trouble::Faulty(left_over) }
 }

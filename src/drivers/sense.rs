@@ -73,6 +73,8 @@ pub trait CurrentSensor {
     fn follow(&mut self, bridge: Bridge, duty: i16);
     /// Zeros of its converters, counts, or marks of [`Sample`] where there is none; one that does not exist is not sensed.
     fn zeros(&self) -> [i16; 2];
+    /// The shaft has moved: what is read until it stands again says nothing about a zero that is known.
+    fn moved(&mut self);
 }
 
 /// Winding current of one axis in counts, from one converter.
@@ -85,7 +87,7 @@ pub struct CurrentSense<C> {
 }
 
 impl<C: Converter> CurrentSense<C> {
-    /// A sensor whose zero is looked for from the first reading on, and kept once it is known.
+    /// A sensor whose zero is looked for from the first reading on.
     pub fn new(kind: CurrentKind, limits: ZeroLimits, converter: C) -> Self {
         Self { kind, converter, zero: ZeroSearch::new(limits), bridge: Bridge::Open, reverse: false }
     }
@@ -100,6 +102,10 @@ impl<C: Converter> CurrentSense<C> {
 }
 
 impl<C: Converter> CurrentSensor for CurrentSense<C> {
+    fn moved(&mut self) {
+        self.zero.moved();
+    }
+
     fn follow(&mut self, bridge: Bridge, duty: i16) {
         self.bridge = bridge;
         if bridge == Bridge::Driven && duty != 0 {
@@ -164,6 +170,10 @@ impl<C: Converter> LowLegSense<C> {
 }
 
 impl<C: Converter> CurrentSensor for LowLegSense<C> {
+    fn moved(&mut self) {
+        self.zeros.iter_mut().for_each(ZeroSearch::moved);
+    }
+
     fn read(&mut self) -> i16 {
         let [a, b] = &self.legs;
         let [zero_a, zero_b] = &mut self.zeros;

@@ -254,6 +254,8 @@ fn currents_are_those_of_the_beginning_of_the_tick() {
     for _ in 0..20 {
         tick(&world, &mut axes, [OPEN; 4]);
     }
+    // At rest the zeros would follow.
+    tick(&world, &mut axes, [DRIVE; 4]);
     world.borrow_mut().currents = [2001, 2012, 2023, 2034];
     begin(&world, &mut axes);
     world.borrow_mut().currents = [0; 4];

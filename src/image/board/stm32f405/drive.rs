@@ -22,6 +22,13 @@ const ALIGNING: u8 = 4;
 /// sheet) and may report that as a fault, and fault lines rise.
 pub const SETTLING: u8 = 30;
 
+/// Takes the shortest way, from any context: outputs held low by the timers, drivers put to sleep. Two registers and one pin
+/// an axis.
+pub fn switch_off<const N: usize>(board: &'static Board) {
+    timers::<N>(board).for_each(Timer::disable_outputs);
+    board.axes.iter().take(N).for_each(|axis| Wire(axis.sleep).drive(false));
+}
+
 /// The bridges and sensors of `N` axes.
 pub struct DriveOf<const N: usize> {
     axes: Axes<Stm32Parts, N>,

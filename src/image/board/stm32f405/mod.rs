@@ -38,8 +38,6 @@ use super::{AXES, Board, Idle, Started};
 use board::BOARD;
 use flash::ChipFlash;
 use gates::Supervised;
-use gpio::Wire;
-use pwm::Timer;
 use servo::config::{Config, ConfigError, Field};
 use servo::drivers::gates::Event;
 use servo::drivers::scales::Scales;
@@ -120,10 +118,8 @@ impl Board for Stm32f405 {
         Ok(BOARD.reach().allows(config, protection)?)
     }
 
-    /// Takes the shortest way: outputs held low by the timers, drivers put to sleep. Two registers and one pin an axis.
     fn bridge_off() {
-        pwm::timers::<AXES>(&BOARD).for_each(Timer::disable_outputs);
-        BOARD.axes.iter().take(AXES).for_each(|axis| Wire(axis.sleep).drive(false));
+        drive::switch_off::<AXES>(&BOARD);
     }
 
     /// The bridge stays off, the log can be read, and the watchdog ends it.
