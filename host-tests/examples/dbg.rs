@@ -7,7 +7,11 @@ fn main() {
     let args: Vec<String> = std::env::args().collect();
     let n: u32 = args[1].parse().unwrap();
     let share: f64 = args[2].parse().unwrap();
-    let fam = match args[3].as_str() { "G1" => Family::G1, "G2" => Family::G2, _ => Family::G3 };
+    let fam = match args[3].as_str() {
+        "G1" => Family::G1,
+        "G2" => Family::G2,
+        _ => Family::G3,
+    };
     let every: u32 = args[4].parse().unwrap();
     let mut plant = Plant::draw(fam, Severity::Nominal, Seeds::Design(n), &options);
     let limit = share * plant.motor.drive.supply_v / plant.motor.resistance_ohm;
@@ -22,10 +26,25 @@ fn main() {
         let o = b.tick();
         let r = b.board.reading();
         if k % every == 0 {
-            println!("{:.4} ph{} duty{} i{:.3} raw{} cnt{} th{:.4} w{:.2} lim{:?}", f64::from(k) / 1e4, o.record.phase, f64::from(o.record.duty) / 4200.0, r.current / limit, o.record.current_raw, o.record.count, r.theta, r.omega, o.record.limit);
+            println!(
+                "{:.4} ph{} duty{} i{:.3} raw{} cnt{} th{:.4} w{:.2} lim{:?}",
+                f64::from(k) / 1e4,
+                o.record.phase,
+                f64::from(o.record.duty) / 4200.0,
+                r.current / limit,
+                o.record.current_raw,
+                o.record.count,
+                r.theta,
+                r.omega,
+                o.record.limit
+            );
         }
         if k > 100 && o.record.activity != servo::record::Activity::Commissioning {
-            println!("{k} {:?} {:?}", o.record.fault, b.axis.report(&b.state).commissioning.map(|c| c.refused));
+            println!(
+                "{k} {:?} {:?}",
+                o.record.fault,
+                b.axis.report(&b.state).commissioning.map(|c| c.refused)
+            );
             break;
         }
     }

@@ -146,7 +146,8 @@ impl State {
         if emf.saturating_abs() > acted >> MOST_EMF {
             return;
         }
-        let error = acted.saturating_sub(emf).saturating_sub(mul_shift(self.drop, share.saturating_abs(), BITS));
+        let error =
+            acted.saturating_sub(emf).saturating_sub(mul_shift(self.drop, share.saturating_abs(), BITS));
         self.measured = self.measured.saturating_add(1);
         self.believe(error >> DROP_SHIFT);
     }

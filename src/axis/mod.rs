@@ -540,7 +540,12 @@ impl Axis {
 
     /// The voltage within the current limit. An open bridge has left the winding to its back-EMF.
     #[inline]
-    fn hold_current(state: &mut State, limit: &current_limit::Params, wanted: Voltage, flow: &Flow) -> Voltage {
+    fn hold_current(
+        state: &mut State,
+        limit: &current_limit::Params,
+        wanted: Voltage,
+        flow: &Flow,
+    ) -> Voltage {
         let emf = state.design.loops.steady_voltage(state.encoder.speed());
         // The mean of both: an inductance would not notice if every second one were higher.
         let acted = match (flow.acted, state.acted) {

@@ -87,10 +87,7 @@ impl Params {
             _ if part < low_until => low,
             _ => (low + HIGH) / 2,
         };
-        if state.stroke == 0
-            && !state.turned
-            && state.level == HIGH
-            && self.shows_time_constant(state, input)
+        if state.stroke == 0 && !state.turned && state.level == HIGH && self.shows_time_constant(state, input)
         {
             self.choose_block(state);
         }

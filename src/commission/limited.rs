@@ -58,8 +58,9 @@ impl State {
     pub(super) fn blame_limit(&mut self) {
         let much = self.or_limited(Reason::NotExcited) == Reason::CurrentLimited;
         let full = self.limited.full;
-        let Estimates { dead_zone: [forwards, backwards], saturation: [high, low], gain, time_constant, .. } =
-            &mut self.outcome.estimates;
+        let Estimates {
+            dead_zone: [forwards, backwards], saturation: [high, low], gain, time_constant, ..
+        } = &mut self.outcome.estimates;
         for (estimate, limited) in [(forwards, much), (backwards, much), (gain, much), (time_constant, much)]
             .into_iter()
             .chain([(high, full), (low, full)])

@@ -24,13 +24,8 @@ pub fn highest_supply_v(config: &Config) -> f32 {
 }
 
 /// Conditions in the order in which they are named.
-const LASTING: [Fault; 5] = [
-    Fault::SupplyLow,
-    Fault::SupplyHigh,
-    Fault::SupplyNotMeasured,
-    Fault::Overspeed,
-    Fault::Runaway,
-];
+const LASTING: [Fault; 5] =
+    [Fault::SupplyLow, Fault::SupplyHigh, Fault::SupplyNotMeasured, Fault::Overspeed, Fault::Runaway];
 
 /// Thresholds of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

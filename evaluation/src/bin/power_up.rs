@@ -41,7 +41,9 @@ const SEEDS: u32 = 780_000;
 
 fn main() {
     let arguments = Arguments::parse();
-    println!("| family | limit, share of stall | accepted, trusted | false trust | covered | dead zone % | gain % | peak, limits | longest above 1.5, ms | acts % | refused, doubts |");
+    println!(
+        "| family | limit, share of stall | accepted, trusted | false trust | covered | dead zone % | gain % | peak, limits | longest above 1.5, ms | acts % | refused, doubts |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for family in [Family::G1, Family::G2, Family::G3] {
         for &share in &arguments.shares {
@@ -59,10 +61,14 @@ fn outcomes(arguments: &Arguments, family: Family, share: f64) -> Vec<Outcome> {
             let seeds =
                 if arguments.design { Seeds::Design(number) } else { Seeds::Evaluation(SEEDS + number) };
             let plant = Plant::draw(family, Severity::Nominal, seeds, &options);
-            let outcome = PowerUp::new(plant.clone(), share, arguments.lsb).commission(arguments.budget, number);
+            let outcome =
+                PowerUp::new(plant.clone(), share, arguments.lsb).commission(arguments.budget, number);
             if arguments.each {
                 let friction = plant.truth.dead_zone_v[0] / plant.motor.drive.supply_v;
-                println!("  {number}: dead zone {friction:.3} of the supply, {:?} {:?}", outcome.score, outcome.peak);
+                println!(
+                    "  {number}: dead zone {friction:.3} of the supply, {:?} {:?}",
+                    outcome.score, outcome.peak
+                );
             }
             outcome
         })

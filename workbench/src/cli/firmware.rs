@@ -2,8 +2,8 @@
 
 use crate::cli::files::Files;
 use crate::console::input_error::NotDone;
-use crate::device::axis_file;
 use crate::device::aftermath::fault_text;
+use crate::device::axis_file;
 use crate::device::link::{Client, Wire, current_text, fault_advice};
 use crate::device::motor::{Door, qemu};
 use crate::device::run_log::RunLog;

@@ -29,8 +29,10 @@ pub fn fault_text(log: &RunLog) -> String {
 
 /// What the rows before the fault say more.
 fn cause(log: &RunLog, before: &[Row], fault: Fault) -> Option<&'static str> {
-    let follows = followed(before) > FOLLOWED_COUNTS.max(i64::from(log.config.counts_per_rev) / FOLLOWED_SHARE);
-    let doubtful = [Fault::WrongDirection, Fault::SlippingCounts, Fault::EncoderUnplugged, Fault::MotorDisconnected];
+    let follows =
+        followed(before) > FOLLOWED_COUNTS.max(i64::from(log.config.counts_per_rev) / FOLLOWED_SHARE);
+    let doubtful =
+        [Fault::WrongDirection, Fault::SlippingCounts, Fault::EncoderUnplugged, Fault::MotorDisconnected];
     match fault {
         _ if doubtful.contains(&fault) && reads_backwards(before) => Some(
             "the current that is read runs against the voltage: check wiring and sign of the current sensor",

@@ -137,7 +137,8 @@ impl RunLog {
     /// The rows of the last motion until a fault was latched, and those from there on; `None`: none was.
     pub fn ended(&self) -> Option<(&[Row], &[Row])> {
         let armed = self.commands.iter().rev().find(|(_, command)| matches!(command, Command::Arm));
-        let rows = &self.rows[armed.map_or(0, |(tick, _)| self.rows.partition_point(|row| row.tick < *tick))..];
+        let rows =
+            &self.rows[armed.map_or(0, |(tick, _)| self.rows.partition_point(|row| row.tick < *tick))..];
         let at = rows.iter().position(|row| row.record.fault != Fault::None)?;
         Some(rows.split_at(at))
     }

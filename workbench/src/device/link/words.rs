@@ -160,7 +160,9 @@ pub fn fault_advice(fault: Fault) -> String {
     let text = match fault {
         Fault::None => "no fault",
         Fault::NoMotion => advice(Reason::NoMotion),
-        Fault::WrongDirection => "the count runs against the voltage: swap the motor's leads or the encoder's A and B",
+        Fault::WrongDirection => {
+            "the count runs against the voltage: swap the motor's leads or the encoder's A and B"
+        }
         Fault::Overspeed => {
             "the speed limit was exceeded: look for a load that drives the shaft, or raise limits.speed_rad_s"
         }
