@@ -19,6 +19,7 @@
 
 mod answer;
 pub mod command;
+mod current_limit;
 mod demand;
 pub mod design;
 mod find_zero;
@@ -79,6 +80,8 @@ pub struct Axis {
     slew: i32,
     /// The voltage limit; the maximum when there is none.
     pub(crate) most_voltage: Voltage,
+    /// `None`: the current is not limited.
+    current_limit: Option<current_limit::Params>,
 }
 
 /// An axis is the simplest place for its constants: see [`servo_axis::ServoAxis`].
@@ -115,6 +118,7 @@ impl Axis {
             standing: idle::standing(tick_hz),
             slew: to_fixed(1.0 / (FULL_SWING_S * tick_hz as f32), Voltage::BITS),
             most_voltage: design::voltage_limit(scale),
+            current_limit: current_limit::Params::new(scale),
         }
     }
 
@@ -195,14 +199,16 @@ impl Axis {
         self.search(state, sample);
         let looked = self.protect(state, sample, supply);
         self.identify(state, sample, acting.bridge, voltage, supply, looked);
-        state.acted = (acting.bridge != Bridge::Open).then_some(voltage);
+        let acting = (acting.bridge != Bridge::Open).then_some(voltage);
+        let acted = core::mem::replace(&mut state.acted, acting);
         if let Some(drive) = self.hold_still(state) {
             return drive;
         }
         let demand = self.control(state);
-        let terminal = self.compensate(state, &demand);
+        let flow = Flow { acted, current: Sample::sensed(sample.current_raw) };
+        let terminal = self.compensate(state, &demand, &flow);
         let drive = self.pwm.modulate(&mut state.pwm, demand.bridge, terminal);
-        if state.holding {
+        if state.holding && state.limit != Limit::Current {
             self.hold_on(state, drive);
         }
         drive
@@ -484,17 +490,14 @@ impl Axis {
 
     /// Dead zone, then the only clip; the integrator is told what the clip takes.
     #[inline]
-    fn compensate(&self, state: &mut State, demand: &Demand) -> Voltage {
+    fn compensate(&self, state: &mut State, demand: &Demand, flow: &Flow) -> Voltage {
         let Meaning::Linear { towards, error } = demand.meaning else {
             // Whoever excites looks for the saturation, too: what is known of it must not bound that.
-            let (terminal, limit) = self.clip(state, demand.voltage, [Voltage(i32::MAX); 2]);
-            state.limit = limit;
-            return terminal;
+            return self.clip(state, demand, demand.voltage, [Voltage(i32::MAX); 2], flow);
         };
         let compensator = state.compensation.then_some(&state.design.compensator);
         let wanted = compensator.map_or(demand.voltage, |inverse| inverse.apply(demand.voltage, towards));
-        let (terminal, limit) = self.clip(state, wanted, state.design.saturation);
-        state.limit = limit;
+        let terminal = self.clip(state, demand, wanted, state.design.saturation, flow);
         if let Some(error) = error {
             let beyond = wanted.minus(terminal);
             state.design.loops.integrate(&mut state.control, error, beyond);
@@ -502,24 +505,61 @@ impl Axis {
         terminal
     }
 
-    /// The one clip: voltage limit, supply and saturation. Tells which of them acts.
+    /// The one clip: current limit, voltage limit, supply and saturation. Notes which of them acts.
     #[inline]
-    fn clip(&self, state: &State, wanted: Voltage, saturation: [Voltage; 2]) -> (Voltage, Limit) {
+    fn clip(
+        &self,
+        state: &mut State,
+        demand: &Demand,
+        wanted: Voltage,
+        saturation: [Voltage; 2],
+        flow: &Flow,
+    ) -> Voltage {
         let ceiling = self.pwm.ceiling(&state.pwm).min(self.most_voltage);
         let [positive, negative] = saturation;
-        let (level, clipped) = if wanted.0 > 0 {
+        let held = match &self.current_limit {
+            Some(limit) if demand.bridge == Bridge::Driven => Self::hold_current(state, limit, wanted, flow),
+            _ => wanted,
+        };
+        let (level, clipped) = if held.0 > 0 {
             let level = positive.min(ceiling);
-            (level, wanted.min(level))
+            (level, held.min(level))
         } else {
             let level = negative.min(ceiling);
-            (level, wanted.max(Voltage::ZERO.minus(level)))
+            (level, held.max(Voltage::ZERO.minus(level)))
         };
-        let limit = match () {
+        state.limit = match () {
             () if clipped == wanted => state.limit,
+            () if clipped == held => Limit::Current,
             () if level == self.most_voltage => Limit::Voltage,
             () if level == ceiling => Limit::Supply,
             () => Limit::Saturation,
         };
-        (clipped, limit)
+        clipped
     }
+
+    /// The voltage within the current limit. An open bridge has left the winding to its back-EMF.
+    #[inline]
+    fn hold_current(
+        state: &mut State,
+        limit: &current_limit::Params,
+        wanted: Voltage,
+        flow: &Flow,
+    ) -> Voltage {
+        let emf = state.design.loops.steady_voltage(state.encoder.speed());
+        // The mean of both: an inductance would not notice if every second one were higher.
+        let acted = match (flow.acted, state.acted) {
+            (Some(acted), Some(acts)) => Voltage(acted.0.saturating_add(acts.0) / 2),
+            _ => emf,
+        };
+        limit.bound(&mut state.current_limit, flow.current, acted, emf, wanted)
+    }
+}
+
+/// What the winding current of this tick has followed from.
+struct Flow {
+    /// Terminal voltage since the last sample; `None`: bridge open.
+    acted: Option<Voltage>,
+    /// Raw; `None`: not sensed.
+    current: Option<i16>,
 }

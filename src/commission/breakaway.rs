@@ -66,6 +66,8 @@ impl Conductance {
 /// One ramp.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ramp {
+    /// Voltage of the last tick, Q14.
+    pub(super) level: i32,
     /// Before anything moves.
     quiet: Conductance,
     /// At the top of the ramp.
@@ -209,7 +211,8 @@ impl Params {
     /// The next level of the ramp, and what the tick shows.
     pub(super) fn raise(&self, state: &mut State, input: &Input, length: u32, displacement: i32) {
         state.level = (MOST_BREAK_AWAY as u32 * (state.elapsed >> 4).min(length >> 4) / (length >> 4)) as i32;
-        let (interval, sign, level) = (length >> 5, state.sign(), state.level);
+        let (interval, sign, level) = (length >> 5, state.sign(), state.ramp_level(input));
+        state.ramp.level = level;
         let slow = self.rated_counts(interval) / PAUSE;
         state.ramp.note(displacement, level, interval, slow);
         state.ramp.note_current(input.current_raw, sign, level);
@@ -218,7 +221,7 @@ impl Params {
 
     /// Why a shaft whose current says that it turns is not believed.
     fn unseen_motion(&self, state: &mut State, input: &Input, displacement: i32) -> Option<Reason> {
-        let (sign, level) = (state.sign(), state.level);
+        let (sign, level) = (state.sign(), state.ramp.level);
         let unproved = state.stroke == 0 && !state.pulses.proved;
         if !(unproved && state.ramp.turns(input.current_raw, sign, level, self.unseen)) {
             return None;
@@ -246,7 +249,7 @@ impl Params {
         let reversed = 2 * lasting + self.rated_counts(state.elapsed) / 50;
         if forwards >= if given_up { MOTION } else { lasting } {
             state.break_away[state.direction] = self.plausible_break_away(state);
-            state.started[state.direction] = state.ramp.started(state.level);
+            state.started[state.direction] = state.ramp.started(state.ramp.level);
             self.moved(state, input);
         } else if state.stroke == 0 && -displacement >= reversed {
             state.refuse(Reason::Reversed);
@@ -260,6 +263,7 @@ impl Params {
             Reason::NoMotion | Reason::EncoderUnplugged if self.identify.coarse() && displacement != 0 => {
                 Reason::EncoderTooSlow
             }
+            _ if state.limited.now => Reason::CurrentLimited,
             reason => reason,
         }
     }
@@ -285,6 +289,8 @@ impl Params {
     }
 
     fn moved(&self, state: &mut State, input: &Input) {
+        // Counts in the right direction: what the pulses may not have shown is shown.
+        state.pulses.proved = true;
         state.stroke = state.stroke.saturating_add(1);
         if state.stroke < 2 {
             state.direction = state.direction.reversed();

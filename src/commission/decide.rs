@@ -111,8 +111,8 @@ impl Params {
         match state.timescale.found {
             _ if state.turned => Reason::TravelTooShort,
             _ if self.identify.coarse() => Reason::EncoderTooSlow,
-            None => Reason::TooShort,
-            Some(_) => Reason::NotExcited,
+            None => state.or_limited(Reason::TooShort),
+            Some(_) => state.or_limited(Reason::NotExcited),
         }
     }
 
@@ -203,6 +203,7 @@ impl Params {
         if time_constant * LEAST_TIME_CONSTANTS_QUARTERS > u64::from(self.budget) * 4 {
             return state.refuse(Reason::TooShort);
         }
+        state.blame_limit();
         state.outcome.duration_ticks = state.total.saturating_add(state.pulses.ticks);
         state.outcome.travel_counts = state.travel;
         state.phase = Phase::Done;

@@ -87,16 +87,22 @@ impl Params {
             _ if part < low_until => low,
             _ => (low + HIGH) / 2,
         };
-        if state.stroke == 0
-            && !state.turned
-            && state.level == HIGH
-            && state.timescale.note(state.elapsed, state.displacement(input.count))
+        if state.stroke == 0 && !state.turned && state.level == HIGH && self.shows_time_constant(state, input)
         {
             self.choose_block(state);
         }
         if state.elapsed >= length {
             self.begin_coast(state, input);
         }
+    }
+
+    /// Has the first step shown something new about the time constant?
+    #[inline]
+    fn shows_time_constant(&self, state: &mut State, input: &Input) -> bool {
+        if state.timescale.found.is_none() && self.is_limited_step(state) {
+            return self.limited_step(state, input);
+        }
+        state.timescale.note(state.elapsed, state.displacement(input.count))
     }
 
     #[cold]
@@ -182,6 +188,7 @@ impl Params {
         if state.elapsed < self.saturate_ticks(state) {
             return;
         }
+        state.limited.full |= state.limited.now;
         // A fast motor stopped before the coast test had its windows; from full speed it coasts longer.
         if state.mechanism == Mechanism::Unclear {
             self.begin_coast(state, input);

@@ -66,7 +66,7 @@ impl Params {
                 && state.still > self.limits.still_ticks
                 && state.elapsed > self.limits.still_ticks =>
             {
-                Some(Reason::MotionLost)
+                Some(state.or_limited(Reason::MotionLost))
             }
             () if !(LEAST_SUPPLY..=MOST_SUPPLY).contains(&supply) => Some(Reason::SupplyMoved),
             () if self.beyond_travel(state, input) => Some(Reason::TravelExceeded),

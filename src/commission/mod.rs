@@ -13,6 +13,7 @@ mod breakaway;
 mod decide;
 mod excite;
 mod guard;
+mod limited;
 mod pulse_test;
 mod reading;
 mod schedule;
@@ -33,6 +34,7 @@ use crate::sample::Bridge;
 use crate::units::{Direction, Voltage, VoltageQ14, ticks_in};
 use breakaway::Ramp;
 use guard::Limits;
+use limited::Limited;
 use pulse_test::{PulseTest, Pulses};
 use reading::Reading;
 use schedule::Pace;
@@ -177,6 +179,7 @@ pub struct State {
     last_step: u32,
     step_count: i32,
     supply_measured: bool,
+    limited: Limited,
     /// The axis moves without voltage.
     restless: bool,
     pulses: Pulses,
@@ -239,6 +242,7 @@ impl State {
             last_step: 0,
             step_count: count,
             supply_measured: true,
+            limited: Limited::default(),
             restless: false,
             pulses: Pulses::default(),
             ramp: Ramp::default(),

@@ -59,6 +59,8 @@ pub enum Reason {
     EncoderUnplugged,
     /// Voltage was applied, nothing moved, and no current flowed.
     MotorDisconnected,
+    /// The current limit held the voltage below what is needed.
+    CurrentLimited,
 }
 
 impl Reason {
@@ -88,6 +90,7 @@ impl Reason {
             Reason::Stalled => "stalled",
             Reason::EncoderUnplugged => "encoder_unplugged",
             Reason::MotorDisconnected => "motor_disconnected",
+            Reason::CurrentLimited => "current_limited",
         }
     }
 }

@@ -207,8 +207,10 @@ impl Params {
         match self.gather.step(&mut state.gather, expectation, reading) {
             Due::Nothing => None,
             Due::Look => Some(state.gather.take(self.gather.bits())),
-            Due::Jump => {
-                state.latch(Fault::SlippingCounts, &self.actions);
+            Due::Bend => {
+                if state.gather.jumps(expectation) {
+                    state.latch(Fault::SlippingCounts, &self.actions);
+                }
                 None
             }
         }

@@ -76,12 +76,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// Prints what was found, and writes it; the log too, as far as it is.
 fn tell(arguments: &Arguments, outcome: &Outcome, log: &RunLog) -> anyhow::Result<CommissionJson> {
-    let report = CommissionJson::new(outcome, &log.config)?.blaming(log.fault());
+    let report = CommissionJson::new(outcome, &log.config)?.blaming(log);
     print(&report);
     if let Some(path) = &arguments.json {
         write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
-    if let Some(path) = &arguments.save {
+    if let (Some(path), None) = (&arguments.save, &report.refused) {
         Params::new(&report).save(path)?;
     }
     if arguments.store {
@@ -198,7 +198,7 @@ fn outcome(result: &SessionResult) -> anyhow::Result<CommissionJson> {
         _ => None,
     });
     let outcome = outcome.context("the session had no commissioning")?;
-    Ok(CommissionJson::new(outcome, &result.log.config)?.blaming(result.log.fault()))
+    Ok(CommissionJson::new(outcome, &result.log.config)?.blaming(&result.log))
 }
 
 /// One number, for people.

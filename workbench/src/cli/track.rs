@@ -3,6 +3,7 @@
 use super::commission::{self, Knowledge};
 use super::firmware::{Firmware, fault_ended, save_log};
 use super::profile;
+use crate::console::input_error::NotDone;
 use crate::console::interrupt;
 use crate::device::link::advisory_text;
 use crate::device::loops::LoopShape;
@@ -12,7 +13,12 @@ use crate::device::session::{Done, SessionResult, Task};
 use crate::device::tracking::{Learned, TrackJson};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
+use servo::motion::referencing::Referencing;
 use std::path::PathBuf;
+
+/// A mark is found again within so many counts, or this share of a turn: a stop gives way.
+const MARK_COUNTS: i64 = 2;
+const MARK_SHARE: i64 = 400;
 
 /// On or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -47,6 +53,9 @@ pub struct Arguments {
     /// If the motion takes more voltage than is left, scale it so that it fits: a sine's amplitude, the times of a file.
     #[arg(long)]
     pub fit: bool,
+    /// Look for the mark of --reference once more behind the motion, and tell how many counts were lost meanwhile.
+    #[arg(long, requires = "reference")]
+    pub check: bool,
     /// Write the result as JSON, schema truing-track/1.
     #[arg(long)]
     pub json: Option<PathBuf>,
@@ -74,13 +83,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let first = arguments.knowledge.tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
     let fit = arguments.fit.then_some(Task::Fit);
-    let tasks: Vec<Task> = first.into_iter().chain(fit).chain([motion]).collect();
+    let again = arguments.knowledge.reference.filter(|_| arguments.check).map(Task::Reference);
+    let tasks: Vec<Task> = first.into_iter().chain(fit).chain([motion]).chain(again).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
     save_log(&result.log, arguments.log.as_ref())?;
     if let Some(error) = result.broken {
         return Err(error.into());
     }
-    match result.done.last() {
+    let moved = result.done.iter().rfind(|done| !matches!(done, Done::Referenced(_)));
+    match moved {
         Some(Done::Excited(span, learned)) => {
             let report = TrackJson::excited(&result.log, span, learned);
             concluded(arguments, &result.log, &report, &|| print_learned(&report))
@@ -95,7 +106,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 print_loop(&result, &tasks);
                 print_fitted(&result);
                 print_tracked(&result.log, &report);
-            })
+            })?;
+            lost_counts(arguments, &result)
         }
         _ => {
             commission::succeeded(&result)?;
@@ -117,6 +129,30 @@ fn concluded(
         write_whole(path, &(serde_json::to_string_pretty(report)? + "\n"))?;
     }
     fault.map_or(Ok(()), |fault| Err(fault.into()))
+}
+
+/// How far the mark is from where it was before the motion; an index is the same in every turn.
+fn lost_counts(arguments: &Arguments, result: &SessionResult) -> anyhow::Result<()> {
+    let mut places = result.done.iter().filter_map(|done| match done {
+        Done::Referenced(place) => Some(*place),
+        _ => None,
+    });
+    let (Some(before), Some(after), true) = (places.next(), places.next(), arguments.check) else {
+        return Ok(());
+    };
+    let turn = i64::from(result.log.config.counts_per_rev);
+    let lost = match arguments.knowledge.reference {
+        Some(Referencing::Index { .. }) => (after - before + turn / 2).rem_euclid(turn) - turn / 2,
+        _ => after - before,
+    };
+    outln!("{:21} {lost}, by the mark that was found before and behind the motion", "counts lost");
+    if lost.abs() <= MARK_COUNTS.max(turn / MARK_SHARE) {
+        return Ok(());
+    }
+    let text = format!(
+        "{lost} counts were lost or invented during the motion: check the encoder's cable, shield and supply, and its coupling"
+    );
+    Err(NotDone(text).into())
 }
 
 fn print_loop(result: &SessionResult, tasks: &[Task]) {

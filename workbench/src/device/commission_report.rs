@@ -2,7 +2,9 @@
 //! same numbers, to be used again.
 
 use crate::console::input_error::InputError;
-use crate::device::link::{advice, fault_advice};
+use crate::device::aftermath::fault_text;
+use crate::device::link::advice;
+use crate::device::run_log::RunLog;
 use serde::{Deserialize, Serialize};
 use servo::commission::Outcome;
 use servo::config::Config;
@@ -109,12 +111,12 @@ impl CommissionJson {
 
     /// "Stopped before the end" is no reason where a latched fault has stopped it.
     #[must_use]
-    pub fn blaming(mut self, fault: Fault) -> Self {
+    pub fn blaming(mut self, log: &RunLog) -> Self {
         if let Some(refused) = &mut self.refused
             && refused.code == Reason::Aborted.code()
-            && fault != Fault::None
+            && log.fault() != Fault::None
         {
-            refused.text = format!("a fault stopped it: {}", fault_advice(fault));
+            refused.text = format!("a fault stopped it: {}", fault_text(log));
         }
         self
     }
@@ -278,6 +280,10 @@ impl Params {
                 "schema is \"{}\", expected \"{PARAMS_SCHEMA}\"; write it with `truing commission --save`",
                 params.schema
             );
+            return Err(InputError::file(&source, what));
+        }
+        if params == Params::nothing() {
+            let what = "it holds no number: the commissioning that wrote it was refused; commission again";
             return Err(InputError::file(&source, what));
         }
         Ok(params)

@@ -2,6 +2,7 @@
 //!
 //! Nothing here imports the gap workflow.
 
+pub mod aftermath;
 pub mod axis_file;
 pub mod board;
 pub mod commission_report;

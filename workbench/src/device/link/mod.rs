@@ -8,8 +8,8 @@ mod words;
 pub use lockstep::Lockstep;
 pub use serial::Serial;
 pub use words::{
-    advice, advisory_text, current_text, fault_advice, found_text, range_text, refusal_text, scale_text,
-    store_text,
+    advice, advisory_text, current_text, fault_advice, found_text, named, range_text, refusal_text,
+    scale_text, store_text,
 };
 
 use crate::console::input_error::InputError;

@@ -168,13 +168,11 @@ pub fn current_text(current_raw: i16) -> Option<&'static str> {
     }
 }
 
-/// What a latched fault means, and the remedy.
+/// What a latched fault means, and the remedy; its number and name as log and axis file have them.
 pub fn fault_advice(fault: Fault) -> String {
     let text = match fault {
         Fault::None => "no fault",
-        Fault::NoMotion => {
-            "voltage was applied and nothing moved: free the shaft, and check motor and encoder cables; without a current sensor a stall and an unplugged encoder look alike"
-        }
+        Fault::NoMotion => advice(Reason::NoMotion),
         Fault::WrongDirection => {
             "the count runs against the voltage: swap the motor's leads or the encoder's A and B"
         }
@@ -182,7 +180,7 @@ pub fn fault_advice(fault: Fault) -> String {
             "the speed limit was exceeded: look for a load that drives the shaft, or raise limits.speed_rad_s"
         }
         Fault::OverCurrent => {
-            "the current limit was exceeded: look for a short or a jammed shaft, or raise limits.current_a"
+            "the current rose far above limits.current_a although the voltage gave way: look for a short, a load that drives the shaft or an end stop met at speed, or raise the limit"
         }
         Fault::SupplyLow => {
             "the supply fell below limits.supply_low_v (half of supply.nominal_v if it is not set): check the supply, its wiring and its current limit"
@@ -190,15 +188,9 @@ pub fn fault_advice(fault: Fault) -> String {
         Fault::SupplyHigh => {
             "the supply rose above limits.supply_high_v (1.5 times supply.nominal_v if it is not set): braking feeds it; use a supply or a battery that can take energy, a braking resistor, or brake more gently"
         }
-        Fault::Stalled => {
-            "the shaft is blocked: voltage was applied, nothing moved, and the current was that of a motor at standstill; free the shaft"
-        }
-        Fault::EncoderUnplugged => {
-            "the motor turned, as its current shows, but nothing was counted: check the encoder's cable and supply"
-        }
-        Fault::MotorDisconnected => {
-            "voltage was applied, but no current flowed: check the motor's leads, its brushes and the bridge's enable line"
-        }
+        Fault::Stalled => advice(Reason::Stalled),
+        Fault::EncoderUnplugged => advice(Reason::EncoderUnplugged),
+        Fault::MotorDisconnected => advice(Reason::MotorDisconnected),
         Fault::SlippingCounts => {
             "the count changed as no shaft can: check the encoder's cable, shield and supply, its mounting and the coupling"
         }
@@ -226,7 +218,12 @@ pub fn fault_advice(fault: Fault) -> String {
         }
         Fault::Disabled => "the enable (emergency stop) contact is open: close it, then stop and arm again",
     };
-    format!("{text} ({fault:?})")
+    named(text, fault)
+}
+
+/// With the number and the name that log and axis file have.
+pub fn named(text: &str, fault: Fault) -> String {
+    format!("{text} (fault {}, {})", fault as u8, fault.name())
 }
 
 /// What an advisory means, and what to do; `None` for none.
@@ -302,6 +299,9 @@ pub fn advice(reason: Reason) -> &'static str {
         }
         Reason::MotorDisconnected => {
             "voltage was applied and no current flowed: check the motor's leads, its brushes and the bridge's enable line"
+        }
+        Reason::CurrentLimited => {
+            "the current limit held the voltage back before this could be learned: raise limits.current_a by half and repeat"
         }
         Reason::SupplyTooLow => {
             "the supply is far below supply.nominal_v: check the supply, or correct the axis file"

@@ -258,7 +258,7 @@ impl Session {
         Ok(())
     }
 
-    /// Does all tasks in order; a refused commissioning ends it early.
+    /// Does all tasks in order; a refused commissioning or a fault ends it early.
     fn all(
         &mut self,
         tasks: &[Task],
@@ -275,9 +275,13 @@ impl Session {
                 estimates: kept.estimates.as_ref(),
                 done: Some(&result),
             });
-            let refused = matches!(&result, Done::Commissioned(outcome) if outcome.refused.is_some());
+            let over = match &result {
+                Done::Commissioned(outcome) => outcome.refused.is_some(),
+                Done::Tracked(span) => span.faulted,
+                _ => false,
+            };
             done.push(result);
-            if refused {
+            if over {
                 break;
             }
         }

@@ -1,0 +1,100 @@
+//! First power-ups under a current limit: `cargo run -p evaluation --bin power_up -- --plants 20`.
+
+use clap::Parser;
+use host_tests::commissioning::quantiles;
+use host_tests::families::{Family, Options, Plant, Seeds, Severity};
+use host_tests::power_up::{Outcome, PowerUp};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Arguments.
+#[derive(Parser)]
+struct Arguments {
+    /// Plants of each family a row.
+    #[arg(long, default_value_t = 20)]
+    plants: u32,
+    /// Number of the first plant.
+    #[arg(long, default_value_t = 0)]
+    first: u32,
+    /// Control rate, Hz.
+    #[arg(long, default_value_t = 10_000)]
+    tick: u32,
+    /// Length of a commissioning, s.
+    #[arg(long, default_value_t = 5.0)]
+    budget: f64,
+    /// Limits, shares of the stall current.
+    #[arg(long, value_delimiter = ',', default_value = "0.1,0.2,0.35,0.5,1,2")]
+    shares: Vec<f64>,
+    /// What a converter count is worth, shares of the limit.
+    #[arg(long, default_value_t = 0.04)]
+    lsb: f64,
+    /// Use the design seeds.
+    #[arg(long)]
+    design: bool,
+    /// Tell each plant.
+    #[arg(long)]
+    each: bool,
+}
+
+/// Evaluation seeds of this suite start here.
+const SEEDS: u32 = 780_000;
+
+fn main() {
+    let arguments = Arguments::parse();
+    println!(
+        "| family | limit, share of stall | accepted, trusted | false trust | covered | dead zone % | gain % | peak, limits | longest above 1.5, ms | acts % | refused, doubts |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    for family in [Family::G1, Family::G2, Family::G3] {
+        for &share in &arguments.shares {
+            let outcomes = outcomes(&arguments, family, share);
+            println!("| {family:?} | {share} | {} |", cells(&outcomes));
+        }
+    }
+}
+
+fn outcomes(arguments: &Arguments, family: Family, share: f64) -> Vec<Outcome> {
+    let options = Options { tick_hz: arguments.tick, ..Options::default() };
+    (arguments.first..arguments.first + arguments.plants)
+        .into_par_iter()
+        .map(|number| {
+            let seeds =
+                if arguments.design { Seeds::Design(number) } else { Seeds::Evaluation(SEEDS + number) };
+            let plant = Plant::draw(family, Severity::Nominal, seeds, &options);
+            let outcome =
+                PowerUp::new(plant.clone(), share, arguments.lsb).commission(arguments.budget, number);
+            if arguments.each {
+                let friction = plant.truth.dead_zone_v[0] / plant.motor.drive.supply_v;
+                println!(
+                    "  {number}: dead zone {friction:.3} of the supply, {:?} {:?}",
+                    outcome.score, outcome.peak
+                );
+            }
+            outcome
+        })
+        .collect()
+}
+
+fn cells(outcomes: &[Outcome]) -> String {
+    let scores = || outcomes.iter().map(|outcome| &outcome.score);
+    let accepted = scores().filter(|score| score.refused.is_none()).count();
+    let trusted = scores().filter(|score| score.all_trusted()).count();
+    let wrong = scores().filter(|score| score.false_trust(12.0)).count();
+    let covered = scores().flat_map(|score| &score.covered);
+    let [zone, _, worst] = quantiles(scores().flat_map(|score| score.dead_zone.clone()));
+    let [gain, _, worst_gain] = quantiles(scores().filter_map(|score| score.gain));
+    let peak = outcomes.iter().map(|outcome| outcome.peak).fold(0.0, f64::max);
+    let beyond = 1e3 * outcomes.iter().map(|outcome| outcome.beyond_s).fold(0.0, f64::max);
+    let limited = 100.0 * outcomes.iter().map(|outcome| outcome.limited).sum::<f64>() / outcomes.len() as f64;
+    let mut reasons = BTreeMap::new();
+    for reason in scores().filter_map(|score| score.refused.or(score.doubt)) {
+        *reasons.entry(reason).or_insert(0) += 1;
+    }
+    let reasons: Vec<String> = reasons.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
+    format!(
+        "{accepted}, {trusted} | {wrong} | {}/{} | {zone:.2}, {worst:.2} | {gain:.2}, {worst_gain:.2} | {peak:.2} | {beyond:.1} | {limited:.0} | {}",
+        covered.clone().filter(|&&covered| covered).count(),
+        covered.count(),
+        reasons.join(", ")
+    )
+}
