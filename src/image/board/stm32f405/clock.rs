@@ -148,7 +148,7 @@ pub fn enable_peripherals(rcc: &RCC, board: &Board) {
         w.gpioaen().set_bit();
         w.gpioben().set_bit();
         w.gpiocen().set_bit();
-        w.gpioden().bit(gpio::uses(Port::D));
+        w.gpioden().bit(const { gpio::uses(Port::D) });
         w.dma1en().set_bit()
     });
     rcc.apb1enr().modify(|_, w| {

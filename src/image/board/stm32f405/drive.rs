@@ -59,7 +59,7 @@ impl<const N: usize> DriveOf<N> {
         for (name, timer) in named_timers::<N>(board) {
             timer.set_up(name, board, N, timing::START_FULL_SCALE, timing::START_PERIODS);
         }
-        gpio::set_up(N, board.stage.has_low_sides());
+        gpio::set_up::<N>(board.stage.has_low_sides());
         board.axes.iter().take(N).for_each(|axis| Quadrature::of(axis.encoder).start());
         converter::start(common, &currents, supply, board, N);
         Self::new(currents, board, settling)
