@@ -47,8 +47,7 @@ fn segments(content: &[u8]) -> Result<Vec<Raw>> {
     let file =
         ElfFile32::<object::Endianness>::parse(content).context("not an ELF image of a 32-bit machine")?;
     let endian = file.endian();
-    let headers =
-        file.elf_program_headers().iter().filter(|header| header.p_type(endian) == elf::PT_LOAD);
+    let headers = file.elf_program_headers().iter().filter(|header| header.p_type(endian) == elf::PT_LOAD);
     let raw = headers.map(|header| Raw {
         address: header.p_paddr(endian),
         bytes: header.data(endian, file.data()).unwrap_or_default().to_vec(),
@@ -63,7 +62,12 @@ fn flatten(segments: &[Raw]) -> Result<Raw> {
     for raw in segments {
         let from = (raw.address - address) as usize;
         let end = from + raw.bytes.len();
-        ensure!(end <= LONGEST, "{} bytes at {:#010x} are no part of this image", raw.bytes.len(), raw.address);
+        ensure!(
+            end <= LONGEST,
+            "{} bytes at {:#010x} are no part of this image",
+            raw.bytes.len(),
+            raw.address
+        );
         bytes.resize(bytes.len().max(end), ERASED);
         bytes[from..end].copy_from_slice(&raw.bytes);
     }
@@ -90,7 +94,9 @@ fn of_hex(text: &str) -> Result<Raw> {
     for record in Reader::new(text) {
         match record? {
             Record::ExtendedLinearAddress(half) => upper = u32::from(half) << 16,
-            Record::Data { offset, value } => lines.push(Raw { address: upper + u32::from(offset), bytes: value }),
+            Record::Data { offset, value } => {
+                lines.push(Raw { address: upper + u32::from(offset), bytes: value })
+            }
             Record::EndOfFile => break,
             other => bail!("a record that nobody wrote: {other:?}"),
         }
