@@ -3,8 +3,8 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use ihex::{Reader, Record};
+use object::elf;
 use object::read::elf::{ElfFile32, ProgramHeader};
-use object::{Object, elf};
 use std::path::{Path, PathBuf};
 
 /// A gap between segments reads like erased flash.

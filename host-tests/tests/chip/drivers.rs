@@ -433,6 +433,20 @@ fn where_there_is_no_sensor_no_zero_is_looked_for() {
     }
 }
 
+/// What `truing monitor --board` shows.
+#[test]
+fn a_sensor_tells_its_zeros_or_why_it_has_none() {
+    let unknown = CurrentSense::new(CurrentKind::Signed, LIMITS, Channel::reading(2050));
+    assert_eq!(unknown.zeros(), [Sample::CURRENT_ZERO_SOUGHT, Sample::CURRENT_NOT_SENSED]);
+    let known = sensor(CurrentKind::Signed, &Channel::reading(2050));
+    assert_eq!(known.zeros(), [2050, Sample::CURRENT_NOT_SENSED]);
+    let absent = CurrentSense::new(CurrentKind::Absent, LIMITS, Channel::reading(77));
+    assert_eq!(absent.zeros(), [Sample::CURRENT_NOT_SENSED; 2]);
+    let mut legs = LowLegSense::new(LIMITS, [2040, 4000].map(Channel::reading), Rises::WithCurrentDown);
+    (0..1000).for_each(|_| _ = legs.read());
+    assert_eq!(legs.zeros(), [2040, Sample::CURRENT_ZERO_OUTSIDE]);
+}
+
 /// Two shunts, as below the legs of a discrete bridge: the one of the leg that stays low carries the winding current.
 #[test]
 fn the_leg_that_stays_low_tells_the_current_with_its_sign() {

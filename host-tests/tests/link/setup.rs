@@ -5,6 +5,7 @@ use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severi
 use host_tests::firmware::power_up;
 use host_tests::simulated_servo::{self, SimulatedServo};
 use servo::axis::servo_axis::ServoAxis;
+use servo::drivers::scales::Scales;
 use servo::link::order::Order;
 use servo::link::protocol::{Command, Refusal};
 use servo::optional::Optional;
@@ -185,6 +186,9 @@ fn the_image_takes_the_choices_of_a_file_and_keeps_them_through_the_next() {
 
     let mut client = Client::new(Box::new(wire(&flash)));
     assert_chosen(&client.parameters().expect("an answer").expect("stored"));
+    // QEMU has no scales of its own: it keeps the host's.
+    let board = client.hello().expect("an answer").board;
+    assert_eq!((board.name.as_str(), board.scales), ("qemu", Scales::default()));
     client.close();
 
     // Another life, commissioned by a file that says nothing of it.

@@ -3,8 +3,7 @@
 use super::commission::{self, BUDGET_S, Knowledge};
 use super::firmware::{Firmware, fault_ended};
 use super::profile;
-use crate::console::interrupt;
-use crate::console::screen;
+use crate::console::{interrupt, screen};
 use crate::device::board;
 use crate::device::link::{advisory_text, fault_advice};
 use crate::device::run_log::RunLog;
@@ -13,8 +12,7 @@ use clap::Args;
 use servo::axis::Sample;
 use servo::identify::estimate::{EstimatesReport, Reported};
 use servo::protect::Fault;
-use servo::record::Referenced;
-use servo::record::{Activity, Record};
+use servo::record::{Activity, Record, Referenced};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
@@ -137,15 +135,10 @@ fn lines(progress: &Progress) -> Vec<String> {
     let Some(row) = log.rows.last() else {
         return Vec::new();
     };
-    let (config, record) = (&log.config, &row.record);
+    let record = &row.record;
+    let (seconds, share) = (f64::from(row.tick) / f64::from(log.config.tick_hz), 100.0 * progress.share);
     let mut lines = vec![
-        format!(
-            "{:8.2} s   {} ({:.0} %)   bridge {}",
-            f64::from(row.tick) / f64::from(config.tick_hz),
-            progress.task,
-            100.0 * progress.share,
-            word(record.bridge)
-        ),
+        format!("{seconds:8.2} s   {} ({share:.0} %)   bridge {}", progress.task, word(record.bridge)),
         motion(log, record),
         drive(log, record),
         format!(
@@ -217,18 +210,14 @@ fn drive(log: &RunLog, record: &Record) -> String {
 
 /// Both directions of a number in one line.
 fn estimates(report: &EstimatesReport) -> [String; 3] {
+    let (gain, time) = (number(&report.gain_rad_s_per_v, "rad/s/V"), number(&report.time_constant_s, "s"));
     let pair = |name: &str, [positive, negative]: [&Reported; 2]| {
         format!("{name:12} + {}   \u{2212} {}", number(positive, "V"), number(negative, "V"))
     };
     [
         pair("dead zone", [&report.dead_zone_pos_v, &report.dead_zone_neg_v]),
         pair("saturation", [&report.saturation_pos_v, &report.saturation_neg_v]),
-        format!(
-            "{:12}   {}   time constant {}",
-            "gain",
-            number(&report.gain_rad_s_per_v, "rad/s/V"),
-            number(&report.time_constant_s, "s")
-        ),
+        format!("{:12}   {gain}   time constant {time}", "gain"),
     ]
 }
 

@@ -2,12 +2,10 @@
 
 use super::firmware::Firmware;
 use crate::cli::files::Files;
-use crate::device::axis_file;
 use crate::device::commission_report::Params;
-use crate::device::compensation;
 use crate::device::link::{Client, found_text, store_text};
 use crate::device::motor::write_whole;
-use crate::device::parameters;
+use crate::device::{axis_file, compensation, parameters};
 use crate::system::model;
 use anyhow::Context;
 use clap::{Args, Subcommand};

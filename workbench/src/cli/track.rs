@@ -162,13 +162,8 @@ fn print_loop(result: &SessionResult, tasks: &[Task]) {
         _ => None,
     };
     let shape = |known| LoopShape::of(&result.log.config, result.tuning, known).ok().flatten();
-    if let Some(shape) = known.and_then(shape) {
-        outln!(
-            "{:21} crossover {:.1} rad/s, phase margin {:.0}°",
-            "position loop",
-            shape.crossover_rad_s,
-            shape.phase_margin_deg
-        );
+    if let Some(LoopShape { crossover_rad_s: crossover, phase_margin_deg: margin }) = known.and_then(shape) {
+        outln!("{:21} crossover {crossover:.1} rad/s, phase margin {margin:.0}°", "position loop");
     }
 }
 
@@ -179,18 +174,10 @@ fn print_fitted(result: &SessionResult) {
 }
 
 fn print_tracked(log: &RunLog, report: &TrackJson) {
-    outln!(
-        "{:21} {:.6} rad, peak {:.6} rad",
-        "position error, rms",
-        report.position_rms_rad,
-        report.position_peak_rad
-    );
-    outln!(
-        "{:21} {:.4} rad/s, peak {:.4} rad/s",
-        "speed error, rms",
-        report.speed_rms_rad_s,
-        report.speed_peak_rad_s
-    );
+    let [position, peak] = [report.position_rms_rad, report.position_peak_rad];
+    outln!("{:21} {position:.6} rad, peak {peak:.6} rad", "position error, rms");
+    let [speed, peak] = [report.speed_rms_rad_s, report.speed_peak_rad_s];
+    outln!("{:21} {speed:.4} rad/s, peak {peak:.4} rad/s", "speed error, rms");
     if report.saturated_share > 0.0 {
         outln!("{:21} {:.1} % of the time", "limits acted", 100.0 * report.saturated_share);
     }

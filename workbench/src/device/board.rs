@@ -3,7 +3,6 @@
 use crate::console::input_error::{InputError, nearest};
 use crate::device::link::{Hello, current_text, found_text};
 use servo::axis::Sample;
-use servo::drivers::gates::State;
 use servo::drivers::scales::Scales;
 use servo::link::board::{Clock, GateTrouble, Gates};
 use servo::optional::Optional;
@@ -58,18 +57,11 @@ fn clock(clock: Clock) -> String {
 }
 
 fn gates(Gates { state, trouble }: Gates) -> String {
-    let state = match state {
-        State::Starting => "on their way up",
-        State::Ready => "set up and read back",
-        State::Tripped => "off after a fault",
-        State::Wanted => "off after a fault, all bridges open",
-        State::Failed => "not started; the next attempt follows",
-    };
     let last = GateTrouble::of_code(trouble).map(|GateTrouble { driver, trouble }| {
         let (text, word) = trouble.words();
         format!("; last trouble: driver {driver}, {text}, {word:#x}")
     });
-    [state, &last.unwrap_or_default()].concat()
+    format!("{}{}", format!("{state:?}").to_lowercase(), last.unwrap_or_default())
 }
 
 /// Counts at which the current of an axis reads zero, or why it has none.

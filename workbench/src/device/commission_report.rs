@@ -175,7 +175,7 @@ impl Kept {
 }
 
 /// `params.toml`, schema `truing-params/1`. A number that is missing there is missing on the chip.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     /// `truing-params/1`.
@@ -183,22 +183,16 @@ pub struct Params {
     /// Decides the sign source of the compensation.
     pub mechanism: Mechanism,
     /// V.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub dead_zone_pos_v: Option<Kept>,
     /// V, positive magnitude.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub dead_zone_neg_v: Option<Kept>,
     /// V.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub saturation_pos_v: Option<Kept>,
     /// V, positive magnitude.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub saturation_neg_v: Option<Kept>,
     /// rad/s/V.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub gain_rad_s_per_v: Option<Kept>,
     /// s.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub time_constant_s: Option<Kept>,
 }
 
@@ -207,50 +201,46 @@ const PARAMS_SCHEMA: &str = "truing-params/1";
 impl Params {
     /// Nothing is known.
     pub fn nothing() -> Self {
-        Params {
-            schema: PARAMS_SCHEMA.into(),
-            mechanism: Mechanism::Unclear,
-            dead_zone_pos_v: None,
-            dead_zone_neg_v: None,
-            saturation_pos_v: None,
-            saturation_neg_v: None,
-            gain_rad_s_per_v: None,
-            time_constant_s: None,
-        }
+        Params { schema: PARAMS_SCHEMA.into(), ..Params::default() }
     }
 
     /// From a commissioning.
     pub fn new(commission: &CommissionJson) -> Self {
-        let kept = |number: Number| {
-            let (value, u95, trusted) = (number.value?, number.u95?, number.trusted);
-            Some(Kept { value, u95, trusted })
-        };
-        Params {
-            mechanism: commission.mechanism,
-            dead_zone_pos_v: kept(commission.dead_zone_pos_v),
-            dead_zone_neg_v: kept(commission.dead_zone_neg_v),
-            saturation_pos_v: kept(commission.saturation_pos_v),
-            saturation_neg_v: kept(commission.saturation_neg_v),
-            gain_rad_s_per_v: kept(commission.gain_rad_s_per_v),
-            time_constant_s: kept(commission.time_constant_s),
-            ..Params::nothing()
-        }
+        Params::from_numbers(commission.mechanism, commission.numbers().map(|(.., number)| number))
     }
 
     /// From the chip's report.
     pub fn of(report: &EstimatesReport) -> Self {
-        let kept = |reported: Reported| {
-            let (value, u95, trusted) = (decimal(reported.value?), decimal(reported.u95?), reported.trusted);
-            Some(Kept { value, u95, trusted })
-        };
+        let numbers = [
+            report.dead_zone_pos_v,
+            report.dead_zone_neg_v,
+            report.saturation_pos_v,
+            report.saturation_neg_v,
+            report.gain_rad_s_per_v,
+            report.time_constant_s,
+        ];
+        Params::from_numbers(report.mechanism, numbers.map(Number::from))
+    }
+
+    /// In the order of [`CommissionJson::numbers`].
+    fn from_numbers(mechanism: Mechanism, numbers: [Number; 6]) -> Self {
+        let kept = |number: Number| Some(Kept::new(number.value?, number.u95?, number.trusted));
+        let [
+            dead_zone_pos_v,
+            dead_zone_neg_v,
+            saturation_pos_v,
+            saturation_neg_v,
+            gain_rad_s_per_v,
+            time_constant_s,
+        ] = numbers.map(kept);
         Params {
-            mechanism: report.mechanism,
-            dead_zone_pos_v: kept(report.dead_zone_pos_v),
-            dead_zone_neg_v: kept(report.dead_zone_neg_v),
-            saturation_pos_v: kept(report.saturation_pos_v),
-            saturation_neg_v: kept(report.saturation_neg_v),
-            gain_rad_s_per_v: kept(report.gain_rad_s_per_v),
-            time_constant_s: kept(report.time_constant_s),
+            mechanism,
+            dead_zone_pos_v,
+            dead_zone_neg_v,
+            saturation_pos_v,
+            saturation_neg_v,
+            gain_rad_s_per_v,
+            time_constant_s,
             ..Params::nothing()
         }
     }

@@ -370,3 +370,18 @@ fn a_driver_that_forgets_its_settings_is_noticed_within_a_tenth_of_a_second() {
         assert!(matches!(rig.told[1..], [Event::Fault(number, _), ..] if number == AXES - 1), "{name}");
     }
 }
+
+/// What `Hello` says of a board, and `truing monitor --board` prints.
+#[test]
+fn a_board_tells_how_its_gate_drivers_are_and_where_its_currents_are_zero() {
+    for (name, board, wires) in ROWS {
+        let (rig, _) = configured(board, wires());
+        let state = rig.drive.gates().map(|gates| gates.state);
+        assert_eq!(state, GATES.map(|_| servo::drivers::gates::State::Ready), "{name}");
+        let (low, high) = board.stage.zero_window;
+        for axis in 0..AXES {
+            let zero = rig.drive.zeros(axis)[0];
+            assert!((low..=high).contains(&zero.try_into().expect("known")), "{name}, axis {axis}: {zero}");
+        }
+    }
+}

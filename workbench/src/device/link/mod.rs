@@ -20,8 +20,7 @@ use servo::link::board::Board;
 use servo::link::protocol::{
     Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode,
 };
-use servo::store::StoreEvent;
-use servo::store::{AxisParameters, Found};
+use servo::store::{AxisParameters, Found, StoreEvent};
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
