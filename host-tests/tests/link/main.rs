@@ -5,6 +5,7 @@ mod in_force;
 mod link;
 mod optional;
 mod parameters;
+mod reasons;
 mod settings_table;
 mod setup;
 mod store;

@@ -4,6 +4,7 @@
 
 pub mod axis_file;
 pub mod commission_report;
+mod commission_seen;
 pub mod compensation;
 pub mod feasible;
 pub mod link;

@@ -231,67 +231,11 @@ pub fn advisory_text(advisory: Advisory) -> Option<&'static str> {
     }
 }
 
-/// What to do about a missing or doubtful number, or a refused commissioning.
+/// What to do about a missing or doubtful number, or a refused commissioning: a line for every code.
+const REASONS: &str = include_str!("reasons.txt");
+
+/// The text of a reason.
 pub fn advice(reason: Reason) -> &'static str {
-    match reason {
-        Reason::NotIdentified => "nothing was learned yet: run a commissioning",
-        Reason::NotExcited => {
-            "the speed did not vary enough: give a longer --budget-s, or free the axis so that it can move"
-        }
-        Reason::TooUncertain => {
-            "the uncertainty is above the limit of trust: give a longer --budget-s, or use a finer encoder"
-        }
-        Reason::NotVerified => {
-            "the check at another voltage did not agree or did not fit into the time: give a longer --budget-s and keep the load constant"
-        }
-        Reason::NotSeen => {
-            "speed kept growing up to the highest voltage: there is no saturation to report below the supply"
-        }
-        Reason::Aged => "it was learned too long ago: move the axis or commission again",
-        Reason::Implausible => {
-            "the dead zone came out negative: remove a load that pulls, and check the encoder for lost counts"
-        }
-        Reason::LoadChanged => "friction or load changed while learning: keep the load constant and repeat",
-        Reason::SupplyMoved => "the supply moved too much: use a stiffer supply, or check its wiring",
-        Reason::TravelTooShort => {
-            "the travel between the end stops is too short for this part: widen axis.travel_limit_rad if the joint allows it"
-        }
-        Reason::EncoderTooSlow => {
-            "the encoder gives too few counts per time constant: use a finer encoder, or mount it before the gear"
-        }
-        Reason::TooShort => {
-            "the time is too short for this motor: give a longer --budget-s, ten to fifteen of its time constants"
-        }
-        Reason::NoMotion => {
-            "voltage was applied and nothing moved: free the shaft, check the motor's and the encoder's cables and the supply; without a current sensor a stall and an unplugged encoder look alike"
-        }
-        Reason::Reversed => {
-            "positive voltage moves the count down: swap the motor's leads or the encoder's A and B"
-        }
-        Reason::MotionLost => {
-            "the motion stopped while driven: look for a stall and for a loose encoder cable"
-        }
-        Reason::Overspeed => {
-            "the speed limit was reached: raise limits.speed_rad_s, or check axis.rated_speed_rad_s"
-        }
-        Reason::EnergySpent => {
-            "the energy budget is spent: raise limits.energy_j, or give a shorter --budget-s"
-        }
-        Reason::TravelExceeded => {
-            "the travel limit was reached: start in the middle of the travel, or widen axis.travel_limit_rad"
-        }
-        Reason::Aborted => "it was stopped before the end: run it again",
-        Reason::Stalled => {
-            "voltage was applied, current flowed and nothing moved: free the shaft, or let a stronger motor do the work"
-        }
-        Reason::EncoderUnplugged => {
-            "the current is that of a motor that turns, yet nothing was counted: check the encoder's cable, its supply and its coupling to the shaft"
-        }
-        Reason::MotorDisconnected => {
-            "voltage was applied and no current flowed: check the motor's leads, its brushes and the bridge's enable line"
-        }
-        Reason::SupplyTooLow => {
-            "the supply is far below supply.nominal_v: check the supply, or correct the axis file"
-        }
-    }
+    let text = |line: &'static str| line.strip_prefix(reason.code())?.strip_prefix(": ");
+    REASONS.lines().find_map(text).unwrap_or(reason.code())
 }
