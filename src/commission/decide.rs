@@ -112,7 +112,7 @@ impl Params {
             _ if state.turned => Reason::TravelTooShort,
             _ if self.identify.coarse() => Reason::EncoderTooSlow,
             None => state.or_limited(Reason::TooShort),
-            Some(_) => state.or_limited(Reason::NotExcited),
+            Some(_) => state.or_limited(state.not_excited()),
         }
     }
 
@@ -165,7 +165,7 @@ impl Params {
     /// One number; `false` once there is none left.
     fn settled(&self, state: &mut State, step: usize) -> bool {
         let Some(reading) = &state.whole else {
-            state.refuse(Reason::NotExcited);
+            state.refuse(state.not_excited());
             return true;
         };
         if step == 0 {
@@ -180,6 +180,7 @@ impl Params {
             mechanism: state.mechanism,
             short_of_travel: state.turned,
             supply_measured: state.supply_measured,
+            starts: &state.course.least_started,
             excitation: Excitation::Chosen,
         };
         let estimates = &mut state.outcome.estimates;
@@ -204,9 +205,16 @@ impl Params {
             return state.refuse(Reason::TooShort);
         }
         state.blame_limit();
-        state.outcome.duration_ticks = state.total.saturating_add(state.pulses.ticks);
+        state.outcome.duration_ticks = state.spent();
         state.outcome.travel_counts = state.travel;
         state.phase = Phase::Done;
+    }
+}
+
+impl State {
+    /// Why the speeds cover too little: rated speed is far from what turns, or they did not vary.
+    fn not_excited(&self) -> Reason {
+        if self.course.lags() { Reason::SpeedContradicts } else { Reason::NotExcited }
     }
 }
 

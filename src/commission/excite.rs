@@ -44,7 +44,9 @@ impl Params {
     /// Has it come to rest, or was that waited for long enough?
     #[inline]
     pub(super) fn stands(&self, state: &State) -> bool {
-        state.still >= self.share(2) || state.elapsed >= self.settle_ticks()
+        // Which way a shaft starts that ran backwards shows only from rest.
+        let longest = if state.course.doubt.is_some() { self.share(32) } else { self.settle_ticks() };
+        state.still >= self.share(2) || state.elapsed >= longest
     }
 
     #[inline]
@@ -63,7 +65,8 @@ impl Params {
         } else {
             state.direction = self.first;
             state.stroke = 0;
-            state.remaining = self.budget.saturating_sub(state.total);
+            let shaken = state.pulses.ticks.saturating_sub(self.shaken);
+            state.remaining = self.budget.saturating_sub(state.total.saturating_add(shaken));
             // An overshooting ramp overestimates; the lower of both directions still drives.
             state.identify.break_away = self
                 .break_away_level(state, Direction::Positive)
@@ -200,7 +203,7 @@ impl Params {
     #[inline]
     pub(super) fn verify(&self, state: &mut State, input: &Input) {
         state.level = if state.elapsed < self.verify_middle_ticks(state) { VERIFY } else { self.low(state) };
-        if state.elapsed < self.verify_ticks(state) {
+        if state.elapsed < self.verify_ticks(state) && !self.is_late(state) {
             return;
         }
         state.direction = state.direction.reversed();

@@ -48,6 +48,7 @@ impl Params {
         if moves {
             let started = &mut state.started[state.direction];
             *started = state.ramp.started(state.ramp.level).max(*started);
+            state.note_least_start();
         }
         let given_up = state.level >= (high / 4 * UP_TO_QUARTERS).min(MOST_BREAK_AWAY);
         if let Some(next) = state.after_start

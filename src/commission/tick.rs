@@ -26,11 +26,15 @@ impl Params {
         }
         let window = state.window.take();
         let busy = busy || state.identify.is_sampling();
+        let idle = !busy && window.is_none() && !state.solver.busy() && state.solved.is_none();
         self.identify.sum(&mut state.identify, input.count, input.voltage);
         match window {
             Some(window) => self.use_window(state, &window),
             None if busy => {}
             None => self.solve(state),
+        }
+        if state.course.is_due(idle) {
+            self.look(state, input);
         }
         if !(busy && state.phase == Phase::Decide) {
             self.advance(state, input);

@@ -40,6 +40,16 @@ pub const VERIFY_LIMIT: i32 = 12_583;
 /// and random torque leave 98 of 100 directions below.
 const VERIFY_SHARE_1024: i32 = 92;
 
+/// A start takes at most this share of the dead zone, in 1/1024, and this much more, Q20 of nominal: 1.75 times and 2 %. Friction at
+/// rest is up to 1.6 times that of motion, with its ripple 1.75 times; a drive that gives nothing below a threshold needs more.
+const START_1024: i32 = 1_792;
+const START_MARGIN: i32 = 20_972;
+/// Gain times nominal supply over rated speed, Q20, outside of which the axis file is wrong: rated speed is right within 30 %, which is
+/// 0.77 … 1.43, and the gain within 4 %.
+const RATED_GAIN: core::ops::RangeInclusive<i32> = 765_460..=1_572_864;
+/// Difference of the gains from their mean above which the mean is of no use, Q20: 10 %. Motors differ by 3 %.
+const MOST_SKEW: i32 = 104_858;
+
 /// Mean residual of the verification windows of one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Check {
@@ -121,6 +131,8 @@ pub struct Evidence<'a> {
     pub supply_measured: bool,
     /// Travel cut the excitation short.
     pub short_of_travel: bool,
+    /// Voltages that the starts took, per direction, Q14 of nominal; 0: not seen.
+    pub starts: &'a [i32; 2],
     /// How the speeds came about.
     pub excitation: Excitation,
 }
@@ -144,7 +156,12 @@ impl Params {
             Part::Trust(direction) => {
                 let found = estimates.dead_zone[direction];
                 let doubt = self.doubt(lengths, solution, evidence, direction, &found);
-                estimates.dead_zone[direction].standing = doubt.map_or(Standing::Trusted, Standing::Doubtful);
+                let dead_zone = &mut estimates.dead_zone[direction];
+                dead_zone.standing = doubt.map_or(Standing::Trusted, Standing::Doubtful);
+                if doubt == Some(Reason::StartsHigher) {
+                    // Its interval reaches up to where the shaft starts.
+                    dead_zone.u95 = (evidence.starts[direction] << 6).saturating_sub(found.value);
+                }
             }
             Part::Gain => {
                 if evidence.excitation == Excitation::Chosen {
@@ -152,11 +169,12 @@ impl Params {
                 }
                 estimates.gain_skew = gain_skew(solution);
                 estimates.gain = self.gain(lengths, solution, evidence, standing(estimates));
+                self.contradict(estimates, evidence.excitation);
             }
             Part::TimeConstant => {
                 estimates.mechanism = evidence.mechanism;
-                estimates.time_constant =
-                    self.time_constant(lengths, solution, evidence, standing(estimates));
+                let standing = worse(standing(estimates), estimates.gain.standing);
+                estimates.time_constant = self.time_constant(lengths, solution, evidence, standing);
             }
         }
     }
@@ -186,6 +204,7 @@ impl Params {
             None if evidence.short_of_travel => Some(Reason::TravelTooShort),
             None => Some(Reason::NotVerified),
             Some(mean) if mean.saturating_abs() > verify_limit => Some(Reason::LoadChanged),
+            Some(_) if starts_higher(evidence.starts[direction], value) => Some(Reason::StartsHigher),
             Some(_) => None,
         }
     }
@@ -229,6 +248,24 @@ impl Params {
         linear(value, u95, evidence.excitation, standing)
     }
 
+    /// Gains that the axis file or each other contradict. Nothing is right by a wrong scale of speed.
+    fn contradict(&self, estimates: &mut Estimates, excitation: Excitation) {
+        let Estimates { gain, gain_skew, dead_zone, .. } = estimates;
+        let (chosen, not_excited) =
+            (excitation == Excitation::Chosen, Standing::Doubtful(Reason::NotExcited));
+        if gain_skew.saturating_abs() > MOST_SKEW && (chosen || gain.standing == Standing::Trusted) {
+            // The slower direction spans less speed for that alone.
+            for number in dead_zone.iter_mut().filter(|number| number.standing == not_excited) {
+                number.standing = Standing::Doubtful(Reason::GainsDiffer);
+            }
+            gain.standing = Standing::Doubtful(Reason::GainsDiffer);
+        } else if chosen && !RATED_GAIN.contains(&gain.value) {
+            for number in dead_zone.iter_mut().chain([gain]) {
+                number.standing = Standing::Doubtful(Reason::SpeedContradicts);
+            }
+        }
+    }
+
     fn time_constant(
         &self,
         lengths: &Lengths,
@@ -241,6 +278,16 @@ impl Params {
         let u95 = half_width(value, solution.time_constant_sigma, linear_error(evidence));
         linear(value, u95, evidence.excitation, standing)
     }
+}
+
+/// Does a start take far more than the line through the moving points tells?
+fn starts_higher(start: i32, dead_zone: i32) -> bool {
+    (start << 6) > share(dead_zone, START_1024).saturating_add(START_MARGIN)
+}
+
+/// The first of two doubts.
+fn worse(first: Standing, second: Standing) -> Standing {
+    if first == Standing::Trusted { second } else { first }
 }
 
 /// Dead zone of a direction, and whether its half width lets it be trusted.

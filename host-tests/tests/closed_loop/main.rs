@@ -3,6 +3,7 @@
 mod ahead;
 mod axis;
 mod commission;
+mod commission_flaws;
 mod excitation;
 mod false_alarms;
 mod families;

@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// Prints what was found, and writes it; the log too, as far as it is.
 fn tell(arguments: &Arguments, outcome: &Outcome, log: &RunLog) -> anyhow::Result<CommissionJson> {
-    let report = CommissionJson::new(outcome, &log.config)?.blaming(log);
+    let report = CommissionJson::new(outcome, &log.config)?.beside(log);
     print(&report);
     if let Some(path) = &arguments.json {
         write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
@@ -198,7 +198,7 @@ fn outcome(result: &SessionResult) -> anyhow::Result<CommissionJson> {
         _ => None,
     });
     let outcome = outcome.context("the session had no commissioning")?;
-    Ok(CommissionJson::new(outcome, &result.log.config)?.blaming(&result.log))
+    Ok(CommissionJson::new(outcome, &result.log.config)?.beside(&result.log))
 }
 
 /// One number, for people.
@@ -233,4 +233,7 @@ pub fn print(report: &CommissionJson) {
     }
     outln!("{:21} {}", "mechanism", in_words(report.mechanism));
     outln!("{:21} {:.2} s, {:.2} turns", "took", report.duration_s, report.travel_rev);
+    for doubt in &report.doubts {
+        outln!("{:21} {doubt}", "not used");
+    }
 }

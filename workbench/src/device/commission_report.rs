@@ -3,6 +3,7 @@
 
 use crate::console::input_error::InputError;
 use crate::device::aftermath::fault_text;
+use crate::device::commission_seen as seen;
 use crate::device::link::advice;
 use crate::device::run_log::RunLog;
 use serde::{Deserialize, Serialize};
@@ -53,6 +54,19 @@ impl From<Reported> for Number {
     }
 }
 
+/// The numbers of a report, in their order.
+fn numbers(report: &EstimatesReport) -> [Number; 6] {
+    [
+        report.dead_zone_pos_v,
+        report.dead_zone_neg_v,
+        report.saturation_pos_v,
+        report.saturation_neg_v,
+        report.gain_rad_s_per_v,
+        report.time_constant_s,
+    ]
+    .map(Number::from)
+}
+
 /// The f64 that prints like the f32.
 fn decimal(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
@@ -83,6 +97,9 @@ pub struct CommissionJson {
     pub travel_rev: f64,
     /// `null`: not refused.
     pub refused: Option<Refused>,
+    /// For people: why numbers are not to be used.
+    #[serde(skip)]
+    pub doubts: Vec<String>,
 }
 
 impl CommissionJson {
@@ -91,32 +108,37 @@ impl CommissionJson {
         let scale =
             config.build().map_err(|error| InputError(format!("{} is out of range", error.field.name())))?;
         let report = outcome.report(&scale);
-        let estimates = report.estimates;
+        let [dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v, gain, time_constant_s] =
+            numbers(&report.estimates);
         Ok(CommissionJson {
             schema: "truing-commission/1",
-            dead_zone_pos_v: estimates.dead_zone_pos_v.into(),
-            dead_zone_neg_v: estimates.dead_zone_neg_v.into(),
-            saturation_pos_v: estimates.saturation_pos_v.into(),
-            saturation_neg_v: estimates.saturation_neg_v.into(),
-            gain_rad_s_per_v: estimates.gain_rad_s_per_v.into(),
-            time_constant_s: estimates.time_constant_s.into(),
-            mechanism: estimates.mechanism,
+            dead_zone_pos_v,
+            dead_zone_neg_v,
+            saturation_pos_v,
+            saturation_neg_v,
+            gain_rad_s_per_v: gain,
+            time_constant_s,
+            mechanism: report.estimates.mechanism,
             duration_s: decimal(report.duration_s),
             travel_rev: decimal(report.travel_rev),
-            refused: report
-                .refused
-                .map(|reason| Refused { code: reason.code(), text: advice(reason).into() }),
+            refused: report.refused.map(|reason| Refused {
+                code: reason.code(),
+                text: seen::refusal(reason, outcome, &report, config),
+            }),
+            doubts: seen::doubts(outcome, &report, config),
         })
     }
 
-    /// "Stopped before the end" is no reason where a latched fault has stopped it.
+    /// With what the log adds: the supply, and the latched fault where "stopped before the end" is no reason.
     #[must_use]
-    pub fn blaming(mut self, log: &RunLog) -> Self {
-        if let Some(refused) = &mut self.refused
-            && refused.code == Reason::Aborted.code()
-            && log.fault() != Fault::None
-        {
-            refused.text = format!("a fault stopped it: {}", fault_text(log));
+    pub fn beside(mut self, log: &RunLog) -> Self {
+        let fault = log.fault();
+        if let Some(refused) = &mut self.refused {
+            if refused.code == Reason::Aborted.code() && fault != Fault::None {
+                refused.text = format!("a fault stopped it: {}", fault_text(log));
+            } else if let Some(supply) = seen::supply(refused.code, log.last_supply_v(), &log.config) {
+                refused.text.insert_str(0, &supply);
+            }
         }
         self
     }
@@ -201,47 +223,33 @@ const PARAMS_SCHEMA: &str = "truing-params/1";
 impl Params {
     /// Nothing is known.
     pub fn nothing() -> Self {
-        Params { schema: PARAMS_SCHEMA.into(), ..Params::default() }
+        let number = Number { value: None, u95: None, trusted: false, reason: None, advice: None };
+        Params::holding(Mechanism::Unclear, [number; 6])
     }
 
     /// From a commissioning.
     pub fn new(commission: &CommissionJson) -> Self {
-        Params::from_numbers(commission.mechanism, commission.numbers().map(|(.., number)| number))
+        Params::holding(commission.mechanism, commission.numbers().map(|(_, _, number)| number))
     }
 
     /// From the chip's report.
     pub fn of(report: &EstimatesReport) -> Self {
-        let numbers = [
-            report.dead_zone_pos_v,
-            report.dead_zone_neg_v,
-            report.saturation_pos_v,
-            report.saturation_neg_v,
-            report.gain_rad_s_per_v,
-            report.time_constant_s,
-        ];
-        Params::from_numbers(report.mechanism, numbers.map(Number::from))
+        Params::holding(report.mechanism, numbers(report))
     }
 
-    /// In the order of [`CommissionJson::numbers`].
-    fn from_numbers(mechanism: Mechanism, numbers: [Number; 6]) -> Self {
+    fn holding(mechanism: Mechanism, numbers: [Number; 6]) -> Self {
         let kept = |number: Number| Some(Kept::new(number.value?, number.u95?, number.trusted));
-        let [
-            dead_zone_pos_v,
-            dead_zone_neg_v,
-            saturation_pos_v,
-            saturation_neg_v,
-            gain_rad_s_per_v,
-            time_constant_s,
-        ] = numbers.map(kept);
+        let [dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v, gain, time_constant_s] =
+            numbers.map(kept);
         Params {
+            schema: PARAMS_SCHEMA.into(),
             mechanism,
             dead_zone_pos_v,
             dead_zone_neg_v,
             saturation_pos_v,
             saturation_neg_v,
-            gain_rad_s_per_v,
+            gain_rad_s_per_v: gain,
             time_constant_s,
-            ..Params::nothing()
         }
     }
 

@@ -143,6 +143,12 @@ impl RunLog {
         Some(rows.split_at(at))
     }
 
+    /// The supply as it was measured last, V.
+    pub fn last_supply_v(&self) -> Option<f32> {
+        let raw = self.rows.last()?.record.vbus_raw;
+        (raw != Sample::VBUS_NOT_MEASURED).then(|| f32::from(raw) * self.config.vbus_v_per_lsb)
+    }
+
     /// Counts → rad at the controlled shaft.
     pub fn rad(&self, counts: f64) -> f64 {
         counts * TAU / f64::from(self.config.counts_per_rev)
