@@ -139,8 +139,10 @@ fn fault_of(joint: &mut ServoAxis, most: i32, sample: impl Fn(i32) -> Sample) ->
     (Fault::None, most)
 }
 
+type Kind = (Fault, fn(i32) -> Sample);
+
 /// Supply counts are 10 mV, current counts 5 mA; a tick is 0.1 ms.
-fn beyond() -> [(Fault, fn(i32) -> Sample); 5] {
+fn beyond() -> [Kind; 5] {
     [
         (Fault::OverCurrent, |_| Sample { current_raw: 202, ..RESTING }),
         (Fault::OverCurrent, |_| Sample { current_raw: -202, ..RESTING }),
