@@ -34,7 +34,7 @@ use crate::sample::Bridge;
 use crate::units::{Direction, Voltage, VoltageQ14, ticks_in};
 use breakaway::Ramp;
 use guard::Limits;
-use limited::Limited;
+use limited::Conditions;
 use pulse_test::{PulseTest, Pulses};
 use reading::Reading;
 use schedule::Pace;
@@ -178,8 +178,8 @@ pub struct State {
     energy: u64,
     last_step: u32,
     step_count: i32,
-    supply_measured: bool,
-    limited: Limited,
+    /// Under which conditions the voltage was applied.
+    voltage: Conditions,
     /// The axis moves without voltage.
     restless: bool,
     pulses: Pulses,
@@ -241,8 +241,7 @@ impl State {
             energy: 0,
             last_step: 0,
             step_count: count,
-            supply_measured: true,
-            limited: Limited::default(),
+            voltage: Conditions::default(),
             restless: false,
             pulses: Pulses::default(),
             ramp: Ramp::default(),

@@ -13,6 +13,8 @@ const PERSISTENCE_HZ: f32 = 200.0;
 /// The axis keeps the current at its limit by itself, with some ripple: what exceeds it by more than a sixteenth is summed up, at most
 /// as much again as the limit in each look. It is a fault once the sum is that of twice the limit during 1/100 s.
 const RIPPLE_SHIFT: u32 = 4;
+/// The least current that is a fault if it lasts, limits.
+pub const OVER_CURRENT: f32 = 1.0 + 1.0 / (1u32 << RIPPLE_SHIFT) as f32;
 const EXCESS_HZ: f32 = 100.0;
 /// Shares of the nominal supply beyond which it is a fault, where nobody asked for others.
 const LOWEST_SUPPLY: f32 = 0.5;

@@ -3,6 +3,7 @@
 mod ahead;
 mod axis;
 mod commission;
+mod current_limit;
 mod excitation;
 mod false_alarms;
 mod families;

@@ -207,51 +207,49 @@ const PARAMS_SCHEMA: &str = "truing-params/1";
 impl Params {
     /// Nothing is known.
     pub fn nothing() -> Self {
-        Params {
-            schema: PARAMS_SCHEMA.into(),
-            mechanism: Mechanism::Unclear,
-            dead_zone_pos_v: None,
-            dead_zone_neg_v: None,
-            saturation_pos_v: None,
-            saturation_neg_v: None,
-            gain_rad_s_per_v: None,
-            time_constant_s: None,
-        }
+        let nothing = Number { value: None, u95: None, trusted: false, reason: None, advice: None };
+        Self::keeping(Mechanism::Unclear, [nothing; 6])
     }
 
     /// From a commissioning.
     pub fn new(commission: &CommissionJson) -> Self {
-        let kept = |number: Number| {
-            let (value, u95, trusted) = (number.value?, number.u95?, number.trusted);
-            Some(Kept { value, u95, trusted })
-        };
-        Params {
-            mechanism: commission.mechanism,
-            dead_zone_pos_v: kept(commission.dead_zone_pos_v),
-            dead_zone_neg_v: kept(commission.dead_zone_neg_v),
-            saturation_pos_v: kept(commission.saturation_pos_v),
-            saturation_neg_v: kept(commission.saturation_neg_v),
-            gain_rad_s_per_v: kept(commission.gain_rad_s_per_v),
-            time_constant_s: kept(commission.time_constant_s),
-            ..Params::nothing()
-        }
+        Self::keeping(commission.mechanism, commission.numbers().map(|(_, _, number)| number))
     }
 
     /// From the chip's report.
     pub fn of(report: &EstimatesReport) -> Self {
-        let kept = |reported: Reported| {
-            let (value, u95, trusted) = (decimal(reported.value?), decimal(reported.u95?), reported.trusted);
-            Some(Kept { value, u95, trusted })
-        };
+        let numbers = [
+            report.dead_zone_pos_v,
+            report.dead_zone_neg_v,
+            report.saturation_pos_v,
+            report.saturation_neg_v,
+            report.gain_rad_s_per_v,
+            report.time_constant_s,
+        ];
+        Self::keeping(report.mechanism, numbers.map(Number::from))
+    }
+
+    /// In the order of [`CommissionJson::numbers`].
+    fn keeping(mechanism: Mechanism, numbers: [Number; 6]) -> Self {
+        let kept =
+            |number: Number| Some(Kept { value: number.value?, u95: number.u95?, trusted: number.trusted });
+        let [
+            dead_zone_pos_v,
+            dead_zone_neg_v,
+            saturation_pos_v,
+            saturation_neg_v,
+            gain_rad_s_per_v,
+            time_constant_s,
+        ] = numbers.map(kept);
         Params {
-            mechanism: report.mechanism,
-            dead_zone_pos_v: kept(report.dead_zone_pos_v),
-            dead_zone_neg_v: kept(report.dead_zone_neg_v),
-            saturation_pos_v: kept(report.saturation_pos_v),
-            saturation_neg_v: kept(report.saturation_neg_v),
-            gain_rad_s_per_v: kept(report.gain_rad_s_per_v),
-            time_constant_s: kept(report.time_constant_s),
-            ..Params::nothing()
+            schema: PARAMS_SCHEMA.into(),
+            mechanism,
+            dead_zone_pos_v,
+            dead_zone_neg_v,
+            saturation_pos_v,
+            saturation_neg_v,
+            gain_rad_s_per_v,
+            time_constant_s,
         }
     }
 

@@ -110,9 +110,7 @@ fn axis_text(refusal: axis::Refusal) -> &'static str {
     match refusal {
         axis::Refusal::NotArmed => "the servo is not armed; arm it before asking for torque",
         axis::Refusal::Faulted => "a fault is latched; remove its cause and stop the servo to clear it",
-        axis::Refusal::NotIdentified => {
-            "gain and time constant are not known; commission first, or give axis.time_constant_hint_s"
-        }
+        axis::Refusal::NotIdentified => "gain and time constant are not known; commission first",
         axis::Refusal::Busy => "the servo is busy with another motion; stop it first",
         axis::Refusal::BeyondTravel => "the target lies beyond axis.travel_limit_rad; choose a smaller one",
         axis::Refusal::OutOfRange => {
@@ -122,15 +120,9 @@ fn axis_text(refusal: axis::Refusal) -> &'static str {
         axis::Refusal::CurrentZeroSought => {
             "the zero of the current sensor is still looked for, with the bridge open; try again in a second"
         }
-        axis::Refusal::StreamFull => {
-            "so many streamed points wait already; send this one again when one has been reached"
-        }
-        axis::Refusal::BeyondVoltage { .. } => {
-            "the motion takes more voltage than is left; choose a slower or smaller one"
-        }
-        axis::Refusal::BeyondSpeed { .. } => {
-            "the motion is faster than limits.speed_rad_s; choose a slower or smaller one"
-        }
+        axis::Refusal::StreamFull => "too many streamed points wait; send it again when one was reached",
+        axis::Refusal::BeyondVoltage { .. } => "it takes more voltage than is left; choose a slower motion",
+        axis::Refusal::BeyondSpeed { .. } => "it is faster than limits.speed_rad_s; choose a slower motion",
         axis::Refusal::Value(_) => "a number of the command is out of its range",
         axis::Refusal::NotForAxis => "the servo does not know this command; update its firmware",
     }
@@ -161,10 +153,10 @@ pub fn fault_advice(fault: Fault) -> String {
         Fault::None => "no fault",
         Fault::NoMotion => advice(Reason::NoMotion),
         Fault::WrongDirection => {
-            "the count runs against the voltage: swap the motor's leads or the encoder's A and B"
+            "the count runs against the voltage: swap the motor's leads or encoder A and B"
         }
         Fault::Overspeed => {
-            "the speed limit was exceeded: look for a load that drives the shaft, or raise limits.speed_rad_s"
+            "faster than limits.speed_rad_s: look for a load that drives it, or raise the limit"
         }
         Fault::OverCurrent => {
             "the current rose far above limits.current_a although the voltage gave way: look for a short, a load that drives the shaft or an end stop met at speed, or raise the limit"
@@ -178,31 +170,17 @@ pub fn fault_advice(fault: Fault) -> String {
         Fault::Stalled => advice(Reason::Stalled),
         Fault::EncoderUnplugged => advice(Reason::EncoderUnplugged),
         Fault::MotorDisconnected => advice(Reason::MotorDisconnected),
-        Fault::SlippingCounts => {
-            "the count changed as no shaft can: check the encoder's cable, shield and supply, its mounting and the coupling"
-        }
-        Fault::Overload => {
-            "the winding is as hot as the continuous current makes it: let it cool, and reduce load or duty"
-        }
-        Fault::SupplyNotMeasured => {
-            "the supply was measured and is not any more: check the divider and its wiring to the converter"
-        }
-        Fault::CommandTimeout => {
-            "no fresh command arrived while the motor ran on: check the link and the program that sends the commands"
-        }
+        Fault::SlippingCounts => "the count changed as no shaft can: check encoder, its cable and coupling",
+        Fault::Overload => "the winding is as hot as limits.continuous_current_a makes it: let it cool",
+        Fault::SupplyNotMeasured => "the supply was measured and is not any more: check the divider",
+        Fault::CommandTimeout => "no command came while the motor ran on: check link and sender",
         Fault::TickOverrun => "a control tick took longer than its period: lower axis.tick_hz",
-        Fault::WatchdogReset => {
-            "the watchdog has reset the chip because the firmware hung: look at the log before the reset, and report it"
-        }
-        Fault::ParametersDamaged => {
-            "the stored parameters are damaged and were not used: configure and commission again, then save"
-        }
+        Fault::WatchdogReset => "the firmware hung and the watchdog reset the chip: please report it",
+        Fault::ParametersDamaged => "stored parameters are damaged and not used: configure and commission",
         Fault::Runaway => {
             "the shaft turned faster than the voltage can drive it: look for a load that drives it, a shorted bridge, or wrong parameters"
         }
-        Fault::BridgeFault => {
-            "the bridge driver reports a fault: look for a short at the motor's leads, let the driver cool, and check its supply"
-        }
+        Fault::BridgeFault => "the bridge driver reports a fault: look for a short, let it cool",
         Fault::Disabled => "the enable (emergency stop) contact is open: close it, then stop and arm again",
     };
     named(text, fault)
@@ -235,15 +213,11 @@ pub fn advice(reason: Reason) -> &'static str {
         Reason::NotExcited => {
             "the speed did not vary enough: give a longer --budget-s, or free the axis so that it can move"
         }
-        Reason::TooUncertain => {
-            "the uncertainty is above the limit of trust: give a longer --budget-s, or use a finer encoder"
-        }
+        Reason::TooUncertain => "it is too uncertain: give a longer --budget-s, or use a finer encoder",
         Reason::NotVerified => {
             "the check at another voltage did not agree or did not fit into the time: give a longer --budget-s and keep the load constant"
         }
-        Reason::NotSeen => {
-            "speed kept growing up to the highest voltage: there is no saturation to report below the supply"
-        }
+        Reason::NotSeen => "speed kept growing up to the highest voltage: there is no saturation to report",
         Reason::Aged => "it was learned too long ago: move the axis or commission again",
         Reason::Implausible => {
             "the dead zone came out negative: remove a load that pulls, and check the encoder for lost counts"
@@ -254,7 +228,7 @@ pub fn advice(reason: Reason) -> &'static str {
             "the travel between the end stops is too short for this part: widen axis.travel_limit_rad if the joint allows it"
         }
         Reason::EncoderTooSlow => {
-            "the encoder gives too few counts per time constant: use a finer encoder, or mount it before the gear"
+            "too few counts per time constant: use a finer encoder, or one before the gear"
         }
         Reason::TooShort => {
             "the time is too short for this motor: give a longer --budget-s, ten to fifteen of its time constants"
@@ -271,16 +245,12 @@ pub fn advice(reason: Reason) -> &'static str {
         Reason::Overspeed => {
             "the speed limit was reached: raise limits.speed_rad_s, or check axis.rated_speed_rad_s"
         }
-        Reason::EnergySpent => {
-            "the energy budget is spent: raise limits.energy_j, or give a shorter --budget-s"
-        }
+        Reason::EnergySpent => "the energy is spent: raise limits.energy_j, or give a shorter --budget-s",
         Reason::TravelExceeded => {
-            "the travel limit was reached: start in the middle of the travel, or widen axis.travel_limit_rad"
+            "the travel limit was reached: start amid the travel, or widen axis.travel_limit_rad"
         }
         Reason::Aborted => "it was stopped before the end: run it again",
-        Reason::Stalled => {
-            "voltage was applied, current flowed and nothing moved: free the shaft, or let a stronger motor do the work"
-        }
+        Reason::Stalled => "voltage was applied, current flowed and nothing moved: free the shaft",
         Reason::EncoderUnplugged => {
             "the current is that of a motor that turns, yet nothing was counted: check the encoder's cable, its supply and its coupling to the shaft"
         }
@@ -291,7 +261,7 @@ pub fn advice(reason: Reason) -> &'static str {
             "the current limit held the voltage back before this could be learned: raise limits.current_a by half and repeat"
         }
         Reason::SupplyTooLow => {
-            "the supply is far below supply.nominal_v: check the supply, or correct the axis file"
+            "the supply is far below supply.nominal_v: check it, or correct the axis file"
         }
     }
 }
