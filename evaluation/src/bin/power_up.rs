@@ -44,6 +44,9 @@ const SEEDS: u32 = 780_000;
 
 fn main() {
     let arguments = Arguments::parse();
+    if arguments.recipe {
+        return recipes(&arguments);
+    }
     println!(
         "| family | limit, share of stall | accepted, trusted | false trust | covered | dead zone % | gain % | peak, limits | longest above 1.5, ms | acts % | refused, doubts |"
     );

