@@ -84,12 +84,12 @@ fn a_dead_encoder_and_an_open_winding_are_not_taken_for_the_limit() {
 fn a_motion_beyond_the_limit_is_held_back_told_and_ends_at_its_place() {
     let mut plant = plant(Family::G2, FIRST, 5_000);
     plant.sensing.current = true;
-    let limit_a = 0.35 * plant.motor.drive.supply_v / plant.motor.resistance_ohm;
+    let limit_a = 0.22 * plant.motor.drive.supply_v / plant.motor.resistance_ohm;
     plant.config.current_limit_a = Optional::new(limit_a as f32);
     let mut bench = knowing(&plant);
     bench.ask(Command::Position(60.0)).expect("a place");
     let (mut peak, mut told, mut highest) = (0.0f64, 0, 0.0f64);
-    bench.run(3.0, |output, reading| {
+    bench.run(4.0, |output, reading| {
         assert_eq!(output.record.fault, Fault::None);
         peak = peak.max(reading.current.abs() / limit_a);
         told += u32::from(output.record.limit == Limit::Current);

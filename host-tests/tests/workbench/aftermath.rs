@@ -45,7 +45,7 @@ fn a_shaft_that_speeds_up_with_the_bridge_open_is_said_so_and_wiring_that_worked
     says(&log(Fault::WrongDirection, 5, 15, 100), &["switch the motor's supply off", "shorted"], &["swap"]);
     says(
         &log(Fault::WrongDirection, 5, 3, 100),
-        &["followed it before"],
+        &["followed before"],
         &["swap", "switch the motor's supply off"],
     );
     says(&log(Fault::WrongDirection, -5, -3, 100), &["swap"], &["followed"]);
