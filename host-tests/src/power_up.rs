@@ -30,7 +30,49 @@ pub struct Outcome {
     pub limited: f64,
 }
 
+/// The recipe of the pages: a tenth of the stall current first, then half as much again until everything that is needed is trusted.
+#[derive(Clone, Debug)]
+pub struct Recipe {
+    /// Limit of the last run, share of the stall current.
+    pub share: f64,
+    /// How the last run went.
+    pub last: Outcome,
+    /// What was to be raised by what the runs before said; false: one of them said something else.
+    pub told: bool,
+    /// Largest current of all runs, shares of their limits.
+    pub peak: f64,
+}
+
+impl Recipe {
+    /// Dead zones and gain are trusted, within their intervals, and the current was held all along.
+    pub fn works(&self) -> bool {
+        let score = &self.last.score;
+        self.told && score.all_trusted() && score.covered.iter().all(|&covered| covered) && self.peak < 2.0
+    }
+}
+
 impl PowerUp {
+    /// Follows the recipe. `lsb`: what a converter count is worth, shares of the first limit.
+    pub fn recipe(plant: &Plant, lsb: f64, seed: u32) -> Recipe {
+        let (mut share, mut peak) = (0.1, 0.0f64);
+        loop {
+            let last = Self::new(plant.clone(), share, lsb * 0.1 / share).commission(5.0, seed);
+            peak = peak.max(last.peak);
+            let limited = last.score.refused.or(last.score.doubt) == Some("current_limited");
+            let told = limited || last.score.all_trusted();
+            if !limited || share > 1.0 {
+                return Recipe { share, last, told, peak };
+            }
+            share *= 1.5;
+        }
+    }
+
+    /// The same limit on another motor.
+    pub fn of(&self, plant: Plant) -> Self {
+        let Plant { config, sensing, .. } = self.plant;
+        Self { plant: Plant { config, sensing, ..plant }, limit_a: self.limit_a }
+    }
+
     /// `share`: of the stall current at nominal voltage. `lsb`: what a converter count is worth, shares of the limit.
     pub fn new(mut plant: Plant, share: f64, lsb: f64) -> Self {
         let limit_a = share * plant.motor.drive.supply_v / plant.motor.resistance_ohm;

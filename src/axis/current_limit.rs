@@ -86,8 +86,15 @@ impl Params {
         })
     }
 
-    /// The voltage within the limit. `acted`: around the last sample; `current`: raw, of that sample.
+    /// Is nothing to be done? The current is at most half of the limit, and what is wanted takes it no further than the rest. `acts`: from
+    /// now to the next tick.
     #[inline]
+    pub fn allows(&self, state: &State, current_raw: i16, acts: Option<Voltage>, wanted: Voltage) -> bool {
+        let change = wanted.0.wrapping_sub(acts.unwrap_or_default().0);
+        current_raw.unsigned_abs() <= self.half && change.unsigned_abs() <= state.free
+    }
+
+    /// The voltage within the limit. `acted`: around this tick; `current`: raw, of this tick, `None`: there is none to be limited.
     pub fn bound(
         &self,
         state: &mut State,
@@ -96,21 +103,10 @@ impl Params {
         emf: Voltage,
         wanted: Voltage,
     ) -> Voltage {
-        match current {
-            None => wanted,
-            Some(current)
-                if current.unsigned_abs() <= self.half
-                    && wanted.0.wrapping_sub(acted.0).unsigned_abs() <= state.free =>
-            {
-                wanted
-            }
-            Some(current) => self.act(state, current, acted, emf, wanted),
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn act(&self, state: &mut State, current: i16, acted: Voltage, emf: Voltage, wanted: Voltage) -> Voltage {
+        let Some(current) = current else {
+            state.free = 0;
+            return wanted;
+        };
         let share = mul_shift(i32::from(current), self.per_count, 20 - BITS);
         if current.unsigned_abs() >= LEAST_COUNTS {
             state.measure(share, acted, emf);
@@ -153,6 +149,6 @@ impl State {
     }
 
     fn believe(&mut self, more: i32) {
-        self.drop = self.drop.saturating_add(more).max(LEAST_DROP).min(MOST_DROP);
+        self.drop = self.drop.saturating_add(more).clamp(LEAST_DROP, MOST_DROP);
     }
 }

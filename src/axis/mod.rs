@@ -199,14 +199,18 @@ impl Axis {
         self.search(state, sample);
         let looked = self.protect(state, sample, supply);
         self.identify(state, sample, acting.bridge, voltage, supply, looked);
-        let acting = (acting.bridge != Bridge::Open).then_some(voltage);
-        let acted = core::mem::replace(&mut state.acted, acting);
+        state.acted = (acting.bridge != Bridge::Open).then_some(voltage);
         if let Some(drive) = self.hold_still(state) {
             return drive;
         }
         let demand = self.control(state);
-        let flow = Flow { acted, current: Sample::sensed(sample.current_raw) };
-        let terminal = self.compensate(state, &demand, &flow);
+        let wanted = self.compensate(state, &demand);
+        let terminal = match &self.current_limit {
+            Some(limit) if !limit.allows(&state.current_limit, sample.current_raw, state.acted, wanted) => {
+                self.hold_current(state, limit, (sample.current_raw, supply), &demand, wanted)
+            }
+            _ => wanted,
+        };
         let drive = self.pwm.modulate(&mut state.pwm, demand.bridge, terminal);
         if state.holding && state.limit != Limit::Current {
             self.hold_on(state, drive);
@@ -490,14 +494,17 @@ impl Axis {
 
     /// Dead zone, then the only clip; the integrator is told what the clip takes.
     #[inline]
-    fn compensate(&self, state: &mut State, demand: &Demand, flow: &Flow) -> Voltage {
+    fn compensate(&self, state: &mut State, demand: &Demand) -> Voltage {
         let Meaning::Linear { towards, error } = demand.meaning else {
             // Whoever excites looks for the saturation, too: what is known of it must not bound that.
-            return self.clip(state, demand, demand.voltage, [Voltage(i32::MAX); 2], flow);
+            let (terminal, limit) = self.clip(state, demand.voltage, [Voltage(i32::MAX); 2]);
+            state.limit = limit;
+            return terminal;
         };
         let compensator = state.compensation.then_some(&state.design.compensator);
         let wanted = compensator.map_or(demand.voltage, |inverse| inverse.apply(demand.voltage, towards));
-        let terminal = self.clip(state, demand, wanted, state.design.saturation, flow);
+        let (terminal, limit) = self.clip(state, wanted, state.design.saturation);
+        state.limit = limit;
         if let Some(error) = error {
             let beyond = wanted.minus(terminal);
             state.design.loops.integrate(&mut state.control, error, beyond);
@@ -505,61 +512,56 @@ impl Axis {
         terminal
     }
 
-    /// The one clip: current limit, voltage limit, supply and saturation. Notes which of them acts.
+    /// The one clip: voltage limit, supply and saturation. Tells which of them acts.
     #[inline]
-    fn clip(
-        &self,
-        state: &mut State,
-        demand: &Demand,
-        wanted: Voltage,
-        saturation: [Voltage; 2],
-        flow: &Flow,
-    ) -> Voltage {
+    fn clip(&self, state: &State, wanted: Voltage, saturation: [Voltage; 2]) -> (Voltage, Limit) {
         let ceiling = self.pwm.ceiling(&state.pwm).min(self.most_voltage);
         let [positive, negative] = saturation;
-        let held = match &self.current_limit {
-            Some(limit) if demand.bridge == Bridge::Driven => Self::hold_current(state, limit, wanted, flow),
-            _ => wanted,
-        };
-        let (level, clipped) = if held.0 > 0 {
+        let (level, clipped) = if wanted.0 > 0 {
             let level = positive.min(ceiling);
-            (level, held.min(level))
+            (level, wanted.min(level))
         } else {
             let level = negative.min(ceiling);
-            (level, held.max(Voltage::ZERO.minus(level)))
+            (level, wanted.max(Voltage::ZERO.minus(level)))
         };
-        state.limit = match () {
+        let limit = match () {
             () if clipped == wanted => state.limit,
-            () if clipped == held => Limit::Current,
             () if level == self.most_voltage => Limit::Voltage,
             () if level == ceiling => Limit::Supply,
             () => Limit::Saturation,
         };
-        clipped
+        (clipped, limit)
     }
 
-    /// The voltage within the current limit. An open bridge has left the winding to its back-EMF.
-    #[inline]
+    /// The voltage that the current limit leaves; what it takes the integrator does not take in.
+    #[cold]
+    #[inline(never)]
     fn hold_current(
+        &self,
         state: &mut State,
         limit: &current_limit::Params,
+        (current_raw, supply): (i16, Voltage),
+        demand: &Demand,
         wanted: Voltage,
-        flow: &Flow,
     ) -> Voltage {
         let emf = state.design.loops.steady_voltage(state.encoder.speed());
-        // The mean of both: an inductance would not notice if every second one were higher.
-        let acted = match (flow.acted, state.acted) {
-            (Some(acted), Some(acts)) => Voltage(acted.0.saturating_add(acts.0) / 2),
-            _ => emf,
-        };
-        limit.bound(&mut state.current_limit, flow.current, acted, emf, wanted)
+        let acts = state.acted.unwrap_or(emf);
+        // The mean of two ticks: an inductance would not notice if every second one were higher.
+        let beside = self.pwm.beside_acting(&state.pwm);
+        let beside = if beside.bridge == Bridge::Driven { self.pwm.terminal(beside, supply) } else { acts };
+        let acted = Voltage(acts.0.saturating_add(beside.0) / 2);
+        let sensed = Sample::sensed(current_raw).filter(|_| demand.bridge == Bridge::Driven);
+        let held = limit.bound(&mut state.current_limit, sensed, acted, emf, wanted);
+        if held != wanted {
+            let clipped = matches!(state.limit, Limit::Supply | Limit::Voltage | Limit::Saturation);
+            if let Meaning::Linear { error: Some(error), .. } = demand.meaning
+                && (wanted.minus(held).0 ^ error) >= 0
+                && !clipped
+            {
+                state.design.loops.integrate(&mut state.control, error.saturating_neg(), Voltage::ZERO);
+            }
+            state.limit = Limit::Current;
+        }
+        held
     }
-}
-
-/// What the winding current of this tick has followed from.
-struct Flow {
-    /// Terminal voltage since the last sample; `None`: bridge open.
-    acted: Option<Voltage>,
-    /// Raw; `None`: not sensed.
-    current: Option<i16>,
 }

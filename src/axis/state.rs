@@ -236,10 +236,8 @@ impl Axis {
         // It follows in the next ticks, a stage each, or at once when a command asks for it.
         *design = Design::default();
         *renewal = design::Stage::Motor;
-        *encoder = encoder::State::default();
-        *control = control::State::default();
-        *pwm = pwm::State::default();
-        *current_limit = current_limit::State::default();
+        (*encoder, *control) = (encoder::State::default(), control::State::default());
+        (*pwm, *current_limit) = (pwm::State::default(), current_limit::State::default());
         protect.restart();
     }
 }

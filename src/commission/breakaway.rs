@@ -307,7 +307,7 @@ impl Params {
             Reason::NoMotion | Reason::EncoderUnplugged if self.identify.coarse() && displacement != 0 => {
                 Reason::EncoderTooSlow
             }
-            _ if state.limited.now => Reason::CurrentLimited,
+            _ if state.voltage.now => Reason::CurrentLimited,
             Reason::EncoderUnplugged => state.unplugged(),
             reason => reason,
         }

@@ -179,7 +179,7 @@ impl Params {
             checks: &reading.checks,
             mechanism: state.mechanism,
             short_of_travel: state.turned,
-            supply_measured: state.supply_measured,
+            supply_measured: !state.voltage.unmeasured,
             starts: &state.course.least_started,
             excitation: Excitation::Chosen,
         };

@@ -191,7 +191,7 @@ impl Params {
         if state.elapsed < self.saturate_ticks(state) {
             return;
         }
-        state.limited.full |= state.limited.now;
+        state.voltage.full |= state.voltage.now;
         // A fast motor stopped before the coast test had its windows; from full speed it coasts longer.
         if state.mechanism == Mechanism::Unclear {
             self.begin_coast(state, input);

@@ -12,10 +12,12 @@ const KINETIC_QUARTERS: i32 = 3;
 /// Share of the ticks in which the limit has acted from which on it is why something could not be learned, as a shift: 1/16.
 const MUCH_SHIFT: u32 = 4;
 
-/// Where the limit acts, and where it has.
+/// Where the limit acts and where it has, and whether the supply was not measured.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Limited {
-    /// In the last tick.
+pub(super) struct Conditions {
+    /// The supply was not measured in every tick.
+    pub unmeasured: bool,
+    /// The limit acts: in the last tick.
     pub now: bool,
     /// Ticks in all.
     ticks: u32,
@@ -29,27 +31,27 @@ impl State {
     /// Call it in every tick, before its step: does the current limit hold the voltage back?
     #[inline]
     pub(crate) fn holds_back(&mut self, acts: bool) {
-        self.limited.now = acts;
-        self.limited.ticks = self.limited.ticks.saturating_add(u32::from(acts));
+        self.voltage.now = acts;
+        self.voltage.ticks = self.voltage.ticks.saturating_add(u32::from(acts));
     }
 
     /// The voltage of a ramp: what was asked for, or what the limit has left of it.
     #[inline]
     pub(super) fn ramp_level(&self, input: &Input) -> i32 {
         let acting = input.voltage.0.saturating_mul(self.sign());
-        if self.limited.now { self.level.min(acting).max(0) } else { self.level }
+        if self.voltage.now { self.level.min(acting).max(0) } else { self.level }
     }
 
     /// Why something is missing: because of the limit, if that has acted for a good part of the time.
     #[cold]
     #[inline(never)]
     pub(super) fn or_limited(&self, reason: Reason) -> Reason {
-        if self.limited.ticks > self.total >> MUCH_SHIFT { Reason::CurrentLimited } else { reason }
+        if self.voltage.ticks > self.total >> MUCH_SHIFT { Reason::CurrentLimited } else { reason }
     }
 
     /// Has the limit acted?
     pub(super) fn limited(&self) -> bool {
-        self.limited.ticks > 0
+        self.voltage.ticks > 0
     }
 
     /// Numbers that are missing or doubtful because the limit has kept the speed from varying, or the voltage from rising.
@@ -57,7 +59,7 @@ impl State {
     #[inline(never)]
     pub(super) fn blame_limit(&mut self) {
         let much = self.or_limited(Reason::NotExcited) == Reason::CurrentLimited;
-        let full = self.limited.full;
+        let full = self.voltage.full;
         let Estimates {
             dead_zone: [forwards, backwards], saturation: [high, low], gain, time_constant, ..
         } = &mut self.outcome.estimates;
@@ -90,8 +92,8 @@ impl Params {
         let displacement = i64::from(state.displacement(input.count));
         let friction = state.break_away[direction] / 4 * KINETIC_QUARTERS;
         let drives = i64::from(input.voltage.0.saturating_mul(state.sign()).saturating_sub(friction).max(0));
-        let sum = state.limited.step.unwrap_or(0).saturating_add(drives);
-        state.limited.step = Some(sum);
+        let sum = state.voltage.step.unwrap_or(0).saturating_add(drives);
+        state.voltage.step = Some(sum);
         if displacement < LEAST_COUNTS {
             return false;
         }
@@ -106,7 +108,7 @@ impl Params {
     /// Is the first step one that the limit makes a slope?
     #[inline]
     pub(super) fn is_limited_step(&self, state: &State) -> bool {
-        state.limited.now || state.limited.step.is_some()
+        state.voltage.now || state.voltage.step.is_some()
     }
 }
 

@@ -36,7 +36,7 @@ use crate::units::{Direction, Voltage, VoltageQ14, ticks_in};
 use breakaway::Ramp;
 use course::Course;
 use guard::Limits;
-use limited::Limited;
+use limited::Conditions;
 use pulse_test::{PulseTest, Pulses};
 use reading::Reading;
 use schedule::Pace;
@@ -191,8 +191,8 @@ pub struct State {
     last_step: u32,
     step_count: i32,
     course: Course,
-    supply_measured: bool,
-    limited: Limited,
+    /// Under which conditions the voltage was applied.
+    voltage: Conditions,
     /// The axis moves without voltage.
     restless: bool,
     pulses: Pulses,
@@ -255,8 +255,7 @@ impl State {
             last_step: 0,
             step_count: count,
             course: Course::new(params, count),
-            supply_measured: true,
-            limited: Limited::default(),
+            voltage: Conditions::default(),
             restless: false,
             pulses: Pulses::default(),
             ramp: Ramp::default(),

@@ -57,7 +57,7 @@ impl Params {
         if state.phase != Phase::PulseTest {
             state.total = state.total.saturating_add(1);
         }
-        state.supply_measured &= input.supply.is_some();
+        state.voltage.unmeasured |= input.supply.is_none();
         let power = i64::from(input.voltage.0) * i64::from(input.current_raw.unwrap_or(0));
         state.energy = state.energy.saturating_add(power.unsigned_abs());
     }

@@ -214,11 +214,11 @@ settings! {
         default "none" Value::None,
         since: 1,
     }
-    #[doc = "The bridge is switched off above it, after 5 ms. A, 0.001 … 1,000."]
+    #[doc = "The voltage is lowered so that the winding current stays below it; a current far above it switches the bridge off. A, 0.001 … 1,000."]
     limit current_limit_a: Optional {
         field: CurrentLimit,
         unit: "A",
-        about: "The bridge is switched off above it, after 5 ms.",
+        about: "The voltage is lowered so that the winding current stays below it; a current far above it switches the bridge off.",
         range: "0.001 … 1,000" [1e-3, 1e3],
         default "none" Value::None,
         since: 1,

@@ -13,6 +13,10 @@ const PERSISTENCE_HZ: f32 = 200.0;
 /// The axis keeps the current at its limit by itself, with some ripple: what exceeds it by more than a sixteenth is summed up, at most
 /// as much again as the limit in each look. It is a fault once the sum is that of twice the limit during 1/100 s.
 const RIPPLE_SHIFT: u32 = 4;
+/// Converter counts of noise and rounding that do not count: a low limit is a few counts.
+const NOISE: i32 = 2;
+/// The least current that is a fault if it lasts, limits.
+pub const OVER_CURRENT: f32 = 1.0 + 1.0 / (1u32 << RIPPLE_SHIFT) as f32;
 const EXCESS_HZ: f32 = 100.0;
 /// Shares of the nominal supply beyond which it is a fault, where nobody asked for others.
 const LOWEST_SUPPLY: f32 = 0.5;
@@ -142,7 +146,9 @@ impl Params {
     #[cold]
     #[inline(never)]
     fn sum_excess(&self, state: &mut State, current: i32, limit: i32) -> bool {
-        let beyond = current.saturating_abs().saturating_sub(limit.saturating_add(limit >> RIPPLE_SHIFT));
+        let beyond = current
+            .saturating_abs()
+            .saturating_sub(limit.saturating_add(limit >> RIPPLE_SHIFT).saturating_add(NOISE));
         state.excess = state.excess.saturating_add(beyond.min(limit).max(limit.saturating_neg())).max(0);
         state.excess > self.most_excess
     }

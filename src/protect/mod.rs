@@ -31,7 +31,7 @@ pub use expectation::{EXPECTED_COUNTS, Expectation, KINETIC_MARGIN, MOVING_MARGI
 pub use fault::{Condition, Fault, Interlock};
 use gather::Due;
 pub use gather::{Averages, Reading};
-pub(crate) use limits::highest_supply_v;
+pub(crate) use limits::{OVER_CURRENT, highest_supply_v};
 pub use settings::{Settings, SettingsError};
 pub use thermal::Thermal;
 

@@ -3,7 +3,7 @@
 use clap::Parser;
 use host_tests::commissioning::quantiles;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::power_up::{Outcome, PowerUp};
+use host_tests::power_up::{Outcome, PowerUp, Recipe};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -31,6 +31,9 @@ struct Arguments {
     /// Use the design seeds.
     #[arg(long)]
     design: bool,
+    /// The recipe of the pages of the boards: from a tenth of the stall current upwards.
+    #[arg(long)]
+    recipe: bool,
     /// Tell each plant.
     #[arg(long)]
     each: bool,
@@ -41,6 +44,9 @@ const SEEDS: u32 = 780_000;
 
 fn main() {
     let arguments = Arguments::parse();
+    if arguments.recipe {
+        return recipes(&arguments);
+    }
     println!(
         "| family | limit, share of stall | accepted, trusted | false trust | covered | dead zone % | gain % | peak, limits | longest above 1.5, ms | acts % | refused, doubts |"
     );
@@ -53,14 +59,48 @@ fn main() {
     }
 }
 
+/// What a converter count is worth on the boards, shares of a tenth of a stall current of 4.6 A; of 1 A on the own board.
+const BOARDS: [(&str, f64); 3] =
+    [("odrive-v3", 0.020142 / 0.46), ("vesc-6", 0.080566 / 0.46), ("own", 0.00072 / 0.1)];
+
+fn recipes(arguments: &Arguments) {
+    println!("| board | family | works | limit at the end, shares of the stall current | peak, limits |");
+    println!("|---|---|---|---|---|");
+    let options = Options { tick_hz: arguments.tick, ..Options::default() };
+    for (board, lsb) in BOARDS {
+        for family in [Family::G1, Family::G2, Family::G3] {
+            let recipes: Vec<Recipe> = (arguments.first..arguments.first + arguments.plants)
+                .into_par_iter()
+                .map(|number| {
+                    let plant = Plant::draw(family, Severity::Nominal, seeds(arguments, number), &options);
+                    let recipe = PowerUp::recipe(&plant, lsb, number);
+                    if arguments.each {
+                        println!("  {number}: {} {recipe:?}", recipe.works());
+                    }
+                    recipe
+                })
+                .collect();
+            let works = recipes.iter().filter(|recipe| recipe.works()).count();
+            let [median, _, highest] = quantiles(recipes.iter().map(|recipe| recipe.share));
+            let peak = recipes.iter().map(|recipe| recipe.peak).fold(0.0, f64::max);
+            println!(
+                "| {board} | {family:?} | {works} of {} | {median:.2}, at most {highest:.2} | {peak:.2} |",
+                recipes.len()
+            );
+        }
+    }
+}
+
+fn seeds(arguments: &Arguments, number: u32) -> Seeds {
+    if arguments.design { Seeds::Design(number) } else { Seeds::Evaluation(SEEDS + number) }
+}
+
 fn outcomes(arguments: &Arguments, family: Family, share: f64) -> Vec<Outcome> {
     let options = Options { tick_hz: arguments.tick, ..Options::default() };
     (arguments.first..arguments.first + arguments.plants)
         .into_par_iter()
         .map(|number| {
-            let seeds =
-                if arguments.design { Seeds::Design(number) } else { Seeds::Evaluation(SEEDS + number) };
-            let plant = Plant::draw(family, Severity::Nominal, seeds, &options);
+            let plant = Plant::draw(family, Severity::Nominal, seeds(arguments, number), &options);
             let outcome =
                 PowerUp::new(plant.clone(), share, arguments.lsb).commission(arguments.budget, number);
             if arguments.each {

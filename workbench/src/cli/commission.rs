@@ -17,6 +17,10 @@ use servo::identify::estimate::Mechanism;
 use servo::motion::referencing::Referencing;
 use std::path::PathBuf;
 
+/// A mark is found again within so many counts, or this share of a turn: a stop gives way.
+const MARK_COUNTS: i64 = 2;
+const MARK_SHARE: i64 = 400;
+
 /// Length of a commissioning when nothing else is asked for, s.
 pub const BUDGET_S: f64 = 5.0;
 
@@ -164,6 +168,33 @@ impl Knowledge {
     /// An error if the motion cannot be, by the axis file alone. A servo that goes on with what it has stored knows better.
     pub fn allows(&self, motion: &Task, config: &Config) -> anyhow::Result<()> {
         if self.stored { Ok(()) } else { profile::possible(motion, config) }
+    }
+
+    /// Looks for the mark of `--reference` once more.
+    pub fn again(&self) -> Option<Task> {
+        self.reference.map(Task::Reference)
+    }
+
+    /// How far the mark is from where it was before the motion, if it was looked for again; an index is the same in every turn.
+    pub fn lost_counts(&self, result: &SessionResult) -> anyhow::Result<()> {
+        let mut places = result.done.iter().filter_map(|done| match done {
+            Done::Referenced(place) => Some(*place),
+            _ => None,
+        });
+        let (Some(before), Some(after)) = (places.next(), places.next()) else { return Ok(()) };
+        let turn = i64::from(result.log.config.counts_per_rev);
+        let lost = match self.reference {
+            Some(Referencing::Index { .. }) => (after - before + turn / 2).rem_euclid(turn) - turn / 2,
+            _ => after - before,
+        };
+        outln!("{:21} {lost}, by the mark that was found before and behind the motion", "counts lost");
+        if lost.abs() <= MARK_COUNTS.max(turn / MARK_SHARE) {
+            return Ok(());
+        }
+        let text = format!(
+            "{lost} counts were lost or invented during the motion: check the encoder's cable, shield and supply, and its coupling"
+        );
+        Err(NotDone(text).into())
     }
 
     /// Is there a commissioning first?

@@ -38,6 +38,9 @@ pub struct Arguments {
     /// Print how the board is, and move nothing: its name, scales, clock, gate drivers and zeros of the current.
     #[arg(long, conflicts_with = "profile")]
     pub board: bool,
+    /// As in `truing track`.
+    #[arg(long, requires = "reference")]
+    pub check: bool,
     /// Do not slow a simulated motor down to real time.
     #[arg(long)]
     pub fast: bool,
@@ -59,7 +62,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let motion = profile::task(text, true, &config)?;
     arguments.knowledge.allows(&motion, &config)?;
     let first = arguments.knowledge.tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
-    let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
+    let again = arguments.check.then(|| arguments.knowledge.again()).flatten();
+    let tasks: Vec<Task> = first.into_iter().chain([motion]).chain(again).collect();
     let mut view = View::new(arguments.fast);
     let result = arguments.firmware.run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
     match (&result.broken, result.done.last()) {
@@ -68,7 +72,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             Err(fault_ended(&result.log).into())
         }
         (None, Some(Done::Commissioned(_))) => commission::succeeded(&result).map(|_| ()),
-        _ => Ok(()),
+        _ => arguments.knowledge.lost_counts(&result),
     }
 }
 

@@ -3,7 +3,6 @@
 use super::commission::{self, Knowledge};
 use super::firmware::{Firmware, fault_ended, save_log};
 use super::profile;
-use crate::console::input_error::NotDone;
 use crate::console::interrupt;
 use crate::device::link::advisory_text;
 use crate::device::loops::LoopShape;
@@ -13,12 +12,7 @@ use crate::device::session::{Done, SessionResult, Task};
 use crate::device::tracking::{Learned, TrackJson};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use servo::motion::referencing::Referencing;
 use std::path::PathBuf;
-
-/// A mark is found again within so many counts, or this share of a turn: a stop gives way.
-const MARK_COUNTS: i64 = 2;
-const MARK_SHARE: i64 = 400;
 
 /// On or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -83,7 +77,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let first = arguments.knowledge.tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
     let fit = arguments.fit.then_some(Task::Fit);
-    let again = arguments.knowledge.reference.filter(|_| arguments.check).map(Task::Reference);
+    let again = arguments.check.then(|| arguments.knowledge.again()).flatten();
     let tasks: Vec<Task> = first.into_iter().chain(fit).chain([motion]).chain(again).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
     save_log(&result.log, arguments.log.as_ref())?;
@@ -107,7 +101,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 print_fitted(&result);
                 print_tracked(&result.log, &report);
             })?;
-            lost_counts(arguments, &result)
+            arguments.knowledge.lost_counts(&result)
         }
         _ => {
             commission::succeeded(&result)?;
@@ -129,30 +123,6 @@ fn concluded(
         write_whole(path, &(serde_json::to_string_pretty(report)? + "\n"))?;
     }
     fault.map_or(Ok(()), |fault| Err(fault.into()))
-}
-
-/// How far the mark is from where it was before the motion; an index is the same in every turn.
-fn lost_counts(arguments: &Arguments, result: &SessionResult) -> anyhow::Result<()> {
-    let mut places = result.done.iter().filter_map(|done| match done {
-        Done::Referenced(place) => Some(*place),
-        _ => None,
-    });
-    let (Some(before), Some(after), true) = (places.next(), places.next(), arguments.check) else {
-        return Ok(());
-    };
-    let turn = i64::from(result.log.config.counts_per_rev);
-    let lost = match arguments.knowledge.reference {
-        Some(Referencing::Index { .. }) => (after - before + turn / 2).rem_euclid(turn) - turn / 2,
-        _ => after - before,
-    };
-    outln!("{:21} {lost}, by the mark that was found before and behind the motion", "counts lost");
-    if lost.abs() <= MARK_COUNTS.max(turn / MARK_SHARE) {
-        return Ok(());
-    }
-    let text = format!(
-        "{lost} counts were lost or invented during the motion: check the encoder's cable, shield and supply, and its coupling"
-    );
-    Err(NotDone(text).into())
 }
 
 fn print_loop(result: &SessionResult, tasks: &[Task]) {

@@ -35,7 +35,7 @@ fn cause(log: &RunLog, before: &[Row], fault: Fault) -> Option<&'static str> {
         [Fault::WrongDirection, Fault::SlippingCounts, Fault::EncoderUnplugged, Fault::MotorDisconnected];
     match fault {
         _ if doubtful.contains(&fault) && reads_backwards(before) => Some(
-            "the current that is read runs against the voltage: check wiring and sign of the current sensor",
+            "the current reads backwards, against the voltage: check wiring and sign of the current sensor",
         ),
         _ if doubtful.contains(&fault) && follows && reads_nothing(before) => {
             Some("no current is read although the shaft follows the voltage: check the current sensor")
