@@ -192,6 +192,7 @@ impl Params {
 
 impl Course {
     /// The gain that the fastest look has shown, rough as it is.
+    #[cold]
     pub(super) fn gain(&self) -> Estimate {
         let [fastest, rated] = [self.fastest, self.rated].map(|counts| Positive::of(counts.max(1), 0));
         let level = Positive::of(self.fastest_at.max(1), 14);
