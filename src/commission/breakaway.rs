@@ -32,12 +32,14 @@ const STALLED_QUARTERS: i64 = 3;
 /// Share of the voltage that does not count as back-EMF, as a shift: 1/16; the early conductance is right within 3 %.
 const DOUBT_SHIFT: u32 = 5;
 /// Counts of a motion that the current shows, at least, before the counter must have shown it.
-const LEAST_UNSEEN: f32 = 10.0;
+const LEAST_UNSEEN: f32 = 4.0;
 /// Counts, between two of which the counter shows no motion.
 const NONE_SHOWN: i32 = 2;
 
 /// Edges of an encoder whose count goes nowhere.
-const LONE_EDGES: u32 = 2;
+const LONE_EDGES: u32 = 4;
+/// Times as long an encoder is waited for that has shown an edge.
+const PATIENCE: i64 = 8;
 
 /// Time from the break-away to the first count, as a share of the time from there to the last of [`MOTION`], in quarters. At
 /// constant acceleration 0.6 on average and 1 at most, by where the shaft stands between two edges; friction that falls to its
@@ -242,7 +244,10 @@ impl Params {
     fn unseen_motion(&self, state: &mut State, input: &Input, displacement: i32) -> Option<Reason> {
         let (sign, level) = (state.sign(), state.ramp.level);
         let unproved = (state.stroke == 0 || state.course.doubt.is_some()) && !state.pulses.proved;
-        if !(unproved && state.ramp.turns(input.current_raw, sign, level, self.unseen)) {
+        // An encoder that shows an edge is there: it is waited for longer, because rated speed may be far too high.
+        let edges = state.travel.wrapping_sub(state.ramp.path);
+        let most = if edges == 0 { self.unseen } else { self.unseen.saturating_mul(PATIENCE) };
+        if !(unproved && state.ramp.turns(input.current_raw, sign, level, most)) {
             return None;
         }
         // What random torque has done before the motion is no sign of its direction.

@@ -50,7 +50,10 @@ pub(super) struct Course {
     steps: u8,
     /// Counts of a look at rated speed.
     rated: i32,
-    /// Count at the last look.
+    /// Count and path when the look became due: looks are as far apart as they are long, whenever they are taken.
+    seen: i32,
+    seen_path: u32,
+    /// Count of the last look.
     count: i32,
     /// Where the count last came to, the path until then, and the looks since.
     place: i32,
@@ -77,15 +80,16 @@ impl Course {
     #[inline(always)]
     pub(super) fn new(params: &Params, count: i32) -> Self {
         let (rated, until_step) = (params.look_counts(), params.limits.step_ticks);
-        Course { count, place: count, rated, until_step, steps: 1, ..Course::default() }
+        Course { count, seen: count, place: count, rated, until_step, steps: 1, ..Course::default() }
     }
 
     /// A step of the speed measurement has ended.
     #[inline]
-    pub(super) fn step(&mut self, steps: u8) {
+    pub(super) fn step(&mut self, steps: u8, count: i32, path: u32) {
         self.steps = self.steps.saturating_sub(1);
         if self.steps == 0 {
             (self.steps, self.due) = (steps, 1);
+            (self.seen, self.seen_path) = (count, path);
         }
     }
 
@@ -152,14 +156,14 @@ impl Params {
         let share = if state.restless { AGAINST_SHARE_RESTLESS } else { AGAINST_SHARE };
         let course = &mut state.course;
         let threshold = LEAST_AGAINST.max(course.rated / share);
-        let moved = input.count.wrapping_sub(course.count);
-        (course.due, course.count) = (0, input.count);
+        let moved = course.seen.wrapping_sub(course.count);
+        (course.due, course.count) = (0, course.seen);
         let forwards = moved.saturating_mul(sign);
         let against = course.runs_against(sign, forwards.saturating_neg(), threshold);
         // Shaking the shaft brings it back to where it was.
         let fresh = state.elapsed < self.limits.step_ticks * u32::from(self.limits.steps);
         let shaken = fresh || state.phase == Phase::PulseTest || state.restless;
-        let flickers = course.flickers(input.count, state.travel, shaken);
+        let flickers = course.flickers(course.seen, course.seen_path, shaken);
         let rushes = course.rushes(forwards, level);
         match () {
             () if against => self.runs_against(state),
@@ -188,6 +192,7 @@ impl Params {
 
 impl Course {
     /// The gain that the fastest look has shown, rough as it is.
+    #[cold]
     pub(super) fn gain(&self) -> Estimate {
         let [fastest, rated] = [self.fastest, self.rated].map(|counts| Positive::of(counts.max(1), 0));
         let level = Positive::of(self.fastest_at.max(1), 14);

@@ -142,7 +142,7 @@ impl Params {
         } else {
             state.course.until_step = self.limits.step_ticks - 1;
             state.course.supplied = true;
-            state.course.step(self.limits.steps);
+            state.course.step(self.limits.steps, input.count, state.travel);
             state.last_step = input.count.wrapping_sub(state.step_count).unsigned_abs();
             state.step_count = input.count;
         }

@@ -326,7 +326,8 @@ impl State {
     }
 
     /// Ends it now; the bridge opens with the next request.
-    #[inline]
+    #[cold]
+    #[inline(never)]
     pub fn refuse(&mut self, reason: Reason) {
         if !self.ended() {
             let reason = self.plainly(reason);
@@ -376,7 +377,8 @@ impl State {
         self.solver.start(structure);
     }
 
-    #[inline]
+    #[cold]
+    #[inline(never)]
     fn enter(&mut self, phase: Phase, count: i32) {
         self.phase = phase;
         self.elapsed = 0;

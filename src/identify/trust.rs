@@ -6,6 +6,7 @@
 
 use super::Params;
 use super::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Reason, Standing, TIME_FRAC};
+use super::plausible::{contradict, starts_higher};
 use super::positive::Positive;
 use super::regression::Sums;
 use super::saturation;
@@ -39,16 +40,6 @@ pub const VERIFY_LIMIT: i32 = 12_583;
 /// The same as a share of the dead zone, in 1/1024: 9 %. A load that steps by a tenth of a dead zone shows there; drag
 /// and random torque leave 98 of 100 directions below.
 const VERIFY_SHARE_1024: i32 = 92;
-
-/// A start takes at most this share of the dead zone, in 1/1024, and this much more, Q20 of nominal: 1.75 times and 2 %. Friction at
-/// rest is up to 1.6 times that of motion, with its ripple 1.75 times; a drive that gives nothing below a threshold needs more.
-const START_1024: i32 = 1_792;
-const START_MARGIN: i32 = 20_972;
-/// Gain times nominal supply over rated speed, Q20, outside of which the axis file is wrong: rated speed is right within 30 %, which is
-/// 0.77 … 1.43, and the gain within 4 %.
-const RATED_GAIN: core::ops::RangeInclusive<i32> = 765_460..=1_572_864;
-/// Difference of the gains from their mean above which the mean is of no use, Q20: 10 %. Motors differ by 3 %.
-const MOST_SKEW: i32 = 104_858;
 
 /// Mean residual of the verification windows of one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -169,7 +160,7 @@ impl Params {
                 }
                 estimates.gain_skew = gain_skew(solution);
                 estimates.gain = self.gain(lengths, solution, evidence, standing(estimates));
-                self.contradict(estimates, evidence.excitation);
+                contradict(estimates, evidence.excitation == Excitation::Chosen);
             }
             Part::TimeConstant => {
                 estimates.mechanism = evidence.mechanism;
@@ -248,24 +239,6 @@ impl Params {
         linear(value, u95, evidence.excitation, standing)
     }
 
-    /// Gains that the axis file or each other contradict. Nothing is right by a wrong scale of speed.
-    fn contradict(&self, estimates: &mut Estimates, excitation: Excitation) {
-        let Estimates { gain, gain_skew, dead_zone, .. } = estimates;
-        let (chosen, not_excited) =
-            (excitation == Excitation::Chosen, Standing::Doubtful(Reason::NotExcited));
-        if gain_skew.saturating_abs() > MOST_SKEW && (chosen || gain.standing == Standing::Trusted) {
-            // The slower direction spans less speed for that alone.
-            for number in dead_zone.iter_mut().filter(|number| number.standing == not_excited) {
-                number.standing = Standing::Doubtful(Reason::GainsDiffer);
-            }
-            gain.standing = Standing::Doubtful(Reason::GainsDiffer);
-        } else if chosen && !RATED_GAIN.contains(&gain.value) {
-            for number in dead_zone.iter_mut().chain([gain]) {
-                number.standing = Standing::Doubtful(Reason::SpeedContradicts);
-            }
-        }
-    }
-
     fn time_constant(
         &self,
         lengths: &Lengths,
@@ -278,11 +251,6 @@ impl Params {
         let u95 = half_width(value, solution.time_constant_sigma, linear_error(evidence));
         linear(value, u95, evidence.excitation, standing)
     }
-}
-
-/// Does a start take far more than the line through the moving points tells?
-fn starts_higher(start: i32, dead_zone: i32) -> bool {
-    (start << 6) > share(dead_zone, START_1024).saturating_add(START_MARGIN)
 }
 
 /// The first of two doubts.
@@ -405,6 +373,6 @@ fn half_width(value: i32, relative_sigma: i32, model: i32) -> i32 {
     (sigma.clamp(0, i64::from(i32::MAX)) as i32).saturating_add(share(value, model))
 }
 
-fn share(value: i32, of_1024: i32) -> i32 {
+pub(super) fn share(value: i32, of_1024: i32) -> i32 {
     ((i64::from(value) * i64::from(of_1024)) >> 10) as i32
 }
