@@ -226,7 +226,7 @@ fn all_that_a_board_tells_fits_a_message_and_is_told_in_words() {
             assert_eq!(postcard::from_bytes::<Board>(&bytes), Ok(sent));
         }
     }
-    let text = board::text(&Hello { axes: 2, cause: ResetCause::Watchdog, stored: Found::Blank, board });
+    let text = board::text(&Hello { axes: 3, cause: ResetCause::Watchdog, stored: Found::Blank, board });
     for part in [
         "odrive-v3-24v",
         "watchdog",
