@@ -17,7 +17,6 @@ use super::drv8301::{Drv8301, Faults, Trouble};
 use core::sync::atomic::{AtomicU8, Ordering};
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::SpiDevice;
-use serde::{Deserialize, Serialize};
 
 /// Until the first start: the enable line was low since reset.
 const FIRST_REST_MS: u32 = 1;
@@ -33,7 +32,7 @@ const WATCHING_MS: u32 = 100;
 pub struct GateStatus(AtomicU8);
 
 /// Its states.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum State {
     /// On their way up. Left by idle.
@@ -48,6 +47,19 @@ pub enum State {
     Failed = 4,
 }
 
+impl State {
+    /// The state of this number.
+    pub const fn of(number: u8) -> Self {
+        match number {
+            1 => State::Ready,
+            2 => State::Tripped,
+            3 => State::Wanted,
+            4 => State::Failed,
+            _ => State::Starting,
+        }
+    }
+}
+
 impl GateStatus {
     /// Nothing started.
     pub const fn new() -> Self {
@@ -56,13 +68,7 @@ impl GateStatus {
 
     /// The state.
     pub fn state(&self) -> State {
-        match self.0.load(Ordering::Relaxed) {
-            1 => State::Ready,
-            2 => State::Tripped,
-            3 => State::Wanted,
-            4 => State::Failed,
-            _ => State::Starting,
-        }
+        State::of(self.0.load(Ordering::Relaxed))
     }
 
     fn set(&self, state: State) {

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 const TOLERANCE: f32 = 0.1;
 
 /// What one count is worth. None: the configuration says it, or there is no such sensor.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scales {
     /// Volts of supply.
     pub supply: Optional,

@@ -197,7 +197,9 @@ impl<C: Converter> CurrentSensor for LowLegSense<C> {
     }
 }
 
-/// A zero as a number, or the mark of one that is not known.
+/// Rare, and out of the tick: a zero as a number, or the mark of one that is not known.
+#[cold]
+#[inline(never)]
 fn told(zero: Zero) -> i16 {
     match zero {
         Zero::Known(zero) => clamp(i32::from(zero)),

@@ -7,7 +7,7 @@ use heapless::spsc::{Consumer, Producer};
 use servo::axis::servo_axis;
 use servo::config::Config;
 use servo::drivers::saving::{Job, Report, Saving, Step};
-use servo::link::board::Board;
+use servo::link::board::{Board, Name};
 use servo::link::capture::{Capture, Ring};
 use servo::link::order::{self, Service};
 use servo::link::protocol::{CAPTURE_PIECE, Message, Refusal};
@@ -20,6 +20,9 @@ pub type Order = order::Order<Constants>;
 
 /// Control rate until an axis is configured, Hz: the one with which the boards start.
 const START_TICK_HZ: u32 = 10_000;
+
+/// What an image knows of its board.
+const BOARD: Board = Board::new(Name::new(env!("BOARD")), Selected::SCALES);
 
 /// An order with its sequence number and its axis. There is one place for it, which goes to and fro between link and control.
 pub struct Parcel {
@@ -348,15 +351,8 @@ impl Control {
     #[inline(never)]
     fn hello(&mut self, drive: &impl Drive) {
         let Started { cause, clock, brown_out_reset_off } = self.started;
-        let board = Board {
-            // It has room: `names_of_boards_fit_a_message`.
-            name: env!("BOARD").try_into().unwrap_or_default(),
-            scales: Selected::SCALES,
-            clock,
-            brown_out_reset_off,
-            gates: drive.gates(),
-            zeros: (0..AXES).map(|axis| drive.zeros(axis)).collect(),
-        };
+        let mut board = Board { clock, brown_out_reset_off, gates: drive.gates(), ..BOARD };
+        board.zeros.iter_mut().take(AXES).enumerate().for_each(|(axis, zeros)| *zeros = drive.zeros(axis));
         self.tell(Message::Hello { axes: AXES as u8, cause, stored: self.stored, board });
     }
 

@@ -8,7 +8,7 @@ use servo::drivers::drv8301::{Faults, Register, Trouble};
 use servo::drivers::gates::State;
 use servo::drivers::reach::Reach;
 use servo::drivers::scales::{ScaleError, Scales};
-use servo::link::board::{Board, Clock, GateTrouble, Gates, NAME_CAPACITY};
+use servo::link::board::{Board, Clock, GateTrouble, Gates, Name};
 use servo::link::in_force::InForce;
 use servo::link::order::Order;
 use servo::link::protocol::{
@@ -34,12 +34,8 @@ fn vesc() -> Scales {
 
 /// How a board of the table introduces itself.
 fn told(row: &boards::Board) -> Board {
-    Board {
-        name: row.name.try_into().expect("it fits"),
-        scales: board::scales(row),
-        clock: Clock::Crystal(8_000_000),
-        ..Board::default()
-    }
+    let clock = Clock::Crystal(8_000_000);
+    Board { clock, ..Board::new(Name::new(row.name), board::scales(row)) }
 }
 
 fn parse(text: &str) -> Setup {
@@ -186,12 +182,8 @@ impl Wire for Introduced {
         for byte in outgoing.drain(..) {
             let Some(Ok(frame)) = self.1.push(byte) else { continue };
             let answer = Message::Answer { to: frame.sequence, tick: 1, result: Ok(()) };
-            let hello = Message::Hello {
-                axes: 1,
-                cause: ResetCause::Pin,
-                stored: Found::Blank,
-                board: self.0.clone(),
-            };
+            let hello =
+                Message::Hello { axes: 1, cause: ResetCause::Pin, stored: Found::Blank, board: self.0 };
             for message in [answer, hello] {
                 let mut buffer = [0; FRAME_CAPACITY];
                 incoming.extend_from_slice(encode(0, message, &mut buffer).expect("it fits"));
@@ -204,7 +196,7 @@ impl Wire for Introduced {
 #[test]
 fn a_servo_that_was_on_before_is_asked_for_its_board_once() {
     let board = told(&boards::VESC_6);
-    let mut client = Client::new(Box::new(Introduced(board.clone(), Receiver::new())));
+    let mut client = Client::new(Box::new(Introduced(board, Receiver::new())));
     assert_eq!(client.board(&mut |_| {}).expect("an answer"), board);
     assert_eq!(client.board(&mut |_| {}).expect("known"), board);
     assert_eq!(client.hello().expect("an answer").board, board);
@@ -213,15 +205,14 @@ fn a_servo_that_was_on_before_is_asked_for_its_board_once() {
 #[test]
 fn all_that_a_board_tells_fits_a_message_and_is_told_in_words() {
     let faulty = GateTrouble { driver: 1, trouble: Trouble::Faulty(Faults(0x420)) };
-    let mut board = Board {
+    let none = [Sample::CURRENT_NOT_SENSED; 2];
+    let board = Board {
         gates: Some(Gates { state: State::Failed, trouble: faulty.code() }),
         brown_out_reset_off: true,
+        zeros: [[2041, 2060], [Sample::CURRENT_ZERO_OUTSIDE, 2050], none, none],
         ..told(&boards::ODRIVE_V3_24V)
     };
-    for zeros in [[2041, 2060], [Sample::CURRENT_ZERO_OUTSIDE, 2050], [Sample::CURRENT_NOT_SENSED; 2]] {
-        board.zeros.push(zeros).expect("room");
-    }
-    let longest = Board { zeros: [[i16::MIN; 2]; MAX_AXES].into_iter().collect(), ..board.clone() };
+    let longest = Board { zeros: [[i16::MIN; 2]; MAX_AXES], ..board };
     let hello = Message::Hello {
         axes: 4,
         cause: ResetCause::Watchdog,
@@ -229,12 +220,13 @@ fn all_that_a_board_tells_fits_a_message_and_is_told_in_words() {
         board: longest,
     };
     assert!(encode(u16::MAX, hello, &mut [0; FRAME_CAPACITY]).is_ok());
-    let text = board::text(&Hello {
-        axes: 2,
-        cause: ResetCause::Watchdog,
-        stored: Found::Blank,
-        board: board.clone(),
-    });
+    for clock in [Clock::Simulated, Clock::Internal, Clock::Crystal(25_000_000)] {
+        for sent in [Board { clock, ..board }, Board { clock, gates: None, ..longest }] {
+            let bytes = postcard::to_stdvec(&sent).expect("plain");
+            assert_eq!(postcard::from_bytes::<Board>(&bytes), Ok(sent));
+        }
+    }
+    let text = board::text(&Hello { axes: 3, cause: ResetCause::Watchdog, stored: Found::Blank, board });
     for part in [
         "odrive-v3-24v",
         "watchdog",
@@ -253,7 +245,7 @@ fn all_that_a_board_tells_fits_a_message_and_is_told_in_words() {
     let text = board::text(&Hello { axes: 1, cause: ResetCause::Pin, stored: Found::Blank, board: internal });
     assert!(text.contains("no crystal") && text.contains("none that"), "{text}");
     for row in boards::BOARDS {
-        assert!(row.name.len() <= NAME_CAPACITY, "{}", row.name);
+        assert_eq!(Name::new(row.name).as_str(), row.name);
     }
 }
 

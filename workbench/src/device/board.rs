@@ -33,7 +33,7 @@ pub fn text(hello: &Hello) -> String {
         None => "as the axis file says".into(),
     };
     let mut lines = vec![
-        ("board", board.name.to_string()),
+        ("board", board.name.as_str().into()),
         ("started by", format!("{:?}", hello.cause).to_lowercase()),
         ("clock", clock(board.clock)),
         ("store", found_text(hello.stored)),
@@ -41,7 +41,7 @@ pub fn text(hello: &Hello) -> String {
         ("current", scale(board.scales.current, "A")),
         ("gate drivers", board.gates.map_or_else(|| "none that are set up".into(), gates)),
     ];
-    lines.extend(board.zeros.iter().map(|&zeros| ("zero", zero(zeros))));
+    lines.extend(board.zeros.iter().take(hello.axes.into()).map(|&zeros| ("zero", zero(zeros))));
     if board.brown_out_reset_off {
         lines.push(("brown-out", "its reset is off: set BOR_LEV of the option bytes to level 3".into()));
     }

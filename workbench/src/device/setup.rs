@@ -90,11 +90,11 @@ impl Setup {
     pub fn on(self, board: &Board) -> Result<Self, InputError> {
         if let Some(named) = self.wiring.board
             && board.clock != Clock::Simulated
-            && board.name != named
+            && board.name.as_str() != named
         {
             return Err(InputError(format!(
                 "the axis file is for the board {named}, and the servo runs on {}: correct `board`, or flash the image of {named}",
-                board.name
+                board.name.as_str()
             )));
         }
         let config = self.scaled(board.scales);

@@ -68,7 +68,7 @@ pub struct Farewell {
 }
 
 /// How a servo introduces itself.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hello {
     /// Axes of its image.
     pub axes: u8,
@@ -128,7 +128,7 @@ impl Client {
             match self.receiver.push(byte) {
                 Some(Ok(frame)) => {
                     if let Message::Hello { board, .. } = &frame.body {
-                        self.board = Some(board.clone());
+                        self.board = Some(*board);
                     }
                     sink(self.epoch.rebase(frame.body));
                 }
@@ -260,7 +260,7 @@ impl Client {
 
     /// Number of axes, cause of the last start, and what the store holds.
     pub fn hello(&mut self) -> Result<Hello, InputError> {
-        self.ask(Command::Hello, &mut |_| {}, |message| match message.clone() {
+        self.ask(Command::Hello, &mut |_| {}, |message| match *message {
             Message::Hello { axes, cause, stored, board } => Some(Hello { axes, cause, stored, board }),
             _ => None,
         })
@@ -268,10 +268,10 @@ impl Client {
 
     /// The board: as it introduced itself at power-up, or when asked. All other messages go to `sink`.
     pub fn board(&mut self, sink: &mut dyn FnMut(Message)) -> Result<Board, InputError> {
-        match self.board.clone() {
+        match self.board {
             Some(board) => Ok(board),
             None => self.ask(Command::Hello, sink, |message| match message {
-                Message::Hello { board, .. } => Some(board.clone()),
+                Message::Hello { board, .. } => Some(*board),
                 _ => None,
             }),
         }
