@@ -172,8 +172,8 @@ impl Room {
         std::fs::create_dir_all(&output)?;
         let mut command = mutants();
         command.arg("--output").arg(&output);
-        // Published crates are built once, not for every copy.
-        command.env("CARGO_TARGET_DIR", root().join("target"));
+        // Published crates are built once, not for every copy; and not where the project's own builds would take a mutant for theirs.
+        command.env("CARGO_TARGET_DIR", root().join("target/mutants-build"));
         // `cargo-mutants` would take its base line from the packages that it changes.
         command.args(["--test-package", self.package, "--profile", self.profile, "--baseline", "skip"]);
         command.args(["--timeout", self.patience, "--no-shuffle", "--colors", "never"]);
