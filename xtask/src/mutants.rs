@@ -1,13 +1,13 @@
 //! Mutants of drivers, protection and image: small changes to the code, each of which some test should notice.
 //!
 //! `cargo-mutants` makes them in a copy of the project. Each is tried with the narrow room of `tools/mutants`, which knows no
-//! workbench: first without the model of the chip, which takes a second, then, if nothing was noticed, with it.
+//! workbench: first without the model of the chip, which takes a second, then, if nothing was noticed, with it. What protection
+//! concludes from a motor is judged by closed loops alone: for its mutants they come last, and take minutes each.
 
 use crate::process::{cargo, find, root, run};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::PathBuf;
 use std::process::Command;
 
 /// What is left with its reason.
@@ -16,16 +16,16 @@ const ACCEPTED: &str = "tools/mutants/accepted.txt";
 const FILES: [&str; 12] = [
     "src/drivers/*.rs",
     "src/protect/**/*.rs",
-    "src/image/tick.rs",
-    "src/image/boot.rs",
-    "src/image/board/stm32f405/axis.rs",
-    "src/image/board/stm32f405/clock.rs",
-    "src/image/board/stm32f405/converter.rs",
-    "src/image/board/stm32f405/drive.rs",
-    "src/image/board/stm32f405/gates.rs",
-    "src/image/board/stm32f405/gpio.rs",
-    "src/image/board/stm32f405/pwm.rs",
-    "src/image/board/stm32f405/timing.rs",
+    "**/image/tick.rs",
+    "**/image/boot.rs",
+    "**/image/../image/board/stm32f405/axis.rs",
+    "**/image/../image/board/stm32f405/clock.rs",
+    "**/image/../image/board/stm32f405/converter.rs",
+    "**/image/../image/board/stm32f405/drive.rs",
+    "**/image/../image/board/stm32f405/gates.rs",
+    "**/image/../image/board/stm32f405/gpio.rs",
+    "**/image/../image/board/stm32f405/pwm.rs",
+    "**/image/../image/board/stm32f405/timing.rs",
 ];
 /// Their tests are other rooms': power cuts of the store, and the library that it stands on.
 const OTHERS: [&str; 3] = ["src/drivers/flash.rs", "src/drivers/page.rs", "src/drivers/newest.rs"];
@@ -33,8 +33,46 @@ const OTHERS: [&str; 3] = ["src/drivers/flash.rs", "src/drivers/page.rs", "src/d
 const DOCUMENTS: [&str; 3] = ["documentation", "pages_of_boards", "the_picture"];
 /// The narrow room.
 const NARROW: [&str; 5] = ["test", "--profile", "mutants", "--test", "narrow"];
-/// Seconds after which a mutant counts as noticed: it hangs.
-const PATIENCE: [&str; 2] = ["60", "900"];
+
+/// Tests that mutants are tried with.
+struct Room {
+    /// Where its results lie, in `target/mutants-out`.
+    folder: &'static str,
+    package: &'static str,
+    test: &'static str,
+    /// Tests of these names are left out.
+    skipped: &'static [&'static str],
+    /// Beginnings of the names of files that it is for.
+    files: &'static str,
+    profile: &'static str,
+    /// Seconds after which a mutant counts as noticed: it hangs.
+    patience: &'static str,
+}
+
+const QUICK: Room = Room {
+    folder: "quick",
+    package: "mutants",
+    test: "narrow",
+    skipped: &["board_model"],
+    files: "src/",
+    profile: "mutants",
+    patience: "180",
+};
+
+/// One behind the other: each for what the one before it has not noticed.
+const ROOMS: [Room; 3] = [
+    QUICK,
+    Room { folder: "model", skipped: &[], patience: "900", ..QUICK },
+    Room {
+        folder: "loops",
+        package: "host-tests",
+        test: "closed_loop",
+        skipped: &[],
+        files: "src/protect/",
+        profile: "dev",
+        patience: "1800",
+    },
+];
 
 /// Which mutants.
 #[derive(Args)]
@@ -57,11 +95,10 @@ pub struct Choice {
 pub fn check(choice: &Choice) -> Result<()> {
     install()?;
     let chosen = names(choice)?;
-    run(cargo(&NARROW).args(["--package", "mutants"]).args(filters(&["board_model"])))
+    run(cargo(&NARROW).args(["--package", "mutants"]).args(filters(QUICK.skipped)))
         .context("without a mutant the narrow room must be green")?;
     println!("{} mutants", chosen.len());
-    let missed = tried(0, &chosen, &["board_model"])?;
-    let missed = if missed.is_empty() { missed } else { tried(1, &missed, &[])? };
+    let missed = ROOMS.iter().try_fold(chosen.clone(), |names, room| room.tried(names))?;
     report(chosen.len(), &missed)
 }
 
@@ -119,39 +156,46 @@ fn place_free(name: &str) -> String {
     }
 }
 
-/// Tries mutants without the tests of these names: those that nothing has noticed.
-fn tried(stage: usize, names: &[String], skipped: &[&str]) -> Result<Vec<String>> {
-    let output = folder(stage);
-    std::fs::create_dir_all(&output)?;
-    let mut command = mutants();
-    command.arg("--output").arg(&output);
-    // Published crates are built once, not for every copy.
-    command.env("CARGO_TARGET_DIR", root().join("target"));
-    // `cargo-mutants` would take its base line from the packages that it changes.
-    command.args(["--test-package", "mutants", "--profile", "mutants", "--baseline", "skip"]);
-    command.args(["--timeout", PATIENCE[stage], "--no-shuffle", "--colors", "never"]);
-    for name in names {
-        command.args(["--re", &format!("^{}$", escaped(name))]);
+impl Room {
+    /// Tries those that it is for: all that nothing has noticed.
+    fn tried(&self, names: Vec<String>) -> Result<Vec<String>> {
+        let (own, mut others): (Vec<_>, Vec<_>) =
+            names.into_iter().partition(|name| name.starts_with(self.files));
+        if !own.is_empty() {
+            others.extend(self.missed(&own)?);
+        }
+        Ok(others)
     }
-    command.args(["--", "--test", "narrow"]).args(filters(skipped));
-    // 2 and 3: some were not noticed, or hung.
-    let status = command.status().context("`cargo mutants` cannot be started")?;
-    if !matches!(status.code(), Some(0 | 2 | 3)) {
-        bail!("`cargo mutants` failed ({status})");
+
+    fn missed(&self, names: &[String]) -> Result<Vec<String>> {
+        let output = root().join("target/mutants-out").join(self.folder);
+        std::fs::create_dir_all(&output)?;
+        let mut command = mutants();
+        command.arg("--output").arg(&output);
+        // Published crates are built once, not for every copy; and not where the project's own builds would take a mutant for theirs.
+        command.env("CARGO_TARGET_DIR", root().join("target/mutants-build"));
+        // `cargo-mutants` would take its base line from the packages that it changes.
+        command.args(["--test-package", self.package, "--profile", self.profile, "--baseline", "skip"]);
+        command.args(["--timeout", self.patience, "--no-shuffle", "--colors", "never"]);
+        for name in names {
+            command.args(["--re", &format!("^{}$", escaped(name))]);
+        }
+        command.args(["--", "--test", self.test]).args(filters(self.skipped));
+        // 2 and 3: some were not noticed, or hung.
+        let status = command.status().context("`cargo mutants` cannot be started")?;
+        if !matches!(status.code(), Some(0 | 2 | 3)) {
+            bail!("`cargo mutants` failed ({status})");
+        }
+        let missed = output.join("mutants.out/missed.txt");
+        let text = std::fs::read_to_string(&missed).with_context(|| missed.display().to_string())?;
+        Ok(text.lines().map(String::from).collect())
     }
-    let missed = output.join("mutants.out/missed.txt");
-    let text = std::fs::read_to_string(&missed).with_context(|| missed.display().to_string())?;
-    Ok(text.lines().map(String::from).collect())
 }
 
 /// Arguments of the test room, without tests of these names.
 fn filters<'a>(skipped: &'a [&'a str]) -> impl Iterator<Item = &'a str> {
     let names = DOCUMENTS.iter().chain(skipped);
     std::iter::once("--").chain(names.flat_map(|name| ["--skip", name]))
-}
-
-fn folder(stage: usize) -> PathBuf {
-    root().join("target/mutants-out").join(["quick", "model"][stage])
 }
 
 /// As a regular expression. `\\<` would be the beginning of a word.

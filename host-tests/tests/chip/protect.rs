@@ -46,6 +46,7 @@ fn the_table_opens_unless_told_otherwise_and_refuses_what_cannot_be() {
         assert_eq!(holding.is_err(), fault != Fault::CommandTimeout, "{fault:?}");
         if let Ok(table) = braking {
             assert_eq!(table.of(fault), Action::Brake);
+            assert_eq!(table.with(fault, Action::Brake), Ok(table), "said twice");
             assert_eq!(table.with(fault, Action::Open), Ok(Actions::default()));
         }
         if let Err(error) = holding {
@@ -57,6 +58,7 @@ fn the_table_opens_unless_told_otherwise_and_refuses_what_cannot_be() {
         .with(Fault::CommandTimeout, Action::Hold)
         .and_then(|table| table.with(Fault::NoMotion, Action::Brake))
         .expect("both can be");
+    assert_eq!(both.with(Fault::CommandTimeout, Action::Hold), Ok(both), "said twice");
     assert_eq!(both.of(Fault::CommandTimeout), Action::Hold);
     assert_eq!(both.of(Fault::NoMotion), Action::Brake);
     assert_eq!(both.of(Fault::Stalled), Action::Open);

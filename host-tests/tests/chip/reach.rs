@@ -22,6 +22,12 @@ fn refused(reach: Reach, config: &Config, protection: Option<&Settings>, field: 
     assert!((maximum - most).abs() < 0.002 * most.max(1e-3), "{maximum} instead of {most}");
 }
 
+/// The largest word of the supply and the lowest words of the current are marks of what is not measured.
+#[test]
+fn a_sample_reaches_as_far_as_its_words() {
+    assert_eq!(Reach::WORDS, Reach { supply: 65_534, current: 32_767 });
+}
+
 #[test]
 fn what_the_converters_reach_is_allowed() {
     let limited = Config {

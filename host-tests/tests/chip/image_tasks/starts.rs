@@ -8,6 +8,7 @@ use servo::axis::{Bridge, Command};
 use servo::config::Config;
 use servo::drivers::flash::ParameterFlash;
 use servo::drivers::saving::{Archive, Job, Report};
+use servo::identify::estimate::{Estimate, Reason, Standing};
 use servo::link::protocol::ResetCause;
 use servo::protect::Fault;
 use servo::store::{AtRest, AxisParameters, Found, LAYOUT};
@@ -31,6 +32,22 @@ fn stored(config: Config) -> Memory {
     };
     assert_eq!(report, Some(Report::Saved));
     memory
+}
+
+/// A record has room for numbers that are trusted, and for the reasons of the others.
+#[test]
+fn of_an_estimate_that_is_not_trusted_the_reason_alone_is_stored() {
+    let mut archive = Archive::<_, AXES>::new(ParameterFlash::new(Memory::blank(), 0));
+    let mut axis = servo::axis::servo_axis::ServoAxis::new();
+    axis.execute(&Order::configure(&Config::EXAMPLE).expect("a good one")).expect("open");
+    let mut parameters: AxisParameters = axis.parameters().expect("configured");
+    let estimate = |standing| Estimate { value: 1 << 20, u95: 900, standing };
+    parameters.estimates.gain = estimate(Standing::Trusted);
+    parameters.estimates.time_constant = estimate(Standing::Doubtful(Reason::Aged));
+    assert_eq!(archive.handle(&Job::Axis(Some(parameters))), None);
+    let kept = archive.set().axes[0].expect("an axis").estimates;
+    assert_eq!(kept.gain, parameters.estimates.gain);
+    assert_eq!(kept.time_constant, Estimate::missing(Reason::Aged));
 }
 
 /// What the image finds and makes of it.
