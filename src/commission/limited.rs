@@ -58,6 +58,7 @@ impl State {
     #[cold]
     #[inline(never)]
     pub(super) fn blame_limit(&mut self) {
+        use Reason::{NotExcited, NotSeen, NotVerified, TooUncertain};
         let much = self.or_limited(Reason::NotExcited) == Reason::CurrentLimited;
         let full = self.voltage.full;
         let Estimates {
@@ -69,7 +70,7 @@ impl State {
         {
             match &mut estimate.standing {
                 Standing::Doubtful(reason) | Standing::Missing(reason)
-                    if limited && matches!(reason, Reason::NotExcited | Reason::NotSeen) =>
+                    if limited && matches!(reason, NotExcited | NotSeen | NotVerified | TooUncertain) =>
                 {
                     *reason = Reason::CurrentLimited;
                 }
