@@ -110,11 +110,12 @@ impl PowerUp {
     }
 }
 
-/// Steps of the pages, with ODrive's limit of 0.5 A and VESC's of 1.5 A, which 12 Ω at 45 % of 12 V (0.45 A) do not reach; on the other boards
+/// Steps 7 of the pages, at 12 V: VESC's limit of 1.5 A, which 12 Ω at 45 % of 12 V (0.45 A) do not reach; on ODrive
 /// 0.3 A, which they do. A count of VESC's is 81 mA: what stands may look like what turns unseen.
 #[test]
 fn a_resistor_in_series_with_a_held_motor_is_told_as_what_does_not_move() {
-    for (name, board, wires) in ROWS.into_iter().take(1) {
+    // The own board's steps have no resistor.
+    for (name, board, wires) in ROWS.into_iter().take(1).filter(|row| row.0 != "stm32f405") {
         let limit = if name == "vesc-6" { 1.5 } else { 0.3 };
         let mut up = PowerUp::new(board, wires(), &[(); AXES].map(|()| Motor::resistor()), [limit; AXES]);
         for report in up.commission(&[0], 1_000) {
