@@ -58,6 +58,7 @@ impl State {
     #[cold]
     #[inline(never)]
     pub(super) fn blame_limit(&mut self) {
+        use Reason::{NotExcited, NotSeen, NotVerified, TooUncertain};
         let much = self.or_limited(Reason::NotExcited) == Reason::CurrentLimited;
         let full = self.voltage.full;
         let Estimates {
@@ -69,7 +70,7 @@ impl State {
         {
             match &mut estimate.standing {
                 Standing::Doubtful(reason) | Standing::Missing(reason)
-                    if limited && matches!(reason, Reason::NotExcited | Reason::NotSeen) =>
+                    if limited && matches!(reason, NotExcited | NotSeen | NotVerified | TooUncertain) =>
                 {
                     *reason = Reason::CurrentLimited;
                 }
@@ -89,7 +90,7 @@ impl Params {
     #[inline(never)]
     pub(super) fn limited_step(&self, state: &mut State, input: &Input) -> bool {
         let direction = state.direction;
-        let displacement = i64::from(state.displacement(input.count));
+        let displacement = state.displacement(input.count);
         let friction = state.break_away[direction] / 4 * KINETIC_QUARTERS;
         let drives = i64::from(input.voltage.0.saturating_mul(state.sign()).saturating_sub(friction).max(0));
         let sum = state.voltage.step.unwrap_or(0).saturating_add(drives);
@@ -98,10 +99,12 @@ impl Params {
             return false;
         }
         // Rated counts a tick are Q16, voltages Q14.
-        let given = (sum.saturating_mul(i64::from(self.scale.rated_counts_per_tick_q16))) >> 30;
-        let left = given.saturating_sub(displacement).max(displacement / 8);
-        let ticks = left.saturating_mul(i64::from(state.elapsed)) / displacement.saturating_mul(2).max(1);
-        state.timescale.is_about(ticks.clamp(1, 1 << 24) as u32);
+        let given = sum.saturating_mul(i64::from(self.scale.rated_counts_per_tick_q16)) >> 30;
+        let given = given.min(1 << 30) as i32;
+        let left = given.saturating_sub(displacement).max(displacement >> 3);
+        // In single precision: a division of 64 bits would take 900 bytes of the image.
+        let ticks = left as f32 * state.elapsed as f32 / (2.0 * displacement as f32);
+        state.timescale.is_about((ticks as u32).clamp(1, 1 << 24));
         true
     }
 
@@ -113,4 +116,4 @@ impl Params {
 }
 
 /// Counts after which the speed is told well enough.
-const LEAST_COUNTS: i64 = 64;
+const LEAST_COUNTS: i32 = 64;

@@ -54,9 +54,10 @@ impl Default for Motor {
 impl Motor {
     pub const SUPPLY_V: f64 = 12.0;
 
-    /// A resistor of 10 Ω with what its wire winding has of an inductance.
+    /// A resistor of 10 Ω in series with a winding that does not turn: without its inductance the current would follow the PWM, and
+    /// its sample would be that of full voltage at any duty.
     pub fn resistor() -> Self {
-        Self { ohm: 10.0, henry: 1e-4, constant: 0.0, ..Self::default() }
+        Self { ohm: 12.0, henry: 2e-3, constant: 0.0, ..Self::default() }
     }
 
     pub fn count(&self) -> u32 {

