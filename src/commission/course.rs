@@ -136,8 +136,8 @@ impl Course {
         if forwards > self.fastest {
             (self.fastest, self.fastest_at) = (forwards, self.peak);
         }
-        let most =
-            i64::from(self.rated) * i64::from((self.peak * MOST_PER_VOLT_16 >> 14) + MOST_AT_REST_16) >> 4;
+        let share = (self.peak.saturating_mul(MOST_PER_VOLT_16) >> 14) + MOST_AT_REST_16;
+        let most = (i64::from(self.rated) * i64::from(share)) >> 4;
         let rushes = self.sign != 0 && i64::from(forwards) > most.saturating_add(i64::from(LEAST_AGAINST));
         self.rushes = if rushes { self.rushes.saturating_add(1) } else { 0 };
         self.rushes >= LOOKS
