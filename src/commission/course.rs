@@ -93,12 +93,24 @@ impl Course {
         }
     }
 
-    /// Is it this tick that takes a look? `idle`: it has no other work.
+    /// Has this tick made a step of the speed measurement?
     #[inline]
+    pub(super) fn has_stepped(&self, step_ticks: u32) -> bool {
+        self.until_step.wrapping_add(1) == step_ticks
+    }
+
+    /// Does a look wait for its tick?
+    #[inline]
+    pub(super) fn waits(&self) -> bool {
+        self.due > 0
+    }
+
+    /// Does the look that waits take this tick? `idle`: it has no other work.
+    #[cold]
+    #[inline(never)]
     pub(super) fn is_due(&mut self, idle: bool) -> bool {
-        let due = self.due > 0;
-        self.due += u8::from(due && self.due <= PATIENCE);
-        due && (idle || self.due > PATIENCE)
+        self.due += u8::from(self.due <= PATIENCE);
+        idle || self.due > PATIENCE
     }
 
     /// Notes how far it came against a voltage of this sign; is the shaft driven against it?

@@ -62,27 +62,43 @@ impl Params {
         lower != i32::MIN && (position < lower || position > upper)
     }
 
-    /// What must not go on.
+    /// What must not go on. Asked in every tick: what is rare hides behind one comparison each.
     #[inline]
     pub(super) fn guard(&self, state: &State, input: &Input) -> Option<Reason> {
+        let supply = input.supply.unwrap_or(VoltageQ14::NOMINAL).0;
+        if !SUPPLY.contains(&supply) {
+            Some(if state.course.supplied { Reason::SupplyMoved } else { Reason::SupplyNotNominal })
+        } else if self.beyond_travel(state, input) {
+            Some(Reason::TravelExceeded)
+        } else if state.still > self.limits.still_ticks && state.elapsed > self.limits.still_ticks {
+            self.lost(state, input)
+        } else if state.course.has_stepped(self.limits.step_ticks) {
+            self.spends(state)
+        } else {
+            None
+        }
+    }
+
+    /// A shaft that stands: does it although it is driven hard?
+    #[cold]
+    #[inline(never)]
+    fn lost(&self, state: &State, input: &Input) -> Option<Reason> {
         let level = state.level.min(input.voltage.0.saturating_abs());
         let driven_hard = level >= HARD.min(self.certain(state))
             && matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
-        let supply = input.supply.unwrap_or(VoltageQ14::NOMINAL).0;
-        match () {
-            () if driven_hard
-                && state.still > self.limits.still_ticks
-                && state.elapsed > self.limits.still_ticks =>
-            {
-                Some(state.or_limited(Reason::MotionLost))
-            }
-            () if !SUPPLY.contains(&supply) && state.course.supplied => Some(Reason::SupplyMoved),
-            () if !SUPPLY.contains(&supply) => Some(Reason::SupplyNotNominal),
-            () if state.spent() > self.most => Some(Reason::TooShort),
-            () if self.beyond_travel(state, input) => Some(Reason::TravelExceeded),
-            () if state.energy > self.limits.energy => Some(Reason::EnergySpent),
-            () if state.last_step > self.limits.step_counts => Some(Reason::Overspeed),
-            () => None,
+        driven_hard.then(|| state.or_limited(Reason::MotionLost))
+    }
+
+    /// What ends with a budget or a limit of speed, 64 times a second.
+    #[cold]
+    #[inline(never)]
+    fn spends(&self, state: &State) -> Option<Reason> {
+        if state.spent() > self.most {
+            Some(Reason::TooShort)
+        } else if state.energy > self.limits.energy {
+            Some(Reason::EnergySpent)
+        } else {
+            (state.last_step > self.limits.step_counts).then_some(Reason::Overspeed)
         }
     }
 

@@ -14,21 +14,17 @@ const VERIFY_LOW: u32 = 18;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Pace {
     remaining: u32,
-    found: Option<u32>,
+    /// 0: not known.
+    found: u32,
+    /// The lengths of the blocks follow from it.
     at_least: u32,
-    lengths: Lengths,
 }
 
 impl Pace {
     #[inline]
     fn of(state: &State) -> Self {
         let timescale = &state.timescale;
-        Self {
-            remaining: state.remaining,
-            found: timescale.found,
-            at_least: timescale.at_least,
-            lengths: state.learn_lengths,
-        }
+        Self { remaining: state.remaining, found: timescale.found.unwrap_or(0), at_least: timescale.at_least }
     }
 }
 

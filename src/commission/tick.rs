@@ -26,14 +26,17 @@ impl Params {
         }
         let window = state.window.take();
         let busy = busy || state.identify.is_sampling();
-        let idle = !busy && window.is_none() && !state.solver.busy() && state.solved.is_none();
+        let look = state.course.waits()
+            && state
+                .course
+                .is_due(!busy && window.is_none() && !state.solver.busy() && state.solved.is_none());
         self.identify.sum(&mut state.identify, input.count, input.voltage);
         match window {
             Some(window) => self.use_window(state, &window),
             None if busy => {}
             None => self.solve(state),
         }
-        if state.course.is_due(idle) {
+        if look {
             self.look(state, input);
         }
         if !(busy && state.phase == Phase::Decide) {
@@ -53,13 +56,17 @@ impl Params {
         state.last_count = input.count;
         state.travel = state.travel.saturating_add(moved.unsigned_abs());
         state.still = if moved == 0 { state.still.saturating_add(1) } else { 0 };
-        state.elapsed = state.elapsed.saturating_add(1);
+        // It ends long before one of these is full: see `Params::most`.
+        state.elapsed = state.elapsed.wrapping_add(1);
         if state.phase != Phase::PulseTest {
-            state.total = state.total.saturating_add(1);
+            state.total = state.total.wrapping_add(1);
         }
         state.voltage.unmeasured |= input.supply.is_none();
-        let power = i64::from(input.voltage.0) * i64::from(input.current_raw.unwrap_or(0));
-        state.energy = state.energy.saturating_add(power.unsigned_abs());
+        if let Some(current) = input.current_raw {
+            // Twice nominal times 2¹⁵ counts: 30 bits, and less than 2²⁵ ticks of that.
+            let power = input.voltage.0.wrapping_mul(i32::from(current)).unsigned_abs();
+            state.energy = state.energy.wrapping_add(u64::from(power));
+        }
     }
 
     /// Which voltage, now.
