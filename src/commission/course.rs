@@ -23,8 +23,9 @@ const LAG_LOOKS: u8 = 2;
 const FLICKER_EDGES: u32 = 16;
 const FLICKER_LOOKS: u8 = 3;
 const FLICKER_COUNTS: u32 = 2;
-/// Ticks that a look waits for one without other work.
-const PATIENCE: u8 = 8;
+/// Share of the time between two steps of the speed measurement that a look waits for a tick without other work, as a shift: 8 ms, in
+/// which a solution ends.
+const PATIENCE_SHIFT: u32 = 1;
 /// Speed that no voltage gives, in sixteenths of rated speed: 2.1 times the highest voltage that has driven it, and a quarter.
 /// Rated speed is right within 30 %, so a motor reaches 1.43 times.
 const MOST_PER_VOLT_16: i32 = 34;
@@ -106,11 +107,10 @@ impl Course {
     }
 
     /// Does the look that waits take this tick? `idle`: it has no other work.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn is_due(&mut self, idle: bool) -> bool {
-        self.due += u8::from(self.due <= PATIENCE);
-        idle || self.due > PATIENCE
+    #[inline]
+    pub(super) fn is_due(&mut self, idle: bool, step_ticks: u32) -> bool {
+        self.due = self.due.saturating_add(1);
+        idle || u32::from(self.due) > step_ticks >> PATIENCE_SHIFT
     }
 
     /// Notes how far it came against a voltage of this sign; is the shaft driven against it?

@@ -78,17 +78,18 @@ impl Params {
     #[inline]
     pub(super) fn learn(&self, state: &mut State, input: &Input) {
         let length = self.learn_ticks(state);
-        let low = self.low(state);
         let part = (state.elapsed << 8) / length.max(256);
         let (high_until, low_until) = match state.timescale.found {
             Some(_) => PARTS,
             None if state.stroke == 0 => PARTS_SLOW_FIRST,
             None => PARTS_SLOW,
         };
-        state.level = match part {
-            _ if part < high_until => HIGH,
-            _ if part < low_until => low,
-            _ => (low + HIGH) / 2,
+        state.level = if part < high_until {
+            HIGH
+        } else if part < low_until {
+            self.low(state)
+        } else {
+            (self.low(state) + HIGH) / 2
         };
         if state.stroke == 0 && !state.turned && state.level == HIGH && self.shows_time_constant(state, input)
         {

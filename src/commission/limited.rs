@@ -32,7 +32,9 @@ impl State {
     #[inline]
     pub(crate) fn holds_back(&mut self, acts: bool) {
         self.voltage.now = acts;
-        self.voltage.ticks = self.voltage.ticks.wrapping_add(u32::from(acts));
+        if acts {
+            self.voltage.ticks = self.voltage.ticks.wrapping_add(1);
+        }
     }
 
     /// The voltage of a ramp: what was asked for, or what the limit has left of it.

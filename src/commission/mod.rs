@@ -357,7 +357,7 @@ impl State {
     /// Ticks so far, those of the shaking too.
     #[inline]
     fn spent(&self) -> u32 {
-        self.total.saturating_add(self.pulses.ticks)
+        self.total.wrapping_add(self.pulses.ticks)
     }
 
     /// Ends it on the user's wish.

@@ -26,10 +26,8 @@ impl Params {
         }
         let window = state.window.take();
         let busy = busy || state.identify.is_sampling();
-        let look = state.course.waits()
-            && state
-                .course
-                .is_due(!busy && window.is_none() && !state.solver.busy() && state.solved.is_none());
+        let free = window.is_none() && !busy;
+        let look = state.course.waits() && state.phase != Phase::Decide && self.looks(state, free);
         self.identify.sum(&mut state.identify, input.count, input.voltage);
         match window {
             Some(window) => self.use_window(state, &window),
@@ -48,6 +46,14 @@ impl Params {
             state.window = state.identify.hop();
         }
         self.request(state)
+    }
+
+    /// Does the look at the course that waits take this tick?
+    #[cold]
+    #[inline(never)]
+    fn looks(&self, state: &mut State, free: bool) -> bool {
+        let idle = free && !state.solver.busy() && state.solved.is_none();
+        state.course.is_due(idle, self.limits.step_ticks)
     }
 
     #[inline]

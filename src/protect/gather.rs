@@ -76,8 +76,8 @@ impl State {
             voltage: (!self.open).then_some(Voltage(self.voltage >> (bits & 31))),
             current: self.current,
         };
-        let bends = self.bends.saturating_sub(1);
-        *self = Self { count: self.count, moved: self.moved, bends, ..Self::default() };
+        (self.voltage, self.current, self.ticks, self.open) = (0, 0, 0, false);
+        self.bends = self.bends.saturating_sub(1);
         averages
     }
 
@@ -134,7 +134,9 @@ impl Params {
             Some(voltage) => state.voltage = state.voltage.saturating_add(voltage.0),
             None => state.open = true,
         }
-        state.current = state.current.saturating_add(i32::from(reading.current.unwrap_or(0)));
+        if let Some(current) = reading.current {
+            state.current = state.current.wrapping_add(i32::from(current));
+        }
         state.ticks = state.ticks.wrapping_add(1);
         let before = state.count.replace(reading.count).unwrap_or(reading.count);
         let moved = reading.count.wrapping_sub(before);
