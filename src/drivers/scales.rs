@@ -43,11 +43,8 @@ impl Scales {
 }
 
 fn near(field: Field, given: f32, board: Optional) -> Result<(), ScaleError> {
-    match board.get() {
-        // Written so that a number that is none is not near.
-        Some(board) if !((given - board).abs() <= TOLERANCE * board) => {
-            Err(ScaleError { field, given, board })
-        }
-        _ => Ok(()),
-    }
+    let Some(board) = board.get() else { return Ok(()) };
+    let off = (given - board).abs();
+    // A number that is none is not near.
+    if off.is_nan() || off > TOLERANCE * board { Err(ScaleError { field, given, board }) } else { Ok(()) }
 }

@@ -348,3 +348,8 @@ impl Estimate {
         }
     }
 }
+
+/// A share of a number, in 1/1024.
+pub(super) fn share(value: i32, of_1024: i32) -> i32 {
+    ((i64::from(value) * i64::from(of_1024)) >> 10) as i32
+}

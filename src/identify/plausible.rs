@@ -1,7 +1,6 @@
 //! Numbers that are certain and cannot be right: starts against the line, gains against each other and against the axis file.
 
-use super::estimate::{Estimates, Reason, Standing};
-use super::trust::share;
+use super::estimate::{Estimates, Reason, Standing, share};
 
 /// A start takes at most this share of the dead zone, in 1/1024, and this much more, Q20 of nominal: 1.75 times and 2 %. Friction at
 /// rest is up to 1.6 times that of motion, with its ripple 1.75 times; a drive that gives nothing below a threshold needs more.

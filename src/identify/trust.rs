@@ -5,7 +5,7 @@
 //! u95 = 2σ + 4 %.
 
 use super::Params;
-use super::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Reason, Standing, TIME_FRAC};
+use super::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Reason, Standing, TIME_FRAC, share};
 use super::plausible::{contradict, starts_higher};
 use super::positive::Positive;
 use super::regression::Sums;
@@ -371,8 +371,4 @@ fn linear_error(evidence: &Evidence) -> i32 {
 fn half_width(value: i32, relative_sigma: i32, model: i32) -> i32 {
     let sigma = (i64::from(value) * i64::from(relative_sigma)) >> (RELATIVE_FRAC - 1);
     (sigma.clamp(0, i64::from(i32::MAX)) as i32).saturating_add(share(value, model))
-}
-
-pub(super) fn share(value: i32, of_1024: i32) -> i32 {
-    ((i64::from(value) * i64::from(of_1024)) >> 10) as i32
 }

@@ -1,13 +1,13 @@
 //! The image's control tick: at most one order, one step of every axis, one record each.
 
-use super::board::{AXES, Board as _, Drive, Selected, Started};
+use super::board::{AXES, Board as _, Drive, NAME, Selected, Started};
 use fast_tick::ServoAxis;
 use fast_tick::constants::Constants;
 use heapless::spsc::{Consumer, Producer};
 use servo::axis::servo_axis;
 use servo::config::Config;
 use servo::drivers::saving::{Job, Report, Saving, Step};
-use servo::link::board::{Board, Name};
+use servo::link::board::Board;
 use servo::link::capture::{Capture, Ring};
 use servo::link::order::{self, Service};
 use servo::link::protocol::{CAPTURE_PIECE, Message, Refusal};
@@ -22,7 +22,7 @@ pub type Order = order::Order<Constants>;
 const START_TICK_HZ: u32 = 10_000;
 
 /// What an image knows of its board.
-const BOARD: Board = Board::new(Name::new(env!("BOARD")), Selected::SCALES);
+const BOARD: Board = Board::new(NAME, Selected::SCALES);
 
 /// An order with its sequence number and its axis. There is one place for it, which goes to and fro between link and control.
 pub struct Parcel {

@@ -9,6 +9,7 @@ use servo::link::protocol::{Command, Refusal};
 use servo::optional::Optional;
 use servo::protect::{Action, Actions, Condition, Fault, Forbidden, Interlock};
 use servo::record::Activity;
+use std::ops::RangeInclusive;
 
 const STANDING: Sample = Sample { count: 7, vbus_raw: 1200, current_raw: Sample::CURRENT_NOT_SENSED };
 
@@ -141,36 +142,45 @@ fn fault_of(joint: &mut ServoAxis, most: i32, sample: impl Fn(i32) -> Sample) ->
     (Fault::None, most)
 }
 
-type Kind = (Fault, fn(i32) -> Sample);
+/// A fault, the ticks in which it is found, and what it is found in.
+type Kind = (Fault, RangeInclusive<i32>, fn(i32) -> Sample);
 
-/// Supply counts are 10 mV, current counts 5 mA; a tick is 0.1 ms.
+/// Supply counts are 10 mV, current counts 5 mA; a tick is 0.1 ms. Supply must be beyond its limit for five milliseconds; twice
+/// the current and what counts as ripple and noise, for ten.
 fn beyond() -> [Kind; 5] {
+    let (soon, later) = (48..=64, 100..=116);
     [
-        (Fault::OverCurrent, |_| Sample { current_raw: 202, ..RESTING }),
-        (Fault::OverCurrent, |_| Sample { current_raw: -202, ..RESTING }),
-        (Fault::SupplyLow, |_| Sample { vbus_raw: 895, ..RESTING }),
-        (Fault::SupplyHigh, |_| Sample { vbus_raw: 1505, ..RESTING }),
-        (Fault::SupplyNotMeasured, |_| Sample { vbus_raw: Sample::VBUS_NOT_MEASURED, ..RESTING }),
+        (Fault::OverCurrent, later.clone(), |_| Sample { current_raw: 414, ..RESTING }),
+        (Fault::OverCurrent, later, |_| Sample { current_raw: -414, ..RESTING }),
+        (Fault::SupplyLow, soon.clone(), |_| Sample { vbus_raw: 895, ..RESTING }),
+        (Fault::SupplyHigh, soon.clone(), |_| Sample { vbus_raw: 1505, ..RESTING }),
+        (Fault::SupplyNotMeasured, soon, |_| Sample { vbus_raw: Sample::VBUS_NOT_MEASURED, ..RESTING }),
     ]
 }
 
 #[test]
-fn what_is_beyond_its_limit_for_five_milliseconds_is_a_fault() {
-    for (fault, sample) in beyond() {
+fn what_is_beyond_its_limit_for_five_or_ten_milliseconds_is_a_fault() {
+    for (fault, when, sample) in beyond() {
         let (found, ticks) = fault_of(&mut limited(), 200, sample);
         assert_eq!(found, fault);
-        assert!((48..=64).contains(&ticks), "{fault:?} after {ticks} ticks");
-        assert_eq!(fault_of(&mut limited(), 40, sample), (Fault::None, 40));
+        assert!(when.contains(&ticks), "{fault:?} after {ticks} ticks");
+        let shorter = when.start() - 8;
+        assert_eq!(fault_of(&mut limited(), shorter, sample), (Fault::None, shorter));
     }
+    // A sixteenth above the limit of 200 counts is ripple, two more counts are noise.
     let within = [
-        Sample { current_raw: 199, ..RESTING },
-        Sample { current_raw: -199, ..RESTING },
+        Sample { current_raw: 214, ..RESTING },
+        Sample { current_raw: -214, ..RESTING },
         Sample { vbus_raw: 905, ..RESTING },
         Sample { vbus_raw: 1495, ..RESTING },
     ];
     for sample in within {
         assert_eq!(fault_of(&mut limited(), 500, |_| sample), (Fault::None, 500), "{sample:?}");
     }
+    // An eighth above it lasts 5,000 / 11 looks of four ticks.
+    let (found, ticks) = fault_of(&mut limited(), 2_000, |_| Sample { current_raw: 225, ..RESTING });
+    assert_eq!(found, Fault::OverCurrent);
+    assert!((1_800..=1_840).contains(&ticks), "{ticks} ticks");
 }
 
 /// The speed limit, and without one what no voltage of the supply explains.
@@ -206,11 +216,11 @@ fn a_shaft_that_is_too_fast_is_told_by_its_limit_and_without_one_by_what_the_mot
 /// Four milliseconds before a `Stop` and four behind it are not eight.
 #[test]
 fn a_stop_forgets_what_only_looked_like_a_fault() {
-    for (fault, sample) in beyond() {
-        let mut joint = limited();
-        assert_eq!(fault_of(&mut joint, 40, sample), (Fault::None, 40));
+    for (fault, when, sample) in beyond() {
+        let (mut joint, shorter) = (limited(), when.start() - 8);
+        assert_eq!(fault_of(&mut joint, shorter, sample), (Fault::None, shorter));
         order(&mut joint, Command::Stop).expect("always");
-        assert_eq!(fault_of(&mut joint, 40, sample), (Fault::None, 40), "{fault:?}");
+        assert_eq!(fault_of(&mut joint, shorter, sample), (Fault::None, shorter), "{fault:?}");
         assert_eq!(fault_of(&mut joint, 40, sample).0, fault);
     }
 }

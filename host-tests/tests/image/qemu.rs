@@ -81,7 +81,7 @@ fn a_limit_that_is_kept_must_be_within_reach_of_the_new_converter() {
     };
     configure(Optional::new(100.0), 0.01).expect("10,000 of 32,767 counts");
     let refused = configure(Optional::NONE, 0.001).expect_err("100,000 counts").to_string();
-    assert!(refused.contains("limits.current_a must lie between 0 and 32.7"), "{refused}");
+    assert!(refused.contains("limits.current_a must lie between 0 and 30.8"), "{refused}");
     configure(Optional::NONE, 0.005).expect("20,000 counts");
 }
 

@@ -15,6 +15,10 @@ pub type Selected = qemu::Qemu;
 pub type Selected = stm32f405::Stm32f405;
 
 pub use interface::{Board, Drive, Idle, Line, Started};
+use servo::link::board::Name;
+
+/// Name of the board as the table of boards spells it.
+pub const NAME: Name = Name::new(env!("BOARD"));
 
 /// Number of axes that this image drives.
 pub const AXES: usize = match () {

@@ -11,7 +11,7 @@ mod board {
     mod interface;
     pub mod stm32f405;
 
-    pub use interface::{Board, Drive, Idle, Line};
+    pub use interface::{Board, Drive, Idle, Line, Started};
 
     /// Axes of an image without features.
     pub const AXES: usize = 1;

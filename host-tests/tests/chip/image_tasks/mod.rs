@@ -14,8 +14,11 @@ mod image {
     pub mod board {
         mod interface;
 
-        pub use interface::{Board, Drive, Idle, Line};
+        pub use super::super::rig::Fields as Selected;
+        pub use interface::{Board, Drive, Idle, Line, Started};
+        use servo::link::board::Name;
 
         pub const AXES: usize = 2;
+        pub const NAME: Name = Name::new("fields");
     }
 }

@@ -1,16 +1,20 @@
 //! A board that is a few fields, and the tasks of the image around it.
 
-use super::image::board::{AXES, Board, Drive, Idle, Line};
+use super::image::board::{AXES, Board, Drive, Idle, Line, Started};
 use super::image::tick::{Control, Ends, Order, Orders, Parcel, Telemetry};
 use super::names::ServoAxis;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use heapless::spsc::{Consumer, Producer, Queue};
 use servo::axis::{Bridge, Command, Sample};
 use servo::config::Config;
+use servo::drivers::gates::State;
 use servo::drivers::saving::{Job, Report};
+use servo::drivers::scales::Scales;
+use servo::link::board::{Clock, Gates};
 use servo::link::capture::EMPTY;
 use servo::link::order::Service;
 use servo::link::protocol::{Message, Refusal, ResetCause};
+use servo::optional::Optional;
 use servo::protect::{Interlock, Settings};
 use servo::store::Found;
 use std::cell::{Cell, RefCell};
@@ -19,12 +23,21 @@ use std::rc::Rc;
 /// Clocks that each look at the clock takes.
 pub const LOOK: u32 = 70;
 
+/// Zeros of the current that the board has found: one axis has two sensors, the other none.
+pub const ZEROS: [[i16; 2]; AXES] = [[2_031, 2_064], [Sample::CURRENT_NOT_SENSED; 2]];
+
+/// A start as it should be.
+pub const STARTED: Started =
+    Started { cause: ResetCause::Power, clock: Clock::Crystal(8_000_000), brown_out_reset_off: false };
+
 /// What a board has and was told.
 pub struct World {
     pub samples: [Sample; AXES],
     pub interlocks: [Interlock; AXES],
     pub index: [bool; AXES],
     pub goes_round: [bool; AXES],
+    pub zeros: [[i16; 2]; AXES],
+    pub gates: Option<Gates>,
     /// The next tick is due already.
     pub late: bool,
     pub bridges: [(Bridge, i16); AXES],
@@ -40,6 +53,8 @@ pub fn world() -> World {
         interlocks: [Interlock::Granted; AXES],
         index: [false; AXES],
         goes_round: [false; AXES],
+        zeros: ZEROS,
+        gates: Some(Gates { state: State::Ready, trouble: 0 }),
         late: false,
         bridges: [(Bridge::Open, 0); AXES],
         configured: Vec::new(),
@@ -71,6 +86,14 @@ impl Drive for World {
 
     fn end_tick(&mut self) -> bool {
         self.late
+    }
+
+    fn zeros(&self, axis: usize) -> [i16; 2] {
+        self.zeros[axis]
+    }
+
+    fn gates(&self) -> Option<Gates> {
+        self.gates
     }
 
     fn goes_round(&self, axis: usize) -> bool {
@@ -166,6 +189,7 @@ pub const IMPOSSIBLE: u16 = 7_777;
 impl Board for Fields {
     const NAME: &'static str = "fields";
     const MOST_AXES: usize = AXES;
+    const SCALES: Scales = Scales { supply: Optional::new(0.01), current: Optional::new(0.005) };
     const PARAMETERS: u32 = 0;
 
     type Device = ();
@@ -174,8 +198,8 @@ impl Board for Fields {
     type Idle = NoIdle;
     type Flash = Memory;
 
-    fn begin(_: &(), _: &mut cortex_m::Peripherals) -> ResetCause {
-        ResetCause::Power
+    fn begin(_: &(), _: &mut cortex_m::Peripherals) -> Started {
+        STARTED
     }
 
     fn flash() -> Memory {
@@ -219,7 +243,7 @@ fn queue<T, const N: usize>() -> (Producer<'static, T>, Consumer<'static, T>) {
 }
 
 impl Task {
-    pub fn new(cause: ResetCause, stored: Found) -> Self {
+    pub fn new(started: Started, stored: Found) -> Self {
         let (filled, waiting) = queue::<_, 2>();
         let (mut done, empty) = queue::<_, 2>();
         let (answers, answers_in) = queue::<_, 8>();
@@ -230,9 +254,10 @@ impl Task {
         assert!(done.enqueue(leak(parcel)).is_ok());
         let ends = Ends { answers, records, jobs, reports: reports_in };
         let axes = [(); AXES].map(|()| leak(ServoAxis::default()));
+        let world = world();
         Task {
-            control: Control::new(axes, leak(EMPTY), cause, stored, ends),
-            world: world(),
+            control: Control::new(axes, leak(EMPTY), started, stored, ends, &world),
+            world,
             orders: Orders { waiting, done },
             filled,
             empty,

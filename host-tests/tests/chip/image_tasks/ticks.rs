@@ -1,10 +1,13 @@
-use super::image::board::AXES;
+use super::image::board::{AXES, Board as _, NAME, Started};
 use super::image::tick::Order;
-use super::rig::{LOOK, Task};
+use super::rig::{Fields, LOOK, STARTED, Task, ZEROS};
 use servo::axis::{Bridge, Command, Refusal as AxisRefusal, Sample};
 use servo::config::Config;
+use servo::drivers::drv8301::Trouble;
+use servo::drivers::gates::State;
 use servo::drivers::saving::{Job, Report};
 use servo::identify::estimate::{Estimate, Estimates, Standing};
+use servo::link::board::{Board, Clock, GateTrouble, Gates};
 use servo::link::capture::{Stage, Trigger};
 use servo::link::order::Service;
 use servo::link::protocol::{Message, Refusal, ResetCause};
@@ -12,6 +15,8 @@ use servo::motion::referencing::Referencing;
 use servo::protect::{Fault, Interlock};
 use servo::record::{Activity, Record, Referenced};
 use servo::store::{AxisParameters, Found, StoreEvent};
+
+const NOT_SENSED: [i16; 2] = [Sample::CURRENT_NOT_SENSED; 2];
 
 fn config() -> Config {
     Config {
@@ -28,7 +33,7 @@ fn config() -> Config {
 
 /// Both axes configured and at rest.
 fn ready() -> Task {
-    let mut task = Task::new(ResetCause::Power, Found::Blank);
+    let mut task = Task::new(STARTED, Found::Blank);
     for axis in 0..AXES as u8 {
         task.configure(axis, &config()).expect("a good configuration");
     }
@@ -137,14 +142,14 @@ fn an_order_for_an_axis_that_is_not_there_is_refused() {
 /// The gains follow from a configuration one stage a tick.
 #[test]
 fn a_motion_waits_until_the_axis_has_its_gains_and_a_stop_does_not() {
-    let mut task = Task::new(ResetCause::Power, Found::Blank);
+    let mut task = Task::new(STARTED, Found::Blank);
     task.configure(0, &config()).expect("a good configuration");
     task.send(1, 0, motion());
     task.tick();
     assert!(!task.is_back(), "it waits");
     task.ticks(50);
     assert!(task.is_back());
-    let mut task = Task::new(ResetCause::Power, Found::Blank);
+    let mut task = Task::new(STARTED, Found::Blank);
     task.configure(0, &config()).expect("a good configuration");
     task.send(1, 0, Order::Axis(servo::axis::servo_axis::Order::Run(Command::Stop)));
     task.tick();
@@ -228,12 +233,25 @@ fn a_capture_records_the_axis_for_which_it_was_armed_and_is_read_piece_by_piece(
 #[test]
 fn what_was_found_at_power_up_is_told_at_once_and_again_when_asked() {
     let (cause, stored) = (ResetCause::Watchdog, Found::Unreadable { layout: 3 });
-    let hello = Message::Hello { axes: AXES as u8, cause, stored };
-    let mut task = Task::new(cause, stored);
-    assert_eq!(task.told().first(), Some(&hello));
+    let started = Started { cause, clock: Clock::Internal, brown_out_reset_off: true };
+    let mut board = Board {
+        name: NAME,
+        scales: Fields::SCALES,
+        clock: Clock::Internal,
+        brown_out_reset_off: true,
+        gates: Some(Gates { state: State::Ready, trouble: 0 }),
+        zeros: [ZEROS[0], ZEROS[1], NOT_SENSED, NOT_SENSED],
+    };
+    let mut task = Task::new(started, stored);
+    assert_eq!(task.told().first(), Some(&Message::Hello { axes: AXES as u8, cause, stored, board }));
+    // Zeros and gate drivers are told as they are when somebody asks.
+    let trouble = GateTrouble { driver: 1, trouble: Trouble::LineLow }.code();
+    board.gates = Some(Gates { state: State::Failed, trouble });
+    board.zeros[1] = [2_050, Sample::CURRENT_ZERO_UNSTEADY];
+    (task.world.gates, task.world.zeros[1]) = (board.gates, board.zeros[1]);
     task.send(5, 1, Order::Service(Service::Hello));
     task.tick();
-    assert_eq!(task.told()[0], hello);
+    assert_eq!(task.told()[0], Message::Hello { axes: AXES as u8, cause, stored, board });
     task.send(6, 0, Order::Service(Service::Parameters));
     task.tick();
     assert_eq!(task.told()[0], Message::Parameters { axis: 0, parameters: None });
@@ -351,7 +369,7 @@ fn an_erase_is_announced_25_ms_ahead_and_counters_that_go_round_lose_their_refer
 
 #[test]
 fn without_a_configuration_the_rate_of_the_start_paces_the_announcement() {
-    let mut task = Task::new(ResetCause::Power, Found::Blank);
+    let mut task = Task::new(STARTED, Found::Blank);
     task.ticks(10);
     task.serve(0, Service::Save).expect("everything rests");
     while !matches!(task.jobs.dequeue(), Some(Job::Write(_))) {
