@@ -161,7 +161,9 @@ pub fn headline(outcome: &Outcome) -> String {
     };
     let besides = outcome.effects.iter().filter(|effect| !is_base_parameter(effect));
     match (outcome.verdict, besides.clone().count()) {
-        (Verdict::Named | Verdict::Tie, 0) if !left(outcome) => format!("{first} Nothing else is missing."),
+        (Verdict::Named | Verdict::Tie, 0) if !outcome.unexplained.is_left() => {
+            format!("{first} Nothing else is missing.")
+        }
         _ => format!("{first} {}", found(outcome, besides)),
     }
 }
@@ -217,7 +219,7 @@ fn found<'e>(outcome: &Outcome, effects: impl Iterator<Item = &'e NamedEffect>) 
         Verdict::Unexplained => {
             format!("Found: {names}; something else is left: {}.", outcome.unexplained.structure)
         }
-        Verdict::Tie if left(outcome) => format!(
+        Verdict::Tie if outcome.unexplained.is_left() => format!(
             "Found: {names}; {} of the gap (squared) is left. Other names fit these data equally well; an experiment tells them apart.",
             percent(outcome.unexplained.share_of_gap)
         ),
@@ -229,7 +231,7 @@ fn found<'e>(outcome: &Outcome, effects: impl Iterator<Item = &'e NamedEffect>) 
             listing(&effects.iter().map(|effect| sized(effect)).collect::<Vec<_>>()),
             percent(outcome.unexplained.share_of_gap)
         ),
-        Verdict::Named if left(outcome) => format!(
+        Verdict::Named if outcome.unexplained.is_left() => format!(
             "The model lacks {}; {} of the gap (squared) is left.",
             listing(&effects.iter().map(|effect| sized(effect)).collect::<Vec<_>>()),
             percent(outcome.unexplained.share_of_gap)
@@ -279,11 +281,6 @@ pub fn unnamed(term: &UnnamedTerm, unit: &str) -> String {
         term.acts,
         significant(size, 2)
     )
-}
-
-/// True if something is left beside the names.
-fn left(outcome: &Outcome) -> bool {
-    outcome.unexplained.structure != "none"
 }
 
 /// The verdict as a title: `Named: voltage_saturation and dead_zone`, `Tie: J_kgm2 of the data sheet and coulomb_friction`.

@@ -121,7 +121,7 @@ fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
     let left = &outcome.unexplained;
     if format::deviates(outcome)
         || !outcome.within_tolerance.is_empty()
-        || left.structure != "none"
+        || left.is_left()
         || !outcome.small.is_empty()
         || !outcome.closest_known.is_empty()
     {
@@ -138,7 +138,7 @@ fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
     if format::deviates(outcome) {
         block(text, "", "(± is one standard deviation)");
     }
-    if left.structure != "none" {
+    if left.is_left() {
         let share = format::percent(left.share_of_gap);
         block(text, "Left", &format!("{share} of the gap (squared): {}", left.structure));
     }
