@@ -61,10 +61,7 @@ pub fn significant(x: f64, digits: usize) -> String {
 }
 
 fn without_trailing_zeros(text: String) -> String {
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
-        false => text,
-    }
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
 }
 
 /// `6.790 ± 0.012 V`: the deviation with two significant digits, the value to the same decimal place.
