@@ -330,7 +330,7 @@ impl Bars<'_> {
             let colour = if k == 0 { PALETTE[1] } else { PALETTE[2] };
             let (end, height) = (self.end(step.gap), fine(ROW - 10));
             area.draw(&Rectangle::new([(labels, y), (end, y + height)], colour.mix(0.85).filled()))?;
-            let label = shortened(&step.label, self.screen);
+            let label = format::shortened(&step.label, if self.screen == Screen::Wide { 34 } else { 19 });
             area.draw(&Text::new(label, (labels - fine(10), middle), text(15, HPos::Right)))?;
             let gap = format!("{} {}", format::gap(step.gap), self.unit);
             let from = end.max(self.end(self.floor)) + fine(6);
@@ -345,14 +345,5 @@ impl Bars<'_> {
         }
         area.present()?;
         Ok(())
-    }
-}
-
-/// A label that fits beside the bars.
-fn shortened(label: &str, screen: Screen) -> String {
-    let longest = if screen == Screen::Wide { 34 } else { 19 };
-    match label.chars().count() > longest {
-        true => label.chars().take(longest - 1).chain(['…']).collect(),
-        false => label.to_owned(),
     }
 }
