@@ -178,12 +178,12 @@ fn draw(plot: &Plot, window: &Window, screen: Screen, area: Area) -> Drawn {
     Ok(())
 }
 
-/// Letters of a size in pixels.
 /// Sums of tick widths leave remainders such as 1e-17 where zero is meant.
 fn tick(value: &f64) -> String {
     format::significant(if value.abs() < 1e-12 { 0.0 } else { *value }, 5)
 }
 
+/// Letters of a size in pixels.
 fn letters(pixels: i32) -> TextStyle<'static> {
     ("sans-serif", fine(pixels)).into_font().color(&INK)
 }
