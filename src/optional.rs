@@ -34,6 +34,20 @@ impl Optional {
     }
 }
 
+impl Optional {
+    /// As a word, to travel in an array of words.
+    #[must_use]
+    pub(crate) const fn to_bits(self) -> u32 {
+        self.0.to_bits()
+    }
+
+    /// Back from [`Optional::to_bits`]. Whatever NaN has arrived, it is always the same from now on.
+    #[must_use]
+    pub(crate) const fn from_bits(bits: u32) -> Self {
+        Optional(f32::from_bits(bits)).or(Self::NONE)
+    }
+}
+
 impl Default for Optional {
     fn default() -> Self {
         Self::NONE

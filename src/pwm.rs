@@ -97,6 +97,13 @@ impl Params {
         }
     }
 
+    /// The command that acted just before the acting one, or that acts just behind it, whichever is remembered.
+    #[must_use]
+    pub fn beside_acting(&self, state: &State) -> Drive {
+        let [_, older, oldest] = state.line;
+        if self.delay == 2 { oldest } else { older }
+    }
+
     /// Terminal voltage of a command at this supply.
     #[must_use]
     #[inline]

@@ -60,6 +60,8 @@ pub enum Limit {
     Acceleration = 5,
     /// The voltage limit.
     Voltage = 6,
+    /// The current limit.
+    Current = 7,
 }
 
 /// Where the numbers that the loops use come from.

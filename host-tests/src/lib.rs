@@ -14,6 +14,7 @@ pub mod naming;
 pub mod next_experiment;
 pub mod passive;
 pub mod power_cut;
+pub mod power_up;
 pub mod serial_line;
 pub mod sets;
 pub mod simulated_servo;

@@ -19,6 +19,7 @@
 
 mod answer;
 pub mod command;
+mod current_limit;
 mod demand;
 pub mod design;
 mod find_zero;
@@ -79,6 +80,8 @@ pub struct Axis {
     slew: i32,
     /// The voltage limit; the maximum when there is none.
     pub(crate) most_voltage: Voltage,
+    /// `None`: the current is not limited.
+    current_limit: Option<current_limit::Params>,
 }
 
 /// An axis is the simplest place for its constants: see [`servo_axis::ServoAxis`].
@@ -115,6 +118,7 @@ impl Axis {
             standing: idle::standing(tick_hz),
             slew: to_fixed(1.0 / (FULL_SWING_S * tick_hz as f32), Voltage::BITS),
             most_voltage: design::voltage_limit(scale),
+            current_limit: current_limit::Params::new(scale),
         }
     }
 
@@ -200,9 +204,15 @@ impl Axis {
             return drive;
         }
         let demand = self.control(state);
-        let terminal = self.compensate(state, &demand);
+        let wanted = self.compensate(state, &demand);
+        let terminal = match &self.current_limit {
+            Some(limit) if !limit.allows(&state.current_limit, sample.current_raw, state.acted, wanted) => {
+                self.hold_current(state, limit, (sample.current_raw, supply), &demand, wanted)
+            }
+            _ => wanted,
+        };
         let drive = self.pwm.modulate(&mut state.pwm, demand.bridge, terminal);
-        if state.holding {
+        if state.holding && state.limit != Limit::Current {
             self.hold_on(state, drive);
         }
         drive
@@ -521,5 +531,37 @@ impl Axis {
             () => Limit::Saturation,
         };
         (clipped, limit)
+    }
+
+    /// The voltage that the current limit leaves; what it takes the integrator does not take in.
+    #[cold]
+    #[inline(never)]
+    fn hold_current(
+        &self,
+        state: &mut State,
+        limit: &current_limit::Params,
+        (current_raw, supply): (i16, Voltage),
+        demand: &Demand,
+        wanted: Voltage,
+    ) -> Voltage {
+        let emf = state.design.loops.steady_voltage(state.encoder.speed());
+        let acts = state.acted.unwrap_or(emf);
+        // The mean of two ticks: an inductance would not notice if every second one were higher.
+        let beside = self.pwm.beside_acting(&state.pwm);
+        let beside = if beside.bridge == Bridge::Driven { self.pwm.terminal(beside, supply) } else { acts };
+        let acted = Voltage(acts.0.saturating_add(beside.0) / 2);
+        let sensed = Sample::sensed(current_raw).filter(|_| demand.bridge == Bridge::Driven);
+        let held = limit.bound(&mut state.current_limit, sensed, acted, emf, wanted);
+        if held != wanted {
+            let clipped = matches!(state.limit, Limit::Supply | Limit::Voltage | Limit::Saturation);
+            if let Meaning::Linear { error: Some(error), .. } = demand.meaning
+                && (wanted.minus(held).0 ^ error) >= 0
+                && !clipped
+            {
+                state.design.loops.integrate(&mut state.control, error.saturating_neg(), Voltage::ZERO);
+            }
+            state.limit = Limit::Current;
+        }
+        held
     }
 }

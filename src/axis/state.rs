@@ -1,6 +1,7 @@
 //! What an axis remembers, and how it gets from one state of affairs into another.
 
 use super::Axis;
+use super::current_limit;
 use super::last_trusted::LastTrusted;
 use crate::axis::design::{self, Design};
 use crate::commission::{self, Outcome, Request};
@@ -170,6 +171,7 @@ pub struct State {
     pub(crate) encoder: encoder::State,
     pub(crate) control: control::State,
     pub(crate) pwm: pwm::State,
+    pub(crate) current_limit: current_limit::State,
     pub(crate) protect: protect::State,
     /// `None`: not held in silence, or something has changed.
     pub(crate) held: Option<Held>,
@@ -220,6 +222,7 @@ impl Axis {
             encoder,
             control,
             pwm,
+            current_limit,
             protect,
         } = state;
         (*tick, *count) = (0, 0);
@@ -233,9 +236,8 @@ impl Axis {
         // It follows in the next ticks, a stage each, or at once when a command asks for it.
         *design = Design::default();
         *renewal = design::Stage::Motor;
-        *encoder = encoder::State::default();
-        *control = control::State::default();
-        *pwm = pwm::State::default();
+        (*encoder, *control) = (encoder::State::default(), control::State::default());
+        (*pwm, *current_limit) = (pwm::State::default(), current_limit::State::default());
         protect.restart();
     }
 }
@@ -268,6 +270,7 @@ impl State {
         let Listener::Commissioning(commissioning) = &mut self.listener else {
             return;
         };
+        commissioning.state.holds_back(self.limit == Limit::Current);
         let request = commissioning.params.step_beside(&mut commissioning.state, input, busy);
         self.mode = Mode::Commission(request);
         if let Some(&outcome) = commissioning.state.outcome() {

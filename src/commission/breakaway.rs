@@ -36,10 +36,17 @@ const LEAST_UNSEEN: f32 = 4.0;
 /// Counts, between two of which the counter shows no motion.
 const NONE_SHOWN: i32 = 2;
 
+/// Edges of an encoder whose count goes nowhere.
+const LONE_EDGES: u32 = 4;
+/// Times as long an encoder is waited for that has shown an edge.
+const PATIENCE: i64 = 8;
+
 /// Time from the break-away to the first count, as a share of the time from there to the last of [`MOTION`], in quarters. At
 /// constant acceleration 0.6 on average and 1 at most, by where the shaft stands between two edges; friction that falls to its
 /// kinetic level makes it more.
 const SINCE_START_QUARTERS: i32 = 3;
+/// The most: the torque grows with the ramp from nothing, so four counts take 4^⅓ = 1.6 times as long as one.
+const SINCE_START_MOST_QUARTERS: i32 = 7;
 
 /// Ticks of one measurement of the conductance: 2¹² of 2¹⁵ counts fit into 32 bits, their products into 64.
 const MOST_TICKS: i32 = 1 << 12;
@@ -66,6 +73,8 @@ impl Conductance {
 /// One ramp.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Ramp {
+    /// Voltage of the last tick, Q14.
+    pub(super) level: i32,
     /// Before anything moves.
     quiet: Conductance,
     /// At the top of the ramp.
@@ -90,9 +99,15 @@ pub(super) struct Ramp {
     looked: i32,
     /// Ticks to the next look.
     next_look: u32,
+    /// Path until it began.
+    path: u32,
 }
 
 impl Ramp {
+    pub(super) fn begin(path: u32) -> Self {
+        Self { path, ..Self::default() }
+    }
+
     /// Notes the winding's current, converter counts, `None`: not sensed.
     fn note_current(&mut self, raw: Option<i16>, sign: i32, level: i32) {
         let Some(raw) = raw else { return };
@@ -131,6 +146,12 @@ impl Ramp {
     pub(super) fn started(&self, level: i32) -> i32 {
         let risen = level.saturating_sub(self.last_still).max(0);
         self.last_still.saturating_sub(risen * SINCE_START_QUARTERS / 4).max(1)
+    }
+
+    /// … at least: it then made its first count while the voltage rose so that the speed grew with the square of time.
+    fn started_least(&self, level: i32) -> i32 {
+        let risen = level.saturating_sub(self.last_still).max(0);
+        self.last_still.saturating_sub(risen.saturating_mul(SINCE_START_MOST_QUARTERS) / 4).max(1)
     }
 
     /// Has the shaft made [`MOTION`] counts since the last pause?
@@ -194,8 +215,10 @@ impl Params {
     pub(super) fn break_away(&self, state: &mut State, input: &Input) {
         let (length, displacement) = (self.ramp_ticks(), state.displacement(input.count));
         self.raise(state, input, length, displacement);
-        if let Some(reason) = self.unseen_motion(state, input, displacement) {
-            return state.refuse(reason);
+        match self.unseen_motion(state, input, displacement) {
+            Some(Reason::Reversed) => return self.ran_backwards(state, input.count),
+            Some(reason) => return state.refuse(reason),
+            None => {}
         }
         if state.ramp.emf == 0 {
             state.ramp.emf_from = displacement;
@@ -209,7 +232,8 @@ impl Params {
     /// The next level of the ramp, and what the tick shows.
     pub(super) fn raise(&self, state: &mut State, input: &Input, length: u32, displacement: i32) {
         state.level = (MOST_BREAK_AWAY as u32 * (state.elapsed >> 4).min(length >> 4) / (length >> 4)) as i32;
-        let (interval, sign, level) = (length >> 5, state.sign(), state.level);
+        let (interval, sign, level) = (length >> 5, state.sign(), state.ramp_level(input));
+        state.ramp.level = level;
         let slow = self.rated_counts(interval) / PAUSE;
         state.ramp.note(displacement, level, interval, slow);
         state.ramp.note_current(input.current_raw, sign, level);
@@ -218,15 +242,18 @@ impl Params {
 
     /// Why a shaft whose current says that it turns is not believed.
     fn unseen_motion(&self, state: &mut State, input: &Input, displacement: i32) -> Option<Reason> {
-        let (sign, level) = (state.sign(), state.level);
-        let unproved = state.stroke == 0 && !state.pulses.proved;
-        if !(unproved && state.ramp.turns(input.current_raw, sign, level, self.unseen)) {
+        let (sign, level) = (state.sign(), state.ramp.level);
+        let unproved = (state.stroke == 0 || state.course.doubt.is_some()) && !state.pulses.proved;
+        // An encoder that shows an edge is there: it is waited for longer, because rated speed may be far too high.
+        let edges = state.travel.wrapping_sub(state.ramp.path);
+        let most = if edges == 0 { self.unseen } else { self.unseen.saturating_mul(PATIENCE) };
+        if !(unproved && state.ramp.turns(input.current_raw, sign, level, most)) {
             return None;
         }
         // What random torque has done before the motion is no sign of its direction.
         match displacement.wrapping_sub(state.ramp.emf_from) {
             shown if shown <= -NONE_SHOWN => Some(Reason::Reversed),
-            shown if shown < NONE_SHOWN => Some(Reason::EncoderUnplugged),
+            shown if shown < NONE_SHOWN => Some(state.unplugged()),
             _ => {
                 state.ramp.emf = 0;
                 None
@@ -242,16 +269,41 @@ impl Params {
         };
         let given_up = state.ramp.since_lowest > length + length / 2;
         let forwards = displacement.wrapping_sub(if given_up { state.ramp.lowest } else { state.ramp.pause });
-        // 2 % of rated speed since the ramp began is what random torque may do.
-        let reversed = 2 * lasting + self.rated_counts(state.elapsed) / 50;
+        // 2 % of rated speed since the ramp began is what random torque may do to a shaft that nothing holds.
+        let share = if state.restless { 50 } else { 128 };
+        let reversed = 2 * lasting + self.rated_counts(state.elapsed) / share;
         if forwards >= if given_up { MOTION } else { lasting } {
             state.break_away[state.direction] = self.plausible_break_away(state);
-            state.started[state.direction] = state.ramp.started(state.level);
+            state.started[state.direction] = state.ramp.started(state.ramp.level);
+            state.note_least_start();
             self.moved(state, input);
-        } else if state.stroke == 0 && -displacement >= reversed {
-            state.refuse(Reason::Reversed);
+        } else if (state.stroke == 0 || state.course.doubt.is_some()) && -displacement >= reversed {
+            self.ran_backwards(state, input.count);
         } else if given_up {
-            state.refuse(self.silence(state, displacement));
+            self.stayed(state, input.count, displacement);
+        }
+    }
+
+    /// It has started the wrong way. Whether motor or encoder is reversed, or the count rises whichever way it turns, the other
+    /// direction tells.
+    pub(super) fn ran_backwards(&self, state: &mut State, count: i32) {
+        match state.course.doubt {
+            None if state.stroke == 0 => state.try_other(Reason::Reversed, count),
+            None | Some(Reason::Reversed) => state.refuse(Reason::Reversed),
+            Some(_) => state.refuse(Reason::OneDirection),
+        }
+    }
+
+    /// It has not started; does it in the other direction?
+    fn stayed(&self, state: &mut State, count: i32, displacement: i32) {
+        let reason = self.silence(state, displacement);
+        let still = matches!(reason, Reason::NoMotion | Reason::Stalled | Reason::MotorDisconnected);
+        match state.course.doubt {
+            None if still && state.stroke == 0 => state.try_other(reason, count),
+            None if still => state.refuse(Reason::OneDirection),
+            None => state.refuse(reason),
+            Some(Reason::Reversed) => state.refuse(Reason::OneDirection),
+            Some(first) => state.refuse(first),
         }
     }
 
@@ -260,6 +312,8 @@ impl Params {
             Reason::NoMotion | Reason::EncoderUnplugged if self.identify.coarse() && displacement != 0 => {
                 Reason::EncoderTooSlow
             }
+            _ if state.voltage.now => Reason::CurrentLimited,
+            Reason::EncoderUnplugged => state.unplugged(),
             reason => reason,
         }
     }
@@ -272,7 +326,7 @@ impl Params {
     }
 
     /// Travel at rated speed, counts, saturating.
-    fn rated_counts(&self, ticks: u32) -> i32 {
+    pub(super) fn rated_counts(&self, ticks: u32) -> i32 {
         let counts = (u64::from(self.scale.rated_counts_per_tick_q16) * u64::from(ticks)) >> 16;
         counts.min(1 << 30) as i32
     }
@@ -285,10 +339,43 @@ impl Params {
     }
 
     fn moved(&self, state: &mut State, input: &Input) {
+        match state.course.doubt {
+            None => {}
+            Some(Reason::Reversed) => return state.refuse(Reason::ChannelMissing),
+            Some(_) => return state.refuse(Reason::OneDirection),
+        }
+        // Counts in the right direction: what the pulses may not have shown is shown.
+        state.pulses.proved = true;
         state.stroke = state.stroke.saturating_add(1);
         if state.stroke < 2 {
             state.direction = state.direction.reversed();
         }
         state.enter(Phase::Settle, input.count);
+    }
+}
+
+impl State {
+    /// The lowest start of a direction, of those that began at rest: a shaft that still coasts back had to be stopped first.
+    pub(super) fn note_least_start(&mut self) {
+        if self.ramp.lowest < 0 {
+            return;
+        }
+        let (seen, least) =
+            (self.ramp.started_least(self.level), &mut self.course.least_started[self.direction]);
+        *least = if *least == 0 { seen } else { seen.min(*least) };
+    }
+
+    /// The current shows a motion that the count does not: is there no encoder, or one channel of it?
+    fn unplugged(&self) -> Reason {
+        let edges = self.travel.wrapping_sub(self.ramp.path);
+        if edges >= LONE_EDGES { Reason::ChannelMissing } else { Reason::EncoderUnplugged }
+    }
+
+    /// The first direction has shown no start, for this reason: the other one is tried before it is believed.
+    fn try_other(&mut self, reason: Reason, count: i32) {
+        self.course.doubt = Some(reason);
+        self.stroke = 1;
+        self.direction = self.direction.reversed();
+        self.enter(Phase::Settle, count);
     }
 }

@@ -111,8 +111,8 @@ impl Params {
         match state.timescale.found {
             _ if state.turned => Reason::TravelTooShort,
             _ if self.identify.coarse() => Reason::EncoderTooSlow,
-            None => Reason::TooShort,
-            Some(_) => Reason::NotExcited,
+            None => state.or_limited(Reason::TooShort),
+            Some(_) => state.or_limited(state.not_excited()),
         }
     }
 
@@ -165,7 +165,7 @@ impl Params {
     /// One number; `false` once there is none left.
     fn settled(&self, state: &mut State, step: usize) -> bool {
         let Some(reading) = &state.whole else {
-            state.refuse(Reason::NotExcited);
+            state.refuse(state.not_excited());
             return true;
         };
         if step == 0 {
@@ -179,7 +179,8 @@ impl Params {
             checks: &reading.checks,
             mechanism: state.mechanism,
             short_of_travel: state.turned,
-            supply_measured: state.supply_measured,
+            supply_measured: !state.voltage.unmeasured,
+            starts: &state.course.least_started,
             excitation: Excitation::Chosen,
         };
         let estimates = &mut state.outcome.estimates;
@@ -203,9 +204,17 @@ impl Params {
         if time_constant * LEAST_TIME_CONSTANTS_QUARTERS > u64::from(self.budget) * 4 {
             return state.refuse(Reason::TooShort);
         }
-        state.outcome.duration_ticks = state.total.saturating_add(state.pulses.ticks);
+        state.blame_limit();
+        state.outcome.duration_ticks = state.spent();
         state.outcome.travel_counts = state.travel;
         state.phase = Phase::Done;
+    }
+}
+
+impl State {
+    /// Why the speeds cover too little: rated speed is far from what turns, or they did not vary.
+    fn not_excited(&self) -> Reason {
+        if self.course.lags() { Reason::SpeedContradicts } else { Reason::NotExcited }
     }
 }
 

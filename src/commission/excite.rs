@@ -44,7 +44,9 @@ impl Params {
     /// Has it come to rest, or was that waited for long enough?
     #[inline]
     pub(super) fn stands(&self, state: &State) -> bool {
-        state.still >= self.share(2) || state.elapsed >= self.settle_ticks()
+        // Which way a shaft starts that ran backwards shows only from rest.
+        let longest = if state.course.doubt.is_some() { self.share(32) } else { self.settle_ticks() };
+        state.still >= self.share(2) || state.elapsed >= longest
     }
 
     #[inline]
@@ -63,7 +65,8 @@ impl Params {
         } else {
             state.direction = self.first;
             state.stroke = 0;
-            state.remaining = self.budget.saturating_sub(state.total);
+            let shaken = state.pulses.ticks.saturating_sub(self.shaken);
+            state.remaining = self.budget.saturating_sub(state.total.saturating_add(shaken));
             // An overshooting ramp overestimates; the lower of both directions still drives.
             state.identify.break_away = self
                 .break_away_level(state, Direction::Positive)
@@ -87,16 +90,22 @@ impl Params {
             _ if part < low_until => low,
             _ => (low + HIGH) / 2,
         };
-        if state.stroke == 0
-            && !state.turned
-            && state.level == HIGH
-            && state.timescale.note(state.elapsed, state.displacement(input.count))
+        if state.stroke == 0 && !state.turned && state.level == HIGH && self.shows_time_constant(state, input)
         {
             self.choose_block(state);
         }
         if state.elapsed >= length {
             self.begin_coast(state, input);
         }
+    }
+
+    /// Has the first step shown something new about the time constant?
+    #[inline]
+    fn shows_time_constant(&self, state: &mut State, input: &Input) -> bool {
+        if state.timescale.found.is_none() && self.is_limited_step(state) {
+            return self.limited_step(state, input);
+        }
+        state.timescale.note(state.elapsed, state.displacement(input.count))
     }
 
     #[cold]
@@ -182,6 +191,7 @@ impl Params {
         if state.elapsed < self.saturate_ticks(state) {
             return;
         }
+        state.voltage.full |= state.voltage.now;
         // A fast motor stopped before the coast test had its windows; from full speed it coasts longer.
         if state.mechanism == Mechanism::Unclear {
             self.begin_coast(state, input);
@@ -193,7 +203,7 @@ impl Params {
     #[inline]
     pub(super) fn verify(&self, state: &mut State, input: &Input) {
         state.level = if state.elapsed < self.verify_middle_ticks(state) { VERIFY } else { self.low(state) };
-        if state.elapsed < self.verify_ticks(state) {
+        if state.elapsed < self.verify_ticks(state) && !self.is_late(state) {
             return;
         }
         state.direction = state.direction.reversed();

@@ -8,9 +8,12 @@ use crate::units::{Direction, VoltageQ14};
 
 /// Voltage at which every motor that has broken away keeps turning, Q14: 0.5.
 const HARD: i32 = 8_192;
+/// The same above twice the voltage of its starts, Q14: 1/16.
+const CERTAIN_ABOVE: i32 = 1_024;
+/// Counts that a look holds at rated speed.
+const LOOK_COUNTS: u32 = 32;
 /// Supply outside of which the commissioning means nothing, Q14: 70 % and 140 % of nominal.
-const LEAST_SUPPLY: i32 = 11_469;
-const MOST_SUPPLY: i32 = 22_938;
+const SUPPLY: core::ops::RangeInclusive<i32> = 11_469..=22_938;
 
 /// Where the commissioning must stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +25,9 @@ pub(super) struct Limits {
     /// Time constant to brake with before it is known, ticks.
     time_constant: u32,
     /// Ticks of one speed measurement.
-    step_ticks: u32,
+    pub(super) step_ticks: u32,
+    /// Of these in a look: it then holds 32 counts at rated speed, or lasts a quarter of a second.
+    pub(super) steps: u8,
     /// Counts in it at the speed limit.
     step_counts: u32,
 }
@@ -42,6 +47,8 @@ impl Limits {
             time_constant: (config.time_constant_hint_s.get().unwrap_or(0.1) * 2.0 * config.tick_hz as f32)
                 as u32,
             step_ticks,
+            steps: (LOOK_COUNTS * 65_536 / scale.rated_counts_per_tick_q16.max(1) / step_ticks + 1).min(16)
+                as u8,
             step_counts: config.speed_limit_rad_s.get().map_or(u32::MAX, step),
         }
     }
@@ -58,21 +65,39 @@ impl Params {
     /// What must not go on.
     #[inline]
     pub(super) fn guard(&self, state: &State, input: &Input) -> Option<Reason> {
-        let driven_hard =
-            state.level >= HARD && matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
+        let level = state.level.min(input.voltage.0.saturating_abs());
+        let driven_hard = level >= HARD.min(self.certain(state))
+            && matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
         let supply = input.supply.unwrap_or(VoltageQ14::NOMINAL).0;
         match () {
             () if driven_hard
                 && state.still > self.limits.still_ticks
                 && state.elapsed > self.limits.still_ticks =>
             {
-                Some(Reason::MotionLost)
+                Some(state.or_limited(Reason::MotionLost))
             }
-            () if !(LEAST_SUPPLY..=MOST_SUPPLY).contains(&supply) => Some(Reason::SupplyMoved),
+            () if !SUPPLY.contains(&supply) && state.course.supplied => Some(Reason::SupplyMoved),
+            () if !SUPPLY.contains(&supply) => Some(Reason::SupplyNotNominal),
+            () if state.spent() > self.most => Some(Reason::TooShort),
             () if self.beyond_travel(state, input) => Some(Reason::TravelExceeded),
             () if state.energy > self.limits.energy => Some(Reason::EnergySpent),
             () if state.last_step > self.limits.step_counts => Some(Reason::Overspeed),
             () => None,
+        }
+    }
+
+    /// Has the last part to end, so that there is time for the decision?
+    #[inline]
+    pub(super) fn is_late(&self, state: &State) -> bool {
+        state.spent() > self.most - self.scale.config.tick_hz / 8
+    }
+
+    /// Voltage at which a shaft that has broken away turns for certain: far above what that took.
+    #[inline]
+    fn certain(&self, state: &State) -> i32 {
+        match state.restless {
+            true => HARD,
+            false => 2 * state.started[0].max(state.started[1]) + CERTAIN_ABOVE,
         }
     }
 
@@ -112,7 +137,12 @@ impl Params {
     /// Counts travelled in the last 1/64 s.
     #[inline]
     pub(super) fn measure_speed(&self, state: &mut State, input: &Input) {
-        if state.total.is_multiple_of(self.limits.step_ticks) {
+        if state.course.until_step > 0 {
+            state.course.until_step -= 1;
+        } else {
+            state.course.until_step = self.limits.step_ticks - 1;
+            state.course.supplied = true;
+            state.course.step(self.limits.steps, input.count, state.travel);
             state.last_step = input.count.wrapping_sub(state.step_count).unsigned_abs();
             state.step_count = input.count;
         }
@@ -129,9 +159,10 @@ impl From<Fault> for Reason {
             Fault::EncoderUnplugged => Reason::EncoderUnplugged,
             Fault::MotorDisconnected => Reason::MotorDisconnected,
             Fault::WrongDirection => Reason::Reversed,
-            Fault::Overspeed | Fault::Runaway => Reason::Overspeed,
+            Fault::Overspeed => Reason::Overspeed,
+            Fault::Runaway => Reason::SpeedContradicts,
             Fault::SupplyLow => Reason::SupplyTooLow,
-            Fault::SupplyHigh => Reason::SupplyMoved,
+            Fault::SupplyHigh => Reason::SupplyNotNominal,
             _ => Reason::Aborted,
         }
     }

@@ -10,9 +10,11 @@
 //! leave of the budget goes to the segments. The bridge opens when the commissioning ends, for whatever reason.
 
 mod breakaway;
+mod course;
 mod decide;
 mod excite;
 mod guard;
+mod limited;
 mod pulse_test;
 mod reading;
 mod schedule;
@@ -32,7 +34,9 @@ use crate::identify::timescale;
 use crate::sample::Bridge;
 use crate::units::{Direction, Voltage, VoltageQ14, ticks_in};
 use breakaway::Ramp;
+use course::Course;
 use guard::Limits;
+use limited::Conditions;
 use pulse_test::{PulseTest, Pulses};
 use reading::Reading;
 use schedule::Pace;
@@ -40,6 +44,10 @@ use serde::{Deserialize, Serialize};
 
 /// Mean current that counts as none, converter counts: the noise of a sensor without current.
 const NO_CURRENT: i32 = 8;
+/// What a commissioning may take beyond its budget, ms.
+const OVERTIME_MS: u32 = 980;
+/// Share of it that shaking the shaft may take beside the budget; what it takes more comes out of the budget, ms.
+const SHAKEN_MS: u32 = 500;
 
 /// What the commissioning wants the bridge to do. The axis divides by the measured supply and clips.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -123,6 +131,10 @@ pub struct Params {
     scale: Scale,
     identify: identify::Params,
     budget: u32,
+    /// Ticks of the whole, after which it ends whatever it has seen.
+    most: u32,
+    /// Ticks that shaking the shaft may take beside the budget.
+    shaken: u32,
     first: Direction,
     limits: Limits,
     /// `None`: its first travel is not bounded.
@@ -141,6 +153,8 @@ impl Params {
             scale: *scale,
             identify: identify::Params::new(scale),
             budget,
+            most: budget + ticks_in(OVERTIME_MS, scale.config.tick_hz),
+            shaken: ticks_in(SHAKEN_MS, scale.config.tick_hz),
             first: if seed & 1 == 0 { Direction::Positive } else { Direction::Negative },
             limits: Limits::new(scale),
             pulse_test: PulseTest::new(scale),
@@ -176,7 +190,9 @@ pub struct State {
     energy: u64,
     last_step: u32,
     step_count: i32,
-    supply_measured: bool,
+    course: Course,
+    /// Under which conditions the voltage was applied.
+    voltage: Conditions,
     /// The axis moves without voltage.
     restless: bool,
     pulses: Pulses,
@@ -238,7 +254,8 @@ impl State {
             energy: 0,
             last_step: 0,
             step_count: count,
-            supply_measured: true,
+            course: Course::new(params, count),
+            voltage: Conditions::default(),
             restless: false,
             pulses: Pulses::default(),
             ramp: Ramp::default(),
@@ -309,16 +326,38 @@ impl State {
     }
 
     /// Ends it now; the bridge opens with the next request.
-    #[inline]
+    #[cold]
+    #[inline(never)]
     pub fn refuse(&mut self, reason: Reason) {
         if !self.ended() {
+            let reason = self.plainly(reason);
             self.phase = Phase::Refused;
             self.outcome.refused = Some(reason);
             // A decision that was under way is void.
             self.outcome.estimates = Estimates::default();
-            self.outcome.duration_ticks = self.total.saturating_add(self.pulses.ticks);
+            if reason == Reason::SpeedContradicts {
+                self.outcome.estimates.gain = self.course.gain();
+            }
+            self.outcome.duration_ticks = self.spent();
             self.outcome.travel_counts = self.travel;
         }
+    }
+
+    /// The reason in the light of what else was seen. Where a shaft that has started before draws no current below the voltage of
+    /// its starts, the drive gives nothing there.
+    fn plainly(&self, reason: Reason) -> Reason {
+        let starts = self.phase == Phase::BreakAway && self.after_start.is_some();
+        let below = self.level < self.started[0].max(self.started[1]);
+        match reason {
+            Reason::MotorDisconnected if starts && below => Reason::StartsHigher,
+            reason => reason,
+        }
+    }
+
+    /// Ticks so far, those of the shaking too.
+    #[inline]
+    fn spent(&self) -> u32 {
+        self.total.saturating_add(self.pulses.ticks)
     }
 
     /// Ends it on the user's wish.
@@ -338,12 +377,13 @@ impl State {
         self.solver.start(structure);
     }
 
-    #[inline]
+    #[cold]
+    #[inline(never)]
     fn enter(&mut self, phase: Phase, count: i32) {
         self.phase = phase;
         self.elapsed = 0;
         self.still = 0;
-        self.ramp = Ramp::default();
+        self.ramp = Ramp::begin(self.travel);
         self.start_count = count;
     }
 

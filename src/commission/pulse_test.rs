@@ -178,6 +178,8 @@ impl Params {
                 state.enter(Phase::Settle, input.count);
             }
             () if pulses.silent() => state.refuse(Reason::MotorDisconnected),
+            // The ramp ends by what the current shows.
+            () if state.limited() => state.enter(Phase::BreakAway, input.count),
             () => state.refuse(Reason::NoMotion),
         }
     }

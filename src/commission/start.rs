@@ -47,7 +47,8 @@ impl Params {
         let moves = state.ramp.moved(displacement);
         if moves {
             let started = &mut state.started[state.direction];
-            *started = state.ramp.started(state.level).max(*started);
+            *started = state.ramp.started(state.ramp.level).max(*started);
+            state.note_least_start();
         }
         let given_up = state.level >= (high / 4 * UP_TO_QUARTERS).min(MOST_BREAK_AWAY);
         if let Some(next) = state.after_start

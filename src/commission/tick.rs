@@ -26,11 +26,15 @@ impl Params {
         }
         let window = state.window.take();
         let busy = busy || state.identify.is_sampling();
+        let idle = !busy && window.is_none() && !state.solver.busy() && state.solved.is_none();
         self.identify.sum(&mut state.identify, input.count, input.voltage);
         match window {
             Some(window) => self.use_window(state, &window),
             None if busy => {}
             None => self.solve(state),
+        }
+        if state.course.is_due(idle) {
+            self.look(state, input);
         }
         if !(busy && state.phase == Phase::Decide) {
             self.advance(state, input);
@@ -53,7 +57,7 @@ impl Params {
         if state.phase != Phase::PulseTest {
             state.total = state.total.saturating_add(1);
         }
-        state.supply_measured &= input.supply.is_some();
+        state.voltage.unmeasured |= input.supply.is_none();
         let power = i64::from(input.voltage.0) * i64::from(input.current_raw.unwrap_or(0));
         state.energy = state.energy.saturating_add(power.unsigned_abs());
     }

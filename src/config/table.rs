@@ -214,11 +214,11 @@ settings! {
         default "none" Value::None,
         since: 1,
     }
-    #[doc = "The bridge is switched off above it, after 5 ms. A, 0.001 … 1,000."]
+    #[doc = "The voltage is lowered so that the winding current stays below it; a current far above it switches the bridge off. A, 0.001 … 1,000."]
     limit current_limit_a: Optional {
         field: CurrentLimit,
         unit: "A",
-        about: "The bridge is switched off above it, after 5 ms.",
+        about: "The voltage is lowered so that the winding current stays below it; a current far above it switches the bridge off.",
         range: "0.001 … 1,000" [1e-3, 1e3],
         default "none" Value::None,
         since: 1,
@@ -265,7 +265,7 @@ settings! {
         unit: "V",
         about: "Volts per count of the supply converter.",
         range: "0.00001 … 1/16 of nominal" [1e-5, nominal / 16.0],
-        default "full scale is twice the nominal supply over 12 bits" Value::Number(SUPPLY_HEADROOM * nominal / CONVERTER_FULL_SCALE),
+        default "that of the board; in QEMU, full scale is twice the nominal supply over 12 bits" Value::Number(SUPPLY_HEADROOM * nominal / CONVERTER_FULL_SCALE),
         since: 1,
     }
     #[doc = "Amperes per count of the current converter. A, 0.000001 … 10."]
@@ -274,7 +274,7 @@ settings! {
         unit: "A",
         about: "Amperes per count of the current converter.",
         range: "0.000001 … 10" [1e-6, 10.0],
-        default "±20 A over 12 bits" Value::Number(40.0 / CONVERTER_FULL_SCALE),
+        default "that of the board; in QEMU, ±20 A over 12 bits" Value::Number(40.0 / CONVERTER_FULL_SCALE),
         since: 1,
     }
     #[doc = "The bridge is switched off below it, after 5 ms. V, 0.125 … 1 of nominal."]

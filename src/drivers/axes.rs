@@ -53,7 +53,7 @@ impl<P: Parts, const N: usize> Axes<P, N> {
     pub fn begin_tick(&mut self) {
         // The counts move: they come first, one right after the other.
         self.axes.iter_mut().for_each(GuardedAxis::latch_count);
-        self.axes.iter_mut().for_each(GuardedAxis::latch_converters);
+        self.latch_converters();
         if let Some(left) = self.settling.checked_sub(1) {
             self.settling = left;
             self.groups.iter_mut().for_each(|group| group.breaker.clear());
@@ -63,6 +63,13 @@ impl<P: Parts, const N: usize> Axes<P, N> {
             self.judge();
         }
         self.enable();
+    }
+
+    fn latch_converters(&mut self) {
+        for axis in &mut self.axes {
+            let group = self.groups.get(axis.breaker());
+            axis.latch_converters(group.is_none_or(|group| group.breaker.measures()));
+        }
     }
 
     fn judge(&mut self) {
@@ -89,6 +96,11 @@ impl<P: Parts, const N: usize> Axes<P, N> {
     /// What was read when the tick began.
     pub fn sample(&self, axis: usize) -> Sample {
         self.axes.get(axis).map_or(Sample::NONE, GuardedAxis::sample)
+    }
+
+    /// Zeros of the current, as [`super::sense::CurrentSensor::zeros`] has them.
+    pub fn zeros(&self, axis: usize) -> [i16; 2] {
+        self.axes.get(axis).map_or([Sample::CURRENT_NOT_SENSED; 2], GuardedAxis::zeros)
     }
 
     /// Can the counter of this axis go round unseen while nobody reads it for seconds?

@@ -25,6 +25,8 @@ pub struct GuardedAxis<P: Parts> {
     index: Option<P::Input>,
     breaker: usize,
     sample: Sample,
+    /// The count since which the shaft stands.
+    standing: i32,
     indexed: bool,
     /// What the lines said when this tick began.
     permission: Interlock,
@@ -48,6 +50,7 @@ impl<P: Parts> GuardedAxis<P> {
             index,
             breaker,
             sample: Sample::NONE,
+            standing: 0,
             indexed: false,
             permission: Interlock::Granted,
             verdict: Interlock::Disabled,
@@ -75,18 +78,29 @@ impl<P: Parts> GuardedAxis<P> {
         self.indexed
     }
 
+    pub(super) fn zeros(&self) -> [i16; 2] {
+        self.hardware.current.zeros()
+    }
+
     pub(super) fn goes_round(&self) -> bool {
         self.hardware.encoder.goes_round()
     }
 
     pub(super) fn latch_count(&mut self) {
         self.sample.count = self.hardware.encoder.read();
+        // An edge that lies under a sensor of the encoder counts to and fro.
+        if self.sample.count.wrapping_sub(self.standing).unsigned_abs() > 1 {
+            self.standing = self.sample.count;
+            self.hardware.current.moved();
+        }
         self.indexed = self.index.as_mut().is_some_and(|line| line.is_high().unwrap_or(false));
     }
 
-    pub(super) fn latch_converters(&mut self) {
+    /// `measured`: its current sensor is on.
+    pub(super) fn latch_converters(&mut self, measured: bool) {
         self.sample.vbus_raw = self.hardware.supply.read();
-        self.sample.current_raw = self.hardware.current.read();
+        self.sample.current_raw =
+            if measured { self.hardware.current.read() } else { Sample::CURRENT_NOT_SENSED };
     }
 
     /// Looks at the lines. A break that was too short for the line to be seen low is still a fault.

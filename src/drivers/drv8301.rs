@@ -9,7 +9,8 @@
 //! | 14 … 11 | address | address |
 //! | 10 … 0 | data | data |
 //!
-//! There is neither parity nor checksum, so what is written is read back. Reading a status register clears it.
+//! There is neither parity nor checksum, so what is written is read back. Reading a status register clears it: a flag that
+//! is there again when it is read twice is a fault, one that is not is left over, for example from the start.
 
 use embedded_hal::spi::SpiDevice;
 
@@ -107,6 +108,31 @@ pub enum Trouble {
 }
 
 impl Trouble {
+    /// As a number, for whoever asks over the link: kind above, word below.
+    pub const fn code(self) -> u32 {
+        let (kind, word) = match self {
+            Trouble::NoAnswer(word) => (1, word),
+            Trouble::NotKept(Register::Control1, word) => (2, word),
+            Trouble::NotKept(_, word) => (3, word),
+            Trouble::Faulty(faults) => (4, faults.0),
+            Trouble::LineLow => (5, 0),
+        };
+        kind << 16 | word as u32
+    }
+
+    /// Back from [`Trouble::code`].
+    pub const fn of_code(code: u32) -> Option<Self> {
+        let word = code as u16;
+        match code >> 16 {
+            1 => Some(Trouble::NoAnswer(word)),
+            2 => Some(Trouble::NotKept(Register::Control1, word)),
+            3 => Some(Trouble::NotKept(Register::Control2, word)),
+            4 => Some(Trouble::Faulty(Faults(word))),
+            5 => Some(Trouble::LineLow),
+            _ => None,
+        }
+    }
+
     /// In a word, and the number beside it.
     pub fn words(self) -> (&'static str, u16) {
         match self {
@@ -161,11 +187,12 @@ impl<S: SpiDevice<u16>> Drv8301<S> {
         Self { spi, settings }
     }
 
-    /// Sets an enabled driver up, and asks it how it is.
+    /// Sets an enabled driver up, and asks it how it is. Its supplies were low when it started, and it says so until it is
+    /// read: that is returned, and is no fault.
     ///
     /// # Errors
     /// What is wrong.
-    pub fn configure(&mut self) -> Result<(), Trouble> {
+    pub fn configure(&mut self) -> Result<Faults, Trouble> {
         let mut result = Ok(());
         for _ in 0..ATTEMPTS {
             for (register, data) in self.settings.controls() {
@@ -177,8 +204,9 @@ impl<S: SpiDevice<u16>> Drv8301<S> {
             }
         }
         result?;
+        let left_over = self.faults()?;
         match self.faults()? {
-            faults if faults.is_none() => Ok(()),
+            faults if faults.is_none() => Ok(left_over),
             faults => Err(Trouble::Faulty(faults)),
         }
     }

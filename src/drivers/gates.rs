@@ -47,6 +47,19 @@ pub enum State {
     Failed = 4,
 }
 
+impl State {
+    /// The state of this number.
+    pub const fn of(number: u8) -> Self {
+        match number {
+            1 => State::Ready,
+            2 => State::Tripped,
+            3 => State::Wanted,
+            4 => State::Failed,
+            _ => State::Starting,
+        }
+    }
+}
+
 impl GateStatus {
     /// Nothing started.
     pub const fn new() -> Self {
@@ -55,13 +68,7 @@ impl GateStatus {
 
     /// The state.
     pub fn state(&self) -> State {
-        match self.0.load(Ordering::Relaxed) {
-            1 => State::Ready,
-            2 => State::Tripped,
-            3 => State::Wanted,
-            4 => State::Failed,
-            _ => State::Starting,
-        }
+        State::of(self.0.load(Ordering::Relaxed))
     }
 
     fn set(&self, state: State) {
@@ -74,6 +81,11 @@ impl GateStatus {
             self.trip();
         }
         self.state() != State::Ready
+    }
+
+    /// Are the drivers' amplifiers on, with their gain set? `low`: the fault line is low, as it is without a supply.
+    pub fn measures(&self, low: bool) -> bool {
+        !low && self.state() == State::Ready
     }
 
     /// Control's word that every bridge is open.
@@ -185,8 +197,15 @@ impl<'a, E: OutputPin, F: InputPin, S: SpiDevice<u16>, const N: usize> Gates<'a,
     }
 
     fn set_up(&mut self, now: u32) -> Event {
-        let failed = self.first(|driver| driver.configure().err());
-        let failed = failed.or_else(|| self.is_low().then_some((0, Trouble::LineLow)));
+        let mut left_over = Faults::default();
+        let failed = self.first(|driver| match driver.configure() {
+            Ok(faults) => {
+                left_over.0 |= faults.0;
+                None
+            }
+            Err(trouble) => Some(trouble),
+        });
+        let failed = failed.or_else(|| self.is_low().then_some((0, line_low(left_over))));
         match failed {
             None => {
                 self.begin(Phase::Up, now);
@@ -212,9 +231,10 @@ impl<'a, E: OutputPin, F: InputPin, S: SpiDevice<u16>, const N: usize> Gates<'a,
         Event::Fault(number, trouble)
     }
 
+    /// The state first: with the enable line low the amplifiers are off, and control must know before it reads them.
     fn rest(&mut self, state: State, now: u32) {
-        self.enable(false);
         self.status.set(state);
+        self.enable(false);
         self.begin(Phase::Resting(REST_MS), now);
     }
 
@@ -230,4 +250,9 @@ impl<'a, E: OutputPin, F: InputPin, S: SpiDevice<u16>, const N: usize> Gates<'a,
     fn first(&mut self, mut ask: impl FnMut(&mut Drv8301<S>) -> Option<Trouble>) -> Option<(usize, Trouble)> {
         self.drivers.iter_mut().enumerate().find_map(|(number, driver)| Some((number, ask(driver)?)))
     }
+}
+
+/// What the line means: the flags that were read and thrown away, if there were some.
+fn line_low(left_over: Faults) -> Trouble {
+    if left_over.is_none() { Trouble::LineLow } else { Trouble::Faulty(left_over) }
 }

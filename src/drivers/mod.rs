@@ -24,5 +24,6 @@ mod page;
 pub mod parts;
 pub mod reach;
 pub mod saving;
+pub mod scales;
 pub mod sense;
 pub mod zero;

@@ -32,4 +32,8 @@ pub trait Breaker {
     fn clear(&mut self);
     /// Lets the outputs follow, if that is not the enable line of the bridge. Without effect while the line is active.
     fn enable(&mut self);
+    /// Are the current sensors of its axes on? Amplifiers inside of gate drivers are off with them, and read anything.
+    fn measures(&self) -> bool {
+        true
+    }
 }

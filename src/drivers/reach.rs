@@ -32,7 +32,8 @@ impl Reach {
         let highest = protect::highest_supply_v(config);
         within(Field::SupplyHigh, highest, config.supply_nominal_v, supply)?;
         if let Some(limit) = config.current_limit_a.get() {
-            within(Field::CurrentLimit, limit, 0.0, current)?;
+            // The axis holds the current at it; what is a fault lies a little above.
+            within(Field::CurrentLimit, limit, 0.0, current / protect::OVER_CURRENT)?;
         }
         // Energy is voltage times current.
         if let Some(limit) = config.energy_limit_j.get().filter(|_| self.current == 0) {

@@ -38,17 +38,17 @@ impl Scale {
     }
 
     /// Volts at the pin per count.
-    pub fn volt_per_lsb(self) -> f32 {
-        self.reference_v / (1u32 << self.bits.min(16)) as f32
+    pub const fn volt_per_lsb(self) -> f32 {
+        self.reference_v / (self.most() as u32 + 1) as f32
     }
 
     /// Volts of supply per count behind `divider`.
-    pub fn supply_volt_per_lsb(self, divider: Divider) -> f32 {
+    pub const fn supply_volt_per_lsb(self, divider: Divider) -> f32 {
         self.volt_per_lsb() * (divider.upper_ohm + divider.lower_ohm) / divider.lower_ohm
     }
 
     /// Amperes per count of a sensor that delivers `volt_per_ampere`.
-    pub fn ampere_per_lsb(self, volt_per_ampere: f32) -> f32 {
+    pub const fn ampere_per_lsb(self, volt_per_ampere: f32) -> f32 {
         self.volt_per_lsb() / volt_per_ampere
     }
 }
@@ -71,6 +71,10 @@ pub trait CurrentSensor {
     fn read(&mut self) -> i16;
     /// Remembers what the bridge does from now on, and the direction in which it is driven.
     fn follow(&mut self, bridge: Bridge, duty: i16);
+    /// Zeros of its converters, counts, or marks of [`Sample`] where there is none; one that does not exist is not sensed.
+    fn zeros(&self) -> [i16; 2];
+    /// The shaft has moved: what is read until it stands again says nothing about a zero that is known.
+    fn moved(&mut self);
 }
 
 /// Winding current of one axis in counts, from one converter.
@@ -83,7 +87,7 @@ pub struct CurrentSense<C> {
 }
 
 impl<C: Converter> CurrentSense<C> {
-    /// A sensor whose zero is looked for from the first reading on, and kept once it is known.
+    /// A sensor whose zero is looked for from the first reading on.
     pub fn new(kind: CurrentKind, limits: ZeroLimits, converter: C) -> Self {
         Self { kind, converter, zero: ZeroSearch::new(limits), bridge: Bridge::Open, reverse: false }
     }
@@ -98,6 +102,10 @@ impl<C: Converter> CurrentSense<C> {
 }
 
 impl<C: Converter> CurrentSensor for CurrentSense<C> {
+    fn moved(&mut self) {
+        self.zero.moved();
+    }
+
     fn follow(&mut self, bridge: Bridge, duty: i16) {
         self.bridge = bridge;
         if bridge == Bridge::Driven && duty != 0 {
@@ -114,6 +122,14 @@ impl<C: Converter> CurrentSensor for CurrentSense<C> {
             Zero::Known(zero) => self.signed(i32::from(raw) - i32::from(zero)),
             other => mark(other),
         }
+    }
+
+    fn zeros(&self) -> [i16; 2] {
+        let zero = match self.kind {
+            CurrentKind::Absent => Sample::CURRENT_NOT_SENSED,
+            CurrentKind::Signed | CurrentKind::Magnitude => told(self.zero.zero()),
+        };
+        [zero, Sample::CURRENT_NOT_SENSED]
     }
 }
 
@@ -154,6 +170,10 @@ impl<C: Converter> LowLegSense<C> {
 }
 
 impl<C: Converter> CurrentSensor for LowLegSense<C> {
+    fn moved(&mut self) {
+        self.zeros.iter_mut().for_each(ZeroSearch::moved);
+    }
+
     fn read(&mut self) -> i16 {
         let [a, b] = &self.legs;
         let [zero_a, zero_b] = &mut self.zeros;
@@ -170,6 +190,20 @@ impl<C: Converter> CurrentSensor for LowLegSense<C> {
         if bridge == Bridge::Driven && duty != 0 {
             self.reverse = duty < 0;
         }
+    }
+
+    fn zeros(&self) -> [i16; 2] {
+        self.zeros.map(|zero| told(zero.zero()))
+    }
+}
+
+/// Rare, and out of the tick: a zero as a number, or the mark of one that is not known.
+#[cold]
+#[inline(never)]
+fn told(zero: Zero) -> i16 {
+    match zero {
+        Zero::Known(zero) => clamp(i32::from(zero)),
+        other => mark(other),
     }
 }
 

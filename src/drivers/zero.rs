@@ -1,10 +1,16 @@
-//! The zero of a current sensor: its mean reading while the bridge is open, looked for from power-up on and kept once known.
+//! The zero of a current sensor: its mean reading while the bridge is open, looked for from power-up on, and followed once it
+//! is known.
 //!
 //! A driven or shorted bridge carries current, and a steady current reads like a zero: such readings never count. Readings
 //! that spread too far, or whose mean no sensor at rest can have, are no zero either. The wait is bounded; when it is over
 //! there is a reason, and the search goes on whenever the bridge is open.
+//!
+//! An offset drifts with temperature: 10 µV/°C before an amplifier of 80 V/V are 1 count/°C. So each later mean moves a known
+//! zero by one count towards it, 10 counts a second at most, where the bridge was open and the shaft stood for all of it: a
+//! shaft that is driven from outside, faster than the supply's voltage allows, feeds a current back through an open bridge.
 
 use crate::axis::Bridge;
+use core::cmp::Ordering;
 
 /// Ticks with an open bridge before the first reading counts: an open bridge acts up to two ticks later, and the current
 /// of the winding has to decay.
@@ -78,23 +84,44 @@ impl ZeroSearch {
         }
     }
 
+    /// What is known of it now.
+    pub const fn zero(&self) -> Zero {
+        self.zero
+    }
+
     /// One reading, and what the bridge was last told to do before it.
     #[inline]
     pub fn step(&mut self, raw: u16, bridge: Bridge) -> Zero {
-        if !matches!(self.zero, Zero::Known(_)) {
+        if bridge == Bridge::Open || !self.is_known() {
             self.look(raw, bridge);
+        } else {
+            self.open = 0;
         }
         self.zero
     }
 
-    /// Kept out of the tick: once the zero is known, none of this is needed any more.
+    /// The shaft has moved: a known zero waits until it stands again. The first one is not kept waiting by it.
+    #[inline]
+    pub fn moved(&mut self) {
+        if self.is_known() {
+            self.open = 0;
+        }
+    }
+
+    #[inline]
+    const fn is_known(&self) -> bool {
+        matches!(self.zero, Zero::Known(_))
+    }
+
+    /// Kept out of the tick of an axis that is driven.
     #[cold]
     #[inline(never)]
     fn look(&mut self, raw: u16, bridge: Bridge) {
         if bridge != Bridge::Open {
-            (self.open, self.mean) = (0, Mean::EMPTY);
+            self.open = 0;
         } else if self.open < SETTLING {
             self.open = self.open.saturating_add(1);
+            self.mean = Mean::EMPTY;
         } else {
             self.mean.add(raw);
             if self.mean.taken >= self.limits.readings() {
@@ -105,9 +132,10 @@ impl ZeroSearch {
     }
 
     fn judge(&mut self) {
-        match self.mean.verdict(&self.limits) {
-            Ok(zero) => self.zero = Zero::Known(zero),
-            Err(reason) => self.reason = reason,
+        match (self.mean.verdict(&self.limits), self.zero) {
+            (Ok(mean), Zero::Known(zero)) => self.zero = Zero::Known(towards(zero, mean)),
+            (Ok(mean), _) => self.zero = Zero::Known(mean),
+            (Err(reason), _) => self.reason = reason,
         }
         self.mean = Mean::EMPTY;
     }
@@ -116,9 +144,18 @@ impl ZeroSearch {
         let patience = self.limits.readings().saturating_mul(PATIENCE);
         if self.waited < patience {
             self.waited = self.waited.saturating_add(1);
-        } else if !matches!(self.zero, Zero::Known(_)) {
+        } else if !self.is_known() {
             self.zero = Zero::Missing(self.reason);
         }
+    }
+}
+
+/// One count nearer to `mean`.
+fn towards(zero: u16, mean: u16) -> u16 {
+    match mean.cmp(&zero) {
+        Ordering::Less => zero.saturating_sub(1),
+        Ordering::Equal => zero,
+        Ordering::Greater => zero.saturating_add(1),
     }
 }
 

@@ -59,6 +59,23 @@ pub enum Reason {
     EncoderUnplugged,
     /// Voltage was applied, nothing moved, and no current flowed.
     MotorDisconnected,
+    /// The current limit held the voltage below what is needed.
+    CurrentLimited,
+    /// The count moves the same way under both voltages, or to and fro: an encoder channel is missing, or the drive turns one way
+    /// whatever its sign.
+    ChannelMissing,
+    /// The shaft moves under one sign of the voltage alone.
+    OneDirection,
+    /// The shaft has followed the voltage, and then ran against it.
+    DirectionChanged,
+    /// The supply was far from nominal from the beginning.
+    SupplyNotNominal,
+    /// The speed is not the one that rated speed, counts per turn and supply tell.
+    SpeedContradicts,
+    /// A start takes far more voltage than the line through the moving points tells.
+    StartsHigher,
+    /// The gains of the directions differ so much that their mean is of no use.
+    GainsDiffer,
 }
 
 impl Reason {
@@ -88,6 +105,14 @@ impl Reason {
             Reason::Stalled => "stalled",
             Reason::EncoderUnplugged => "encoder_unplugged",
             Reason::MotorDisconnected => "motor_disconnected",
+            Reason::CurrentLimited => "current_limited",
+            Reason::ChannelMissing => "channel_missing",
+            Reason::OneDirection => "one_direction",
+            Reason::DirectionChanged => "direction_changed",
+            Reason::SupplyNotNominal => "supply_not_nominal",
+            Reason::SpeedContradicts => "speed_contradicts",
+            Reason::StartsHigher => "starts_higher",
+            Reason::GainsDiffer => "gains_differ",
         }
     }
 }

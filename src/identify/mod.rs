@@ -33,6 +33,7 @@ pub mod estimate;
 pub mod gate;
 pub mod ldl;
 pub mod passive;
+mod plausible;
 pub mod positive;
 pub mod regression;
 pub mod saturation;

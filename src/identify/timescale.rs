@@ -69,6 +69,12 @@ impl State {
         half_time >= LEAST_COUNTS && self.judge(elapsed, i64::from(displacement) * 1024, i64::from(half_time))
     }
 
+    /// It was told otherwise, to a factor of two, ticks.
+    pub fn is_about(&mut self, ticks: u32) {
+        self.found = Some(ticks);
+        self.at_least = self.at_least.max(ticks / 2);
+    }
+
     #[inline]
     fn judge(&mut self, elapsed: u32, full: i64, half: i64) -> bool {
         let longer_than = |ratio: i64| full > ratio * half;

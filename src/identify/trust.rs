@@ -6,6 +6,7 @@
 
 use super::Params;
 use super::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Reason, Standing, TIME_FRAC};
+use super::plausible::{contradict, starts_higher};
 use super::positive::Positive;
 use super::regression::Sums;
 use super::saturation;
@@ -121,6 +122,8 @@ pub struct Evidence<'a> {
     pub supply_measured: bool,
     /// Travel cut the excitation short.
     pub short_of_travel: bool,
+    /// Voltages that the starts took, per direction, Q14 of nominal; 0: not seen.
+    pub starts: &'a [i32; 2],
     /// How the speeds came about.
     pub excitation: Excitation,
 }
@@ -144,7 +147,12 @@ impl Params {
             Part::Trust(direction) => {
                 let found = estimates.dead_zone[direction];
                 let doubt = self.doubt(lengths, solution, evidence, direction, &found);
-                estimates.dead_zone[direction].standing = doubt.map_or(Standing::Trusted, Standing::Doubtful);
+                let dead_zone = &mut estimates.dead_zone[direction];
+                dead_zone.standing = doubt.map_or(Standing::Trusted, Standing::Doubtful);
+                if doubt == Some(Reason::StartsHigher) {
+                    // Its interval reaches up to where the shaft starts.
+                    dead_zone.u95 = (evidence.starts[direction] << 6).saturating_sub(found.value);
+                }
             }
             Part::Gain => {
                 if evidence.excitation == Excitation::Chosen {
@@ -152,11 +160,12 @@ impl Params {
                 }
                 estimates.gain_skew = gain_skew(solution);
                 estimates.gain = self.gain(lengths, solution, evidence, standing(estimates));
+                contradict(estimates, evidence.excitation == Excitation::Chosen);
             }
             Part::TimeConstant => {
                 estimates.mechanism = evidence.mechanism;
-                estimates.time_constant =
-                    self.time_constant(lengths, solution, evidence, standing(estimates));
+                let standing = worse(standing(estimates), estimates.gain.standing);
+                estimates.time_constant = self.time_constant(lengths, solution, evidence, standing);
             }
         }
     }
@@ -186,6 +195,7 @@ impl Params {
             None if evidence.short_of_travel => Some(Reason::TravelTooShort),
             None => Some(Reason::NotVerified),
             Some(mean) if mean.saturating_abs() > verify_limit => Some(Reason::LoadChanged),
+            Some(_) if starts_higher(evidence.starts[direction], value) => Some(Reason::StartsHigher),
             Some(_) => None,
         }
     }
@@ -241,6 +251,11 @@ impl Params {
         let u95 = half_width(value, solution.time_constant_sigma, linear_error(evidence));
         linear(value, u95, evidence.excitation, standing)
     }
+}
+
+/// The first of two doubts.
+fn worse(first: Standing, second: Standing) -> Standing {
+    if first == Standing::Trusted { second } else { first }
 }
 
 /// Dead zone of a direction, and whether its half width lets it be trusted.
@@ -358,6 +373,6 @@ fn half_width(value: i32, relative_sigma: i32, model: i32) -> i32 {
     (sigma.clamp(0, i64::from(i32::MAX)) as i32).saturating_add(share(value, model))
 }
 
-fn share(value: i32, of_1024: i32) -> i32 {
+pub(super) fn share(value: i32, of_1024: i32) -> i32 {
     ((i64::from(value) * i64::from(of_1024)) >> 10) as i32
 }

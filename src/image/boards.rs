@@ -35,8 +35,18 @@ pub struct Tasks {
     pub idle: &'static str,
 }
 
+/// What one count of a board's converters is worth. The image tells its own, from the resistors of the board; the tests
+/// compare the two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scales {
+    /// Volts of supply.
+    pub supply_v: f32,
+    /// Amperes of winding current.
+    pub current_a: f32,
+}
+
 /// A board: the chip and what is around it, or a program that plays both.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq)]
 pub struct Board {
     /// Its value of the configuration key `board`, and the name of its image.
     pub name: &'static str,
@@ -50,6 +60,16 @@ pub struct Board {
     pub most_axes: Option<&'static str>,
     /// The machine of QEMU, if QEMU plays the board.
     pub machine: Option<&'static str>,
+    /// `None`: they are what the host says.
+    pub scales: Option<Scales>,
+}
+
+/// Volts at a pin per count: 12 bits of 3.3 V.
+const PIN_V: f32 = 3.3 / 4096.0;
+
+/// Scales of a board: supply over the voltage at its pin, and volts at the pin per ampere.
+const fn scales(divider: f32, volt_per_ampere: f32) -> Option<Scales> {
+    Some(Scales { supply_v: PIN_V * divider, current_a: PIN_V / volt_per_ampere })
 }
 
 /// The Cargo feature of an image for two axes. Without a feature an image drives one.
@@ -77,6 +97,8 @@ pub const STM32F405: Board = Board {
     feature: None,
     most_axes: Some(FOUR_AXES),
     machine: None,
+    // 100 kΩ over 10 kΩ, and a DRV8874 with 450 µA/A into 2.49 kΩ.
+    scales: scales(11.0, 1.1205),
 };
 
 /// QEMU's board with the same chip, and motors on the host.
@@ -85,21 +107,25 @@ pub const QEMU: Board = Board {
     page: "docs/verification.md",
     feature: Some("qemu"),
     machine: Some("netduinoplus2"),
+    scales: None,
     ..STM32F405
 };
 
 /// ODrive v3.5 and v3.6 for 48 V and 56 V: two axes.
-pub const ODRIVE_V3: Board = whole("odrive-v3", "docs/boards/odrive-v3.md");
+pub const ODRIVE_V3: Board = whole("odrive-v3", "docs/boards/odrive-v3.md", ODRIVE_56V);
 /// ODrive v3.5 and v3.6 for 24 V: another divider of the supply.
-pub const ODRIVE_V3_24V: Board = whole("odrive-v3-24v", "docs/boards/odrive-v3.md");
+pub const ODRIVE_V3_24V: Board = whole("odrive-v3-24v", "docs/boards/odrive-v3.md", scales(11.0, 0.04));
 /// MKS ODrive and other clones for 56 V.
-pub const MKS_ODRIVE: Board = whole("mks-odrive", "docs/boards/mks-odrive.md");
-/// VESC 6: one axis.
-pub const VESC_6: Board = whole("vesc-6", "docs/boards/vesc-6.md");
+pub const MKS_ODRIVE: Board = whole("mks-odrive", "docs/boards/mks-odrive.md", ODRIVE_56V);
+/// VESC 6: one axis. 39 kΩ over 2.2 kΩ, and a shunt of 0.5 mΩ behind 20 V/V.
+pub const VESC_6: Board = whole("vesc-6", "docs/boards/vesc-6.md", scales(41.2 / 2.2, 0.01));
+
+/// Divider 19:1, and shunts of 0.5 mΩ behind 80 V/V.
+const ODRIVE_56V: Option<Scales> = scales(19.0, 0.04);
 
 /// A board that one buys as a whole, with bridges: its feature, of the same name, chooses all of its axes.
-const fn whole(name: &'static str, page: &'static str) -> Board {
-    Board { name, page, feature: Some(name), most_axes: None, ..STM32F405 }
+const fn whole(name: &'static str, page: &'static str, scales: Option<Scales>) -> Board {
+    Board { name, page, feature: Some(name), most_axes: None, scales, ..STM32F405 }
 }
 
 /// The board of an image without features.

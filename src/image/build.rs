@@ -33,6 +33,7 @@ fn has_feature(name: &str) -> bool {
 
 fn choose(board: &Board) {
     println!("cargo::rustc-cfg=board={:?}", board.name);
+    println!("cargo::rustc-env=BOARD={}", board.name);
     println!("cargo::rustc-cfg=chip={:?}", board.chip.name);
     let memory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(board.chip.memory);
     println!("cargo::rerun-if-changed={}", memory.join("memory.x").display());

@@ -69,13 +69,13 @@ pub fn start<B: Board>(
     device: B::Device,
     mut core: CorePeripherals,
 ) -> (B::Drive, ControlTask, LinkTask<B>, IdleTask<B>) {
-    let cause = B::begin(&device, &mut core);
+    let started = B::begin(&device, &mut core);
     let mut archive = Archive::new(ParameterFlash::new(B::flash(), B::PARAMETERS));
     let found = boot::restore::<B>(&mut archive);
     let (mut drive, line, idle) = B::init(device, core);
     defmt::info!("servo {=str} on {=str}", env!("CARGO_PKG_VERSION"), B::NAME);
     places.constants.iter_mut().for_each(constants::add);
-    let axes = boot::axes::<B>(&mut places.axes, &mut archive, found, cause, &mut drive);
+    let axes = boot::axes::<B>(&mut places.axes, &mut archive, found, started.cause, &mut drive);
     let in_force = InForce::new(axes.each_ref().map(|axis| axis.in_force().cloned()));
     let (filled, waiting) = places.filled.split();
     let (mut done, empty) = places.empty.split();
@@ -87,7 +87,7 @@ pub fn start<B: Board>(
     let (jobs, jobs_in) = places.jobs.split();
     let (reports_out, reports) = places.reports.split();
     let ends = Ends { answers, records, jobs, reports };
-    let control = Control::new(axes, &mut places.ring, cause, found, ends);
+    let control = Control::new(axes, &mut places.ring, started, found, ends, &drive);
     (
         drive,
         ControlTask::new(control, Orders { waiting, done }),

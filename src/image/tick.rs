@@ -1,15 +1,16 @@
 //! The image's control tick: at most one order, one step of every axis, one record each.
 
-use super::board::{AXES, Drive};
+use super::board::{AXES, Board as _, Drive, Selected, Started};
 use fast_tick::ServoAxis;
 use fast_tick::constants::Constants;
 use heapless::spsc::{Consumer, Producer};
 use servo::axis::servo_axis;
 use servo::config::Config;
 use servo::drivers::saving::{Job, Report, Saving, Step};
+use servo::link::board::{Board, Name};
 use servo::link::capture::{Capture, Ring};
 use servo::link::order::{self, Service};
-use servo::link::protocol::{CAPTURE_PIECE, Message, Refusal, ResetCause};
+use servo::link::protocol::{CAPTURE_PIECE, Message, Refusal};
 use servo::protect::{Condition, Interlock};
 use servo::record::Record;
 use servo::store::{AtRest, Found};
@@ -19,6 +20,9 @@ pub type Order = order::Order<Constants>;
 
 /// Control rate until an axis is configured, Hz: the one with which the boards start.
 const START_TICK_HZ: u32 = 10_000;
+
+/// What an image knows of its board.
+const BOARD: Board = Board::new(Name::new(env!("BOARD")), Selected::SCALES);
 
 /// An order with its sequence number and its axis. There is one place for it, which goes to and fro between link and control.
 pub struct Parcel {
@@ -97,7 +101,7 @@ pub struct Control {
     saving: Saving,
     /// The last tick did not end in time.
     overrun: bool,
-    cause: ResetCause,
+    started: Started,
     stored: Found,
     ends: Ends,
 }
@@ -107,9 +111,10 @@ impl Control {
     pub fn new(
         axes: [&'static mut ServoAxis; AXES],
         ring: &'static mut Ring,
-        cause: ResetCause,
+        started: Started,
         stored: Found,
         ends: Ends,
+        drive: &impl Drive,
     ) -> Self {
         let mut control = Control {
             axes,
@@ -119,11 +124,11 @@ impl Control {
             captured: 0,
             saving: Saving::default(),
             overrun: false,
-            cause,
+            started,
             stored,
             ends,
         };
-        control.hello();
+        control.hello(drive);
         control
     }
 
@@ -211,7 +216,7 @@ impl Control {
         if !self.is_ready(*axis, order) {
             return false;
         }
-        let (result, tick) = (self.execute(*axis, order), self.tick);
+        let (result, tick) = (self.execute(*axis, order, drive), self.tick);
         let config = configuration(order).filter(|_| result.is_ok());
         if let Some(config) = config {
             drive.configure(usize::from(*axis), config);
@@ -227,22 +232,22 @@ impl Control {
     }
 
     /// Telemetry, capture and store are the image's own; all else is the axis'.
-    fn execute(&mut self, axis: u8, order: &Order) -> Result<(), Refusal> {
+    fn execute(&mut self, axis: u8, order: &Order, drive: &impl Drive) -> Result<(), Refusal> {
         let place = usize::from(axis);
         if place >= self.axes.len() {
             return Err(Refusal::NoSuchAxis);
         }
         match order {
-            Order::Service(service) => self.serve(axis, service),
+            Order::Service(service) => self.serve(axis, service, drive),
             Order::Axis(order) => self.order(place, order),
         }
     }
 
-    fn serve(&mut self, axis: u8, service: &Service) -> Result<(), Refusal> {
+    fn serve(&mut self, axis: u8, service: &Service, drive: &impl Drive) -> Result<(), Refusal> {
         match *service {
             Service::Subscribe { every } => self.telemetry_every[usize::from(axis)] = every,
             Service::CaptureRead { from } => self.read_capture(from),
-            Service::Hello => self.hello(),
+            Service::Hello => self.hello(drive),
             Service::Parameters => self.tell_parameters(axis),
             _ if self.saving.is_active() => return Err(Refusal::Storing),
             Service::CaptureArm { trigger, before } => {
@@ -344,8 +349,11 @@ impl Control {
     }
 
     #[inline(never)]
-    fn hello(&mut self) {
-        self.tell(Message::Hello { axes: AXES as u8, cause: self.cause, stored: self.stored });
+    fn hello(&mut self, drive: &impl Drive) {
+        let Started { cause, clock, brown_out_reset_off } = self.started;
+        let mut board = Board { clock, brown_out_reset_off, gates: drive.gates(), ..BOARD };
+        board.zeros.iter_mut().take(AXES).enumerate().for_each(|(axis, zeros)| *zeros = drive.zeros(axis));
+        self.tell(Message::Hello { axes: AXES as u8, cause, stored: self.stored, board });
     }
 
     /// Queues a message for the link. The queue is never full: there are twice as many places for answers as for orders, and the link hands over an order only when

@@ -5,6 +5,7 @@ use super::protocol::{Command, Refusal};
 use crate::axis;
 use crate::axis::servo_axis::{self, OrderRefusal, Restored};
 use crate::config::ConfigError;
+use crate::drivers::scales::ScaleError;
 
 /// An unpacked command. `P` holds the constants of an axis that is configured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,6 +121,12 @@ impl<P> Order<P> {
 impl From<ConfigError> for Refusal {
     fn from(error: ConfigError) -> Self {
         Refusal::Config(error)
+    }
+}
+
+impl From<ScaleError> for Refusal {
+    fn from(error: ScaleError) -> Self {
+        Refusal::Scale(error)
     }
 }
 

@@ -8,7 +8,9 @@
 use crate::axis;
 use crate::commission::Outcome;
 use crate::config::{Config, ConfigError};
+use crate::drivers::scales::ScaleError;
 use crate::identify::estimate::Estimates;
+use crate::link::board::Board;
 use crate::link::capture::{Extent, Shot, Stage, Trigger};
 use crate::motion::excitation::Waveform;
 use crate::motion::referencing::Referencing;
@@ -19,11 +21,12 @@ use crate::store::StoreEvent;
 use crate::store::checksum::CHECKSUM;
 use crate::store::{AxisParameters, Found};
 use core::marker::PhantomData;
-use postcard::ser_flavors::{Cobs, Flavor, Slice, crc::CrcModifier};
+use crc::{Digest, NoTable};
+use postcard::ser_flavors::{Cobs, Flavor, Slice};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Version of the frames; first byte of every frame.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 
 /// Room for the longest frame on the wire, bytes: 254 of content fit into one COBS group.
 pub const FRAME_CAPACITY: usize = 256;
@@ -144,6 +147,8 @@ pub enum Refusal {
     NotAtRest,
     /// A set of parameters cannot be.
     Parameters(SettingsError),
+    /// The configuration has another scale of current or supply than the board.
+    Scale(ScaleError),
 }
 
 /// Why the chip has started.
@@ -218,6 +223,8 @@ pub enum Message {
         cause: ResetCause,
         /// What was found in the store.
         stored: Found,
+        /// The board, and how it is.
+        board: Board,
     },
     /// What is in force.
     Parameters {
@@ -274,22 +281,24 @@ pub enum FrameError {
 pub fn encode<T: Serialize>(sequence: u16, body: T, buffer: &mut [u8]) -> Result<&mut [u8], FrameError> {
     let frame = Frame { version: VERSION, sequence, body };
     Cobs::try_new(Slice::new(buffer))
-        .and_then(|cobs| {
-            postcard::serialize_with_flavor(&frame, Line(CrcModifier::new(cobs, CHECKSUM.digest())))
-        })
+        .and_then(|cobs| postcard::serialize_with_flavor(&frame, Line { cobs, checksum: CHECKSUM.digest() }))
         .map_err(|_| FrameError::TooLong)
 }
 
-/// The stack of flavours as one function: inlined wherever a byte is written, checksum and framing would take 3 KiB of
-/// the image.
-struct Line<'a>(CrcModifier<'static, Cobs<Slice<'a>>, u32>);
+/// Checksum and framing as one function: inlined wherever a byte is written, they would take 3 KiB of the image. The checksum's own
+/// flavour of `postcard` knows checksums with a table alone.
+struct Line<'a> {
+    cobs: Cobs<Slice<'a>>,
+    checksum: Digest<'static, u32, NoTable>,
+}
 
 impl<'a> Flavor for Line<'a> {
     type Output = &'a mut [u8];
 
     #[inline(never)]
     fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        self.0.try_push(byte)
+        self.checksum.update(&[byte]);
+        self.cobs.try_push(byte)
     }
 
     #[inline(never)]
@@ -298,7 +307,9 @@ impl<'a> Flavor for Line<'a> {
     }
 
     fn finalize(self) -> postcard::Result<Self::Output> {
-        self.0.finalize()
+        let Line { mut cobs, checksum } = self;
+        cobs.try_extend(&checksum.finalize().to_le_bytes())?;
+        cobs.finalize()
     }
 }
 

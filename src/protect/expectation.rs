@@ -36,6 +36,11 @@ const LAG_SHARE: f32 = 0.06;
 const RUNAWAY: f32 = 2.0;
 /// Counts that one tick may bring beyond twice the runaway speed: jitter of the edges.
 const JITTER: i32 = 4;
+/// Change of speed from one tick to the next that a shaft may make, shares of full speed: an end stop at half of it; and so many times what
+/// the voltage gives in a tick, for a rotor within the play of its gear. Two ticks may jitter.
+const BEND: f32 = 0.5;
+const BEND_TIMES: f32 = 4.0;
+const BEND_JITTER: f32 = 2.0 * JITTER as f32;
 
 /// Counts that the sure model must have travelled alone before a missing motion is a fault: of a shaft that turns.
 pub const EXPECTED_COUNTS: i32 = 6;
@@ -69,6 +74,8 @@ pub struct Expectation {
     runaway: Speed,
     /// Counts that no shaft makes in one tick.
     jump: i32,
+    /// Change of the counts of a tick that no shaft makes.
+    bend: u32,
 }
 
 impl Default for Expectation {
@@ -87,6 +94,7 @@ impl Default for Expectation {
             look_bits: 0,
             runaway: Speed(i32::MAX),
             jump: i32::MAX,
+            bend: u32::MAX,
         }
     }
 }
@@ -120,6 +128,7 @@ impl Expectation {
             look_bits,
             runaway: Speed(runaway),
             jump: (runaway >> (20 - 1)).saturating_add(JITTER),
+            bend: (motor.full_speed * (BEND + BEND_TIMES / motor.tau_ticks) + BEND_JITTER) as u32,
         }
     }
 
@@ -157,6 +166,12 @@ impl Expectation {
     #[inline]
     pub(super) fn jump(&self) -> i32 {
         self.jump
+    }
+
+    /// From one tick to the next the counts do not change by more than that.
+    #[inline]
+    pub(super) fn bend(&self) -> u32 {
+        self.bend
     }
 
     /// Observed speed in this direction, counts per look, Q20; of a shaft that runs back the faster of estimate and counter.

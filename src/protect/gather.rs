@@ -3,11 +3,19 @@
 //! Faults of a motor take milliseconds. Protection therefore looks at an axis 2,500 to 5,000 times a second
 //! (see [`super::looks`]) and not in every tick: what lies between is gathered here, a few additions a tick. Counts that jump are seen in
 //! the very tick, because over several of them a jump would hide in a motion.
+//!
+//! A jump shows as a speed that no shaft takes from one tick to the next. One beyond all speeds is a fault at once; one that an end stop or
+//! a tick that was missed may explain is one if it does not remain alone.
 
 use super::expectation::Expectation;
 use super::looks::look_bits;
 use crate::config::Scale;
 use crate::units::Voltage;
+
+/// Looks for which a change of speed counts that no shaft makes, and how many of them are no fault yet. A reading that is wrong once makes
+/// three, an end stop one or two.
+const BEND_LOOKS: u32 = 128;
+const MOST_BENDS: u32 = 6;
 
 /// What a tick brings.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +46,10 @@ pub(super) struct State {
     open: bool,
     ticks: u32,
     count: Option<i32>,
+    /// Counts of the last tick.
+    moved: i32,
+    /// Looks for which the changes of speed count that no shaft makes.
+    bends: u32,
 }
 
 /// How many ticks a look takes.
@@ -52,8 +64,8 @@ pub(super) struct Params {
 pub(super) enum Due {
     Nothing,
     Look,
-    /// The counter has jumped.
-    Jump,
+    /// The speed has changed as that of no shaft does.
+    Bend,
 }
 
 impl State {
@@ -64,8 +76,17 @@ impl State {
             voltage: (!self.open).then_some(Voltage(self.voltage >> (bits & 31))),
             current: self.current,
         };
-        *self = Self { count: self.count, ..Self::default() };
+        let bends = self.bends.saturating_sub(1);
+        *self = Self { count: self.count, moved: self.moved, bends, ..Self::default() };
         averages
+    }
+
+    /// Is it one too many, or more than any speed explains?
+    #[cold]
+    #[inline(never)]
+    pub fn jumps(&mut self, expectation: &Expectation) -> bool {
+        self.bends = self.bends.saturating_add(BEND_LOOKS);
+        self.moved.saturating_abs() > expectation.jump() || self.bends > MOST_BENDS * BEND_LOOKS
     }
 }
 
@@ -101,6 +122,7 @@ impl Params {
     pub fn rest(&self, state: &mut State, count: i32) -> Due {
         state.open = true;
         state.count = Some(count);
+        state.moved = 0;
         state.ticks = state.ticks.wrapping_add(1);
         if state.ticks >> (self.bits & 31) != 0 { Due::Look } else { Due::Nothing }
     }
@@ -115,9 +137,10 @@ impl Params {
         state.current = state.current.saturating_add(i32::from(reading.current.unwrap_or(0)));
         state.ticks = state.ticks.wrapping_add(1);
         let before = state.count.replace(reading.count).unwrap_or(reading.count);
-        let moved = reading.count.wrapping_sub(before).saturating_abs();
-        if moved > expectation.jump() && reading.voltage.is_some() {
-            Due::Jump
+        let moved = reading.count.wrapping_sub(before);
+        let bend = moved.wrapping_sub(core::mem::replace(&mut state.moved, moved));
+        if bend.unsigned_abs() > expectation.bend() && reading.voltage.is_some() {
+            Due::Bend
         } else if state.ticks >> (self.bits & 31) != 0 {
             Due::Look
         } else {

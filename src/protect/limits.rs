@@ -8,8 +8,16 @@ use crate::config::{Config, Scale};
 use crate::optional::Optional;
 use crate::units::{Speed, Voltage, ticks_in, to_fixed};
 
-/// Conditions of supply, current and speed must last 1/200 s.
+/// Conditions of supply and speed must last 1/200 s.
 const PERSISTENCE_HZ: f32 = 200.0;
+/// The axis keeps the current at its limit by itself, with some ripple: what exceeds it by more than a sixteenth is summed up, at most
+/// as much again as the limit in each look. It is a fault once the sum is that of twice the limit during 1/100 s.
+const RIPPLE_SHIFT: u32 = 4;
+/// Converter counts of noise and rounding that do not count: a low limit is a few counts.
+const NOISE: i32 = 2;
+/// The least current that is a fault if it lasts, limits.
+pub const OVER_CURRENT: f32 = 1.0 + 1.0 / (1u32 << RIPPLE_SHIFT) as f32;
+const EXCESS_HZ: f32 = 100.0;
 /// Shares of the nominal supply beyond which it is a fault, where nobody asked for others.
 const LOWEST_SUPPLY: f32 = 0.5;
 const HIGHEST_SUPPLY: f32 = 1.5;
@@ -20,14 +28,8 @@ pub fn highest_supply_v(config: &Config) -> f32 {
 }
 
 /// Conditions in the order in which they are named.
-const LASTING: [Fault; 6] = [
-    Fault::OverCurrent,
-    Fault::SupplyLow,
-    Fault::SupplyHigh,
-    Fault::SupplyNotMeasured,
-    Fault::Overspeed,
-    Fault::Runaway,
-];
+const LASTING: [Fault; 5] =
+    [Fault::SupplyLow, Fault::SupplyHigh, Fault::SupplyNotMeasured, Fault::Overspeed, Fault::Runaway];
 
 /// Thresholds of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +40,8 @@ pub(super) struct Params {
     highest_speed: Option<Speed>,
     /// Converter counts; `None`: not limited.
     highest_current: Option<u16>,
+    /// Sum of what exceeds it, converter counts · looks.
+    most_excess: i32,
     /// Looks.
     persistence: u16,
     /// Looks without a command; 0: any number.
@@ -47,6 +51,8 @@ pub(super) struct Params {
 /// What is remembered.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct State {
+    /// What exceeds the current limit, summed up: converter counts · looks.
+    excess: i32,
     /// Bit n: condition n of [`LASTING`] holds since `since` looks.
     holds: u8,
     since: u16,
@@ -76,15 +82,15 @@ impl Params {
             let share = limit.get().map_or(share, |limit| limit / config.supply_nominal_v);
             Voltage(to_fixed(share, Voltage::BITS))
         };
+        let highest_current =
+            config.current_limit_a.get().map(|limit| (limit / config.current_a_per_lsb) as u16);
         let ticks = ticks_in(settings.command_timeout_ms.into(), config.tick_hz);
         Self {
             lowest_supply: supply(config.supply_low_v, LOWEST_SUPPLY),
             highest_supply: supply(config.supply_high_v, HIGHEST_SUPPLY),
             highest_speed: config.speed_limit_rad_s.get().map(|limit| Speed(to_fixed(limit * counts, 20))),
-            highest_current: config
-                .current_limit_a
-                .get()
-                .map(|limit| (limit / config.current_a_per_lsb) as u16),
+            highest_current,
+            most_excess: i32::from(highest_current.unwrap_or(0)).saturating_mul((look_hz / EXCESS_HZ) as i32),
             persistence: (look_hz / PERSISTENCE_HZ) as u16,
             timeout: ticks >> bits,
         }
@@ -95,6 +101,9 @@ impl Params {
     pub fn step(&self, state: &mut State, expectation: &Expectation, input: &Input) -> Fault {
         if self.unheard(state, input) {
             return Fault::CommandTimeout;
+        }
+        if self.exceeds(state, input) {
+            return Fault::OverCurrent;
         }
         let now = self.conditions(state, expectation, input);
         let before = core::mem::replace(&mut state.holds, now);
@@ -113,16 +122,35 @@ impl Params {
     #[inline]
     fn conditions(&self, state: &mut State, expectation: &Expectation, input: &Input) -> u8 {
         let speed = input.speed.0.saturating_abs();
-        let current = input.current.map_or(0, i16::unsigned_abs);
         let supply = input.supply.unwrap_or(Voltage::NOMINAL);
         state.supply_seen |= input.supply.is_some();
         let lost = state.supply_seen && input.supply.is_none();
-        u8::from(self.highest_current.is_some_and(|limit| current > limit))
-            | u8::from(supply < self.lowest_supply) << 1
-            | u8::from(supply > self.highest_supply) << 2
-            | u8::from(lost) << 3
-            | u8::from(self.highest_speed.is_some_and(|limit| speed > limit.0)) << 4
-            | u8::from(speed > expectation.runaway().0) << 5
+        u8::from(supply < self.lowest_supply)
+            | u8::from(supply > self.highest_supply) << 1
+            | u8::from(lost) << 2
+            | u8::from(self.highest_speed.is_some_and(|limit| speed > limit.0)) << 3
+            | u8::from(speed > expectation.runaway().0) << 4
+    }
+
+    /// Is the current above its limit although the voltage gives way?
+    #[inline]
+    fn exceeds(&self, state: &mut State, input: &Input) -> bool {
+        match (self.highest_current, input.current) {
+            (Some(limit), Some(current)) if current.unsigned_abs() > limit || state.excess > 0 => {
+                self.sum_excess(state, i32::from(current), i32::from(limit))
+            }
+            _ => false,
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn sum_excess(&self, state: &mut State, current: i32, limit: i32) -> bool {
+        let beyond = current
+            .saturating_abs()
+            .saturating_sub(limit.saturating_add(limit >> RIPPLE_SHIFT).saturating_add(NOISE));
+        state.excess = state.excess.saturating_add(beyond.min(limit).max(limit.saturating_neg())).max(0);
+        state.excess > self.most_excess
     }
 
     /// No command for too long, while a motion goes on that does not end by itself.

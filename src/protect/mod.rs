@@ -31,7 +31,7 @@ pub use expectation::{EXPECTED_COUNTS, Expectation, KINETIC_MARGIN, MOVING_MARGI
 pub use fault::{Condition, Fault, Interlock};
 use gather::Due;
 pub use gather::{Averages, Reading};
-pub(crate) use limits::highest_supply_v;
+pub(crate) use limits::{OVER_CURRENT, highest_supply_v};
 pub use settings::{Settings, SettingsError};
 pub use thermal::Thermal;
 
@@ -207,8 +207,10 @@ impl Params {
         match self.gather.step(&mut state.gather, expectation, reading) {
             Due::Nothing => None,
             Due::Look => Some(state.gather.take(self.gather.bits())),
-            Due::Jump => {
-                state.latch(Fault::SlippingCounts, &self.actions);
+            Due::Bend => {
+                if state.gather.jumps(expectation) {
+                    state.latch(Fault::SlippingCounts, &self.actions);
+                }
                 None
             }
         }

@@ -13,8 +13,7 @@ use clap::Parser;
 use std::process::ExitCode;
 use truing::cli::Cli;
 use truing::console::input_error::NotDone;
-use truing::console::interrupt;
-use truing::console::screen;
+use truing::console::{interrupt, screen};
 use truing::errln;
 
 fn main() -> ExitCode {

@@ -2,6 +2,7 @@
 
 use crate::process::{root, run};
 use crate::programs::{self, Program};
+use crate::raw;
 use anyhow::{Context, Result};
 use boards::{BOARDS, Board, DEFAULT};
 use std::path::PathBuf;
@@ -43,7 +44,7 @@ impl Image {
         command
     }
 
-    /// Builds it and returns where it lies. All images share Cargo's output name, so the file is copied.
+    /// Builds it and returns where it lies; `.bin` and `.hex` lie beside it. All images share Cargo's output name, so the file is copied.
     pub fn build(self) -> Result<PathBuf> {
         run(&mut self.command("build"))?;
         let folder = root().join("target/images");
@@ -53,6 +54,7 @@ impl Image {
         let built = target.join("firmware/firmware");
         std::fs::copy(&built, &image)
             .with_context(|| format!("cannot copy {} to {}", built.display(), image.display()))?;
+        raw::write(&image)?;
         Ok(image)
     }
 }

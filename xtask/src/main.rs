@@ -6,9 +6,11 @@ mod figures;
 mod flash;
 mod image;
 mod instructions;
+mod mutants;
 mod panics;
 mod process;
 mod programs;
+mod raw;
 mod search;
 mod setup;
 mod size;
@@ -39,7 +41,7 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
-    /// Build the image of every board into target/images/, and print where it lies and what it occupies.
+    /// Build the image of every board into target/images/ as .elf, .bin and .hex, and print where it lies and what it occupies.
     Images,
     /// Build the image of a board, flash it with probe-rs, run it and show its log.
     Flash {
@@ -72,6 +74,12 @@ enum Command {
     Bench,
     /// List what of control, link and idle can reach a panic; fails on anything that is not accepted with a reason.
     Panics,
+    /// Change drivers, protection and image in thousands of small ways, and list the changes that no test notices. Takes
+    /// hours; `--sample 80` takes some minutes.
+    Mutants {
+        #[command(flatten)]
+        choice: mutants::Choice,
+    },
     /// Print the figures of the code base: code lines, lengths of functions and files, rooms, arrows between them, circles.
     House,
     /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
@@ -101,6 +109,7 @@ fn run(command: Command) -> Result<()> {
         Command::Search { accept } => search::print(accept),
         Command::Bench => setup::everything().and_then(|()| bench::print()),
         Command::Panics => setup::everything().and_then(|()| panics::check(false)),
+        Command::Mutants { choice } => mutants::check(&choice),
         Command::House => process::run(&mut Program::House.run()),
         Command::Test => test::everything(),
     }

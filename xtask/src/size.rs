@@ -12,6 +12,9 @@ use std::path::Path;
 /// The function of an image that initialises it.
 const INITIALISATION: &str = "main";
 
+/// Flash that no image may exceed, bytes: 128 KiB, an eighth of what the STM32F405 has.
+const MOST_FLASH: u64 = 131_072;
+
 /// Bytes of one image.
 struct Size {
     /// Code, constants and the initial values of variables.
@@ -25,6 +28,7 @@ struct Size {
 /// Builds the images, prints a table for docs/results/cost.md and checks or enters its figures.
 pub fn print(accept: bool) -> Result<()> {
     let mut figures = Figures::new();
+    let mut too_large = Vec::new();
     println!("| image | flash, bytes | RAM, bytes | of which initialised | stack at most, bytes |");
     println!("|---|---|---|---|---|");
     for image in image::watched() {
@@ -39,11 +43,20 @@ pub fn print(accept: bool) -> Result<()> {
             size.data,
             stack.map_or("–".into(), |bytes| bytes.to_string())
         );
+        if size.flash > MOST_FLASH {
+            too_large.push(format!("{name} by {} bytes", size.flash - MOST_FLASH));
+        }
         figures.insert(format!("{name} flash"), size.flash);
         figures.insert(format!("{name} ram"), size.data + size.zeroed);
         if let Some(bytes) = stack {
             figures.insert(format!("{name} stack"), bytes);
         }
+    }
+    if !too_large.is_empty() {
+        bail!(
+            "larger than {MOST_FLASH} bytes of flash, which `--accept` does not raise: {}",
+            too_large.join(", ")
+        );
     }
     figures::settle("size", &figures, accept)
 }

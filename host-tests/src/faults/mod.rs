@@ -9,6 +9,7 @@
 
 pub mod calm;
 pub mod clock;
+pub mod commissioning;
 pub mod first_motion;
 pub mod report;
 pub mod trial;

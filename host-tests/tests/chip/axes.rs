@@ -30,6 +30,8 @@ struct World {
     /// Break flag and main output enable of the timers.
     tripped: [bool; 2],
     outputs: [bool; 2],
+    /// An enable line is its timer's main output enable, as of a discrete bridge.
+    discrete: bool,
     /// Compare registers as written, and as they act since the last update.
     written: [[u16; 2]; 4],
     acting: [[u16; 2]; 4],
@@ -85,11 +87,24 @@ impl InputPin for Line {
 
 impl OutputPin for Line {
     fn set_low(&mut self) -> Result<(), Infallible> {
+        self.set(false);
         Ok(())
     }
 
     fn set_high(&mut self) -> Result<(), Infallible> {
+        self.set(true);
         Ok(())
+    }
+}
+
+impl Line {
+    /// An active fault line keeps the outputs off.
+    fn set(&self, high: bool) {
+        let mut world = self.0.borrow_mut();
+        if world.discrete {
+            let timer = self.1 / 2;
+            world.outputs[timer] = high && !world.fault_low[timer];
+        }
     }
 }
 
@@ -156,7 +171,8 @@ impl Parts for Mocks {
 }
 
 fn bridge(world: &Shared, axis: usize) -> HBridge<Level, Level, Line> {
-    let config = Config { wiring: Wiring::TwoInputs, decay: Decay::Slow, duty_limit: FULL };
+    let wiring = if world.borrow().discrete { Wiring::HalfBridges } else { Wiring::TwoInputs };
+    let config = Config { wiring, decay: Decay::Slow, duty_limit: FULL };
     let lines = [0, 1].map(|line| Level(world.clone(), axis, line));
     let [a, b] = lines;
     HBridge::new(config, a, b, Line(world.clone(), axis)).unwrap()
@@ -254,6 +270,8 @@ fn currents_are_those_of_the_beginning_of_the_tick() {
     for _ in 0..20 {
         tick(&world, &mut axes, [OPEN; 4]);
     }
+    // At rest the zeros would follow.
+    tick(&world, &mut axes, [DRIVE; 4]);
     world.borrow_mut().currents = [2001, 2012, 2023, 2034];
     begin(&world, &mut axes);
     world.borrow_mut().currents = [0; 4];
@@ -285,6 +303,39 @@ fn a_short_break_is_told_to_both_axes_of_its_timer_and_opens_both() {
     tick(&world, &mut axes, [OPEN, DRIVE, DRIVE, DRIVE]);
     begin(&world, &mut axes);
     assert!(world.borrow().drives(1), "a new motion");
+}
+
+/// The outputs of a discrete bridge are enabled anew in every tick that drives: not behind a break.
+#[test]
+fn a_break_within_a_tick_is_not_undone_by_the_command_of_that_tick() {
+    let (world, mut axes) = driving();
+    world.borrow_mut().discrete = true;
+    (0..4).for_each(|axis| axes.put_bridge(axis, bridge(&world, axis)));
+    tick(&world, &mut axes, [DRIVE; 4]);
+    tick(&world, &mut axes, [DRIVE; 4]);
+    assert!(world.borrow().drives(0));
+    begin(&world, &mut axes);
+    world.borrow_mut().pulse(0);
+    for axis in 0..4 {
+        axes.apply(axis, DRIVE.0, DRIVE.1);
+        assert!(!world.borrow().drives(0) && !world.borrow().drives(1), "while axis {axis} is set");
+    }
+    assert!(world.borrow().drives(2) && world.borrow().drives(3), "the other timer goes on");
+}
+
+/// Decision 0310. One axis is not set in the tick of the break, and stays as it was.
+#[test]
+fn a_break_is_not_forgotten_before_every_axis_behind_it_is_open() {
+    let (world, mut axes) = driving();
+    world.borrow_mut().pulse(0);
+    for _ in 0..3 {
+        begin(&world, &mut axes);
+        axes.apply(0, OPEN.0, OPEN.1);
+        assert!(world.borrow().tripped[0] && !world.borrow().outputs[0]);
+    }
+    axes.apply(1, OPEN.0, OPEN.1);
+    begin(&world, &mut axes);
+    assert!(!world.borrow().tripped[0] && world.borrow().outputs[0]);
 }
 
 /// An idle axis opens its bridge in every tick, which must not hide the break from the other one.

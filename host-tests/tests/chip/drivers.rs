@@ -433,6 +433,20 @@ fn where_there_is_no_sensor_no_zero_is_looked_for() {
     }
 }
 
+/// What `truing monitor --board` shows.
+#[test]
+fn a_sensor_tells_its_zeros_or_why_it_has_none() {
+    let unknown = CurrentSense::new(CurrentKind::Signed, LIMITS, Channel::reading(2050));
+    assert_eq!(unknown.zeros(), [Sample::CURRENT_ZERO_SOUGHT, Sample::CURRENT_NOT_SENSED]);
+    let known = sensor(CurrentKind::Signed, &Channel::reading(2050));
+    assert_eq!(known.zeros(), [2050, Sample::CURRENT_NOT_SENSED]);
+    let absent = CurrentSense::new(CurrentKind::Absent, LIMITS, Channel::reading(77));
+    assert_eq!(absent.zeros(), [Sample::CURRENT_NOT_SENSED; 2]);
+    let mut legs = LowLegSense::new(LIMITS, [2040, 4000].map(Channel::reading), Rises::WithCurrentDown);
+    (0..1000).for_each(|_| _ = legs.read());
+    assert_eq!(legs.zeros(), [2040, Sample::CURRENT_ZERO_OUTSIDE]);
+}
+
 /// Two shunts, as below the legs of a discrete bridge: the one of the leg that stays low carries the winding current.
 #[test]
 fn the_leg_that_stays_low_tells_the_current_with_its_sign() {
@@ -514,10 +528,42 @@ fn the_zero_is_the_rounded_mean_of_exactly_the_agreed_readings() {
     assert_eq!(found(open(uneven)), Zero::Known(2051));
 }
 
+/// A step of the readings at rest is no current, but neither is it believed at once.
 #[test]
-fn a_known_zero_stays_whatever_is_read_later() {
-    let later = [2199; 200].map(|raw| (raw, Bridge::Open));
-    assert_eq!(found(open([2050; 16]).chain(later)), Zero::Known(2050));
+fn a_known_zero_moves_by_one_count_a_mean_at_rest_and_never_out_of_its_window() {
+    let later = |raw, ticks| std::iter::repeat_n((raw, Bridge::Open), ticks);
+    assert_eq!(found(open([2050; 16]).chain(later(2199, 15))), Zero::Known(2050));
+    assert_eq!(found(open([2050; 16]).chain(later(2199, 16))), Zero::Known(2051));
+    assert_eq!(found(open([2050; 16]).chain(later(1900, 33))), Zero::Known(2048));
+    assert_eq!(found(open([2050; 16]).chain(later(2050, 160))), Zero::Known(2050));
+    assert_eq!(found(open([2050; 16]).chain(later(4000, 160))), Zero::Known(2050), "outside of the window");
+    let swinging = (0..160).map(|k| (2040 + 20 * (k % 2), Bridge::Open));
+    assert_eq!(found(open([2050; 16]).chain(swinging)), Zero::Known(2050), "unsteady");
+}
+
+/// Sixteen ticks of settling and a whole mean of sixteen, with neither a motion nor a closed bridge between.
+#[test]
+fn a_known_zero_follows_nothing_while_the_bridge_is_closed_or_the_shaft_turns() {
+    for bridge in [Bridge::Driven, Bridge::Shorted] {
+        let driven = |ticks| std::iter::repeat_n((2100, bridge), ticks);
+        let known = || open([2050; 16]).chain(driven(200));
+        assert_eq!(found(known()), Zero::Known(2050));
+        let at_rest = |ticks| std::iter::repeat_n((2100, Bridge::Open), ticks);
+        assert_eq!(found(known().chain(at_rest(31)).chain(driven(1)).chain(at_rest(31))), Zero::Known(2050));
+        assert_eq!(found(known().chain(at_rest(32))), Zero::Known(2051));
+    }
+    let mut search = ZeroSearch::new(LIMITS);
+    for (raw, bridge) in open([2050; 16]) {
+        // The first zero does not wait for a shaft that somebody turns.
+        search.moved();
+        search.step(raw, bridge);
+    }
+    for tick in 0..200 {
+        if tick % 31 == 0 {
+            search.moved();
+        }
+        assert_eq!(search.step(2100, Bridge::Open), Zero::Known(2050), "tick {tick}");
+    }
 }
 
 /// A hold at a steady current reads like a zero, and so does a brake.

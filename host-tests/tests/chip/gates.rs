@@ -20,6 +20,8 @@ struct Chip {
     answer: u16,
     frames: Vec<u16>,
     deaf: u32,
+    /// Flags of status register 1 that reading does not clear for long.
+    lasting: u16,
     /// Answers with this instead.
     dead: Option<u16>,
     refuses: bool,
@@ -46,6 +48,7 @@ impl SpiDevice<u16> for Bus {
             chip.answer = frame & 0x7800 | chip.registers[place];
             if place < 2 {
                 chip.registers[place] &= !0x7FF | u16::from(place == 1);
+                chip.registers[0] |= chip.lasting;
             }
         } else {
             chip.answer = chip.registers[0];
@@ -87,10 +90,11 @@ fn frames_are_the_data_sheet_s() {
 #[test]
 fn settings_are_written_and_read_back() {
     let (mut driver, bus) = driver();
-    assert_eq!(driver.configure(), Ok(()));
+    assert_eq!(driver.configure(), Ok(Faults(0)));
     let frames = &bus.0.borrow().frames;
     assert_eq!(frames[..6], [0x1550, 0x180C, 0x9000, 0x9000, 0x9800, 0x9000]);
-    assert_eq!(frames[6..], [0x8000, 0x9000, 0x8800, 0x9000], "then both status registers");
+    let status = [0x8000, 0x9000, 0x8800, 0x9000];
+    assert_eq!(frames[6..], [status, status].concat(), "then both status registers, twice");
 }
 
 #[test]
@@ -98,7 +102,7 @@ fn writes_that_are_ignored_are_repeated_and_at_last_given_up() {
     for deaf in [1, 2, 7] {
         let (mut driver, bus) = driver();
         bus.0.borrow_mut().deaf = deaf;
-        assert_eq!(driver.configure(), Ok(()), "{deaf}");
+        assert_eq!(driver.configure(), Ok(Faults(0)), "{deaf}");
     }
     let (mut driver, bus) = driver();
     bus.0.borrow_mut().deaf = u32::MAX;
@@ -120,11 +124,18 @@ fn what_is_no_answer_is_told_with_the_word() {
 }
 
 #[test]
+fn flags_of_the_start_are_read_away_and_flags_that_come_back_are_faults() {
+    let (mut driver, bus) = driver();
+    bus.0.borrow_mut().registers[0] = 0x600;
+    assert_eq!(driver.configure(), Ok(Faults(0x600)));
+    assert_eq!(driver.faults(), Ok(Faults(0)), "reading has cleared them");
+    bus.0.borrow_mut().lasting = 0x420;
+    assert_eq!(driver.configure(), Err(Trouble::Faulty(Faults(0x420))));
+}
+
+#[test]
 fn faults_are_read_and_named_worst_first() {
     let (mut driver, bus) = driver();
-    bus.0.borrow_mut().registers[0] = 1 << 10 | 1 << 5;
-    assert_eq!(driver.configure(), Err(Trouble::Faulty(Faults(0x420))));
-    assert_eq!(driver.faults(), Ok(Faults(0)), "reading has cleared them");
     bus.0.borrow_mut().registers[1] = 1 << 7 | 1;
     let faults = driver.faults().expect("an answer");
     assert_eq!(faults.worst(), "gate supply too high: inspect the board");
@@ -330,8 +341,31 @@ fn drivers_that_do_not_come_up_are_tried_again_for_ever() {
     // It answers, and the line is low without a word.
     life.fault_n.0.set(false);
     assert_eq!(life.pass(530), [Event::NotStarted(0, Trouble::LineLow)]);
+    // And with flags that were gone when they were read again.
+    life.bus.0.borrow_mut().registers[0] = 1 << 10 | 1 << 8;
+    assert_eq!(life.pass(530), [Event::NotStarted(0, Trouble::Faulty(Faults(0x500)))]);
     life.fault_n.0.set(true);
     assert_eq!(life.pass(530), [Event::Started]);
+}
+
+/// Their amplifiers are off with them, and before they are set up their gain is another.
+#[test]
+fn currents_are_measured_while_drivers_are_ready_and_their_line_is_high() {
+    let status = GateStatus::new();
+    let mut life = Life::new(&status);
+    assert!(!status.measures(false));
+    life.pass(21);
+    assert!(life.enable.0.get() && !status.measures(false), "awake, not set up");
+    life.pass(4);
+    assert!(status.measures(false) && !status.measures(true));
+    status.is_off(true);
+    assert!(!status.measures(false));
+    status.all_open();
+    life.pass(1);
+    assert!(!status.measures(false));
+    assert_eq!(life.pass(530), [Event::Started]);
+    life.pass(1);
+    assert!(status.measures(false));
 }
 
 /// The gain back at its default, and no line says so.

@@ -12,7 +12,15 @@ mod drivers;
 mod far;
 mod fixed_vs_f64;
 mod gates;
+#[cfg(all(target_os = "linux", target_arch = "x86_64", not(miri)))]
+mod image_tasks;
 mod miri;
 mod protect;
 mod reach;
 mod units;
+
+// What the image's modules call by these names.
+extern crate self as defmt;
+extern crate self as fast_tick;
+#[cfg(all(target_os = "linux", target_arch = "x86_64", not(miri)))]
+use image_tasks::names::{ServoAxis, advance, constants, info};

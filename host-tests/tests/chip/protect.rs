@@ -3,8 +3,10 @@
 use host_tests::simulated_servo::config;
 use servo::axis::servo_axis::ServoAxis;
 use servo::axis::{self, Bridge, Sample};
+use servo::config::Config;
 use servo::link::order::Order;
 use servo::link::protocol::{Command, Refusal};
+use servo::optional::Optional;
 use servo::protect::{Action, Actions, Condition, Fault, Forbidden, Interlock};
 use servo::record::Activity;
 
@@ -44,6 +46,7 @@ fn the_table_opens_unless_told_otherwise_and_refuses_what_cannot_be() {
         assert_eq!(holding.is_err(), fault != Fault::CommandTimeout, "{fault:?}");
         if let Ok(table) = braking {
             assert_eq!(table.of(fault), Action::Brake);
+            assert_eq!(table.with(fault, Action::Brake), Ok(table), "said twice");
             assert_eq!(table.with(fault, Action::Open), Ok(Actions::default()));
         }
         if let Err(error) = holding {
@@ -55,6 +58,7 @@ fn the_table_opens_unless_told_otherwise_and_refuses_what_cannot_be() {
         .with(Fault::CommandTimeout, Action::Hold)
         .and_then(|table| table.with(Fault::NoMotion, Action::Brake))
         .expect("both can be");
+    assert_eq!(both.with(Fault::CommandTimeout, Action::Hold), Ok(both), "said twice");
     assert_eq!(both.of(Fault::CommandTimeout), Action::Hold);
     assert_eq!(both.of(Fault::NoMotion), Action::Brake);
     assert_eq!(both.of(Fault::Stalled), Action::Open);
@@ -106,6 +110,108 @@ fn what_is_found_at_boot_waits_for_the_axis_and_for_the_explicit_clear() {
         order(&mut joint, Command::Stop).expect("always possible");
         assert_eq!(order(&mut joint, Command::Arm), Ok(()));
         assert_eq!(joint.step(STANDING).output.record.fault, Fault::None);
+    }
+}
+
+/// A joint at rest with limits of current and speed, and one that reads this.
+fn limited() -> ServoAxis {
+    let mut joint = ServoAxis::new();
+    let limits = Config {
+        current_limit_a: Optional::new(1.0),
+        speed_limit_rad_s: Optional::new(100.0),
+        supply_low_v: Optional::new(9.0),
+        supply_high_v: Optional::new(15.0),
+        ..config()
+    };
+    order(&mut joint, Command::Configure(limits)).expect("a good one");
+    (0..400).for_each(|_| _ = joint.step(RESTING));
+    joint
+}
+
+const RESTING: Sample = Sample { current_raw: 0, ..STANDING };
+
+/// Steps with samples of this kind until a fault: which, and in which tick.
+fn fault_of(joint: &mut ServoAxis, most: i32, sample: impl Fn(i32) -> Sample) -> (Fault, i32) {
+    for tick in 1..=most {
+        let fault = joint.step(sample(tick)).output.record.fault;
+        if fault != Fault::None {
+            return (fault, tick);
+        }
+    }
+    (Fault::None, most)
+}
+
+type Kind = (Fault, fn(i32) -> Sample);
+
+/// Supply counts are 10 mV, current counts 5 mA; a tick is 0.1 ms.
+fn beyond() -> [Kind; 5] {
+    [
+        (Fault::OverCurrent, |_| Sample { current_raw: 202, ..RESTING }),
+        (Fault::OverCurrent, |_| Sample { current_raw: -202, ..RESTING }),
+        (Fault::SupplyLow, |_| Sample { vbus_raw: 895, ..RESTING }),
+        (Fault::SupplyHigh, |_| Sample { vbus_raw: 1505, ..RESTING }),
+        (Fault::SupplyNotMeasured, |_| Sample { vbus_raw: Sample::VBUS_NOT_MEASURED, ..RESTING }),
+    ]
+}
+
+#[test]
+fn what_is_beyond_its_limit_for_five_milliseconds_is_a_fault() {
+    for (fault, sample) in beyond() {
+        let (found, ticks) = fault_of(&mut limited(), 200, sample);
+        assert_eq!(found, fault);
+        assert!((48..=64).contains(&ticks), "{fault:?} after {ticks} ticks");
+        assert_eq!(fault_of(&mut limited(), 40, sample), (Fault::None, 40));
+    }
+    let within = [
+        Sample { current_raw: 199, ..RESTING },
+        Sample { current_raw: -199, ..RESTING },
+        Sample { vbus_raw: 905, ..RESTING },
+        Sample { vbus_raw: 1495, ..RESTING },
+    ];
+    for sample in within {
+        assert_eq!(fault_of(&mut limited(), 500, |_| sample), (Fault::None, 500), "{sample:?}");
+    }
+}
+
+/// The speed limit, and without one what no voltage of the supply explains.
+#[test]
+fn a_shaft_that_is_too_fast_is_told_by_its_limit_and_without_one_by_what_the_motor_can_be() {
+    // 95 and 105 rad/s at the controlled shaft, behind a gear of 10; slowly up to it.
+    let per_tick = |rad_s: f32| rad_s * 4000.0 / std::f32::consts::TAU / 10_000.0;
+    let turning = |rad_s: f32| {
+        move |tick: i32| {
+            let ticks = tick as f32;
+            let way = if ticks < 2_000.0 { ticks * ticks / 4_000.0 } else { ticks - 1_000.0 };
+            Sample { count: (way * per_tick(rad_s)) as i32, ..RESTING }
+        }
+    };
+    let unlimited = || {
+        let mut joint = ServoAxis::new();
+        order(&mut joint, Command::Configure(config())).expect("a good one");
+        (0..400).for_each(|_| _ = joint.step(RESTING));
+        joint
+    };
+    for sign in [1.0, -1.0] {
+        assert_eq!(fault_of(&mut limited(), 4_000, turning(95.0 * sign)).0, Fault::None);
+        let (fault, tick) = fault_of(&mut limited(), 4_000, turning(105.0 * sign));
+        assert_eq!(fault, Fault::Overspeed);
+        // 100 of 105 rad/s in tick 1,905, five milliseconds, and the lag of the estimate.
+        assert!((1_950..2_000).contains(&tick), "tick {tick}");
+        // Twice the rated 125 rad/s.
+        assert_eq!(fault_of(&mut unlimited(), 4_000, turning(240.0 * sign)).0, Fault::None);
+        assert_eq!(fault_of(&mut unlimited(), 4_000, turning(262.0 * sign)).0, Fault::Runaway);
+    }
+}
+
+/// Four milliseconds before a `Stop` and four behind it are not eight.
+#[test]
+fn a_stop_forgets_what_only_looked_like_a_fault() {
+    for (fault, sample) in beyond() {
+        let mut joint = limited();
+        assert_eq!(fault_of(&mut joint, 40, sample), (Fault::None, 40));
+        order(&mut joint, Command::Stop).expect("always");
+        assert_eq!(fault_of(&mut joint, 40, sample), (Fault::None, 40), "{fault:?}");
+        assert_eq!(fault_of(&mut joint, 40, sample).0, fault);
     }
 }
 

@@ -22,10 +22,16 @@ fn refused(reach: Reach, config: &Config, protection: Option<&Settings>, field: 
     assert!((maximum - most).abs() < 0.002 * most.max(1e-3), "{maximum} instead of {most}");
 }
 
+/// The largest word of the supply and the lowest words of the current are marks of what is not measured.
+#[test]
+fn a_sample_reaches_as_far_as_its_words() {
+    assert_eq!(Reach::WORDS, Reach { supply: 65_534, current: 32_767 });
+}
+
 #[test]
 fn what_the_converters_reach_is_allowed() {
     let limited = Config {
-        current_limit_a: Optional::new(2.8),
+        current_limit_a: Optional::new(2.7),
         energy_limit_j: Optional::new(100.0),
         supply_high_v: Optional::new(20.0),
         ..config(12.0)
@@ -48,7 +54,8 @@ fn a_supply_limit_above_the_divider_is_refused_even_where_nobody_set_it() {
 #[test]
 fn a_current_limit_above_the_sensor_is_refused() {
     let limited = |ampere| Config { current_limit_a: Optional::new(ampere), ..config(12.0) };
-    refused(BOARD, &limited(5.0), None, Field::CurrentLimit, 2.9006);
+    // The fault lies a sixteenth above the limit.
+    refused(BOARD, &limited(5.0), None, Field::CurrentLimit, 2.9006 / 1.0625);
     let thermal = Thermal { continuous_a: 5.0, time_constant_s: 60 };
     let settings = Settings { thermal: Some(thermal), ..Settings::default() };
     refused(BOARD, &config(12.0), Some(&settings), Field::ContinuousCurrent, 2.9006);

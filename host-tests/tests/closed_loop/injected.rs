@@ -54,6 +54,38 @@ fn an_encoder_that_is_unplugged_in_motion_opens_the_bridge_within_a_third_of_the
     }
 }
 
+/// Each smaller than what four times full speed brings in a tick; together they walk away with the position.
+#[test]
+fn counts_that_jump_now_and_then_are_a_fault_and_a_single_false_reading_is_not() {
+    let options = Options { tick_hz: TICK_HZ, ..Options::default() };
+    let mut plant = Plant::draw(Family::G2, Severity::Harsh, Seeds::Design(2), &options);
+    plant.config.counts_per_rev = 4096;
+    let mut bench = Bench::new(&plant);
+    bench.run(0.01, |_, _| {});
+    bench.axis.adopt(&mut bench.state, &exact(&plant)).expect("idle");
+    bench.axis.command(&mut bench.state, &Command::Arm).expect("no fault");
+    sine(&plant, &mut bench);
+    let full = plant.truth.gain * 12.0 * f64::from(plant.config.counts_per_rev) / TAU / f64::from(TICK_HZ);
+    let size = (1.2 * full + 12.0) as i32;
+    let tick = std::cell::Cell::new(0u32);
+    let next = || tick.replace(tick.get() + 1);
+    let once = |sample: Sample| match next() {
+        100 => Sample { count: sample.count.wrapping_add(size), ..sample },
+        _ => sample,
+    };
+    assert_eq!(until_open(&mut bench, 0.5, once), None, "{:?}", bench.state.fault());
+    // One tick of fifty, by turns more and less.
+    let jumping = |sample: Sample| {
+        let offset = if next() / 50 % 2 == 0 { 0 } else { size };
+        Sample { count: sample.count.wrapping_add(offset), ..sample }
+    };
+    let ticks = until_open(&mut bench, 2.0, jumping).expect("found");
+    // A jump against the voltage looks like a shaft that runs back.
+    let fault = bench.state.fault();
+    assert!(matches!(fault, Fault::SlippingCounts | Fault::WrongDirection), "{fault:?}");
+    assert!(ticks < 1_000, "{ticks} ticks");
+}
+
 #[test]
 fn a_reversed_encoder_is_told_from_a_missing_one() {
     for (family, seed) in [(Family::G1, 1), (Family::G2, 2), (Family::G3, 3)] {

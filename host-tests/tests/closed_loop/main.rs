@@ -3,6 +3,8 @@
 mod ahead;
 mod axis;
 mod commission;
+mod commission_flaws;
+mod current_limit;
 mod excitation;
 mod false_alarms;
 mod families;

@@ -3,6 +3,7 @@
 
 use clap::Parser;
 use host_tests::families::{Family, Options, Plant, Seeds, Severity};
+use host_tests::faults::commissioning::{Flaw, FlawedMotor};
 use host_tests::firmware::{compare, qemu, session};
 use servo::config::Config;
 use servo::link::capture::{LENGTH, Shot, Stage, Trigger};
@@ -13,7 +14,7 @@ use std::path::Path;
 use truing::cli::Cli;
 use truing::device::axis_file;
 use truing::device::commission_report::{CommissionJson, Params};
-use truing::device::link::Client;
+use truing::device::link::{Client, Lockstep};
 use truing::device::motor::qemu::{Options as QemuOptions, Qemu};
 use truing::device::motor::{Door, Drive, Exec, Motor};
 use truing::device::replay::replay;
@@ -335,6 +336,25 @@ fn a_bad_profile_is_refused_before_anything_runs() {
         let error = refused(&arguments);
         assert!(error.contains(expected), "{error}");
     }
+}
+
+/// The count rises whichever way the shaft turns: the chip ends it by itself, and says which wire to look at.
+#[test]
+fn a_missing_channel_ends_the_commissioning_on_the_chip() {
+    let plant = Plant::draw(Family::G2, Severity::Nominal, Seeds::Evaluation(400_020), &Options::default());
+    let motor = FlawedMotor::new(&plant, Flaw::CountsUp(0.0));
+    let shown = motor.shown();
+    let wire = Lockstep::start(&qemu(), Box::new(motor), plant.config).expect("QEMU");
+    let result =
+        session::run(Box::new(wire), plant.config, 1, &[COMMISSION], &mut |_| {}).expect("a session");
+    let [Done::Commissioned(outcome)] = &result.done[..] else {
+        panic!("{:?}", result.done);
+    };
+    let refused = CommissionJson::new(outcome, &plant.config).expect("a report").refused.expect("a refusal");
+    assert_eq!(refused.code, "channel_missing", "{refused:?}");
+    assert!(refused.text.contains("A and B"), "{refused:?}");
+    let shown = *shown.lock().expect("nobody panics with it");
+    assert!(shown.since_s.is_some() && shown.is_soon_over(), "{shown:?}");
 }
 
 #[test]

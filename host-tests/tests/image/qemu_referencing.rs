@@ -44,7 +44,7 @@ fn a_stop_makes_targets_absolute() {
     let target = AT_STOP - 1.5;
     let tasks = [known(&plant), search, Task::Move(Target::To(target))];
     let result = run(&plant, &tasks).expect("a session");
-    let [Done::Adopted, Done::Referenced, Done::Moved(arrival)] = result.done[..] else {
+    let [Done::Adopted, Done::Referenced(_), Done::Moved(arrival)] = result.done[..] else {
         panic!("{:?}", result.done);
     };
     assert!(arrival.held && arrival.seconds > 0.0, "{arrival:?}");
@@ -106,7 +106,7 @@ fn an_index_makes_targets_absolute_to_the_count() {
     });
     let tasks = [known(&plant), search, Task::Move(Target::To(2.0))];
     let result = session::run(Box::new(wire), plant.config, 1, &tasks, &mut |_| {}).expect("a session");
-    let [Done::Adopted, Done::Referenced, Done::Moved(arrival)] = result.done[..] else {
+    let [Done::Adopted, Done::Referenced(_), Done::Moved(arrival)] = result.done[..] else {
         panic!("{:?}", result.done);
     };
     assert!(arrival.held, "{arrival:?}");

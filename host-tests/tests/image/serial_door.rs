@@ -69,6 +69,9 @@ fn a_servo_on_a_serial_line_is_commissioned_stored_changed_captured_and_watched(
     let error = dead_zone / plant.truth.dead_zone_v[0] - 1.0;
     assert!(error.abs() < 0.05, "{:.1} % off", 100.0 * error);
 
+    let told = with(&["monitor"], &["--board"]);
+    assert!(told.contains("board         qemu\n") && told.contains("as the axis file says"), "{told}");
+
     let told = with(&["params", "get"], &[]);
     assert!(told.contains("stored") || told.contains("nothing is stored"), "{told}");
     assert!(told.contains("identified.dead_zone_pos_v = "), "{told}");

@@ -5,6 +5,8 @@ mod in_force;
 mod link;
 mod optional;
 mod parameters;
+mod reasons;
+mod scales;
 mod settings_table;
 mod setup;
 mod store;

@@ -5,6 +5,7 @@ use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severi
 use host_tests::firmware::power_up;
 use host_tests::simulated_servo::{self, SimulatedServo};
 use servo::axis::servo_axis::ServoAxis;
+use servo::drivers::scales::Scales;
 use servo::link::order::Order;
 use servo::link::protocol::{Command, Refusal};
 use servo::optional::Optional;
@@ -15,7 +16,7 @@ use truing::device::axis_file;
 use truing::device::link::{Client, Lockstep};
 use truing::device::replay;
 use truing::device::session::{self, Listening, Profile, SessionResult, Start, Task};
-use truing::device::setup::Setup;
+use truing::device::setup::{Choices, Setup};
 
 const MACHINE: &str = "[supply]\nnominal_v = 12.0\n[encoder]\ncounts_per_rev = 4000\n\
                        [axis]\nrated_speed_rad_s = 125.0\ntick_hz = 1000\n";
@@ -57,7 +58,7 @@ fn a_file_chooses_by_the_keys_of_truing_params() {
     }
     // A file that says nothing chooses nothing.
     let silent = parse(MACHINE);
-    assert_eq!(silent, Setup::from(silent.config));
+    assert_eq!(silent.choices, Choices::default());
     assert_chosen(&silent.parameters(Some(&chosen)));
 }
 
@@ -172,7 +173,7 @@ fn the_image_takes_the_choices_of_a_file_and_keeps_them_through_the_next() {
     let choices = parse(&[MACHINE, CHOICES].concat()).choices;
     let mut config = plant().config;
     config.current_limit_a = Optional::new(6.5);
-    let chosen = Setup { config, choices };
+    let chosen = Setup { choices, ..config.into() };
     let sine = Task::Track {
         profile: Profile::Sine { amplitude_rad: 1.0, frequency_hz: 1.0, seconds: 1.0 },
         compensation: false,
@@ -185,6 +186,9 @@ fn the_image_takes_the_choices_of_a_file_and_keeps_them_through_the_next() {
 
     let mut client = Client::new(Box::new(wire(&flash)));
     assert_chosen(&client.parameters().expect("an answer").expect("stored"));
+    // QEMU has no scales of its own: it keeps the host's.
+    let board = client.hello().expect("an answer").board;
+    assert_eq!((board.name.as_str(), board.scales), ("qemu", Scales::default()));
     client.close();
 
     // Another life, commissioned by a file that says nothing of it.

@@ -1,5 +1,6 @@
 //! The workbench on the host: the gap workflow, its effects, plants, readers and reports, and the command line.
 
+mod aftermath;
 mod bad_input;
 mod bad_inputs;
 mod bench;

@@ -150,6 +150,7 @@ impl Params {
             checks: &learning.checks,
             mechanism: known.mechanism,
             short_of_travel: false,
+            starts: &[0; 2],
             supply_measured: learning.supply_measured,
             excitation: Excitation::Ordinary,
         };

@@ -7,8 +7,21 @@ use cortex_m::Peripherals as CorePeripherals;
 use embedded_storage::nor_flash::NorFlash;
 use servo::axis::{Bridge, Sample};
 use servo::config::Config;
+use servo::drivers::scales::Scales;
+use servo::link::board::{Clock, Gates};
 use servo::link::protocol::{Refusal, ResetCause};
 use servo::protect::{Interlock, Settings};
+
+/// What a start has found.
+#[derive(Clone, Copy)]
+pub struct Started {
+    /// Why the chip has started.
+    pub cause: ResetCause,
+    /// What its clocks come from.
+    pub clock: Clock,
+    /// It is not held in reset while its supply is too low.
+    pub brown_out_reset_off: bool,
+}
 
 /// A board: a chip and what is wired to it, or a program that plays both.
 pub trait Board {
@@ -16,6 +29,8 @@ pub trait Board {
     const NAME: &'static str;
     /// Axes that the board can drive.
     const MOST_AXES: usize;
+    /// What one count of its converters is worth.
+    const SCALES: Scales;
     /// Where the stored parameters begin: bytes from the start of the flash.
     const PARAMETERS: u32;
 
@@ -30,8 +45,8 @@ pub trait Board {
     /// The flash of the stored parameters.
     type Flash: NorFlash;
 
-    /// Starts the clocks and tells why the chip has started.
-    fn begin(device: &Self::Device, core: &mut CorePeripherals) -> ResetCause;
+    /// Starts the clocks and tells how the chip has started.
+    fn begin(device: &Self::Device, core: &mut CorePeripherals) -> Started;
 
     /// Takes the flash. The clocks run already.
     fn flash() -> Self::Flash;
@@ -39,7 +54,7 @@ pub trait Board {
     /// Sets pins and timers up. When it returns the bridges are open, and control ticks begin.
     fn init(device: Self::Device, core: CorePeripherals) -> (Self::Drive, Self::Line, Self::Idle);
 
-    /// Refuses a configuration that the timers cannot carry out, and limits beyond what the converters can tell: they would
+    /// Refuses a configuration that the timers cannot carry out or whose scales are not the board's, and limits beyond what the converters can tell: they would
     /// never act. `protection`: what comes along with the configuration, if anything does.
     fn supports(config: &Config, protection: Option<&Settings>) -> Result<(), Refusal>;
 
@@ -70,6 +85,12 @@ pub trait Drive {
 
     /// Ends a tick. True: the next one is due already, so this tick took more than its period.
     fn end_tick(&mut self) -> bool;
+
+    /// Zeros of the current of an axis, counts or marks of [`Sample`].
+    fn zeros(&self, axis: usize) -> [i16; 2];
+
+    /// How the gate drivers are, if the board sets some up.
+    fn gates(&self) -> Option<Gates>;
 
     /// Can the counter of this axis go round unseen while the processor stands still for seconds?
     fn goes_round(&self, axis: usize) -> bool;

@@ -14,7 +14,7 @@ pub type Selected = qemu::Qemu;
 #[cfg(not(board = "qemu"))]
 pub type Selected = stm32f405::Stm32f405;
 
-pub use interface::{Board, Drive, Idle, Line};
+pub use interface::{Board, Drive, Idle, Line, Started};
 
 /// Number of axes that this image drives.
 pub const AXES: usize = match () {

@@ -558,6 +558,8 @@ impl Winding {
             () if self.slow => None,
             () if least > expected / 2 && missing.followed <= BACKWARDS_COUNTS => Some(Fault::WrongDirection),
             () if overdue && most < expected / 2 => Some(Fault::Stalled),
+            // It does not get better: a shaft that turns has made as many counts at least.
+            () if missing.sure >= missing.enough && most < expected - expected / 8 => Some(Fault::Stalled),
             () if least > expected / 2 => Some(Fault::EncoderUnplugged),
             () => None,
         }

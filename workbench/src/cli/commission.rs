@@ -17,6 +17,10 @@ use servo::identify::estimate::Mechanism;
 use servo::motion::referencing::Referencing;
 use std::path::PathBuf;
 
+/// A mark is found again within so many counts, or this share of a turn: a stop gives way.
+const MARK_COUNTS: i64 = 2;
+const MARK_SHARE: i64 = 400;
+
 /// Length of a commissioning when nothing else is asked for, s.
 pub const BUDGET_S: f64 = 5.0;
 
@@ -76,12 +80,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// Prints what was found, and writes it; the log too, as far as it is.
 fn tell(arguments: &Arguments, outcome: &Outcome, log: &RunLog) -> anyhow::Result<CommissionJson> {
-    let report = CommissionJson::new(outcome, &log.config)?.blaming(log.fault());
+    let report = CommissionJson::new(outcome, &log.config)?.beside(log);
     print(&report);
     if let Some(path) = &arguments.json {
         write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
-    if let Some(path) = &arguments.save {
+    if let (Some(path), None) = (&arguments.save, &report.refused) {
         Params::new(&report).save(path)?;
     }
     if arguments.store {
@@ -166,6 +170,33 @@ impl Knowledge {
         if self.stored { Ok(()) } else { profile::possible(motion, config) }
     }
 
+    /// Looks for the mark of `--reference` once more.
+    pub fn again(&self) -> Option<Task> {
+        self.reference.map(Task::Reference)
+    }
+
+    /// How far the mark is from where it was before the motion, if it was looked for again; an index is the same in every turn.
+    pub fn lost_counts(&self, result: &SessionResult) -> anyhow::Result<()> {
+        let mut places = result.done.iter().filter_map(|done| match done {
+            Done::Referenced(place) => Some(*place),
+            _ => None,
+        });
+        let (Some(before), Some(after)) = (places.next(), places.next()) else { return Ok(()) };
+        let turn = i64::from(result.log.config.counts_per_rev);
+        let lost = match self.reference {
+            Some(Referencing::Index { .. }) => (after - before + turn / 2).rem_euclid(turn) - turn / 2,
+            _ => after - before,
+        };
+        outln!("{:21} {lost}, by the mark that was found before and behind the motion", "counts lost");
+        if lost.abs() <= MARK_COUNTS.max(turn / MARK_SHARE) {
+            return Ok(());
+        }
+        let text = format!(
+            "{lost} counts were lost or invented during the motion: check the encoder's cable, shield and supply, and its coupling"
+        );
+        Err(NotDone(text).into())
+    }
+
     /// Is there a commissioning first?
     pub fn is_learned(&self) -> bool {
         !self.stored && self.params.is_none()
@@ -198,7 +229,7 @@ fn outcome(result: &SessionResult) -> anyhow::Result<CommissionJson> {
         _ => None,
     });
     let outcome = outcome.context("the session had no commissioning")?;
-    Ok(CommissionJson::new(outcome, &result.log.config)?.blaming(result.log.fault()))
+    Ok(CommissionJson::new(outcome, &result.log.config)?.beside(&result.log))
 }
 
 /// One number, for people.
@@ -233,4 +264,7 @@ pub fn print(report: &CommissionJson) {
     }
     outln!("{:21} {}", "mechanism", in_words(report.mechanism));
     outln!("{:21} {:.2} s, {:.2} turns", "took", report.duration_s, report.travel_rev);
+    for doubt in &report.doubts {
+        outln!("{:21} {doubt}", "not used");
+    }
 }

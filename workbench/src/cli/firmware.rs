@@ -2,6 +2,7 @@
 
 use crate::cli::files::Files;
 use crate::console::input_error::NotDone;
+use crate::device::aftermath::fault_text;
 use crate::device::axis_file;
 use crate::device::link::{Client, Wire, current_text, fault_advice};
 use crate::device::motor::{Door, qemu};
@@ -132,7 +133,7 @@ impl Firmware {
 
 /// A fault that has ended a motion, as a line of the report and as the reason of exit status 1.
 pub fn fault_ended(log: &RunLog) -> NotDone {
-    let text = format!("a fault ended the motion: {}", fault_advice(log.fault()));
+    let text = format!("a fault ended the motion: {}", fault_text(log));
     outln!("{text}");
     NotDone(text)
 }

@@ -2,8 +2,7 @@
 
 use crate::cli::files::Files;
 use crate::console::input_error::{InputError, NotDone};
-use crate::gap::{self, Options};
-use crate::gap::{examine, time_base};
+use crate::gap::{self, Options, examine, time_base};
 use crate::outcome::{DataFault, Outcome, Verdict};
 use crate::report::{
     Exporter, grade, html::Html, json::Json, model_file::ModelFile, pictures, terminal::Terminal,

@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn measure(image: &Path, tick_hz: u32) -> anyhow::Result<Vec<Row>> {
     let axis = format!(
-        "[supply]\nnominal_v = 12.0\n[encoder]\ncounts_per_rev = 2048\n[axis]\nrated_speed_rad_s = 170.0\ntick_hz = {tick_hz}\n"
+        "[supply]\nnominal_v = 12.0\n[encoder]\ncounts_per_rev = 2048\n[axis]\nrated_speed_rad_s = 170.0\ntick_hz = {tick_hz}\n[limits]\ncurrent_a = 5.0\n"
     );
     let config = axis_file::parse("the measured axis", &axis)?.config;
     let model = model::parse("the measured motor", MOTOR)?;

@@ -3,8 +3,8 @@
 use super::commission::{self, BUDGET_S, Knowledge};
 use super::firmware::{Firmware, fault_ended};
 use super::profile;
-use crate::console::interrupt;
-use crate::console::screen;
+use crate::console::{interrupt, screen};
+use crate::device::board;
 use crate::device::link::{advisory_text, fault_advice};
 use crate::device::run_log::RunLog;
 use crate::device::session::{Done, Progress, Task};
@@ -12,8 +12,7 @@ use clap::Args;
 use servo::axis::Sample;
 use servo::identify::estimate::{EstimatesReport, Reported};
 use servo::protect::Fault;
-use servo::record::Referenced;
-use servo::record::{Activity, Record};
+use servo::record::{Activity, Record, Referenced};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
@@ -34,8 +33,14 @@ pub struct Arguments {
     #[command(flatten)]
     pub knowledge: Knowledge,
     /// The motion, as in `truing track`.
-    #[arg(long)]
-    pub profile: String,
+    #[arg(long, required_unless_present = "board")]
+    pub profile: Option<String>,
+    /// Print how the board is, and move nothing: its name, scales, clock, gate drivers and zeros of the current.
+    #[arg(long, conflicts_with = "profile")]
+    pub board: bool,
+    /// As in `truing track`.
+    #[arg(long, requires = "reference")]
+    pub check: bool,
     /// Do not slow a simulated motor down to real time.
     #[arg(long)]
     pub fast: bool,
@@ -44,13 +49,21 @@ pub struct Arguments {
 /// Runs and shows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
-    arguments.knowledge.files(&arguments.firmware, &arguments.profile).check_ready()?;
+    if arguments.board {
+        arguments.firmware.files().check()?;
+        let mut client = arguments.firmware.client(&arguments.firmware.axis()?.config)?;
+        out!("{}", board::text(&client.hello()?));
+        return Ok(());
+    }
+    let text = arguments.profile.as_deref().unwrap_or_default();
+    arguments.knowledge.files(&arguments.firmware, text).check_ready()?;
     let setup = arguments.firmware.axis()?;
     let config = setup.config;
-    let motion = profile::task(&arguments.profile, true, &config)?;
+    let motion = profile::task(text, true, &config)?;
     arguments.knowledge.allows(&motion, &config)?;
     let first = arguments.knowledge.tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
-    let tasks: Vec<Task> = first.into_iter().chain([motion]).collect();
+    let again = arguments.check.then(|| arguments.knowledge.again()).flatten();
+    let tasks: Vec<Task> = first.into_iter().chain([motion]).chain(again).collect();
     let mut view = View::new(arguments.fast);
     let result = arguments.firmware.run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
     match (&result.broken, result.done.last()) {
@@ -59,7 +72,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             Err(fault_ended(&result.log).into())
         }
         (None, Some(Done::Commissioned(_))) => commission::succeeded(&result).map(|_| ()),
-        _ => Ok(()),
+        _ => arguments.knowledge.lost_counts(&result),
     }
 }
 
@@ -126,15 +139,10 @@ fn lines(progress: &Progress) -> Vec<String> {
     let Some(row) = log.rows.last() else {
         return Vec::new();
     };
-    let (config, record) = (&log.config, &row.record);
+    let record = &row.record;
+    let (seconds, share) = (f64::from(row.tick) / f64::from(log.config.tick_hz), 100.0 * progress.share);
     let mut lines = vec![
-        format!(
-            "{:8.2} s   {} ({:.0} %)   bridge {}",
-            f64::from(row.tick) / f64::from(config.tick_hz),
-            progress.task,
-            100.0 * progress.share,
-            word(record.bridge)
-        ),
+        format!("{seconds:8.2} s   {} ({share:.0} %)   bridge {}", progress.task, word(record.bridge)),
         motion(log, record),
         drive(log, record),
         format!(
@@ -206,18 +214,14 @@ fn drive(log: &RunLog, record: &Record) -> String {
 
 /// Both directions of a number in one line.
 fn estimates(report: &EstimatesReport) -> [String; 3] {
+    let (gain, time) = (number(&report.gain_rad_s_per_v, "rad/s/V"), number(&report.time_constant_s, "s"));
     let pair = |name: &str, [positive, negative]: [&Reported; 2]| {
         format!("{name:12} + {}   \u{2212} {}", number(positive, "V"), number(negative, "V"))
     };
     [
         pair("dead zone", [&report.dead_zone_pos_v, &report.dead_zone_neg_v]),
         pair("saturation", [&report.saturation_pos_v, &report.saturation_neg_v]),
-        format!(
-            "{:12}   {}   time constant {}",
-            "gain",
-            number(&report.gain_rad_s_per_v, "rad/s/V"),
-            number(&report.time_constant_s, "s")
-        ),
+        format!("{:12}   {gain}   time constant {time}", "gain"),
     ]
 }
 

@@ -2,12 +2,10 @@
 
 use super::firmware::Firmware;
 use crate::cli::files::Files;
-use crate::device::axis_file;
 use crate::device::commission_report::Params;
-use crate::device::compensation;
 use crate::device::link::{Client, found_text, store_text};
 use crate::device::motor::write_whole;
-use crate::device::parameters;
+use crate::device::{axis_file, compensation, parameters};
 use crate::system::model;
 use anyhow::Context;
 use clap::{Args, Subcommand};
@@ -105,7 +103,10 @@ fn change(set: &Set) -> anyhow::Result<()> {
     let setup = set.firmware.axis()?;
     let mut client = set.firmware.client(&setup.config)?;
     let known = client.parameters()?;
-    let mut parameters = known.unwrap_or_else(|| setup.parameters(None));
+    let mut parameters = match known {
+        Some(known) => known,
+        None => setup.on(&client.board(&mut |_| {})?)?.parameters(None),
+    };
     for assignment in &set.assignments {
         parameters::set(&mut parameters, assignment)?;
     }

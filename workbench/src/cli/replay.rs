@@ -1,9 +1,8 @@
 //! `truing replay`: does the library on the host compute the same bits as the chip has?
 
 use crate::console::input_error::NotDone;
-use crate::device::axis_file;
-use crate::device::replay;
 use crate::device::run_log::Tape;
+use crate::device::{axis_file, replay};
 use clap::Args;
 use servo::link::protocol::Command;
 use std::path::PathBuf;

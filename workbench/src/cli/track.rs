@@ -47,6 +47,9 @@ pub struct Arguments {
     /// If the motion takes more voltage than is left, scale it so that it fits: a sine's amplitude, the times of a file.
     #[arg(long)]
     pub fit: bool,
+    /// Look for the mark of --reference once more behind the motion, and tell how many counts were lost meanwhile.
+    #[arg(long, requires = "reference")]
+    pub check: bool,
     /// Write the result as JSON, schema truing-track/1.
     #[arg(long)]
     pub json: Option<PathBuf>,
@@ -74,13 +77,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let first = arguments.knowledge.tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
     let fit = arguments.fit.then_some(Task::Fit);
-    let tasks: Vec<Task> = first.into_iter().chain(fit).chain([motion]).collect();
+    let again = arguments.check.then(|| arguments.knowledge.again()).flatten();
+    let tasks: Vec<Task> = first.into_iter().chain(fit).chain([motion]).chain(again).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
     save_log(&result.log, arguments.log.as_ref())?;
     if let Some(error) = result.broken {
         return Err(error.into());
     }
-    match result.done.last() {
+    let moved = result.done.iter().rfind(|done| !matches!(done, Done::Referenced(_)));
+    match moved {
         Some(Done::Excited(span, learned)) => {
             let report = TrackJson::excited(&result.log, span, learned);
             concluded(arguments, &result.log, &report, &|| print_learned(&report))
@@ -95,7 +100,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 print_loop(&result, &tasks);
                 print_fitted(&result);
                 print_tracked(&result.log, &report);
-            })
+            })?;
+            arguments.knowledge.lost_counts(&result)
         }
         _ => {
             commission::succeeded(&result)?;
@@ -126,13 +132,8 @@ fn print_loop(result: &SessionResult, tasks: &[Task]) {
         _ => None,
     };
     let shape = |known| LoopShape::of(&result.log.config, result.tuning, known).ok().flatten();
-    if let Some(shape) = known.and_then(shape) {
-        outln!(
-            "{:21} crossover {:.1} rad/s, phase margin {:.0}°",
-            "position loop",
-            shape.crossover_rad_s,
-            shape.phase_margin_deg
-        );
+    if let Some(LoopShape { crossover_rad_s: crossover, phase_margin_deg: margin }) = known.and_then(shape) {
+        outln!("{:21} crossover {crossover:.1} rad/s, phase margin {margin:.0}°", "position loop");
     }
 }
 
@@ -143,18 +144,10 @@ fn print_fitted(result: &SessionResult) {
 }
 
 fn print_tracked(log: &RunLog, report: &TrackJson) {
-    outln!(
-        "{:21} {:.6} rad, peak {:.6} rad",
-        "position error, rms",
-        report.position_rms_rad,
-        report.position_peak_rad
-    );
-    outln!(
-        "{:21} {:.4} rad/s, peak {:.4} rad/s",
-        "speed error, rms",
-        report.speed_rms_rad_s,
-        report.speed_peak_rad_s
-    );
+    let [position, peak] = [report.position_rms_rad, report.position_peak_rad];
+    outln!("{:21} {position:.6} rad, peak {peak:.6} rad", "position error, rms");
+    let [speed, peak] = [report.speed_rms_rad_s, report.speed_peak_rad_s];
+    outln!("{:21} {speed:.4} rad/s, peak {peak:.4} rad/s", "speed error, rms");
     if report.saturated_share > 0.0 {
         outln!("{:21} {:.1} % of the time", "limits acted", 100.0 * report.saturated_share);
     }

@@ -1,12 +1,12 @@
 //! `axis.toml` → [`Setup`]: what the firmware may know about its axis before it has moved, and what its user chooses.
 
 use crate::console::input_error::{InputError, nearest};
-use crate::device::link::range_text;
-use crate::device::parameters;
-use crate::device::setup::{Choices, Setup};
-use serde::Deserialize;
+use crate::device::link::{range_text, scale_text};
+use crate::device::setup::{Choices, Setup, Wiring};
+use crate::device::{board, parameters};
+use serde::{Deserialize, de::DeserializeOwned};
 use servo::config::{Config, SETTINGS, Setting, Value as Number};
-use servo::protect::{Fault, SettingsError, Thermal};
+use servo::protect::{Action, Fault, SettingsError, Thermal};
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::{Spanned, Value};
@@ -17,6 +17,7 @@ type Section = BTreeMap<Spanned<String>, Spanned<Value>>;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
+    board: Option<Spanned<String>>,
     supply: Spanned<Section>,
     encoder: Spanned<Section>,
     axis: Spanned<Section>,
@@ -52,10 +53,10 @@ pub fn read(path: &Path) -> Result<Setup, InputError> {
 pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
     let file: File = toml::from_str(text).map_err(|error| syntax(source, text, &error))?;
     let reader = Reader { source, text };
-    let actions = file.actions(source, text)?;
-    let config = reader.config(&file)?;
+    let actions = reader.actions(&file)?;
     let thermal = reader.thermal(&file)?;
     let setup = Setup {
+        wiring: reader.wiring(&file)?,
         choices: Choices {
             thermal,
             command_timeout_ms: reader.limit(&file, "command_timeout_ms")?,
@@ -64,15 +65,12 @@ pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
             compensation: file.loops.compensation,
             actions,
         },
-        config,
+        config: reader.config(&file)?,
     };
+    let setup = reader.on_its_board(setup)?;
     setup.parameters(None).check().map_err(|error| match error {
         SettingsError::Value(error) => {
-            let words = format!("out of range: {}", range_text(&error));
-            match line_of_key(text, error.field.name()) {
-                Some(line) => InputError::line(source, line, words),
-                None => InputError::file(source, words),
-            }
+            reader.at(error.field.name(), format!("out of range: {}", range_text(&error)))
         }
         // Refused above, with its line.
         SettingsError::Action(pair) => {
@@ -158,6 +156,46 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
+    /// A complaint about `table.key`.
+    fn at(&self, name: &str, words: String) -> InputError {
+        match line_of_key(self.text, name) {
+            Some(line) => InputError::line(self.source, line, words),
+            None => InputError::file(self.source, words),
+        }
+    }
+
+    /// A complaint about what stands here.
+    fn here<T>(&self, place: &Spanned<T>, words: impl std::fmt::Display) -> InputError {
+        InputError::line(self.source, line_of(self.text, place.span().start), words)
+    }
+
+    /// A value that is none of this type, in the parser's own words.
+    fn typed<T: DeserializeOwned>(&self, key: &str, value: &Spanned<Value>) -> Result<T, InputError> {
+        let wrong =
+            |error: toml::de::Error| self.here(value, format!("{key}: {}", in_words(error.message())));
+        value.get_ref().clone().try_into().map_err(wrong)
+    }
+
+    /// The board that the file names, and which scales it leaves to a board.
+    fn wiring(&self, file: &File) -> Result<Wiring, InputError> {
+        let named =
+            |name: &Spanned<String>| board::named(name.get_ref()).map_err(|error| self.here(name, error));
+        Ok(Wiring {
+            board: file.board.as_ref().map(named).transpose()?.map(|board| board.name),
+            supply: file.value("supply", "vbus_v_per_lsb").is_none(),
+            current: file.value("limits", "current_a_per_lsb").is_none(),
+        })
+    }
+
+    /// With the scales that the table of boards has for it, until a servo tells its own.
+    fn on_its_board(&self, setup: Setup) -> Result<Setup, InputError> {
+        let Some(name) = setup.wiring.board else { return Ok(setup) };
+        let scales = board::scales(board::named(name)?);
+        let config = setup.scaled(scales);
+        scales.allow(&config).map_err(|error| self.at(error.field.name(), scale_text(&error)))?;
+        Ok(Setup { config, ..setup })
+    }
+
     /// Every setting: from the file, else its default.
     fn config(&self, file: &File) -> Result<Config, InputError> {
         let mut config = Config::EXAMPLE;
@@ -180,36 +218,23 @@ impl Reader<'_> {
     ) -> Result<(), InputError> {
         let key = row.field.name().split('.').nth(1).unwrap_or_default();
         let value = match file.value(section, key) {
-            Some(value) => self.value(section, key, value, (row.get)(&Config::EXAMPLE))?,
+            Some(value) => self.value(&format!("[{section}] {key}"), value, (row.get)(&Config::EXAMPLE))?,
             None => (row.fallback)(config).ok_or_else(|| {
-                let line = file.section(section).map_or(1, |s| line_of(self.text, s.span().start));
                 let what = format!("[{section}] {key} is missing; it must be {}", row.range);
-                InputError::line(self.source, line, what)
+                file.section(section)
+                    .map_or_else(|| InputError::line(self.source, 1, &what), |s| self.here(s, &what))
             })?,
         };
-        (row.set)(config, value).ok_or_else(|| {
-            let line = file.value(section, key).map_or(1, |value| line_of(self.text, value.span().start));
-            InputError::line(self.source, line, format!("[{section}] {key} must be {}", row.range))
-        })
+        let what = || format!("[{section}] {key} must be {}", row.range);
+        (row.set)(config, value).ok_or_else(|| self.at(row.field.name(), what()))
     }
 
-    /// A value in the type of its setting, in the parser's own words if it is none.
-    fn value(
-        &self,
-        section: &str,
-        key: &str,
-        value: &Spanned<Value>,
-        like: Number,
-    ) -> Result<Number, InputError> {
-        let wrong = |error: toml::de::Error| {
-            let line = line_of(self.text, value.span().start);
-            InputError::line(self.source, line, format!("[{section}] {key}: {}", in_words(error.message())))
-        };
-        let inner = value.get_ref().clone();
+    /// A value in the type of its setting.
+    fn value(&self, key: &str, value: &Spanned<Value>, like: Number) -> Result<Number, InputError> {
         Ok(match like {
-            Number::Whole(_) => Number::Whole(inner.try_into().map_err(wrong)?),
-            _ if inner.is_array() => Number::Pair(inner.try_into().map_err(wrong)?),
-            _ => Number::Number(inner.try_into().map_err(wrong)?),
+            Number::Whole(_) => Number::Whole(self.typed(key, value)?),
+            _ if value.get_ref().is_array() => Number::Pair(self.typed(key, value)?),
+            _ => Number::Number(self.typed(key, value)?),
         })
     }
 
@@ -230,24 +255,17 @@ impl Reader<'_> {
                 let near = nearest(name, known.iter().copied())
                     .map(|near| format!("; the nearest is `{near}`"))
                     .unwrap_or_default();
-                let line = line_of(self.text, key.span().start);
                 let what = format!("[{section}] {name}: unknown field `{name}`, expected one of {all}{near}");
-                return Err(InputError::line(self.source, line, what));
+                return Err(self.here(key, what));
             }
         }
         Ok(())
     }
 
     /// A key of `[limits]` that is no setting of [`Config`].
-    fn limit<T: serde::de::DeserializeOwned>(&self, file: &File, key: &str) -> Result<Option<T>, InputError> {
-        let Some(value) = file.value("limits", key) else {
-            return Ok(None);
-        };
-        value.get_ref().clone().try_into().map(Some).map_err(|error: toml::de::Error| {
-            let line = line_of(self.text, value.span().start);
-            let what = format!("[limits] {key}: {}", in_words(error.message()));
-            InputError::line(self.source, line, what)
-        })
+    fn limit<T: DeserializeOwned>(&self, file: &File, key: &str) -> Result<Option<T>, InputError> {
+        let value = file.value("limits", key);
+        value.map(|value| self.typed(&format!("[limits] {key}"), value)).transpose()
     }
 
     /// Both numbers make the thermal limit; the time constant alone is none.
@@ -265,19 +283,13 @@ impl Reader<'_> {
             })),
         }
     }
-}
 
-impl File {
     /// The table *fault × action*.
-    fn actions(
-        &self,
-        source: &str,
-        text: &str,
-    ) -> Result<[Option<servo::protect::Action>; Fault::ALL.len()], InputError> {
+    fn actions(&self, file: &File) -> Result<[Option<Action>; Fault::ALL.len()], InputError> {
         let mut actions = [None; Fault::ALL.len()];
-        for (fault, action) in &self.protection {
+        for (fault, action) in &file.protection {
             let (fault, action) = parameters::entry(fault.get_ref(), action.get_ref())
-                .map_err(|error| InputError::line(source, line_of(text, fault.span().start), error))?;
+                .map_err(|error| self.here(fault, error))?;
             for (known, slot) in Fault::ALL.into_iter().zip(&mut actions) {
                 if known == fault {
                     *slot = Some(action);
@@ -286,7 +298,9 @@ impl File {
         }
         Ok(actions)
     }
+}
 
+impl File {
     fn section(&self, name: &str) -> Option<&Spanned<Section>> {
         match name {
             "supply" => Some(&self.supply),

@@ -2,7 +2,10 @@
 //! same numbers, to be used again.
 
 use crate::console::input_error::InputError;
-use crate::device::link::{advice, fault_advice};
+use crate::device::aftermath::fault_text;
+use crate::device::commission_seen as seen;
+use crate::device::link::advice;
+use crate::device::run_log::RunLog;
 use serde::{Deserialize, Serialize};
 use servo::commission::Outcome;
 use servo::config::Config;
@@ -51,6 +54,19 @@ impl From<Reported> for Number {
     }
 }
 
+/// The numbers of a report, in their order.
+fn numbers(report: &EstimatesReport) -> [Number; 6] {
+    [
+        report.dead_zone_pos_v,
+        report.dead_zone_neg_v,
+        report.saturation_pos_v,
+        report.saturation_neg_v,
+        report.gain_rad_s_per_v,
+        report.time_constant_s,
+    ]
+    .map(Number::from)
+}
+
 /// The f64 that prints like the f32.
 fn decimal(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
@@ -81,6 +97,9 @@ pub struct CommissionJson {
     pub travel_rev: f64,
     /// `null`: not refused.
     pub refused: Option<Refused>,
+    /// For people: why numbers are not to be used.
+    #[serde(skip)]
+    pub doubts: Vec<String>,
 }
 
 impl CommissionJson {
@@ -89,32 +108,37 @@ impl CommissionJson {
         let scale =
             config.build().map_err(|error| InputError(format!("{} is out of range", error.field.name())))?;
         let report = outcome.report(&scale);
-        let estimates = report.estimates;
+        let [dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v, gain, time_constant_s] =
+            numbers(&report.estimates);
         Ok(CommissionJson {
             schema: "truing-commission/1",
-            dead_zone_pos_v: estimates.dead_zone_pos_v.into(),
-            dead_zone_neg_v: estimates.dead_zone_neg_v.into(),
-            saturation_pos_v: estimates.saturation_pos_v.into(),
-            saturation_neg_v: estimates.saturation_neg_v.into(),
-            gain_rad_s_per_v: estimates.gain_rad_s_per_v.into(),
-            time_constant_s: estimates.time_constant_s.into(),
-            mechanism: estimates.mechanism,
+            dead_zone_pos_v,
+            dead_zone_neg_v,
+            saturation_pos_v,
+            saturation_neg_v,
+            gain_rad_s_per_v: gain,
+            time_constant_s,
+            mechanism: report.estimates.mechanism,
             duration_s: decimal(report.duration_s),
             travel_rev: decimal(report.travel_rev),
-            refused: report
-                .refused
-                .map(|reason| Refused { code: reason.code(), text: advice(reason).into() }),
+            refused: report.refused.map(|reason| Refused {
+                code: reason.code(),
+                text: seen::refusal(reason, outcome, &report, config),
+            }),
+            doubts: seen::doubts(outcome, &report, config),
         })
     }
 
-    /// "Stopped before the end" is no reason where a latched fault has stopped it.
+    /// With what the log adds: the supply, and the latched fault where "stopped before the end" is no reason.
     #[must_use]
-    pub fn blaming(mut self, fault: Fault) -> Self {
-        if let Some(refused) = &mut self.refused
-            && refused.code == Reason::Aborted.code()
-            && fault != Fault::None
-        {
-            refused.text = format!("a fault stopped it: {}", fault_advice(fault));
+    pub fn beside(mut self, log: &RunLog) -> Self {
+        let fault = log.fault();
+        if let Some(refused) = &mut self.refused {
+            if refused.code == Reason::Aborted.code() && fault != Fault::None {
+                refused.text = format!("a fault stopped it: {}", fault_text(log));
+            } else if let Some(supply) = seen::supply(refused.code, log.last_supply_v(), &log.config) {
+                refused.text.insert_str(0, &supply);
+            }
         }
         self
     }
@@ -173,7 +197,7 @@ impl Kept {
 }
 
 /// `params.toml`, schema `truing-params/1`. A number that is missing there is missing on the chip.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Params {
     /// `truing-params/1`.
@@ -181,22 +205,16 @@ pub struct Params {
     /// Decides the sign source of the compensation.
     pub mechanism: Mechanism,
     /// V.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub dead_zone_pos_v: Option<Kept>,
     /// V, positive magnitude.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub dead_zone_neg_v: Option<Kept>,
     /// V.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub saturation_pos_v: Option<Kept>,
     /// V, positive magnitude.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub saturation_neg_v: Option<Kept>,
     /// rad/s/V.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub gain_rad_s_per_v: Option<Kept>,
     /// s.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub time_constant_s: Option<Kept>,
 }
 
@@ -205,51 +223,33 @@ const PARAMS_SCHEMA: &str = "truing-params/1";
 impl Params {
     /// Nothing is known.
     pub fn nothing() -> Self {
-        Params {
-            schema: PARAMS_SCHEMA.into(),
-            mechanism: Mechanism::Unclear,
-            dead_zone_pos_v: None,
-            dead_zone_neg_v: None,
-            saturation_pos_v: None,
-            saturation_neg_v: None,
-            gain_rad_s_per_v: None,
-            time_constant_s: None,
-        }
+        let number = Number { value: None, u95: None, trusted: false, reason: None, advice: None };
+        Params::holding(Mechanism::Unclear, [number; 6])
     }
 
     /// From a commissioning.
     pub fn new(commission: &CommissionJson) -> Self {
-        let kept = |number: Number| {
-            let (value, u95, trusted) = (number.value?, number.u95?, number.trusted);
-            Some(Kept { value, u95, trusted })
-        };
-        Params {
-            mechanism: commission.mechanism,
-            dead_zone_pos_v: kept(commission.dead_zone_pos_v),
-            dead_zone_neg_v: kept(commission.dead_zone_neg_v),
-            saturation_pos_v: kept(commission.saturation_pos_v),
-            saturation_neg_v: kept(commission.saturation_neg_v),
-            gain_rad_s_per_v: kept(commission.gain_rad_s_per_v),
-            time_constant_s: kept(commission.time_constant_s),
-            ..Params::nothing()
-        }
+        Params::holding(commission.mechanism, commission.numbers().map(|(_, _, number)| number))
     }
 
     /// From the chip's report.
     pub fn of(report: &EstimatesReport) -> Self {
-        let kept = |reported: Reported| {
-            let (value, u95, trusted) = (decimal(reported.value?), decimal(reported.u95?), reported.trusted);
-            Some(Kept { value, u95, trusted })
-        };
+        Params::holding(report.mechanism, numbers(report))
+    }
+
+    fn holding(mechanism: Mechanism, numbers: [Number; 6]) -> Self {
+        let kept = |number: Number| Some(Kept::new(number.value?, number.u95?, number.trusted));
+        let [dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v, gain, time_constant_s] =
+            numbers.map(kept);
         Params {
-            mechanism: report.mechanism,
-            dead_zone_pos_v: kept(report.dead_zone_pos_v),
-            dead_zone_neg_v: kept(report.dead_zone_neg_v),
-            saturation_pos_v: kept(report.saturation_pos_v),
-            saturation_neg_v: kept(report.saturation_neg_v),
-            gain_rad_s_per_v: kept(report.gain_rad_s_per_v),
-            time_constant_s: kept(report.time_constant_s),
-            ..Params::nothing()
+            schema: PARAMS_SCHEMA.into(),
+            mechanism,
+            dead_zone_pos_v,
+            dead_zone_neg_v,
+            saturation_pos_v,
+            saturation_neg_v,
+            gain_rad_s_per_v: gain,
+            time_constant_s,
         }
     }
 
@@ -278,6 +278,10 @@ impl Params {
                 "schema is \"{}\", expected \"{PARAMS_SCHEMA}\"; write it with `truing commission --save`",
                 params.schema
             );
+            return Err(InputError::file(&source, what));
+        }
+        if params == Params::nothing() {
+            let what = "it holds no number: the commissioning that wrote it was refused; commission again";
             return Err(InputError::file(&source, what));
         }
         Ok(params)

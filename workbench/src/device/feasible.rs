@@ -221,25 +221,16 @@ impl Shortfall {
     }
 
     fn lack(&self) -> String {
-        format!(
-            "it takes {:.2} {unit} where {:.2} {unit} are left",
-            self.needed,
-            self.available,
-            unit = self.unit
-        )
+        let Self { needed, available, unit, .. } = self;
+        format!("it takes {needed:.2} {unit} where {available:.2} {unit} are left")
     }
 }
 
 impl std::fmt::Display for Shortfall {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let beyond = if self.unit == "V" { " beyond the dead zone" } else { "" };
-        write!(
-            f,
-            "--profile takes {:.2} {unit}{beyond} and {:.2} {unit} are left: ",
-            self.needed,
-            self.available,
-            unit = self.unit
-        )?;
+        let Self { needed, available, unit, .. } = self;
+        let beyond = if *unit == "V" { " beyond the dead zone" } else { "" };
+        write!(f, "--profile takes {needed:.2} {unit}{beyond} and {available:.2} {unit} are left: ")?;
         match self.fitted {
             Fitted::Sine { amplitude_rad, frequency_hz } => write!(
                 f,

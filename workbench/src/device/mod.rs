@@ -2,8 +2,11 @@
 //!
 //! Nothing here imports the gap workflow.
 
+pub mod aftermath;
 pub mod axis_file;
+pub mod board;
 pub mod commission_report;
+mod commission_seen;
 pub mod compensation;
 pub mod feasible;
 pub mod link;

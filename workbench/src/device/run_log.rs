@@ -128,10 +128,25 @@ impl RunLog {
         reference(record.reference_q8, record.count, self.zero())
     }
 
-    /// The last fault that was latched.
+    /// The fault that ended the last motion: what is latched behind it is another one's consequence.
     pub fn fault(&self) -> Fault {
-        let mut faults = self.rows.iter().rev().map(|row| row.record.fault);
-        faults.find(|fault| *fault != Fault::None).unwrap_or_default()
+        let first = self.ended().and_then(|(_, after)| after.first());
+        first.map_or(Fault::None, |row| row.record.fault)
+    }
+
+    /// The rows of the last motion until a fault was latched, and those from there on; `None`: none was.
+    pub fn ended(&self) -> Option<(&[Row], &[Row])> {
+        let armed = self.commands.iter().rev().find(|(_, command)| matches!(command, Command::Arm));
+        let rows =
+            &self.rows[armed.map_or(0, |(tick, _)| self.rows.partition_point(|row| row.tick < *tick))..];
+        let at = rows.iter().position(|row| row.record.fault != Fault::None)?;
+        Some(rows.split_at(at))
+    }
+
+    /// The supply as it was measured last, V.
+    pub fn last_supply_v(&self) -> Option<f32> {
+        let raw = self.rows.last()?.record.vbus_raw;
+        (raw != Sample::VBUS_NOT_MEASURED).then(|| f32::from(raw) * self.config.vbus_v_per_lsb)
     }
 
     /// Counts → rad at the controlled shaft.

@@ -3,14 +3,19 @@
 //!
 //! | tables of `axis.toml` | when a session sets the axis up |
 //! |---|---|
-//! | `[supply]`, `[encoder]`, `[axis]`, `current_a_per_lsb` | describe the machine: replaced as a whole, keys left out take their defaults |
+//! | `[supply]`, `[encoder]`, `[axis]`, `current_a_per_lsb` | describe the machine: replaced as a whole, keys left out take their defaults, scales those of the board |
 //! | `[limits]`, `[loops]`, `[protection]` | are choices: a key that is left out keeps what is in force on the servo |
 //!
 //! The same rule as on the chip (see [`servo::link::protocol::Command::Configure`]).
 
+use crate::console::input_error::InputError;
+use crate::device::link::scale_text;
 use servo::config::Config;
 use servo::control::Tuning;
+use servo::drivers::scales::Scales;
 use servo::identify::estimate::Estimates;
+use servo::link::board::{Board, Clock};
+use servo::optional::Optional;
 use servo::protect::{Action, Fault, Settings, Thermal};
 use servo::store::AxisParameters;
 
@@ -21,6 +26,19 @@ pub struct Setup {
     pub config: Config,
     /// Everything else; nothing by default.
     pub choices: Choices,
+    /// Where the scales of its converters come from.
+    pub wiring: Wiring,
+}
+
+/// What an axis file says about the board. Nothing: the scales of the configuration stand there on purpose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wiring {
+    /// The board that the file names.
+    pub board: Option<&'static str>,
+    /// The file leaves `vbus_v_per_lsb` out: it is the board's.
+    pub supply: bool,
+    /// The file leaves `current_a_per_lsb` out.
+    pub current: bool,
 }
 
 /// What the user may choose about loops and protection; `None`: as it is on the servo.
@@ -42,7 +60,7 @@ pub struct Choices {
 
 impl From<Config> for Setup {
     fn from(config: Config) -> Self {
-        Self { config, choices: Choices::default() }
+        Self { config, choices: Choices::default(), wiring: Wiring::default() }
     }
 }
 
@@ -65,9 +83,40 @@ impl Setup {
         self.choices.over(kept)
     }
 
+    /// With the scales of the board where the file leaves them out. A program that plays a board has none, and plays any.
+    ///
+    /// # Errors
+    /// The file is for another board, or its scales are none of this one.
+    pub fn on(self, board: &Board) -> Result<Self, InputError> {
+        if let Some(named) = self.wiring.board
+            && board.clock != Clock::Simulated
+            && board.name.as_str() != named
+        {
+            return Err(InputError(format!(
+                "the axis file is for the board {named}, and the servo runs on {}: correct `board`, or flash the image of {named}",
+                board.name.as_str()
+            )));
+        }
+        let config = self.scaled(board.scales);
+        board.scales.allow(&config).map_err(|error| InputError(scale_text(&error)))?;
+        Ok(Self { config, ..self })
+    }
+
+    /// The configuration, with these scales where the file leaves them out.
+    pub fn scaled(&self, Scales { supply, current }: Scales) -> Config {
+        let (wiring, own) = (self.wiring, self.config);
+        Config {
+            vbus_v_per_lsb: supply.get().filter(|_| wiring.supply).unwrap_or(own.vbus_v_per_lsb),
+            current_a_per_lsb: current.get().filter(|_| wiring.current).unwrap_or(own.current_a_per_lsb),
+            ..own
+        }
+    }
+
     /// Can this file have set up an axis that has this configuration?
     pub fn agrees(&self, config: &Config) -> bool {
-        self.config.keeping_limits(config) == *config
+        let (supply, current) = (config.vbus_v_per_lsb, config.current_a_per_lsb);
+        let scales = Scales { supply: Optional::new(supply), current: Optional::new(current) };
+        self.scaled(scales).keeping_limits(config) == *config
     }
 }
 

@@ -2,16 +2,15 @@
 
 use crate::gap::dataset::{Dataset, Part};
 use crate::gap::estimate::{self, Uncertainty};
-use crate::gap::experiment;
 use crate::gap::fit::{SEARCH, fit};
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::held_out_errors;
-use crate::gap::residual_tests;
 use crate::gap::residual_tests::Rest;
 use crate::gap::samples::samples;
 use crate::gap::search::{Found, HELD_OUT, Scored, ShareLimits, chi2, tied};
 use crate::gap::structure::Structure;
 use crate::gap::threads::each;
+use crate::gap::{experiment, residual_tests};
 use crate::outcome::{Experiment, Grade, Outcome, Tie, Verdict};
 use rayon::prelude::*;
 

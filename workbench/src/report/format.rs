@@ -197,13 +197,9 @@ fn share(ratio: f64) -> String {
 
 /// The lines that mend the model file: `J_kgm2: write [motor] J_kgm2 = 3.75e-5, or [tolerance] J_kgm2 = 1.0`.
 pub fn mended(contradiction: &Contradiction) -> String {
-    format!(
-        "{} is {} in the file and {} in the log: write {}",
-        contradiction.parameter,
-        figure(contradiction.stated),
-        figure(contradiction.fitted),
-        contradiction.mends.join(", or free it with ")
-    )
+    let (stated, fitted) = (figure(contradiction.stated), figure(contradiction.fitted));
+    let mends = contradiction.mends.join(", or free it with ");
+    format!("{} is {stated} in the file and {fitted} in the log: write {mends}", contradiction.parameter)
 }
 
 /// The verdict as a sentence about some of its effects.
@@ -246,11 +242,10 @@ fn found<'e>(outcome: &Outcome, effects: impl Iterator<Item = &'e NamedEffect>) 
 
 /// What is wrong with a file, in two sentences.
 pub fn fault(fault: &DataFault) -> String {
+    let (so, then) = (percent(fault.explained_as_it_stands), percent(fault.explained_with_it));
+    let what = &fault.what;
     format!(
-        "It looks as if {}. As the files stand the model explains {} of the motion, with that put right {}.",
-        fault.what,
-        percent(fault.explained_as_it_stands),
-        percent(fault.explained_with_it)
+        "It looks as if {what}. As the files stand the model explains {so} of the motion, with that put right {then}."
     )
 }
 

@@ -9,6 +9,11 @@ const LEAST_HALF: u64 = 8;
 const LEAST_PAUSE: u64 = 67;
 /// Control register 1 after a full reset, as boards report it: a threshold of 0.403 V, current limiting.
 const CONTROL_1: u16 = 0x0400;
+/// FAULT of status register 1.
+const FAULT: u16 = 1 << 10;
+/// What status register 1 still tells of the start: the gate supply was low (GVDD_UV and FAULT). People have read 0 and
+/// 0x600 by turns (TI's forum, thread 674106), and the firmware of ODrive reads after a start until the flags are gone.
+pub const STARTED: u16 = FAULT | 1 << 9;
 
 /// One driver.
 pub struct Drv8301 {
@@ -20,6 +25,12 @@ pub struct Drv8301 {
     was_off: bool,
     /// It did not start, because a terminal stood above 8.5 V.
     pub stuck: bool,
+    /// Its gate supply stays low.
+    pub starved: bool,
+    /// Times that its enable line has gone high.
+    pub starts: u32,
+    /// An over-current has latched it off, which reading does not end.
+    latched: bool,
     /// Writes to control registers that it ignores after a start.
     pub deaf: u32,
     ignoring: u32,
@@ -46,6 +57,9 @@ impl Drv8301 {
             low_since: 0,
             was_off: true,
             stuck: false,
+            starved: false,
+            starts: 0,
+            latched: false,
             deaf: 0,
             ignoring: 0,
             frame: None,
@@ -59,12 +73,13 @@ impl Drv8301 {
     pub fn enable(&mut self, high: bool, now: u64, terminal: f64) {
         match (self.enabled, high) {
             (None, true) => {
+                self.starts += 1;
                 let low = now - self.low_since;
                 let full = self.was_off || low > 20 * MICROSECOND;
                 assert!(full || low < 10 * MICROSECOND, "enable low for {low} clocks: neither reset");
-                self.registers[0] = 0;
+                (self.registers[0], self.latched) = (0, false);
                 if full {
-                    (self.registers, self.ignoring, self.answer) = ([0, 1, CONTROL_1, 0], self.deaf, 0);
+                    (self.registers, self.ignoring, self.answer) = ([STARTED, 1, CONTROL_1, 0], self.deaf, 0);
                     self.stuck = terminal > 8.5;
                 }
                 (self.enabled, self.was_off) =
@@ -81,7 +96,12 @@ impl Drv8301 {
 
     /// Do the gates follow their inputs?
     pub fn drives(&self, now: u64) -> bool {
-        self.awake(now) && self.registers[0] >> 10 & 1 == 0
+        self.awake(now) && !self.latched && !self.starved
+    }
+
+    /// V/V of its amplifiers; `None`: they are off.
+    pub fn gain(&self, now: u64) -> Option<f64> {
+        self.awake(now).then(|| f64::from(10 << (self.registers[3] >> 2 & 3)))
     }
 
     /// The fault line is low.
@@ -92,7 +112,7 @@ impl Drv8301 {
     /// An over-current of high side A: latched off only if it was set up so.
     pub fn overload(&mut self) {
         match self.registers[2] >> 4 & 3 {
-            1 => self.registers[0] |= 1 << 10 | 1 << 5,
+            1 => (self.registers[0], self.latched) = (self.registers[0] | FAULT | 1 << 5, true),
             _ => self.registers[0] |= 1 << 5,
         }
     }
@@ -151,9 +171,13 @@ impl Drv8301 {
         }
         if word >> 15 != 0 {
             self.answer = word & 0x7800 | self.registers[place] & 0x7FF;
-            // A status register is cleared by reading; a latched fault stays latched.
+            // A status register is cleared by reading; what lasts is there again.
             if place == 0 {
-                self.registers[0] &= 1 << 10;
+                self.registers[0] = match (self.latched, self.starved) {
+                    (_, true) => STARTED,
+                    (true, _) => FAULT,
+                    _ => 0,
+                };
             }
             return;
         }

@@ -67,6 +67,7 @@ macro_rules! board {
                 }
             }
             pub mod rig;
+            mod power_up;
             mod suite;
 
             /// Axes of its image.

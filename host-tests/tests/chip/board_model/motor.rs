@@ -13,19 +13,21 @@ pub enum Leg {
     Shoot,
 }
 
-const OHM: f64 = 2.0;
-const HENRY: f64 = 1e-3;
-/// V·s and N·m/A.
-const CONSTANT: f64 = 0.05;
-/// Rotor and load, kg·m².
-const INERTIA: f64 = 2e-5;
 const COUNTS_PER_RAD: f64 = 4000.0 / std::f64::consts::TAU;
 /// Longest step of integration, s.
 const STEP_S: f64 = 2e-6;
 
 /// A motor at rest.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Motor {
+    pub ohm: f64,
+    pub henry: f64,
+    /// V·s and N·m/A.
+    pub constant: f64,
+    /// Rotor and load, kg·m².
+    pub inertia: f64,
+    /// Coulomb friction, and what holds a shaft that stands, N·m.
+    pub friction: [f64; 2],
     pub ampere: f64,
     pub rad_s: f64,
     pub rad: f64,
@@ -33,15 +35,37 @@ pub struct Motor {
     pub turned: Option<f64>,
 }
 
+impl Default for Motor {
+    fn default() -> Self {
+        Self {
+            ohm: 2.0,
+            henry: 1e-3,
+            constant: 0.05,
+            inertia: 2e-5,
+            friction: [0.0; 2],
+            ampere: 0.0,
+            rad_s: 0.0,
+            rad: 0.0,
+            turned: None,
+        }
+    }
+}
+
 impl Motor {
     pub const SUPPLY_V: f64 = 12.0;
+
+    /// A resistor of 10 Ω in series with a winding that does not turn: without its inductance the current would follow the PWM, and
+    /// its sample would be that of full voltage at any duty.
+    pub fn resistor() -> Self {
+        Self { ohm: 12.0, henry: 2e-3, constant: 0.0, ..Self::default() }
+    }
 
     pub fn count(&self) -> u32 {
         (self.rad * COUNTS_PER_RAD).floor() as i64 as u32
     }
 
     pub fn back_emf(&self) -> f64 {
-        CONSTANT * self.rad_s
+        self.constant * self.rad_s
     }
 
     /// The current that comes up from ground through the low side of a leg: its switch, or the diode beside it.
@@ -65,14 +89,27 @@ impl Motor {
     fn step(&mut self, legs: [Leg; 2], seconds: f64) {
         let before = self.ampere;
         let volt = self.terminal(legs);
-        self.ampere += (volt - OHM * self.ampere - CONSTANT * self.rad_s) / HENRY * seconds;
+        self.ampere += (volt - self.ohm * self.ampere - self.back_emf()) / self.henry * seconds;
         let blocked = legs.contains(&Leg::Open);
         if blocked && (before * self.ampere <= 0.0) {
             // Diodes carry a current until it ends, and begin none.
             self.ampere = 0.0;
         }
-        self.rad_s = self.turned.unwrap_or(self.rad_s + CONSTANT * self.ampere / INERTIA * seconds);
+        self.rad_s = self.turned.unwrap_or(self.turns(seconds));
         self.rad += self.rad_s * seconds;
+    }
+
+    /// Speed at the end of a step.
+    fn turns(&self, seconds: f64) -> f64 {
+        let torque = self.constant * self.ampere;
+        let [sliding, holding] = self.friction;
+        if self.rad_s == 0.0 && torque.abs() <= holding {
+            return 0.0;
+        }
+        let way = if self.rad_s == 0.0 { torque } else { self.rad_s };
+        let next = self.rad_s + (torque - sliding.copysign(way)) / self.inertia * seconds;
+        // Friction brings a shaft to rest, and no further.
+        if self.rad_s * next < 0.0 && sliding > 0.0 { 0.0 } else { next }
     }
 
     /// Voltage from a to b. An open leg lies where the current drives it: a current into the motor comes up from ground.

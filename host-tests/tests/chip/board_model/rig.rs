@@ -12,6 +12,7 @@ use crate::board_model::trap::Bench;
 use crate::board_model::wires::Wires;
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::{Bridge, Command, Output};
+use servo::commission::Outcome;
 use servo::drivers::gates::Event;
 use servo::protect::{Condition, Interlock};
 
@@ -26,6 +27,8 @@ pub struct Rig<const N: usize> {
     gates: Supervised,
     /// What gate drivers had to tell.
     pub told: Vec<Event>,
+    /// How the last commissioning of each axis has ended.
+    pub concluded: [Option<Outcome>; N],
     /// Idle has taken longer than a tick, which would have interrupted it on the chip.
     held_up: bool,
 }
@@ -52,7 +55,7 @@ impl<const N: usize> Rig<N> {
         let mut told = Vec::new();
         let gates = Supervised::start(|event| told.push(event));
         drive.go();
-        let mut rig = Self { bench, drive, gates, told, held_up: false };
+        let mut rig = Self { bench, drive, gates, told, concluded: [None; N], held_up: false };
         // Drivers wake up, the phase of the update is found, and every axis asks for an open bridge.
         (0..=SETTLING).for_each(|_| rig.tick([(Bridge::Open, 0); N]));
         rig
@@ -110,7 +113,9 @@ impl<const N: usize> Rig<N> {
             if interlock != Interlock::Granted {
                 axis.raise(Condition::Interlock(interlock));
             }
-            let output = axis.step(sample).output;
+            let tick = axis.step(sample);
+            let output = tick.output;
+            self.concluded[number] = tick.concluded.copied().or(self.concluded[number]);
             self.drive.apply(number, output.bridge, output.duty);
             output
         });

@@ -2,14 +2,15 @@
 
 use super::chip::Drive;
 use super::chip::stm32f405::board::{Board, GATES, SCALE};
+use super::chip::stm32f405::drive::switch_off;
 use super::rig::{Rig, TICK, order};
 use super::{AXES, ROWS};
-use crate::board_model::drv8301::Drv8301;
-use crate::board_model::machine::Chip;
+use crate::board_model::drv8301::{Drv8301, STARTED};
+use crate::board_model::machine::{Chip, TIM1, TIM8};
 use crate::board_model::motor::{Leg, Motor};
-use crate::board_model::wires::Wires;
+use crate::board_model::wires::{Lines, Wires};
 use servo::axis::servo_axis::{Order, ServoAxis};
-use servo::axis::{Bridge, Command, Output};
+use servo::axis::{Bridge, Command, Output, Sample};
 use servo::config::Config;
 use servo::drivers::gates::Event;
 use servo::drivers::sense::CurrentKind;
@@ -143,6 +144,71 @@ fn a_fault_line_that_goes_low_opens_every_bridge_within_two_ticks() {
     }
 }
 
+/// A board that lets go of its own power switch is off.
+#[test]
+fn outputs_that_the_maker_s_firmware_sets_from_the_start_are_set() {
+    for (name, board, wires) in ROWS {
+        let wires = wires();
+        let (high, low) = (wires.high, wires.low);
+        let rig = Rig::<AXES>::new(board, wires, false);
+        rig.bench.chip(|chip| {
+            high.iter().for_each(|pin| assert_eq!(chip.drives(*pin), Some(true), "{name}: {pin:?}"));
+            low.iter().for_each(|pin| assert_eq!(chip.drives(*pin), Some(false), "{name}: {pin:?}"));
+        });
+    }
+}
+
+/// What handlers of panics and faults call: it knows no state, and no tick comes after it.
+#[test]
+fn the_way_off_clears_every_timer_and_puts_every_driver_to_sleep() {
+    for (name, board, wires) in ROWS {
+        let mut rig = Rig::<AXES>::new(board, wires(), false);
+        (0..3).for_each(|_| rig.tick(DRIVE));
+        switch_off::<AXES>(board);
+        let outputs_enabled = |chip: &mut Chip| [TIM1, TIM8].map(|timer| chip.read(timer + 0x44) >> 15 & 1);
+        assert_eq!(rig.bench.chip(outputs_enabled), [0, 0], "{name}");
+        let sleeping = rig.bench.chip(|chip| match &wires().drivers {
+            Some(drivers) => !chip.is_high(drivers.enable),
+            None => wires().bridges.iter().all(|bridge| match bridge.lines {
+                Lines::Inputs(_, sleep) => !chip.is_high(sleep),
+                Lines::Gates(_) => true,
+            }),
+        });
+        assert!(sleeping, "{name}");
+        rig.bench.chip(|chip| chip.run(2 * TICK));
+        assert_eq!(rig.legs(), [[Leg::Open; 2]; AXES], "{name}");
+    }
+}
+
+/// An amplifier at 80 V/V drifts by a count of 20 mA for each degree or so.
+#[test]
+fn the_zero_of_the_current_follows_a_drift_at_rest_and_not_a_motion() {
+    for (name, board, wires) in ROWS {
+        let (mut rig, mut axes) = configured(board, wires());
+        let told = |rig: &mut Rig<AXES>, axes: &mut [ServoAxis; AXES], number| {
+            // Of which sign it is depends on the way round of the amplifier.
+            ticks(rig, axes, number).map(|output| output.record.current_raw.abs())
+        };
+        let turn = |rig: &Rig<AXES>, speed| {
+            rig.bench.chip(|chip| chip.motors.iter_mut().for_each(|motor| motor.turned = speed));
+        };
+        assert_eq!(told(&mut rig, &mut axes, 1), [0; AXES], "{name}");
+        rig.bench.chip(|chip| chip.drift = 3.0);
+        assert_eq!(told(&mut rig, &mut axes, 1), [3; AXES], "{name}");
+        // Somebody turns the shafts: two means would have fitted in.
+        turn(&rig, Some(5.0));
+        assert_eq!(told(&mut rig, &mut axes, 2_500), [3; AXES], "{name}");
+        // They stand: a count for each mean.
+        turn(&rig, Some(0.0));
+        assert_eq!(told(&mut rig, &mut axes, 1_200), [2; AXES], "{name}");
+        assert_eq!(told(&mut rig, &mut axes, 2_200), [0; AXES], "{name}");
+        // A held shaft carries a current that must not become the zero.
+        rig.bench.chip(|chip| chip.drift = 6.0);
+        (0..2_500).for_each(|_| rig.tick([(Bridge::Driven, 0); AXES]));
+        assert_eq!(told(&mut rig, &mut axes, 1), [3; AXES], "{name}");
+    }
+}
+
 // ── Gate drivers ────────────────────────────────────────────────────────────────────────────────────────────────────
 
 /// Rows that share their data have the same drivers: one of them does.
@@ -165,10 +231,59 @@ fn gate_drivers_hold_what_the_board_wants_before_anything_is_driven() {
             rig.bench.chip(|chip| {
                 assert_eq!(chip.drivers.len(), AXES);
                 for driver in &chip.drivers {
+                    assert_eq!(driver.starts, 1, "{name}: the enable line stays low until then");
                     assert_eq!(driver.registers[2..], [trip << 6 | 1 << 4, gain << 2], "{name}, deaf {deaf}");
                 }
             });
             assert_eq!(rig.told, [Event::Started], "{name}");
+        }
+    }
+}
+
+/// Flags that stay are no flags of the start.
+#[test]
+fn a_driver_whose_gate_supply_stays_low_does_not_start_and_is_told() {
+    for (name, board, wires) in gated() {
+        let mut rig =
+            Rig::<AXES>::prepared(board, wires(), false, with_drivers(|driver| driver.starved = true));
+        match rig.told[..] {
+            [Event::NotStarted(0, trouble)] => assert_eq!(trouble.words(), ("gate supply too low", STARTED)),
+            ref other => panic!("{name}: {other:?}"),
+        }
+        rig.bench.chip(|chip| with_drivers(|driver| driver.starved = false)(chip));
+        (0..5_500).for_each(|_| rig.tick(OPEN));
+        assert_eq!(rig.told[1..], [Event::Started], "{name}");
+    }
+}
+
+/// 0.3 V from an amplifier that is off would be 34 A on an ODrive.
+#[test]
+fn amplifiers_that_are_off_tell_no_current_while_drivers_start_anew() {
+    for (name, board, wires) in gated() {
+        let (mut rig, mut axes) = configured(board, wires());
+        (0..300).for_each(|_| rig.tick(DRIVE));
+        rig.bench.chip(|chip| chip.drivers[0].overload());
+        (0..300).for_each(|_| rig.tick(OPEN));
+        let mut unsensed = 0;
+        for tick in 0..6_500 {
+            for (number, output) in rig.image_tick(&mut axes).into_iter().enumerate() {
+                match Sample::sensed(output.record.current_raw) {
+                    Some(raw) => assert!(raw.abs() < 3, "{name}: {raw} of axis {number} in tick {tick}"),
+                    None => unsensed += 1,
+                }
+            }
+        }
+        assert_eq!(rig.told.last(), Some(&Event::Started), "{name}");
+        assert!(unsensed > 4_000, "{name}: {unsensed} ticks while they were off");
+        let sensed = axes.each_ref().map(|axis| Sample::sensed(axis.record().current_raw).is_some());
+        assert_eq!(sensed, [true; AXES], "{name}: afterwards");
+        drop(rig);
+        // With the enable line low from the start there is a mark, and no zero of what the amplifier is not.
+        let mut rig =
+            Rig::<AXES>::prepared(board, wires(), false, with_drivers(|driver| driver.deaf = u32::MAX));
+        for _ in 0..3_000 {
+            rig.tick(OPEN);
+            assert_eq!(rig.drive.sample(0).current_raw, Sample::CURRENT_NOT_SENSED, "{name}");
         }
     }
 }
@@ -253,5 +368,20 @@ fn a_driver_that_forgets_its_settings_is_noticed_within_a_tenth_of_a_second() {
         assert!(ticks <= 1_010, "{name}: {ticks} ticks");
         (0..3).for_each(|_| rig.tick(DRIVE));
         assert!(matches!(rig.told[1..], [Event::Fault(number, _), ..] if number == AXES - 1), "{name}");
+    }
+}
+
+/// What `Hello` says of a board, and `truing monitor --board` prints.
+#[test]
+fn a_board_tells_how_its_gate_drivers_are_and_where_its_currents_are_zero() {
+    for (name, board, wires) in ROWS {
+        let (rig, _) = configured(board, wires());
+        let state = rig.drive.gates().map(|gates| gates.state);
+        assert_eq!(state, GATES.map(|_| servo::drivers::gates::State::Ready), "{name}");
+        let (low, high) = board.stage.zero_window;
+        for axis in 0..AXES {
+            let zero = rig.drive.zeros(axis)[0];
+            assert!((low..=high).contains(&zero.try_into().expect("known")), "{name}, axis {axis}: {zero}");
+        }
     }
 }

@@ -13,6 +13,9 @@ pub struct Wires {
     pub supply: Supply,
     pub enable: Pin,
     pub drivers: Option<Drivers>,
+    /// What the maker's firmware drives high and low from its start.
+    pub high: &'static [Pin],
+    pub low: &'static [Pin],
 }
 
 /// A motor's bridge, with sensors and encoder.
@@ -112,7 +115,7 @@ pub fn channel(pin: Pin) -> usize {
 }
 
 /// The middle of the converter and counts per volt at the pin.
-const PER_VOLT: f64 = 4096.0 / 3.3;
+pub const PER_VOLT: f64 = 4096.0 / 3.3;
 
 impl Wires {
     /// The board of `docs/hardware.md` with DRV8874 carriers: 1.1205 V/A, 100 kΩ over 10 kΩ.
@@ -133,6 +136,8 @@ impl Wires {
             supply: Supply((C, 4), PER_VOLT / 11.0),
             enable: (C, 10),
             drivers: None,
+            high: &[],
+            low: &[],
         }
     }
 
@@ -170,6 +175,9 @@ impl Wires {
                 from_driver: (C, 11),
                 selects: vec![(C, 13), (C, 14)],
             }),
+            high: &[],
+            // AUX_L and AUX_H, and the legs that a brushed motor does not need.
+            low: &[(B, 10), (B, 11), (A, 8), (B, 13), (C, 6), (A, 7)],
         }
     }
 
@@ -193,6 +201,10 @@ impl Wires {
                 from_driver: (B, 3),
                 selects: vec![(C, 9)],
             }),
+            // HW_SHUTDOWN_HOLD_ON and CURRENT_FILTER_ON.
+            high: &[(C, 5), (D, 2)],
+            // SENSOR_PORT_3V3, and the third leg.
+            low: &[(A, 4), (A, 10), (B, 15)],
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The pins of boards that one buys against the map of their maker, and against the data sheet of the chip.
 
-use super::{ANALOGUE, TABLE_9, odrive, vesc};
+use super::{ANALOGUE, TABLE_9, odrive, own, vesc};
 use std::collections::BTreeMap;
 
 /// A pin as the maker names it: pin, the firmware's signal and alternate function, the maker's name.
@@ -70,6 +70,7 @@ const VESC: Map = &[
     ("PC9",  "GPIO",        None,    "DRV8301_CS"),
     ("PC5",  "GPIO",        None,    "HW_SHUTDOWN_PIN"),
     ("PD2",  "GPIO",        None,    "CURRENT_FILTER"),
+    ("PA4",  "GPIO",        None,    "SENSOR_VOLTAGE_PIN"),
     ("PC3",  "ADC123_IN13", None,    "ADC_IND_VIN_SENS"),
     ("PB6",  "GPIO",        None,    "HW_ICU_PIN"),
     ("PB0",  "GPIO",        None,    "LED_GREEN"),
@@ -140,7 +141,7 @@ fn functions_of_boards_are_the_data_sheet_s() {
                 None => assert_eq!(row.analogue, ANALOGUE.contains(&(pin, row.signal)), "{name}: {pin}"),
             }
             // TTa pins stand no 5 V; none is a digital input.
-            assert!(!["PA4", "PA5"].contains(&pin), "{name}");
+            assert!(row.output || !["PA4", "PA5"].contains(&pin), "{name}");
             assert!(!FREE.contains(&pin), "{name}: {pin} is left for CAN or USB");
         }
     }
@@ -184,6 +185,25 @@ fn a_count_is_worth_what_the_maker_s_circuit_makes_of_it() {
     assert_eq!(vesc::timing::dead_time(360), Some(61));
     // TIM_1_8_DEADTIME_CLOCKS.
     assert_eq!(odrive::timing::dead_time(119), Some(20));
+}
+
+/// The host knows boards by the table, the image by its resistors.
+#[test]
+fn the_table_of_boards_has_the_scales_of_the_images() {
+    let scales = [
+        (&boards::STM32F405, own::chosen::OWN.scales()),
+        (&boards::ODRIVE_V3, odrive::chosen::ODRIVE_V3.scales()),
+        (&boards::ODRIVE_V3_24V, odrive::chosen::ODRIVE_V3_24V.scales()),
+        (&boards::MKS_ODRIVE, odrive::chosen::MKS_ODRIVE.scales()),
+        (&boards::VESC_6, vesc::chosen::VESC_6.scales()),
+    ];
+    assert_eq!(scales.len(), boards::real().count());
+    for (row, image) in scales {
+        let table = row.scales.unwrap();
+        for (table, image) in [(table.supply_v, image.supply), (table.current_a, image.current)] {
+            assert!((table / image.get().unwrap() - 1.0).abs() < 1e-5, "{}: {table} {image:?}", row.name);
+        }
+    }
 }
 
 /// Rows of the pin table on the board's page: `| PA8 | TIM1_CH1 (AF1) | … |`.

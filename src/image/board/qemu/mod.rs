@@ -21,7 +21,7 @@ mod exchange;
 mod flash;
 mod stack;
 
-use super::{AXES, Board, Drive, Idle, Line};
+use super::{AXES, Board, Drive, Idle, Line, Started};
 use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::{NVIC, SYST, syst::SystClkSource};
 use flash::FileFlash;
@@ -30,7 +30,10 @@ use semihosting::io::{Read, Write};
 use servo::axis::{Bridge, Sample};
 use servo::config::Config;
 use servo::drivers::reach::Reach;
+use servo::drivers::scales::Scales;
+use servo::link::board::{Clock, Gates};
 use servo::link::protocol::{Refusal, ResetCause};
+use servo::optional::Optional;
 use servo::protect::{Interlock, Settings};
 use stm32f4xx_hal::pac::{CorePeripherals, Interrupt, Peripherals};
 
@@ -53,6 +56,8 @@ pub struct Qemu;
 impl Board for Qemu {
     const NAME: &'static str = "QEMU netduinoplus2";
     const MOST_AXES: usize = 4;
+    /// The host makes counts of volts and amperes, by the configuration that it sends.
+    const SCALES: Scales = Scales { supply: Optional::NONE, current: Optional::NONE };
     const PARAMETERS: u32 = flash::PARAMETERS;
 
     type Device = Peripherals;
@@ -62,11 +67,12 @@ impl Board for Qemu {
     type Flash = FileFlash;
 
     /// Sets nothing up: time is what the host says.
-    fn begin(_device: &Peripherals, _core: &mut CorePeripherals) -> ResetCause {
-        match File::open(WATCHDOG) {
+    fn begin(_device: &Peripherals, _core: &mut CorePeripherals) -> Started {
+        let cause = match File::open(WATCHDOG) {
             Ok(_) => ResetCause::Watchdog,
             Err(_) => ResetCause::Power,
-        }
+        };
+        Started { cause, clock: Clock::Simulated, brown_out_reset_off: false }
     }
 
     fn flash() -> FileFlash {
@@ -159,6 +165,16 @@ impl Drive for PipeDrive {
             }
             exchange.overrun()
         })
+    }
+
+    /// The host takes the zero off.
+    fn zeros(&self, axis: usize) -> [i16; 2] {
+        let sensed = Sample::sensed(self.samples[axis].current_raw);
+        [sensed.map_or(Sample::CURRENT_NOT_SENSED, |_| 0), Sample::CURRENT_NOT_SENSED]
+    }
+
+    fn gates(&self) -> Option<Gates> {
+        None
     }
 
     /// The host counts 32 bits.

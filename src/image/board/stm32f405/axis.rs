@@ -95,6 +95,13 @@ impl Breaker for Break {
             timer.enable_outputs();
         }
     }
+
+    fn measures(&self) -> bool {
+        match self {
+            Break::Gates(status, fault) if GATES.is_some() => status.measures(!fault.level()),
+            _ => true,
+        }
+    }
 }
 
 /// The breakers of the first `N` axes: each timer, or the gate drivers of the board.

@@ -5,7 +5,9 @@ use super::pins::Pin;
 use super::stage::PowerStage;
 use servo::drivers::drv8301::Settings;
 use servo::drivers::reach::Reach;
-use servo::drivers::sense::{Divider, Rises, Scale};
+use servo::drivers::scales::Scales;
+use servo::drivers::sense::{CurrentKind, Divider, Rises, Scale};
+use servo::optional::Optional;
 
 /// A board.
 pub struct Board {
@@ -132,6 +134,17 @@ impl Board {
     /// What its sensors can tell at most.
     pub const fn reach(&self) -> Reach {
         Reach { supply: SCALE.most(), current: self.stage.current_reach() }
+    }
+
+    /// What one count of its converters is worth.
+    pub const fn scales(&self) -> Scales {
+        let current = match self.stage.current {
+            CurrentKind::Absent => Optional::NONE,
+            CurrentKind::Signed | CurrentKind::Magnitude => {
+                Optional::new(SCALE.ampere_per_lsb(self.stage.volt_per_ampere))
+            }
+        };
+        Scales { supply: Optional::new(SCALE.supply_volt_per_lsb(self.supply.divider)), current }
     }
 
     /// Converter channels of the winding currents of the first `axes` axes, in the order in which they are measured.

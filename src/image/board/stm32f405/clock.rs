@@ -7,6 +7,7 @@ use super::board::{Board, Link};
 use super::pac::{DBGMCU, FLASH, RCC, TIM11};
 use super::pins::Port;
 use super::{gpio, timing};
+use servo::link::board::Clock;
 use servo::link::protocol::ResetCause;
 
 /// DBGMCU_IDCODE of the one revision whose prefetch must stay off (errata ES0182: revision A).
@@ -28,6 +29,15 @@ pub enum Source {
     /// The oscillator inside the chip, because the crystal did not start or is none of [`timing::CRYSTALS`]: control rate
     /// and baud rate are off by up to 1 % at room temperature.
     Internal,
+}
+
+impl From<Source> for Clock {
+    fn from(source: Source) -> Self {
+        match source {
+            Source::Crystal(hertz) => Clock::Crystal(hertz),
+            Source::Internal => Clock::Internal,
+        }
+    }
 }
 
 /// 168 MHz for the core, 42 MHz for APB1, 84 MHz for APB2 (RM0090 section 7.2). The bridge is in its reset state meanwhile.
@@ -138,7 +148,7 @@ pub fn enable_peripherals(rcc: &RCC, board: &Board) {
         w.gpioaen().set_bit();
         w.gpioben().set_bit();
         w.gpiocen().set_bit();
-        w.gpioden().bit(gpio::uses(Port::D));
+        w.gpioden().bit(const { gpio::uses(Port::D) });
         w.dma1en().set_bit()
     });
     rcc.apb1enr().modify(|_, w| {

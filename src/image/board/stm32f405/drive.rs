@@ -13,6 +13,7 @@ use cortex_m::peripheral::DWT;
 use servo::axis::{Bridge, Sample};
 use servo::config::Config;
 use servo::drivers::axes::Axes;
+use servo::link::board::Gates;
 use servo::protect::Interlock;
 
 /// Two looks at the phase, each with a tick for its correction.
@@ -20,6 +21,13 @@ const ALIGNING: u8 = 4;
 /// Ticks after power-up in which no bridge is driven: 3 ms at the rate of power-up. A driver wakes within 1 ms (DRV8874 data
 /// sheet) and may report that as a fault, and fault lines rise.
 pub const SETTLING: u8 = 30;
+
+/// Takes the shortest way, from any context: outputs held low by the timers, drivers put to sleep. Two registers and one pin
+/// an axis.
+pub fn switch_off<const N: usize>(board: &'static Board) {
+    timers::<N>(board).for_each(Timer::disable_outputs);
+    board.axes.iter().take(N).for_each(|axis| Wire(axis.sleep).drive(false));
+}
 
 /// The bridges and sensors of `N` axes.
 pub struct DriveOf<const N: usize> {
@@ -51,7 +59,7 @@ impl<const N: usize> DriveOf<N> {
         for (name, timer) in named_timers::<N>(board) {
             timer.set_up(name, board, N, timing::START_FULL_SCALE, timing::START_PERIODS);
         }
-        gpio::set_up(N, board.stage.has_low_sides());
+        gpio::set_up::<N>(board.stage.has_low_sides());
         board.axes.iter().take(N).for_each(|axis| Quadrature::of(axis.encoder).start());
         converter::start(common, &currents, supply, board, N);
         Self::new(currents, board, settling)
@@ -145,6 +153,14 @@ impl<const N: usize> Drive for DriveOf<N> {
         watchdog::control_has_run();
         Wire(self.board.tick).drive(false);
         converter::has_ended(&self.converter) || self.late
+    }
+
+    fn zeros(&self, axis: usize) -> [i16; 2] {
+        self.axes.zeros(axis)
+    }
+
+    fn gates(&self) -> Option<Gates> {
+        gates::report()
     }
 
     fn goes_round(&self, axis: usize) -> bool {

@@ -3,9 +3,11 @@
 use super::board::{GATES, Gates as Described};
 use super::delay::{self, Clocks};
 use super::gpio::Wire;
+use core::sync::atomic::{AtomicU32, Ordering};
 use servo::drivers::bit_bang::BitBang;
 use servo::drivers::drv8301::Drv8301;
 use servo::drivers::gates::{Event, GateStatus, Gates};
+use servo::link::board::{GateTrouble, Gates as Report};
 
 /// Chips that a board can have: one an axis.
 const MOST: usize = match GATES {
@@ -17,6 +19,21 @@ const FIRST_START_MS: u32 = 30;
 
 /// What control and idle know of them.
 pub static STATUS: GateStatus = GateStatus::new();
+
+/// [`GateTrouble::code`] of their last trouble.
+static TROUBLE: AtomicU32 = AtomicU32::new(0);
+
+/// Keeps what is wrong for whoever asks over the link.
+pub fn note(event: &Event) {
+    if let Event::NotStarted(number, trouble) | Event::Fault(number, trouble) = *event {
+        TROUBLE.store(GateTrouble { driver: number as u8, trouble }.code(), Ordering::Relaxed);
+    }
+}
+
+/// How they are, if there are some.
+pub fn report() -> Option<Report> {
+    GATES.map(|_| Report { state: STATUS.state(), trouble: TROUBLE.load(Ordering::Relaxed) })
+}
 
 /// Those of this board, if it has some.
 pub struct Supervised(Option<Gates<'static, Wire, Wire, BitBang<Wire, Wire, Clocks>, MOST>>);

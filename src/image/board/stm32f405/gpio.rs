@@ -23,18 +23,6 @@ fn registers(port: Port) -> &'static RegisterBlock {
 /// Ports with pins of a board.
 const PORTS: [Port; 4] = [Port::A, Port::B, Port::C, Port::D];
 
-/// Ports for 0 … 4 axes, without and with low sides. Evaluated when the image is built, so the table itself takes no flash.
-const SETUPS: [[[PortSetup; 4]; 5]; 2] = {
-    let mut setups = [[ports(0, false); 5]; 2];
-    let mut axes = 1;
-    while axes <= 4 {
-        setups[0][axes] = ports(axes as u8, false);
-        setups[1][axes] = ports(axes as u8, true);
-        axes += 1;
-    }
-    setups
-};
-
 const fn ports(axes: u8, low_sides: bool) -> [PortSetup; 4] {
     let mut setups = [port_setup(PINS, Port::A, axes, low_sides); 4];
     let mut number = 1;
@@ -50,9 +38,11 @@ pub const fn uses(port: Port) -> bool {
     port_setup(PINS, port, 4, true).pins != 0
 }
 
-/// Sets up every pin that an image with 1 … 4 axes needs; the others stay as they are after reset.
-pub fn set_up(axes: usize, low_sides: bool) {
-    for (port, setup) in PORTS.into_iter().zip(SETUPS[usize::from(low_sides)][axes]) {
+/// Sets up every pin that an image with `N` axes needs, 1 … 4; the others stay as they are after reset. The registers are worked
+/// out when the image is built, for its own number of axes, so the table of pins takes no flash.
+pub fn set_up<const N: usize>(low_sides: bool) {
+    let setups = const { [ports(N as u8, false), ports(N as u8, true)] };
+    for (port, setup) in PORTS.into_iter().zip(setups[usize::from(low_sides)]) {
         if setup.pins != 0 {
             apply(port, setup);
         }

@@ -34,14 +34,13 @@ pub mod stage;
 pub mod timing;
 mod watchdog;
 
-use super::{AXES, Board, Idle};
+use super::{AXES, Board, Idle, Started};
 use board::BOARD;
 use flash::ChipFlash;
 use gates::Supervised;
-use gpio::Wire;
-use pwm::Timer;
 use servo::config::{Config, ConfigError, Field};
 use servo::drivers::gates::Event;
+use servo::drivers::scales::Scales;
 use servo::link::protocol::{Refusal, ResetCause};
 use servo::protect::Settings;
 use stm32f4xx_hal::pac::{self, CorePeripherals, DBGMCU, Peripherals};
@@ -58,6 +57,7 @@ pub struct Stm32f405;
 impl Board for Stm32f405 {
     const NAME: &'static str = BOARD.name;
     const MOST_AXES: usize = BOARD.most_axes();
+    const SCALES: Scales = BOARD.scales();
     const PARAMETERS: u32 = flash::PARAMETERS;
 
     type Device = Peripherals;
@@ -67,7 +67,7 @@ impl Board for Stm32f405 {
     type Flash = ChipFlash;
 
     /// Starts clocks and cycle counter. Every pin is as after reset, and the watchdog does not run yet.
-    fn begin(device: &Peripherals, core: &mut CorePeripherals) -> ResetCause {
+    fn begin(device: &Peripherals, core: &mut CorePeripherals) -> Started {
         let source = clock::start(&device.RCC, &device.FLASH, &device.DBGMCU, &device.TIM11);
         core.DCB.enable_trace();
         core.DWT.enable_cycle_counter();
@@ -85,10 +85,11 @@ impl Board for Stm32f405 {
             board::SCALE.supply_volt_per_lsb(BOARD.supply.divider),
             board::SCALE.ampere_per_lsb(BOARD.stage.volt_per_ampere)
         );
-        if clock::is_brown_out_reset_off(&device.FLASH) {
+        let brown_out_reset_off = clock::is_brown_out_reset_off(&device.FLASH);
+        if brown_out_reset_off {
             defmt::warn!("the brown-out reset is off: set the option bytes to 2.7 V");
         }
-        cause
+        Started { cause, clock: source.into(), brown_out_reset_off }
     }
 
     fn flash() -> ChipFlash {
@@ -100,7 +101,7 @@ impl Board for Stm32f405 {
         set_up(device, &BOARD, SETTLING)
     }
 
-    /// Refuses what the timer cannot make: the control rate must divide the PWM frequency, a duty acts one tick later, and
+    /// Refuses what the timer cannot make, and scales of other boards: the control rate must divide the PWM frequency, a duty acts one tick later, and
     /// the currents of all axes are measured within half a PWM period.
     fn supports(config: &Config, protection: Option<&Settings>) -> Result<(), Refusal> {
         let shortest = timing::least_full_scale(BOARD.currents(AXES).count() as u8);
@@ -112,13 +113,13 @@ impl Board for Stm32f405 {
         if periods.is_none() || config.pwm_delay_ticks != 1 {
             return Err(Refusal::TickRate);
         }
+        // With the board's scale, or one that is calibrated from it, the reach is one in true volts and amperes.
+        Self::SCALES.allow(config)?;
         Ok(BOARD.reach().allows(config, protection)?)
     }
 
-    /// Takes the shortest way: outputs held low by the timers, drivers put to sleep. Two registers and one pin an axis.
     fn bridge_off() {
-        pwm::timers::<AXES>(&BOARD).for_each(Timer::disable_outputs);
-        BOARD.axes.iter().take(AXES).for_each(|axis| Wire(axis.sleep).drive(false));
+        drive::switch_off::<AXES>(&BOARD);
     }
 
     /// The bridge stays off, the log can be read, and the watchdog ends it.
@@ -159,8 +160,9 @@ pub struct Feeding {
     gates: Supervised,
 }
 
-/// Into the log, from idle alone.
+/// Into the log and for the link, from idle alone.
 fn tell(event: Event) {
+    gates::note(&event);
     match event {
         Event::Started => defmt::info!("gate drivers: set up and read back"),
         Event::NotStarted(number, trouble) => {

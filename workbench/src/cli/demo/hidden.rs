@@ -57,14 +57,10 @@ impl Motor {
     }
 
     fn table(&self) -> String {
+        let Motor { resistance_ohm: r, inductance_h: l, motor_constant: k, inertia_kgm2: j, viscous_nms: b } =
+            self;
         format!(
-            "[motor]\nR_ohm = {:.6}\nL_h = {:.9}\nKt_nm_per_a = {:.8}\nKe_vs_per_rad = {:.8}\nJ_kgm2 = {:.9}\nb_nms_per_rad = {:.9}\n",
-            self.resistance_ohm,
-            self.inductance_h,
-            self.motor_constant,
-            self.motor_constant,
-            self.inertia_kgm2,
-            self.viscous_nms
+            "[motor]\nR_ohm = {r:.6}\nL_h = {l:.9}\nKt_nm_per_a = {k:.8}\nKe_vs_per_rad = {k:.8}\nJ_kgm2 = {j:.9}\nb_nms_per_rad = {b:.9}\n"
         )
     }
 }
@@ -119,12 +115,10 @@ impl HiddenServo {
 
     /// The motor that answers the firmware, with its hidden effects.
     pub fn motor_toml(&self) -> String {
+        let Self { dead_zone_pos_v: positive, dead_zone_neg_v: negative, limit_v, .. } = self;
+        let model = self.model_toml(&self.motor, "the motor behind the servo");
         format!(
-            "{}\n[known.dead_zone_asymmetric]\npos_v = {:.6}\nneg_v = {:.6}\n\n[known.voltage_saturation]\nlimit_v = {:.6}\n",
-            self.model_toml(&self.motor, "the motor behind the servo"),
-            self.dead_zone_pos_v,
-            self.dead_zone_neg_v,
-            self.limit_v
+            "{model}\n[known.dead_zone_asymmetric]\npos_v = {positive:.6}\nneg_v = {negative:.6}\n\n[known.voltage_saturation]\nlimit_v = {limit_v:.6}\n"
         )
     }
 

@@ -195,12 +195,9 @@ fn flat_part() -> Check {
 fn sine() -> Check {
     let fit = Sine::through(&super::input(super::TABLE_3_2));
     let sign = if fit.phase < 0.0 { '−' } else { '+' };
+    let (amplitude, omega, phase, rms) = (fit.amplitude, fit.omega, fit.phase.abs(), fit.rms);
     let found = format!(
-        "Table 3.2 is {:.1} V · sin({:.3} t {sign} {:.3}), rms deviation {:.2} V",
-        fit.amplitude,
-        fit.omega,
-        fit.phase.abs(),
-        fit.rms
+        "Table 3.2 is {amplitude:.1} V · sin({omega:.3} t {sign} {phase:.3}), rms deviation {rms:.2} V"
     );
     let holds = (fit.amplitude - 9.0).abs() < 0.2 && (fit.omega - 6.0).abs() < 0.1;
     check("the sine input has 9 V and 6 rad/s", found, holds)

@@ -8,18 +8,19 @@ mod words;
 pub use lockstep::Lockstep;
 pub use serial::Serial;
 pub use words::{
-    advice, advisory_text, current_text, fault_advice, found_text, range_text, refusal_text, store_text,
+    advice, advisory_text, current_text, fault_advice, found_text, named, range_text, refusal_text,
+    scale_text, store_text,
 };
 
 use crate::console::input_error::InputError;
 use crate::console::interrupt;
 use epoch::Epoch;
 use servo::axis;
+use servo::link::board::Board;
 use servo::link::protocol::{
     Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode,
 };
-use servo::store::StoreEvent;
-use servo::store::{AxisParameters, Found};
+use servo::store::{AxisParameters, Found, StoreEvent};
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
@@ -67,7 +68,7 @@ pub struct Farewell {
 }
 
 /// How a servo introduces itself.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hello {
     /// Axes of its image.
     pub axes: u8,
@@ -75,6 +76,8 @@ pub struct Hello {
     pub cause: ResetCause,
     /// What it has found in its store.
     pub stored: Found,
+    /// Its board.
+    pub board: Board,
 }
 
 /// A servo at the other end of a [`Wire`].
@@ -87,6 +90,8 @@ pub struct Client {
     incoming: Vec<u8>,
     damaged: u64,
     epoch: Epoch,
+    /// As it introduced itself last.
+    board: Option<Board>,
     /// The wire carries nothing any more.
     lost: bool,
     /// It is being stopped: an interruption is heeded already.
@@ -105,6 +110,7 @@ impl Client {
             incoming: Vec::new(),
             damaged: 0,
             epoch: Epoch::default(),
+            board: None,
             lost: false,
             parting: false,
         }
@@ -120,7 +126,12 @@ impl Client {
         turned?;
         for byte in self.incoming.drain(..) {
             match self.receiver.push(byte) {
-                Some(Ok(frame)) => sink(self.epoch.rebase(frame.body)),
+                Some(Ok(frame)) => {
+                    if let Message::Hello { board, .. } = &frame.body {
+                        self.board = Some(*board);
+                    }
+                    sink(self.epoch.rebase(frame.body));
+                }
                 Some(Err(_)) => self.damaged += 1,
                 None => {}
             }
@@ -250,9 +261,20 @@ impl Client {
     /// Number of axes, cause of the last start, and what the store holds.
     pub fn hello(&mut self) -> Result<Hello, InputError> {
         self.ask(Command::Hello, &mut |_| {}, |message| match *message {
-            Message::Hello { axes, cause, stored } => Some(Hello { axes, cause, stored }),
+            Message::Hello { axes, cause, stored, board } => Some(Hello { axes, cause, stored, board }),
             _ => None,
         })
+    }
+
+    /// The board: as it introduced itself at power-up, or when asked. All other messages go to `sink`.
+    pub fn board(&mut self, sink: &mut dyn FnMut(Message)) -> Result<Board, InputError> {
+        match self.board {
+            Some(board) => Ok(board),
+            None => self.ask(Command::Hello, sink, |message| match message {
+                Message::Hello { board, .. } => Some(*board),
+                _ => None,
+            }),
+        }
     }
 
     /// What is in force on the selected axis; `None`: it is not configured.

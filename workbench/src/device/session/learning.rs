@@ -55,10 +55,15 @@ impl Session {
         let end = start + self.ticks(LONGEST_SEARCH_S);
         let over = |kept: &Kept| state(kept) != Referenced::Searching;
         self.run_to(end, over, "referencing", progress)?;
-        let found = state(&self.kept.borrow());
+        let (found, place) = {
+            let kept = self.kept.borrow();
+            // The axis holds the place that it has found: the middle of a count.
+            let place = kept.log.rows.last().map_or(0.0, |row| kept.log.reference(&row.record));
+            (state(&kept), place.floor() as i64)
+        };
         self.command(Command::Stop)?;
         match found {
-            Referenced::Yes => Ok(Done::Referenced),
+            Referenced::Yes => Ok(Done::Referenced(place)),
             _ => Err(InputError(
                 "no reference was found: start away from the stop, give a longer way, and check encoder and index".into(),
             )),

@@ -249,7 +249,8 @@ impl Session {
     fn begin(&mut self, start: Start) -> Result<(), InputError> {
         let before = self.listen(self.every)?;
         if let Start::Configure(setup) = start {
-            self.set_up(&setup, before.as_ref())?;
+            let board = self.client.board(&mut |message| self.kept.borrow_mut().take(message))?;
+            self.set_up(&setup.on(&board)?, before.as_ref())?;
         }
         while self.kept.borrow().log.rows.is_empty() {
             self.turn()?;
@@ -257,7 +258,7 @@ impl Session {
         Ok(())
     }
 
-    /// Does all tasks in order; a refused commissioning ends it early.
+    /// Does all tasks in order; a refused commissioning or a fault ends it early.
     fn all(
         &mut self,
         tasks: &[Task],
@@ -274,9 +275,13 @@ impl Session {
                 estimates: kept.estimates.as_ref(),
                 done: Some(&result),
             });
-            let refused = matches!(&result, Done::Commissioned(outcome) if outcome.refused.is_some());
+            let over = match &result {
+                Done::Commissioned(outcome) => outcome.refused.is_some(),
+                Done::Tracked(span) => span.faulted,
+                _ => false,
+            };
             done.push(result);
-            if refused {
+            if over {
                 break;
             }
         }

@@ -72,8 +72,8 @@ pub enum Done {
     Commissioned(Box<Outcome>),
     /// Estimates are in use.
     Adopted,
-    /// Positions are absolute.
-    Referenced,
+    /// Positions are absolute; where zero's mark was found, counts from power-up.
+    Referenced(i64),
     /// Parameters are stored.
     Stored,
     /// A capture is armed.

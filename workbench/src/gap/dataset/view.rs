@@ -1,9 +1,8 @@
 //! How the outputs of a log are looked at, and one run of it looked at in that way.
 
 use super::noise::hf_noise;
-use super::position;
 use super::probe::{Grid, Probes};
-use super::{BenchRun, Scales};
+use super::{BenchRun, Scales, position};
 use crate::system::log::{Dynamic, Run};
 use crate::system::model::{Model, SpeedSensor};
 use std::f64::consts::TAU;

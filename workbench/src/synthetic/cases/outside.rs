@@ -1,8 +1,7 @@
 //! What no entry of the library describes. Each is drawn until it is plainly visible; an analysis must say that
 //! something is left, and what it looks like, instead of giving it the nearest name.
 
-use super::base::Natural;
-use super::base::log_range;
+use super::base::{Natural, log_range};
 use super::hidden::Subject;
 use crate::synthetic::reference_plant::{Decay, Friction, Law, Oddity};
 use rand::RngExt;

@@ -1,11 +1,9 @@
 //! What the log of a case holds: the truth through imperfect sensors.
 
-use super::Spec;
-use super::base::Natural;
-use super::base::log_range;
+use super::base::{Natural, log_range};
 use super::hidden::Subject;
-use super::protocol;
 use super::sheet::Sheet;
+use super::{Spec, protocol};
 use crate::outcome::Segment;
 use crate::synthetic::reference_plant::noise::GaussMarkov;
 use crate::synthetic::reference_plant::record::{Row, Truth, Window, simulate};

@@ -79,6 +79,7 @@ pub const LINES: &[Line] = &[
     line(Pin(C, 9),  "GPIO",          Output,       Pull::None, Always,  "select line of the driver"),
     line(Pin(C, 5),  "GPIO",          Output,       Pull::None, Always,  "high: keeps the power switch on"),
     line(Pin(D, 2),  "GPIO",          Output,       Pull::None, Always,  "high: current filter on"),
+    line(Pin(A, 4),  "GPIO",          Output,       Pull::None, Always,  "low: 3.3 V for the encoder (MK6)"),
     line(Pin(C, 3),  "ADC123_IN13",   Analog,       Pull::None, Always,  "supply"),
     line(Pin(B, 6),  "GPIO",          Input,        Pull::Down, Always,  "enable input on the servo connector, high permits motion"),
     line(Pin(B, 0),  "GPIO",          Output,       Pull::None, Always,  "green LED: high during the control tick"),
