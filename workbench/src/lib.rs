@@ -34,6 +34,27 @@
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+/// Declares an enum together with all its variants, in order, and a word for each.
+macro_rules! worded {
+    (
+        $(#[$about:meta])+
+        pub enum $name:ident: $word:ident { $($(#[$doc:meta])+ $variant:ident = $text:literal,)+ }
+    ) => {
+        $(#[$about])+
+        pub enum $name { $($(#[$doc])+ $variant,)+ }
+
+        impl $name {
+            /// All of them, in order.
+            pub const ALL: [Self; [$($text),+].len()] = [$(Self::$variant),+];
+
+            /// Its word in files and tables.
+            pub fn $word(self) -> &'static str {
+                match self { $(Self::$variant => $text),+ }
+            }
+        }
+    };
+}
+
 // First, for its macros.
 #[macro_use]
 pub mod console;

@@ -85,7 +85,7 @@ fn outcome() -> Outcome {
             refitted: false,
         }],
         places: vec![Where { region: "0 < |u| < 1.2 V".into(), share_of_squared_error: 0.83, also: vec![] }],
-        unexplained: Unexplained::new(0.01, "none".into()),
+        unexplained: Unexplained::new(0.01, None),
         next_experiment: Some(Experiment {
             peak_current_a: Some(4.21),
             travel: Some(20.0 * std::f64::consts::TAU),
@@ -426,7 +426,7 @@ fn what_is_left_stands_beside_the_names() {
     named.verdict = Verdict::Named;
     named.ties.clear();
     named.effects[1] = effect("constant_load", ("torque_nm", value(0.01, 0.02, "N m")), None);
-    named.unexplained = Unexplained::new(0.17, "noise-like, correlated in time".into());
+    named.unexplained = Unexplained::new(0.17, Some("noise-like, correlated in time".into()));
     named.final_records =
         Some(HoldOut { fit_percent_before: 70.0, fit_percent_after: 97.5, ..named.holdout.clone() });
     let text = Terminal.export(&named).unwrap();

@@ -15,8 +15,8 @@ pub const LONG_FILE: usize = 400;
 pub struct Figures {
     /// Library, image and workbench.
     pub product: [Part; 3],
-    /// Tests, evaluation and tools.
-    pub rest: [Part; 5],
+    /// Reference plant, tests, evaluation and tools.
+    pub rest: [Part; 6],
     /// Rooms of the workbench.
     pub workbench: Package,
     /// Rooms of `src`, library and image together.

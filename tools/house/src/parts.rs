@@ -27,8 +27,9 @@ pub fn product(root: &Path) -> Result<[Part; 3]> {
 }
 
 /// Everything else that is built.
-pub fn rest(root: &Path) -> Result<[Part; 5]> {
+pub fn rest(root: &Path) -> Result<[Part; 6]> {
     Ok([
+        whole(root, "reference plant", "workbench/reference_plant/src")?,
         whole(root, "tests", "host-tests/tests")?,
         whole(root, "helpers of the tests", "host-tests/src")?,
         whole(root, "evaluation", "evaluation")?,

@@ -115,10 +115,7 @@ fn change(set: &Set) -> anyhow::Result<()> {
         parameters.estimates.merge(&estimates);
     }
     client.command(Command::Restore(parameters), &mut |_| {})?;
-    match set.save {
-        true => save(&mut client),
-        false => Ok(()),
-    }
+    if set.save { save(&mut client) } else { Ok(()) }
 }
 
 fn save(client: &mut Client) -> anyhow::Result<()> {

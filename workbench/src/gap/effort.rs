@@ -44,64 +44,32 @@ macro_rules! field_by_field {
 field_by_field!(Work: simulations, inner_steps, passes);
 field_by_field!(Spent: work, cpu_s, wall_s);
 
-/// Part of a search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// Reading, noise, the base's fit and whatever stands in no other phase.
-    Base,
-    /// Promises of all candidates.
-    Screen,
-    /// The first, short fits of the candidates that promise most.
-    FirstFits,
-    /// The longer fits of those that came furthest.
-    LaterFits,
-    /// Evolution of a candidate with a rugged cost.
-    Evolution,
-    /// Does a set pay for itself?
-    Accept,
-    /// Evolution of an accepted set.
-    Settled,
-    /// Richer and poorer forms.
-    Forms,
-    /// One name for another.
-    Exchange,
-    /// Elimination and rivals, on the fine grid.
-    Rivals,
-    /// Ties, steps, covariance, what the rest depends on, plots.
-    Conclude,
-}
-
-impl Phase {
-    /// All of them, in the order in which a search goes through them.
-    pub const ALL: [Self; 11] = [
-        Self::Base,
-        Self::Screen,
-        Self::FirstFits,
-        Self::LaterFits,
-        Self::Evolution,
-        Self::Accept,
-        Self::Settled,
-        Self::Forms,
-        Self::Exchange,
-        Self::Rivals,
-        Self::Conclude,
-    ];
-
-    /// For a table.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Base => "reading, noise, base",
-            Self::Screen => "screen",
-            Self::FirstFits => "first fits",
-            Self::LaterFits => "second and third fits",
-            Self::Evolution => "evolution",
-            Self::Accept => "accept",
-            Self::Settled => "settled",
-            Self::Forms => "forms",
-            Self::Exchange => "exchange",
-            Self::Rivals => "elimination, rivals",
-            Self::Conclude => "conclude",
-        }
+worded! {
+    /// Part of a search.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Phase: words {
+        /// Reading, noise, the base's fit and whatever stands in no other phase.
+        Base = "reading, noise, base",
+        /// Promises of all candidates.
+        Screen = "screen",
+        /// The first, short fits of the candidates that promise most.
+        FirstFits = "first fits",
+        /// The longer fits of those that came furthest.
+        LaterFits = "second and third fits",
+        /// Evolution of a candidate with a rugged cost.
+        Evolution = "evolution",
+        /// Does a set pay for itself?
+        Accept = "accept",
+        /// Evolution of an accepted set.
+        Settled = "settled",
+        /// Richer and poorer forms.
+        Forms = "forms",
+        /// One name for another.
+        Exchange = "exchange",
+        /// Elimination and rivals, on the fine grid.
+        Rivals = "elimination, rivals",
+        /// Ties, steps, covariance, what the rest depends on, plots.
+        Conclude = "conclude",
     }
 }
 

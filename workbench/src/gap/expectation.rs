@@ -137,37 +137,17 @@ impl Rig {
         if folder.join("expect.toml").is_file() {
             return Ok(vec![Self::open(folder)?]);
         }
-        let entries = std::fs::read_dir(folder).map_err(|error| InputError::file(folder.display(), error))?;
-        let mut folders: Vec<PathBuf> = entries
-            .filter_map(|entry| Some(entry.ok()?.path()))
-            .filter(|path| path.join("expect.toml").is_file())
-            .collect();
-        folders.sort();
-        if folders.is_empty() {
-            let what =
-                "holds no rig: none of its folders has an expect.toml (docs/measured-data.md describes it)";
-            return Err(InputError::file(folder.display(), what));
-        }
-        folders.iter().map(|folder| Self::open(folder)).collect()
+        let none = "none of its folders has an expect.toml (docs/measured-data.md describes it)";
+        below(folder, "expect.toml", none)?.iter().map(|folder| Self::open(folder)).collect()
     }
 
     /// The rigs of a folder of which nothing need be known: a model, a log and a held-out record are enough.
     pub fn with_models(folder: &Path) -> Result<Vec<Self>, InputError> {
-        let entries = std::fs::read_dir(folder).map_err(|error| InputError::file(folder.display(), error))?;
-        let mut rigs = Vec::new();
-        for folder in entries.filter_map(|entry| Some(entry.ok()?.path())) {
-            if folder.join("expect.toml").is_file() {
-                rigs.push(Self::open(&folder)?);
-            } else if folder.join("model.toml").is_file() {
-                rigs.push(Self::named(&folder, Expectation::nothing()));
-            }
-        }
-        if rigs.is_empty() {
-            let what = "holds no rig: none of its folders has a model.toml";
-            return Err(InputError::file(folder.display(), what));
-        }
-        rigs.sort_by(|a, b| a.name.cmp(&b.name));
-        Ok(rigs)
+        let open = |folder: &PathBuf| match folder.join("expect.toml").is_file() {
+            true => Self::open(folder),
+            false => Ok(Self::named(folder, Expectation::nothing())),
+        };
+        below(folder, "model.toml", "none of its folders has a model.toml")?.iter().map(open).collect()
     }
 
     fn open(folder: &Path) -> Result<Self, InputError> {
@@ -184,4 +164,17 @@ impl Rig {
         let places = [Some(self.folder.as_path()), data];
         places.into_iter().flatten().map(|place| place.join(relative)).find(|path| path.is_file())
     }
+}
+
+/// The folders in a folder that hold an expectation or such a file, in the order of their names.
+fn below(folder: &Path, file: &str, none: &str) -> Result<Vec<PathBuf>, InputError> {
+    let entries = std::fs::read_dir(folder).map_err(|error| InputError::file(folder.display(), error))?;
+    let is_rig = |path: &PathBuf| ["expect.toml", file].iter().any(|file| path.join(file).is_file());
+    let mut rigs: Vec<PathBuf> =
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_rig).collect();
+    rigs.sort();
+    if rigs.is_empty() {
+        return Err(InputError::file(folder.display(), format!("holds no rig: {none}")));
+    }
+    Ok(rigs)
 }

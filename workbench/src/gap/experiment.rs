@@ -3,6 +3,7 @@
 
 use crate::gap::dataset::{BenchRun, Dataset, Traces};
 use crate::gap::fit::FINE;
+use crate::gap::residual::rms;
 use crate::gap::search::Scored;
 use crate::gap::threads::each;
 use crate::outcome::{Experiment, Segment};
@@ -101,14 +102,10 @@ fn difference(dataset: &Dataset, protocol: &Protocol, a: &Scored, b: &Scored) ->
     let (mut left, mut right) = (Traces::default(), Traces::default());
     run.simulate(&a.hypothesis.plant(&a.fit.x), 0.0, FINE, &mut left);
     run.simulate(&b.hypothesis.plant(&b.fit.x), 0.0, FINE, &mut right);
-    let rms = |x: &[f64], y: &[f64]| {
-        (x.iter().zip(y).map(|(p, q)| (p - q).powi(2)).sum::<f64>() / x.len() as f64).sqrt()
-    };
-    let (one, other) = match dataset.of_position {
-        true => (&left.integral, &right.integral),
-        false => (&left.reading, &right.reading),
-    };
-    (rms(one, other), rms(&left.current, &right.current), left.reading.len() as f64)
+    let apart = |x: &[f64], y: &[f64]| rms(&x.iter().zip(y).map(|(p, q)| p - q).collect::<Vec<f64>>());
+    let (one, other) =
+        if dataset.of_position { (&left.integral, &right.integral) } else { (&left.reading, &right.reading) };
+    (apart(one, other), apart(&left.current, &right.current), left.reading.len() as f64)
 }
 
 /// A profile on a grid.

@@ -76,12 +76,12 @@ pub(super) fn extended(
             rayon::join(|| given.simulated_with(kept), beside)
         },
     );
-    if let Some(fitted) = fitted {
+    let unnamed = fitted.map(|fitted| {
         let gaps = (given.gap_of(&judged.kept), after.gap);
         let term = rest::as_told(&judged.kept, fitted, gaps);
         steps.push(Step { label: format!("+ {}", term.name), gap: term.gap_after });
-        judged.unexplained.unnamed = Some(term);
-    }
+        term
+    });
     let shifts = shifts(kept, &uncertainty);
     let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
     let mut plots = plots::all(&given.hypothesis, &given.seen.0, &seen_after);
@@ -93,7 +93,14 @@ pub(super) fn extended(
         closest_known: judged.closest,
         final_records: last.map(|last| predicted(last, model, kept)),
         within_tolerance: shifts,
-        unexplained: judged.unexplained,
+        unexplained: Unexplained {
+            share_of_gap: judged.share,
+            structure: judged.structure.to_string(),
+            depends_on: described.map_or(Vec::new(), Described::keys),
+            predicts_share: described.map(|described| described.share),
+            noise_like: judged.noise_like,
+            unnamed,
+        },
         next_experiment: judged.next.map(|next| experiment::with_needs(next, kept)),
         searched: dataset.searched,
         notes: notes.concat(),

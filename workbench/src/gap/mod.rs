@@ -32,6 +32,7 @@ pub mod rest;
 pub mod samples;
 pub mod search;
 pub mod solver;
+pub mod structure;
 pub mod tables;
 mod threads;
 pub mod time_base;

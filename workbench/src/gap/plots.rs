@@ -19,10 +19,7 @@ pub fn all(given: &Hypothesis, before: &[Sample], after: &[Sample]) -> Vec<Plot>
         if linear { "speed, m/s" } else { "speed, rad/s" },
         format!("input, {}", given.dataset.input.unit()),
     );
-    let compared = match given.dataset.of_position {
-        true => &format!("way, {}", given.dataset.unit()),
-        false => speed,
-    };
+    let compared = if given.dataset.of_position { &format!("way, {}", given.dataset.unit()) } else { speed };
     let band = Some(given.dataset.sigma);
     vec![
         traces(before, after, compared),

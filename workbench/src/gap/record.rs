@@ -11,6 +11,7 @@ use crate::gap::residual_tests::{sensor_like, twin_pairs};
 use crate::gap::rest::{self, Described, Scope};
 use crate::gap::samples::samples;
 use crate::gap::search::{Found, Progress, Scored, ShareLimits, base_fit, search};
+use crate::gap::structure::Structure;
 use crate::gap::verdict::Judged;
 use crate::gap::{Options, estimate, localise, verdict};
 use crate::outcome::{Outcome, Verdict};
@@ -60,10 +61,10 @@ fn concluded(given: &Given, found: &Found, limits: &ShareLimits, last: Option<&L
 
 /// Looks for what the rest depends on, and says so.
 fn rest_of(given: &Given, judged: &mut Judged) -> Option<Described> {
-    let scope = match (judged.unexplained.structure.as_str(), judged.verdict) {
+    let scope = match (&judged.structure, judged.verdict) {
         _ if judged.kept.fit.samples < verdict::FEW => return None,
-        ("none", Verdict::NothingMissing) => Scope::Turns,
-        ("none", _) => return None,
+        (Structure::None, Verdict::NothingMissing) => Scope::Turns,
+        (Structure::None, _) => return None,
         _ => Scope::Everything,
     };
     let gaps = held_out_errors(&given.hypothesis, &given.x);

@@ -8,9 +8,10 @@ use crate::gap::prediction::held_out_errors;
 use crate::gap::residual_tests::Rest;
 use crate::gap::samples::samples;
 use crate::gap::search::{Found, HELD_OUT, Scored, ShareLimits, chi2, tied};
+use crate::gap::structure::Structure;
 use crate::gap::threads::each;
 use crate::gap::{experiment, residual_tests};
-use crate::outcome::{Experiment, Grade, Outcome, Tie, Unexplained, Verdict};
+use crate::outcome::{Experiment, Grade, Outcome, Tie, Verdict};
 use rayon::prelude::*;
 
 /// The judgement on a search.
@@ -27,8 +28,12 @@ pub struct Judged<'a> {
     pub closest: Vec<String>,
     /// Explanations that cannot be told apart.
     pub ties: Vec<Tie>,
-    /// What is left.
-    pub unexplained: Unexplained,
+    /// The share of the first gap (squared, above the noise) that is left, 0 … 1.
+    pub share: f64,
+    /// What that looks like.
+    pub structure: Structure,
+    /// True if repeats of the same input differ, or if nothing predicts it on held-out data; `None`: nobody looked.
+    pub noise_like: Option<bool>,
     /// What to measure next.
     pub next: Option<Experiment>,
 }
@@ -107,20 +112,19 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits:
     let uncertainty = uncertainty.filter(|_| kept.hypothesis.items == found.best.hypothesis.items);
     let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
     let grade = Grade::of(verdict, left, true);
-    let structure = structure(left, unpredicted, nothing_named, share, rest.text);
-    let unexplained = Unexplained::new(share, structure);
-    Judged { verdict, grade, kept, uncertainty, closest, ties, unexplained, next }
+    let structure = structure(left, unpredicted, nothing_named, share, rest.structure);
+    Judged { verdict, grade, kept, uncertainty, closest, ties, share, structure, noise_like: None, next }
 }
 
-/// The structure of what is left, in words. `unpredicted`: the held-out data are missed, whatever the log leaves.
-fn structure(left: bool, unpredicted: bool, nothing_named: bool, share: f64, text: String) -> String {
+/// What a report tells of what is left: below a share nobody asks.
+fn structure(left: bool, unpredicted: bool, nothing_named: bool, share: f64, seen: Structure) -> Structure {
     match (left, unpredicted) {
-        _ if unpredicted && nothing_named => ANOTHER_MOTOR.into(),
-        (true, true) if text == "none" => UNPREDICTED.into(),
-        (true, false) if text == "none" => TOO_FEW.into(),
-        (true, _) => text,
-        (false, _) if share > SHARE => text,
-        (false, _) => "none".into(),
+        _ if unpredicted && nothing_named => Structure::AnotherMotor,
+        (true, true) if seen == Structure::None => Structure::OfEveryRecord,
+        (true, false) if seen == Structure::None => Structure::TooFew,
+        (true, _) => seen,
+        (false, _) if share > SHARE => seen,
+        (false, _) => Structure::None,
     }
 }
 
@@ -180,7 +184,7 @@ fn by_shares<'a>(
     let most = most_is_removed(&found.best, given, nominal, limits);
     let lags_alone = found.best.hypothesis.items.iter().all(|item| item.effect.is_lag());
     if left && !most && lags_alone {
-        return mimic(found, share, rest.text);
+        return mimic(found, share, rest.structure);
     }
     let (ties, next) = ties(found);
     let verdict = Verdict::of(false, !ties.is_empty(), true);
@@ -191,14 +195,16 @@ fn by_shares<'a>(
         uncertainty,
         closest: Vec::new(),
         ties,
-        unexplained: Unexplained::new(share, if left { rest.text } else { "none".into() }),
+        share,
+        structure: if left { rest.structure } else { Structure::None },
+        noise_like: None,
         next,
     }
 }
 
 /// A lag that removes less than half and stands alone is what almost anything else looks like that acts on the current or the
 /// sensor: it is no name.
-fn mimic<'a>(found: &Found<'a>, share: f64, structure: String) -> Judged<'a> {
+fn mimic<'a>(found: &Found<'a>, share: f64, structure: Structure) -> Judged<'a> {
     Judged {
         verdict: Verdict::Unexplained,
         grade: Grade::Outside,
@@ -206,7 +212,9 @@ fn mimic<'a>(found: &Found<'a>, share: f64, structure: String) -> Judged<'a> {
         uncertainty: None,
         closest: found.best.hypothesis.names(),
         ties: Vec::new(),
-        unexplained: Unexplained::new(share, structure),
+        share,
+        structure,
+        noise_like: None,
         next: None,
     }
 }
@@ -226,10 +234,6 @@ const STRANGE: f64 = 3.0;
 pub const FEW: usize = 200;
 /// What they leave is no agreement from so many times the noise's variance on.
 const DISAGREE: f64 = 9.0;
-const TOO_FEW: &str =
-    "the log has too few samples to say what it looks like; log more runs, in both directions";
-const UNPREDICTED: &str = "different in every record: what fits the log does not predict the hold-out";
-const ANOTHER_MOTOR: &str = "the model fits the log and misses a held-out record: is that record of the same motor, with the same load and in the same units?";
 
 /// True if the model misses a held-out record although it fits the log.
 fn strange(best: &Scored) -> bool {
@@ -242,14 +246,14 @@ fn strange(best: &Scored) -> bool {
 fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
     let visible = rest.excess.sqrt() > VISIBLE;
     let nothing_named = found.best.hypothesis.items.is_empty();
-    let white = rest.text == "none";
+    let white = rest.structure == Structure::None;
     if nothing_named && found.best.fit.samples < FEW && rest.excess > DISAGREE {
         return true;
     }
     match (visible && !white, nothing_named) {
         (false, _) => false,
-        (true, true) => rest.structured || rest.repeated || rest.excess > 1.0,
-        (true, false) if rest.turning => share > SHARE_TURNING,
+        (true, true) => rest.structure.explains() || rest.repeated || rest.excess > 1.0,
+        (true, false) if rest.structure.turns() => share > SHARE_TURNING,
         (true, false) => share > SHARE,
     }
 }

@@ -24,9 +24,18 @@ pub struct Unexplained {
     pub unnamed: Option<UnnamedTerm>,
 }
 
+/// The word of the schema for a remainder in which nothing is to be seen.
+const NONE: &str = "none";
+
 impl Unexplained {
-    /// A share of the gap with its structure.
-    pub fn new(share_of_gap: f64, structure: String) -> Self {
+    /// True if something is left beside the names.
+    pub fn is_left(&self) -> bool {
+        self.structure != NONE
+    }
+
+    /// A share of the gap with its structure, if it has one.
+    pub fn new(share_of_gap: f64, structure: Option<String>) -> Self {
+        let structure = structure.unwrap_or(NONE.into());
         Self { share_of_gap, structure, ..Self::default() }
     }
 }

@@ -19,12 +19,13 @@ use std::collections::BTreeMap;
 const SCHEMA: &str = "truing-gap/1";
 
 /// What the workflow concluded. The first that holds, in this order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The files are at fault: a unit, a sign, a column, a key, a record of another motor.
     Data,
     /// Nothing could be tested: the log does not move enough.
+    #[default]
     InsufficientExcitation,
     /// Something is missing that the library does not know.
     Unexplained,
@@ -49,12 +50,13 @@ impl Verdict {
 }
 
 /// How sure the verdict is. It says more than [`Verdict`]: a verdict of *named* has three grades.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
     /// The files are at fault.
     Data,
     /// Nothing could be tested: the log does not move enough.
+    #[default]
     CannotTell,
     /// What is missing, or a part of it that matters, is in no effect of the library.
     Outside,
@@ -139,7 +141,7 @@ pub struct Tie {
 }
 
 /// How well the model predicts data that were not fitted.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct HoldOut {
     /// The compared column.
     pub signal: String,
@@ -275,7 +277,7 @@ pub struct Rival {
 }
 
 /// The result of the gap workflow.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Outcome {
     /// `truing-gap/1`.
     pub schema: &'static str,
@@ -340,25 +342,10 @@ impl Outcome {
             schema: SCHEMA,
             verdict,
             grade: Grade::of(verdict, false, true),
-            data_sheet: Vec::new(),
-            data: Vec::new(),
-            effects: Vec::new(),
-            small: Vec::new(),
-            ties: Vec::new(),
-            closest_known: Vec::new(),
             holdout,
-            final_records: None,
-            within_tolerance: Vec::new(),
-            places: Vec::new(),
-            unexplained: Unexplained::new(0.0, "none".into()),
-            next_experiment: None,
-            runtime_s: 0.0,
-            searched: None,
-            notes: Vec::new(),
-            steps: Vec::new(),
-            rivals: Vec::new(),
-            plots: Vec::new(),
+            unexplained: Unexplained::new(0.0, None),
             gap_unit: gap_unit.into(),
+            ..Self::default()
         }
     }
 

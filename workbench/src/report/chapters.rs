@@ -211,7 +211,7 @@ fn left(outcome: &Outcome) -> Markup {
     let rest = &outcome.unexplained;
     html! {
         h4 { "What remains" }
-        @if rest.structure == "none" {
+        @if !rest.is_left() {
             p { "No structure is left in the residual (" (format::percent(rest.share_of_gap)) " of the squared gap)." }
         } @else {
             p { (format::percent(rest.share_of_gap)) " of the squared gap: " (rest.structure) "." }

@@ -60,11 +60,16 @@ pub fn significant(x: f64, digits: usize) -> String {
     without_trailing_zeros(format!("{x:.decimals$}"))
 }
 
-fn without_trailing_zeros(text: String) -> String {
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
-        false => text,
+/// A label of at most so many letters.
+pub fn shortened(label: &str, longest: usize) -> String {
+    match label.chars().count() > longest {
+        true => label.chars().take(longest - 1).chain(['…']).collect(),
+        false => label.to_owned(),
     }
+}
+
+fn without_trailing_zeros(text: String) -> String {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
 }
 
 /// `6.790 ± 0.012 V`: the deviation with two significant digits, the value to the same decimal place.
@@ -161,7 +166,9 @@ pub fn headline(outcome: &Outcome) -> String {
     };
     let besides = outcome.effects.iter().filter(|effect| !is_base_parameter(effect));
     match (outcome.verdict, besides.clone().count()) {
-        (Verdict::Named | Verdict::Tie, 0) if !left(outcome) => format!("{first} Nothing else is missing."),
+        (Verdict::Named | Verdict::Tie, 0) if !outcome.unexplained.is_left() => {
+            format!("{first} Nothing else is missing.")
+        }
         _ => format!("{first} {}", found(outcome, besides)),
     }
 }
@@ -200,6 +207,8 @@ fn found<'e>(outcome: &Outcome, effects: impl Iterator<Item = &'e NamedEffect>) 
     let effects: Vec<&NamedEffect> = effects.collect();
     let names: Vec<_> = effects.iter().map(|e| e.name.clone()).collect();
     let names = listing(&names);
+    let sizes = || listing(&effects.iter().map(|effect| sized(effect)).collect::<Vec<_>>());
+    let share = percent(outcome.unexplained.share_of_gap);
     match outcome.verdict {
         Verdict::Data => {
             "The files are examined first, and something in them is wrong. Nothing was simulated.".into()
@@ -213,23 +222,19 @@ fn found<'e>(outcome: &Outcome, effects: impl Iterator<Item = &'e NamedEffect>) 
         Verdict::Unexplained => {
             format!("Found: {names}; something else is left: {}.", outcome.unexplained.structure)
         }
-        Verdict::Tie if left(outcome) => format!(
-            "Found: {names}; {} of the gap (squared) is left. Other names fit these data equally well; an experiment tells them apart.",
-            percent(outcome.unexplained.share_of_gap)
+        Verdict::Tie if outcome.unexplained.is_left() => format!(
+            "Found: {names}; {share} of the gap (squared) is left. Other names fit these data equally well; an experiment tells them apart."
         ),
         Verdict::Tie => format!(
             "Found: {names}. Other names fit these data equally well; an experiment tells them apart."
         ),
         Verdict::Named if outcome.grade == Grade::Likely => format!(
-            "The model probably lacks {}: it predicts every record better, but {} of the gap (squared) is left.",
-            listing(&effects.iter().map(|effect| sized(effect)).collect::<Vec<_>>()),
-            percent(outcome.unexplained.share_of_gap)
+            "The model probably lacks {}: it predicts every record better, but {share} of the gap (squared) is left.",
+            sizes()
         ),
-        Verdict::Named if left(outcome) => format!(
-            "The model lacks {}; {} of the gap (squared) is left.",
-            listing(&effects.iter().map(|effect| sized(effect)).collect::<Vec<_>>()),
-            percent(outcome.unexplained.share_of_gap)
-        ),
+        Verdict::Named if outcome.unexplained.is_left() => {
+            format!("The model lacks {}; {share} of the gap (squared) is left.", sizes())
+        }
         Verdict::Named => format!("The model lacks {names}."),
         Verdict::NothingMissing => "Nothing is missing: simulation and data agree to the noise.".into(),
     }
@@ -274,11 +279,6 @@ pub fn unnamed(term: &UnnamedTerm, unit: &str) -> String {
         term.acts,
         significant(size, 2)
     )
-}
-
-/// True if something is left beside the names.
-fn left(outcome: &Outcome) -> bool {
-    outcome.unexplained.structure != "none"
 }
 
 /// The verdict as a title: `Named: voltage_saturation and dead_zone`, `Tie: J_kgm2 of the data sheet and coulomb_friction`.

@@ -2,7 +2,7 @@
 
 use super::format;
 use crate::outcome::{Curve, Plot, Role, Series, Step, Style};
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::error::Error;
@@ -143,41 +143,7 @@ fn spread(values: impl Iterator<Item = f64>, margin: f64) -> Option<Range<f64>> 
     Some(low - margin * width..high + margin * width)
 }
 
-/// An axis whose labels are short numbers.
-#[derive(Clone)]
-struct Axis(plotters::coord::types::RangedCoordf64);
-
-impl Axis {
-    fn new(range: Range<f64>) -> Self {
-        Axis(range.into())
-    }
-}
-
-impl Ranged for Axis {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
-        self.0.map(value, limit)
-    }
-
-    fn key_points<H: KeyPointHint>(&self, hint: H) -> Vec<f64> {
-        self.0.key_points(hint)
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.0.range()
-    }
-}
-
-impl ValueFormatter<f64> for Axis {
-    fn format(value: &f64) -> String {
-        // Sums of tick widths leave remainders such as 1e-17 where zero is meant.
-        format::significant(if value.abs() < 1e-12 { 0.0 } else { *value }, 5)
-    }
-}
-
-type Chart<'a, 'b> = ChartContext<'b, SVGBackend<'a>, Cartesian2d<Axis, Axis>>;
+type Chart<'a, 'b> = ChartContext<'b, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 fn draw(plot: &Plot, window: &Window, screen: Screen, area: Area) -> Drawn {
     let (columns, rows) = screen.labels();
@@ -186,13 +152,15 @@ fn draw(plot: &Plot, window: &Window, screen: Screen, area: Area) -> Drawn {
         .margin_right(fine(24))
         .x_label_area_size(fine(44))
         .y_label_area_size(fine(if screen == Screen::Wide { 72 } else { 62 }))
-        .build_cartesian_2d(Axis::new(window.x.clone()), Axis::new(window.y.clone()))?;
+        .build_cartesian_2d(window.x.clone(), window.y.clone())?;
     held_out(&mut chart, plot, window)?;
     noise_band(&mut chart, plot, window)?;
     chart
         .configure_mesh()
         .x_labels(columns)
         .y_labels(rows)
+        .x_label_formatter(&tick)
+        .y_label_formatter(&tick)
         .light_line_style(TRANSPARENT)
         .bold_line_style(GRID.stroke_width(FINE as u32))
         .axis_style(GRID.stroke_width(FINE as u32))
@@ -208,6 +176,11 @@ fn draw(plot: &Plot, window: &Window, screen: Screen, area: Area) -> Drawn {
     }
     area.present()?;
     Ok(())
+}
+
+/// Sums of tick widths leave remainders such as 1e-17 where zero is meant.
+fn tick(value: &f64) -> String {
+    format::significant(if value.abs() < 1e-12 { 0.0 } else { *value }, 5)
 }
 
 /// Letters of a size in pixels.
@@ -357,7 +330,7 @@ impl Bars<'_> {
             let colour = if k == 0 { PALETTE[1] } else { PALETTE[2] };
             let (end, height) = (self.end(step.gap), fine(ROW - 10));
             area.draw(&Rectangle::new([(labels, y), (end, y + height)], colour.mix(0.85).filled()))?;
-            let label = shortened(&step.label, self.screen);
+            let label = format::shortened(&step.label, if self.screen == Screen::Wide { 34 } else { 19 });
             area.draw(&Text::new(label, (labels - fine(10), middle), text(15, HPos::Right)))?;
             let gap = format!("{} {}", format::gap(step.gap), self.unit);
             let from = end.max(self.end(self.floor)) + fine(6);
@@ -372,14 +345,5 @@ impl Bars<'_> {
         }
         area.present()?;
         Ok(())
-    }
-}
-
-/// A label that fits beside the bars.
-fn shortened(label: &str, screen: Screen) -> String {
-    let longest = if screen == Screen::Wide { 34 } else { 19 };
-    match label.chars().count() > longest {
-        true => label.chars().take(longest - 1).chain(['…']).collect(),
-        false => label.to_owned(),
     }
 }

@@ -3,7 +3,6 @@
 use super::{Exporter, format};
 use crate::outcome::Outcome;
 use anyhow::Result;
-use std::fmt::Write;
 
 /// Width of every line, characters.
 pub const WIDTH: usize = 80;
@@ -18,19 +17,19 @@ pub struct Terminal;
 impl Exporter for Terminal {
     fn export(&self, outcome: &Outcome) -> Result<String> {
         let mut text = String::new();
-        verdict(&mut text, outcome)?;
-        faults(&mut text, outcome)?;
-        gap(&mut text, outcome)?;
-        effects(&mut text, outcome)?;
-        ties(&mut text, outcome)?;
-        rest(&mut text, outcome)?;
-        next(&mut text, outcome)?;
-        notes(&mut text, outcome)?;
+        verdict(&mut text, outcome);
+        faults(&mut text, outcome);
+        gap(&mut text, outcome);
+        effects(&mut text, outcome);
+        ties(&mut text, outcome);
+        rest(&mut text, outcome);
+        next(&mut text, outcome);
+        notes(&mut text, outcome);
         Ok(text)
     }
 }
 
-fn verdict(text: &mut String, outcome: &Outcome) -> Result<()> {
+fn verdict(text: &mut String, outcome: &Outcome) {
     block(text, "Verdict", &format!("{}. {}", format::grade(outcome), format::headline(outcome)));
     for (contradiction, head) in outcome.data_sheet.iter().zip(["Data sheet", "", ""]) {
         block(text, head, &format::mended(contradiction));
@@ -43,44 +42,41 @@ fn verdict(text: &mut String, outcome: &Outcome) -> Result<()> {
         };
         block(text, head, &format!("{share} of the squared error: {}{also}", place.region));
     }
-    Ok(())
 }
 
-fn faults(text: &mut String, outcome: &Outcome) -> Result<()> {
+fn faults(text: &mut String, outcome: &Outcome) {
     for fault in &outcome.data {
-        writeln!(text)?;
+        text.push('\n');
         block(text, "Data", &format::fault(fault));
         block(text, "Mend", &fault.remedy);
     }
     if !outcome.data.is_empty() {
         block(text, "", "If the files are right all the same: --accept-data.");
     }
-    Ok(())
 }
 
-fn gap(text: &mut String, outcome: &Outcome) -> Result<()> {
+fn gap(text: &mut String, outcome: &Outcome) {
     if !outcome.tested() {
-        return Ok(());
+        return;
     }
     let held = &outcome.holdout;
     let unit = &outcome.gap_unit;
-    writeln!(text, "\n{:INDENT$}rms of {} in {unit}, on data held out", "Gap", held.signal)?;
+    *text += &format!("\n{:INDENT$}rms of {} in {unit}, on data held out\n", "Gap", held.signal);
     let floor = held.noise_floor;
     let bars: Vec<(&str, f64)> = outcome.steps.iter().map(|s| (s.label.as_str(), s.gap)).collect();
     let finite = bars.iter().map(|b| b.1).chain([floor]).filter(|gap| gap.is_finite());
     let largest = finite.fold(0.0, f64::max);
     for (label, gap) in bars.into_iter().chain([("noise floor", floor)]) {
-        let label = truncated(label, 28);
-        writeln!(text, "{:INDENT$}{label:28} {:>9}  {}", "", format::gap(gap), bar(gap, largest))?;
+        let label = format::shortened(label, 28);
+        *text += &format!("{:INDENT$}{label:28} {:>9}  {}\n", "", format::gap(gap), bar(gap, largest));
     }
     let (before, after) = (held.fit_percent_before, held.fit_percent_after);
-    writeln!(text, "{:INDENT$}fit {} → {}", "", format::fit(before), format::fit(after))?;
+    *text += &format!("{:INDENT$}fit {} → {}\n", "", format::fit(before), format::fit(after));
     if let Some(last) = &outcome.final_records {
         let (before, after) = (last.fit_percent_before, last.fit_percent_after);
         let (before, after) = (format::fit(before), format::fit(after));
-        writeln!(text, "{:INDENT$}records that chose nothing: fit {before} → {after}", "")?;
+        *text += &format!("{:INDENT$}records that chose nothing: fit {before} → {after}\n", "");
     }
-    Ok(())
 }
 
 /// A bar whose length is in proportion to the gap, to an eighth of a character.
@@ -93,9 +89,9 @@ fn bar(gap: f64, largest: f64) -> String {
     "█".repeat(eighths / 8) + EIGHTHS[eighths % 8]
 }
 
-fn effects(text: &mut String, outcome: &Outcome) -> Result<()> {
+fn effects(text: &mut String, outcome: &Outcome) {
     if !outcome.effects.is_empty() {
-        writeln!(text)?;
+        text.push('\n');
     }
     for (k, effect) in outcome.effects.iter().enumerate() {
         let head = if k == 0 { "Effects" } else { "" };
@@ -103,29 +99,27 @@ fn effects(text: &mut String, outcome: &Outcome) -> Result<()> {
         block(text, head, &format!("{}. {}{tie}: {}", k + 1, effect.name, format::parameters(effect)));
         block(text, "", &effect.evidence);
     }
-    Ok(())
 }
 
-fn ties(text: &mut String, outcome: &Outcome) -> Result<()> {
+fn ties(text: &mut String, outcome: &Outcome) {
     for (k, tie) in outcome.ties.iter().enumerate() {
         if k == 0 {
-            writeln!(text)?;
+            text.push('\n');
         }
         block(text, if k == 0 { "Ties" } else { "" }, &format!("{}. {}", k + 1, format::rivals(tie)));
         block(text, "", &format!("told apart: {}", tie.separated_by));
     }
-    Ok(())
 }
 
-fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
+fn rest(text: &mut String, outcome: &Outcome) {
     let left = &outcome.unexplained;
     if format::deviates(outcome)
         || !outcome.within_tolerance.is_empty()
-        || left.structure != "none"
+        || left.is_left()
         || !outcome.small.is_empty()
         || !outcome.closest_known.is_empty()
     {
-        writeln!(text)?;
+        text.push('\n');
     }
     for (k, shift) in outcome.within_tolerance.iter().enumerate() {
         let head = if k == 0 { "Tolerances" } else { "" };
@@ -138,7 +132,7 @@ fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
     if format::deviates(outcome) {
         block(text, "", "(± is one standard deviation)");
     }
-    if left.structure != "none" {
+    if left.is_left() {
         let share = format::percent(left.share_of_gap);
         block(text, "Left", &format!("{share} of the gap (squared): {}", left.structure));
     }
@@ -151,14 +145,13 @@ fn rest(text: &mut String, outcome: &Outcome) -> Result<()> {
     if !outcome.closest_known.is_empty() {
         block(text, "Closest", &format!("{} (not a name)", outcome.closest_known.join(", ")));
     }
-    Ok(())
 }
 
-fn next(text: &mut String, outcome: &Outcome) -> Result<()> {
+fn next(text: &mut String, outcome: &Outcome) {
     let Some(experiment) = &outcome.next_experiment else {
-        return Ok(());
+        return;
     };
-    writeln!(text)?;
+    text.push('\n');
     block(text, "Next", &experiment.why);
     let (times, pieces) = format::profile(experiment);
     match (pieces.is_empty(), times) {
@@ -169,17 +162,15 @@ fn next(text: &mut String, outcome: &Outcome) -> Result<()> {
     if let Some(needs) = format::needs(experiment) {
         block(text, "", &needs);
     }
-    Ok(())
 }
 
-fn notes(text: &mut String, outcome: &Outcome) -> Result<()> {
+fn notes(text: &mut String, outcome: &Outcome) {
     for (k, note) in outcome.notes.iter().enumerate() {
         if k == 0 {
-            writeln!(text)?;
+            text.push('\n');
         }
         block(text, if k == 0 { "Notes" } else { "" }, note);
     }
-    Ok(())
 }
 
 /// A heading in the margin and its text beside it, wrapped.
@@ -193,11 +184,4 @@ pub fn beside(head: &str, body: &str) -> String {
     let later = " ".repeat(head.chars().count());
     let options = textwrap::Options::new(WIDTH).initial_indent(head).subsequent_indent(&later);
     textwrap::fill(body, options) + "\n"
-}
-
-fn truncated(label: &str, length: usize) -> String {
-    match label.chars().count() > length {
-        true => label.chars().take(length - 1).chain(['…']).collect(),
-        false => label.into(),
-    }
 }

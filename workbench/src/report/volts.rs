@@ -73,10 +73,7 @@ pub fn of<'a>(effect: &'a NamedEffect, name: &str) -> Option<(&'a String, &'a Va
 
 /// `_nm` reads `_v`.
 fn key(name: &str) -> String {
-    match name.contains("_nm") {
-        true => name.replace("_nm", "_v"),
-        false => format!("{name}_v"),
-    }
+    if name.contains("_nm") { name.replace("_nm", "_v") } else { format!("{name}_v") }
 }
 
 fn scaled(torque: &Value, factor: f64, unit: &str) -> Value {

@@ -69,7 +69,7 @@ impl Slot {
 }
 
 /// The base model with effects, compared with a record over time unless said otherwise.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Hypothesis<'a, D = Dataset> {
     /// What is compared.
     pub dataset: &'a D,
@@ -79,17 +79,6 @@ pub struct Hypothesis<'a, D = Dataset> {
     pub items: Vec<Item>,
     /// What the numbers stand for: the effects' parameters first.
     pub slots: Vec<Slot>,
-}
-
-impl<D> Clone for Hypothesis<'_, D> {
-    fn clone(&self) -> Self {
-        Self {
-            dataset: self.dataset,
-            model: self.model,
-            items: self.items.clone(),
-            slots: self.slots.clone(),
-        }
-    }
 }
 
 impl<'a, D: Data> Hypothesis<'a, D> {

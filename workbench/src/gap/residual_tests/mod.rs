@@ -6,6 +6,7 @@ use crate::gap::dataset::Part;
 use crate::gap::residual::inflation;
 use crate::gap::samples::{Sample, samples};
 use crate::gap::search::Scored;
+use crate::gap::structure::Structure;
 use std::f64::consts::{PI, TAU};
 
 /// Quantile bins of an axis.
@@ -28,14 +29,10 @@ const CERTAIN: f64 = 3.0;
 pub struct Rest {
     /// Mean square beyond the noise, in units of the noise's variance. With a repeated input it needs no noise model.
     pub excess: f64,
-    /// True if a model quantity, a period or a place explains part of it.
-    pub structured: bool,
     /// True if two runs with the same input measured it.
     pub repeated: bool,
-    /// True if it goes with the turn of a shaft.
-    pub turning: bool,
-    /// In words.
-    pub text: String,
+    /// What it looks like.
+    pub structure: Structure,
 }
 
 /// Looks at what a fit leaves.
@@ -47,27 +44,17 @@ pub fn rest(scored: &Scored) -> Rest {
     if let Some(differing) = unrepeated(scored, &seen) {
         return Rest {
             excess: (mean_square - 1.0).max(0.0),
-            structured: true,
             repeated: true,
-            turning: false,
-            text: format!(
-                "not repeatable: two runs with the same input differ by {differing:.1} times the noise, and slowly"
-            ),
+            structure: Structure::Unrepeatable { times: differing },
         };
     }
     // Without a repeat, the noise model decides; its error is covered by what counts as visible.
     let (excess, error) = common.unwrap_or((mean_square - 1.0, 0.0));
     let excess = if excess > CERTAIN * error { excess.max(0.0) } else { 0.0 };
-    let (text, structured) = described(&seen, &residual, scored.hypothesis.dataset.linear);
+    let structure = || described(&seen, &residual, scored.hypothesis.dataset.linear);
     // Below what a verdict calls left, nobody asks.
     let turning = (excess > WORTH_A_LOOK).then(|| turn::goes_with(scored, &seen, &residual)).flatten();
-    Rest {
-        excess,
-        structured: structured || turning.is_some(),
-        repeated: common.is_some(),
-        text: turning.clone().unwrap_or(text),
-        turning: turning.is_some(),
-    }
+    Rest { excess, repeated: common.is_some(), structure: turning.unwrap_or_else(structure) }
 }
 
 /// Inflation from which the difference of two runs with the same input is no sensor noise: it has a cause that the input
@@ -125,38 +112,24 @@ pub fn twin_pairs<'s>(
     })
 }
 
-/// The strongest structure in words, and whether there is one.
-fn described(seen: &[Sample], residual: &[f64], linear: bool) -> (String, bool) {
+/// The strongest structure.
+fn described(seen: &[Sample], residual: &[f64], linear: bool) -> Structure {
     if residual.len() < 200 {
-        return ("none".into(), false);
+        return Structure::None;
+    }
+    let strong = |value| line(seen, residual, value).filter(|line| line.1 > LINE_SHARE);
+    if let Some((frequency, share)) = strong(&|s| s.time) {
+        return Structure::PeriodicInTime { hertz: frequency / TAU, share };
+    }
+    if let Some((number, share)) = strong(&|s| s.position) {
+        return Structure::PeriodicInPosition { number, linear, share };
     }
     let chance = 2.0 * BINS as f64 * inflation(residual) / residual.len() as f64;
-    let needed = AXIS_SHARE.max(chance.min(0.5));
-    let lines = [periodic_in_time(seen, residual), periodic_in_position(seen, residual, linear)];
-    if let Some(text) = lines.into_iter().flatten().next() {
-        return (text, true);
+    let (quantity, share) = best_axis(seen, residual);
+    if share > AXIS_SHARE.max(chance.min(0.5)) {
+        return Structure::FunctionOf { quantity, share };
     }
-    let (name, share) = best_axis(seen, residual);
-    if share > needed {
-        return (format!("a function of {name} ({:.0} % of what is left)", 100.0 * share), true);
-    }
-    let coloured = inflation(residual) > 2.0;
-    (if coloured { "noise-like, correlated in time".into() } else { "none".into() }, false)
-}
-
-fn periodic_in_time(seen: &[Sample], residual: &[f64]) -> Option<String> {
-    let (frequency, share) = line(seen, residual, &|s| s.time).filter(|line| line.1 > LINE_SHARE)?;
-    Some(format!("periodic in time at {:.3} Hz ({:.0} % of what is left)", frequency / TAU, 100.0 * share))
-}
-
-fn periodic_in_position(seen: &[Sample], residual: &[f64], linear: bool) -> Option<String> {
-    let (number, share) = line(seen, residual, &|s| s.position).filter(|line| line.1 > LINE_SHARE)?;
-    let period = if linear {
-        format!("every {:.4} m", TAU / number)
-    } else {
-        format!("with {number:.2} periods per turn")
-    };
-    Some(format!("periodic in position, {period} ({:.0} % of what is left)", 100.0 * share))
+    if inflation(residual) > 2.0 { Structure::Correlated } else { Structure::None }
 }
 
 /// The model quantity that explains most of the residual, and its share.

@@ -4,6 +4,7 @@
 use crate::gap::dataset::Part;
 use crate::gap::samples::Sample;
 use crate::gap::search::Scored;
+use crate::gap::structure::Structure;
 use crate::system::plant::laws::{Acts, Law, TorqueLaw};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -31,8 +32,8 @@ const TRIED: f64 = 1e-2;
 /// Phases of a wave that is tried: the same wave and one a quarter of a period further.
 const WAVES: [f64; 2] = [0.0, FRAC_PI_2];
 
-/// What goes with the turn of the encoder's shaft or of the load, in words.
-pub(super) fn goes_with(scored: &Scored, seen: &[Sample], residual: &[f64]) -> Option<String> {
+/// What goes with the turn of the encoder's shaft or of the load.
+pub(super) fn goes_with(scored: &Scored, seen: &[Sample], residual: &[f64]) -> Option<Structure> {
     if scored.hypothesis.dataset.linear || residual.len() < 200 {
         return None;
     }
@@ -59,11 +60,10 @@ struct Looked<'s> {
 }
 
 /// A torque or a reading that changes over the turn.
-fn goes(share: impl Fn(f64) -> f64, shaft: f64) -> Option<String> {
+fn goes(share: impl Fn(f64) -> f64, shaft: f64) -> Option<Structure> {
     let found = share(shaft);
     let best = || NO_TURNS.iter().map(|turns| share(shaft * turns)).fold(0.0, f64::max);
-    (found > SHARE && found > BEYOND_BEST * best())
-        .then(|| format!("goes with the turn ({:.0} % of what is left)", 100.0 * found))
+    (found > SHARE && found > BEYOND_BEST * best()).then_some(Structure::Turn { share: found })
 }
 
 /// What waves of one kind explain.
@@ -76,7 +76,7 @@ struct Explained {
 
 impl Looked<'_> {
     /// A friction whose level changes over the turn.
-    fn gripping(&self, shaft: f64, level: f64) -> Option<String> {
+    fn gripping(&self, shaft: f64, level: f64) -> Option<Structure> {
         let found = self.explained(Acts::Friction, shaft)?;
         if found.share < GRIP_SHARE || found.torque < CHANGE * level {
             return None;
@@ -88,9 +88,8 @@ impl Looked<'_> {
             .collect();
         let mean = chance.iter().sum::<f64>() / chance.len() as f64;
         let square = chance.iter().map(|share| (share - mean).powi(2)).sum::<f64>() / chance.len() as f64;
-        (found.share > mean + BEYOND_CHANCE * square.sqrt()).then(|| {
-            format!("a friction that goes with the turn ({:.0} % of what is left)", 100.0 * found.share)
-        })
+        let beyond = found.share > mean + BEYOND_CHANCE * square.sqrt();
+        beyond.then_some(Structure::FrictionOfTurn { share: found.share })
     }
 
     /// Share of the residual's square that its means over phases of a turn explain.

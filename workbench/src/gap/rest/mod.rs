@@ -10,6 +10,7 @@ mod words;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::held_out_errors;
 use crate::gap::search::Scored;
+use crate::gap::structure::Structure;
 use crate::gap::threads::each;
 use crate::gap::verdict::Judged;
 use crate::outcome::{Experiment, Plot, UnnamedTerm, Verdict};
@@ -51,9 +52,9 @@ pub struct Described {
 }
 
 impl Described {
-    /// In words.
-    pub fn text(&self) -> String {
-        words::sentence(&self.over, self.share)
+    /// The variables by their keys.
+    pub fn keys(&self) -> Vec<&'static str> {
+        self.over.iter().map(|variable| variable.key()).collect()
     }
 }
 
@@ -167,34 +168,29 @@ impl Tried {
     }
 }
 
-/// How a structure begins that stays true beside a dependence: a line in time, a place, runs that differ.
-const STAYS: [&str; 4] = ["periodic in", "goes with the turn", "a friction that goes", "not repeatable"];
 /// Beside a dependence that predicts more than this, a line in time or a trace of the turn is a part of it.
 const MOST: f64 = 0.5;
-/// What is left where nothing predicts it.
-const NOISE: &str = "noise-like: nothing in the motion predicts it on held-out data";
 
-/// Says in a judgement what was found.
+/// Puts what was found into a judgement.
 pub fn tell(described: Option<&Described>, judged: &mut Judged) {
-    let left = &mut judged.unexplained;
-    let stays = STAYS.iter().any(|begin| left.structure.starts_with(begin));
-    let differs = left.structure.starts_with(STAYS[3]);
-    left.noise_like = Some(differs || (described.is_none() && !stays));
+    let seen = std::mem::take(&mut judged.structure);
+    let differs = matches!(seen, Structure::Unrepeatable { .. });
+    judged.noise_like = Some(differs || (described.is_none() && !seen.stays()));
     let Some(found) = described else {
-        if left.structure.starts_with("a function of") || left.structure.starts_with("noise-like") {
-            left.structure = NOISE.into();
+        judged.structure = seen;
+        if matches!(judged.structure, Structure::FunctionOf { .. } | Structure::Correlated) {
+            judged.structure = Structure::Unpredicted;
             judged.next.get_or_insert_with(|| words::repeat(judged.kept.hypothesis.dataset));
         }
         return;
     };
     if judged.verdict == Verdict::NothingMissing {
-        (judged.verdict, left.share_of_gap) = (Verdict::Unexplained, found.share);
+        (judged.verdict, judged.share) = (Verdict::Unexplained, found.share);
     }
     let turns = found.over.iter().any(|variable| variable.is_periodic());
-    let also = differs || (stays && (turns || found.share < MOST));
-    left.structure = if also { format!("{}; {}", found.text(), left.structure) } else { found.text() };
-    left.depends_on = found.over.iter().map(|variable| variable.key()).collect();
-    left.predicts_share = Some(found.share);
+    let also = differs || (seen.stays() && (turns || found.share < MOST));
+    let beside = also.then(|| Box::new(seen));
+    judged.structure = Structure::Predicted { by: words::sentence(&found.over, found.share), beside };
     judged.next.get_or_insert_with(|| found.next.clone());
 }
 

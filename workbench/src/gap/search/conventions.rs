@@ -7,6 +7,7 @@ use super::{Offer, Search};
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Item;
 use crate::gap::prediction::held_out_errors;
+use crate::gap::threads::each;
 use crate::system::effects::{Effect, Family, LAGS, PLAIN_FRICTIONS, RARE_LAG, SHIFTS};
 use rayon::prelude::*;
 
@@ -20,16 +21,12 @@ impl<'a> Search<'a, '_> {
     /// - A shift of the whole motion gives way to a friction or a dead zone that predicts the held-out records as well: records of single
     ///   levels, or of one direction, hardly tell them apart, and every drive has friction.
     pub(super) fn by_convention(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        let place =
-            |rare: &[&Effect]| scored.hypothesis.items.iter().position(|item| rare.contains(&item.effect));
-        let rubs = scored.hypothesis.items.iter().any(|item| is_friction(item.effect));
-        let scored = match place(&[RARE_LAG]) {
+        let rubs = place(&scored, is_friction).is_some();
+        let scored = match place(&scored, |effect| *effect == *RARE_LAG) {
             Some(lag) => self.common_instead(scored, lag, &LAGS, 1.0 + self.limits.stays, path),
             None => scored,
         };
-        let place =
-            |rare: &[&Effect]| scored.hypothesis.items.iter().position(|item| rare.contains(&item.effect));
-        match place(&SHIFTS).filter(|_| !rubs) {
+        match place(&scored, |effect| SHIFTS.contains(&effect)).filter(|_| !rubs) {
             Some(shift) => self.common_instead(scored, shift, &PLAIN_FRICTIONS, THE_SAME, path),
             None => scored,
         }
@@ -46,54 +43,29 @@ impl<'a> Search<'a, '_> {
         path: &mut Path<'a>,
     ) -> Scored<'a> {
         let names = scored.hypothesis.names();
-        let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
-        let near = |other: &Scored<'a>| {
-            let errors = held_out_errors(&other.hypothesis, &other.fit.x);
-            other.fit.cost < (1.0 + self.limits.stays) * scored.fit.cost
-                && no_more(&errors, &held_out, held_out_share)
-        };
         let likely = common
             .iter()
             .copied()
             .filter(|effect| !self.excluded.iter().chain(&names).any(|name| name == effect.name))
             .filter_map(|effect| self.replaced(&scored, index, Item::plain(effect)))
             .map(|other| self.refit(&other, &SEARCH))
-            .filter(near)
+            .filter(near(&scored, 1.0 + self.limits.stays, held_out_share))
             .min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
-        match likely {
-            Some(likely) => {
-                path.others.push(scored);
-                likely
-            }
-            None => scored,
-        }
+        instead(scored, likely, path)
     }
 
     /// A dead zone of the drive and a dry friction of the shaft look alike, and one of them in a richer form stands in for both: one name is
     /// said unless the other removes what a name must. It stays as a rival.
     pub(super) fn one_friction(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        let place =
-            |family: Family| scored.hypothesis.items.iter().position(|item| item.effect.family == family);
-        let (Some(zone), Some(friction)) = (place(Family::DeadZone), place(Family::DryFriction)) else {
+        let of = |family: Family| place(&scored, |effect| effect.family == family);
+        let (Some(zone), Some(friction)) = (of(Family::DeadZone), of(Family::DryFriction)) else {
             return scored;
         };
         let search = Search { offer: Offer::Forms, ..self.clone() };
-        let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
-        let near = |other: &Scored<'a>| {
-            let errors = held_out_errors(&other.hypothesis, &other.fit.x);
-            other.fit.cost < (1.0 + self.limits.stays) * scored.fit.cost
-                && no_more(&errors, &held_out, 1.0 + self.limits.stays)
-        };
-        let alone: Vec<Scored<'a>> = [zone, friction]
-            .into_par_iter()
-            .with_max_len(1)
+        let alone: Vec<Scored<'a>> = each([zone, friction])
             .flat_map_iter(|index| {
                 let single = search.without(&scored, index, &SEARCH);
-                let left =
-                    single.hypothesis.items.iter().position(|item| {
-                        matches!(item.effect.family, Family::DeadZone | Family::DryFriction)
-                    });
-                let left = left.expect("the other one");
+                let left = place(&single, is_friction).expect("the other one");
                 let forms = search.variants(&single.hypothesis, left);
                 let forms: Vec<Scored<'a>> = forms
                     .into_iter()
@@ -103,47 +75,54 @@ impl<'a> Search<'a, '_> {
                 forms.into_iter().chain([single])
             })
             .collect();
-        match alone.into_iter().filter(near).min_by(|a, b| a.score.total_cmp(&b.score)) {
-            Some(single) => {
-                path.others.push(scored);
-                single
-            }
-            None => scored,
-        }
+        let near = near(&scored, 1.0 + self.limits.stays, 1.0 + self.limits.stays);
+        let single = alone.into_iter().filter(near).min_by(|a, b| a.score.total_cmp(&b.score));
+        instead(scored, single, path)
     }
 
     /// A symmetric form and a shift to one side are the same as the form with two sides: where both leave the same, one name is
     /// said instead of two.
     pub(super) fn one_name_for_two(&self, scored: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        let items = &scored.hypothesis.items;
-        let Some(shift) = SHIFTS.iter().find_map(|shift| items.iter().position(|item| item.effect == *shift))
-        else {
+        let Some(shift) = SHIFTS.iter().find_map(|shift| place(&scored, |effect| effect == *shift)) else {
             return scored;
         };
         let search = Search { offer: Offer::Forms, ..self.clone() };
-        let held_out = held_out_errors(&scored.hypothesis, &scored.fit.x);
         let rest = self.without(&scored, shift, &SEARCH);
         let two_sided = (0..rest.hypothesis.items.len()).flat_map(|index| {
             let variants = search.variants(&rest.hypothesis, index);
             variants.into_iter().map(move |item| (index, item))
         });
-        let same = |other: &Scored<'a>| {
-            let errors = held_out_errors(&other.hypothesis, &other.fit.x);
-            other.hypothesis.effect_slots() <= scored.hypothesis.effect_slots()
-                && other.fit.cost <= THE_SAME * scored.fit.cost
-                && no_more(&errors, &held_out, THE_SAME)
-        };
+        let (near, size) = (near(&scored, THE_SAME, THE_SAME), scored.hypothesis.effect_slots());
         let found = two_sided
             .filter_map(|(index, item)| search.replaced(&rest, index, item))
             .map(|other| self.refit(&other, &SEARCH))
-            .find(same);
-        match found {
-            Some(found) => {
-                path.others.push(scored);
-                found
-            }
-            None => scored,
+            .find(|other| other.hypothesis.effect_slots() <= size && near(other));
+        instead(scored, found, path)
+    }
+}
+
+/// The place of the first effect of a set that is such a one.
+fn place(scored: &Scored, such: impl Fn(&Effect) -> bool) -> Option<usize> {
+    scored.hypothesis.items.iter().position(|item| such(item.effect))
+}
+
+/// Whether another set leaves at most so many times as much as this one on the log, and on every held-out record.
+fn near(scored: &Scored, log: f64, held_out: f64) -> impl Fn(&Scored) -> bool + use<> {
+    let (most, errors) = (log * scored.fit.cost, held_out_errors(&scored.hypothesis, &scored.fit.x));
+    move |other| {
+        other.fit.cost <= most
+            && no_more(&held_out_errors(&other.hypothesis, &other.fit.x), &errors, held_out)
+    }
+}
+
+/// The other set, if there is one; the first stays as a rival.
+fn instead<'a>(scored: Scored<'a>, other: Option<Scored<'a>>, path: &mut Path<'a>) -> Scored<'a> {
+    match other {
+        Some(other) => {
+            path.others.push(scored);
+            other
         }
+        None => scored,
     }
 }
 

@@ -46,10 +46,6 @@ pub struct Found<'a> {
     pub best: Scored<'a>,
     /// Other sets of the last round, finely fitted, best first.
     pub others: Vec<Scored<'a>>,
-    /// All singles of the first round, best first.
-    pub singles: Vec<Scored<'a>>,
-    /// The best candidate that was not accepted in the last round.
-    pub declined: Option<Scored<'a>>,
     /// Names that were tried together and did not all stay.
     pub dropped: Vec<String>,
     /// Names that are real by every other measure and worth less than half a point of held-out fit, with those points.
@@ -143,15 +139,7 @@ impl<'a> Search<'a, '_> {
     fn found(&self, base: &Scored<'a>, best: Scored<'a>, path: Path<'a>) -> Found<'a> {
         let (others, singles) = (path.others, &path.singles);
         let (base, others) = rayon::join(|| self.fine(base), || self.rivals(&best, others, singles));
-        Found {
-            base,
-            others,
-            singles: path.singles,
-            declined: path.declined,
-            dropped: path.dropped,
-            small: self.still_small(path.small, &best),
-            best,
-        }
+        Found { base, others, dropped: path.dropped, small: self.still_small(path.small, &best), best }
     }
 
     /// Each name that stayed small and was not named in the end, once.

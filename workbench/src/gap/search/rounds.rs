@@ -23,8 +23,6 @@ pub(super) struct Path<'a> {
     pub singles: Vec<Scored<'a>>,
     /// Sets that lost.
     pub others: Vec<Scored<'a>>,
-    /// The best candidate of the first round without a winner.
-    pub declined: Option<Scored<'a>>,
     /// Names that were tried together and did not all stay.
     pub dropped: Vec<String>,
     /// Names that would have stayed but for what they are worth, with the points of held-out fit that they bring.
@@ -91,14 +89,10 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
     }
 
     fn may_pair(&mut self, current: &Scored<'a>, children: Vec<Scored<'a>>) -> bool {
-        let nearest = children.into_iter().next();
-        let by_shares = self.search.offer != Offer::All;
         let lower = |child: &Scored<'a>, part: f64| child.fit.cost < (1.0 - part) * current.fit.cost;
-        let pair = nearest.as_ref().is_some_and(|child| match by_shares {
-            true => lower(child, HALF_OF_A_SHARE * self.search.limits.joins),
-            false => lower(child, HALF_OF_A_PAIR) && !self.search.at_floor(current),
-        });
-        self.path.declined = self.path.declined.take().or(nearest);
-        pair
+        children.first().is_some_and(|child| match self.search.offer {
+            Offer::All => lower(child, HALF_OF_A_PAIR) && !self.search.at_floor(current),
+            _ => lower(child, HALF_OF_A_SHARE * self.search.limits.joins),
+        })
     }
 }

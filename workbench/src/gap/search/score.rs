@@ -7,7 +7,7 @@ use crate::gap::problem::{Problem, dot};
 use crate::system::plant::physics::Physics;
 
 /// A fitted set.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Scored<'a, D = Dataset> {
     /// The set.
     pub hypothesis: Hypothesis<'a, D>,
@@ -15,12 +15,6 @@ pub struct Scored<'a, D = Dataset> {
     pub fit: Fit,
     /// Cost and penalty for its parameters: lower is better.
     pub score: f64,
-}
-
-impl<D> Clone for Scored<'_, D> {
-    fn clone(&self) -> Self {
-        Self { hypothesis: self.hypothesis.clone(), fit: self.fit.clone(), score: self.score }
-    }
 }
 
 impl<D: Data> Scored<'_, D> {

@@ -57,7 +57,7 @@ impl Case<'_> {
             marks: marks.clone(),
         };
         let holdout = self.holdout(&found, &residual, unit);
-        let left = unexplained.structure != "none";
+        let left = unexplained.is_left();
         let limits = ShareLimits::default();
         let leaves = (holdout.rmse_after / holdout.rmse_before).powi(2);
         // Beside a model that is a fit to the table, names stand although something is left.
@@ -148,8 +148,7 @@ impl Case<'_> {
         let left = (residual.rms().powi(2) - noise).max(0.0);
         let share = left / (first - noise).max(left).max(f64::MIN_POSITIVE);
         let structured = share > SHARE_LEFT && residual.likeness() > ALIKE && left > ABOVE_NOISE * noise;
-        let structure = if structured { shape(residual) } else { "none".into() };
-        Unexplained::new(share, structure)
+        Unexplained::new(share, structured.then(|| shape(residual)))
     }
 
     /// Held-out gap of a set.

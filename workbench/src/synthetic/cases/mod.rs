@@ -271,28 +271,19 @@ impl Draft {
     ) -> Case {
         let subject = self.subject(None, false);
         let mut noiseless = Vec::new();
-        let mut records = inputs.map(|input| {
-            let mut sheet: Option<Sheet> = None;
+        let [log, holdout] = inputs.map(|input| {
+            let mut sheet = Sheet::default();
+            noiseless.clear();
             for run in 0..if dirty { 2 } else { 1 } {
                 let truth = input.simulate(&subject, sensors, rng.random());
-                let more = input.measure(&truth, &subject, sensors, dirty.then_some(run), rng.random());
-                match &mut sheet {
-                    Some(sheet) => {
-                        sheet.append(more);
-                        noiseless.extend(truth.seen);
-                    }
-                    None => {
-                        sheet = Some(more);
-                        noiseless = truth.seen;
-                    }
-                }
+                sheet.append(input.measure(&truth, &subject, sensors, dirty.then_some(run), rng.random()));
+                noiseless.extend(truth.seen);
             }
-            sheet.unwrap_or_default()
+            sheet
         });
         let hidden: Vec<&Effect> = self.hidden.iter().map(|hidden| hidden.kind.effect).collect();
         let base = Claim::true_values(&self.motor);
         let claimed = base.with_errors(rng, self.natural.tolerance, &hidden);
-        let holdout = std::mem::take(&mut records[1]);
         let answer = Answer {
             schema: "truing-answer/1",
             set: spec.set,
@@ -309,27 +300,19 @@ impl Draft {
         };
         let model = self.model_file(&claimed, sensors, subject.encoder_at_load);
         let rig = Rig { subject, sensors: *sensors, natural: self.natural };
-        Case { rig, model, log: std::mem::take(&mut records[0]), holdout, answer, noiseless }
+        Case { rig, model, log, holdout, answer, noiseless }
     }
 
     fn reveal(&self, sensors: &Sensors, inputs: &[&Input; 2]) -> Vec<HiddenEffect> {
         let each: Vec<Option<usize>> = (0..self.hidden.len()).map(Some).collect();
         let visibilities = self.visibilities(sensors, inputs, &each);
-        let effects = self.hidden.iter().zip(visibilities);
-        effects
-            .map(|(effect, visibility)| HiddenEffect {
-                name: effect.kind.effect.name,
-                parameters: effect
-                    .kind
-                    .parameters
-                    .iter()
-                    .copied()
-                    .zip(effect.values.iter().copied())
-                    .collect(),
-                visibility,
-                form_in_library: effect.form_in_library(),
-            })
-            .collect()
+        let reveal = |(effect, visibility): (&Hidden, f64)| HiddenEffect {
+            name: effect.kind.effect.name,
+            parameters: effect.named_values().collect(),
+            visibility,
+            form_in_library: effect.form_in_library(),
+        };
+        self.hidden.iter().zip(visibilities).map(reveal).collect()
     }
 
     fn model_file(&self, claimed: &Claim, sensors: &Sensors, at_load: bool) -> String {

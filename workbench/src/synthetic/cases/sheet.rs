@@ -22,6 +22,9 @@ impl Sheet {
 
     /// Appends the rows of a sheet with the same columns.
     pub fn append(&mut self, other: Sheet) {
+        if self.columns.is_empty() {
+            return *self = other;
+        }
         for (column, (_, values)) in self.columns.iter_mut().zip(other.columns) {
             column.1.extend(values);
         }

@@ -6,6 +6,43 @@ use super::*;
 /// A contact shorter than this part of the time constant is inelastic.
 const SHORTEST: f64 = 2e-3;
 
+/// Gaps from which a fit of the massless play begins.
+const GAPS: [f64; 8] = [0.002, 0.006, 0.015, 0.03, 0.06, 0.12, 0.25, 0.55];
+/// The same beside a load with inertia. The teeth meet at moments that depend on the gap and on how far they throw the load back,
+/// and a fit finds its way only from a start that puts them within the width of a shock.
+const GAPS_OF_LOAD: [f64; 20] = [
+    0.005, 0.0065, 0.0085, 0.011, 0.014, 0.019, 0.024, 0.031, 0.041, 0.053, 0.069, 0.09, 0.12, 0.15, 0.2,
+    0.26, 0.33, 0.43, 0.56, 0.73,
+];
+/// Share and damping of the loads that are tried with each of those gaps.
+const LOADS: [[f64; 2]; 3] = [[0.3, 0.9], [0.3, 0.5], [0.55, 0.5]];
+const COUNT: usize = GAPS.len() + GAPS_OF_LOAD.len() * LOADS.len();
+/// Gap, share of the load, time of a contact and its damping.
+static ROWS: [[f64; 4]; COUNT] = {
+    let mut rows = [[0.0; 4]; COUNT];
+    let mut row = 0;
+    while row < COUNT {
+        rows[row] = match row.checked_sub(GAPS.len()) {
+            None => [GAPS[row], 0.0, 0.0, 1.0],
+            Some(place) => {
+                let [share, damping] = LOADS[place % LOADS.len()];
+                [GAPS_OF_LOAD[place / LOADS.len()], share, 0.006, damping]
+            }
+        };
+        row += 1;
+    }
+    rows
+};
+static STARTS: [&[f64]; COUNT] = {
+    let mut starts: [&[f64]; COUNT] = [&[]; COUNT];
+    let mut row = 0;
+    while row < COUNT {
+        starts[row] = &ROWS[row];
+        row += 1;
+    }
+    starts
+};
+
 /// The effect.
 pub static BACKLASH: Effect = Effect {
     name: "backlash",
@@ -21,81 +58,7 @@ pub static BACKLASH: Effect = Effect {
         Parameter::new("contact_s", "s", Scale::Time, 0.0, 0.05).optional(0.0),
         Parameter::new("contact_damping", "1", Scale::One, 0.05, 3.0).optional(1.0),
     ],
-    // With a load's inertia the teeth meet at moments that depend on the gap and on how far they throw the load back, and
-    // a fit finds its way only from a start that puts them within the width of a shock.
-    starts: Starts::Rugged(
-        &[
-            &[0.002, 0.0, 0.0, 1.0],
-            &[0.006, 0.0, 0.0, 1.0],
-            &[0.015, 0.0, 0.0, 1.0],
-            &[0.03, 0.0, 0.0, 1.0],
-            &[0.06, 0.0, 0.0, 1.0],
-            &[0.12, 0.0, 0.0, 1.0],
-            &[0.25, 0.0, 0.0, 1.0],
-            &[0.55, 0.0, 0.0, 1.0],
-            &[0.005, 0.3, 0.006, 0.9],
-            &[0.005, 0.3, 0.006, 0.5],
-            &[0.005, 0.55, 0.006, 0.5],
-            &[0.0065, 0.3, 0.006, 0.9],
-            &[0.0065, 0.3, 0.006, 0.5],
-            &[0.0065, 0.55, 0.006, 0.5],
-            &[0.0085, 0.3, 0.006, 0.9],
-            &[0.0085, 0.3, 0.006, 0.5],
-            &[0.0085, 0.55, 0.006, 0.5],
-            &[0.011, 0.3, 0.006, 0.9],
-            &[0.011, 0.3, 0.006, 0.5],
-            &[0.011, 0.55, 0.006, 0.5],
-            &[0.014, 0.3, 0.006, 0.9],
-            &[0.014, 0.3, 0.006, 0.5],
-            &[0.014, 0.55, 0.006, 0.5],
-            &[0.019, 0.3, 0.006, 0.9],
-            &[0.019, 0.3, 0.006, 0.5],
-            &[0.019, 0.55, 0.006, 0.5],
-            &[0.024, 0.3, 0.006, 0.9],
-            &[0.024, 0.3, 0.006, 0.5],
-            &[0.024, 0.55, 0.006, 0.5],
-            &[0.031, 0.3, 0.006, 0.9],
-            &[0.031, 0.3, 0.006, 0.5],
-            &[0.031, 0.55, 0.006, 0.5],
-            &[0.041, 0.3, 0.006, 0.9],
-            &[0.041, 0.3, 0.006, 0.5],
-            &[0.041, 0.55, 0.006, 0.5],
-            &[0.053, 0.3, 0.006, 0.9],
-            &[0.053, 0.3, 0.006, 0.5],
-            &[0.053, 0.55, 0.006, 0.5],
-            &[0.069, 0.3, 0.006, 0.9],
-            &[0.069, 0.3, 0.006, 0.5],
-            &[0.069, 0.55, 0.006, 0.5],
-            &[0.09, 0.3, 0.006, 0.9],
-            &[0.09, 0.3, 0.006, 0.5],
-            &[0.09, 0.55, 0.006, 0.5],
-            &[0.12, 0.3, 0.006, 0.9],
-            &[0.12, 0.3, 0.006, 0.5],
-            &[0.12, 0.55, 0.006, 0.5],
-            &[0.15, 0.3, 0.006, 0.9],
-            &[0.15, 0.3, 0.006, 0.5],
-            &[0.15, 0.55, 0.006, 0.5],
-            &[0.2, 0.3, 0.006, 0.9],
-            &[0.2, 0.3, 0.006, 0.5],
-            &[0.2, 0.55, 0.006, 0.5],
-            &[0.26, 0.3, 0.006, 0.9],
-            &[0.26, 0.3, 0.006, 0.5],
-            &[0.26, 0.55, 0.006, 0.5],
-            &[0.33, 0.3, 0.006, 0.9],
-            &[0.33, 0.3, 0.006, 0.5],
-            &[0.33, 0.55, 0.006, 0.5],
-            &[0.43, 0.3, 0.006, 0.9],
-            &[0.43, 0.3, 0.006, 0.5],
-            &[0.43, 0.55, 0.006, 0.5],
-            &[0.56, 0.3, 0.006, 0.9],
-            &[0.56, 0.3, 0.006, 0.5],
-            &[0.56, 0.55, 0.006, 0.5],
-            &[0.73, 0.3, 0.006, 0.9],
-            &[0.73, 0.3, 0.006, 0.5],
-            &[0.73, 0.55, 0.006, 0.5],
-        ],
-        &[0.12, 0.2, 0.25, 0.25],
-    ),
+    starts: Starts::Rugged(&STARTS, &[0.12, 0.2, 0.25, 0.25]),
     axis: Axis::Any,
     family: Family::Coupling,
     form: Form::Rich,

@@ -1,7 +1,7 @@
 //! A model file some of whose numbers are not known: absent, or `"unknown"`.
 
+use super::Model;
 use super::table::{self, UNKNOWN};
-use super::{Kind, Model};
 use crate::console::input_error::InputError;
 
 /// A model file as it was read. Numbers of the base that nobody knows are not numbers in it, so that it cannot be simulated
@@ -62,10 +62,5 @@ impl Draft {
         };
         InputError::all(self.unknown.iter().map(complaint).collect())?;
         Ok(self.model)
-    }
-
-    /// True for a motor of which an electrical and a mechanical equation are known.
-    pub fn is_dc_motor(&self) -> bool {
-        matches!(self.model.kind, Kind::DcMotor { .. })
     }
 }

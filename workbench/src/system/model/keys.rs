@@ -48,8 +48,5 @@ pub fn value_meant<'a>(text: &str, values: &[&'a str]) -> Option<&'a str> {
         let begin: String = known.chars().take(text.chars().count()).collect();
         (text.len() >= PART && known.contains(text)) || mistyped(text, known) || mistyped(text, &begin)
     };
-    match text.is_empty() || values.contains(&text) {
-        true => None,
-        false => values.iter().copied().find(almost),
-    }
+    if text.is_empty() || values.contains(&text) { None } else { values.iter().copied().find(almost) }
 }

@@ -14,7 +14,7 @@ pub use keys::{ACTS, NAMED, OVER, STANDING, STANDSTILL, UNNAMED, VALUES, VALUES_
 pub use read::{parse, parse_draft, read, read_draft};
 pub use unnamed::Unnamed;
 
-use crate::system::effects::{self, Effect};
+use crate::system::effects::Effect;
 use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::Term;
 use std::collections::BTreeMap;
@@ -262,10 +262,5 @@ impl Model {
         let mut texts = self.texts.iter();
         let found = texts.find(|(place, key, _)| *place == section && key == STANDING);
         found.map(|(_, _, standing)| standing.as_str())
-    }
-
-    /// Name of a parameter on this axis (`_nm` reads `_n` on a linear axis).
-    pub fn key_on_axis(&self, name: &str) -> String {
-        if self.linear() { effects::linear_key(name) } else { name.to_owned() }
     }
 }

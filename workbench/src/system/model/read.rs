@@ -102,10 +102,7 @@ impl<'a> Base<'a> {
 
     /// A number that is this where it is absent, and not a number where it is stated as unknown.
     fn or(&self, key: &'static str, absent: f64, unknown: &mut Vec<Unknown>) -> f64 {
-        match self.is_unknown(key) {
-            true => self.needed(key, unknown),
-            false => self.number(key).unwrap_or(absent),
-        }
+        if self.is_unknown(key) { self.needed(key, unknown) } else { self.number(key).unwrap_or(absent) }
     }
 
     fn unknown(&self, key: &'static str) -> Unknown {

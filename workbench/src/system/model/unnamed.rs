@@ -21,17 +21,6 @@ pub struct Unnamed {
     pub origin: Option<String>,
 }
 
-impl Acting {
-    /// Its word in the model file.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Torque => "torque",
-            Self::Input => "input",
-            Self::Reading => "reading",
-        }
-    }
-}
-
 impl<'a> File<'a> {
     /// Reads one term. `None`: something is wrong with it.
     pub(super) fn unnamed(&'a self, name: &str, table: &Table) -> Option<Unnamed> {
@@ -97,10 +86,9 @@ impl Section<'_> {
 
     fn acting(&self) -> Option<Acting> {
         let text = self.text(ACTS).unwrap_or_else(|| Acting::Torque.key().to_owned());
-        let all = [Acting::Torque, Acting::Input, Acting::Reading];
-        let found = all.into_iter().find(|acting| acting.key() == text);
+        let found = Acting::ALL.into_iter().find(|acting| acting.key() == text);
         if found.is_none() {
-            let known = all.map(Acting::key);
+            let known = Acting::ALL.map(Acting::key);
             let remedy = match nearest(&text, known) {
                 Some(near) => format!("the nearest is \"{near}\""),
                 None => format!("write one of {}", known.join(", ")),

@@ -2,66 +2,36 @@
 
 use std::f64::consts::TAU;
 
-/// What a term depends on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Variable {
-    /// Speed of the shaft, rad/s.
-    Speed,
-    /// Place within a turn of the encoder's shaft, 0 … 2π rad.
-    TurnOfMotor,
-    /// Place within a turn of the load, 0 … 2π rad of the load.
-    TurnOfLoad,
-    /// Position of the encoder's shaft, rad.
-    Position,
-    /// Travel since the last reversal, rad, not negative.
-    TravelSinceReversal,
-    /// Time since the last reversal, s.
-    TimeSinceReversal,
-    /// Direction of the motion, −1 … 1; a ramp around standstill.
-    Direction,
-    /// Winding current, A; where a current or a torque drives the axis, that input.
-    Current,
-    /// Input behind the input chain, in its own unit.
-    Input,
-    /// Acceleration that the plant would have without the term, rad/s².
-    Acceleration,
-    /// Time since the start of the run, s.
-    Time,
+worded! {
+    /// What a term depends on.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Variable: key {
+        /// Speed of the shaft, rad/s.
+        Speed = "speed",
+        /// Place within a turn of the encoder's shaft, 0 … 2π rad.
+        TurnOfMotor = "turn_of_motor",
+        /// Place within a turn of the load, 0 … 2π rad of the load.
+        TurnOfLoad = "turn_of_load",
+        /// Position of the encoder's shaft, rad.
+        Position = "position",
+        /// Travel since the last reversal, rad, not negative.
+        TravelSinceReversal = "travel_since_reversal",
+        /// Time since the last reversal, s.
+        TimeSinceReversal = "time_since_reversal",
+        /// Direction of the motion, −1 … 1; a ramp around standstill.
+        Direction = "direction",
+        /// Winding current, A; where a current or a torque drives the axis, that input.
+        Current = "current",
+        /// Input behind the input chain, in its own unit.
+        Input = "input",
+        /// Acceleration that the plant would have without the term, rad/s².
+        Acceleration = "acceleration",
+        /// Time since the start of the run, s.
+        Time = "time",
+    }
 }
 
 impl Variable {
-    /// Every variable.
-    pub const ALL: [Self; 11] = [
-        Self::Speed,
-        Self::TurnOfMotor,
-        Self::TurnOfLoad,
-        Self::Position,
-        Self::TravelSinceReversal,
-        Self::TimeSinceReversal,
-        Self::Direction,
-        Self::Current,
-        Self::Input,
-        Self::Acceleration,
-        Self::Time,
-    ];
-
-    /// Its key in the model file, in JSON too.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Speed => "speed",
-            Self::TurnOfMotor => "turn_of_motor",
-            Self::TurnOfLoad => "turn_of_load",
-            Self::Position => "position",
-            Self::TravelSinceReversal => "travel_since_reversal",
-            Self::TimeSinceReversal => "time_since_reversal",
-            Self::Direction => "direction",
-            Self::Current => "current",
-            Self::Input => "input",
-            Self::Acceleration => "acceleration",
-            Self::Time => "time",
-        }
-    }
-
     /// The variable of that key.
     pub fn find(key: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|variable| variable.key() == key)
@@ -171,15 +141,17 @@ impl Knots {
     }
 }
 
-/// On what a term acts, and in which unit its values are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Acting {
-    /// A torque on the motor's shaft, N m (a force, N, on a linear axis).
-    Torque,
-    /// The same in the unit of the input: of a model that does not know torques.
-    Input,
-    /// Relative error of the speed's reading.
-    Reading,
+worded! {
+    /// On what a term acts, and in which unit its values are.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Acting: key {
+        /// A torque on the motor's shaft, N m (a force, N, on a linear axis).
+        Torque = "torque",
+        /// The same in the unit of the input: of a model that does not know torques.
+        Input = "input",
+        /// Relative error of the speed's reading.
+        Reading = "reading",
+    }
 }
 
 /// A table over one variable or two, linear between its knots and constant outside.

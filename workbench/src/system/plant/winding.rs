@@ -71,10 +71,7 @@ impl<F: Lanes> Shaft<F> {
         // 1/(1 − exp(−x)) − 1/x, from its series where that is right to 1e-10.
         let series = x * (x * x * (-1.0 / 720.0) + 1.0 / 12.0) + 0.5;
         let little = x.abs().le(x.like(0.1));
-        let mean = match little.all() {
-            true => series,
-            false => F::select(little, series, (-lost + 1.0) / (x * lost)),
-        };
+        let mean = if little.all() { series } else { F::select(little, series, (-lost + 1.0) / (x * lost)) };
         Self { damping, keep: -(x * lost) + 1.0, mobility: lost * reach, mean }
     }
 

@@ -6,72 +6,53 @@ use crate::synthetic::reference_plant::{Law, Split, Train};
 use crate::system::effects;
 use rand::RngExt;
 
-pub(super) static CONSTANT_LOAD: Kind = Kind {
-    effect: &effects::CONSTANT_LOAD,
-    parameters: &["torque_nm"],
-    group: Group::Constant,
-    needs_tacho: false,
-    has_other_form: false,
-    draw: |rng, n| vec![sign(rng) * log_range(rng, 0.003, 0.15) * n.torque],
-    put: |v, _, _, subject| subject.motor.load.constant_nm = v[0],
-};
+pub(super) static CONSTANT_LOAD: Kind = Kind::new(
+    &effects::CONSTANT_LOAD,
+    |rng, n| vec![sign(rng) * log_range(rng, 0.003, 0.15) * n.torque],
+    |v, _, _, subject| subject.motor.load.constant_nm = v[0],
+)
+.of(Group::Constant);
 
-pub(super) static GRAVITY: Kind = Kind {
-    effect: &effects::GRAVITY,
-    parameters: &["mgl_nm", "phase_rad"],
-    group: Group::Own,
-    needs_tacho: false,
-    has_other_form: false,
-    draw: |rng, n| {
+pub(super) static GRAVITY: Kind = Kind::new(
+    &effects::GRAVITY,
+    |rng, n| {
         let torque = log_range(rng, 0.005, 0.25) * n.torque * n.gear_ratio;
         vec![torque, rng.random_range(-std::f64::consts::PI..std::f64::consts::PI)]
     },
-    put: |v, _, _, subject| {
+    |v, _, _, subject| {
         subject.motor.load.mgl_nm = v[0];
         subject.motor.load.gravity_phase = v[1];
     },
-};
+);
 
-pub(super) static COGGING: Kind = Kind {
-    effect: &effects::COGGING,
-    parameters: &["amplitude_nm", "periods_per_rev", "phase_rad"],
-    group: Group::Own,
-    needs_tacho: false,
-    has_other_form: false,
-    draw: |rng, n| {
+pub(super) static COGGING: Kind = Kind::new(
+    &effects::COGGING,
+    |rng, n| {
         let periods = f64::from(rng.random_range(2..=40));
         vec![log_range(rng, 0.01, 0.2) * n.torque, periods, rng.random_range(-3.0..3.0)]
     },
-    put: |v, _, _, subject| {
+    |v, _, _, subject| {
         let load = &mut subject.motor.load;
         (load.cogging_nm, load.cogging_periods, load.cogging_phase) = (v[0], v[1], v[2]);
     },
-};
+);
 
-pub(super) static PERIODIC_LOAD: Kind = Kind {
-    effect: &effects::PERIODIC_LOAD,
-    parameters: &["amplitude_nm", "frequency_hz", "phase_rad"],
-    group: Group::Own,
-    needs_tacho: false,
-    has_other_form: false,
-    draw: |rng, n| {
+pub(super) static PERIODIC_LOAD: Kind = Kind::new(
+    &effects::PERIODIC_LOAD,
+    |rng, n| {
         let frequency = log_range(rng, 0.1, 3.0) / n.tau;
         vec![log_range(rng, 0.005, 0.15) * n.torque, frequency, rng.random_range(-3.0..3.0)]
     },
-    put: |v, _, _, subject| {
+    |v, _, _, subject| {
         let load = &mut subject.motor.load;
         (load.periodic_nm, load.periodic_hz, load.periodic_phase) = (v[0], v[1], v[2]);
     },
-};
+);
 
-pub(super) static BACKLASH: Kind = Kind {
-    effect: &effects::BACKLASH,
-    parameters: &["gap_rad", "load_share"],
-    group: Group::Train,
-    needs_tacho: false,
-    has_other_form: true,
-    draw: |rng, n| vec![log_range(rng, 0.005, 0.8) * n.speed * n.tau, rng.random_range(0.15..0.6)],
-    put: |v, shape, n, subject| {
+pub(super) static BACKLASH: Kind = Kind::new(
+    &effects::BACKLASH,
+    |rng, n| vec![log_range(rng, 0.005, 0.8) * n.speed * n.tau, rng.random_range(0.15..0.6)],
+    |v, shape, n, subject| {
         // Teeth far stiffer than the motor: they catch the load without a rebound, or, in the other form, throw it back.
         // Friction acts on the motor's side, as in the library.
         let split = Split { inertia: v[1], viscous: 0.0 };
@@ -83,34 +64,29 @@ pub(super) static BACKLASH: Kind = Kind {
         // Referred to the shaft of the encoder, an encoder at the load means a gear ratio of 1.
         subject.encoder_at_load = n.gear_ratio == 1.0;
     },
-};
+)
+.of(Group::Train)
+.in_other_forms();
 
-pub(super) static FLEXIBLE_COUPLING: Kind = Kind {
-    effect: &effects::FLEXIBLE_COUPLING,
-    parameters: &["stiffness_nm_per_rad", "damping", "load_share"],
-    group: Group::Train,
-    needs_tacho: false,
-    has_other_form: false,
-    draw: |rng, n| {
+pub(super) static FLEXIBLE_COUPLING: Kind = Kind::new(
+    &effects::FLEXIBLE_COUPLING,
+    |rng, n| {
         let share = rng.random_range(0.2..0.7);
         let inertia = n.inertia * share * (1.0 - share);
         let frequency = log_range(rng, 3.0, 30.0) / n.tau;
         let damping = 2.0 * rng.random_range(0.02..0.2) * frequency * inertia;
         vec![inertia * frequency.powi(2), damping, share]
     },
-    put: |v, _, _, subject| {
+    |v, _, _, subject| {
         let split = Split { inertia: v[2], viscous: 0.0 };
         subject.motor.train = Train::Flexible { split, stiffness: v[0], damping: v[1] };
     },
-};
+)
+.of(Group::Train);
 
-pub(super) static TORSIONAL_SPRING: Kind = Kind {
-    effect: &effects::TORSIONAL_SPRING,
-    parameters: &["stiffness_nm_per_rad", "rest_rad", "cubic_nm_per_rad3"],
-    group: Group::Own,
-    needs_tacho: false,
-    has_other_form: false,
-    draw: |rng, n| {
+pub(super) static TORSIONAL_SPRING: Kind = Kind::new(
+    &effects::TORSIONAL_SPRING,
+    |rng, n| {
         let angle = n.speed * n.tau;
         let stiffness = log_range(rng, 0.001, 0.5) * n.torque / angle;
         let progressive = rng.random_bool(0.3);
@@ -119,10 +95,10 @@ pub(super) static TORSIONAL_SPRING: Kind = Kind {
         let cubic = if progressive { stiffness / (as_large * as_large) } else { 0.0 };
         vec![stiffness, rng.random_range(-2.0..2.0) * angle, cubic]
     },
-    put: |v, _, _, subject| {
+    |v, _, _, subject| {
         subject.motor.load.law = Some(Law {
             torque: |p, theta| -(p[0] * (theta - p[1]) + p[2] * (theta - p[1]).powi(3)),
             parameters: v.to_vec(),
         });
     },
-};
+);

@@ -58,10 +58,8 @@ pub enum Group {
 /// One kind of effect.
 #[derive(Debug)]
 pub struct Kind {
-    /// The effect of the library, whose name and parameter names the answer takes.
+    /// The effect of the library, whose name the answer takes; the values are those of its first parameters.
     pub effect: &'static Effect,
-    /// Names of its parameters, in the order of the values.
-    pub parameters: &'static [&'static str],
     /// Two of the same group never hide together.
     pub group: Group,
     /// True if it lives in a tacho, so that the speed cannot come from encoder differences.
@@ -76,6 +74,30 @@ pub struct Kind {
 }
 
 impl Kind {
+    /// A kind of a group of its own, in the library's form alone, that any sensor of the speed may see.
+    const fn new(
+        effect: &'static Effect,
+        draw: fn(&mut ChaCha8Rng, &Natural) -> Vec<f64>,
+        put: fn(&[f64], Option<f64>, &Natural, &mut Subject),
+    ) -> Self {
+        Self { effect, group: Group::Own, needs_tacho: false, has_other_form: false, draw, put }
+    }
+
+    const fn of(mut self, group: Group) -> Self {
+        self.group = group;
+        self
+    }
+
+    const fn behind_tacho(mut self) -> Self {
+        self.needs_tacho = true;
+        self
+    }
+
+    const fn in_other_forms(mut self) -> Self {
+        self.has_other_form = true;
+        self
+    }
+
     /// True if the two never hide together.
     pub fn excludes(&self, other: &Kind) -> bool {
         let one_group = self.group == other.group && self.group != Group::Own;
@@ -106,6 +128,12 @@ impl Hidden {
     /// Puts the effect into the subject.
     pub fn put_into(&self, natural: &Natural, subject: &mut Subject) {
         (self.kind.put)(&self.values, self.shape, natural, subject);
+    }
+
+    /// The values with the names of their parameters.
+    pub fn named_values(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let names = self.kind.effect.parameters.iter().map(|parameter| parameter.name);
+        names.zip(self.values.iter().copied())
     }
 
     /// True if the truth has the library's form.

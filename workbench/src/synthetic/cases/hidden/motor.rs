@@ -6,77 +6,48 @@ use crate::synthetic::reference_plant::Thermal;
 use crate::system::effects;
 use rand::RngExt;
 
-pub(super) static RESISTANCE: Kind = Kind {
-    effect: &effects::RESISTANCE,
-    parameters: &["ratio"],
-    group: Group::Base,
-    needs_tacho: false,
-    has_other_form: false,
-    draw: wrong_ratio,
-    put: |v, _, _, subject| subject.motor.resistance_ohm *= v[0],
-};
+pub(super) static RESISTANCE: Kind =
+    Kind::new(&effects::RESISTANCE, wrong_ratio, |v, _, _, subject| subject.motor.resistance_ohm *= v[0])
+        .of(Group::Base);
 
-pub(super) static MOTOR_GAIN: Kind = Kind {
-    effect: &effects::MOTOR_GAIN,
-    parameters: &["ratio"],
-    group: Group::Base,
-    needs_tacho: false,
-    has_other_form: false,
-    draw: wrong_ratio,
-    put: |v, _, _, subject| {
-        subject.motor.torque_constant *= v[0];
-        subject.motor.emf_constant *= v[0];
-    },
-};
+pub(super) static MOTOR_GAIN: Kind = Kind::new(&effects::MOTOR_GAIN, wrong_ratio, |v, _, _, subject| {
+    subject.motor.torque_constant *= v[0];
+    subject.motor.emf_constant *= v[0];
+})
+.of(Group::Base);
 
-pub(super) static INERTIA: Kind = Kind {
-    effect: &effects::INERTIA,
-    parameters: &["ratio"],
-    group: Group::Base,
-    needs_tacho: false,
-    has_other_form: false,
-    draw: wrong_ratio,
-    put: |v, _, _, subject| subject.motor.inertia *= v[0],
-};
+pub(super) static INERTIA: Kind =
+    Kind::new(&effects::INERTIA, wrong_ratio, |v, _, _, subject| subject.motor.inertia *= v[0])
+        .of(Group::Base);
 
-pub(super) static VISCOUS_FRICTION: Kind = Kind {
-    effect: &effects::VISCOUS_FRICTION,
-    parameters: &["ratio"],
-    group: Group::Base,
-    needs_tacho: false,
-    has_other_form: false,
-    draw: |rng, n| {
+pub(super) static VISCOUS_FRICTION: Kind = Kind::new(
+    &effects::VISCOUS_FRICTION,
+    |rng, n| {
         // b is often wrong by a factor.
         let size = rng.random_range((4.5 * n.tolerance).ln_1p()..5.0_f64.ln());
         vec![(if rng.random_bool(0.7) { size } else { -size }).exp()]
     },
-    put: |v, _, _, subject| subject.motor.viscous = subject.motor.viscous.map(|b| b * v[0]),
-};
+    |v, _, _, subject| subject.motor.viscous = subject.motor.viscous.map(|b| b * v[0]),
+)
+.of(Group::Base);
 
-pub(super) static THERMAL_RESISTANCE: Kind = Kind {
-    effect: &effects::THERMAL_RESISTANCE,
-    parameters: &["rise_per_w", "time_constant_s"],
-    group: Group::Own,
-    needs_tacho: false,
-    has_other_form: false,
-    draw: |rng, n| {
+pub(super) static THERMAL_RESISTANCE: Kind = Kind::new(
+    &effects::THERMAL_RESISTANCE,
+    |rng, n| {
         let power = 0.1 * n.volts * n.current;
         vec![log_range(rng, 0.05, 1.0) / power, log_range(rng, 5.0, 150.0) * n.tau]
     },
-    put: |v, _, _, subject| {
+    |v, _, _, subject| {
         subject.motor.thermal = Some(Thermal { rise_per_w: v[0], time_constant_s: v[1] });
     },
-};
+);
 
-pub(super) static KT_SATURATION: Kind = Kind {
-    effect: &effects::KT_SATURATION,
-    parameters: &["knee_a"],
-    group: Group::Own,
-    needs_tacho: false,
-    has_other_form: true,
-    draw: |rng, n| vec![log_range(rng, 0.5, 5.0) * n.current],
-    put: |v, shape, _, subject| {
+pub(super) static KT_SATURATION: Kind = Kind::new(
+    &effects::KT_SATURATION,
+    |rng, n| vec![log_range(rng, 0.5, 5.0) * n.current],
+    |v, shape, _, subject| {
         subject.motor.torque_knee_a = v[0];
         subject.motor.torque_knee_order = shape.map_or(1.0, |shape| 0.4 + 0.4 * shape);
     },
-};
+)
+.in_other_forms();

@@ -1,9 +1,9 @@
 //! What the equations of a motor need: which states move, on which the rates depend, how large each becomes, and how often
 //! its noise changes.
 
-use crate::synthetic::reference_plant::motor::{Motor, Train};
-use crate::synthetic::reference_plant::rosenbrock::{N, State};
-use crate::synthetic::reference_plant::state::*;
+use crate::motor::{Motor, Train};
+use crate::rosenbrock::{N, State};
+use crate::state::*;
 
 /// Held noise changes this often per correlation time: its spectrum is right to within a per cent up to the corner.
 const HOLDS_PER_CORRELATION: f64 = 8.0;

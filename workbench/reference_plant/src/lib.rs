@@ -1,7 +1,8 @@
 //! # The truth: a motor simulated to a tolerance, with every switching located
 //!
-//! The fitting plant of this crate trades exactness for speed. A test that simulated its data with that same plant would
-//! only prove that the plant agrees with itself. This second integrator shares no line with it:
+//! The plant with which `truing` fits trades exactness for speed. A test that simulated its data with that same plant would
+//! only prove that the plant agrees with itself. This second integrator shares no line with it, and is a crate of its own so
+//! that it cannot:
 //!
 //! ```text
 //! command → delay → drive ([`drive`]) → winding → rotor and load (equations of [`motor`]) → sensors ([`sensors`])

@@ -7,7 +7,7 @@
 //! A duty becomes volts by the supply of that very moment, before the lag. A command in volts is realised with the
 //! nominal supply, so a sagging supply scales it at the end.
 
-use crate::synthetic::reference_plant::rosenbrock::State;
+use crate::rosenbrock::State;
 
 /// What the drive is told; held until the next command.
 #[derive(Clone, Copy, Debug, PartialEq)]

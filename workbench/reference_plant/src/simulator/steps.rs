@@ -1,9 +1,9 @@
 //! Steps between two breaks of the inputs: their length from the error, their end at a switching if there is one.
 
 use super::Simulator;
-use crate::synthetic::reference_plant::modes::GUARDS;
-use crate::synthetic::reference_plant::rosenbrock::{self, State, Step};
-use crate::synthetic::reference_plant::state::CURRENT;
+use crate::modes::GUARDS;
+use crate::rosenbrock::{self, State, Step};
+use crate::state::CURRENT;
 
 /// Switchings at one instant before one is overlooked for a moment (see [`Simulator::overlooked`]).
 const MOST_SWITCHINGS_AT_ONCE: u32 = 40;

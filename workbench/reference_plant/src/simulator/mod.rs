@@ -3,12 +3,12 @@
 mod sizes;
 mod steps;
 
-use crate::synthetic::reference_plant::drive::{Command, Decay};
-use crate::synthetic::reference_plant::modes::{Held, Modes};
-use crate::synthetic::reference_plant::motor::{Motor, Oddity};
-use crate::synthetic::reference_plant::noise::GaussMarkov;
-use crate::synthetic::reference_plant::rosenbrock::{N, State, System};
-use crate::synthetic::reference_plant::state::*;
+use crate::drive::{Command, Decay};
+use crate::modes::{Held, Modes};
+use crate::motor::{Motor, Oddity};
+use crate::noise::GaussMarkov;
+use crate::rosenbrock::{N, State, System};
+use crate::state::*;
 use servo::axis::Bridge;
 use sizes::{moving_states, natural_sizes, needed_columns, noise_hold};
 use std::collections::VecDeque;
