@@ -112,12 +112,12 @@ impl Params {
             state.measure(share, acted, emf);
         }
         if state.measured >= ENOUGH {
-            state.free = state.drop.unsigned_abs() >> (self.shift + 1);
+            state.free = (state.drop / 2).unsigned_abs() >> (self.shift & 31);
         }
         let room = |left: i32| {
             let faster = if left < 0 { FASTER } else { 0 };
             let shift = self.shift.saturating_sub(faster).max(1);
-            Voltage(mul_shift(state.drop >> shift, left, BITS))
+            Voltage(mul_shift(state.drop >> (shift & 31), left, BITS))
         };
         let highest = acted.plus(room(ONE.saturating_sub(share)));
         let lowest = acted.minus(room(ONE.saturating_add(share)));
@@ -128,7 +128,7 @@ impl Params {
         let most = wanted.max(Voltage::ZERO).max(idle);
         let held = wanted.min(highest).max(lowest).max(least).min(most);
         if held != wanted && share.saturating_abs() < LITTLE {
-            state.believe(state.drop >> (self.shift + GROWTH_SHIFT));
+            state.believe((state.drop >> GROWTH_SHIFT) >> (self.shift & 31));
         }
         held
     }
