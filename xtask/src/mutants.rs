@@ -5,6 +5,7 @@
 //! concludes from a motor is judged by closed loops alone: for its mutants they come last, and take minutes each.
 
 use crate::process::{cargo, find, root, run};
+use crate::programs::{self, Judge};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -31,15 +32,12 @@ const FILES: [&str; 12] = [
 const OTHERS: [&str; 3] = ["src/drivers/flash.rs", "src/drivers/page.rs", "src/drivers/newest.rs"];
 /// Tests that look at documents.
 const DOCUMENTS: [&str; 3] = ["documentation", "pages_of_boards", "the_picture"];
-/// The narrow room.
-const NARROW: [&str; 5] = ["test", "--profile", "mutants", "--test", "narrow"];
 
 /// Tests that mutants are tried with.
 struct Room {
     /// Where its results lie, in `target/mutants-out`.
     folder: &'static str,
-    package: &'static str,
-    test: &'static str,
+    judge: Judge,
     /// Tests of these names are left out.
     skipped: &'static [&'static str],
     /// Beginnings of the names of files that it is for.
@@ -51,8 +49,7 @@ struct Room {
 
 const QUICK: Room = Room {
     folder: "quick",
-    package: "mutants",
-    test: "narrow",
+    judge: Judge::Narrow,
     skipped: &["board_model"],
     files: "src/",
     profile: "mutants",
@@ -65,8 +62,7 @@ const ROOMS: [Room; 3] = [
     Room { folder: "model", skipped: &[], patience: "900", ..QUICK },
     Room {
         folder: "loops",
-        package: "host-tests",
-        test: "closed_loop",
+        judge: Judge::ClosedLoops,
         skipped: &[],
         files: "src/protect/",
         profile: "dev",
@@ -95,7 +91,7 @@ pub struct Choice {
 pub fn check(choice: &Choice) -> Result<()> {
     install()?;
     let chosen = names(choice)?;
-    run(cargo(&NARROW).args(["--package", "mutants"]).args(filters(QUICK.skipped)))
+    run(QUICK.judge.test(QUICK.profile).args(filters(QUICK.skipped)))
         .context("without a mutant the narrow room must be green")?;
     println!("{} mutants", chosen.len());
     let missed = ROOMS.iter().try_fold(chosen.clone(), |names, room| room.tried(names))?;
@@ -112,7 +108,7 @@ fn install() -> Result<()> {
 }
 
 fn mutants() -> Command {
-    let mut command = cargo(&["mutants", "--package", "servo", "--package", "firmware"]);
+    let mut command = programs::mutants();
     for file in FILES {
         command.args(["--file", file]);
     }
@@ -168,6 +164,7 @@ impl Room {
     }
 
     fn missed(&self, names: &[String]) -> Result<Vec<String>> {
+        let (package, test) = self.judge.names();
         let output = root().join("target/mutants-out").join(self.folder);
         std::fs::create_dir_all(&output)?;
         let mut command = mutants();
@@ -175,12 +172,12 @@ impl Room {
         // Published crates are built once, not for every copy; and not where the project's own builds would take a mutant for theirs.
         command.env("CARGO_TARGET_DIR", root().join("target/mutants-build"));
         // `cargo-mutants` would take its base line from the packages that it changes.
-        command.args(["--test-package", self.package, "--profile", self.profile, "--baseline", "skip"]);
+        command.args(["--test-package", package, "--profile", self.profile, "--baseline", "skip"]);
         command.args(["--timeout", self.patience, "--no-shuffle", "--colors", "never"]);
         for name in names {
             command.args(["--re", &format!("^{}$", escaped(name))]);
         }
-        command.args(["--", "--test", self.test]).args(filters(self.skipped));
+        command.args(["--", "--test", test]).args(filters(self.skipped));
         // 2 and 3: some were not noticed, or hung.
         let status = command.status().context("`cargo mutants` cannot be started")?;
         if !matches!(status.code(), Some(0 | 2 | 3)) {

@@ -66,6 +66,36 @@ pub fn example(verb: &str, name: &str) -> Command {
     cargo(&[verb, "--package", "servo", "--example", name])
 }
 
+/// The tests that mutants are tried with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Judge {
+    /// Drivers, protection and image, without the workbench.
+    Narrow,
+    /// Simulated motors.
+    ClosedLoops,
+}
+
+impl Judge {
+    /// Package and name of the test.
+    pub fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Judge::Narrow => ("mutants", "narrow"),
+            Judge::ClosedLoops => ("host-tests", "closed_loop"),
+        }
+    }
+
+    /// `cargo test` with this profile of Cargo's.
+    pub fn test(self, profile: &str) -> Command {
+        let (package, test) = self.names();
+        cargo(&["test", "--package", package, "--test", test, "--profile", profile])
+    }
+}
+
+/// `cargo mutants` on the packages that it changes.
+pub fn mutants() -> Command {
+    cargo(&["mutants", "--package", "servo", "--package", Program::Firmware.package()])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -77,6 +107,10 @@ mod tests {
         for program in Program::value_variants() {
             let (package, name) = program.names();
             targets.find(package, Some(("bin", name))).unwrap();
+        }
+        for judge in Judge::value_variants() {
+            let (package, name) = judge.names();
+            targets.find(package, Some(("test", name))).unwrap();
         }
     }
 
