@@ -160,12 +160,12 @@ impl Ramp {
     }
 
     /// Why nothing was counted. Without a current sensor a stall and an unplugged encoder are the same data.
-    fn silence(&self) -> Reason {
+    fn silence(&self, no_current: i32) -> Reason {
         let (quiet, loud) = (&self.quiet, &self.loud);
         if loud.ticks == 0 {
             return Reason::NoMotion;
         }
-        if loud.current < NO_CURRENT * loud.ticks {
+        if loud.current < no_current.saturating_mul(loud.ticks) {
             return Reason::MotorDisconnected;
         }
         let late = i64::from(loud.current) * i64::from(quiet.voltage) * 4;
@@ -308,7 +308,7 @@ impl Params {
     }
 
     fn silence(&self, state: &State, displacement: i32) -> Reason {
-        match state.ramp.silence() {
+        match state.ramp.silence(self.no_current) {
             Reason::NoMotion | Reason::EncoderUnplugged if self.identify.coarse() && displacement != 0 => {
                 Reason::EncoderTooSlow
             }

@@ -60,7 +60,8 @@ impl State {
     #[cold]
     #[inline(never)]
     pub(super) fn blame_limit(&mut self) {
-        use Reason::{NotExcited, NotSeen, NotVerified, TooUncertain};
+        // A gain that contradicts the axis file rests on speeds that were too low: it shows again, or not, once the limit is raised.
+        use Reason::{NotExcited, NotSeen, NotVerified, SpeedContradicts, TooUncertain};
         let much = self.or_limited(Reason::NotExcited) == Reason::CurrentLimited;
         let full = self.voltage.full;
         let Estimates {
@@ -72,7 +73,11 @@ impl State {
         {
             match &mut estimate.standing {
                 Standing::Doubtful(reason) | Standing::Missing(reason)
-                    if limited && matches!(reason, NotExcited | NotSeen | NotVerified | TooUncertain) =>
+                    if limited
+                        && matches!(
+                            reason,
+                            NotExcited | NotSeen | NotVerified | SpeedContradicts | TooUncertain
+                        ) =>
                 {
                     *reason = Reason::CurrentLimited;
                 }

@@ -17,7 +17,7 @@
 //! This takes a joint whose travel holds enough counts, and a motor whose time constant is known roughly
 //! ([`PulseTest::new`]); others are not shaken, and their first travel is not bounded.
 
-use super::{Input, NO_CURRENT, Params, Phase, State};
+use super::{Input, Params, Phase, State};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
 use crate::units::VoltageQ14;
@@ -177,7 +177,7 @@ impl Params {
                 pulses.proved = true;
                 state.enter(Phase::Settle, input.count);
             }
-            () if pulses.silent() => state.refuse(Reason::MotorDisconnected),
+            () if pulses.silent(self.no_current) => state.refuse(Reason::MotorDisconnected),
             // The ramp ends by what the current shows.
             () if state.limited() => state.enter(Phase::BreakAway, input.count),
             () => state.refuse(Reason::NoMotion),
@@ -219,7 +219,7 @@ impl Pulses {
     }
 
     /// The current is sensed, and there is none.
-    fn silent(&self) -> bool {
-        self.sensed > 0 && self.current < NO_CURRENT.saturating_mul(self.sensed)
+    fn silent(&self, none: i32) -> bool {
+        self.sensed > 0 && self.current < none.saturating_mul(self.sensed)
     }
 }
