@@ -308,7 +308,7 @@ impl Params {
     }
 
     fn silence(&self, state: &State, displacement: i32) -> Reason {
-        match state.ramp.silence(self.no_current) {
+        match state.ramp.silence(self.no_current()) {
             Reason::NoMotion | Reason::EncoderUnplugged if self.identify.coarse() && displacement != 0 => {
                 Reason::EncoderTooSlow
             }

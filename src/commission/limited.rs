@@ -4,7 +4,7 @@
 //! are read by the acting voltage, the time constant is not seen in a step that was none, and a shaft that stays where it is may be
 //! held by the limit alone.
 
-use super::{Input, Params, State};
+use super::{Input, NO_CURRENT, Params, State};
 use crate::identify::estimate::{Estimates, Reason, Standing};
 
 /// Share of a break-away voltage that friction takes from a shaft that turns, in quarters: 3/4.
@@ -88,6 +88,16 @@ impl State {
 }
 
 impl Params {
+    /// Mean current that counts as none, converter counts: that of a sensor without current, or half of a limit that is lower than twice that.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn no_current(&self) -> i32 {
+        let config = &self.scale.config;
+        let limit = config.current_limit_a.get();
+        let counts = limit.map_or(i32::MAX, |limit| (limit / config.current_a_per_lsb) as i32);
+        (counts / 2).clamp(1, NO_CURRENT)
+    }
+
     /// The time constant of a step that the limit makes a slope, as soon as it can be told; true: it is known from now on.
     ///
     /// ```text

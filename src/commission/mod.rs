@@ -141,8 +141,6 @@ pub struct Params {
     pulse_test: Option<PulseTest>,
     /// Back-EMF of a travel that an encoder must have shown, Q14 · ticks.
     unseen: i64,
-    /// Mean current that counts as none, converter counts: [`NO_CURRENT`], or half of a limit that is lower than twice that.
-    no_current: i32,
 }
 
 impl Params {
@@ -161,14 +159,7 @@ impl Params {
             limits: Limits::new(scale),
             pulse_test: PulseTest::new(scale),
             unseen: Self::unseen(scale),
-            no_current: Self::no_current(scale),
         }
-    }
-
-    fn no_current(scale: &Scale) -> i32 {
-        let limit = scale.config.current_limit_a.get();
-        let counts = limit.map_or(i32::MAX, |limit| (limit / scale.config.current_a_per_lsb) as i32);
-        (counts / 2).clamp(1, NO_CURRENT)
     }
 
     #[inline]

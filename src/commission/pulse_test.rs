@@ -161,6 +161,7 @@ impl Params {
 
     /// After every second pulse what they show together decides: a drift shows in both, with opposite signs.
     fn next_pulse(&self, state: &mut State, input: &Input, proof: i32) {
+        let none = self.no_current();
         let pulses = &mut state.pulses;
         pulses.pulse = pulses.pulse.saturating_add(1);
         match () {
@@ -177,7 +178,7 @@ impl Params {
                 pulses.proved = true;
                 state.enter(Phase::Settle, input.count);
             }
-            () if pulses.silent(self.no_current) => state.refuse(Reason::MotorDisconnected),
+            () if pulses.silent(none) => state.refuse(Reason::MotorDisconnected),
             // The ramp ends by what the current shows.
             () if state.limited() => state.enter(Phase::BreakAway, input.count),
             () => state.refuse(Reason::NoMotion),
