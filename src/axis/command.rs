@@ -142,11 +142,11 @@ impl Axis {
     /// In SI units; not for the control tick.
     #[must_use]
     pub fn report(&self, state: &State) -> Report {
-        let running = state.commissioning();
+        let running = state.commissioning().zip(state.commissioning.as_ref());
         Report {
             activity: state.activity(),
             fault: state.fault(),
-            progress: running.map(|commissioning| commissioning.state.progress(&commissioning.params)),
+            progress: running.map(|(commissioning, params)| commissioning.progress(params)),
             commissioning: state.outcome.map(|outcome| outcome.report(&self.scale)),
         }
     }
@@ -201,7 +201,8 @@ impl Axis {
     fn commission(&self, state: &mut State, budget_ms: u32, seed: u32) -> Result<(), Refusal> {
         self.permitted(state)?;
         self.idle(state)?;
-        state.listener = Listener::Start(Start { budget_ms, seed, params: None });
+        state.listener = Listener::Start(Start { budget_ms, seed });
+        state.commissioning = None;
         state.outcome = None;
         state.mode = Mode::Commission(Request::default());
         Ok(())

@@ -441,14 +441,13 @@ impl Axis {
     #[cold]
     #[inline]
     fn prepare(&self, state: &mut State) {
-        let Listener::Start(start) = &mut state.listener else {
+        let Listener::Start(start) = &state.listener else {
             return;
         };
-        match start.params {
-            Some(params) => state.begin_commissioning(&params),
+        match state.commissioning {
+            Some(_) => state.begin_commissioning(),
             None => {
-                let params = commission::Params::new(&self.scale, start.budget_ms, start.seed);
-                start.params = Some(params);
+                state.commissioning = Some(commission::Params::new(&self.scale, start.budget_ms, start.seed));
             }
         }
     }

@@ -85,7 +85,7 @@ impl State {
     fn phase(&self) -> commission::Phase {
         use commission::Phase;
         match (self.commissioning(), &self.outcome) {
-            (Some(commissioning), _) => commissioning.state.phase(),
+            (Some(commissioning), _) => commissioning.phase(),
             (None, Some(outcome)) if outcome.refused.is_some() => Phase::Refused,
             (None, Some(_)) => Phase::Done,
             (None, None) => Phase::Idle,

@@ -67,19 +67,11 @@ impl Mode {
     }
 }
 
-/// A commissioning under way.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Commissioning {
-    pub(crate) params: commission::Params,
-    pub(crate) state: commission::State,
-}
-
 /// A commissioning that is being set up: its fixed numbers in one tick, its memory in the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Start {
     pub(crate) budget_ms: u32,
     pub(crate) seed: u32,
-    pub(crate) params: Option<commission::Params>,
 }
 
 /// Who learns from count and voltage. One at a time, so they share their memory. The tag is its own, as that of [`Mode`].
@@ -93,7 +85,7 @@ pub(crate) enum Listener {
     /// A commissioning is about to begin.
     Start(Start),
     /// A commissioning, which excites too.
-    Commissioning(Commissioning),
+    Commissioning(commission::State),
     /// Whatever the motion is, it is listened to.
     Passive(passive::State),
 }
@@ -176,6 +168,9 @@ pub struct State {
     /// `None`: not held in silence, or something has changed.
     pub(crate) held: Option<Held>,
     pub(crate) listener: Listener,
+    /// Fixed numbers of the commissioning that runs or is being set up. Not a part of the listener: to build one from the other
+    /// would copy them, in one tick.
+    pub(crate) commissioning: Option<commission::Params>,
 }
 
 impl Axis {
@@ -214,6 +209,7 @@ impl Axis {
             voltage,
             acted,
             listener,
+            commissioning,
             outcome,
             known,
             last_trusted,
@@ -227,6 +223,7 @@ impl Axis {
         } = state;
         (*tick, *count) = (0, 0);
         (*zero, *datum, *search, *acted, *outcome, *held) = (None, None, None, None, None, None);
+        *commissioning = None;
         (*dry, *missed, *index, *armed, *idle, *holding) = (false, false, false, false, false, false);
         (*compensation, *ordered) = (true, true);
         (*mode, *limit, *listener, *voltage) = (Mode::Idle, Limit::None, Listener::None, Voltage::ZERO);
@@ -252,14 +249,12 @@ impl State {
     /// The memory of a commissioning, kilobytes of it. A function of its own, like all that needs so much of the stack.
     #[cold]
     #[inline]
-    pub(super) fn begin_commissioning(&mut self, params: &commission::Params) {
-        self.listener = Listener::Commissioning(Commissioning {
-            params: *params,
-            state: commission::State::new(params, self.count),
-        });
+    pub(super) fn begin_commissioning(&mut self) {
         let origin = self.origin();
-        if let Listener::Commissioning(commissioning) = &mut self.listener {
-            commissioning.state.measure_from(origin);
+        let Some(params) = &self.commissioning else { return };
+        self.listener = Listener::Commissioning(commission::State::new(params, self.count));
+        if let Listener::Commissioning(state) = &mut self.listener {
+            state.measure_from(origin);
         }
     }
 
@@ -267,14 +262,14 @@ impl State {
     #[cold]
     #[inline]
     pub(super) fn commission(&mut self, input: &commission::Input, busy: bool) {
-        let Listener::Commissioning(commissioning) = &mut self.listener else {
+        let (Listener::Commissioning(state), Some(params)) = (&mut self.listener, &self.commissioning) else {
             return;
         };
-        commissioning.state.holds_back(self.limit == Limit::Current);
-        let request = commissioning.params.step_beside(&mut commissioning.state, input, busy);
+        state.holds_back(self.limit == Limit::Current);
+        let request = params.step_beside(state, input, busy);
         self.mode = Mode::Commission(request);
-        if let Some(&outcome) = commissioning.state.outcome() {
-            let starts = commissioning.state.starts();
+        if let Some(&outcome) = state.outcome() {
+            let starts = state.starts();
             self.conclude(outcome);
             if let Some(starts) = starts {
                 self.protect.broke_away(starts);
@@ -288,7 +283,7 @@ impl State {
     #[inline(never)]
     fn conclude(&mut self, outcome: Outcome) {
         self.outcome = Some(outcome);
-        self.listener = Listener::None;
+        (self.listener, self.commissioning) = (Listener::None, None);
         self.mode = Mode::Idle;
         if outcome.refused.is_some() {
             self.known.age();
@@ -306,7 +301,7 @@ impl State {
     pub(super) fn is_crowded(&self) -> bool {
         let listening = match &self.listener {
             Listener::Passive(passive) => passive.is_crowded(),
-            Listener::Commissioning(commissioning) => commissioning.state.is_crowded(),
+            Listener::Commissioning(commissioning) => commissioning.is_crowded(),
             Listener::None | Listener::Start(_) => false,
         };
         !self.idle && (listening || self.mode.is_computing())
@@ -342,7 +337,7 @@ impl State {
 
     /// The commissioning that is running.
     #[inline]
-    pub(crate) fn commissioning(&self) -> Option<&Commissioning> {
+    pub(crate) fn commissioning(&self) -> Option<&commission::State> {
         match &self.listener {
             Listener::Commissioning(commissioning) => Some(commissioning),
             Listener::None | Listener::Start(_) | Listener::Passive(_) => None,
@@ -354,8 +349,8 @@ impl State {
         match &mut self.listener {
             Listener::Start(_) => self.conclude(Outcome { refused: Some(reason), ..Outcome::default() }),
             Listener::Commissioning(commissioning) => {
-                commissioning.state.refuse(reason);
-                if let Some(&outcome) = commissioning.state.outcome() {
+                commissioning.refuse(reason);
+                if let Some(&outcome) = commissioning.outcome() {
                     self.conclude(outcome);
                 }
             }

@@ -138,7 +138,7 @@ impl Ramp {
         let resistive = product(current, quiet.voltage);
         let beyond = driven.wrapping_sub(driven >> DOUBT_SHIFT).wrapping_sub(resistive);
         self.emf = self.emf.saturating_add(beyond).max(0);
-        self.emf >= most.saturating_mul(i64::from(quiet.current))
+        self.emf > 0 && self.emf >= most.saturating_mul(i64::from(quiet.current))
     }
 
     /// Voltage at which a shaft broke away that has now made its [`MOTION`] counts, Q14. It rose on while the shaft made its first
@@ -173,9 +173,8 @@ impl Ramp {
         if late >= early { Reason::Stalled } else { Reason::EncoderUnplugged }
     }
 
-    /// Notes the displacement at a voltage. `interval`: ticks between two looks; `slow`: counts in it at the speed of a
-    /// pause.
-    fn note(&mut self, displacement: i32, level: i32, interval: u32, slow: i32) {
+    /// Notes the displacement at a voltage. Is a look due?
+    fn note(&mut self, displacement: i32, level: i32) -> bool {
         self.since_lowest = self.since_lowest.saturating_add(1);
         if displacement <= self.pause {
             self.last_still = level;
@@ -186,10 +185,13 @@ impl Ramp {
             self.since_lowest = 0;
             (self.pause, self.pause_level) = (displacement, level);
         }
-        if self.next_look > 0 {
-            self.next_look -= 1;
-            return;
-        }
+        let due = self.next_look == 0;
+        self.next_look = self.next_look.saturating_sub(1);
+        due
+    }
+
+    /// Has it hardly moved since the last look? `interval`: ticks between two looks; `slow`: counts in it at the speed of a pause.
+    fn look(&mut self, displacement: i32, level: i32, interval: u32, slow: i32) {
         self.next_look = interval;
         if displacement.wrapping_sub(self.looked) < slow.max(1) {
             (self.pause, self.pause_level) = (displacement, level);
@@ -234,8 +236,10 @@ impl Params {
         state.level = (MOST_BREAK_AWAY as u32 * (state.elapsed >> 4).min(length >> 4) / (length >> 4)) as i32;
         let (interval, sign, level) = (length >> 5, state.sign(), state.ramp_level(input));
         state.ramp.level = level;
-        let slow = self.rated_counts(interval) / PAUSE;
-        state.ramp.note(displacement, level, interval, slow);
+        if state.ramp.note(displacement, level) {
+            let slow = self.rated_counts(interval) / PAUSE;
+            state.ramp.look(displacement, level, interval, slow);
+        }
         state.ramp.note_current(input.current_raw, sign, level);
         state.ramp.unquiet |= level < QUIET.end && displacement.saturating_abs() >= NONE_SHOWN;
     }
@@ -269,19 +273,24 @@ impl Params {
         };
         let given_up = state.ramp.since_lowest > length + length / 2;
         let forwards = displacement.wrapping_sub(if given_up { state.ramp.lowest } else { state.ramp.pause });
-        // 2 % of rated speed since the ramp began is what random torque may do to a shaft that nothing holds.
-        let share = if state.restless { 50 } else { 128 };
-        let reversed = 2 * lasting + self.rated_counts(state.elapsed) / share;
         if forwards >= if given_up { MOTION } else { lasting } {
             state.break_away[state.direction] = self.plausible_break_away(state);
             state.started[state.direction] = state.ramp.started(state.ramp.level);
             state.note_least_start();
             self.moved(state, input);
-        } else if (state.stroke == 0 || state.course.doubt.is_some()) && -displacement >= reversed {
+        } else if -displacement >= 2 * lasting && self.reversed(state, -displacement - 2 * lasting) {
             self.ran_backwards(state, input.count);
         } else if given_up {
             self.stayed(state, input.count, displacement);
         }
+    }
+
+    /// Has the shaft come so many counts further back than it may without being driven?
+    fn reversed(&self, state: &State, beyond: i32) -> bool {
+        // 2 % of rated speed since the ramp began is what random torque may do to a shaft that nothing holds.
+        let share = if state.restless { 50 } else { 128 };
+        let first = state.stroke == 0 || state.course.doubt.is_some();
+        first && beyond >= self.rated_counts(state.elapsed) / share
     }
 
     /// It has started the wrong way. Whether motor or encoder is reversed, or the count rises whichever way it turns, the other

@@ -18,15 +18,18 @@ const LEAST_TIME_CONSTANTS_QUARTERS: u64 = 14;
 impl Params {
     #[cold]
     #[inline]
-    pub(super) fn use_window(&self, state: &mut State, window: &Window) {
+    pub(super) fn use_window(&self, state: &mut State) {
+        let Some(window) = state.window.take() else {
+            return;
+        };
         match state.phase {
             Phase::Learn => {
                 let slice = self.slice(state);
-                self.learn_row(state, window, slice);
-                self.heed_low_speed(state, window);
+                self.learn_row(state, &window, slice);
+                self.heed_low_speed(state, &window);
             }
-            Phase::Coast => self.note_coast(state, window),
-            Phase::Saturate | Phase::Verify => self.test(state, window),
+            Phase::Coast => self.note_coast(state, &window),
+            Phase::Saturate | Phase::Verify => self.test(state, &window),
             _ => {}
         }
     }

@@ -67,6 +67,7 @@ impl Params {
             state.stroke = 0;
             let shaken = state.pulses.ticks.saturating_sub(self.shaken);
             state.remaining = self.budget.saturating_sub(state.total.saturating_add(shaken));
+            state.stroke_ticks = None;
             // An overshooting ramp overestimates; the lower of both directions still drives.
             state.identify.break_away = self
                 .break_away_level(state, Direction::Positive)
@@ -93,6 +94,7 @@ impl Params {
         };
         if state.stroke == 0 && !state.turned && state.level == HIGH && self.shows_time_constant(state, input)
         {
+            state.stroke_ticks = None;
             self.choose_block(state);
         }
         if state.elapsed >= length {

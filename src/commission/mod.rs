@@ -39,7 +39,6 @@ use guard::Limits;
 use limited::Conditions;
 use pulse_test::{PulseTest, Pulses};
 use reading::Reading;
-use schedule::Pace;
 use serde::{Deserialize, Serialize};
 
 /// Mean current that counts as none, converter counts: the noise of a sensor without current.
@@ -221,8 +220,8 @@ pub struct State {
     slices: [Slice; SLICES],
     spread: [Spread; 2],
     learn_lengths: Lengths,
-    /// Length of a stroke, and what it follows from.
-    stroke_ticks: Option<(Pace, u32)>,
+    /// Length of a stroke, once reckoned.
+    stroke_ticks: Option<u32>,
     after_coast: Phase,
     /// What follows a later start; `None`: it is one of the first two.
     after_start: Option<Phase>,

@@ -10,24 +10,6 @@ use crate::units::Direction;
 /// Length of the second part of the verification, in 1/256 of the time after the ramps, for each direction.
 const VERIFY_LOW: u32 = 18;
 
-/// What the length of a stroke follows from. It seldom changes, and every tick asks for that length.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Pace {
-    remaining: u32,
-    /// 0: not known.
-    found: u32,
-    /// The lengths of the blocks follow from it.
-    at_least: u32,
-}
-
-impl Pace {
-    #[inline]
-    fn of(state: &State) -> Self {
-        let timescale = &state.timescale;
-        Self { remaining: state.remaining, found: timescale.found.unwrap_or(0), at_least: timescale.at_least }
-    }
-}
-
 impl Params {
     /// The ramp overshoots on a motor whose time constant it does not know to be short.
     #[inline]
@@ -36,27 +18,23 @@ impl Params {
         if state.timescale.found.is_some() { level } else { level.min(SLOW_BREAK_AWAY) }
     }
 
-    /// What saturation and coasting leave, shared by the strokes.
+    /// What saturation and coasting leave, shared by the strokes. Reckoned once: what it follows from changes when learning begins
+    /// and when the time constant shows.
     #[inline]
     pub(super) fn learn_ticks(&self, state: &mut State) -> u32 {
-        let pace = Pace::of(state);
-        match &state.stroke_ticks {
-            Some((known, ticks)) if *known == pace => *ticks,
-            _ => {
-                let ticks = self.learn_ticks_anew(state);
-                state.stroke_ticks = Some((pace, ticks));
-                ticks
-            }
+        match state.stroke_ticks {
+            Some(ticks) => ticks,
+            None => self.learn_ticks_anew(state),
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn learn_ticks_anew(&self, state: &State) -> u32 {
+    fn learn_ticks_anew(&self, state: &mut State) -> u32 {
         let strokes = u32::from(self.strokes(state));
         let stroke = self.coast_ticks(state) + self.start_ticks(state);
         let others = 2 * (self.saturate_ticks(state) + self.verify_ticks(state)) + strokes * stroke;
-        state.remaining.saturating_sub(others) / strokes
+        *state.stroke_ticks.insert(state.remaining.saturating_sub(others) / strokes)
     }
 
     /// One stroke a direction; two when the budget holds many time constants.

@@ -24,15 +24,16 @@ impl Params {
             state.refuse(reason);
             return Request::default();
         }
-        let window = state.window.take();
+        // Asked, not taken: a copy of it in every tick costs more than its use in one of many.
+        let waiting = state.window.is_some();
         let busy = busy || state.identify.is_sampling();
-        let free = window.is_none() && !busy;
+        let free = !waiting && !busy;
         let look = state.course.waits() && state.phase != Phase::Decide && self.looks(state, free);
         self.identify.sum(&mut state.identify, input.count, input.voltage);
-        match window {
-            Some(window) => self.use_window(state, &window),
-            None if busy => {}
-            None => self.solve(state),
+        if waiting {
+            self.use_window(state);
+        } else if !busy {
+            self.solve(state);
         }
         if look {
             self.look(state, input);

@@ -52,11 +52,14 @@ impl Default for State {
 }
 
 impl State {
-    /// Notes the displacement in the direction of the step, `elapsed` ticks after it. `true`: something new is known.
+    /// Notes the displacement in the direction of the step, `elapsed` ticks after it. `true`: something new is known, or what was known
+    /// is not so.
     #[inline]
     pub fn note(&mut self, elapsed: u32, displacement: i32) -> bool {
         if displacement < self.lowest {
+            let known = self.at_least > 0 || self.found.is_some();
             *self = State { origin: elapsed, lowest: displacement, ..State::default() };
+            return known;
         }
         let elapsed = elapsed.wrapping_sub(self.origin);
         if elapsed != self.next || self.found.is_some() {
