@@ -14,6 +14,7 @@ mod raw;
 mod search;
 mod setup;
 mod size;
+mod steps;
 mod targets;
 mod test;
 

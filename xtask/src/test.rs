@@ -5,19 +5,21 @@ use crate::image::{self, Image};
 use crate::process::{cargo, root, run, text};
 use crate::programs::Program;
 use crate::setup;
+use crate::steps::{self, Steps};
 use anyhow::{Context, Result, bail};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::Instant;
+use std::process::Stdio;
 
 /// Runs them all and closes with the count of passed and skipped tests.
 pub fn everything() -> Result<()> {
-    let begin = Instant::now();
+    let mut steps = Steps::begin();
+    steps.next("set-up");
     setup::everything()?;
-    step("formatting", &mut cargo(&["fmt", "--all", "--check"]))?;
-    heading("lints, host");
+    steps.next("formatting");
+    run(&mut cargo(&["fmt", "--all", "--check"]))?;
+    steps.next("lints, host");
     for selection in selections() {
         let mut clippy = cargo(&["clippy", "--all-targets"]);
         run(clippy.args(selection).args(["--", "-D", "warnings"]))?;
@@ -25,46 +27,38 @@ pub fn everything() -> Result<()> {
     for board in boards::BOARDS {
         let mut clippy = Image::of(board).command("clippy");
         clippy.args(["--", "-D", "warnings"]);
-        step(&format!("lints, image for {}", board.name), &mut clippy)?;
+        steps.next(&format!("lints, image for {}", board.name));
+        run(&mut clippy)?;
     }
-    step(
-        "lints, an axis inside of somebody else's firmware",
-        image::example("clippy", "in_your_firmware").args(["--", "-D", "warnings"]),
-    )?;
-    step("lints, our parts beside published crates", image::bench("clippy").args(["--", "-D", "warnings"]))?;
-    heading("documentation");
+    steps.next("lints, an axis inside of somebody else's firmware");
+    run(image::example("clippy", "in_your_firmware").args(["--", "-D", "warnings"]))?;
+    steps.next("lints, our parts beside published crates");
+    run(image::bench("clippy").args(["--", "-D", "warnings"]))?;
+    steps.next("documentation");
     for selection in selections() {
         let mut doc = cargo(&["doc", "--no-deps"]);
         run(doc.args(selection).env("RUSTDOCFLAGS", "-D warnings"))?;
     }
-    heading("images");
+    steps.next("images");
     crate::size::images()?;
-    heading("size and instructions against docs/cost.toml, ways to a panic");
+    steps.next("size and instructions against docs/cost.toml, ways to a panic");
     crate::size::print(false)?;
     crate::instructions::print(false)?;
     crate::panics::check(true)?;
-    heading("work of the search against docs/cost.toml");
+    steps.next("work of the search against docs/cost.toml");
     crate::search::print(false)?;
-    let tally = host_tests()?;
+    let tally = host_tests(&mut steps)?;
     // What was built until here is used from here on.
-    heading("the boards' images and their chips' memory maps");
+    steps.next("the boards' images and their chips' memory maps");
     crate::flash::dry_runs()?;
-    heading("our parts beside published crates");
+    steps.next("our parts beside published crates");
     crate::bench::print()?;
-    heading("commands that README and documents show");
+    steps.next("commands that README and documents show");
     run(cargo(&["build", "--bins"]).args(&selections()[0]))?;
     documents::check_arguments()?;
-    close(&tally, begin);
-    Ok(())
-}
-
-fn heading(title: &str) {
-    println!("── {title}");
-}
-
-fn step(title: &str, command: &mut Command) -> Result<()> {
-    heading(title);
-    run(command)
+    steps.close();
+    tally.close();
+    steps::mark_green()
 }
 
 /// Reason under which tests are counted that the runner leaves out by attribute. The project has none; should one come,
@@ -81,8 +75,12 @@ struct Tally {
 }
 
 /// `cargo test` over the workspace: unit, numeric, closed-loop, command-line and QEMU tests.
-fn host_tests() -> Result<Tally> {
-    heading("tests on the host and in QEMU");
+fn host_tests(steps: &mut Steps) -> Result<Tally> {
+    steps.next("tests, built");
+    for what in selections() {
+        run(cargo(&["test", "--no-run"]).args(&what))?;
+    }
+    steps.next("tests on the host and in QEMU");
     let skip_log = root().join("target").join("skipped-tests.txt");
     std::fs::write(&skip_log, "").with_context(|| format!("cannot write {}", skip_log.display()))?;
     let mut tally = Tally::default();
@@ -156,16 +154,15 @@ impl Tally {
         }
         Ok(())
     }
-}
 
-fn close(tally: &Tally, begin: Instant) {
-    let skipped: usize = tally.skipped.values().sum();
-    let reasons =
-        tally.skipped.iter().map(|(reason, times)| format!("{times} × {reason}")).collect::<Vec<_>>();
-    println!("── all checks passed in {:.0} s", begin.elapsed().as_secs_f64());
-    println!("{} passed, {} failed, {skipped} skipped", tally.passed, tally.failed);
-    let why = if reasons.is_empty() { "nothing left out".to_string() } else { reasons.join("; ") };
-    println!("{} passed, {skipped} skipped ({why})", tally.passed);
+    fn close(&self) {
+        let skipped: usize = self.skipped.values().sum();
+        let reasons =
+            self.skipped.iter().map(|(reason, times)| format!("{times} × {reason}")).collect::<Vec<_>>();
+        println!("{} passed, {} failed, {skipped} skipped", self.passed, self.failed);
+        let why = if reasons.is_empty() { "nothing left out".to_string() } else { reasons.join("; ") };
+        println!("{} passed, {skipped} skipped ({why})", self.passed);
+    }
 }
 
 #[cfg(test)]
