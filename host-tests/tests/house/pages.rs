@@ -58,7 +58,8 @@ fn the_index_of_the_decisions_is_that_of_their_titles() {
         let name = page.file_name().and_then(|name| name.to_str()).expect("a name");
         let text = text(&page);
         let heading = text.lines().next().expect("a heading");
-        let (number, title) = heading.trim_start_matches("# ").split_once(": ").expect("a number and a title");
+        let (number, title) =
+            heading.trim_start_matches("# ").split_once(": ").expect("a number and a title");
         assert_eq!(number, &name[..4], "{name}: its number is that of its file");
         assert!(numbers.insert(number.to_owned()), "two decisions have the number {number}");
         let _ = writeln!(index, "- [{number}]({name}): {title}");
@@ -80,7 +81,8 @@ fn cost_tables_are_those_of_the_budget() {
 fn table(figures: &toml::Table, between: &str, columns: &[&str], first: &str) -> String {
     let subjects: BTreeSet<&str> =
         figures.keys().filter_map(|key| Some(key.rsplit_once(between)?.0)).collect();
-    let mut text = format!("\n| {first} | {} |\n|---|{}\n", columns.join(" | "), "---|".repeat(columns.len()));
+    let mut text =
+        format!("\n| {first} | {} |\n|---|{}\n", columns.join(" | "), "---|".repeat(columns.len()));
     for subject in subjects {
         let cell = |column: &&str| {
             figures.get(&format!("{subject}{between}{column}")).map_or("–".into(), ToString::to_string)
