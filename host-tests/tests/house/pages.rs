@@ -6,10 +6,10 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Most words of all pages in `docs/`; the limit only falls.
-const WORDS: usize = 36_600;
+const WORDS: usize = 36_000;
 /// Folder or page, and most words of all pages in it.
 const PARTS: [(&str, usize); 3] =
-    [("docs/decisions", 4_100), ("docs/results", 5_000), ("docs/tried.md", 1_000)];
+    [("docs/decisions", 4_100), ("docs/results", 5_000), ("docs/tried.md", 900)];
 /// Most decisions, and most words of one of them.
 const DECISIONS: [usize; 2] = [25, 150];
 
