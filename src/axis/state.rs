@@ -22,7 +22,7 @@ use crate::units::{Position, Voltage};
 
 /// What the axis is doing.
 ///
-/// A tag of its own (docs/notebook/0180): the compiler would hide it in 64 bits of the largest variant, where every look at it,
+/// A tag of its own: the compiler would hide it in 64 bits of the largest variant, where every look at it,
 /// five a tick, takes six instructions more.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(u32)]

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! A slot is one queue item that holds one [`Record`]. The library frames, checks and finds items; what it does not
-//! promise is added here (measured in docs/results/power-cuts.md):
+//! promise is added here (measured in docs/results/README.md):
 //!
 //! - **A half-erased sector reads as anything.** The library is never allowed to erase or to rotate pages by itself. A
 //!   sector is written only after an erase that ran to its end since power-up, and only the sector *without* the newest

@@ -1,7 +1,7 @@
 //! From a solution to estimates: half widths, and whether the loops may use them.
 //!
 //! A least-squares deviation cannot see that the model is not the motor. On motors with drag, cogging, unequal gain and
-//! Stribeck friction that bias stays within 4 % of the dead zone in 19 of 20 (docs/results/accuracy.md), hence
+//! Stribeck friction that bias stays within 4 % of the dead zone in 19 of 20 (docs/results/README.md), hence
 //! u95 = 2σ + 4 %.
 
 use super::Params;

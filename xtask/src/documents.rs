@@ -72,7 +72,7 @@ fn after<'a>(words: &'a [String], options: &[&str]) -> Option<&'a str> {
     words.get(place + 1).map(String::as_str)
 }
 
-/// All commands of the documents, each once. Records of decisions tell of commands as they were.
+/// All commands of the documents, each once; decisions are left out.
 fn shown() -> Result<BTreeSet<Words>> {
     let mut shown = BTreeSet::new();
     for path in documents()? {

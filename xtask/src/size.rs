@@ -25,7 +25,7 @@ struct Size {
     zeroed: u64,
 }
 
-/// Builds the images, prints a table for docs/results/cost.md and checks or enters its figures.
+/// Builds the images, prints a table and checks or enters its figures.
 pub fn print(accept: bool) -> Result<()> {
     let mut figures = Figures::new();
     let mut too_large = Vec::new();

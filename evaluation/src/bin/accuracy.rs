@@ -1,4 +1,4 @@
-//! The accuracy suites: commissions many plants and prints markdown rows for docs/results/accuracy.md.
+//! The accuracy suites: commissions many plants and prints markdown rows, the source of docs/results/README.md.
 
 use clap::{Parser, ValueEnum};
 use evaluation::{Page, Results};

@@ -1,4 +1,4 @@
-//! The full table of power cuts, as it stands in docs/results/power-cuts.md.
+//! The full table of power cuts; docs/results/README.md has its sums.
 
 use clap::Parser;
 use evaluation::{Page, Results};

@@ -31,7 +31,7 @@ fn commissioning_works_from_20_ms_to_2_4_s_at_1_10_and_20_khz() {
             let seed = 9_500 + 10 * row as u32 + column as u32;
             let plant = plant(tick_hz, time_constant_s, seed);
             assert!((plant.truth.time_constant_s / time_constant_s - 1.0).abs() < 0.01);
-            // Five seconds where they suffice, twenty for the slow ones, as in docs/results/accuracy.md.
+            // Five seconds where they suffice, twenty for the slow ones.
             let budget_s = if time_constant_s < 0.3 { 5.0 } else { 20.0 };
             let report = commission(&plant, budget_s, seed, |_, _| {});
             let score = Score::of(&plant, &report);

@@ -1,7 +1,7 @@
 //! Tracking with less voltage than the feed-forward needs: the clip must not reach the integrator, neither in a sine,
 //! whose mean would walk off, nor in a long move, which would overshoot.
 //!
-//! `cargo test -p host-tests --test closed_loop shortage:: -- --nocapture` prints the tables of docs/results/tracking.md.
+//! `cargo test -p host-tests --test closed_loop shortage:: -- --nocapture` prints the table behind docs/results/README.md.
 
 use host_tests::bench::Bench;
 use host_tests::families::{Ceiling, Family, Options, Plant, Seeds, Severity};

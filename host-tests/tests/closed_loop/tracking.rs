@@ -1,4 +1,4 @@
-//! Reduced tracking suite: the figures of docs/results/tracking.md, two-sided, on few plants. The full one is the program
+//! Reduced tracking suite: the figures of docs/results/README.md, two-sided, on few plants. The full one is the program
 //! `tracking` of `evaluation`.
 
 use host_tests::families::{Family, Seeds, Severity};

@@ -20,7 +20,7 @@ pub fn at_most(what: &str, now: usize, limit: usize, goal: usize) {
 #[test]
 fn the_workbench_grows_no_further() {
     let [_, _, workbench] = figures().product;
-    // 1,960 of them read logs in whatever dialect, propose `--columns` and are `truing look` (decisions 0280 to 0282); 2,230 came
+    // 1,960 of them read logs in whatever dialect, propose `--columns` and are `truing look` (decision 0280); 2,230 came
     // with unknown numbers, `truing start`, the table of keys and its complaints (0290 to 0292); 850 with logs of any length (0300).
     at_most("code lines of the workbench", workbench.code(), 32_233, 19_000);
 }

@@ -4,5 +4,6 @@
 mod documents;
 mod figures;
 mod invariants;
+mod pages;
 mod rooms;
 mod skips;

@@ -12,7 +12,7 @@ use truing::device::link::Client;
 use truing::device::motor::qemu::Lines;
 use truing::device::session::{self, Listening, Profile, Start, Task};
 
-/// The deepest, bytes, as docs/results/cost.md has it.
+/// The deepest that was seen, bytes.
 const DOCUMENTED: f64 = 3_672.0;
 
 /// What the image says of its stack at its end.

@@ -53,7 +53,7 @@ pub struct Arguments {
     pub image: PathBuf,
 }
 
-/// Runs the image at 1 and 10 kHz and prints a table for docs/results/cost.md.
+/// Runs the image at 1 and 10 kHz and prints a table, as docs/results/cost.md shows it.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     outln!("| control rate | activity | ticks | average | worst |");
     outln!("|---|---|---|---|---|");

@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// A threshold is tried where the signal exceeds it in 0.2 % … 50 % of the samples.
 const QUANTILES: [f64; 7] = [0.998, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5];
 /// A threshold is also tried at these parts of the largest value of its signal: an input that holds that value for
-/// long has no quantile just below it, where a limit of the drive often lies (notebook 0191).
+/// long has no quantile just below it, where a limit of the drive often lies.
 const BELOW_LARGEST: [f64; 4] = [0.98, 0.95, 0.9, 0.83];
 /// Thresholds nearer to each other than this part of the largest value are one start.
 const SAME_THRESHOLD: f64 = 0.01;
@@ -23,7 +23,7 @@ const TURN_HARMONICS: usize = 60;
 const LINES: usize = 400;
 /// Peaks of a scan at which fits start. A budget of computing time.
 const STRONGEST: usize = 3;
-/// A line of a periodic torque leaves no other line that is larger than this part of it (docs/notebook/0128).
+/// A line of a periodic torque leaves no other line that is larger than this part of it.
 const LEFT: f64 = 0.3;
 /// What the largest of some hundred lines gains by chance is 2·ln(400), about 12, and a reserve.
 const CHANCE: f64 = 20.0;

@@ -73,7 +73,7 @@ fn still(dataset: &Dataset) -> Vec<String> {
 /// What is left is worth a word when it is visible: this much rms beyond the noise, in units of the noise.
 const VISIBLE: f64 = 0.25;
 /// What is left is worth a word when it is more than this share of the first squared gap, too. Right names in a form that is not exactly the
-/// library's leave up to half a per cent (docs/results/naming.md), wrong ones several times that.
+/// library's leave up to half a per cent (docs/results/README.md), wrong ones several times that.
 const SHARE: f64 = 0.006;
 /// The same where what is left goes with the turn of a shaft: no form of another effect does.
 const SHARE_TURNING: f64 = 1e-3;

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 
 /// A position is compared itself if its difference would have more noise than this part of full speed. Where it has less, the
 /// difference is the better measure: the way of a pendulum drifts with every error of its weight, and names were then given to the
-/// drift (notebook 0265).
+/// drift.
 pub(super) const COARSE: f64 = 0.02;
 /// Windows are at least so long, s, and at least so many time constants: a run is cut only where its drift would be judged.
 pub(super) const LONGEST_S: f64 = 0.5;

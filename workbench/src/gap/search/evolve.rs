@@ -20,9 +20,9 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
 /// Simulations that CMA-ES may spend on the parameters of one effect, those of the base following linearly: a hundred
-/// for each of its up to three parameters (notebook 0190).
+/// for each of its up to three parameters.
 const FOR_ONE: usize = 300;
-/// Simulations that CMA-ES may spend on all parameters of a set (notebook 0190). A budget of computing time.
+/// Simulations that CMA-ES may spend on all parameters of a set. A budget of computing time.
 const FOR_ALL: usize = 1000;
 /// Simulations of one generation. Hansen's default 4 + 3·ln(n) is 11 for ten parameters; a few more suit a cost with
 /// many hollows.
@@ -36,7 +36,7 @@ const NEAR: f64 = 0.25;
 /// Initial relative standard deviation of the parameters of the other effects of the set: the fit before has placed
 /// them.
 const OTHERS: f64 = 0.02;
-/// Fits that look for other local minima beside the one that was found (notebook 0190); their scatter widens the
+/// Fits that look for other local minima beside the one that was found; their scatter widens the
 /// intervals. A budget of computing time.
 const HOLLOWS: usize = 10;
 /// Members of a generation that one thread simulates in lock-step: as many as a pack holds.

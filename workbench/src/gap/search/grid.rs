@@ -2,7 +2,7 @@
 
 use super::promise::Start;
 
-/// Of so many neighbouring sizes one is looked at first (notebook 0302).
+/// Of so many neighbouring sizes one is looked at first.
 const EVERY: usize = 3;
 /// Grids of fewer sizes are not dense: between two of them lies more than a refinement could find again.
 const DENSE: usize = 12;

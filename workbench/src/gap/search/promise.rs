@@ -7,10 +7,10 @@ use crate::gap::jacobian::Jacobian;
 use crate::gap::problem::{Problem, dot};
 use nalgebra::DVector;
 
-/// The smallest multiple of a start's change of the residual that its predicted cost may assume (decision 0120):
+/// The smallest multiple of a start's change of the residual that its predicted cost may assume:
 /// below it the prediction is that of another start.
 const LEAST_SHARE: f64 = 0.3;
-/// The largest multiple of that change (decision 0120): beyond it the linear prediction is not believed.
+/// The largest multiple of that change: beyond it the linear prediction is not believed.
 const MOST_SHARE: f64 = 2.0;
 /// The smallest multiple for a candidate whose smallest start may be far too large for a small gap.
 const SMALLEST_SHARE: f64 = 0.02;

@@ -16,19 +16,19 @@ use crate::gap::threads::each;
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
 
-/// Candidates that are fitted for two iterations, of those with the lowest predicted cost (decision 0120). A budget
-/// of computing time, not a threshold: half of it changes no case of 26 (notebook 0264), 15 lose a pair of 16 (notebook 0302).
+/// Candidates that are fitted for two iterations, of those with the lowest predicted cost. A budget
+/// of computing time, not a threshold: half of it changes no case of 26, 15 lose a pair of 16.
 const FIRST_ROUND: usize = 40;
-/// Candidates that are fitted up to eight iterations (decision 0120). A budget of computing time, not a threshold;
+/// Candidates that are fitted up to eight iterations. A budget of computing time, not a threshold;
 /// its sensitivity was not measured.
 const SECOND_ROUND: usize = 7;
-/// Candidates that are fitted to the end (decision 0120). A budget of computing time, not a threshold; its
+/// Candidates that are fitted to the end. A budget of computing time, not a threshold; its
 /// sensitivity was not measured.
 const THIRD_ROUND: usize = 4;
-/// Candidates with a non-smooth cost are fitted by CMA-ES if at most so many others promise more (notebook 0190). A
+/// Candidates with a non-smooth cost are fitted by CMA-ES if at most so many others promise more. A
 /// budget of computing time.
 const EVOLVED: usize = 3;
-/// A round is fitted only if a start promises this part of what a name must gain (decision 0120). The linear
+/// A round is fitted only if a start promises this part of what a name must gain. The linear
 /// prediction of a gain is often several times too low; its sensitivity was not measured.
 const LEAST_PROMISE: f64 = 0.3;
 /// Candidates beyond [`SECOND_ROUND`] that are fitted on all the same where the gap is measured by shares: those that still
