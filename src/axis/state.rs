@@ -222,14 +222,12 @@ impl Axis {
             protect,
         } = state;
         (*tick, *count) = (0, 0);
-        (*zero, *datum, *search, *acted, *outcome, *held) = (None, None, None, None, None, None);
-        *commissioning = None;
+        (*zero, *datum, *search, *acted, *outcome, *held, *commissioning) = Default::default();
         (*dry, *missed, *index, *armed, *idle, *holding) = (false, false, false, false, false, false);
         (*compensation, *ordered) = (true, true);
         (*mode, *limit, *listener, *voltage) = (Mode::Idle, Limit::None, Listener::None, Voltage::ZERO);
         (*standstill, *reference) = (encoder::Standstill::default(), Reference::default());
-        *known = Estimates::default();
-        *last_trusted = LastTrusted::default();
+        (*known, *last_trusted) = (Estimates::default(), LastTrusted::default());
         // It follows in the next ticks, a stage each, or at once when a command asks for it.
         *design = Design::default();
         *renewal = design::Stage::Motor;
