@@ -5,10 +5,12 @@ use crate::gap::fit::{FINAL, SEARCH, Setting, covariance, fit};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::search::{Scored, dispersion, scatter};
 use crate::gap::threads::each;
-use crate::outcome::DEVIATIONS;
+use crate::gap::torque::Torque;
+use crate::outcome::{DEVIATIONS, Value};
 use crate::system::effects::{Meaning, Parameter, Starts};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// The same for the squared distance of two or three numbers together: the 99.73 % quantile of χ² with three degrees of freedom.
 const TOGETHER: f64 = 14.16;
@@ -23,8 +25,12 @@ pub struct Estimate {
     pub parameter: &'static Parameter,
     /// Its value in its own unit.
     pub value: f64,
-    /// One standard deviation; `None` for a number that was not fitted.
+    /// One standard deviation, with what the log does not see of the motor; `None` for a number that was not fitted.
     pub std: Option<f64>,
+    /// The same for a motor whose numbers are exact: whether there is anything of the effect.
+    own: Option<f64>,
+    /// The voltage and the acceleration that stand for a torque.
+    pub seen: Vec<(String, Value)>,
 }
 
 /// The numbers of one effect of a set.
@@ -32,9 +38,15 @@ pub struct Estimate {
 pub struct Estimates {
     /// Its parameters. Optional ones that did not move are left out.
     pub numbers: Vec<Estimate>,
-    /// The first side less the second, of an effect with two sides, with its standard deviation: it may be sharp where the sides
+    /// The first side less the second, of an effect with two sides, and the voltage that stands for it: it may be sharp where the sides
     /// themselves can be traded for a number of the model.
-    pub between_sides: Option<(f64, f64)>,
+    pub between_sides: Option<(Value, Option<Value>)>,
+}
+
+/// Makes one number of a covariance sharper, with what it shares with the others.
+fn sharpened(covariance: &mut DMatrix<f64>, slot: usize, factor: f64) {
+    covariance.column_mut(slot).scale_mut(factor);
+    covariance.row_mut(slot).scale_mut(factor);
 }
 
 /// The numbers of each effect of a set, in its order.
@@ -51,12 +63,11 @@ pub fn estimates(kept: &Scored, uncertainty: &Uncertainty) -> Vec<Estimates> {
 /// What the numbers of a set are uncertain by.
 #[derive(Clone, Debug)]
 pub struct Uncertainty {
-    /// Its diagonal is the variance of each number, in units of its scale.
+    /// Its diagonal is the variance of each number, in units of its scale; of effects with what they scatter by between hollows of a
+    /// rugged cost.
     covariance: DMatrix<f64>,
     /// Over-dispersion of what is left times its inflation by correlation.
     factor: f64,
-    /// What the numbers scatter by between hollows of a rugged cost.
-    scatter: Vec<f64>,
 }
 
 impl Uncertainty {
@@ -66,12 +77,14 @@ impl Uncertainty {
             let factor = dispersion(kept);
             (factor, spread(kept, factor))
         };
-        let ((factor, covariance), scatter) = rayon::join(covariance, || scatter(kept));
-        Self { covariance, factor, scatter }
+        let ((factor, mut covariance), scatter) = rayon::join(covariance, || scatter(kept));
+        for (slot, scatter) in scatter.iter().enumerate().take(kept.hypothesis.effect_slots()) {
+            covariance[(slot, slot)] += scatter;
+        }
+        Self { covariance, factor }
     }
 
-    /// Standard deviations of all numbers of the set, effects and nuisances, each in units of its scale or its tolerance, without the
-    /// scatter.
+    /// Standard deviations of all numbers of the set, effects and nuisances, each in units of its scale or its tolerance.
     pub fn deviations(&self) -> Vec<f64> {
         (0..self.covariance.nrows()).map(|k| self.covariance[(k, k)].max(0.0).sqrt()).collect()
     }
@@ -92,29 +105,41 @@ impl Spread<'_, '_> {
             if slot.is_none() && parameter.default.is_some() {
                 return None;
             }
-            let scale = hypothesis.dataset.scales.of(parameter.scale);
-            let std = slot.map(|s| {
-                let variance = (self.uncertainty.covariance[(s, s)].max(0.0) + self.uncertainty.scatter[s])
-                    * scale
-                    * scale;
-                let std = (variance + zero_variance(self.kept, index, parameter)).sqrt();
-                std.min(largest(self.kept, index, item, value, self.uncertainty.factor))
+            let unit = hypothesis.unit(parameter.scale, &self.kept.fit.x);
+            let raw = slot.map(|s| {
+                let variance = self.uncertainty.covariance[(s, s)].max(0.0) * unit * unit;
+                (variance + zero_variance(self.kept, index, parameter)).sqrt()
             });
-            Some(Estimate { parameter, value, std })
+            let own =
+                raw.map(|std| std.min(largest(self.kept, index, item, value, self.uncertainty.factor)));
+            // A likelihood that knows better than the covariance sharpens whatever follows from the number.
+            let mut covariance = Cow::Borrowed(&self.uncertainty.covariance);
+            if let Some(s) = slot.filter(|_| own < raw) {
+                sharpened(covariance.to_mut(), s, own.unwrap_or(0.0) / raw.unwrap_or(1.0));
+            }
+            let torque = Torque { set: self.kept, covariance: &covariance, place: (index, k), less: None };
+            let torque = own.filter(|_| parameter.scale.is_torque()).map(|_| torque);
+            let std = torque.as_ref().map_or(own, Torque::std);
+            let seen = torque.map_or(Vec::new(), |torque| torque.seen(parameter.name, parameter.unit, true));
+            Some(Estimate { parameter, value, std, own, seen })
         };
         item.effect.parameters.iter().enumerate().filter_map(estimate).collect()
     }
 
-    /// The difference of the two sides of an effect, and its standard deviation.
-    fn between_sides(&self, index: usize, item: &Item) -> Option<(f64, f64)> {
-        let sides = item.effect.sides()?;
+    /// The difference of the two sides of an effect, and the voltage that stands for it.
+    fn between_sides(&self, index: usize, item: &Item) -> Option<(Value, Option<Value>)> {
+        let (one, other) = item.effect.sides()?;
         let hypothesis = &self.kept.hypothesis;
-        let (a, b) = (hypothesis.slot(index, sides.0)?, hypothesis.slot(index, sides.1)?);
-        let scale = hypothesis.dataset.scales.of(item.effect.parameters[sides.0].scale);
-        let variance = self.uncertainty.covariance[(a, a)] + self.uncertainty.covariance[(b, b)]
-            - 2.0 * self.uncertainty.covariance[(a, b)];
-        let variance = variance.max(0.0) + self.uncertainty.scatter[a] + self.uncertainty.scatter[b];
-        Some((scale * (self.kept.fit.x[a] - self.kept.fit.x[b]), scale * variance.sqrt()))
+        let (a, b) = (hypothesis.slot(index, one)?, hypothesis.slot(index, other)?);
+        let parameter = &item.effect.parameters[one];
+        let (x, covariance) = (&self.kept.fit.x, &self.uncertainty.covariance);
+        let unit = hypothesis.unit(parameter.scale, x);
+        let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
+        let std = unit * variance.max(0.0).sqrt();
+        let value = Value { value: unit * (x[a] - x[b]), std: Some(std), unit: parameter.unit.into() };
+        let difference = Torque { set: self.kept, covariance, place: (index, one), less: Some(other) };
+        let seen = || difference.seen(parameter.name, parameter.unit, false).pop();
+        Some((value, parameter.scale.is_torque().then(seen).flatten().map(|(_, volts)| volts)))
     }
 
     /// Whether the numbers that say how much of an effect there is lie clearly away from nothing, together: sizes from 0, ratios
@@ -122,7 +147,7 @@ impl Spread<'_, '_> {
     fn stands_out(&self, index: usize, item: &Item) -> bool {
         let estimates = self.of_effect(index, item);
         let clear = |it: &Estimate| {
-            it.std.is_some_and(|std| (it.value - it.parameter.nothing()).abs() > DEVIATIONS * std)
+            it.own.is_some_and(|std| (it.value - it.parameter.nothing()).abs() > DEVIATIONS * std)
         };
         let measures: Vec<usize> =
             (0..item.effect.parameters.len()).filter(|k| item.effect.parameters[*k].measures()).collect();
@@ -146,10 +171,7 @@ impl Spread<'_, '_> {
             let scale = hypothesis.dataset.scales.of(parameter.scale);
             self.kept.fit.x[slots[k]] - parameter.nothing() / scale
         });
-        let common = DMatrix::from_fn(n, n, |i, j| {
-            let own = if i == j { self.uncertainty.scatter[slots[i]] } else { 0.0 };
-            self.uncertainty.covariance[(slots[i], slots[j])] + own
-        });
+        let common = DMatrix::from_fn(n, n, |i, j| self.uncertainty.covariance[(slots[i], slots[j])]);
         let solved = common.cholesky().map(|factor| factor.solve(&away));
         solved.map_or(0.0, |solved| away.dot(&solved))
     }
