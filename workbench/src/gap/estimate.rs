@@ -7,10 +7,10 @@ use crate::gap::search::{Scored, dispersion, scatter};
 use crate::gap::threads::each;
 use crate::gap::torque::Torque;
 use crate::outcome::{DEVIATIONS, Value};
+use crate::report::volts;
 use crate::system::effects::{Meaning, Parameter, Starts};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use std::borrow::Cow;
 
 /// The same for the squared distance of two or three numbers together: the 99.73 % quantile of χ² with three degrees of freedom.
 const TOGETHER: f64 = 14.16;
@@ -43,12 +43,6 @@ pub struct Estimates {
     pub between_sides: Option<(Value, Option<Value>)>,
 }
 
-/// Makes one number of a covariance sharper, with what it shares with the others.
-fn sharpened(covariance: &mut DMatrix<f64>, slot: usize, factor: f64) {
-    covariance.column_mut(slot).scale_mut(factor);
-    covariance.row_mut(slot).scale_mut(factor);
-}
-
 /// The numbers of each effect of a set, in its order.
 pub fn estimates(kept: &Scored, uncertainty: &Uncertainty) -> Vec<Estimates> {
     let spread = Spread { kept, uncertainty };
@@ -66,8 +60,6 @@ pub struct Uncertainty {
     /// Its diagonal is the variance of each number, in units of its scale; of effects with what they scatter by between hollows of a
     /// rugged cost.
     covariance: DMatrix<f64>,
-    /// Over-dispersion of what is left times its inflation by correlation.
-    factor: f64,
 }
 
 impl Uncertainty {
@@ -81,7 +73,15 @@ impl Uncertainty {
         for (slot, scatter) in scatter.iter().enumerate().take(kept.hypothesis.effect_slots()) {
             covariance[(slot, slot)] += scatter;
         }
-        Self { covariance, factor }
+        for (index, item) in kept.hypothesis.items.iter().enumerate() {
+            let alone = kept.hypothesis.model.fitted_to_log && item.effect.parameters.len() == 1;
+            if let Some(slot) = kept.hypothesis.slot(index, 0).filter(|_| alone) {
+                let sharper = largest(kept, index, slot, factor) / covariance[(slot, slot)].sqrt();
+                covariance.column_mut(slot).scale_mut(sharper.min(1.0));
+                covariance.row_mut(slot).scale_mut(sharper.min(1.0));
+            }
+        }
+        Self { covariance }
     }
 
     /// Standard deviations of all numbers of the set, effects and nuisances, each in units of its scale or its tolerance.
@@ -105,20 +105,14 @@ impl Spread<'_, '_> {
             if slot.is_none() && parameter.default.is_some() {
                 return None;
             }
-            let unit = hypothesis.unit(parameter.scale, &self.kept.fit.x);
-            let raw = slot.map(|s| {
-                let variance = self.uncertainty.covariance[(s, s)].max(0.0) * unit * unit;
+            let (unit, covariance) =
+                (hypothesis.unit(parameter.scale, &self.kept.fit.x), &self.uncertainty.covariance);
+            let own = slot.map(|s| {
+                let variance = covariance[(s, s)].max(0.0) * unit * unit;
                 (variance + zero_variance(self.kept, index, parameter)).sqrt()
             });
-            let own =
-                raw.map(|std| std.min(largest(self.kept, index, item, value, self.uncertainty.factor)));
-            // A likelihood that knows better than the covariance sharpens whatever follows from the number.
-            let mut covariance = Cow::Borrowed(&self.uncertainty.covariance);
-            if let Some(s) = slot.filter(|_| own < raw) {
-                sharpened(covariance.to_mut(), s, own.unwrap_or(0.0) / raw.unwrap_or(1.0));
-            }
-            let torque = Torque { set: self.kept, covariance: &covariance, place: (index, k), less: None };
-            let torque = own.filter(|_| parameter.scale.is_torque()).map(|_| torque);
+            let torque = slot.filter(|_| parameter.unit.contains(volts::TORQUE));
+            let torque = torque.map(|_| Torque { set: self.kept, covariance, place: (index, k), less: None });
             let std = torque.as_ref().map_or(own, Torque::std);
             let seen = torque.map_or(Vec::new(), |torque| torque.seen(parameter.name, parameter.unit, true));
             Some(Estimate { parameter, value, std, own, seen })
@@ -139,7 +133,7 @@ impl Spread<'_, '_> {
         let value = Value { value: unit * (x[a] - x[b]), std: Some(std), unit: parameter.unit.into() };
         let difference = Torque { set: self.kept, covariance, place: (index, one), less: Some(other) };
         let seen = || difference.seen(parameter.name, parameter.unit, false).pop();
-        Some((value, parameter.scale.is_torque().then(seen).flatten().map(|(_, volts)| volts)))
+        Some((value, parameter.unit.contains(volts::TORQUE).then(seen).flatten().map(|(_, volts)| volts)))
     }
 
     /// Whether the numbers that say how much of an effect there is lie clearly away from nothing, together: sizes from 0, ratios
@@ -220,13 +214,10 @@ pub fn refitted<'a>(dataset: &'a Dataset, kept: &Scored<'a>) -> Scored<'a> {
 /// The largest standard deviation that the only size of an effect can have for a model that is a fit to the log: how much the
 /// cost grows without the effect tells how far its value is from nothing (likelihood ratio; Wilks, Annals of Mathematical
 /// Statistics 9, 1938). Where two lags can be traded for each other the covariance alone knows only the ridge between them.
-fn largest(kept: &Scored, index: usize, item: &Item, value: f64, factor: f64) -> f64 {
-    if !kept.hypothesis.model.fitted_to_log || item.effect.parameters.len() != 1 {
-        return f64::INFINITY;
-    }
+fn largest(kept: &Scored, index: usize, slot: usize, factor: f64) -> f64 {
     let (without, start) = kept.hypothesis.only(&kept.fit.x, |k| k != index);
     let growth = (fit(&without, &start, &SEARCH).cost - kept.fit.cost) / factor;
-    if growth > 1.0 { value.abs() / growth.sqrt() } else { f64::INFINITY }
+    if growth > 1.0 { kept.fit.x[slot].abs() / growth.sqrt() } else { f64::INFINITY }
 }
 
 /// Variance of the phase of an effect of the position, because the encoder's zero lies anywhere within a count.

@@ -89,7 +89,7 @@ pub(super) fn extended(
     plots.extend(described.map(|described| described.plot.clone()));
     Outcome {
         grade: judged.grade,
-        small: small(found),
+        small: [small(found), judged.small].concat(),
         effects: named(kept, &uncertainty, &steps, &judged.ties),
         closest_known: judged.closest,
         final_records: last.map(|last| predicted(last, model, kept)),

@@ -3,16 +3,14 @@
 //! Without a measured current a log shows friction in volts at the terminals, level·R/Kt, and in rad/s², level/J. The torque itself
 //! follows from what the model file says of R, Kt and J, and is as uncertain as they are.
 
-use crate::gap::hypothesis::{Data, tolerance};
+use crate::gap::hypothesis::{Data, is_open};
 use crate::gap::search::Scored;
 use crate::outcome::Value;
 use crate::report::volts;
-use crate::system::model::{KT, Kind, Model};
+use crate::system::model::Kind;
 use crate::system::plant::physics::{Drive, Physics};
 use nalgebra::{DMatrix, DVector};
 
-/// A number of the motor with this tolerance or more is not known: `truing start` gives 1.
-const NOT_KNOWN: f64 = 0.5;
 /// Volts and rad/s² are told where they are so many times sharper than the torque: a measured current shows the torque, too.
 const SHARPER: f64 = 2.0;
 
@@ -57,27 +55,20 @@ impl<D: Data> Torque<'_, '_, D> {
     /// The voltage and, where the log `moves`, the acceleration that stand for it; none where the model knows torques as sharply.
     pub fn seen(&self, name: &str, unit: &str, moves: bool) -> Vec<(String, Value)> {
         let model = self.set.hypothesis.model;
-        if self.set.plant().drive != Drive::Voltage || !unknown(model) {
+        let first_order = matches!(model.kind, Kind::FirstOrder { .. });
+        if self.set.plant().drive != Drive::Voltage || !(first_order || is_open(model)) {
             return Vec::new();
         }
         let (torque, voltage) = (self.times(unit, |_| 1.0), self.volts(&volts::unit(unit)));
         let blur = |value: &Value| value.std.map(|std| std / value.value.abs());
         let known = blur(&torque).zip(blur(&voltage)).is_some_and(|(torque, volts)| torque < SHARPER * volts);
-        if known && !matches!(model.kind, Kind::FirstOrder { .. }) {
+        if known && !first_order {
             return Vec::new();
         }
         let acceleration = || self.times(volts::ACCELERATION, |plant| 1.0 / plant.inertia);
-        let acceleration = (moves && unit == volts::TORQUE).then(|| (volts::acceleration_key(name), acceleration()));
+        let acceleration =
+            (moves && unit == volts::TORQUE).then(|| (volts::acceleration_key(name), acceleration()));
         std::iter::once((volts::key(name), voltage)).chain(acceleration).collect()
-    }
-}
-
-/// True if the torques of a model follow from a number that nobody knows.
-fn unknown(model: &Model) -> bool {
-    match model.kind {
-        Kind::FirstOrder { .. } => true,
-        Kind::DcMotor { .. } => ["R_ohm", KT, "J_kgm2"].iter().any(|key| tolerance(model, key) >= NOT_KNOWN),
-        Kind::Inertia { .. } => false,
     }
 }
 

@@ -7,7 +7,7 @@ mod item;
 mod record;
 
 pub use item::{Freedom, Item};
-pub use record::tolerance;
+pub use record::{is_open, tolerance};
 
 use crate::gap::dataset::{Dataset, Scales};
 use crate::system::effects::{Effect, Parameter, Scale};

@@ -75,6 +75,18 @@ pub fn tolerance(model: &Model, key: &str) -> f64 {
     }
 }
 
+/// A number of the motor with this tolerance or more is not known: `truing start` gives 1.
+const NOT_KNOWN: f64 = 0.5;
+
+/// True if a number of the base is not known: torques follow from the model file no better.
+pub fn is_open(model: &Model) -> bool {
+    match model.kind {
+        Kind::FirstOrder { .. } => model.fitted_to_log,
+        Kind::DcMotor { .. } => ["R_ohm", KT, "J_kgm2"].iter().any(|key| tolerance(model, key) >= NOT_KNOWN),
+        Kind::Inertia { .. } => false,
+    }
+}
+
 impl Data for Dataset {
     fn scales(&self) -> &Scales {
         &self.scales

@@ -7,6 +7,7 @@ use super::words;
 use crate::gap::hypothesis::Slot;
 use crate::gap::torque::{Torque, deviation};
 use crate::outcome::*;
+use crate::report::volts;
 use crate::system::effects::{Effect, Parameter, Shape};
 use std::collections::BTreeMap;
 
@@ -109,15 +110,21 @@ fn derived(found: &Found, shape: Shape) -> impl Iterator<Item = (String, Value)>
 /// A fitted parameter of an effect that holds a torque.
 fn torque<'f>(found: &'f Found, effect: usize, place: usize) -> Option<Torque<'f, 'f, Rows>> {
     let hypothesis = &found.set.hypothesis;
-    let holds = hypothesis.items[effect].effect.parameters[place].scale.is_torque();
+    let holds = hypothesis.items[effect].effect.parameters[place].unit.contains(volts::TORQUE);
     hypothesis.slot(effect, place).filter(|_| holds)?;
-    Some(Torque { set: &found.set, covariance: found.covariance.as_ref()?, place: (effect, place), less: None })
+    Some(Torque {
+        set: &found.set,
+        covariance: found.covariance.as_ref()?,
+        place: (effect, place),
+        less: None,
+    })
 }
 
 /// The voltages that stand for the torques of an effect.
 fn seen(found: &Found, effect: usize) -> Vec<(String, Value)> {
     let parameters = found.set.hypothesis.items[effect].effect.parameters.iter().enumerate();
-    let told = |(place, p): (usize, &Parameter)| Some(torque(found, effect, place)?.seen(p.name, p.unit, false));
+    let told =
+        |(place, p): (usize, &Parameter)| Some(torque(found, effect, place)?.seen(p.name, p.unit, false));
     parameters.filter_map(told).flatten().collect()
 }
 

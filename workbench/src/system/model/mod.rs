@@ -91,7 +91,7 @@ pub enum Side {
 /// `[encoder]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Encoder {
-    /// Counts per turn after ×4 decoding.
+    /// Counts per turn after ×4 decoding; infinite where none are stated, as of a potentiometer.
     pub counts_per_rev: f64,
     /// Where it sits.
     pub side: Side,

@@ -222,7 +222,9 @@ impl<'a> File<'a> {
             Some("load" | "output") => Side::Load,
             _ => Side::Motor,
         };
-        section.number("counts_per_rev").map(|counts_per_rev| Encoder { counts_per_rev, side })
+        let counts_per_rev = section.number("counts_per_rev");
+        let told = counts_per_rev.is_some() || side == Side::Load;
+        told.then_some(Encoder { counts_per_rev: counts_per_rev.unwrap_or(f64::INFINITY), side })
     }
 
     fn sensors(&'a self, root: &Table) -> Sensors {
