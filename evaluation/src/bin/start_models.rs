@@ -6,7 +6,7 @@
 
 use clap::Parser;
 use evaluation::Results;
-use rand::{Rng, SeedableRng};
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -49,11 +49,11 @@ enum Hidden {
 }
 
 impl Hidden {
-    /// The effect, its parameter, the figure in volts and the truth of the parameter.
+    /// The effect, its parameter, the figure in volts and the truth of the parameter. A load that brakes is a negative torque.
     fn told(self) -> (&'static str, &'static str, &'static str, f64) {
         match self {
             Self::Friction(torque) => ("coulomb_friction", "level_nm", "level_v", torque),
-            Self::Load(torque) => ("constant_load", "torque_nm", "torque_v", torque),
+            Self::Load(torque) => ("constant_load", "torque_nm", "torque_v", -torque),
             Self::DeadZone(volts) => ("dead_zone", "half_width_v", "half_width_v", volts),
             Self::Saturation(volts) => ("voltage_saturation", "limit_v", "limit_v", volts),
         }
@@ -150,6 +150,7 @@ impl Motor {
 
 /// What became of a motor.
 struct Answer {
+    /// The effect is named, or stands in a tie.
     named: bool,
     /// Relative error of the size in volts.
     volts: Option<f64>,
@@ -160,8 +161,11 @@ struct Answer {
 fn answered(motor: &Motor, outcome: &Outcome) -> Answer {
     let (name, parameter, figure, truth) = motor.hidden.told();
     let found = outcome.effects.iter().find(|effect| effect.name == name);
+    // Without a current a load is an offset of the input: that stands for it in a tie.
+    let offset = outcome.effects.iter().find(|effect| effect.name == "voltage_offset");
+    let tied = outcome.ties.iter().flat_map(|tie| &tie.rivals).any(|rival| *rival == [name]);
     let in_volts = match motor.hidden {
-        Hidden::Friction(torque) | Hidden::Load(torque) => torque * motor.resistance / motor.constant,
+        Hidden::Friction(_) | Hidden::Load(_) => truth * motor.resistance / motor.constant,
         Hidden::DeadZone(volts) | Hidden::Saturation(volts) => volts,
     };
     let sigmas = |value: Option<&Value>, truth: f64| {
@@ -169,8 +173,9 @@ fn answered(motor: &Motor, outcome: &Outcome) -> Answer {
     };
     let size = found.and_then(|effect| effect.parameters.get(parameter));
     let volts = found.and_then(|effect| effect.derived.get(figure)).or(size.filter(|_| figure == parameter));
+    let volts = volts.or(offset.filter(|_| tied).and_then(|effect| effect.parameters.get("offset_v")));
     Answer {
-        named: found.is_some(),
+        named: found.is_some() || tied,
         volts: volts.map(|volts| (volts.value / in_volts - 1.0).abs()),
         sigmas: [sigmas(size, truth), sigmas(volts, in_volts)],
     }
