@@ -18,6 +18,9 @@ use crate::system::model::Model;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
+/// Numbers that moved get a curve of their own where they make the held-out gap so many times smaller: less is not seen.
+const MOVED: f64 = 0.9;
+
 /// The model as given beside the data.
 pub(super) struct Given<'a> {
     /// The model without any effect.
@@ -85,11 +88,15 @@ pub(super) fn extended(
     });
     let shifts = shifts(kept, &uncertainty);
     let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
-    let mut plots = plots::all(&given.hypothesis, &given.seen.0, &seen_after);
+    let later = match unnamed.is_some() || !kept.hypothesis.items.is_empty() {
+        true => Some("extended model"),
+        false => (after.gap < MOVED * given.held_out.gap).then_some("with its numbers moved"),
+    };
+    let mut plots = plots::all(&given.hypothesis, &given.seen.0, &seen_after, later);
     plots.extend(described.map(|described| described.plot.clone()));
     Outcome {
         grade: judged.grade,
-        small: [small(found), judged.small].concat(),
+        small: [small(found), judged.tiny].concat(),
         effects: named(kept, &uncertainty, &steps, &judged.ties),
         closest_known: judged.closest,
         final_records: last.map(|last| predicted(last, model, kept)),

@@ -1,6 +1,6 @@
 //! Numeric derivatives of residuals. The columns are simulated together, which is cheaper than one by one.
 
-use super::problem::{Problem, clipped, dot};
+use super::problem::{Problem, dot};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -51,26 +51,11 @@ impl Jacobian {
         jacobian
     }
 
-    /// Differences of both sides, inside the bounds: one side bends, and what bends seems to be seen by the data.
-    pub fn central(problem: &mut impl Problem, x: &[f64]) -> Self {
-        let beside = |sign: f64| {
-            let place = |slot: usize| {
-                let mut place = x.to_vec();
-                place[slot] = clipped(problem, slot, x[slot] + sign * problem.step(slot));
-                place
-            };
-            (0..x.len()).map(place).collect::<Vec<_>>()
-        };
-        let (above, below) = (beside(1.0), beside(-1.0));
-        let places: Vec<&[f64]> = above.iter().chain(&below).map(Vec::as_slice).collect();
-        let mut moved = vec![Vec::new(); places.len()];
-        problem.probed_near(x, &places, &mut moved);
-        let column = |slot: usize| {
-            let width = above[slot][slot] - below[slot][slot];
-            let pairs = moved[slot].iter().zip(&moved[x.len() + slot]);
-            pairs.map(|(above, below)| (above - below) / width).collect()
-        };
-        Self { columns: (0..x.len()).map(column).collect() }
+    /// The same with the residuals of the probes at `x` themselves.
+    pub fn probed(problem: &mut impl Problem, x: &[f64]) -> Self {
+        let mut jacobian = Self::empty(x.len());
+        jacobian.probe(problem, x, 0..x.len());
+        jacobian
     }
 
     /// Computes some columns anew. `residuals`: those at `x`.

@@ -15,7 +15,6 @@ use crate::gap::structure::Structure;
 use crate::gap::verdict::Judged;
 use crate::gap::{Options, estimate, localise, verdict};
 use crate::outcome::{Outcome, Verdict};
-use crate::system::effects;
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
 use std::borrow::Borrow;
@@ -38,35 +37,11 @@ pub fn run(
     let places = localise::places(&given.hypothesis, &given.seen);
     // On a thread of the pool, which hands on what it can share without being woken first.
     let outcome = rayon::scope(|_| {
-        let mut found = search(&dataset, model, options, progress);
-        if let Some(load) = moves_what_rests(&found.best) {
-            let without = [&options.without[..], &[load]].concat();
-            found = search(&dataset, model, &Options { without, ..options.clone() }, progress);
-        }
+        let found = search(&dataset, model, options, progress);
         let conclude = || concluded(&given, &found, &options.limits, last.as_ref());
         during(Phase::Conclude, conclude)
     });
     Ok(Outcome { places, ..outcome })
-}
-
-/// A shaft rests where its reading stays within so many times its noise.
-const RESTS: f64 = 3.0;
-/// A load moves it if the simulation leaves that reading by so many times the noise in a tenth of those samples, twenty at least.
-const MOVES: f64 = 10.0;
-
-/// The load among the names that would move a shaft where it was measured at rest: it stands for a friction that the log shows on one
-/// side alone.
-fn moves_what_rests(best: &Scored) -> Option<String> {
-    let mut items = best.hypothesis.items.iter();
-    let load = items.find(|item| effects::SHIFTS.contains(&item.effect))?;
-    let seen = samples(&best.hypothesis, &best.fit.x, &[Part::A, Part::B, Part::HoldOut]);
-    let rests = seen.iter().filter(|sample| (sample.measured * sample.weight).abs() < RESTS);
-    let (mut resting, mut moving) = (0, 0);
-    for sample in rests {
-        resting += 1;
-        moving += usize::from((sample.predicted * sample.weight).abs() > MOVES);
-    }
-    (moving > 20 && 10 * moving > resting).then(|| load.effect.name.to_owned())
 }
 
 /// What is said of what was found.

@@ -66,7 +66,7 @@ pub fn covariance(
     x: &[f64],
     ridge: impl Fn(usize, f64) -> f64,
 ) -> Option<DMatrix<f64>> {
-    let mut information = Jacobian::central(problem, x).normal();
+    let mut information = Jacobian::probed(problem, x).normal();
     for k in 0..x.len() {
         information[(k, k)] += ridge(k, information[(k, k)]);
     }

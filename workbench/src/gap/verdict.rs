@@ -39,7 +39,7 @@ pub struct Judged<'a> {
     /// What to measure next.
     pub next: Option<Experiment>,
     /// Names that were taken out because nothing of them shows in a fit.
-    pub small: Vec<Small>,
+    pub tiny: Vec<Small>,
 }
 
 /// A log whose speeds stay below this part of what its input could reach does not move.
@@ -88,13 +88,13 @@ const CONFIRMED: f64 = 10.0;
 
 /// Judges what was found.
 pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits: &ShareLimits) -> Judged<'a> {
-    let (whole, Supported { found: supported, uncertainty, small }) = (found, supported(found));
+    let (whole, Supported { found: supported, uncertainty, tiny }) = (found, supported(found));
     let found = supported.as_ref().unwrap_or(found);
     if given.model.fitted_to_log && !found.best.hypothesis.items.is_empty() {
-        return Judged { small, ..by_shares(found, uncertainty, given, nominal, limits) };
+        return Judged { tiny, ..by_shares(found, uncertainty, given, nominal, limits) };
     }
     // What small names explain alone is no gap.
-    let trifle = found.best.hypothesis.items.is_empty() && !small.is_empty();
+    let trifle = found.best.hypothesis.items.is_empty() && !tiny.is_empty();
     let of = if trifle { whole } else { found };
     let on_log = || rayon::join(|| residual_tests::rest(&of.best), || excess(given, nominal).max(1e-9));
     let ((rest, first), held_out) = rayon::join(on_log, || held_out_share(&found.best, given, nominal));
@@ -120,7 +120,19 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits:
     let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
     let grade = Grade::of(verdict, left, true);
     let structure = structure(left, unpredicted, nothing_named, share, rest.structure);
-    Judged { verdict, grade, kept, uncertainty, closest, ties, share, structure, noise_like: None, next, small }
+    Judged {
+        verdict,
+        grade,
+        kept,
+        uncertainty,
+        closest,
+        ties,
+        share,
+        structure,
+        noise_like: None,
+        next,
+        tiny,
+    }
 }
 
 /// What a report tells of what is left: below a share nobody asks.
@@ -142,13 +154,13 @@ struct Supported<'a> {
     /// What the numbers that stay are uncertain by, unless they will be fitted with other weights.
     uncertainty: Option<Uncertainty>,
     /// Names that are worth nothing that a fit shows.
-    small: Vec<Small>,
+    tiny: Vec<Small>,
 }
 
 /// Takes out the names that do not lower the held-out gap, those whose numbers lie within three standard deviations of nothing, and the
 /// small ones.
 fn supported<'a>(found: &Found<'a>) -> Supported<'a> {
-    let (mut best, mut small) = (found.best.clone(), Vec::new());
+    let (mut best, mut tiny) = (found.best.clone(), Vec::new());
     let uncertainty = loop {
         let ((indistinct, uncertainty), useless) = rayon::join(|| indistinct(&best), || useless(&best));
         let Some((index, points)) = indistinct.map(|index| (index, 0.0)).or(useless) else {
@@ -156,30 +168,29 @@ fn supported<'a>(found: &Found<'a>) -> Supported<'a> {
         };
         if points > 0.0 {
             let name = best.hypothesis.names()[index].clone();
-            small.push(Small { name, fit_points: points });
+            tiny.push(Small { name, fit_points: points });
         }
         best = refitted(&best, |k| k != index);
     };
     let all = found.best.hypothesis.names();
     let dropped = all.len() - best.hypothesis.items.len();
-    let others = if dropped == small.len() { others(found, &best, &small) } else { Vec::new() };
+    let others = if dropped == tiny.len() { others(found, &best, &tiny) } else { Vec::new() };
     let left = (dropped > 0).then(|| Found { best, others, dropped: all, ..found.clone() });
-    Supported { found: left, uncertainty, small }
+    Supported { found: left, uncertainty, tiny }
 }
 
 /// The rivals of a set without the small names: what is tied stays tied.
 fn others<'a>(found: &Found<'a>, best: &Scored<'a>, small: &[Small]) -> Vec<Scored<'a>> {
     let lag = small.iter().any(|it| effects::find(&it.name).is_some_and(Effect::is_lag));
+    let gone =
+        |item: &Item| small.iter().any(|it| it.name == item.effect.name) || (lag && item.effect.is_lag());
     let mut others: Vec<Scored<'a>> = Vec::new();
     for other in &found.others {
-        let stays = |item: &Item| {
-            !small.iter().any(|it| it.name == item.effect.name) && !(lag && item.effect.is_lag())
-        };
-        let items = &other.hypothesis.items;
-        let fewer = refitted(other, |k| stays(&items[k]));
-        let names = fewer.hypothesis.names();
-        let known = others.iter().chain([best]).any(|set| set.hypothesis.names() == names);
-        if !known && names.len() == best.hypothesis.items.len() {
+        let fewer = refitted(other, |k| !gone(&other.hypothesis.items[k]));
+        let known = |set: &Scored| set.hypothesis.items == fewer.hypothesis.items;
+        if fewer.hypothesis.items.len() == best.hypothesis.items.len()
+            && !others.iter().chain([best]).any(known)
+        {
             others.push(fewer);
         }
     }
@@ -210,11 +221,6 @@ const WINDING: (f64, f64) = (0.03, 0.002);
 /// points of held-out fit that it brings. A base parameter stays: without it the others are bent to the ends of their tolerances and may
 /// predict as much.
 fn useless(best: &Scored) -> Option<(usize, f64)> {
-    let all = held_out_variation(best.hypothesis.dataset).max(f64::MIN_POSITIVE);
-    let lost = |set: &Scored| {
-        let error: f64 = held_out_errors(&set.hypothesis, &set.fit.x).iter().sum();
-        100.0 * (error / all).sqrt()
-    };
     let items = best.hypothesis.items.iter().enumerate();
     let others = items.filter(|(_, item)| !item.effect.is_base_parameter());
     let others: Vec<usize> = others.map(|(index, _)| index).collect();
@@ -222,6 +228,13 @@ fn useless(best: &Scored) -> Option<(usize, f64)> {
     let (with, without): (f64, Vec<f64>) = rayon::join(|| lost(best), || without().collect());
     let mut brought = others.into_iter().zip(without).map(|(index, without)| (index, without - with));
     brought.find(|(index, points)| *points < SEEN_POINTS || is_winding(best, *index))
+}
+
+/// Points of fit, %, that a set leaves open on the held-out data.
+fn lost(set: &Scored) -> f64 {
+    let all = held_out_variation(set.hypothesis.dataset).max(f64::MIN_POSITIVE);
+    let error: f64 = held_out_errors(&set.hypothesis, &set.fit.x).iter().sum();
+    100.0 * (error / all).sqrt()
 }
 
 /// True if an effect of a set is what the winding does that the model leaves out.
@@ -263,7 +276,7 @@ fn by_shares<'a>(
         structure: if left { rest.structure } else { Structure::None },
         noise_like: None,
         next,
-        small: Vec::new(),
+        tiny: Vec::new(),
     }
 }
 
@@ -281,7 +294,7 @@ fn mimic<'a>(found: &Found<'a>, share: f64, structure: Structure) -> Judged<'a> 
         structure,
         noise_like: None,
         next: None,
-        small: Vec::new(),
+        tiny: Vec::new(),
     }
 }
 
@@ -308,6 +321,9 @@ fn strange(best: &Scored) -> bool {
     held_out / samples.max(1) as f64 > STRANGE * STRANGE * log.max(1.0)
 }
 
+/// What looks like noise and opens fewer points of the fit is noise: of a coarse reading that a slow motion hides from the estimate.
+const LIKE_NOISE_POINTS: f64 = 0.1;
+
 /// True if what is left is worth a verdict of its own.
 fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
     let visible = rest.excess.sqrt() > VISIBLE;
@@ -318,7 +334,11 @@ fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
     }
     match (visible && !white, nothing_named) {
         (false, _) => false,
-        (true, true) => rest.structure.explains() || rest.repeated || rest.excess > 1.0,
+        (true, true) => {
+            rest.structure.explains()
+                || rest.repeated
+                || (rest.excess > 1.0 && lost(&found.best) > LIKE_NOISE_POINTS)
+        }
         (true, false) if rest.structure.turns() => share > SHARE_TURNING,
         (true, false) => share > SHARE,
     }

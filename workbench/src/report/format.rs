@@ -269,13 +269,13 @@ pub fn small(outcome: &Outcome) -> String {
 fn sized(effect: &NamedEffect) -> String {
     let measured =
         |(_, v): &(&String, &Value)| is_told_from_nothing(v) && !v.unit.is_empty() && v.unit != "1";
-    let sides = effects::find(&effect.name).and_then(effects::Effect::sides).is_some();
-    let sizes = readable(effect).into_iter().filter(measured).take(if sides { 2 } else { 1 });
+    let between = effect.derived.iter().find(|(name, _)| name.contains(MINUS));
+    let differ = between.is_some_and(|(_, difference)| is_told_from_nothing(difference));
+    let sizes = readable(effect).into_iter().filter(measured).take(if differ { 2 } else { 1 });
     let sizes: Vec<String> = sizes.map(|(_, v)| format!("{} {}", significant(v.value, 2), v.unit)).collect();
-    match sizes.is_empty() {
-        true => in_words(&effect.name),
-        false => format!("{} of {}", in_words(&effect.name), sizes.join(" and ")),
-    }
+    // Sides that cannot be told apart are one.
+    let words = in_words(if differ { &effect.name } else { effect.name.trim_end_matches("_asymmetric") });
+    if sizes.is_empty() { words } else { format!("{words} of {}", sizes.join(" and ")) }
 }
 
 /// `a dead zone`, `asymmetric Coulomb friction`.

@@ -124,26 +124,17 @@ fn apply(document: &mut DocumentMut, shift: &Shift) {
         let entry =
             document.get_mut(section).and_then(|s| s.get_mut(&shift.parameter)).and_then(Item::as_value_mut);
         if let Some(entry) = entry {
-            scale(entry, 1.0 + shift.shift_percent / 100.0, shift.std_percent);
+            scale(entry, 1.0 + shift.shift_percent / 100.0);
         }
     }
 }
 
-/// Begins what is said of the deviation of a number.
-const FITTED: &str = "fitted ± ";
-
-/// Scales a number in place; the comment behind it stays, and says how well the log knows the number.
-fn scale(entry: &mut Value, factor: f64, std_percent: f64) {
+/// Scales a number in place; the comment behind it stays.
+fn scale(entry: &mut Value, factor: f64) {
     let Some(number) = entry.as_float().or(entry.as_integer().map(|i| i as f64)) else {
         return;
     };
-    let mut decor = entry.decor().clone();
-    let comment = decor.suffix().and_then(|suffix| suffix.as_str()).unwrap_or_default();
-    let stays = comment.split(FITTED).next().unwrap_or_default().trim_end_matches(['#', ';', ' ']);
-    let head = if stays.is_empty() { " # ".to_owned() } else { format!("{stays}; ") };
-    if std_percent > 0.0 {
-        decor.set_suffix(format!("{head}{FITTED}{} %", super::format::significant(std_percent, 2)));
-    }
+    let decor = entry.decor().clone();
     *entry = Value::from(number * factor);
     *entry.decor_mut() = decor;
 }

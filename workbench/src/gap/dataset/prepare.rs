@@ -154,12 +154,12 @@ fn scales(plant: &Physics, log: &Dynamic) -> Result<Scales, InputError> {
 /// The largest change of the input's integral over time within a run.
 fn swing(log: &Dynamic) -> f64 {
     let of_run = |run: &Run| {
-        let (mut sum, mut ends) = (0.0_f64, (0.0_f64, 0.0_f64));
-        for k in 1..run.rows() {
-            sum += run.input[k - 1] * (run.t_s[k] - run.t_s[k - 1]);
-            ends = (ends.0.min(sum), ends.1.max(sum));
-        }
-        ends.1 - ends.0
+        let pieces = run.input.iter().zip(run.t_s.windows(2)).map(|(input, t)| input * (t[1] - t[0]));
+        let add = |(sum, low, high): (f64, f64, f64), piece| {
+            (sum + piece, low.min(sum + piece), high.max(sum + piece))
+        };
+        let (_, low, high) = pieces.fold((0.0, 0.0, 0.0), add);
+        high - low
     };
     log.runs.iter().map(of_run).fold(0.0, f64::max)
 }

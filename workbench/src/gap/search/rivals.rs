@@ -4,15 +4,12 @@ use super::Search;
 use super::score::{Scored, dispersion};
 use super::shares::no_more;
 use crate::gap::acceptance;
-use crate::gap::fit::SEARCH;
-use crate::gap::hypothesis::{Hypothesis, Item, is_open};
+use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::held_out_errors;
 use crate::gap::threads::each;
 use crate::system::effects::Family;
 use rayon::prelude::*;
 
-/// Sets that are fitted to the end before they are compared, where numbers of the base are not known.
-const OPEN: usize = 8;
 /// Sets within so many times the limit of a tie are fitted on the fine grid, which then decides.
 const NEAR: f64 = 5.0;
 
@@ -37,12 +34,6 @@ impl<'a> Search<'a, '_> {
             }
         }
         near.sort_by(|a, b| a.score.total_cmp(&b.score));
-        // Numbers that nobody knows have a long way to go: what a short fit left far off may be as near.
-        if is_open(self.model) {
-            near.truncate(OPEN);
-            near = each(near).map(|other| self.refit(&other, &SEARCH)).collect();
-            near.sort_by(|a, b| a.score.total_cmp(&b.score));
-        }
         let margin = NEAR * acceptance::tied(dispersion(best));
         near.retain(|other| other.fit.cost - best.fit.cost < margin);
         near.truncate(6);
