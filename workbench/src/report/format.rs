@@ -270,7 +270,8 @@ fn sized(effect: &NamedEffect) -> String {
     let measured =
         |(_, v): &(&String, &Value)| is_told_from_nothing(v) && !v.unit.is_empty() && v.unit != "1";
     let between = effect.derived.iter().find(|(name, _)| name.contains(MINUS));
-    let differ = between.is_some_and(|(_, difference)| is_told_from_nothing(difference));
+    let two = effects::find(&effect.name).and_then(effects::Effect::sides).is_some();
+    let differ = two && between.is_none_or(|(_, difference)| is_told_from_nothing(difference));
     let sizes = readable(effect).into_iter().filter(measured).take(if differ { 2 } else { 1 });
     let sizes: Vec<String> = sizes.map(|(_, v)| format!("{} {}", significant(v.value, 2), v.unit)).collect();
     // Sides that cannot be told apart are one.

@@ -149,12 +149,12 @@ impl<'a, D: Data> Hypothesis<'a, D> {
         }
     }
 
-    /// What one unit of a scale means while the base has moved. A torque is counted by the input that it takes: a log without a current
+    /// What one unit of a scale means while the base has moved. A motor's torque is counted by the input that it takes: a log without a current
     /// shows friction in volts (torque·R/Kt) sharply and in N m not at all, so that R, Kt and J can move and friction stays.
     pub fn unit(&self, scale: Scale, x: &[f64]) -> f64 {
         let moved = |(slot, z): (&Slot, &f64)| match slot {
-            Slot::Base { key: KT | "drive_gain", tolerance, .. } => tolerance * z,
-            Slot::Base { key: "R_ohm" | "gain_rad_s_per_v", tolerance, .. } => -tolerance * z,
+            Slot::Base { key: KT, tolerance, .. } => tolerance * z,
+            Slot::Base { key: "R_ohm", tolerance, .. } => -tolerance * z,
             _ => 0.0,
         };
         let unit = self.dataset.scales().of(scale);

@@ -111,13 +111,8 @@ fn derived(found: &Found, shape: Shape) -> impl Iterator<Item = (String, Value)>
 fn torque<'f>(found: &'f Found, effect: usize, place: usize) -> Option<Torque<'f, 'f, Rows>> {
     let hypothesis = &found.set.hypothesis;
     let holds = hypothesis.items[effect].effect.parameters[place].unit.contains(volts::TORQUE);
-    hypothesis.slot(effect, place).filter(|_| holds)?;
-    Some(Torque {
-        set: &found.set,
-        covariance: found.covariance.as_ref()?,
-        place: (effect, place),
-        less: None,
-    })
+    let covariance = found.covariance.as_ref().filter(|_| holds)?;
+    Some(Torque { set: &found.set, covariance, place: (effect, place), less: None })
 }
 
 /// The voltages that stand for the torques of an effect.
