@@ -212,7 +212,7 @@ fn html_is_self_contained_escaped_and_tells_the_three_stages() {
         "Characterisation",
         "Parameter extraction",
         "Next experiment",
-        "Considered and rejected",
+        "<details><summary>Considered and rejected: ",
     ] {
         assert!(page.contains(stage), "{stage}");
     }
@@ -330,6 +330,24 @@ fn every_plot_becomes_a_picture_of_its_own() {
         assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>"), "{name}");
         assert!(text.contains("xmlns=\"http://www.w3.org/2000/svg\"") && text.contains("fill=\"#fff\""));
     }
+}
+
+#[test]
+fn sides_that_cannot_be_told_apart_are_one() {
+    let mut friction = effect("viscous_asymmetric", ("neg_nms", value(0.02, 1e-4, "N m s/rad")), None);
+    friction.parameters.insert("pos_nms".to_owned(), value(0.0201, 1e-4, "N m s/rad"));
+    let told = |difference: f64| {
+        let mut friction = friction.clone();
+        let between = value(difference, 1e-4, "N m s/rad");
+        friction.derived = BTreeMap::from([("pos_nms_minus_neg_nms".to_owned(), between)]);
+        let text = Terminal.export(&Outcome { effects: vec![friction], ..outcome() }).unwrap();
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    assert!(
+        told(1e-4).contains("viscous friction of 0.02 N m s/rad")
+            && !told(1e-4).contains("asymmetric viscous")
+    );
+    assert!(told(1e-3).contains("asymmetric viscous friction of 0.02 N m s/rad and 0.02 N m s/rad"));
 }
 
 /// A first-order model has no torque constant: what stands for a torque of its motor of 1 Ω is told in its place.

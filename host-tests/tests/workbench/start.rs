@@ -406,4 +406,18 @@ fn what_no_fit_shows_is_no_name() {
     desk.start("", &[]);
     let outcome = desk.gap("");
     assert_eq!(outcome["verdict"], "nothing_missing", "{:?}", names(&outcome));
+    assert!(!desk.report().contains("extended model"), "a legend of what is not drawn");
+}
+
+#[test]
+fn a_report_says_which_runs_it_leaves_out() {
+    let mut text = String::from("t_s,u_v,omega_rad_s,run\n");
+    for (k, [t, u, omega, _]) in simulated(0.01, 11.2, 12.0, Hidden::Friction(0.675)).into_iter().enumerate()
+    {
+        let _ = writeln!(text, "{t:.3},{u:.2},{:.3},{}", omega + 0.001 * (k % 7) as f64, k / 80);
+    }
+    let desk = Desk::new(&text);
+    desk.start("", &LABEL);
+    desk.gap("");
+    assert!(desk.report().contains("Shown are 12 of 14 runs"));
 }

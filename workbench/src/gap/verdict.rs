@@ -142,7 +142,7 @@ fn structure(left: bool, unpredicted: bool, nothing_named: bool, share: f64, see
         (true, true) if seen == Structure::None => Structure::OfEveryRecord,
         (true, false) if seen == Structure::None => Structure::TooFew,
         (true, _) => seen,
-        (false, _) if share > SHARE => seen,
+        (false, _) if share > SHARE && !nothing_named => seen,
         (false, _) => Structure::None,
     }
 }

@@ -20,7 +20,7 @@ const FITTED_TOLERANCE: f64 = 0.5;
 /// nominal value, a slower one would pass for a measure: of a short delay, and with the current of the drive's gain.
 const NOTICEABLE_WINDING: f64 = 0.003;
 
-/// Step of the derivative with respect to the logarithm of a base parameter. What a log does not see (R, J and b together) must not seem
+/// Step of the derivative with respect to the logarithm of a number of a motor, at most. What a log does not see (R, J and b together) must not seem
 /// seen because a large step bends.
 const BASE_STEP: f64 = 2e-3;
 
@@ -110,7 +110,9 @@ impl Data for Dataset {
         let scales = &self.scales;
         match (slot, parameter.map(|it| (it.scale, it.meaning))) {
             (Slot::Start { .. }, _) => 0.1,
-            (Slot::Base { tolerance, .. }, _) => (BASE_STEP / tolerance).min(0.02),
+            (Slot::Base { key: "R_ohm" | KT | KE | "J_kgm2", tolerance, .. }, _) => {
+                (BASE_STEP / tolerance).min(0.02)
+            }
             (_, None) => 0.02,
             (_, Some((Scale::Frequency, _))) => 0.01 * scales.time / scales.duration,
             (_, Some((_, Meaning::PeriodsPerTurn))) => 0.01 / (1.0 + scales.speed * scales.duration),

@@ -25,10 +25,11 @@ impl Case<'_> {
                 let (before, after) = (steps[k].gap, steps[k + 1].gap);
                 let shape = shape(effect);
                 let text = words::evidence(shape, &found.plant, self.given, unit);
+                let parameters = self.parameters(found, k);
                 NamedEffect {
                     name: effect.name.into(),
-                    parameters: self.parameters(found, k),
-                    derived: derived(found, shape).chain(seen(found, k)).collect(),
+                    derived: derived(found, shape).chain(seen(found, k, &parameters)).collect(),
+                    parameters,
                     gap_before: before,
                     gap_after: after,
                     evidence: format!(
@@ -116,11 +117,15 @@ fn torque<'f>(found: &'f Found, effect: usize, place: usize) -> Option<Torque<'f
 }
 
 /// The voltages that stand for the torques of an effect.
-fn seen(found: &Found, effect: usize) -> Vec<(String, Value)> {
+fn seen(found: &Found, effect: usize, values: &BTreeMap<String, Value>) -> Vec<(String, Value)> {
     let parameters = found.set.hypothesis.items[effect].effect.parameters.iter().enumerate();
-    let told =
-        |(place, p): (usize, &Parameter)| Some(torque(found, effect, place)?.seen(p.name, p.unit, false));
-    parameters.filter_map(told).flatten().collect()
+    let told = |(place, p): (usize, &Parameter)| {
+        let felt = values[p.name].std.is_some();
+        let seen = torque(found, effect, place)?.seen(p.name, p.unit, false).into_iter();
+        Some(seen.map(move |(key, volts)| (key, Value { std: volts.std.filter(|_| felt), ..volts })))
+    };
+    let told = parameters.filter(|(_, p)| values.contains_key(p.name)).filter_map(told);
+    told.flatten().collect()
 }
 
 /// Edges and knees for the plots.
