@@ -12,6 +12,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use truing::gap::{self, Options};
 use truing::outcome::{Outcome, Value};
+use truing::system::effects;
 use truing::system::log::{Dynamic, Input, Log, Run};
 use truing::system::model::{self, Model};
 
@@ -52,10 +53,10 @@ impl Hidden {
     /// The effect, its parameter, the figure in volts and the truth of the parameter. A load that brakes is a negative torque.
     fn told(self) -> (&'static str, &'static str, &'static str, f64) {
         match self {
-            Self::Friction(torque) => ("coulomb_friction", "level_nm", "level_v", torque),
-            Self::Load(torque) => ("constant_load", "torque_nm", "torque_v", -torque),
-            Self::DeadZone(volts) => ("dead_zone", "half_width_v", "half_width_v", volts),
-            Self::Saturation(volts) => ("voltage_saturation", "limit_v", "limit_v", volts),
+            Self::Friction(torque) => (effects::COULOMB_FRICTION.name, "level_nm", "level_v", torque),
+            Self::Load(torque) => (effects::CONSTANT_LOAD.name, "torque_nm", "torque_v", -torque),
+            Self::DeadZone(volts) => (effects::DEAD_ZONE.name, "half_width_v", "half_width_v", volts),
+            Self::Saturation(volts) => (effects::VOLTAGE_SATURATION.name, "limit_v", "limit_v", volts),
         }
     }
 }
@@ -162,7 +163,7 @@ fn answered(motor: &Motor, outcome: &Outcome) -> Answer {
     let (name, parameter, figure, truth) = motor.hidden.told();
     let found = outcome.effects.iter().find(|effect| effect.name == name);
     // Without a current a load is an offset of the input: that stands for it in a tie.
-    let offset = outcome.effects.iter().find(|effect| effect.name == "voltage_offset");
+    let offset = outcome.effects.iter().find(|effect| effect.name == effects::VOLTAGE_OFFSET.name);
     let tied = outcome.ties.iter().flat_map(|tie| &tie.rivals).any(|rival| *rival == [name]);
     let in_volts = match motor.hidden {
         Hidden::Friction(_) | Hidden::Load(_) => truth * motor.resistance / motor.constant,

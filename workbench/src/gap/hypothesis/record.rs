@@ -6,7 +6,7 @@ use crate::gap::fit::FINE;
 use crate::gap::threads;
 use crate::system::effects::{Effect, Meaning, Parameter, Scale};
 use crate::system::log::Input;
-use crate::system::model::{KE, KT, Kind, Model};
+use crate::system::model::{DRIVE_GAIN, KE, KT, Kind, Model};
 use crate::system::plant::physics::{Drive, Physics};
 use rayon::prelude::*;
 
@@ -149,8 +149,8 @@ fn base_slots(dataset: &Dataset, model: &Model) -> Vec<Slot> {
         (Kind::DcMotor { .. }, "R_ohm") => plant.drive == Drive::Voltage,
         (Kind::DcMotor { .. }, KE) => plant.drive == Drive::Voltage && model.constant.is_none(),
         (Kind::DcMotor { .. }, KT) => dataset.input != Input::Torque,
-        (Kind::Inertia { .. }, "drive_gain") => {
-            !model.fitted_to_log || model.tolerances.contains_key("drive_gain")
+        (Kind::Inertia { .. }, DRIVE_GAIN) => {
+            !model.fitted_to_log || model.tolerances.contains_key(DRIVE_GAIN)
         }
         _ => true,
     };

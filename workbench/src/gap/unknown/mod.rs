@@ -14,7 +14,7 @@ pub use text::{GUESSED, START};
 use crate::console::input_error::InputError;
 use crate::gap::tables;
 use crate::system::log::{Dynamic, Input, Log};
-use crate::system::model::{self, Draft, Kind, Model};
+use crate::system::model::{self, DRIVEN_DIRECTLY, Draft, Kind, Model};
 use split::{Split, Winding};
 
 /// Relative tolerance (1 σ) of a number that is not known: a factor of e, which two of them let move by 7.4 either way. Start
@@ -107,7 +107,7 @@ impl Evidence<'_> {
         let mut said =
             format!("{list} {is} not known: start values come from {seen}, and are fitted with a wide prior");
         said += match split.kind {
-            Some("inertia") => {
+            Some(DRIVEN_DIRECTLY) => {
                 ". The axis is linear, so the model is an inertia here: mass and forces count per unit of the input"
             }
             Some(_) => {

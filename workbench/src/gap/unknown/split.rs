@@ -4,7 +4,7 @@ use super::line::Line;
 use crate::console::input_error::InputError;
 use crate::system::effects;
 use crate::system::log::{Dynamic, Input, Run};
-use crate::system::model::Draft;
+use crate::system::model::{DRIVEN_DIRECTLY, Draft};
 use nalgebra::{Matrix2, Vector2};
 use servo::axis::Bridge;
 
@@ -114,7 +114,7 @@ pub fn linear(line: &Line) -> Split {
     let seconds = line.time_constant_s.unwrap_or(TIME_CONSTANT_S);
     Split {
         numbers: vec![("mass_kg", mass), ("viscous", mass / seconds), (GAIN, 1.0)],
-        kind: Some("inertia"),
+        kind: Some(DRIVEN_DIRECTLY),
         fit: true,
         ..Split::default()
     }

@@ -26,6 +26,10 @@ pub const DEFAULT_TOLERANCE: f64 = 0.05;
 pub const KT: &str = "Kt_nm_per_a";
 /// Key of its back-EMF constant.
 pub const KE: &str = "Ke_vs_per_rad";
+/// Key of what one unit of the input does to an axis that is driven directly.
+pub const DRIVE_GAIN: &str = "drive_gain";
+/// Kind of an axis that is driven directly.
+pub const DRIVEN_DIRECTLY: &str = "inertia";
 
 /// The equations of the base, with their parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
