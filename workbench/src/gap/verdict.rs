@@ -1,6 +1,6 @@
-//! What may be said: named, tie, nothing missing, unexplained, not excited.
+//! What may be said: named, tie, nothing missing, unexplained.
 
-use crate::gap::dataset::{Dataset, Part};
+use crate::gap::dataset::Part;
 use crate::gap::estimate::{self, Uncertainty};
 use crate::gap::fit::{SEARCH, fit};
 use crate::gap::hypothesis::{Hypothesis, Item};
@@ -11,7 +11,7 @@ use crate::gap::search::{Found, HELD_OUT, Scored, ShareLimits, chi2, tied};
 use crate::gap::structure::Structure;
 use crate::gap::threads::each;
 use crate::gap::{experiment, residual_tests};
-use crate::outcome::{Experiment, Grade, Outcome, Small, Tie, Verdict};
+use crate::outcome::{Experiment, Grade, Small, Tie, Verdict};
 use crate::system::effects::{self, Effect};
 use crate::system::plant::physics::Drive;
 use rayon::prelude::*;
@@ -40,38 +40,6 @@ pub struct Judged<'a> {
     pub next: Option<Experiment>,
     /// Names that were taken out because nothing of them shows in a fit.
     pub tiny: Vec<Small>,
-}
-
-/// A log whose speeds stay below this part of what its input could reach does not move.
-const SMALLEST_MOTION: f64 = 0.005;
-
-/// If nothing moves, nothing can be tested.
-pub fn not_excited(dataset: &Dataset) -> Option<Outcome> {
-    let scales = &dataset.scales;
-    let moves = dataset.range() > 5.0 * dataset.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
-    (!moves).then(|| Outcome {
-        notes: still(dataset),
-        ..Outcome::untested(dataset.signal, dataset.sigma, dataset.unit())
-    })
-}
-
-/// What a log that does not move lacks.
-fn still(dataset: &Dataset) -> Vec<String> {
-    let mut notes = [dataset.notes.clone(), crate::gap::excitation::missing(dataset)].concat();
-    // Noise alone would change a reading.
-    let silent = match dataset.scales.motion > 0.0 {
-        true => String::new(),
-        false => format!(
-            " ({} has one value in every row: is the encoder connected, and is it the right column?)",
-            dataset.signal
-        ),
-    };
-    notes.push(format!(
-        "the log never moves{silent}: drive the axis in both directions with more than {} {}",
-        crate::report::figure(dataset.scales.input),
-        dataset.input.unit()
-    ));
-    notes
 }
 
 /// What is left is worth a word when it is visible: this much rms beyond the noise, in units of the noise.
