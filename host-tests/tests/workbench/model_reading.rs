@@ -49,6 +49,13 @@ fn defect(text: &str) -> String {
 }
 
 #[test]
+fn a_sensor_without_counts_may_sit_at_the_load() {
+    let text = "schema = \"truing-model/1\"\n[motor]\nR_ohm=1\nKt_nm_per_a=0.1\nJ_kgm2=1e-4\n[encoder]\nside = \"output\"\n";
+    assert!(read(text).physics().encoder_at_load);
+    assert!(!read(&text.replace("output", "motor")).physics().encoder_at_load);
+}
+
+#[test]
 fn every_key_of_the_format_is_read() {
     let model = read(MOTOR);
     let Kind::DcMotor { r_ohm, l_h, j_kgm2, .. } = model.kind else { panic!("not a motor") };

@@ -212,7 +212,7 @@ fn html_is_self_contained_escaped_and_tells_the_three_stages() {
         "Characterisation",
         "Parameter extraction",
         "Next experiment",
-        "Considered and rejected",
+        "<details><summary>Considered and rejected: ",
     ] {
         assert!(page.contains(stage), "{stage}");
     }
@@ -332,17 +332,38 @@ fn every_plot_becomes_a_picture_of_its_own() {
     }
 }
 
-/// A first-order model has no torque constant: 0.045 N m of its motor of 1 Ω and 15 rad/s/V are 0.675 V.
+#[test]
+fn sides_that_cannot_be_told_apart_are_one() {
+    let mut friction = effect("viscous_asymmetric", ("neg_nms", value(0.02, 1e-4, "N m s/rad")), None);
+    friction.parameters.insert("pos_nms".to_owned(), value(0.0201, 1e-4, "N m s/rad"));
+    let told = |difference: f64| {
+        let mut friction = friction.clone();
+        let between = value(difference, 1e-4, "N m s/rad");
+        friction.derived = BTreeMap::from([("pos_nms_minus_neg_nms".to_owned(), between)]);
+        let text = Terminal.export(&Outcome { effects: vec![friction], ..outcome() }).unwrap();
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    assert!(
+        told(1e-4).contains("viscous friction of 0.02 N m s/rad")
+            && !told(1e-4).contains("asymmetric viscous")
+    );
+    assert!(told(1e-3).contains("asymmetric viscous friction of 0.02 N m s/rad and 0.02 N m s/rad"));
+}
+
+/// A first-order model has no torque constant: what stands for a torque of its motor of 1 Ω is told in its place.
 #[test]
 fn friction_of_a_first_order_model_is_told_in_volts() {
     const MODEL: &str = "schema = \"truing-model/1\"\n[model]\nkind = \"first_order\"\ngain_rad_s_per_v = 15.0\ntime_constant_s = 0.1\n";
-    let model = truing::system::model::parse("model.toml", MODEL).unwrap();
-    let effects = vec![
+    let mut effects = vec![
         effect("coulomb_friction", ("level_nm", value(0.045, 0.001, "N m")), None),
         effect("flexible_coupling", ("damping", value(0.2, 0.1, "N m s/rad")), None),
     ];
-    let outcome =
-        Outcome { effects: truing::report::volts::told(&model, true, &[], effects.clone()), ..outcome() };
+    effects[0].derived = BTreeMap::from([
+        ("level_v".to_owned(), value(0.675, 0.015, "V")),
+        ("level_rad_s2".to_owned(), value(101.25, 2.25, "rad/s²")),
+    ]);
+    effects[1].derived = BTreeMap::from([("damping_v".to_owned(), value(3.0, 1.5, "V s/rad"))]);
+    let outcome = Outcome { effects, ..outcome() };
     let text = Terminal.export(&outcome).unwrap();
     let html = Html { subtitle: "model against log", command: "truing gap" };
     let page = html.export(&outcome).unwrap();
@@ -361,13 +382,12 @@ fn friction_of_a_first_order_model_is_told_in_volts() {
     let one = Outcome { effects: outcome.effects[..1].to_vec(), ..outcome.clone() };
     let again = truing::system::model::parse("extended", &file.export(&one).unwrap()).unwrap();
     assert_eq!(again.known[0].values, [0.045]);
-    // A motor with a torque constant has torques.
-    let motor = truing::system::model::parse(
-        "motor.toml",
-        "schema = \"truing-model/1\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\nJ_kgm2 = 1e-4\n",
-    )
-    .unwrap();
-    assert_eq!(truing::report::volts::told(&motor, true, &[], effects.clone()), effects);
+    // A torque that is far less certain than its voltage stands behind it.
+    let mut motor = outcome.clone();
+    motor.effects[0].parameters.insert("level_nm".to_owned(), value(0.045, 0.007, "N m"));
+    let text = Terminal.export(&motor).unwrap();
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("0.675 ± 0.015 V (101.2 ± 2.2 rad/s²; 0.0450 ± 0.0070 N m)"), "{words}");
 }
 
 #[test]
@@ -431,7 +451,8 @@ fn what_is_left_stands_beside_the_names() {
         Some(HoldOut { fit_percent_before: 70.0, fit_percent_after: 97.5, ..named.holdout.clone() });
     let text = Terminal.export(&named).unwrap();
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let first = "The model lacks dead_zone of 1.1 V and constant_load; 17 % of the gap (squared) is left.";
+    let first =
+        "The model lacks a dead zone of 1.1 V and a constant load; 17 % of the gap (squared) is left.";
     assert!(words.contains(first), "{words}");
     assert!(words.contains("torque_nm not told from 0 (0.010 ± 0.020 N m)"), "{words}");
     assert!(words.contains("records that chose nothing: fit 70.00 % → 97.50 %"), "{words}");

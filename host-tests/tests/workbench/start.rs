@@ -198,7 +198,7 @@ fn a_data_sheet_that_the_log_contradicts_is_told_before_any_effect() {
     let report = desk.report();
     let (first, verdict) = (
         report.find("The log contradicts the data sheet: J_kgm2").unwrap(),
-        report.find("Found: coulomb_friction").unwrap(),
+        report.find("Found: Coulomb friction").unwrap(),
     );
     assert!(first < verdict);
     assert!(report.contains("<title>Tie: J_kgm2 of the data sheet and coulomb_friction"), "{report:.900}");
@@ -307,4 +307,117 @@ fn every_line_of_the_written_file_has_its_reason() {
     }
     let model = truing::system::model::read(&desk.path("model.toml")).unwrap();
     assert!(model.notes.is_empty(), "{:?}", model.notes);
+}
+
+/// A log over time with white noise on the speed; the input is that of so many rows earlier.
+fn noisy(hidden: Hidden, late: usize) -> String {
+    let (mut text, noise) = (String::from("t_s,u_v,omega_rad_s\n"), noise(2000));
+    let rows = simulated(0.01, 16.0, 12.0, hidden);
+    for (k, [t, _, omega, _]) in rows.iter().enumerate() {
+        let ahead = rows[(k + late).min(rows.len() - 1)][1];
+        let _ = writeln!(text, "{t:.3},{ahead:.2},{:.3}", omega + noise[k]);
+    }
+    text
+}
+
+/// The label is off by a tenth each, and the inertia is on none.
+const LABEL: [&str; 6] = ["--voltage", "12", "--resistance", "10.3", "--kt", "0.0563"];
+
+#[test]
+fn friction_is_told_in_volts_and_its_torque_is_as_uncertain_as_the_label() {
+    let desk = Desk::new(&noisy(Hidden::Friction(0.675), 0));
+    desk.start("", &LABEL);
+    let outcome = desk.gap("");
+    assert_eq!((outcome["verdict"].as_str(), names(&outcome)), (Some("named"), vec!["coulomb_friction"]));
+    let friction = &outcome["effects"][0];
+    near(&friction["derived"]["level_v"]["value"], 0.675, 0.01);
+    near(&friction["derived"]["level_rad_s2"]["value"], 0.675 * GAIN / TIME_CONSTANT_S, 0.02);
+    let number = |key: &str| friction["parameters"]["level_nm"][key].as_f64().unwrap();
+    let (torque, std) = (number("value"), number("std"));
+    assert!((0.05..0.2).contains(&(std / torque)) && (torque - 0.675 * KT / R_OHM).abs() < 2.0 * std);
+    let report = desk.report();
+    assert!(
+        report.contains("The model lacks Coulomb friction of 0.6") && report.contains(" V."),
+        "volts first"
+    );
+    // Kt and Ke are one number, which the log shows.
+    let text = std::fs::read_to_string(desk.path("result/model.extended.toml")).unwrap();
+    assert!(text.contains("stands for level_v: 0.6"), "{text}");
+    let extended = truing::system::model::read(&desk.path("result/model.extended.toml")).unwrap();
+    near(&extended.parameters()[2].1.into(), KT, 0.01);
+}
+
+#[test]
+fn a_delay_is_found_although_the_inertia_is_unknown() {
+    for late in [1, 2] {
+        let desk = Desk::new(&noisy(Hidden::DeadZone(0.0), late));
+        desk.start("", &LABEL);
+        let outcome = desk.gap("");
+        assert_eq!(names(&outcome), ["transport_delay"], "{late} rows: {}", outcome["verdict"]);
+        near(&outcome["effects"][0]["parameters"]["seconds"]["value"], 0.01 * late as f64, 0.05);
+    }
+}
+
+#[test]
+fn a_linear_axis_and_a_torque_lead_to_a_verdict() {
+    let mut text = String::from("t_s,u_v,v_m_s\n");
+    for (k, [t, u, omega, _]) in simulated(0.01, 16.0, 12.0, Hidden::Friction(0.675)).into_iter().enumerate()
+    {
+        let _ = writeln!(text, "{t:.3},{u:.2},{:.5}", 0.01 * omega + 1e-6 * (k % 7) as f64);
+    }
+    let desk = Desk::new(&text);
+    assert!(desk.start("", &[]).contains("kind = \"inertia\""));
+    let outcome = desk.gap("");
+    assert_eq!(names(&outcome), ["coulomb_friction"], "{}", outcome["verdict"]);
+    near(&outcome["effects"][0]["parameters"]["level_n"]["value"], 0.675, 0.05);
+    // A pendulum on a motor whose torque is logged: nothing brakes it but what is missing.
+    let (mut omega, mut theta) = (0.0_f64, 0.0_f64);
+    let mut text = String::from("t_s,torque_nm,omega_rad_s,theta_rad\n");
+    for k in 0..1500 {
+        let t = 0.01 * f64::from(k);
+        let torque = 0.3 * (1.3 * t).sin() + 0.25 * (0.4 * t * t).sin();
+        let _ = writeln!(text, "{t:.3},{torque:.5},{omega:.5},{theta:.5}");
+        for _ in 0..40 {
+            let free = omega + 2.5e-4 / 0.02 * (torque - 0.4 * theta.sin());
+            let grip = 2.5e-4 / 0.02 * 0.05;
+            omega = if free > 0.0 { (free - grip).max(0.0) } else { (free + grip).min(0.0) };
+            theta += 2.5e-4 * omega;
+        }
+    }
+    let desk = Desk::new(&text);
+    desk.start("", &[]);
+    let outcome = desk.gap("");
+    assert_ne!(outcome["verdict"], "insufficient_excitation", "{outcome}");
+}
+
+#[test]
+fn what_no_fit_shows_is_no_name() {
+    // A ramp in whole turns a minute, and nothing hidden.
+    let mut text = String::from("t_s,u_v,omega_rpm\n");
+    let mut omega = 0.0;
+    for k in 0..2400 {
+        let u = 12.0 * (1.0 - (f64::from(k) / 600.0 - 2.0).abs());
+        let _ = writeln!(text, "{:.3},{u:.3},{:.0}", 0.01 * f64::from(k), omega * 60.0 / TAU);
+        for _ in 0..40 {
+            omega += (GAIN * u - omega) / TIME_CONSTANT_S * 2.5e-4;
+        }
+    }
+    let desk = Desk::new(&text);
+    desk.start("", &[]);
+    let outcome = desk.gap("");
+    assert_eq!(outcome["verdict"], "nothing_missing", "{:?}", names(&outcome));
+    assert!(!desk.report().contains("extended model"), "a legend of what is not drawn");
+}
+
+#[test]
+fn a_report_says_which_runs_it_leaves_out() {
+    let mut text = String::from("t_s,u_v,omega_rad_s,run\n");
+    for (k, [t, u, omega, _]) in simulated(0.01, 11.2, 12.0, Hidden::Friction(0.675)).into_iter().enumerate()
+    {
+        let _ = writeln!(text, "{t:.3},{u:.2},{:.3},{}", omega + 0.001 * (k % 7) as f64, k / 80);
+    }
+    let desk = Desk::new(&text);
+    desk.start("", &LABEL);
+    desk.gap("");
+    assert!(desk.report().contains("Shown are 12 of 14 runs"));
 }

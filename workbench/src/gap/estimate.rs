@@ -5,7 +5,9 @@ use crate::gap::fit::{FINAL, SEARCH, Setting, covariance, fit};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::search::{Scored, dispersion, scatter};
 use crate::gap::threads::each;
-use crate::outcome::DEVIATIONS;
+use crate::gap::torque::Torque;
+use crate::outcome::{DEVIATIONS, Value};
+use crate::report::volts;
 use crate::system::effects::{Meaning, Parameter, Starts};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -23,8 +25,12 @@ pub struct Estimate {
     pub parameter: &'static Parameter,
     /// Its value in its own unit.
     pub value: f64,
-    /// One standard deviation; `None` for a number that was not fitted.
+    /// One standard deviation, with what the log does not see of the motor; `None` for a number that was not fitted.
     pub std: Option<f64>,
+    /// The same for a motor whose numbers are exact: whether there is anything of the effect.
+    own: Option<f64>,
+    /// The voltage and the acceleration that stand for a torque.
+    pub seen: Vec<(String, Value)>,
 }
 
 /// The numbers of one effect of a set.
@@ -32,9 +38,9 @@ pub struct Estimate {
 pub struct Estimates {
     /// Its parameters. Optional ones that did not move are left out.
     pub numbers: Vec<Estimate>,
-    /// The first side less the second, of an effect with two sides, with its standard deviation: it may be sharp where the sides
+    /// The first side less the second, of an effect with two sides, and the voltage that stands for it: it may be sharp where the sides
     /// themselves can be traded for a number of the model.
-    pub between_sides: Option<(f64, f64)>,
+    pub between_sides: Option<(Value, Option<Value>)>,
 }
 
 /// The numbers of each effect of a set, in its order.
@@ -51,12 +57,9 @@ pub fn estimates(kept: &Scored, uncertainty: &Uncertainty) -> Vec<Estimates> {
 /// What the numbers of a set are uncertain by.
 #[derive(Clone, Debug)]
 pub struct Uncertainty {
-    /// Its diagonal is the variance of each number, in units of its scale.
+    /// Its diagonal is the variance of each number, in units of its scale; of effects with what they scatter by between hollows of a
+    /// rugged cost.
     covariance: DMatrix<f64>,
-    /// Over-dispersion of what is left times its inflation by correlation.
-    factor: f64,
-    /// What the numbers scatter by between hollows of a rugged cost.
-    scatter: Vec<f64>,
 }
 
 impl Uncertainty {
@@ -66,12 +69,22 @@ impl Uncertainty {
             let factor = dispersion(kept);
             (factor, spread(kept, factor))
         };
-        let ((factor, covariance), scatter) = rayon::join(covariance, || scatter(kept));
-        Self { covariance, factor, scatter }
+        let ((factor, mut covariance), scatter) = rayon::join(covariance, || scatter(kept));
+        for (slot, scatter) in scatter.iter().enumerate().take(kept.hypothesis.effect_slots()) {
+            covariance[(slot, slot)] += scatter;
+        }
+        for (index, item) in kept.hypothesis.items.iter().enumerate() {
+            let alone = kept.hypothesis.model.fitted_to_log && item.effect.parameters.len() == 1;
+            if let Some(slot) = kept.hypothesis.slot(index, 0).filter(|_| alone) {
+                let sharper = largest(kept, index, slot, factor) / covariance[(slot, slot)].sqrt();
+                covariance.column_mut(slot).scale_mut(sharper.min(1.0));
+                covariance.row_mut(slot).scale_mut(sharper.min(1.0));
+            }
+        }
+        Self { covariance }
     }
 
-    /// Standard deviations of all numbers of the set, effects and nuisances, each in units of its scale or its tolerance, without the
-    /// scatter.
+    /// Standard deviations of all numbers of the set, effects and nuisances, each in units of its scale or its tolerance.
     pub fn deviations(&self) -> Vec<f64> {
         (0..self.covariance.nrows()).map(|k| self.covariance[(k, k)].max(0.0).sqrt()).collect()
     }
@@ -92,29 +105,35 @@ impl Spread<'_, '_> {
             if slot.is_none() && parameter.default.is_some() {
                 return None;
             }
-            let scale = hypothesis.dataset.scales.of(parameter.scale);
-            let std = slot.map(|s| {
-                let variance = (self.uncertainty.covariance[(s, s)].max(0.0) + self.uncertainty.scatter[s])
-                    * scale
-                    * scale;
-                let std = (variance + zero_variance(self.kept, index, parameter)).sqrt();
-                std.min(largest(self.kept, index, item, value, self.uncertainty.factor))
+            let (unit, covariance) =
+                (hypothesis.unit(parameter.scale, &self.kept.fit.x), &self.uncertainty.covariance);
+            let own = slot.map(|s| {
+                let variance = covariance[(s, s)].max(0.0) * unit * unit;
+                (variance + zero_variance(self.kept, index, parameter)).sqrt()
             });
-            Some(Estimate { parameter, value, std })
+            let torque = slot.filter(|_| parameter.unit.contains(volts::TORQUE));
+            let torque = torque.map(|_| Torque { set: self.kept, covariance, place: (index, k), less: None });
+            let std = torque.as_ref().map_or(own, Torque::std);
+            let seen = torque.map_or(Vec::new(), |torque| torque.seen(parameter.name, parameter.unit, true));
+            Some(Estimate { parameter, value, std, own, seen })
         };
         item.effect.parameters.iter().enumerate().filter_map(estimate).collect()
     }
 
-    /// The difference of the two sides of an effect, and its standard deviation.
-    fn between_sides(&self, index: usize, item: &Item) -> Option<(f64, f64)> {
-        let sides = item.effect.sides()?;
+    /// The difference of the two sides of an effect, and the voltage that stands for it.
+    fn between_sides(&self, index: usize, item: &Item) -> Option<(Value, Option<Value>)> {
+        let (one, other) = item.effect.sides()?;
         let hypothesis = &self.kept.hypothesis;
-        let (a, b) = (hypothesis.slot(index, sides.0)?, hypothesis.slot(index, sides.1)?);
-        let scale = hypothesis.dataset.scales.of(item.effect.parameters[sides.0].scale);
-        let variance = self.uncertainty.covariance[(a, a)] + self.uncertainty.covariance[(b, b)]
-            - 2.0 * self.uncertainty.covariance[(a, b)];
-        let variance = variance.max(0.0) + self.uncertainty.scatter[a] + self.uncertainty.scatter[b];
-        Some((scale * (self.kept.fit.x[a] - self.kept.fit.x[b]), scale * variance.sqrt()))
+        let (a, b) = (hypothesis.slot(index, one)?, hypothesis.slot(index, other)?);
+        let parameter = &item.effect.parameters[one];
+        let (x, covariance) = (&self.kept.fit.x, &self.uncertainty.covariance);
+        let unit = hypothesis.unit(parameter.scale, x);
+        let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
+        let std = unit * variance.max(0.0).sqrt();
+        let value = Value { value: unit * (x[a] - x[b]), std: Some(std), unit: parameter.unit.into() };
+        let difference = Torque { set: self.kept, covariance, place: (index, one), less: Some(other) };
+        let seen = || difference.seen(parameter.name, parameter.unit, false).pop();
+        Some((value, parameter.unit.contains(volts::TORQUE).then(seen).flatten().map(|(_, volts)| volts)))
     }
 
     /// Whether the numbers that say how much of an effect there is lie clearly away from nothing, together: sizes from 0, ratios
@@ -122,7 +141,7 @@ impl Spread<'_, '_> {
     fn stands_out(&self, index: usize, item: &Item) -> bool {
         let estimates = self.of_effect(index, item);
         let clear = |it: &Estimate| {
-            it.std.is_some_and(|std| (it.value - it.parameter.nothing()).abs() > DEVIATIONS * std)
+            it.own.is_some_and(|std| (it.value - it.parameter.nothing()).abs() > DEVIATIONS * std)
         };
         let measures: Vec<usize> =
             (0..item.effect.parameters.len()).filter(|k| item.effect.parameters[*k].measures()).collect();
@@ -146,10 +165,7 @@ impl Spread<'_, '_> {
             let scale = hypothesis.dataset.scales.of(parameter.scale);
             self.kept.fit.x[slots[k]] - parameter.nothing() / scale
         });
-        let common = DMatrix::from_fn(n, n, |i, j| {
-            let own = if i == j { self.uncertainty.scatter[slots[i]] } else { 0.0 };
-            self.uncertainty.covariance[(slots[i], slots[j])] + own
-        });
+        let common = DMatrix::from_fn(n, n, |i, j| self.uncertainty.covariance[(slots[i], slots[j])]);
         let solved = common.cholesky().map(|factor| factor.solve(&away));
         solved.map_or(0.0, |solved| away.dot(&solved))
     }
@@ -198,13 +214,10 @@ pub fn refitted<'a>(dataset: &'a Dataset, kept: &Scored<'a>) -> Scored<'a> {
 /// The largest standard deviation that the only size of an effect can have for a model that is a fit to the log: how much the
 /// cost grows without the effect tells how far its value is from nothing (likelihood ratio; Wilks, Annals of Mathematical
 /// Statistics 9, 1938). Where two lags can be traded for each other the covariance alone knows only the ridge between them.
-fn largest(kept: &Scored, index: usize, item: &Item, value: f64, factor: f64) -> f64 {
-    if !kept.hypothesis.model.fitted_to_log || item.effect.parameters.len() != 1 {
-        return f64::INFINITY;
-    }
+fn largest(kept: &Scored, index: usize, slot: usize, factor: f64) -> f64 {
     let (without, start) = kept.hypothesis.only(&kept.fit.x, |k| k != index);
     let growth = (fit(&without, &start, &SEARCH).cost - kept.fit.cost) / factor;
-    if growth > 1.0 { value.abs() / growth.sqrt() } else { f64::INFINITY }
+    if growth > 1.0 { kept.fit.x[slot].abs() / growth.sqrt() } else { f64::INFINITY }
 }
 
 /// Variance of the phase of an effect of the position, because the encoder's zero lies anywhere within a count.

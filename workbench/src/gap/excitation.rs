@@ -1,6 +1,7 @@
-//! What a log does not test: directions and quadrants in which it holds no data.
+//! What a log does not test: directions and quadrants in which it holds no data, or everything, where it does not move.
 
 use crate::gap::dataset::{Dataset, speeds};
+use crate::outcome::Outcome;
 
 /// Inputs and speeds below this part of the log's largest are counted in no quadrant.
 const NEAR_ZERO: f64 = 0.03;
@@ -51,4 +52,36 @@ pub fn missing(dataset: &Dataset) -> Vec<String> {
         return Vec::new();
     }
     vec![format!("the log has no data of {}: what acts only there is not tested", empty.join(", nor of "))]
+}
+
+/// A log whose speeds stay below this part of what its input could reach does not move.
+const SMALLEST_MOTION: f64 = 0.005;
+
+/// If nothing moves, nothing can be tested.
+pub fn not_excited(dataset: &Dataset) -> Option<Outcome> {
+    let scales = &dataset.scales;
+    let moves = dataset.range() > 5.0 * dataset.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
+    (!moves).then(|| Outcome {
+        notes: still(dataset),
+        ..Outcome::untested(dataset.signal, dataset.sigma, dataset.unit())
+    })
+}
+
+/// What a log that does not move lacks.
+fn still(dataset: &Dataset) -> Vec<String> {
+    let mut notes = [dataset.notes.clone(), missing(dataset)].concat();
+    // Noise alone would change a reading.
+    let silent = match dataset.scales.motion > 0.0 {
+        true => String::new(),
+        false => format!(
+            " ({} has one value in every row: is the encoder connected, and is it the right column?)",
+            dataset.signal
+        ),
+    };
+    notes.push(format!(
+        "the log never moves{silent}: drive the axis in both directions with more than {} {}",
+        crate::report::figure(dataset.scales.input),
+        dataset.input.unit()
+    ));
+    notes
 }

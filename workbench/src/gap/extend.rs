@@ -13,9 +13,13 @@ use crate::gap::verdict::Judged;
 use crate::gap::{evidence, excitation, experiment, plots};
 use crate::outcome::*;
 use crate::report::volts;
-use crate::system::effects::{self, Effect};
+use crate::system::effects::{self, Effect, Parameter};
 use crate::system::model::Model;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Numbers that moved get a curve of their own where they make the held-out gap so many times smaller: less is not seen.
+const MOVED: f64 = 0.9;
 
 /// The model as given beside the data.
 pub(super) struct Given<'a> {
@@ -84,12 +88,16 @@ pub(super) fn extended(
     });
     let shifts = shifts(kept, &uncertainty);
     let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
-    let mut plots = plots::all(&given.hypothesis, &given.seen.0, &seen_after);
+    let later = match unnamed.is_some() || !kept.hypothesis.items.is_empty() {
+        true => Some("extended model"),
+        false => (after.gap < MOVED * given.held_out.gap).then_some("with its numbers moved"),
+    };
+    let mut plots = plots::all(&given.hypothesis, &given.seen.0, &seen_after, later);
     plots.extend(described.map(|described| described.plot.clone()));
     Outcome {
         grade: judged.grade,
-        small: small(found),
-        effects: volts::told(model, true, &shifts, named(kept, &uncertainty, &steps, &judged.ties)),
+        small: [small(found), judged.tiny].concat(),
+        effects: named(kept, &uncertainty, &steps, &judged.ties),
         closest_known: judged.closest,
         final_records: last.map(|last| predicted(last, model, kept)),
         within_tolerance: shifts,
@@ -165,6 +173,7 @@ fn steps(given: &Given, best: &Scored) -> Vec<Step> {
 /// The accepted effects with their parameters and uncertainties.
 fn named(kept: &Scored, uncertainty: &Uncertainty, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
     let linear = kept.hypothesis.dataset.linear;
+    let told = |it: &Estimate| parameter(it.parameter, it.value, it.std, linear);
     let effect = |(item, estimates): (&Item, Estimates)| {
         let name = item.effect.name.to_owned();
         let place = steps
@@ -183,8 +192,8 @@ fn named(kept: &Scored, uncertainty: &Uncertainty, steps: &[Step], ties: &[Tie])
             ),
             tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
             name,
-            parameters: estimates.numbers.iter().map(|estimate| parameter(estimate, linear)).collect(),
-            derived: between_sides(item.effect, &estimates, linear).into_iter().collect(),
+            parameters: estimates.numbers.iter().map(told).collect(),
+            derived: derived(item.effect, estimates, linear),
         }
     };
     let items = kept.hypothesis.items.iter();
@@ -192,25 +201,29 @@ fn named(kept: &Scored, uncertainty: &Uncertainty, steps: &[Step], ties: &[Tie])
 }
 
 /// Key and value of a parameter on a turning or a linear axis.
-fn parameter(estimate: &Estimate, linear: bool) -> (String, Value) {
-    let spec = estimate.parameter;
+fn parameter(spec: &Parameter, value: f64, std: Option<f64>, linear: bool) -> (String, Value) {
     let (key, unit) = if linear {
         (effects::linear_key(spec.name), effects::linear_unit(spec.unit))
     } else {
         (spec.name.into(), spec.unit.into())
     };
-    let (value, std) = (estimate.value, estimate.std);
     (key, Value { value, std, unit })
 }
 
-/// The difference of the two sides of an effect.
-fn between_sides(effect: &Effect, estimates: &Estimates, linear: bool) -> Option<(String, Value)> {
-    let (difference, std) = estimates.between_sides?;
-    let side = |k: usize| estimates.numbers.iter().find(|it| it.parameter.name == effect.parameters[k].name);
-    let sides = effect.sides()?;
-    let ((one, value), (other, _)) = (parameter(side(sides.0)?, linear), parameter(side(sides.1)?, linear));
-    let unit = value.unit;
-    Some((format!("{one}_minus_{other}"), Value { value: difference, std: Some(std), unit }))
+/// What stands for its torques, and the difference of its two sides.
+fn derived(effect: &Effect, estimates: Estimates, linear: bool) -> BTreeMap<String, Value> {
+    let difference = estimates.between_sides.zip(effect.sides()).map(|((torque, volts), sides)| {
+        let key = |side: usize| parameter(&effect.parameters[side], 0.0, None, linear).0;
+        let (one, other) = (key(sides.0), key(sides.1));
+        match volts {
+            Some(volts) => (format!("{}_minus_{}", volts::key(&one), volts::key(&other)), volts),
+            None => {
+                let (_, value) = parameter(&effect.parameters[sides.0], torque.value, torque.std, linear);
+                (format!("{one}_minus_{other}"), value)
+            }
+        }
+    });
+    estimates.numbers.into_iter().flat_map(|estimate| estimate.seen).chain(difference).collect()
 }
 
 /// Base parameters and parameters of known effects that moved inside their tolerances.
@@ -220,7 +233,7 @@ fn shifts(kept: &Scored, uncertainty: &Uncertainty) -> Vec<Shift> {
     slots
         .filter_map(|(k, slot)| match slot {
             Slot::Base { key, tolerance, .. } => Some(Shift {
-                parameter: (*key).to_owned(),
+                parameter: kept.hypothesis.model.stated(key).to_owned(),
                 shift_percent: 100.0 * ((tolerance * kept.fit.x[k]).exp() - 1.0),
                 std_percent: 100.0 * tolerance * deviations[k].min(1.0),
                 refitted: kept.hypothesis.model.fitted_to_log,

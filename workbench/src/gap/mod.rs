@@ -36,6 +36,7 @@ pub mod structure;
 pub mod tables;
 mod threads;
 pub mod time_base;
+mod torque;
 pub mod unknown;
 pub mod verdict;
 

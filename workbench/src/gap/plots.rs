@@ -4,6 +4,7 @@ use crate::gap::dataset::Part;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::samples::Sample;
 use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
+use std::collections::BTreeMap;
 
 /// Most points of a curve.
 const POINTS: usize = 1500;
@@ -12,8 +13,16 @@ const RUN_GAP_S: f64 = 0.2;
 /// Bins of a residual over an axis.
 const BINS: usize = 40;
 
-/// All plots.
-pub fn all(given: &Hypothesis, before: &[Sample], after: &[Sample]) -> Vec<Plot> {
+/// All plots. `later`: what the second model is called; none where it is the given one.
+pub fn all(given: &Hypothesis, before: &[Sample], after: &[Sample], later: Option<&str>) -> Vec<Plot> {
+    let mut plots = drawn(given, before, after, later.unwrap_or_default());
+    for plot in plots.iter_mut().filter(|_| later.is_none()) {
+        plot.series.retain(|series| series.role != Some(Role::Extended));
+    }
+    plots
+}
+
+fn drawn(given: &Hypothesis, before: &[Sample], after: &[Sample], later: &str) -> Vec<Plot> {
     let linear = given.dataset.linear;
     let (speed, input) = (
         if linear { "speed, m/s" } else { "speed, rad/s" },
@@ -22,10 +31,12 @@ pub fn all(given: &Hypothesis, before: &[Sample], after: &[Sample]) -> Vec<Plot>
     let compared = if given.dataset.of_position { &format!("way, {}", given.dataset.unit()) } else { speed };
     let band = Some(given.dataset.sigma);
     vec![
-        traces(before, after, compared),
-        over(before, after, "Residual over the input", &input, compared, band, &|s| s.input),
-        over(before, after, "Residual over the simulated speed", speed, compared, band, &|s| s.omega),
-        in_time(before, after, compared, band),
+        traces(before, after, compared, later),
+        over([before, after], later, "Residual over the input", [&input, compared], band, &|s| s.input),
+        over([before, after], later, "Residual over the simulated speed", [speed, compared], band, &|s| {
+            s.omega
+        }),
+        in_time(before, after, compared, band, later),
     ]
 }
 
@@ -49,11 +60,17 @@ fn thinned(samples: &[Sample], value: impl Fn(&Sample) -> f64) -> Curve {
 }
 
 /// Runs in the first picture at most: more would show nothing but hairs.
-const SHOWN_RUNS: usize = 4;
+const SHOWN_RUNS: usize = 12;
 
 /// Measured and simulated over time, what was held out marked.
-fn traces(before: &[Sample], after: &[Sample], speed: &str) -> Plot {
-    let runs = shown_runs(before);
+fn traces(before: &[Sample], after: &[Sample], speed: &str, later: &str) -> Plot {
+    let (runs, all) = shown_runs(before);
+    let left_out = match runs.len() < all {
+        true => {
+            format!(". Shown are {} of {all} runs: those that the model as given misses most", runs.len())
+        }
+        false => String::new(),
+    };
     let of = |samples: &[Sample]| -> Vec<Sample> {
         samples.iter().filter(|sample| runs.contains(&sample.run)).copied().collect()
     };
@@ -62,33 +79,31 @@ fn traces(before: &[Sample], after: &[Sample], speed: &str) -> Plot {
     let held_out = thinned(&before, |s| f64::from(u8::from(s.part == Part::HoldOut)));
     Plot {
         title: "Measured and simulated".into(),
-        caption: "Both models in free run: the model as given, and with what was missing. What is shaded was held out".into(),
+        caption: format!("Free run over measured points. What is shaded was held out{left_out}"),
         stage: Stage::Overview,
         x_label: "time, s; runs one after another".into(),
         y_label: speed.into(),
         held_out: stretches(&held_out),
         series: vec![
-            Series::new("measured", measured, Style::Points).of(Role::Measured),
+            Series::new(later, thinned(&after, |s| s.predicted), Style::Line).of(Role::Extended),
             Series::new("model as given", thinned(&before, |s| s.predicted), Style::Dashed).of(Role::Given),
-            Series::new("extended model", thinned(&after, |s| s.predicted), Style::Line).of(Role::Extended),
+            Series::new("measured", measured, Style::Points).of(Role::Measured),
         ],
         ..Plot::default()
     }
 }
 
-/// A few runs: the first ones of the log and the first one that is held out whole, if there is one.
-fn shown_runs(samples: &[Sample]) -> Vec<usize> {
-    let mut runs: Vec<(usize, bool)> = Vec::new();
+/// The runs that the model as given misses most, in their order, and how many there are.
+fn shown_runs(samples: &[Sample]) -> (Vec<usize>, usize) {
+    let mut missed: BTreeMap<usize, f64> = BTreeMap::new();
     for sample in samples {
-        let held_out = sample.part == Part::HoldOut;
-        match runs.last_mut().filter(|(run, _)| *run == sample.run) {
-            Some((_, whole)) => *whole &= held_out,
-            None => runs.push((sample.run, held_out)),
-        }
+        *missed.entry(sample.run).or_default() += sample.residual().powi(2);
     }
-    let fitted = runs.iter().filter(|(_, whole)| !whole).take(SHOWN_RUNS / 2);
-    let held_out = runs.iter().filter(|(_, whole)| *whole).take(SHOWN_RUNS / 2);
-    fitted.chain(held_out).map(|(run, _)| *run).collect()
+    let mut runs: Vec<(usize, f64)> = missed.into_iter().collect();
+    let all = runs.len();
+    runs.sort_by(|a, b| b.1.total_cmp(&a.1));
+    runs.truncate(SHOWN_RUNS);
+    (runs.into_iter().map(|(run, _)| run).collect(), all)
 }
 
 /// The stretches in which a curve of zeros and ones is one.
@@ -107,11 +122,10 @@ fn stretches(held_out: &Curve) -> Vec<(f64, f64)> {
 }
 
 fn over(
-    before: &[Sample],
-    after: &[Sample],
+    [before, after]: [&[Sample]; 2],
+    later: &str,
     title: &str,
-    x: &str,
-    y: &str,
+    [x, y]: [&str; 2],
     band: Option<f64>,
     axis: &dyn Fn(&Sample) -> f64,
 ) -> Plot {
@@ -123,7 +137,7 @@ fn over(
         y_label: format!("measured − simulated {y}"),
         series: vec![
             Series::new("model as given", binned(before, axis), Style::Points).of(Role::Given),
-            Series::new("extended model", binned(after, axis), Style::Line).of(Role::Extended),
+            Series::new(later, binned(after, axis), Style::Line).of(Role::Extended),
         ],
         noise_band: band,
         ..Plot::default()
@@ -144,7 +158,7 @@ fn binned(samples: &[Sample], axis: &dyn Fn(&Sample) -> f64) -> Curve {
     }
 }
 
-fn in_time(before: &[Sample], after: &[Sample], speed: &str, band: Option<f64>) -> Plot {
+fn in_time(before: &[Sample], after: &[Sample], speed: &str, band: Option<f64>, later: &str) -> Plot {
     Plot {
         title: "Residual over time".into(),
         caption: "What the model as given misses, and what is left at the end; the runs one after another"
@@ -154,7 +168,7 @@ fn in_time(before: &[Sample], after: &[Sample], speed: &str, band: Option<f64>) 
         y_label: format!("measured − simulated {speed}"),
         series: vec![
             Series::new("model as given", thinned(before, Sample::residual), Style::Dashed).of(Role::Given),
-            Series::new("extended model", thinned(after, Sample::residual), Style::Line).of(Role::Extended),
+            Series::new(later, thinned(after, Sample::residual), Style::Line).of(Role::Extended),
         ],
         noise_band: band,
         ..Plot::default()

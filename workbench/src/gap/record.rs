@@ -13,7 +13,7 @@ use crate::gap::samples::samples;
 use crate::gap::search::{Found, Progress, Scored, ShareLimits, base_fit, search};
 use crate::gap::structure::Structure;
 use crate::gap::verdict::Judged;
-use crate::gap::{Options, estimate, localise, verdict};
+use crate::gap::{Options, estimate, excitation, localise, verdict};
 use crate::outcome::{Outcome, Verdict};
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
@@ -28,7 +28,7 @@ pub fn run(
     progress: Progress,
 ) -> Result<Outcome, InputError> {
     let dataset = made_ready(model, log, holdouts)?;
-    if let Some(outcome) = verdict::not_excited(&dataset) {
+    if let Some(outcome) = excitation::not_excited(&dataset) {
         return Ok(outcome);
     }
     let last = only_predicted(model, log, holdouts, &options.finals)?;

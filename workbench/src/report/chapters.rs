@@ -145,14 +145,16 @@ fn ties(outcome: &Outcome) -> Markup {
 fn rivals(rivals: &[Rival], unit: &str) -> Markup {
     html! {
         @if !rivals.is_empty() {
-            h4 { "Considered and rejected" }
-            table {
-                thead { tr { th { "Explanation" } th.number { "Gap with it" } th { "Why it lost" } } }
-                tbody { @for rival in rivals { tr {
-                    td { code { (format::set(&rival.names)) } }
-                    td.number { (format::gap(rival.gap)) " " (unit) }
-                    td { (rival.reason) }
-                } } }
+            details {
+                summary { "Considered and rejected: " (rivals.len()) }
+                table {
+                    thead { tr { th { "Explanation" } th.number { "Gap with it" } th { "Why it lost" } } }
+                    tbody { @for rival in rivals { tr {
+                        td { code { (format::set(&rival.names)) } }
+                        td.number { (format::gap(rival.gap)) " " (unit) }
+                        td { (rival.reason) }
+                    } } }
+                }
             }
         }
     }
@@ -272,7 +274,7 @@ pub(super) fn paragraphs(text: &[String]) -> Markup {
 fn plain_table(table: &Table) -> Markup {
     html! {
         h4 { (table.caption) }
-        table {
+        table.plain {
             thead { tr { @for head in &table.header { th { (head) } } } }
             tbody { @for row in &table.rows { tr { @for cell in row { td { (cell) } } } } }
         }

@@ -109,9 +109,20 @@ pub fn parameters(effect: &NamedEffect) -> String {
     readable(effect).into_iter().chain(between).map(named).collect::<Vec<_>>().join(", ")
 }
 
-/// The acceleration that a voltage stands for: ` (120.0 ± 2.0 rad/s²)`.
+/// A torque is told beside its voltage where it is so many times less certain. That of a motor of 1 Ω, for which a first-order model
+/// stands, is as certain, and no torque.
+const LESS_CERTAIN: f64 = 1.5;
+
+/// The acceleration that a voltage stands for, and the torque: ` (120.0 ± 2.0 rad/s²; 0.030 ± 0.004 N m)`.
 fn beside(effect: &NamedEffect, name: &str) -> String {
-    volts::acceleration(effect, name).map_or(String::new(), |v| format!(" ({})", value(v)))
+    let blur = |v: &Value| v.std.unwrap_or(f64::INFINITY) / v.value.abs();
+    let torque = volts::torque(effect, name).map(|(_, torque)| torque);
+    let torque = torque.filter(|it| {
+        let volts = effect.derived.get(name);
+        volts.is_some_and(|volts| blur(it) > LESS_CERTAIN * blur(volts))
+    });
+    let told: Vec<String> = volts::acceleration(effect, name).into_iter().chain(torque).map(value).collect();
+    if told.is_empty() { String::new() } else { format!(" ({})", told.join("; ")) }
 }
 
 /// The parameters as people read them: what stands for a voltage as that voltage.
@@ -205,9 +216,7 @@ pub fn mended(contradiction: &Contradiction) -> String {
 /// The verdict as a sentence about some of its effects.
 fn found<'e>(outcome: &Outcome, effects: impl Iterator<Item = &'e NamedEffect>) -> String {
     let effects: Vec<&NamedEffect> = effects.collect();
-    let names: Vec<_> = effects.iter().map(|e| e.name.clone()).collect();
-    let names = listing(&names);
-    let sizes = || listing(&effects.iter().map(|effect| sized(effect)).collect::<Vec<_>>());
+    let names = listing(&effects.iter().map(|effect| sized(effect)).collect::<Vec<_>>());
     let share = percent(outcome.unexplained.share_of_gap);
     match outcome.verdict {
         Verdict::Data => {
@@ -229,11 +238,10 @@ fn found<'e>(outcome: &Outcome, effects: impl Iterator<Item = &'e NamedEffect>) 
             "Found: {names}. Other names fit these data equally well; an experiment tells them apart."
         ),
         Verdict::Named if outcome.grade == Grade::Likely => format!(
-            "The model probably lacks {}: it predicts every record better, but {share} of the gap (squared) is left.",
-            sizes()
+            "The model probably lacks {names}: it predicts every record better, but {share} of the gap (squared) is left."
         ),
         Verdict::Named if outcome.unexplained.is_left() => {
-            format!("The model lacks {}; {share} of the gap (squared) is left.", sizes())
+            format!("The model lacks {names}; {share} of the gap (squared) is left.")
         }
         Verdict::Named => format!("The model lacks {names}."),
         Verdict::NothingMissing => "Nothing is missing: simulation and data agree to the noise.".into(),
@@ -257,13 +265,35 @@ pub fn small(outcome: &Outcome) -> String {
     each.join(", ")
 }
 
-/// A name with its size, where it has one: `dead_zone of 0.65 V`.
+/// A name in words with its size, where it has one: `a dead zone of 0.65 V`. Two sides have two sizes.
 fn sized(effect: &NamedEffect) -> String {
     let measured =
         |(_, v): &(&String, &Value)| is_told_from_nothing(v) && !v.unit.is_empty() && v.unit != "1";
-    match readable(effect).into_iter().find(measured) {
-        Some((_, v)) => format!("{} of {} {}", effect.name, significant(v.value, 2), v.unit),
-        None => effect.name.clone(),
+    let between = effect.derived.iter().find(|(name, _)| name.contains(MINUS));
+    let two = effects::find(&effect.name).and_then(effects::Effect::sides).is_some();
+    let differ = two && between.is_none_or(|(_, difference)| is_told_from_nothing(difference));
+    let sizes = readable(effect).into_iter().filter(measured).take(if differ { 2 } else { 1 });
+    let sizes: Vec<String> = sizes.map(|(_, v)| format!("{} {}", significant(v.value, 2), v.unit)).collect();
+    // Sides that cannot be told apart are one.
+    let words = in_words(if differ { &effect.name } else { effect.name.trim_end_matches("_asymmetric") });
+    if sizes.is_empty() { words } else { format!("{words} of {}", sizes.join(" and ")) }
+}
+
+/// `a dead zone`, `asymmetric Coulomb friction`.
+fn in_words(name: &str) -> String {
+    let mut words: Vec<&str> = name.split('_').collect();
+    if let Some(place) = words.iter().position(|word| *word == "asymmetric") {
+        words.remove(place);
+        words.insert(0, "asymmetric");
+    }
+    if matches!(words.last(), Some(&"coulomb" | &"viscous")) {
+        words.push("friction");
+    }
+    let text = words.join(" ").replace("coulomb", "Coulomb").replace("stribeck", "Stribeck");
+    match words[..] {
+        [_] | [.., "friction"] => text,
+        [first, ..] if first.starts_with(['a', 'e', 'i', 'o', 'u']) => format!("an {text}"),
+        _ => format!("a {text}"),
     }
 }
 

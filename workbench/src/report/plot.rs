@@ -40,7 +40,7 @@ impl Screen {
     fn labels(self) -> (usize, usize) {
         match self {
             Self::Wide => (11, 9),
-            Self::Narrow => (4, 6),
+            Self::Narrow => (6, 7),
         }
     }
 }

@@ -71,7 +71,15 @@ fn gap(text: &mut String, outcome: &Outcome) {
         *text += &format!("{:INDENT$}{label:28} {:>9}  {}\n", "", format::gap(gap), bar(gap, largest));
     }
     let (before, after) = (held.fit_percent_before, held.fit_percent_after);
-    *text += &format!("{:INDENT$}fit {} → {}\n", "", format::fit(before), format::fit(after));
+    let named = outcome.unexplained.unnamed.as_ref().map(|term| {
+        let with_names = 100.0 - (100.0 - before) * term.gap_before / held.rmse_before;
+        let names = if outcome.effects.is_empty() { "the numbers moved" } else { "the names" };
+        format!("{} with {names} → ", format::fit(with_names))
+    });
+    let term = if named.is_some() { " with the term that has no name" } else { "" };
+    let named = named.unwrap_or_default();
+    let fits = format!("fit {} → {named}{}{term}", format::fit(before), format::fit(after));
+    block(text, "", &fits);
     if let Some(last) = &outcome.final_records {
         let (before, after) = (last.fit_percent_before, last.fit_percent_after);
         let (before, after) = (format::fit(before), format::fit(after));

@@ -91,7 +91,8 @@ impl Comparison {
         Section {
             title: "Chip, workbench and hidden truth".into(),
             text: vec![
-                "The truth was drawn from the seed before anything ran and is shown here for the first time. A dead zone \
+                "A servo with a hidden nonlinearity was drawn from the seed before anything ran. The chip identified it by \
+                 itself, and the workbench found it in the log; neither had seen this truth. A dead zone \
                  and a saturation are terminal voltages; the saturation of a limit behind a dead zone is their sum."
                     .into(),
             ],

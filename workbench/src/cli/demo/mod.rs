@@ -117,11 +117,11 @@ fn write(
         "Truing: the main job, end to end",
         format!("Hidden servo drawn from seed {}", summary.seed),
     )
+    .section(summary.comparison.section())
+    .section(case.section())
+    .gap("The gap workflow on the servo's log", &servo_case::INTRODUCTION, &summary.servo)
     .gap("The paper's table", &paper_case::INTRODUCTION, &summary.paper)
     .section(paper::servo())
     .section(paper::claims())
-    .section(case.section())
-    .gap("The gap workflow on the servo's log", &servo_case::INTRODUCTION, &summary.servo)
-    .section(summary.comparison.section())
     .write(&out.join("report.html"))
 }

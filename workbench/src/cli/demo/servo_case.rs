@@ -10,7 +10,7 @@ use crate::device::run_log::{RunLog, Tape};
 use crate::device::session::{self, Done, Profile, Span, Task};
 use crate::device::tracking::{TrackJson, position_error};
 use crate::gap;
-use crate::outcome::{Curve, Outcome, Plot, Series, Style};
+use crate::outcome::{Curve, Outcome, Plot, Role, Series, Style};
 use crate::report::section::{Check, Section, Table};
 use crate::report::{Exporter, model_file::ModelFile, write_atomically};
 use crate::system::log::{self, Columns, Dynamic, Log};
@@ -191,8 +191,8 @@ impl ServoCase {
             x_label: "time, s".into(),
             y_label: "set-point − position, °".into(),
             series: vec![
-                Series::new("without compensation", error(0), Style::Line),
-                Series::new("with compensation", error(1), Style::Line),
+                Series::new("without compensation", error(0), Style::Line).of(Role::Further(2)),
+                Series::new("with compensation", error(1), Style::Line).of(Role::Further(0)),
             ],
             ..Plot::default()
         }]

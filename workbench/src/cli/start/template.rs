@@ -41,6 +41,7 @@ pub fn file(sheet: &Sheet, found: &Found) -> String {
             let seconds = (time_constant_s, if found.settled { GUESSED } else { ESTIMATED });
             first_order(&mut text, sheet, gain_rad_s_per_v, seconds);
         }
+        Some(Kind::Inertia { inertia, viscous, .. }) => linear(&mut text, inertia, viscous),
         _ => motor(&mut text, sheet, found.model),
     }
     surroundings(&mut text, sheet, found);
@@ -73,6 +74,17 @@ fn first_order(text: &mut String, sheet: &Sheet, gain: f64, (seconds, why): (f64
     }
     text.push_str("\n[motor]\n");
     gear(text, sheet);
+}
+
+/// The axis moves along a line.
+fn linear(text: &mut String, mass: f64, viscous: f64) {
+    text.push_str("\n[model]\n");
+    line(text, "kind = \"inertia\"", "M dv/dt = drive_gain u − viscous v");
+    line(text, "fitted_to_log = true", "the numbers are the log's own");
+    text.push_str("\n[motor]\n");
+    line(text, &format!("mass_kg = {}", digits(mass)), ESTIMATED);
+    line(text, &format!("viscous = {}", digits(viscous)), ESTIMATED);
+    line(text, "drive_gain = 1.0", "mass and forces count per unit of the input");
 }
 
 fn motor(text: &mut String, sheet: &Sheet, model: Option<&Model>) {

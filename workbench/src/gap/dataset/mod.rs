@@ -25,7 +25,7 @@ mod whole;
 
 pub use agree::same;
 pub use lockstep::{Compared, lockstep};
-pub use noise::{Noise, hf_noise};
+pub use noise::hf_noise;
 pub use past::Past;
 pub use position::speeds;
 pub use prepare::prepare;
@@ -102,7 +102,7 @@ pub struct Scales {
     pub resistance: f64,
     /// Inertia.
     pub inertia: f64,
-    /// Speed that the largest input would reach without any effect.
+    /// Speed that the input would reach without any effect: in the end, or within the log where little brakes.
     pub reachable: f64,
     /// Length of the longest run, s.
     pub duration: f64,

@@ -1,12 +1,5 @@
 //! The sensor's noise, from the high-frequency part of a signal.
 
-/// Noise of a compared signal.
-#[derive(Clone, Copy, Debug)]
-pub struct Noise {
-    /// Standard deviation.
-    pub sigma: f64,
-}
-
 /// Standard deviation of the noise in `values` from the median of their third differences, which a smooth signal
 /// hardly touches. `lag`: the noise is the difference of white noise over `lag` samples (an encoder difference over a
 /// window of that many samples); 0: it is white.

@@ -60,7 +60,7 @@ pub fn prepare(
     if searched.is_none() {
         dataset.twins = twins(&dataset).into_iter().collect();
     }
-    suspect_units(&mut dataset, start.plant.drive);
+    suspect_units(&mut dataset, &start.plant);
     say_holdout(&mut dataset, &holdouts);
     Ok(dataset)
 }
@@ -146,9 +146,22 @@ fn scales(plant: &Physics, log: &Dynamic) -> Result<Scales, InputError> {
         current: if plant.drive == Drive::Voltage { input / plant.resistance } else { input },
         resistance: plant.resistance,
         inertia: plant.inertia,
-        reachable: plant.dc_gain() * input,
+        reachable: (plant.dc_gain() * input).min(plant.torque_per_input() / plant.inertia * swing(log)),
         duration: log.runs.iter().map(|run| run.t_s[run.rows() - 1] - run.t_s[0]).fold(0.0, f64::max),
     })
+}
+
+/// The largest change of the input's integral over time within a run.
+fn swing(log: &Dynamic) -> f64 {
+    let of_run = |run: &Run| {
+        let pieces = run.input.iter().zip(run.t_s.windows(2)).map(|(input, t)| input * (t[1] - t[0]));
+        let add = |(sum, low, high): (f64, f64, f64), piece| {
+            (sum + piece, low.min(sum + piece), high.max(sum + piece))
+        };
+        let (_, low, high) = pieces.fold((0.0, 0.0, 0.0), add);
+        high - low
+    };
+    log.runs.iter().map(of_run).fold(0.0, f64::max)
 }
 
 /// Largest magnitude but for one sample in a thousand.
@@ -177,10 +190,10 @@ fn rough_speed(run: &Run) -> Cow<'_, [f64]> {
 const RPM: std::ops::Range<f64> = 5.0..14.0;
 
 /// Calls out units that cannot be.
-fn suspect_units(dataset: &mut Dataset, drive: Drive) {
-    let reachable = dataset.scales.reachable;
+fn suspect_units(dataset: &mut Dataset, plant: &Physics) {
+    let reachable = plant.dc_gain() * dataset.scales.input;
     let factor = dataset.scales.speed / reachable;
-    if drive == Drive::Voltage && RPM.contains(&factor) {
+    if plant.drive == Drive::Voltage && RPM.contains(&factor) {
         dataset.notes.push(format!(
             "the speeds lie {factor:.1} times above the no-load speed of {reachable:.0} rad/s: is the column in rpm? (then: --columns \"omega_rad_s=NAME*0.104720\")"
         ));

@@ -7,11 +7,11 @@ mod item;
 mod record;
 
 pub use item::{Freedom, Item};
-pub use record::tolerance;
+pub use record::{is_open, tolerance};
 
 use crate::gap::dataset::{Dataset, Scales};
-use crate::system::effects::{Effect, Parameter};
-use crate::system::model::{Kind, Model};
+use crate::system::effects::{Effect, Parameter, Scale};
+use crate::system::model::{KT, Kind, Model};
 use crate::system::plant::physics::Physics;
 
 /// How far a nuisance may move, in its standard deviations. A Gaussian prior alone does not hold against a long log.
@@ -144,8 +144,23 @@ impl<'a, D: Data> Hypothesis<'a, D> {
     pub fn value(&self, item: usize, parameter: usize, x: &[f64]) -> f64 {
         let spec = &self.items[item].effect.parameters[parameter];
         match self.slot(item, parameter) {
-            Some(slot) => x[slot] * self.dataset.scales().of(spec.scale),
+            Some(slot) => x[slot] * self.unit(spec.scale, x),
             None => self.items[item].pinned(parameter).unwrap_or(0.0),
+        }
+    }
+
+    /// What one unit of a scale means while the base has moved. A motor's torque is counted by the input that it takes: a log without a current
+    /// shows friction in volts (torque·R/Kt) sharply and in N m not at all, so that R, Kt and J can move and friction stays.
+    pub fn unit(&self, scale: Scale, x: &[f64]) -> f64 {
+        let moved = |(slot, z): (&Slot, &f64)| match slot {
+            Slot::Base { key: KT, tolerance, .. } => tolerance * z,
+            Slot::Base { key: "R_ohm", tolerance, .. } => -tolerance * z,
+            _ => 0.0,
+        };
+        let unit = self.dataset.scales().of(scale);
+        match scale.is_torque() {
+            true => unit * self.slots.iter().zip(x).map(moved).sum::<f64>().exp(),
+            false => unit,
         }
     }
 

@@ -6,7 +6,7 @@ use crate::gap::fit::FINE;
 use crate::gap::threads;
 use crate::system::effects::{Effect, Meaning, Parameter, Scale};
 use crate::system::log::Input;
-use crate::system::model::{Kind, Model};
+use crate::system::model::{DRIVE_GAIN, KE, KT, Kind, Model};
 use crate::system::plant::physics::{Drive, Physics};
 use rayon::prelude::*;
 
@@ -19,6 +19,10 @@ const FITTED_TOLERANCE: f64 = 0.5;
 /// A winding faster than this part of the mechanical time constant is no parameter that a log could tell. Held at its
 /// nominal value, a slower one would pass for a measure: of a short delay, and with the current of the drive's gain.
 const NOTICEABLE_WINDING: f64 = 0.003;
+
+/// Step of the derivative with respect to the logarithm of a number of a motor, at most. What a log does not see (R, J and b together) must not seem
+/// seen because a large step bends.
+const BASE_STEP: f64 = 2e-3;
 
 impl Hypothesis<'_> {
     /// Simulates the chosen runs with a plant, which may be another than that of the numbers, and hands on each run's index,
@@ -71,6 +75,18 @@ pub fn tolerance(model: &Model, key: &str) -> f64 {
     }
 }
 
+/// A number of the motor with this tolerance or more is not known: `truing start` gives 1.
+const NOT_KNOWN: f64 = 0.5;
+
+/// True if a number of the base is not known: torques follow from the model file no better.
+pub fn is_open(model: &Model) -> bool {
+    match model.kind {
+        Kind::FirstOrder { .. } => model.fitted_to_log,
+        Kind::DcMotor { .. } => ["R_ohm", KT, "J_kgm2"].iter().any(|key| tolerance(model, key) >= NOT_KNOWN),
+        Kind::Inertia { .. } => false,
+    }
+}
+
 impl Data for Dataset {
     fn scales(&self) -> &Scales {
         &self.scales
@@ -94,6 +110,9 @@ impl Data for Dataset {
         let scales = &self.scales;
         match (slot, parameter.map(|it| (it.scale, it.meaning))) {
             (Slot::Start { .. }, _) => 0.1,
+            (Slot::Base { key: "R_ohm" | KT | KE | "J_kgm2", tolerance, .. }, _) => {
+                (BASE_STEP / tolerance).min(0.02)
+            }
             (_, None) => 0.02,
             (_, Some((Scale::Frequency, _))) => 0.01 * scales.time / scales.duration,
             (_, Some((_, Meaning::PeriodsPerTurn))) => 0.01 / (1.0 + scales.speed * scales.duration),
@@ -118,6 +137,8 @@ impl Data for Dataset {
     fn tidy(&self, _: &mut Physics) {}
 }
 
+/// Kt and Ke are one number unless the file states both; a winding too fast to be told keeps its time constant. Of a model that is a fit to
+/// the log the gain of the drive says in which unit forces count.
 fn base_slots(dataset: &Dataset, model: &Model) -> Vec<Slot> {
     let plant = driven_by(&model.kind, model.base(), dataset.input);
     let winding = plant.inductance / plant.resistance;
@@ -125,14 +146,23 @@ fn base_slots(dataset: &Dataset, model: &Model) -> Vec<Slot> {
         (Kind::DcMotor { .. }, "L_h") => {
             winding > NOTICEABLE_WINDING * plant.time_constant_s() && plant.drive == Drive::Voltage
         }
-        (Kind::DcMotor { .. }, "R_ohm" | "Ke_vs_per_rad") => plant.drive == Drive::Voltage,
-        (Kind::DcMotor { .. }, "Kt_nm_per_a") => dataset.input != Input::Torque,
+        (Kind::DcMotor { .. }, "R_ohm") => plant.drive == Drive::Voltage,
+        (Kind::DcMotor { .. }, KE) => plant.drive == Drive::Voltage && model.constant.is_none(),
+        (Kind::DcMotor { .. }, KT) => dataset.input != Input::Torque,
+        (Kind::Inertia { .. }, DRIVE_GAIN) => {
+            !model.fitted_to_log || model.tolerances.contains_key(DRIVE_GAIN)
+        }
         _ => true,
+    };
+    let twin = |key: &str| match key {
+        KT if model.constant.is_some() => Some((KE, plant.ke)),
+        "R_ohm" if !told("L_h") => Some(("L_h", plant.inductance)),
+        _ => None,
     };
     let parameters = model.parameters().into_iter().filter(|(key, value)| *value > 0.0 && told(key));
     let slot = |(key, nominal)| {
         let tolerance = tolerance(model, key);
-        (tolerance > 0.0).then_some(Slot::Base { key, nominal, tolerance, twin: None })
+        (tolerance > 0.0).then_some(Slot::Base { key, nominal, tolerance, twin: twin(key) })
     };
     parameters.filter_map(slot).collect()
 }

@@ -8,6 +8,7 @@ use crate::gap::acceptance::worth;
 use crate::gap::fit::{FINAL, Fit, SEARCH, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::threads::each;
+use crate::outcome::DEVIATIONS;
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
 
@@ -70,28 +71,31 @@ impl<'a> Search<'a, '_> {
         variants
     }
 
-    /// The set with the symmetric form in the place of every form whose two sides turned out equal, finely fitted.
+    /// The set with the symmetric form in the place of every form whose two sides turned out equal or cannot be told apart, finely
+    /// fitted.
     pub(super) fn evened(&self, scored: Scored<'a>) -> Scored<'a> {
         let mut best = scored;
         for index in 0..best.hypothesis.items.len() {
-            let Some(even) = self.even(&best, index) else {
+            let Some((even, alike)) = self.even(&best, index) else {
                 continue;
             };
-            if even.fit.cost - best.fit.cost < SHARE_OF_GAP * self.first_gap {
+            let untold = DEVIATIONS * DEVIATIONS * dispersion(&best);
+            let much = if alike { untold.max(SHARE_OF_GAP * self.first_gap) } else { untold };
+            if even.fit.cost - best.fit.cost < much {
                 best = even;
             }
         }
         best
     }
 
-    /// The symmetric form of an effect with two equal sides, from their mean.
-    fn even(&self, scored: &Scored<'a>, index: usize) -> Option<Scored<'a>> {
+    /// The symmetric form of an effect with two sides, from their mean, and whether they are nearly equal.
+    fn even(&self, scored: &Scored<'a>, index: usize) -> Option<(Scored<'a>, bool)> {
         let uneven = scored.hypothesis.items[index];
         let form = uneven.effect.relations.uneven_of?.even;
         let side = |side: usize| scored.hypothesis.slot(index, side).map(|slot| scored.fit.x[slot]);
         let (one, other) = (side(0)?, side(1)?);
         let mean = 0.5 * (one + other);
-        if (one - other).abs() > EVEN * mean || self.excluded.iter().any(|name| name == form.name) {
+        if self.excluded.iter().any(|name| name == form.name) {
             return None;
         }
         let mut items = scored.hypothesis.items.clone();
@@ -105,7 +109,7 @@ impl<'a> Search<'a, '_> {
         };
         let x = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &from_sides);
         let made = fit(&hypothesis, &x, &FINAL);
-        Some(self.scored(hypothesis, made))
+        Some((self.scored(hypothesis, made), (one - other).abs() <= EVEN * mean.abs()))
     }
 
     /// The same set with one effect in another form.

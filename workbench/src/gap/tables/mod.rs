@@ -28,7 +28,6 @@ mod verdict;
 mod words;
 
 use crate::outcome::Outcome;
-use crate::report::volts;
 use crate::system::log::Table;
 use crate::system::model::{Kind, Model};
 use candidates::Offer;
@@ -41,12 +40,10 @@ use study::HeldOut;
 /// Compares a model with a table of settled speeds. Without `holdouts` every second row is held out (every third of a
 /// short table); the parameters that are reported come from all rows.
 pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
-    let mut outcome = match table::too_poor(log).or_else(|| unsuitable(model)) {
+    match table::too_poor(log).or_else(|| unsuitable(model)) {
         Some(reason) => verdict::insufficient(log, reason),
         None => analyse(model, log, holdouts),
-    };
-    outcome.effects = volts::told(model, false, &outcome.within_tolerance, outcome.effects);
-    outcome
+    }
 }
 
 fn unsuitable(model: &Model) -> Option<String> {

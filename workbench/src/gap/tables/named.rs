@@ -1,11 +1,13 @@
 //! The accepted effects with their parameters, uncertainties and derived figures, and what the base moved.
 
 use super::case::{Case, Found};
+use super::rows::Rows;
 use super::speed_unit::SpeedUnit;
-use super::study::deviation;
 use super::words;
-use crate::gap::hypothesis::{Data, Slot};
+use crate::gap::hypothesis::Slot;
+use crate::gap::torque::{Torque, deviation};
 use crate::outcome::*;
+use crate::report::volts;
 use crate::system::effects::{Effect, Parameter, Shape};
 use std::collections::BTreeMap;
 
@@ -23,10 +25,11 @@ impl Case<'_> {
                 let (before, after) = (steps[k].gap, steps[k + 1].gap);
                 let shape = shape(effect);
                 let text = words::evidence(shape, &found.plant, self.given, unit);
+                let parameters = self.parameters(found, k);
                 NamedEffect {
                     name: effect.name.into(),
-                    parameters: self.parameters(found, k),
-                    derived: derived(found, shape),
+                    derived: derived(found, shape).chain(seen(found, k, &parameters)).collect(),
+                    parameters,
                     gap_before: before,
                     gap_after: after,
                     evidence: format!(
@@ -56,7 +59,10 @@ impl Case<'_> {
             let std = std.filter(|std| *std < UNFELT * (p.upper - p.lower));
             let value = Value {
                 value: hypothesis.value(k, place, &found.set.fit.x),
-                std: std.map(|std| std * hypothesis.dataset.scales().of(p.scale)),
+                std: std.and_then(|std| match torque(found, k, place) {
+                    Some(torque) => torque.std(),
+                    None => Some(std * hypothesis.unit(p.scale, &found.set.fit.x)),
+                }),
                 unit: p.unit.into(),
             };
             (p.name.to_string(), value)
@@ -93,12 +99,33 @@ fn shape(effect: &Effect) -> Shape {
     steady.map_or(Shape::Told(effect.summary), |steady| steady.shape)
 }
 
-fn derived(found: &Found, shape: Shape) -> BTreeMap<String, Value> {
+fn derived(found: &Found, shape: Shape) -> impl Iterator<Item = (String, Value)> {
     let figures = words::derived(shape).into_iter().map(|(key, unit, figure)| {
-        let std = found.covariance.as_ref().and_then(|c| deviation(&found.set, c, figure));
+        let at = |x: &[f64]| figure(&found.set.hypothesis.plant(x));
+        let std = found.covariance.as_ref().and_then(|c| deviation(&found.set, c, at));
         (key.to_string(), Value { value: figure(&found.plant), std, unit: unit.into() })
     });
-    figures.filter(|(_, v)| v.value.is_finite()).collect()
+    figures.filter(|(_, v)| v.value.is_finite())
+}
+
+/// A fitted parameter of an effect that holds a torque.
+fn torque<'f>(found: &'f Found, effect: usize, place: usize) -> Option<Torque<'f, 'f, Rows>> {
+    let hypothesis = &found.set.hypothesis;
+    let holds = hypothesis.items[effect].effect.parameters[place].unit.contains(volts::TORQUE);
+    let covariance = found.covariance.as_ref().filter(|_| holds)?;
+    Some(Torque { set: &found.set, covariance, place: (effect, place), less: None })
+}
+
+/// The voltages that stand for the torques of an effect.
+fn seen(found: &Found, effect: usize, values: &BTreeMap<String, Value>) -> Vec<(String, Value)> {
+    let parameters = found.set.hypothesis.items[effect].effect.parameters.iter().enumerate();
+    let told = |(place, p): (usize, &Parameter)| {
+        let felt = values[p.name].std.is_some();
+        let seen = torque(found, effect, place)?.seen(p.name, p.unit, false).into_iter();
+        Some(seen.map(move |(key, volts)| (key, Value { std: volts.std.filter(|_| felt), ..volts })))
+    };
+    let told = parameters.filter(|(_, p)| values.contains_key(p.name)).filter_map(told);
+    told.flatten().collect()
 }
 
 /// Edges and knees for the plots.

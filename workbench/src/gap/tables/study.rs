@@ -9,7 +9,6 @@ use crate::gap::hypothesis::Item;
 use crate::gap::prediction::Prediction;
 use crate::gap::residual::rms;
 use crate::system::plant::physics::Physics;
-use nalgebra::{DMatrix, DVector};
 
 /// Rows on which a gap is measured: voltages, readings, and which rows count.
 pub struct HeldOut<'a> {
@@ -86,18 +85,4 @@ impl Residual {
         let pairs: f64 = self.error.windows(2).map(|w| w[0] * w[1]).sum();
         pairs / power.max(f64::MIN_POSITIVE) * (self.error.len() as f64).sqrt()
     }
-}
-
-/// Standard deviation of a figure that follows from the fitted parameters: √(g Σ gᵀ), g by differences.
-pub fn deviation(set: &Set, covariance: &DMatrix<f64>, figure: impl Fn(&Physics) -> f64) -> Option<f64> {
-    let at = figure(&set.plant());
-    let slope = |j: usize| {
-        let width = 1e-3 * covariance[(j, j)].sqrt().max(1e-12);
-        let mut moved = set.fit.x.clone();
-        moved[j] += width;
-        (figure(&set.hypothesis.plant(&moved)) - at) / width
-    };
-    let gradient = DVector::from_fn(set.fit.x.len(), |j, _| slope(j));
-    let variance = gradient.dot(&(covariance * &gradient));
-    (variance.is_finite() && variance >= 0.0).then(|| variance.sqrt())
 }

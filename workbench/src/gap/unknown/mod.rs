@@ -14,7 +14,7 @@ pub use text::{GUESSED, START};
 use crate::console::input_error::InputError;
 use crate::gap::tables;
 use crate::system::log::{Dynamic, Input, Log};
-use crate::system::model::{self, Draft, Kind, Model};
+use crate::system::model::{self, DRIVEN_DIRECTLY, Draft, Kind, Model};
 use split::{Split, Winding};
 
 /// Relative tolerance (1 σ) of a number that is not known: a factor of e, which two of them let move by 7.4 either way. Start
@@ -76,7 +76,9 @@ impl Evidence<'_> {
             Log::Dynamic(record) => record.input,
             Log::Table(_) => Input::Voltage,
         };
+        let linear = matches!(self.log, Log::Dynamic(record) if record.linear);
         match draft.stated().kind {
+            Kind::DcMotor { .. } if linear => Ok(split::linear(&self.line)),
             Kind::FirstOrder { .. } => Ok(split::first_order(draft, &self.line)),
             Kind::Inertia { .. } => Ok(split::inertia(draft, &self.line)),
             Kind::DcMotor { .. } if input == Input::Voltage => {
@@ -104,10 +106,16 @@ impl Evidence<'_> {
         };
         let mut said =
             format!("{list} {is} not known: start values come from {seen}, and are fitted with a wide prior");
-        if split.first_order {
-            said += ". Without a measured current (i_a) a log shows only products of resistance, torque constant and inertia, so the \
-                     model is first_order here: friction is stated in volts at the terminals and in rad/s²";
-        }
+        said += match split.kind {
+            Some(DRIVEN_DIRECTLY) => {
+                ". The axis is linear, so the model is an inertia here: mass and forces count per unit of the input"
+            }
+            Some(_) => {
+                ". Without a measured current (i_a) a log shows only products of resistance, torque constant and inertia, so the \
+                 model is first_order here: friction is stated in volts at the terminals and in rad/s²"
+            }
+            None => "",
+        };
         if split.fit {
             said += ". Every number is the log's own, as fitted_to_log = true says: names are judged by the share of the gap that they remove";
         }

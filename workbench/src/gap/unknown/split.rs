@@ -4,7 +4,7 @@ use super::line::Line;
 use crate::console::input_error::InputError;
 use crate::system::effects;
 use crate::system::log::{Dynamic, Input, Run};
-use crate::system::model::Draft;
+use crate::system::model::{DRIVEN_DIRECTLY, Draft};
 use nalgebra::{Matrix2, Vector2};
 use servo::axis::Bridge;
 
@@ -24,8 +24,8 @@ const ROWS: usize = 20;
 pub struct Split {
     /// Numbers by key.
     pub numbers: Vec<(&'static str, f64)>,
-    /// The log cannot tell the numbers of a motor apart: the model becomes `first_order`.
-    pub first_order: bool,
+    /// The log cannot tell the numbers of a motor apart: the model becomes of this kind.
+    pub kind: Option<&'static str>,
     /// Resistance and back-EMF constant were found from the measured current.
     pub measured_winding: bool,
     /// Every number of the base is the log's own: the model is a fit to the log.
@@ -108,6 +108,18 @@ fn wanted(draft: &Draft, key: &str) -> bool {
     draft.unknown().iter().any(|unknown| unknown.key == key)
 }
 
+/// A linear axis has no motor constant in it: force and mass count per unit of the input.
+pub fn linear(line: &Line) -> Split {
+    let mass = line.acceleration_per_input().map_or(1.0, |it| 1.0 / it.abs());
+    let seconds = line.time_constant_s.unwrap_or(TIME_CONSTANT_S);
+    Split {
+        numbers: vec![("mass_kg", mass), ("viscous", mass / seconds), (GAIN, 1.0)],
+        kind: Some(DRIVEN_DIRECTLY),
+        fit: true,
+        ..Split::default()
+    }
+}
+
 /// Two of resistance, torque constant and inertia are not known, and no current was measured.
 fn as_first_order(draft: &Draft, line: &Line) -> Result<Split, InputError> {
     let model = draft.stated();
@@ -123,7 +135,7 @@ fn as_first_order(draft: &Draft, line: &Line) -> Result<Split, InputError> {
     let seconds = line.time_constant_s.unwrap_or(TIME_CONSTANT_S);
     Ok(Split {
         numbers: vec![("gain_rad_s_per_v", line.gain.abs()), ("time_constant_s", seconds)],
-        first_order: true,
+        kind: Some("first_order"),
         guessed: line.time_constant_s.is_none(),
         fit: true,
         ..Split::default()

@@ -19,8 +19,8 @@ const FROM_CURRENT: &str = "estimated from the measured current";
 pub fn completed(draft: &Draft, split: &Split) -> String {
     let stated = draft.stated();
     let mut document: DocumentMut = stated.source_text.parse().expect("it has been read");
-    if split.first_order {
-        put(&mut document, "model", "kind", value("first_order"), "the log does not tell R, Kt and J apart");
+    if let Some(kind) = split.kind {
+        put(&mut document, "model", "kind", value(kind), "the log does not tell R, Kt and J apart");
     }
     if split.fit && !has(&document, "model", "fitted_to_log") {
         put(&mut document, "model", "fitted_to_log", value(true), "every number is the log's own");

@@ -120,7 +120,7 @@ impl Columns {
 
     /// The user's text, with what the model file says of supply and encoder.
     pub fn of(text: &str, model: &Model) -> Result<Self, InputError> {
-        let counts_per_rev = model.encoder.map(|encoder| encoder.counts_per_rev);
+        let counts_per_rev = model.encoder.map(|encoder| encoder.counts_per_rev).filter(|it| it.is_finite());
         Ok(Self { supply_v: model.supply_nominal_v, counts_per_rev, ..text.parse()? })
     }
 

@@ -22,6 +22,15 @@ use std::collections::BTreeMap;
 /// Relative tolerance (1 σ) of a parameter for which the file declares none.
 pub const DEFAULT_TOLERANCE: f64 = 0.05;
 
+/// Key of the torque constant of a motor.
+pub const KT: &str = "Kt_nm_per_a";
+/// Key of its back-EMF constant.
+pub const KE: &str = "Ke_vs_per_rad";
+/// Key of what one unit of the input does to an axis that is driven directly.
+pub const DRIVE_GAIN: &str = "drive_gain";
+/// Kind of an axis that is driven directly.
+pub const DRIVEN_DIRECTLY: &str = "inertia";
+
 /// The equations of the base, with their parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
@@ -86,7 +95,7 @@ pub enum Side {
 /// `[encoder]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Encoder {
-    /// Counts per turn after ×4 decoding.
+    /// Counts per turn after ×4 decoding; infinite where none are stated, as of a potentiometer.
     pub counts_per_rev: f64,
     /// Where it sits.
     pub side: Side,
@@ -128,6 +137,8 @@ pub struct Model {
     pub source_text: String,
     /// The base.
     pub kind: Kind,
+    /// The constant of a motor that the file states alone: Kt and Ke are then one number.
+    pub constant: Option<&'static str>,
     /// Turns of the encoder's shaft per turn of the load.
     pub gear_ratio: f64,
     /// Tolerance of parameters that are not in `tolerances`.
@@ -206,6 +217,11 @@ impl Model {
     /// Relative tolerance (1 σ) of a base parameter.
     pub fn tolerance(&self, key: &str) -> f64 {
         self.tolerances.get(key).copied().unwrap_or(self.default_tolerance)
+    }
+
+    /// The key under which the file states a number: of one motor constant the one that it has.
+    pub fn stated(&self, key: &'static str) -> &'static str {
+        self.constant.filter(|_| key == KT).unwrap_or(key)
     }
 
     /// True on a linear axis.

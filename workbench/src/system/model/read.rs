@@ -7,7 +7,7 @@ use super::keys::UNNAMED;
 use super::section::Section;
 use super::table::{self, KINDS};
 use super::unnamed::Unnamed;
-use super::{DEFAULT_TOLERANCE, Encoder, Kind, Known, Model, Sensors, Side, SpeedSensor};
+use super::{DEFAULT_TOLERANCE, Encoder, KE, KT, Kind, Known, Model, Sensors, Side, SpeedSensor};
 use crate::console::input_error::{InputError, nearest};
 use crate::system::effects::{self, LIBRARY};
 use std::collections::BTreeMap;
@@ -45,12 +45,17 @@ pub fn parse_draft(source: &str, text: &str) -> Result<Draft, InputError> {
     let base = Base::of(&file, &root);
     let (kind, unknown) = base.kind(kind.unwrap_or("dc_motor"));
     let linear = matches!(kind, Kind::Inertia { linear: true, .. });
-    let (default_tolerance, tolerances) = tolerances(&file.section(&root, "tolerance"));
+    let (default_tolerance, mut tolerances) = tolerances(&file.section(&root, "tolerance"));
+    let constant = base.constant();
+    if let (Some(KE), Some(own)) = (constant, tolerances.get(KE).copied()) {
+        tolerances.entry(KT.into()).or_insert(own);
+    }
     let supply = file.section(&root, "supply");
     let model = Model {
         source: source.to_owned(),
         source_text: text.to_owned(),
         kind,
+        constant,
         gear_ratio: base.number("gear_ratio").unwrap_or(1.0),
         default_tolerance,
         tolerances,
@@ -103,6 +108,15 @@ impl<'a> Base<'a> {
     /// A number that is this where it is absent, and not a number where it is stated as unknown.
     fn or(&self, key: &'static str, absent: f64, unknown: &mut Vec<Unknown>) -> f64 {
         if self.is_unknown(key) { self.needed(key, unknown) } else { self.number(key).unwrap_or(absent) }
+    }
+
+    /// The constant of a motor that is stated without the other.
+    fn constant(&self) -> Option<&'static str> {
+        match (self.number(KT), self.number(KE)) {
+            (Some(_), Some(_)) => None,
+            (None, Some(_)) => Some(KE),
+            _ => Some(KT),
+        }
     }
 
     fn unknown(&self, key: &'static str) -> Unknown {
@@ -208,7 +222,9 @@ impl<'a> File<'a> {
             Some("load" | "output") => Side::Load,
             _ => Side::Motor,
         };
-        section.number("counts_per_rev").map(|counts_per_rev| Encoder { counts_per_rev, side })
+        let counts_per_rev = section.number("counts_per_rev");
+        let told = counts_per_rev.is_some() || side == Side::Load;
+        told.then_some(Encoder { counts_per_rev: counts_per_rev.unwrap_or(f64::INFINITY), side })
     }
 
     fn sensors(&'a self, root: &Table) -> Sensors {

@@ -122,3 +122,10 @@ pub enum Scale {
     /// Torque over a power of the angle.
     TorquePerAngle(u8),
 }
+
+impl Scale {
+    /// True if it holds a torque.
+    pub fn is_torque(self) -> bool {
+        matches!(self, Self::Torque | Self::Viscous | Self::Drag | Self::TorquePerAngle(_))
+    }
+}
