@@ -1,15 +1,17 @@
 //! `truing look`: what is in a log, before any model is asked.
 
 use crate::cli::files::Files;
+use crate::cli::rows::Rows;
+use crate::console::input_error::InputError;
 use crate::report::terminal::{WIDTH, beside};
 use crate::report::write_atomically;
 use crate::system::log::answer::{Answer, Time, speed};
 use crate::system::log::look::{Column, Look, State, look};
-use crate::system::log::{Columns, Log, in_digits, in_shell, short};
+use crate::system::log::{Log, in_digits, in_shell, short};
 use crate::system::model;
 use clap::Args;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use textplots::{Chart, LabelBuilder, LabelFormat, Plot, Shape};
 
 /// Column at which the text beside a heading starts.
@@ -30,9 +32,9 @@ Example:
 pub struct Arguments {
     /// The log, a table as text: CSV, or parted by semicolons, tabs or blanks.
     pub file: PathBuf,
-    /// What the columns are, as in `truing gap`.
-    #[arg(long, default_value = "", hide_default_value = true)]
-    pub columns: String,
+    /// What is read of it.
+    #[command(flatten)]
+    pub rows: Rows,
     /// The model, TOML: its supply and its encoder make proposals better.
     #[arg(long)]
     pub model: Option<PathBuf>,
@@ -43,24 +45,24 @@ pub struct Arguments {
 
 /// Reads and tells.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let to_screen = arguments.json.as_ref().is_some_and(|path| path.as_os_str() == "-");
-    let file = arguments.json.as_ref().filter(|_| !to_screen);
     Files::default()
         .reads("FILE", [&arguments.file])
         .reads("--model", &arguments.model)
-        .writes("--json", file)
+        .writes("--json", &arguments.json)
         .check()?;
-    let columns = match &arguments.model {
-        Some(path) => Columns::of(&arguments.columns, model::read_draft(path)?.stated())?,
-        None => arguments.columns.parse()?,
-    };
+    let draft = arguments.model.as_deref().map(model::read_draft).transpose()?;
+    let columns = arguments.rows.read(draft.as_ref().map(model::Draft::stated))?;
     let look = look(&arguments.file, &columns)?;
     let json = serde_json::to_string_pretty(&look)? + "\n";
-    match to_screen {
-        true => out!("{json}"),
-        false => out!("{}", told(&look)?),
+    if arguments.json.as_deref() != Some(Path::new("-")) {
+        out!("{}", told(&look)?);
     }
-    file.map_or(Ok(()), |path| write_atomically(path, &json))
+    arguments.json.as_ref().map_or(Ok(()), |path| write_atomically(path, &json))?;
+    match look.refused {
+        // The sentence is on the screen.
+        Some(_) => Err(InputError::file(look.file, "cannot be read as it is; see above").into()),
+        None => Ok(()),
+    }
 }
 
 /// Everything in at most 80 columns.

@@ -178,10 +178,16 @@ fn block(text: &mut String, head: &str, body: &str) {
     text.push_str(&beside(&format!("{head:INDENT$}"), body));
 }
 
+/// The columns of the terminal, at most [`WIDTH`].
+fn width() -> usize {
+    let columns = dialoguer::console::Term::stdout().size_checked().map(|size| usize::from(size.1));
+    columns.map_or(WIDTH, |columns| columns.clamp(40, WIDTH))
+}
+
 /// A text that starts behind `head` and goes on below its own start, wrapped at [`WIDTH`].
 #[must_use]
 pub fn beside(head: &str, body: &str) -> String {
     let later = " ".repeat(head.chars().count());
-    let options = textwrap::Options::new(WIDTH).initial_indent(head).subsequent_indent(&later);
+    let options = textwrap::Options::new(width()).initial_indent(head).subsequent_indent(&later);
     textwrap::fill(body, options) + "\n"
 }

@@ -13,7 +13,7 @@ pub struct Arguments {
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Instead of one report: the servo case for the seeds 1 to N, as a table.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = crate::cli::at_least_one::<u64>)]
     pub seeds: Option<u64>,
     /// Folder for the report and everything else.
     #[arg(long, default_value = "target/demo")]

@@ -2,6 +2,7 @@
 //! spreadsheets use.
 
 use super::names::{Quantity, quantity_of};
+use super::propose::Extent;
 use super::words::{BOTH, COMMANDED, HARMLESS, Measure, TOPICS, Topic, WANTED, holds, unit};
 
 /// How a name is understood.
@@ -28,6 +29,35 @@ pub struct Meaning {
     pub quantity: Option<(Quantity, f64)>,
     /// A unit is written there that is not known.
     pub strange_unit: bool,
+}
+
+/// A column of times of day or of dates, in seconds since the first one.
+pub fn of_clock() -> Meaning {
+    let (unit, quantity) = (Some((Measure::Time, 1.0)), Some((Quantity::Time, 1.0)));
+    Meaning { topic: Topic::Time, unit, sure: Sure::Stated, quantity, strange_unit: false }
+}
+
+/// Seconds since 1970 in the years 2001 to 2099.
+const SINCE_1970_S: std::ops::Range<f64> = 9.7e8..4.1e9;
+
+impl Meaning {
+    /// The unit of a time without one is told by its size where it counts from 1970.
+    pub fn since_1970(self, extent: impl Fn() -> Option<Extent>) -> Self {
+        if self.topic != Topic::Time || self.unit.is_some() {
+            return self;
+        }
+        let least = extent().map_or(0.0, |extent| extent.min);
+        let fits = |unit: &f64| SINCE_1970_S.contains(&(least * unit));
+        match [1.0, 1e-3, 1e-6, 1e-9].into_iter().find(fits) {
+            None => self,
+            Some(unit) => Self {
+                unit: Some((Measure::Time, unit)),
+                sure: Sure::Stated,
+                quantity: Some((Quantity::Time, unit)),
+                ..self
+            },
+        }
+    }
 }
 
 /// What a column's name and the row of units below it say.
@@ -71,10 +101,12 @@ pub fn recognise(name: &str, below: Option<&str>) -> Option<Meaning> {
     Some(Meaning { topic, unit, sure, quantity, strange_unit: strange })
 }
 
-/// A number behind a PWM is its full scale or its channel: `pwm255`, `pwm1`.
+/// A number behind a word is its full scale or its channel: `pwm255`, `velocity0`.
 fn topic_of_word(word: &str) -> Option<Topic> {
-    let bare = word.trim_end_matches(|c: char| c.is_ascii_digit());
-    let word = if bare == "pwm" { bare } else { word };
+    let word = match word.trim_end_matches(|c: char| c.is_ascii_digit()) {
+        bare if bare.len() > 2 => bare,
+        _ => word,
+    };
     TOPICS.iter().find(|known| holds(known.1, word)).map(|known| known.0)
 }
 
@@ -182,7 +214,9 @@ impl Parts {
 /// A unit in brackets, behind a stroke, behind a comma or behind `in`.
 fn bracketed(name: &str) -> (&str, Option<&str>) {
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')] {
-        if let (Some(from), true) = (name.find(open), name.ends_with(close)) {
+        if let (Some(from), true) = (name.find(open), name.ends_with(close))
+            && !name[from + 1..name.len() - 1].bytes().all(|byte| byte.is_ascii_digit())
+        {
             return (&name[..from], Some(&name[from + 1..name.len() - 1]));
         }
     }
@@ -198,7 +232,7 @@ fn bracketed(name: &str) -> (&str, Option<&str>) {
 }
 
 /// The words of a name: parted by blanks, lines, points and by a change from small to capital letters.
-fn words(stem: &str) -> Vec<String> {
+pub(super) fn words(stem: &str) -> Vec<String> {
     let mut spaced = String::new();
     let mut before = ' ';
     for letter in stem.chars() {
@@ -208,7 +242,7 @@ fn words(stem: &str) -> Vec<String> {
         spaced.push(letter);
         before = letter;
     }
-    let parted = spaced.split(|c: char| c.is_whitespace() || "_-.:#()[],".contains(c));
+    let parted = spaced.split(|c: char| c.is_whitespace() || "_-.:#()[],/%".contains(c));
     parted.filter(|word| !word.is_empty()).map(str::to_lowercase).collect()
 }
 

@@ -28,6 +28,13 @@ pub enum Text<'a> {
 impl<'a> Text<'a> {
     /// The text of a file, and the name of its encoding.
     pub fn of_file(source: &str, path: &'a Path) -> Result<(Self, &'static str), InputError> {
+        if path == Path::new("-") {
+            let mut bytes = Vec::new();
+            let read = std::io::stdin().read_to_end(&mut bytes);
+            read.map_err(|e| InputError::file("standard input", format!("cannot be read ({e})")))?;
+            let (text, encoding) = decoded("standard input", &bytes)?;
+            return Ok((Self::held(text.into_owned().into()), encoding));
+        }
         let failed = |e| InputError::file(source, format!("cannot be read ({e}); check the path"));
         let kind = std::fs::metadata(path).map_err(failed)?;
         // A pipe can be read but once.

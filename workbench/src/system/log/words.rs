@@ -58,13 +58,16 @@ pub enum Measure {
 
 /// Words that speak of a quantity, in lower case.
 pub const TOPICS: &[(Topic, &str)] = &[
-    (Topic::Time, "t|time|zeit|temps|tiempo|tempo|timestamp|elapsed|uhrzeit"),
+    (
+        Topic::Time,
+        "t|time|zeit|temps|tiempo|tempo|timestamp|stamp|clock|elapsed|uhrzeit|zeitstempel|date|datetime|datum",
+    ),
     (Topic::Voltage, "u|voltage|volt|spannung|klemmenspannung|motorspannung|tension|voltaje|umot"),
     (Topic::Duty, "duty|pwm|dutycycle|tastgrad|tastverhaeltnis|tastverhältnis|throttle"),
     (Topic::Current, "i|current|strom|motorstrom|courant|corriente|corrente"),
     (Topic::Torque, "torque|tau|drehmoment|moment|couple"),
     (Topic::Force, "force|kraft|fuerza"),
-    (Topic::Position, "theta|q|position|pos|angle|winkel|phi|encoder|enc|lage|drehwinkel|angulo"),
+    (Topic::Position, "theta|q|position|pos|angle|winkel|phi|alpha|encoder|enc|lage|drehwinkel|angulo"),
     (
         Topic::Speed,
         "omega|w|speed|spd|velocity|vel|drehzahl|geschwindigkeit|winkelgeschwindigkeit|n|vitesse|velocidad|velocita",
@@ -78,6 +81,7 @@ pub const TOPICS: &[(Topic, &str)] = &[
 pub const BOTH: &[(&str, Topic, &str)] = &[
     ("rpm", Topic::Speed, "rpm"),
     ("rps", Topic::Speed, "rev/s"),
+    ("erpm", Topic::Speed, "erpm"),
     ("seconds|sekunden", Topic::Time, "s"),
     ("millis|milliseconds", Topic::Time, "ms"),
     ("micros", Topic::Time, "us"),
@@ -105,6 +109,7 @@ const UNITS: &[(&str, Measure, f64)] = &[
     ("s|sec|secs|second|seconds|sek|sekunden", Measure::Time, 1.0),
     ("ms|msec|millis|milliseconds|millisecond", Measure::Time, 1e-3),
     ("us|µs|μs|usec|micros|microseconds", Measure::Time, 1e-6),
+    ("ns|nsec|nanos|nanosec|nanoseconds", Measure::Time, 1e-9),
     ("v|volt|volts", Measure::Voltage, 1.0),
     ("mv|millivolt|millivolts", Measure::Voltage, 1e-3),
     ("a|amp|amps|ampere", Measure::Current, 1.0),
@@ -135,7 +140,7 @@ const UNITS: &[(&str, Measure, f64)] = &[
     ("mm/s|mm_s|mm_per_s", Measure::LinearSpeed, 1e-3),
     ("%|percent|pct|prozent", Measure::Percent, 1e-2),
     (
-        "count|counts|cnt|cnts|tick|ticks|step|steps|pulse|pulses|inc|ink|inkremente|increments|imp|impulse|raw|qc",
+        "steps/s|step/s|counts/s|count/s|counts/sec|ticks/s|pulses/s|inc/s|imp/s|cps|erpm|count|counts|cnt|cnts|tick|ticks|step|steps|pulse|pulses|inc|ink|inkremente|increments|imp|impulse|raw|qc",
         Measure::Counts,
         1.0,
     ),

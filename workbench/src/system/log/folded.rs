@@ -1,0 +1,125 @@
+//! Positions that begin anew after a turn, counters that wrap, and signs in a bit of their own.
+
+use super::spelling::short;
+
+/// What whole numbers fold at: degrees, counts of usual encoders, widths of counters.
+const COUNTS: [f64; 32] = [
+    360.0,
+    400.0,
+    500.0,
+    512.0,
+    600.0,
+    800.0,
+    1000.0,
+    1024.0,
+    1200.0,
+    1440.0,
+    1600.0,
+    2000.0,
+    2048.0,
+    2400.0,
+    2500.0,
+    3600.0,
+    4000.0,
+    4096.0,
+    5000.0,
+    8000.0,
+    8192.0,
+    10_000.0,
+    16_384.0,
+    20_000.0,
+    32_768.0,
+    36_000.0,
+    40_000.0,
+    65_536.0,
+    131_072.0,
+    262_144.0,
+    16_777_216.0,
+    4_294_967_296.0,
+];
+/// Share of the full turn that the values of a folded column fill at least.
+const FILLED: f64 = 0.8;
+/// A step over a seam, relative to the steps beside it, at most.
+const LIKE: f64 = 2.0;
+/// The bit of the sign: of 16 bits, as bus servos send it, and of 32.
+const SIGNS: [f64; 2] = [32_768.0, 2_147_483_648.0];
+
+/// Where a column folds. `None`: it does not. `turn`: one turn in its unit, where that is known.
+pub fn full(values: &[f64], turn: Option<f64>) -> Option<f64> {
+    let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let (min, max) = finite
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), value| (min.min(*value), max.max(*value)));
+    let whole = finite.iter().all(|value| value.fract() == 0.0);
+    // A whole number never reaches the full turn, another one may by rounding.
+    let most = |full: f64| if whole { full - 1.0 } else { full * (1.0 + 1e-3) };
+    let fits = |full: &f64| {
+        let above = min >= 0.0 && max <= most(*full);
+        let around = min >= -0.5 * full * (1.0 + 1e-3) && max <= 0.5 * full * (1.0 + 1e-3);
+        (above || around) && max - min > FILLED * full && has_seams(&finite, *full, whole)
+    };
+    let counts = COUNTS.into_iter().filter(|_| whole);
+    turn.into_iter().chain(counts).find(fits)
+}
+
+/// Some steps go over a seam, and unfolded they are like the steps beside them.
+fn has_seams(values: &[f64], full: f64, whole: bool) -> bool {
+    let step = |k: usize| {
+        let step = values.get(k + 1).zip(values.get(k)).map_or(0.0, |(next, value)| (next - value).abs());
+        if step > 0.5 * full { full - step } else { step }
+    };
+    let slack = if whole { 2.0 } else { 0.01 * full };
+    let mut seams = (0..values.len().saturating_sub(1))
+        .filter(|k| (values[k + 1] - values[*k]).abs() > 0.5 * full)
+        .peekable();
+    seams.peek().is_some()
+        && seams.all(|k| step(k) <= LIKE * step(k + 1).max(if k > 0 { step(k - 1) } else { 0.0 }) + slack)
+}
+
+/// Unfolds a column, or gives it its signs; says what was done. `turn`: one turn in its unit, where that is known; `position`: it
+/// is one, which folds anywhere.
+pub fn unfold(values: &mut [f64], name: &str, turn: Option<f64>, position: bool) -> Option<String> {
+    if let Some(bit) = SIGNS.into_iter().find(|bit| has_sign(values, *bit)) {
+        values.iter_mut().filter(|value| **value >= bit).for_each(|value| *value = bit - *value);
+        let bit = short(bit);
+        return Some(format!(
+            "`{name}` has its sign in a bit of its own ({bit} and more are negative); it is read so."
+        ));
+    }
+    let full = full(values, turn).filter(|full| position || *full >= 65_536.0)?;
+    let (mut before, mut turns, mut seams) = (f64::NAN, 0.0, 0);
+    for value in values.iter_mut().filter(|value| value.is_finite()) {
+        let step = *value - before;
+        if step.abs() > 0.5 * full {
+            turns -= step.signum();
+            seams += 1;
+        }
+        before = *value;
+        *value += turns * full;
+    }
+    let at = short(full);
+    Some(format!(
+        "`{name}` is folded at {at} ({seams} times); it is unfolded, so that it goes on over the seam."
+    ))
+}
+
+/// Whole numbers around 0 and around the bit, and nothing between them.
+fn has_sign(values: &[f64], bit: f64) -> bool {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let beyond = || finite().filter(|value| *value >= bit);
+    let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, f64::max);
+    let (below, above) = (most(&mut finite().filter(|value| *value < bit)), most(&mut beyond()) - bit);
+    let steps = |decoded: bool| {
+        let value = |value: f64| if decoded && value >= bit { bit - value } else { value };
+        let mut before = f64::NAN;
+        finite().fold(0.0_f64, |most, next| {
+            let step = (value(next) - value(before)).abs();
+            before = next;
+            most.max(if step.is_finite() { step } else { 0.0 })
+        })
+    };
+    beyond().next().is_some()
+        && finite().all(|value| value >= 0.0 && value.fract() == 0.0)
+        && below.max(above) < bit
+        && steps(true) < 0.1 * steps(false)
+}
