@@ -123,7 +123,7 @@ fn kinds() -> Vec<(&'static str, String, &'static str)> {
         ),
         (
             "oscilloscope with a preamble",
-            table(&format!("{scope}Second,Volt,RPM\n"), |_, r| {
+            table(&format!("{scope}Time (s),Voltage (V),Speed (RPM)\n"), |_, r| {
                 format!("{:.2},{:.2},{:.1}", r.t_s, r.u_v, rpm(r))
             }),
             "",

@@ -107,7 +107,7 @@ impl Columns {
         let meanings = (0..header.len()).map(|k| match cells.columns[k].form {
             Some(Form::Clock { .. }) => Some(meaning::of_clock()),
             _ => meaning::recognise(&header[k], cells.units[k].as_deref())
-                .map(|meaning| meaning.since_1970(|| Extent::of(cells, k))),
+                .map(|meaning| meaning.since_1970(|| Extent::of(cells, k).map_or(0.0, |extent| extent.min))),
         });
         let mut plan = Plan { meanings: meanings.collect(), ..Plan::default() };
         for mapping in self.mappings.iter().filter(|mapping| mapping.theirs != "none") {

@@ -3,8 +3,7 @@
 
 use super::clock::Form;
 use super::dialect::Dialect;
-use super::records::Joined;
-use super::stream::Text;
+use super::stream::{Joined, Text};
 use super::text::{
     SEPARATORS, comment, has_decimal_comma, has_point, is_value, labelled, names_between_blanks, split,
 };
@@ -124,7 +123,8 @@ impl Layout {
             let parted = lines.iter().map(|line| split(self.behind_stamp(&line.text).1, *separator));
             parted.filter(|cells| cells.len() > 1).fold((0, 0), |(rows, numbers), cells| {
                 let values = cells.iter().filter(|cell| is_value(cell)).count();
-                (rows + usize::from(values == cells.len()), numbers + values)
+                let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
+                (rows + usize::from(values == filled), numbers + values)
             })
         };
         let scored = SEPARATORS.map(|known| (score(&known), known.0));

@@ -2,7 +2,6 @@
 //! spreadsheets use.
 
 use super::names::{Quantity, quantity_of};
-use super::propose::Extent;
 use super::words::{BOTH, COMMANDED, HARMLESS, Measure, TOPICS, Topic, WANTED, holds, unit};
 
 /// How a name is understood.
@@ -42,11 +41,11 @@ const SINCE_1970_S: std::ops::Range<f64> = 9.7e8..4.1e9;
 
 impl Meaning {
     /// The unit of a time without one is told by its size where it counts from 1970.
-    pub fn since_1970(self, extent: impl Fn() -> Option<Extent>) -> Self {
+    pub fn since_1970(self, least: impl Fn() -> f64) -> Self {
         if self.topic != Topic::Time || self.unit.is_some() {
             return self;
         }
-        let least = extent().map_or(0.0, |extent| extent.min);
+        let least = least();
         let fits = |unit: &f64| SINCE_1970_S.contains(&(least * unit));
         match [1.0, 1e-3, 1e-6, 1e-9].into_iter().find(fits) {
             None => self,

@@ -241,7 +241,7 @@ impl Desk<'_> {
             })?;
         let quoted = |index: usize| format!("'{}'", self.name(index));
         let first = self.cells.values(seconds).iter().find(|value| value.is_finite())?;
-        let item = format!("t_s=({}-{first})+{}*1e-9", quoted(seconds), quoted(nanoseconds));
+        let item = format!("t_s=({}-{first})+{}/1000000000", quoted(seconds), quoted(nanoseconds));
         let why = format!(
             "{} and {} are seconds and nanoseconds of one time",
             quoted(seconds),

@@ -152,3 +152,49 @@ impl Lines<'_> {
         Ok(Some((line.strip_suffix('\r').unwrap_or(line), ended)))
     }
 }
+
+/// Lines over which a cell in quotes may go.
+const LONGEST: usize = 8;
+
+/// The lines of a text; one that ends inside of quotes goes on in the next.
+pub struct Joined<'a> {
+    lines: Lines<'a>,
+    line: String,
+    /// Number of the line that was read last: the one on which it begins.
+    pub number: u64,
+    /// It has its end.
+    pub ended: bool,
+}
+
+impl<'a> Joined<'a> {
+    /// From the first line on.
+    pub fn of(text: &'a Text) -> std::io::Result<Self> {
+        Ok(Self { lines: text.lines()?, line: String::new(), number: 0, ended: true })
+    }
+
+    /// The next line. `None`: the text is over.
+    pub fn next(&mut self) -> std::io::Result<Option<&str>> {
+        let Some((line, ended)) = self.lines.read()? else { return Ok(None) };
+        self.line.clear();
+        self.line.push_str(line);
+        (self.number, self.ended) = (self.lines.number, ended);
+        for _ in 0..LONGEST {
+            if !is_open(&self.line) {
+                break;
+            }
+            let Some((more, ended)) = self.lines.read()? else { break };
+            self.line.push('\n');
+            self.line.push_str(more);
+            self.ended = ended;
+        }
+        Ok(Some(&self.line))
+    }
+}
+
+/// A quote opens a cell and nothing closes it.
+fn is_open(line: &str) -> bool {
+    line.contains('"')
+        && line.matches('"').count() % 2 == 1
+        && (line.trim_start().starts_with('"')
+            || [",\"", ";\"", "\t\""].iter().any(|open| line.contains(open)))
+}
