@@ -9,7 +9,7 @@ use crate::report::{
     Exporter, grade, html::Html, json::Json, model_file::ModelFile, pictures, terminal::Terminal,
 };
 use crate::system::effects::{self, Effect};
-use crate::system::log::{self, Columns, Log};
+use crate::system::log::{self, Log};
 use crate::system::model::{self, Model};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -110,7 +110,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let columns = arguments.rows.read(Some(draft.stated()))?;
     let log::Reading { log, notes } = log::open(&arguments.log, &columns)?;
     let model = gap::completed(draft, &log)?;
-    let whole = Columns { from_s: None, to_s: None, ..columns.clone() };
+    // The crop is that of the log that is fitted.
+    let whole = columns.clone().cropped(None, None);
     let read = |path: &PathBuf| log::read(path, &whole);
     let holdouts: Vec<Log> = arguments.holdout.iter().map(read).collect::<Result<_, _>>()?;
     let without = arguments.without.iter().map(|name| effects::known(name));

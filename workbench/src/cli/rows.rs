@@ -31,6 +31,6 @@ impl Rows {
         }
         let columns =
             model.map_or_else(|| self.columns.parse(), |model| Columns::of(&self.columns, model))?;
-        Ok(Columns { from_s: self.from, to_s: self.to, ..columns })
+        Ok(columns.cropped(self.from, self.to))
     }
 }

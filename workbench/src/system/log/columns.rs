@@ -127,6 +127,11 @@ impl Columns {
         Ok(plan)
     }
 
+    /// The same, of the rows from one time to another, s.
+    pub fn cropped(self, from_s: Option<f64>, to_s: Option<f64>) -> Self {
+        Self { from_s, to_s, ..self }
+    }
+
     /// The user's text, or what the model file says of the columns, with what it says of supply and encoder.
     pub fn of(text: &str, model: &Model) -> Result<Self, InputError> {
         let counts_per_rev = model.encoder.map(|encoder| encoder.counts_per_rev);
