@@ -4,7 +4,7 @@
 //! into place, so that an earlier report survives whatever goes wrong.
 
 mod chapters;
-mod format;
+pub(crate) mod format;
 pub mod html;
 pub mod json;
 pub mod model_file;

@@ -98,7 +98,8 @@ fn plain(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let out = &arguments.out;
     Files::default().reads("--log", &arguments.log).writes("--out", [out]).check()?;
-    if out.exists() && !arguments.force {
+    let to_screen = out == Path::new("-");
+    if out.exists() && !arguments.force && !to_screen {
         let what = "exists; name another file with --out, or replace it with --force";
         return Err(InputError::file(out.display(), what).into());
     }
@@ -118,7 +119,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     // Answers that were typed are not lost over one that does not help.
     made.notes.extend(complaints);
     write_atomically(out, &made.text)?;
-    if out != Path::new("-") {
+    if !to_screen {
         out!("{}", made.told(&arguments));
     }
     Ok(())

@@ -41,6 +41,8 @@ const COUNTS: [f64; 32] = [
 const FILLED: f64 = 0.8;
 /// A step over a seam, relative to the steps beside it, at most.
 const LIKE: f64 = 2.0;
+/// The largest step of a column whose sign is understood, relative to that of the raw one.
+const SMOOTH: f64 = 0.1;
 /// The bit of the sign: of 16 bits, as bus servos send it, and of 32.
 const SIGNS: [f64; 2] = [32_768.0, 2_147_483_648.0];
 
@@ -79,8 +81,9 @@ fn has_seams(values: &[f64], full: f64, whole: bool) -> bool {
 /// Unfolds a column, or gives it its signs; says what was done. `turn`: one turn in its unit, where that is known; `position`: it
 /// is one, which folds anywhere.
 pub fn unfold(values: &mut [f64], name: &str, turn: Option<f64>, position: bool) -> Option<String> {
-    if let Some(bit) = SIGNS.into_iter().find(|bit| has_sign(values, *bit)) {
-        values.iter_mut().filter(|value| **value >= bit).for_each(|value| *value = bit - *value);
+    let read = |bit: f64| Some((bit, signed(values, bit)?));
+    if let Some((bit, signed)) = SIGNS.into_iter().find_map(read) {
+        values.copy_from_slice(&signed);
         let bit = short(bit);
         return Some(format!(
             "`{name}` has its sign in a bit of its own ({bit} and more are negative); it is read so."
@@ -103,23 +106,27 @@ pub fn unfold(values: &mut [f64], name: &str, turn: Option<f64>, position: bool)
     ))
 }
 
-/// Whole numbers around 0 and around the bit, and nothing between them.
-fn has_sign(values: &[f64], bit: f64) -> bool {
-    let finite = || values.iter().copied().filter(|value| value.is_finite());
-    let beyond = || finite().filter(|value| *value >= bit);
-    let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, f64::max);
-    let (below, above) = (most(&mut finite().filter(|value| *value < bit)), most(&mut beyond()) - bit);
-    let steps = |decoded: bool| {
-        let value = |value: f64| if decoded && value >= bit { bit - value } else { value };
-        let mut before = f64::NAN;
-        finite().fold(0.0_f64, |most, next| {
-            let step = (value(next) - value(before)).abs();
-            before = next;
-            most.max(if step.is_finite() { step } else { 0.0 })
-        })
+/// Whole numbers that jump between 0 and the bit, and go on smoothly with it as their sign.
+fn signed(values: &[f64], bit: f64) -> Option<Vec<f64>> {
+    let finite = || values.iter().filter(|value| value.is_finite());
+    let steps = |values: &[f64]| {
+        let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+        finite.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max)
     };
-    beyond().next().is_some()
-        && finite().all(|value| value >= 0.0 && value.fract() == 0.0)
-        && below.max(above) < bit
-        && steps(true) < 0.1 * steps(false)
+    let may =
+        finite().any(|value| *value >= bit) && finite().all(|value| *value >= 0.0 && value.fract() == 0.0);
+    let raw = if may { steps(values) } else { 0.0 };
+    let found = [0.0, -bit].map(|before| (raw > 0.5 * bit).then(|| with_sign(values, bit, before)));
+    found.into_iter().flatten().find(|signed| steps(signed) < SMOOTH * raw)
+}
+
+/// Each value is that of its two meanings which is nearer to the value before: a counter may also pass the bit by counting.
+fn with_sign(values: &[f64], bit: f64, mut before: f64) -> Vec<f64> {
+    let mut read = |value: f64| {
+        let negative = value >= bit && (bit - value - before).abs() < (value - before).abs();
+        let value = if negative { bit - value } else { value };
+        before = if value.is_finite() { value } else { before };
+        value
+    };
+    values.iter().map(|value| read(*value)).collect()
 }

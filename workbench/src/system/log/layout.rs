@@ -252,7 +252,7 @@ fn sample(text: &Text) -> std::io::Result<Vec<Line>> {
         && let Some(line) = lines.next()?
     {
         let note = comment(line);
-        let text = note.unwrap_or(line).trim().to_owned();
+        let text = note.unwrap_or(line).trim_matches([' ', '\r']).to_owned();
         if !line.trim().is_empty() {
             sample.push((text, note.is_some(), lines.number));
         }
