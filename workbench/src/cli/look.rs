@@ -4,7 +4,7 @@ use crate::cli::files::Files;
 use crate::cli::rows::Rows;
 use crate::console::input_error::InputError;
 use crate::report::format::shortened;
-use crate::report::terminal::{beside, width};
+use crate::report::terminal::{WIDTH, beside, width};
 use crate::report::write_atomically;
 use crate::system::log::answer::{Answer, Time, speed};
 use crate::system::log::look::{Column, Look, State, look};
@@ -209,7 +209,7 @@ fn plot(text: &mut String, title: &str, x: &[f64], y: &[f64], lines: bool) -> st
     let shape = if lines { Shape::Lines(&points) } else { Shape::Points(&points) };
     let (low, high) = if low < high { (low, high) } else { (low - 1.0, high + 1.0) };
     let label = || LabelFormat::Custom(Box::new(|value| short(f64::from(value))));
-    let dots = PLOT.0 - 2 * 80_usize.saturating_sub(width()) as u32;
+    let dots = PLOT.0 - 2 * (WIDTH - width()) as u32;
     let mut chart = Chart::new_with_y_range(dots, PLOT.1, left, right, low, high);
     let chart = chart.lineplot(&shape).x_label_format(label()).y_label_format(label());
     chart.axis();

@@ -7,7 +7,7 @@ use anyhow::Result;
 use dialoguer::console::style;
 
 /// Width of every line, characters.
-const WIDTH: usize = 80;
+pub const WIDTH: usize = 80;
 /// A line is no shorter, however narrow the terminal is.
 const NARROWEST: usize = 40;
 /// Column at which the text beside a heading starts.

@@ -2,41 +2,12 @@
 
 use super::spelling::short;
 
-/// What whole numbers fold at: degrees, counts of usual encoders, widths of counters.
-const COUNTS: [f64; 32] = [
-    360.0,
-    400.0,
-    500.0,
-    512.0,
-    600.0,
-    800.0,
-    1000.0,
-    1024.0,
-    1200.0,
-    1440.0,
-    1600.0,
-    2000.0,
-    2048.0,
-    2400.0,
-    2500.0,
-    3600.0,
-    4000.0,
-    4096.0,
-    5000.0,
-    8000.0,
-    8192.0,
-    10_000.0,
-    16_384.0,
-    20_000.0,
-    32_768.0,
-    36_000.0,
-    40_000.0,
-    65_536.0,
-    131_072.0,
-    262_144.0,
-    16_777_216.0,
-    4_294_967_296.0,
+/// What whole numbers fold at: degrees, counts of usual encoders, and the widths of counters, bits.
+const COUNTS: [u32; 22] = [
+    360, 400, 500, 600, 800, 1000, 1200, 1440, 1600, 2000, 2400, 2500, 3600, 4000, 5000, 8000, 10_000,
+    20_000, 36_000, 40_000, 65_536, 100_000,
 ];
+const BITS: [u32; 9] = [9, 10, 11, 12, 13, 14, 15, 24, 32];
 /// Share of the full turn that the values of a folded column fill at least.
 const FILLED: f64 = 0.8;
 /// A step over a seam, relative to the steps beside it, at most.
@@ -60,8 +31,9 @@ pub fn full(values: &[f64], turn: Option<f64>) -> Option<f64> {
         let around = min >= -0.5 * full * (1.0 + 1e-3) && max <= 0.5 * full * (1.0 + 1e-3);
         (above || around) && max - min > FILLED * full && has_seams(&finite, *full, whole)
     };
-    let counts = COUNTS.into_iter().filter(|_| whole);
-    turn.into_iter().chain(counts).find(fits)
+    let counts = COUNTS.map(f64::from).into_iter().chain(BITS.map(|bits| 2_f64.powi(bits as i32)));
+    let counts = counts.filter(|_| whole);
+    turn.filter(fits).or_else(|| counts.filter(fits).min_by(f64::total_cmp))
 }
 
 /// Some steps go over a seam, and unfolded they are like the steps beside them.

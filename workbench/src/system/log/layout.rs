@@ -15,6 +15,8 @@ use std::borrow::Cow;
 const SAMPLE: usize = 400;
 /// Share of the lines that must be alike for a form that not every line has.
 const MOST: f64 = 0.6;
+/// Share of the lines from which on a name before a value is that of a column.
+const SOME: f64 = 0.1;
 /// What the clock of a serial monitor is called.
 const CLOCK: &str = "clock";
 
@@ -97,23 +99,24 @@ impl Layout {
         Ok((layout, head, dialect))
     }
 
-    /// The names that stand before the values of most lines, if they do.
+    /// The names that stand before the values of most lines, if they do. Lines may hold some of them each.
     fn by_labels(&mut self, lines: &[&Line]) -> Option<Head> {
-        let names = |line: &&Line| -> Option<(u64, Vec<String>)> {
-            let pairs = labelled(self.behind_stamp(&line.text).1)?;
-            (pairs.len() > 1 || self.stamped)
-                .then(|| (line.number, pairs.iter().map(|pair| pair.0.to_owned()).collect()))
-        };
-        let all: Vec<_> = lines.iter().filter_map(names).collect();
-        // The first line of a monitor may be cut.
-        let (line, usual) = all.get(all.len() / 2).cloned()?;
-        let alike = all.iter().filter(|known| known.1 == usual);
-        if !is_most(alike.clone().count(), lines.len()) {
-            return None;
+        let pairs =
+            lines.iter().filter_map(|line| Some((line.number, labelled(self.behind_stamp(&line.text).1)?)));
+        let all: Vec<_> = pairs.filter(|pairs| pairs.1.len() > 1 || self.stamped).collect();
+        let mut counts: Vec<(&str, usize, u64)> = Vec::new();
+        for (line, name) in all.iter().flat_map(|(line, pairs)| pairs.iter().map(move |pair| (*line, pair.0)))
+        {
+            match counts.iter_mut().find(|known| known.0 == name) {
+                Some(known) => known.1 += 1,
+                None => counts.push((name, 1, line)),
+            }
         }
-        self.first = alike.map(|known| known.0).min().unwrap_or(line);
-        self.labels = usual.clone();
-        let names: Vec<String> = self.stamped.then(|| CLOCK.to_owned()).into_iter().chain(usual).collect();
+        counts.retain(|known| known.1 as f64 >= SOME * all.len() as f64);
+        self.first = counts.iter().map(|known| known.2).min().filter(|_| is_most(all.len(), lines.len()))?;
+        self.labels = counts.iter().map(|known| known.0.to_owned()).collect();
+        let clock = self.stamped.then(|| CLOCK.to_owned());
+        let names: Vec<String> = clock.into_iter().chain(self.labels.iter().cloned()).collect();
         Some(Head { units: vec![None; names.len()], names, line: self.first })
     }
 
@@ -213,13 +216,18 @@ impl Layout {
     /// them.
     pub fn rewritten<'a>(&self, line: &'a str) -> Cow<'a, str> {
         let (clock, rest) = self.behind_stamp(line);
-        let rest: Cow<str> = match labelled(rest).filter(|_| !self.labels.is_empty()) {
-            None if !self.labels.is_empty() => return "".into(),
-            None => rest.into(),
-            Some(pairs) if !pairs.iter().map(|pair| pair.0).eq(self.labels.iter().map(String::as_str)) => {
-                return "".into();
+        let rest: Cow<str> = match self.labels.is_empty() {
+            true => rest.into(),
+            false => {
+                let pairs = labelled(rest).unwrap_or_default();
+                let value =
+                    |name: &String| pairs.iter().find(|pair| pair.0 == name).map_or("", |pair| pair.1);
+                let values: Vec<&str> = self.labels.iter().map(value).collect();
+                if values.iter().all(|value| value.is_empty()) {
+                    return "".into();
+                }
+                values.join("\t").into()
             }
-            Some(pairs) => pairs.iter().map(|pair| pair.1).collect::<Vec<_>>().join("\t").into(),
         };
         match clock {
             Some(clock) => format!("{}{}{rest}", clock.replace(',', "."), self.separator).into(),
@@ -295,10 +303,11 @@ fn first_below(rows: &[Row], at: usize) -> Option<usize> {
         let names = header.cells.len() > 1 && !header.cells.iter().any(|cell| is_value(cell));
         return (is_last && names && rows[first].is_numeric() && rows[first].fits(header)).then_some(first);
     }
-    if header.is_numeric() {
+    let units = !rows[first].is_numeric() && rows[first].is_units() && header.cells.len() > 1;
+    // Channels may be numbered, above their units.
+    if header.is_numeric() && !units {
         return None;
     }
-    let units = !rows[first].is_numeric() && rows[first].is_units() && header.cells.len() > 1;
     let first = if units { next(first)? } else { first };
     rows[first].is_numeric().then_some(first)
 }

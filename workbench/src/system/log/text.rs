@@ -3,10 +3,10 @@
 use super::clock::Form;
 
 /// What may part the cells, in the order in which they win a draw.
-pub const SEPARATORS: [(char, &str); 4] =
-    [(',', "commas"), (';', "semicolons"), ('\t', "tabs"), (' ', "blanks")];
-/// What stands at the beginning of a line that is a comment.
-const COMMENTS: [&str; 3] = ["#", "%", "//"];
+pub const SEPARATORS: [(char, &str); 5] =
+    [(',', "commas"), (';', "semicolons"), ('\t', "tabs"), ('|', "strokes"), (' ', "blanks")];
+/// What stands at the beginning of a line that is a comment, or the rule of a table between strokes.
+const COMMENTS: [&str; 7] = ["#", "%", "//", "|-", "| -", "|:", "+-"];
 /// What may stand between thousands.
 const GROUPS: [char; 7] = ['.', ',', '\'', '’', ' ', '\u{a0}', '\u{202f}'];
 
@@ -74,6 +74,8 @@ pub fn split(line: &str, separator: char) -> Vec<&str> {
         quoted ^= c == '"';
         !quoted && if separator == ' ' { c.is_whitespace() } else { c == separator }
     };
+    // Tables between strokes have them at both ends, too.
+    let line = if separator == '|' { line.trim().trim_matches('|') } else { line };
     let cells = line.split(&mut parts).map(bare_outside);
     match separator == ' ' {
         true => cells.filter(|cell| !cell.is_empty()).collect(),
@@ -119,10 +121,12 @@ pub fn labelled(line: &str) -> Option<Vec<(&str, &str)>> {
             value.split_at(value.find([',', ';', '\t', '|', ' ', '}']).unwrap_or(value.len()));
         let value =
             value.trim_matches('"').trim_end_matches(|c: char| c.is_alphabetic() || "%°/".contains(c));
-        if !key.starts_with(|c: char| c.is_alphabetic() || c == '_')
-            || number(value).is_none() && !missing(value)
+        if number(value).is_none() && !missing(value)
+            || !key.starts_with(|c: char| c.is_alphabetic() || c == '_')
         {
-            return None;
+            // A tag may stand before the first name: `motor: u=3`.
+            rest = Some(behind).filter(|_| pairs.is_empty() && behind.contains([':', '=']))?;
+            continue;
         }
         pairs.push((key, value));
         rest = after;

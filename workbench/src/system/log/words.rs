@@ -60,7 +60,7 @@ pub enum Measure {
 pub const TOPICS: &[(Topic, &str)] = &[
     (
         Topic::Time,
-        "t|time|zeit|temps|tiempo|tempo|timestamp|stamp|clock|elapsed|uhrzeit|zeitstempel|date|datetime|datum",
+        "t|ts|time|zeit|temps|tiempo|tempo|timestamp|stamp|clock|elapsed|uhrzeit|zeitstempel|date|datetime|datum",
     ),
     (Topic::Voltage, "u|voltage|volt|spannung|klemmenspannung|motorspannung|tension|voltaje|umot"),
     (Topic::Duty, "duty|pwm|dutycycle|tastgrad|tastverhaeltnis|tastverhältnis|throttle"),
@@ -83,7 +83,7 @@ pub const BOTH: &[(&str, Topic, &str)] = &[
     ("rps", Topic::Speed, "rev/s"),
     ("erpm", Topic::Speed, "erpm"),
     ("seconds|sekunden", Topic::Time, "s"),
-    ("millis|milliseconds", Topic::Time, "ms"),
+    ("ms|millis|milliseconds", Topic::Time, "ms"),
     ("micros", Topic::Time, "us"),
     ("volts", Topic::Voltage, "v"),
     ("counts|ticks", Topic::Position, "counts"),
@@ -95,7 +95,7 @@ pub const BOTH: &[(&str, Topic, &str)] = &[
 /// Words that change nothing about what a column is.
 pub const HARMLESS: &str = "motor|measured|meas|actual|act|ist|istwert|gemessen|terminal|shaft|filtered|filt|applied|\
     armature|winding|anker|mean|avg|signal|rotor|shaft|axis|angular|rotational|rotation|elapsed|of|\
-    the|cycle|welle";
+    the|cycle|welle|today|since|start|boot|feedback|state|states|joint|present";
 
 /// Words of inputs: a commanded voltage is what the format asks for.
 pub const COMMANDED: &str = "command|commanded|cmd|output|out|stell";
