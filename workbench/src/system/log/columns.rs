@@ -2,11 +2,12 @@
 
 use super::cells::Cells;
 use super::clock::Form;
+use super::extent::{Extent, is_too_fast};
 use super::formula::{Formula, Unreadable};
 use super::meaning;
 use super::names::{self, Quantity, name_of, quantity_of};
 use super::plan::{INPUTS, OUTPUTS, Plan, Source, is_column};
-use super::propose::{self, Extent, Known};
+use super::propose::{self, Known};
 use super::words::Topic;
 use crate::console::input_error::{InputError, nearest};
 use crate::system::model::Model;
@@ -160,7 +161,7 @@ impl Columns {
             };
             let is_clock = matches!(cells.columns[index].form, Some(Form::Clock { .. }));
             let unit = if is_clock { 1.0 } else { unit };
-            let too_fast = quantity == Quantity::Time && propose::is_too_fast(cells, index, unit);
+            let too_fast = quantity == Quantity::Time && is_too_fast(cells, index, unit);
             if too_fast || plan.sources.iter().any(|known| is_column(known, index)) {
                 continue;
             }
@@ -181,7 +182,7 @@ impl Columns {
     fn stated(&self, cells: &Cells, plan: &mut Plan) {
         let mut stated: Vec<(usize, Quantity, f64)> = plan.stated(|quantity| !self.mentions(quantity));
         stated.retain(|(index, quantity, unit)| {
-            *quantity != Quantity::Time || !propose::is_too_fast(cells, *index, *unit)
+            *quantity != Quantity::Time || !is_too_fast(cells, *index, *unit)
         });
         let alone = |quantity| stated.iter().filter(|known| known.1 == quantity).count() == 1;
         let duty = plan.meanings.iter().flatten().any(|meaning| meaning.topic == Topic::Duty);

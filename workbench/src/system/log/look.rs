@@ -4,12 +4,12 @@
 use super::answer::{Answer, Time, answer, smallest_step};
 use super::cells::Cells;
 use super::columns::Columns;
+use super::extent::Extent;
 use super::meaning::{Meaning, Sure};
 use super::names::name_of;
 use super::next_time::ask;
 use super::open::cells;
 use super::plan::Plan;
-use super::propose::Extent;
 use super::read::Sheet;
 use super::words::Topic;
 use super::{Log, Reading};

@@ -2,6 +2,7 @@
 //! guessed and from which range of values.
 
 use super::cells::Cells;
+use super::extent::{Extent, is_too_fast};
 use super::folded;
 use super::meaning::{Meaning, Sure, words};
 use super::names::{Quantity, name_of, quantity_of};
@@ -25,56 +26,10 @@ const RATHER_RPM: f64 = 300.0;
 const MICROSECONDS: f64 = 500.0;
 /// Whole numbers that advance by so many a row count nanoseconds: 2 kHz in ns, or 2 Hz in µs.
 const NANOSECONDS: f64 = 500e3;
-/// Rows that are closer than this, s, are in another unit than their column says: no log of a motor has 500,000 a second.
-const CLOSEST_S: f64 = 2e-6;
 /// Pole pairs that are proposed when none are known.
 const USUAL_POLE_PAIRS: f64 = 7.0;
 /// Pulse widths of a radio-control servo, µs: the middle, and the way to either end.
 const PULSE_US: [f64; 2] = [1500.0, 500.0];
-
-/// What the numbers of a column tell.
-#[derive(Clone, Copy, Debug)]
-pub struct Extent {
-    /// Least number.
-    pub min: f64,
-    /// Greatest number.
-    pub max: f64,
-    /// No number has decimals.
-    pub whole: bool,
-    /// Median of the differences from row to row that are not 0; NaN if there is none.
-    pub step: f64,
-}
-
-impl Extent {
-    /// Of one column; `None` if it holds no number.
-    pub fn of(cells: &Cells, index: usize) -> Option<Self> {
-        let (mut steps, mut before) = (Vec::new(), None);
-        let none = Self { min: f64::INFINITY, max: f64::NEG_INFINITY, whole: true, step: f64::NAN };
-        let seen = |extent: Self, value: &f64| {
-            steps.extend(
-                before.replace(*value).map(|before: f64| (value - before).abs()).filter(|step| *step > 0.0),
-            );
-            let (min, max) = (extent.min.min(*value), extent.max.max(*value));
-            Self { min, max, whole: extent.whole && value.fract() == 0.0, step: f64::NAN }
-        };
-        let extent = cells.values(index).iter().filter(|value| value.is_finite()).fold(none, seen);
-        let middle = steps.len() / 2;
-        let step = match steps.is_empty() {
-            true => f64::NAN,
-            false => *steps.select_nth_unstable_by(middle, f64::total_cmp).1,
-        };
-        before.map(|_| Self { step, ..extent })
-    }
-
-    fn most(&self) -> f64 {
-        self.min.abs().max(self.max.abs())
-    }
-}
-
-/// A time in this unit has impossibly many rows a second.
-pub fn is_too_fast(cells: &Cells, index: usize, unit: f64) -> bool {
-    Extent::of(cells, index).is_some_and(|extent| extent.step * unit < CLOSEST_S)
-}
 
 /// The least full scale of a PWM that such numbers fit into.
 pub fn full_scale(most: f64) -> f64 {
@@ -103,23 +58,14 @@ pub struct Known {
 /// Adds what is lacking to a plan: proposals, or a sentence that says what is missing.
 pub fn complete(known: &Known, cells: &Cells, plan: &mut Plan, output_needed: bool) {
     let desk = Desk { known, cells, plan: &*plan };
-    let mut proposals = Vec::new();
-    let mut missing = None;
-    if !plan.has(Quantity::Time) && !known.time {
-        proposals.extend(desk.time());
-    }
-    if !plan.has(Quantity::Time) && !known.time && proposals.is_empty() {
-        missing = desk.no_time();
-    }
+    let untimed = !plan.has(Quantity::Time) && !known.time;
+    let mut proposals: Vec<Proposal> = untimed.then(|| desk.time()).flatten().into_iter().collect();
     let timed = plan.has(Quantity::Time) || !proposals.is_empty();
+    let mut missing = if untimed && !timed { desk.no_time() } else { None };
     let input = if plan.any(&INPUTS) { Some(desk.supply()) } else { desk.input() };
-    match input {
-        Some(more) => proposals.extend(more),
-        None => {
-            missing = missing
-                .or_else(|| Some(desk.missing(INPUT, &["u", "v", "duty", "torque", "force", "current"])))
-        }
-    }
+    let lacks = || desk.missing(INPUT, &["u", "v", "duty", "torque", "force", "current"]);
+    missing = missing.or_else(|| input.is_none().then(lacks));
+    proposals.extend(input.unwrap_or_default());
     let needed = if timed { &OUTPUTS[..] } else { &[Quantity::AngularSpeed] };
     if output_needed && !plan.any(needed) {
         let of_plan = plan.sources.iter().filter(|source| INPUTS.contains(&source.quantity));
@@ -232,22 +178,16 @@ impl Desk<'_> {
 
     /// A stamp in two columns, as ROS has it.
     fn seconds_and_nanoseconds(&self) -> Option<Proposal> {
-        let ends = |name: &String, ends: &[&str]| ends.iter().any(|end| name.to_lowercase().ends_with(end));
-        let index = |ends_with: &[&str]| self.cells.header.iter().position(|name| ends(name, ends_with));
-        let nanoseconds = index(&["nsec", "nsecs", "nanosec", "nanoseconds"])?;
-        let seconds =
-            self.cells.header.iter().position(|name| {
-                ends(name, &["sec", "secs"]) && !ends(name, &["nsec", "nsecs", "nanosec"])
-            })?;
-        let quoted = |index: usize| format!("'{}'", self.name(index));
-        let first = self.cells.values(seconds).iter().find(|value| value.is_finite())?;
-        let item = format!("t_s=({}-{first})+{}/1000000000", quoted(seconds), quoted(nanoseconds));
-        let why = format!(
-            "{} and {} are seconds and nanoseconds of one time",
-            quoted(seconds),
-            quoted(nanoseconds)
-        );
-        Some(Proposal { item, why, column: Some(seconds) })
+        let header = &self.cells.header;
+        let (fine, index) = header.iter().find_map(|name| {
+            let coarse = name.replace("nanosec", "sec").replace("nsec", "sec");
+            Some((name, header.iter().position(|other| *other == coarse && other != name)?))
+        })?;
+        let (coarse, first) =
+            (&header[index], self.cells.values(index).iter().find(|value| value.is_finite())?);
+        let item = format!("t_s=('{coarse}'-{first})+'{fine}'/1000000000");
+        let why = format!("`{coarse}` and `{fine}` are seconds and nanoseconds of one time");
+        Some(Proposal { item, why, column: Some(index) })
     }
 
     fn input(&self) -> Option<Vec<Proposal>> {
@@ -426,11 +366,10 @@ impl Desk<'_> {
             let begins = stems.iter().any(|stem| name.to_lowercase().starts_with(stem));
             begins && quantity_of(name).is_none() && !used(*index)
         });
-        let near = near.map(|known| known.1);
         let headless = if self.cells.dialect.headless { "the file has no header line; " } else { "" };
         let listed = self.cells.header.join(", ");
         match near {
-            Some(name) => format!(
+            Some((_, name)) => format!(
                 "{headless}no column {wanted}: `{name}` has an unknown unit or spelling; rename it or use --columns (header: {listed})"
             ),
             None => format!(

@@ -7,14 +7,12 @@ use super::formula::Formula;
 use super::names::Quantity;
 use super::pieces::Piece;
 use super::plan::{OUTPUTS, Plan, Source};
-use super::{Dynamic, Input, Reading, Run, Table, folded, rates, time_line};
+use super::{Dynamic, Input, Reading, Run, folded, rates, time_line};
 use crate::console::input_error::InputError;
 use servo::axis::Bridge;
 
 /// Fewer rows than this in a run say nothing about dynamics.
 pub(super) const FEWEST_ROWS: usize = 20;
-/// Fewer points than this make no steady-state curve.
-const FEWEST_POINTS: usize = 4;
 
 /// Cells with their meaning. What becomes a part of the log is taken out of them.
 pub(super) struct Sheet<'a> {
@@ -24,7 +22,7 @@ pub(super) struct Sheet<'a> {
     supply_v: Option<f64>,
     output_needed: bool,
     /// The user has spoken of the time.
-    time_stated: bool,
+    pub(super) time_stated: bool,
     from_s: Option<f64>,
     to_s: Option<f64>,
 }
@@ -114,7 +112,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// What drives the axis. A duty is multiplied by the supply voltage of the same row.
-    fn input(&mut self) -> Result<(Input, Vec<f64>), InputError> {
+    pub(super) fn input(&mut self) -> Result<(Input, Vec<f64>), InputError> {
         use Quantity::{CurrentInput, Duty, Force, Torque, Voltage};
         let found = self.first(&[Voltage, Duty, Torque, Force, CurrentInput])?;
         let (quantity, values) = found.ok_or_else(|| self.lacks("for the input"))?;
@@ -127,7 +125,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    fn lacks(&self, wanted: &str) -> InputError {
+    pub(super) fn lacks(&self, wanted: &str) -> InputError {
         let listed = self.cells.header.join(", ");
         let what = format!("no column {wanted} holds a value; map one with --columns (header: {listed})");
         InputError::line(self.source, self.cells.header_line, what)
@@ -160,48 +158,8 @@ impl<'a> Sheet<'a> {
         Ok(duty)
     }
 
-    fn table(&mut self, notes: &mut Vec<String>) -> Result<Table, InputError> {
-        let (input, u_v) = self.input()?;
-        let omega = self.column(Quantity::AngularSpeed)?;
-        let omega = omega.ok_or_else(|| self.lacks("omega_rad_s (and no t_s: a steady-state table)"))?;
-        let pairs = u_v.into_iter().zip(omega);
-        let (kept, holes): (Vec<_>, Vec<_>) = pairs.enumerate().partition(|(_, (u, w))| !(u + w).is_nan());
-        let holes: Vec<usize> = holes.into_iter().map(|hole| hole.0).collect();
-        self.check_share(&holes, &(0..self.cells.rows).collect::<Vec<_>>())?;
-        notes.extend(
-            (!holes.is_empty()).then(|| format!("{} rows with empty cells are left out.", holes.len())),
-        );
-        let (u_v, omega_rad_s): (Vec<f64>, Vec<f64>) = kept.into_iter().map(|point| point.1).unzip();
-        if input != Input::Voltage {
-            return Err(InputError::file(
-                self.source,
-                "a steady-state table needs a voltage (u_v); add t_s for other inputs",
-            ));
-        }
-        if !self.time_stated {
-            let what = "No column is the time: the rows are read as settled speeds. If they are a record, add t_s=row*SECONDS to --columns.";
-            if is_record(&u_v, &omega_rad_s) {
-                let what = "has no time, and its speeds change while the input stays the same, as in a record over time: give the \
-                            step of its rows with --columns \"t_s=row*SECONDS\", or write t_s=none if each row is a settled speed";
-                return Err(InputError::file(self.source, what));
-            }
-            notes.push(what.into());
-        }
-        if u_v.len() < FEWEST_POINTS {
-            let what =
-                format!("has {} points; a steady-state curve needs at least {FEWEST_POINTS}", u_v.len());
-            return Err(InputError::file(self.source, what));
-        }
-        Ok(Table {
-            source: self.source.to_owned(),
-            u_v,
-            omega_rad_s,
-            speed_unit_rad_s: self.factor(Quantity::AngularSpeed),
-        })
-    }
-
     /// Factor from the file's column to the SI unit.
-    fn factor(&self, quantity: Quantity) -> f64 {
+    pub(super) fn factor(&self, quantity: Quantity) -> f64 {
         self.plan.sources.iter().find(|source| source.quantity == quantity).map_or(1.0, Source::factor)
     }
 
@@ -312,7 +270,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// Rows with holes are bridged while they are few.
-    fn check_share(&self, holes: &[usize], lines: &[usize]) -> Result<(), InputError> {
+    pub(super) fn check_share(&self, holes: &[usize], lines: &[usize]) -> Result<(), InputError> {
         let rows = lines.len();
         let Some(first) = holes.first().filter(|_| holes.len() as f64 > bridging::MOST * rows as f64) else {
             return Ok(());
@@ -393,22 +351,6 @@ impl<'a> Sheet<'a> {
             _ => Ok(pieces),
         }
     }
-}
-
-/// Blocks of one input in which the speed goes somewhere, by which rows without a time are a record.
-const BLOCKS: usize = 3;
-/// Rows of such a block at least, and how far the speed goes in it, relative to all speeds.
-const BLOCK: (usize, f64) = (5, 0.2);
-
-fn is_record(input: &[f64], speed: &[f64]) -> bool {
-    let (least, most) = speed.iter().fold((0.0_f64, 0.0_f64), |ends, w| (ends.0.min(*w), ends.1.max(*w)));
-    let mut at = 0;
-    let goes = input.chunk_by(|a, b| a == b).filter(|block| {
-        let (first, last) = (at, at + block.len() - 1);
-        at = last + 1;
-        block.len() >= BLOCK.0 && (speed[last] - speed[first]).abs() > BLOCK.1 * (most - least)
-    });
-    goes.count() >= BLOCKS
 }
 
 /// A time since 1970 or since the start of a computer, s, counts from the first row.
