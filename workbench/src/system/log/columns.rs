@@ -106,7 +106,7 @@ impl Columns {
     pub fn plan(&self, source: &str, cells: &Cells, output_needed: bool) -> Result<Plan, InputError> {
         let header = &cells.header;
         let meanings = (0..header.len()).map(|k| match cells.columns[k].form {
-            Some(Form::Clock { .. }) => Some(meaning::of_clock()),
+            Some(Form::Clock { .. }) => Some(meaning::of_time(1.0)),
             _ => meaning::recognise(&header[k], cells.units[k].as_deref())
                 .map(|meaning| meaning.since_1970(|| Extent::of(cells, k).map_or(0.0, |extent| extent.min))),
         });

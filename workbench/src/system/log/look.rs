@@ -11,7 +11,6 @@ use super::next_time::ask;
 use super::open::cells;
 use super::plan::Plan;
 use super::read::Sheet;
-use super::words::Topic;
 use super::{Log, Reading};
 use crate::console::input_error::InputError;
 use serde::Serialize;
@@ -154,23 +153,10 @@ impl Column {
 impl Meaning {
     /// For the table of columns.
     fn in_words(self) -> String {
-        let topic = match self.topic {
-            Topic::Time => "time",
-            Topic::Voltage => "voltage",
-            Topic::Duty => "duty",
-            Topic::Current => "current",
-            Topic::Torque => "torque",
-            Topic::Force => "force",
-            Topic::Position => "position",
-            Topic::Speed => "speed",
-            Topic::Supply => "supply",
-            Topic::Bridge => "bridge",
-            Topic::Run => "run",
-        };
         match self.quantity {
             Some((quantity, factor)) if self.sure != Sure::Likely => name_of(quantity, factor).to_owned(),
             Some((quantity, factor)) => format!("{}?", name_of(quantity, factor)),
-            None => format!("{topic}?"),
+            None => format!("{:?}?", self.topic).to_lowercase(),
         }
     }
 }

@@ -30,9 +30,9 @@ pub struct Meaning {
     pub strange_unit: bool,
 }
 
-/// A column of times of day or of dates, in seconds since the first one.
-pub fn of_clock() -> Meaning {
-    let (unit, quantity) = (Some((Measure::Time, 1.0)), Some((Quantity::Time, 1.0)));
+/// A column of times in this unit, s.
+pub fn of_time(unit_s: f64) -> Meaning {
+    let (unit, quantity) = (Some((Measure::Time, unit_s)), Some((Quantity::Time, unit_s)));
     Meaning { topic: Topic::Time, unit, sure: Sure::Stated, quantity, strange_unit: false }
 }
 
@@ -47,15 +47,7 @@ impl Meaning {
         }
         let least = least();
         let fits = |unit: &f64| SINCE_1970_S.contains(&(least * unit));
-        match [1.0, 1e-3, 1e-6, 1e-9].into_iter().find(fits) {
-            None => self,
-            Some(unit) => Self {
-                unit: Some((Measure::Time, unit)),
-                sure: Sure::Stated,
-                quantity: Some((Quantity::Time, unit)),
-                ..self
-            },
-        }
+        [1.0, 1e-3, 1e-6, 1e-9].into_iter().find(fits).map_or(self, of_time)
     }
 }
 
@@ -137,43 +129,37 @@ fn the_one(topics: &[Topic], unit: &Option<(Measure, f64)>) -> Option<Topic> {
     }
 }
 
-/// Topic and measure of a quantity of ours.
+/// What a topic in a unit is.
+const PAIRS: [(Topic, Measure, Quantity); 12] = [
+    (Topic::Time, Measure::Time, Quantity::Time),
+    (Topic::Voltage, Measure::Voltage, Quantity::Voltage),
+    (Topic::Supply, Measure::Voltage, Quantity::Supply),
+    (Topic::Duty, Measure::Percent, Quantity::Duty),
+    (Topic::Current, Measure::Current, Quantity::Current),
+    (Topic::Current, Measure::Current, Quantity::CurrentInput),
+    (Topic::Torque, Measure::Torque, Quantity::Torque),
+    (Topic::Force, Measure::Force, Quantity::Force),
+    (Topic::Position, Measure::Angle, Quantity::Angle),
+    (Topic::Position, Measure::Length, Quantity::Position),
+    (Topic::Speed, Measure::AngularSpeed, Quantity::AngularSpeed),
+    (Topic::Speed, Measure::LinearSpeed, Quantity::LinearSpeed),
+];
+
+/// Topic and measure of a quantity of ours; a share, a state and a number have no measure.
 fn topic_of(quantity: Quantity) -> (Topic, Option<Measure>) {
-    match quantity {
-        Quantity::Time => (Topic::Time, Some(Measure::Time)),
-        Quantity::Voltage => (Topic::Voltage, Some(Measure::Voltage)),
-        Quantity::Duty => (Topic::Duty, None),
-        Quantity::CurrentInput | Quantity::Current => (Topic::Current, Some(Measure::Current)),
-        Quantity::Torque => (Topic::Torque, Some(Measure::Torque)),
-        Quantity::Force => (Topic::Force, Some(Measure::Force)),
-        Quantity::Angle => (Topic::Position, Some(Measure::Angle)),
-        Quantity::Position => (Topic::Position, Some(Measure::Length)),
-        Quantity::AngularSpeed => (Topic::Speed, Some(Measure::AngularSpeed)),
-        Quantity::LinearSpeed => (Topic::Speed, Some(Measure::LinearSpeed)),
-        Quantity::Bridge => (Topic::Bridge, None),
-        Quantity::Supply => (Topic::Supply, Some(Measure::Voltage)),
-        Quantity::Run => (Topic::Run, None),
+    match (quantity, PAIRS.iter().find(|pair| pair.2 == quantity)) {
+        (Quantity::Bridge, _) => (Topic::Bridge, None),
+        (Quantity::Duty, _) => (Topic::Duty, None),
+        (_, Some(pair)) => (pair.0, Some(pair.1)),
+        (_, None) => (Topic::Run, None),
     }
 }
 
 /// The quantity that a topic in a unit is.
 fn quantity(topic: Topic, unit: Option<(Measure, f64)>) -> Option<(Quantity, f64)> {
     let (measure, factor) = unit?;
-    let quantity = match (topic, measure) {
-        (Topic::Time, Measure::Time) => Quantity::Time,
-        (Topic::Voltage, Measure::Voltage) => Quantity::Voltage,
-        (Topic::Supply, Measure::Voltage) => Quantity::Supply,
-        (Topic::Duty, Measure::Percent) => Quantity::Duty,
-        (Topic::Current, Measure::Current) => Quantity::Current,
-        (Topic::Torque, Measure::Torque) => Quantity::Torque,
-        (Topic::Force, Measure::Force) => Quantity::Force,
-        (Topic::Position, Measure::Angle) => Quantity::Angle,
-        (Topic::Position, Measure::Length) => Quantity::Position,
-        (Topic::Speed, Measure::AngularSpeed) => Quantity::AngularSpeed,
-        (Topic::Speed, Measure::LinearSpeed) => Quantity::LinearSpeed,
-        _ => return None,
-    };
-    Some((quantity, factor))
+    let pair = PAIRS.iter().find(|pair| (pair.0, pair.1) == (topic, measure))?;
+    Some((pair.2, factor))
 }
 
 /// A name taken apart.
