@@ -329,22 +329,22 @@ fn damaged_and_odd_files_are_read_or_named_by_line_and_remedy() {
         (
             "time stands still",
             inserted(21, "0.180,6,1").into_bytes(),
-            Rows(60, &["1 rows have the time of the next row", "line 20"]),
+            Rows(60, &["same time the last one is read", "line 20"]),
         ),
         (
             "a time that is too early",
             inserted(21, "0.05,6,1").into_bytes(),
-            Reads(&["does not fit between its neighbours", "line 21"]),
+            Reads(&["do not fit between their neighbours", "line 21"]),
         ),
         (
             "a time that is too late",
             inserted(21, "7000,6,1").into_bytes(),
-            Reads(&["does not fit between its neighbours", "line 21"]),
+            Reads(&["do not fit between their neighbours", "line 21"]),
         ),
         (
             "words between the rows",
             inserted(31, "next level").into_bytes(),
-            Reads(&["1 lines that hold no number"]),
+            Reads(&["lines that hold no number (1)"]),
         ),
         (
             "a page of the web",

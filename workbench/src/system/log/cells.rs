@@ -184,7 +184,7 @@ impl Rows<'_> {
         }
         if row.cells().eq(self.cells.header.iter().map(String::as_str)) {
             self.cells.restarts.push(self.cells.rows);
-        } else if !fits(row) && !row.cells().any(is_value) {
+        } else if !row.cells().any(is_value) && !row.cells().all(missing) {
             self.cells.dialect.words += 1;
         } else if last && (row.len() < width || !row.ended && self.is_cut(row)) {
             self.cells.dialect.cut = Some(row.line);

@@ -48,8 +48,8 @@ impl Dialect {
             (self.headless, "without a header line".into()),
             (self.preamble == 1, "after a line that is no table".into()),
             (self.preamble > 1, format!("after {} lines that are no table", self.preamble)),
-            (self.words > 0, format!("without {} lines that hold no number", self.words)),
-            (self.thousands > 0, format!("with commas between the thousands of {} rows", self.thousands)),
+            (self.words > 0, format!("without the lines that hold no number ({})", self.words)),
+            (self.thousands > 0, format!("with commas between thousands (in {} rows)", self.thousands)),
         ];
         parts.extend(told.into_iter().filter(|told| told.0).map(|told| told.1));
         if let Some(line) = self.cut {

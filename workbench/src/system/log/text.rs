@@ -115,7 +115,7 @@ pub fn labelled(line: &str) -> Option<Vec<(&str, &str)>> {
     while let Some((key, behind)) = rest.split_once([':', '=']) {
         let key = key.rsplit([',', ';', '\t', '|']).next()?.trim();
         let key = if parted { key } else { key.rsplit(' ').next()? };
-        let key = key.trim_matches(['"', '{', '>', ' ']);
+        let key = key.trim_matches(['"', '\'', '{', '>', ' ']);
         let value = behind.trim_start();
         let (value, after) =
             value.split_at(value.find([',', ';', '\t', '|', ' ', '}']).unwrap_or(value.len()));

@@ -58,10 +58,9 @@ pub fn mend(
         ));
     }
     mended.notes.extend(twice.first().map(|first| {
-        let count = twice.len();
+        let (count, line) = (twice.len(), line(*first));
         format!(
-            "{count} rows have the time of the next row, first line {}; of equal times the last row is read.",
-            line(*first)
+            "Of rows with the same time the last one is read ({count} left out, the first in line {line})."
         )
     }));
     let rows: Vec<usize> = rows.into_iter().filter(|row| twice.binary_search(row).is_err()).collect();
@@ -143,8 +142,8 @@ fn parted(
         }
     }
     mended.notes.extend(wrong.first().map(|row| {
-        let (count, seconds) = (wrong.len(), short(time[*row]));
-        format!("The time of {count} rows does not fit between its neighbours, first {seconds} s in line {}; they are left out.", line(*row))
+        let (count, line, seconds) = (wrong.len(), line(*row), short(time[*row]));
+        format!("Times that do not fit between their neighbours are left out ({count}, the first in line {line}: {seconds} s).")
     }));
     mended.dropped.extend(wrong);
     mended.dropped.sort_unstable();

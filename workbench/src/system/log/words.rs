@@ -134,7 +134,11 @@ const UNITS: &[(&str, Measure, f64)] = &[
         Measure::AngularSpeed,
         TAU / 60.0,
     ),
-    ("rev/s|rps|rev_s|turns/s|turn/s|u/s|rotations/s", Measure::AngularSpeed, TAU),
+    (
+        "rev/s|rps|rev_s|rev_per_s|turns/s|turn/s|u/s|rotations/s|rotations_per_s|rot_per_s",
+        Measure::AngularSpeed,
+        TAU,
+    ),
     ("m/s|m_s|mps|m_per_s|m/sec", Measure::LinearSpeed, 1.0),
     ("cm/s|cm_s", Measure::LinearSpeed, 1e-2),
     ("mm/s|mm_s|mm_per_s", Measure::LinearSpeed, 1e-3),
@@ -155,5 +159,6 @@ pub fn holds(words: &str, word: &str) -> bool {
 pub fn unit(text: &str) -> Option<(Measure, f64)> {
     let text = text.trim().to_lowercase();
     let text = text.trim_matches(|c| "[](){}<>".contains(c)).trim();
-    UNITS.iter().find(|known| holds(known.0, text)).map(|known| (known.1, known.2))
+    let text = text.replace("per_second", "per_s").replace("per_sec", "per_s");
+    UNITS.iter().find(|known| holds(known.0, &text)).map(|known| (known.1, known.2))
 }
