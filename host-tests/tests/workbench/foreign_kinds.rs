@@ -279,6 +279,47 @@ fn kinds() -> Vec<(&'static str, String, &'static str)> {
             "",
         ),
         (
+            "numbered channels above their units",
+            table("x-axis,1,2\nsecond,Volt,Volt\n", |_, r| {
+                format!("{:.2},{:.2},{:.3}", r.t_s, r.u_v, r.omega / 20.0)
+            }),
+            "t_s=x-axis,u_v=1,omega_rad_s=2*20",
+        ),
+        (
+            "a table between strokes",
+            table("| t_s | u_v | omega_rad_s |\n|-----|-----|----|\n", |_, r| {
+                format!("| {:.2} | {:.2} | {:.3} |", r.t_s, r.u_v, r.omega)
+            }),
+            "",
+        ),
+        (
+            "a log of an ESP32, tags before the labels",
+            table("", |_, r| format!("I ({:.0}) motor: voltage={:.2} rpm={:.1}", 1e3 * r.t_s, r.u_v, rpm(r))),
+            "t_s=row*0.01",
+        ),
+        (
+            "labels on lines of their own",
+            table("", |_, r| {
+                format!("{} -> voltage: {:.2}\n{} -> rpm: {:.1}", clock(r.t_s), r.u_v, clock(r.t_s), rpm(r))
+            }),
+            "t_s=clock",
+        ),
+        (
+            "a summary below the rows",
+            table("t_s,u_v,omega_rad_s\n", |k, r| {
+                let below = if k == 599 { "\n\nEnd,,\nDuration: long" } else { "" };
+                format!("{:.2},{:.2},{:.3}{below}", r.t_s, r.u_v, r.omega)
+            }),
+            "",
+        ),
+        (
+            "a motor controller's log, time of the day in ms",
+            table("ms_today;input_voltage;duty_cycle;erpm;temp;encoder\n", |k, r| {
+                format!("{};12.0;{:.4};{:.0};31.2;-1", 36_000_000 + 10 * k, r.u_v / 12.0, 7.0 * rpm(r))
+            }),
+            "",
+        ),
+        (
             "no header",
             table("", |_, r| format!("{:.2},{:.2},{:.3}", r.t_s, r.u_v, r.omega)),
             "t_s=c1,u_v=c2,omega_rad_s=c3",

@@ -236,10 +236,8 @@ impl Layout {
     }
 
     fn behind_stamp<'a>(&self, line: &'a str) -> (Option<&'a str>, &'a str) {
-        match stamp(line).filter(|_| self.stamped) {
-            Some((clock, rest)) => (Some(clock), rest),
-            None => (None, line),
-        }
+        let stamp = if self.stamped { stamp(line) } else { None };
+        stamp.map_or((None, line), |(clock, rest)| (Some(clock), rest))
     }
 }
 

@@ -11,6 +11,7 @@ use super::next_time::ask;
 use super::open::cells;
 use super::plan::Plan;
 use super::read::Sheet;
+use super::stream::source_of;
 use super::{Log, Reading};
 use crate::console::input_error::InputError;
 use serde::Serialize;
@@ -86,7 +87,7 @@ pub enum State {
 /// Looks at a file.
 pub fn look(path: &Path, columns: &Columns) -> Result<Look, InputError> {
     let cells = cells(path)?;
-    let source = path.display().to_string();
+    let source = source_of(path);
     let plan = columns.plan(&source, &cells, true)?;
     let assumed = columns.with(&plan.items)?;
     let seen = (0..cells.header.len()).map(|index| Column::of(&cells, &plan, index)).collect();

@@ -36,6 +36,9 @@ impl Run {
 
     /// These rows alone.
     pub(super) fn keep(&mut self, rows: &[usize]) {
+        if rows.len() == self.rows() {
+            return;
+        }
         let of = |values: &mut Vec<f64>| *values = rows.iter().map(|row| values[*row]).collect();
         [&mut self.t_s, &mut self.input].into_iter().for_each(of);
         self.bridge = rows.iter().map(|row| self.bridge[*row]).collect();

@@ -257,16 +257,13 @@ impl<'a> Sheet<'a> {
     }
 
     fn check_crop(&self, t_s: &[f64], rows: &[usize]) -> Result<(), InputError> {
-        let ends = t_s.iter().filter(|t_s| t_s.is_finite());
-        let (first, last) =
-            ends.fold((f64::INFINITY, f64::NEG_INFINITY), |ends, t| (ends.0.min(*t), ends.1.max(*t)));
-        match rows.is_empty() {
-            false => Ok(()),
-            true => Err(InputError::file(
-                self.source,
-                format!("has no rows between --from and --to; it goes from {first} s to {last} s"),
-            )),
+        if !rows.is_empty() {
+            return Ok(());
         }
+        let (first, last) =
+            t_s.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |ends, t| (ends.0.min(*t), ends.1.max(*t)));
+        let what = format!("has no rows between --from and --to; it goes from {first} s to {last} s");
+        Err(InputError::file(self.source, what))
     }
 
     /// Rows with holes are bridged while they are few.

@@ -7,6 +7,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
+/// The name of standard input.
+const STANDARD: &str = "-";
 /// Bytes that are read at once.
 pub const CHUNK: usize = 1 << 16;
 /// What some programs write before a text.
@@ -25,25 +27,28 @@ pub enum Text<'a> {
     Held(Cow<'a, str>),
 }
 
+/// What messages call a file.
+pub fn source_of(path: &Path) -> String {
+    if path == Path::new(STANDARD) { "standard input".into() } else { path.display().to_string() }
+}
+
 impl<'a> Text<'a> {
     /// The text of a file, and the name of its encoding.
     pub fn of_file(source: &str, path: &'a Path) -> Result<(Self, &'static str), InputError> {
-        if path == Path::new("-") {
-            let mut bytes = Vec::new();
-            let read = std::io::stdin().read_to_end(&mut bytes);
-            read.map_err(|e| InputError::file("standard input", format!("cannot be read ({e})")))?;
-            let (text, encoding) = decoded("standard input", &bytes)?;
-            return Ok((Self::held(text.into_owned().into()), encoding));
-        }
         let failed = |e| InputError::file(source, format!("cannot be read ({e}); check the path"));
-        let kind = std::fs::metadata(path).map_err(failed)?;
         // A pipe can be read but once.
-        if kind.is_file()
+        if path != Path::new(STANDARD)
+            && std::fs::metadata(path).map_err(failed)?.is_file()
             && let Some(length) = plain_length(path).map_err(failed)?
         {
             return Ok((Self::File { path, length }, UTF_8.name()));
         }
-        let bytes = std::fs::read(path).map_err(failed)?;
+        let mut bytes = Vec::new();
+        let read = match path == Path::new(STANDARD) {
+            true => std::io::stdin().read_to_end(&mut bytes),
+            false => File::open(path).and_then(|mut file| file.read_to_end(&mut bytes)),
+        };
+        read.map_err(failed)?;
         let (text, encoding) = decoded(source, &bytes)?;
         Ok((Self::held(text.into_owned().into()), encoding))
     }

@@ -26,7 +26,7 @@ pub struct Mended {
     pub notes: Vec<String>,
 }
 
-/// Makes a time increase as far as that can be known. `unit`: one of the file's units, s; `rows`: those with a time; `same`: a
+/// Makes a time increase as far as that can be known. `unit`: one of the file's units, s; `same`: a
 /// row continues the run of the row before; `line`: where a row stands. An error is a sentence.
 pub fn mend(
     time: &mut [f64],
@@ -34,11 +34,12 @@ pub fn mend(
     same: impl Fn(usize) -> bool,
     line: impl Fn(usize) -> u64,
 ) -> Result<Mended, String> {
-    let rows: Vec<usize> = (0..time.len()).filter(|row| time[*row].is_finite()).collect();
     let mut mended = Mended::default();
-    let increases =
-        |time: &[f64]| rows.windows(2).all(|pair| time[pair[1]] > time[pair[0]] || !same(pair[1]));
-    if increases(time) {
+    if (1..time.len()).all(|row| time[row] > time[row - 1] || !same(row)) {
+        return Ok(mended);
+    }
+    let rows: Vec<usize> = (0..time.len()).filter(|row| time[*row].is_finite()).collect();
+    if rows.len() < 2 {
         return Ok(mended);
     }
     mended.notes.extend(unwrapped(time, &rows, unit, &same, &line));
