@@ -5,6 +5,25 @@ use super::Run;
 /// Share of the rows with an empty cell from which on the signals have their own rates.
 const OWN: f64 = 0.3;
 
+/// Rows of one time that hold different signals become one, the later one. The rows that are empty then.
+pub fn merge(run: &mut Run, same: impl Fn(usize, usize) -> bool) -> Vec<usize> {
+    let mut merged = Vec::new();
+    let Run { t_s, input, position, speed, current_a, supply_v, .. } = run;
+    let mut columns: Vec<&mut Vec<f64>> =
+        [position, speed, current_a, supply_v].into_iter().flatten().chain([input]).collect();
+    for row in (1..t_s.len()).filter(|row| same(row - 1, *row)) {
+        let apart = |column: &&mut Vec<f64>| !(column[row - 1] - column[row]).is_finite();
+        if t_s[row] == t_s[row - 1] && columns.iter().all(apart) {
+            for column in columns.iter_mut().filter(|column| column[row].is_nan()) {
+                column[row] = std::mem::replace(&mut column[row - 1], f64::NAN);
+            }
+            t_s[row - 1] = f64::NAN;
+            merged.push(row - 1);
+        }
+    }
+    merged
+}
+
 /// Makes a record at the rows of its output, where the signals have their own rates: the input, which holds until its next
 /// value, is averaged from row to row; what else is measured is interpolated. The rows that stay, and a sentence.
 pub fn joined(run: &mut Run, same: impl Fn(usize, usize) -> bool) -> Option<(Vec<usize>, String)> {

@@ -173,11 +173,6 @@ impl<'a> Sheet<'a> {
         let linear = self.linear(position.as_ref(), speed.as_ref())?;
         let bridge = self.column(Quantity::Bridge)?;
         let mut id = self.ids(time.len())?;
-        let same = |row: usize| id[row] == id[row - 1] || id[row].is_nan();
-        let mended =
-            time_line::mend(&mut time, self.factor(Quantity::Time), same, |row| self.cells.line(row));
-        let mended = mended.map_err(|what| InputError::file(self.source, what))?;
-        self.begin_anew(&mut id, &mended.restarts);
         let lost =
             |row: &usize| id[*row].is_nan() || bridge.as_ref().is_some_and(|bridge| bridge[*row].is_nan());
         let lost: Vec<usize> = (0..time.len()).filter(lost).collect();
@@ -192,6 +187,14 @@ impl<'a> Sheet<'a> {
             t_s: time,
         };
         lost.iter().for_each(|row| whole.input[*row] = f64::NAN);
+        let merged = rates::merge(&mut whole, |row, other| id[row] == id[other]);
+        let same = |row: usize| id[row] == id[row - 1] || id[row].is_nan();
+        let mended =
+            time_line::mend(&mut whole.t_s, self.factor(Quantity::Time), same, |row| self.cells.line(row));
+        let mut mended = mended.map_err(|what| InputError::file(self.source, what))?;
+        mended.dropped.extend(merged);
+        mended.dropped.sort_unstable();
+        self.begin_anew(&mut id, &mended.restarts);
         let joined = rates::joined(&mut whole, |row, other| id[row] == id[other]);
         let (rows, note) = joined.map_or((None, None), |(rows, note)| (Some(rows), Some(note)));
         let rows = rows.unwrap_or_else(|| (0..whole.rows()).collect());
