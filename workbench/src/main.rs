@@ -9,7 +9,6 @@
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
-use clap::Parser;
 use std::process::ExitCode;
 use truing::cli::Cli;
 use truing::console::input_error::NotDone;
@@ -17,7 +16,7 @@ use truing::console::{interrupt, screen};
 use truing::errln;
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::read();
     if let Err(error) = interrupt::watch() {
         errln!("warning: Ctrl-C will not stop the servo ({error})");
     }

@@ -64,7 +64,7 @@ fn qemu() -> Result<()> {
     }
     println!("set-up: installing {QEMU}");
     apt(&["update", "--quiet=2"])?;
-    apt(&["install", "--yes", "--quiet=2", "--no-install-recommends", "qemu-system-arm"])?;
+    apt(&["install", "--yes", "--quiet=2", "--no-install-recommends", "--no-remove", "qemu-system-arm"])?;
     if find(QEMU).is_none() {
         bail!(
             "{QEMU} is missing although apt-get reported success: install the package qemu-system-arm by hand"

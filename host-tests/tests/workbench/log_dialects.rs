@@ -329,7 +329,32 @@ fn damaged_and_odd_files_are_read_or_named_by_line_and_remedy() {
         (
             "time stands still",
             inserted(21, "0.180,6,1").into_bytes(),
-            Says(&["line 21", "time does not increase", "run"]),
+            Rows(60, &["same time the last one is read", "line 20"]),
+        ),
+        (
+            "a time that is too early",
+            inserted(21, "0.05,6,1").into_bytes(),
+            Reads(&["do not fit between their neighbours", "line 21"]),
+        ),
+        (
+            "a time that is too late",
+            inserted(21, "7000,6,1").into_bytes(),
+            Reads(&["do not fit between their neighbours", "line 21"]),
+        ),
+        (
+            "words between the rows",
+            inserted(31, "next level").into_bytes(),
+            Reads(&["lines that hold no number (1)"]),
+        ),
+        (
+            "a page of the web",
+            b"<!DOCTYPE html>\n<html><body>1,2,3</body></html>\n".to_vec(),
+            Says(&["page for a browser", "download the file itself"]),
+        ),
+        (
+            "prose",
+            b"Dear reader,\nthis is no log,\nonly words.\n".to_vec(),
+            Says(&["no rows of numbers", "Dear reader"]),
         ),
         ("the logger started anew", two_parts.into_bytes(), Rows(120, &[])),
         ("a clock", line(20, "12:00:01.5,6,1").into_bytes(), Says(&["line 20", "t_s", "time of day"])),

@@ -88,7 +88,6 @@ fn every_defect_is_named_with_its_place_and_remedy() {
         (broken(5, "0.005,abc,0"), "", &["line 8", "u_v", "abc", "not a number"]),
         (broken(5, "0.005,NaN,0"), "", &["line 8", "u_v", "finite"]),
         (broken(5, "0.005,,0"), "", &["line 8", "u_v"]),
-        (broken(5, "0.004,1,0"), "", &["line 8", "time does not increase", "run"]),
         (rows("t_s,theta_rad", |k| format!("{k},0")), "", &["line 2", "input", "u_v"]),
         (rows("t_s,u_kv,theta_rad", good), "", &["`u_kv`", "unknown unit", "--columns"]),
         (rows("t_s,u_v", |k| format!("{k},0")), "", &["speed or the position", "theta_rad"]),

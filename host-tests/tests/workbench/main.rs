@@ -9,6 +9,7 @@ mod cases;
 mod effects_library;
 mod effects_names;
 mod examine;
+mod foreign_kinds;
 mod foreign_logs;
 mod gap_hidden;
 mod gap_measured_data;

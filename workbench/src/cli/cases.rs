@@ -14,7 +14,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "single")]
     set: Set,
     /// Number of cases.
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 10, value_parser = super::at_least_one::<u32>)]
     count: u32,
     /// Seed of the first case; the others follow.
     #[arg(long, default_value_t = 1)]

@@ -19,10 +19,10 @@ pub struct Files {
 }
 
 impl Files {
-    /// Files that the command reads.
+    /// Files that the command reads; standard input is none.
     #[must_use]
     pub fn reads(mut self, option: &'static str, paths: impl IntoIterator<Item: AsRef<Path>>) -> Self {
-        self.read.extend(listed(option, paths));
+        self.read.extend(listed(option, paths).filter(|file| file.path != Path::new("-")));
         self
     }
 
@@ -69,6 +69,9 @@ impl File {
 
     /// The folder exists and takes a file, and nothing but a file is replaced.
     fn ready(&self) -> Result<(), InputError> {
+        if self.path == Path::new("-") {
+            return Ok(());
+        }
         let refused = |what: String| {
             let named = format!("{} {}", self.option, self.path.display());
             Err(InputError::file(named, what))

@@ -27,8 +27,8 @@ pub struct Firmware {
     /// Orders the excitation, and feeds the builtin motor's noise.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// The firmware image for QEMU.
-    #[arg(long, default_value_os_t = qemu::default_image())]
+    /// The firmware image for QEMU, by default that of `cargo xtask images`: target/images/qemu.elf.
+    #[arg(long, default_value_os_t = qemu::default_image(), hide_default_value = true)]
     pub image: PathBuf,
     /// The flash of the firmware in QEMU: a file in which stored parameters survive from one command to the next.
     #[arg(long)]

@@ -1,6 +1,7 @@
 //! `truing gap`: where do model and log disagree, and what is missing?
 
 use crate::cli::files::Files;
+use crate::cli::rows::Rows;
 use crate::console::input_error::{InputError, NotDone};
 use crate::gap::{self, Options, examine, time_base};
 use crate::outcome::{DataFault, Outcome, Verdict};
@@ -8,7 +9,7 @@ use crate::report::{
     Exporter, grade, html::Html, json::Json, model_file::ModelFile, pictures, terminal::Terminal,
 };
 use crate::system::effects::{self, Effect};
-use crate::system::log::{self, Columns, Log};
+use crate::system::log::{self, Log};
 use crate::system::model::{self, Model};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -43,7 +44,7 @@ pub struct Arguments {
     /// The model, TOML.
     #[arg(long)]
     pub model: PathBuf,
-    /// The log, CSV: a record over time, or a table of steady states.
+    /// The log, CSV: a record over time, or a table of steady states; `-`: standard input.
     #[arg(long)]
     pub log: PathBuf,
     /// Further logs that are not fitted, only predicted.
@@ -52,11 +53,9 @@ pub struct Arguments {
     /// Logs that are predicted at the very end and choose nothing: the figure that nobody chose by.
     #[arg(long = "final", num_args = 1.., hide_short_help = true)]
     pub finals: Vec<PathBuf>,
-    /// What the columns of the logs are, where their names do not say it: `u_v=pwm/255*12,t_ms=time,omega_rpm=left_rpm`. The
-    /// right side is a column, an expression over columns and `row`, or a constant; `NAME=none` leaves a column out
-    /// (`t_s=none`: a steady-state table). `truing look` proposes it.
-    #[arg(long, value_name = "OURS=THEIRS,…", default_value = "", hide_default_value = true)]
-    pub columns: String,
+    /// What is read of them.
+    #[command(flatten)]
+    pub rows: Rows,
     /// Effects that are not offered (repeatable): how would the log be explained without them?
     #[arg(long, num_args = 1.., hide_short_help = true)]
     pub without: Vec<String>,
@@ -69,7 +68,7 @@ pub struct Arguments {
     /// Folder for the report's plots as SVG files.
     #[arg(long, hide_short_help = true)]
     pub pictures: Option<PathBuf>,
-    /// Write the report as one HTML file.
+    /// Write the report as one HTML file; `-` as for --json.
     #[arg(long)]
     pub report: Option<PathBuf>,
     /// Go on although the files look wrong: a unit, a sign, a record of another motor.
@@ -87,13 +86,9 @@ const REPORT: &str = "report.html";
 const EXTENDED: &str = "model.extended.toml";
 
 impl Arguments {
-    /// True if the result goes to standard output.
-    fn json_to_stdout(&self) -> bool {
-        self.json.as_deref() == Some(Path::new("-"))
-    }
-
-    fn json_file(&self) -> Option<PathBuf> {
-        self.json.clone().filter(|_| !self.json_to_stdout())
+    /// True if a file of the result goes to standard output.
+    fn to_stdout(&self) -> bool {
+        [&self.json, &self.report].into_iter().flatten().any(|path| path == Path::new("-"))
     }
 
     fn files(&self) -> Files {
@@ -102,7 +97,7 @@ impl Arguments {
             .reads("--model", [&self.model])
             .reads("--log", [&self.log])
             .reads("--holdout", &self.holdout)
-            .writes("--json or --out", self.json_file().into_iter().chain(folder(JSON)))
+            .writes("--json or --out", self.json.clone().into_iter().chain(folder(JSON)))
             .writes("--report or --out", self.report.clone().into_iter().chain(folder(REPORT)))
             .writes("--out", folder(EXTENDED))
     }
@@ -112,10 +107,12 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.files().check()?;
     let draft = model::read_draft(&arguments.model)?;
-    let columns = Columns::of(&arguments.columns, draft.stated())?;
+    let columns = arguments.rows.read(Some(draft.stated()))?;
     let log::Reading { log, notes } = log::open(&arguments.log, &columns)?;
     let model = gap::completed(draft, &log)?;
-    let read = |path: &PathBuf| log::read(path, &columns);
+    // The crop is that of the log that is fitted.
+    let whole = columns.clone().cropped(None, None);
+    let read = |path: &PathBuf| log::read(path, &whole);
     let holdouts: Vec<Log> = arguments.holdout.iter().map(read).collect::<Result<_, _>>()?;
     let without = arguments.without.iter().map(|name| effects::known(name));
     let without: Result<Vec<&Effect>, String> = without.collect();
@@ -136,9 +133,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let mut outcome = watched(&model, &log, &holdouts, &options)?;
     outcome.notes.splice(0..0, notes);
-    match arguments.json_to_stdout() {
-        true => out!("{}", Json.export(&outcome)?),
-        false => out!("{}", Terminal.export(&outcome)?),
+    if !arguments.to_stdout() {
+        out!("{}", Terminal.export(&outcome)?);
     }
     write(arguments, &model, &outcome)?;
     if arguments.check && outcome.verdict != Verdict::NothingMissing {
@@ -184,7 +180,7 @@ fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Res
     let html = Html { subtitle: &subtitle, command: &command_line(std::env::args()) };
     let origin = arguments.log.display().to_string();
     let extended = ModelFile { original: &model.source_text, origin: &origin };
-    for path in [arguments.json_file(), folder(JSON)].into_iter().flatten() {
+    for path in [arguments.json.clone(), folder(JSON)].into_iter().flatten() {
         Json.write(outcome, &path)?;
     }
     for path in [arguments.report.clone(), folder(REPORT)].into_iter().flatten() {

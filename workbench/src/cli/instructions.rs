@@ -48,8 +48,8 @@ limit_v = 9.5
 /// Arguments of `truing instructions`.
 #[derive(Args, Debug)]
 pub struct Arguments {
-    /// The firmware image for QEMU.
-    #[arg(long, default_value_os_t = qemu::default_image())]
+    /// The firmware image for QEMU, by default that of `cargo xtask images`: target/images/qemu.elf.
+    #[arg(long, default_value_os_t = qemu::default_image(), hide_default_value = true)]
     pub image: PathBuf,
 }
 

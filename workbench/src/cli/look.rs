@@ -1,20 +1,26 @@
 //! `truing look`: what is in a log, before any model is asked.
 
 use crate::cli::files::Files;
-use crate::report::terminal::{WIDTH, beside};
+use crate::cli::rows::Rows;
+use crate::console::input_error::InputError;
+use crate::report::format::shortened;
+use crate::report::terminal::{WIDTH, beside, width};
 use crate::report::write_atomically;
 use crate::system::log::answer::{Answer, Time, speed};
 use crate::system::log::look::{Column, Look, State, look};
-use crate::system::log::{Columns, Log, in_digits, in_shell, short};
+use crate::system::log::{Log, in_digits, in_shell, short};
 use crate::system::model;
 use clap::Args;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use textplots::{Chart, LabelBuilder, LabelFormat, Plot, Shape};
 
 /// Column at which the text beside a heading starts.
 const INDENT: usize = 12;
-/// Dots of a plot: two columns and four lines a character.
+/// Characters of the name of a column, and of a whole row of the table.
+const NAME: usize = 21;
+const TABLE: usize = NAME + 45;
+/// Dots of a plot at full width: two columns and four lines a character.
 const PLOT: (u32, u32) = (112, 24);
 
 /// For the help.
@@ -30,9 +36,9 @@ Example:
 pub struct Arguments {
     /// The log, a table as text: CSV, or parted by semicolons, tabs or blanks.
     pub file: PathBuf,
-    /// What the columns are, as in `truing gap`.
-    #[arg(long, default_value = "", hide_default_value = true)]
-    pub columns: String,
+    /// What is read of it.
+    #[command(flatten)]
+    pub rows: Rows,
     /// The model, TOML: its supply and its encoder make proposals better.
     #[arg(long)]
     pub model: Option<PathBuf>,
@@ -43,24 +49,24 @@ pub struct Arguments {
 
 /// Reads and tells.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let to_screen = arguments.json.as_ref().is_some_and(|path| path.as_os_str() == "-");
-    let file = arguments.json.as_ref().filter(|_| !to_screen);
     Files::default()
         .reads("FILE", [&arguments.file])
         .reads("--model", &arguments.model)
-        .writes("--json", file)
+        .writes("--json", &arguments.json)
         .check()?;
-    let columns = match &arguments.model {
-        Some(path) => Columns::of(&arguments.columns, model::read_draft(path)?.stated())?,
-        None => arguments.columns.parse()?,
-    };
+    let draft = arguments.model.as_deref().map(model::read_draft).transpose()?;
+    let columns = arguments.rows.read(draft.as_ref().map(model::Draft::stated))?;
     let look = look(&arguments.file, &columns)?;
     let json = serde_json::to_string_pretty(&look)? + "\n";
-    match to_screen {
-        true => out!("{json}"),
-        false => out!("{}", told(&look)?),
+    if arguments.json.as_deref() != Some(Path::new("-")) {
+        out!("{}", told(&look)?);
     }
-    file.map_or(Ok(()), |path| write_atomically(path, &json))
+    arguments.json.as_ref().map_or(Ok(()), |path| write_atomically(path, &json))?;
+    match look.refused {
+        // The sentence is on the screen.
+        Some(_) => Err(InputError::file(look.file, "cannot be read as it is; see above").into()),
+        None => Ok(()),
+    }
 }
 
 /// Everything in at most 80 columns.
@@ -108,10 +114,13 @@ fn file(look: &Look) -> String {
 }
 
 fn columns(text: &mut String, columns: &[Column]) -> std::fmt::Result {
+    // A narrow terminal has no room for a margin.
+    let (head, indent) = if width() < INDENT + TABLE { ("Columns\n", 0) } else { ("Columns", INDENT) };
+    let wide = NAME.saturating_sub((indent + TABLE).saturating_sub(width())).max(6);
     writeln!(
         text,
-        "{:INDENT$}{:21} {:14} {:>9} {:>9} {:>9}",
-        "Columns", "name", "read as", "from", "to", "step"
+        "{head:indent$}{:wide$} {:14} {:>9} {:>9} {:>9}",
+        "name", "read as", "from", "to", "step"
     )?;
     for column in columns {
         let number = |value: Option<f64>| value.map_or("–".into(), short);
@@ -122,22 +131,15 @@ fn columns(text: &mut String, columns: &[Column]) -> std::fmt::Result {
             (Some(seems), State::Unused) => format!("({seems})"),
         };
         let [min, max, step] = [column.min, column.max, column.step].map(number);
-        let name = short_name(&column.name);
+        let name = shortened(&column.name, wide);
         let empty = if column.empty > 0 {
-            format!("\n{:INDENT$}  {} cells are empty", "", column.empty)
+            format!("\n{:indent$}  {} cells are empty", "", column.empty)
         } else {
             String::new()
         };
-        writeln!(text, "{:INDENT$}{name:21} {seems:14} {min:>9} {max:>9} {step:>9}{empty}", "")?;
+        writeln!(text, "{:indent$}{name:wide$} {seems:14} {min:>9} {max:>9} {step:>9}{empty}", "")?;
     }
     Ok(())
-}
-
-fn short_name(name: &str) -> String {
-    match name.chars().count() > 21 {
-        true => name.chars().take(20).chain(['…']).collect(),
-        false => name.to_owned(),
-    }
 }
 
 fn of_time(time: &Time) -> String {
@@ -207,13 +209,14 @@ fn plot(text: &mut String, title: &str, x: &[f64], y: &[f64], lines: bool) -> st
     let shape = if lines { Shape::Lines(&points) } else { Shape::Points(&points) };
     let (low, high) = if low < high { (low, high) } else { (low - 1.0, high + 1.0) };
     let label = || LabelFormat::Custom(Box::new(|value| short(f64::from(value))));
-    let mut chart = Chart::new_with_y_range(PLOT.0, PLOT.1, left, right, low, high);
+    let dots = PLOT.0 - 2 * (WIDTH - width()) as u32;
+    let mut chart = Chart::new_with_y_range(dots, PLOT.1, left, right, low, high);
     let chart = chart.lineplot(&shape).x_label_format(label()).y_label_format(label());
     chart.axis();
     chart.figures();
     writeln!(text, "\n  {title}")?;
     for line in chart.to_string().lines().filter(|line| !line.trim().is_empty()) {
-        let line: String = line.trim_end().chars().take(WIDTH - 2).collect();
+        let line: String = line.trim_end().chars().take(width() - 2).collect();
         writeln!(text, "  {line}")?;
     }
     Ok(())

@@ -20,11 +20,14 @@ pub mod paper;
 pub mod params;
 pub mod profile;
 pub mod replay;
+pub mod rows;
 pub mod simulate;
 pub mod start;
 pub mod track;
 
-use clap::{Parser, Subcommand};
+use crate::console::input_error::nearest;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, Parser, Subcommand};
 
 /// For the help.
 const EXIT_STATUS: &str = "\
@@ -82,7 +85,31 @@ pub enum Command {
     Completions(completions::Arguments),
 }
 
+/// A whole number above 0.
+pub fn at_least_one<N: std::str::FromStr + Default + PartialEq>(text: &str) -> Result<N, String> {
+    let number = text.parse().ok().filter(|number| *number != N::default());
+    number.ok_or_else(|| "write a whole number, at least 1".into())
+}
+
 impl Cli {
+    /// The command line. clap knows no neighbour of a short word: `gpa` is `gap`.
+    pub fn read() -> Self {
+        Self::try_parse().unwrap_or_else(|mut error| {
+            if let (ErrorKind::InvalidSubcommand, Some(ContextValue::String(wrong))) =
+                (error.kind(), error.get(ContextKind::InvalidSubcommand))
+                && error.get(ContextKind::SuggestedSubcommand).is_none()
+            {
+                let command = Self::command();
+                let near =
+                    nearest(wrong, command.get_subcommands().map(clap::Command::get_name)).map(str::to_owned);
+                if let Some(near) = near {
+                    error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![near]));
+                }
+            }
+            error.exit()
+        })
+    }
+
     /// Runs the chosen subcommand. An error is one sentence for the user.
     pub fn run(self) -> anyhow::Result<()> {
         match self.command {

@@ -113,6 +113,10 @@ impl View {
             outln!("{}", lines.join("  |  "));
             return;
         }
+        // A picture that is wider or higher than the terminal would scroll.
+        let (rows, columns) = screen::size().unwrap_or((usize::MAX, WIDTH));
+        let lines: Vec<String> = lines.iter().flat_map(|line| wrapped(line, columns)).collect();
+        let lines = &lines[..lines.len().min(rows.saturating_sub(1))];
         // Back to the first line of the last picture, and clear what is below.
         let up = match self.lines {
             0 => String::new(),
@@ -133,7 +137,7 @@ impl View {
     }
 }
 
-/// What there is to see, one subject a line, none longer than a narrow terminal.
+/// What there is to see, one subject a line.
 fn lines(progress: &Progress) -> Vec<String> {
     let log = progress.log;
     let Some(row) = log.rows.last() else {
@@ -162,8 +166,8 @@ fn lines(progress: &Progress) -> Vec<String> {
         Fault::None => "none".to_owned(),
         other => fault_advice(other),
     };
-    lines.extend(wrapped(&format!("fault {fault}")));
-    lines.extend(advisory_text(record.advisory).iter().flat_map(|text| wrapped(text)));
+    lines.push(format!("fault {fault}"));
+    lines.extend(advisory_text(record.advisory).iter().map(|text| (*text).to_owned()));
     match progress.estimates {
         Some(report) => lines.extend(estimates(report)),
         None => lines.push("estimates: none yet".to_owned()),
@@ -176,8 +180,8 @@ fn word(code: impl std::fmt::Debug) -> String {
     format!("{code:?}").to_lowercase()
 }
 
-fn wrapped(text: &str) -> Vec<String> {
-    let options = textwrap::Options::new(WIDTH).subsequent_indent("      ");
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let options = textwrap::Options::new(width).subsequent_indent("      ");
     let lines = textwrap::wrap(text, options);
     lines.into_iter().map(|line| line.into_owned()).collect()
 }

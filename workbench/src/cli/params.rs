@@ -2,6 +2,7 @@
 
 use super::firmware::Firmware;
 use crate::cli::files::Files;
+use crate::console::input_error::InputError;
 use crate::device::commission_report::Params;
 use crate::device::link::{Client, found_text, store_text};
 use crate::device::motor::write_whole;
@@ -103,6 +104,12 @@ fn change(set: &Set) -> anyhow::Result<()> {
     let setup = set.firmware.axis()?;
     let mut client = set.firmware.client(&setup.config)?;
     let known = client.parameters()?;
+    if known.is_some() && set.assignments.is_empty() && set.params.is_none() {
+        return Err(InputError(
+            "nothing is set: write key=value, with a key that `truing params get` prints, or --params".into(),
+        )
+        .into());
+    }
     let mut parameters = match known {
         Some(known) => known,
         None => setup.on(&client.board(&mut |_| {})?)?.parameters(None),

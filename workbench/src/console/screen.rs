@@ -2,6 +2,7 @@
 //! remembered and the rest is left out, so that a command still does its work: a servo is stopped, files are written.
 //! At the end [`finish`] tells.
 
+use dialoguer::console::Term;
 use std::fmt::Arguments;
 use std::io::{self, ErrorKind, Write};
 use std::sync::Mutex;
@@ -48,6 +49,11 @@ fn keep(write: impl FnOnce(&mut io::Stdout) -> io::Result<()>) {
     if broken.is_none() {
         *broken = write(&mut io::stdout()).err();
     }
+}
+
+/// Lines and columns of the terminal. `None`: standard output is none.
+pub fn size() -> Option<(usize, usize)> {
+    Term::stdout().size_checked().map(|(lines, columns)| (lines.into(), columns.into()))
 }
 
 /// Has standard output failed?

@@ -4,7 +4,7 @@
 //! into place, so that an earlier report survives whatever goes wrong.
 
 mod chapters;
-mod format;
+pub(crate) mod format;
 pub mod html;
 pub mod json;
 pub mod model_file;
@@ -34,8 +34,12 @@ pub trait Exporter {
 }
 
 /// Writes `text` to `path` by way of a temporary file in the same folder; an earlier file stays until the new one is
-/// complete. The folder is made if it is missing. What is no file (a device, a pipe) is written to, and never replaced.
+/// complete. `-` is standard output. The folder is made if it is missing. What is no file (a device, a pipe) is written to, and never replaced.
 pub fn write_atomically(path: &Path, text: &str) -> Result<()> {
+    if path == Path::new("-") {
+        crate::out!("{text}");
+        return Ok(());
+    }
     if path.exists() && !path.is_file() {
         return std::fs::OpenOptions::new()
             .write(true)

@@ -1,17 +1,21 @@
 //! The summary for a terminal of 80 columns.
 
 use super::{Exporter, format};
-use crate::outcome::Outcome;
+use crate::console::screen;
+use crate::outcome::{Outcome, Verdict};
 use anyhow::Result;
+use dialoguer::console::style;
 
 /// Width of every line, characters.
 pub const WIDTH: usize = 80;
+/// A line is no shorter, however narrow the terminal is.
+const NARROWEST: usize = 40;
 /// Column at which the text beside a heading starts.
 const INDENT: usize = 12;
 /// Length of the longest bar, characters.
 const BAR: usize = 26;
 
-/// Plain text, no colour, no line beyond 80 columns.
+/// Text without a line beyond 80 columns; where the terminal has colours, headings and the verdict stand out.
 pub struct Terminal;
 
 impl Exporter for Terminal {
@@ -30,7 +34,13 @@ impl Exporter for Terminal {
 }
 
 fn verdict(text: &mut String, outcome: &Outcome) {
-    block(text, "Verdict", &format!("{}. {}", format::grade(outcome), format::headline(outcome)));
+    let grade = style(format::grade(outcome)).bold();
+    let grade = match outcome.verdict {
+        Verdict::NothingMissing => grade.green(),
+        Verdict::Named => grade.cyan(),
+        _ => grade.yellow(),
+    };
+    block(text, "Verdict", &format!("{grade}. {}", format::headline(outcome)));
     for (contradiction, head) in outcome.data_sheet.iter().zip(["Data sheet", "", ""]) {
         block(text, head, &format::mended(contradiction));
     }
@@ -93,7 +103,8 @@ fn bar(gap: f64, largest: f64) -> String {
     if !gap.is_finite() || largest <= 0.0 {
         return String::new();
     }
-    let eighths = ((gap / largest * BAR as f64 * 8.0).round() as usize).max(1);
+    let longest = BAR.saturating_sub(WIDTH - width());
+    let eighths = ((gap / largest * longest as f64 * 8.0).round() as usize).max(1);
     "█".repeat(eighths / 8) + EIGHTHS[eighths % 8]
 }
 
@@ -186,10 +197,17 @@ fn block(text: &mut String, head: &str, body: &str) {
     text.push_str(&beside(&format!("{head:INDENT$}"), body));
 }
 
-/// A text that starts behind `head` and goes on below its own start, wrapped at [`WIDTH`].
+/// The columns of the terminal, at most [`WIDTH`].
+#[must_use]
+pub fn width() -> usize {
+    screen::size().map_or(WIDTH, |size| size.1.clamp(NARROWEST, WIDTH))
+}
+
+/// A text that starts behind `head` and goes on below its own start, wrapped at [`width`].
 #[must_use]
 pub fn beside(head: &str, body: &str) -> String {
     let later = " ".repeat(head.chars().count());
-    let options = textwrap::Options::new(WIDTH).initial_indent(head).subsequent_indent(&later);
+    let bold = style(head).bold().to_string();
+    let options = textwrap::Options::new(width()).initial_indent(&bold).subsequent_indent(&later);
     textwrap::fill(body, options) + "\n"
 }

@@ -6,7 +6,6 @@ mod comparison;
 mod hidden;
 mod paper_case;
 mod servo_case;
-pub mod survey;
 
 pub use comparison::{Comparison, Line};
 pub use hidden::HiddenServo;

@@ -7,16 +7,17 @@ mod units;
 mod window;
 
 use crate::cli::files::Files;
+use crate::cli::rows::Rows;
 use crate::console::input_error::InputError;
 use crate::gap::completed;
 use crate::gap::unknown::line_of;
 use crate::report::{figure, write_atomically};
-use crate::system::log::{self, Columns, Dynamic, Log};
+use crate::system::log::{self, Dynamic, Log};
 use crate::system::model;
 use clap::Args;
 use sheet::Sheet;
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use template::Found;
 
 /// For the help.
@@ -36,9 +37,9 @@ pub struct Arguments {
     /// The log, CSV: a record over time, or a table of steady states.
     #[arg(long)]
     pub log: Option<PathBuf>,
-    /// Foreign column names, as in `truing gap`.
-    #[arg(long, default_value = "", hide_default_value = true)]
-    pub columns: String,
+    /// What is read of it.
+    #[command(flatten)]
+    pub rows: Rows,
     /// Supply or rated voltage, V.
     #[arg(long, value_parser = units::voltage, allow_negative_numbers = true)]
     pub voltage: Option<f64>,
@@ -81,7 +82,7 @@ pub struct Arguments {
     /// Time over which the logged speed is a mean, s; found from the steps of the speed where it can be.
     #[arg(long, value_parser = units::seconds, allow_negative_numbers = true)]
     pub speed_window: Option<f64>,
-    /// The model file to write.
+    /// The model file to write; `-`: standard output.
     #[arg(long, default_value = "model.toml")]
     pub out: PathBuf,
     /// Replace a file that exists.
@@ -97,11 +98,12 @@ fn plain(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let out = &arguments.out;
     Files::default().reads("--log", &arguments.log).writes("--out", [out]).check()?;
-    if out.exists() && !arguments.force {
+    let to_screen = out == Path::new("-");
+    if out.exists() && !arguments.force && !to_screen {
         let what = "exists; name another file with --out, or replace it with --force";
         return Err(InputError::file(out.display(), what).into());
     }
-    let columns: Columns = arguments.columns.parse()?;
+    let columns = arguments.rows.read(None)?;
     let log = arguments.log.as_ref().map(|path| log::read(path, &columns)).transpose()?;
     let mut arguments = arguments.clone();
     let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
@@ -117,7 +119,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     // Answers that were typed are not lost over one that does not help.
     made.notes.extend(complaints);
     write_atomically(out, &made.text)?;
-    out!("{}", made.told(&arguments));
+    if !to_screen {
+        out!("{}", made.told(&arguments));
+    }
     Ok(())
 }
 
@@ -158,6 +162,7 @@ impl Made {
             settled: line.is_some_and(|line| line.time_constant_s.is_none()),
             window,
             log: arguments.log.as_ref().map(|path| path.display().to_string()),
+            columns: arguments.rows.columns.clone(),
         };
         let draft = model::parse_draft(&name, &template::file(&sheet, &found))?;
         let model = log.map(|log| completed(draft, log)).transpose()?;
@@ -178,8 +183,9 @@ impl Made {
         }
         let log = arguments.log.as_ref().map_or("LOG.csv".into(), |path| path.display().to_string());
         let mut next = vec!["gap".to_owned(), "--model".into(), out, "--log".into(), log];
-        if !arguments.columns.is_empty() {
-            next.extend(["--columns".into(), arguments.columns.clone()]);
+        let part = [("--from", arguments.rows.from), ("--to", arguments.rows.to)];
+        for (option, seconds) in part.into_iter().filter_map(|(option, seconds)| Some((option, seconds?))) {
+            next.extend([option.to_owned(), seconds.to_string()]);
         }
         next.extend(["--out".to_owned(), "result".into()]);
         told += &format!("\nNext:\n  {} {}\n", program(), shell_words::join(&next));

@@ -33,6 +33,8 @@ pub struct Number {
     pub tolerance: f64,
 }
 
+/// The key of a back-EMF constant of its own.
+pub const KE: &str = "Ke_vs_per_rad";
 /// A label gives two digits, and motors of one type differ by a tenth.
 const PRINTED: f64 = 0.1;
 /// A stall current is measured on a cold winding with leads and bridge left out, or extrapolated.
@@ -91,7 +93,7 @@ impl Sheet {
     pub fn numbers(&self) -> Vec<Number> {
         let constant = self.constant();
         let resistance = self.winding(constant.as_ref());
-        [resistance, constant, self.rotor()].into_iter().flatten().collect()
+        [resistance, constant, self.rotor(), self.back_emf_beside_kt()].into_iter().flatten().collect()
     }
 
     /// Turns of the shaft that the figures belong to per turn of the encoder's shaft.
@@ -162,6 +164,13 @@ impl Sheet {
             "stall torque over stall current: M_stall/(I_stall − I0)",
             FROM_STALL,
         )
+    }
+
+    /// A back-EMF constant that is printed beside a torque constant.
+    fn back_emf_beside_kt(&self) -> Option<Number> {
+        let value = self.torque_constant.and(self.back_emf)? * self.turns();
+        let origin = format!("printed on the motor{}", self.at_the_encoder());
+        Some(Number { key: KE, value, origin, tolerance: PRINTED })
     }
 
     /// What is stated is the rotor's inertia: the load is on no label.

@@ -1,6 +1,6 @@
 //! The text of a model file, each line with a comment that says where its number comes from.
 
-use super::sheet::{Number, Sheet};
+use super::sheet::{KE, Number, Sheet};
 use crate::gap::unknown::{GUESSED, START as ESTIMATED};
 use crate::system::model::{Kind, Model};
 use std::fmt::Write;
@@ -30,6 +30,8 @@ pub struct Found<'a> {
     pub window: Option<(f64, &'static str)>,
     /// The log, for the first comment.
     pub log: Option<String>,
+    /// What its columns are, where their names do not say it.
+    pub columns: String,
 }
 
 /// The whole file.
@@ -99,13 +101,18 @@ fn motor(text: &mut String, sheet: &Sheet, model: Option<&Model>) {
     for (key, meaning) in MOTOR {
         let given = known.iter().find(|number| number.key == key);
         match (given, estimated(key)) {
-            (Some(number), _) => line(text, &format!("{key} = {}", digits(number.value)), &number.origin),
+            (Some(number), _) => entry(text, number),
             (None, Some(value)) => line(text, &format!("{key} = {}", digits(value)), ESTIMATED),
             (None, None) => line(text, &format!("{key} = \"unknown\""), &format!("{meaning}; {UNKNOWN}")),
         }
     }
+    known.iter().filter(|number| number.key == KE).for_each(|number| entry(text, number));
     gear(text, sheet);
     tolerances(text, &known);
+}
+
+fn entry(text: &mut String, number: &Number) {
+    line(text, &format!("{} = {}", number.key, digits(number.value)), &number.origin);
 }
 
 fn gear(text: &mut String, sheet: &Sheet) {
@@ -151,6 +158,13 @@ fn surroundings(text: &mut String, sheet: &Sheet, found: &Found) {
         let _ = writeln!(
             text,
             "\n# The no-load current holds a friction of about {volts} V at the terminals (R I0).\n# It is not stated here: `truing gap` finds the friction that the log shows."
+        );
+    }
+    if !found.columns.is_empty() {
+        let columns = toml::Value::from(found.columns.as_str());
+        let _ = writeln!(
+            text,
+            "\n[log]\n# what `gap` reads a log by, if no --columns is given\ncolumns = {columns}"
         );
     }
     if let Some(log) = &found.log {

@@ -77,7 +77,13 @@ impl Measure {
         if !(number > 0.0 && number.is_finite()) {
             return Err(format!("\"{text}\" must be greater than 0"));
         }
-        Ok(number * self.factor(unit)?)
+        let per_volt = unit.to_lowercase().replace(' ', "");
+        match matches!(per_volt.as_str(), "rpm/v" | "kv" | "1/min/v") && ["Vs/rad", "Nm/A"].contains(&self.si)
+        {
+            // KV, the speed per volt: Kt = Ke = 1/KV in SI units.
+            true => Ok(1.0 / (number * RPM)),
+            false => Ok(number * self.factor(unit)?),
+        }
     }
 
     fn factor(&self, unit: &str) -> Result<f64, String> {
@@ -144,6 +150,8 @@ mod tests {
         near("6.2e-5", &INERTIA, 6.2e-5);
         near("180 mA", &CURRENT, 0.18);
         near("20ms", &SECONDS, 0.02);
+        near("900rpm/V", &BACK_EMF, 60.0 / (std::f64::consts::TAU * 900.0));
+        near("900 KV", &TORQUE_CONSTANT, 60.0 / (std::f64::consts::TAU * 900.0));
     }
 
     #[test]

@@ -79,6 +79,10 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
 
 /// Writes a file by renaming a finished neighbour, so that an earlier one stays whole whatever happens.
 pub fn write_whole(path: &Path, text: &str) -> Result<(), InputError> {
+    if path == Path::new("-") {
+        crate::out!("{text}");
+        return Ok(());
+    }
     let broken = |error: std::io::Error| {
         InputError::file(path.display(), format!("cannot be written ({error}); check folder and space"))
     };

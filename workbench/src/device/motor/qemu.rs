@@ -77,10 +77,14 @@ pub struct Said {
 /// How every ELF file begins.
 const ELF: &[u8] = b"\x7fELF";
 
-/// Where the image is that `cargo xtask images` builds.
+/// Where the image is that `cargo xtask images` builds: below the folder of the call, else where this program was built.
 pub fn default_image() -> PathBuf {
+    let here = PathBuf::from("target/images/qemu.elf");
+    if here.exists() {
+        return here;
+    }
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
-    root.join("target/images/qemu.elf")
+    root.join(here)
 }
 
 /// How QEMU is run.

@@ -1,10 +1,11 @@
 //! The numbers of a file, column by column.
 
-use super::dialect::{Dialect, Head};
+use super::clock::Form;
+use super::dialect::Dialect;
 use super::layout::Layout;
 use super::records::{Record, Records};
 use super::stream::Text;
-use super::text::missing;
+use super::text::{is_value, missing};
 use crate::console::input_error::InputError;
 
 /// The cells of a file with their line numbers.
@@ -39,12 +40,23 @@ pub struct Column {
     pub hole: Option<(usize, String)>,
     /// The first cell that holds a word or an infinite number.
     pub refused: Option<(usize, String)>,
+    /// Its cells are times of day or carry a unit: the first one that holds something tells.
+    pub form: Option<Form>,
+    begun: bool,
 }
 
 impl Column {
     fn push(&mut self, cell: &str, dialect: &Dialect) {
         let row = self.values.len();
-        let value = dialect.number(cell);
+        let mut value = match &self.form {
+            None => dialect.number(cell),
+            Some(form) => form.number(cell, |cell| dialect.number(cell)),
+        };
+        if value.is_none() && !self.begun && !missing(cell) {
+            self.form = Form::of(cell);
+            value = self.form.as_ref().and_then(|form| form.number(cell, |cell| dialect.number(cell)));
+        }
+        self.begun |= !missing(cell);
         self.values.push(value.unwrap_or(f64::NAN));
         match value {
             Some(value) if value.is_finite() => {}
@@ -70,20 +82,8 @@ impl Column {
 impl Cells {
     /// Reads a text in whatever dialect.
     pub fn read(source: &str, text: &Text, encoding: &'static str) -> Result<Self, InputError> {
-        let layout = Layout::of(text).map_err(|error| InputError::file(source, error))?;
-        let Some(layout) = layout else {
-            let what = "is empty; expected a header line such as t_s,u_v,theta_rad";
-            return Err(InputError::file(source, what));
-        };
+        let (layout, head, dialect) = Layout::of(source, text, encoding)?;
         let mut records = Records::of(source, text, &layout)?;
-        let mut first = Record::default();
-        let (head, found) = Head::read(source, &mut records, &mut first, &layout, encoding)?;
-        if !found {
-            return Err(InputError::file(
-                source,
-                "has a header but no rows of numbers; the log was not written",
-            ));
-        }
         let columns = head.names.iter().map(|_| Column::default()).collect();
         let cells = Self {
             header: head.names,
@@ -91,12 +91,18 @@ impl Cells {
             header_line: head.line,
             rows: 0,
             restarts: Vec::new(),
-            dialect: head.dialect,
+            dialect,
             columns,
             lines: Vec::new(),
         };
-        Rows { source, cells, ended: layout.ended, last: Last::default(), damage: Damage::default() }
-            .read(&mut records, first)
+        let mut cells =
+            Rows { source, cells, last: Last::default(), damage: Damage::default() }.read(&mut records)?;
+        for (unit, column) in cells.units.iter_mut().zip(&cells.columns) {
+            if let Some(Form::Unit(written)) = &column.form {
+                unit.get_or_insert_with(|| written.clone());
+            }
+        }
+        Ok(cells)
     }
 
     /// The line of a row.
@@ -126,8 +132,6 @@ impl Cells {
 struct Rows<'a> {
     source: &'a str,
     cells: Cells,
-    /// The last line has its end.
-    ended: bool,
     last: Last,
     damage: Damage,
 }
@@ -153,14 +157,12 @@ struct Damage {
 
 impl Rows<'_> {
     /// Takes the rows; a last one that was cut is left out, any other damage is an error.
-    fn read(mut self, records: &mut Records, mut row: Record) -> Result<Cells, InputError> {
-        let (mut next, mut begun) = (Record::default(), false);
-        loop {
-            let last = !records.read(&mut next)?;
-            self.take(&row, begun && last);
-            if last {
-                break;
-            }
+    fn read(mut self, records: &mut Records) -> Result<Cells, InputError> {
+        let (mut row, mut next, mut begun) = (Record::default(), Record::default(), false);
+        let mut more = records.read(&mut row)?;
+        while more {
+            more = records.read(&mut next)?;
+            self.take(&mut row, begun && !more);
             begun = true;
             std::mem::swap(&mut row, &mut next);
         }
@@ -170,13 +172,23 @@ impl Rows<'_> {
         }
     }
 
-    fn take(&mut self, row: &Record, last: bool) {
+    fn take(&mut self, row: &mut Record, last: bool) {
         let width = self.cells.header.len();
+        let fits = |row: &Record| row.len() == width || row.len() == width + 1 && row.cell(width).is_empty();
+        if row.len() > width
+            && !fits(row)
+            && self.cells.dialect.separator == ','
+            && join_thousands(row, width)
+        {
+            self.cells.dialect.thousands += 1;
+        }
         if row.cells().eq(self.cells.header.iter().map(String::as_str)) {
             self.cells.restarts.push(self.cells.rows);
-        } else if last && (row.len() < width || !self.ended && self.is_cut(row)) {
+        } else if !row.cells().any(is_value) && !row.cells().all(missing) {
+            self.cells.dialect.words += 1;
+        } else if last && (row.len() < width || !row.ended && self.is_cut(row)) {
             self.cells.dialect.cut = Some(row.line);
-        } else if row.len() == width || row.len() == width + 1 && row.cell(width).is_empty() {
+        } else if fits(row) {
             self.last.see(self.cells.dialect.decimals(row.cell(width - 1)), self.cells.rows == 0);
             self.cells.push(row);
         } else {
@@ -202,6 +214,13 @@ impl Rows<'_> {
             );
             return InputError::line(self.source, line, what);
         }
+        if self.cells.dialect.separator == ',' && cells > width && self.cells.dialect.thousands > 0 {
+            let what = format!(
+                "has {cells} cells where the header has {width}: a comma between thousands is also what parts the cells, and this \
+                 row can be read in several ways; export the table without signs between the thousands, or with semicolons"
+            );
+            return InputError::line(self.source, line, what);
+        }
         let more = match (others, self.damage.second) {
             (1, Some(other)) => format!(" (line {other} too)"),
             (_, Some(next)) => format!(" ({others} further rows too, the next is line {next})"),
@@ -212,6 +231,30 @@ impl Rows<'_> {
         );
         InputError::line(self.source, line, what)
     }
+}
+
+/// Puts numbers together that were parted at their thousands, where that can be done in one way alone: `1,234.50`.
+fn join_thousands(row: &mut Record, width: usize) -> bool {
+    let cells: Vec<String> = row.cells().map(str::to_owned).collect();
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let goes_on = |k: usize| {
+        let (before, whole) =
+            (cells[k - 1].trim_start_matches(['-', '+']), cells[k].split('.').next().unwrap_or(""));
+        digits(before) && before.len() <= 3 && digits(whole) && whole.len() == 3
+    };
+    let parted: Vec<usize> = (1..cells.len()).filter(|k| goes_on(*k)).collect();
+    if parted.len() != cells.len() - width {
+        return false;
+    }
+    let mut joined: Vec<String> = Vec::new();
+    for (k, cell) in cells.iter().enumerate() {
+        match joined.last_mut().filter(|_| parted.contains(&k)) {
+            Some(number) => number.push_str(cell),
+            None => joined.push(cell.clone()),
+        }
+    }
+    row.set(joined.iter().map(String::as_str));
+    true
 }
 
 impl Last {

@@ -1,6 +1,8 @@
 //! Which column of a file is which quantity: by the user's `--columns`, by name, or by name and unit.
 
 use super::cells::Cells;
+use super::clock::Form;
+use super::extent::{Extent, is_too_fast};
 use super::formula::{Formula, Unreadable};
 use super::meaning;
 use super::names::{self, Quantity, name_of, quantity_of};
@@ -23,6 +25,10 @@ pub struct Columns {
     pub supply_v: Option<f64>,
     /// Counts of the encoder per turn, for proposals.
     pub counts_per_rev: Option<f64>,
+    /// Time of the first row that is read, s.
+    pub from_s: Option<f64>,
+    /// Time of the last row that is read, s.
+    pub to_s: Option<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -99,7 +105,11 @@ impl Columns {
     /// of ours before names that state quantity and unit.
     pub fn plan(&self, source: &str, cells: &Cells, output_needed: bool) -> Result<Plan, InputError> {
         let header = &cells.header;
-        let meanings = (0..header.len()).map(|k| meaning::recognise(&header[k], cells.units[k].as_deref()));
+        let meanings = (0..header.len()).map(|k| match cells.columns[k].form {
+            Some(Form::Clock { .. }) => Some(meaning::of_time(1.0)),
+            _ => meaning::recognise(&header[k], cells.units[k].as_deref())
+                .map(|meaning| meaning.since_1970(|| Extent::of(cells, k).map_or(0.0, |extent| extent.min))),
+        });
         let mut plan = Plan { meanings: meanings.collect(), ..Plan::default() };
         for mapping in self.mappings.iter().filter(|mapping| mapping.theirs != "none") {
             plan.sources.push(mapping.source(source, cells)?);
@@ -118,9 +128,16 @@ impl Columns {
         Ok(plan)
     }
 
-    /// The user's text, with what the model file says of supply and encoder.
+    /// The same, of the rows from one time to another, s.
+    pub fn cropped(self, from_s: Option<f64>, to_s: Option<f64>) -> Self {
+        Self { from_s, to_s, ..self }
+    }
+
+    /// The user's text, or what the model file says of the columns, with what it says of supply and encoder.
     pub fn of(text: &str, model: &Model) -> Result<Self, InputError> {
         let counts_per_rev = model.encoder.map(|encoder| encoder.counts_per_rev).filter(|it| it.is_finite());
+        let own = model.texts.iter().find(|(section, key, _)| section == "log" && key == "columns");
+        let text = own.map(|own| own.2.as_str()).filter(|_| text.is_empty()).unwrap_or(text);
         Ok(Self { supply_v: model.supply_nominal_v, counts_per_rev, ..text.parse()? })
     }
 
@@ -142,7 +159,10 @@ impl Columns {
             let Some((quantity, unit)) = quantity_of(name).filter(|known| !self.mentions(known.0)) else {
                 continue;
             };
-            if plan.sources.iter().any(|known| is_column(known, index)) {
+            let is_clock = matches!(cells.columns[index].form, Some(Form::Clock { .. }));
+            let unit = if is_clock { 1.0 } else { unit };
+            let too_fast = quantity == Quantity::Time && is_too_fast(cells, index, unit);
+            if too_fast || plan.sources.iter().any(|known| is_column(known, index)) {
                 continue;
             }
             if let Some(twice) = plan.sources.iter().find(|known| known.quantity == quantity) {
@@ -160,7 +180,10 @@ impl Columns {
 
     /// Columns that state quantity and unit, one of each quantity, where nothing else speaks for it or against it.
     fn stated(&self, cells: &Cells, plan: &mut Plan) {
-        let stated: Vec<(usize, Quantity, f64)> = plan.stated(|quantity| !self.mentions(quantity));
+        let mut stated: Vec<(usize, Quantity, f64)> = plan.stated(|quantity| !self.mentions(quantity));
+        stated.retain(|(index, quantity, unit)| {
+            *quantity != Quantity::Time || !is_too_fast(cells, *index, *unit)
+        });
         let alone = |quantity| stated.iter().filter(|known| known.1 == quantity).count() == 1;
         let duty = plan.meanings.iter().flatten().any(|meaning| meaning.topic == Topic::Duty);
         let is_linear = |quantity| matches!(quantity, Quantity::Position | Quantity::LinearSpeed);

@@ -1,15 +1,10 @@
-//! How a table is written down: encoding, separator, decimal sign, comments, header, row of units. All of it is recognised.
+//! How a table is written down, in words, and the numbers in its cells.
 
-use super::layout::Layout;
-use super::records::{Record, Records};
-use super::text::{COMMENTS, SEPARATORS, number, split};
-use super::words::unit;
-use crate::console::input_error::InputError;
+use super::text::{SEPARATORS, number, ungrouped};
 use encoding_rs::UTF_8;
-use std::collections::VecDeque;
 
 /// How a file is written.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Dialect {
     /// Name of the encoding.
     pub encoding: &'static str,
@@ -21,10 +16,16 @@ pub struct Dialect {
     pub units: bool,
     /// The header stands in a comment.
     pub header_in_comment: bool,
-    /// Lines of comment.
-    pub comments: usize,
-    /// Lines before the header that are neither.
+    /// There is no header: the columns are called `c1`, `c2`, …
+    pub headless: bool,
+    /// Each value stands behind its name.
+    pub labelled: bool,
+    /// Lines before the header that are neither it nor a comment.
     pub preamble: usize,
+    /// Lines between the rows that hold no number.
+    pub words: usize,
+    /// Rows whose thousands were parted by the sign that parts the cells.
+    pub thousands: usize,
     /// Line of a last row that was cut and is left out.
     pub cut: Option<u64>,
 }
@@ -36,15 +37,19 @@ impl Dialect {
         if self.encoding != UTF_8.name() {
             parts.push(format!("in {}", self.encoding));
         }
-        if self.separator != ',' {
+        if self.separator != ',' && !self.labelled {
             parts.push(format!("separated by {}", self.separated_by()));
         }
         let told = [
+            (self.labelled, "whose values stand behind their names".to_owned()),
             (self.decimal_comma, "with decimal commas".to_owned()),
             (self.units, "with a row of units".into()),
             (self.header_in_comment, "with the header in a comment".into()),
+            (self.headless, "without a header line".into()),
             (self.preamble == 1, "after a line that is no table".into()),
             (self.preamble > 1, format!("after {} lines that are no table", self.preamble)),
+            (self.words > 0, format!("without the lines that hold no number ({})", self.words)),
+            (self.thousands > 0, format!("with commas between thousands (in {} rows)", self.thousands)),
         ];
         parts.extend(told.into_iter().filter(|told| told.0).map(|told| told.1));
         if let Some(line) = self.cut {
@@ -61,10 +66,10 @@ impl Dialect {
     /// The number in a cell. `None`: there is none.
     pub fn number(&self, cell: &str) -> Option<f64> {
         match self.decimal_comma {
-            // Beside decimal commas a point would be one of thousands.
-            true if cell.contains('.') => None,
+            false => number(cell).or_else(|| number(&ungrouped(cell, '.')?)),
+            // Beside decimal commas a point is one of thousands.
+            true if cell.contains('.') => number(&ungrouped(cell, ',')?),
             true => with_point(cell),
-            false => number(cell),
         }
     }
 
@@ -86,140 +91,4 @@ fn with_point(cell: &str) -> Option<f64> {
     letters[..cell.len()].copy_from_slice(cell.as_bytes());
     letters[comma] = b'.';
     std::str::from_utf8(&letters[..cell.len()]).ok().and_then(number)
-}
-
-/// What stands above the numbers of a file.
-pub struct Head {
-    /// Names of the columns.
-    pub names: Vec<String>,
-    /// Units below the names, where the file has such a row.
-    pub units: Vec<Option<String>>,
-    /// Line of the names.
-    pub line: u64,
-    /// How the file is written.
-    pub dialect: Dialect,
-}
-
-impl Head {
-    /// Reads the rows up to the first one of numbers, which is then in `first`. The second: there is such a row.
-    pub fn read(
-        source: &str,
-        rows: &mut Records,
-        first: &mut Record,
-        layout: &Layout,
-        encoding: &'static str,
-    ) -> Result<(Self, bool), InputError> {
-        let mut dialect = Dialect {
-            encoding,
-            separator: layout.separator,
-            decimal_comma: layout.decimal_comma,
-            units: false,
-            header_in_comment: false,
-            comments: layout.comments,
-            preamble: 0,
-            cut: None,
-        };
-        let (mut before, mut last_two) = (0, VecDeque::new());
-        let mut found = false;
-        while !found && rows.read(first)? {
-            found = is_numeric(first, &dialect);
-            if !found {
-                before += 1;
-                last_two.push_back((first.line, first.cells().map(str::to_owned).collect()));
-                while last_two.len() > 2 {
-                    last_two.pop_front();
-                }
-            }
-        }
-        let first = found.then_some(&*first);
-        let last = (before, Vec::from(last_two));
-        header(source, last, first, layout, &mut dialect).map(|head| (head, found))
-    }
-}
-
-fn is_numeric(row: &Record, dialect: &Dialect) -> bool {
-    let filled = row.cells().filter(|cell| !cell.is_empty()).count();
-    let numbers = row.cells().filter(|cell| dialect.number(cell).is_some()).count();
-    numbers > 0 && 2 * numbers >= filled
-}
-
-/// Line number and cells of a row.
-type Line = (u64, Vec<String>);
-
-/// Header and units out of the lines before the numbers: their number, and the last two.
-fn header(
-    source: &str,
-    (mut count, mut before): (usize, Vec<Line>),
-    first: Option<&Record>,
-    layout: &Layout,
-    dialect: &mut Dialect,
-) -> Result<Head, InputError> {
-    let width = first.map_or(0, |row| row.cells().rev().skip_while(|cell| cell.is_empty()).count());
-    let mut units = Vec::new();
-    if let [(_, names), (_, last)] = &before[..]
-        && names.len() >= 2
-        && are_units(last)
-    {
-        units.clone_from(last);
-        dialect.units = true;
-        before.pop();
-        count -= 1;
-    }
-    let (line, mut names) = match before.pop() {
-        Some(names) => {
-            count -= 1;
-            names
-        }
-        None => {
-            let names = layout.last_comment.as_ref().and_then(|comment| in_comment(comment, dialect, width));
-            let Some(names) = names else {
-                let line = first.map_or(1, |row| row.line);
-                let what = "starts with numbers; add a header line such as t_s,u_v,theta_rad";
-                return Err(InputError::line(source, line, what));
-            };
-            dialect.header_in_comment = true;
-            (1, names)
-        }
-    };
-    dialect.preamble = count;
-    if names.len() > 1 && names.last().is_some_and(String::is_empty) {
-        names.pop();
-    }
-    check_names(source, line, &names)?;
-    let unit = |k: usize| units.get(k).cloned().filter(|unit: &String| !unit.is_empty());
-    let units = (0..names.len()).map(unit).collect();
-    Ok(Head { names, units, line, dialect: dialect.clone() })
-}
-
-/// A row below the names whose cells are units, at least half of them known.
-fn are_units(row: &[String]) -> bool {
-    let filled = row.iter().filter(|cell| !cell.is_empty()).count();
-    let known = row.iter().filter(|cell| unit(cell).is_some()).count();
-    known > 0 && 2 * known >= filled
-}
-
-/// The names in a comment line, as `numpy.savetxt` writes them.
-fn in_comment(comment: &str, dialect: &Dialect, width: usize) -> Option<Vec<String>> {
-    let text = COMMENTS.iter().find_map(|mark| comment.trim_start().strip_prefix(mark))?.trim();
-    let names = split(text, dialect.separator);
-    let names: Vec<String> = names.into_iter().map(|name| name.trim_matches('"').to_owned()).collect();
-    (names.len() == width && width > 1).then_some(names)
-}
-
-fn check_names(source: &str, line: u64, names: &[String]) -> Result<(), InputError> {
-    if names.iter().all(String::is_empty) {
-        return Err(InputError::line(
-            source,
-            line,
-            "the header has no names; expected a header line such as t_s,u_v,theta_rad",
-        ));
-    }
-    let twice = |k: &usize| !names[*k].is_empty() && names[..*k].contains(&names[*k]);
-    match (0..names.len()).find(twice) {
-        None => Ok(()),
-        Some(k) => {
-            let what = format!("two columns are named `{}`; rename one", names[k]);
-            Err(InputError::line(source, line, what))
-        }
-    }
 }

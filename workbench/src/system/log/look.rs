@@ -4,14 +4,14 @@
 use super::answer::{Answer, Time, answer, smallest_step};
 use super::cells::Cells;
 use super::columns::Columns;
+use super::extent::Extent;
 use super::meaning::{Meaning, Sure};
 use super::names::name_of;
 use super::next_time::ask;
 use super::open::cells;
 use super::plan::Plan;
-use super::propose::Extent;
 use super::read::Sheet;
-use super::words::Topic;
+use super::stream::source_of;
 use super::{Log, Reading};
 use crate::console::input_error::InputError;
 use serde::Serialize;
@@ -87,7 +87,7 @@ pub enum State {
 /// Looks at a file.
 pub fn look(path: &Path, columns: &Columns) -> Result<Look, InputError> {
     let cells = cells(path)?;
-    let source = path.display().to_string();
+    let source = source_of(path);
     let plan = columns.plan(&source, &cells, true)?;
     let assumed = columns.with(&plan.items)?;
     let seen = (0..cells.header.len()).map(|index| Column::of(&cells, &plan, index)).collect();
@@ -154,23 +154,10 @@ impl Column {
 impl Meaning {
     /// For the table of columns.
     fn in_words(self) -> String {
-        let topic = match self.topic {
-            Topic::Time => "time",
-            Topic::Voltage => "voltage",
-            Topic::Duty => "duty",
-            Topic::Current => "current",
-            Topic::Torque => "torque",
-            Topic::Force => "force",
-            Topic::Position => "position",
-            Topic::Speed => "speed",
-            Topic::Supply => "supply",
-            Topic::Bridge => "bridge",
-            Topic::Run => "run",
-        };
         match self.quantity {
             Some((quantity, factor)) if self.sure != Sure::Likely => name_of(quantity, factor).to_owned(),
             Some((quantity, factor)) => format!("{}?", name_of(quantity, factor)),
-            None => format!("{topic}?"),
+            None => format!("{:?}?", self.topic).to_lowercase(),
         }
     }
 }

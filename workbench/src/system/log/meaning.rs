@@ -30,6 +30,27 @@ pub struct Meaning {
     pub strange_unit: bool,
 }
 
+/// A column of times in this unit, s.
+pub fn of_time(unit_s: f64) -> Meaning {
+    let (unit, quantity) = (Some((Measure::Time, unit_s)), Some((Quantity::Time, unit_s)));
+    Meaning { topic: Topic::Time, unit, sure: Sure::Stated, quantity, strange_unit: false }
+}
+
+/// Seconds since 1970 in the years 2001 to 2099.
+const SINCE_1970_S: std::ops::Range<f64> = 9.7e8..4.1e9;
+
+impl Meaning {
+    /// The unit of a time without one is told by its size where it counts from 1970.
+    pub fn since_1970(self, least: impl Fn() -> f64) -> Self {
+        if self.topic != Topic::Time || self.unit.is_some() {
+            return self;
+        }
+        let least = least();
+        let fits = |unit: &f64| SINCE_1970_S.contains(&(least * unit));
+        [1.0, 1e-3, 1e-6, 1e-9].into_iter().find(fits).map_or(self, of_time)
+    }
+}
+
 /// What a column's name and the row of units below it say.
 pub fn recognise(name: &str, below: Option<&str>) -> Option<Meaning> {
     if let Some((quantity, factor)) = quantity_of(name.trim()) {
@@ -71,10 +92,12 @@ pub fn recognise(name: &str, below: Option<&str>) -> Option<Meaning> {
     Some(Meaning { topic, unit, sure, quantity, strange_unit: strange })
 }
 
-/// A number behind a PWM is its full scale or its channel: `pwm255`, `pwm1`.
+/// A number behind a word is its full scale or its channel: `pwm255`, `velocity0`.
 fn topic_of_word(word: &str) -> Option<Topic> {
-    let bare = word.trim_end_matches(|c: char| c.is_ascii_digit());
-    let word = if bare == "pwm" { bare } else { word };
+    let word = match word.trim_end_matches(|c: char| c.is_ascii_digit()) {
+        bare if bare.len() > 2 => bare,
+        _ => word,
+    };
     TOPICS.iter().find(|known| holds(known.1, word)).map(|known| known.0)
 }
 
@@ -106,43 +129,37 @@ fn the_one(topics: &[Topic], unit: &Option<(Measure, f64)>) -> Option<Topic> {
     }
 }
 
-/// Topic and measure of a quantity of ours.
+/// What a topic in a unit is.
+const PAIRS: [(Topic, Measure, Quantity); 12] = [
+    (Topic::Time, Measure::Time, Quantity::Time),
+    (Topic::Voltage, Measure::Voltage, Quantity::Voltage),
+    (Topic::Supply, Measure::Voltage, Quantity::Supply),
+    (Topic::Duty, Measure::Percent, Quantity::Duty),
+    (Topic::Current, Measure::Current, Quantity::Current),
+    (Topic::Current, Measure::Current, Quantity::CurrentInput),
+    (Topic::Torque, Measure::Torque, Quantity::Torque),
+    (Topic::Force, Measure::Force, Quantity::Force),
+    (Topic::Position, Measure::Angle, Quantity::Angle),
+    (Topic::Position, Measure::Length, Quantity::Position),
+    (Topic::Speed, Measure::AngularSpeed, Quantity::AngularSpeed),
+    (Topic::Speed, Measure::LinearSpeed, Quantity::LinearSpeed),
+];
+
+/// Topic and measure of a quantity of ours; a share, a state and a number have no measure.
 fn topic_of(quantity: Quantity) -> (Topic, Option<Measure>) {
-    match quantity {
-        Quantity::Time => (Topic::Time, Some(Measure::Time)),
-        Quantity::Voltage => (Topic::Voltage, Some(Measure::Voltage)),
-        Quantity::Duty => (Topic::Duty, None),
-        Quantity::CurrentInput | Quantity::Current => (Topic::Current, Some(Measure::Current)),
-        Quantity::Torque => (Topic::Torque, Some(Measure::Torque)),
-        Quantity::Force => (Topic::Force, Some(Measure::Force)),
-        Quantity::Angle => (Topic::Position, Some(Measure::Angle)),
-        Quantity::Position => (Topic::Position, Some(Measure::Length)),
-        Quantity::AngularSpeed => (Topic::Speed, Some(Measure::AngularSpeed)),
-        Quantity::LinearSpeed => (Topic::Speed, Some(Measure::LinearSpeed)),
-        Quantity::Bridge => (Topic::Bridge, None),
-        Quantity::Supply => (Topic::Supply, Some(Measure::Voltage)),
-        Quantity::Run => (Topic::Run, None),
+    match (quantity, PAIRS.iter().find(|pair| pair.2 == quantity)) {
+        (Quantity::Bridge, _) => (Topic::Bridge, None),
+        (Quantity::Duty, _) => (Topic::Duty, None),
+        (_, Some(pair)) => (pair.0, Some(pair.1)),
+        (_, None) => (Topic::Run, None),
     }
 }
 
 /// The quantity that a topic in a unit is.
 fn quantity(topic: Topic, unit: Option<(Measure, f64)>) -> Option<(Quantity, f64)> {
     let (measure, factor) = unit?;
-    let quantity = match (topic, measure) {
-        (Topic::Time, Measure::Time) => Quantity::Time,
-        (Topic::Voltage, Measure::Voltage) => Quantity::Voltage,
-        (Topic::Supply, Measure::Voltage) => Quantity::Supply,
-        (Topic::Duty, Measure::Percent) => Quantity::Duty,
-        (Topic::Current, Measure::Current) => Quantity::Current,
-        (Topic::Torque, Measure::Torque) => Quantity::Torque,
-        (Topic::Force, Measure::Force) => Quantity::Force,
-        (Topic::Position, Measure::Angle) => Quantity::Angle,
-        (Topic::Position, Measure::Length) => Quantity::Position,
-        (Topic::Speed, Measure::AngularSpeed) => Quantity::AngularSpeed,
-        (Topic::Speed, Measure::LinearSpeed) => Quantity::LinearSpeed,
-        _ => return None,
-    };
-    Some((quantity, factor))
+    let pair = PAIRS.iter().find(|pair| (pair.0, pair.1) == (topic, measure))?;
+    Some((pair.2, factor))
 }
 
 /// A name taken apart.
@@ -182,7 +199,9 @@ impl Parts {
 /// A unit in brackets, behind a stroke, behind a comma or behind `in`.
 fn bracketed(name: &str) -> (&str, Option<&str>) {
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')] {
-        if let (Some(from), true) = (name.find(open), name.ends_with(close)) {
+        if let (Some(from), true) = (name.find(open), name.ends_with(close))
+            && !name[from + 1..name.len() - 1].bytes().all(|byte| byte.is_ascii_digit())
+        {
             return (&name[..from], Some(&name[from + 1..name.len() - 1]));
         }
     }
@@ -198,7 +217,7 @@ fn bracketed(name: &str) -> (&str, Option<&str>) {
 }
 
 /// The words of a name: parted by blanks, lines, points and by a change from small to capital letters.
-fn words(stem: &str) -> Vec<String> {
+pub(super) fn words(stem: &str) -> Vec<String> {
     let mut spaced = String::new();
     let mut before = ' ';
     for letter in stem.chars() {
@@ -208,7 +227,7 @@ fn words(stem: &str) -> Vec<String> {
         spaced.push(letter);
         before = letter;
     }
-    let parted = spaced.split(|c: char| c.is_whitespace() || "_-.:#()[],".contains(c));
+    let parted = spaced.split(|c: char| c.is_whitespace() || "_-.:#()[],/%".contains(c));
     parted.filter(|word| !word.is_empty()).map(str::to_lowercase).collect()
 }
 

@@ -5,8 +5,11 @@
 pub mod answer;
 mod bridging;
 mod cells;
+mod clock;
 mod columns;
 mod dialect;
+mod extent;
+mod folded;
 mod formula;
 mod layout;
 pub mod look;
@@ -18,11 +21,14 @@ mod pieces;
 mod plan;
 mod propose;
 mod quantities;
+mod rates;
 mod read;
 mod records;
+mod settled;
 mod spelling;
 mod stream;
 mod text;
+mod time_line;
 mod words;
 
 pub use columns::Columns;

@@ -42,6 +42,7 @@ const NAMES: &[(&str, Quantity, f64)] = &[
     ("time_s", Quantity::Time, 1.0),
     ("t_ms", Quantity::Time, 1e-3),
     ("t_us", Quantity::Time, 1e-6),
+    ("t_ns", Quantity::Time, 1e-9),
     ("u_v", Quantity::Voltage, 1.0),
     ("voltage_v", Quantity::Voltage, 1.0),
     ("u_mv", Quantity::Voltage, 1e-3),

@@ -3,7 +3,7 @@
 use super::cells::Cells;
 use super::columns::Columns;
 use super::read::Sheet;
-use super::stream::Text;
+use super::stream::{Text, source_of};
 use super::{Log, Reading};
 use crate::console::input_error::InputError;
 use std::path::Path;
@@ -15,13 +15,13 @@ pub fn read(path: &Path, columns: &Columns) -> Result<Log, InputError> {
 
 /// Reads a log from a file, and says how it was read.
 pub fn open(path: &Path, columns: &Columns) -> Result<Reading, InputError> {
-    let source = path.display().to_string();
+    let source = source_of(path);
     Sheet::open(&source, cells(path)?, columns, true)
 }
 
 /// Reads a record that need not have an output: what a simulation is driven by.
 pub fn read_input(path: &Path, columns: &Columns) -> Result<Log, InputError> {
-    let source = path.display().to_string();
+    let source = source_of(path);
     Sheet::open(&source, cells(path)?, columns, false).map(|reading| reading.log)
 }
 
@@ -38,7 +38,7 @@ pub fn parse_bytes(source: &str, bytes: &[u8], columns: &Columns) -> Result<Read
 
 /// The table that a file holds.
 pub(super) fn cells(path: &Path) -> Result<Cells, InputError> {
-    let source = path.display().to_string();
+    let source = source_of(path);
     let (text, encoding) = Text::of_file(&source, path)?;
     Cells::read(&source, &text, encoding)
 }

@@ -34,6 +34,18 @@ impl Run {
         runs
     }
 
+    /// These rows alone.
+    pub(super) fn keep(&mut self, rows: &[usize]) {
+        if rows.len() == self.rows() {
+            return;
+        }
+        let of = |values: &mut Vec<f64>| *values = rows.iter().map(|row| values[*row]).collect();
+        [&mut self.t_s, &mut self.input].into_iter().for_each(of);
+        self.bridge = rows.iter().map(|row| self.bridge[*row]).collect();
+        let measured = [&mut self.position, &mut self.speed, &mut self.current_a, &mut self.supply_v];
+        measured.into_iter().flatten().for_each(of);
+    }
+
     /// The rows `start..end` as a run of their own.
     pub fn rows_between(&self, start: usize, end: usize, id: i64) -> Self {
         let cut = |values: &Option<Vec<f64>>| values.as_ref().map(|values| values[start..end].to_vec());

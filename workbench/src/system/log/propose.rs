@@ -2,7 +2,9 @@
 //! guessed and from which range of values.
 
 use super::cells::Cells;
-use super::meaning::{Meaning, Sure};
+use super::extent::{Extent, is_too_fast};
+use super::folded;
+use super::meaning::{Meaning, Sure, words};
 use super::names::{Quantity, name_of, quantity_of};
 use super::plan::{INPUTS, OUTPUTS, Plan, Proposal};
 use super::spelling::short;
@@ -12,6 +14,8 @@ use super::words::{Measure, Topic};
 const FULL_SCALES: [f64; 10] = [1.0, 100.0, 255.0, 400.0, 1000.0, 1023.0, 4095.0, 8191.0, 32767.0, 65535.0];
 /// A supply that is proposed when none is known, V.
 const USUAL_SUPPLY_V: f64 = 12.0;
+/// A counter that wraps at this or later is no turn of an encoder.
+const MOST_COUNTS: f64 = 65_536.0;
 /// Counts per turn that are proposed when none are known.
 const USUAL_COUNTS: f64 = 4096.0;
 /// Above this a voltage without a unit is in millivolts: no servo of this project has so many volts.
@@ -20,47 +24,12 @@ const MOST_VOLTS: f64 = 200.0;
 const RATHER_RPM: f64 = 300.0;
 /// Whole numbers that advance by so many a row count microseconds: 2 kHz in µs, or 2 Hz in ms.
 const MICROSECONDS: f64 = 500.0;
+/// Whole numbers that advance by so many a row count nanoseconds: 2 kHz in ns, or 2 Hz in µs.
+const NANOSECONDS: f64 = 500e3;
+/// Pole pairs that are proposed when none are known.
+const USUAL_POLE_PAIRS: f64 = 7.0;
 /// Pulse widths of a radio-control servo, µs: the middle, and the way to either end.
 const PULSE_US: [f64; 2] = [1500.0, 500.0];
-
-/// What the numbers of a column tell.
-#[derive(Clone, Copy, Debug)]
-pub struct Extent {
-    /// Least number.
-    pub min: f64,
-    /// Greatest number.
-    pub max: f64,
-    /// No number has decimals.
-    pub whole: bool,
-    /// Median of the differences from row to row that are not 0; NaN if there is none.
-    pub step: f64,
-}
-
-impl Extent {
-    /// Of one column; `None` if it holds no number.
-    pub fn of(cells: &Cells, index: usize) -> Option<Self> {
-        let (mut steps, mut before) = (Vec::new(), None);
-        let none = Self { min: f64::INFINITY, max: f64::NEG_INFINITY, whole: true, step: f64::NAN };
-        let seen = |extent: Self, value: &f64| {
-            steps.extend(
-                before.replace(*value).map(|before: f64| (value - before).abs()).filter(|step| *step > 0.0),
-            );
-            let (min, max) = (extent.min.min(*value), extent.max.max(*value));
-            Self { min, max, whole: extent.whole && value.fract() == 0.0, step: f64::NAN }
-        };
-        let extent = cells.values(index).iter().filter(|value| value.is_finite()).fold(none, seen);
-        let middle = steps.len() / 2;
-        let step = match steps.is_empty() {
-            true => f64::NAN,
-            false => *steps.select_nth_unstable_by(middle, f64::total_cmp).1,
-        };
-        before.map(|_| Self { step, ..extent })
-    }
-
-    fn most(&self) -> f64 {
-        self.min.abs().max(self.max.abs())
-    }
-}
 
 /// The least full scale of a PWM that such numbers fit into.
 pub fn full_scale(most: f64) -> f64 {
@@ -89,20 +58,20 @@ pub struct Known {
 /// Adds what is lacking to a plan: proposals, or a sentence that says what is missing.
 pub fn complete(known: &Known, cells: &Cells, plan: &mut Plan, output_needed: bool) {
     let desk = Desk { known, cells, plan: &*plan };
-    let mut proposals = Vec::new();
-    let mut missing = None;
-    if !plan.has(Quantity::Time) && !known.time {
-        proposals.extend(desk.time());
-    }
+    let untimed = !plan.has(Quantity::Time) && !known.time;
+    let mut proposals: Vec<Proposal> = untimed.then(|| desk.time()).flatten().into_iter().collect();
     let timed = plan.has(Quantity::Time) || !proposals.is_empty();
+    let mut missing = if untimed && !timed { desk.no_time() } else { None };
     let input = if plan.any(&INPUTS) { Some(desk.supply()) } else { desk.input() };
-    match input {
-        Some(more) => proposals.extend(more),
-        None => missing = Some(desk.missing(INPUT, &["u", "v", "duty", "torque", "force", "current"])),
-    }
+    let lacks = || desk.missing(INPUT, &["u", "v", "duty", "torque", "force", "current"]);
+    missing = missing.or_else(|| input.is_none().then(lacks));
+    proposals.extend(input.unwrap_or_default());
     let needed = if timed { &OUTPUTS[..] } else { &[Quantity::AngularSpeed] };
     if output_needed && !plan.any(needed) {
-        match desk.output(timed) {
+        let of_plan = plan.sources.iter().filter(|source| INPUTS.contains(&source.quantity));
+        let driven = of_plan.flat_map(|source| source.formula.indices()).copied().next();
+        let proposed = proposals.iter().skip(usize::from(!plan.has(Quantity::Time) && timed));
+        match desk.output(timed, driven.or(proposed.filter_map(|proposal| proposal.column).next())) {
             Some(proposal) => proposals.push(proposal),
             None => missing = missing.or(Some(desk.missing_output(timed))),
         }
@@ -127,10 +96,24 @@ impl Desk<'_> {
         let all = self.plan.meanings.iter().enumerate();
         let of_it = all.filter_map(|(index, meaning)| {
             let meaning = meaning.filter(|meaning| meaning.topic == topic && !meaning.strange())?;
-            Some((index, meaning, Extent::of(self.cells, index)?)).filter(|_| !used.contains(&index))
+            let extent = Extent::of(self.cells, index)?;
+            // What never changes drives nothing and shows nothing; a supply may.
+            let changes = extent.min < extent.max || topic == Topic::Supply || self.cells.rows < 2;
+            Some((index, meaning, extent)).filter(|_| changes && !used.contains(&index))
         });
         let mut found: Vec<_> = of_it.collect();
         found.sort_by_key(|known| (known.1.sure == Sure::Likely, known.1.unit.is_none()));
+        found
+    }
+
+    /// The same, what belongs to the motor of the input first: `left_rpm` beside `left_pwm`.
+    fn beside(&self, topic: Topic, input: Option<usize>) -> Vec<(usize, Meaning, Extent)> {
+        let words = |index: usize| words(self.name(index));
+        let other = input.map(words).unwrap_or_default();
+        let mut found = self.about(topic);
+        found.sort_by_key(|known| {
+            std::cmp::Reverse(words(known.0).iter().filter(|word| other.contains(word)).count())
+        });
         found
     }
 
@@ -156,10 +139,16 @@ impl Desk<'_> {
     }
 
     fn time(&self) -> Option<Proposal> {
+        if let Some(both) = self.seconds_and_nanoseconds() {
+            return Some(both);
+        }
         let found = self.about(Topic::Time);
         let (index, meaning, extent) = *found.first()?;
         let ours = match (meaning.unit, extent.whole) {
-            (Some((Measure::Time, factor)), _) => name_of(Quantity::Time, factor),
+            (Some((Measure::Time, factor)), _) if !is_too_fast(self.cells, index, factor) => {
+                name_of(Quantity::Time, factor)
+            }
+            (_, true) if extent.step >= NANOSECONDS => "t_ns",
             (_, true) if extent.step >= MICROSECONDS => "t_us",
             (_, true) => "t_ms",
             (_, false) => "t_s",
@@ -171,6 +160,34 @@ impl Desk<'_> {
             ours.trim_start_matches("t_")
         );
         Some(self.proposal(ours, index, "", why))
+    }
+
+    /// A time whose cells are not understood.
+    fn no_time(&self) -> Option<String> {
+        let is_time =
+            |index: &usize| self.plan.meanings[*index].is_some_and(|meaning| meaning.topic == Topic::Time);
+        let (index, cell) = (0..self.cells.header.len())
+            .filter(is_time)
+            .find_map(|index| Some((index, &self.cells.columns[index].refused.as_ref()?.1)))?;
+        Some(format!(
+            "column {} seems to be the time, and `{cell}` is not understood; write seconds, map t_s=row*SECONDS, or t_s=none for a \
+             table of settled speeds",
+            self.name(index)
+        ))
+    }
+
+    /// A stamp in two columns, as ROS has it.
+    fn seconds_and_nanoseconds(&self) -> Option<Proposal> {
+        let header = &self.cells.header;
+        let (fine, index) = header.iter().find_map(|name| {
+            let coarse = name.replace("nanosec", "sec").replace("nsec", "sec");
+            Some((name, header.iter().position(|other| *other == coarse && other != name)?))
+        })?;
+        let (coarse, first) =
+            (&header[index], self.cells.values(index).iter().find(|value| value.is_finite())?);
+        let item = format!("t_s=('{coarse}'-{first})+'{fine}'/1000000000");
+        let why = format!("`{coarse}` and `{fine}` are seconds and nanoseconds of one time");
+        Some(Proposal { item, why, column: Some(index) })
     }
 
     fn input(&self) -> Option<Vec<Proposal>> {
@@ -253,14 +270,21 @@ impl Desk<'_> {
         if duty_alone { self.supply_for_duty() } else { Vec::new() }
     }
 
-    fn output(&self, timed: bool) -> Option<Proposal> {
-        let speed = self.about(Topic::Speed);
+    fn output(&self, timed: bool, input: Option<usize>) -> Option<Proposal> {
+        let speed = self.beside(Topic::Speed, input);
         if let Some((index, meaning, extent)) = speed.first() {
             return Some(match (meaning.quantity, meaning.unit) {
                 (Some((quantity, factor)), _) => {
                     let ours = name_of(quantity, factor);
                     let why = format!("{} is taken as the speed {ours}", self.seen(&speed));
                     self.proposal(ours, *index, "", why)
+                }
+                (None, Some((Measure::Counts, _))) if self.name(*index).to_lowercase().contains("erpm") => {
+                    let why = format!(
+                        "{} is an electrical speed (put the pole pairs of the motor in place of {USUAL_POLE_PAIRS})",
+                        self.seen(&speed)
+                    );
+                    self.proposal("omega_rpm", *index, &format!("/{USUAL_POLE_PAIRS}"), why)
                 }
                 (None, Some((Measure::Counts, _))) => {
                     self.counts("omega_rev_s", *index, &self.seen(&speed), "a second")
@@ -278,11 +302,19 @@ impl Desk<'_> {
                 }
             });
         }
-        let position = self.about(Topic::Position);
+        let position = self.beside(Topic::Position, input);
         let (index, meaning, extent) = position.first().filter(|_| timed)?;
         if let Some((quantity, factor)) = meaning.quantity {
             let ours = name_of(quantity, factor);
             let why = format!("{} is taken as the position {ours}", self.seen(&position));
+            return Some(self.proposal(ours, *index, "", why));
+        }
+        let values = self.cells.values(*index);
+        let turns = [(360.0, "theta_deg"), (1.0, "theta_rev")];
+        if let Some((full, ours)) =
+            turns.into_iter().find(|unit| folded::full(values, Some(unit.0)) == Some(unit.0))
+        {
+            let why = format!("{} begins anew at {}, as a turn does", self.seen(&position), short(full));
             return Some(self.proposal(ours, *index, "", why));
         }
         if extent.whole || meaning.unit.is_some_and(|unit| unit.0 == Measure::Counts) {
@@ -297,9 +329,14 @@ impl Desk<'_> {
 
     /// A position or speed in counts of the encoder.
     fn counts(&self, ours: &str, index: usize, seen: &str, per: &str) -> Proposal {
-        let (counts, said) = match self.known.counts_per_rev {
-            Some(counts) => (counts, "the model's [encoder] counts_per_rev".to_owned()),
-            None => (
+        let folded =
+            folded::full(self.cells.values(index), None).filter(|full| *full < MOST_COUNTS && per.is_empty());
+        let (counts, said) = match (self.known.counts_per_rev, folded) {
+            (Some(counts), _) => (counts, "the model's [encoder] counts_per_rev".to_owned()),
+            (None, Some(full)) => {
+                (full, format!("it begins anew at {}, which is taken for a turn", short(full)))
+            }
+            (None, None) => (
                 USUAL_COUNTS,
                 format!("put the counts of a turn, after x4 decoding, in place of {USUAL_COUNTS}"),
             ),
@@ -323,16 +360,20 @@ impl Desk<'_> {
 
     /// What to say when nothing can be proposed: the likeliest mistyped column, if there is one.
     fn missing(&self, wanted: &str, stems: &[&str]) -> String {
-        let near = self.cells.header.iter().find(|name| {
-            quantity_of(name).is_none() && stems.iter().any(|stem| name.to_lowercase().starts_with(stem))
+        let used =
+            |index: usize| self.plan.sources.iter().any(|source| source.formula.indices().contains(&index));
+        let near = self.cells.header.iter().enumerate().find(|(index, name)| {
+            let begins = stems.iter().any(|stem| name.to_lowercase().starts_with(stem));
+            begins && quantity_of(name).is_none() && !used(*index)
         });
+        let headless = if self.cells.dialect.headless { "the file has no header line; " } else { "" };
         let listed = self.cells.header.join(", ");
         match near {
-            Some(name) => format!(
-                "no column {wanted}: `{name}` has an unknown unit or spelling; rename it or use --columns (header: {listed})"
+            Some((_, name)) => format!(
+                "{headless}no column {wanted}: `{name}` has an unknown unit or spelling; rename it or use --columns (header: {listed})"
             ),
             None => format!(
-                "no column {wanted}; rename one or use --columns, which `truing look` helps with (header: {listed})"
+                "{headless}no column {wanted}; rename one or use --columns, which `truing look` helps with (header: {listed})"
             ),
         }
     }

@@ -6,15 +6,13 @@ use super::columns::Columns;
 use super::formula::Formula;
 use super::names::Quantity;
 use super::pieces::Piece;
-use super::plan::{Plan, Source};
-use super::{Dynamic, Input, Reading, Run, Table};
+use super::plan::{OUTPUTS, Plan, Source};
+use super::{Dynamic, Input, Reading, Run, folded, rates, time_line};
 use crate::console::input_error::InputError;
 use servo::axis::Bridge;
 
 /// Fewer rows than this in a run say nothing about dynamics.
 pub(super) const FEWEST_ROWS: usize = 20;
-/// Fewer points than this make no steady-state curve.
-const FEWEST_POINTS: usize = 4;
 
 /// Cells with their meaning. What becomes a part of the log is taken out of them.
 pub(super) struct Sheet<'a> {
@@ -23,6 +21,10 @@ pub(super) struct Sheet<'a> {
     pub(super) plan: Plan,
     supply_v: Option<f64>,
     output_needed: bool,
+    /// The user has spoken of the time.
+    pub(super) time_stated: bool,
+    from_s: Option<f64>,
+    to_s: Option<f64>,
 }
 
 impl<'a> Sheet<'a> {
@@ -44,7 +46,9 @@ impl<'a> Sheet<'a> {
         columns: &Columns,
         output_needed: bool,
     ) -> Self {
-        Self { source, cells, plan, supply_v: columns.supply_v, output_needed }
+        let time_stated = columns.mentions(Quantity::Time);
+        let Columns { supply_v, from_s, to_s, .. } = *columns;
+        Self { source, cells, plan, supply_v, output_needed, time_stated, from_s, to_s }
     }
 
     /// The log, and how it was read.
@@ -108,7 +112,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// What drives the axis. A duty is multiplied by the supply voltage of the same row.
-    fn input(&mut self) -> Result<(Input, Vec<f64>), InputError> {
+    pub(super) fn input(&mut self) -> Result<(Input, Vec<f64>), InputError> {
         use Quantity::{CurrentInput, Duty, Force, Torque, Voltage};
         let found = self.first(&[Voltage, Duty, Torque, Force, CurrentInput])?;
         let (quantity, values) = found.ok_or_else(|| self.lacks("for the input"))?;
@@ -121,7 +125,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    fn lacks(&self, wanted: &str) -> InputError {
+    pub(super) fn lacks(&self, wanted: &str) -> InputError {
         let listed = self.cells.header.join(", ");
         let what = format!("no column {wanted} holds a value; map one with --columns (header: {listed})");
         InputError::line(self.source, self.cells.header_line, what)
@@ -154,60 +158,24 @@ impl<'a> Sheet<'a> {
         Ok(duty)
     }
 
-    fn table(&mut self, notes: &mut Vec<String>) -> Result<Table, InputError> {
-        let (input, u_v) = self.input()?;
-        let omega = self.column(Quantity::AngularSpeed)?;
-        let omega = omega.ok_or_else(|| self.lacks("omega_rad_s (and no t_s: a steady-state table)"))?;
-        let pairs = u_v.into_iter().zip(omega);
-        let (kept, holes): (Vec<_>, Vec<_>) = pairs.enumerate().partition(|(_, (u, w))| !(u + w).is_nan());
-        let holes: Vec<usize> = holes.into_iter().map(|hole| hole.0).collect();
-        self.check_share(&holes)?;
-        notes.extend(
-            (!holes.is_empty()).then(|| format!("{} rows with empty cells are left out.", holes.len())),
-        );
-        let (u_v, omega_rad_s): (Vec<f64>, Vec<f64>) = kept.into_iter().map(|point| point.1).unzip();
-        if input != Input::Voltage {
-            return Err(InputError::file(
-                self.source,
-                "a steady-state table needs a voltage (u_v); add t_s for other inputs",
-            ));
-        }
-        if u_v.len() < FEWEST_POINTS {
-            let what =
-                format!("has {} points; a steady-state curve needs at least {FEWEST_POINTS}", u_v.len());
-            return Err(InputError::file(self.source, what));
-        }
-        Ok(Table {
-            source: self.source.to_owned(),
-            u_v,
-            omega_rad_s,
-            speed_unit_rad_s: self.factor(Quantity::AngularSpeed),
-        })
-    }
-
     /// Factor from the file's column to the SI unit.
-    fn factor(&self, quantity: Quantity) -> f64 {
+    pub(super) fn factor(&self, quantity: Quantity) -> f64 {
         self.plan.sources.iter().find(|source| source.quantity == quantity).map_or(1.0, Source::factor)
     }
 
     fn dynamic(&mut self, notes: &mut Vec<String>) -> Result<Dynamic, InputError> {
-        let time = self.column(Quantity::Time)?.ok_or_else(|| self.lacks("for the time"))?;
+        notes.extend(self.unfold());
+        let mut time = self.column(Quantity::Time)?.ok_or_else(|| self.lacks("for the time"))?;
+        from_its_beginning(&mut time);
         let (input, values) = self.input()?;
         let position = self.first(&[Quantity::Angle, Quantity::Position])?;
         let speed = self.first(&[Quantity::AngularSpeed, Quantity::LinearSpeed])?;
         let linear = self.linear(position.as_ref(), speed.as_ref())?;
         let bridge = self.column(Quantity::Bridge)?;
-        let id = match self.column(Quantity::Run)? {
-            Some(numbers) => Ids::Logged(numbers),
-            None => Ids::Parts(std::mem::take(&mut self.cells.restarts)),
-        };
-        let is_lost = |row: usize| {
-            time[row].is_nan()
-                || values[row].is_nan()
-                || bridge.as_ref().is_some_and(|bridge| bridge[row].is_nan())
-                || id.of(row).is_nan()
-        };
-        let lost: Vec<bool> = (0..time.len()).map(is_lost).collect();
+        let mut id = self.ids(time.len())?;
+        let lost =
+            |row: &usize| id[*row].is_nan() || bridge.as_ref().is_some_and(|bridge| bridge[*row].is_nan());
+        let lost: Vec<usize> = (0..time.len()).filter(lost).collect();
         let mut whole = Run {
             id: 0,
             bridge: self.bridge(bridge, time.len())?,
@@ -218,23 +186,96 @@ impl<'a> Sheet<'a> {
             supply_v: self.column(Quantity::Supply)?,
             t_s: time,
         };
-        self.check_share(&bridging::holes(&whole, &lost))?;
-        let bridged = bridging::bridge(&mut whole, &lost, |row| id.of(row));
-        drop(lost);
+        lost.iter().for_each(|row| whole.input[*row] = f64::NAN);
+        let merged = rates::merge(&mut whole, |row, other| id[row] == id[other]);
+        let same = |row: usize| id[row] == id[row - 1] || id[row].is_nan();
+        let mended =
+            time_line::mend(&mut whole.t_s, self.factor(Quantity::Time), same, |row| self.cells.line(row));
+        let mut mended = mended.map_err(|what| InputError::file(self.source, what))?;
+        mended.dropped.extend(merged);
+        mended.dropped.sort_unstable();
+        self.begin_anew(&mut id, &mended.restarts);
+        let joined = rates::joined(&mut whole, |row, other| id[row] == id[other]);
+        let (rows, note) = joined.map_or((None, None), |(rows, note)| (Some(rows), Some(note)));
+        let rows = rows.unwrap_or_else(|| (0..whole.rows()).collect());
+        let outside = |row: usize| {
+            let t_s = whole.t_s[row];
+            self.from_s.is_some_and(|from| t_s < from) || self.to_s.is_some_and(|to| t_s > to)
+        };
+        let rows: Vec<usize> = rows
+            .into_iter()
+            .filter(|row| mended.dropped.binary_search(row).is_err() && !outside(*row))
+            .collect();
+        notes.extend(mended.notes.into_iter().chain(note));
+        self.check_crop(&whole.t_s, &rows)?;
+        whole.keep(&rows);
+        let id: Vec<f64> = rows.iter().map(|row| id[*row]).collect();
+        let lost: Vec<bool> =
+            (0..rows.len()).map(|row| whole.t_s[row].is_nan() || whole.input[row].is_nan()).collect();
+        self.check_share(&bridging::holes(&whole, &lost), &rows)?;
+        let bridged = bridging::bridge(&mut whole, &lost, |row| id[row]);
         let all = whole.rows();
-        let pieces = self.pieces(&whole.t_s, &id, &bridged)?;
+        let pieces = self.pieces(&rows, &id, &bridged)?;
         let runs = whole.parted(&pieces);
-        let rows: usize = runs.iter().map(Run::rows).sum();
-        notes.extend(bridged.sentence(all, rows));
+        let left: usize = runs.iter().map(Run::rows).sum();
+        notes.extend(bridged.sentence(all, left));
         Ok(Dynamic { source: self.source.to_owned(), input, linear, runs })
     }
 
+    /// Positions that fold, and signs in a bit of their own.
+    fn unfold(&mut self) -> Vec<String> {
+        let mut notes = Vec::new();
+        for source in self.plan.sources.iter().filter(|source| OUTPUTS.contains(&source.quantity)) {
+            let position = source.quantity == Quantity::Angle;
+            let scaled = position && matches!(source.formula, Formula::Scaled { .. });
+            let turn = scaled.then(|| std::f64::consts::TAU / source.factor().abs());
+            for index in source.formula.indices() {
+                if let Some(column) = self.cells.columns.get_mut(*index) {
+                    notes.extend(folded::unfold(
+                        &mut column.values,
+                        &self.cells.header[*index],
+                        turn,
+                        position,
+                    ));
+                }
+            }
+        }
+        notes
+    }
+
+    /// Which run each row belongs to: by the column `run`, else by the headers in the middle of the file.
+    fn ids(&mut self, rows: usize) -> Result<Vec<f64>, InputError> {
+        let starts = std::mem::take(&mut self.cells.restarts);
+        let first = starts.partition_point(|start| *start == 0);
+        let part = |row: usize| (starts.partition_point(|start| *start <= row) - first) as f64;
+        Ok(self.column(Quantity::Run)?.unwrap_or_else(|| (0..rows).map(part).collect()))
+    }
+
+    /// A run of the file keeps its number in all of its parts.
+    fn begin_anew(&self, id: &mut [f64], restarts: &[usize]) {
+        let step = if self.has(Quantity::Run) { 1.0 / (1.0 + restarts.len() as f64) } else { 1.0 };
+        for start in restarts {
+            id[*start..].iter_mut().for_each(|id| *id += step);
+        }
+    }
+
+    fn check_crop(&self, t_s: &[f64], rows: &[usize]) -> Result<(), InputError> {
+        if !rows.is_empty() {
+            return Ok(());
+        }
+        let (first, last) =
+            t_s.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |ends, t| (ends.0.min(*t), ends.1.max(*t)));
+        let what = format!("has no rows between --from and --to; it goes from {first} s to {last} s");
+        Err(InputError::file(self.source, what))
+    }
+
     /// Rows with holes are bridged while they are few.
-    fn check_share(&self, holes: &[usize]) -> Result<(), InputError> {
-        let rows = self.cells.rows;
+    pub(super) fn check_share(&self, holes: &[usize], lines: &[usize]) -> Result<(), InputError> {
+        let rows = lines.len();
         let Some(first) = holes.first().filter(|_| holes.len() as f64 > bridging::MOST * rows as f64) else {
             return Ok(());
         };
+        let first = &lines[*first];
         let indices = self.plan.sources.iter().flat_map(|source| source.formula.indices());
         let hole = |index: &usize| {
             let hole = self.cells.columns.get(*index)?.hole.as_ref()?;
@@ -286,22 +327,15 @@ impl<'a> Sheet<'a> {
         values.iter().enumerate().map(code).collect()
     }
 
-    /// Cuts the rows where the run number changes or a row is left out; inside a piece time must increase.
-    fn pieces(&self, t_s: &[f64], id: &Ids, bridged: &Bridged) -> Result<Vec<Piece>, InputError> {
-        let mut pieces = Vec::new();
-        let mut shortest = None;
-        let mut start = 0;
-        for end in 1..=t_s.len() {
-            let same =
-                |end: usize| id.of(end) == id.of(end - 1) && bridged.kept[end] == bridged.kept[end - 1];
-            if end < t_s.len() && same(end) {
-                if bridged.kept[end] {
-                    self.increasing(t_s, end)?;
-                }
+    /// Cuts the rows where the run number changes or a row is left out. `lines`: which rows of the file they are.
+    fn pieces(&self, lines: &[usize], id: &[f64], bridged: &Bridged) -> Result<Vec<Piece>, InputError> {
+        let (mut pieces, mut shortest, mut start) = (Vec::new(), None, 0);
+        for end in 1..=lines.len() {
+            if end < lines.len() && id[end] == id[end - 1] && bridged.kept[end] == bridged.kept[end - 1] {
                 continue;
             }
             if bridged.kept[start] && end - start >= FEWEST_ROWS {
-                pieces.push((start..end, id.of(start) as i64));
+                pieces.push((start..end, id[start] as i64));
             } else if bridged.kept[start] && shortest.is_none() {
                 shortest = Some((start, end));
             }
@@ -310,43 +344,21 @@ impl<'a> Sheet<'a> {
         match shortest {
             // What is left between two holes may be short; a run of the file may not.
             Some((start, end)) if bridged.removed == 0 || pieces.is_empty() => {
-                let (id, rows) = (id.of(start), end - start);
+                let (id, rows) = (id[start], end - start);
                 let what = format!("run {id} has {rows} rows; at least {FEWEST_ROWS} are needed");
-                Err(InputError::line(self.source, self.cells.line(start), what))
+                Err(InputError::line(self.source, self.cells.line(lines[start]), what))
             }
             _ => Ok(pieces),
         }
     }
-
-    fn increasing(&self, time: &[f64], row: usize) -> Result<(), InputError> {
-        if time[row] > time[row - 1] {
-            return Ok(());
-        }
-        let what = format!(
-            "time does not increase ({} s after {} s); remove the row, or number the runs in a column `run`",
-            time[row],
-            time[row - 1]
-        );
-        Err(InputError::line(self.source, self.cells.line(row), what))
-    }
 }
 
-/// Which run each row belongs to.
-enum Ids {
-    /// The column `run`.
-    Logged(Vec<f64>),
-    /// Rows before which a header stands in the middle of the file.
-    Parts(Vec<usize>),
-}
+/// A time since 1970 or since the start of a computer, s, counts from the first row.
+const LONG_AGO_S: f64 = 1e7;
 
-impl Ids {
-    fn of(&self, row: usize) -> f64 {
-        match self {
-            Self::Logged(numbers) => numbers[row],
-            Self::Parts(starts) => {
-                (starts.partition_point(|start| *start <= row) - starts.partition_point(|start| *start == 0))
-                    as f64
-            }
-        }
+fn from_its_beginning(time: &mut [f64]) {
+    let first = time.iter().copied().find(|time| time.is_finite()).unwrap_or(0.0);
+    if first.abs() > LONG_AGO_S {
+        time.iter_mut().for_each(|time| *time -= first);
     }
 }

@@ -7,6 +7,8 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
+/// The name of standard input.
+const STANDARD: &str = "-";
 /// Bytes that are read at once.
 pub const CHUNK: usize = 1 << 16;
 /// What some programs write before a text.
@@ -25,18 +27,28 @@ pub enum Text<'a> {
     Held(Cow<'a, str>),
 }
 
+/// What messages call a file.
+pub fn source_of(path: &Path) -> String {
+    if path == Path::new(STANDARD) { "standard input".into() } else { path.display().to_string() }
+}
+
 impl<'a> Text<'a> {
     /// The text of a file, and the name of its encoding.
     pub fn of_file(source: &str, path: &'a Path) -> Result<(Self, &'static str), InputError> {
         let failed = |e| InputError::file(source, format!("cannot be read ({e}); check the path"));
-        let kind = std::fs::metadata(path).map_err(failed)?;
         // A pipe can be read but once.
-        if kind.is_file()
+        if path != Path::new(STANDARD)
+            && std::fs::metadata(path).map_err(failed)?.is_file()
             && let Some(length) = plain_length(path).map_err(failed)?
         {
             return Ok((Self::File { path, length }, UTF_8.name()));
         }
-        let bytes = std::fs::read(path).map_err(failed)?;
+        let mut bytes = Vec::new();
+        let read = match path == Path::new(STANDARD) {
+            true => std::io::stdin().read_to_end(&mut bytes),
+            false => File::open(path).and_then(|mut file| file.read_to_end(&mut bytes)),
+        };
+        read.map_err(failed)?;
         let (text, encoding) = decoded(source, &bytes)?;
         Ok((Self::held(text.into_owned().into()), encoding))
     }
@@ -144,4 +156,50 @@ impl Lines<'_> {
         let line = line.strip_suffix('\n').unwrap_or(line);
         Ok(Some((line.strip_suffix('\r').unwrap_or(line), ended)))
     }
+}
+
+/// Lines over which a cell in quotes may go.
+const LONGEST: usize = 8;
+
+/// The lines of a text; one that ends inside of quotes goes on in the next.
+pub struct Joined<'a> {
+    lines: Lines<'a>,
+    line: String,
+    /// Number of the line that was read last: the one on which it begins.
+    pub number: u64,
+    /// It has its end.
+    pub ended: bool,
+}
+
+impl<'a> Joined<'a> {
+    /// From the first line on.
+    pub fn of(text: &'a Text) -> std::io::Result<Self> {
+        Ok(Self { lines: text.lines()?, line: String::new(), number: 0, ended: true })
+    }
+
+    /// The next line. `None`: the text is over.
+    pub fn next(&mut self) -> std::io::Result<Option<&str>> {
+        let Some((line, ended)) = self.lines.read()? else { return Ok(None) };
+        self.line.clear();
+        self.line.push_str(line);
+        (self.number, self.ended) = (self.lines.number, ended);
+        for _ in 0..LONGEST {
+            if !is_open(&self.line) {
+                break;
+            }
+            let Some((more, ended)) = self.lines.read()? else { break };
+            self.line.push('\n');
+            self.line.push_str(more);
+            self.ended = ended;
+        }
+        Ok(Some(&self.line))
+    }
+}
+
+/// A quote opens a cell and nothing closes it.
+fn is_open(line: &str) -> bool {
+    line.contains('"')
+        && line.matches('"').count() % 2 == 1
+        && (line.trim_start().starts_with('"')
+            || [",\"", ";\"", "\t\""].iter().any(|open| line.contains(open)))
 }

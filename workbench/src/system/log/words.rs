@@ -58,13 +58,16 @@ pub enum Measure {
 
 /// Words that speak of a quantity, in lower case.
 pub const TOPICS: &[(Topic, &str)] = &[
-    (Topic::Time, "t|time|zeit|temps|tiempo|tempo|timestamp|elapsed|uhrzeit"),
+    (
+        Topic::Time,
+        "t|ts|time|zeit|temps|tiempo|tempo|timestamp|stamp|clock|elapsed|uhrzeit|zeitstempel|date|datetime|datum",
+    ),
     (Topic::Voltage, "u|voltage|volt|spannung|klemmenspannung|motorspannung|tension|voltaje|umot"),
     (Topic::Duty, "duty|pwm|dutycycle|tastgrad|tastverhaeltnis|tastverhältnis|throttle"),
     (Topic::Current, "i|current|strom|motorstrom|courant|corriente|corrente"),
     (Topic::Torque, "torque|tau|drehmoment|moment|couple"),
     (Topic::Force, "force|kraft|fuerza"),
-    (Topic::Position, "theta|q|position|pos|angle|winkel|phi|encoder|enc|lage|drehwinkel|angulo"),
+    (Topic::Position, "theta|q|position|pos|angle|winkel|phi|alpha|encoder|enc|lage|drehwinkel|angulo"),
     (
         Topic::Speed,
         "omega|w|speed|spd|velocity|vel|drehzahl|geschwindigkeit|winkelgeschwindigkeit|n|vitesse|velocidad|velocita",
@@ -78,8 +81,9 @@ pub const TOPICS: &[(Topic, &str)] = &[
 pub const BOTH: &[(&str, Topic, &str)] = &[
     ("rpm", Topic::Speed, "rpm"),
     ("rps", Topic::Speed, "rev/s"),
+    ("erpm", Topic::Speed, "erpm"),
     ("seconds|sekunden", Topic::Time, "s"),
-    ("millis|milliseconds", Topic::Time, "ms"),
+    ("ms|millis|milliseconds", Topic::Time, "ms"),
     ("micros", Topic::Time, "us"),
     ("volts", Topic::Voltage, "v"),
     ("counts|ticks", Topic::Position, "counts"),
@@ -91,7 +95,7 @@ pub const BOTH: &[(&str, Topic, &str)] = &[
 /// Words that change nothing about what a column is.
 pub const HARMLESS: &str = "motor|measured|meas|actual|act|ist|istwert|gemessen|terminal|shaft|filtered|filt|applied|\
     armature|winding|anker|mean|avg|signal|rotor|shaft|axis|angular|rotational|rotation|elapsed|of|\
-    the|cycle|welle";
+    the|cycle|welle|today|since|start|boot|feedback|state|states|joint|present";
 
 /// Words of inputs: a commanded voltage is what the format asks for.
 pub const COMMANDED: &str = "command|commanded|cmd|output|out|stell";
@@ -105,6 +109,7 @@ const UNITS: &[(&str, Measure, f64)] = &[
     ("s|sec|secs|second|seconds|sek|sekunden", Measure::Time, 1.0),
     ("ms|msec|millis|milliseconds|millisecond", Measure::Time, 1e-3),
     ("us|µs|μs|usec|micros|microseconds", Measure::Time, 1e-6),
+    ("ns|nsec|nanos|nanosec|nanoseconds", Measure::Time, 1e-9),
     ("v|volt|volts", Measure::Voltage, 1.0),
     ("mv|millivolt|millivolts", Measure::Voltage, 1e-3),
     ("a|amp|amps|ampere", Measure::Current, 1.0),
@@ -129,13 +134,17 @@ const UNITS: &[(&str, Measure, f64)] = &[
         Measure::AngularSpeed,
         TAU / 60.0,
     ),
-    ("rev/s|rps|rev_s|turns/s|turn/s|u/s|rotations/s", Measure::AngularSpeed, TAU),
+    (
+        "rev/s|rps|rev_s|rev_per_s|turns/s|turn/s|u/s|rotations/s|rotations_per_s|rot_per_s",
+        Measure::AngularSpeed,
+        TAU,
+    ),
     ("m/s|m_s|mps|m_per_s|m/sec", Measure::LinearSpeed, 1.0),
     ("cm/s|cm_s", Measure::LinearSpeed, 1e-2),
     ("mm/s|mm_s|mm_per_s", Measure::LinearSpeed, 1e-3),
     ("%|percent|pct|prozent", Measure::Percent, 1e-2),
     (
-        "count|counts|cnt|cnts|tick|ticks|step|steps|pulse|pulses|inc|ink|inkremente|increments|imp|impulse|raw|qc",
+        "steps/s|step/s|counts/s|count/s|counts/sec|ticks/s|pulses/s|inc/s|imp/s|cps|erpm|count|counts|cnt|cnts|tick|ticks|step|steps|pulse|pulses|inc|ink|inkremente|increments|imp|impulse|raw|qc",
         Measure::Counts,
         1.0,
     ),
@@ -150,5 +159,6 @@ pub fn holds(words: &str, word: &str) -> bool {
 pub fn unit(text: &str) -> Option<(Measure, f64)> {
     let text = text.trim().to_lowercase();
     let text = text.trim_matches(|c| "[](){}<>".contains(c)).trim();
-    UNITS.iter().find(|known| holds(known.0, text)).map(|known| (known.1, known.2))
+    let text = text.replace("per_second", "per_s").replace("per_sec", "per_s");
+    UNITS.iter().find(|known| holds(known.0, &text)).map(|known| (known.1, known.2))
 }

@@ -12,6 +12,9 @@ pub(super) struct File<'a> {
     notes: RefCell<Vec<(u64, String)>>,
 }
 
+/// A file with more errors of grammar is none of TOML.
+const MANY: usize = 20;
+
 /// One complaint and its place among the others.
 struct Complaint {
     /// The kind of the model decides what the other keys mean, so it is told first.
@@ -28,6 +31,15 @@ impl<'a> File<'a> {
     /// The keys of the file. Every defect of its grammar is told, and then nothing else is looked at.
     pub(super) fn table(&self) -> Result<Table, InputError> {
         let (_, errors) = toml::de::DeTable::parse_recoverable(self.text);
+        if errors.len() > MANY {
+            let first = self.text.lines().next().unwrap_or_default();
+            let begins: String = first.chars().take(40).collect();
+            let what = format!(
+                "is no model file: {} lines are not TOML (it begins `{begins}`); is it a log?",
+                errors.len()
+            );
+            return Err(InputError::file(self.source, what));
+        }
         for error in &errors {
             self.syntax(error);
         }

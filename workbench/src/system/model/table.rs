@@ -121,6 +121,7 @@ pub const KEYS: &[Key] = keys! {
     ["sensors"] "speed_window_s" ALL NotNegative, "s", Ignored("0"), "Length of that window.", "speed_window_s = 0.02";
     ["sensors"] "current_logged" ALL Flag, "", Ignored("the columns decide"), "Whether the winding current is logged, for a reader.", "current_logged = true";
     ["sensors"] "vbus_logged" ALL Flag, "", Ignored("the columns decide"), "Whether the supply is logged, for a reader.", "vbus_logged = false";
+    ["log"] "columns" ALL Text, "", Ignored("the names of the columns"), "What the columns of a log are, as `--columns` has it; `truing start` writes it, and `--columns` goes before it.", "columns = \"t_ms=time,duty=pwm/255\"";
     ["log"] "sample_hz" ALL Positive, "Hz", Ignored("the time column decides"), "Rate of the log. A time column that agrees with it is in seconds.", "sample_hz = 500";
 };
 
