@@ -88,7 +88,7 @@ fn a_file_that_cannot_be_read_is_refused_and_one_without_an_output_is_shown() {
     std::fs::write(&path, turned(0).replace("rpm", "note")).unwrap();
     let output = look(&path, &[]);
     let said = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(output.status.code(), Some(2));
     assert!(said.contains("Refused") && said.contains("for the speed or the"), "{said}");
     assert_eq!(look(&path, &["--json", path.to_str().unwrap()]).status.code(), Some(2));
 }
