@@ -48,7 +48,7 @@ fn faults(text: &mut String, outcome: &Outcome) {
     for fault in &outcome.data {
         text.push('\n');
         block(text, "Data", &format::fault(fault));
-        block(text, "Mend", &fault.remedy);
+        text.push_str(&to_type("Mend", &fault.remedy));
     }
     if !outcome.data.is_empty() {
         block(text, "", "If the files are right all the same: --accept-data.");
@@ -176,6 +176,19 @@ fn notes(text: &mut String, outcome: &Outcome) {
 /// A heading in the margin and its text beside it, wrapped.
 fn block(text: &mut String, head: &str, body: &str) {
     text.push_str(&beside(&format!("{head:INDENT$}"), body));
+}
+
+/// A text beside a heading in which what stands in quotes is never broken: it is to be typed.
+fn to_type(head: &str, body: &str) -> String {
+    let part =
+        |(k, part): (usize, &str)| if k % 2 == 1 { part.replace(' ', "\u{a0}") } else { part.to_owned() };
+    let kept = body.split('"').enumerate().map(part).collect::<Vec<String>>().join("\"");
+    let kept = kept.replace("--columns ", "--columns\u{a0}");
+    let (first, later) = (format!("{head:INDENT$}"), " ".repeat(INDENT));
+    let options = textwrap::Options::new(WIDTH).initial_indent(&first).subsequent_indent(&later);
+    let options = options.break_words(false).word_separator(textwrap::WordSeparator::AsciiSpace);
+    let options = options.word_splitter(textwrap::WordSplitter::NoHyphenation);
+    textwrap::fill(&kept, options).replace('\u{a0}', " ") + "\n"
 }
 
 /// A text that starts behind `head` and goes on below its own start, wrapped at [`WIDTH`].

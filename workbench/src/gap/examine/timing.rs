@@ -4,13 +4,17 @@ use super::motion::{Base, Motion};
 use super::rows;
 use super::suspects::speed_column;
 use crate::gap::threads::each;
-use crate::outcome::DataFault;
-use crate::system::log::{Dynamic, Log};
+use crate::system::log::{Dynamic, Log, Run};
 use crate::system::model::{Model, SpeedSensor};
 use rayon::prelude::*;
 
-/// Rows by which a speed may stand too early.
-const EARLY: [usize; 3] = [1, 2, 3];
+/// An input that stands later than this is another record, s and rows.
+const LATEST_S: f64 = 0.2;
+const LATEST_ROWS: f64 = 2000.0;
+/// And so late it is looked at first, besides by one row, s.
+const SOON_S: f64 = 0.003;
+/// Shorter runs are not moved.
+const SHORTEST: usize = 20;
 /// A shift must explain so much of the motion,
 const MOST: f64 = 0.98;
 /// and leave at most this part of what is left without it.
@@ -20,26 +24,68 @@ const REACHES: [usize; 7] = [2, 3, 5, 7, 10, 15, 20];
 /// Steps of a speed below this part of its range harm nobody.
 const COARSE: f64 = 0.01;
 
-/// A speed that answers before it was asked.
-pub fn early(model: &Model, record: &Dynamic) -> Option<DataFault> {
+/// By how many rows the input stands late: the motion answers before it changes, in the log and in every held-out record. Nothing but a
+/// logger does so.
+pub fn late(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Option<usize> {
     let base = Base::of(model, record.input)?;
-    let motion = Motion::of(record)?;
-    let as_it_stands = motion.explained_with_a_dead_zone(&base)?;
-    let shifted = |rows: usize| Some((rows, motion.shifted(rows)?.explained_with_a_dead_zone(&base)?));
-    let (rows, with_it) = each(EARLY).filter_map(shifted).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (with_it > MOST && 1.0 - with_it < SHRINKS * (1.0 - as_it_stands)).then(|| {
-        let (column, input) = (speed_column(record), record.input.column());
-        let many = if rows == 1 { "one row".to_owned() } else { format!("{rows} rows") };
-        DataFault {
-            place: format!("{column}, {input}"),
-            what: format!("{column} stands {many} too early: it answers before {input} changes"),
-            explained_as_it_stands: as_it_stands.max(0.0),
-            explained_with_it: with_it,
-            remedy: format!(
-                "read {input} and {column} at the same instant, or move {input} up by {many} in the file"
-            ),
+    let left = |record: &Dynamic, rows: usize| {
+        let motion = Motion::of(&earlier(record, rows)?)?;
+        Some(1.0 - motion.explained_with_a_dead_zone(&base)?)
+    };
+    let step_s = record.runs[0].sample_s();
+    let most = (LATEST_S / step_s).round().clamp(1.0, LATEST_ROWS) as usize;
+    let first = (SOON_S / step_s).round().clamp(1.0, most as f64) as usize;
+    let as_it_stands = left(record, 0)?;
+    // Of a right file the first rows already make it worse.
+    let (mut rows, mut best) = [1, first]
+        .map(|rows| (rows, left(record, rows).unwrap_or(f64::INFINITY)))
+        .into_iter()
+        .min_by(|a, b| a.1.total_cmp(&b.1))?;
+    if best >= as_it_stands {
+        return None;
+    }
+    let mut step = rows;
+    let mut growing = true;
+    while step > 0 {
+        let tried =
+            [rows + step, rows.saturating_sub(step)].into_iter().filter(|rows| (1..=most).contains(rows));
+        let better = tried.filter_map(|rows| Some((rows, left(record, rows)?))).find(|it| it.1 < best);
+        match better {
+            Some(found) => (rows, best) = found,
+            None => growing = false,
         }
-    })
+        step = if growing { 2 * step } else { step / 2 };
+    }
+    let clearly = |before: f64, after: f64| after < SHRINKS * before;
+    let everywhere = |other: &&Dynamic| {
+        left(other, 0).zip(left(other, rows)).is_none_or(|(before, after)| clearly(before, after))
+    };
+    (1.0 - best > MOST && clearly(as_it_stands, best) && holdouts.iter().all(everywhere)).then_some(rows)
+}
+
+/// The record with every input moved up by some rows. What is shorter than that is left out.
+pub fn earlier(record: &Dynamic, rows: usize) -> Option<Dynamic> {
+    let moved = |run: &Run| {
+        let kept = run.rows() - rows;
+        Run {
+            input: run.input[rows..].to_vec(),
+            bridge: run.bridge[rows..].to_vec(),
+            ..run.rows_between(0, kept, run.id)
+        }
+    };
+    let runs: Vec<Run> = record.runs.iter().filter(|run| run.rows() > rows + SHORTEST).map(moved).collect();
+    (!runs.is_empty()).then(|| Dynamic { runs, ..record.clone() })
+}
+
+/// What is said of an input that was moved.
+pub fn moved(record: &Dynamic, rows: usize) -> String {
+    let (column, input) = (speed_column(record), record.input.column());
+    let many = if rows == 1 { "one row".to_owned() } else { format!("{rows} rows") };
+    format!(
+        "{input} is logged {many} ({} ms) late: {column} answers before it changes, too early by {many}. It is read {many} earlier here; log \
+         both at the same instant. To read it as it stands: --accept-data",
+        crate::report::figure(1e3 * rows as f64 * record.runs[0].sample_s())
+    )
 }
 
 /// What may be said of the sensor before a compliance or a lag is: nothing of it stops anybody.

@@ -7,6 +7,7 @@ use super::formula::Formula;
 use super::names::Quantity;
 use super::pieces::Piece;
 use super::plan::{Plan, Source};
+use super::strays::{self, Strays};
 use super::{Dynamic, Input, Reading, Run, Table};
 use crate::console::input_error::InputError;
 use servo::axis::Bridge;
@@ -182,6 +183,7 @@ impl<'a> Sheet<'a> {
             u_v,
             omega_rad_s,
             speed_unit_rad_s: self.factor(Quantity::AngularSpeed),
+            names: self.plan.names.clone(),
         })
     }
 
@@ -207,7 +209,7 @@ impl<'a> Sheet<'a> {
                 || bridge.as_ref().is_some_and(|bridge| bridge[row].is_nan())
                 || id.of(row).is_nan()
         };
-        let lost: Vec<bool> = (0..time.len()).map(is_lost).collect();
+        let mut lost: Vec<bool> = (0..time.len()).map(is_lost).collect();
         let mut whole = Run {
             id: 0,
             bridge: self.bridge(bridge, time.len())?,
@@ -218,6 +220,8 @@ impl<'a> Sheet<'a> {
             supply_v: self.column(Quantity::Supply)?,
             t_s: time,
         };
+        let strays = self.strays(&whole, input, linear)?;
+        let bad = whole.take_out(&strays, &mut lost, |row| self.cells.line(row));
         self.check_share(&bridging::holes(&whole, &lost))?;
         let bridged = bridging::bridge(&mut whole, &lost, |row| id.of(row));
         drop(lost);
@@ -225,8 +229,32 @@ impl<'a> Sheet<'a> {
         let pieces = self.pieces(&whole.t_s, &id, &bridged)?;
         let runs = whole.parted(&pieces);
         let rows: usize = runs.iter().map(Run::rows).sum();
-        notes.extend(bridged.sentence(all, rows));
-        Ok(Dynamic { source: self.source.to_owned(), input, linear, runs })
+        let bridges = bridged.sentence(all, rows);
+        notes.extend(if bad.is_some() {
+            bridges.map(|text| text.replace("empty", "empty or bad"))
+        } else {
+            bridges
+        });
+        notes.extend(bad.map(|text| format!("{}: {text}", self.source)));
+        Ok(Dynamic { source: self.source.to_owned(), input, linear, runs, names: self.plan.names.clone() })
+    }
+
+    /// Cells that cannot be, column by column. Many that lie among the others are the sensor's way; many outside of them are no log.
+    fn strays(&self, run: &Run, input: Input, linear: bool) -> Result<Vec<Strays>, InputError> {
+        let most = bridging::MOST * run.rows() as f64;
+        let mut found = strays::found(run, input.column(), linear, self.supply_v);
+        if let Some(many) = found.iter().find(|it| it.outside && it.count() as f64 > most) {
+            let what = format!(
+                "column {}: {} of {} rows hold values far outside of what the others hold, up to {:.0} % are left out: clean the column",
+                many.column,
+                many.count(),
+                run.rows(),
+                100.0 * bridging::MOST
+            );
+            return Err(InputError::line(self.source, self.cells.line(many.rows[0].start), what));
+        }
+        found.retain(|it| it.count() as f64 <= most);
+        Ok(found)
     }
 
     /// Rows with holes are bridged while they are few.
