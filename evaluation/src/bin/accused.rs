@@ -172,7 +172,7 @@ fn drawn(seed: u64) -> Case {
     let noise = *[0.0, 1e-4, 3e-3].choose(random).expect("some") * fastest;
     let grid = *[0.0, 0.1 * TAU / 60.0, TAU / 60.0, 0.01 * fastest].choose(random).expect("some");
     let (turns, columns) = (TAU / 4096.0, random.random_range(0..4));
-    let mut file = |random: &mut ChaCha8Rng| {
+    let file = |random: &mut ChaCha8Rng| {
         let volts = volts(random, rows, step_s);
         let seen = motor.run(&volts, step_s);
         let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
@@ -197,9 +197,9 @@ fn drawn(seed: u64) -> Case {
     Case { motor, sheet, log, holdout }
 }
 
-fn opened(name: &str, file: &File) -> Result<Reading, String> {
-    log::parse_bytes(name, file.text().as_bytes(), &Columns { supply_v: Some(12.0), ..Columns::default() })
-        .map_err(|error| error.to_string())
+fn opened(name: &str, case: &Case, file: &File) -> Result<Reading, String> {
+    let columns = Columns::of("", &parsed(case, false)).expect("no columns");
+    log::parse_bytes(name, file.text().as_bytes(), &columns).map_err(|error| error.to_string())
 }
 
 fn parsed(case: &Case, fitted: bool) -> Model {
@@ -214,7 +214,8 @@ fn parsed(case: &Case, fitted: bool) -> Model {
 /// What is said of a right file.
 fn said(seed: u64) -> Option<String> {
     let case = drawn(seed);
-    let read = opened("log.csv", &case.log).and_then(|log| Ok((log, opened("holdout.csv", &case.holdout)?)));
+    let read = opened("log.csv", &case, &case.log)
+        .and_then(|log| Ok((log, opened("holdout.csv", &case, &case.holdout)?)));
     let (log, holdout) = match read {
         Ok(read) => read,
         Err(text) => return Some(text),
@@ -260,8 +261,8 @@ fn asked(seed: u64, read_only: bool) -> (usize, usize, bool, String) {
     let count = random.random_range(1..=10);
     let rows: BTreeSet<usize> = (0..count).map(|_| random.random_range(0..case.log.rows.len())).collect();
     let seen: Vec<usize> = rows.into_iter().filter(|row| spoilt(random, &mut case.log, *row)).collect();
-    let (log, holdout) = match opened("log.csv", &case.log) {
-        Ok(log) => (log, opened("holdout.csv", &case.holdout).expect("a right file")),
+    let (log, holdout) = match opened("log.csv", &case, &case.log) {
+        Ok(log) => (log, opened("holdout.csv", &case, &case.holdout).expect("a right file")),
         Err(text) => return (seen.len(), seen.len(), false, format!("- {seed}: {text}")),
     };
     let text = log.notes.join("; ");

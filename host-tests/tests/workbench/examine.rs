@@ -228,7 +228,7 @@ fn bad_cells_are_taken_out_and_told_by_their_line() {
         let text = bad.iter().fold(header, |text, row| {
             text + &format!("\n{:.9},{:.9},{:.9},{:.9},{:.9}", row[0], row[1], row[2], row[3], row[4])
         });
-        let columns = Columns { supply_v: Some(12.0), ..Columns::default() };
+        let columns = Columns::of("", &parsed(MODEL)).unwrap();
         let reading = log::parse_bytes("log.csv", text.as_bytes(), &columns).unwrap();
         let line = format!("line {}:", row + 2);
         assert!(reading.notes.iter().any(|note| note.contains(&line)), "{column} {line} {:?}", reading.notes);
