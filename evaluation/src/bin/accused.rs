@@ -230,8 +230,8 @@ fn said(seed: u64) -> Option<String> {
         .then(|| format!("- {seed}, {:?} {:?}: {}", case.motor.names(), case.log.header, all.join("; ")))
 }
 
-/// Spoils a cell; true if that can be seen.
-fn spoilt(random: &mut ChaCha8Rng, file: &mut File, row: usize) -> bool {
+/// Spoils a cell; its row and column if that can be seen.
+fn spoilt(random: &mut ChaCha8Rng, file: &mut File, row: usize) -> Option<(usize, usize)> {
     let column = random.random_range(1..file.header.len());
     let values = || file.rows.iter().map(|row| row[column]);
     let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
@@ -251,7 +251,7 @@ fn spoilt(random: &mut ChaCha8Rng, file: &mut File, row: usize) -> bool {
         _ => 65535.0,
     };
     file.rows[row][column] = bad;
-    (bad - before).abs() > 0.15 * (high - low)
+    ((bad - before).abs() > 0.15 * (high - low)).then_some((row, column))
 }
 
 /// What became of bad cells: those that can be seen, those that were told, a false name, and a line for the page.
@@ -260,14 +260,15 @@ fn asked(seed: u64, read_only: bool) -> (usize, usize, bool, String) {
     let random = &mut ChaCha8Rng::seed_from_u64(seed ^ 0xBAD);
     let count = random.random_range(1..=10);
     let rows: BTreeSet<usize> = (0..count).map(|_| random.random_range(0..case.log.rows.len())).collect();
-    let seen: Vec<usize> = rows.into_iter().filter(|row| spoilt(random, &mut case.log, *row)).collect();
+    let seen: Vec<(usize, usize)> =
+        rows.into_iter().filter_map(|row| spoilt(random, &mut case.log, row)).collect();
     let (log, holdout) = match opened("log.csv", &case, &case.log) {
         Ok(log) => (log, opened("holdout.csv", &case, &case.holdout).expect("a right file")),
         Err(text) => return (seen.len(), seen.len(), false, format!("- {seed}: {text}")),
     };
     let text = log.notes.join("; ");
-    let is_told = |row: &&usize| {
-        let line = **row + 2;
+    let is_told = |(row, _): &&(usize, usize)| {
+        let line = row + 2;
         text.contains(&format!("line {line}:"))
             || text.contains(&format!("lines {line} "))
             || text.contains(&format!("to {line}:"))
@@ -275,8 +276,12 @@ fn asked(seed: u64, read_only: bool) -> (usize, usize, bool, String) {
     let told = seen.iter().filter(is_told).count();
     let untold: Vec<String> = seen
         .iter()
-        .filter(|row| !is_told(row))
-        .map(|row| format!("{}: {:?}", row + 2, case.log.rows[*row]))
+        .filter(|cell| !is_told(cell))
+        .map(|(row, column)| {
+            let around = row.saturating_sub(1)..(row + 2).min(case.log.rows.len());
+            let values = around.map(|row| case.log.rows[row][*column]);
+            format!("{}: {} {:?}", row + 2, case.log.header[*column], values.collect::<Vec<_>>())
+        })
         .collect();
     let (mut names, mut false_name) = (Vec::new(), false);
     if !read_only {

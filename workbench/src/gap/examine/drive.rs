@@ -21,7 +21,12 @@ pub fn fault(motion: &Motion, record: &Dynamic, base: &Base, fitted: bool) -> Op
         return None;
     }
     let explained = |drive: &(fn(f64) -> f64, _, _)| motion.driven_by(drive.0).explained_within(base, fitted);
-    let best = DRIVES.iter().map(|drive| (explained(drive), drive)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let may = |drive: &&(fn(f64) -> f64, _, _)| motion.turns_one_way(drive.0(1.0) + drive.0(-1.0));
+    let best = DRIVES
+        .iter()
+        .filter(may)
+        .map(|drive| (explained(drive), drive))
+        .max_by(|a, b| a.0.total_cmp(&b.0))?;
     let (explained, (_, what, expression)) = best;
     let column = record.input.column();
     let remedy = record.names.mended(&[(column, &|theirs| expression.replace("{}", &theirs.text))]);

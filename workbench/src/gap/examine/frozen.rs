@@ -1,7 +1,7 @@
 //! A sensor that stands still while the motor is driven both ways: an encoder that has come off, or a logger that repeats itself.
 //!
 //! A shaft may stand under a small voltage, at an end stop or under a load, but then not against both directions at voltages that move it
-//! elsewhere. A speed other than 0 stays the same to its last digit only where nothing changes.
+//! elsewhere; and no shaft goes on behind a standstill with a leap that is longer than any of its steps.
 
 use crate::system::log::{Dynamic, Run};
 use std::ops::Range;
@@ -10,6 +10,8 @@ use std::ops::Range;
 const LONG: usize = 20;
 /// In each direction so many rows of a stretch must drive harder than usual.
 const DRIVEN: usize = 5;
+/// A leap is so many times the longest step of the record.
+const LEAP: f64 = 2.0;
 /// A log of which less than this is left is no log.
 const LEFT: f64 = 0.3;
 /// Runs that are shorter say nothing.
@@ -63,20 +65,19 @@ fn reading(run: &Run) -> Option<&[f64]> {
     run.speed.as_deref().or(run.position.as_deref())
 }
 
+/// Rows of equal readings that no shaft makes.
 fn stretches(run: &Run, usual: f64) -> Vec<Range<usize>> {
     let Some(values) = reading(run) else { return Vec::new() };
-    let mut found = Vec::new();
-    let mut start = 0;
-    for row in 1..=run.rows() {
-        if row < run.rows() && values[row] == values[start] {
-            continue;
-        }
-        if row - start >= LONG {
-            let hard =
-                |sign: f64| run.input[start..row].iter().filter(|u| sign * **u > usual).count() >= DRIVEN;
-            found.extend((hard(1.0) && hard(-1.0)).then_some(start..row));
-        }
-        start = row;
-    }
-    found
+    let rows: Vec<usize> = (0..run.rows()).collect();
+    let equal = rows.chunk_by(|a, b| values[*a] == values[*b]).filter(|rows| rows.len() >= LONG);
+    let equal: Vec<Range<usize>> = equal.map(|rows| rows[0]..rows[rows.len() - 1] + 1).collect();
+    let step = |row: usize| (values[row] - values[row - 1]).abs();
+    let ends = |row: &usize| equal.iter().any(|it| it.start == *row || it.end == *row);
+    let longest = (1..run.rows()).filter(|row| !ends(row)).map(step).fold(0.0, f64::max);
+    let frozen = |it: &Range<usize>| {
+        let hard = |sign: f64| run.input[it.clone()].iter().filter(|u| sign * **u > usual).count() >= DRIVEN;
+        let leaps = it.end < run.rows() && step(it.end) > LEAP * longest;
+        leaps || hard(1.0) && hard(-1.0)
+    };
+    equal.iter().filter(|it| frozen(it)).cloned().collect()
 }

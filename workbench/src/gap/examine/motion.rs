@@ -30,6 +30,8 @@ const ALIKE: f64 = 0.985;
 const GAP: f64 = 10.0;
 /// Below this part of the fastest motion no direction is certain.
 const STANDS: f64 = 0.02;
+/// Faster than this part of the fastest motion it is no noise.
+const BACKWARDS: f64 = 0.1;
 /// The steps of a differenced position stay below this part of the fastest motion.
 const COARSE: f64 = 0.05;
 
@@ -244,6 +246,13 @@ impl Motion {
             self.stretches.iter().flat_map(|it| &it.input).filter(move |u| sign * **u > 0.0).count()
         };
         10 * rows(1.0).min(rows(-1.0)) > self.rows()
+    }
+
+    /// Does hardly a row move against this sign?
+    pub fn turns_one_way(&self, sign: f64) -> bool {
+        let against = |speed: &&f64| sign * **speed < -BACKWARDS * self.fastest;
+        let rows = self.stretches.iter().flat_map(|it| &it.speed).filter(against).count();
+        rows as f64 <= STANDS * self.rows() as f64
     }
 
     /// The record with what a drive makes of its inputs in their place.

@@ -19,6 +19,12 @@ const SHORTEST: usize = 20;
 const MOST: f64 = 0.98;
 /// and leave at most this part of what is left without it.
 const SHRINKS: f64 = 0.4;
+/// A jump of the input is so much of its largest value, and stands alone among so many rows. Fewer of them tell nothing.
+const JUMP: f64 = 0.2;
+const AROUND_JUMP: usize = 4;
+const JUMPS: usize = 8;
+/// The acceleration that changes in one row does so this many times more than in any other: a central difference halves it.
+const ALONE: f64 = 3.0;
 /// Rows on either side over which a speed may have been smoothed.
 const REACHES: [usize; 7] = [2, 3, 5, 7, 10, 15, 20];
 /// Steps of a speed below this part of its range harm nobody.
@@ -56,11 +62,39 @@ pub fn late(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Option<us
         }
         step = if growing { 2 * step } else { step / 2 };
     }
-    let clearly = |before: f64, after: f64| after < SHRINKS * before;
-    let everywhere = |other: &&Dynamic| {
-        left(other, 0).zip(left(other, rows)).is_none_or(|(before, after)| clearly(before, after))
+    let clearly = |record: &Dynamic, before: f64, after: f64| {
+        after < SHRINKS * before || after < before && answers_before(record, rows)
     };
-    (1.0 - best > MOST && clearly(as_it_stands, best) && holdouts.iter().all(everywhere)).then_some(rows)
+    let everywhere = |other: &&Dynamic| {
+        left(other, 0).zip(left(other, rows)).is_none_or(|(before, after)| clearly(other, before, after))
+    };
+    (1.0 - best > MOST && clearly(record, as_it_stands, best) && holdouts.iter().all(everywhere))
+        .then_some(rows)
+}
+
+/// Does the acceleration change so many rows before the input jumps, and nowhere else around the jump? One row hides behind the friction
+/// that a fit to the whole motion leaves over.
+fn answers_before(record: &Dynamic, rows: usize) -> bool {
+    let reach = rows + AROUND_JUMP;
+    let (mut answers, mut jumps) = (vec![0.0; 2 * reach], 0);
+    for run in &record.runs {
+        let Some(speed) = &run.speed else { continue };
+        let change = |row: usize| run.input[row] - run.input[row - 1];
+        let far = JUMP * run.input.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+        for row in reach + 1..run.rows().saturating_sub(reach + 1) {
+            let alone = |other: usize| other == row || change(other).abs() < 0.1 * change(row).abs();
+            if change(row).abs() > far && (row - reach..row + reach).all(alone) {
+                jumps += 1;
+                for (k, answer) in answers.iter_mut().enumerate() {
+                    let at = row - reach + k;
+                    *answer += change(row) * (speed[at + 1] - 2.0 * speed[at] + speed[at - 1]);
+                }
+            }
+        }
+    }
+    let own = answers[reach - rows];
+    let other = (0..answers.len()).filter(|k| *k != reach - rows).map(|k| answers[k].abs());
+    jumps >= JUMPS && own > ALONE * other.fold(0.0, f64::max)
 }
 
 /// The record with every input moved up by some rows. What is shorter than that is left out.

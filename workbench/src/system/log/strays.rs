@@ -5,6 +5,7 @@
 //! not accused of it. An input may jump as it likes. It is asked whether the speed has answered.
 
 use super::Run;
+use super::bridging::MOST;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -17,10 +18,15 @@ const FAR: f64 = 4.0;
 const ORDINARY: f64 = 0.95;
 /// And this part of the column's range: what is less harms nobody.
 const VISIBLE: f64 = 0.12;
+/// An input that steps by this part of its range is answered.
+const CHANGE: f64 = 0.25;
 /// It comes back to where it began within this part of its height.
 const BACK: f64 = 0.35;
-/// At the edge of a record it comes from nowhere: there it is so much of the range.
-const ALONE: f64 = 0.4;
+/// At the edge of a record it comes from nowhere: there it is so many times the longest step inside. The first step from rest is longer than
+/// those that follow by e^(row/time constant).
+const EDGE_STEPS: f64 = 3.0;
+/// A gap between values that is so many times all that lies on one side of it.
+const GAP: f64 = 2.0;
 /// An answer is seen if it is so many deviations of a step of the speed.
 const SEEN: f64 = 6.0;
 /// More pulses of the input than this, and than this share of the rows, were meant.
@@ -97,101 +103,162 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
     }
     let still = vec![false; run.rows()];
     let drive = Steps::of(&run.input, &still);
-    let far = drive.as_ref().map_or(0.0, |drive| 0.25 * drive.span);
+    let far = drive.as_ref().map_or(0.0, |drive| CHANGE * drive.span);
     let changes: Vec<bool> =
         (0..run.rows()).map(|row| row > 0 && (run.input[row] - run.input[row - 1]).abs() > far).collect();
     let (place, speed) = if linear { ("q_m", "v_m_s") } else { ("theta_rad", "omega_rad_s") };
-    let columns =
-        [(place, &run.position), (speed, &run.speed), ("i_a", &run.current_a), ("vbus_v", &run.supply_v)];
+    // A record may start at rest, and with the current of a stall.
+    let stall = (f64::INFINITY, 10.0 * GAP);
+    let columns = [
+        (place, &run.position, (0.0, GAP)),
+        (speed, &run.speed, (1.0, GAP)),
+        ("i_a", &run.current_a, stall),
+        ("vbus_v", &run.supply_v, (0.0, GAP)),
+    ];
     let mut all = Vec::new();
-    for (column, values) in columns {
+    for (column, values, (start, gap)) in columns {
         let Some(values) = values else { continue };
         let Some(steps) = Steps::of(values, &changes) else { continue };
-        let mut rows = excursions(values, &steps, &changes);
-        rows.extend(edges(values, ALONE * steps.span.max(steps.answering / ALONE)));
-        all.extend(strays(column, values, rows, &steps));
+        let (bad, outside) = in_column(values, &steps, &changes, [gap, start, EDGE_STEPS]);
+        all.extend(strays(column, ranges(&bad), outside));
     }
-    if let Some(steps) = drive {
-        let mut rows = excursions(&run.input, &steps, &still);
-        let inner = rows.len();
-        rows.extend(edges(&run.input, steps.far));
-        let felt = Felt::of(run, &rows);
-        let most = (MEANT.1 * run.rows() as f64).max(MEANT.0 as f64) as usize;
-        let mut bare: Vec<f64> = run.input.iter().map(|value| value.abs()).collect();
-        rows.iter().for_each(|stray| bare[stray.clone()].fill(0.0));
-        let others = bare.into_iter().fold(0.0, f64::max);
-        let limit = supply_v.map_or(BEYOND.1 * others, |supply| (BEYOND.0 * supply).max(BEYOND.0 * others));
-        let wrong = |k: &usize| {
-            let beyond = run.input[rows[*k].clone()].iter().any(|value| value.abs() > limit);
-            let rare = *k < inner && inner <= most;
-            felt.as_ref().and_then(|felt| felt.denies(run, &rows[*k])).unwrap_or(beyond || rare)
-        };
-        let wrong: Vec<Range<usize>> = (0..rows.len()).filter(wrong).map(|k| rows[k].clone()).collect();
-        all.extend(strays(input, &run.input, wrong, &steps));
+    // An input may step as often as it likes: the motor is asked whether it has felt it.
+    if let Some(steps) = drive.map(|drive| Steps { far: VISIBLE * drive.span, ..drive }) {
+        let (bad, outside) = in_column(&run.input, &steps, &still, [GAP, 0.0, 0.0]);
+        let wrong = never_felt(run, ranges(&bad), supply_v);
+        all.extend(strays(input, wrong, outside));
     }
     all
 }
 
-fn strays(
-    column: &'static str,
-    values: &[f64],
-    mut rows: Vec<Range<usize>>,
-    steps: &Steps,
-) -> Option<Strays> {
-    rows.sort_by_key(|stray| stray.start);
-    let middle = quantile(values.to_vec(), 0.5)?;
-    let outside = |row: usize| (values[row] - middle).abs() > 3.0 * steps.span;
-    let outside = rows.iter().flat_map(Clone::clone).filter(|row| outside(*row)).count();
-    let count: usize = rows.iter().map(Range::len).sum();
-    (!rows.is_empty()).then_some(Strays { column, rows, outside: 2 * outside > count })
+fn strays(column: &'static str, rows: Vec<Range<usize>>, outside: usize) -> Option<Strays> {
+    let found = Strays { column, rows, outside: false };
+    let outside = 2 * outside > found.count();
+    (!found.rows.is_empty()).then_some(Strays { outside, ..found })
 }
 
-/// What jumps away and comes back.
-fn excursions(values: &[f64], steps: &Steps, changes: &[bool]) -> Vec<Range<usize>> {
-    let mut rows = Vec::new();
-    let mut row = 1;
-    while row < values.len() {
-        let end = excursion(values, steps, changes, row);
-        rows.extend(end.map(|end| row..end));
-        row = end.unwrap_or(row) + 1;
+/// Of the inputs that stand out those that the motor has not answered. Where an answer would not be seen: those beyond the supply, and few
+/// short ones.
+fn never_felt(run: &Run, mut rows: Vec<Range<usize>>, supply_v: Option<f64>) -> Vec<Range<usize>> {
+    let felt = Felt::of(run, &rows);
+    let few = rows.len() <= ((MEANT.1 * run.rows() as f64) as usize).max(MEANT.0);
+    let mut others: Vec<f64> = run.input.iter().map(|value| value.abs()).collect();
+    rows.iter().for_each(|stray| others[stray.clone()].fill(0.0));
+    let most = others.into_iter().fold(0.0, f64::max);
+    let limit = supply_v.map_or(BEYOND.1 * most, |supply| BEYOND.0 * supply.max(most));
+    let beyond = |stray: &Range<usize>| run.input[stray.clone()].iter().any(|value| value.abs() > limit);
+    let wrong = |stray: &Range<usize>| {
+        let inside = stray.start >= EDGE && stray.end + EDGE <= run.rows();
+        let denied = felt.as_ref().and_then(|felt| felt.denies(run, stray));
+        supply_v.is_some() && beyond(stray) || denied.unwrap_or(beyond(stray) || few && inside)
+    };
+    rows.retain(wrong);
+    // So many were meant, and the motor is faster than the rows.
+    if rows.iter().map(Range::len).sum::<usize>() as f64 > MOST * run.rows() as f64 {
+        rows.retain(beyond);
     }
     rows
 }
 
-/// The row behind an excursion that begins in this row.
-fn excursion(values: &[f64], steps: &Steps, changes: &[bool], row: usize) -> Option<usize> {
-    let before = values[row - 1];
-    let mut height = 0.0_f64;
-    for end in row + 1..(row + 1 + LONGEST).min(values.len()) {
-        let near = changes[row - 1..=end].iter().any(|change| *change);
-        let far = if near { steps.answering } else { steps.far };
-        let away = (values[end - 1] - before).abs();
-        if away.is_nan() || away <= far {
-            return None;
-        }
-        height = height.max(away);
-        let drift = steps.ordinary * (end - row + 1) as f64;
-        let left = (values[end] - before).abs();
-        // Where the column steps meanwhile, it comes back to neither side: then it must stand out from both.
-        let side = (values[row] - before).signum();
-        let beyond = |value: &f64| side * (value - before) > far && side * (value - values[end]) > far;
-        let stands_out = values[row..end].iter().all(beyond);
-        let back = left <= BACK * height + drift || stands_out;
-        if back && (values[end] - values[end - 1]).abs() > far {
-            return Some(end);
+/// Rows of a column that stand out, and how many of them lie outside of all others. At the edge of a record a jump must be so many times as
+/// far as the longest of the other steps, and at its start come from more than this part of the largest value.
+fn in_column(
+    values: &[f64],
+    steps: &Steps,
+    changes: &[bool],
+    [gap, start, times]: [f64; 3],
+) -> (Vec<bool>, usize) {
+    let good = |bad: &[bool]| {
+        (0..values.len()).filter(|row| !bad[*row] && values[*row].is_finite()).collect::<Vec<usize>>()
+    };
+    let mut bad = vec![false; values.len()];
+    if good(&bad).len() < FEWEST {
+        return (bad, 0);
+    }
+    bad = outside(values, gap);
+    let count = bad.iter().filter(|bad| **bad).count();
+    excursions(values, &good(&bad), steps, changes).into_iter().for_each(|row| bad[row] = true);
+    edges(values, &good(&bad), steps.far, start, times).into_iter().for_each(|row| bad[row] = true);
+    (bad, count)
+}
+
+fn ranges(bad: &[bool]) -> Vec<Range<usize>> {
+    let rows: Vec<usize> = (0..bad.len()).filter(|row| bad[*row]).collect();
+    rows.chunk_by(|a, b| a + 1 == *b).map(|rows| rows[0]..rows[rows.len() - 1] + 1).collect()
+}
+
+/// Values beyond a gap that is wider than twice all that the others hold. A motion passes through every value on its way.
+fn outside(values: &[f64], gap: f64) -> Vec<bool> {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let spare = (sorted.len() / 50).max(EDGE);
+    let (mut low, mut high) = (sorted[spare], sorted[sorted.len() - 1 - spare]);
+    for value in &sorted[sorted.len() - spare..] {
+        high = if value - high > gap * (high - low) { high } else { *value };
+    }
+    for value in sorted[..spare].iter().rev() {
+        low = if low - value > gap * (high - low) { low } else { *value };
+    }
+    let apart = high > low;
+    values.iter().map(|value| apart && (*value > high || *value < low)).collect()
+}
+
+/// What jumps away and comes back, among these rows.
+fn excursions(values: &[f64], rows: &[usize], steps: &Steps, changes: &[bool]) -> Vec<usize> {
+    let mut bad = Vec::new();
+    let (mut last, mut from) = (0, 1);
+    while from < rows.len() {
+        match excursion(&|k| values[rows[k]], rows, steps, changes, last..from) {
+            Some(end) => {
+                bad.extend(&rows[from..end]);
+                from = end;
+            }
+            None => (last, from) = (from, from + 1),
         }
     }
-    None
+    bad
+}
+
+/// The end of an excursion behind the last good row.
+fn excursion(
+    at: &dyn Fn(usize) -> f64,
+    rows: &[usize],
+    steps: &Steps,
+    changes: &[bool],
+    gap: Range<usize>,
+) -> Option<usize> {
+    let (before, from) = (at(gap.start), gap.end);
+    let far = |end: usize| {
+        let near = changes[rows[gap.start]..=rows[end]].iter().any(|change| *change);
+        if near { steps.answering } else { steps.far }
+    };
+    let away = |end: &usize| (at(end - 1) - before).abs() > far(*end);
+    let ends = (from + 1..(from + 1 + LONGEST).min(rows.len())).take_while(away);
+    let ends: Vec<usize> = ends.filter(|end| (at(*end) - at(end - 1)).abs() > far(*end)).collect();
+    let returns = |end: &&usize| {
+        let height = (from..**end).map(|k| (at(k) - before).abs()).fold(0.0, f64::max);
+        let drift = steps.ordinary * (*end - from + 1) as f64;
+        (at(**end) - before).abs() <= BACK * height + drift
+    };
+    // Where the column steps meanwhile, it comes back to neither side: then it must stand out from both.
+    let side = (at(from) - before).signum();
+    let stands_out = |end: &&usize| {
+        (from..**end).all(|k| side * (at(k) - before) > far(**end) && side * (at(k) - at(**end)) > far(**end))
+    };
+    ends.iter().find(returns).or_else(|| ends.iter().find(stands_out)).copied()
 }
 
 /// The first and the last rows, where they stand apart from all behind and before them.
-fn edges(values: &[f64], far: f64) -> Vec<Range<usize>> {
-    let rows = values.len();
-    let jumps = |row: usize| (values[row] - values[row - 1]).abs() > far;
-    let calm = |range: Range<usize>| !range.into_iter().any(jumps);
-    let first = (1..=EDGE).rev().find(|row| jumps(*row)).filter(|row| calm(row + 1..row + 2 * EDGE));
-    let last = (rows - EDGE..rows).find(|row| jumps(*row)).filter(|row| calm(row - 2 * EDGE..*row));
-    first.map(|row| 0..row).into_iter().chain(last.map(|row| row..rows)).collect()
+fn edges(values: &[f64], rows: &[usize], far: f64, start: f64, times: f64) -> Vec<usize> {
+    let count = rows.len();
+    let step = |k: usize| (values[rows[k]] - values[rows[k - 1]]).abs();
+    let longest = (EDGE + 1..count.saturating_sub(EDGE)).map(step).fold(0.0, f64::max);
+    let leaps = |k: &usize| step(*k) > far.max(times * longest);
+    let largest = rows[EDGE..].iter().fold(0.0_f64, |most, row| most.max(values[*row].abs()));
+    let moves = |k: &usize| rows[..*k].iter().any(|row| values[*row].abs() > start * largest);
+    let first = (1..=EDGE).rev().find(leaps).filter(moves).unwrap_or(0);
+    let last = (count - EDGE..count).find(leaps).unwrap_or(count);
+    rows[..first].iter().chain(&rows[last..]).copied().collect()
 }
 
 /// How the speed answers the input from row to row.
