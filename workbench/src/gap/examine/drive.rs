@@ -21,7 +21,7 @@ pub fn fault(motion: &Motion, record: &Dynamic, base: &Base, fitted: bool) -> Op
         return None;
     }
     let explained = |drive: &(fn(f64) -> f64, _, _)| motion.driven_by(drive.0).explained_within(base, fitted);
-    let may = |drive: &&(fn(f64) -> f64, _, _)| motion.turns_one_way(drive.0(1.0) + drive.0(-1.0));
+    let may = |drive: &&(fn(f64) -> f64, _, _)| motion.turns_one_way((drive.0(1.0) + drive.0(-1.0)).signum());
     let best = DRIVES
         .iter()
         .filter(may)

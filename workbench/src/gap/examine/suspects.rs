@@ -70,7 +70,7 @@ pub fn all(model: &Model, record: &Dynamic, base: &Base) -> Vec<Suspect> {
         ..Suspect::new(
             record.input.column(),
             format!("{} and {} stand in each other's place", record.input.column(), speed_column(record)),
-            exchanged(record),
+            record.names.exchanged(record.input.column(), speed_column(record)),
             1.0,
             1.0,
         )
@@ -87,14 +87,6 @@ pub fn speed_column(record: &Dynamic) -> &'static str {
         (false, false) => "theta_rad",
         (false, true) => "q_m",
     }
-}
-
-/// The option that reads input and speed in each other's place.
-fn exchanged(record: &Dynamic) -> String {
-    let (input, speed) = (record.input.column(), speed_column(record));
-    let text = |column: &str| record.names.theirs(column).1.text;
-    let (of_input, of_speed) = (text(input), text(speed));
-    record.names.mended(&[(input, &|_| of_speed.clone()), (speed, &|_| of_input.clone())])
 }
 
 /// What a drive does to its input.

@@ -50,6 +50,17 @@ impl Names {
         self.mended(&[(ours, &|theirs| format!("{}*{}", theirs.text, super::in_digits(factor, 6)))])
     }
 
+    /// The option that reads two of our columns in each other's place.
+    pub fn exchanged(&self, one: &str, other: &str) -> String {
+        let (of_one, of_other) = (self.theirs(one).1, self.theirs(other).1);
+        let read_as = |from: &Theirs, own: &Theirs| {
+            let factor = from.unit / own.unit;
+            let same = (factor - 1.0).abs() < 1e-9;
+            if same { from.text.clone() } else { format!("{}*{}", from.text, super::in_digits(factor, 6)) }
+        };
+        self.mended(&[(one, &|own| read_as(&of_other, own)), (other, &|own| read_as(&of_one, own))])
+    }
+
     /// The name on the left of `=`, and what stands on the right.
     pub fn theirs(&self, ours: &str) -> (String, Theirs) {
         if let Some((name, text)) = self.typed.iter().find(|item| same(&item.0, ours)) {
