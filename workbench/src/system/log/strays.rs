@@ -122,8 +122,7 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
         let (bad, outside) = in_column(values, &steps, &changes, [gap, start, EDGE_STEPS]);
         all.extend(strays(column, ranges(&bad), outside));
     }
-    // An input may step as often as it likes: the motor is asked whether it has felt it.
-    if let Some(steps) = drive.map(|drive| Steps { far: VISIBLE * drive.span, ..drive }) {
+    if let Some(steps) = drive {
         let (bad, outside) = in_column(&run.input, &steps, &still, [GAP, 0.0, 0.0]);
         let wrong = never_felt(run, ranges(&bad), supply_v);
         all.extend(strays(input, wrong, outside));
