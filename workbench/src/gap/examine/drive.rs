@@ -7,8 +7,10 @@ use crate::system::log::Dynamic;
 /// So much of the motion such a drive must explain: a sensor without a sign explains less, for it goes through 0 at each reversal.
 const MOST: f64 = 0.98;
 
+type Drive = (fn(f64) -> f64, &'static str, &'static str);
+
 /// What a drive may make of a command, in words and as an expression over it.
-const DRIVES: [(fn(f64) -> f64, &str, &str); 4] = [
+const DRIVES: [Drive; 4] = [
     (|u| u.max(0.0), "the drive acts in one direction only: below 0 it does nothing", "({}+abs({}))/2"),
     (|u| u.min(0.0), "the drive acts in one direction only: above 0 it does nothing", "({}-abs({}))/2"),
     (f64::abs, "the drive rectifies: it drives one way whatever the sign of its command", "abs({})"),
@@ -20,8 +22,8 @@ pub fn fault(motion: &Motion, record: &Dynamic, base: &Base, fitted: bool) -> Op
     if !motion.is_driven_both_ways() {
         return None;
     }
-    let explained = |drive: &(fn(f64) -> f64, _, _)| motion.driven_by(drive.0).explained_within(base, fitted);
-    let may = |drive: &&(fn(f64) -> f64, _, _)| motion.turns_one_way((drive.0(1.0) + drive.0(-1.0)).signum());
+    let explained = |drive: &Drive| motion.driven_by(drive.0).explained_within(base, fitted);
+    let may = |drive: &&Drive| motion.turns_one_way((drive.0(1.0) + drive.0(-1.0)).signum());
     let best = DRIVES
         .iter()
         .filter(may)

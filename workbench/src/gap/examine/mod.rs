@@ -164,10 +164,9 @@ pub fn put_right(model: &Model, log: &Log, holdouts: &[Log]) -> Right {
     let Log::Dynamic(record) = log else { return Right::default() };
     let mut notes = Vec::new();
     let mut cut = |record: &Dynamic| {
-        frozen::without(record).map(|(kept, note)| {
-            notes.push(note);
-            kept
-        })
+        let (kept, note) = frozen::without(record)?;
+        notes.push(note);
+        Some(kept)
     };
     let own = cut(record);
     let others: Vec<Option<Dynamic>> = records(holdouts).into_iter().map(cut).collect();
@@ -177,9 +176,8 @@ pub fn put_right(model: &Model, log: &Log, holdouts: &[Log]) -> Right {
         records(holdouts).into_iter().zip(&others).map(|(it, cut)| cut.as_ref().unwrap_or(it)).collect();
     let late = if tables { None } else { timing::late(model, record, &seen) };
     if let Some(rows) = late {
-        let moved = |record: &&Dynamic| {
-            timing::earlier(record, rows).map_or_else(|| (*record).clone(), |it| it).into()
-        };
+        let moved =
+            |record: &&Dynamic| timing::earlier(record, rows).unwrap_or_else(|| (*record).clone()).into();
         notes.push(timing::moved(record, rows));
         let holdouts = Some(seen.iter().map(moved).collect());
         return Right { log: Some(moved(&record)), holdouts, late: rows, notes };

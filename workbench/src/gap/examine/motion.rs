@@ -240,12 +240,12 @@ impl Motion {
         limits.reduce(|| 0.0, f64::max)
     }
 
-    /// Is a tenth of the rows driven against the others?
+    /// Is a twentieth of the rows driven hard against the others?
     pub fn is_driven_both_ways(&self) -> bool {
-        let rows = |sign: f64| {
-            self.stretches.iter().flat_map(|it| &it.input).filter(move |u| sign * **u > 0.0).count()
-        };
-        10 * rows(1.0).min(rows(-1.0)) > self.rows()
+        let inputs = || self.stretches.iter().flat_map(|it| &it.input);
+        let hard = 0.5 * inputs().fold(0.0_f64, |most, u| most.max(u.abs()));
+        let rows = |sign: f64| inputs().filter(|u| sign * **u > hard).count();
+        20 * rows(1.0).min(rows(-1.0)) > self.rows()
     }
 
     /// Does hardly a row move against this sign?

@@ -5,7 +5,7 @@
 
 use super::motion::{Base, Motion};
 use super::suspects::speed_column;
-use super::{excerpt, shrinks};
+use super::{clearly, excerpt};
 use crate::outcome::DataFault;
 use crate::system::log::{Dynamic, Run};
 use crate::system::model::Model;
@@ -218,8 +218,10 @@ fn told(model: &Model, record: &Dynamic, rows: &dyn Fn(usize, usize) -> f64) -> 
     let corrected = Dynamic { runs: runs.collect(), ..record.clone() };
     let explained = |record: &Dynamic| Some(Motion::of(record)?.near(&base, 1.0)?.explained);
     let (as_it_stands, with_it) = (explained(record)?, explained(&corrected)?);
-    // The ways themselves are the evidence; a fit may explain most of the motion beside lost rows.
-    shrinks(as_it_stands, with_it).then(|| DataFault {
+    // Where the way of the shaft shows it, a fit need only agree: it may explain most of the motion beside lost rows.
+    let evident = record.runs.iter().all(|run| run.position.is_some() && run.speed.is_some());
+    let agrees = if evident { with_it > as_it_stands } else { clearly(as_it_stands, with_it) };
+    agrees.then(|| DataFault {
         place: String::new(),
         what: String::new(),
         explained_as_it_stands: as_it_stands.max(0.0),

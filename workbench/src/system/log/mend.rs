@@ -24,6 +24,9 @@ pub struct Theirs {
     pub unit: f64,
 }
 
+/// Our name of a column, and what is to stand in the place of what is read.
+pub type Change<'a> = (&'a str, &'a dyn Fn(&Theirs) -> String);
+
 impl Names {
     pub(super) fn of(typed: Vec<(String, String)>, plan: &Plan, header: &[String]) -> Self {
         let mapped = typed.iter().filter(|item| item.1 != "none").count();
@@ -32,7 +35,7 @@ impl Names {
     }
 
     /// The option that reads our columns in another way.
-    pub fn mended(&self, changes: &[(&str, &dyn Fn(&Theirs) -> String)]) -> String {
+    pub fn mended(&self, changes: &[Change]) -> String {
         let mut items = self.typed.clone();
         for (ours, change) in changes {
             let theirs = self.theirs(ours);
