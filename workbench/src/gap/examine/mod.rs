@@ -132,7 +132,7 @@ const ENOUGH: f64 = 0.98;
 /// A mistake must explain so much of the motion once it is put right.
 const MOST: f64 = 0.9;
 /// What a mistake leaves of the unexplained variance: a quarter is half of the error, which a free friction, load, dead zone or time
-/// constant within a factor of two does not take from a right file (none of 3,000 drawn ones).
+/// constant within a factor of two does not take from a right file.
 const SHRINKS: f64 = 0.25;
 /// Mistakes that leave at most so many times what the best one leaves are told together.
 const EQUAL: f64 = 1.15;
