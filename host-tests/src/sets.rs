@@ -43,7 +43,13 @@ pub fn reversing(rows: usize, held: usize, apart_s: f64) -> Run {
 
 /// A run, ready to be compared.
 pub fn ready(model: &Model, run: Run) -> Dataset {
-    let log = Dynamic { source: "log.csv".into(), input: Input::Voltage, linear: false, runs: vec![run] };
+    let log = Dynamic {
+        source: "log.csv".into(),
+        input: Input::Voltage,
+        linear: false,
+        runs: vec![run],
+        names: Default::default(),
+    };
     prepare(model, &log, &[] as &[Dynamic]).expect("a whole record")
 }
 

@@ -81,8 +81,13 @@ fn draw(seed: u64) -> Case {
         "gain+limit" => (vec![&DRIVE_GAIN, &VOLTAGE_SATURATION], Some((&DRIVE_GAIN, "ratio", scale))),
         _ => (vec![], None),
     };
-    let table =
-        Table { source: format!("seed {seed}"), u_v: volts, omega_rad_s: speed, speed_unit_rad_s: 1.0 };
+    let table = Table {
+        source: format!("seed {seed}"),
+        u_v: volts,
+        omega_rad_s: speed,
+        speed_unit_rad_s: 1.0,
+        names: Default::default(),
+    };
     Case { kind, hidden, truth, model, table }
 }
 

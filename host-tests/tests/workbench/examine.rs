@@ -62,6 +62,185 @@ fn parsed(text: &str) -> Model {
 
 const SPEED: &[usize] = &[0, 1, 2];
 
+/// A log under the names of somebody else, in somebody else's units.
+fn foreign(rows: &[Row], change: impl Fn(&mut Row)) -> String {
+    let mut text = "time_ms,voltage_v,Drehzahl [1/min],i_ma".to_owned();
+    for row in rows {
+        let mut row = *row;
+        change(&mut row);
+        let rpm = row[2] * 60.0 / std::f64::consts::TAU;
+        text += &format!("\n{:.6},{:.9},{rpm:.9},{:.9}", 1e3 * row[0], row[1], 1e3 * row[4]);
+    }
+    text
+}
+
+/// What stands between the quotes behind `--columns`.
+fn option(remedy: &str) -> &str {
+    remedy.split("--columns \"").nth(1).and_then(|rest| rest.split('"').next()).expect("an option to type")
+}
+
+#[test]
+fn the_line_under_mend_is_typed_for_a_file_with_its_own_names_and_the_accusation_goes() {
+    let (model, right) = (parsed(MODEL), rows(1, 2.0, 0.05));
+    let mistakes: [(fn(&mut Row), &str); 10] = [
+        (|row| row[2] *= -1.0, "wrong sign"),
+        (|row| row[2] *= 60.0 / std::f64::consts::TAU, "is in rpm"),
+        (|row| row[2] *= 7.0, "pole pairs"),
+        (|row| row[2] /= 7.0, "a gear of"),
+        (|row| row[1] *= 1000.0, "is in mV"),
+        (|row| row[0] *= 1000.0, "t_s is in ms"),
+        (|row| (row[1], row[2]) = (row[2], row[1]), "each other's place"),
+        (|row| row[4] *= 2.0, "times the current"),
+        (|row| row[4] += 0.8, "zero of i_a"),
+        (|row| row[4] = row[4].abs(), "lost its sign"),
+    ];
+    for (change, words) in mistakes {
+        for typed in ["", "omega_rpm=Drehzahl [1/min]", "t_ms=time_ms,u_v=voltage_v*1,i_ma=i_ma"] {
+            let text = foreign(&right, change);
+            let columns = |items: &str| Columns::of(items, &model).unwrap();
+            let log = log::parse("log.csv", &text, &columns(typed)).unwrap();
+            let faults = examine::faults(&model, &log, &[]);
+            let [fault] = &faults[..] else { panic!("{words}, {typed}: {faults:?}") };
+            assert!(fault.what.contains(words), "{words}: {fault:?}");
+            let mended = log::parse("log.csv", &text, &columns(option(&fault.remedy)));
+            let mended = mended.unwrap_or_else(|error| panic!("{words}, {typed}, {fault:?}: {error}"));
+            assert_eq!(examine::faults(&model, &mended, &[]), [], "{words}, {typed}: {}", fault.remedy);
+        }
+    }
+}
+
+#[test]
+fn a_drive_that_acts_one_way_is_told_as_that() {
+    let model = parsed(MODEL);
+    for (drive, words) in
+        [(f64::max as fn(f64, f64) -> f64, "one direction only"), (|u: f64, _| u.abs(), "rectifies")]
+    {
+        let (mut omega, right) = (0.0, rows(11, 2.0, 0.05));
+        let answered: Vec<Row> = right
+            .iter()
+            .map(|row| {
+                let seen = [row[0], row[1], omega, 0.0, 0.0];
+                for _ in 0..50 {
+                    omega += 1e-4 * (0.05 * (drive(row[1], 0.0) - 0.05 * omega) / 2.0 - 1e-5 * omega) / 1e-4;
+                }
+                seen
+            })
+            .collect();
+        let text = foreign(&answered, |_| ());
+        let log = log::parse("log.csv", &text, &Columns::default()).unwrap();
+        let faults = examine::faults(&model, &log, &[]);
+        assert!(faults.len() == 1 && faults[0].what.contains(words), "{words}: {faults:?}");
+        let columns = Columns::of(option(&faults[0].remedy), &model).unwrap();
+        assert_eq!(examine::faults(&model, &log::parse("log.csv", &text, &columns).unwrap(), &[]), []);
+    }
+}
+
+#[test]
+fn right_files_that_used_to_be_accused_are_not() {
+    // An angle alone, half of the rows under one torque and half under the other.
+    let theta = [
+        0.0, 0.0473, 0.1768, 0.3735, 0.6252, 0.9219, 1.2556, 1.6194, 2.0079, 2.4167, 2.8420, 3.1862, 3.3772,
+        3.4429, 3.4059, 3.2850, 3.0952, 2.8492, 2.5571, 2.2272,
+    ];
+    let row = |(k, theta): (usize, &f64)| {
+        format!("\n{:.1},{},{theta}", 0.1 * k as f64, if k < 10 { 1 } else { -1 })
+    };
+    let text = "t_s,torque_nm,theta_rad".to_owned() + &theta.iter().enumerate().map(row).collect::<String>();
+    let joint =
+        MODEL.replace("J_kgm2 = 1e-4", "J_kgm2 = 0.1").replace("b_nms_per_rad = 1e-5", "b_nms_per_rad = 0.2");
+    // The same speed twice by chance, of a sensor of coarse steps; three seconds cut out.
+    let coarse = rows(21, 2.0, 0.05);
+    let torn: Vec<Row> =
+        coarse.iter().enumerate().filter(|(k, _)| !(500..1100).contains(k)).map(|(_, row)| *row).collect();
+    let two = |row: &mut Row| row[2] = (row[2] / 0.5).round() * 0.5;
+    let logs = [
+        (&joint, log::parse("log.csv", &text, &Columns::default())),
+        (&MODEL.to_owned(), Ok(logged(SPEED, &coarse, two))),
+        (&MODEL.to_owned(), Ok(logged(SPEED, &torn, |_| ()))),
+    ];
+    for (model, log) in logs {
+        let (model, log) = (parsed(model), log.unwrap());
+        assert_eq!(examine::faults(&model, &log, &[]), []);
+        assert_eq!(examine::put_right(&model, &log, &[]).notes, Vec::<String>::new());
+    }
+}
+
+#[test]
+fn an_input_that_is_logged_late_is_told_with_its_time_and_read_earlier() {
+    let (model, right) = (parsed(MODEL), rows(31, 2.0, 0.05));
+    for late in [1, 5, 20] {
+        let moved: Vec<Row> = (0..right.len())
+            .map(|k| {
+                [right[k].to_vec(), vec![]].concat()[..]
+                    .try_into()
+                    .map(|mut row: Row| {
+                        row[1] = right[k.saturating_sub(late)][1];
+                        row
+                    })
+                    .unwrap()
+            })
+            .collect();
+        let found = examine::put_right(&model, &logged(SPEED, &moved, |_| ()), &[]);
+        assert_eq!(found.late, late);
+        assert!(found.notes[0].contains(&format!("({} ms) late", 5 * late)), "{:?}", found.notes);
+    }
+}
+
+#[test]
+fn a_sensor_that_stands_while_the_motor_is_driven_both_ways_is_cut_out() {
+    let (model, right) = (parsed(MODEL), rows(41, 2.0, 0.05));
+    for (from, to) in [(400, 700), (1000, 1500)] {
+        let mut frozen = right.clone();
+        frozen[from..to].iter_mut().for_each(|row| (row[2], row[3]) = (right[from][2], right[from][3]));
+        for columns in [SPEED, &[0, 1, 3]] {
+            let found = examine::put_right(&model, &logged(columns, &frozen, |_| ()), &[]);
+            let said = format!("from {:.3} s to {:.3} s", right[from][0], right[to - 1][0]);
+            assert!(found.notes.len() == 1 && found.notes[0].contains(&said), "{said}: {:?}", found.notes);
+            let Some(Log::Dynamic(kept)) = found.log else { panic!("a record is left") };
+            assert!(kept.rows() <= right.len() - (to - from) && kept.rows() > 900);
+        }
+    }
+}
+
+#[test]
+fn bad_cells_are_taken_out_and_told_by_their_line() {
+    let right = rows(51, 2.0, 0.05);
+    let all = &[0, 1, 2, 3, 4];
+    let read = |rows: &[Row]| {
+        let Log::Dynamic(record) = logged(all, rows, |_| ()) else { panic!("a record") };
+        record
+    };
+    let whole = read(&right);
+    assert_eq!(whole.rows(), right.len());
+    for (column, row, value) in [
+        (1, 700, 24.0),
+        (1, 711, 0.0),
+        (1, 0, 255.0),
+        (2, 0, -9999.0),
+        (2, 1499, 900.0),
+        (2, 633, 0.0),
+        (3, 900, 1e6),
+        (4, 411, -9999.0),
+    ] {
+        let mut bad = right.clone();
+        bad[row][column] = value;
+        let header = "t_s,u_v,omega_rad_s,theta_rad,i_a".to_owned();
+        let text = bad.iter().fold(header, |text, row| {
+            text + &format!("\n{:.9},{:.9},{:.9},{:.9},{:.9}", row[0], row[1], row[2], row[3], row[4])
+        });
+        let columns = Columns::of("", &parsed(MODEL)).unwrap();
+        let reading = log::parse_bytes("log.csv", text.as_bytes(), &columns).unwrap();
+        let line = format!("line {}:", row + 2);
+        assert!(reading.notes.iter().any(|note| note.contains(&line)), "{column} {line} {:?}", reading.notes);
+        let Log::Dynamic(kept) = reading.log else { panic!("a record") };
+        let values =
+            |run: &log::Run| [run.input.clone(), run.speed.clone().unwrap(), run.current_a.clone().unwrap()];
+        let worst =
+            kept.runs.iter().flat_map(values).flatten().fold(0.0_f64, |most, value| most.max(value.abs()));
+        assert!(worst < 300.0, "{column} {row}: {worst}");
+    }
+}
+
 #[test]
 fn each_mistake_is_told_with_its_place_and_goes_with_its_remedy() {
     let right = rows(1, 2.0, 0.05);

@@ -71,7 +71,13 @@ fn recorded(motor: &Motor, seed: u64) -> Dynamic {
         speed: Some(truth.seen.iter().map(|omega| omega + noise.sample(&mut rng)).collect()),
         ..Run::default()
     };
-    Dynamic { source: format!("run-{seed}.csv"), input: Input::Voltage, linear: false, runs: vec![run] }
+    Dynamic {
+        source: format!("run-{seed}.csv"),
+        input: Input::Voltage,
+        linear: false,
+        runs: vec![run],
+        names: Default::default(),
+    }
 }
 
 fn analysed(motor: &Motor, seed: u64) -> Outcome {

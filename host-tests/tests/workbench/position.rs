@@ -34,7 +34,13 @@ fn recorded(counts: f64, seed: u32) -> Dynamic {
         }
     }
     run.bridge = vec![Bridge::Driven; run.t_s.len()];
-    Dynamic { source: format!("{seed}.csv"), input: Input::Voltage, linear: false, runs: vec![run] }
+    Dynamic {
+        source: format!("{seed}.csv"),
+        input: Input::Voltage,
+        linear: false,
+        runs: vec![run],
+        names: Default::default(),
+    }
 }
 
 fn said(counts: f64) -> Outcome {

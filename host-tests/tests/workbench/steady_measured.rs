@@ -49,7 +49,13 @@ fn table(volts: impl Iterator<Item = f64>, speed: impl Fn(f64) -> f64) -> Table 
     let noise = |k: usize| 0.15 * ((k * 7919 % 101) as f64 / 50.0 - 1.0);
     let omega_rad_s =
         u_v.iter().enumerate().map(|(k, u)| if speed(*u) == 0.0 { 0.0 } else { speed(*u) + noise(k) });
-    Table { source: "table".into(), omega_rad_s: omega_rad_s.collect(), u_v, speed_unit_rad_s: 1.0 }
+    Table {
+        source: "table".into(),
+        omega_rad_s: omega_rad_s.collect(),
+        u_v,
+        speed_unit_rad_s: 1.0,
+        names: Default::default(),
+    }
 }
 
 fn motor() -> Model {

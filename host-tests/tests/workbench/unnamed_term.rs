@@ -54,7 +54,13 @@ fn recorded(motor: &Motor, seed: u64) -> Dynamic {
         speed: Some(truth.seen.iter().map(|omega| omega + normal.sample(&mut noise)).collect()),
         ..Run::default()
     };
-    Dynamic { source: format!("run-{seed}.csv"), input: Input::Voltage, linear: false, runs: vec![run] }
+    Dynamic {
+        source: format!("run-{seed}.csv"),
+        input: Input::Voltage,
+        linear: false,
+        runs: vec![run],
+        names: Default::default(),
+    }
 }
 
 fn analysed(model: &Model, log: &Dynamic, holdout: &Dynamic) -> Outcome {

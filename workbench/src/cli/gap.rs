@@ -108,12 +108,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.files().check()?;
     let draft = model::read_draft(&arguments.model)?;
     let columns = arguments.rows.read(Some(draft.stated()))?;
-    let log::Reading { log, notes } = log::open(&arguments.log, &columns)?;
+    let log::Reading { log, mut notes } = log::open(&arguments.log, &columns)?;
     let model = gap::completed(draft, &log)?;
     // The crop is that of the log that is fitted.
     let whole = columns.clone().cropped(None, None);
-    let read = |path: &PathBuf| log::read(path, &whole);
-    let holdouts: Vec<Log> = arguments.holdout.iter().map(read).collect::<Result<_, _>>()?;
+    let mut read = |path: &PathBuf| -> Result<Log, InputError> {
+        let reading = log::open(path, &whole)?;
+        let source = path.display().to_string();
+        notes.extend(reading.notes.into_iter().filter(|note| note.starts_with(&source)));
+        Ok(reading.log)
+    };
+    let holdouts: Vec<Log> = arguments.holdout.iter().map(&mut read).collect::<Result<_, _>>()?;
     let without = arguments.without.iter().map(|name| effects::known(name));
     let without: Result<Vec<&Effect>, String> = without.collect();
     let named = |effect: &&Effect| effect.name.to_owned();
@@ -137,6 +142,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         out!("{}", Terminal.export(&outcome)?);
     }
     write(arguments, &model, &outcome)?;
+    if outcome.verdict == Verdict::Data {
+        let each: Vec<String> =
+            outcome.data.iter().map(|fault| format!("{}: {}", fault.what, fault.remedy)).collect();
+        return Err(NotDone(format!(
+            "nothing was simulated, because it looks as if {}; or --accept-data",
+            each.join("; ")
+        ))
+        .into());
+    }
     if arguments.check && outcome.verdict != Verdict::NothingMissing {
         return Err(NotDone(format!("--check: the verdict is `{}`", grade(&outcome))).into());
     }

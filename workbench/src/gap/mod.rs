@@ -41,6 +41,7 @@ pub mod unknown;
 pub mod verdict;
 
 use crate::console::input_error::InputError;
+use crate::gap::examine::Right;
 use crate::gap::search::{Progress, ShareLimits};
 use crate::outcome::Outcome;
 use crate::system::log::{Dynamic, Log, Table};
@@ -75,6 +76,13 @@ pub fn run<L: Recorded>(
 ) -> Result<Outcome, InputError> {
     let started = Instant::now();
     let (log, holdouts) = (L::log(log), L::logs(holdouts));
+    let right =
+        if options.accept_data { Right::default() } else { examine::put_right(model, &log, &holdouts) };
+    let log = right.log.map_or(log, Cow::Owned);
+    let holdouts = right.holdouts.map_or(holdouts, Cow::Owned);
+    let moved = |last: &Dynamic| examine::earlier(last, right.late).unwrap_or_else(|| last.clone());
+    let finals = options.finals.iter().map(moved).collect();
+    let options = &Options { finals, ..options.clone() };
     let notes = || examine::notes(model, &log);
     let (faults, notes) = rayon::join(|| examine::faults(model, &log, &holdouts), notes);
     if !faults.is_empty() && !options.accept_data {
@@ -92,6 +100,7 @@ pub fn run<L: Recorded>(
     }?;
     outcome.data_sheet = data_sheet::contradicted(model, &outcome);
     outcome.notes.splice(0..0, model.notes.iter().cloned());
+    outcome.notes.extend(right.notes);
     outcome.notes.extend(notes);
     outcome.notes.extend(faults.iter().map(|fault| format!("accepted although {}", fault.what)));
     outcome.runtime_s = started.elapsed().as_secs_f64();

@@ -58,7 +58,7 @@ fn faults(text: &mut String, outcome: &Outcome) {
     for fault in &outcome.data {
         text.push('\n');
         block(text, "Data", &format::fault(fault));
-        block(text, "Mend", &fault.remedy);
+        text.push_str(&to_type("Mend", &fault.remedy));
     }
     if !outcome.data.is_empty() {
         block(text, "", "If the files are right all the same: --accept-data.");
@@ -201,6 +201,19 @@ fn block(text: &mut String, head: &str, body: &str) {
 #[must_use]
 pub fn width() -> usize {
     screen::size().map_or(WIDTH, |size| size.1.clamp(NARROWEST, WIDTH))
+}
+
+/// A text beside a heading in which what stands in quotes is never broken: it is to be typed.
+fn to_type(head: &str, body: &str) -> String {
+    let part =
+        |(k, part): (usize, &str)| if k % 2 == 1 { part.replace(' ', "\u{a0}") } else { part.to_owned() };
+    let kept = body.split('"').enumerate().map(part).collect::<Vec<String>>().join("\"");
+    let kept = kept.replace("--columns ", "--columns\u{a0}");
+    let (first, later) = (format!("{head:INDENT$}"), " ".repeat(INDENT));
+    let options = textwrap::Options::new(width()).initial_indent(&first).subsequent_indent(&later);
+    let options = options.break_words(false).word_separator(textwrap::WordSeparator::AsciiSpace);
+    let options = options.word_splitter(textwrap::WordSplitter::NoHyphenation);
+    textwrap::fill(&kept, options).replace('\u{a0}', " ") + "\n"
 }
 
 /// A text that starts behind `head` and goes on below its own start, wrapped at [`width`].

@@ -1,27 +1,85 @@
 //! Does the measured current agree with voltage and speed: u = R i + Ke ω + L di/dt?
+//!
+//! Where it does not, the record is asked without it: if voltage and speed alone move as the data sheet says, the current's column is wrong
+//! and not the winding.
 
-use super::{MOST, SHRINKS};
+use super::clearly;
+use super::motion::{Base, Motion};
 use crate::outcome::DataFault;
-use crate::system::log::{Dynamic, Input};
+use crate::report::figure;
+use crate::system::log::{Dynamic, Input, Names};
 use crate::system::model::{Kind, Model};
 use servo::axis::Bridge;
 
-/// What a logger may have done to a current.
-const MISTAKES: [(f64, &str, &str); 4] = [
-    (1e-3, "i_a is in mA", "--columns \"i_a=i_a*0.001\""),
-    (1e3, "i_a is in kA", "--columns \"i_a=i_a*1000\""),
-    (-1.0, "i_a has the wrong sign", "--columns \"i_a=i_a*-1\""),
-    (-1e-3, "i_a is in mA and has the wrong sign", "--columns \"i_a=i_a*-0.001\""),
-];
+/// Fewer rows tell nothing of a circuit.
+const FEWEST: usize = 50;
+/// A factor below this one is a resistance, warm or of another sheet.
+const FACTOR: f64 = 1.3;
+/// A unit is named where the factor lies within this part of it.
+const UNIT: f64 = 0.1;
+/// A zero that is off by less than this part of the largest voltage across the resistance is a zero.
+const ZERO: f64 = 0.05;
+/// A current that is never below this part of its largest value has lost its sign.
+const BELOW: f64 = 0.1;
+
+/// One row: the voltage across the resistance, what the logged current makes of it, the commanded voltage.
+struct Row {
+    across: f64,
+    drop: f64,
+    input: f64,
+}
+
+/// What a column may hold in place of the current, and what a row's drop then is.
+struct Mistake<'a> {
+    what: String,
+    remedy: String,
+    drop: Box<dyn Fn(&Row) -> f64 + 'a>,
+}
 
 /// A current that is not the winding's.
 pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
-    let Kind::DcMotor { r_ohm, l_h, ke_vs_per_rad, .. } = model.kind else { return None };
+    let Kind::DcMotor { r_ohm, .. } = model.kind else { return None };
     if record.input != Input::Voltage || model.fitted_to_log {
         return None;
     }
-    // Voltage across the resistance, and what the logged current says it is.
-    let mut pairs: Vec<(f64, f64, f64)> = Vec::new();
+    let rows = rows(model, record);
+    let total: f64 = rows.iter().map(|row| row.across * row.across).sum();
+    if rows.len() < FEWEST || total <= 0.0 {
+        return None;
+    }
+    // Brushes and a dead zone of the drive take a constant part of the voltage.
+    let explained = |drop: &dyn Fn(&Row) -> f64| {
+        let left = |row: &Row| (row.across - drop(row)) * row.input.signum();
+        let taken = rows.iter().map(left).sum::<f64>() / rows.len() as f64;
+        let missed = rows.iter().map(|row| (left(row) - taken).powi(2));
+        1.0 - missed.sum::<f64>() / total
+    };
+    let as_it_stands = explained(&|row| row.drop);
+    let told = |mistake: Mistake| {
+        let with_it = explained(&mistake.drop);
+        clearly(as_it_stands, with_it).then(|| DataFault {
+            place: "i_a".into(),
+            what: mistake.what,
+            explained_as_it_stands: as_it_stands.max(0.0),
+            explained_with_it: with_it,
+            remedy: mistake.remedy,
+        })
+    };
+    let fits = Fits::of(&rows);
+    let sheet = Sheet::of(model, record);
+    let sheet = sheet.as_ref();
+    let mistakes = [
+        fits.factor(sheet, &record.names),
+        fits.zero(sheet, &record.names, r_ohm),
+        unsigned(&rows, &record.names),
+        supply(&rows, sheet, model, &record.names),
+    ];
+    mistakes.into_iter().flatten().find_map(told)
+}
+
+fn rows(model: &Model, record: &Dynamic) -> Vec<Row> {
+    let Kind::DcMotor { r_ohm, l_h, ke_vs_per_rad, .. } = model.kind else { return Vec::new() };
+    let mut rows = Vec::new();
     for run in &record.runs {
         let (Some(speed), Some(current)) = (&run.speed, &run.current_a) else {
             continue;
@@ -29,35 +87,138 @@ pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
         for row in 1..run.rows().saturating_sub(1) {
             let driven = run.bridge[row] == Bridge::Driven && run.bridge[row - 1] == Bridge::Driven;
             // A row in which the voltage jumps belongs to both.
-            if driven && run.input[row] == run.input[row - 1] {
+            let step = (run.input[row] - run.input[row - 1]).abs();
+            if driven && step < 0.02 * run.input[row].abs().max(0.1) {
                 let slope = (current[row + 1] - current[row - 1]) / (run.t_s[row + 1] - run.t_s[row - 1]);
                 let across = run.input[row] - ke_vs_per_rad * speed[row];
-                pairs.push((across, r_ohm * current[row] + l_h * slope, run.input[row].signum()));
+                rows.push(Row { across, drop: r_ohm * current[row] + l_h * slope, input: run.input[row] });
             }
         }
     }
-    let total: f64 = pairs.iter().map(|pair| pair.0 * pair.0).sum();
-    if pairs.len() < 50 || total <= 0.0 {
-        return None;
+    rows
+}
+
+/// How voltage and speed move beside the data sheet, without the current.
+struct Sheet {
+    /// Acceleration per volt, and the rate, over those of the sheet.
+    slope: f64,
+    rate: f64,
+    /// The constant force as a voltage, V.
+    constant_v: f64,
+}
+
+impl Sheet {
+    fn of(model: &Model, record: &Dynamic) -> Option<Self> {
+        let base = Base::of(model, record.input)?;
+        let fit = Motion::of(record)?.near(&base, 1.0).filter(|fit| fit.explained > super::MOST)?;
+        let rate = if base.rate > 0.0 { fit.rate / base.rate } else { 1.0 };
+        Some(Self { slope: fit.slope / base.slope, rate, constant_v: fit.constant() / fit.slope })
     }
-    // Brushes and a dead zone of the drive take a constant part of the voltage.
-    let explained = |factor: f64| {
-        let drop =
-            pairs.iter().map(|pair| (pair.0 - factor * pair.1) * pair.2).sum::<f64>() / pairs.len() as f64;
-        let left = pairs.iter().map(|pair| (pair.0 - factor * pair.1 - drop * pair.2).powi(2));
-        1.0 - left.sum::<f64>() / total
-    };
-    let as_it_stands = explained(1.0);
-    let told = |(factor, what, remedy): (f64, &str, &str)| {
-        let with_it = explained(factor);
-        let clear = with_it > MOST && 1.0 - with_it < SHRINKS * SHRINKS * (1.0 - as_it_stands);
-        clear.then(|| DataFault {
-            place: "i_a".into(),
-            what: what.into(),
-            explained_as_it_stands: as_it_stands.max(0.0),
-            explained_with_it: with_it,
-            remedy: remedy.into(),
+
+    /// Would the sheet be nearer to this motion with another resistance than it is?
+    fn is_off_by(&self, resistance: f64) -> bool {
+        let off = |times: f64| (self.slope * times).abs().ln().abs() + (self.rate * times).ln().abs();
+        self.slope <= 0.0 || off(resistance) < off(1.0)
+    }
+}
+
+/// The best line from what the current makes to the voltage across the resistance: factor, zero, and what dead zone and brushes take.
+struct Fits {
+    factor: f64,
+    /// With a zero beside it.
+    zero_v: f64,
+    largest_v: f64,
+}
+
+impl Fits {
+    fn of(rows: &[Row]) -> Self {
+        let mean = |of: &dyn Fn(&Row) -> f64| rows.iter().map(of).sum::<f64>() / rows.len() as f64;
+        let sign = |row: &Row| row.input.signum();
+        let (across, drop) = (mean(&|row| row.across), mean(&|row| row.drop));
+        let product = mean(&|row| (row.across - across) * (row.drop - drop));
+        let square = mean(&|row| (row.drop - drop).powi(2));
+        // What a dead zone takes has the sign of the input, a zero has none.
+        let (way, more) = (mean(&sign), drop - across);
+        let taken =
+            mean(&|row| (row.drop - row.across - more) * (sign(row) - way)) / (1.0 - way * way).max(0.05);
+        let zero_v = more - taken * way;
+        let largest_v = rows.iter().fold(0.0_f64, |most, row| most.max(row.across.abs()));
+        Self { factor: product / square.max(1e-300), zero_v, largest_v }
+    }
+
+    fn factor<'a>(&self, sheet: Option<&Sheet>, names: &Names) -> Option<Mistake<'a>> {
+        let units = [
+            (1e-3, "i_a is in mA"),
+            (1e3, "i_a is in kA"),
+            (-1.0, "i_a has the wrong sign"),
+            (-1e-3, "i_a is in mA and has the wrong sign"),
+        ];
+        let near = |unit: &&(f64, &str)| (self.factor / unit.0 - 1.0).abs() < 2.0 * UNIT;
+        let unit = units.iter().find(near);
+        let factor = unit.map_or(self.factor, |unit| unit.0);
+        let odd = factor.abs().ln().abs() > FACTOR.ln() || factor < 0.0;
+        // Where R is another one, the motion knows it.
+        let winding = unit.is_none() && (factor <= 0.0 || sheet.is_none_or(|sheet| sheet.is_off_by(factor)));
+        (odd && !winding).then(|| Mistake {
+            what: unit.map_or_else(
+                || {
+                    format!(
+                        "i_a is {} times the current: voltage and speed alone move as the model says",
+                        figure(1.0 / factor)
+                    )
+                },
+                |unit| unit.1.into(),
+            ),
+            remedy: names.times("i_a", factor),
+            drop: Box::new(move |row| factor * row.drop),
         })
-    };
-    MISTAKES.into_iter().find_map(told)
+    }
+
+    fn zero<'a>(&self, sheet: Option<&Sheet>, names: &Names, r_ohm: f64) -> Option<Mistake<'a>> {
+        let zero_v = self.zero_v;
+        // An offset of the drive moves the motor, too.
+        let driven = (zero_v - sheet?.constant_v).abs() < 0.5 * zero_v.abs();
+        (zero_v.abs() > ZERO * self.largest_v && !driven).then(|| {
+            let zero_a = zero_v / r_ohm;
+            Mistake {
+                what: format!(
+                    "the zero of i_a is off by {} A: voltage and speed alone move as the model says",
+                    figure(zero_a)
+                ),
+                remedy: names
+                    .mended(&[("i_a", &|theirs| format!("{}-({:.6})", theirs.text, zero_a / theirs.unit))]),
+                drop: Box::new(move |row| row.drop - zero_v),
+            }
+        })
+    }
+}
+
+/// Leaves the column out.
+fn without(names: &Names) -> String {
+    names.mended(&[("i_a", &|_| "none".into())])
+}
+
+fn unsigned<'a>(rows: &[Row], names: &Names) -> Option<Mistake<'a>> {
+    let largest = rows.iter().fold(0.0_f64, |most, row| most.max(row.drop));
+    let below = rows.iter().filter(|row| row.drop < -BELOW * largest).count();
+    let reverse = rows.iter().filter(|row| row.across < -BELOW * largest).count();
+    (100 * below < rows.len() && 20 * reverse > rows.len()).then(|| Mistake {
+        what: "i_a has lost its sign: it is never below 0, although the motor is driven both ways".into(),
+        remedy: without(names),
+        drop: Box::new(|row| row.drop.abs() * row.across.signum()),
+    })
+}
+
+/// The current of the supply is that of the winding times the duty.
+fn supply<'a>(rows: &[Row], sheet: Option<&Sheet>, model: &Model, names: &Names) -> Option<Mistake<'a>> {
+    let fits = sheet.is_some_and(|sheet| !sheet.is_off_by(2.0) && !sheet.is_off_by(0.5));
+    let volts = model.supply_nominal_v.filter(|_| fits)?;
+    let least = 0.1 * rows.iter().fold(0.0_f64, |most, row| most.max(row.input.abs()));
+    Some(Mistake {
+        what: "i_a is the current of the supply, not that of the winding: it is smaller by the duty".into(),
+        remedy: without(names),
+        drop: Box::new(
+            move |row| if row.input.abs() > least { row.drop * volts / row.input } else { row.across },
+        ),
+    })
 }

@@ -5,7 +5,9 @@
 //! any gain within a factor of three, and a factor from a closed list (60/2π, 180/π, 1000, …) explains most (decision 0285).
 
 mod circuit;
+mod drive;
 mod excerpt;
+mod frozen;
 mod held_out;
 mod motion;
 mod place;
@@ -14,7 +16,7 @@ mod suspects;
 mod table;
 mod timing;
 
-pub use timing::notes;
+pub use timing::{earlier, notes};
 
 use crate::outcome::{DataFault, Outcome};
 use crate::system::log::{Dynamic, Log, Table};
@@ -44,12 +46,12 @@ fn of_table(model: &Model, table: &Table) -> Vec<DataFault> {
 }
 
 fn of_record(model: &Model, record: &Dynamic, holdouts: &[Log]) -> Vec<DataFault> {
+    let records = records(holdouts);
     let mut found: Vec<DataFault> = place::fault(record).into_iter().collect();
     found.extend(circuit::fault(model, record));
-    found.extend(timing::early(model, record));
     // What is derived from a wrong position or beside a wrong current would be accused twice.
     if found.is_empty() {
-        found.extend(motion_fault(model, record));
+        found.extend(motion_fault(model, record, &records));
     }
     if found.is_empty() {
         found.extend(rows::fault(model, record));
@@ -60,29 +62,47 @@ fn of_record(model: &Model, record: &Dynamic, holdouts: &[Log]) -> Vec<DataFault
     found
 }
 
+fn records(logs: &[Log]) -> Vec<&Dynamic> {
+    logs.iter().filter_map(|log| if let Log::Dynamic(record) = log { Some(record) } else { None }).collect()
+}
+
 /// A factor, a sign or a key without which the log does not move as the model says.
-fn motion_fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
+fn motion_fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Option<DataFault> {
     let motion = Motion::of(record)?;
     let base = motion::Base::of(model, record.input)?;
     let as_it_stands = motion.explained_within(&base, model.fitted_to_log);
     if as_it_stands > ENOUGH {
         return None;
     }
+    let others: Vec<Motion> = holdouts.iter().filter_map(|other| Motion::of(other)).collect();
+    let everywhere = |explains: &dyn Fn(&Motion) -> Option<f64>| {
+        let better = |other: &Motion| {
+            let before = other.explained_within(&base, model.fitted_to_log);
+            before > ENOUGH || explains(other).is_some_and(|after| shrinks(before, after))
+        };
+        others.iter().all(better)
+    };
+    let one_way = drive::fault(&motion, record, &base, model.fitted_to_log);
     let suspects = suspects::all(model, record, &base);
     let mut seen: Vec<(f64, &Suspect)> = suspects
         .iter()
         .filter_map(|suspect| Some((suspect.explains(&motion, &base, model)?, suspect)))
         .filter(|(explained, _)| clearly(as_it_stands, *explained))
+        .filter(|(_, suspect)| everywhere(&|other| suspect.explains(other, &base, model)))
         .collect();
     seen.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let best = seen.first().map_or(0.0, |best| best.0);
+    if let Some((with_it, suspect)) = one_way.filter(|it| it.0 > best && clearly(as_it_stands, it.0)) {
+        return Some(told(&[(with_it, &suspect)], as_it_stands));
+    }
     // A drive that clamps its input is no mistake of the file.
     let clamped = motion.explained_with_a_limit(&base, model.fitted_to_log);
     let as_well = |explained: f64| 1.0 - clamped < EQUAL * (1.0 - explained);
     if seen.is_empty() {
         let fault = any_factor(&motion, model, record, &base, as_it_stands);
-        return fault.filter(|fault| !as_well(fault.explained_with_it));
+        let own = |other: &Motion| other.gain(&base).map(|gain| gain.1);
+        return fault.filter(|fault| !as_well(fault.explained_with_it) && everywhere(&own));
     }
-    let best = seen[0].0;
     if as_well(best) {
         return None;
     }
@@ -111,14 +131,60 @@ fn any_factor(
 const ENOUGH: f64 = 0.98;
 /// A mistake must explain so much of the motion once it is put right.
 const MOST: f64 = 0.9;
-/// What a mistake leaves unexplained, relative to what the file as it stands does.
+/// What a mistake leaves of the unexplained variance: a quarter is half of the error, which a free friction, load, dead zone or time
+/// constant within a factor of two does not take from a right file.
 const SHRINKS: f64 = 0.25;
 /// Mistakes that leave at most so many times what the best one leaves are told together.
 const EQUAL: f64 = 1.15;
 
-/// True if a mistake explains the motion, and the file as it stands does not.
+/// True if a mistake explains the motion, and the file as it stands does not. Every accusation passes here.
 fn clearly(as_it_stands: f64, explained: f64) -> bool {
-    explained > MOST && 1.0 - explained < SHRINKS * (1.0 - as_it_stands)
+    as_it_stands < ENOUGH && explained > MOST && shrinks(as_it_stands, explained)
+}
+
+fn shrinks(as_it_stands: f64, explained: f64) -> bool {
+    1.0 - explained < SHRINKS * (1.0 - as_it_stands)
+}
+
+/// The files with what can be put right without a doubt, and what is said of it.
+#[derive(Default)]
+pub struct Right {
+    /// The log, if something in it was put right.
+    pub log: Option<Log>,
+    /// The held-out records, likewise.
+    pub holdouts: Option<Vec<Log>>,
+    /// Rows by which every input was moved up.
+    pub late: usize,
+    /// Sentences.
+    pub notes: Vec<String>,
+}
+
+/// Cuts out where a sensor stood still, and moves inputs that were logged late.
+pub fn put_right(model: &Model, log: &Log, holdouts: &[Log]) -> Right {
+    let Log::Dynamic(record) = log else { return Right::default() };
+    let mut notes = Vec::new();
+    let mut cut = |record: &Dynamic| {
+        let (kept, note) = frozen::without(record)?;
+        notes.push(note);
+        Some(kept)
+    };
+    let own = cut(record);
+    let others: Vec<Option<Dynamic>> = records(holdouts).into_iter().map(cut).collect();
+    let tables = others.len() < holdouts.len();
+    let record = own.as_ref().unwrap_or(record);
+    let seen: Vec<&Dynamic> =
+        records(holdouts).into_iter().zip(&others).map(|(it, cut)| cut.as_ref().unwrap_or(it)).collect();
+    let late = if tables { None } else { timing::late(model, record, &seen) };
+    if let Some(rows) = late {
+        let moved =
+            |record: &&Dynamic| timing::earlier(record, rows).unwrap_or_else(|| (*record).clone()).into();
+        notes.push(timing::moved(record, rows));
+        let holdouts = Some(seen.iter().map(moved).collect());
+        return Right { log: Some(moved(&record)), holdouts, late: rows, notes };
+    }
+    let changed = !tables && others.iter().any(Option::is_some);
+    let holdouts = changed.then(|| seen.into_iter().cloned().map(Log::from).collect());
+    Right { log: own.map(Log::from), holdouts, late: 0, notes }
 }
 
 /// One fault out of mistakes that explain the same.

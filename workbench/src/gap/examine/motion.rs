@@ -15,6 +15,8 @@ const ROWS: usize = 20_000;
 const SHORTEST: usize = 12;
 /// Rates that are tried around that of the model: a quarter to four times.
 const AROUND: [f64; 9] = [0.25, 0.35, 0.5, 0.71, 1.0, 1.4, 2.0, 2.8, 4.0];
+/// And nearer to the best of them.
+const FINER: [f64; 3] = [1.19, 1.09, 1.045];
 /// A gain within this factor of the model's is an effect, not a mistake. A published motor is off by 2.3.
 const GAIN: f64 = 3.0;
 /// Limits of the input that are tried, as parts of the largest one.
@@ -22,8 +24,14 @@ const LIMITS: [f64; 8] = [0.06, 0.09, 0.13, 0.19, 0.27, 0.38, 0.53, 0.75];
 /// Dead zones that are tried, up to this part of the largest input.
 const ZONES: usize = 8;
 const WIDEST: f64 = 0.32;
+/// Responses that agree so far cannot be told apart: of more than two levels they agree to 0.95.
+const ALIKE: f64 = 0.985;
+/// Rows so many times as far apart as others are no motion that was driven as logged.
+const GAP: f64 = 10.0;
 /// Below this part of the fastest motion no direction is certain.
 const STANDS: f64 = 0.02;
+/// Faster than this part of the fastest motion it is no noise.
+const BACKWARDS: f64 = 0.1;
 /// The steps of a differenced position stay below this part of the fastest motion.
 const COARSE: f64 = 0.05;
 
@@ -104,13 +112,9 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    /// By how much the speed changes within a step of time, from a speed at a place under an input.
-    pub fn change(&self, input: f64, speed: f64, place: f64, step_s: f64) -> f64 {
-        let gain =
-            if self.rate * step_s > 1e-9 { (1.0 - (-self.rate * step_s).exp()) / self.rate } else { step_s };
-        let acts: f64 =
-            self.forces.iter().zip(drives(input, speed, place, 0.0)).map(|(size, drive)| size * drive).sum();
-        gain * (acts - self.rate * speed)
+    /// What acts whatever happens.
+    pub fn constant(&self) -> f64 {
+        self.forces[2]
     }
 }
 
@@ -149,21 +153,6 @@ impl Motion {
     /// Rows of all stretches.
     pub fn rows(&self) -> usize {
         self.stretches.iter().map(|stretch| stretch.time.len()).sum()
-    }
-
-    /// The record with its inputs moved up by some rows.
-    pub fn shifted(&self, rows: usize) -> Option<Self> {
-        let shift = |stretch: &Stretch| {
-            let left = stretch.time.len() - rows;
-            Stretch {
-                time: stretch.time[..left].to_vec(),
-                input: stretch.input[rows..].to_vec(),
-                speed: stretch.speed[..left].to_vec(),
-                place: stretch.place[..left].to_vec(),
-            }
-        };
-        let long = self.stretches.iter().filter(|stretch| stretch.time.len() > rows + SHORTEST);
-        Self::from(long.map(shift).collect())
     }
 
     /// The record with the mean of its inputs over rows before and after in the place of each: a linear motion under a mean of inputs
@@ -211,7 +200,14 @@ impl Motion {
     /// The best fit at time constants around the model's, itself `times` as fast.
     pub fn near(&self, base: &Base, times: f64) -> Option<Fitted> {
         let fits = each(&AROUND[2..7]).map(|around| self.fit(around * base.rate * times));
-        fits.max_by(|a, b| a.explained.total_cmp(&b.explained))
+        let mut best = fits.max_by(|a, b| a.explained.total_cmp(&b.explained))?;
+        // A gain is as exact as its rate.
+        for step in FINER.into_iter().filter(|_| base.rate > 0.0) {
+            for fit in [best.rate * step, best.rate / step].map(|rate| self.fit(rate)) {
+                best = if fit.explained > best.explained { fit } else { best };
+            }
+        }
+        Some(best)
     }
 
     /// The gain over that of the model, where the time constant is about that of the model, and the share that is then explained.
@@ -230,7 +226,8 @@ impl Motion {
         let largest =
             self.stretches.iter().flat_map(|it| &it.input).fold(0.0_f64, |most, u| most.max(u.abs()));
         let zones = each(1..ZONES + 1).map(|k| largest * WIDEST * k as f64 / ZONES as f64);
-        let explained = zones.map(|zone| self.beyond(zone).fit(plain.rate).explained);
+        let explained =
+            zones.map(|zone| self.driven_by(|u| u - u.clamp(-zone, zone)).fit(plain.rate).explained);
         Some(explained.reduce(|| plain.explained, f64::max))
     }
 
@@ -238,25 +235,33 @@ impl Motion {
     pub fn explained_with_a_limit(&self, base: &Base, fitted: bool) -> f64 {
         let largest =
             self.stretches.iter().flat_map(|it| &it.input).fold(0.0_f64, |most, u| most.max(u.abs()));
-        let clamped = |limit: f64| {
-            let clamp = |stretch: &Stretch| Stretch {
-                input: stretch.input.iter().map(|u| u.clamp(-limit, limit)).collect(),
-                ..stretch.clone()
-            };
-            let stretches = self.stretches.iter().map(clamp).collect();
-            Self { stretches, variation: self.variation, fastest: self.fastest }
-        };
+        let clamped = |limit: f64| self.driven_by(|u| u.clamp(-limit, limit));
         let limits = each(&LIMITS).map(|share| clamped(share * largest).explained_within(base, fitted));
         limits.reduce(|| 0.0, f64::max)
     }
 
-    /// The record with what is beyond a dead zone in the place of its inputs.
-    fn beyond(&self, zone: f64) -> Self {
-        let beyond = |stretch: &Stretch| Stretch {
-            input: stretch.input.iter().map(|u| u - u.clamp(-zone, zone)).collect(),
+    /// Is a twentieth of the rows driven hard against the others?
+    pub fn is_driven_both_ways(&self) -> bool {
+        let inputs = || self.stretches.iter().flat_map(|it| &it.input);
+        let hard = 0.5 * inputs().fold(0.0_f64, |most, u| most.max(u.abs()));
+        let rows = |sign: f64| inputs().filter(|u| sign * **u > hard).count();
+        20 * rows(1.0).min(rows(-1.0)) > self.rows()
+    }
+
+    /// Does hardly a row move against this sign?
+    pub fn turns_one_way(&self, sign: f64) -> bool {
+        let against = |speed: &&f64| sign * **speed < -BACKWARDS * self.fastest;
+        let rows = self.stretches.iter().flat_map(|it| &it.speed).filter(against).count();
+        rows as f64 <= STANDS * self.rows() as f64
+    }
+
+    /// The record with what a drive makes of its inputs in their place.
+    pub fn driven_by(&self, drive: impl Fn(f64) -> f64) -> Self {
+        let driven = |stretch: &Stretch| Stretch {
+            input: stretch.input.iter().map(|u| drive(*u)).collect(),
             ..stretch.clone()
         };
-        let stretches = self.stretches.iter().map(beyond).collect();
+        let stretches = self.stretches.iter().map(driven).collect();
         Self { stretches, variation: self.variation, fastest: self.fastest }
     }
 
@@ -284,6 +289,10 @@ impl Motion {
         let scales: Vec<f64> = matrix.column_iter().map(|column| column.norm().max(1e-300)).collect();
         for (column, scale) in scales.iter().enumerate() {
             matrix.column_mut(column).scale_mut(1.0 / scale);
+        }
+        // Under inputs of two levels what a dead zone takes is the input itself.
+        if matrix.column(0).dot(&matrix.column(FORCES - 1)) > ALIKE {
+            matrix.column_mut(FORCES - 1).fill(0.0);
         }
         let normal = matrix.tr_mul(&matrix) + DMatrix::identity(FORCES, FORCES) * 1e-10;
         let solved = normal.cholesky().map(|factor| factor.solve(&matrix.tr_mul(&wanted)));
@@ -356,30 +365,40 @@ fn driven_in(run: &Run) -> Vec<Stretch> {
         (None, None) => return Vec::new(),
     };
     let place = run.position.clone().unwrap_or_else(|| integrated(&run.t_s, &speed));
-    let mut found = Vec::new();
-    let mut from = 0;
+    // A difference belongs to the middle of its rows, and what drives it until the next one does so from there.
+    let (middle, shared) =
+        if run.speed.is_some() { (0, 0.0) } else { (stride / 2, 0.5 * (stride % 2) as f64) };
+    let mean = |k: usize| {
+        let at = |row: usize| run.input[row.min(run.input.len() - 1)];
+        let from = k * stride + middle;
+        let inner: f64 = (from..from + stride).map(at).sum();
+        (inner + shared * (at(from + stride) - at(from))) / stride as f64
+    };
+    let apart = GAP * stride as f64 * run.sample_s();
+    let (mut found, mut from) = (Vec::new(), 0);
     for row in 0..=time.len() {
-        let driven = row < time.len() && run.bridge[row * stride] == Bridge::Driven;
-        if !driven {
-            if row - from >= SHORTEST {
-                let mean = |k: usize| {
-                    let rows = &run.input[k * stride..(k + 1) * stride];
-                    rows.iter().sum::<f64>() / stride as f64
-                };
-                found.push(Stretch {
-                    time: time[from..row].to_vec(),
-                    input: (from..row).map(mean).collect(),
-                    speed: speed[from..row].to_vec(),
-                    place: (from..row).map(|k| place[k * stride]).collect(),
-                });
-            }
-            from = row + 1;
+        let ends = row == time.len() || run.bridge[row * stride] != Bridge::Driven;
+        let torn = !ends && row > from && time[row] - time[row - 1] > apart;
+        if (ends || torn) && row - from >= SHORTEST {
+            found.push(Stretch {
+                time: time[from..row].to_vec(),
+                input: (from..row).map(mean).collect(),
+                speed: speed[from..row].to_vec(),
+                place: (from..row).map(|k| place[k * stride + middle]).collect(),
+            });
         }
+        from = if ends {
+            row + 1
+        } else if torn {
+            row
+        } else {
+            from
+        };
     }
     found
 }
 
-/// Speeds from positions over so many rows that the steps of an encoder do not hide them.
+/// Speeds from positions over so many rows that the steps of an encoder do not hide them, at the middle of those rows.
 fn differenced(time: &[f64], position: &[f64]) -> (Vec<f64>, Vec<f64>, usize) {
     let over = |stride: usize| -> Vec<f64> {
         let rows = (0..(time.len() - 1) / stride).map(|k| (k * stride, (k + 1) * stride));
@@ -395,6 +414,6 @@ fn differenced(time: &[f64], position: &[f64]) -> (Vec<f64>, Vec<f64>, usize) {
     let fine = strides.into_iter().find(|stride| rough(&over(*stride)) < COARSE);
     let stride = fine.unwrap_or(64).min((time.len() / SHORTEST).max(1));
     let speed = over(stride);
-    // A difference belongs to the middle of its rows; half a stride of delay is nothing here.
-    (speed.iter().enumerate().map(|(k, _)| time[k * stride]).collect(), speed, stride)
+    let middle = |k: usize| 0.5 * (time[k * stride] + time[(k + 1) * stride]);
+    ((0..speed.len()).map(middle).collect(), speed, stride)
 }

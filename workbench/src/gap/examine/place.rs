@@ -32,7 +32,7 @@ pub fn fault(record: &Dynamic) -> Option<DataFault> {
         what: mistake.what,
         explained_as_it_stands: as_it_stands.max(0.0),
         explained_with_it: with_it,
-        remedy: format!("--columns \"{0}={0}*{1:.6}\"", mistake.column, mistake.mended),
+        remedy: record.names.times(mistake.column, mistake.mended),
     })
 }
 

@@ -28,19 +28,19 @@ pub fn fault(model: &Model, table: &Table) -> Option<DataFault> {
         return None;
     }
     let largest = table.u_v.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+    let times = |column, factor| table.names.times(column, factor);
     let mut listed = vec![
-        (-1.0, "omega_rad_s or u_v has the wrong sign".to_owned(), "--columns \"u_v=u_v*-1\"".to_owned()),
-        (60.0 / TAU, "omega_rad_s is in rpm".into(), "--columns \"omega_rpm=omega_rad_s\"".into()),
-        (180.0 / PI, "omega_rad_s is in °/s".into(), "--columns \"omega_deg_s=omega_rad_s\"".into()),
-        (1e-3, "u_v is in mV".into(), "--columns \"u_mv=u_v\"".into()),
+        (-1.0, "omega_rad_s or u_v has the wrong sign".to_owned(), times("u_v", -1.0)),
+        (60.0 / TAU, "omega_rad_s is in rpm".into(), times("omega_rad_s", TAU / 60.0)),
+        (180.0 / PI, "omega_rad_s is in °/s".into(), times("omega_rad_s", PI / 180.0)),
+        (1e-3, "u_v is in mV".into(), times("u_v", 1e-3)),
     ];
     if let Some(supply) = model.supply_nominal_v {
         for (full, name) in
             [(1.0, "a duty from -1 to 1"), (100.0, "a duty in per cent"), (255.0, "a PWM of 8 bits")]
         {
             if (0.15 * full..=1.02 * full).contains(&largest) {
-                let remedy = format!("--columns \"u_v=u_v*{:.6}\"", supply / full);
-                listed.push((supply / full, format!("u_v is {name}"), remedy));
+                listed.push((supply / full, format!("u_v is {name}"), times("u_v", supply / full)));
             }
         }
     }

@@ -30,7 +30,13 @@ pub fn settled(model: &Model, log: &Dynamic) -> Option<Table> {
             Answers::Previous => (run.input[..run.rows() - 1].to_vec(), omega_rad_s[1..].to_vec()),
             Answers::Own => (run.input.clone(), omega_rad_s),
         };
-        Table { source: log.source.clone(), u_v, omega_rad_s, speed_unit_rad_s: 1.0 }
+        Table {
+            source: log.source.clone(),
+            u_v,
+            omega_rad_s,
+            speed_unit_rad_s: 1.0,
+            names: log.names.clone(),
+        }
     })
 }
 

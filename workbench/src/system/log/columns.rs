@@ -5,6 +5,7 @@ use super::clock::Form;
 use super::extent::{Extent, is_too_fast};
 use super::formula::{Formula, Unreadable};
 use super::meaning;
+use super::mend::Names;
 use super::names::{self, Quantity, name_of, quantity_of};
 use super::plan::{INPUTS, OUTPUTS, Plan, Source, is_column};
 use super::propose::{self, Known};
@@ -125,6 +126,8 @@ impl Columns {
         let items = self.mappings.iter().map(|mapping| format!("{}={}", mapping.ours, mapping.theirs));
         let items = items.chain(plan.proposals.iter().map(|proposal| proposal.item.clone()));
         plan.items = items.collect::<Vec<_>>().join(",");
+        let typed = self.mappings.iter().map(|mapping| (mapping.ours.clone(), mapping.theirs.clone()));
+        plan.names = Names::of(typed.collect(), &plan, header);
         Ok(plan)
     }
 

@@ -14,6 +14,7 @@ mod formula;
 mod layout;
 pub mod look;
 mod meaning;
+mod mend;
 mod names;
 mod next_time;
 mod open;
@@ -26,12 +27,14 @@ mod read;
 mod records;
 mod settled;
 mod spelling;
+mod strays;
 mod stream;
 mod text;
 mod time_line;
 mod words;
 
 pub use columns::Columns;
+pub use mend::{Names, Theirs};
 pub use names::Quantity;
 pub use open::{open, parse, parse_bytes, read, read_input};
 use servo::axis::Bridge;
@@ -101,6 +104,8 @@ pub struct Dynamic {
     pub linear: bool,
     /// Continuous pieces; each starts anew.
     pub runs: Vec<Run>,
+    /// How the file calls its columns.
+    pub names: Names,
 }
 
 /// One continuous piece of a record. All columns have the same length.
@@ -135,6 +140,8 @@ pub struct Table {
     pub omega_rad_s: Vec<f64>,
     /// One unit of the file's speed column, rad/s (rpm: 2π/60): the unit in which a reader thinks.
     pub speed_unit_rad_s: f64,
+    /// How the file calls its columns.
+    pub names: Names,
 }
 
 impl Dynamic {

@@ -2,6 +2,7 @@
 
 use super::formula::Formula;
 use super::meaning::{Meaning, Sure};
+use super::mend::Names;
 use super::names::Quantity;
 use super::spelling::in_shell;
 use crate::console::input_error::InputError;
@@ -55,6 +56,8 @@ pub struct Plan {
     pub missing: Option<String>,
     /// The whole `--columns` that would work.
     pub items: String,
+    /// How the file calls its columns.
+    pub names: Names,
 }
 
 impl Plan {

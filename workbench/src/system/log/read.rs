@@ -7,6 +7,7 @@ use super::formula::Formula;
 use super::names::Quantity;
 use super::pieces::Piece;
 use super::plan::{OUTPUTS, Plan, Source};
+use super::strays::{self, Strays};
 use super::{Dynamic, Input, Reading, Run, folded, rates, time_line};
 use crate::console::input_error::InputError;
 use servo::axis::Bridge;
@@ -210,16 +211,42 @@ impl<'a> Sheet<'a> {
         self.check_crop(&whole.t_s, &rows)?;
         whole.keep(&rows);
         let id: Vec<f64> = rows.iter().map(|row| id[*row]).collect();
-        let lost: Vec<bool> =
+        let mut lost: Vec<bool> =
             (0..rows.len()).map(|row| whole.t_s[row].is_nan() || whole.input[row].is_nan()).collect();
+        let strays = self.strays(&whole, &rows, input, linear)?;
+        let bad = whole.take_out(&strays, &mut lost, |row| self.cells.line(rows[row]));
         self.check_share(&bridging::holes(&whole, &lost), &rows)?;
         let bridged = bridging::bridge(&mut whole, &lost, |row| id[row]);
         let all = whole.rows();
         let pieces = self.pieces(&rows, &id, &bridged)?;
         let runs = whole.parted(&pieces);
         let left: usize = runs.iter().map(Run::rows).sum();
-        notes.extend(bridged.sentence(all, left));
-        Ok(Dynamic { source: self.source.to_owned(), input, linear, runs })
+        let bridges = bridged.sentence(all, left);
+        notes.extend(if bad.is_some() {
+            bridges.map(|text| text.replace("empty", "empty or bad"))
+        } else {
+            bridges
+        });
+        notes.extend(bad.map(|text| format!("{}: {text}", self.source)));
+        Ok(Dynamic { source: self.source.to_owned(), input, linear, runs, names: self.plan.names.clone() })
+    }
+
+    /// Cells that cannot be, column by column; `lines`: which rows of the file they are. Many that lie among the others are the sensor's way; many outside of them are no log.
+    fn strays(&self, run: &Run, lines: &[usize], input: Input, linear: bool) -> Result<Vec<Strays>, InputError> {
+        let most = bridging::MOST * run.rows() as f64;
+        let mut found = strays::found(run, input.column(), linear, self.supply_v);
+        if let Some(many) = found.iter().find(|it| it.outside && it.count() as f64 > most) {
+            let what = format!(
+                "column {}: {} of {} rows hold values far outside of what the others hold, up to {:.0} % are left out: clean the column",
+                many.column,
+                many.count(),
+                run.rows(),
+                100.0 * bridging::MOST
+            );
+            return Err(InputError::line(self.source, self.cells.line(lines[many.rows[0].start]), what));
+        }
+        found.retain(|it| it.count() as f64 <= most);
+        Ok(found)
     }
 
     /// Positions that fold, and signs in a bit of their own.

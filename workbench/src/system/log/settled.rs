@@ -51,6 +51,7 @@ impl Sheet<'_> {
             u_v,
             omega_rad_s,
             speed_unit_rad_s: self.factor(Quantity::AngularSpeed),
+            names: self.plan.names.clone(),
         })
     }
 }

@@ -1,0 +1,83 @@
+//! A sensor that stands still while the motor is driven both ways: an encoder that has come off, or a logger that repeats itself.
+//!
+//! A shaft may stand under a small voltage, at an end stop or under a load, but then not against both directions at voltages that move it
+//! elsewhere; and no shaft goes on behind a standstill with a leap that is longer than any of its steps.
+
+use crate::system::log::{Dynamic, Run};
+use std::ops::Range;
+
+/// Readings that are equal to the last digit are looked at from so many rows on.
+const LONG: usize = 20;
+/// In each direction so many rows of a stretch must drive harder than usual.
+const DRIVEN: usize = 5;
+/// A leap is so many times the longest step of the record.
+const LEAP: f64 = 2.0;
+/// A log of which less than this is left is no log.
+const LEFT: f64 = 0.3;
+/// Runs that are shorter say nothing.
+const SHORTEST: usize = 20;
+
+/// The record without such stretches, and what is said of them.
+pub fn without(record: &Dynamic) -> Option<(Dynamic, String)> {
+    let usual = usual(record)?;
+    let cuts: Vec<Vec<Range<usize>>> = record.runs.iter().map(|run| stretches(run, usual)).collect();
+    let rows: usize = cuts.iter().flatten().map(Range::len).sum();
+    if rows == 0 || rows as f64 > (1.0 - LEFT) * record.rows() as f64 {
+        return None;
+    }
+    let mut runs = Vec::new();
+    let mut told = Vec::new();
+    for (run, cuts) in record.runs.iter().zip(&cuts) {
+        told.extend(
+            cuts.iter()
+                .map(|cut| format!("from {:.3} s to {:.3} s", run.t_s[cut.start], run.t_s[cut.end - 1])),
+        );
+        let ends = cuts.iter().map(|cut| cut.start).chain([run.rows()]);
+        let starts = std::iter::once(0).chain(cuts.iter().map(|cut| cut.end));
+        let kept = starts.zip(ends).filter(|(start, end)| start + SHORTEST <= *end);
+        runs.extend(kept.map(|(start, end)| run.rows_between(start, end, run.id)));
+    }
+    let column = super::suspects::speed_column(record);
+    let note = format!(
+        "{}: {column} repeats the same value {} although {} drives both ways: the encoder has stopped there, or the drive was off. These {rows} rows \
+         are left out",
+        record.source,
+        told.join(", "),
+        record.input.column()
+    );
+    (!runs.is_empty()).then(|| (Dynamic { runs, ..record.clone() }, note))
+}
+
+/// The input that usually moves the shaft: half of the rows in which it moves have less.
+fn usual(record: &Dynamic) -> Option<f64> {
+    let moves = |run: &Run| {
+        let values = reading(run)?;
+        let moving =
+            (1..run.rows()).filter(|row| values[*row] != values[row - 1]).map(|row| run.input[row].abs());
+        Some(moving.collect::<Vec<f64>>())
+    };
+    let mut moving: Vec<f64> = record.runs.iter().filter_map(moves).flatten().collect();
+    let middle = moving.len().checked_sub(LONG)? / 2;
+    Some(*moving.select_nth_unstable_by(middle, f64::total_cmp).1).filter(|usual| *usual > 0.0)
+}
+
+fn reading(run: &Run) -> Option<&[f64]> {
+    run.speed.as_deref().or(run.position.as_deref())
+}
+
+/// Rows of equal readings that no shaft makes.
+fn stretches(run: &Run, usual: f64) -> Vec<Range<usize>> {
+    let Some(values) = reading(run) else { return Vec::new() };
+    let rows: Vec<usize> = (0..run.rows()).collect();
+    let equal = rows.chunk_by(|a, b| values[*a] == values[*b]).filter(|rows| rows.len() >= LONG);
+    let equal: Vec<Range<usize>> = equal.map(|rows| rows[0]..rows[rows.len() - 1] + 1).collect();
+    let step = |row: usize| (values[row] - values[row - 1]).abs();
+    let ends = |row: &usize| equal.iter().any(|it| it.start == *row || it.end == *row);
+    let longest = (1..run.rows()).filter(|row| !ends(row)).map(step).fold(0.0, f64::max);
+    let frozen = |it: &Range<usize>| {
+        let hard = |sign: f64| run.input[it.clone()].iter().filter(|u| sign * **u > usual).count() >= DRIVEN;
+        let leaps = it.end < run.rows() && step(it.end) > LEAP * longest;
+        leaps || hard(1.0) && hard(-1.0)
+    };
+    equal.iter().filter(|it| frozen(it)).cloned().collect()
+}

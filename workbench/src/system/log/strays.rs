@@ -1,0 +1,377 @@
+//! Cells that no motion and no driver makes: a reading that jumps away and comes back within some rows, a voltage that the motor never
+//! felt.
+//!
+//! How far a column jumps from row to row, and how far it does where the input changes, is what it is measured by: what moves fast is
+//! not accused of it. An input may jump as it likes. It is asked whether the speed has answered.
+
+use super::Run;
+use super::bridging::MOST;
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// A longer excursion is motion.
+const LONGEST: usize = 8;
+/// Rows before the first and behind the last that may be bad together.
+const EDGE: usize = 5;
+/// An excursion is so many times as far as this share of a column's steps from row to row.
+const FAR: f64 = 4.0;
+const ORDINARY: f64 = 0.95;
+/// And this part of the column's range: what is less harms nobody.
+const VISIBLE: f64 = 0.12;
+/// An input that steps by this part of its range is answered.
+const CHANGE: f64 = 0.25;
+/// It comes back to where it began within this part of its height.
+const BACK: f64 = 0.35;
+/// At the edge of a record it comes from nowhere: there it is so many times the longest step inside. The first step from rest is longer than
+/// those that follow by e^(row/time constant).
+const EDGE_STEPS: f64 = 3.0;
+/// A gap between values that is so many times all that lies on one side of it.
+const GAP: f64 = 2.0;
+/// An answer is seen if it is so many deviations of a step of the speed.
+const SEEN: f64 = 6.0;
+/// More pulses of the input than this, and than this share of the rows, were meant.
+const MEANT: (usize, f64) = (12, 2e-3);
+/// An input is beyond the supply, or beyond all others, from this factor on.
+const BEYOND: (f64, f64) = (1.1, 1.5);
+/// More rows do not tell better what is ordinary.
+const ROWS: usize = 50_000;
+/// Records with fewer rows tell no ordinary step.
+const FEWEST: usize = 60;
+
+/// Lines that are told one by one.
+const TOLD: usize = 12;
+
+/// What was found in one column.
+pub struct Strays {
+    /// Our name of the column.
+    pub column: &'static str,
+    /// Rows that cannot be.
+    pub rows: Vec<Range<usize>>,
+    /// True if their values lie far outside of what the column holds besides.
+    pub outside: bool,
+}
+
+impl Strays {
+    /// How many rows.
+    pub fn count(&self) -> usize {
+        self.rows.iter().map(Range::len).sum()
+    }
+}
+
+/// Steps of a column.
+struct Steps {
+    /// An excursion goes farther.
+    far: f64,
+    /// And farther than this beside a change of the input.
+    answering: f64,
+    span: f64,
+    ordinary: f64,
+}
+
+impl Steps {
+    fn of(values: &[f64], changes: &[bool]) -> Option<Self> {
+        let sizes = |wanted: &dyn Fn(usize) -> bool| {
+            let rows = looked_at(1, values.len()).filter(|row| wanted(*row));
+            let mut steps: Vec<f64> = rows.map(|row| (values[row] - values[row - 1]).abs()).collect();
+            steps.retain(|step| step.is_finite());
+            steps
+        };
+        let ordinary = quantile(sizes(&|_| true), ORDINARY)?;
+        let answers = quantile(sizes(&|row| changes[row] || changes[row - 1]), ORDINARY).unwrap_or(0.0);
+        let finite = || looked_at(0, values.len()).map(|row| values[row]).filter(|value| value.is_finite());
+        let finite = || finite().collect::<Vec<f64>>();
+        let span = quantile(finite(), 0.98)? - quantile(finite(), 0.02)?;
+        let far = (FAR * ordinary).max(VISIBLE * span);
+        (span > 0.0).then_some(Self { far, answering: far.max(2.5 * answers), span, ordinary })
+    }
+}
+
+/// As many rows as tell what is ordinary.
+fn looked_at(from: usize, to: usize) -> impl Iterator<Item = usize> {
+    (from..to).step_by(to / ROWS + 1)
+}
+
+fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    let rank = ((values.len().checked_sub(1)?) as f64 * share) as usize;
+    Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
+}
+
+/// Everything that cannot be in a run, column by column; the input last.
+pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>) -> Vec<Strays> {
+    if run.rows() < FEWEST {
+        return Vec::new();
+    }
+    let still = vec![false; run.rows()];
+    let drive = Steps::of(&run.input, &still);
+    let far = drive.as_ref().map_or(0.0, |drive| CHANGE * drive.span);
+    let changes: Vec<bool> =
+        (0..run.rows()).map(|row| row > 0 && (run.input[row] - run.input[row - 1]).abs() > far).collect();
+    let (place, speed) = if linear { ("q_m", "v_m_s") } else { ("theta_rad", "omega_rad_s") };
+    // A record may start at rest, and with the current of a stall.
+    let stall = (f64::INFINITY, 10.0 * GAP);
+    let columns = [
+        (place, &run.position, (0.0, GAP)),
+        (speed, &run.speed, (1.0, GAP)),
+        ("i_a", &run.current_a, stall),
+        ("vbus_v", &run.supply_v, (0.0, GAP)),
+    ];
+    let mut all = Vec::new();
+    for (column, values, (start, gap)) in columns {
+        let Some(values) = values else { continue };
+        let Some(steps) = Steps::of(values, &changes) else { continue };
+        let (bad, outside) = in_column(values, &steps, &changes, [gap, start, EDGE_STEPS]);
+        all.extend(strays(column, ranges(&bad), outside));
+    }
+    if let Some(steps) = drive {
+        let (bad, outside) = in_column(&run.input, &steps, &still, [GAP, 0.0, 0.0]);
+        let wrong = never_felt(run, ranges(&bad), supply_v);
+        all.extend(strays(input, wrong, outside));
+    }
+    all
+}
+
+fn strays(column: &'static str, rows: Vec<Range<usize>>, outside: usize) -> Option<Strays> {
+    let found = Strays { column, rows, outside: false };
+    let outside = 2 * outside > found.count();
+    (!found.rows.is_empty()).then_some(Strays { outside, ..found })
+}
+
+/// Of the inputs that stand out those that the motor has not answered. Where an answer would not be seen: those beyond the supply, and few
+/// short ones.
+fn never_felt(run: &Run, mut rows: Vec<Range<usize>>, supply_v: Option<f64>) -> Vec<Range<usize>> {
+    let felt = Felt::of(run, &rows);
+    let few = rows.len() <= ((MEANT.1 * run.rows() as f64) as usize).max(MEANT.0);
+    let mut others: Vec<f64> = run.input.iter().map(|value| value.abs()).collect();
+    rows.iter().for_each(|stray| others[stray.clone()].fill(0.0));
+    let most = others.into_iter().fold(0.0, f64::max);
+    let limit = supply_v.map_or(BEYOND.1 * most, |supply| BEYOND.0 * supply.max(most));
+    let beyond = |stray: &Range<usize>| run.input[stray.clone()].iter().any(|value| value.abs() > limit);
+    let wrong = |stray: &Range<usize>| {
+        let inside = stray.start >= EDGE && stray.end + EDGE <= run.rows();
+        let denied = felt.as_ref().and_then(|felt| felt.denies(run, stray));
+        supply_v.is_some() && beyond(stray) || denied.unwrap_or(beyond(stray) || few && inside)
+    };
+    rows.retain(wrong);
+    // So many were meant, and the motor is faster than the rows.
+    if rows.iter().map(Range::len).sum::<usize>() as f64 > MOST * run.rows() as f64 {
+        rows.retain(beyond);
+    }
+    rows
+}
+
+/// Rows of a column that stand out, and how many of them lie outside of all others. At the edge of a record a jump must be so many times as
+/// far as the longest of the other steps, and at its start come from more than this part of the largest value.
+fn in_column(
+    values: &[f64],
+    steps: &Steps,
+    changes: &[bool],
+    [gap, start, times]: [f64; 3],
+) -> (Vec<bool>, usize) {
+    let good = |bad: &[bool]| {
+        (0..values.len()).filter(|row| !bad[*row] && values[*row].is_finite()).collect::<Vec<usize>>()
+    };
+    let mut bad = vec![false; values.len()];
+    if good(&bad).len() < FEWEST {
+        return (bad, 0);
+    }
+    bad = outside(values, gap);
+    let count = bad.iter().filter(|bad| **bad).count();
+    excursions(values, &good(&bad), steps, changes).into_iter().for_each(|row| bad[row] = true);
+    edges(values, &good(&bad), steps.far, start, times).into_iter().for_each(|row| bad[row] = true);
+    (bad, count)
+}
+
+fn ranges(bad: &[bool]) -> Vec<Range<usize>> {
+    let rows: Vec<usize> = (0..bad.len()).filter(|row| bad[*row]).collect();
+    rows.chunk_by(|a, b| a + 1 == *b).map(|rows| rows[0]..rows[rows.len() - 1] + 1).collect()
+}
+
+/// Values beyond a gap that is wider than twice all that the others hold. A motion passes through every value on its way.
+fn outside(values: &[f64], gap: f64) -> Vec<bool> {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let spare = (sorted.len() / 50).max(EDGE);
+    let (mut low, mut high) = (sorted[spare], sorted[sorted.len() - 1 - spare]);
+    for value in &sorted[sorted.len() - spare..] {
+        high = if value - high > gap * (high - low) { high } else { *value };
+    }
+    for value in sorted[..spare].iter().rev() {
+        low = if low - value > gap * (high - low) { low } else { *value };
+    }
+    let apart = high > low;
+    values.iter().map(|value| apart && (*value > high || *value < low)).collect()
+}
+
+/// What jumps away and comes back, among these rows.
+fn excursions(values: &[f64], rows: &[usize], steps: &Steps, changes: &[bool]) -> Vec<usize> {
+    let mut bad = Vec::new();
+    let (mut last, mut from) = (0, 1);
+    while from < rows.len() {
+        match excursion(&|k| values[rows[k]], rows, steps, changes, last..from) {
+            Some(end) => {
+                bad.extend(&rows[from..end]);
+                from = end;
+            }
+            None => (last, from) = (from, from + 1),
+        }
+    }
+    bad
+}
+
+/// The end of an excursion behind the last good row.
+fn excursion(
+    at: &dyn Fn(usize) -> f64,
+    rows: &[usize],
+    steps: &Steps,
+    changes: &[bool],
+    gap: Range<usize>,
+) -> Option<usize> {
+    let (before, from) = (at(gap.start), gap.end);
+    let far = |end: usize| {
+        let near = changes[rows[gap.start]..=rows[end]].iter().any(|change| *change);
+        if near { steps.answering } else { steps.far }
+    };
+    let away = |end: &usize| (at(end - 1) - before).abs() > far(*end);
+    let ends = (from + 1..(from + 1 + LONGEST).min(rows.len())).take_while(away);
+    let ends: Vec<usize> = ends.filter(|end| (at(*end) - at(end - 1)).abs() > far(*end)).collect();
+    let returns = |end: &&usize| {
+        let height = (from..**end).map(|k| (at(k) - before).abs()).fold(0.0, f64::max);
+        let drift = steps.ordinary * (*end - from + 1) as f64;
+        (at(**end) - before).abs() <= BACK * height + drift
+    };
+    // Where the column steps meanwhile, it comes back to neither side: then it must stand out from both.
+    let side = (at(from) - before).signum();
+    let stands_out = |end: &&usize| {
+        (from..**end).all(|k| side * (at(k) - before) > far(**end) && side * (at(k) - at(**end)) > far(**end))
+    };
+    ends.iter().find(returns).or_else(|| ends.iter().find(stands_out)).copied()
+}
+
+/// The first and the last rows, where they stand apart from all behind and before them.
+fn edges(values: &[f64], rows: &[usize], far: f64, start: f64, times: f64) -> Vec<usize> {
+    let count = rows.len();
+    let step = |k: usize| (values[rows[k]] - values[rows[k - 1]]).abs();
+    let longest = (EDGE + 1..count.saturating_sub(EDGE)).map(step).fold(0.0, f64::max);
+    let leaps = |k: &usize| step(*k) > far.max(times * longest);
+    let largest = rows[EDGE..].iter().fold(0.0_f64, |most, row| most.max(values[*row].abs()));
+    let moves = |k: &usize| rows[..*k].iter().any(|row| values[*row].abs() > start * largest);
+    let first = (1..=EDGE).rev().find(leaps).filter(moves).unwrap_or(0);
+    let last = (count - EDGE..count).find(leaps).unwrap_or(count);
+    rows[..first].iter().chain(&rows[last..]).copied().collect()
+}
+
+/// How the speed answers the input from row to row.
+struct Felt {
+    speed: Vec<f64>,
+    weights: [f64; 4],
+    sigma: f64,
+}
+
+impl Felt {
+    /// From all rows but these.
+    fn of(run: &Run, but: &[Range<usize>]) -> Option<Self> {
+        let speed = run.speed.clone().or_else(|| {
+            let position = run.position.as_ref()?;
+            let pairs = position.windows(2).zip(run.t_s.windows(2));
+            let mut speed: Vec<f64> = pairs.map(|(x, t)| (x[1] - x[0]) / (t[1] - t[0])).collect();
+            speed.push(*speed.last()?);
+            Some(speed)
+        })?;
+        let near = |row: usize| but.iter().any(|stray| row + 2 >= stray.start && row <= stray.end + 1);
+        let finite = |row: &usize| (speed[*row] + speed[*row + 1] + run.input[*row]).is_finite();
+        let rows = looked_at(0, run.rows() - 1).filter(finite);
+        let rows: Vec<usize> = rows.filter(|row| !near(*row)).collect();
+        let matrix =
+            DMatrix::from_fn(rows.len(), 4, |k, force| force_of(run.input[rows[k]], speed[rows[k]], force));
+        let wanted = DVector::from_fn(rows.len(), |k, _| speed[rows[k] + 1] - speed[rows[k]]);
+        let normal = matrix.tr_mul(&matrix) + DMatrix::identity(4, 4) * 1e-12;
+        let weights = normal.cholesky()?.solve(&matrix.tr_mul(&wanted));
+        let left = (&wanted - &matrix * &weights).abs();
+        let sigma = 1.4826 * quantile(left.as_slice().to_vec(), 0.5)?;
+        let sigma = sigma.max(0.25 * quantile(left.as_slice().to_vec(), 0.98)?);
+        Some(Self { speed, weights: std::array::from_fn(|k| weights[k]), sigma })
+    }
+
+    /// Has the speed answered these inputs, or those around them? `None` if neither would be seen.
+    fn denies(&self, run: &Run, rows: &Range<usize>) -> Option<bool> {
+        if rows.end + 1 >= run.rows() {
+            return None;
+        }
+        let around = [rows.start.checked_sub(1).unwrap_or(rows.end), rows.end];
+        let missed = |input: &dyn Fn(usize) -> f64| -> f64 {
+            let step = |row: usize| {
+                let forces =
+                    (0..4).map(|force| self.weights[force] * force_of(input(row), self.speed[row], force));
+                self.speed[row + 1] - self.speed[row] - forces.sum::<f64>()
+            };
+            rows.clone().map(step).sum::<f64>().abs()
+        };
+        let as_logged = missed(&|row| run.input[row]);
+        let as_around = around.map(|row| missed(&|_| run.input[row]));
+        let as_around = as_around.into_iter().fold(f64::INFINITY, f64::min);
+        let seen = (as_logged - as_around).abs() > SEEN * self.sigma;
+        seen.then_some(as_around < 0.5 * as_logged)
+    }
+}
+
+fn force_of(input: f64, speed: f64, force: usize) -> f64 {
+    [input, speed, speed.signum(), 1.0][force]
+}
+
+impl Run {
+    /// Takes out what cannot be, and says which lines held it: a reading becomes a hole, an input is that of the rows around it where those
+    /// agree, and otherwise its row is lost.
+    pub(super) fn take_out(
+        &mut self,
+        found: &[Strays],
+        lost: &mut [bool],
+        line: impl Fn(usize) -> u64,
+    ) -> Option<String> {
+        let mut told: Vec<(usize, String)> = Vec::new();
+        for strays in found {
+            for rows in &strays.rows {
+                let values = match strays.column {
+                    "i_a" => self.current_a.as_mut(),
+                    "vbus_v" => self.supply_v.as_mut(),
+                    "theta_rad" | "q_m" => self.position.as_mut(),
+                    "omega_rad_s" | "v_m_s" => self.speed.as_mut(),
+                    _ => None,
+                };
+                let held = values.as_ref().map_or(self.input[rows.start], |values| values[rows.start]);
+                told.push((rows.start, said(rows, &line, strays.column, held)));
+                match values {
+                    Some(values) => values[rows.clone()].fill(f64::NAN),
+                    None => bridge(&mut self.input, rows, lost),
+                }
+            }
+        }
+        told.sort_by_key(|told| told.0);
+        let (count, more) = (told.len(), told.len().saturating_sub(TOLD));
+        let listed: Vec<&str> = told.iter().take(TOLD).map(|told| told.1.as_str()).collect();
+        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+        let what = if count == 1 { "1 reading cannot be and is" } else { "readings cannot be and are" };
+        let many = if count == 1 { String::new() } else { format!("{count} ") };
+        (count > 0).then(|| format!("{many}{what} left out: {}{more}.", listed.join("; ")))
+    }
+}
+
+fn said(rows: &Range<usize>, line: impl Fn(usize) -> u64, column: &str, held: f64) -> String {
+    let held = super::short(held);
+    match rows.len() {
+        1 => format!("line {}: {column} {held}", line(rows.start)),
+        _ => format!("lines {} to {}: {column} {held} …", line(rows.start), line(rows.end - 1)),
+    }
+}
+
+/// The input of the row before where the row behind has the same.
+fn bridge(input: &mut [f64], rows: &Range<usize>, lost: &mut [bool]) {
+    let before = rows.start.checked_sub(1).map(|row| input[row]);
+    match (before, input.get(rows.end).copied()) {
+        (Some(before), Some(behind))
+            if (before - behind).abs() <= 0.2 * (before - input[rows.start]).abs() =>
+        {
+            input[rows.clone()].fill(0.5 * (before + behind));
+        }
+        _ => lost[rows.clone()].fill(true),
+    }
+}
