@@ -232,7 +232,13 @@ impl<'a> Sheet<'a> {
     }
 
     /// Cells that cannot be, column by column; `lines`: which rows of the file they are. Many that lie among the others are the sensor's way; many outside of them are no log.
-    fn strays(&self, run: &Run, lines: &[usize], input: Input, linear: bool) -> Result<Vec<Strays>, InputError> {
+    fn strays(
+        &self,
+        run: &Run,
+        lines: &[usize],
+        input: Input,
+        linear: bool,
+    ) -> Result<Vec<Strays>, InputError> {
         let most = bridging::MOST * run.rows() as f64;
         let mut found = strays::found(run, input.column(), linear, self.supply_v);
         if let Some(many) = found.iter().find(|it| it.outside && it.count() as f64 > most) {
