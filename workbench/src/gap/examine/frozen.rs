@@ -76,7 +76,10 @@ fn stretches(run: &Run, usual: f64) -> Vec<Range<usize>> {
     let longest = (1..run.rows()).filter(|row| !ends(row)).map(step).fold(0.0, f64::max);
     let frozen = |it: &Range<usize>| {
         let hard = |sign: f64| run.input[it.clone()].iter().filter(|u| sign * **u > usual).count() >= DRIVEN;
-        let leaps = it.end < run.rows() && step(it.end) > LEAP * longest;
+        let leap = |row: usize| (1..run.rows()).contains(&row) && step(row) > LEAP * longest;
+        // A shaft that breaks away leaps in speed, and stands before.
+        let stands = run.speed.is_some() && values[it.start] == 0.0;
+        let leaps = leap(it.end) && (!stands || leap(it.start) && (hard(1.0) || hard(-1.0)));
         leaps || hard(1.0) && hard(-1.0)
     };
     equal.iter().filter(|it| frozen(it)).cloned().collect()
