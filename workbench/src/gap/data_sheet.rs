@@ -63,19 +63,16 @@ fn key(model: &Model, effect: &Effect) -> Option<(&'static str, f64)> {
 
 /// The parameters that explain the same in its place.
 fn others(model: &Model, ties: &[Tie], named: &NamedEffect) -> Vec<String> {
+    let rest = |set: &[String], of: &[String]| {
+        set.iter().filter(|name| !of.contains(name)).cloned().collect::<Vec<_>>()
+    };
     let mut found: Vec<String> = Vec::new();
     for tie in ties.iter().filter(|tie| tie.rivals.first().is_some_and(|set| set.contains(&named.name))) {
-        let (own, rivals) = (&tie.rivals[0], &tie.rivals[1..]);
-        let rest = |set: &[String], of: &[String]| {
-            set.iter().filter(|name| !of.contains(name)).cloned().collect::<Vec<_>>()
-        };
-        for rival in rivals.iter().filter(|rival| rest(own, rival) == [named.name.clone()]) {
-            let instead = rest(rival, own);
-            let effect = instead
-                .first()
-                .and_then(|name| effects::find(name))
-                .filter(|effect| effect.is_base_parameter());
-            let other = effect.filter(|_| instead.len() == 1).and_then(|effect| key(model, effect));
+        let own = &tie.rivals[0];
+        for rival in tie.rivals[1..].iter().filter(|rival| rest(own, rival) == [named.name.clone()]) {
+            let [instead] = &rest(rival, own)[..] else { continue };
+            let effect = effects::find(instead).filter(|effect| effect.is_base_parameter());
+            let other = effect.and_then(|effect| key(model, effect));
             found.extend(other.map(|(key, _)| key.to_owned()).filter(|key| !found.contains(key)));
         }
     }
@@ -90,9 +87,6 @@ fn fit_percent(outcome: &Outcome, gap: f64) -> f64 {
 
 /// Lines of the model file, each of which mends it.
 fn mends(model: &Model, key: &str, fitted: f64) -> Vec<String> {
-    let section = match (model.kind, key) {
-        (Kind::FirstOrder { .. }, _) => "model",
-        _ => "motor",
-    };
+    let section = if matches!(model.kind, Kind::FirstOrder { .. }) { "model" } else { "motor" };
     vec![format!("[{section}] {key} = {}", crate::report::figure(fitted)), format!("[tolerance] {key} = 1.0")]
 }

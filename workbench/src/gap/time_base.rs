@@ -94,17 +94,10 @@ struct Piece<'a> {
 
 impl<'a> Piece<'a> {
     fn of(run: &'a Run, most: usize) -> Option<Self> {
-        let from = |position: &Vec<f64>| {
-            let rows = position.windows(2).zip(run.t_s.windows(2));
-            rows.map(|(x, t)| (x[1] - x[0]) / (t[1] - t[0])).collect()
-        };
-        let mut speed = run.speed.clone().or_else(|| run.position.as_ref().map(from))?;
+        let mut speed = run.speeds()?;
         speed.truncate(most);
-        (!speed.is_empty()).then(|| Self {
-            time: &run.t_s[..speed.len()],
-            input: &run.input[..speed.len()],
-            speed,
-        })
+        let rows = speed.len();
+        (rows > 0).then(|| Self { time: &run.t_s[..rows], input: &run.input[..rows], speed })
     }
 
     fn starts_at_rest(&self) -> bool {
@@ -127,10 +120,8 @@ impl<'a> Piece<'a> {
         let mut response = vec![state];
         for (t, u) in self.time.windows(2).zip(self.input) {
             let (step, u) = (factor * (t[1] - t[0]), shape(*u));
-            state = match slow_s.is_finite() {
-                true => u + (state - u) * (-step / slow_s).exp(),
-                false => state + u * step,
-            };
+            let settles = slow_s.is_finite();
+            state = if settles { u + (state - u) * (-step / slow_s).exp() } else { state + u * step };
             response.push(state);
         }
         response
@@ -149,14 +140,16 @@ fn bends(input: &[f64]) -> Vec<Vec<f64>> {
 
 /// Rms of what the best sum of `parts` and a constant leaves of `speed`, relative to the speed's variation.
 fn unexplained(parts: &[Vec<f64>], speed: &[f64]) -> f64 {
-    let measured = DVector::from_column_slice(speed);
-    let matrix = DMatrix::from_fn(speed.len(), parts.len() + 1, |row, column| {
-        parts.get(column).map_or(1.0, |part| part[row])
-    });
-    let variation = measured.add_scalar(-measured.mean()).norm();
-    let solved = matrix.clone().svd(true, true).solve(&measured, 1e-9 * matrix.norm());
-    match solved {
-        Ok(weights) if variation > 0.0 => (measured - matrix * weights).norm() / variation,
-        _ => 1.0,
-    }
+    best_sum(parts, speed).map_or(1.0, |(_, left)| left)
+}
+
+/// Weights of the best sum of `parts` and a constant, and the rms of what it leaves of `values`, relative to their variation.
+pub fn best_sum(parts: &[Vec<f64>], values: &[f64]) -> Option<(DVector<f64>, f64)> {
+    let values = DVector::from_column_slice(values);
+    let part = |row: usize, column: usize| parts.get(column).map_or(1.0, |part| part[row]);
+    let matrix = DMatrix::from_fn(values.len(), parts.len() + 1, part);
+    let variation = values.add_scalar(-values.mean()).norm();
+    let weights = matrix.clone().svd(true, true).solve(&values, 1e-9 * matrix.norm()).ok()?;
+    let left = (values - matrix * &weights).norm() / variation;
+    (variation > 0.0).then_some((weights, left))
 }

@@ -3,6 +3,7 @@
 use super::motion::{Base, Motion};
 use super::rows;
 use super::suspects::speed_column;
+use crate::gap::dataset::median;
 use crate::gap::threads::each;
 use crate::system::log::{Dynamic, Log, Run};
 use crate::system::model::{Model, SpeedSensor};
@@ -160,12 +161,10 @@ fn in_steps(model: &Model, record: &Dynamic) -> Option<String> {
     let rows = speeds.len();
     speeds.sort_unstable_by(f64::total_cmp);
     let range = speeds.last()? - speeds.first()?;
-    let mut levels = speeds;
-    levels.dedup_by(|a, b| (*a - *b).abs() < 1e-6 * range);
-    let mut gaps: Vec<f64> = levels.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    gaps.sort_unstable_by(f64::total_cmp);
-    let step = *gaps.get(gaps.len() / 2)?;
-    (levels.len() * 20 < rows && step > COARSE * range).then(|| {
+    speeds.dedup_by(|a, b| (*a - *b).abs() < 1e-6 * range);
+    let mut gaps: Vec<f64> = speeds.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let step = median(&mut gaps);
+    (speeds.len() * 20 < rows && step > COARSE * range).then(|| {
         format!(
             "{} comes in steps of {}, which the model does not state: log the position, or give [encoder] counts_per_rev and [sensors] speed_window_s",
             speed_column(record),

@@ -72,15 +72,12 @@ impl Steps {
     fn of(values: &[f64], changes: &[bool]) -> Option<Self> {
         let sizes = |wanted: &dyn Fn(usize) -> bool| {
             let rows = looked_at(1, values.len()).filter(|row| wanted(*row));
-            let mut steps: Vec<f64> = rows.map(|row| (values[row] - values[row - 1]).abs()).collect();
-            steps.retain(|step| step.is_finite());
-            steps
+            quantile(rows.map(|row| (values[row] - values[row - 1]).abs()).collect(), ORDINARY)
         };
-        let ordinary = quantile(sizes(&|_| true), ORDINARY)?;
-        let answers = quantile(sizes(&|row| changes[row] || changes[row - 1]), ORDINARY).unwrap_or(0.0);
-        let finite = || looked_at(0, values.len()).map(|row| values[row]).filter(|value| value.is_finite());
-        let finite = || finite().collect::<Vec<f64>>();
-        let span = quantile(finite(), 0.98)? - quantile(finite(), 0.02)?;
+        let ordinary = sizes(&|_| true)?;
+        let answers = sizes(&|row| changes[row] || changes[row - 1]).unwrap_or(0.0);
+        let below = |share| quantile(looked_at(0, values.len()).map(|row| values[row]).collect(), share);
+        let span = below(0.98)? - below(0.02)?;
         let far = (FAR * ordinary).max(VISIBLE * span);
         (span > 0.0).then_some(Self { far, answering: far.max(2.5 * answers), span, ordinary })
     }
@@ -91,7 +88,9 @@ fn looked_at(from: usize, to: usize) -> impl Iterator<Item = usize> {
     (from..to).step_by(to / ROWS + 1)
 }
 
+/// Of the values that are finite.
 fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.retain(|value| value.is_finite());
     let rank = ((values.len().checked_sub(1)?) as f64 * share) as usize;
     Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
 }
@@ -120,11 +119,11 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
         let Some(values) = values else { continue };
         let Some(steps) = Steps::of(values, &changes) else { continue };
         let (bad, outside) = in_column(values, &steps, &changes, [gap, start, EDGE_STEPS]);
-        all.extend(strays(column, ranges(&bad), outside));
+        all.extend(strays(column, bad, outside));
     }
     if let Some(steps) = drive {
         let (bad, outside) = in_column(&run.input, &steps, &still, [GAP, 0.0, 0.0]);
-        let wrong = never_felt(run, ranges(&bad), supply_v);
+        let wrong = never_felt(run, bad, supply_v);
         all.extend(strays(input, wrong, outside));
     }
     all
@@ -166,24 +165,20 @@ fn in_column(
     steps: &Steps,
     changes: &[bool],
     [gap, start, times]: [f64; 3],
-) -> (Vec<bool>, usize) {
-    let good = |bad: &[bool]| {
-        (0..values.len()).filter(|row| !bad[*row] && values[*row].is_finite()).collect::<Vec<usize>>()
-    };
-    let mut bad = vec![false; values.len()];
-    if good(&bad).len() < FEWEST {
-        return (bad, 0);
+) -> (Vec<Range<usize>>, usize) {
+    let rows =
+        |which: &dyn Fn(usize) -> bool| (0..values.len()).filter(|row| which(*row)).collect::<Vec<_>>();
+    if rows(&|row| values[row].is_finite()).len() < FEWEST {
+        return (Vec::new(), 0);
     }
-    bad = outside(values, gap);
+    let mut bad = outside(values, gap);
     let count = bad.iter().filter(|bad| **bad).count();
+    let good = |bad: &[bool]| rows(&|row| !bad[row] && values[row].is_finite());
     excursions(values, &good(&bad), steps, changes).into_iter().for_each(|row| bad[row] = true);
     edges(values, &good(&bad), steps.far, start, times).into_iter().for_each(|row| bad[row] = true);
-    (bad, count)
-}
-
-fn ranges(bad: &[bool]) -> Vec<Range<usize>> {
-    let rows: Vec<usize> = (0..bad.len()).filter(|row| bad[*row]).collect();
-    rows.chunk_by(|a, b| a + 1 == *b).map(|rows| rows[0]..rows[rows.len() - 1] + 1).collect()
+    let ranges = rows(&|row| bad[row]);
+    let ranges = ranges.chunk_by(|a, b| a + 1 == *b).map(|rows| rows[0]..rows[rows.len() - 1] + 1);
+    (ranges.collect(), count)
 }
 
 /// Values beyond a gap that is wider than twice all that the others hold. A motion passes through every value on its way.
@@ -263,33 +258,28 @@ fn edges(values: &[f64], rows: &[usize], far: f64, start: f64, times: f64) -> Ve
 /// How the speed answers the input from row to row.
 struct Felt {
     speed: Vec<f64>,
-    weights: [f64; 4],
+    weights: DVector<f64>,
     sigma: f64,
 }
 
 impl Felt {
     /// From all rows but these.
     fn of(run: &Run, but: &[Range<usize>]) -> Option<Self> {
-        let speed = run.speed.clone().or_else(|| {
-            let position = run.position.as_ref()?;
-            let pairs = position.windows(2).zip(run.t_s.windows(2));
-            let mut speed: Vec<f64> = pairs.map(|(x, t)| (x[1] - x[0]) / (t[1] - t[0])).collect();
-            speed.push(*speed.last()?);
-            Some(speed)
-        })?;
+        let mut speed = run.speeds()?;
+        speed.resize(run.rows(), *speed.last()?);
         let near = |row: usize| but.iter().any(|stray| row + 2 >= stray.start && row <= stray.end + 1);
-        let finite = |row: &usize| (speed[*row] + speed[*row + 1] + run.input[*row]).is_finite();
-        let rows = looked_at(0, run.rows() - 1).filter(finite);
-        let rows: Vec<usize> = rows.filter(|row| !near(*row)).collect();
+        let finite = |row: usize| (speed[row] + speed[row + 1] + run.input[row]).is_finite();
+        let rows = looked_at(0, run.rows() - 1).filter(|row| finite(*row) && !near(*row));
+        let rows: Vec<usize> = rows.collect();
         let matrix =
-            DMatrix::from_fn(rows.len(), 4, |k, force| force_of(run.input[rows[k]], speed[rows[k]], force));
+            DMatrix::from_fn(rows.len(), 4, |k, force| forces(run.input[rows[k]], speed[rows[k]])[force]);
         let wanted = DVector::from_fn(rows.len(), |k, _| speed[rows[k] + 1] - speed[rows[k]]);
         let normal = matrix.tr_mul(&matrix) + DMatrix::identity(4, 4) * 1e-12;
         let weights = normal.cholesky()?.solve(&matrix.tr_mul(&wanted));
         let left = (&wanted - &matrix * &weights).abs();
-        let sigma = 1.4826 * quantile(left.as_slice().to_vec(), 0.5)?;
-        let sigma = sigma.max(0.25 * quantile(left.as_slice().to_vec(), 0.98)?);
-        Some(Self { speed, weights: std::array::from_fn(|k| weights[k]), sigma })
+        let most = |share| quantile(left.as_slice().to_vec(), share);
+        let sigma = (1.4826 * most(0.5)?).max(0.25 * most(0.98)?);
+        Some(Self { speed, weights, sigma })
     }
 
     /// Has the speed answered these inputs, or those around them? `None` if neither would be seen.
@@ -297,25 +287,21 @@ impl Felt {
         if rows.end + 1 >= run.rows() {
             return None;
         }
-        let around = [rows.start.checked_sub(1).unwrap_or(rows.end), rows.end];
-        let missed = |input: &dyn Fn(usize) -> f64| -> f64 {
-            let step = |row: usize| {
-                let forces =
-                    (0..4).map(|force| self.weights[force] * force_of(input(row), self.speed[row], force));
-                self.speed[row + 1] - self.speed[row] - forces.sum::<f64>()
-            };
-            rows.clone().map(step).sum::<f64>().abs()
+        let step = |row: usize, input: f64| {
+            let forces = forces(input, self.speed[row]).into_iter().zip(&self.weights);
+            self.speed[row + 1] - self.speed[row] - forces.map(|(force, weight)| force * weight).sum::<f64>()
         };
-        let as_logged = missed(&|row| run.input[row]);
-        let as_around = around.map(|row| missed(&|_| run.input[row]));
-        let as_around = as_around.into_iter().fold(f64::INFINITY, f64::min);
+        let as_logged = rows.clone().map(|row| step(row, run.input[row])).sum::<f64>().abs();
+        let with = |input: f64| rows.clone().map(|row| step(row, input)).sum::<f64>().abs();
+        let before = rows.start.checked_sub(1).unwrap_or(rows.end);
+        let as_around = with(run.input[before]).min(with(run.input[rows.end]));
         let seen = (as_logged - as_around).abs() > SEEN * self.sigma;
         seen.then_some(as_around < 0.5 * as_logged)
     }
 }
 
-fn force_of(input: f64, speed: f64, force: usize) -> f64 {
-    [input, speed, speed.signum(), 1.0][force]
+fn forces(input: f64, speed: f64) -> [f64; 4] {
+    [input, speed, speed.signum(), 1.0]
 }
 
 impl Run {
@@ -346,12 +332,14 @@ impl Run {
             }
         }
         told.sort_by_key(|told| told.0);
-        let (count, more) = (told.len(), told.len().saturating_sub(TOLD));
         let listed: Vec<&str> = told.iter().take(TOLD).map(|told| told.1.as_str()).collect();
-        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
-        let what = if count == 1 { "1 reading cannot be and is" } else { "readings cannot be and are" };
-        let many = if count == 1 { String::new() } else { format!("{count} ") };
-        (count > 0).then(|| format!("{many}{what} left out: {}{more}.", listed.join("; ")))
+        let more =
+            told.len().checked_sub(TOLD + 1).map_or(String::new(), |k| format!("; and {} more", k + 1));
+        let what = match told.len() {
+            1 => "1 reading cannot be and is".to_owned(),
+            count => format!("{count} readings cannot be and are"),
+        };
+        (!told.is_empty()).then(|| format!("{what} left out: {}{more}.", listed.join("; ")))
     }
 }
 
