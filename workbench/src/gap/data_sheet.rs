@@ -28,6 +28,7 @@ fn contradiction(
     let fitted = stated * ratio * (1.0 + shift.map_or(0.0, |shift| shift.shift_percent) / 100.0);
     // Before an effect of another kind is added, the gap is what the parameters alone leave.
     let alone = outcome.effects[..=place].iter().all(is_base_parameter);
+    let section = if matches!(model.kind, Kind::FirstOrder { .. }) { "model" } else { "motor" };
     Some(Contradiction {
         parameter: key.to_owned(),
         ratio,
@@ -36,7 +37,10 @@ fn contradiction(
         fitted,
         fit_percent: alone.then(|| fit_percent(outcome, named.gap_after)),
         or: others(model, &outcome.ties, named),
-        mends: mends(model, key, fitted),
+        mends: vec![
+            format!("[{section}] {key} = {}", crate::report::figure(fitted)),
+            format!("[tolerance] {key} = 1.0"),
+        ],
     })
 }
 
@@ -81,12 +85,5 @@ fn others(model: &Model, ties: &[Tie], named: &NamedEffect) -> Vec<String> {
 
 /// 100·(1 − ‖y−ŷ‖/‖y−ȳ‖) of another rms on the same held-out data.
 fn fit_percent(outcome: &Outcome, gap: f64) -> f64 {
-    let held = &outcome.holdout;
-    100.0 - (100.0 - held.fit_percent_before) * gap / held.rmse_before
-}
-
-/// Lines of the model file, each of which mends it.
-fn mends(model: &Model, key: &str, fitted: f64) -> Vec<String> {
-    let section = if matches!(model.kind, Kind::FirstOrder { .. }) { "model" } else { "motor" };
-    vec![format!("[{section}] {key} = {}", crate::report::figure(fitted)), format!("[tolerance] {key} = 1.0")]
+    100.0 - (100.0 - outcome.holdout.fit_percent_before) * gap / outcome.holdout.rmse_before
 }

@@ -106,9 +106,7 @@ impl Basis {
     /// effect: `fitted` are the residuals with it. What another effect leaves spreads over many lines, and one of them
     /// takes no other along. `dispersion`: of the residuals, with their correlation.
     pub fn line_goes(&self, fitted: &Self, dataset: &Dataset, effect: &Effect, dispersion: f64) -> bool {
-        let Some(line) = self.peaks(dataset, effect).into_iter().next() else {
-            return false;
-        };
+        let Some(line) = self.peaks(dataset, effect).into_iter().next() else { return false };
         let same = |other: &Line| {
             let ratio = other.number / line.number;
             SAME_TORQUE.iter().any(|it| (ratio / it - 1.0).abs() < SAME)
@@ -159,10 +157,9 @@ impl Basis {
 
     /// The peaks of a periodic torque, strongest first, among `unit`, 2·`unit`, … `count`·`unit`.
     fn scan(&self, dataset: &Dataset, axis: Axis, unit: f64, count: usize) -> Vec<Line> {
-        let traced = own_runs(dataset).zip(&self.traces).zip(&self.residuals);
-        let mut responses: Vec<Response> = traced
-            .map(|((run, trace), residual)| Response::new(&self.plant, run, residual, trace, axis, unit))
-            .collect();
+        let runs = own_runs(dataset).enumerate();
+        let mut responses: Vec<Response> =
+            runs.map(|(index, run)| self.response(index, run, axis, unit)).collect();
         let mut lines: Vec<Line> = Vec::new();
         while lines.len() < count {
             let mut sums = [Sums::default(); ABREAST];
@@ -179,6 +176,39 @@ impl Basis {
         peaks.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         peaks
     }
+
+    /// The linear motor's response to waves of k·`unit` periods, ready for the first harmonics.
+    fn response<'a>(&'a self, index: usize, run: &'a BenchRun, axis: Axis, unit: f64) -> Response<'a> {
+        let (plant, trace) = (&self.plant, &self.traces[index]);
+        let at = |point: usize| match axis {
+            Axis::Position if run.position.is_empty() => trace.integral[point] / plant.sensor_scale,
+            Axis::Position => run.shaft(plant, point),
+            Axis::Time => run.time[point] - run.time[0] + run.since_s,
+        };
+        let phasor = |k: usize| {
+            let half_way = 0.5 * unit * (at(k + 1) - at(k));
+            let (base, half) = ((unit * (0.5 * (at(k) + at(k + 1)))).sin_cos(), half_way.sin_cos());
+            Phasor { base, now: (0.0, 1.0), half, half_now: (0.0, 1.0), half_way }
+        };
+        let sign = if axis == Axis::Position { -1.0 } else { 1.0 };
+        let block = |k: usize| {
+            let h = run.time[k + 1] - run.time[k];
+            let damping = if run.bridge[k] == Bridge::Open { plant.viscous } else { plant.total_damping() };
+            let half = 0.5 * h * damping / plant.inertia;
+            ((1.0 - half) / (1.0 + half), sign * h / plant.inertia / (1.0 + half), h)
+        };
+        // A sensor that reports the magnitude turns what is missing with the sign of the speed.
+        let turned = |k: usize| plant.sensor_rectified && trace.omega[run.speed.block[k] as usize] < 0.0;
+        let weight = |k: usize| run.speed.weight[k] * if turned(k) { -1.0 } else { 1.0 };
+        Response {
+            run,
+            residual: &self.residuals[index],
+            blocks: (0..run.blocks()).map(block).collect(),
+            phasors: (0..run.blocks()).map(phasor).collect(),
+            harmonic: 0.0,
+            weight: (0..run.speed.len()).map(weight).collect(),
+        }
+    }
 }
 
 /// The runs of the log, without those of held-out records.
@@ -187,9 +217,8 @@ fn own_runs(dataset: &Dataset) -> impl Iterator<Item = &BenchRun> {
 }
 
 fn span(values: &[f64]) -> f64 {
-    let (lowest, highest) =
-        values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
-    (highest - lowest).max(0.0)
+    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+    (high - low).max(0.0)
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -254,45 +283,7 @@ struct Response<'a> {
     weight: Vec<f64>,
 }
 
-impl<'a> Response<'a> {
-    fn new(
-        plant: &Physics,
-        run: &'a BenchRun,
-        residual: &'a [f64],
-        trace: &Traces,
-        axis: Axis,
-        unit: f64,
-    ) -> Self {
-        let at = |point: usize| match axis {
-            Axis::Position if run.position.is_empty() => trace.integral[point] / plant.sensor_scale,
-            Axis::Position => run.shaft(plant, point),
-            Axis::Time => run.time[point] - run.time[0] + run.since_s,
-        };
-        let phasor = |k: usize| {
-            let half_way = 0.5 * unit * (at(k + 1) - at(k));
-            let (base, half) = ((unit * (0.5 * (at(k) + at(k + 1)))).sin_cos(), half_way.sin_cos());
-            Phasor { base, now: (0.0, 1.0), half, half_now: (0.0, 1.0), half_way }
-        };
-        let sign = if axis == Axis::Position { -1.0 } else { 1.0 };
-        let block = |k: usize| {
-            let h = run.time[k + 1] - run.time[k];
-            let damping = if run.bridge[k] == Bridge::Open { plant.viscous } else { plant.total_damping() };
-            let half = 0.5 * h * damping / plant.inertia;
-            ((1.0 - half) / (1.0 + half), sign * h / plant.inertia / (1.0 + half), h)
-        };
-        // A sensor that reports the magnitude turns what is missing with the sign of the speed.
-        let turned = |k: usize| plant.sensor_rectified && trace.omega[run.speed.block[k] as usize] < 0.0;
-        let weight = |k: usize| run.speed.weight[k] * if turned(k) { -1.0 } else { 1.0 };
-        Self {
-            run,
-            residual,
-            blocks: (0..run.blocks()).map(block).collect(),
-            phasors: (0..run.blocks()).map(phasor).collect(),
-            harmonic: 0.0,
-            weight: (0..run.speed.len()).map(weight).collect(),
-        }
-    }
-
+impl Response<'_> {
     /// Adds what the next harmonics do to the run.
     #[inline(always)]
     fn add(&mut self, sums: &mut [Sums; ABREAST]) {

@@ -30,9 +30,7 @@ const STANDS: f64 = 0.05;
 
 /// Refuses a record whose time is plainly not in seconds; says what it looks like and how to map it.
 pub fn check(model: &Model, log: &Dynamic, columns: &Columns) -> Result<(), InputError> {
-    let Some(run) = log.runs.iter().max_by_key(|run| run.rows()) else {
-        return Ok(());
-    };
+    let Some(run) = log.runs.iter().max_by_key(|run| run.rows()) else { return Ok(()) };
     let (apart_s, slow_s) = (run.sample_s(), tables::time_constant_s(model));
     if apart_s < CLOSE_S && apart_s < slow_s {
         return Ok(());
@@ -48,9 +46,7 @@ pub fn check(model: &Model, log: &Dynamic, columns: &Columns) -> Result<(), Inpu
         declared.is_some_and(|ratio| agrees(ratio * factor)) || follows(log, slow_s, *factor)
     };
     let fallback = BASES.first().filter(|_| useless);
-    let Some((unit, factor)) = BASES.iter().find(looks).or(fallback) else {
-        return Ok(());
-    };
+    let Some((unit, factor)) = BASES.iter().find(looks).or(fallback) else { return Ok(()) };
     let (name, so_far) = columns.time();
     let what = format!(
         "its rows are {apart_s:.3} s apart, but the model's time constant is {slow_s:.3} s, as if the \
@@ -73,7 +69,8 @@ fn follows(log: &Dynamic, slow_s: f64, factor: f64) -> bool {
     let response = |shape: fn(f64) -> f64, factor: f64, slow_s: f64| {
         all(&|piece: &Piece| piece.response(shape, factor, slow_s))
     };
-    let rows = [all(&|piece| piece.input.to_vec()), all(&|piece| piece.input_before())];
+    let before = |piece: &Piece| [&piece.input[..1], &piece.input[..piece.input.len() - 1]].concat();
+    let rows = [all(&|piece| piece.input.to_vec()), all(&before)];
     let mut settled: Vec<Vec<f64>> = rows.iter().flat_map(|input| bends(input)).collect();
     settled.extend([1.0, 3.0].map(|times| response(|u| u, 1.0, times * slow_s)));
     let shapes: [fn(f64) -> f64; 3] = [|u| u, |u| u * u.abs(), |u| u.signum() * f64::from(u != 0.0)];
@@ -108,10 +105,6 @@ impl<'a> Piece<'a> {
     /// Nothing that a response could follow.
     fn unchanged(&self) -> bool {
         !self.starts_at_rest() && self.input.iter().all(|u| *u == self.input[0])
-    }
-
-    fn input_before(&self) -> Vec<f64> {
-        [&self.input[..1], &self.input[..self.input.len() - 1]].concat()
     }
 
     /// The first-order response to the held input, reshaped; of an axis without damping the integral.

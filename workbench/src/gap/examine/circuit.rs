@@ -74,9 +74,7 @@ fn rows(model: &Model, record: &Dynamic) -> Vec<Row> {
     let Kind::DcMotor { r_ohm, l_h, ke_vs_per_rad, .. } = model.kind else { return Vec::new() };
     let mut rows = Vec::new();
     for run in &record.runs {
-        let (Some(speed), Some(current)) = (&run.speed, &run.current_a) else {
-            continue;
-        };
+        let (Some(speed), Some(current)) = (&run.speed, &run.current_a) else { continue };
         for row in 1..run.rows().saturating_sub(1) {
             let driven = run.bridge[row] == Bridge::Driven && run.bridge[row - 1] == Bridge::Driven;
             // A row in which the voltage jumps belongs to both.
@@ -102,7 +100,7 @@ struct Sheet {
 
 impl Sheet {
     fn of(model: &Model, record: &Dynamic) -> Option<Self> {
-        let base = Base::of(model, record.input)?;
+        let base = Base::of(&model.kind, record.input)?;
         let fit = Motion::of(record)?.near(&base, 1.0).filter(|fit| fit.explained > super::MOST)?;
         let rate = if base.rate > 0.0 { fit.rate / base.rate } else { 1.0 };
         Some(Self { slope: fit.slope / base.slope, rate, constant_v: fit.constant() / fit.slope })

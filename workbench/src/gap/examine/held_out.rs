@@ -27,7 +27,7 @@ pub fn fault(model: &Model, log: &Dynamic, other: &Log) -> Option<DataFault> {
     if other.input != log.input || other.linear != log.linear {
         return None;
     }
-    let base = Base::of(model, log.input).filter(|base| base.rate > 0.0)?;
+    let base = Base::of(&model.kind, log.input).filter(|base| base.rate > 0.0)?;
     let (mine, theirs) = (Motion::of(log)?, Motion::of(other)?);
     let (fit, own) = (mine.free(&base)?, theirs.free(&base)?);
     if fit.explained < OWN || own.explained < OWN || mine.rows().min(theirs.rows()) < ROWS {

@@ -62,7 +62,7 @@ fn records(logs: &[Log]) -> Vec<&Dynamic> {
 /// A factor, a sign or a key without which the log does not move as the model says.
 fn motion_fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Option<DataFault> {
     let motion = Motion::of(record)?;
-    let base = motion::Base::of(model, record.input)?;
+    let base = motion::Base::of(&model.kind, record.input)?;
     let as_it_stands = motion.explained_within(&base, model.fitted_to_log);
     if as_it_stands > ENOUGH {
         return None;

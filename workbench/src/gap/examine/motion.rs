@@ -4,7 +4,7 @@ use super::excerpt::{integrated, looked_at};
 use crate::gap::dataset::median;
 use crate::gap::threads::each;
 use crate::system::log::{Dynamic, Input, Run};
-use crate::system::model::{Kind, Model};
+use crate::system::model::Kind;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use servo::axis::Bridge;
@@ -46,13 +46,8 @@ pub struct Base {
 }
 
 impl Base {
-    /// The model under this input; `None` if a voltage drives a model that knows none.
-    pub fn of(model: &Model, input: Input) -> Option<Self> {
-        Self::of_kind(&model.kind, input)
-    }
-
-    /// The same of other parameters.
-    pub fn of_kind(kind: &Kind, input: Input) -> Option<Self> {
+    /// A model of this kind under this input; `None` if a voltage drives one that knows none.
+    pub fn of(kind: &Kind, input: Input) -> Option<Self> {
         let base = match (*kind, input) {
             (
                 Kind::DcMotor { r_ohm, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad, .. },
@@ -158,13 +153,12 @@ impl Motion {
 
     /// The record with the mean of its inputs over rows before and after in the place of each: a linear motion under a mean of inputs
     /// is the mean of motions.
-    pub fn smoothed(&self, reach: usize) -> Option<Self> {
-        let smooth = |stretch: &Stretch| {
-            let rows = |k: usize| k.saturating_sub(reach)..(k + reach + 1).min(stretch.input.len());
-            let mean = |k: usize| stretch.input[rows(k)].iter().sum::<f64>() / rows(k).len() as f64;
-            Stretch { input: (0..stretch.input.len()).map(mean).collect(), ..stretch.clone() }
-        };
-        Self::from(self.stretches.iter().map(smooth).collect())
+    pub fn smoothed(&self, reach: usize) -> Self {
+        self.with_inputs(|input| {
+            let rows = |k: usize| k.saturating_sub(reach)..(k + reach + 1).min(input.len());
+            let mean = |k: usize| input[rows(k)].iter().sum::<f64>() / rows(k).len() as f64;
+            (0..input.len()).map(mean).collect()
+        })
     }
 
     /// Both records as one, each with a variation of its own.
@@ -266,10 +260,11 @@ impl Motion {
 
     /// The record with what a drive makes of its inputs in their place.
     pub fn driven_by(&self, drive: impl Fn(f64) -> f64) -> Self {
-        let driven = |stretch: &Stretch| Stretch {
-            input: stretch.input.iter().map(|u| drive(*u)).collect(),
-            ..stretch.clone()
-        };
+        self.with_inputs(|input| input.iter().map(|u| drive(*u)).collect())
+    }
+
+    fn with_inputs(&self, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        let driven = |stretch: &Stretch| Stretch { input: of(&stretch.input), ..stretch.clone() };
         let stretches = self.stretches.iter().map(driven).collect();
         Self { stretches, variation: self.variation, fastest: self.fastest }
     }

@@ -26,7 +26,17 @@ pub fn fault(record: &Dynamic) -> Option<DataFault> {
     let (found, as_it_stands) = (product / square, explained(1.0));
     let (position, speed) = if record.linear { ("q_m", "v_m_s") } else { ("theta_rad", "omega_rad_s") };
     let near = |factor: f64| found * factor > 0.0 && (found / factor).ln().abs() < NEAR;
-    let mistakes = mistakes(position, speed);
+    let thousandths = "thousandths, or t_s in ms";
+    // The way by the position is so many times the way by the speed where a column is in this unit.
+    let mistakes = [
+        (SIGN, position, ""),
+        (180.0 / PI, position, "degrees"),
+        (1.0 / TAU, position, "turns"),
+        (TAU / 60.0, speed, "rpm"),
+        (PI / 180.0, speed, "°/s"),
+        (1000.0, position, thousandths),
+        (0.001, speed, thousandths),
+    ];
     let (times, column, unit) = mistakes.iter().find(|mistake| near(mistake.0))?;
     let what = match *times {
         SIGN => format!("{position} or {speed} has the wrong sign"),
@@ -43,9 +53,7 @@ pub fn fault(record: &Dynamic) -> Option<DataFault> {
 fn ways(record: &Dynamic) -> Vec<(f64, f64)> {
     let mut pairs = Vec::new();
     for run in &record.runs {
-        let (Some(position), Some(speed)) = (&run.position, &run.speed) else {
-            continue;
-        };
+        let (Some(position), Some(speed)) = (&run.position, &run.speed) else { continue };
         let mut way = 0.0;
         for row in 1..run.rows() {
             way += 0.5 * (speed[row] + speed[row - 1]) * (run.t_s[row] - run.t_s[row - 1]);
@@ -56,18 +64,4 @@ fn ways(record: &Dynamic) -> Vec<(f64, f64)> {
         }
     }
     pairs
-}
-
-/// The way by the position is so many times the way by the speed where a column is in this unit.
-fn mistakes<'a>(position: &'a str, speed: &'a str) -> [(f64, &'a str, &'static str); 7] {
-    let thousandths = "thousandths, or t_s in ms";
-    [
-        (SIGN, position, ""),
-        (180.0 / PI, position, "degrees"),
-        (1.0 / TAU, position, "turns"),
-        (TAU / 60.0, speed, "rpm"),
-        (PI / 180.0, speed, "°/s"),
-        (1000.0, position, thousandths),
-        (0.001, speed, thousandths),
-    ]
 }

@@ -163,8 +163,7 @@ struct Repeated {
 }
 
 fn repeated(record: &Dynamic) -> Option<Repeated> {
-    let (mut rows, mut stale, mut moving) = (Vec::new(), 0, 0);
-    let mut values = Vec::new();
+    let (mut rows, mut values, mut stale) = (Vec::new(), Vec::new(), 0);
     for (index, run) in record.runs.iter().enumerate() {
         let speed = run.speed.as_ref()?;
         let fastest = speed.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
@@ -173,7 +172,6 @@ fn repeated(record: &Dynamic) -> Option<Repeated> {
             if !TURNS.contains(&(speed[row].abs() / fastest.max(1e-300))) {
                 continue;
             }
-            moving += 1;
             values.push(speed[row].to_bits());
             if speed[row] == speed[row - 1] && same(&run.position) && same(&run.current_a) {
                 stale += usize::from(run.input[row] != run.input[row - 1]);
@@ -181,6 +179,7 @@ fn repeated(record: &Dynamic) -> Option<Repeated> {
             }
         }
     }
+    let moving = values.len();
     values.sort_unstable();
     values.dedup();
     let fine = values.len() as f64 > FINE * (moving - rows.len()) as f64;
@@ -193,7 +192,7 @@ fn repeated(record: &Dynamic) -> Option<Repeated> {
 /// What is explained as it stands, and with the time of every row corrected by the rows that are missing behind (more than 0) or that are a
 /// copy of the one before (−1). None if that explains nothing.
 fn mended(model: &Model, record: &Dynamic, rows: &dyn Fn(usize, usize) -> f64) -> Option<[f64; 2]> {
-    let base = Base::of(model, record.input)?;
+    let base = Base::of(&model.kind, record.input)?;
     let runs = record.runs.iter().enumerate().map(|(index, run)| corrected(run, &|row| rows(index, row)));
     let corrected = Dynamic { runs: runs.collect(), ..record.clone() };
     let explained = |record: &Dynamic| Some(Motion::of(record)?.near(&base, 1.0)?.explained);

@@ -125,16 +125,15 @@ fn of_speed(record: &Dynamic) -> Vec<Suspect> {
 /// A factor that no list holds: the side of a gear, counts that are not multiplied by four, counts for radians.
 pub fn of_any_size(record: &Dynamic, found: f64) -> Suspect {
     let column = speed_column(record);
-    let times = crate::report::figure(found);
-    let what = match found < 1.0 {
-        true => format!(
-            "{column} is {times} times what the model says: an encoder on the slow side of a gear of {}:1, or counts that were not multiplied by four",
-            crate::report::figure(1.0 / found)
-        ),
-        false => format!(
-            "{column} is {times} times what the model says: electrical turns of a motor with pole pairs, an encoder on the fast side of a gear, counts of an encoder for radians, or another unit"
-        ),
+    let cause = if found < 1.0 {
+        let gear = crate::report::figure(1.0 / found);
+        format!(
+            "an encoder on the slow side of a gear of {gear}:1, or counts that were not multiplied by four"
+        )
+    } else {
+        "electrical turns of a motor with pole pairs, an encoder on the fast side of a gear, counts of an encoder for radians, or another unit".into()
     };
+    let what = format!("{column} is {} times what the model says: {cause}", crate::report::figure(found));
     let remedy = format!(
         "{} if so; else check the units of {} and of the model's keys",
         record.names.times(column, 1.0 / found),
@@ -201,9 +200,7 @@ fn of_keys(model: &Model, input: Input, base: &Base) -> Vec<Suspect> {
         ("time_constant_s", "ms", 1e-3),
     ];
     for (key, unit, factor) in units {
-        let Some(&(_, value)) = model.parameters().iter().find(|(own, _)| own == key) else {
-            continue;
-        };
+        let Some(&(_, value)) = model.parameters().iter().find(|(own, _)| own == key) else { continue };
         let mut kind = model.kind;
         kind.set(key, value * factor);
         // One of the two constants often stands for both.
@@ -214,7 +211,7 @@ fn of_keys(model: &Model, input: Input, base: &Base) -> Vec<Suspect> {
             kind.set("Kt_nm_per_a", value * factor);
             kind.set("Ke_vs_per_rad", value * factor);
         }
-        if let Some(meant) = Base::of_kind(&kind, input) {
+        if let Some(meant) = Base::of(&kind, input) {
             let remedy = format!("{key} = {} in the model file", crate::report::figure(value * factor));
             let rate = if base.rate > 0.0 { meant.rate / base.rate } else { 1.0 };
             let what = format!("{key} is in {unit}");

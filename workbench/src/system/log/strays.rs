@@ -59,7 +59,9 @@ impl Strays {
 }
 
 /// Steps of a column.
-struct Steps {
+struct Steps<'a> {
+    /// Rows in which the input changes.
+    changes: &'a [bool],
     /// An excursion goes farther.
     far: f64,
     /// And farther than this beside a change of the input.
@@ -68,8 +70,8 @@ struct Steps {
     ordinary: f64,
 }
 
-impl Steps {
-    fn of(values: &[f64], changes: &[bool]) -> Option<Self> {
+impl<'a> Steps<'a> {
+    fn of(values: &[f64], changes: &'a [bool]) -> Option<Self> {
         let sizes = |wanted: &dyn Fn(usize) -> bool| {
             let rows = looked_at(1, values.len()).filter(|row| wanted(*row));
             quantile(rows.map(|row| (values[row] - values[row - 1]).abs()).collect(), ORDINARY)
@@ -79,7 +81,7 @@ impl Steps {
         let below = |share| quantile(looked_at(0, values.len()).map(|row| values[row]).collect(), share);
         let span = below(0.98)? - below(0.02)?;
         let far = (FAR * ordinary).max(VISIBLE * span);
-        (span > 0.0).then_some(Self { far, answering: far.max(2.5 * answers), span, ordinary })
+        (span > 0.0).then_some(Self { changes, far, answering: far.max(2.5 * answers), span, ordinary })
     }
 }
 
@@ -107,22 +109,21 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
         (0..run.rows()).map(|row| row > 0 && (run.input[row] - run.input[row - 1]).abs() > far).collect();
     let (place, speed) = if linear { ("q_m", "v_m_s") } else { ("theta_rad", "omega_rad_s") };
     // A record may start at rest, and with the current of a stall.
-    let stall = (f64::INFINITY, 10.0 * GAP);
     let columns = [
         (place, &run.position, (0.0, GAP)),
         (speed, &run.speed, (1.0, GAP)),
-        ("i_a", &run.current_a, stall),
+        ("i_a", &run.current_a, (f64::INFINITY, 10.0 * GAP)),
         ("vbus_v", &run.supply_v, (0.0, GAP)),
     ];
     let mut all = Vec::new();
     for (column, values, (start, gap)) in columns {
         let Some(values) = values else { continue };
         let Some(steps) = Steps::of(values, &changes) else { continue };
-        let (bad, outside) = in_column(values, &steps, &changes, [gap, start, EDGE_STEPS]);
+        let (bad, outside) = in_column(values, &steps, [gap, start, EDGE_STEPS]);
         all.extend(strays(column, bad, outside));
     }
     if let Some(steps) = drive {
-        let (bad, outside) = in_column(&run.input, &steps, &still, [GAP, 0.0, 0.0]);
+        let (bad, outside) = in_column(&run.input, &steps, [GAP, 0.0, 0.0]);
         let wrong = never_felt(run, bad, supply_v);
         all.extend(strays(input, wrong, outside));
     }
@@ -160,12 +161,7 @@ fn never_felt(run: &Run, mut rows: Vec<Range<usize>>, supply_v: Option<f64>) -> 
 
 /// Rows of a column that stand out, and how many of them lie outside of all others. At the edge of a record a jump must be so many times as
 /// far as the longest of the other steps, and at its start come from more than this part of the largest value.
-fn in_column(
-    values: &[f64],
-    steps: &Steps,
-    changes: &[bool],
-    [gap, start, times]: [f64; 3],
-) -> (Vec<Range<usize>>, usize) {
+fn in_column(values: &[f64], steps: &Steps, [gap, start, times]: [f64; 3]) -> (Vec<Range<usize>>, usize) {
     let rows =
         |which: &dyn Fn(usize) -> bool| (0..values.len()).filter(|row| which(*row)).collect::<Vec<_>>();
     if rows(&|row| values[row].is_finite()).len() < FEWEST {
@@ -174,7 +170,7 @@ fn in_column(
     let mut bad = outside(values, gap);
     let count = bad.iter().filter(|bad| **bad).count();
     let good = |bad: &[bool]| rows(&|row| !bad[row] && values[row].is_finite());
-    excursions(values, &good(&bad), steps, changes).into_iter().for_each(|row| bad[row] = true);
+    excursions(values, &good(&bad), steps).into_iter().for_each(|row| bad[row] = true);
     edges(values, &good(&bad), steps.far, start, times).into_iter().for_each(|row| bad[row] = true);
     let ranges = rows(&|row| bad[row]);
     let ranges = ranges.chunk_by(|a, b| a + 1 == *b).map(|rows| rows[0]..rows[rows.len() - 1] + 1);
@@ -198,11 +194,11 @@ fn outside(values: &[f64], gap: f64) -> Vec<bool> {
 }
 
 /// What jumps away and comes back, among these rows.
-fn excursions(values: &[f64], rows: &[usize], steps: &Steps, changes: &[bool]) -> Vec<usize> {
+fn excursions(values: &[f64], rows: &[usize], steps: &Steps) -> Vec<usize> {
     let mut bad = Vec::new();
     let (mut last, mut from) = (0, 1);
     while from < rows.len() {
-        match excursion(&|k| values[rows[k]], rows, steps, changes, last..from) {
+        match excursion(&|k| values[rows[k]], rows, steps, last..from) {
             Some(end) => {
                 bad.extend(&rows[from..end]);
                 from = end;
@@ -214,16 +210,10 @@ fn excursions(values: &[f64], rows: &[usize], steps: &Steps, changes: &[bool]) -
 }
 
 /// The end of an excursion behind the last good row.
-fn excursion(
-    at: &dyn Fn(usize) -> f64,
-    rows: &[usize],
-    steps: &Steps,
-    changes: &[bool],
-    gap: Range<usize>,
-) -> Option<usize> {
+fn excursion(at: &dyn Fn(usize) -> f64, rows: &[usize], steps: &Steps, gap: Range<usize>) -> Option<usize> {
     let (before, from) = (at(gap.start), gap.end);
     let far = |end: usize| {
-        let near = changes[rows[gap.start]..=rows[end]].iter().any(|change| *change);
+        let near = steps.changes[rows[gap.start]..=rows[end]].iter().any(|change| *change);
         if near { steps.answering } else { steps.far }
     };
     let away = |end: &usize| (at(end - 1) - before).abs() > far(*end);
@@ -354,12 +344,10 @@ fn said(rows: &Range<usize>, line: impl Fn(usize) -> u64, column: &str, held: f6
 /// The input of the row before where the row behind has the same.
 fn bridge(input: &mut [f64], rows: &Range<usize>, lost: &mut [bool]) {
     let before = rows.start.checked_sub(1).map(|row| input[row]);
-    match (before, input.get(rows.end).copied()) {
-        (Some(before), Some(behind))
-            if (before - behind).abs() <= 0.2 * (before - input[rows.start]).abs() =>
-        {
-            input[rows.clone()].fill(0.5 * (before + behind));
-        }
-        _ => lost[rows.clone()].fill(true),
+    let around = before.zip(input.get(rows.end).copied());
+    let same = |(a, b): &(f64, f64)| (a - b).abs() <= 0.2 * (a - input[rows.start]).abs();
+    match around.filter(same) {
+        Some((a, b)) => input[rows.clone()].fill(0.5 * (a + b)),
+        None => lost[rows.clone()].fill(true),
     }
 }
