@@ -21,19 +21,20 @@ const SHORTEST: usize = 20;
 /// The record without such stretches, and what is said of them.
 pub fn without(record: &Dynamic) -> Option<(Dynamic, String)> {
     let usual = usual(record)?;
-    let (mut runs, mut told, mut rows) = (Vec::new(), Vec::new(), 0);
-    for run in &record.runs {
+    let cuts: Vec<Vec<Range<usize>>> = record.runs.iter().map(|run| stretches(run, usual)).collect();
+    let rows: usize = cuts.iter().flatten().map(Range::len).sum();
+    if rows == 0 || rows as f64 > (1.0 - LEFT) * record.rows() as f64 {
+        return None;
+    }
+    let (mut runs, mut told) = (Vec::new(), Vec::new());
+    for (run, cuts) in record.runs.iter().zip(cuts) {
         let mut start = 0;
-        for cut in stretches(run, usual) {
+        for cut in cuts {
             runs.extend((start + SHORTEST <= cut.start).then(|| run.rows_between(start, cut.start, run.id)));
             told.push(format!("from {:.3} s to {:.3} s", run.t_s[cut.start], run.t_s[cut.end - 1]));
-            rows += cut.len();
             start = cut.end;
         }
         runs.extend((start + SHORTEST <= run.rows()).then(|| run.rows_between(start, run.rows(), run.id)));
-    }
-    if rows == 0 || rows as f64 > (1.0 - LEFT) * record.rows() as f64 {
-        return None;
     }
     let column = super::suspects::speed_column(record);
     let note = format!(

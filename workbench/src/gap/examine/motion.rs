@@ -128,13 +128,16 @@ impl Motion {
     /// The driven stretches of a record, if there is motion in them.
     pub fn of(record: &Dynamic) -> Option<Self> {
         let mut left = ROWS;
-        let mut stretches: Vec<Stretch> = record.runs.iter().flat_map(driven).collect();
-        for stretch in &mut stretches {
-            let Stretch { time, input, speed, place } = stretch;
+        let mut stretches = Vec::new();
+        for mut stretch in record.runs.iter().flat_map(driven) {
+            if left == 0 {
+                break;
+            }
+            let Stretch { time, input, speed, place } = &mut stretch;
             [time, input, speed, place].into_iter().for_each(|values| values.truncate(left));
             left -= stretch.time.len();
+            stretches.push(stretch);
         }
-        stretches.retain(|stretch| !stretch.time.is_empty());
         Self::from(stretches)
     }
 
