@@ -98,8 +98,8 @@ fn a_hold_out_that_is_the_log_proves_nothing() {
 fn rpm_in_a_column_of_radians_a_second_are_called_out() {
     let case = hidden("dead_zone");
     let rpm = with_column(&case.log.to_csv(), "omega_rad_s", |omega| omega * 60.0 / std::f64::consts::TAU);
-    let json = command(&case.model, &rpm, None, &[]).unwrap();
-    assert!(json.contains(r#""verdict": "data""#) && json.contains("omega_rad_s is in rpm"), "{json}");
+    let words = ["nothing was simulated", "omega_rad_s is in rpm", "omega_rad_s*0.10472", "--accept-data"];
+    refused(&case.model, &rpm, None, &[], &words);
     let json = command(&case.model, &case.log.to_csv(), None, &[]).unwrap();
     assert!(!json.contains("rpm"), "{json}");
 }

@@ -28,6 +28,7 @@ fn contradiction(
     let fitted = stated * ratio * (1.0 + shift.map_or(0.0, |shift| shift.shift_percent) / 100.0);
     // Before an effect of another kind is added, the gap is what the parameters alone leave.
     let alone = outcome.effects[..=place].iter().all(is_base_parameter);
+    let section = if matches!(model.kind, Kind::FirstOrder { .. }) { "model" } else { "motor" };
     Some(Contradiction {
         parameter: key.to_owned(),
         ratio,
@@ -36,7 +37,10 @@ fn contradiction(
         fitted,
         fit_percent: alone.then(|| fit_percent(outcome, named.gap_after)),
         or: others(model, &outcome.ties, named),
-        mends: mends(model, key, fitted),
+        mends: vec![
+            format!("[{section}] {key} = {}", crate::report::figure(fitted)),
+            format!("[tolerance] {key} = 1.0"),
+        ],
     })
 }
 
@@ -63,19 +67,16 @@ fn key(model: &Model, effect: &Effect) -> Option<(&'static str, f64)> {
 
 /// The parameters that explain the same in its place.
 fn others(model: &Model, ties: &[Tie], named: &NamedEffect) -> Vec<String> {
+    let rest = |set: &[String], of: &[String]| {
+        set.iter().filter(|name| !of.contains(name)).cloned().collect::<Vec<_>>()
+    };
     let mut found: Vec<String> = Vec::new();
     for tie in ties.iter().filter(|tie| tie.rivals.first().is_some_and(|set| set.contains(&named.name))) {
-        let (own, rivals) = (&tie.rivals[0], &tie.rivals[1..]);
-        let rest = |set: &[String], of: &[String]| {
-            set.iter().filter(|name| !of.contains(name)).cloned().collect::<Vec<_>>()
-        };
-        for rival in rivals.iter().filter(|rival| rest(own, rival) == [named.name.clone()]) {
-            let instead = rest(rival, own);
-            let effect = instead
-                .first()
-                .and_then(|name| effects::find(name))
-                .filter(|effect| effect.is_base_parameter());
-            let other = effect.filter(|_| instead.len() == 1).and_then(|effect| key(model, effect));
+        let own = &tie.rivals[0];
+        for rival in tie.rivals[1..].iter().filter(|rival| rest(own, rival) == [named.name.clone()]) {
+            let [instead] = &rest(rival, own)[..] else { continue };
+            let effect = effects::find(instead).filter(|effect| effect.is_base_parameter());
+            let other = effect.and_then(|effect| key(model, effect));
             found.extend(other.map(|(key, _)| key.to_owned()).filter(|key| !found.contains(key)));
         }
     }
@@ -84,15 +85,5 @@ fn others(model: &Model, ties: &[Tie], named: &NamedEffect) -> Vec<String> {
 
 /// 100·(1 − ‖y−ŷ‖/‖y−ȳ‖) of another rms on the same held-out data.
 fn fit_percent(outcome: &Outcome, gap: f64) -> f64 {
-    let held = &outcome.holdout;
-    100.0 - (100.0 - held.fit_percent_before) * gap / held.rmse_before
-}
-
-/// Lines of the model file, each of which mends it.
-fn mends(model: &Model, key: &str, fitted: f64) -> Vec<String> {
-    let section = match (model.kind, key) {
-        (Kind::FirstOrder { .. }, _) => "model",
-        _ => "motor",
-    };
-    vec![format!("[{section}] {key} = {}", crate::report::figure(fitted)), format!("[tolerance] {key} = 1.0")]
+    100.0 - (100.0 - outcome.holdout.fit_percent_before) * gap / outcome.holdout.rmse_before
 }

@@ -7,7 +7,7 @@ use crate::gap::problem::in_registers;
 use crate::system::effects::{Effect, Scale, Signal, Starts};
 use crate::system::plant::physics::Physics;
 use servo::axis::Bridge;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// A threshold is tried where the signal exceeds it in 0.2 % … 50 % of the samples.
 const QUANTILES: [f64; 7] = [0.998, 0.99, 0.97, 0.93, 0.85, 0.7, 0.5];
@@ -65,22 +65,18 @@ impl Basis {
             Starts::Grid(rows) | Starts::Rugged(rows, _) => rows.iter().map(|row| row.to_vec()).collect(),
             Starts::Quantiles(signal, rest) => self.quantiles(dataset, effect, signal, rest),
             Starts::GravityScan => self.gravity(dataset, effect),
-            Starts::PositionScan => self.position_lines(dataset, effect),
-            Starts::TimeScan => self.time_lines(dataset, effect),
+            Starts::PositionScan | Starts::TimeScan => self.lines(dataset, effect),
         }
     }
 
     fn quantiles(&self, dataset: &Dataset, effect: &Effect, signal: Signal, rest: &[f64]) -> Vec<Vec<f64>> {
-        let runs = dataset.runs.iter().filter(|run| run.log == 0);
+        let traced = |of: fn(&Traces) -> &Vec<f64>| self.traces.iter().flat_map(of).copied().collect();
         let mut values: Vec<f64> = match signal {
-            Signal::Input => runs.flat_map(|run| run.input.iter().map(|u| u.abs())).collect(),
-            Signal::Speed => {
-                self.traces.iter().flat_map(|trace| trace.reading.iter().map(|y| y.abs())).collect()
-            }
-            Signal::Current => {
-                self.traces.iter().flat_map(|trace| trace.current.iter().map(|i| i.abs())).collect()
-            }
+            Signal::Input => own_runs(dataset).flat_map(|run| &run.input).copied().collect(),
+            Signal::Speed => traced(|trace| &trace.reading),
+            Signal::Current => traced(|trace| &trace.current),
         };
+        values.iter_mut().for_each(|value| *value = value.abs());
         values.sort_by(f64::total_cmp);
         let scale = dataset.scales.of(effect.parameters[0].scale);
         let row = |threshold: f64| [&[threshold / scale], rest].concat();
@@ -110,25 +106,26 @@ impl Basis {
     /// effect: `fitted` are the residuals with it. What another effect leaves spreads over many lines, and one of them
     /// takes no other along. `dispersion`: of the residuals, with their correlation.
     pub fn line_goes(&self, fitted: &Self, dataset: &Dataset, effect: &Effect, dispersion: f64) -> bool {
-        let peaks = |basis: &Self| match effect.starts {
-            Starts::PositionScan => basis.position_peaks(dataset),
-            _ => basis.time_peaks(dataset),
-        };
-        let Some(line) = peaks(self).into_iter().next() else {
-            return false;
-        };
+        let Some(line) = self.peaks(dataset, effect).into_iter().next() else { return false };
         let same = |other: &Line| {
             let ratio = other.number / line.number;
             SAME_TORQUE.iter().any(|it| (ratio / it - 1.0).abs() < SAME)
         };
-        let left = peaks(fitted).into_iter().find(|other| !same(other));
+        let left = fitted.peaks(dataset, effect).into_iter().find(|other| !same(other));
         left.is_none_or(|left| left.gain < LEFT * line.gain + CHANCE * dispersion)
+    }
+
+    /// Peaks of an effect's scan, the strongest first.
+    fn peaks(&self, dataset: &Dataset, effect: &Effect) -> Vec<Line> {
+        match effect.starts {
+            Starts::PositionScan => self.position_peaks(dataset),
+            _ => self.time_peaks(dataset),
+        }
     }
 
     /// Peaks of the scan over the position, the strongest first.
     fn position_peaks(&self, dataset: &Dataset) -> Vec<Line> {
-        let span =
-            dataset.runs.iter().filter(|run| run.log == 0).map(|run| span(&run.position)).fold(0.0, f64::max);
+        let span = own_runs(dataset).map(|run| span(&run.position)).fold(0.0, f64::max);
         let (unit, count) = if dataset.linear { (PI / span.max(1e-9), LINES) } else { (1.0, TURN_HARMONICS) };
         // One period per turn without a gear is gravity.
         let gravity = |n: f64| !dataset.linear && n < 1.5 && self.plant.gear_ratio == 1.0;
@@ -148,59 +145,80 @@ impl Basis {
         lines
     }
 
-    fn position_lines(&self, dataset: &Dataset, effect: &Effect) -> Vec<Vec<f64>> {
+    fn lines(&self, dataset: &Dataset, effect: &Effect) -> Vec<Vec<f64>> {
         let torque = dataset.scales.of(effect.parameters[0].scale);
-        let lines = self.position_peaks(dataset).into_iter().take(STRONGEST);
-        lines.map(|line| vec![line.amplitude / torque, line.number, line.phase]).collect()
-    }
-
-    fn time_lines(&self, dataset: &Dataset, effect: &Effect) -> Vec<Vec<f64>> {
-        let torque = dataset.scales.of(effect.parameters[0].scale);
-        let hertz = dataset.scales.of(Scale::Frequency);
-        let lines = self.time_peaks(dataset).into_iter().take(STRONGEST);
-        lines
-            .map(|line| {
-                vec![line.amplitude / torque, line.number / std::f64::consts::TAU / hertz, line.phase]
-            })
-            .collect()
+        let per = match effect.starts {
+            Starts::PositionScan => 1.0,
+            _ => TAU * dataset.scales.of(Scale::Frequency),
+        };
+        let lines = self.peaks(dataset, effect).into_iter().take(STRONGEST);
+        lines.map(|line| vec![line.amplitude / torque, line.number / per, line.phase]).collect()
     }
 
     /// The peaks of a periodic torque, strongest first, among `unit`, 2·`unit`, … `count`·`unit`.
     fn scan(&self, dataset: &Dataset, axis: Axis, unit: f64, count: usize) -> Vec<Line> {
-        let runs = dataset.runs.iter().filter(|run| run.log == 0);
-        let traced = runs.zip(&self.traces).zip(&self.residuals);
-        let mut waves: Vec<(Wave, Response)> = traced
-            .map(|((run, trace), residual)| {
-                let wave = Wave::new(&self.plant, run, trace, axis, unit);
-                (wave, Response::new(&self.plant, run, residual, &trace.omega, axis))
-            })
-            .collect();
+        let runs = own_runs(dataset).enumerate();
+        let mut responses: Vec<Response> =
+            runs.map(|(index, run)| self.response(index, run, axis, unit)).collect();
         let mut lines: Vec<Line> = Vec::new();
         while lines.len() < count {
             let mut sums = [Sums::default(); ABREAST];
-            for (wave, response) in &mut waves {
-                in_registers(|| response.add(wave, &mut sums));
+            for response in &mut responses {
+                in_registers(|| response.add(&mut sums));
             }
             let numbers = (lines.len() + 1..=count).map(|harmonic| harmonic as f64 * unit);
             let added: Vec<Line> = sums.iter().zip(numbers).map(|(sums, number)| sums.line(number)).collect();
             lines.extend(added);
         }
-        let mut peaks: Vec<Line> = (0..lines.len())
-            .filter(|k| {
-                (*k == 0 || lines[k - 1].gain <= lines[*k].gain)
-                    && lines.get(k + 1).is_none_or(|next| next.gain <= lines[*k].gain)
-            })
-            .map(|k| lines[k])
-            .collect();
+        let lower = |k: usize, other: Option<&Line>| other.is_none_or(|other| other.gain <= lines[k].gain);
+        let peak = |k: &usize| lower(*k, lines[..*k].last()) && lower(*k, lines.get(k + 1));
+        let mut peaks: Vec<Line> = (0..lines.len()).filter(peak).map(|k| lines[k]).collect();
         peaks.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         peaks
     }
+
+    /// The linear motor's response to waves of k·`unit` periods, ready for the first harmonics.
+    fn response<'a>(&'a self, index: usize, run: &'a BenchRun, axis: Axis, unit: f64) -> Response<'a> {
+        let (plant, trace) = (&self.plant, &self.traces[index]);
+        let at = |point: usize| match axis {
+            Axis::Position if run.position.is_empty() => trace.integral[point] / plant.sensor_scale,
+            Axis::Position => run.shaft(plant, point),
+            Axis::Time => run.time[point] - run.time[0] + run.since_s,
+        };
+        let phasor = |k: usize| {
+            let half_way = 0.5 * unit * (at(k + 1) - at(k));
+            let (base, half) = ((unit * (0.5 * (at(k) + at(k + 1)))).sin_cos(), half_way.sin_cos());
+            Phasor { base, now: (0.0, 1.0), half, half_now: (0.0, 1.0), half_way }
+        };
+        let sign = if axis == Axis::Position { -1.0 } else { 1.0 };
+        let block = |k: usize| {
+            let h = run.time[k + 1] - run.time[k];
+            let damping = if run.bridge[k] == Bridge::Open { plant.viscous } else { plant.total_damping() };
+            let half = 0.5 * h * damping / plant.inertia;
+            ((1.0 - half) / (1.0 + half), sign * h / plant.inertia / (1.0 + half), h)
+        };
+        // A sensor that reports the magnitude turns what is missing with the sign of the speed.
+        let turned = |k: usize| plant.sensor_rectified && trace.omega[run.speed.block[k] as usize] < 0.0;
+        let weight = |k: usize| run.speed.weight[k] * if turned(k) { -1.0 } else { 1.0 };
+        Response {
+            run,
+            residual: &self.residuals[index],
+            blocks: (0..run.blocks()).map(block).collect(),
+            phasors: (0..run.blocks()).map(phasor).collect(),
+            harmonic: 0.0,
+            weight: (0..run.speed.len()).map(weight).collect(),
+        }
+    }
+}
+
+/// The runs of the log, without those of held-out records.
+fn own_runs(dataset: &Dataset) -> impl Iterator<Item = &BenchRun> {
+    dataset.runs.iter().filter(|run| run.log == 0)
 }
 
 fn span(values: &[f64]) -> f64 {
-    let (lowest, highest) =
-        values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
-    (highest - lowest).max(0.0)
+    let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+    (high - low).max(0.0)
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -224,13 +242,7 @@ const ABREAST: usize = 4;
 /// One number of each harmonic.
 type Each = [f64; ABREAST];
 
-/// exp(i·k·unit·x) of every block, turned by some harmonics at a time.
-struct Wave {
-    blocks: Vec<Phasor>,
-    harmonic: f64,
-}
-
-/// The wave in the middle of a block.
+/// exp(i·k·unit·x) in the middle of a block, turned by some harmonics at a time.
 #[derive(Clone, Copy)]
 struct Phasor {
     base: (f64, f64),
@@ -239,22 +251,6 @@ struct Phasor {
     half: (f64, f64),
     half_now: (f64, f64),
     half_way: f64,
-}
-
-impl Wave {
-    fn new(plant: &Physics, run: &BenchRun, trace: &Traces, axis: Axis, unit: f64) -> Self {
-        let at = |point: usize| match axis {
-            Axis::Position if run.position.is_empty() => trace.integral[point] / plant.sensor_scale,
-            Axis::Position => run.shaft(plant, point),
-            Axis::Time => run.time[point] - run.time[0] + run.since_s,
-        };
-        let phasor = |k: usize| {
-            let half_way = 0.5 * unit * (at(k + 1) - at(k));
-            let (base, half) = ((unit * (0.5 * (at(k) + at(k + 1)))).sin_cos(), half_way.sin_cos());
-            Phasor { base, now: (0.0, 1.0), half, half_now: (0.0, 1.0), half_way }
-        };
-        Self { blocks: (0..run.blocks()).map(phasor).collect(), harmonic: 0.0 }
-    }
 }
 
 impl Phasor {
@@ -280,41 +276,25 @@ struct Response<'a> {
     residual: &'a [f64],
     /// What is left of the speed at the end of each block, what a torque adds to it, and how long the block lasts.
     blocks: Vec<(f64, f64, f64)>,
+    /// The wave in every block, and the harmonic that it has been turned to.
+    phasors: Vec<Phasor>,
+    harmonic: f64,
     /// Weight of each sample, with the sign in which it sees a speed.
     weight: Vec<f64>,
 }
 
-impl<'a> Response<'a> {
-    fn new(plant: &Physics, run: &'a BenchRun, residual: &'a [f64], omega: &[f64], axis: Axis) -> Self {
-        let sign = if axis == Axis::Position { -1.0 } else { 1.0 };
-        let block = |k: usize| {
-            let h = run.time[k + 1] - run.time[k];
-            let damping = if run.bridge[k] == Bridge::Open { plant.viscous } else { plant.total_damping() };
-            let half = 0.5 * h * damping / plant.inertia;
-            ((1.0 - half) / (1.0 + half), sign * h / plant.inertia / (1.0 + half), h)
-        };
-        // A sensor that reports the magnitude turns what is missing with the sign of the speed.
-        let turned = |k: usize| plant.sensor_rectified && omega[run.speed.block[k] as usize] < 0.0;
-        let weight = |k: usize| run.speed.weight[k] * if turned(k) { -1.0 } else { 1.0 };
-        Self {
-            run,
-            residual,
-            blocks: (0..run.blocks()).map(block).collect(),
-            weight: (0..run.speed.len()).map(weight).collect(),
-        }
-    }
-
-    /// Adds what the next harmonics of a wave do to the run.
+impl Response<'_> {
+    /// Adds what the next harmonics do to the run.
     #[inline(always)]
-    fn add(&self, wave: &mut Wave, sums: &mut [Sums; ABREAST]) {
+    fn add(&mut self, sums: &mut [Sums; ABREAST]) {
         let probes = &self.run.speed;
         let (mut sine, mut cosine) = ([0.0; ABREAST], [0.0; ABREAST]);
         // Ways of both up to the start of each block, for a compared position.
         let mut ways = vec![([0.0; ABREAST], [0.0; ABREAST])];
         let mut sample = 0;
-        for (block, ((keep, push, h), phasor)) in self.blocks.iter().zip(&mut wave.blocks).enumerate() {
+        for (block, ((keep, push, h), phasor)) in self.blocks.iter().zip(&mut self.phasors).enumerate() {
             let (was_sine, was_cosine) = (sine, cosine);
-            let (sines, cosines) = phasor.turned(wave.harmonic);
+            let (sines, cosines) = phasor.turned(self.harmonic);
             for k in 0..ABREAST {
                 sine[k] = keep * sine[k] + push * sines[k];
                 cosine[k] = keep * cosine[k] + push * cosines[k];
@@ -341,7 +321,7 @@ impl<'a> Response<'a> {
                 sample += 1;
             }
         }
-        wave.harmonic += ABREAST as f64;
+        self.harmonic += ABREAST as f64;
     }
 }
 

@@ -30,9 +30,7 @@ const STANDS: f64 = 0.05;
 
 /// Refuses a record whose time is plainly not in seconds; says what it looks like and how to map it.
 pub fn check(model: &Model, log: &Dynamic, columns: &Columns) -> Result<(), InputError> {
-    let Some(run) = log.runs.iter().max_by_key(|run| run.rows()) else {
-        return Ok(());
-    };
+    let Some(run) = log.runs.iter().max_by_key(|run| run.rows()) else { return Ok(()) };
     let (apart_s, slow_s) = (run.sample_s(), tables::time_constant_s(model));
     if apart_s < CLOSE_S && apart_s < slow_s {
         return Ok(());
@@ -48,9 +46,7 @@ pub fn check(model: &Model, log: &Dynamic, columns: &Columns) -> Result<(), Inpu
         declared.is_some_and(|ratio| agrees(ratio * factor)) || follows(log, slow_s, *factor)
     };
     let fallback = BASES.first().filter(|_| useless);
-    let Some((unit, factor)) = BASES.iter().find(looks).or(fallback) else {
-        return Ok(());
-    };
+    let Some((unit, factor)) = BASES.iter().find(looks).or(fallback) else { return Ok(()) };
     let (name, so_far) = columns.time();
     let what = format!(
         "its rows are {apart_s:.3} s apart, but the model's time constant is {slow_s:.3} s, as if the \
@@ -73,7 +69,8 @@ fn follows(log: &Dynamic, slow_s: f64, factor: f64) -> bool {
     let response = |shape: fn(f64) -> f64, factor: f64, slow_s: f64| {
         all(&|piece: &Piece| piece.response(shape, factor, slow_s))
     };
-    let rows = [all(&|piece| piece.input.to_vec()), all(&|piece| piece.input_before())];
+    let before = |piece: &Piece| [&piece.input[..1], &piece.input[..piece.input.len() - 1]].concat();
+    let rows = [all(&|piece| piece.input.to_vec()), all(&before)];
     let mut settled: Vec<Vec<f64>> = rows.iter().flat_map(|input| bends(input)).collect();
     settled.extend([1.0, 3.0].map(|times| response(|u| u, 1.0, times * slow_s)));
     let shapes: [fn(f64) -> f64; 3] = [|u| u, |u| u * u.abs(), |u| u.signum() * f64::from(u != 0.0)];
@@ -94,17 +91,10 @@ struct Piece<'a> {
 
 impl<'a> Piece<'a> {
     fn of(run: &'a Run, most: usize) -> Option<Self> {
-        let from = |position: &Vec<f64>| {
-            let rows = position.windows(2).zip(run.t_s.windows(2));
-            rows.map(|(x, t)| (x[1] - x[0]) / (t[1] - t[0])).collect()
-        };
-        let mut speed = run.speed.clone().or_else(|| run.position.as_ref().map(from))?;
+        let mut speed = run.speeds()?;
         speed.truncate(most);
-        (!speed.is_empty()).then(|| Self {
-            time: &run.t_s[..speed.len()],
-            input: &run.input[..speed.len()],
-            speed,
-        })
+        let rows = speed.len();
+        (rows > 0).then(|| Self { time: &run.t_s[..rows], input: &run.input[..rows], speed })
     }
 
     fn starts_at_rest(&self) -> bool {
@@ -117,20 +107,14 @@ impl<'a> Piece<'a> {
         !self.starts_at_rest() && self.input.iter().all(|u| *u == self.input[0])
     }
 
-    fn input_before(&self) -> Vec<f64> {
-        [&self.input[..1], &self.input[..self.input.len() - 1]].concat()
-    }
-
     /// The first-order response to the held input, reshaped; of an axis without damping the integral.
     fn response(&self, shape: fn(f64) -> f64, factor: f64, slow_s: f64) -> Vec<f64> {
         let mut state = if self.starts_at_rest() { 0.0 } else { shape(self.input[0]) };
         let mut response = vec![state];
         for (t, u) in self.time.windows(2).zip(self.input) {
             let (step, u) = (factor * (t[1] - t[0]), shape(*u));
-            state = match slow_s.is_finite() {
-                true => u + (state - u) * (-step / slow_s).exp(),
-                false => state + u * step,
-            };
+            let settles = slow_s.is_finite();
+            state = if settles { u + (state - u) * (-step / slow_s).exp() } else { state + u * step };
             response.push(state);
         }
         response
@@ -149,14 +133,16 @@ fn bends(input: &[f64]) -> Vec<Vec<f64>> {
 
 /// Rms of what the best sum of `parts` and a constant leaves of `speed`, relative to the speed's variation.
 fn unexplained(parts: &[Vec<f64>], speed: &[f64]) -> f64 {
-    let measured = DVector::from_column_slice(speed);
-    let matrix = DMatrix::from_fn(speed.len(), parts.len() + 1, |row, column| {
-        parts.get(column).map_or(1.0, |part| part[row])
-    });
-    let variation = measured.add_scalar(-measured.mean()).norm();
-    let solved = matrix.clone().svd(true, true).solve(&measured, 1e-9 * matrix.norm());
-    match solved {
-        Ok(weights) if variation > 0.0 => (measured - matrix * weights).norm() / variation,
-        _ => 1.0,
-    }
+    best_sum(parts, speed).map_or(1.0, |(_, left)| left)
+}
+
+/// Weights of the best sum of `parts` and a constant, and the rms of what it leaves of `values`, relative to their variation.
+pub fn best_sum(parts: &[Vec<f64>], values: &[f64]) -> Option<(DVector<f64>, f64)> {
+    let values = DVector::from_column_slice(values);
+    let part = |row: usize, column: usize| parts.get(column).map_or(1.0, |part| part[row]);
+    let matrix = DMatrix::from_fn(values.len(), parts.len() + 1, part);
+    let variation = values.add_scalar(-values.mean()).norm();
+    let weights = matrix.clone().svd(true, true).solve(&values, 1e-9 * matrix.norm()).ok()?;
+    let left = (values - matrix * &weights).norm() / variation;
+    (variation > 0.0).then_some((weights, left))
 }

@@ -25,7 +25,7 @@ mod whole;
 
 pub use agree::same;
 pub use lockstep::{Compared, lockstep};
-pub use noise::hf_noise;
+pub use noise::{hf_noise, median};
 pub use past::Past;
 pub use position::speeds;
 pub use prepare::prepare;

@@ -7,7 +7,7 @@ use super::clearly;
 use super::motion::{Base, Motion};
 use crate::outcome::DataFault;
 use crate::report::figure;
-use crate::system::log::{Dynamic, Input, Names};
+use crate::system::log::{Dynamic, Input, Names, Theirs};
 use crate::system::model::{Kind, Model};
 use servo::axis::Bridge;
 
@@ -22,6 +22,9 @@ const ZERO: f64 = 0.05;
 /// A current that is never below this part of its largest value has lost its sign.
 const BELOW: f64 = 0.1;
 
+/// What makes the column wrong and not the winding.
+const ALONE: &str = "voltage and speed alone move as the model says";
+
 /// One row: the voltage across the resistance, what the logged current makes of it, the commanded voltage.
 struct Row {
     across: f64,
@@ -29,12 +32,8 @@ struct Row {
     input: f64,
 }
 
-/// What a column may hold in place of the current, and what a row's drop then is.
-struct Mistake<'a> {
-    what: String,
-    remedy: String,
-    drop: Box<dyn Fn(&Row) -> f64 + 'a>,
-}
+/// What a column may hold in place of the current, what mends it, and what a row's drop then is.
+type Mistake = (String, String, Box<dyn Fn(&Row) -> f64>);
 
 /// A current that is not the winding's.
 pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
@@ -55,15 +54,9 @@ pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
         1.0 - missed.sum::<f64>() / total
     };
     let as_it_stands = explained(&|row| row.drop);
-    let told = |mistake: Mistake| {
-        let with_it = explained(&mistake.drop);
-        clearly(as_it_stands, with_it).then(|| DataFault {
-            place: "i_a".into(),
-            what: mistake.what,
-            explained_as_it_stands: as_it_stands.max(0.0),
-            explained_with_it: with_it,
-            remedy: mistake.remedy,
-        })
+    let told = |(what, remedy, drop): Mistake| {
+        let with_it = explained(&drop);
+        clearly(as_it_stands, with_it).then(|| super::fault("i_a", what, remedy, [as_it_stands, with_it]))
     };
     let fits = Fits::of(&rows);
     let sheet = Sheet::of(model, record);
@@ -81,9 +74,7 @@ fn rows(model: &Model, record: &Dynamic) -> Vec<Row> {
     let Kind::DcMotor { r_ohm, l_h, ke_vs_per_rad, .. } = model.kind else { return Vec::new() };
     let mut rows = Vec::new();
     for run in &record.runs {
-        let (Some(speed), Some(current)) = (&run.speed, &run.current_a) else {
-            continue;
-        };
+        let (Some(speed), Some(current)) = (&run.speed, &run.current_a) else { continue };
         for row in 1..run.rows().saturating_sub(1) {
             let driven = run.bridge[row] == Bridge::Driven && run.bridge[row - 1] == Bridge::Driven;
             // A row in which the voltage jumps belongs to both.
@@ -109,7 +100,7 @@ struct Sheet {
 
 impl Sheet {
     fn of(model: &Model, record: &Dynamic) -> Option<Self> {
-        let base = Base::of(model, record.input)?;
+        let base = Base::of(&model.kind, record.input)?;
         let fit = Motion::of(record)?.near(&base, 1.0).filter(|fit| fit.explained > super::MOST)?;
         let rate = if base.rate > 0.0 { fit.rate / base.rate } else { 1.0 };
         Some(Self { slope: fit.slope / base.slope, rate, constant_v: fit.constant() / fit.slope })
@@ -146,7 +137,7 @@ impl Fits {
         Self { factor: product / square.max(1e-300), zero_v, largest_v }
     }
 
-    fn factor<'a>(&self, sheet: Option<&Sheet>, names: &Names) -> Option<Mistake<'a>> {
+    fn factor(&self, sheet: Option<&Sheet>, names: &Names) -> Option<Mistake> {
         let units = [
             (1e-3, "i_a is in mA"),
             (1e3, "i_a is in kA"),
@@ -159,37 +150,23 @@ impl Fits {
         let odd = factor.abs().ln().abs() > FACTOR.ln() || factor < 0.0;
         // Where R is another one, the motion knows it.
         let winding = unit.is_none() && (factor <= 0.0 || sheet.is_none_or(|sheet| sheet.is_off_by(factor)));
-        (odd && !winding).then(|| Mistake {
-            what: unit.map_or_else(
-                || {
-                    format!(
-                        "i_a is {} times the current: voltage and speed alone move as the model says",
-                        figure(1.0 / factor)
-                    )
-                },
-                |unit| unit.1.into(),
-            ),
-            remedy: names.times("i_a", factor),
-            drop: Box::new(move |row| factor * row.drop),
-        })
+        let what = || match unit {
+            Some(unit) => unit.1.into(),
+            None => format!("i_a is {} times the current: {ALONE}", figure(1.0 / factor)),
+        };
+        (odd && !winding)
+            .then(|| (what(), names.times("i_a", factor), Box::new(move |row: &Row| factor * row.drop) as _))
     }
 
-    fn zero<'a>(&self, sheet: Option<&Sheet>, names: &Names, r_ohm: f64) -> Option<Mistake<'a>> {
-        let zero_v = self.zero_v;
+    fn zero(&self, sheet: Option<&Sheet>, names: &Names, r_ohm: f64) -> Option<Mistake> {
+        let (zero_v, zero_a) = (self.zero_v, self.zero_v / r_ohm);
         // An offset of the drive moves the motor, too.
         let driven = (zero_v - sheet?.constant_v).abs() < 0.5 * zero_v.abs();
-        (zero_v.abs() > ZERO * self.largest_v && !driven).then(|| {
-            let zero_a = zero_v / r_ohm;
-            Mistake {
-                what: format!(
-                    "the zero of i_a is off by {} A: voltage and speed alone move as the model says",
-                    figure(zero_a)
-                ),
-                remedy: names
-                    .mended(&[("i_a", &|theirs| format!("{}-({:.6})", theirs.text, zero_a / theirs.unit))]),
-                drop: Box::new(move |row| row.drop - zero_v),
-            }
-        })
+        let what = format!("the zero of i_a is off by {} A: {ALONE}", figure(zero_a));
+        let change = |theirs: &Theirs| format!("{}-({:.6})", theirs.text, zero_a / theirs.unit);
+        let remedy = names.mended(&[("i_a", &change)]);
+        (zero_v.abs() > ZERO * self.largest_v && !driven)
+            .then(|| (what, remedy, Box::new(move |row: &Row| row.drop - zero_v) as _))
     }
 }
 
@@ -198,27 +175,23 @@ fn without(names: &Names) -> String {
     names.mended(&[("i_a", &|_| "none".into())])
 }
 
-fn unsigned<'a>(rows: &[Row], names: &Names) -> Option<Mistake<'a>> {
+fn unsigned(rows: &[Row], names: &Names) -> Option<Mistake> {
     let largest = rows.iter().fold(0.0_f64, |most, row| most.max(row.drop));
     let below = rows.iter().filter(|row| row.drop < -BELOW * largest).count();
     let reverse = rows.iter().filter(|row| row.across < -BELOW * largest).count();
-    (100 * below < rows.len() && 20 * reverse > rows.len()).then(|| Mistake {
-        what: "i_a has lost its sign: it is never below 0, although the motor is driven both ways".into(),
-        remedy: without(names),
-        drop: Box::new(|row| row.drop.abs() * row.across.signum()),
-    })
+    let what = "i_a has lost its sign: it is never below 0, although the motor is driven both ways";
+    let drop = |row: &Row| row.drop.abs() * row.across.signum();
+    (100 * below < rows.len() && 20 * reverse > rows.len())
+        .then(|| (what.into(), without(names), Box::new(drop) as _))
 }
 
 /// The current of the supply is that of the winding times the duty.
-fn supply<'a>(rows: &[Row], sheet: Option<&Sheet>, model: &Model, names: &Names) -> Option<Mistake<'a>> {
+fn supply(rows: &[Row], sheet: Option<&Sheet>, model: &Model, names: &Names) -> Option<Mistake> {
     let fits = sheet.is_some_and(|sheet| !sheet.is_off_by(2.0) && !sheet.is_off_by(0.5));
     let volts = model.supply_nominal_v.filter(|_| fits)?;
     let least = 0.1 * rows.iter().fold(0.0_f64, |most, row| most.max(row.input.abs()));
-    Some(Mistake {
-        what: "i_a is the current of the supply, not that of the winding: it is smaller by the duty".into(),
-        remedy: without(names),
-        drop: Box::new(
-            move |row| if row.input.abs() > least { row.drop * volts / row.input } else { row.across },
-        ),
-    })
+    let what = "i_a is the current of the supply, not that of the winding: it is smaller by the duty";
+    let drop =
+        move |row: &Row| if row.input.abs() > least { row.drop * volts / row.input } else { row.across };
+    Some((what.into(), without(names), Box::new(drop)))
 }

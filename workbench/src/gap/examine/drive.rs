@@ -1,7 +1,7 @@
 //! A drive that acts one way, or that rectifies.
 
 use super::motion::{Base, Motion};
-use super::suspects::{self, Suspect};
+use super::suspects::Suspect;
 use crate::system::log::Dynamic;
 
 /// So much of the motion such a drive must explain: a sensor without a sign explains less, for it goes through 0 at each reversal.
@@ -32,5 +32,5 @@ pub fn fault(motion: &Motion, record: &Dynamic, base: &Base, fitted: bool) -> Op
     let (explained, (_, what, expression)) = best;
     let column = record.input.column();
     let remedy = record.names.mended(&[(column, &|theirs| expression.replace("{}", &theirs.text))]);
-    (explained > MOST).then(|| (explained, suspects::of_drive(column, what, remedy)))
+    (explained > MOST).then(|| (explained, Suspect::new(column, *what, remedy, 1.0, 1.0)))
 }

@@ -3,6 +3,7 @@
 //! A shaft may stand under a small voltage, at an end stop or under a load, but then not against both directions at voltages that move it
 //! elsewhere; and no shaft goes on behind a standstill with a leap that is longer than any of its steps.
 
+use crate::gap::dataset::median;
 use crate::system::log::{Dynamic, Run};
 use std::ops::Range;
 
@@ -25,17 +26,15 @@ pub fn without(record: &Dynamic) -> Option<(Dynamic, String)> {
     if rows == 0 || rows as f64 > (1.0 - LEFT) * record.rows() as f64 {
         return None;
     }
-    let mut runs = Vec::new();
-    let mut told = Vec::new();
-    for (run, cuts) in record.runs.iter().zip(&cuts) {
-        told.extend(
-            cuts.iter()
-                .map(|cut| format!("from {:.3} s to {:.3} s", run.t_s[cut.start], run.t_s[cut.end - 1])),
-        );
-        let ends = cuts.iter().map(|cut| cut.start).chain([run.rows()]);
-        let starts = std::iter::once(0).chain(cuts.iter().map(|cut| cut.end));
-        let kept = starts.zip(ends).filter(|(start, end)| start + SHORTEST <= *end);
-        runs.extend(kept.map(|(start, end)| run.rows_between(start, end, run.id)));
+    let (mut runs, mut told) = (Vec::new(), Vec::new());
+    for (run, cuts) in record.runs.iter().zip(cuts) {
+        let mut start = 0;
+        for cut in cuts {
+            runs.extend((start + SHORTEST <= cut.start).then(|| run.rows_between(start, cut.start, run.id)));
+            told.push(format!("from {:.3} s to {:.3} s", run.t_s[cut.start], run.t_s[cut.end - 1]));
+            start = cut.end;
+        }
+        runs.extend((start + SHORTEST <= run.rows()).then(|| run.rows_between(start, run.rows(), run.id)));
     }
     let column = super::suspects::speed_column(record);
     let note = format!(
@@ -50,15 +49,13 @@ pub fn without(record: &Dynamic) -> Option<(Dynamic, String)> {
 
 /// The input that usually moves the shaft: half of the rows in which it moves have less.
 fn usual(record: &Dynamic) -> Option<f64> {
-    let moves = |run: &Run| {
+    let moves = |run: &Run| -> Option<Vec<f64>> {
         let values = reading(run)?;
-        let moving =
-            (1..run.rows()).filter(|row| values[*row] != values[row - 1]).map(|row| run.input[row].abs());
-        Some(moving.collect::<Vec<f64>>())
+        let moving = (1..run.rows()).filter(|row| values[*row] != values[row - 1]);
+        Some(moving.map(|row| run.input[row].abs()).collect())
     };
     let mut moving: Vec<f64> = record.runs.iter().filter_map(moves).flatten().collect();
-    let middle = moving.len().checked_sub(LONG)? / 2;
-    Some(*moving.select_nth_unstable_by(middle, f64::total_cmp).1).filter(|usual| *usual > 0.0)
+    (moving.len() >= LONG).then(|| median(&mut moving)).filter(|usual| *usual > 0.0)
 }
 
 fn reading(run: &Run) -> Option<&[f64]> {

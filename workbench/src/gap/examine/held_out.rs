@@ -27,7 +27,7 @@ pub fn fault(model: &Model, log: &Dynamic, other: &Log) -> Option<DataFault> {
     if other.input != log.input || other.linear != log.linear {
         return None;
     }
-    let base = Base::of(model, log.input).filter(|base| base.rate > 0.0)?;
+    let base = Base::of(&model.kind, log.input).filter(|base| base.rate > 0.0)?;
     let (mine, theirs) = (Motion::of(log)?, Motion::of(other)?);
     let (fit, own) = (mine.free(&base)?, theirs.free(&base)?);
     if fit.explained < OWN || own.explained < OWN || mine.rows().min(theirs.rows()) < ROWS {
@@ -46,17 +46,12 @@ pub fn fault(model: &Model, log: &Dynamic, other: &Log) -> Option<DataFault> {
     let agrees = near((fit.slope / fit.rate) / (base.slope / base.rate)) && near(fit.rate / base.rate);
     let neither = if agrees { misses(by_both) } else { 1.0 - by_both > MISSED_BY_BOTH };
     let missed = misses(by_log) && 1.0 - by_log > MISSED && neither;
-    (missed && apart).then(|| DataFault {
-        place: other.source.clone(),
-        what: format!(
-            "{} is of another motor than {}: it takes {:.2} times the gain and {:.2} times the time constant to explain it",
-            other.source,
-            log.source,
-            gains,
-            1.0 / rates
-        ),
-        explained_as_it_stands: by_log.max(0.0),
-        explained_with_it: own.explained,
-        remedy: "give a record of the same motor to --holdout".into(),
-    })
+    let what = format!(
+        "{} is of another motor than {}: it takes {gains:.2} times the gain and {:.2} times the time constant to explain it",
+        other.source,
+        log.source,
+        1.0 / rates
+    );
+    let remedy = "give a record of the same motor to --holdout";
+    (missed && apart).then(|| super::fault(&other.source, what, remedy, [by_log, own.explained]))
 }

@@ -19,15 +19,16 @@ mod timing;
 pub use timing::{earlier, notes};
 
 use crate::outcome::{DataFault, Outcome};
-use crate::system::log::{Dynamic, Log, Table};
+use crate::system::log::{Dynamic, Log};
 use crate::system::model::Model;
 use motion::Motion;
+use std::borrow::Cow;
 use suspects::Suspect;
 
 /// What is wrong with the files; empty if nothing is.
 pub fn faults(model: &Model, log: &Log, holdouts: &[Log]) -> Vec<DataFault> {
     match log {
-        Log::Table(table) => of_table(model, table),
+        Log::Table(table) => table::fault(model, table).into_iter().collect(),
         Log::Dynamic(record) => of_record(model, record, holdouts),
     }
 }
@@ -41,25 +42,17 @@ pub fn outcome(log: &Log, faults: Vec<DataFault>) -> Outcome {
     Outcome::at_fault(signal, unit, faults)
 }
 
-fn of_table(model: &Model, table: &Table) -> Vec<DataFault> {
-    table::fault(model, table).into_iter().collect()
-}
-
 fn of_record(model: &Model, record: &Dynamic, holdouts: &[Log]) -> Vec<DataFault> {
-    let records = records(holdouts);
-    let mut found: Vec<DataFault> = place::fault(record).into_iter().collect();
-    found.extend(circuit::fault(model, record));
+    let found: Vec<DataFault> =
+        [place::fault(record), circuit::fault(model, record)].into_iter().flatten().collect();
     // What is derived from a wrong position or beside a wrong current would be accused twice.
-    if found.is_empty() {
-        found.extend(motion_fault(model, record, &records));
+    if !found.is_empty() {
+        return found;
     }
-    if found.is_empty() {
-        found.extend(rows::fault(model, record));
+    match motion_fault(model, record, &records(holdouts)).or_else(|| rows::fault(model, record)) {
+        Some(fault) => vec![fault],
+        None => holdouts.iter().filter_map(|other| held_out::fault(model, record, other)).collect(),
     }
-    if found.is_empty() {
-        found.extend(holdouts.iter().filter_map(|other| held_out::fault(model, record, other)));
-    }
-    found
 }
 
 fn records(logs: &[Log]) -> Vec<&Dynamic> {
@@ -69,7 +62,7 @@ fn records(logs: &[Log]) -> Vec<&Dynamic> {
 /// A factor, a sign or a key without which the log does not move as the model says.
 fn motion_fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Option<DataFault> {
     let motion = Motion::of(record)?;
-    let base = motion::Base::of(model, record.input)?;
+    let base = motion::Base::of(&model.kind, record.input)?;
     let as_it_stands = motion.explained_within(&base, model.fitted_to_log);
     if as_it_stands > ENOUGH {
         return None;
@@ -99,9 +92,12 @@ fn motion_fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Optio
     let clamped = motion.explained_with_a_limit(&base, model.fitted_to_log);
     let as_well = |explained: f64| 1.0 - clamped < EQUAL * (1.0 - explained);
     if seen.is_empty() {
-        let fault = any_factor(&motion, model, record, &base, as_it_stands);
+        // A gain that is far off, by a factor that is in no list.
         let own = |other: &Motion| other.gain(&base).map(|gain| gain.1);
-        return fault.filter(|fault| !as_well(fault.explained_with_it) && everywhere(&own));
+        let (gain, explained) = motion.gain(&base)?;
+        let odd = !ODD.contains(&gain) && !model.fitted_to_log && clearly(as_it_stands, explained);
+        return (odd && !as_well(explained) && everywhere(&own))
+            .then(|| told(&[(explained, &suspects::of_any_size(record, gain))], as_it_stands));
     }
     if as_well(best) {
         return None;
@@ -112,20 +108,6 @@ fn motion_fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Optio
 
 /// A gain within these factors may be several effects together; a quarter is a count that was not multiplied by four.
 const ODD: std::ops::RangeInclusive<f64> = 0.28..=4.0;
-
-/// A gain that is far off, by a factor that is in no list.
-fn any_factor(
-    motion: &Motion,
-    model: &Model,
-    record: &Dynamic,
-    base: &motion::Base,
-    as_it_stands: f64,
-) -> Option<DataFault> {
-    let (gain, explained) = motion.gain(base)?;
-    let odd = !ODD.contains(&gain);
-    let told_apart = odd && !model.fitted_to_log && clearly(as_it_stands, explained);
-    told_apart.then(|| told(&[(explained, &suspects::of_any_size(record, gain))], as_it_stands))
-}
 
 /// A file that explains so much of the motion as it stands is not accused.
 const ENOUGH: f64 = 0.98;
@@ -162,29 +144,35 @@ pub struct Right {
 /// Cuts out where a sensor stood still, and moves inputs that were logged late.
 pub fn put_right(model: &Model, log: &Log, holdouts: &[Log]) -> Right {
     let Log::Dynamic(record) = log else { return Right::default() };
-    let mut notes = Vec::new();
-    let mut cut = |record: &Dynamic| {
-        let (kept, note) = frozen::without(record)?;
-        notes.push(note);
-        Some(kept)
-    };
-    let own = cut(record);
-    let others: Vec<Option<Dynamic>> = records(holdouts).into_iter().map(cut).collect();
-    let tables = others.len() < holdouts.len();
-    let record = own.as_ref().unwrap_or(record);
-    let seen: Vec<&Dynamic> =
-        records(holdouts).into_iter().zip(&others).map(|(it, cut)| cut.as_ref().unwrap_or(it)).collect();
-    let late = if tables { None } else { timing::late(model, record, &seen) };
-    if let Some(rows) = late {
-        let moved =
-            |record: &&Dynamic| timing::earlier(record, rows).unwrap_or_else(|| (*record).clone()).into();
-        notes.push(timing::moved(record, rows));
-        let holdouts = Some(seen.iter().map(moved).collect());
-        return Right { log: Some(moved(&record)), holdouts, late: rows, notes };
+    let others = records(holdouts);
+    if others.len() < holdouts.len() {
+        return Right::default();
     }
-    let changed = !tables && others.iter().any(Option::is_some);
-    let holdouts = changed.then(|| seen.into_iter().cloned().map(Log::from).collect());
-    Right { log: own.map(Log::from), holdouts, late: 0, notes }
+    let mut right = Right::default();
+    let mut records: Vec<Cow<Dynamic>> = [record].into_iter().chain(others).map(Cow::Borrowed).collect();
+    for record in &mut records {
+        if let Some((kept, note)) = frozen::without(record) {
+            *record = Cow::Owned(kept);
+            right.notes.push(note);
+        }
+    }
+    let others: Vec<&Dynamic> = records[1..].iter().map(AsRef::as_ref).collect();
+    if let Some(rows) = timing::late(model, &records[0], &others) {
+        right.late = rows;
+        right.notes.push(timing::moved(&records[0], rows));
+        for record in &mut records {
+            *record = Cow::Owned(timing::earlier(record, rows).unwrap_or_else(|| record.as_ref().clone()));
+        }
+    }
+    let changed = |record: &Cow<Dynamic>| matches!(record, Cow::Owned(_));
+    let others = records.split_off(1);
+    right.holdouts = others.iter().any(changed).then(|| others.into_iter().map(own).collect());
+    right.log = records.pop().filter(changed).map(own);
+    right
+}
+
+fn own(record: Cow<Dynamic>) -> Log {
+    Log::from(record.into_owned())
 }
 
 /// One fault out of mistakes that explain the same.
@@ -194,11 +182,17 @@ fn told(seen: &[(f64, &Suspect)], as_it_stands: f64) -> DataFault {
         parts.dedup();
         parts.join(between)
     };
-    DataFault {
-        place: all(|suspect| &suspect.place, ", "),
-        what: all(|suspect| &suspect.what, ", or "),
-        explained_as_it_stands: as_it_stands.max(0.0),
-        explained_with_it: seen[0].0,
-        remedy: all(|suspect| &suspect.remedy, "; or "),
-    }
+    let (place, what) = (all(|suspect| &suspect.place, ", "), all(|suspect| &suspect.what, ", or "));
+    fault(place, what, all(|suspect| &suspect.remedy, "; or "), [as_it_stands, seen[0].0])
+}
+
+/// What is wrong where, what mends it, and what is explained as it stands and with it.
+fn fault(
+    place: impl Into<String>,
+    what: impl Into<String>,
+    remedy: impl Into<String>,
+    [as_it_stands, explained_with_it]: [f64; 2],
+) -> DataFault {
+    let (place, what, remedy) = (place.into(), what.into(), remedy.into());
+    DataFault { place, what, explained_as_it_stands: as_it_stands.max(0.0), explained_with_it, remedy }
 }

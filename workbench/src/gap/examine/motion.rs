@@ -1,9 +1,10 @@
 //! What a first-order motion explains of a record, with friction, a constant load, gravity and a spring left free.
 
 use super::excerpt::{integrated, looked_at};
+use crate::gap::dataset::median;
 use crate::gap::threads::each;
 use crate::system::log::{Dynamic, Input, Run};
-use crate::system::model::{Kind, Model};
+use crate::system::model::Kind;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use servo::axis::Bridge;
@@ -45,13 +46,8 @@ pub struct Base {
 }
 
 impl Base {
-    /// The model under this input; `None` if a voltage drives a model that knows none.
-    pub fn of(model: &Model, input: Input) -> Option<Self> {
-        Self::of_kind(&model.kind, input)
-    }
-
-    /// The same of other parameters.
-    pub fn of_kind(kind: &Kind, input: Input) -> Option<Self> {
+    /// A model of this kind under this input; `None` if a voltage drives one that knows none.
+    pub fn of(kind: &Kind, input: Input) -> Option<Self> {
         let base = match (*kind, input) {
             (
                 Kind::DcMotor { r_ohm, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad, .. },
@@ -60,11 +56,9 @@ impl Base {
                 slope: kt_nm_per_a / (r_ohm * j_kgm2),
                 rate: (kt_nm_per_a * ke_vs_per_rad / r_ohm + b_nms_per_rad) / j_kgm2,
             },
-            (Kind::DcMotor { kt_nm_per_a, j_kgm2, b_nms_per_rad, .. }, Input::Current) => {
-                Self { slope: kt_nm_per_a / j_kgm2, rate: b_nms_per_rad / j_kgm2 }
-            }
-            (Kind::DcMotor { j_kgm2, b_nms_per_rad, .. }, _) => {
-                Self { slope: 1.0 / j_kgm2, rate: b_nms_per_rad / j_kgm2 }
+            (Kind::DcMotor { kt_nm_per_a, j_kgm2, b_nms_per_rad, .. }, _) => {
+                let torque = if input == Input::Current { kt_nm_per_a } else { 1.0 };
+                Self { slope: torque / j_kgm2, rate: b_nms_per_rad / j_kgm2 }
             }
             (Kind::FirstOrder { gain_rad_s_per_v, time_constant_s }, Input::Voltage) => {
                 Self { slope: gain_rad_s_per_v / time_constant_s, rate: 1.0 / time_constant_s }
@@ -116,6 +110,11 @@ impl Fitted {
     pub fn constant(&self) -> f64 {
         self.forces[2]
     }
+
+    /// The settled speed per unit of input over that of a model.
+    pub fn gain_over(&self, base: &Base) -> f64 {
+        self.slope / base.slope * if base.rate > 0.0 { base.rate / self.rate } else { 1.0 }
+    }
 }
 
 /// What drives the motion in a row, force by force. Slower than `stands` no direction is certain.
@@ -130,14 +129,14 @@ impl Motion {
     pub fn of(record: &Dynamic) -> Option<Self> {
         let mut left = ROWS;
         let mut stretches = Vec::new();
-        for run in &record.runs {
-            for stretch in driven(run) {
-                if left > 0 {
-                    let stretch = stretch.first(left);
-                    left -= stretch.time.len();
-                    stretches.push(stretch);
-                }
+        for mut stretch in record.runs.iter().flat_map(driven) {
+            if left == 0 {
+                break;
             }
+            let Stretch { time, input, speed, place } = &mut stretch;
+            [time, input, speed, place].into_iter().for_each(|values| values.truncate(left));
+            left -= stretch.time.len();
+            stretches.push(stretch);
         }
         Self::from(stretches)
     }
@@ -157,13 +156,12 @@ impl Motion {
 
     /// The record with the mean of its inputs over rows before and after in the place of each: a linear motion under a mean of inputs
     /// is the mean of motions.
-    pub fn smoothed(&self, reach: usize) -> Option<Self> {
-        let smooth = |stretch: &Stretch| {
-            let rows = |k: usize| k.saturating_sub(reach)..(k + reach + 1).min(stretch.input.len());
-            let mean = |k: usize| stretch.input[rows(k)].iter().sum::<f64>() / rows(k).len() as f64;
-            Stretch { input: (0..stretch.input.len()).map(mean).collect(), ..stretch.clone() }
-        };
-        Self::from(self.stretches.iter().map(smooth).collect())
+    pub fn smoothed(&self, reach: usize) -> Self {
+        self.with_inputs(|input| {
+            let rows = |k: usize| k.saturating_sub(reach)..(k + reach + 1).min(input.len());
+            let mean = |k: usize| input[rows(k)].iter().sum::<f64>() / rows(k).len() as f64;
+            (0..input.len()).map(mean).collect()
+        })
     }
 
     /// Both records as one, each with a variation of its own.
@@ -190,7 +188,7 @@ impl Motion {
     /// that is a fit may be any that is positive.
     pub fn explained_within(&self, base: &Base, fitted: bool) -> f64 {
         let allowed = |fit: &Fitted| {
-            let gain = fit.slope / base.slope * if base.rate > 0.0 { base.rate / fit.rate } else { 1.0 };
+            let gain = fit.gain_over(base);
             gain > 0.0 && (fitted || (1.0 / GAIN..=GAIN).contains(&gain))
         };
         let fits = each(&AROUND).map(|times| self.fit(times * base.rate));
@@ -199,8 +197,7 @@ impl Motion {
 
     /// The best fit at time constants around the model's, itself `times` as fast.
     pub fn near(&self, base: &Base, times: f64) -> Option<Fitted> {
-        let fits = each(&AROUND[2..7]).map(|around| self.fit(around * base.rate * times));
-        let mut best = fits.max_by(|a, b| a.explained.total_cmp(&b.explained))?;
+        let mut best = self.best(&AROUND[2..7], base.rate * times)?;
         // A gain is as exact as its rate.
         for step in FINER.into_iter().filter(|_| base.rate > 0.0) {
             for fit in [best.rate * step, best.rate / step].map(|rate| self.fit(rate)) {
@@ -212,19 +209,22 @@ impl Motion {
 
     /// The gain over that of the model, where the time constant is about that of the model, and the share that is then explained.
     pub fn gain(&self, base: &Base) -> Option<(f64, f64)> {
-        let fits = each(&AROUND).map(|times| self.fit(times * base.rate));
-        let best = fits.max_by(|a, b| a.explained.total_cmp(&b.explained))?;
-        let damped = if base.rate > 0.0 { base.rate / best.rate } else { 1.0 };
-        let gain = best.slope / base.slope * damped;
+        let best = self.best(&AROUND, base.rate)?;
+        let gain = best.gain_over(base);
         (gain > 0.0).then_some((gain, best.explained))
+    }
+
+    /// The best fit at these multiples of a rate.
+    fn best(&self, times: &[f64], rate: f64) -> Option<Fitted> {
+        let fits = each(times).map(|times| self.fit(times * rate));
+        fits.max_by(|a, b| a.explained.total_cmp(&b.explained))
     }
 
     /// The share that is explained with any gain near the model's time constant, and with the dead zone that explains most: what it takes
     /// from small inputs would hide a row or two of time.
     pub fn explained_with_a_dead_zone(&self, base: &Base) -> Option<f64> {
         let plain = self.near(base, 1.0).filter(|fit| fit.slope > 0.0)?;
-        let largest =
-            self.stretches.iter().flat_map(|it| &it.input).fold(0.0_f64, |most, u| most.max(u.abs()));
+        let largest = self.largest_input();
         let zones = each(1..ZONES + 1).map(|k| largest * WIDEST * k as f64 / ZONES as f64);
         let explained =
             zones.map(|zone| self.driven_by(|u| u - u.clamp(-zone, zone)).fit(plain.rate).explained);
@@ -233,18 +233,24 @@ impl Motion {
 
     /// The share that is explained with a gain within a factor of three where the drive clamps its input: a low limit looks like a small gain.
     pub fn explained_with_a_limit(&self, base: &Base, fitted: bool) -> f64 {
-        let largest =
-            self.stretches.iter().flat_map(|it| &it.input).fold(0.0_f64, |most, u| most.max(u.abs()));
+        let largest = self.largest_input();
         let clamped = |limit: f64| self.driven_by(|u| u.clamp(-limit, limit));
         let limits = each(&LIMITS).map(|share| clamped(share * largest).explained_within(base, fitted));
         limits.reduce(|| 0.0, f64::max)
     }
 
+    fn inputs(&self) -> impl Iterator<Item = &f64> {
+        self.stretches.iter().flat_map(|stretch| &stretch.input)
+    }
+
+    fn largest_input(&self) -> f64 {
+        self.inputs().fold(0.0, |most, u| most.max(u.abs()))
+    }
+
     /// Is a twentieth of the rows driven hard against the others?
     pub fn is_driven_both_ways(&self) -> bool {
-        let inputs = || self.stretches.iter().flat_map(|it| &it.input);
-        let hard = 0.5 * inputs().fold(0.0_f64, |most, u| most.max(u.abs()));
-        let rows = |sign: f64| inputs().filter(|u| sign * **u > hard).count();
+        let hard = 0.5 * self.largest_input();
+        let rows = |sign: f64| self.inputs().filter(|u| sign * **u > hard).count();
         20 * rows(1.0).min(rows(-1.0)) > self.rows()
     }
 
@@ -257,18 +263,18 @@ impl Motion {
 
     /// The record with what a drive makes of its inputs in their place.
     pub fn driven_by(&self, drive: impl Fn(f64) -> f64) -> Self {
-        let driven = |stretch: &Stretch| Stretch {
-            input: stretch.input.iter().map(|u| drive(*u)).collect(),
-            ..stretch.clone()
-        };
+        self.with_inputs(|input| input.iter().map(|u| drive(*u)).collect())
+    }
+
+    fn with_inputs(&self, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        let driven = |stretch: &Stretch| Stretch { input: of(&stretch.input), ..stretch.clone() };
         let stretches = self.stretches.iter().map(driven).collect();
         Self { stretches, variation: self.variation, fastest: self.fastest }
     }
 
     /// The best fit at any rate around a first guess.
     pub fn free(&self, base: &Base) -> Option<Fitted> {
-        let rates = each(-8..9).map(|k| base.rate * 2f64.powi(k));
-        rates.map(|rate| self.fit(rate)).max_by(|a, b| a.explained.total_cmp(&b.explained))
+        self.best(&std::array::from_fn::<f64, 17, _>(|k| 2f64.powi(k as i32 - 8)), base.rate)
     }
 
     /// The forces that explain most at a rate.
@@ -277,15 +283,13 @@ impl Motion {
         let mut matrix = DMatrix::zeros(rows, FORCES);
         let mut wanted = DVector::zeros(rows);
         let mut row = 0;
-        for stretch in &self.stretches {
-            stretch.responses(rate, STANDS * self.fastest, |response, free| {
-                for (column, value) in response.iter().enumerate() {
-                    matrix[(row, column)] = *value;
-                }
-                wanted[row] = free;
-                row += 1;
-            });
-        }
+        self.responses(rate, |response, free| {
+            for (column, value) in response.iter().enumerate() {
+                matrix[(row, column)] = *value;
+            }
+            wanted[row] = free;
+            row += 1;
+        });
         let scales: Vec<f64> = matrix.column_iter().map(|column| column.norm().max(1e-300)).collect();
         for (column, scale) in scales.iter().enumerate() {
             matrix.column_mut(column).scale_mut(1.0 / scale);
@@ -308,27 +312,24 @@ impl Motion {
     /// The share that a fit to another record explains of this one.
     pub fn explained_by(&self, fit: &Fitted) -> f64 {
         let mut left = 0.0;
-        for stretch in &self.stretches {
-            stretch.responses(fit.rate, STANDS * self.fastest, |response, free| {
-                let said: f64 = fit.forces.iter().zip(response).map(|(size, response)| size * response).sum();
-                left += (free - said).powi(2);
-            });
-        }
+        self.responses(fit.rate, |response, free| {
+            let said: f64 = fit.forces.iter().zip(response).map(|(size, response)| size * response).sum();
+            left += (free - said).powi(2);
+        });
         1.0 - left / self.variation
+    }
+
+    /// The responses of all stretches, row after row.
+    fn responses(&self, rate: f64, mut each: impl FnMut([f64; FORCES], f64)) {
+        for stretch in &self.stretches {
+            stretch.responses(rate, STANDS * self.fastest, &mut each);
+        }
     }
 }
 
 impl Stretch {
-    fn first(mut self, rows: usize) -> Self {
-        self.time.truncate(rows);
-        self.input.truncate(rows);
-        self.speed.truncate(rows);
-        self.place.truncate(rows);
-        self
-    }
-
     /// The responses to every force, and the speed without what is left of its start, row after row.
-    fn responses(&self, rate: f64, stands: f64, mut each: impl FnMut([f64; FORCES], f64)) {
+    fn responses(&self, rate: f64, stands: f64, each: &mut impl FnMut([f64; FORCES], f64)) {
         let mut state = [0.0; FORCES];
         let mut start = self.speed[0];
         for row in 0..self.time.len() {
@@ -387,13 +388,9 @@ fn driven_in(run: &Run) -> Vec<Stretch> {
                 place: (from..row).map(|k| place[k * stride + middle]).collect(),
             });
         }
-        from = if ends {
-            row + 1
-        } else if torn {
-            row
-        } else {
-            from
-        };
+        if ends || torn {
+            from = row + usize::from(ends);
+        }
     }
     found
 }
@@ -406,9 +403,8 @@ fn differenced(time: &[f64], position: &[f64]) -> (Vec<f64>, Vec<f64>, usize) {
     };
     let rough = |speed: &[f64]| {
         let mut bends: Vec<f64> = speed.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
-        bends.sort_by(f64::total_cmp);
         let fastest = speed.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
-        bends.get(bends.len() / 2).copied().unwrap_or(0.0) / fastest.max(1e-300)
+        median(&mut bends) / fastest.max(1e-300)
     };
     let strides = [1, 2, 4, 8, 16, 32, 64];
     let fine = strides.into_iter().find(|stride| rough(&over(*stride)) < COARSE);

@@ -9,6 +9,8 @@ use std::f64::consts::{PI, TAU};
 const NEAR: f64 = 0.1;
 /// Rows between two positions that are compared.
 const STRIDE: usize = 8;
+/// One of the two has the wrong sign.
+const SIGN: f64 = -1.0;
 
 /// A position that does not integrate to the speed.
 pub fn fault(record: &Dynamic) -> Option<DataFault> {
@@ -24,25 +26,34 @@ pub fn fault(record: &Dynamic) -> Option<DataFault> {
     let (found, as_it_stands) = (product / square, explained(1.0));
     let (position, speed) = if record.linear { ("q_m", "v_m_s") } else { ("theta_rad", "omega_rad_s") };
     let near = |factor: f64| found * factor > 0.0 && (found / factor).ln().abs() < NEAR;
-    let mistakes = mistakes(position, speed);
-    let mistake = mistakes.into_iter().find(|mistake| near(mistake.times))?;
-    let with_it = explained(mistake.times);
-    clearly(as_it_stands, with_it).then(|| DataFault {
-        place: format!("{position}, {speed}"),
-        what: mistake.what,
-        explained_as_it_stands: as_it_stands.max(0.0),
-        explained_with_it: with_it,
-        remedy: record.names.times(mistake.column, mistake.mended),
-    })
+    let thousandths = "thousandths, or t_s in ms";
+    // The way by the position is so many times the way by the speed where a column is in this unit.
+    let mistakes = [
+        (SIGN, position, ""),
+        (180.0 / PI, position, "degrees"),
+        (1.0 / TAU, position, "turns"),
+        (TAU / 60.0, speed, "rpm"),
+        (PI / 180.0, speed, "°/s"),
+        (1000.0, position, thousandths),
+        (0.001, speed, thousandths),
+    ];
+    let (times, column, unit) = mistakes.iter().find(|mistake| near(mistake.0))?;
+    let what = match *times {
+        SIGN => format!("{position} or {speed} has the wrong sign"),
+        _ => format!("{column} is in {unit}"),
+    };
+    let mended = if *column == position { 1.0 / times } else { *times };
+    let explained = [as_it_stands, explained(*times)];
+    let remedy = record.names.times(column, mended);
+    clearly(explained[0], explained[1])
+        .then(|| super::fault(format!("{position}, {speed}"), what, remedy, explained))
 }
 
 /// The way by the speed and the way by the position, some rows at a time.
 fn ways(record: &Dynamic) -> Vec<(f64, f64)> {
     let mut pairs = Vec::new();
     for run in &record.runs {
-        let (Some(position), Some(speed)) = (&run.position, &run.speed) else {
-            continue;
-        };
+        let (Some(position), Some(speed)) = (&run.position, &run.speed) else { continue };
         let mut way = 0.0;
         for row in 1..run.rows() {
             way += 0.5 * (speed[row] + speed[row - 1]) * (run.t_s[row] - run.t_s[row - 1]);
@@ -53,38 +64,4 @@ fn ways(record: &Dynamic) -> Vec<(f64, f64)> {
         }
     }
     pairs
-}
-
-/// What a logger may have written.
-struct Mistake<'a> {
-    /// The way by the position is so many times the way by the speed.
-    times: f64,
-    what: String,
-    column: &'a str,
-    /// The factor that mends the column.
-    mended: f64,
-}
-
-fn mistakes<'a>(position: &'a str, speed: &'a str) -> Vec<Mistake<'a>> {
-    let of = |column: &'a str, times: f64, unit: &str| Mistake {
-        times,
-        what: format!("{column} is in {unit}"),
-        column,
-        mended: if column == position { 1.0 / times } else { times },
-    };
-    let sign = Mistake {
-        times: -1.0,
-        what: format!("{position} or {speed} has the wrong sign"),
-        column: position,
-        mended: -1.0,
-    };
-    vec![
-        sign,
-        of(position, 180.0 / PI, "degrees"),
-        of(position, 1.0 / TAU, "turns"),
-        of(speed, TAU / 60.0, "rpm"),
-        of(speed, PI / 180.0, "°/s"),
-        of(position, 1000.0, "thousandths, or t_s in ms"),
-        of(speed, 0.001, "thousandths, or t_s in ms"),
-    ]
 }

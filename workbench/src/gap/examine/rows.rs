@@ -6,6 +6,7 @@
 use super::motion::{Base, Motion};
 use super::suspects::speed_column;
 use super::{clearly, excerpt};
+use crate::gap::dataset::median;
 use crate::outcome::DataFault;
 use crate::system::log::{Dynamic, Run};
 use crate::system::model::Model;
@@ -45,35 +46,29 @@ pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
     if !even(record) {
         return None;
     }
-    let column = speed_column(record);
-    if let Some(copies) = copies(record) {
-        let fault = told(model, record, &|run, row| if copies.is(run, row) { -1.0 } else { 0.0 })?;
-        return Some(DataFault {
-            what: format!(
-                "rows are doubled and t_s goes on: {} rows repeat the one before although the shaft turns",
-                copies.rows.len()
-            ),
-            remedy: "remove the rows that repeat, or log the time of each row".into(),
-            place: format!("t_s, {column}"),
-            ..fault
-        });
+    let place = format!("t_s, {}", speed_column(record));
+    if let Some(copies) = repeated(record).filter(|copies| !copies.old) {
+        let rows = copies.rows;
+        let copy = |run, row| -f64::from(rows.binary_search(&(run, row)).is_ok());
+        let what = format!(
+            "rows are doubled and t_s goes on: {} rows repeat the one before although the shaft turns",
+            rows.len()
+        );
+        let remedy = "remove the rows that repeat, or log the time of each row";
+        return Some(super::fault(place, what, remedy, mended(model, record, &copy)?));
     }
     let steps = steps(record);
     let lost = lost(&steps)?;
     let longer =
         |run: usize, row: usize| lost.iter().find(|it| (it.0, it.1) == (run, row)).map_or(0.0, |it| it.2);
-    let fault = told(model, record, &longer)?;
-    Some(DataFault {
-        what: format!(
-            "rows are missing and t_s does not show it: in {} of {} places the shaft goes on by two or three rows, first behind row {}",
-            lost.len(),
-            steps.len(),
-            lost[0].1 + 1
-        ),
-        remedy: "log the time of each row with the row".into(),
-        place: format!("t_s, {column}"),
-        ..fault
-    })
+    let what = format!(
+        "rows are missing and t_s does not show it: in {} of {} places the shaft goes on by two or three rows, first behind row {}",
+        lost.len(),
+        steps.len(),
+        lost[0].1 + 1
+    );
+    let explained = mended(model, record, &longer)?;
+    Some(super::fault(place, what, "log the time of each row with the row", explained))
 }
 
 /// What may be said of the clock, or of a sensor that is read less often than rows are written.
@@ -81,11 +76,11 @@ pub fn note(record: &Dynamic) -> Option<String> {
     if !even(record) {
         return None;
     }
-    if let Some(share) = held(record) {
+    if let Some(held) = repeated(record).filter(|held| held.old) {
         return Some(format!(
             "{:.0} % of the rows repeat {} of the row before although the shaft turns: the sensor is read less often than rows are written, and \
              looks late for it",
-            100.0 * share,
+            100.0 * held.share,
             speed_column(record)
         ));
     }
@@ -93,9 +88,10 @@ pub fn note(record: &Dynamic) -> Option<String> {
     if ways.len() < FEWEST {
         return None;
     }
-    let spread = 1.4826 * median(ways.iter().map(|way| (way.ratio - 1.0).abs()).collect());
+    let middle = |of: &dyn Fn(&Step) -> f64| median(&mut ways.iter().map(of).collect::<Vec<f64>>());
+    let spread = 1.4826 * middle(&|way| (way.ratio - 1.0).abs());
     // A difference of two roundings: a step over √6; the speed beside it adds about half of that.
-    let resolution = 0.5 * median(ways.iter().map(|way| way.resolution).collect());
+    let resolution = 0.5 * middle(&|way| way.resolution);
     (spread > SPREAD.0.max(SPREAD.1 * resolution)).then(|| {
         format!(
             "the rows look less evenly apart than t_s says: from row to row the way of the shaft spreads by {:.0} % about its speed. If t_s was \
@@ -156,22 +152,18 @@ fn lost(steps: &[Step]) -> Option<Vec<(usize, usize, f64)>> {
     (many && lost.len() > CLEAR * by_noise && (lost.len() as f64) < 0.3 * steps.len() as f64).then_some(lost)
 }
 
-/// Rows that repeat the one before.
-struct Copies {
+/// Rows that repeat every reading of the row before.
+struct Repeated {
+    /// Run and row, in order.
     rows: Vec<(usize, usize)>,
+    /// Their share of the rows in which the shaft turns.
+    share: f64,
+    /// True if they are old readings beside a new input, or so many that the sensor must be slower than the rows; else the rows are copies.
+    old: bool,
 }
 
-impl Copies {
-    fn is(&self, run: usize, row: usize) -> bool {
-        self.rows.binary_search(&(run, row)).is_ok()
-    }
-}
-
-/// Rows that repeat every reading of the row before, the rows in which the shaft turns, and how many of the repeated ones have an input of
-/// their own.
-fn repeated(record: &Dynamic) -> Option<(Copies, usize, usize)> {
-    let (mut rows, mut stale, mut moving) = (Vec::new(), 0, 0);
-    let mut values = Vec::new();
+fn repeated(record: &Dynamic) -> Option<Repeated> {
+    let (mut rows, mut values, mut stale) = (Vec::new(), Vec::new(), 0);
     for (index, run) in record.runs.iter().enumerate() {
         let speed = run.speed.as_ref()?;
         let fastest = speed.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
@@ -180,7 +172,6 @@ fn repeated(record: &Dynamic) -> Option<(Copies, usize, usize)> {
             if !TURNS.contains(&(speed[row].abs() / fastest.max(1e-300))) {
                 continue;
             }
-            moving += 1;
             values.push(speed[row].to_bits());
             if speed[row] == speed[row - 1] && same(&run.position) && same(&run.current_a) {
                 stale += usize::from(run.input[row] != run.input[row - 1]);
@@ -188,32 +179,20 @@ fn repeated(record: &Dynamic) -> Option<(Copies, usize, usize)> {
             }
         }
     }
+    let moving = values.len();
     values.sort_unstable();
     values.dedup();
     let fine = values.len() as f64 > FINE * (moving - rows.len()) as f64;
-    (moving >= FEWEST && fine && !rows.is_empty()).then_some((Copies { rows }, moving, stale))
+    let (count, share) = (rows.len(), rows.len() as f64 / moving as f64);
+    let many = moving >= FEWEST && count >= DOUBLED.1 && share > DOUBLED.0;
+    let old = share > HELD || stale as f64 > STALE * count as f64;
+    (fine && many).then_some(Repeated { rows, share, old })
 }
 
-/// Rows that are copies: all readings alike, the input too.
-fn copies(record: &Dynamic) -> Option<Copies> {
-    let (copies, moving, stale) = repeated(record)?;
-    let count = copies.rows.len();
-    let many = count >= DOUBLED.1 && count as f64 > DOUBLED.0 * moving as f64;
-    (many && (count as f64) < HELD * moving as f64 && stale as f64 <= STALE * count as f64).then_some(copies)
-}
-
-/// The share of rows with old readings beside a new input, or of so many that the sensor must be slower than the rows.
-fn held(record: &Dynamic) -> Option<f64> {
-    let (copies, moving, stale) = repeated(record)?;
-    let (count, share) = (copies.rows.len(), copies.rows.len() as f64 / moving as f64);
-    (count >= DOUBLED.1 && (share > HELD || share > DOUBLED.0 && stale as f64 > STALE * count as f64))
-        .then_some(share)
-}
-
-/// The fault with what it explains: the time of every row corrected by the rows that are missing behind (more than 0) or that are a copy of the
-/// one before (−1). None if that explains nothing.
-fn told(model: &Model, record: &Dynamic, rows: &dyn Fn(usize, usize) -> f64) -> Option<DataFault> {
-    let base = Base::of(model, record.input)?;
+/// What is explained as it stands, and with the time of every row corrected by the rows that are missing behind (more than 0) or that are a
+/// copy of the one before (−1). None if that explains nothing.
+fn mended(model: &Model, record: &Dynamic, rows: &dyn Fn(usize, usize) -> f64) -> Option<[f64; 2]> {
+    let base = Base::of(&model.kind, record.input)?;
     let runs = record.runs.iter().enumerate().map(|(index, run)| corrected(run, &|row| rows(index, row)));
     let corrected = Dynamic { runs: runs.collect(), ..record.clone() };
     let explained = |record: &Dynamic| Some(Motion::of(record)?.near(&base, 1.0)?.explained);
@@ -221,42 +200,23 @@ fn told(model: &Model, record: &Dynamic, rows: &dyn Fn(usize, usize) -> f64) -> 
     // Where the way of the shaft shows it, a fit need only agree: it may explain most of the motion beside lost rows.
     let evident = record.runs.iter().all(|run| run.position.is_some() && run.speed.is_some());
     let agrees = if evident { with_it > as_it_stands } else { clearly(as_it_stands, with_it) };
-    agrees.then(|| DataFault {
-        place: String::new(),
-        what: String::new(),
-        explained_as_it_stands: as_it_stands.max(0.0),
-        explained_with_it: with_it,
-        remedy: String::new(),
-    })
+    agrees.then_some([as_it_stands, with_it])
 }
 
 fn corrected(run: &Run, rows: &dyn Fn(usize) -> f64) -> Run {
     let step = run.sample_s();
-    let mut later = 0.0;
-    let mut time = Vec::with_capacity(run.rows());
-    let mut kept = Vec::with_capacity(run.rows());
+    let mut corrected = run.clone();
+    let (mut later, mut kept) = (0.0, Vec::with_capacity(run.rows()));
     for row in 0..run.rows() {
         let more = rows(row);
-        if more < 0.0 {
-            later += more * step;
-            continue;
+        if more >= 0.0 {
+            kept.push(row);
+            corrected.t_s[row] += later;
         }
-        kept.push(row);
-        time.push(run.t_s[row] + later);
         later += more * step;
     }
-    let pick = |values: &[f64]| kept.iter().map(|row| values[*row]).collect::<Vec<f64>>();
-    let some = |values: &Option<Vec<f64>>| values.as_ref().map(|values| pick(values));
-    Run {
-        t_s: time,
-        input: pick(&run.input),
-        position: some(&run.position),
-        speed: some(&run.speed),
-        current_a: some(&run.current_a),
-        supply_v: some(&run.supply_v),
-        bridge: kept.iter().map(|row| run.bridge[*row]).collect(),
-        ..run.clone()
-    }
+    corrected.keep(&kept);
+    corrected
 }
 
 /// True if the time column says that all rows are equally far apart.
@@ -265,9 +225,4 @@ fn even(record: &Dynamic) -> bool {
         let step = run.sample_s();
         run.t_s.windows(2).all(|pair| ((pair[1] - pair[0]) / step - 1.0).abs() < EVEN)
     })
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }

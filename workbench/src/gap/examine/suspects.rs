@@ -14,6 +14,15 @@ const DEGREE: f64 = PI / 180.0;
 /// dead zone knows its gain to 3 %. Seven pole pairs are no rpm (9.55), a gear of 7 no turns (6.28).
 const NEAR: f64 = 0.03;
 
+/// What a voltage may be logged as, and its full scale.
+pub const SCALES: [(&str, f64); 5] = [
+    ("a duty from -1 to 1", 1.0),
+    ("a duty in per cent", 100.0),
+    ("a PWM of 8 bits", 255.0),
+    ("a PWM of 10 bits", 1023.0),
+    ("a PWM of 12 bits", 4095.0),
+];
+
 /// A mistake.
 #[derive(Clone, Debug)]
 pub struct Suspect {
@@ -34,47 +43,45 @@ pub struct Suspect {
 }
 
 impl Suspect {
-    fn new(place: &str, what: impl Into<String>, remedy: impl Into<String>, slope: f64, rate: f64) -> Self {
+    pub fn new(
+        place: &str,
+        what: impl Into<String>,
+        remedy: impl Into<String>,
+        slope: f64,
+        rate: f64,
+    ) -> Self {
         let (what, remedy) = (what.into(), remedy.into());
         Self { place: place.to_owned(), what, remedy, slope, rate, swapped: false, any_size: false }
     }
-}
 
-impl Suspect {
     /// The share of the motion that is explained once this is put right; `None` if it is not what the data show.
     pub fn explains(&self, motion: &Motion, base: &Base, model: &Model) -> Option<f64> {
         let swapped = if self.swapped { Some(motion.swapped()?) } else { None };
         let best = swapped.as_ref().unwrap_or(motion).near(base, self.rate)?;
         // Numbers of a data sheet may be off together.
         let margin = NEAR + model.default_tolerance.min(0.1);
-        let damped = if base.rate > 0.0 { base.rate * self.rate / best.rate } else { 1.0 };
-        let gain = best.slope / (base.slope * self.slope) * damped;
+        let meant = Base { slope: base.slope * self.slope, rate: base.rate * self.rate };
+        let gain = best.gain_over(&meant);
         (gain > 0.0 && (self.any_size || gain.ln().abs() < margin)).then_some(best.explained)
     }
 }
 
 /// Every mistake that can be seen in the motion of this record.
 pub fn all(model: &Model, record: &Dynamic, base: &Base) -> Vec<Suspect> {
-    let signs = signs(record).into_iter();
+    let sign = sign(record);
     // The gain of a model that is a fit has taken every factor up.
     if model.fitted_to_log {
-        return signs.map(|sign| Suspect { any_size: true, ..sign }).collect();
+        return vec![Suspect { any_size: true, ..sign }];
     }
-    let mut all: Vec<Suspect> = signs.collect();
+    let mut all = vec![sign];
     all.extend(of_speed(record));
     all.extend(of_input(model, record));
     all.extend(of_time(record));
     all.extend(of_keys(model, record.input, base));
-    all.push(Suspect {
-        swapped: true,
-        ..Suspect::new(
-            record.input.column(),
-            format!("{} and {} stand in each other's place", record.input.column(), speed_column(record)),
-            record.names.exchanged(record.input.column(), speed_column(record)),
-            1.0,
-            1.0,
-        )
-    });
+    let (input, speed) = (record.input.column(), speed_column(record));
+    let what = format!("{input} and {speed} stand in each other's place");
+    let exchanged = Suspect::new(input, what, record.names.exchanged(input, speed), 1.0, 1.0);
+    all.push(Suspect { swapped: true, ..exchanged });
     all
 }
 
@@ -89,70 +96,44 @@ pub fn speed_column(record: &Dynamic) -> &'static str {
     }
 }
 
-/// What a drive does to its input.
-pub fn of_drive(column: &str, what: &str, remedy: String) -> Suspect {
-    Suspect::new(column, what, remedy, 1.0, 1.0)
+fn sign(record: &Dynamic) -> Suspect {
+    let (speed, input) = (speed_column(record), record.input.column());
+    let what = format!("{speed} or {input} has the wrong sign");
+    let otherwise = " (or swap A and B of the encoder, or the motor leads, and log again)";
+    Suspect::new(speed, what, record.names.times(speed, -1.0) + otherwise, -1.0, 1.0)
 }
 
-fn signs(record: &Dynamic) -> Vec<Suspect> {
-    let (speed, input) = (speed_column(record), record.input.column());
-    vec![Suspect::new(
-        speed,
-        format!("{speed} or {input} has the wrong sign"),
-        record.names.times(speed, -1.0)
-            + " (or swap A and B of the encoder, or the motor leads, and log again)",
-        -1.0,
-        1.0,
-    )]
+/// A column in another unit: what is read makes the acceleration, and the rate, so many times as large.
+fn in_unit(record: &Dynamic, column: &str, unit: &str, slope: f64, rate: f64) -> Suspect {
+    let factor = if column == speed_column(record) { 1.0 / slope } else { slope };
+    Suspect::new(column, format!("{column} is {unit}"), record.names.times(column, factor), slope, rate)
 }
 
 /// Units of the motion: what is read is `factor` times what is there.
 fn of_speed(record: &Dynamic) -> Vec<Suspect> {
     let column = speed_column(record);
-    let (turning, linear) = (!record.linear, record.linear);
-    let is_speed = column.contains("_s") && column != "theta_rad";
-    let mut units: Vec<(&str, f64)> = Vec::new();
-    if turning && is_speed {
-        units.extend([("rpm", 1.0 / RPM), ("°/s", 1.0 / DEGREE), ("turns/s", 1.0 / TAU)]);
-    }
-    if turning && !is_speed {
-        units.extend([("degrees", 1.0 / DEGREE), ("turns", 1.0 / TAU)]);
-    }
-    if linear {
-        units.extend([("mm", 1000.0)]);
-    }
-    let unit = |(unit, factor): (&str, f64)| {
-        Suspect::new(
-            column,
-            format!("{column} is in {unit}"),
-            record.names.times(column, 1.0 / factor),
-            factor,
-            1.0,
-        )
+    let units: &[(&str, f64)] = match column {
+        "omega_rad_s" => &[("in rpm", 1.0 / RPM), ("in °/s", 1.0 / DEGREE), ("in turns/s", 1.0 / TAU)],
+        "theta_rad" => &[("in degrees", 1.0 / DEGREE), ("in turns", 1.0 / TAU)],
+        _ => &[("in mm", 1000.0)],
     };
-    let quarter = Suspect::new(
-        column,
-        format!("{column} is a quarter of itself: counts that were not multiplied by four"),
-        record.names.times(column, 4.0),
-        0.25,
-        1.0,
-    );
-    units.into_iter().map(unit).chain([quarter]).collect()
+    let quarter = ("a quarter of itself: counts that were not multiplied by four", 0.25);
+    let all = units.iter().chain([&quarter]);
+    all.map(|(unit, factor)| in_unit(record, column, unit, *factor, 1.0)).collect()
 }
 
 /// A factor that no list holds: the side of a gear, counts that are not multiplied by four, counts for radians.
 pub fn of_any_size(record: &Dynamic, found: f64) -> Suspect {
     let column = speed_column(record);
-    let times = crate::report::figure(found);
-    let what = match found < 1.0 {
-        true => format!(
-            "{column} is {times} times what the model says: an encoder on the slow side of a gear of {}:1, or counts that were not multiplied by four",
-            crate::report::figure(1.0 / found)
-        ),
-        false => format!(
-            "{column} is {times} times what the model says: electrical turns of a motor with pole pairs, an encoder on the fast side of a gear, counts of an encoder for radians, or another unit"
-        ),
+    let cause = if found < 1.0 {
+        let gear = crate::report::figure(1.0 / found);
+        format!(
+            "an encoder on the slow side of a gear of {gear}:1, or counts that were not multiplied by four"
+        )
+    } else {
+        "electrical turns of a motor with pole pairs, an encoder on the fast side of a gear, counts of an encoder for radians, or another unit".into()
     };
+    let what = format!("{column} is {} times what the model says: {cause}", crate::report::figure(found));
     let remedy = format!(
         "{} if so; else check the units of {} and of the model's keys",
         record.names.times(column, 1.0 / found),
@@ -166,57 +147,34 @@ fn of_input(model: &Model, record: &Dynamic) -> Vec<Suspect> {
     let column = record.input.column();
     let inputs = record.runs.iter().flat_map(|run| &run.input);
     let largest = inputs.fold(0.0_f64, |most, input| most.max(input.abs()));
-    let mut units: Vec<(String, f64)> = Vec::new();
     let milli = match record.input {
-        Input::Voltage => "mV",
-        Input::Current => "mA",
-        Input::Torque => "mN m",
-        Input::Force => "mN",
+        Input::Voltage => "in mV",
+        Input::Current => "in mA",
+        Input::Torque => "in mN m",
+        Input::Force => "in mN",
     };
-    units.push((milli.into(), 1000.0));
+    let mut units = vec![(milli, 1000.0)];
     if let (Input::Voltage, Some(supply)) = (record.input, model.supply_nominal_v) {
         // The range is a part of the evidence: a PWM of 8 bits ends at 255.
-        let scales = [
-            ("a duty from -1 to 1", 1.0),
-            ("a duty in per cent", 100.0),
-            ("a PWM of 8 bits", 255.0),
-            ("a PWM of 10 bits", 1023.0),
-            ("a PWM of 12 bits", 4095.0),
-        ];
-        let fits = scales.into_iter().filter(|(_, full)| (0.15 * full..=1.02 * full).contains(&largest));
-        units.extend(fits.map(|(name, full)| (name.to_owned(), full / supply)));
+        let fits = SCALES.into_iter().filter(|(_, full)| (0.15 * full..=1.02 * full).contains(&largest));
+        units.extend(fits.map(|(name, full)| (name, full / supply)));
     }
-    let unit = |(unit, factor): (String, f64)| {
-        let remedy = record.names.times(column, 1.0 / factor);
-        Suspect::new(
-            column,
-            format!("{column} is {}{unit}", if unit.starts_with('a') { "" } else { "in " }),
-            remedy,
-            1.0 / factor,
-            1.0,
-        )
-    };
-    units.into_iter().map(unit).collect()
+    units.into_iter().map(|(unit, factor)| in_unit(record, column, unit, 1.0 / factor, 1.0)).collect()
 }
 
 /// Units of the time.
 fn of_time(record: &Dynamic) -> Vec<Suspect> {
-    let unit = |unit: &str, factor: f64| {
-        let remedy = record.names.times("t_s", factor);
-        Suspect::new("t_s", format!("t_s is in {unit}"), remedy, factor, factor)
-    };
-    let mut all = vec![unit("ms", 1e-3), unit("µs", 1e-6)];
+    let unit = |unit: &str, factor: f64| in_unit(record, "t_s", unit, factor, factor);
+    let mut all = vec![unit("in ms", 1e-3), unit("in µs", 1e-6)];
     let counted = record.runs.iter().all(|run| run.t_s.windows(2).all(|t| (t[1] - t[0] - 1.0).abs() < 1e-9));
     if counted {
         // A third of an octave apart, from 10 rows a second to 20,000.
         let rates = (0..34).map(|k| 10.0 * 2f64.powf(f64::from(k) / 3.0));
-        all.extend(rates.map(|hz| Suspect {
-            what: format!("t_s counts rows, about {hz:.0} of them a second"),
-            remedy: format!(
-                "{}, or with the time of a row that you know",
-                record.names.times("t_s", 1.0 / hz)
-            ),
-            ..unit("rows", 1.0 / hz)
+        all.extend(rates.map(|hz| {
+            let rows = unit("in rows", 1.0 / hz);
+            let what = format!("t_s counts rows, about {hz:.0} of them a second");
+            let remedy = format!("{}, or with the time of a row that you know", rows.remedy);
+            Suspect { what, remedy, ..rows }
         }));
     }
     all
@@ -242,39 +200,25 @@ fn of_keys(model: &Model, input: Input, base: &Base) -> Vec<Suspect> {
         ("time_constant_s", "ms", 1e-3),
     ];
     for (key, unit, factor) in units {
-        let Some(&(_, value)) = model.parameters().iter().find(|(own, _)| own == key) else {
-            continue;
-        };
-        let mut kinds = vec![(set(&model.kind, key, value * factor), (*key).to_owned())];
+        let Some(&(_, value)) = model.parameters().iter().find(|(own, _)| own == key) else { continue };
+        let mut kind = model.kind;
+        kind.set(key, value * factor);
         // One of the two constants often stands for both.
         if let Kind::DcMotor { kt_nm_per_a, ke_vs_per_rad, .. } = model.kind
             && (kt_nm_per_a / ke_vs_per_rad - 1.0).abs() < 1e-9
             && (*key == "Kt_nm_per_a" || *key == "Ke_vs_per_rad")
         {
-            let both = set(&set(&model.kind, "Kt_nm_per_a", value * factor), "Ke_vs_per_rad", value * factor);
-            kinds = vec![(both, (*key).to_owned())];
+            kind.set("Kt_nm_per_a", value * factor);
+            kind.set("Ke_vs_per_rad", value * factor);
         }
-        for (kind, place) in kinds {
-            if let Some(meant) = Base::of_kind(&kind, input) {
-                let remedy = format!("{place} = {} in the model file", crate::report::figure(value * factor));
-                let rate = if base.rate > 0.0 { meant.rate / base.rate } else { 1.0 };
-                all.push(Suspect::new(
-                    &place,
-                    format!("{place} is in {unit}"),
-                    remedy,
-                    meant.slope / base.slope,
-                    rate,
-                ));
-            }
+        if let Some(meant) = Base::of(&kind, input) {
+            let remedy = format!("{key} = {} in the model file", crate::report::figure(value * factor));
+            let rate = if base.rate > 0.0 { meant.rate / base.rate } else { 1.0 };
+            let what = format!("{key} is in {unit}");
+            all.push(Suspect::new(key, what, remedy, meant.slope / base.slope, rate));
         }
     }
     // The same number by two names is told once.
     all.dedup_by(|a, b| a.remedy == b.remedy);
     all
-}
-
-fn set(kind: &Kind, key: &str, value: f64) -> Kind {
-    let mut changed = *kind;
-    changed.set(key, value);
-    changed
 }

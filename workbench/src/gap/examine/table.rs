@@ -1,10 +1,11 @@
 //! Units and signs of a table of settled speeds.
 
+use super::suspects::SCALES;
 use super::{ENOUGH, clearly};
+use crate::gap::time_base;
 use crate::outcome::DataFault;
 use crate::system::log::Table;
 use crate::system::model::{Kind, Model};
-use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
 
 /// A gain within this factor of the model's is an effect, not a mistake.
@@ -36,38 +37,23 @@ pub fn fault(model: &Model, table: &Table) -> Option<DataFault> {
         (1e-3, "u_v is in mV".into(), times("u_v", 1e-3)),
     ];
     if let Some(supply) = model.supply_nominal_v {
-        for (full, name) in
-            [(1.0, "a duty from -1 to 1"), (100.0, "a duty in per cent"), (255.0, "a PWM of 8 bits")]
-        {
-            if (0.15 * full..=1.02 * full).contains(&largest) {
-                listed.push((supply / full, format!("u_v is {name}"), times("u_v", supply / full)));
-            }
-        }
+        let fits = SCALES.into_iter().filter(|(_, full)| (0.15 * full..=1.02 * full).contains(&largest));
+        listed.extend(
+            fits.map(|(name, full)| (supply / full, format!("u_v is {name}"), times("u_v", supply / full))),
+        );
     }
     let near = |factor: f64| {
         let sign_alone = model.fitted_to_log && factor < 0.0 && found < 0.0;
         !model.fitted_to_log && found * factor > 0.0 && (found / factor).ln().abs() < NEAR || sign_alone
     };
     let (_, what, remedy) = listed.into_iter().find(|(factor, ..)| near(*factor))?;
-    clearly(0.0, explained).then(|| DataFault {
-        place: "omega_rad_s, u_v".into(),
-        what,
-        explained_as_it_stands: 0.0,
-        explained_with_it: explained,
-        remedy,
-    })
+    clearly(0.0, explained).then(|| super::fault("omega_rad_s, u_v", what, remedy, [0.0, explained]))
 }
 
 /// Slope of the speed over the voltage beside a step and a constant, and the share of the variation that they explain.
 fn line(table: &Table) -> Option<(f64, f64)> {
-    let speed = DVector::from_column_slice(&table.omega_rad_s);
-    let matrix = DMatrix::from_fn(speed.len(), 3, |row, column| match column {
-        0 => table.u_v[row],
-        1 => table.u_v[row].signum() * f64::from(table.u_v[row] != 0.0),
-        _ => 1.0,
-    });
-    let variation = speed.add_scalar(-speed.mean()).norm_squared();
-    let solved = matrix.clone().svd(true, true).solve(&speed, 1e-9 * matrix.norm()).ok()?;
-    let left = (&speed - matrix * &solved).norm_squared();
-    (variation > 0.0).then(|| (solved[0], 1.0 - left / variation))
+    let step = |u: &f64| u.signum() * f64::from(*u != 0.0);
+    let steps = table.u_v.iter().map(step).collect();
+    let (weights, left) = time_base::best_sum(&[table.u_v.clone(), steps], &table.omega_rad_s)?;
+    Some((weights[0], 1.0 - left * left))
 }

@@ -3,6 +3,7 @@
 use super::motion::{Base, Motion};
 use super::rows;
 use super::suspects::speed_column;
+use crate::gap::dataset::median;
 use crate::gap::threads::each;
 use crate::system::log::{Dynamic, Log, Run};
 use crate::system::model::{Model, SpeedSensor};
@@ -33,7 +34,7 @@ const COARSE: f64 = 0.01;
 /// By how many rows the input stands late: the motion answers before it changes, in the log and in every held-out record. Nothing but a
 /// logger does so.
 pub fn late(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Option<usize> {
-    let base = Base::of(model, record.input)?;
+    let base = Base::of(&model.kind, record.input)?;
     let left = |record: &Dynamic, rows: usize| {
         let motion = Motion::of(&earlier(record, rows)?)?;
         Some(1.0 - motion.explained_with_a_dead_zone(&base)?)
@@ -133,10 +134,10 @@ fn smoothed(model: &Model, record: &Dynamic) -> Option<String> {
     if model.sensors.speed != SpeedSensor::Unknown || record.runs.iter().any(|run| run.speed.is_none()) {
         return None;
     }
-    let base = Base::of(model, record.input)?;
+    let base = Base::of(&model.kind, record.input)?;
     let motion = Motion::of(record)?;
     let sharp = motion.explained_with_a_dead_zone(&base)?;
-    let seen = |reach: usize| Some((reach, motion.smoothed(reach)?.explained_with_a_dead_zone(&base)?));
+    let seen = |reach: usize| Some((reach, motion.smoothed(reach).explained_with_a_dead_zone(&base)?));
     let (reach, with_it) = each(REACHES).filter_map(seen).max_by(|a, b| a.1.total_cmp(&b.1))?;
     (with_it > MOST && 1.0 - with_it < SHRINKS * (1.0 - sharp)).then(|| {
         let window_s = (2 * reach + 1) as f64 * record.runs[0].sample_s();
@@ -160,12 +161,10 @@ fn in_steps(model: &Model, record: &Dynamic) -> Option<String> {
     let rows = speeds.len();
     speeds.sort_unstable_by(f64::total_cmp);
     let range = speeds.last()? - speeds.first()?;
-    let mut levels = speeds;
-    levels.dedup_by(|a, b| (*a - *b).abs() < 1e-6 * range);
-    let mut gaps: Vec<f64> = levels.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    gaps.sort_unstable_by(f64::total_cmp);
-    let step = *gaps.get(gaps.len() / 2)?;
-    (levels.len() * 20 < rows && step > COARSE * range).then(|| {
+    speeds.dedup_by(|a, b| (*a - *b).abs() < 1e-6 * range);
+    let mut gaps: Vec<f64> = speeds.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let step = median(&mut gaps);
+    (speeds.len() * 20 < rows && step > COARSE * range).then(|| {
         format!(
             "{} comes in steps of {}, which the model does not state: log the position, or give [encoder] counts_per_rev and [sensors] speed_window_s",
             speed_column(record),

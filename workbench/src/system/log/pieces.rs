@@ -35,7 +35,7 @@ impl Run {
     }
 
     /// These rows alone.
-    pub(super) fn keep(&mut self, rows: &[usize]) {
+    pub fn keep(&mut self, rows: &[usize]) {
         if rows.len() == self.rows() {
             return;
         }
@@ -44,6 +44,15 @@ impl Run {
         self.bridge = rows.iter().map(|row| self.bridge[*row]).collect();
         let measured = [&mut self.position, &mut self.speed, &mut self.current_a, &mut self.supply_v];
         measured.into_iter().flatten().for_each(of);
+    }
+
+    /// The speed, or the change of the position from each row to the next, in whatever time the file counts.
+    pub fn speeds(&self) -> Option<Vec<f64>> {
+        let differences = |position: &Vec<f64>| {
+            let rows = position.windows(2).zip(self.t_s.windows(2));
+            rows.map(|(x, t)| (x[1] - x[0]) / (t[1] - t[0])).collect()
+        };
+        self.speed.clone().or_else(|| self.position.as_ref().map(differences))
     }
 
     /// The rows `start..end` as a run of their own.

@@ -59,7 +59,9 @@ impl Strays {
 }
 
 /// Steps of a column.
-struct Steps {
+struct Steps<'a> {
+    /// Rows in which the input changes.
+    changes: &'a [bool],
     /// An excursion goes farther.
     far: f64,
     /// And farther than this beside a change of the input.
@@ -68,21 +70,18 @@ struct Steps {
     ordinary: f64,
 }
 
-impl Steps {
-    fn of(values: &[f64], changes: &[bool]) -> Option<Self> {
+impl<'a> Steps<'a> {
+    fn of(values: &[f64], changes: &'a [bool]) -> Option<Self> {
         let sizes = |wanted: &dyn Fn(usize) -> bool| {
             let rows = looked_at(1, values.len()).filter(|row| wanted(*row));
-            let mut steps: Vec<f64> = rows.map(|row| (values[row] - values[row - 1]).abs()).collect();
-            steps.retain(|step| step.is_finite());
-            steps
+            quantile(rows.map(|row| (values[row] - values[row - 1]).abs()).collect(), ORDINARY)
         };
-        let ordinary = quantile(sizes(&|_| true), ORDINARY)?;
-        let answers = quantile(sizes(&|row| changes[row] || changes[row - 1]), ORDINARY).unwrap_or(0.0);
-        let finite = || looked_at(0, values.len()).map(|row| values[row]).filter(|value| value.is_finite());
-        let finite = || finite().collect::<Vec<f64>>();
-        let span = quantile(finite(), 0.98)? - quantile(finite(), 0.02)?;
+        let ordinary = sizes(&|_| true)?;
+        let answers = sizes(&|row| changes[row] || changes[row - 1]).unwrap_or(0.0);
+        let below = |share| quantile(looked_at(0, values.len()).map(|row| values[row]).collect(), share);
+        let span = below(0.98)? - below(0.02)?;
         let far = (FAR * ordinary).max(VISIBLE * span);
-        (span > 0.0).then_some(Self { far, answering: far.max(2.5 * answers), span, ordinary })
+        (span > 0.0).then_some(Self { changes, far, answering: far.max(2.5 * answers), span, ordinary })
     }
 }
 
@@ -91,7 +90,9 @@ fn looked_at(from: usize, to: usize) -> impl Iterator<Item = usize> {
     (from..to).step_by(to / ROWS + 1)
 }
 
+/// Of the values that are finite.
 fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.retain(|value| value.is_finite());
     let rank = ((values.len().checked_sub(1)?) as f64 * share) as usize;
     Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
 }
@@ -108,23 +109,22 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
         (0..run.rows()).map(|row| row > 0 && (run.input[row] - run.input[row - 1]).abs() > far).collect();
     let (place, speed) = if linear { ("q_m", "v_m_s") } else { ("theta_rad", "omega_rad_s") };
     // A record may start at rest, and with the current of a stall.
-    let stall = (f64::INFINITY, 10.0 * GAP);
     let columns = [
         (place, &run.position, (0.0, GAP)),
         (speed, &run.speed, (1.0, GAP)),
-        ("i_a", &run.current_a, stall),
+        ("i_a", &run.current_a, (f64::INFINITY, 10.0 * GAP)),
         ("vbus_v", &run.supply_v, (0.0, GAP)),
     ];
     let mut all = Vec::new();
     for (column, values, (start, gap)) in columns {
         let Some(values) = values else { continue };
         let Some(steps) = Steps::of(values, &changes) else { continue };
-        let (bad, outside) = in_column(values, &steps, &changes, [gap, start, EDGE_STEPS]);
-        all.extend(strays(column, ranges(&bad), outside));
+        let (bad, outside) = in_column(values, &steps, [gap, start, EDGE_STEPS]);
+        all.extend(strays(column, bad, outside));
     }
     if let Some(steps) = drive {
-        let (bad, outside) = in_column(&run.input, &steps, &still, [GAP, 0.0, 0.0]);
-        let wrong = never_felt(run, ranges(&bad), supply_v);
+        let (bad, outside) = in_column(&run.input, &steps, [GAP, 0.0, 0.0]);
+        let wrong = never_felt(run, bad, supply_v);
         all.extend(strays(input, wrong, outside));
     }
     all
@@ -161,29 +161,20 @@ fn never_felt(run: &Run, mut rows: Vec<Range<usize>>, supply_v: Option<f64>) -> 
 
 /// Rows of a column that stand out, and how many of them lie outside of all others. At the edge of a record a jump must be so many times as
 /// far as the longest of the other steps, and at its start come from more than this part of the largest value.
-fn in_column(
-    values: &[f64],
-    steps: &Steps,
-    changes: &[bool],
-    [gap, start, times]: [f64; 3],
-) -> (Vec<bool>, usize) {
-    let good = |bad: &[bool]| {
-        (0..values.len()).filter(|row| !bad[*row] && values[*row].is_finite()).collect::<Vec<usize>>()
-    };
-    let mut bad = vec![false; values.len()];
-    if good(&bad).len() < FEWEST {
-        return (bad, 0);
+fn in_column(values: &[f64], steps: &Steps, [gap, start, times]: [f64; 3]) -> (Vec<Range<usize>>, usize) {
+    let rows =
+        |which: &dyn Fn(usize) -> bool| (0..values.len()).filter(|row| which(*row)).collect::<Vec<_>>();
+    if rows(&|row| values[row].is_finite()).len() < FEWEST {
+        return (Vec::new(), 0);
     }
-    bad = outside(values, gap);
+    let mut bad = outside(values, gap);
     let count = bad.iter().filter(|bad| **bad).count();
-    excursions(values, &good(&bad), steps, changes).into_iter().for_each(|row| bad[row] = true);
+    let good = |bad: &[bool]| rows(&|row| !bad[row] && values[row].is_finite());
+    excursions(values, &good(&bad), steps).into_iter().for_each(|row| bad[row] = true);
     edges(values, &good(&bad), steps.far, start, times).into_iter().for_each(|row| bad[row] = true);
-    (bad, count)
-}
-
-fn ranges(bad: &[bool]) -> Vec<Range<usize>> {
-    let rows: Vec<usize> = (0..bad.len()).filter(|row| bad[*row]).collect();
-    rows.chunk_by(|a, b| a + 1 == *b).map(|rows| rows[0]..rows[rows.len() - 1] + 1).collect()
+    let ranges = rows(&|row| bad[row]);
+    let ranges = ranges.chunk_by(|a, b| a + 1 == *b).map(|rows| rows[0]..rows[rows.len() - 1] + 1);
+    (ranges.collect(), count)
 }
 
 /// Values beyond a gap that is wider than twice all that the others hold. A motion passes through every value on its way.
@@ -203,11 +194,11 @@ fn outside(values: &[f64], gap: f64) -> Vec<bool> {
 }
 
 /// What jumps away and comes back, among these rows.
-fn excursions(values: &[f64], rows: &[usize], steps: &Steps, changes: &[bool]) -> Vec<usize> {
+fn excursions(values: &[f64], rows: &[usize], steps: &Steps) -> Vec<usize> {
     let mut bad = Vec::new();
     let (mut last, mut from) = (0, 1);
     while from < rows.len() {
-        match excursion(&|k| values[rows[k]], rows, steps, changes, last..from) {
+        match excursion(&|k| values[rows[k]], rows, steps, last..from) {
             Some(end) => {
                 bad.extend(&rows[from..end]);
                 from = end;
@@ -219,16 +210,10 @@ fn excursions(values: &[f64], rows: &[usize], steps: &Steps, changes: &[bool]) -
 }
 
 /// The end of an excursion behind the last good row.
-fn excursion(
-    at: &dyn Fn(usize) -> f64,
-    rows: &[usize],
-    steps: &Steps,
-    changes: &[bool],
-    gap: Range<usize>,
-) -> Option<usize> {
+fn excursion(at: &dyn Fn(usize) -> f64, rows: &[usize], steps: &Steps, gap: Range<usize>) -> Option<usize> {
     let (before, from) = (at(gap.start), gap.end);
     let far = |end: usize| {
-        let near = changes[rows[gap.start]..=rows[end]].iter().any(|change| *change);
+        let near = steps.changes[rows[gap.start]..=rows[end]].iter().any(|change| *change);
         if near { steps.answering } else { steps.far }
     };
     let away = |end: &usize| (at(end - 1) - before).abs() > far(*end);
@@ -263,33 +248,28 @@ fn edges(values: &[f64], rows: &[usize], far: f64, start: f64, times: f64) -> Ve
 /// How the speed answers the input from row to row.
 struct Felt {
     speed: Vec<f64>,
-    weights: [f64; 4],
+    weights: DVector<f64>,
     sigma: f64,
 }
 
 impl Felt {
     /// From all rows but these.
     fn of(run: &Run, but: &[Range<usize>]) -> Option<Self> {
-        let speed = run.speed.clone().or_else(|| {
-            let position = run.position.as_ref()?;
-            let pairs = position.windows(2).zip(run.t_s.windows(2));
-            let mut speed: Vec<f64> = pairs.map(|(x, t)| (x[1] - x[0]) / (t[1] - t[0])).collect();
-            speed.push(*speed.last()?);
-            Some(speed)
-        })?;
+        let mut speed = run.speeds()?;
+        speed.resize(run.rows(), *speed.last()?);
         let near = |row: usize| but.iter().any(|stray| row + 2 >= stray.start && row <= stray.end + 1);
-        let finite = |row: &usize| (speed[*row] + speed[*row + 1] + run.input[*row]).is_finite();
-        let rows = looked_at(0, run.rows() - 1).filter(finite);
-        let rows: Vec<usize> = rows.filter(|row| !near(*row)).collect();
+        let finite = |row: usize| (speed[row] + speed[row + 1] + run.input[row]).is_finite();
+        let rows = looked_at(0, run.rows() - 1).filter(|row| finite(*row) && !near(*row));
+        let rows: Vec<usize> = rows.collect();
         let matrix =
-            DMatrix::from_fn(rows.len(), 4, |k, force| force_of(run.input[rows[k]], speed[rows[k]], force));
+            DMatrix::from_fn(rows.len(), 4, |k, force| forces(run.input[rows[k]], speed[rows[k]])[force]);
         let wanted = DVector::from_fn(rows.len(), |k, _| speed[rows[k] + 1] - speed[rows[k]]);
         let normal = matrix.tr_mul(&matrix) + DMatrix::identity(4, 4) * 1e-12;
         let weights = normal.cholesky()?.solve(&matrix.tr_mul(&wanted));
         let left = (&wanted - &matrix * &weights).abs();
-        let sigma = 1.4826 * quantile(left.as_slice().to_vec(), 0.5)?;
-        let sigma = sigma.max(0.25 * quantile(left.as_slice().to_vec(), 0.98)?);
-        Some(Self { speed, weights: std::array::from_fn(|k| weights[k]), sigma })
+        let most = |share| quantile(left.as_slice().to_vec(), share);
+        let sigma = (1.4826 * most(0.5)?).max(0.25 * most(0.98)?);
+        Some(Self { speed, weights, sigma })
     }
 
     /// Has the speed answered these inputs, or those around them? `None` if neither would be seen.
@@ -297,25 +277,21 @@ impl Felt {
         if rows.end + 1 >= run.rows() {
             return None;
         }
-        let around = [rows.start.checked_sub(1).unwrap_or(rows.end), rows.end];
-        let missed = |input: &dyn Fn(usize) -> f64| -> f64 {
-            let step = |row: usize| {
-                let forces =
-                    (0..4).map(|force| self.weights[force] * force_of(input(row), self.speed[row], force));
-                self.speed[row + 1] - self.speed[row] - forces.sum::<f64>()
-            };
-            rows.clone().map(step).sum::<f64>().abs()
+        let step = |row: usize, input: f64| {
+            let forces = forces(input, self.speed[row]).into_iter().zip(&self.weights);
+            self.speed[row + 1] - self.speed[row] - forces.map(|(force, weight)| force * weight).sum::<f64>()
         };
-        let as_logged = missed(&|row| run.input[row]);
-        let as_around = around.map(|row| missed(&|_| run.input[row]));
-        let as_around = as_around.into_iter().fold(f64::INFINITY, f64::min);
+        let as_logged = rows.clone().map(|row| step(row, run.input[row])).sum::<f64>().abs();
+        let with = |input: f64| rows.clone().map(|row| step(row, input)).sum::<f64>().abs();
+        let before = rows.start.checked_sub(1).unwrap_or(rows.end);
+        let as_around = with(run.input[before]).min(with(run.input[rows.end]));
         let seen = (as_logged - as_around).abs() > SEEN * self.sigma;
         seen.then_some(as_around < 0.5 * as_logged)
     }
 }
 
-fn force_of(input: f64, speed: f64, force: usize) -> f64 {
-    [input, speed, speed.signum(), 1.0][force]
+fn forces(input: f64, speed: f64) -> [f64; 4] {
+    [input, speed, speed.signum(), 1.0]
 }
 
 impl Run {
@@ -346,12 +322,14 @@ impl Run {
             }
         }
         told.sort_by_key(|told| told.0);
-        let (count, more) = (told.len(), told.len().saturating_sub(TOLD));
         let listed: Vec<&str> = told.iter().take(TOLD).map(|told| told.1.as_str()).collect();
-        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
-        let what = if count == 1 { "1 reading cannot be and is" } else { "readings cannot be and are" };
-        let many = if count == 1 { String::new() } else { format!("{count} ") };
-        (count > 0).then(|| format!("{many}{what} left out: {}{more}.", listed.join("; ")))
+        let more =
+            told.len().checked_sub(TOLD + 1).map_or(String::new(), |k| format!("; and {} more", k + 1));
+        let what = match told.len() {
+            1 => "1 reading cannot be and is".to_owned(),
+            count => format!("{count} readings cannot be and are"),
+        };
+        (!told.is_empty()).then(|| format!("{what} left out: {}{more}.", listed.join("; ")))
     }
 }
 
@@ -366,12 +344,10 @@ fn said(rows: &Range<usize>, line: impl Fn(usize) -> u64, column: &str, held: f6
 /// The input of the row before where the row behind has the same.
 fn bridge(input: &mut [f64], rows: &Range<usize>, lost: &mut [bool]) {
     let before = rows.start.checked_sub(1).map(|row| input[row]);
-    match (before, input.get(rows.end).copied()) {
-        (Some(before), Some(behind))
-            if (before - behind).abs() <= 0.2 * (before - input[rows.start]).abs() =>
-        {
-            input[rows.clone()].fill(0.5 * (before + behind));
-        }
-        _ => lost[rows.clone()].fill(true),
+    let around = before.zip(input.get(rows.end).copied());
+    let same = |(a, b): &(f64, f64)| (a - b).abs() <= 0.2 * (a - input[rows.start]).abs();
+    match around.filter(same) {
+        Some((a, b)) => input[rows.clone()].fill(0.5 * (a + b)),
+        None => lost[rows.clone()].fill(true),
     }
 }
