@@ -74,6 +74,11 @@ pub struct Progress<'a> {
     pub done: Option<&'a Done>,
 }
 
+/// Is told how far a session is.
+pub type Listener<'a> = dyn FnMut(Progress) + 'a;
+/// What a task gave, or why it could not be done.
+type Performed = Result<Done, InputError>;
+
 /// Opens the way to the servo. `seed` is the builtin motor's noise.
 pub fn connect(
     door: &Door,
@@ -128,7 +133,7 @@ pub fn run(
     config: Config,
     every: u32,
     tasks: &[Task],
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut Listener,
 ) -> Result<SessionResult, InputError> {
     let listening = Listening { axis: 0, every };
     run_from(wire, Start::Configure(config.into()), listening, tasks, progress)
@@ -140,7 +145,7 @@ pub fn run_from(
     start: Start,
     listening: Listening,
     tasks: &[Task],
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut Listener,
 ) -> Result<SessionResult, InputError> {
     let mut result = run_kept(wire, start, listening, tasks, progress)?;
     result.broken.take().map_or(Ok(result), Err)
@@ -153,7 +158,7 @@ pub fn run_kept(
     start: Start,
     listening: Listening,
     tasks: &[Task],
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut Listener,
 ) -> Result<SessionResult, InputError> {
     let _hold = interrupt::hold();
     let mut session = Session::open(wire, start, listening)?;
@@ -263,7 +268,7 @@ impl Session {
         &mut self,
         tasks: &[Task],
         done: &mut Vec<Done>,
-        progress: &mut dyn FnMut(Progress),
+        progress: &mut Listener,
     ) -> Result<(), InputError> {
         for task in tasks {
             let result = self.perform(task, progress)?;
@@ -288,7 +293,7 @@ impl Session {
         Ok(())
     }
 
-    fn perform(&mut self, task: &Task, progress: &mut dyn FnMut(Progress)) -> Result<Done, InputError> {
+    fn perform(&mut self, task: &Task, progress: &mut Listener) -> Performed {
         match task {
             Task::Commission { budget_s, seed } => self.commission(*budget_s, *seed, progress),
             Task::Adopt(estimates) => self.adopt(estimates),
@@ -371,7 +376,7 @@ impl Session {
         end: u32,
         until: impl Fn(&Kept) -> bool,
         task: &str,
-        progress: &mut dyn FnMut(Progress),
+        progress: &mut Listener,
     ) -> Result<u32, InputError> {
         let start = self.kept.borrow().now();
         let length = f64::from(end.saturating_sub(start).max(1));

@@ -1,7 +1,9 @@
 //! Tasks that move the shaft, with or without a capture.
 
 use super::kept::Kept;
-use super::{Arrival, Captured, Done, LONGEST_REST_S, Profile, Progress, STILL_S, Session, Span, Target};
+use super::{
+    Arrival, Captured, Done, LONGEST_REST_S, Listener, Performed, Profile, STILL_S, Session, Span, Target,
+};
 use crate::console::input_error::InputError;
 use crate::device::feasible::Ability;
 use crate::device::waypoints::{self, Waypoint};
@@ -26,8 +28,8 @@ impl Session {
         &mut self,
         profile: &Profile,
         compensation: bool,
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<Done, InputError> {
+        progress: &mut Listener,
+    ) -> Performed {
         let profile = &self.feasible(profile)?;
         self.command(Command::Compensation(compensation))?;
         self.command(Command::Arm)?;
@@ -68,11 +70,7 @@ impl Session {
     }
 
     /// The servo opens the bridge by itself; the shaft is watched while it coasts.
-    pub(super) fn excite(
-        &mut self,
-        waveform: &Waveform,
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<Done, InputError> {
+    pub(super) fn excite(&mut self, waveform: &Waveform, progress: &mut Listener) -> Performed {
         self.command(Command::Arm)?;
         let captures = self.arm_capture()?;
         self.begin_run();
@@ -89,11 +87,7 @@ impl Session {
         Ok(Done::Excited(span, Box::new(learned)))
     }
 
-    pub(super) fn go(
-        &mut self,
-        target: Target,
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<Done, InputError> {
+    pub(super) fn go(&mut self, target: Target, progress: &mut Listener) -> Performed {
         self.command(Command::Arm)?;
         self.come_to_rest(progress)?;
         self.begin_run();
@@ -121,7 +115,7 @@ impl Session {
 
     /// Streams the points as far ahead of their time as the servo has room; returns the tick in which the first one
     /// counts. A fault, or a stream that runs dry, ends it early.
-    fn follow(&mut self, points: &[Waypoint], progress: &mut dyn FnMut(Progress)) -> Result<u32, InputError> {
+    fn follow(&mut self, points: &[Waypoint], progress: &mut Listener) -> Result<u32, InputError> {
         let spacing = match self.every {
             0 | 1 => SPACING_TICKS,
             // On a real line.
@@ -166,7 +160,7 @@ impl Session {
     }
 
     /// Holds the position where the axis is now, until it stands: a motor with little friction coasts for long.
-    fn come_to_rest(&mut self, progress: &mut dyn FnMut(Progress)) -> Result<(), InputError> {
+    fn come_to_rest(&mut self, progress: &mut Listener) -> Result<(), InputError> {
         let here = self.here();
         self.command(Command::Position(here))?;
         let still = self.standstill();
