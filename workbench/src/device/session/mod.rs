@@ -12,7 +12,7 @@ pub use task::{Arrival, Captured, Done, Span, Target, Task};
 use crate::console::input_error::InputError;
 use crate::console::interrupt;
 use crate::device::feasible::Shortfall;
-use crate::device::link::{Client, Lockstep, Serial, Wire, fault_advice, found_text};
+use crate::device::link::{Client, Farewell, Lockstep, Serial, Wire, fault_advice, found_text};
 use crate::device::motor::{Builtin, Door, Exec, qemu};
 use crate::device::run_log::RunLog;
 use crate::device::setup::Setup;
@@ -273,13 +273,7 @@ impl Session {
         for task in tasks {
             let result = self.perform(task, progress)?;
             let kept = self.kept.borrow();
-            progress(Progress {
-                log: &kept.log,
-                task: "done",
-                share: 1.0,
-                estimates: kept.estimates.as_ref(),
-                done: Some(&result),
-            });
+            progress(kept.progress("done", 1.0, Some(&result)));
             let over = match &result {
                 Done::Commissioned(outcome) => outcome.refused.is_some(),
                 Done::Tracked(span) => span.faulted,
@@ -389,13 +383,7 @@ impl Session {
             }
             if now % 512 < self.every {
                 let share = f64::from(now - start) / length;
-                progress(Progress {
-                    log: &kept.log,
-                    task,
-                    share,
-                    estimates: kept.estimates.as_ref(),
-                    done: None,
-                });
+                progress(kept.progress(task, share, None));
             }
         }
     }
@@ -407,13 +395,9 @@ impl Session {
     fn begin_run(&mut self) {
         let kept = self.kept.get_mut();
         let start = kept.now() + 1;
-        let ticks = kept.log.rows.len()
-            - kept
-                .log
-                .rows
-                .iter()
-                .rposition(|row| Some(&row.tick) == kept.log.run_starts.last())
-                .unwrap_or(0);
+        let last = kept.log.run_starts.last();
+        let began = kept.log.rows.iter().rposition(|row| Some(&row.tick) == last);
+        let ticks = kept.log.rows.len() - began.unwrap_or(0);
         // A few ticks before the first motion are no run of their own.
         if ticks as f64 > LEAST_RUN_S * f64::from(kept.log.config.tick_hz) {
             kept.log.run_starts.push(start);
@@ -444,20 +428,11 @@ impl Session {
 
     fn close(self, done: Vec<Done>, broken: Option<InputError>) -> SessionResult {
         let (cleared, tuning, fitted) = (self.cleared, self.tuning, self.fitted);
-        let farewell = self.client.close();
+        let Farewell { firmware_log, motor_flags } = self.client.close();
         let Kept { mut log, captured, .. } = self.kept.into_inner();
         for row in &mut log.rows {
-            row.motor_flags = farewell.motor_flags.get(row.tick as usize).copied().unwrap_or(0);
+            row.motor_flags = motor_flags.get(row.tick as usize).copied().unwrap_or(0);
         }
-        SessionResult {
-            log,
-            done,
-            firmware_log: farewell.firmware_log,
-            captured,
-            cleared,
-            tuning,
-            broken,
-            fitted,
-        }
+        SessionResult { log, done, firmware_log, captured, cleared, tuning, broken, fitted }
     }
 }
