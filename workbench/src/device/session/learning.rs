@@ -3,10 +3,12 @@
 use super::kept::Kept;
 use super::{Done, LONGEST_REST_S, Listener, Performed, Session};
 use crate::console::input_error::InputError;
+use crate::device::link::{Client, found_text};
 use servo::identify::estimate::Estimates;
 use servo::link::protocol::Command;
 use servo::motion::referencing::Referencing;
 use servo::record::Referenced;
+use servo::store::AxisParameters;
 
 /// No search for a reference takes longer, s.
 const LONGEST_SEARCH_S: f64 = 600.0;
@@ -92,4 +94,16 @@ impl Session {
         self.run_to(end, |kept| kept.stands(still), "coming to rest", progress)?;
         Ok(self.kept.borrow().stands(still))
     }
+}
+
+/// What the servo has stored.
+pub(super) fn stored(client: &mut Client) -> Result<AxisParameters, InputError> {
+    let parameters = client.parameters()?;
+    let found = client.hello()?.stored;
+    parameters.ok_or_else(|| {
+        InputError(format!(
+            "this axis has no parameters to go on with ({}); run `truing commission --store` first",
+            found_text(found)
+        ))
+    })
 }

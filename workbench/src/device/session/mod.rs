@@ -12,11 +12,12 @@ pub use task::{Arrival, Captured, Done, Span, Target, Task};
 use crate::console::input_error::InputError;
 use crate::console::interrupt;
 use crate::device::feasible::Shortfall;
-use crate::device::link::{Client, Farewell, Lockstep, Serial, Wire, fault_advice, found_text};
+use crate::device::link::{Client, Farewell, Lockstep, Serial, Wire, fault_advice};
 use crate::device::motor::{Builtin, Door, Exec, qemu};
 use crate::device::run_log::RunLog;
 use crate::device::setup::Setup;
 use kept::Kept;
+use learning::stored;
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimates, EstimatesReport};
@@ -25,7 +26,6 @@ use servo::link::protocol::Command;
 use servo::protect::Fault;
 use servo::store::AxisParameters;
 use std::cell::RefCell;
-use std::f32::consts::TAU;
 
 /// Records per second that a real link carries.
 const SERIAL_RECORDS_PER_S: u32 = 400;
@@ -35,8 +35,6 @@ const PAUSE_S: f64 = 0.3;
 const STILL_S: f64 = 0.1;
 /// After so long, s, a motion begins even if the axis does not stand.
 const LONGEST_REST_S: f64 = 10.0;
-/// The shortest stretch of the log that counts as a run, s.
-const LEAST_RUN_S: f64 = 0.1;
 
 /// The result.
 #[derive(Clone, Debug, PartialEq)]
@@ -182,18 +180,6 @@ fn ending(error: InputError, fault: Fault, stopped: bool) -> InputError {
             "interrupted, and the servo has not confirmed the stop: see that the motor stands, or switch its supply off{latched}"
         ),
         (false, _) => format!("{error}{latched}"),
-    })
-}
-
-/// What the servo has stored.
-fn stored(client: &mut Client) -> Result<AxisParameters, InputError> {
-    let parameters = client.parameters()?;
-    let found = client.hello()?.stored;
-    parameters.ok_or_else(|| {
-        InputError(format!(
-            "this axis has no parameters to go on with ({}); run `truing commission --store` first",
-            found_text(found)
-        ))
     })
 }
 
@@ -390,30 +376,6 @@ impl Session {
 
     fn ticks(&self, seconds: f64) -> u32 {
         (seconds * f64::from(self.config().tick_hz)).round() as u32
-    }
-
-    fn begin_run(&mut self) {
-        let kept = self.kept.get_mut();
-        let start = kept.now() + 1;
-        let last = kept.log.run_starts.last();
-        let began = kept.log.rows.iter().rposition(|row| Some(&row.tick) == last);
-        let ticks = kept.log.rows.len() - began.unwrap_or(0);
-        // A few ticks before the first motion are no run of their own.
-        if ticks as f64 > LEAST_RUN_S * f64::from(kept.log.config.tick_hz) {
-            kept.log.run_starts.push(start);
-        }
-    }
-
-    /// Records without motion that make a standstill.
-    fn standstill(&self) -> usize {
-        (self.ticks(STILL_S) as usize / self.every.max(1) as usize).max(2)
-    }
-
-    /// Position now, rad from power-up.
-    fn here(&self) -> f32 {
-        let kept = self.kept.borrow();
-        let counts = kept.log.rows.last().map_or(0, |row| row.record.count.wrapping_sub(kept.log.zero()));
-        counts as f32 * TAU / kept.log.config.counts_per_rev as f32
     }
 
     fn pause(&mut self) -> Result<(), InputError> {

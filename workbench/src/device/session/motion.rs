@@ -15,6 +15,8 @@ use std::f32::consts::TAU;
 
 /// After a motion the axis holds for so long, s; chatter is counted here.
 pub const HOLD_S: f64 = 1.0;
+/// The shortest stretch of the log that counts as a run, s.
+const LEAST_RUN_S: f64 = 0.1;
 /// Nor does a move.
 const LONGEST_MOVE_S: f64 = 600.0;
 /// A piece of a capture has arrived after so long, s.
@@ -176,6 +178,30 @@ impl Session {
             self.command(Command::Arm)?;
         }
         Ok(())
+    }
+
+    fn begin_run(&mut self) {
+        let kept = self.kept.get_mut();
+        let start = kept.now() + 1;
+        let last = kept.log.run_starts.last();
+        let began = kept.log.rows.iter().rposition(|row| Some(&row.tick) == last);
+        let ticks = kept.log.rows.len() - began.unwrap_or(0);
+        // A few ticks before the first motion are no run of their own.
+        if ticks as f64 > LEAST_RUN_S * f64::from(kept.log.config.tick_hz) {
+            kept.log.run_starts.push(start);
+        }
+    }
+
+    /// Records without motion that make a standstill.
+    pub(super) fn standstill(&self) -> usize {
+        (self.ticks(STILL_S) as usize / self.every.max(1) as usize).max(2)
+    }
+
+    /// Position now, rad from power-up.
+    pub(super) fn here(&self) -> f32 {
+        let kept = self.kept.borrow();
+        let counts = kept.log.rows.last().map_or(0, |row| row.record.count.wrapping_sub(kept.log.zero()));
+        counts as f32 * TAU / kept.log.config.counts_per_rev as f32
     }
 
     /// Position minus set-point now, rad.
