@@ -7,7 +7,7 @@ use crate::device::axis_file;
 use crate::device::link::{Client, Wire, current_text, fault_advice};
 use crate::device::motor::{Door, qemu};
 use crate::device::run_log::RunLog;
-use crate::device::session::{self, Done, Progress, SessionResult, Task};
+use crate::device::session::{self, Done, Listener, SessionResult, Task};
 use crate::device::setup::Setup;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -103,7 +103,7 @@ impl Firmware {
         &self,
         setup: &Setup,
         tasks: &[Task],
-        progress: &mut dyn FnMut(Progress),
+        progress: &mut Listener,
     ) -> anyhow::Result<SessionResult> {
         // A servo that is to use what it has stored is not configured anew.
         let excites = matches!(tasks.last(), Some(Task::Excite(_)));

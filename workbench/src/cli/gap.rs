@@ -142,6 +142,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         out!("{}", Terminal.export(&outcome)?);
     }
     write(arguments, &model, &outcome)?;
+    concluded(arguments, &outcome)
+}
+
+/// The exit status: an error if nothing was simulated, or if something is missing and `--check` asks.
+fn concluded(arguments: &Arguments, outcome: &Outcome) -> anyhow::Result<()> {
     if outcome.verdict == Verdict::Data {
         let each: Vec<String> =
             outcome.data.iter().map(|fault| format!("{}: {}", fault.what, fault.remedy)).collect();
@@ -152,7 +157,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .into());
     }
     if arguments.check && outcome.verdict != Verdict::NothingMissing {
-        return Err(NotDone(format!("--check: the verdict is `{}`", grade(&outcome))).into());
+        return Err(NotDone(format!("--check: the verdict is `{}`", grade(outcome))).into());
     }
     Ok(())
 }

@@ -13,6 +13,10 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+/// Above the answers.
+const HEAD: &str =
+    "rig                    verdict                      before  after wanted   best  left     s  names";
+
 /// Arguments of `truing judge`.
 #[derive(Args, Debug)]
 pub struct Arguments {
@@ -43,17 +47,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if !arguments.only.is_empty() {
         rigs.retain(|rig| arguments.only.iter().any(|text| rig.name.contains(text)));
     }
-    outln!(
-        "{:22} {:28} {:>6} {:>6} {:>6} {:>6} {:>5} {:>5}  names",
-        "rig",
-        "verdict",
-        "before",
-        "after",
-        "wanted",
-        "best",
-        "left",
-        "s"
-    );
+    outln!("{HEAD}");
     let mut counts = [0; 4];
     for rig in &rigs {
         let judged = judged(rig, arguments)?;

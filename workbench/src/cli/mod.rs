@@ -70,7 +70,7 @@ pub enum Command {
     /// Count the instructions of a control tick of the firmware in QEMU.
     Instructions(instructions::Arguments),
     /// Run the main job end to end and write a report.
-    Demo(demo::command::Arguments),
+    Demo(demo::Options),
     /// Record 1,024 control ticks around an event at full rate.
     Capture(capture::Arguments),
     /// Watch the servo commission and track, live.

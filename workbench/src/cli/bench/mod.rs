@@ -4,7 +4,6 @@ mod instructions;
 mod set;
 
 use crate::gap::effort::{self, Phase, Spent, Work};
-use crate::outcome::Outcome;
 use crate::report::{grade, write_atomically};
 use anyhow::ensure;
 use clap::Args;
@@ -13,6 +12,13 @@ use nix::sys::resource::{UsageWho, getrusage};
 use serde::Serialize;
 use set::Case;
 use std::path::PathBuf;
+
+/// Above the costs of the cases.
+const HEAD: &str =
+    "case                   simulations   inner steps        passes   instructions   CPU s  wall s  answer";
+/// Above those of the phases.
+const PHASES: &str =
+    "phase                  simulations   inner steps      %        passes      %   CPU s      %  wall s";
 
 /// Arguments of `truing bench`.
 #[derive(Args, Debug)]
@@ -36,7 +42,7 @@ pub struct Arguments {
 }
 
 /// What was measured.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Figures {
     /// `truing-bench/1`.
     schema: &'static str,
@@ -82,24 +88,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let silent = arguments.json.as_deref() == Some("-".as_ref());
     let counter = Instructions::begin();
     if !silent {
-        outln!(
-            "{}",
-            line(
-                "case",
-                ["simulations", "inner steps", "passes", "instructions"],
-                "CPU s",
-                "wall s",
-                "answer"
-            )
-        );
+        outln!("{HEAD}");
     }
-    let mut figures = Figures {
-        schema: "truing-bench/1",
-        cases: Vec::new(),
-        phases: Vec::new(),
-        total: Cost::default(),
-        peak_bytes: None,
-    };
+    let mut figures = Figures { schema: "truing-bench/1", ..Figures::default() };
     let mut phases = [Spent::default(); Phase::ALL.len()];
     for (place, case) in cases.iter().enumerate() {
         errln!("{} of {}: {}", place + 1, cases.len(), case.name());
@@ -140,15 +131,11 @@ fn measured(
         *sum = *sum + spent;
         cost.spent = cost.spent + spent;
     }
-    Ok(Some(Measured::of(case, &outcome, cost)))
+    let names = outcome.effects.iter().map(|effect| effect.name.clone()).collect();
+    Ok(Some(Measured { case: case.name(), verdict: grade(&outcome), names, cost }))
 }
 
 impl Measured {
-    fn of(case: &Case, outcome: &Outcome, cost: Cost) -> Self {
-        let names = outcome.effects.iter().map(|effect| effect.name.clone()).collect();
-        Self { case: case.name(), verdict: grade(outcome), names, cost }
-    }
-
     fn line(&self) -> String {
         let names =
             if self.names.is_empty() { String::new() } else { format!(": {}", self.names.join(" + ")) };
@@ -170,17 +157,10 @@ impl Cost {
     fn line(&self, name: &str, answer: &str) -> String {
         let instructions = self.instructions.map_or("not here".into(), |count| count.to_string());
         let Spent { work: Work { simulations, inner_steps, passes }, cpu_s, wall_s } = self.spent;
-        let counts = [simulations.to_string(), inner_steps.to_string(), passes.to_string(), instructions];
-        let [cpu, wall] = [cpu_s, wall_s].map(|seconds| format!("{seconds:.2}"));
-        line(name, counts.each_ref().map(String::as_str), &cpu, &wall, answer)
+        format!(
+            "{name:22} {simulations:>11} {inner_steps:>13} {passes:>13} {instructions:>14} {cpu_s:>7.2} {wall_s:>7.2}  {answer}"
+        )
     }
-}
-
-fn line(name: &str, counts: [&str; 4], cpu: &str, wall: &str, answer: &str) -> String {
-    let [simulations, steps, passes, instructions] = counts;
-    format!(
-        "{name:22} {simulations:>11} {steps:>13} {passes:>13} {instructions:>14} {cpu:>7} {wall:>7}  {answer}"
-    )
 }
 
 impl Figures {
@@ -209,18 +189,7 @@ impl Figures {
 
     fn tell_phases(&self) {
         let share = |part: f64, whole: f64| 100.0 * part / whole.max(f64::MIN_POSITIVE);
-        outln!(
-            "\n{:22} {:>11} {:>13} {:>6} {:>13} {:>6} {:>7} {:>6} {:>7}",
-            "phase",
-            "simulations",
-            "inner steps",
-            "%",
-            "passes",
-            "%",
-            "CPU s",
-            "%",
-            "wall s"
-        );
+        outln!("\n{PHASES}");
         for OfPhase { phase, spent: Spent { work, cpu_s, wall_s } } in &self.phases {
             let (all, Work { simulations, inner_steps, passes }) = (self.total.spent.work, *work);
             let steps = share(inner_steps as f64, all.inner_steps as f64);

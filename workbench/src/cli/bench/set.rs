@@ -5,7 +5,8 @@ use crate::cli::{judge, paper};
 use crate::gap::expectation::Rig;
 use crate::gap::{Options, tables};
 use crate::outcome::Outcome;
-use crate::synthetic::cases::{self, Set, Spec, draw};
+use crate::synthetic::cases::Set::{self, Nothing, Outside, Pair, Single, Triple};
+use crate::synthetic::cases::{self, Spec, draw};
 use crate::system::log::{self, Columns, Log};
 use crate::system::model::{self, Model};
 use clap::ValueEnum;
@@ -18,18 +19,7 @@ pub const MOST: i64 = 60;
 /// The first seed of each set: design seeds.
 const FIRST: u32 = 7801;
 /// What is drawn, again and again: the first cases are a sample of all of them.
-const MIX: [Set; 10] = [
-    Set::Single,
-    Set::Nothing,
-    Set::Pair,
-    Set::Single,
-    Set::Triple,
-    Set::Single,
-    Set::Pair,
-    Set::Outside,
-    Set::Single,
-    Set::Single,
-];
+const MIX: [Set; 10] = [Single, Nothing, Pair, Single, Triple, Single, Pair, Outside, Single, Single];
 /// Rigs whose data are in the repository and whose searches are short.
 const SHORT: [&str; 4] = ["angel_drive", "frc501_drive", "spectrum_shooter", "un_map"];
 /// Where they lie, from the project's folder.

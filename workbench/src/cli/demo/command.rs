@@ -1,33 +1,14 @@
 //! `truing demo`: the main job end to end. `cargo xtask demo` runs it after set-up.
 
 use crate::cli::demo::{self, Event, Options};
-use crate::device::motor::qemu;
-use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::path::PathBuf;
-
-/// Arguments of `truing demo`.
-#[derive(Args, Debug)]
-pub struct Arguments {
-    /// Draws the hidden servo.
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Folder for the report and everything else.
-    #[arg(long, default_value = "target/demo")]
-    pub out: PathBuf,
-    /// The firmware image for QEMU, by default that of `cargo xtask images`: target/images/qemu.elf.
-    #[arg(long, default_value_os_t = qemu::default_image(), hide_default_value = true)]
-    pub image: PathBuf,
-}
 
 /// Runs and tells.
-pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let options =
-        Options { seed: arguments.seed, out: arguments.out.clone(), image: arguments.image.clone() };
+pub fn run(options: &Options) -> anyhow::Result<()> {
     let bar = ProgressBar::new(1000);
     bar.set_style(ProgressStyle::with_template("  {msg:24} {bar:40} {percent:>3} %")?);
     let mut step = 0;
-    demo::run(&options, &mut |event| match event {
+    demo::run(options, &mut |event| match event {
         Event::Step(title) => {
             step += 1;
             bar.reset();

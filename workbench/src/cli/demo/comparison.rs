@@ -73,10 +73,8 @@ impl Comparison {
 
     /// The table for a terminal of 80 columns.
     pub fn text(&self) -> String {
-        let mut text = format!(
-            "{:<21} {:>9} {:>9} {:>7} {:>8} {:>10} {:>7}\n",
-            "", "truth", "chip", "error", "trusted", "workbench", "error"
-        );
+        let mut text =
+            String::from("                          truth      chip   error  trusted  workbench   error\n");
         for [quantity, truth, chip, chip_error, trusted, workbench, workbench_error] in self.cells() {
             text += &format!(
                 "{quantity:<21} {truth:>9} {chip:>9} {chip_error:>7} {trusted:>8} {workbench:>10} {workbench_error:>7}\n"

@@ -12,22 +12,27 @@ pub use hidden::HiddenServo;
 pub use servo_case::ServoCase;
 
 use crate::cli::paper;
+use crate::device::motor::qemu;
 use crate::device::tracking::TrackJson;
 use crate::outcome::Outcome;
 use crate::report::html::Document;
 use crate::report::{Exporter, terminal::Terminal, write_atomically};
 use anyhow::Result;
+use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// What the user chooses.
-#[derive(Clone, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct Options {
     /// Draws the hidden servo.
+    #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Where everything is written.
+    /// Folder for the report and everything else.
+    #[arg(long, default_value = "target/demo")]
     pub out: PathBuf,
-    /// The firmware image for QEMU.
+    /// The firmware image for QEMU, by default that of `cargo xtask images`: target/images/qemu.elf.
+    #[arg(long, default_value_os_t = qemu::default_image(), hide_default_value = true)]
     pub image: PathBuf,
 }
 

@@ -4,6 +4,7 @@
 use super::{Event, HiddenServo, Listener, Options};
 use crate::device::axis_file;
 use crate::device::commission_report::CommissionJson;
+use crate::device::link::Wire;
 use crate::device::motor::{Door, qemu};
 use crate::device::replay::{self, Verdict};
 use crate::device::run_log::{RunLog, Tape};
@@ -16,6 +17,7 @@ use crate::report::{Exporter, model_file::ModelFile, write_atomically};
 use crate::system::log::{self, Columns, Dynamic, Log};
 use crate::system::model;
 use anyhow::{Context, Result, anyhow, bail};
+use servo::config::Config;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -225,11 +227,7 @@ fn span(done: Option<&Done>) -> Option<Span> {
 }
 
 /// The hidden motor reaches the virtual motor alone, through a file that is removed when the session has begun.
-fn connect(
-    hidden: &HiddenServo,
-    options: &Options,
-    config: &servo::config::Config,
-) -> Result<Box<dyn crate::device::link::Wire>> {
+fn connect(hidden: &HiddenServo, options: &Options, config: &Config) -> Result<Box<dyn Wire>> {
     let folder = tempfile::tempdir().context("no temporary folder can be made")?;
     let path = folder.path().join("motor.toml");
     write_atomically(&path, &hidden.motor_toml())?;

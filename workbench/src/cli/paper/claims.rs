@@ -102,43 +102,33 @@ fn recomputed() -> Table {
     let (line, origin) = (Line::through(&rising_part(), false), Line::through(&rising_part(), true));
     let (slow, fast) = poles(&plant);
     let gain = plant.dc_gain();
-    let row = |what: &str, text: String| vec![what.to_string(), text];
+    let rpm = |value: f64| format!("{} rpm", figure(value));
+    let [seconds_slow, seconds_fast] = [slow, fast].map(|pole| -1.0 / pole);
+    let [mechanical, electrical] = [plant.time_constant_s(), plant.inductance / plant.resistance];
+    let below = [rpm(line.slope), rpm(line.intercept), rpm(line.rms), rpm(line.worst.1.abs())];
+    let [slope, intercept, rms, worst] = &below;
+    let volts = line.worst.0;
+    let rows = [
+        ("gain of the motor, Kt/(R b + Kt Ke)", format!("{} rad/s/V = {}/V", figure(gain), rpm(gain / RPM))),
+        (
+            "Table 3.1 below its flat part",
+            format!("{slope}/V with {intercept} at 0 V; rms residual {rms}, worst {worst} at {volts} V"),
+        ),
+        ("… through the origin", format!("{}/V, rms residual {}", rpm(origin.slope), rpm(origin.rms))),
+        ("where that line meets zero speed", format!("{:.2} V", -line.intercept / line.slope)),
+        ("where it reaches the flat part", format!("{:.2} V", knee(&line))),
+        (
+            "poles of the motor",
+            format!(
+                "{slow:.3} and {fast:.3} 1/s: time constants {seconds_slow:.2} s and {seconds_fast:.2} s; \
+                 J R/(R b + Kt Ke) is {mechanical:.2} s, L/R {electrical:.3} s"
+            ),
+        ),
+    ];
     Table {
         caption: "Recomputed".into(),
         header: vec!["quantity".into(), "figure".into()],
-        rows: vec![
-            row(
-                "gain of the motor, Kt/(R b + Kt Ke)",
-                format!("{} rad/s/V = {} rpm/V", figure(gain), figure(gain / RPM)),
-            ),
-            row(
-                "Table 3.1 below its flat part",
-                format!(
-                    "{} rpm/V with {} rpm at 0 V; rms residual {} rpm, worst {} rpm at {} V",
-                    figure(line.slope),
-                    figure(line.intercept),
-                    figure(line.rms),
-                    figure(line.worst.1.abs()),
-                    line.worst.0
-                ),
-            ),
-            row(
-                "… through the origin",
-                format!("{} rpm/V, rms residual {} rpm", figure(origin.slope), figure(origin.rms)),
-            ),
-            row("where that line meets zero speed", format!("{:.2} V", -line.intercept / line.slope)),
-            row("where it reaches the flat part", format!("{:.2} V", knee(&line))),
-            row(
-                "poles of the motor",
-                format!(
-                    "{slow:.3} and {fast:.3} 1/s: time constants {:.2} s and {:.2} s; J R/(R b + Kt Ke) is {:.2} s, L/R {:.3} s",
-                    -1.0 / slow,
-                    -1.0 / fast,
-                    plant.time_constant_s(),
-                    plant.inductance / plant.resistance
-                ),
-            ),
-        ],
+        rows: rows.into_iter().map(|(what, text)| vec![what.to_owned(), text]).collect(),
     }
 }
 

@@ -6,6 +6,7 @@
 //! function, Gelb and Vander Velde, Multiple-Input Describing Functions, 1968, table B) times |G(jω)|.
 
 use crate::outcome::{Curve, Plot, Series, Style};
+use crate::report::figure;
 use crate::report::section::{Check, Section};
 use crate::system::plant::Motor;
 use crate::system::plant::physics::Physics;
@@ -129,25 +130,20 @@ pub fn servo() -> Section {
 }
 
 fn check(claim: impl Into<String>, found: f64, expected: f64, within: f64, unit: &str) -> Check {
-    let found_text = crate::report::figure(found);
+    let found_text = figure(found);
     Check {
-        claim: format!("{}: {} {unit}", claim.into(), crate::report::figure(expected)),
+        claim: format!("{}: {} {unit}", claim.into(), figure(expected)),
         found: format!("{found_text} {unit}"),
         holds: (found - expected).abs() <= within,
     }
 }
 
 fn peaks(text: &Scopes, table: &Scopes, step: &Scopes) -> Vec<Check> {
+    let left = |volts: f64| volts - DEAD_ZONE_V;
     vec![
-        check("9 V sine, behind the dead zone", text.peak_behind(), 9.0 - DEAD_ZONE_V, 1e-3, "V"),
-        check("9 V step, behind the dead zone", step.peak_behind(), 9.0 - DEAD_ZONE_V, 1e-9, "V"),
-        check(
-            "Table 3.2's own 10 V, behind the dead zone",
-            table.peak_behind(),
-            10.0 - DEAD_ZONE_V,
-            1e-3,
-            "V",
-        ),
+        check("9 V sine, behind the dead zone", text.peak_behind(), left(9.0), 1e-3, "V"),
+        check("9 V step, behind the dead zone", step.peak_behind(), left(9.0), 1e-9, "V"),
+        check("Table 3.2's own 10 V, behind the dead zone", table.peak_behind(), left(10.0), 1e-3, "V"),
     ]
 }
 
@@ -237,11 +233,7 @@ fn scopes(name: &str, s: &Scopes) -> Vec<Plot> {
     vec![
         Plot {
             title: format!("Before and behind the dead zone: {name}"),
-            caption: format!(
-                "{} V are left of {} V.",
-                crate::report::figure(s.peak_behind()),
-                peak(&s.before)
-            ),
+            caption: format!("{} V are left of {} V.", figure(s.peak_behind()), peak(&s.before)),
             x_label: "time, s".into(),
             y_label: "voltage, V".into(),
             series: vec![
@@ -256,17 +248,12 @@ fn scopes(name: &str, s: &Scopes) -> Vec<Plot> {
             caption: "Speed of the motor.".into(),
             x_label: "time, s".into(),
             y_label: "speed, rpm".into(),
-            series: vec![
-                Series::default(),
-                Series::default(),
-                Series::default(),
-                series("speed", &rpm, Style::Line),
-            ],
+            series: [vec![Series::default(); 3], vec![series("speed", &rpm, Style::Line)]].concat(),
             ..Plot::default()
         },
     ]
 }
 
 fn peak(values: &[f64]) -> String {
-    crate::report::figure(values.iter().fold(0.0_f64, |m, v| m.max(v.abs())))
+    figure(values.iter().fold(0.0_f64, |m, v| m.max(v.abs())))
 }

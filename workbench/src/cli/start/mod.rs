@@ -40,58 +40,15 @@ pub struct Arguments {
     /// What is read of it.
     #[command(flatten)]
     pub rows: Rows,
-    /// Supply or rated voltage, V.
-    #[arg(long, value_parser = units::voltage, allow_negative_numbers = true)]
-    pub voltage: Option<f64>,
-    /// No-load speed at that voltage, rpm.
-    #[arg(long, value_parser = units::speed, allow_negative_numbers = true)]
-    pub no_load_rpm: Option<f64>,
-    /// No-load current, A.
-    #[arg(long, value_parser = units::current, allow_negative_numbers = true)]
-    pub no_load_current: Option<f64>,
-    /// Stall current at that voltage, A.
-    #[arg(long, value_parser = units::current, allow_negative_numbers = true)]
-    pub stall_current: Option<f64>,
-    /// Stall torque at that voltage, N m.
-    #[arg(long, value_parser = units::torque, allow_negative_numbers = true)]
-    pub stall_torque: Option<f64>,
-    /// Resistance between the terminals, Ω.
-    #[arg(long, value_parser = units::resistance, allow_negative_numbers = true)]
-    pub resistance: Option<f64>,
-    /// Torque constant, N m/A.
-    #[arg(long, value_parser = units::torque_constant, allow_negative_numbers = true)]
-    pub kt: Option<f64>,
-    /// Back-EMF constant, V s/rad.
-    #[arg(long, value_parser = units::back_emf, allow_negative_numbers = true)]
-    pub ke: Option<f64>,
-    /// Inertia of the rotor, kg m².
-    #[arg(long, value_parser = units::inertia, allow_negative_numbers = true)]
-    pub inertia: Option<f64>,
-    /// Turns of the motor per turn of the output of its gear.
-    #[arg(long, value_parser = plain, allow_negative_numbers = true)]
-    pub gear: Option<f64>,
-    /// The printed speed, torque, constants and inertia are those of the output of the gear, not of the motor.
-    #[arg(long, requires = "gear")]
-    pub printed_at_output: bool,
-    /// The encoder sits at the output of the gear, not at the motor.
-    #[arg(long, requires = "gear")]
-    pub encoder_at_output: bool,
-    /// Counts of the encoder per turn of its shaft, after ×4 decoding.
-    #[arg(long, value_parser = plain, allow_negative_numbers = true)]
-    pub counts_per_rev: Option<f64>,
-    /// Time over which the logged speed is a mean, s; found from the steps of the speed where it can be.
-    #[arg(long, value_parser = units::seconds, allow_negative_numbers = true)]
-    pub speed_window: Option<f64>,
+    /// What is printed on the motor.
+    #[command(flatten)]
+    pub sheet: Sheet,
     /// The model file to write; `-`: standard output.
     #[arg(long, default_value = "model.toml")]
     pub out: PathBuf,
     /// Replace a file that exists.
     #[arg(long)]
     pub force: bool,
-}
-
-fn plain(text: &str) -> Result<f64, String> {
-    units::Measure::plain().read(text)
 }
 
 /// Asks, estimates, writes, and says what to run next.
@@ -107,11 +64,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let log = arguments.log.as_ref().map(|path| log::read(path, &columns)).transpose()?;
     let mut arguments = arguments.clone();
     let terminal = std::io::stdin().is_terminal() && std::io::stdout().is_terminal();
-    let asks = terminal && arguments.sheet().is_empty();
+    let asks = terminal && arguments.sheet.is_empty();
     if asks {
-        questions::ask(&mut arguments)?;
+        questions::ask(&mut arguments.sheet)?;
     }
-    let complaints = arguments.sheet().complaints();
+    let complaints = arguments.sheet.complaints();
     if !asks {
         InputError::all(complaints.iter().cloned().map(InputError).collect())?;
     }
@@ -125,27 +82,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-impl Arguments {
-    fn sheet(&self) -> Sheet {
-        Sheet {
-            voltage: self.voltage,
-            no_load_rad_s: self.no_load_rpm,
-            no_load_current: self.no_load_current,
-            stall_current: self.stall_current,
-            stall_torque: self.stall_torque,
-            resistance: self.resistance,
-            torque_constant: self.kt,
-            back_emf: self.ke,
-            inertia: self.inertia,
-            gear: self.gear,
-            printed_at_output: self.printed_at_output,
-            encoder_at_output: self.encoder_at_output,
-            counts_per_rev: self.counts_per_rev,
-            speed_window_s: self.speed_window,
-        }
-    }
-}
-
 /// The file, and what a person must know of it.
 struct Made {
     text: String,
@@ -154,9 +90,9 @@ struct Made {
 
 impl Made {
     fn from(arguments: &Arguments, log: Option<&Log>) -> anyhow::Result<Self> {
-        let sheet = arguments.sheet();
+        let sheet = &arguments.sheet;
         let name = arguments.out.display().to_string();
-        let (window, line) = (window(&sheet, log), log.and_then(line_of));
+        let (window, line) = (window(sheet, log), log.and_then(line_of));
         let mut found = Found {
             model: None,
             settled: line.is_some_and(|line| line.time_constant_s.is_none()),
@@ -164,12 +100,12 @@ impl Made {
             log: arguments.log.as_ref().map(|path| path.display().to_string()),
             columns: arguments.rows.columns.clone(),
         };
-        let draft = model::parse_draft(&name, &template::file(&sheet, &found))?;
+        let draft = model::parse_draft(&name, &template::file(sheet, &found))?;
         let model = log.map(|log| completed(draft, log)).transpose()?;
         found.model = model.as_ref();
-        let text = template::file(&sheet, &found);
+        let text = template::file(sheet, &found);
         let notes =
-            model.iter().flat_map(|model| model.notes.clone()).chain(disagreement(&sheet, log)).collect();
+            model.iter().flat_map(|model| model.notes.clone()).chain(disagreement(sheet, log)).collect();
         // What is written must be what is read.
         model::parse_draft(&name, &text)?;
         Ok(Self { text, notes })

@@ -1,68 +1,52 @@
 //! What is printed on a motor, asked for in a terminal. An empty answer means: not known.
 
-use super::Arguments;
-use super::units::{self, Measure};
+use super::sheet::Sheet;
+use super::units::{
+    CURRENT, INERTIA, Measure, PLAIN, RESISTANCE, SECONDS, SPEED, TORQUE, TORQUE_CONSTANT, VOLTAGE,
+};
 use anyhow::Result;
 use dialoguer::{Confirm, Input};
 
-/// One question about a number.
-struct Question {
-    text: &'static str,
-    measure: &'static Measure,
-    answer: fn(&mut Arguments) -> &mut Option<f64>,
-}
+/// A question about a number, what it measures, and where the answer belongs.
+type Question = (&'static str, &'static Measure, fn(&mut Sheet) -> &mut Option<f64>);
 
-const QUESTIONS: [Question; 8] = [
-    Question { text: "Supply or rated voltage, V", measure: &units::VOLTAGE, answer: |it| &mut it.voltage },
-    Question { text: "No-load speed, rpm", measure: &units::SPEED, answer: |it| &mut it.no_load_rpm },
-    Question { text: "No-load current, A", measure: &units::CURRENT, answer: |it| &mut it.no_load_current },
-    Question { text: "Stall current, A", measure: &units::CURRENT, answer: |it| &mut it.stall_current },
-    Question {
-        text: "Stall torque, N m (or with a unit, such as 1.2 kgcm)",
-        measure: &units::TORQUE,
-        answer: |it| &mut it.stall_torque,
-    },
-    Question {
-        text: "Resistance between the terminals, ohm",
-        measure: &units::RESISTANCE,
-        answer: |it| &mut it.resistance,
-    },
-    Question {
-        text: "Torque constant, N m/A (or with a unit, such as 23.5 mNm/A)",
-        measure: &units::TORQUE_CONSTANT,
-        answer: |it| &mut it.kt,
-    },
-    Question {
-        text: "Rotor inertia, kg m2 (or with a unit, such as 10.5 gcm2)",
-        measure: &units::INERTIA,
-        answer: |it| &mut it.inertia,
-    },
+const OF_THE_MOTOR: [Question; 9] = [
+    ("Supply or rated voltage, V", &VOLTAGE, |it| &mut it.voltage),
+    ("No-load speed, rpm", &SPEED, |it| &mut it.no_load_rad_s),
+    ("No-load current, A", &CURRENT, |it| &mut it.no_load_current),
+    ("Stall current, A", &CURRENT, |it| &mut it.stall_current),
+    ("Stall torque, N m (or with a unit, such as 1.2 kgcm)", &TORQUE, |it| &mut it.stall_torque),
+    ("Resistance between the terminals, ohm", &RESISTANCE, |it| &mut it.resistance),
+    ("Torque constant, N m/A (or with a unit, such as 23.5 mNm/A)", &TORQUE_CONSTANT, |it| {
+        &mut it.torque_constant
+    }),
+    ("Rotor inertia, kg m2 (or with a unit, such as 10.5 gcm2)", &INERTIA, |it| &mut it.inertia),
+    ("Gear: turns of the motor per turn of the output", &PLAIN, |it| &mut it.gear),
+];
+const OF_THE_ENCODER: [Question; 2] = [
+    ("Encoder: counts per turn, after ×4 decoding", &PLAIN, |it| &mut it.counts_per_rev),
+    ("Over which time does the logger average the speed, s", &SECONDS, |it| &mut it.speed_window_s),
 ];
 
 /// Asks for whatever the flags leave open.
-pub fn ask(arguments: &mut Arguments) -> Result<()> {
+pub fn ask(sheet: &mut Sheet) -> Result<()> {
     outln!("What does the label or the data sheet say? Leave empty what is not known.\n");
-    for question in &QUESTIONS {
-        let answer = (question.answer)(arguments);
-        if answer.is_none() {
-            *answer = number(question.text, question.measure)?;
-        }
-    }
-    if arguments.gear.is_none() {
-        arguments.gear = plain("Gear: turns of the motor per turn of the output")?;
-    }
-    if arguments.gear.is_some() {
+    numbers(sheet, &OF_THE_MOTOR)?;
+    if sheet.gear.is_some() {
         let sides = "Are the printed speed and torque those of the output of the gear?";
-        arguments.printed_at_output |= Confirm::new().with_prompt(sides).default(true).interact()?;
+        sheet.printed_at_output |= Confirm::new().with_prompt(sides).default(true).interact()?;
         let encoder = "Does the encoder sit at the output of the gear?";
-        arguments.encoder_at_output |= Confirm::new().with_prompt(encoder).default(false).interact()?;
+        sheet.encoder_at_output |= Confirm::new().with_prompt(encoder).default(false).interact()?;
     }
-    if arguments.counts_per_rev.is_none() {
-        arguments.counts_per_rev = plain("Encoder: counts per turn, after ×4 decoding")?;
-    }
-    if arguments.speed_window.is_none() {
-        let window = "Over which time does the logger average the speed, s";
-        arguments.speed_window = number(window, &units::SECONDS)?;
+    numbers(sheet, &OF_THE_ENCODER)
+}
+
+fn numbers(sheet: &mut Sheet, questions: &[Question]) -> Result<()> {
+    for (text, measure, answer) in questions {
+        let answer = answer(sheet);
+        if answer.is_none() {
+            *answer = number(text, measure)?;
+        }
     }
     Ok(())
 }
@@ -75,9 +59,4 @@ fn number(text: &str, measure: &'static Measure) -> Result<Option<f64>> {
     let answer: String =
         Input::new().with_prompt(text).allow_empty(true).validate_with(check).interact_text()?;
     Ok(measure.read(&answer).ok())
-}
-
-fn plain(text: &str) -> Result<Option<f64>> {
-    const NONE: Measure = Measure::plain();
-    number(text, &NONE)
 }

@@ -1,25 +1,59 @@
 //! What is printed on a motor, and the numbers of a model that follow from it. The equations stand in `docs/model.md`.
 
-/// What a person knows of a motor, in SI units. Figures of the shaft belong to the output of the gear where `at_output` says so.
-#[derive(Clone, Debug, Default)]
+use super::units::{self, Measure};
+use clap::Args;
+
+/// What a person knows of a motor, in SI units. Figures of the shaft belong to the output of the gear where `printed_at_output`
+/// says so.
+#[derive(Args, Clone, Debug, Default)]
 pub struct Sheet {
+    /// Supply or rated voltage, V.
+    #[arg(long, value_parser = of(&units::VOLTAGE), allow_negative_numbers = true)]
     pub voltage: Option<f64>,
+    /// No-load speed at that voltage, rpm.
+    #[arg(long = "no-load-rpm", value_name = "NO_LOAD_RPM", value_parser = of(&units::SPEED), allow_negative_numbers = true)]
     pub no_load_rad_s: Option<f64>,
+    /// No-load current, A.
+    #[arg(long, value_parser = of(&units::CURRENT), allow_negative_numbers = true)]
     pub no_load_current: Option<f64>,
+    /// Stall current at that voltage, A.
+    #[arg(long, value_parser = of(&units::CURRENT), allow_negative_numbers = true)]
     pub stall_current: Option<f64>,
+    /// Stall torque at that voltage, N m.
+    #[arg(long, value_parser = of(&units::TORQUE), allow_negative_numbers = true)]
     pub stall_torque: Option<f64>,
+    /// Resistance between the terminals, Ω.
+    #[arg(long, value_parser = of(&units::RESISTANCE), allow_negative_numbers = true)]
     pub resistance: Option<f64>,
+    /// Torque constant, N m/A.
+    #[arg(long = "kt", value_name = "KT", value_parser = of(&units::TORQUE_CONSTANT), allow_negative_numbers = true)]
     pub torque_constant: Option<f64>,
+    /// Back-EMF constant, V s/rad.
+    #[arg(long = "ke", value_name = "KE", value_parser = of(&units::BACK_EMF), allow_negative_numbers = true)]
     pub back_emf: Option<f64>,
+    /// Inertia of the rotor, kg m².
+    #[arg(long, value_parser = of(&units::INERTIA), allow_negative_numbers = true)]
     pub inertia: Option<f64>,
-    /// Turns of the motor per turn of the output.
+    /// Turns of the motor per turn of the output of its gear.
+    #[arg(long, value_parser = of(&units::PLAIN), allow_negative_numbers = true)]
     pub gear: Option<f64>,
-    /// The printed speed, torque, constants and inertia are those of the output.
+    /// The printed speed, torque, constants and inertia are those of the output of the gear, not of the motor.
+    #[arg(long, requires = "gear")]
     pub printed_at_output: bool,
-    /// The encoder sits at the output.
+    /// The encoder sits at the output of the gear, not at the motor.
+    #[arg(long, requires = "gear")]
     pub encoder_at_output: bool,
+    /// Counts of the encoder per turn of its shaft, after ×4 decoding.
+    #[arg(long, value_parser = of(&units::PLAIN), allow_negative_numbers = true)]
     pub counts_per_rev: Option<f64>,
+    /// Time over which the logged speed is a mean, s; found from the steps of the speed where it can be.
+    #[arg(long = "speed-window", value_name = "SPEED_WINDOW", value_parser = of(&units::SECONDS), allow_negative_numbers = true)]
     pub speed_window_s: Option<f64>,
+}
+
+/// Reads the value of a flag.
+fn of(measure: &'static Measure) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    |text| measure.read(text)
 }
 
 /// A number of the model, and where it comes from.

@@ -14,6 +14,8 @@ const OUNCE_INCH: f64 = 7.061_552e-3;
 /// One revolution a minute, rad/s.
 const RPM: f64 = std::f64::consts::TAU / 60.0;
 
+/// A number without a unit.
+pub const PLAIN: Measure = Measure { si: "", others: &[] };
 pub const VOLTAGE: Measure = Measure { si: "V", others: &[("mv", 1e-3)] };
 pub const CURRENT: Measure = Measure { si: "A", others: &[("ma", 1e-3)] };
 pub const RESISTANCE: Measure = Measure { si: "ohm", others: &[("ω", 1.0), ("mohm", 1e-3), ("mω", 1e-3)] };
@@ -50,11 +52,6 @@ pub const SPEED: Measure =
     Measure { si: "rpm", others: &[("rpm", RPM), ("1/min", RPM), ("r/min", RPM), ("rad/s", 1.0)] };
 
 impl Measure {
-    /// A number without a unit.
-    pub const fn plain() -> Self {
-        Self { si: "", others: &[] }
-    }
-
     /// A number greater than 0 with or without one of the units; a speed without a unit is in revolutions a minute.
     pub fn read(&self, text: &str) -> Result<f64, String> {
         let text = text.trim();
@@ -103,29 +100,6 @@ impl Measure {
             )
         })
     }
-}
-
-macro_rules! readers {
-    ($($name:ident: $measure:ident,)+) => {
-        $(
-            /// Reads a value of a flag.
-            pub fn $name(text: &str) -> Result<f64, String> {
-                $measure.read(text)
-            }
-        )+
-    };
-}
-
-readers! {
-    voltage: VOLTAGE,
-    current: CURRENT,
-    resistance: RESISTANCE,
-    seconds: SECONDS,
-    torque: TORQUE,
-    inertia: INERTIA,
-    torque_constant: TORQUE_CONSTANT,
-    back_emf: BACK_EMF,
-    speed: SPEED,
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ use servo::link::protocol::{
     Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode,
 };
 use servo::store::{AxisParameters, Found, StoreEvent};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
 
 /// Answers come within a few ticks; after so many turns, and so long, there is nobody.
@@ -39,6 +39,9 @@ const TURNS_OF_REST: u32 = 20;
 const LONGEST_ZERO: Duration = Duration::from_secs(6);
 /// An erase of the slowest kind takes 4 s.
 const LONGEST_SAVE: Duration = Duration::from_secs(6);
+
+/// Takes the messages that arrive.
+pub type Sink<'a> = dyn FnMut(Message) + 'a;
 
 /// Carries bytes to the servo and back.
 pub trait Wire {
@@ -117,7 +120,7 @@ impl Client {
     }
 
     /// One turn of the wire; every message goes to `sink`. None if the user has interrupted the session.
-    pub fn turn(&mut self, sink: &mut dyn FnMut(Message)) -> Result<(), InputError> {
+    pub fn turn(&mut self, sink: &mut Sink) -> Result<(), InputError> {
         if interrupt::asked() && !self.parting {
             return Err(InputError("interrupted".into()));
         }
@@ -146,17 +149,27 @@ impl Client {
 
     /// Sends a command and waits for its answer: the control tick in which it acted. A servo that has just been switched on
     /// needs a moment until it knows the zero of its current sensor.
-    pub fn command(&mut self, command: Command, sink: &mut dyn FnMut(Message)) -> Result<u32, InputError> {
-        let patience = Instant::now() + LONGEST_ZERO;
+    pub fn command(&mut self, command: Command, sink: &mut Sink) -> Result<u32, InputError> {
+        let sought = Refusal::Axis(axis::Refusal::CurrentZeroSought);
+        self.patiently(command, sought, LONGEST_ZERO, sink)
+    }
+
+    /// Sends a command again while it is refused for a reason that passes, but no longer than so long.
+    fn patiently(
+        &mut self,
+        command: Command,
+        passing: Refusal,
+        longest: Duration,
+        sink: &mut Sink,
+    ) -> Result<u32, InputError> {
+        let patience = Instant::now() + longest;
         loop {
             match self.request(command, sink)? {
                 (tick, Ok(())) => return Ok(tick),
-                (_, Err(Refusal::Axis(axis::Refusal::CurrentZeroSought))) if Instant::now() < patience => {
-                    for _ in 0..TURNS_OF_REST {
-                        self.turn(sink)?;
-                    }
+                (_, Err(reason)) if reason != passing || Instant::now() >= patience => {
+                    return Err(InputError(refusal_text(&reason)));
                 }
-                (_, Err(reason)) => return Err(InputError(refusal_text(&reason))),
+                _ => (0..TURNS_OF_REST).try_for_each(|_| self.turn(sink))?,
             }
         }
     }
@@ -165,7 +178,7 @@ impl Client {
     fn request(
         &mut self,
         command: Command,
-        sink: &mut dyn FnMut(Message),
+        sink: &mut Sink,
     ) -> Result<(u32, Result<(), Refusal>), InputError> {
         match self.exchange(command, sink)? {
             (_, Err(Refusal::Stale { expected })) => {
@@ -179,7 +192,7 @@ impl Client {
     fn exchange(
         &mut self,
         command: Command,
-        sink: &mut dyn FnMut(Message),
+        sink: &mut Sink,
     ) -> Result<(u32, Result<(), Refusal>), InputError> {
         self.sequence = self.sequence.wrapping_add(1);
         let number = self.sequence;
@@ -214,7 +227,7 @@ impl Client {
 
     /// The last command of a session that ends early: stop. The control tick in which it acted; `None`: the wire carries
     /// nothing any more, or the servo does not answer.
-    pub fn stop(&mut self, sink: &mut dyn FnMut(Message)) -> Option<u32> {
+    pub fn stop(&mut self, sink: &mut Sink) -> Option<u32> {
         if self.lost {
             return None;
         }
@@ -237,25 +250,22 @@ impl Client {
     pub fn ask<T>(
         &mut self,
         command: Command,
-        sink: &mut dyn FnMut(Message),
+        sink: &mut Sink,
         pick: impl Fn(&Message) -> Option<T>,
     ) -> Result<T, InputError> {
-        let mut found = None;
+        let found = RefCell::new(None);
         let mut heed = |message| match pick(&message) {
-            Some(picked) => found = found.take().or(Some(picked)),
+            Some(picked) => _ = found.borrow_mut().get_or_insert(picked),
             None => sink(message),
         };
         self.command(command, &mut heed)?;
         let mut turns = 0;
-        while found.is_none() && turns < PATIENT_TURNS {
-            self.turn(&mut |message| match pick(&message) {
-                Some(picked) => found = found.take().or(Some(picked)),
-                None => sink(message),
-            })?;
+        while found.borrow().is_none() && turns < PATIENT_TURNS {
+            self.turn(&mut heed)?;
             turns += 1;
         }
-        found
-            .ok_or_else(|| InputError("the servo has not told what it was asked; update its firmware".into()))
+        let untold = || InputError("the servo has not told what it was asked; update its firmware".into());
+        found.into_inner().ok_or_else(untold)
     }
 
     /// Number of axes, cause of the last start, and what the store holds.
@@ -267,7 +277,7 @@ impl Client {
     }
 
     /// The board: as it introduced itself at power-up, or when asked. All other messages go to `sink`.
-    pub fn board(&mut self, sink: &mut dyn FnMut(Message)) -> Result<Board, InputError> {
+    pub fn board(&mut self, sink: &mut Sink) -> Result<Board, InputError> {
         match self.board {
             Some(board) => Ok(board),
             None => self.ask(Command::Hello, sink, |message| match message {
@@ -283,10 +293,7 @@ impl Client {
     }
 
     /// The same; messages that arrive meanwhile go to `sink`.
-    pub fn parameters_heeding(
-        &mut self,
-        sink: &mut dyn FnMut(Message),
-    ) -> Result<Option<AxisParameters>, InputError> {
+    pub fn parameters_heeding(&mut self, sink: &mut Sink) -> Result<Option<AxisParameters>, InputError> {
         let selected = self.axis;
         self.ask(Command::Parameters, sink, |message| match *message {
             Message::Parameters { axis, parameters } if axis == selected => Some(parameters),
@@ -297,24 +304,13 @@ impl Client {
     /// Stores what is in force on all axes. Messages that arrive meanwhile go to `sink`: the announcement of an erase, and
     /// the telemetry, for the control tick goes on. A servo that has just been configured needs a moment until it knows that
     /// its shafts stand.
-    pub fn save(&mut self, sink: &mut dyn FnMut(Message)) -> Result<(), InputError> {
+    pub fn save(&mut self, sink: &mut Sink) -> Result<(), InputError> {
         let end = Cell::new(None);
         let mut heed = |message| match message {
             Message::Store(event @ (StoreEvent::Saved | StoreEvent::Failed(_))) => end.set(Some(event)),
             other => sink(other),
         };
-        let patience = Instant::now() + PATIENCE;
-        loop {
-            match self.request(Command::Save, &mut heed)? {
-                (_, Ok(())) => break,
-                (_, Err(Refusal::NotAtRest)) if Instant::now() < patience => {
-                    for _ in 0..TURNS_OF_REST {
-                        self.turn(&mut heed)?;
-                    }
-                }
-                (_, Err(reason)) => return Err(InputError(refusal_text(&reason))),
-            }
-        }
+        self.patiently(Command::Save, Refusal::NotAtRest, PATIENCE, &mut heed)?;
         let deadline = Instant::now() + LONGEST_SAVE;
         let mut turns = 0;
         while end.get().is_none() && (turns < PATIENT_TURNS || Instant::now() < deadline) {

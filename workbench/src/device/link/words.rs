@@ -39,18 +39,12 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         Refusal::Axis(axis::Refusal::Value(error)) => {
             format!("the servo refuses the command: {}", range_text(error))
         }
-        Refusal::Axis(axis::Refusal::BeyondVoltage {
-            needed_v,
-            available_v,
-        }) => format!(
+        Refusal::Axis(axis::Refusal::BeyondVoltage { needed_v, available_v }) => format!(
             "the motion takes {needed_v:.2} V beyond the dead zone and {available_v:.2} V are left: choose an amplitude of \
              at most {:.3} times, or a lower frequency",
             available_v / needed_v
         ),
-        Refusal::Axis(axis::Refusal::BeyondSpeed {
-            needed_rad_s,
-            available_rad_s,
-        }) => format!(
+        Refusal::Axis(axis::Refusal::BeyondSpeed { needed_rad_s, available_rad_s }) => format!(
             "the motion takes {needed_rad_s:.2} rad/s and limits.speed_rad_s leaves {available_rad_s:.2} rad/s: choose a \
              slower or smaller one, or raise the limit"
         ),

@@ -1,6 +1,6 @@
 //! What has arrived from the servo.
 
-use super::task::Captured;
+use super::{Captured, Done, Progress};
 use crate::device::run_log::{Row, RunLog};
 use servo::commission::Outcome;
 use servo::identify::estimate::{Estimates, EstimatesReport};
@@ -55,6 +55,11 @@ impl Kept {
     pub fn learn(&mut self, estimates: &Estimates) {
         self.known = *estimates;
         self.estimates = self.log.config.build().ok().map(|scale| estimates.report(&scale));
+    }
+
+    /// How far the session is, with all that has arrived.
+    pub fn progress<'a>(&'a self, task: &'a str, share: f64, done: Option<&'a Done>) -> Progress<'a> {
+        Progress { log: &self.log, task, share, estimates: self.estimates.as_ref(), done }
     }
 
     pub fn now(&self) -> u32 {

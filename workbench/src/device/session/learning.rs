@@ -1,12 +1,14 @@
 //! Tasks from which the servo knows more: commissioning, estimates of an earlier one, a reference; and storing it.
 
 use super::kept::Kept;
-use super::{Done, LONGEST_REST_S, Progress, Session};
+use super::{Done, LONGEST_REST_S, Listener, Performed, Session};
 use crate::console::input_error::InputError;
+use crate::device::link::{Client, found_text};
 use servo::identify::estimate::Estimates;
 use servo::link::protocol::Command;
 use servo::motion::referencing::Referencing;
 use servo::record::Referenced;
+use servo::store::AxisParameters;
 
 /// No search for a reference takes longer, s.
 const LONGEST_SEARCH_S: f64 = 600.0;
@@ -16,12 +18,7 @@ const LONGEST_COAST_S: f64 = 2.0;
 const OVERTIME: (f64, f64) = (2.0, 10.0);
 
 impl Session {
-    pub(super) fn commission(
-        &mut self,
-        budget_s: f64,
-        seed: u32,
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<Done, InputError> {
+    pub(super) fn commission(&mut self, budget_s: f64, seed: u32, progress: &mut Listener) -> Performed {
         self.command(Command::Arm)?;
         let budget_ms = (budget_s * 1000.0).round() as u32;
         self.kept.get_mut().ended = None;
@@ -35,17 +32,13 @@ impl Session {
         Ok(Done::Commissioned(Box::new(outcome)))
     }
 
-    pub(super) fn adopt(&mut self, estimates: &Estimates) -> Result<Done, InputError> {
+    pub(super) fn adopt(&mut self, estimates: &Estimates) -> Performed {
         self.command(Command::Adopt(*estimates))?;
         self.kept.get_mut().known = *estimates;
         Ok(Done::Adopted)
     }
 
-    pub(super) fn reference(
-        &mut self,
-        how: Referencing,
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<Done, InputError> {
+    pub(super) fn reference(&mut self, how: Referencing, progress: &mut Listener) -> Performed {
         self.command(Command::Arm)?;
         let start = self.command(Command::Reference(how))?;
         let state = |kept: &Kept| {
@@ -72,7 +65,7 @@ impl Session {
 
     /// An open bridge lets the shaft coast; only when it stands may the flash be written. What has hardly any friction is
     /// braked.
-    pub(super) fn store(&mut self, progress: &mut dyn FnMut(Progress)) -> Result<Done, InputError> {
+    pub(super) fn store(&mut self, progress: &mut Listener) -> Performed {
         if !self.coast(LONGEST_COAST_S, progress)? {
             self.brake(progress)?;
             self.command(Command::Stop)?;
@@ -84,7 +77,7 @@ impl Session {
 
     /// No voltage at a driven bridge is a shorted winding and needs no loop. Between end stops only the loops may drive: they
     /// hold the shaft where it is.
-    fn brake(&mut self, progress: &mut dyn FnMut(Progress)) -> Result<(), InputError> {
+    fn brake(&mut self, progress: &mut Listener) -> Result<(), InputError> {
         self.command(Command::Arm)?;
         self.command(match self.config().travel_limit_rad {
             None => Command::Voltage(0.0),
@@ -95,10 +88,22 @@ impl Session {
     }
 
     /// Waits until the shaft stands, no longer than this; does it?
-    fn coast(&mut self, longest_s: f64, progress: &mut dyn FnMut(Progress)) -> Result<bool, InputError> {
+    fn coast(&mut self, longest_s: f64, progress: &mut Listener) -> Result<bool, InputError> {
         let still = self.standstill();
         let end = self.kept.borrow().now() + self.ticks(longest_s);
         self.run_to(end, |kept| kept.stands(still), "coming to rest", progress)?;
         Ok(self.kept.borrow().stands(still))
     }
+}
+
+/// What the servo has stored.
+pub(super) fn stored(client: &mut Client) -> Result<AxisParameters, InputError> {
+    let parameters = client.parameters()?;
+    let found = client.hello()?.stored;
+    parameters.ok_or_else(|| {
+        InputError(format!(
+            "this axis has no parameters to go on with ({}); run `truing commission --store` first",
+            found_text(found)
+        ))
+    })
 }

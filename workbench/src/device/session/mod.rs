@@ -12,11 +12,12 @@ pub use task::{Arrival, Captured, Done, Span, Target, Task};
 use crate::console::input_error::InputError;
 use crate::console::interrupt;
 use crate::device::feasible::Shortfall;
-use crate::device::link::{Client, Lockstep, Serial, Wire, fault_advice, found_text};
+use crate::device::link::{Client, Farewell, Lockstep, Serial, Wire, fault_advice};
 use crate::device::motor::{Builtin, Door, Exec, qemu};
 use crate::device::run_log::RunLog;
 use crate::device::setup::Setup;
 use kept::Kept;
+use learning::stored;
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimates, EstimatesReport};
@@ -25,7 +26,6 @@ use servo::link::protocol::Command;
 use servo::protect::Fault;
 use servo::store::AxisParameters;
 use std::cell::RefCell;
-use std::f32::consts::TAU;
 
 /// Records per second that a real link carries.
 const SERIAL_RECORDS_PER_S: u32 = 400;
@@ -35,8 +35,6 @@ const PAUSE_S: f64 = 0.3;
 const STILL_S: f64 = 0.1;
 /// After so long, s, a motion begins even if the axis does not stand.
 const LONGEST_REST_S: f64 = 10.0;
-/// The shortest stretch of the log that counts as a run, s.
-const LEAST_RUN_S: f64 = 0.1;
 
 /// The result.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,6 +71,11 @@ pub struct Progress<'a> {
     /// What the task has given, once it is done.
     pub done: Option<&'a Done>,
 }
+
+/// Is told how far a session is.
+pub type Listener<'a> = dyn FnMut(Progress) + 'a;
+/// What a task gave, or why it could not be done.
+type Performed = Result<Done, InputError>;
 
 /// Opens the way to the servo. `seed` is the builtin motor's noise.
 pub fn connect(
@@ -128,7 +131,7 @@ pub fn run(
     config: Config,
     every: u32,
     tasks: &[Task],
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut Listener,
 ) -> Result<SessionResult, InputError> {
     let listening = Listening { axis: 0, every };
     run_from(wire, Start::Configure(config.into()), listening, tasks, progress)
@@ -140,7 +143,7 @@ pub fn run_from(
     start: Start,
     listening: Listening,
     tasks: &[Task],
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut Listener,
 ) -> Result<SessionResult, InputError> {
     let mut result = run_kept(wire, start, listening, tasks, progress)?;
     result.broken.take().map_or(Ok(result), Err)
@@ -153,7 +156,7 @@ pub fn run_kept(
     start: Start,
     listening: Listening,
     tasks: &[Task],
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut Listener,
 ) -> Result<SessionResult, InputError> {
     let _hold = interrupt::hold();
     let mut session = Session::open(wire, start, listening)?;
@@ -177,18 +180,6 @@ fn ending(error: InputError, fault: Fault, stopped: bool) -> InputError {
             "interrupted, and the servo has not confirmed the stop: see that the motor stands, or switch its supply off{latched}"
         ),
         (false, _) => format!("{error}{latched}"),
-    })
-}
-
-/// What the servo has stored.
-fn stored(client: &mut Client) -> Result<AxisParameters, InputError> {
-    let parameters = client.parameters()?;
-    let found = client.hello()?.stored;
-    parameters.ok_or_else(|| {
-        InputError(format!(
-            "this axis has no parameters to go on with ({}); run `truing commission --store` first",
-            found_text(found)
-        ))
     })
 }
 
@@ -263,18 +254,12 @@ impl Session {
         &mut self,
         tasks: &[Task],
         done: &mut Vec<Done>,
-        progress: &mut dyn FnMut(Progress),
+        progress: &mut Listener,
     ) -> Result<(), InputError> {
         for task in tasks {
             let result = self.perform(task, progress)?;
             let kept = self.kept.borrow();
-            progress(Progress {
-                log: &kept.log,
-                task: "done",
-                share: 1.0,
-                estimates: kept.estimates.as_ref(),
-                done: Some(&result),
-            });
+            progress(kept.progress("done", 1.0, Some(&result)));
             let over = match &result {
                 Done::Commissioned(outcome) => outcome.refused.is_some(),
                 Done::Tracked(span) => span.faulted,
@@ -288,7 +273,7 @@ impl Session {
         Ok(())
     }
 
-    fn perform(&mut self, task: &Task, progress: &mut dyn FnMut(Progress)) -> Result<Done, InputError> {
+    fn perform(&mut self, task: &Task, progress: &mut Listener) -> Performed {
         match task {
             Task::Commission { budget_s, seed } => self.commission(*budget_s, *seed, progress),
             Task::Adopt(estimates) => self.adopt(estimates),
@@ -371,7 +356,7 @@ impl Session {
         end: u32,
         until: impl Fn(&Kept) -> bool,
         task: &str,
-        progress: &mut dyn FnMut(Progress),
+        progress: &mut Listener,
     ) -> Result<u32, InputError> {
         let start = self.kept.borrow().now();
         let length = f64::from(end.saturating_sub(start).max(1));
@@ -384,47 +369,13 @@ impl Session {
             }
             if now % 512 < self.every {
                 let share = f64::from(now - start) / length;
-                progress(Progress {
-                    log: &kept.log,
-                    task,
-                    share,
-                    estimates: kept.estimates.as_ref(),
-                    done: None,
-                });
+                progress(kept.progress(task, share, None));
             }
         }
     }
 
     fn ticks(&self, seconds: f64) -> u32 {
         (seconds * f64::from(self.config().tick_hz)).round() as u32
-    }
-
-    fn begin_run(&mut self) {
-        let kept = self.kept.get_mut();
-        let start = kept.now() + 1;
-        let ticks = kept.log.rows.len()
-            - kept
-                .log
-                .rows
-                .iter()
-                .rposition(|row| Some(&row.tick) == kept.log.run_starts.last())
-                .unwrap_or(0);
-        // A few ticks before the first motion are no run of their own.
-        if ticks as f64 > LEAST_RUN_S * f64::from(kept.log.config.tick_hz) {
-            kept.log.run_starts.push(start);
-        }
-    }
-
-    /// Records without motion that make a standstill.
-    fn standstill(&self) -> usize {
-        (self.ticks(STILL_S) as usize / self.every.max(1) as usize).max(2)
-    }
-
-    /// Position now, rad from power-up.
-    fn here(&self) -> f32 {
-        let kept = self.kept.borrow();
-        let counts = kept.log.rows.last().map_or(0, |row| row.record.count.wrapping_sub(kept.log.zero()));
-        counts as f32 * TAU / kept.log.config.counts_per_rev as f32
     }
 
     fn pause(&mut self) -> Result<(), InputError> {
@@ -439,20 +390,11 @@ impl Session {
 
     fn close(self, done: Vec<Done>, broken: Option<InputError>) -> SessionResult {
         let (cleared, tuning, fitted) = (self.cleared, self.tuning, self.fitted);
-        let farewell = self.client.close();
+        let Farewell { firmware_log, motor_flags } = self.client.close();
         let Kept { mut log, captured, .. } = self.kept.into_inner();
         for row in &mut log.rows {
-            row.motor_flags = farewell.motor_flags.get(row.tick as usize).copied().unwrap_or(0);
+            row.motor_flags = motor_flags.get(row.tick as usize).copied().unwrap_or(0);
         }
-        SessionResult {
-            log,
-            done,
-            firmware_log: farewell.firmware_log,
-            captured,
-            cleared,
-            tuning,
-            broken,
-            fitted,
-        }
+        SessionResult { log, done, firmware_log, captured, cleared, tuning, broken, fitted }
     }
 }

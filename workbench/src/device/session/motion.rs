@@ -1,7 +1,9 @@
 //! Tasks that move the shaft, with or without a capture.
 
 use super::kept::Kept;
-use super::{Arrival, Captured, Done, LONGEST_REST_S, Profile, Progress, STILL_S, Session, Span, Target};
+use super::{
+    Arrival, Captured, Done, LONGEST_REST_S, Listener, Performed, Profile, STILL_S, Session, Span, Target,
+};
 use crate::console::input_error::InputError;
 use crate::device::feasible::Ability;
 use crate::device::waypoints::{self, Waypoint};
@@ -13,6 +15,8 @@ use std::f32::consts::TAU;
 
 /// After a motion the axis holds for so long, s; chatter is counted here.
 pub const HOLD_S: f64 = 1.0;
+/// The shortest stretch of the log that counts as a run, s.
+const LEAST_RUN_S: f64 = 0.1;
 /// Nor does a move.
 const LONGEST_MOVE_S: f64 = 600.0;
 /// A piece of a capture has arrived after so long, s.
@@ -26,8 +30,8 @@ impl Session {
         &mut self,
         profile: &Profile,
         compensation: bool,
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<Done, InputError> {
+        progress: &mut Listener,
+    ) -> Performed {
         let profile = &self.feasible(profile)?;
         self.command(Command::Compensation(compensation))?;
         self.command(Command::Arm)?;
@@ -68,11 +72,7 @@ impl Session {
     }
 
     /// The servo opens the bridge by itself; the shaft is watched while it coasts.
-    pub(super) fn excite(
-        &mut self,
-        waveform: &Waveform,
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<Done, InputError> {
+    pub(super) fn excite(&mut self, waveform: &Waveform, progress: &mut Listener) -> Performed {
         self.command(Command::Arm)?;
         let captures = self.arm_capture()?;
         self.begin_run();
@@ -89,11 +89,7 @@ impl Session {
         Ok(Done::Excited(span, Box::new(learned)))
     }
 
-    pub(super) fn go(
-        &mut self,
-        target: Target,
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<Done, InputError> {
+    pub(super) fn go(&mut self, target: Target, progress: &mut Listener) -> Performed {
         self.command(Command::Arm)?;
         self.come_to_rest(progress)?;
         self.begin_run();
@@ -121,7 +117,7 @@ impl Session {
 
     /// Streams the points as far ahead of their time as the servo has room; returns the tick in which the first one
     /// counts. A fault, or a stream that runs dry, ends it early.
-    fn follow(&mut self, points: &[Waypoint], progress: &mut dyn FnMut(Progress)) -> Result<u32, InputError> {
+    fn follow(&mut self, points: &[Waypoint], progress: &mut Listener) -> Result<u32, InputError> {
         let spacing = match self.every {
             0 | 1 => SPACING_TICKS,
             // On a real line.
@@ -166,7 +162,7 @@ impl Session {
     }
 
     /// Holds the position where the axis is now, until it stands: a motor with little friction coasts for long.
-    fn come_to_rest(&mut self, progress: &mut dyn FnMut(Progress)) -> Result<(), InputError> {
+    fn come_to_rest(&mut self, progress: &mut Listener) -> Result<(), InputError> {
         let here = self.here();
         self.command(Command::Position(here))?;
         let still = self.standstill();
@@ -182,6 +178,30 @@ impl Session {
             self.command(Command::Arm)?;
         }
         Ok(())
+    }
+
+    fn begin_run(&mut self) {
+        let kept = self.kept.get_mut();
+        let start = kept.now() + 1;
+        let last = kept.log.run_starts.last();
+        let began = kept.log.rows.iter().rposition(|row| Some(&row.tick) == last);
+        let ticks = kept.log.rows.len() - began.unwrap_or(0);
+        // A few ticks before the first motion are no run of their own.
+        if ticks as f64 > LEAST_RUN_S * f64::from(kept.log.config.tick_hz) {
+            kept.log.run_starts.push(start);
+        }
+    }
+
+    /// Records without motion that make a standstill.
+    pub(super) fn standstill(&self) -> usize {
+        (self.ticks(STILL_S) as usize / self.every.max(1) as usize).max(2)
+    }
+
+    /// Position now, rad from power-up.
+    pub(super) fn here(&self) -> f32 {
+        let kept = self.kept.borrow();
+        let counts = kept.log.rows.last().map_or(0, |row| row.record.count.wrapping_sub(kept.log.zero()));
+        counts as f32 * TAU / kept.log.config.counts_per_rev as f32
     }
 
     /// Position minus set-point now, rad.

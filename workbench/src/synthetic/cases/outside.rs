@@ -12,8 +12,6 @@ use rand_chacha::ChaCha8Rng;
 pub struct Outsider {
     /// Name in answers and tables.
     pub name: &'static str,
-    /// What it is.
-    pub what: &'static str,
     /// Draws it into the subject; `strength` 0 … 1 from plain to drastic.
     pub put: fn(&mut ChaCha8Rng, f64, &Natural, &mut Subject),
 }
@@ -28,27 +26,27 @@ fn odd(subject: &mut Subject, oddity: Oddity) {
 
 /// Every kind outside the library.
 pub static OUTSIDERS: &[Outsider] = &[
+    // Viscous friction that grows or falls in time.
     Outsider {
         name: "viscosity_drift",
-        what: "viscous friction that grows or falls in time",
         put: |rng, s, n, subject| {
             let sign = if rng.random_bool(0.5) { 1.0 } else { -0.5 };
             let more = between(s, 0.1, 1.0) * n.torque / n.speed / subject.motor.viscous[0];
             odd(subject, Oddity::ViscosityDrift { rate_per_s: sign * more.max(0.5) / (60.0 * n.tau) });
         },
     },
+    // Torque constant that ripples over the rotor's angle.
     Outsider {
         name: "commutation_ripple",
-        what: "torque constant that ripples over the rotor's angle",
         put: |rng, s, n, subject| {
             let _ = n;
             let periods = f64::from(rng.random_range(2..8));
             odd(subject, Oddity::CommutationRipple { amplitude: between(s, 0.1, 0.5), periods });
         },
     },
+    // Springs against each other that push back to rest from either side with a constant torque.
     Outsider {
         name: "preloaded_spring",
-        what: "springs against each other that push back to rest from either side with a constant torque",
         put: |_, s, n, subject| {
             let preload_nm = between(s, 0.05, 0.3) * n.torque;
             subject.motor.load.law = Some(Law {
@@ -57,9 +55,9 @@ pub static OUTSIDERS: &[Outsider] = &[
             });
         },
     },
+    // Periodic torque whose frequency sweeps.
     Outsider {
         name: "sweeping_load",
-        what: "periodic torque whose frequency sweeps",
         put: |rng, s, n, subject| {
             let start_hz = log_range(rng, 0.1, 0.5) / n.tau;
             let sweep_hz_per_s = log_range(rng, 0.5, 2.0) / n.tau / (60.0 * n.tau);
@@ -73,34 +71,34 @@ pub static OUTSIDERS: &[Outsider] = &[
             );
         },
     },
+    // Inertia that depends on the angle.
     Outsider {
         name: "crank_inertia",
-        what: "inertia that depends on the angle",
         put: |_, s, n, subject| {
             odd(subject, Oddity::CrankInertia { amplitude: between(s, 0.2, 0.7), ratio: n.gear_ratio });
         },
     },
+    // Magnetic brake whose torque falls again at high speed.
     Outsider {
         name: "eddy_brake",
-        what: "magnetic brake whose torque falls again at high speed",
         put: |rng, s, n, subject| {
             let peak_rad_s = rng.random_range(0.1..0.25) * n.speed;
             let slope = between(s, 0.15, 1.0) * n.torque / peak_rad_s;
             odd(subject, Oddity::EddyBrake { slope, peak_rad_s });
         },
     },
+    // Elastic stop at the ends of the travel.
     Outsider {
         name: "end_stop",
-        what: "elastic stop at the ends of the travel",
         put: |rng, s, n, subject| {
             let theta0_rad = rng.random_range(1.0..3.0) * n.speed * n.tau;
             let stiffness = between(s, 0.3, 3.0) * n.torque / (n.speed * n.tau);
             odd(subject, Oddity::EndStop { stiffness, theta0_rad });
         },
     },
+    // Load that jumps at unknown times.
     Outsider {
         name: "load_steps",
-        what: "load that jumps at unknown times",
         put: |rng, s, n, subject| {
             let size = between(s, 0.05, 0.3) * n.torque;
             let mut time = 0.0;
@@ -111,17 +109,17 @@ pub static OUTSIDERS: &[Outsider] = &[
             }
         },
     },
+    // Random torque, different in every run.
     Outsider {
         name: "random_torque",
-        what: "random torque, different in every run",
         put: |rng, s, n, subject| {
             subject.motor.load.noise_nm = between(s, 0.03, 0.2) * n.torque;
             subject.motor.load.noise_s = log_range(rng, 0.3, 2.0) * n.tau;
         },
     },
+    // Dry friction that acts in one sector of each turn.
     Outsider {
         name: "sticking_sector",
-        what: "dry friction that acts in one sector of each turn",
         put: |rng, s, n, subject| {
             subject.motor.friction = Friction {
                 ripple: rng.random_range(0.85..1.0),
@@ -131,9 +129,9 @@ pub static OUTSIDERS: &[Outsider] = &[
             };
         },
     },
+    // Drive with fast decay: mean voltage not proportional to the duty.
     Outsider {
         name: "fast_decay",
-        what: "drive with fast decay: mean voltage not proportional to the duty",
         put: |_, s, n, subject| {
             // A few electrical time constants a PWM period: the current is discontinuous at small duty.
             let electrical_s = subject.motor.inductance_h / subject.motor.resistance_ohm;
@@ -141,9 +139,9 @@ pub static OUTSIDERS: &[Outsider] = &[
             subject.motor.drive.decay = Decay::Fast { pwm_hz };
         },
     },
+    // Supply that wanders slowly.
     Outsider {
         name: "wandering_supply",
-        what: "supply that wanders slowly",
         put: |rng, s, n, subject| {
             subject.motor.drive.ripple = between(s, 0.02, 0.15);
             subject.motor.drive.ripple_s = log_range(rng, 2.0, 20.0) * n.tau;

@@ -147,16 +147,12 @@ impl Input {
     /// The subject's true answer.
     pub fn simulate(&self, subject: &Subject, sensors: &Sensors, seed: u64) -> Truth {
         let mut simulator = Simulator::new(subject.motor.clone(), TOLERANCE, seed);
-        let rows: Vec<Row> = self
-            .rows
-            .iter()
-            .enumerate()
-            .map(|(k, &row)| Row {
-                t: k as f64 * self.interval_s,
-                command: Command::Volts(self.voltage(row)),
-                bridge: row.1,
-            })
-            .collect();
+        let row = |(k, &row): (usize, &protocol::Row)| Row {
+            t: k as f64 * self.interval_s,
+            command: Command::Volts(self.voltage(row)),
+            bridge: row.1,
+        };
+        let rows: Vec<Row> = self.rows.iter().enumerate().map(row).collect();
         let mut truth = simulate(&mut simulator, &rows, sensors.window(), subject.encoder_at_load);
         for value in &mut truth.seen {
             *value = *value * subject.reading_scale + subject.reading_offset;

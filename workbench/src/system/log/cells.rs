@@ -96,7 +96,7 @@ impl Cells {
             lines: Vec::new(),
         };
         let mut cells =
-            Rows { source, cells, last: Last::default(), damage: Damage::default() }.read(&mut records)?;
+            Rows { source, cells, last: Last::default(), damage: Vec::new() }.read(&mut records)?;
         for (unit, column) in cells.units.iter_mut().zip(&cells.columns) {
             if let Some(Form::Unit(written)) = &column.form {
                 unit.get_or_insert_with(|| written.clone());
@@ -133,7 +133,8 @@ struct Rows<'a> {
     source: &'a str,
     cells: Cells,
     last: Last,
-    damage: Damage,
+    /// Line and number of cells of rows with too few or too many.
+    damage: Vec<(u64, usize)>,
 }
 
 /// What was seen of the last column.
@@ -147,14 +148,6 @@ struct Last {
     differ: bool,
 }
 
-/// Rows with too few or too many cells: how many, and line and cells of the first two.
-#[derive(Default)]
-struct Damage {
-    count: usize,
-    first: Option<(u64, usize)>,
-    second: Option<u64>,
-}
-
 impl Rows<'_> {
     /// Takes the rows; a last one that was cut is left out, any other damage is an error.
     fn read(mut self, records: &mut Records) -> Result<Cells, InputError> {
@@ -166,9 +159,9 @@ impl Rows<'_> {
             begun = true;
             std::mem::swap(&mut row, &mut next);
         }
-        match self.damage.first {
+        match self.damage.first() {
             None => Ok(self.cells),
-            Some((line, cells)) => Err(self.broken_rows(line, cells)),
+            Some(&(line, cells)) => Err(self.broken_rows(line, cells)),
         }
     }
 
@@ -192,7 +185,7 @@ impl Rows<'_> {
             self.last.see(self.cells.dialect.decimals(row.cell(width - 1)), self.cells.rows == 0);
             self.cells.push(row);
         } else {
-            self.damage.add(row);
+            self.damage.push((row.line, row.len()));
         }
     }
 
@@ -206,7 +199,7 @@ impl Rows<'_> {
 
     fn broken_rows(&self, line: u64, cells: usize) -> InputError {
         let width = self.cells.header.len();
-        let others = self.damage.count - 1;
+        let others = self.damage.len() - 1;
         if self.cells.dialect.separator == ',' && others >= self.cells.rows && cells > width {
             let what = format!(
                 "has {cells} cells where the header has {width}; if commas are decimal signs here, export the table with \
@@ -221,9 +214,9 @@ impl Rows<'_> {
             );
             return InputError::line(self.source, line, what);
         }
-        let more = match (others, self.damage.second) {
-            (1, Some(other)) => format!(" (line {other} too)"),
-            (_, Some(next)) => format!(" ({others} further rows too, the next is line {next})"),
+        let more = match (others, self.damage.get(1)) {
+            (1, Some((other, _))) => format!(" (line {other} too)"),
+            (_, Some((next, _))) => format!(" ({others} further rows too, the next is line {next})"),
             _ => String::new(),
         };
         let what = format!(
@@ -264,16 +257,5 @@ impl Last {
         }
         self.differ |= decimals != self.first;
         self.latest = decimals;
-    }
-}
-
-impl Damage {
-    fn add(&mut self, row: &Record) {
-        self.count += 1;
-        if self.first.is_none() {
-            self.first = Some((row.line, row.len()));
-        } else if self.second.is_none() {
-            self.second = Some(row.line);
-        }
     }
 }

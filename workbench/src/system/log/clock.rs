@@ -4,17 +4,7 @@ use super::words::{self, Measure};
 use jiff::fmt::strtime::BrokenDownTime;
 
 /// How a date may stand before a time of day. A record is short: whether 03/04 is in March or in April changes no step.
-const DATES: [&str; 9] = [
-    "",
-    "%Y-%m-%d ",
-    "%Y/%m/%d ",
-    "%d.%m.%Y ",
-    "%m/%d/%Y ",
-    "%d/%m/%Y ",
-    "%d-%b-%Y ",
-    "%Y%m%d ",
-    "%a %b %d ",
-];
+const DATES: &str = "|%Y-%m-%d |%Y/%m/%d |%d.%m.%Y |%m/%d/%Y |%d/%m/%Y |%d-%b-%Y |%Y%m%d |%a %b %d ";
 /// How a time of day may be written; minutes and seconds alone are a spreadsheet's.
 const TIMES: [&str; 4] = ["%H:%M:%S%.f", "%I:%M:%S%.f %p", "%H:%M:%S:%f", "%M:%S%.f"];
 /// Nanoseconds of a day.
@@ -36,10 +26,9 @@ impl Form {
             return Some(Self::Unit(unit.to_owned()));
         }
         let text = plain(cell)?;
-        let formats = DATES.iter().flat_map(|date| TIMES.map(|time| format!("{date}{time}")));
-        formats
-            .into_iter()
-            .find_map(|format| Some(Self::Clock { first_ns: nanoseconds(&format, &text)?, format }))
+        let formats = DATES.split('|').flat_map(|date| TIMES.map(|time| format!("{date}{time}")));
+        let clock = |format: String| Some(Self::Clock { first_ns: nanoseconds(&format, &text)?, format });
+        formats.into_iter().find_map(clock)
     }
 
     /// The number in another cell of this form. A time is in seconds since the first one.

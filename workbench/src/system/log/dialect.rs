@@ -69,7 +69,7 @@ impl Dialect {
             false => number(cell).or_else(|| number(&ungrouped(cell, '.')?)),
             // Beside decimal commas a point is one of thousands.
             true if cell.contains('.') => number(&ungrouped(cell, ',')?),
-            true => with_point(cell),
+            true => number(&cell.replacen(',', ".", 1)),
         }
     }
 
@@ -77,18 +77,4 @@ impl Dialect {
     pub fn decimals(&self, cell: &str) -> Option<usize> {
         self.number(cell).map(|_| cell.split_once(['.', ',']).map_or(0, |parted| parted.1.len()))
     }
-}
-
-/// Letters of the longest number that is read without an allocation.
-const USUAL: usize = 40;
-
-/// The number in a cell with a decimal comma.
-fn with_point(cell: &str) -> Option<f64> {
-    let Some(comma) = cell.find(',').filter(|_| cell.len() <= USUAL) else {
-        return number(&cell.replacen(',', ".", 1));
-    };
-    let mut letters = [0; USUAL];
-    letters[..cell.len()].copy_from_slice(cell.as_bytes());
-    letters[comma] = b'.';
-    std::str::from_utf8(&letters[..cell.len()]).ok().and_then(number)
 }

@@ -260,10 +260,10 @@ fn sample(text: &Text) -> std::io::Result<Vec<Line>> {
         let note = comment(line);
         let text = note.unwrap_or(line).trim_matches([' ', '\r']).to_owned();
         if !line.trim().is_empty() {
-            sample.push((text, note.is_some(), lines.number));
+            sample.push(Line { text, comment: note.is_some(), number: lines.number });
         }
     }
-    Ok(sample.into_iter().map(|(text, comment, number)| Line { number, text, comment }).collect())
+    Ok(sample)
 }
 
 impl Row {

@@ -265,8 +265,7 @@ impl Desk<'_> {
 
     /// For an input that is there: a duty alone needs a supply.
     fn supply(&self) -> Vec<Proposal> {
-        let others = [Quantity::Voltage, Quantity::Torque, Quantity::Force, Quantity::CurrentInput];
-        let duty_alone = self.plan.has(Quantity::Duty) && !self.plan.has(others[0]);
+        let duty_alone = self.plan.has(Quantity::Duty) && !self.plan.has(Quantity::Voltage);
         if duty_alone { self.supply_for_duty() } else { Vec::new() }
     }
 

@@ -196,17 +196,9 @@ impl<'a> Sheet<'a> {
         mended.dropped.extend(merged);
         mended.dropped.sort_unstable();
         self.begin_anew(&mut id, &mended.restarts);
-        let joined = rates::joined(&mut whole, |row, other| id[row] == id[other]);
-        let (rows, note) = joined.map_or((None, None), |(rows, note)| (Some(rows), Some(note)));
+        let (rows, note) = rates::joined(&mut whole, |row, other| id[row] == id[other]).unzip();
         let rows = rows.unwrap_or_else(|| (0..whole.rows()).collect());
-        let outside = |row: usize| {
-            let t_s = whole.t_s[row];
-            self.from_s.is_some_and(|from| t_s < from) || self.to_s.is_some_and(|to| t_s > to)
-        };
-        let rows: Vec<usize> = rows
-            .into_iter()
-            .filter(|row| mended.dropped.binary_search(row).is_err() && !outside(*row))
-            .collect();
+        let rows = self.within(&whole.t_s, rows, &mended.dropped);
         notes.extend(mended.notes.into_iter().chain(note));
         self.check_crop(&whole.t_s, &rows)?;
         whole.keep(&rows);
@@ -221,14 +213,19 @@ impl<'a> Sheet<'a> {
         let pieces = self.pieces(&rows, &id, &bridged)?;
         let runs = whole.parted(&pieces);
         let left: usize = runs.iter().map(Run::rows).sum();
-        let bridges = bridged.sentence(all, left);
-        notes.extend(if bad.is_some() {
-            bridges.map(|text| text.replace("empty", "empty or bad"))
-        } else {
-            bridges
-        });
+        let what = if bad.is_some() { "empty or bad" } else { "empty" };
+        notes.extend(bridged.sentence(all, left).map(|text| text.replace("empty", what)));
         notes.extend(bad.map(|text| format!("{}: {text}", self.source)));
         Ok(Dynamic { source: self.source.to_owned(), input, linear, runs, names: self.plan.names.clone() })
+    }
+
+    /// Of these rows those that are not dropped and lie in the part of the log that is read.
+    fn within(&self, t_s: &[f64], mut rows: Vec<usize>, dropped: &[usize]) -> Vec<usize> {
+        let outside = |row: usize| {
+            self.from_s.is_some_and(|from| t_s[row] < from) || self.to_s.is_some_and(|to| t_s[row] > to)
+        };
+        rows.retain(|row| dropped.binary_search(row).is_err() && !outside(*row));
+        rows
     }
 
     /// Cells that cannot be, column by column; `lines`: which rows of the file they are. Many that lie among the others are the sensor's way; many outside of them are no log.

@@ -20,36 +20,28 @@ pub struct Record {
     /// The line has its end.
     pub ended: bool,
     cells: Vec<String>,
-    length: usize,
 }
 
 impl Record {
     /// Number of cells.
     pub fn len(&self) -> usize {
-        self.length
+        self.cells.len()
     }
 
     /// A cell without the blanks around it; empty where the row has fewer.
     pub fn cell(&self, index: usize) -> &str {
-        self.cells[..self.length].get(index).map_or("", String::as_str)
+        self.cells.get(index).map_or("", String::as_str)
     }
 
     /// All cells, without the blanks around them.
     pub fn cells(&self) -> impl DoubleEndedIterator<Item = &str> {
-        self.cells[..self.length].iter().map(String::as_str)
+        self.cells.iter().map(String::as_str)
     }
 
-    /// Other cells, in the memory of those before.
+    /// Other cells.
     pub fn set<'c>(&mut self, cells: impl Iterator<Item = &'c str>) {
-        self.length = 0;
-        for cell in cells {
-            if self.cells.len() == self.length {
-                self.cells.push(String::new());
-            }
-            self.cells[self.length].clear();
-            self.cells[self.length].push_str(cell);
-            self.length += 1;
-        }
+        self.cells.clear();
+        self.cells.extend(cells.map(str::to_owned));
     }
 }
 
