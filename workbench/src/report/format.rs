@@ -265,7 +265,7 @@ pub fn small(outcome: &Outcome) -> String {
     each.join(", ")
 }
 
-/// A name in words with its size, where it has one: `a dead zone of 0.65 V`. Two sides have two sizes.
+/// A name with its size, where it has one: `dead_zone of 0.65 V`. Two sides have two sizes.
 fn sized(effect: &NamedEffect) -> String {
     let measured =
         |(_, v): &(&String, &Value)| is_told_from_nothing(v) && !v.unit.is_empty() && v.unit != "1";
@@ -275,26 +275,8 @@ fn sized(effect: &NamedEffect) -> String {
     let sizes = readable(effect).into_iter().filter(measured).take(if differ { 2 } else { 1 });
     let sizes: Vec<String> = sizes.map(|(_, v)| format!("{} {}", significant(v.value, 2), v.unit)).collect();
     // Sides that cannot be told apart are one.
-    let words = in_words(if differ { &effect.name } else { effect.name.trim_end_matches("_asymmetric") });
-    if sizes.is_empty() { words } else { format!("{words} of {}", sizes.join(" and ")) }
-}
-
-/// `a dead zone`, `asymmetric Coulomb friction`.
-fn in_words(name: &str) -> String {
-    let mut words: Vec<&str> = name.split('_').collect();
-    if let Some(place) = words.iter().position(|word| *word == "asymmetric") {
-        words.remove(place);
-        words.insert(0, "asymmetric");
-    }
-    if matches!(words.last(), Some(&"coulomb" | &"viscous")) {
-        words.push("friction");
-    }
-    let text = words.join(" ").replace("coulomb", "Coulomb").replace("stribeck", "Stribeck");
-    match words[..] {
-        [_] | [.., "friction"] => text,
-        [first, ..] if first.starts_with(['a', 'e', 'i', 'o', 'u']) => format!("an {text}"),
-        _ => format!("a {text}"),
-    }
+    let name = if differ { &effect.name } else { effect.name.trim_end_matches("_asymmetric") };
+    if sizes.is_empty() { name.to_owned() } else { format!("{name} of {}", sizes.join(" and ")) }
 }
 
 /// What a term without a name describes and what it does to the held-out gap, in a sentence.

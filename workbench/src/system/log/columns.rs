@@ -127,7 +127,10 @@ impl Columns {
         let items = items.chain(plan.proposals.iter().map(|proposal| proposal.item.clone()));
         plan.items = items.collect::<Vec<_>>().join(",");
         let typed = self.mappings.iter().map(|mapping| (mapping.ours.clone(), mapping.theirs.clone()));
-        plan.names = Names::of(typed.collect(), &plan, header);
+        let typed: Vec<(String, String)> = typed.collect();
+        let mapped = typed.iter().filter(|item| item.1 != "none").count();
+        let read = plan.sources.iter().skip(mapped).map(|it| (it.quantity, it.unit, it.name.clone()));
+        plan.names = Names::of(typed, read.collect(), header);
         Ok(plan)
     }
 

@@ -2,7 +2,6 @@
 
 use super::formula::unquoted;
 use super::names::{Quantity, name_of, quantity_of};
-use super::plan::{Plan, Source};
 use super::spelling::in_shell;
 
 /// How a file calls what it holds.
@@ -28,10 +27,12 @@ pub struct Theirs {
 pub type Change<'a> = (&'a str, &'a dyn Fn(&Theirs) -> String);
 
 impl Names {
-    pub(super) fn of(typed: Vec<(String, String)>, plan: &Plan, header: &[String]) -> Self {
-        let mapped = typed.iter().filter(|item| item.1 != "none").count();
-        let read = |source: &Source| (source.quantity, source.unit, source.name.clone());
-        Self { read: plan.sources.iter().skip(mapped).map(read).collect(), typed, header: header.to_vec() }
+    pub(super) fn of(
+        typed: Vec<(String, String)>,
+        read: Vec<(Quantity, f64, String)>,
+        header: &[String],
+    ) -> Self {
+        Self { typed, read, header: header.to_vec() }
     }
 
     /// The option that reads our columns in another way.

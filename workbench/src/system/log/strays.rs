@@ -149,7 +149,10 @@ fn never_felt(run: &Run, mut rows: Vec<Range<usize>>, supply_v: Option<f64>) -> 
     let wrong = |stray: &Range<usize>| {
         let inside = stray.start >= EDGE && stray.end + EDGE <= run.rows();
         let denied = felt.as_ref().and_then(|felt| felt.denies(run, stray));
-        supply_v.is_some() && beyond(stray) || denied.unwrap_or(beyond(stray) || few && inside)
+        // The first row of a run may still hold the command before it.
+        let begins = stray.start == 0 || run.t_s[stray.start] < run.t_s[stray.start - 1];
+        let unlike = denied.unwrap_or(beyond(stray) || few && inside) && !begins;
+        beyond(stray) && (supply_v.is_some() || denied.is_none_or(|denied| denied)) || unlike
     };
     rows.retain(wrong);
     // So many were meant, and the motor is faster than the rows.
