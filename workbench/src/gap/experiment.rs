@@ -40,13 +40,12 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
     let (left, right) = (a.label(), b.label());
     let unit = dataset.unit();
     let text = if chi2 > SEPARABLE {
-        format!("{}: {left} and {right} then differ by {} {unit} rms", name, crate::report::figure(speed))
+        format!("{name}: {left} and {right} then differ by {} {unit} rms", crate::report::figure(speed))
     } else if current > 0.0 && !amperes(a) {
-        format!("{} with the winding current logged: {left} and {right} differ there, but not in speed", name)
+        format!("{name} with the winding current logged: {left} and {right} differ there, but not in speed")
     } else if current > 0.0 {
         format!(
-            "{} with the winding current logged: {left} and {right} differ by {} A rms there, but not in speed",
-            name,
+            "{name} with the winding current logged: {left} and {right} differ by {} A rms there, but not in speed",
             crate::report::figure(current)
         )
     } else {

@@ -316,22 +316,18 @@ fn held_out_share(best: &Scored, given: &Hypothesis, nominal: &[f64]) -> f64 {
 /// The effects that shrink what is left tenfold, refitted; the others only resemble it.
 fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
     let best = &found.best;
-    let (mut keep, mut closest) = (Vec::new(), Vec::new());
-    let without = each(0..best.hypothesis.items.len()).map(|index| {
+    let names = best.hypothesis.names();
+    let without = each(0..names.len()).map(|index| {
         let without = refitted(best, |k| k != index);
         excess(&without.hypothesis, &without.fit.x)
     });
     let without: Vec<f64> = without.collect();
-    for (index, item) in best.hypothesis.items.iter().enumerate() {
-        if without[index] > CONFIRMED * left {
-            keep.push(index)
-        } else {
-            closest.push(item.effect.name.to_owned())
-        }
+    let (keep, gone): (Vec<usize>, Vec<usize>) =
+        (0..names.len()).partition(|index| without[*index] > CONFIRMED * left);
+    if gone.is_empty() {
+        return (best.clone(), Vec::new());
     }
-    if closest.is_empty() {
-        return (best.clone(), closest);
-    }
+    let closest = gone.into_iter().map(|index| names[index].clone()).collect();
     (refitted(best, |k| keep.contains(&k)), closest)
 }
 
