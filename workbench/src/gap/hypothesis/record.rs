@@ -134,12 +134,6 @@ impl Data for Dataset {
         plant.unnamed = model.terms();
         plant
     }
-
-    fn shows(&self, _: &Effect) -> bool {
-        true
-    }
-
-    fn tidy(&self, _: &mut Physics) {}
 }
 
 /// Kt and Ke are one number unless the file states both; a winding too fast to be told keeps its time constant. Of a model that is a fit to

@@ -5,7 +5,7 @@ use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting};
 use crate::gap::hypothesis::{Data, Hypothesis};
 use crate::gap::problem::{Problem, dot};
 use crate::system::plant::physics::Physics;
-use std::borrow::{Borrow, BorrowMut};
+use std::borrow::BorrowMut;
 
 /// A fitted set.
 #[derive(Clone, Debug)]
