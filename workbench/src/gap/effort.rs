@@ -5,8 +5,8 @@
 
 use nix::sys::resource::{UsageWho, getrusage};
 use std::ops::{Add, Sub};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
+use std::sync::{LazyLock, Mutex};
 use std::time::Instant;
 
 /// What the searches of this process computed.
@@ -86,6 +86,7 @@ pub struct Spent {
 }
 
 /// What was counted in one phase.
+#[derive(Default)]
 struct Tally {
     simulations: AtomicU64,
     inner_steps: AtomicU64,
@@ -94,35 +95,16 @@ struct Tally {
     wall_us: AtomicU64,
 }
 
-impl Tally {
-    const fn nothing() -> Self {
-        let [simulations, inner_steps, passes, cpu_us, wall_us] = [const { AtomicU64::new(0) }; 5];
-        Self { simulations, inner_steps, passes, cpu_us, wall_us }
-    }
-}
-
 /// The phase that a search is in, and what was counted in each.
+#[derive(Default)]
 struct Counters {
     present: AtomicUsize,
     tallies: [Tally; Phase::ALL.len()],
-    /// When the phase last changed; `None` before the first time.
-    changed: Mutex<Option<Moment>>,
+    /// When the phase last changed, and the CPU time by then, µs; `None` before the first time.
+    changed: Mutex<Option<(Instant, u64)>>,
 }
 
-/// A moment, with the CPU time that the process had spent by then.
-#[derive(Clone, Copy)]
-struct Moment {
-    cpu_us: u64,
-    at: Instant,
-}
-
-impl Moment {
-    fn now() -> Self {
-        Self { cpu_us: cpu_us(), at: Instant::now() }
-    }
-}
-
-static COUNTERS: Counters = Counters::nothing();
+static COUNTERS: LazyLock<Counters> = LazyLock::new(Counters::default);
 
 /// Adds a pack of sets that advanced together by so many steps.
 pub fn simulated(sets: usize, steps: u64) {
@@ -140,14 +122,6 @@ pub fn spent() -> [Spent; Phase::ALL.len()] {
 }
 
 impl Counters {
-    const fn nothing() -> Self {
-        Self {
-            present: AtomicUsize::new(Phase::Base as usize),
-            tallies: [const { Tally::nothing() }; Phase::ALL.len()],
-            changed: Mutex::new(None),
-        }
-    }
-
     fn add(&self, sets: usize, steps: u64) {
         let tally = &self.tallies[self.present.load(Relaxed)];
         tally.simulations.fetch_add(sets as u64, Relaxed);
@@ -156,8 +130,15 @@ impl Counters {
     }
 
     fn during<T>(&self, phase: Phase, work: impl FnOnce() -> T) -> T {
-        let _guard = Guard::enter(self, phase);
-        work()
+        self.charge();
+        let base = Phase::Base as usize;
+        let began = self.present.compare_exchange(base, phase as usize, Relaxed, Relaxed).is_ok();
+        let made = work();
+        if began {
+            self.charge();
+            self.present.store(base, Relaxed);
+        }
+        made
     }
 
     fn spent(&self) -> [Spent; Phase::ALL.len()] {
@@ -176,10 +157,10 @@ impl Counters {
     /// Adds the time since the last change to the present phase.
     fn charge(&self) {
         let Ok(mut changed) = self.changed.lock() else { return };
-        let now = Moment::now();
+        let now = (Instant::now(), cpu_us());
         let tally = &self.tallies[self.present.load(Relaxed)];
-        let cpu_us = now.cpu_us.saturating_sub(changed.map_or(0, |then| then.cpu_us));
-        let wall_us = changed.map_or(0, |then| now.at.duration_since(then.at).as_micros() as u64);
+        let cpu_us = now.1.saturating_sub(changed.map_or(0, |then| then.1));
+        let wall_us = changed.map_or(0, |then| now.0.duration_since(then.0).as_micros() as u64);
         tally.cpu_us.fetch_add(cpu_us, Relaxed);
         tally.wall_us.fetch_add(wall_us, Relaxed);
         *changed = Some(now);
@@ -195,30 +176,6 @@ fn cpu_us() -> u64 {
     })
 }
 
-/// Goes back to the base when the phase is over, if it was this one that began it.
-struct Guard<'c> {
-    counters: &'c Counters,
-    began: bool,
-}
-
-impl<'c> Guard<'c> {
-    fn enter(counters: &'c Counters, phase: Phase) -> Self {
-        counters.charge();
-        let base = Phase::Base as usize;
-        let began = counters.present.compare_exchange(base, phase as usize, Relaxed, Relaxed).is_ok();
-        Self { counters, began }
-    }
-}
-
-impl Drop for Guard<'_> {
-    fn drop(&mut self) {
-        if self.began {
-            self.counters.charge();
-            self.counters.present.store(Phase::Base as usize, Relaxed);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -226,7 +183,7 @@ mod tests {
     #[test]
     fn a_pack_of_sets_is_one_pass_a_step_and_the_outer_phase_counts() {
         assert!(Phase::ALL.iter().enumerate().all(|(place, phase)| *phase as usize == place));
-        let counters = Counters::nothing();
+        let counters = Counters::default();
         counters.during(Phase::Settled, || {
             counters.add(4, 100);
             counters.during(Phase::Conclude, || counters.add(1, 7));

@@ -16,11 +16,8 @@ const SAMPLES: f64 = 50.0;
 /// χ² below which two rivals cannot be told apart.
 const SEPARABLE: f64 = 20.0;
 
-/// A run of the catalogue.
-struct Protocol {
-    name: &'static str,
-    profile: Vec<Segment>,
-}
+/// A run of the catalogue, with its name.
+type Protocol = (&'static str, Vec<Segment>);
 
 /// What an experiment would tell about two rivals.
 pub struct Separation {
@@ -33,8 +30,8 @@ pub struct Separation {
 /// The run of the catalogue that separates two rivals best.
 pub fn separation(a: &Scored, b: &Scored) -> Separation {
     let dataset = a.hypothesis.dataset;
-    let judged = each(catalogue(dataset)).map(|protocol| (difference(dataset, &protocol, a, b), protocol));
-    let ((speed, current, samples), protocol) = judged
+    let judged = each(catalogue(dataset)).map(|protocol| (difference(dataset, &protocol.1, a, b), protocol));
+    let ((speed, current, samples), (name, profile)) = judged
         .collect::<Vec<_>>()
         .into_iter()
         .max_by(|x, y| x.0.0.total_cmp(&y.0.0))
@@ -43,26 +40,18 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
     let (left, right) = (a.label(), b.label());
     let unit = dataset.unit();
     let text = if chi2 > SEPARABLE {
-        format!(
-            "{}: {left} and {right} then differ by {} {unit} rms",
-            protocol.name,
-            crate::report::figure(speed)
-        )
+        format!("{name}: {left} and {right} then differ by {} {unit} rms", crate::report::figure(speed))
     } else if current > 0.0 && !amperes(a) {
-        format!(
-            "{} with the winding current logged: {left} and {right} differ there, but not in speed",
-            protocol.name
-        )
+        format!("{name} with the winding current logged: {left} and {right} differ there, but not in speed")
     } else if current > 0.0 {
         format!(
-            "{} with the winding current logged: {left} and {right} differ by {} A rms there, but not in speed",
-            protocol.name,
+            "{name} with the winding current logged: {left} and {right} differ by {} A rms there, but not in speed",
             crate::report::figure(current)
         )
     } else {
         format!("{left} and {right} cannot be separated with these sensors")
     };
-    let experiment = Experiment::new(text.clone(), protocol.profile, dataset.input.unit());
+    let experiment = Experiment::new(text.clone(), profile, dataset.input.unit());
     Separation { experiment, text }
 }
 
@@ -97,8 +86,8 @@ fn amperes(scored: &Scored) -> bool {
 }
 
 /// Differences of two rivals on a run: rms of speed and current, and the number of samples.
-fn difference(dataset: &Dataset, protocol: &Protocol, a: &Scored, b: &Scored) -> (f64, f64, f64) {
-    let run = bench_run(dataset, &protocol.profile);
+fn difference(dataset: &Dataset, profile: &[Segment], a: &Scored, b: &Scored) -> (f64, f64, f64) {
+    let run = bench_run(dataset, profile);
     let (mut left, mut right) = (Traces::default(), Traces::default());
     run.simulate(&a.hypothesis.plant(&a.fit.x), 0.0, FINE, &mut left);
     run.simulate(&b.hypothesis.plant(&b.fit.x), 0.0, FINE, &mut right);
@@ -126,51 +115,51 @@ fn bench_run(dataset: &Dataset, profile: &[Segment]) -> BenchRun {
 
 /// Runs that a test rig can do, in units of the largest input and the time constant.
 fn catalogue(dataset: &Dataset) -> Vec<Protocol> {
-    let (full, tau) = (dataset.scales.input, dataset.scales.time);
-    let drive = |share: f64, taus: f64| Segment::driven(share * full, taus * tau);
-    let coast = |taus: f64| Segment::open(taus * tau);
-    let repeat = |pair: &[Segment], times: usize| {
-        std::iter::repeat_n(pair, times).flatten().cloned().collect::<Vec<_>>()
-    };
-    let stairs = |shares: &[f64]| shares.iter().map(|share| drive(*share, 2.0)).collect::<Vec<_>>();
+    let inputs = Inputs::of(dataset);
+    let drive = |share: f64, taus: f64| inputs.drive(share, taus);
+    let coast = Segment::open(3.0 * inputs.tau);
+    let crawl = inputs.levels(&[0.05, 0.1, 0.2, -0.05, -0.1, -0.2], 1.5);
     vec![
-        Protocol {
-            name: "square reversals at 80 % of the largest input",
-            profile: repeat(&[drive(0.8, 0.8), drive(-0.8, 0.8)], 6),
-        },
-        Protocol {
-            name: "coast-downs from both directions",
-            profile: repeat(&[drive(0.75, 3.0), coast(3.0), drive(-0.75, 3.0), coast(3.0)], 1),
-        },
-        Protocol {
-            name: "a slow crawl through zero",
-            profile: repeat(
-                &[
-                    drive(0.05, 1.5),
-                    drive(0.1, 1.5),
-                    drive(0.2, 1.5),
-                    drive(-0.05, 1.5),
-                    drive(-0.1, 1.5),
-                    drive(-0.2, 1.5),
-                ],
-                2,
-            ),
-        },
-        Protocol {
-            name: "a staircase to the largest input in both directions",
-            profile: stairs(&[0.2, 0.4, 0.7, 1.0, -0.2, -0.4, -0.7, -1.0]),
-        },
-        Protocol {
-            name: "releases from the largest input to half of it",
-            profile: repeat(&[drive(1.0, 3.0), drive(0.5, 2.0), drive(-1.0, 3.0), drive(-0.5, 2.0)], 1),
-        },
-        Protocol {
-            name: "fast reversals at the largest input",
-            profile: repeat(&[drive(1.0, 0.25), drive(-1.0, 0.25)], 16),
-        },
-        Protocol {
-            name: "a long run at the largest input and a step down",
-            profile: vec![drive(1.0, 25.0), drive(0.3, 4.0)],
-        },
+        ("square reversals at 80 % of the largest input", times(&[drive(0.8, 0.8), drive(-0.8, 0.8)], 6)),
+        ("coast-downs from both directions", vec![drive(0.75, 3.0), coast.clone(), drive(-0.75, 3.0), coast]),
+        ("a slow crawl through zero", times(&crawl, 2)),
+        (
+            "a staircase to the largest input in both directions",
+            inputs.levels(&[0.2, 0.4, 0.7, 1.0, -0.2, -0.4, -0.7, -1.0], 2.0),
+        ),
+        (
+            "releases from the largest input to half of it",
+            vec![drive(1.0, 3.0), drive(0.5, 2.0), drive(-1.0, 3.0), drive(-0.5, 2.0)],
+        ),
+        ("fast reversals at the largest input", times(&[drive(1.0, 0.25), drive(-1.0, 0.25)], 16)),
+        ("a long run at the largest input and a step down", vec![drive(1.0, 25.0), drive(0.3, 4.0)]),
     ]
+}
+
+/// Inputs in units of the largest one, durations in time constants.
+pub struct Inputs {
+    full: f64,
+    tau: f64,
+}
+
+impl Inputs {
+    /// Those of a dataset.
+    pub fn of(dataset: &Dataset) -> Self {
+        Self { full: dataset.scales.input, tau: dataset.scales.time }
+    }
+
+    /// One input, held.
+    pub fn drive(&self, share: f64, taus: f64) -> Segment {
+        Segment::driven(share * self.full, taus * self.tau)
+    }
+
+    /// Several inputs, each held as long.
+    pub fn levels(&self, shares: &[f64], taus: f64) -> Vec<Segment> {
+        shares.iter().map(|share| self.drive(*share, taus)).collect()
+    }
+}
+
+/// The same pieces several times.
+pub fn times(pieces: &[Segment], times: usize) -> Vec<Segment> {
+    std::iter::repeat_n(pieces, times).flatten().cloned().collect()
 }

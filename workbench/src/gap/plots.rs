@@ -15,14 +15,7 @@ const BINS: usize = 40;
 
 /// All plots. `later`: what the second model is called; none where it is the given one.
 pub fn all(given: &Hypothesis, before: &[Sample], after: &[Sample], later: Option<&str>) -> Vec<Plot> {
-    let mut plots = drawn(given, before, after, later.unwrap_or_default());
-    for plot in plots.iter_mut().filter(|_| later.is_none()) {
-        plot.series.retain(|series| series.role != Some(Role::Extended));
-    }
-    plots
-}
-
-fn drawn(given: &Hypothesis, before: &[Sample], after: &[Sample], later: &str) -> Vec<Plot> {
+    let name = later.unwrap_or_default();
     let linear = given.dataset.linear;
     let (speed, input) = (
         if linear { "speed, m/s" } else { "speed, rad/s" },
@@ -30,14 +23,18 @@ fn drawn(given: &Hypothesis, before: &[Sample], after: &[Sample], later: &str) -
     );
     let compared = if given.dataset.of_position { &format!("way, {}", given.dataset.unit()) } else { speed };
     let band = Some(given.dataset.sigma);
-    vec![
-        traces(before, after, compared, later),
-        over([before, after], later, "Residual over the input", [&input, compared], band, &|s| s.input),
-        over([before, after], later, "Residual over the simulated speed", [speed, compared], band, &|s| {
+    let mut plots = vec![
+        traces(before, after, compared, name),
+        over([before, after], name, "Residual over the input", [&input, compared], band, &|s| s.input),
+        over([before, after], name, "Residual over the simulated speed", [speed, compared], band, &|s| {
             s.omega
         }),
-        in_time(before, after, compared, band, later),
-    ]
+        in_time(before, after, compared, band, name),
+    ];
+    for plot in plots.iter_mut().filter(|_| later.is_none()) {
+        plot.series.retain(|series| series.role != Some(Role::Extended));
+    }
+    plots
 }
 
 /// A value over time, run after run.

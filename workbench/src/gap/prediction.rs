@@ -22,19 +22,14 @@ impl Prediction {
     /// Simulates finely and collects the samples of the given parts.
     pub fn of(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Self {
         let mut prediction = Self::default();
-        hypothesis.simulated(
-            x,
-            &hypothesis.plant(x),
-            |_| true,
-            |index, _, all| {
-                let probes = &hypothesis.dataset.runs[index].speed;
-                for k in (0..all.len()).filter(|k| parts.contains(&probes.part[*k])) {
-                    prediction.time.push(probes.time[k]);
-                    prediction.measured.push(probes.measured[k]);
-                    prediction.predicted.push(all[k]);
-                }
-            },
-        );
+        hypothesis.simulated(x, &hypothesis.plant(x), |index, _, all| {
+            let probes = &hypothesis.dataset.runs[index].speed;
+            for k in (0..all.len()).filter(|k| parts.contains(&probes.part[*k])) {
+                prediction.time.push(probes.time[k]);
+                prediction.measured.push(probes.measured[k]);
+                prediction.predicted.push(all[k]);
+            }
+        });
         prediction
     }
 
@@ -108,7 +103,7 @@ pub fn compared(signal: &str, noise_floor: f64, before: HeldOut, after: HeldOut)
 pub fn held_out_errors(hypothesis: &Hypothesis, x: &[f64]) -> Vec<f64> {
     let mut sums = std::collections::BTreeMap::new();
     let held_out = |run: &BenchRun| run.speed.part.contains(&Part::HoldOut);
-    hypothesis.simulated(x, &hypothesis.plant(x), held_out, |index, _, predicted| {
+    hypothesis.simulated_some(x, &hypothesis.plant(x), held_out, |index, _, predicted| {
         let run = &hypothesis.dataset.runs[index];
         let held_out = (0..predicted.len()).filter(|k| run.speed.part[*k] == Part::HoldOut);
         let square = |k: usize| (run.speed.measured[k] - predicted[k]).powi(2);

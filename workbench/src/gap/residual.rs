@@ -5,6 +5,11 @@ pub fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
+/// The largest magnitude.
+pub fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0_f64, |most, value| most.max(value.abs()))
+}
+
 /// 100·(1 − ‖y − ŷ‖/‖y − ȳ‖): the share of the measured variation that the simulation explains, in %.
 pub fn fit_percent(measured: &[f64], predicted: &[f64]) -> f64 {
     let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;

@@ -49,14 +49,9 @@ impl Sample {
 pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample> {
     let plant = hypothesis.plant(x);
     let mut all = Vec::new();
-    hypothesis.simulated(
-        x,
-        &plant,
-        |_| true,
-        |index, traces, predicted| {
-            of_run(&mut all, index, &hypothesis.dataset.runs[index], &plant, traces, predicted);
-        },
-    );
+    hypothesis.simulated(x, &plant, |index, traces, predicted| {
+        of_run(&mut all, index, &hypothesis.dataset.runs[index], &plant, traces, predicted);
+    });
     all.retain(|sample| parts.contains(&sample.part));
     all
 }

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-/// What is left of a fit. `share`: of the residual's square, 0 … 1.
+/// What is left of a fit. `share`: what it explains of the residual's square, 0 … 1.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[allow(missing_docs)] // The variants say what their fields are.
 pub enum Structure {
     /// Nothing to be seen.
     #[default]
@@ -12,57 +13,27 @@ pub enum Structure {
     Correlated,
     /// Nothing in the motion predicts it on held-out data.
     Unpredicted,
-    /// A line in time.
-    PeriodicInTime {
-        /// Its frequency, Hz.
-        hertz: f64,
-        /// What it explains.
-        share: f64,
-    },
-    /// A line over the position.
-    PeriodicInPosition {
-        /// Radians per turn of the sine and radian of the shaft, or 1/m on a linear axis.
-        number: f64,
-        /// True on a linear axis.
-        linear: bool,
-        /// What it explains.
-        share: f64,
-    },
+    /// A line in time, with its frequency in Hz.
+    PeriodicInTime { hertz: f64, share: f64 },
+    /// A line over the position: radians per turn of the sine and radian of the shaft, or 1/m on a linear axis.
+    PeriodicInPosition { number: f64, linear: bool, share: f64 },
     /// A torque or a reading that changes over the turn of a shaft.
-    Turn {
-        /// What it explains.
-        share: f64,
-    },
+    Turn { share: f64 },
     /// A friction that changes over the turn of a shaft.
-    FrictionOfTurn {
-        /// What it explains.
-        share: f64,
-    },
-    /// A quantity of the motion explains a part of it.
-    FunctionOf {
-        /// The quantity as a reader knows it.
-        quantity: &'static str,
-        /// What it explains.
-        share: f64,
-    },
-    /// Two runs with the same input differ, and slowly.
-    Unrepeatable {
-        /// By how many times the noise.
-        times: f64,
-    },
+    FrictionOfTurn { share: f64 },
+    /// A quantity of the motion, as a reader knows it, explains a part of it.
+    FunctionOf { quantity: &'static str, share: f64 },
+    /// Two runs with the same input differ by so many times the noise, and slowly.
+    Unrepeatable { times: f64 },
     /// The log is too short to say.
     TooFew,
     /// What fits the log does not predict the hold-out.
     OfEveryRecord,
     /// The model fits the log and misses a held-out record.
     AnotherMotor,
-    /// A table over some variables predicts a part of it on held-out data.
-    Predicted {
-        /// The variables and what they predict, as a sentence without its end.
-        by: String,
-        /// What stays true beside it.
-        beside: Option<Box<Structure>>,
-    },
+    /// A table over some variables predicts a part of it on held-out data: a sentence without its end, and what stays true
+    /// beside it.
+    Predicted { by: String, beside: Option<Box<Structure>> },
 }
 
 impl Structure {

@@ -227,41 +227,23 @@ fn by_shares<'a>(
     let share = (rest.excess / excess(given, nominal).max(1e-9)).min(1.0);
     let left = share > SHARE;
     let most = most_is_removed(&found.best, given, nominal, limits);
+    // A lag that removes less than half and stands alone is what almost anything else looks like that acts on the current or
+    // the sensor: it is no name.
     let lags_alone = found.best.hypothesis.items.iter().all(|item| item.effect.is_lag());
-    if left && !most && lags_alone {
-        return mimic(found, share, rest.structure);
-    }
-    let (ties, next) = ties(found);
-    let verdict = Verdict::of(false, !ties.is_empty(), true);
+    let mimics = left && !most && lags_alone;
+    let (ties, next) = if mimics { (Vec::new(), None) } else { ties(found) };
+    let verdict = Verdict::of(mimics, !ties.is_empty(), true);
     Judged {
         verdict,
         grade: Grade::of(verdict, left, most),
-        kept: found.best.clone(),
-        uncertainty,
-        closest: Vec::new(),
+        kept: if mimics { found.base.clone() } else { found.best.clone() },
+        uncertainty: uncertainty.filter(|_| !mimics),
+        closest: if mimics { found.best.hypothesis.names() } else { Vec::new() },
         ties,
         share,
         structure: if left { rest.structure } else { Structure::None },
         noise_like: None,
         next,
-        tiny: Vec::new(),
-    }
-}
-
-/// A lag that removes less than half and stands alone is what almost anything else looks like that acts on the current or the
-/// sensor: it is no name.
-fn mimic<'a>(found: &Found<'a>, share: f64, structure: Structure) -> Judged<'a> {
-    Judged {
-        verdict: Verdict::Unexplained,
-        grade: Grade::Outside,
-        kept: found.base.clone(),
-        uncertainty: None,
-        closest: found.best.hypothesis.names(),
-        ties: Vec::new(),
-        share,
-        structure,
-        noise_like: None,
-        next: None,
         tiny: Vec::new(),
     }
 }
@@ -334,22 +316,18 @@ fn held_out_share(best: &Scored, given: &Hypothesis, nominal: &[f64]) -> f64 {
 /// The effects that shrink what is left tenfold, refitted; the others only resemble it.
 fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
     let best = &found.best;
-    let (mut keep, mut closest) = (Vec::new(), Vec::new());
-    let without = each(0..best.hypothesis.items.len()).map(|index| {
+    let names = best.hypothesis.names();
+    let without = each(0..names.len()).map(|index| {
         let without = refitted(best, |k| k != index);
         excess(&without.hypothesis, &without.fit.x)
     });
     let without: Vec<f64> = without.collect();
-    for (index, item) in best.hypothesis.items.iter().enumerate() {
-        if without[index] > CONFIRMED * left {
-            keep.push(index)
-        } else {
-            closest.push(item.effect.name.to_owned())
-        }
+    let (keep, gone): (Vec<usize>, Vec<usize>) =
+        (0..names.len()).partition(|index| without[*index] > CONFIRMED * left);
+    if gone.is_empty() {
+        return (best.clone(), Vec::new());
     }
-    if closest.is_empty() {
-        return (best.clone(), closest);
-    }
+    let closest = gone.into_iter().map(|index| names[index].clone()).collect();
     (refitted(best, |k| keep.contains(&k)), closest)
 }
 

@@ -7,6 +7,7 @@ use crate::outcome::{
 use crate::report::volts;
 use crate::system::effects;
 use servo::axis::Bridge;
+use std::borrow::Borrow;
 
 /// Four significant digits, without trailing zeros; powers of ten where plain digits would not be readable.
 pub fn figure(x: f64) -> String {
@@ -305,11 +306,11 @@ pub fn title(outcome: &Outcome) -> String {
     if names.is_empty() { word } else { format!("{word}: {}", listing(&names)) }
 }
 
-fn listing(names: &[String]) -> String {
+pub fn listing(names: &[impl Borrow<str>]) -> String {
     match names {
         [] => "nothing".into(),
-        [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+        [one] => one.borrow().to_owned(),
+        [first @ .., last] => format!("{} and {}", first.join(", "), last.borrow()),
     }
 }
 

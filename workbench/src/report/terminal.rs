@@ -109,23 +109,17 @@ fn bar(gap: f64, largest: f64) -> String {
 }
 
 fn effects(text: &mut String, outcome: &Outcome) {
-    if !outcome.effects.is_empty() {
-        text.push('\n');
-    }
     for (k, effect) in outcome.effects.iter().enumerate() {
-        let head = if k == 0 { "Effects" } else { "" };
         let tie = effect.tie.map_or(String::new(), |t| format!(" (tie {})", t + 1));
-        block(text, head, &format!("{}. {}{tie}: {}", k + 1, effect.name, format::parameters(effect)));
+        let named = format!("{}. {}{tie}: {}", k + 1, effect.name, format::parameters(effect));
+        entry(text, "Effects", k, &named);
         block(text, "", &effect.evidence);
     }
 }
 
 fn ties(text: &mut String, outcome: &Outcome) {
     for (k, tie) in outcome.ties.iter().enumerate() {
-        if k == 0 {
-            text.push('\n');
-        }
-        block(text, if k == 0 { "Ties" } else { "" }, &format!("{}. {}", k + 1, format::rivals(tie)));
+        entry(text, "Ties", k, &format!("{}. {}", k + 1, format::rivals(tie)));
         block(text, "", &format!("told apart: {}", tie.separated_by));
     }
 }
@@ -185,11 +179,16 @@ fn next(text: &mut String, outcome: &Outcome) {
 
 fn notes(text: &mut String, outcome: &Outcome) {
     for (k, note) in outcome.notes.iter().enumerate() {
-        if k == 0 {
-            text.push('\n');
-        }
-        block(text, if k == 0 { "Notes" } else { "" }, note);
+        entry(text, "Notes", k, note);
     }
+}
+
+/// One of several bodies under a heading: the first has it, and an empty line in front.
+fn entry(text: &mut String, head: &str, place: usize, body: &str) {
+    if place == 0 {
+        text.push('\n');
+    }
+    block(text, if place == 0 { head } else { "" }, body);
 }
 
 /// A heading in the margin and its text beside it, wrapped.

@@ -27,6 +27,26 @@ impl Dataset {
             }
         }
     }
+
+    /// The same dataset with the error of a model in the weights. Weights by noise alone let a model that is wrong by many
+    /// times the noise fit the quiet stretches and miss the others.
+    pub fn eased(&self, plant: &Physics, start_speed: impl Fn(usize) -> f64) -> Self {
+        let mut eased = self.clone();
+        let (mut speed, mut current) = (Squares::default(), Squares::default());
+        let mut simulation = Simulation::default();
+        for (index, run) in self.runs.iter().enumerate() {
+            let (_, predicted) = simulation.speed(run, plant, start_speed(index), FINE);
+            speed.add(&run.speed, predicted);
+            if !run.current.is_empty() {
+                current.add(&run.current, simulation.current(run));
+            }
+        }
+        for run in &mut eased.runs {
+            speed.ease(&mut run.speed);
+            current.ease(&mut run.current);
+        }
+        eased
+    }
 }
 
 /// Squares of residuals of one signal.
@@ -54,28 +74,6 @@ impl Squares {
         for weight in &mut probes.weight {
             *weight = 1.0 / (weight.powi(-2) + error).sqrt();
         }
-    }
-}
-
-impl Dataset {
-    /// The same dataset with the error of a model in the weights. Weights by noise alone let a model that is wrong by many
-    /// times the noise fit the quiet stretches and miss the others.
-    pub fn eased(&self, plant: &Physics, start_speed: impl Fn(usize) -> f64) -> Self {
-        let mut eased = self.clone();
-        let (mut speed, mut current) = (Squares::default(), Squares::default());
-        let mut simulation = Simulation::default();
-        for (index, run) in self.runs.iter().enumerate() {
-            let (_, predicted) = simulation.speed(run, plant, start_speed(index), FINE);
-            speed.add(&run.speed, predicted);
-            if !run.current.is_empty() {
-                current.add(&run.current, simulation.current(run));
-            }
-        }
-        for run in &mut eased.runs {
-            speed.ease(&mut run.speed);
-            current.ease(&mut run.current);
-        }
-        eased
     }
 }
 

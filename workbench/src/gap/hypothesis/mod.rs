@@ -35,10 +35,12 @@ pub trait Data: Sync {
     fn base(&self, model: &Model, kind: &Kind) -> Physics;
 
     /// True if an effect that the model already contains shows in such data.
-    fn shows(&self, known: &Effect) -> bool;
+    fn shows(&self, _known: &Effect) -> bool {
+        true
+    }
 
     /// Puts right what several effects together make impossible.
-    fn tidy(&self, plant: &mut Physics);
+    fn tidy(&self, _plant: &mut Physics) {}
 }
 
 /// What one number of the vector stands for.

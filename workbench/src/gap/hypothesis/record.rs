@@ -25,9 +25,14 @@ const NOTICEABLE_WINDING: f64 = 0.003;
 const BASE_STEP: f64 = 2e-3;
 
 impl Hypothesis<'_> {
+    /// Simulates all runs with a plant; as [`Self::simulated_some`].
+    pub fn simulated(&self, x: &[f64], plant: &Physics, each: impl FnMut(usize, &Traces, &[f64])) {
+        self.simulated_some(x, plant, |_| true, each);
+    }
+
     /// Simulates the chosen runs with a plant, which may be another than that of the numbers, and hands on each run's index,
     /// its traces and what its speed sensor would have shown.
-    pub fn simulated(
+    pub fn simulated_some(
         &self,
         x: &[f64],
         plant: &Physics,
@@ -129,12 +134,6 @@ impl Data for Dataset {
         plant.unnamed = model.terms();
         plant
     }
-
-    fn shows(&self, _: &Effect) -> bool {
-        true
-    }
-
-    fn tidy(&self, _: &mut Physics) {}
 }
 
 /// Kt and Ke are one number unless the file states both; a winding too fast to be told keeps its time constant. Of a model that is a fit to

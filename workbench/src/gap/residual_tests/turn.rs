@@ -135,16 +135,11 @@ fn trace(scored: &Scored, seen: &[Sample], phase: f64, acts: Acts, periods: f64)
     plant.torques.push(TorqueLaw { law: Law::Wave, parameters, acts });
     let mut predicted = Vec::with_capacity(seen.len());
     let hypothesis = &scored.hypothesis;
-    hypothesis.simulated(
-        &scored.fit.x,
-        &plant,
-        |_| true,
-        |index, _, values| {
-            let run = &scored.hypothesis.dataset.runs[index];
-            let compared = values.iter().zip(&run.speed.part);
-            predicted.extend(compared.filter(|(_, part)| matches!(part, Part::A | Part::B)).map(|(v, _)| *v));
-        },
-    );
+    hypothesis.simulated(&scored.fit.x, &plant, |index, _, values| {
+        let run = &scored.hypothesis.dataset.runs[index];
+        let compared = values.iter().zip(&run.speed.part);
+        predicted.extend(compared.filter(|(_, part)| matches!(part, Part::A | Part::B)).map(|(v, _)| *v));
+    });
     let changes = predicted.iter().zip(seen);
     DVector::from_iterator(
         seen.len(),

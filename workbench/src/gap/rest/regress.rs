@@ -187,12 +187,7 @@ fn nuisances(scored: &Scored, compared: &[Compared]) -> DMatrix<f64> {
     let hypothesis = &scored.hypothesis;
     let weighted = |x: &[f64]| {
         let mut values = Vec::with_capacity(compared.len());
-        hypothesis.simulated(
-            x,
-            &hypothesis.plant(x),
-            |_| true,
-            |_, _, predicted| values.extend_from_slice(predicted),
-        );
+        hypothesis.simulated(x, &hypothesis.plant(x), |_, _, predicted| values.extend_from_slice(predicted));
         values
     };
     let here = weighted(&scored.fit.x);

@@ -50,20 +50,15 @@ impl Tracks {
     /// Follows a plant over all runs. `standstill`: speed below which no direction is certain.
     pub fn of(hypothesis: &Hypothesis, x: &[f64], plant: &Physics, standstill: f64) -> (Self, Vec<Compared>) {
         let (mut tracks, mut compared) = (Vec::new(), Vec::new());
-        hypothesis.simulated(
-            x,
-            plant,
-            |_| true,
-            |index, traces, predicted| {
-                tracks.push(track(hypothesis, plant, index, traces, standstill));
-                let run = &hypothesis.dataset.runs[index];
-                compared.extend(predicted.iter().enumerate().map(|(k, predicted)| {
-                    let weight = run.speed.weight[k];
-                    let residual = (run.speed.measured[k] - predicted) * weight;
-                    Compared { run: index, log: run.log, part: run.speed.part[k], residual, weight }
-                }));
-            },
-        );
+        hypothesis.simulated(x, plant, |index, traces, predicted| {
+            tracks.push(track(hypothesis, plant, index, traces, standstill));
+            let run = &hypothesis.dataset.runs[index];
+            compared.extend(predicted.iter().enumerate().map(|(k, predicted)| {
+                let weight = run.speed.weight[k];
+                let residual = (run.speed.measured[k] - predicted) * weight;
+                Compared { run: index, log: run.log, part: run.speed.part[k], residual, weight }
+            }));
+        });
         (Self { tracks, per_input: plant.torque_per_input(), sensor_scale: plant.sensor_scale }, compared)
     }
 

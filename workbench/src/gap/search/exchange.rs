@@ -69,7 +69,7 @@ impl<'a> Search<'a, '_> {
     /// Drops every effect whose removal costs too little, on the fine grid.
     pub(super) fn eliminated(&self, scored: Scored<'a>) -> Scored<'a> {
         let mut best = scored;
-        'again: loop {
+        loop {
             if best.hypothesis.items.len() < 2 {
                 return best;
             }
@@ -82,11 +82,10 @@ impl<'a> Search<'a, '_> {
             let samples = best.fit.samples as f64;
             let cost = cheapest.fit.cost - best.fit.cost;
             let too_little = cost < worth(factor) || cost / samples < VISIBLE * VISIBLE;
-            if too_little || self.any_inside_tolerance(&best) {
-                best = cheapest;
-                continue 'again;
+            if !too_little && !self.any_inside_tolerance(&best) {
+                return best;
             }
-            return best;
+            best = cheapest;
         }
     }
 }

@@ -36,6 +36,7 @@ use crate::system::effects::{Effect, Form};
 use crate::system::model::Model;
 use rounds::Path;
 use score::penalty;
+use std::collections::BTreeSet;
 
 /// What the search found.
 #[derive(Clone)]
@@ -144,14 +145,8 @@ impl<'a> Search<'a, '_> {
 
     /// Each name that stayed small and was not named in the end, once.
     fn still_small(&self, small: Vec<(String, f64)>, best: &Scored) -> Vec<(String, f64)> {
-        let named = best.hypothesis.names();
-        let mut still: Vec<(String, f64)> = Vec::new();
-        for (name, points) in small {
-            if !named.contains(&name) && !still.iter().any(|(other, _)| *other == name) {
-                still.push((name, points));
-            }
-        }
-        still
+        let mut told: BTreeSet<String> = best.hypothesis.names().into_iter().collect();
+        small.into_iter().filter(|(name, _)| told.insert(name.clone())).collect()
     }
 
     fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {

@@ -15,6 +15,7 @@ use crate::gap::problem::dot;
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
+use std::borrow::{Borrow, BorrowMut};
 
 /// Candidates that are fitted for two iterations, of those with the lowest predicted cost. A budget
 /// of computing time, not a threshold: half of it changes no case of 26, 15 lose a pair of 16.
@@ -55,14 +56,14 @@ struct Entered<'a> {
     scored: Scored<'a>,
 }
 
-impl<'a> AsRef<Scored<'a>> for Entered<'a> {
-    fn as_ref(&self) -> &Scored<'a> {
+impl<'a> Borrow<Scored<'a>> for Entered<'a> {
+    fn borrow(&self) -> &Scored<'a> {
         &self.scored
     }
 }
 
-impl<'a> AsMut<Scored<'a>> for Entered<'a> {
-    fn as_mut(&mut self) -> &mut Scored<'a> {
+impl<'a> BorrowMut<Scored<'a>> for Entered<'a> {
+    fn borrow_mut(&mut self) -> &mut Scored<'a> {
         &mut self.scored
     }
 }

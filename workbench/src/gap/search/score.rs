@@ -5,6 +5,7 @@ use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting};
 use crate::gap::hypothesis::{Data, Hypothesis};
 use crate::gap::problem::{Problem, dot};
 use crate::system::plant::physics::Physics;
+use std::borrow::BorrowMut;
 
 /// A fitted set.
 #[derive(Clone, Debug)]
@@ -33,18 +34,6 @@ impl<D: Data> Scored<'_, D> {
     }
 }
 
-impl AsRef<Self> for Scored<'_> {
-    fn as_ref(&self) -> &Self {
-        self
-    }
-}
-
-impl AsMut<Self> for Scored<'_> {
-    fn as_mut(&mut self) -> &mut Self {
-        self
-    }
-}
-
 /// χ² per sample beyond 1, times the inflation of a mean's variance by the residual's correlation.
 pub fn dispersion(scored: &Scored) -> f64 {
     dispersion_on(scored, &SEARCH)
@@ -52,10 +41,7 @@ pub fn dispersion(scored: &Scored) -> f64 {
 
 /// The same on a grid.
 pub(super) fn dispersion_on(scored: &Scored, setting: &Setting) -> f64 {
-    let mut evaluator = Evaluator::new(&scored.hypothesis, setting);
-    let mut residuals = Vec::new();
-    evaluator.residuals(&scored.fit.x, &mut residuals);
-    residuals.truncate(scored.fit.samples);
+    let residuals = compared(&scored.hypothesis, &scored.fit.x, setting);
     let mean_square = dot(&residuals, &residuals) / residuals.len() as f64;
     mean_square.max(1.0) * crate::gap::residual::inflation(&residuals)
 }
@@ -72,24 +58,30 @@ pub(super) fn score_with(scored: &Scored, factor: f64) -> f64 {
 
 /// Sorts sets by score, best first, the penalty measured by the dispersion of the set that fits best: with the
 /// dispersion of a set that lacks an effect, a second parameter could never pay.
-pub(super) fn rank<'a, T: AsMut<Scored<'a>> + AsRef<Scored<'a>>>(sets: &mut [T]) {
-    let costs = |set: &T| set.as_ref().fit.cost;
+pub(super) fn rank<'a, T: BorrowMut<Scored<'a>>>(sets: &mut [T]) {
+    let costs = |set: &T| set.borrow().fit.cost;
     let Some(nearest) = sets.iter().min_by(|a, b| costs(a).total_cmp(&costs(b))) else {
         return;
     };
-    let factor = dispersion(nearest.as_ref());
-    for scored in sets.iter_mut().map(AsMut::as_mut) {
+    let factor = dispersion(nearest.borrow());
+    for scored in sets.iter_mut().map(BorrowMut::borrow_mut) {
         scored.score = score_with(scored, factor);
     }
-    sets.sort_by(|a, b| a.as_ref().score.total_cmp(&b.as_ref().score));
+    sets.sort_by(|a, b| a.borrow().score.total_cmp(&b.borrow().score));
 }
 
 /// χ² and number of samples of a hypothesis on the parts of a setting.
 pub fn chi2(hypothesis: &Hypothesis, x: &[f64], setting: &Setting) -> (f64, usize) {
+    let residuals = compared(hypothesis, x, setting);
+    (dot(&residuals, &residuals), residuals.len())
+}
+
+/// The residuals of the compared samples, without the priors.
+pub(super) fn compared(hypothesis: &Hypothesis, x: &[f64], setting: &Setting) -> Vec<f64> {
     let mut residuals = Vec::new();
     Evaluator::new(hypothesis, setting).residuals(x, &mut residuals);
     residuals.truncate(residuals.len() - hypothesis.priors(x).count());
-    (dot(&residuals, &residuals), residuals.len())
+    residuals
 }
 
 /// The residual on the held-out part, unweighted by anything but the noise.

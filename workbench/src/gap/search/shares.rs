@@ -9,14 +9,13 @@
 //! ```
 
 use super::rounds::{BEAM, Path};
-use super::score::{Scored, dispersion};
+use super::score::{Scored, compared, dispersion};
 use super::worth::cross_validated;
 use super::{Found, Offer, Search};
 use crate::gap::effort::{Phase, during};
-use crate::gap::fit::{Evaluator, Fit, SEARCH};
+use crate::gap::fit::{Fit, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::{held_out_errors, held_out_variation};
-use crate::gap::problem::Problem;
 use crate::gap::threads::each;
 use crate::system::effects::{Meaning, Starts};
 use rayon::prelude::*;
@@ -354,8 +353,6 @@ pub(super) fn no_more(errors: &[f64], than: &[f64], share: f64) -> bool {
 
 /// The number of samples, those that tell the same counted once.
 fn effective_samples(scored: &Scored) -> f64 {
-    let mut residuals = Vec::new();
-    Evaluator::new(&scored.hypothesis, &SEARCH).residuals(&scored.fit.x, &mut residuals);
-    residuals.truncate(scored.fit.samples);
+    let residuals = compared(&scored.hypothesis, &scored.fit.x, &SEARCH);
     scored.fit.samples as f64 / crate::gap::residual::inflation(&residuals)
 }

@@ -4,6 +4,7 @@
 use super::map;
 use crate::gap::dataset::Scales;
 use crate::gap::hypothesis::{Data, Item, Slot};
+use crate::gap::residual::largest;
 use crate::system::effects::{Effect, Family, Parameter, Signal, Starts};
 use crate::system::log::Table;
 use crate::system::model::{Kind, Model};
@@ -236,10 +237,6 @@ fn scales(plant: &Physics, input: f64, speed: f64, gain: f64) -> Scales {
 
 fn minus(measured: &[f64], predicted: &[f64]) -> Vec<f64> {
     measured.iter().zip(predicted).map(|(y, p)| y - p).collect()
-}
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0_f64, |most, v| most.max(v.abs()))
 }
 
 /// The steepest slope of a table over at least a tenth of its span, rad/s/V.

@@ -3,6 +3,7 @@
 //! A run is the response of a first-order lag to its input: ω(t) = ω₀ e^(−t/T) + gain · (u − u_f·sign ω) ∗ e^(−t/T)/T. For a given T
 //! that is linear in gain, gain · u_f and a constant load, so T alone is searched for.
 
+use crate::gap::residual::largest;
 use crate::system::log::{Dynamic, Run, Table};
 use nalgebra::{DMatrix, DVector};
 use servo::axis::Bridge;
@@ -199,8 +200,4 @@ fn golden(value: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
         if value(a) < value(b) { high = b } else { low = a }
     }
     0.5 * (low + high)
-}
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0_f64, |most, value| most.max(value.abs()))
 }

@@ -13,6 +13,7 @@ pub use text::{GUESSED, START};
 
 use crate::console::input_error::InputError;
 use crate::gap::tables;
+use crate::report::format::listing;
 use crate::system::log::{Dynamic, Input, Log};
 use crate::system::model::{self, DRIVEN_DIRECTLY, Draft, Kind, Model};
 use split::{Split, Winding};
@@ -98,7 +99,7 @@ impl Evidence<'_> {
     /// What was unknown, where its start value comes from, and what follows.
     fn sentence(&self, draft: &Draft, split: &Split) -> String {
         let keys: Vec<&str> = draft.unknown().iter().map(|unknown| unknown.key).collect();
-        let (list, is) = (listed(&keys), if keys.len() == 1 { "is" } else { "are" });
+        let (list, is) = (listing(&keys), if keys.len() == 1 { "is" } else { "are" });
         let seen = match (self.shown, split.measured_winding) {
             (None, _) => "typical values, because the log does not move".to_owned(),
             (Some(line), false) => line.sentence(self.log),
@@ -123,14 +124,6 @@ impl Evidence<'_> {
             said += &format!(". {more}");
         }
         said
-    }
-}
-
-fn listed(keys: &[&str]) -> String {
-    match keys {
-        [one] => (*one).to_owned(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
-        [] => String::new(),
     }
 }
 

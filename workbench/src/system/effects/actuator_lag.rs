@@ -13,11 +13,6 @@ pub static ACTUATOR_LAG: Effect = Effect {
     separated_by: "square reversals sampled faster than the lag; chirp",
     parameters: &[Parameter::new("time_constant_s", "s", Scale::Time, 0.0, 2.0)],
     starts: Starts::Grid(&[&[0.01], &[0.04], &[0.1], &[0.25], &[0.6]]),
-    axis: Axis::Any,
-    family: Family::Own,
-    form: Form::Plain,
-    offered: Offered::Records(InTables::Counts),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |p, plant| plant.lag_s += p[0],
+    ..Effect::USUAL
 };

@@ -59,12 +59,8 @@ pub static BACKLASH: Effect = Effect {
         Parameter::new("contact_damping", "1", Scale::One, 0.05, 3.0).optional(1.0),
     ],
     starts: Starts::Rugged(&STARTS, &[0.12, 0.2, 0.25, 0.25]),
-    axis: Axis::Any,
     family: Family::Coupling,
     form: Form::Rich,
-    offered: Offered::Records(InTables::Counts),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.gap_rad += p[0];
         plant.load_share = plant.load_share.max(p[1]);
@@ -73,4 +69,5 @@ pub static BACKLASH: Effect = Effect {
             plant.contact_damping = p[3];
         }
     },
+    ..Effect::USUAL
 };

@@ -18,14 +18,8 @@ pub static COGGING: Effect = Effect {
         Parameter::new("phase_rad", "rad", Scale::One, -9.5, 9.5).meaning(Meaning::Phase),
     ],
     starts: Starts::PositionScan,
-    axis: Axis::Any,
-    family: Family::Own,
     form: Form::RichWithoutPosition,
     offered: Offered::Records(InTables::LeftOut),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
-    apply: |p, plant| {
-        let parameters = [p[0], p[1], p[2]];
-        plant.torques.push(TorqueLaw { law: Law::Cogging, parameters, acts: Acts::Motor });
-    },
+    apply: |p, plant| plant.torques.push(TorqueLaw::new(Law::Cogging, [p[0], p[1], p[2]], Acts::Motor)),
+    ..Effect::USUAL
 };

@@ -14,14 +14,8 @@ pub static CONSTANT_LOAD: Effect = Effect {
     separated_by: "coast-downs in both directions",
     parameters: &[Parameter::new("torque_nm", "N m", Scale::Torque, -0.8, 0.8)],
     starts: Starts::Grid(&[&[-0.1], &[-0.02], &[0.02], &[0.1]]),
-    axis: Axis::Any,
-    family: Family::Own,
-    form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Representative, Shape::ZeroCrossing)),
-    relations: Relations::NONE,
     on_chip: OnChip::Known,
-    apply: |p, plant| {
-        let parameters = [p[0], 0.0, 0.0];
-        plant.torques.push(TorqueLaw { law: Law::Constant, parameters, acts: Acts::Load });
-    },
+    apply: |p, plant| plant.torques.push(TorqueLaw::new(Law::Constant, [p[0], 0.0, 0.0], Acts::Load)),
+    ..Effect::USUAL
 };

@@ -16,7 +16,6 @@ pub static COULOMB_ASYMMETRIC: Effect = Effect {
         Parameter::new("neg_nm", "N m", Scale::Torque, 0.0, 0.8),
     ],
     starts: Starts::Grid(&[&[0.01, 0.02], &[0.02, 0.01], &[0.05, 0.08], &[0.08, 0.05], &[0.2, 0.25]]),
-    axis: Axis::Any,
     family: Family::DryFriction,
     form: Form::Rich,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Edges).needs(Needs::Reversal)),
@@ -30,4 +29,5 @@ pub static COULOMB_ASYMMETRIC: Effect = Effect {
         plant.friction_pos += p[0];
         plant.friction_neg += p[1];
     },
+    ..Effect::USUAL
 };

@@ -13,9 +13,7 @@ pub static COULOMB_FRICTION: Effect = Effect {
     separated_by: "square reversals or coast-downs: friction brakes an open bridge, a dead zone does not",
     parameters: &[Parameter::new("level_nm", "N m", Scale::Torque, 0.0, 0.8)],
     starts: Starts::Grid(&[&[0.005], &[0.02], &[0.05], &[0.12], &[0.25], &[0.5]]),
-    axis: Axis::Any,
     family: Family::DryFriction,
-    form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Edges)),
     relations: Relations { inseparable_from: &[&CONSTANT_LOAD], ..Relations::NONE },
     on_chip: OnChip::Known,
@@ -23,4 +21,5 @@ pub static COULOMB_FRICTION: Effect = Effect {
         plant.friction_pos += p[0];
         plant.friction_neg += p[0];
     },
+    ..Effect::USUAL
 };

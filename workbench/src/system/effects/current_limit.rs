@@ -14,10 +14,7 @@ pub static CURRENT_LIMIT: Effect = Effect {
     parameters: &[Parameter::new("limit_a", "A", Scale::Current, 0.02, 2.5)],
     starts: Starts::Quantiles(Signal::Current, &[]),
     axis: Axis::Current,
-    family: Family::Own,
-    form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Limit)),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |p, plant| plant.current_limit = plant.current_limit.min(p[0]),
+    ..Effect::USUAL
 };

@@ -24,9 +24,7 @@ pub static DEAD_ZONE: Effect = Effect {
         &[0.25, 0.0],
         &[0.4, 0.0],
     ]),
-    axis: Axis::Any,
     family: Family::DeadZone,
-    form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Representative, Shape::Edges)),
     relations: Relations { inseparable_from: &[&VOLTAGE_OFFSET], ..Relations::NONE },
     on_chip: OnChip::Known,
@@ -35,6 +33,7 @@ pub static DEAD_ZONE: Effect = Effect {
         plant.dead_neg += p[0];
         plant.dead_softness = plant.dead_softness.max(p[1]);
     },
+    ..Effect::USUAL
 };
 
 /// Different for the two directions.
@@ -59,7 +58,6 @@ pub static DEAD_ZONE_ASYMMETRIC: Effect = Effect {
         &[0.25, 0.25, 0.0],
         &[0.4, 0.4, 0.0],
     ]),
-    axis: Axis::Any,
     family: Family::DeadZone,
     form: Form::Rich,
     offered: Offered::Both(
@@ -76,4 +74,5 @@ pub static DEAD_ZONE_ASYMMETRIC: Effect = Effect {
         plant.dead_neg += p[1];
         plant.dead_softness = plant.dead_softness.max(p[2]);
     },
+    ..Effect::USUAL
 };

@@ -13,11 +13,10 @@ pub static DRIVE_GAIN: Effect = Effect {
     separated_by: "log the current, or know the counts per turn: speed alone cannot tell it from the sensor's scale",
     parameters: &[Parameter::new("ratio", "1", Scale::One, 0.2, 5.0).meaning(Meaning::Ratio)],
     starts: Starts::Grid(&[&[0.6], &[0.8], &[0.95], &[1.05], &[1.2], &[1.6]]),
-    axis: Axis::Any,
-    family: Family::Own,
     form: Form::Absorbed,
     offered: Offered::Both(Steady::new(Role::Representative, Shape::Slope)),
     relations: Relations { multiplies: Some(Multiplies::Chain("drive_gain")), ..Relations::NONE },
     on_chip: OnChip::Known,
     apply: |p, plant| plant.drive_gain *= p[0],
+    ..Effect::USUAL
 };

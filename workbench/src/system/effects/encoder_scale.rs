@@ -13,11 +13,9 @@ pub static ENCODER_SCALE: Effect = Effect {
     separated_by: "log the current, or turn the shaft by hand through a known angle",
     parameters: &[Parameter::new("ratio", "1", Scale::One, 0.2, 5.0).meaning(Meaning::Ratio)],
     starts: Starts::Grid(&[&[0.6], &[0.8], &[0.95], &[1.05], &[1.2], &[1.6]]),
-    axis: Axis::Any,
-    family: Family::Own,
     form: Form::Absorbed,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Slope)),
     relations: Relations { multiplies: Some(Multiplies::Chain("encoder_scale")), ..Relations::NONE },
-    on_chip: OnChip::Unknown,
     apply: |p, plant| plant.sensor_scale *= p[0],
+    ..Effect::USUAL
 };

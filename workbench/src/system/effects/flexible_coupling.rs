@@ -35,15 +35,12 @@ pub static FLEXIBLE_COUPLING: Effect = Effect {
         &[29.0, 0.4, 0.15],
         &[140.0, 0.9, 0.15],
     ]),
-    axis: Axis::Any,
     family: Family::Coupling,
     form: Form::Rich,
-    offered: Offered::Records(InTables::Counts),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.stiffness = p[0];
         plant.coupling_damping = p[1];
         plant.load_share = p[2];
     },
+    ..Effect::USUAL
 };

@@ -18,13 +18,7 @@ pub static GRAVITY: Effect = Effect {
     ],
     starts: Starts::GravityScan,
     axis: Axis::Rotary,
-    family: Family::Own,
-    form: Form::Plain,
     offered: Offered::Records(InTables::LeftOut),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
-    apply: |p, plant| {
-        let parameters = [p[0], p[1], 0.0];
-        plant.torques.push(TorqueLaw { law: Law::Gravity, parameters, acts: Acts::Load });
-    },
+    apply: |p, plant| plant.torques.push(TorqueLaw::new(Law::Gravity, [p[0], p[1], 0.0], Acts::Load)),
+    ..Effect::USUAL
 };

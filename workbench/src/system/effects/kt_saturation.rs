@@ -14,10 +14,6 @@ pub static KT_SATURATION: Effect = Effect {
     parameters: &[Parameter::new("knee_a", "A", Scale::Current, 0.1, 20.0)],
     starts: Starts::Grid(&[&[0.5], &[1.2], &[3.0]]),
     axis: Axis::Current,
-    family: Family::Own,
-    form: Form::Plain,
-    offered: Offered::Records(InTables::Counts),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |p, plant| plant.kt_knee_a = plant.kt_knee_a.min(p[0]),
+    ..Effect::USUAL
 };

@@ -17,16 +17,13 @@ pub static LOAD_DEPENDENT_FRICTION: Effect = Effect {
         Parameter::new("per_load_torque", "1", Scale::One, 0.0, 0.9),
     ],
     starts: Starts::Grid(&[&[0.01, 0.05, 0.02], &[0.03, 0.15, 0.1], &[0.08, 0.3, 0.05]]),
-    axis: Axis::Any,
     family: Family::DryFriction,
     form: Form::Rich,
-    offered: Offered::Records(InTables::Counts),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.friction_pos += p[0];
         plant.friction_neg += p[0];
         plant.friction_per_motor += p[1];
         plant.friction_per_load += p[2];
     },
+    ..Effect::USUAL
 };

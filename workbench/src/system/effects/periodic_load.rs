@@ -18,14 +18,8 @@ pub static PERIODIC_LOAD: Effect = Effect {
         Parameter::new("phase_rad", "rad", Scale::One, -9.5, 9.5).meaning(Meaning::Phase),
     ],
     starts: Starts::TimeScan,
-    axis: Axis::Any,
-    family: Family::Own,
     form: Form::Rich,
     offered: Offered::Records(InTables::LeftOut),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
-    apply: |p, plant| {
-        let parameters = [p[0], p[1], p[2]];
-        plant.torques.push(TorqueLaw { law: Law::Periodic, parameters, acts: Acts::Load });
-    },
+    apply: |p, plant| plant.torques.push(TorqueLaw::new(Law::Periodic, [p[0], p[1], p[2]], Acts::Load)),
+    ..Effect::USUAL
 };

@@ -13,11 +13,7 @@ pub static SENSOR_OFFSET: Effect = Effect {
     separated_by: "standstill with the bridge open",
     parameters: &[Parameter::new("offset", "rad/s", Scale::Speed, -0.5, 0.5)],
     starts: Starts::Grid(&[&[-0.05], &[-0.01], &[0.01], &[0.05]]),
-    axis: Axis::Any,
-    family: Family::Own,
-    form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Representative, Shape::ZeroCrossing)),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |p, plant| plant.sensor_offset += p[0],
+    ..Effect::USUAL
 };

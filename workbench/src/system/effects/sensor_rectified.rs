@@ -13,14 +13,10 @@ pub static SENSOR_RECTIFIED: Effect = Effect {
     separated_by: "one reversal",
     parameters: &[],
     starts: Starts::Grid(&[&[]]),
-    axis: Axis::Any,
-    family: Family::Own,
-    form: Form::Plain,
     offered: Offered::Both(
         Steady::new(Role::Representative, Shape::Told("the reading is positive in both directions"))
             .needs(Needs::Magnitudes),
     ),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |_, plant| plant.sensor_rectified = true,
+    ..Effect::USUAL
 };

@@ -13,11 +13,7 @@ pub static SPEED_SATURATION: Effect = Effect {
     separated_by: "release from full voltage to half: a clamped reading stays flat for a while",
     parameters: &[Parameter::new("limit_rad_s", "rad/s", Scale::Speed, 0.03, 1.5)],
     starts: Starts::Quantiles(Signal::Speed, &[]),
-    axis: Axis::Any,
-    family: Family::Own,
-    form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Limit)),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |p, plant| plant.sensor_limit = plant.sensor_limit.min(p[0]),
+    ..Effect::USUAL
 };

@@ -22,7 +22,6 @@ pub static STRIBECK_FRICTION: Effect = Effect {
         &[0.12, 0.2, 0.03],
         &[0.25, 0.4, 0.05],
     ]),
-    axis: Axis::Any,
     family: Family::DryFriction,
     form: Form::Rich,
     offered: Offered::Both(
@@ -35,12 +34,11 @@ pub static STRIBECK_FRICTION: Effect = Effect {
         // A steady state cannot tell the kinetic level from a dead zone.
         .forms(Forms::FromRest(&[Some(0.0), None, None])),
     ),
-    relations: Relations::NONE,
     on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.friction_pos += p[0];
         plant.friction_neg += p[0];
         plant.breakaway_extra += (p[1] - p[0]).max(0.0);
         plant.stribeck_speed = p[2];
-    },
+    },    ..Effect::USUAL
 };

@@ -17,13 +17,10 @@ pub static SUPPLY_SAG: Effect = Effect {
     ],
     starts: Starts::Grid(&[&[0.02, 0.0], &[0.1, 0.0], &[0.3, 0.0], &[0.8, 0.0]]),
     axis: Axis::Winding,
-    family: Family::Own,
-    form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Representative, Shape::BEND).forms(Forms::Plain)),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.source_ohm += p[0];
         plant.bus_farad = plant.bus_farad.max(p[1]);
     },
+    ..Effect::USUAL
 };

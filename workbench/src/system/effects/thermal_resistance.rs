@@ -27,13 +27,10 @@ pub static THERMAL_RESISTANCE: Effect = Effect {
         &[10.0, 200.0],
     ]),
     axis: Axis::Winding,
-    family: Family::Own,
     form: Form::Absorbed,
-    offered: Offered::Records(InTables::Counts),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.heat_rise_per_w += p[0];
         plant.heat_time_s = p[1];
     },
+    ..Effect::USUAL
 };

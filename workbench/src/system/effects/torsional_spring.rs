@@ -29,16 +29,11 @@ pub static TORSIONAL_SPRING: Effect = Effect {
         &[0.01, 0.0, 1e-3],
         &[0.05, 0.0, 0.1],
     ]),
-    axis: Axis::Any,
-    family: Family::Own,
     // Within a part of a turn the weight of an arm pulls back as a spring does, and it is met far more often.
     form: Form::Rich,
     // The motor does not turn on against a spring: no speed settles.
     offered: Offered::Records(InTables::LeftOut),
     relations: Relations { inseparable_from: &[&CONSTANT_LOAD], ..Relations::NONE },
-    on_chip: OnChip::Unknown,
-    apply: |p, plant| {
-        let parameters = [p[0], p[1], p[2]];
-        plant.torques.push(TorqueLaw { law: Law::Spring, parameters, acts: Acts::Load });
-    },
+    apply: |p, plant| plant.torques.push(TorqueLaw::new(Law::Spring, [p[0], p[1], p[2]], Acts::Load)),
+    ..Effect::USUAL
 };

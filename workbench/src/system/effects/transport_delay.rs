@@ -13,11 +13,6 @@ pub static TRANSPORT_DELAY: Effect = Effect {
     separated_by: "square reversals; chirp up to a few over the delay",
     parameters: &[Parameter::new("seconds", "s", Scale::Time, 0.0, 2.0)],
     starts: Starts::Grid(&[&[0.01], &[0.04], &[0.1], &[0.25], &[0.6]]),
-    axis: Axis::Any,
-    family: Family::Own,
-    form: Form::Plain,
-    offered: Offered::Records(InTables::Counts),
-    relations: Relations::NONE,
-    on_chip: OnChip::Unknown,
     apply: |p, plant| plant.delay_s += p[0],
+    ..Effect::USUAL
 };

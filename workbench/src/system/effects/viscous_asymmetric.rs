@@ -16,7 +16,6 @@ pub static VISCOUS_ASYMMETRIC: Effect = Effect {
         Parameter::new("neg_nms", "N m s/rad", Scale::Viscous, -0.6, 4.0),
     ],
     starts: Starts::Grid(&[&[0.05, -0.05], &[-0.05, 0.05], &[0.2, 0.05], &[0.05, 0.2]]),
-    axis: Axis::Any,
     family: Family::Viscous,
     form: Form::Rich,
     offered: Offered::Both(
@@ -24,9 +23,9 @@ pub static VISCOUS_ASYMMETRIC: Effect = Effect {
             .needs(Needs::Reversal),
     ),
     relations: Relations { inseparable_from: &[&VISCOUS_FRICTION], ..Relations::NONE },
-    on_chip: OnChip::Unknown,
     apply: |p, plant| {
         plant.viscous_pos += p[0];
         plant.viscous_neg += p[1];
     },
+    ..Effect::USUAL
 };

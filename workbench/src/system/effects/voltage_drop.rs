@@ -14,10 +14,8 @@ pub static VOLTAGE_DROP: Effect = Effect {
     parameters: &[Parameter::new("drop_v", "V", Scale::Input, 0.0, 0.5)],
     starts: Starts::Grid(&[&[0.02], &[0.06], &[0.15], &[0.3]]),
     axis: Axis::Winding,
-    family: Family::Own,
-    form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Edges)),
-    relations: Relations::NONE,
     on_chip: OnChip::Known,
     apply: |p, plant| plant.drop_v += p[0],
+    ..Effect::USUAL
 };

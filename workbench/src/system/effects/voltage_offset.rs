@@ -13,11 +13,8 @@ pub static VOLTAGE_OFFSET: Effect = Effect {
     separated_by: "coast-down with the bridge open, in both directions",
     parameters: &[Parameter::new("offset_v", "V", Scale::Input, -0.5, 0.5)],
     starts: Starts::Grid(&[&[-0.1], &[-0.02], &[0.02], &[0.1]]),
-    axis: Axis::Any,
-    family: Family::Own,
-    form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Representative, Shape::ZeroCrossing)),
-    relations: Relations::NONE,
     on_chip: OnChip::Known,
     apply: |p, plant| plant.drive_offset += p[0],
+    ..Effect::USUAL
 };

@@ -17,16 +17,14 @@ pub static VOLTAGE_SATURATION: Effect = Effect {
         Parameter::new("softness", "1", Scale::One, 0.0, 1.0).optional(0.0).unknown_on_chip(),
     ],
     starts: Starts::Quantiles(Signal::Input, &[0.0]),
-    axis: Axis::Any,
     family: Family::Limit,
-    form: Form::Plain,
     offered: Offered::Both(Steady::new(Role::Representative, Shape::Limit)),
-    relations: Relations::NONE,
     on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.limit = plant.limit.min(p[0]);
         plant.limit_softness = plant.limit_softness.max(p[1]);
     },
+    ..Effect::USUAL
 };
 
 /// Different for the two directions. It is offered for steady-state tables only, where it is seeded from the symmetric
@@ -45,7 +43,6 @@ pub static VOLTAGE_SATURATION_ASYMMETRIC: Effect = Effect {
         Parameter::new("softness", "1", Scale::One, 0.0, 1.0).optional(0.0).unknown_on_chip(),
     ],
     starts: Starts::Grid(&[]),
-    axis: Axis::Any,
     family: Family::Limit,
     form: Form::Rich,
     offered: Offered::Tables(Steady::new(Role::Representative, Shape::Limit).needs(Needs::Reversal)),
@@ -59,4 +56,5 @@ pub static VOLTAGE_SATURATION_ASYMMETRIC: Effect = Effect {
         plant.limit_skew = p[1] / p[0];
         plant.limit_softness = plant.limit_softness.max(p[2]);
     },
+    ..Effect::USUAL
 };

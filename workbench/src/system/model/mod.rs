@@ -170,32 +170,20 @@ pub struct Model {
 impl Kind {
     /// Sets a parameter by key. Unknown keys change nothing.
     pub fn set(&mut self, key: &str, value: f64) {
-        match (self, key) {
-            (Kind::DcMotor { r_ohm, .. }, "R_ohm") => *r_ohm = value,
-            (Kind::DcMotor { l_h, .. }, "L_h") => *l_h = value,
-            (Kind::DcMotor { kt_nm_per_a, .. }, "Kt_nm_per_a") => *kt_nm_per_a = value,
-            (Kind::DcMotor { ke_vs_per_rad, .. }, "Ke_vs_per_rad") => *ke_vs_per_rad = value,
-            (Kind::DcMotor { j_kgm2, .. }, "J_kgm2") => *j_kgm2 = value,
-            (Kind::DcMotor { b_nms_per_rad, .. }, "b_nms_per_rad") => *b_nms_per_rad = value,
-            (Kind::FirstOrder { gain_rad_s_per_v, .. }, "gain_rad_s_per_v") => *gain_rad_s_per_v = value,
-            (Kind::FirstOrder { time_constant_s, .. }, "time_constant_s") => *time_constant_s = value,
-            (Kind::Inertia { inertia, .. }, "mass_kg" | "inertia_kgm2") => *inertia = value,
-            (Kind::Inertia { viscous, .. }, "viscous") => *viscous = value,
-            (Kind::Inertia { drive_gain, .. }, "drive_gain") => *drive_gain = value,
-            _ => {}
+        let number = self.numbers().into_iter().find(|(name, _)| *name == key);
+        if let Some((_, number)) = number {
+            *number = value;
         }
     }
-}
 
-impl Model {
-    /// The base parameters by key, in the file's order.
-    pub fn parameters(&self) -> Vec<(&'static str, f64)> {
-        match self.kind {
+    /// Its numbers by their keys in the model file.
+    fn numbers(&mut self) -> Vec<(&'static str, &mut f64)> {
+        match self {
             Kind::DcMotor { r_ohm, l_h, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad } => vec![
                 ("R_ohm", r_ohm),
                 ("L_h", l_h),
-                ("Kt_nm_per_a", kt_nm_per_a),
-                ("Ke_vs_per_rad", ke_vs_per_rad),
+                (KT, kt_nm_per_a),
+                (KE, ke_vs_per_rad),
                 ("J_kgm2", j_kgm2),
                 ("b_nms_per_rad", b_nms_per_rad),
             ],
@@ -203,10 +191,18 @@ impl Model {
                 vec![("gain_rad_s_per_v", gain_rad_s_per_v), ("time_constant_s", time_constant_s)]
             }
             Kind::Inertia { inertia, viscous, drive_gain, linear } => {
-                let key = if linear { "mass_kg" } else { "inertia_kgm2" };
-                vec![(key, inertia), ("viscous", viscous), ("drive_gain", drive_gain)]
+                let key = if *linear { "mass_kg" } else { "inertia_kgm2" };
+                vec![(key, inertia), ("viscous", viscous), (DRIVE_GAIN, drive_gain)]
             }
         }
+    }
+}
+
+impl Model {
+    /// The base parameters by key, in the file's order.
+    pub fn parameters(&self) -> Vec<(&'static str, f64)> {
+        let mut kind = self.kind;
+        kind.numbers().into_iter().map(|(key, number)| (key, *number)).collect()
     }
 
     /// Sets a base parameter by key. Unknown keys change nothing.

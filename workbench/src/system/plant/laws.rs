@@ -82,6 +82,11 @@ impl<F: Lanes> TorqueLaw<F> {
     }
 
     /// Laws with other parameters side by side. `like`: any number, for its width.
+    /// A law with its parameters, acting where it does.
+    pub fn new(law: Law, parameters: [F; 3], acts: Acts) -> Self {
+        Self { law, parameters, acts }
+    }
+
     pub(super) fn side_by_side(sets: &[&TorqueLaw], like: F) -> Self {
         let parameter = |k: usize| like.of(|set| sets[set.min(sets.len() - 1)].parameters[k]);
         Self { law: sets[0].law, parameters: [parameter(0), parameter(1), parameter(2)], acts: sets[0].acts }

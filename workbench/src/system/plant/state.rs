@@ -57,9 +57,7 @@ impl<F: Lanes> State<F> {
             reversal: Reversal::default(),
         }
     }
-}
 
-impl<F: Lanes> State<F> {
     /// States of plants in lock-step at the same time; the last one fills what is left. `like`: any number, for its width.
     pub fn side_by_side(states: &[State], like: F) -> Self {
         let of = |number: fn(&State) -> f64| like.of(|set| number(&states[set.min(states.len() - 1)]));

@@ -126,6 +126,26 @@ pub enum OnChip {
 }
 
 impl Effect {
+    /// What most effects say beside what is their own: a field that an effect leaves out is as it stands here.
+    pub const USUAL: Self = Self {
+        name: "",
+        summary: "",
+        equation: "",
+        source: "",
+        signature: "",
+        confusable_with: &[],
+        separated_by: "",
+        parameters: &[],
+        starts: Starts::Grid(&[]),
+        axis: Axis::Any,
+        family: Family::Own,
+        form: Form::Plain,
+        offered: Offered::Records(InTables::Counts),
+        relations: Relations::NONE,
+        on_chip: OnChip::Unknown,
+        apply: |_, _| {},
+    };
+
     /// Whether the effect is offered on such an axis. `winding`: the model tells what the winding does; a first-order
     /// model does not say how much of its damping is back-EMF, so nobody knows its current.
     pub fn fits(&self, drive: Drive, winding: bool, linear: bool) -> bool {
