@@ -220,7 +220,7 @@ fn said(seed: u64) -> Option<String> {
         Ok(read) => read,
         Err(text) => return Some(text),
     };
-    let model = parsed(&case, seed % 3 == 0);
+    let model = parsed(&case, seed.is_multiple_of(3));
     let mut all: Vec<String> =
         [&log, &holdout].into_iter().flat_map(|reading| reading.notes.clone()).collect();
     let holdouts = [holdout.log];

@@ -130,7 +130,13 @@ impl Motor {
             *reading += self.noise * fastest * noise;
         }
         run.bridge = vec![servo::axis::Bridge::Driven; run.t_s.len()];
-        Dynamic { source: "log.csv".into(), input: Input::Voltage, linear: false, runs: vec![run] }
+        Dynamic {
+            source: "log.csv".into(),
+            input: Input::Voltage,
+            linear: false,
+            runs: vec![run],
+            names: Default::default(),
+        }
     }
 
     /// What `truing start --resistance --kt` writes.

@@ -82,7 +82,8 @@ fn option(remedy: &str) -> &str {
 #[test]
 fn the_line_under_mend_is_typed_for_a_file_with_its_own_names_and_the_accusation_goes() {
     let (model, right) = (parsed(MODEL), rows(1, 2.0, 0.05));
-    let mistakes: [(fn(&mut Row), &str); 10] = [
+    type Mistake = (fn(&mut Row), &'static str);
+    let mistakes: [Mistake; 10] = [
         (|row| row[2] *= -1.0, "wrong sign"),
         (|row| row[2] *= 60.0 / std::f64::consts::TAU, "is in rpm"),
         (|row| row[2] *= 7.0, "pole pairs"),

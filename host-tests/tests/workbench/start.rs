@@ -337,7 +337,7 @@ fn friction_is_told_in_volts_and_its_torque_is_as_uncertain_as_the_label() {
     assert!((0.05..0.2).contains(&(std / torque)) && (torque - 0.675 * KT / R_OHM).abs() < 2.0 * std);
     let report = desk.report();
     assert!(
-        report.contains("The model lacks Coulomb friction of 0.6") && report.contains(" V."),
+        report.contains("The model lacks coulomb_friction of 0.6") && report.contains(" V."),
         "volts first"
     );
     // Kt and Ke are one number, which the log shows.
