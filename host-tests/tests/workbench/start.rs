@@ -198,7 +198,7 @@ fn a_data_sheet_that_the_log_contradicts_is_told_before_any_effect() {
     let report = desk.report();
     let (first, verdict) = (
         report.find("The log contradicts the data sheet: J_kgm2").unwrap(),
-        report.find("Found: Coulomb friction").unwrap(),
+        report.find("Found: coulomb_friction").unwrap(),
     );
     assert!(first < verdict);
     assert!(report.contains("<title>Tie: J_kgm2 of the data sheet and coulomb_friction"), "{report:.900}");
