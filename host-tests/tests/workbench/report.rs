@@ -451,8 +451,7 @@ fn what_is_left_stands_beside_the_names() {
         Some(HoldOut { fit_percent_before: 70.0, fit_percent_after: 97.5, ..named.holdout.clone() });
     let text = Terminal.export(&named).unwrap();
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let first =
-        "The model lacks dead_zone of 1.1 V and constant_load; 17 % of the gap (squared) is left.";
+    let first = "The model lacks dead_zone of 1.1 V and constant_load; 17 % of the gap (squared) is left.";
     assert!(words.contains(first), "{words}");
     assert!(words.contains("torque_nm not told from 0 (0.010 ± 0.020 N m)"), "{words}");
     assert!(words.contains("records that chose nothing: fit 70.00 % → 97.50 %"), "{words}");
