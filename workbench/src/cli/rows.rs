@@ -10,7 +10,7 @@ use clap::Args;
 pub struct Rows {
     /// What the columns of the logs are, where their names do not say it: `u_v=pwm/255*12,t_ms=time,omega_rpm=left_rpm`. The
     /// right side is a column, an expression over columns and `row`, or a constant; `NAME=none` leaves a column out
-    /// (`t_s=none`: a steady-state table). Without it, [log] columns of the model holds. `truing look` proposes it.
+    /// (`t_s=none`: a steady-state table). Without it, `[log] columns` of the model holds. `truing look` proposes it.
     #[arg(long, value_name = "OURS=THEIRS,…", default_value = "", hide_default_value = true)]
     pub columns: String,
     /// Read the log from this time on, s, as `truing look` shows it.
