@@ -15,6 +15,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use truing::gap::{self, Options, examine};
 use truing::outcome::Verdict;
+use truing::system::effects;
 use truing::system::log::{self, Columns, Reading};
 use truing::system::model::{self, Model};
 
@@ -65,8 +66,8 @@ impl Motor {
     }
 
     fn names(&self) -> Vec<&'static str> {
-        let friction = (self.friction > 0.0).then_some("coulomb_friction");
-        friction.into_iter().chain((self.zone > 0.0).then_some("dead_zone")).collect()
+        let friction = (self.friction > 0.0).then_some(effects::COULOMB_FRICTION.name);
+        friction.into_iter().chain((self.zone > 0.0).then_some(effects::DEAD_ZONE.name)).collect()
     }
 
     fn sheet(&self, random: &mut ChaCha8Rng) -> String {

@@ -10,7 +10,7 @@ const DOCUMENTED: [(&str, u32, f64, u32, f64); 9] = [
     ("identifier, learning", 1_000, 301.0, 931, 0.1),
     ("identifier, listening", 1_000, 315.0, 931, 0.1),
     ("loop, tracking", 10_000, 870.0, 1_455, 0.1),
-    ("loop, commissioning", 10_000, 866.0, 4_398, 0.1),
+    ("loop, commissioning", 10_000, 852.0, 3_828, 0.1),
     ("compensator", 0, 28.0, 36, 0.15),
     ("flight-solver RlsParallel, 4 parameters", 0, 329.0, 332, 0.05),
     ("flight-solver InverseQrRls, 6 parameters", 0, 3_268.0, 3_310, 0.05),

@@ -271,12 +271,14 @@ fn sized(effect: &NamedEffect) -> String {
     let measured =
         |(_, v): &(&String, &Value)| is_told_from_nothing(v) && !v.unit.is_empty() && v.unit != "1";
     let between = effect.derived.iter().find(|(name, _)| name.contains(MINUS));
-    let two = effects::find(&effect.name).and_then(effects::Effect::sides).is_some();
+    let known = effects::find(&effect.name);
+    let two = known.and_then(effects::Effect::sides).is_some();
     let differ = two && between.is_none_or(|(_, difference)| is_told_from_nothing(difference));
     let sizes = readable(effect).into_iter().filter(measured).take(if differ { 2 } else { 1 });
     let sizes: Vec<String> = sizes.map(|(_, v)| format!("{} {}", significant(v.value, 2), v.unit)).collect();
     // Sides that cannot be told apart are one.
-    let name = if differ { &effect.name } else { effect.name.trim_end_matches("_asymmetric") };
+    let even = known.and_then(|known| known.relations.uneven_of.as_ref()).map(|uneven| uneven.even.name);
+    let name = even.filter(|_| !differ).unwrap_or(&effect.name);
     if sizes.is_empty() { name.to_owned() } else { format!("{name} of {}", sizes.join(" and ")) }
 }
 
