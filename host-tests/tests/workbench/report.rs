@@ -334,17 +334,17 @@ fn every_plot_becomes_a_picture_of_its_own() {
 
 #[test]
 fn sides_that_cannot_be_told_apart_are_one() {
-    let mut friction = effect("viscous_asymmetric", ("neg_nms", value(0.02, 1e-4, "N m s/rad")), None);
-    friction.parameters.insert("pos_nms".to_owned(), value(0.0201, 1e-4, "N m s/rad"));
+    let mut friction = effect("coulomb_asymmetric", ("neg_nm", value(0.02, 1e-4, "N m")), None);
+    friction.parameters.insert("pos_nm".to_owned(), value(0.0201, 1e-4, "N m"));
     let told = |difference: f64| {
         let mut friction = friction.clone();
-        let between = value(difference, 1e-4, "N m s/rad");
-        friction.derived = BTreeMap::from([("pos_nms_minus_neg_nms".to_owned(), between)]);
+        let between = value(difference, 1e-4, "N m");
+        friction.derived = BTreeMap::from([("pos_nm_minus_neg_nm".to_owned(), between)]);
         let text = Terminal.export(&Outcome { effects: vec![friction], ..outcome() }).unwrap();
         text.split_whitespace().collect::<Vec<_>>().join(" ")
     };
-    assert!(told(1e-4).contains("lacks viscous_friction of 0.02 N m s/rad;"), "{}", told(1e-4));
-    let two = "lacks viscous_asymmetric of 0.02 N m s/rad and 0.02 N m s/rad;";
+    assert!(told(1e-4).contains("Found: coulomb_friction of 0.02 N m."), "{}", told(1e-4));
+    let two = "Found: coulomb_asymmetric of 0.02 N m and 0.02 N m.";
     assert!(told(1e-3).contains(two), "{}", told(1e-3));
 }
 
