@@ -12,7 +12,7 @@ use crate::console::input_error::InputError;
 use crate::gap::completed;
 use crate::gap::unknown::line_of;
 use crate::report::{figure, write_atomically};
-use crate::system::log::{self, Dynamic, Log};
+use crate::system::log::{self, Dynamic, Input, Log};
 use crate::system::model;
 use clap::Args;
 use sheet::Sheet;
@@ -95,6 +95,8 @@ impl Made {
         let (window, line) = (window(sheet, log), log.and_then(line_of));
         let mut found = Found {
             model: None,
+            held: log
+                .is_some_and(|log| matches!(log, Log::Dynamic(record) if record.input != Input::Voltage)),
             settled: line.is_some_and(|line| line.time_constant_s.is_none()),
             window,
             log: arguments.log.as_ref().map(|path| path.display().to_string()),

@@ -7,11 +7,13 @@ use std::fmt::Write;
 
 /// What stands behind a number that nobody knows.
 const UNKNOWN: &str = "unknown: fitted to the log with a wide prior";
-/// The numbers of a motor that every motor has, each with its unit and its meaning.
-const MOTOR: [(&str, &str); 3] = [
+/// The numbers of a motor that every motor has, each with its unit and its meaning. The last shows beside a back-EMF only to those who look
+/// for it, but is all that a log of torques or currents has for a time constant.
+const MOTOR: [(&str, &str); 4] = [
     ("R_ohm", "resistance of winding, brushes and leads, Ω"),
     ("Kt_nm_per_a", "torque constant, N m/A = V s/rad"),
     ("J_kgm2", "inertia of rotor, gear and load, kg m²"),
+    ("b_nms_per_rad", "viscous friction, N m s/rad"),
 ];
 /// Column at which comments begin.
 const COLUMN: usize = 34;
@@ -24,6 +26,8 @@ const WIDE: f64 = 1.0;
 pub struct Found<'a> {
     /// The model with what the log says, if there is a log.
     pub model: Option<&'a Model>,
+    /// The log is driven by a torque or a current.
+    pub held: bool,
     /// The log shows settled speeds alone.
     pub settled: bool,
     /// The window of the speed, s, and where it was found.
@@ -44,7 +48,7 @@ pub fn file(sheet: &Sheet, found: &Found) -> String {
             first_order(&mut text, sheet, gain_rad_s_per_v, seconds);
         }
         Some(Kind::Inertia { inertia, viscous, .. }) => linear(&mut text, inertia, viscous),
-        _ => motor(&mut text, sheet, found.model),
+        _ => motor(&mut text, sheet, found),
     }
     surroundings(&mut text, sheet, found);
     text
@@ -89,16 +93,17 @@ fn linear(text: &mut String, mass: f64, viscous: f64) {
     line(text, "drive_gain = 1.0", "mass and forces count per unit of the input");
 }
 
-fn motor(text: &mut String, sheet: &Sheet, model: Option<&Model>) {
+fn motor(text: &mut String, sheet: &Sheet, found: &Found) {
+    let asked = if found.held { &MOTOR[..] } else { &MOTOR[..3] };
     text.push_str("\n[model]\n");
     line(text, "kind = \"dc_motor\"", "L di/dt = u − R i − Ke ω; J dω/dt = Kt i − b ω");
     text.push_str("\n[motor]\n");
     let known = sheet.numbers();
     let estimated = |key: &str| {
-        let parameters = model.map(Model::parameters).unwrap_or_default();
+        let parameters = found.model.map(Model::parameters).unwrap_or_default();
         parameters.into_iter().find(|(name, _)| *name == key).map(|(_, value)| value)
     };
-    for (key, meaning) in MOTOR {
+    for &(key, meaning) in asked {
         let given = known.iter().find(|number| number.key == key);
         match (given, estimated(key)) {
             (Some(number), _) => entry(text, number),
@@ -108,7 +113,7 @@ fn motor(text: &mut String, sheet: &Sheet, model: Option<&Model>) {
     }
     known.iter().filter(|number| number.key == KE).for_each(|number| entry(text, number));
     gear(text, sheet);
-    tolerances(text, &known);
+    tolerances(text, asked, &known);
 }
 
 fn entry(text: &mut String, number: &Number) {
@@ -120,11 +125,11 @@ fn gear(text: &mut String, sheet: &Sheet) {
     line(text, &format!("gear_ratio = {}", digits(turns)), "encoder turns per turn of the load");
 }
 
-fn tolerances(text: &mut String, known: &[Number]) {
+fn tolerances(text: &mut String, asked: &[(&str, &str)], known: &[Number]) {
     text.push_str("\n[tolerance]\n");
     line(text, "default = 0.05", "relative, one standard deviation");
-    for (key, _) in MOTOR {
-        let given = known.iter().find(|number| number.key == key);
+    for (key, _) in asked {
+        let given = known.iter().find(|number| number.key == *key);
         let (tolerance, why) = match given {
             Some(number) if number.tolerance >= WIDE => (number.tolerance, "the load is on no label"),
             Some(number) => (number.tolerance, "as well as a label tells it"),

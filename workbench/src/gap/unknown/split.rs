@@ -158,8 +158,9 @@ pub fn held_current(draft: &Draft, line: &Line, input: Input) -> Result<Split, I
         }
         (Some(k), None, _) => (k, k / per_input),
     };
-    let all =
-        [("R_ohm", 1.0), ("L_h", 0.0), ("Kt_nm_per_a", k), ("J_kgm2", j), ("b_nms_per_rad", VISCOUS * k * k)];
+    // Friction alone ends the acceleration of a motor whose current is held.
+    let b = line.time_constant_s.map_or(VISCOUS * k * k, |seconds| j / seconds);
+    let all = [("R_ohm", 1.0), ("L_h", 0.0), ("Kt_nm_per_a", k), ("J_kgm2", j), ("b_nms_per_rad", b)];
     let numbers: Vec<_> = all.into_iter().filter(|(key, _)| wanted(draft, key)).collect();
     let unseen = numbers.iter().any(|(key, _)| *key == "R_ohm");
     let notes = unseen

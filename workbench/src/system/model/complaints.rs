@@ -12,7 +12,7 @@ pub(super) struct File<'a> {
     notes: RefCell<Vec<(u64, String)>>,
 }
 
-/// A file with more errors of grammar is none of TOML.
+/// A file with more errors of grammar is none of TOML; nor is one of which more than half of the lines are wrong.
 const MANY: usize = 20;
 
 /// One complaint and its place among the others.
@@ -31,7 +31,8 @@ impl<'a> File<'a> {
     /// The keys of the file. Every defect of its grammar is told, and then nothing else is looked at.
     pub(super) fn table(&self) -> Result<Table, InputError> {
         let (_, errors) = toml::de::DeTable::parse_recoverable(self.text);
-        if errors.len() > MANY {
+        let lines = self.text.lines().filter(|line| !line.trim().is_empty()).count();
+        if errors.len() > MANY || errors.len() > 1.max(lines / 2) {
             let first = self.text.lines().next().unwrap_or_default();
             let begins: String = first.chars().take(40).collect();
             let what = format!(
