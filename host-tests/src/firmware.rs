@@ -6,11 +6,11 @@ use boards::{FOUR_AXES, QEMU, TWO_AXES};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, OnceLock};
-use truing::console::input_error::InputError;
 use truing::device::link::Lockstep;
 use truing::device::motor::qemu::Options;
 use truing::device::replay::{self, Verdict};
 use truing::device::session::{self, SessionResult, Task};
+use truing::text::input_error::InputError;
 
 /// QEMU with an image of the sources as they are. Panics with the compiler's words if it cannot be built: tests in QEMU
 /// are never skipped.

@@ -1,9 +1,9 @@
 //! A drawn plant as the motor behind the firmware image: the truth's simulator with its sensors' imperfections.
 
 use crate::families::Plant;
-use truing::console::input_error::InputError;
 use truing::device::motor::{Drive, Motor, Reading};
 use truing::synthetic::reference_plant::{Converter, Encoder, Simulator};
+use truing::text::input_error::InputError;
 
 /// Error of the simulation in one step, relative to full scale.
 const TOLERANCE: f64 = 1e-6;

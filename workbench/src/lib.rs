@@ -34,35 +34,12 @@
 
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
-/// Declares an enum together with all its variants, in order, and a word for each.
-macro_rules! worded {
-    (
-        $(#[$about:meta])+
-        pub enum $name:ident: $word:ident { $($(#[$doc:meta])+ $variant:ident = $text:literal,)+ }
-    ) => {
-        $(#[$about])+
-        pub enum $name { $($(#[$doc])+ $variant,)+ }
-
-        impl $name {
-            /// All of them, in order.
-            pub const ALL: [Self; [$($text),+].len()] = [$(Self::$variant),+];
-
-            /// Its word in files and tables.
-            pub fn $word(self) -> &'static str {
-                match self { $(Self::$variant => $text),+ }
-            }
-        }
-    };
-}
-
-// First, for its macros.
 #[macro_use]
-pub mod console;
+extern crate truing_report;
 
 pub mod cli;
-pub mod device;
-pub mod gap;
-pub mod outcome;
-pub mod report;
-pub mod synthetic;
-pub mod system;
+
+pub use proving::{self, synthetic};
+pub use truing_core::{gap, outcome, system, text};
+pub use truing_report::{console, report};
+pub use truing_servo::{self as servo_host, device};

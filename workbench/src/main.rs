@@ -11,9 +11,9 @@
 
 use std::process::ExitCode;
 use truing::cli::Cli;
-use truing::console::input_error::NotDone;
 use truing::console::{interrupt, screen};
-use truing::errln;
+use truing::text::input_error::NotDone;
+use truing_report::errln;
 
 fn main() -> ExitCode {
     let cli = Cli::read();

@@ -8,10 +8,10 @@
 use clap::Parser;
 use evaluation::Results;
 use std::path::PathBuf;
-use truing::cli::judge::answer;
 use truing::gap::Options;
 use truing::gap::expectation::Rig;
 use truing::gap::search::ShareLimits;
+use truing::proving::commands::judge::answer;
 
 #[derive(Parser)]
 struct Arguments {

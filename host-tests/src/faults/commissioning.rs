@@ -11,10 +11,10 @@ use servo::protect::Fault;
 use servo::record::Record;
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex};
-use truing::console::input_error::InputError;
 use truing::device::link::Lockstep;
 use truing::device::motor::{Drive, Motor, Reading};
 use truing::device::session::{self, Task};
+use truing::text::input_error::InputError;
 
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,11 +15,11 @@ use servo::protect::{
     Action, Actions, Averages, Expectation, Fault, Input, Params, Settings, SettingsError, State, Thermal,
 };
 use servo::units::{Speed, Voltage};
-use truing::console::input_error::InputError;
 use truing::device::link::Lockstep;
 use truing::device::motor::{Drive, Motor, Reading};
 use truing::device::replay::replay;
 use truing::device::session::{self, Done, Profile, Task};
+use truing::text::input_error::InputError;
 
 fn plant(family: Family, seed: u32, tick_hz: u32, sensed: bool) -> Plant {
     let options = Options { tick_hz, ..Options::default() };

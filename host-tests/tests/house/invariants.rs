@@ -43,7 +43,11 @@ fn the_library_forbids_unsafe_code_and_knows_no_chip() {
 
 #[test]
 fn the_workbench_prints_in_one_place() {
-    for (path, text) in sources("workbench/src") {
+    let workbench = house::floors::PACKAGES
+        .iter()
+        .map(|package| package.0)
+        .filter(|folder| folder.starts_with("workbench"));
+    for (path, text) in workbench.flat_map(sources) {
         let code = text.lines().map(str::trim).filter(|line| !line.starts_with("//"));
         let prints = |line: &&str| line.contains("println!") || line.contains("print!(");
         let screen = path.ends_with("console/screen.rs");

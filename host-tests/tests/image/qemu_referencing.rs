@@ -11,13 +11,13 @@ use servo::record::Referenced;
 use std::cell::{Cell, OnceCell};
 use std::f64::consts::TAU;
 use std::rc::Rc;
-use truing::console::input_error::InputError;
 use truing::device::link::Lockstep;
 use truing::device::motor::qemu::Lines;
 use truing::device::motor::{Drive, Motor, Reading};
 use truing::device::replay;
 use truing::device::run_log::Tape;
 use truing::device::session::{self, Done, SessionResult, Target, Task};
+use truing::text::input_error::InputError;
 
 /// What the stop is called, rad.
 const AT_STOP: f32 = -1.0;

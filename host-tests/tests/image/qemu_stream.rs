@@ -9,10 +9,10 @@ use servo::motion::stream::Point;
 use servo::optional::Optional;
 use servo::record::{Activity, Advisory, Record};
 use std::f64::consts::TAU;
-use truing::cli::profile;
 use truing::device::link::{Client, Lockstep};
 use truing::device::session::{Done, Profile, Task};
 use truing::device::tracking::TrackJson;
+use truing::servo_host::commands::profile;
 
 const COMMISSION: Task = Task::Commission { budget_s: 5.0, seed: 1 };
 const SECONDS: f64 = 4.0;

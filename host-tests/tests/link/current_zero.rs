@@ -4,8 +4,8 @@ use host_tests::simulated_servo::{self, SimulatedServo};
 use servo::axis::{self, Sample};
 use servo::config::{ConfigError, Field};
 use servo::link::protocol::{Command, FRAME_CAPACITY, Refusal, encode};
-use truing::console::input_error::InputError;
 use truing::device::link::{Client, Wire, current_text, range_text};
+use truing::text::input_error::InputError;
 
 #[test]
 fn an_axis_cannot_be_armed_while_the_zero_is_looked_for() {

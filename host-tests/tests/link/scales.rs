@@ -17,10 +17,10 @@ use servo::link::protocol::{
 use servo::optional::Optional;
 use servo::store::{Found, MAX_AXES};
 use std::rc::Rc;
-use truing::console::input_error::InputError;
 use truing::device::link::{Client, Hello, Wire, refusal_text};
 use truing::device::setup::Setup;
 use truing::device::{axis_file, board};
+use truing::text::input_error::InputError;
 
 /// As far as a VESC 6 sees: 12 bits of supply, and its amplifier on either side of the middle.
 const REACH: Reach = Reach { supply: 4095, current: 1859 };

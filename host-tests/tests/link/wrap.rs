@@ -2,8 +2,8 @@
 
 use host_tests::simulated_servo::SimulatedServo;
 use servo::link::protocol::{Command, FRAME_CAPACITY, Message, encode};
-use truing::console::input_error::InputError;
 use truing::device::link::{Client, Wire};
+use truing::text::input_error::InputError;
 
 /// A servo that has run for five days when the session begins.
 struct Old {

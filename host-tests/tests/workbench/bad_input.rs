@@ -49,7 +49,7 @@ fn command(model: &str, log: &str, holdout: Option<&str>, without: &[&str]) -> R
         log: written(folder.path(), "log.csv", log),
         holdout: holdout.map(|text| written(folder.path(), "holdout.csv", text)).into_iter().collect(),
         finals: Vec::new(),
-        rows: truing::cli::rows::Rows::default(),
+        rows: truing::console::rows::Rows::default(),
         without: without.iter().map(|name| (*name).to_owned()).collect(),
         out: None,
         json: Some(path("outcome.json")),

@@ -7,10 +7,20 @@ use std::path::{Path, PathBuf};
 use truing::system::effects::LIBRARY;
 
 /// Product code.
-const ROOMS: [&str; 5] = ["src", "workbench/src", "xtask/src", "host-tests/src", "evaluation/src"];
+const ROOMS: [&str; 9] = [
+    "src",
+    "workbench/src",
+    "workbench/core/src",
+    "workbench/report/src",
+    "workbench/servo/src",
+    "workbench/proving/src",
+    "xtask/src",
+    "host-tests/src",
+    "evaluation/src",
+];
 
 /// The library itself, and the reader of model files: `drive_gain` and `inertia` are keys and a kind of a model as well.
-const AT_HOME: [&str; 2] = ["workbench/src/system/effects", "workbench/src/system/model"];
+const AT_HOME: [&str; 2] = ["workbench/core/src/system/effects", "workbench/core/src/system/model"];
 
 /// Places where such a word means something else, with the reason.
 const OTHER_MEANINGS: [(&str, &str); 1] = [

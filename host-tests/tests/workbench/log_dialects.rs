@@ -17,8 +17,7 @@ fn data(seed: u64) -> Vec<[String; 3]> {
 }
 
 fn read(bytes: &[u8], columns: &str) -> Result<Reading, String> {
-    let columns: Columns =
-        columns.parse().map_err(|error: truing::console::input_error::InputError| error.0)?;
+    let columns: Columns = columns.parse().map_err(|error: truing::text::input_error::InputError| error.0)?;
     log::parse_bytes("log.csv", bytes, &columns).map_err(|error| error.0)
 }
 

@@ -1,6 +1,6 @@
 //! The paper's servo model, its claims, and the data files that they are computed from.
 
-use truing::cli::paper;
+use truing::proving::commands::paper;
 use truing::report::section::{Check, Section};
 
 fn failing(section: &Section) -> Vec<&Check> {

@@ -4,10 +4,10 @@
 use host_tests::measured;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-use truing::cli::judge::answer;
 use truing::gap::expectation::Rig;
 use truing::gap::{self, Options};
 use truing::outcome::{Grade, Outcome, Verdict};
+use truing::proving::commands::judge::answer;
 use truing::system::effects;
 use truing::system::log::{self, Columns, Dynamic, Log};
 use truing::system::model::{self, Model};

@@ -15,32 +15,23 @@ pub const LONG_FILE: usize = 400;
 pub struct Figures {
     /// Library, image and workbench.
     pub product: [Part; 3],
-    /// Reference plant, tests, evaluation and tools.
-    pub rest: [Part; 6],
-    /// Rooms of the workbench.
-    pub workbench: Package,
-    /// Rooms of `src`, library and image together.
-    pub chip: Package,
+    /// Proving ground, reference plant, tests, evaluation and tools.
+    pub rest: [Part; 7],
 }
 
 impl Figures {
     /// Reads the project below `root`.
     pub fn read(root: &Path) -> Result<Self> {
-        let product = parts::product(root)?;
-        let [library, image, workbench] = &product;
-        let chip: Vec<&Source> = library.sources.iter().chain(&image.sources).collect();
-        let bench: Vec<&Source> = workbench.sources.iter().collect();
-        Ok(Self {
-            workbench: Package::of("workbench/src", "truing", &bench),
-            chip: Package::of("src", "servo", &chip),
-            rest: parts::rest(root)?,
-            product,
-        })
+        Ok(Self { product: parts::product(root)?, rest: parts::rest(root)? })
     }
 
     /// The packages with rooms: folder, package, floors.
-    pub fn packages(&self) -> [(&str, &Package, Floors); 2] {
-        [("workbench/src", &self.workbench, floors::WORKBENCH), ("src", &self.chip, floors::CHIP)]
+    pub fn packages(&self) -> impl Iterator<Item = (&'static str, Package, Floors)> {
+        floors::PACKAGES.into_iter().map(|(folder, name, floors)| {
+            let parts = self.product.iter().chain(&self.rest).flat_map(|part| &part.sources);
+            let own: Vec<&Source> = parts.filter(|source| source.path.starts_with(folder)).collect();
+            (folder, Package::of(folder, name, &own), floors)
+        })
     }
 
     /// Product files of more than [`LONG_FILE`] lines, the longest first.

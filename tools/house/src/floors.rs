@@ -7,12 +7,18 @@ use crate::arrows::Package;
 /// Rooms by floor, lowest first.
 pub type Floors = &'static [&'static [&'static str]];
 
-/// Rooms of `workbench/src`.
-pub const WORKBENCH: Floors =
-    &[&["outcome", "console"], &["system"], &["report", "device", "synthetic"], &["gap"], &["cli"]];
+/// The packages with rooms: folder, name, floors. Of the packages each may use those above it in this list; cargo sees to that.
+pub const PACKAGES: [(&str, &str, Floors); 6] = [
+    ("src", "servo", CHIP),
+    ("workbench/core/src", "truing_core", &[&["text"], &["outcome"], &["system"], &["gap"]]),
+    ("workbench/report/src", "truing_report", &[&["console"], &["report"]]),
+    ("workbench/servo/src", "truing_servo", &[&["device"], &["commands"]]),
+    ("workbench/proving/src", "proving", &[&["synthetic"], &["commands"]]),
+    ("workbench/src", "truing", &[&["cli"]]),
+];
 
 /// Rooms of `src`: the library, then the image.
-pub const CHIP: Floors = &[
+const CHIP: Floors = &[
     &["units", "sample", "optional"],
     &["config", "compensate", "encoder"],
     &["control", "pwm", "identify"],

@@ -18,7 +18,7 @@ fn main() -> Result<()> {
     let mut lines = parts(&figures);
     lines.extend(long_files(&figures));
     for (folder, package, floors) in figures.packages() {
-        lines.extend(rooms(folder, package, floors));
+        lines.extend(rooms(folder, &package, floors));
     }
     match writeln!(std::io::stdout(), "{}", lines.join("\n")) {
         // Nobody reads on.

@@ -19,16 +19,22 @@ impl Part {
     }
 }
 
+/// Folders of the workbench's crates: engine, reports, the servo's host side, command line.
+const WORKBENCH: [&str; 4] =
+    ["workbench/core/src", "workbench/report/src", "workbench/servo/src", "workbench/src"];
+
 /// What users run: library, image and workbench.
 pub fn product(root: &Path) -> Result<[Part; 3]> {
     let [library, image] = chip(root)?;
-    let workbench = whole(root, "workbench", "workbench/src")?;
+    let crates: Result<Vec<_>> = WORKBENCH.iter().map(|folder| source::below(root, folder)).collect();
+    let workbench = Part { name: "workbench", sources: crates?.into_iter().flatten().collect() };
     Ok([library, image, workbench])
 }
 
 /// Everything else that is built.
-pub fn rest(root: &Path) -> Result<[Part; 6]> {
+pub fn rest(root: &Path) -> Result<[Part; 7]> {
     Ok([
+        whole(root, "proving ground", "workbench/proving/src")?,
         whole(root, "reference plant", "workbench/reference_plant/src")?,
         whole(root, "tests", "host-tests/tests")?,
         whole(root, "helpers of the tests", "host-tests/src")?,

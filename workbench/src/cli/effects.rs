@@ -1,8 +1,8 @@
 //! `truing effects`: the library with equations.
 
-use crate::report::terminal::beside;
-use crate::system::effects::{self, Effect, LIBRARY};
 use clap::Args;
+use truing_core::system::effects::{self, Effect, LIBRARY};
+use truing_report::report::terminal::beside;
 
 /// Column at which the text beside a heading starts, behind the margin of two.
 const INDENT: usize = 14;

@@ -1,20 +1,19 @@
 //! `truing gap`: where do model and log disagree, and what is missing?
 
-use crate::cli::files::Files;
-use crate::cli::rows::Rows;
-use crate::console::input_error::{InputError, NotDone};
-use crate::gap::{self, Options, examine, time_base};
-use crate::outcome::{DataFault, Outcome, Verdict};
-use crate::report::{
+use clap::Args;
+use std::path::{Path, PathBuf};
+use truing_core::gap::{self, Options, examine, time_base};
+use truing_core::outcome::{DataFault, Outcome, Verdict};
+use truing_core::system::effects::{self, Effect};
+use truing_core::system::log::{self, Log};
+use truing_core::system::model::{self, Model};
+use truing_core::text::input_error::{InputError, NotDone};
+use truing_report::console::files::Files;
+use truing_report::console::rows::Rows;
+use truing_report::console::watched::watched;
+use truing_report::report::{
     Exporter, grade, html::Html, json::Json, model_file::ModelFile, pictures, terminal::Terminal,
 };
-use crate::system::effects::{self, Effect};
-use crate::system::log::{self, Log};
-use crate::system::model::{self, Model};
-use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
-use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 /// Below `--help`, not below `-h`.
 const EXAMPLES: &str = "\
@@ -160,37 +159,6 @@ fn concluded(arguments: &Arguments, outcome: &Outcome) -> anyhow::Result<()> {
         return Err(NotDone(format!("--check: the verdict is `{}`", grade(outcome))).into());
     }
     Ok(())
-}
-
-/// The gap workflow with a bar that shows its progress.
-pub(super) fn watched(
-    model: &Model,
-    log: &Log,
-    holdouts: &[Log],
-    options: &Options,
-) -> Result<Outcome, InputError> {
-    let bar = progress_bar();
-    let outcome = gap::run(model, log, holdouts, options, &|text| {
-        if text.is_empty() {
-            bar.inc(1)
-        } else {
-            bar.set_message(text.to_owned());
-            // Without a terminal there is no bar: a line a round says that it lives.
-            if bar.is_hidden() {
-                let (seconds, fitted) = (bar.elapsed().as_secs(), bar.position());
-                errln!("{seconds} s, {fitted} candidates fitted, {text}");
-            }
-        }
-    });
-    bar.finish_and_clear();
-    outcome
-}
-
-fn progress_bar() -> ProgressBar {
-    let style = ProgressStyle::with_template("{spinner} {elapsed} {pos} candidates fitted, {msg}");
-    let bar = ProgressBar::new_spinner().with_style(style.expect("a constant template"));
-    bar.enable_steady_tick(Duration::from_millis(120));
-    bar
 }
 
 fn write(arguments: &Arguments, model: &Model, outcome: &Outcome) -> anyhow::Result<()> {

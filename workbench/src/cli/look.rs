@@ -1,19 +1,19 @@
 //! `truing look`: what is in a log, before any model is asked.
 
-use crate::cli::files::Files;
-use crate::cli::rows::Rows;
-use crate::console::input_error::InputError;
-use crate::report::format::shortened;
-use crate::report::terminal::{WIDTH, beside, width};
-use crate::report::write_atomically;
-use crate::system::log::answer::{Answer, Time, speed};
-use crate::system::log::look::{Column, Look, State, look};
-use crate::system::log::{Log, in_digits, in_shell, short};
-use crate::system::model;
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use textplots::{Chart, LabelBuilder, LabelFormat, Plot, Shape};
+use truing_core::system::log::answer::{Answer, Time, speed};
+use truing_core::system::log::look::{Column, Look, State, look};
+use truing_core::system::log::{Log, in_digits, in_shell, short};
+use truing_core::system::model;
+use truing_core::text::input_error::InputError;
+use truing_report::console::files::Files;
+use truing_report::console::rows::Rows;
+use truing_report::report::format::shortened;
+use truing_report::report::terminal::{WIDTH, beside, width};
+use truing_report::report::write_atomically;
 
 /// Column at which the text beside a heading starts.
 const INDENT: usize = 12;

@@ -1,33 +1,18 @@
 //! One file a subcommand: its arguments and a recipe of a dozen lines. A new subcommand is one file, one variant of
 //! [`Command`] and one arm of [`Cli::run`].
 
-pub mod bench;
-pub mod capture;
-pub mod cases;
-pub mod commission;
 pub mod completions;
-pub mod demo;
 pub mod effects;
-pub mod files;
-pub mod firmware;
 pub mod gap;
-pub mod instructions;
-pub mod judge;
 pub mod look;
-pub mod monitor;
-pub mod move_to;
-pub mod paper;
-pub mod params;
-pub mod profile;
-pub mod replay;
-pub mod rows;
 pub mod simulate;
 pub mod start;
-pub mod track;
 
-use crate::console::input_error::nearest;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
+use proving::commands::{bench, cases, demo, instructions, judge};
+use truing_core::text::input_error::nearest;
+use truing_servo::commands::{capture, commission, monitor, move_to, params, replay, track};
 
 /// For the help.
 const EXIT_STATUS: &str = "\
@@ -83,12 +68,6 @@ pub enum Command {
     Cases(cases::Arguments),
     /// Write completions for every shell and the manual pages.
     Completions(completions::Arguments),
-}
-
-/// A whole number above 0.
-pub fn at_least_one<N: std::str::FromStr + Default + PartialEq>(text: &str) -> Result<N, String> {
-    let number = text.parse().ok().filter(|number| *number != N::default());
-    number.ok_or_else(|| "write a whole number, at least 1".into())
 }
 
 impl Cli {

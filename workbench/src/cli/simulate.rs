@@ -1,14 +1,14 @@
 //! `truing simulate`: any model on any input.
 
-use crate::cli::files::Files;
-use crate::gap::dataset::{BenchRun, Traces, driven_by};
-use crate::gap::fit::FINE;
-use crate::report::write_atomically;
-use crate::system::log::{self, Columns, Dynamic, Log};
-use crate::system::model::{self, Model};
 use clap::Args;
 use std::fmt::Write;
 use std::path::PathBuf;
+use truing_core::gap::dataset::{BenchRun, Traces, driven_by};
+use truing_core::gap::fit::FINE;
+use truing_core::system::log::{self, Columns, Dynamic, Log};
+use truing_core::system::model::{self, Model};
+use truing_report::console::files::Files;
+use truing_report::report::write_atomically;
 
 /// Arguments of `truing simulate`.
 #[derive(Args, Debug)]

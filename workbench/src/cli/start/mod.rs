@@ -6,19 +6,19 @@ mod template;
 mod units;
 mod window;
 
-use crate::cli::files::Files;
-use crate::cli::rows::Rows;
-use crate::console::input_error::InputError;
-use crate::gap::completed;
-use crate::gap::unknown::line_of;
-use crate::report::{figure, write_atomically};
-use crate::system::log::{self, Dynamic, Input, Log};
-use crate::system::model;
 use clap::Args;
 use sheet::Sheet;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use template::Found;
+use truing_core::gap::completed;
+use truing_core::gap::unknown::line_of;
+use truing_core::system::log::{self, Dynamic, Input, Log};
+use truing_core::system::model;
+use truing_core::text::input_error::InputError;
+use truing_report::console::files::Files;
+use truing_report::console::rows::Rows;
+use truing_report::report::{figure, write_atomically};
 
 /// For the help.
 const EXAMPLES: &str = "\
@@ -117,7 +117,7 @@ impl Made {
         let out = arguments.out.display().to_string();
         let mut told = format!("{out}\n\n{}\n", indented(&self.text));
         for note in &self.notes {
-            told += &crate::report::terminal::beside("Note        ", note);
+            told += &truing_report::report::terminal::beside("Note        ", note);
         }
         let log = arguments.log.as_ref().map_or("LOG.csv".into(), |path| path.display().to_string());
         let mut next = vec!["gap".to_owned(), "--model".into(), out, "--log".into(), log];

@@ -1,9 +1,9 @@
 //! The text of a model file, each line with a comment that says where its number comes from.
 
 use super::sheet::{KE, Number, Sheet};
-use crate::gap::unknown::{GUESSED, START as ESTIMATED};
-use crate::system::model::{Kind, Model};
 use std::fmt::Write;
+use truing_core::gap::unknown::{GUESSED, START as ESTIMATED};
+use truing_core::system::model::{Kind, Model};
 
 /// What stands behind a number that nobody knows.
 const UNKNOWN: &str = "unknown: fitted to the log with a wide prior";

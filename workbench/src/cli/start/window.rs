@@ -1,8 +1,8 @@
 //! Over how long a speed was averaged, from the steps of its readings: a difference of an encoder's counts over a time is a multiple
 //! of one count over that time.
 
-use crate::system::log::Run;
 use std::f64::consts::TAU;
+use truing_core::system::log::Run;
 
 /// A reading lies on a multiple if it misses it by less than this share of a step: rounding to a digit of rpm leaves a hundredth.
 const ON_STEP: f64 = 0.05;

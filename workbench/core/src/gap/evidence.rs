@@ -1,0 +1,65 @@
+//! Sentences for people.
+
+use crate::gap::search::{Found, Scored};
+use crate::gap::threads::each;
+use crate::outcome::{Rival, Step, Tie};
+use crate::system::effects::Effect;
+use crate::text::figures::gap;
+use rayon::prelude::*;
+
+/// Why an effect is named.
+pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> String {
+    let (from, to) = (gap(before.gap), gap(after.gap));
+    let (summary, trace) = (effect.summary, effect.signature);
+    if from == to || after.gap >= before.gap {
+        return format!(
+            "It lowers the held-out gap together with the other names, not alone ({from} and {to} {unit}): {summary}. It shows as: {trace}."
+        );
+    }
+    format!("The held-out gap falls from {from} to {to} {unit} with it: {summary}. It shows as: {trace}.")
+}
+
+/// Explanations that lost, and why.
+pub fn rivals(found: &Found, ties: &[Tie], gap_of: impl Fn(&Scored) -> f64 + Sync) -> Vec<Rival> {
+    let tied: Vec<&Vec<String>> = ties.iter().flat_map(|tie| &tie.rivals).collect();
+    let lost = found.others.iter().filter(|other| !tied.contains(&&other.hypothesis.names()));
+    let rival = |other: &Scored| Rival {
+        names: other.hypothesis.names(),
+        gap: gap_of(other),
+        reason: reason(other, &found.best),
+    };
+    each(lost.collect::<Vec<_>>()).map(rival).collect()
+}
+
+/// Why a set lost against the accepted one: what it leaves, and the trace of the effect that it has instead.
+fn reason(other: &Scored, best: &Scored) -> String {
+    let left = |set: &Scored| (set.fit.chi2 / set.fit.samples.max(1) as f64).sqrt();
+    let missing = |set: &Scored, from: &Scored| {
+        let has = |effect: &Effect| from.hypothesis.items.iter().any(|item| item.effect == effect);
+        let effects = set.hypothesis.items.iter().map(|item| item.effect);
+        effects.into_iter().find(|effect| !has(effect))
+    };
+    let mut text =
+        format!("leaves {:.2} times the noise where the accepted set leaves {:.2}", left(other), left(best));
+    if let Some(effect) = missing(best, other) {
+        text.push_str(&format!("; without {} this stays unexplained: {}", effect.name, effect.signature));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(before: f64, after: f64) -> String {
+        let step = |gap: f64| Step { label: String::new(), gap };
+        sentence(crate::system::effects::LIBRARY[0], &step(before), &step(after), "rad/s")
+    }
+
+    #[test]
+    fn a_gap_falls_only_where_it_falls() {
+        assert!(said(1.6, 1.5).contains("falls from 1.600 to 1.500 rad/s"));
+        assert!(!said(1.5381, 1.5379).contains("falls"), "the same figure twice");
+        assert!(!said(0.6725, 0.6823).contains("falls"));
+    }
+}

@@ -1,0 +1,254 @@
+//! The model of a record, extended by what was found, and what it predicts: the one result.
+
+use crate::gap::dataset::{Dataset, Whole};
+use crate::gap::estimate::{self, Estimate, Estimates, Uncertainty};
+use crate::gap::fit::{FINAL, fit};
+use crate::gap::hypothesis::{Hypothesis, Item, Slot};
+use crate::gap::prediction::{HeldOut, compared};
+use crate::gap::rest::{self, Described};
+use crate::gap::samples::{Sample, seen};
+use crate::gap::search::{Found, Scored};
+use crate::gap::threads::each;
+use crate::gap::verdict::Judged;
+use crate::gap::{evidence, excitation, experiment, plots};
+use crate::outcome::volts;
+use crate::outcome::*;
+use crate::system::effects::{self, Effect, Parameter};
+use crate::system::model::Model;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Numbers that moved get a curve of their own where they make the held-out gap so many times smaller: less is not seen.
+const MOVED: f64 = 0.9;
+
+/// The model as given beside the data.
+pub(super) struct Given<'a> {
+    /// The model without any effect.
+    pub hypothesis: Hypothesis<'a>,
+    /// Its nominal numbers.
+    pub x: Vec<f64>,
+    /// What it predicts of the held-out data.
+    pub held_out: HeldOut,
+    /// What is measured and what it does, with the time since the last reversal.
+    pub seen: (Vec<Sample>, Vec<f64>),
+    /// All rows of a long log.
+    pub whole: Option<&'a Whole<'a>>,
+}
+
+impl<'a> Given<'a> {
+    pub(super) fn simulated(dataset: &'a Dataset, model: &'a Model, whole: Option<&'a Whole<'a>>) -> Self {
+        let hypothesis = Hypothesis::new(dataset, model, Vec::new());
+        let x = vec![0.0; hypothesis.slots.len()];
+        let predicted = || HeldOut::of(whole, &hypothesis, &x);
+        let (held_out, seen) = rayon::join(predicted, || seen(whole, &hypothesis, &x));
+        Self { hypothesis, x, held_out, seen, whole }
+    }
+
+    /// What a set predicts of the held-out data, and what is measured and what it does.
+    fn simulated_with(&self, set: &Scored) -> (HeldOut, Vec<Sample>) {
+        let (hypothesis, x) = (&set.hypothesis, &set.fit.x);
+        let seen = || seen(self.whole, hypothesis, x).0;
+        rayon::join(|| HeldOut::of(self.whole, hypothesis, x), seen)
+    }
+
+    /// The held-out gap of a set.
+    fn gap_of(&self, set: &Scored) -> f64 {
+        HeldOut::of(self.whole, &set.hypothesis, &set.fit.x).gap
+    }
+}
+
+/// The result of a search, with the kept set added to the model.
+pub(super) fn extended(
+    given: &Given,
+    found: &Found,
+    mut judged: Judged,
+    described: Option<&Described>,
+    last: Option<&Last>,
+) -> Outcome {
+    let (dataset, model) = (given.hypothesis.dataset, given.hypothesis.model);
+    let fitted = described.and_then(|described| described.fitted.as_ref());
+    let with_term = fitted.map(|fitted| rest::extended(&judged.kept, fitted));
+    let kept = with_term.as_ref().unwrap_or(&judged.kept);
+    let known = judged.uncertainty.take().filter(|_| with_term.is_none());
+    let (mut steps, ((after, seen_after), (uncertainty, rivals))) = rayon::join(
+        || steps(given, &judged.kept),
+        || {
+            let beside = || {
+                let rivals = || evidence::rivals(found, &judged.ties, |set| given.gap_of(set));
+                rayon::join(|| known.unwrap_or_else(|| Uncertainty::of(kept)), rivals)
+            };
+            rayon::join(|| given.simulated_with(kept), beside)
+        },
+    );
+    let unnamed = fitted.map(|fitted| {
+        let gaps = (given.gap_of(&judged.kept), after.gap);
+        let term = rest::as_told(&judged.kept, fitted, gaps);
+        steps.push(Step { label: format!("+ {}", term.name), gap: term.gap_after });
+        term
+    });
+    let shifts = shifts(kept, &uncertainty);
+    let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
+    let later = match unnamed.is_some() || !kept.hypothesis.items.is_empty() {
+        true => Some("extended model"),
+        false => (after.gap < MOVED * given.held_out.gap).then_some("with its numbers moved"),
+    };
+    let mut plots = plots::all(&given.hypothesis, &given.seen.0, &seen_after, later);
+    plots.extend(described.map(|described| described.plot.clone()));
+    Outcome {
+        grade: judged.grade,
+        small: [small(found), judged.tiny].concat(),
+        effects: named(kept, &uncertainty, &steps, &judged.ties),
+        closest_known: judged.closest,
+        final_records: last.map(|last| predicted(last, model, kept)),
+        within_tolerance: shifts,
+        unexplained: Unexplained {
+            share_of_gap: judged.share,
+            structure: judged.structure.to_string(),
+            depends_on: described.map_or(Vec::new(), Described::keys),
+            predicts_share: described.map(|described| described.share),
+            noise_like: judged.noise_like,
+            unnamed,
+        },
+        next_experiment: judged.next.map(|next| experiment::with_needs(next, kept)),
+        searched: dataset.searched,
+        notes: notes.concat(),
+        rivals,
+        plots,
+        ties: judged.ties,
+        steps,
+        ..Outcome::new(
+            judged.verdict,
+            compared(dataset.signal, dataset.sigma, given.held_out, after),
+            dataset.unit(),
+        )
+    }
+}
+
+fn small(found: &Found) -> Vec<Small> {
+    let told = |(name, points): &(String, f64)| Small { name: name.clone(), fit_points: *points };
+    found.small.iter().map(told).collect()
+}
+
+/// Records that are only predicted.
+pub(super) struct Last<'a> {
+    /// Made ready.
+    pub dataset: Dataset,
+    /// All rows of them, where they are long.
+    pub whole: Option<Whole<'a>>,
+}
+
+/// What the set predicts for the held-out part of another dataset of the same log.
+fn predicted(last: &Last, model: &Model, kept: &Scored) -> HoldOut {
+    let (dataset, whole) = (&last.dataset, last.whole.as_ref());
+    let given = Hypothesis::new(dataset, model, Vec::new());
+    let extended = Hypothesis::new(dataset, kept.hypothesis.model, kept.hypothesis.items.clone());
+    let x = extended.carried(&kept.hypothesis, &kept.fit.x, &|_| 0.0);
+    let before = HeldOut::of(whole, &given, &vec![0.0; given.slots.len()]);
+    compared(dataset.signal, dataset.sigma, before, HeldOut::of(whole, &extended, &x))
+}
+
+/// What the held-out records had to say about the names of a model that is a fit to the log.
+fn vetoed(model: &Model, found: &Found) -> Vec<String> {
+    let chosen = model.fitted_to_log && !found.best.hypothesis.items.is_empty();
+    chosen
+        .then(|| {
+            "the held-out records had a veto: a name stays only if every one of them is predicted better with it. A further record given with --final is only predicted".to_owned()
+        })
+        .into_iter()
+        .collect()
+}
+
+/// The held-out gap of the model as given, and after each effect in the order of naming.
+fn steps(given: &Given, best: &Scored) -> Vec<Step> {
+    let first = Step { label: "the model as given".into(), gap: given.held_out.gap };
+    let further = each(1..best.hypothesis.items.len() + 1).map(|count| {
+        let (hypothesis, start) = best.hypothesis.only(&best.fit.x, |k| k < count);
+        let x = if count == best.hypothesis.items.len() { start } else { fit(&hypothesis, &start, &FINAL).x };
+        let gap = HeldOut::of(given.whole, &hypothesis, &x).gap;
+        Step { label: format!("+ {}", best.hypothesis.items[count - 1].effect.name), gap }
+    });
+    std::iter::once(first).chain(further.collect::<Vec<Step>>()).collect()
+}
+
+/// The accepted effects with their parameters and uncertainties.
+fn named(kept: &Scored, uncertainty: &Uncertainty, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
+    let linear = kept.hypothesis.dataset.linear;
+    let told = |it: &Estimate| parameter(it.parameter, it.value, it.std, linear);
+    let effect = |(item, estimates): (&Item, Estimates)| {
+        let name = item.effect.name.to_owned();
+        let place = steps
+            .iter()
+            .position(|step| step.label.strip_prefix("+ ") == Some(&name))
+            .unwrap_or(steps.len() - 1)
+            .max(1);
+        NamedEffect {
+            gap_before: steps[place - 1].gap,
+            gap_after: steps[place].gap,
+            evidence: evidence::sentence(
+                item.effect,
+                &steps[place - 1],
+                &steps[place],
+                kept.hypothesis.dataset.unit(),
+            ),
+            tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
+            name,
+            parameters: estimates.numbers.iter().map(told).collect(),
+            derived: derived(item.effect, estimates, linear),
+        }
+    };
+    let items = kept.hypothesis.items.iter();
+    items.zip(estimate::estimates(kept, uncertainty)).map(effect).collect()
+}
+
+/// Key and value of a parameter on a turning or a linear axis.
+fn parameter(spec: &Parameter, value: f64, std: Option<f64>, linear: bool) -> (String, Value) {
+    let (key, unit) = if linear {
+        (effects::linear_key(spec.name), effects::linear_unit(spec.unit))
+    } else {
+        (spec.name.into(), spec.unit.into())
+    };
+    (key, Value { value, std, unit })
+}
+
+/// What stands for its torques, and the difference of its two sides.
+fn derived(effect: &Effect, estimates: Estimates, linear: bool) -> BTreeMap<String, Value> {
+    let difference = estimates.between_sides.zip(effect.sides()).map(|((torque, volts), sides)| {
+        let key = |side: usize| parameter(&effect.parameters[side], 0.0, None, linear).0;
+        let (one, other) = (key(sides.0), key(sides.1));
+        match volts {
+            Some(volts) => (format!("{}_minus_{}", volts::key(&one), volts::key(&other)), volts),
+            None => {
+                let (_, value) = parameter(&effect.parameters[sides.0], torque.value, torque.std, linear);
+                (format!("{one}_minus_{other}"), value)
+            }
+        }
+    });
+    estimates.numbers.into_iter().flat_map(|estimate| estimate.seen).chain(difference).collect()
+}
+
+/// Base parameters and parameters of known effects that moved inside their tolerances.
+fn shifts(kept: &Scored, uncertainty: &Uncertainty) -> Vec<Shift> {
+    let deviations = uncertainty.deviations();
+    let slots = kept.hypothesis.slots.iter().enumerate();
+    slots
+        .filter_map(|(k, slot)| match slot {
+            Slot::Base { key, tolerance, .. } => Some(Shift {
+                parameter: kept.hypothesis.model.stated(key).to_owned(),
+                shift_percent: 100.0 * ((tolerance * kept.fit.x[k]).exp() - 1.0),
+                std_percent: 100.0 * tolerance * deviations[k].min(1.0),
+                refitted: kept.hypothesis.model.fitted_to_log,
+            }),
+            Slot::Known { known, parameter, std } => {
+                let known = &kept.hypothesis.model.known[*known];
+                let (value, spec) = (known.values[*parameter], &known.effect.parameters[*parameter]);
+                (value != 0.0).then(|| Shift {
+                    parameter: format!("known.{}.{}", known.effect.name, spec.name),
+                    shift_percent: 100.0 * std * kept.fit.x[k] / value,
+                    std_percent: 100.0 * (std / value).abs() * deviations[k].min(1.0),
+                    refitted: false,
+                })
+            }
+            _ => None,
+        })
+        .collect()
+}

@@ -1,0 +1,207 @@
+//! The gap workflow in plain words: log → simulate → residual → localise → name → extend.
+//!
+//! Before it the files are [examined](examine): a wrong unit is no physics.
+//!
+//! A log is a record over time, which is simulated, or a table of settled speeds, whose equilibria are solved. Both are
+//! fitted by one [`solver`] as a [`hypothesis`], grown by one [`beam`], and told as one [`Outcome`].
+
+pub mod acceptance;
+pub mod beam;
+mod data_sheet;
+pub mod dataset;
+pub mod effort;
+pub mod estimate;
+pub mod evidence;
+pub mod examine;
+pub mod excitation;
+pub mod expectation;
+pub mod experiment;
+mod extend;
+pub mod fit;
+pub mod hypothesis;
+pub mod initial_guesses;
+pub mod jacobian;
+pub mod localise;
+pub mod plots;
+pub mod prediction;
+pub mod problem;
+pub mod record;
+pub mod residual;
+pub mod residual_tests;
+pub mod rest;
+pub mod samples;
+pub mod search;
+pub mod solver;
+pub mod structure;
+pub mod tables;
+mod threads;
+pub mod time_base;
+mod torque;
+pub mod unknown;
+pub mod verdict;
+
+use crate::gap::examine::Right;
+use crate::gap::search::{Progress, ShareLimits};
+use crate::outcome::Outcome;
+use crate::system::log::{Dynamic, Log, Table};
+use crate::system::model::Model;
+use crate::text::input_error::InputError;
+use std::borrow::Cow;
+use std::time::Instant;
+
+pub use record::made_ready;
+pub use unknown::completed;
+
+/// What the user may choose.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Effects that are not offered to a record.
+    pub without: Vec<String>,
+    /// Records that are only predicted, at the very end: the held-out records may refuse names, these choose nothing.
+    pub finals: Vec<Dynamic>,
+    /// Limits of the search for a model that is a fit to the log.
+    pub limits: ShareLimits,
+    /// Go on although the files look wrong; what was found is told as a note.
+    pub accept_data: bool,
+}
+
+/// Finds where model and log disagree, names what is missing and predicts the held-out data with it. A record whose rows
+/// are so far apart that each shows a settled speed is taken as a table.
+pub fn run<L: Recorded>(
+    model: &Model,
+    log: &L,
+    holdouts: &[L],
+    options: &Options,
+    progress: Progress,
+) -> Result<Outcome, InputError> {
+    let started = Instant::now();
+    let (log, holdouts) = (L::log(log), L::logs(holdouts));
+    let right =
+        if options.accept_data { Right::default() } else { examine::put_right(model, &log, &holdouts) };
+    let log = right.log.map_or(log, Cow::Owned);
+    let holdouts = right.holdouts.map_or(holdouts, Cow::Owned);
+    let moved = |last: &Dynamic| examine::earlier(last, right.late).unwrap_or_else(|| last.clone());
+    let finals = options.finals.iter().map(moved).collect();
+    let options = &Options { finals, ..options.clone() };
+    let notes = || examine::notes(model, &log);
+    let (faults, notes) = rayon::join(|| examine::faults(model, &log, &holdouts), notes);
+    if !faults.is_empty() && !options.accept_data {
+        return Ok(Outcome { runtime_s: started.elapsed().as_secs_f64(), ..examine::outcome(&log, faults) });
+    }
+    let table = as_table(model, &log);
+    // What is said of a sensor is said of motion.
+    let notes = if table.is_none() { notes } else { Vec::new() };
+    let mut outcome = match table {
+        Some(table) => of_table(model, &table, &log, &holdouts, options),
+        None => {
+            let holdouts: Result<Vec<&Dynamic>, InputError> = holdouts.iter().map(record_of).collect();
+            record::run(model, record_of(&log)?, &holdouts?, options, progress)
+        }
+    }?;
+    outcome.data_sheet = data_sheet::contradicted(model, &outcome);
+    outcome.notes.splice(0..0, model.notes.iter().cloned());
+    outcome.notes.extend(right.notes);
+    outcome.notes.extend(notes);
+    outcome.notes.extend(faults.iter().map(|fault| format!("accepted although {}", fault.what)));
+    outcome.runtime_s = started.elapsed().as_secs_f64();
+    Ok(outcome)
+}
+
+fn as_table(model: &Model, log: &Log) -> Option<Table> {
+    match log {
+        Log::Table(table) => Some(table.clone()),
+        Log::Dynamic(record) => tables::settled(model, record),
+    }
+}
+
+/// A log that must be a record over time.
+pub fn as_record(log: Log) -> Result<Dynamic, InputError> {
+    match log {
+        Log::Dynamic(record) => Ok(record),
+        Log::Table(table) => Err(no_record(&table)),
+    }
+}
+
+fn record_of(log: &Log) -> Result<&Dynamic, InputError> {
+    match log {
+        Log::Dynamic(record) => Ok(record),
+        Log::Table(table) => Err(no_record(table)),
+    }
+}
+
+fn no_record(table: &Table) -> InputError {
+    let what = "is a steady-state table, but the log is a record over time; give a record";
+    InputError::file(&table.source, what)
+}
+
+/// What may be analysed. Long logs are not copied.
+pub trait Recorded: Sized {
+    /// As a log.
+    fn log(&self) -> Cow<'_, Log>;
+
+    /// Several of them.
+    fn logs(all: &[Self]) -> Cow<'_, [Log]> {
+        all.iter().map(|one| one.log().into_owned()).collect::<Vec<Log>>().into()
+    }
+}
+
+impl Recorded for Log {
+    fn log(&self) -> Cow<'_, Log> {
+        Cow::Borrowed(self)
+    }
+
+    fn logs(all: &[Self]) -> Cow<'_, [Log]> {
+        all.into()
+    }
+}
+
+impl Recorded for Dynamic {
+    fn log(&self) -> Cow<'_, Log> {
+        Cow::Owned(self.clone().into())
+    }
+}
+
+impl Recorded for Table {
+    fn log(&self) -> Cow<'_, Log> {
+        Cow::Owned(self.clone().into())
+    }
+}
+
+fn of_table(
+    model: &Model,
+    table: &Table,
+    log: &Log,
+    holdouts: &[Log],
+    options: &Options,
+) -> Result<Outcome, InputError> {
+    let source = &table.source;
+    let others: Option<Vec<Table>> = holdouts.iter().map(|log| as_table(model, log)).collect();
+    let Some(others) = others else {
+        let what = "is a steady-state table, but a hold-out is a record over time; give a table";
+        return Err(InputError::file(source, what));
+    };
+    if !options.finals.is_empty() {
+        return Err(InputError(format!(
+            "--final is for records over time; {source} is a steady-state table: give the rows to --holdout"
+        )));
+    }
+    let mut outcome = tables::run(model, table, &others);
+    if let Log::Dynamic(record) = log {
+        outcome.notes.push(time_unused(model, record));
+    }
+    Ok(outcome)
+}
+
+/// A time column never goes unused in silence.
+fn time_unused(model: &Model, record: &Dynamic) -> String {
+    let apart_s = record.runs[0].sample_s();
+    let answered = match tables::answers(&record.runs[0]) {
+        tables::Answers::Previous => "the input of the row before, which was held until then",
+        tables::Answers::Own => "the input of its own row: with it, equal inputs have equal speeds",
+    };
+    format!(
+        "The rows are {apart_s:.3} s apart, the model's time constant is {:.3} s: each row is taken as a settled speed, and the \
+         time is not used. Each speed answers {answered}. If the time is not in seconds, map it, e.g. --columns \"t_ms=t_s\".",
+        tables::time_constant_s(model)
+    )
+}

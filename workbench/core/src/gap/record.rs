@@ -1,0 +1,141 @@
+//! A record over time against a model: prepare → simulate → localise → search → judge → extend.
+
+use crate::gap::dataset::{self, Dataset, Part, Whole, hf_noise, prepare};
+use crate::gap::effort::{Phase, during};
+use crate::gap::extend::{Given, Last, extended};
+use crate::gap::hypothesis::Hypothesis;
+use crate::gap::prediction::{Prediction, held_out_errors};
+use crate::gap::residual::rms;
+use crate::gap::residual_tests::{sensor_like, twin_pairs};
+use crate::gap::rest::{self, Described, Scope};
+use crate::gap::samples::samples;
+use crate::gap::search::{Found, Progress, Scored, ShareLimits, base_fit, search};
+use crate::gap::structure::Structure;
+use crate::gap::verdict::Judged;
+use crate::gap::{Options, estimate, excitation, localise, verdict};
+use crate::outcome::{Outcome, Verdict};
+use crate::system::log::Dynamic;
+use crate::system::model::Model;
+use crate::text::input_error::InputError;
+use std::borrow::Borrow;
+
+/// Finds where model and record disagree, names what is missing and predicts the held-out data with it.
+pub fn run(
+    model: &Model,
+    log: &Dynamic,
+    holdouts: &[&Dynamic],
+    options: &Options,
+    progress: Progress,
+) -> Result<Outcome, InputError> {
+    let dataset = made_ready(model, log, holdouts)?;
+    if let Some(outcome) = excitation::not_excited(&dataset) {
+        return Ok(outcome);
+    }
+    let last = only_predicted(model, log, holdouts, &options.finals)?;
+    let whole = Whole::of(model, log, holdouts, &dataset);
+    let given = Given::simulated(&dataset, model, whole.as_ref());
+    let places = localise::places(&given.hypothesis, &given.seen);
+    // On a thread of the pool, which hands on what it can share without being woken first.
+    let outcome = rayon::scope(|_| {
+        let found = search(&dataset, model, options, progress);
+        let conclude = || concluded(&given, &found, &options.limits, last.as_ref());
+        during(Phase::Conclude, conclude)
+    });
+    Ok(Outcome { places, ..outcome })
+}
+
+/// What is said of what was found.
+fn concluded(given: &Given, found: &Found, limits: &ShareLimits, last: Option<&Last>) -> Outcome {
+    let model = given.hypothesis.model;
+    let mut judged = verdict::judge(found, &given.hypothesis, &given.x, limits);
+    let eased = estimate::eased(&judged.kept);
+    if let Some(eased) = &eased {
+        let anew = estimate::refitted(eased, &judged.kept);
+        if !model.fitted_to_log || predicts_as_well(&anew, &judged.kept) {
+            (judged.kept, judged.uncertainty) = (anew, None);
+        }
+    }
+    let described = rest_of(given, &mut judged);
+    extended(given, found, judged, described.as_ref(), last)
+}
+
+/// Looks for what the rest depends on, and says so.
+fn rest_of(given: &Given, judged: &mut Judged) -> Option<Described> {
+    let scope = match (&judged.structure, judged.verdict) {
+        _ if judged.kept.fit.samples < verdict::FEW => return None,
+        (Structure::None, Verdict::NothingMissing) => Scope::Turns,
+        (Structure::None, _) => return None,
+        _ => Scope::Everything,
+    };
+    let gaps = held_out_errors(&given.hypothesis, &given.x);
+    let described = rest::described(&judged.kept, &gaps, scope);
+    if scope == Scope::Everything || described.is_some() {
+        rest::tell(described.as_ref(), judged);
+    }
+    described
+}
+
+/// The records that are only predicted, made ready.
+fn only_predicted<'a>(
+    model: &Model,
+    log: &'a Dynamic,
+    holdouts: &[&Dynamic],
+    finals: &'a [Dynamic],
+) -> Result<Option<Last<'a>>, InputError> {
+    let copies = |last: &&Dynamic| holdouts.iter().any(|held| dataset::same(held, last));
+    if let Some(copy) = finals.iter().find(copies) {
+        let what = "is one of the held-out records, which had a veto; give --final another record";
+        return Err(InputError::file(&copy.source, what));
+    }
+    if finals.is_empty() {
+        return Ok(None);
+    }
+    let finals: Vec<&Dynamic> = finals.iter().collect();
+    let dataset = made_ready(model, log, &finals)?;
+    let whole = Whole::of(model, log, &finals, &dataset);
+    Ok(Some(Last { dataset, whole }))
+}
+
+/// Log and hold-outs on their grids, with noise and weights.
+pub fn made_ready(
+    model: &Model,
+    log: &Dynamic,
+    holdouts: &[impl Borrow<Dynamic>],
+) -> Result<Dataset, InputError> {
+    let mut dataset = prepare(model, log, holdouts)?;
+    settle_noise(&mut dataset, model);
+    Ok(dataset)
+}
+
+/// The noise from the base's residual, in which the motion no longer hides it, and the weights.
+fn settle_noise(dataset: &mut Dataset, model: &Model) {
+    let nominal = Hypothesis::new(dataset, model, Vec::new());
+    let plant = nominal.plant(&vec![0.0; nominal.slots.len()]);
+    dataset.weigh(&plant);
+    let base = base_fit(dataset, model);
+    let view = Prediction::of(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
+    let high = hf_noise(&view.residual(), dataset.noise_lag).clamp(0.5 * dataset.sigma, 1.05 * dataset.sigma);
+    let repeated = repeated_noise(&base);
+    let plant = base.hypothesis.plant(&base.fit.x);
+    dataset.sigma = repeated.map_or(high, |sigma| sigma.max(high));
+    dataset.weigh(&plant);
+}
+
+/// The noise from the difference of two runs with the same input: it needs no model of the noise.
+fn repeated_noise(base: &Scored) -> Option<f64> {
+    let dataset = base.hypothesis.dataset;
+    let seen = samples(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
+    let differences: Vec<f64> =
+        twin_pairs(&seen, &dataset.twins, |s| s.residual()).map(|(a, b)| a - b).collect();
+    let enough = differences.len() > 200 && sensor_like(&differences);
+    enough.then(|| rms(&differences) / 2f64.sqrt())
+}
+
+/// By how much more of a held-out record's squared error other weights may leave.
+const AS_WELL: f64 = 1.1;
+
+/// True if a set fitted with other weights predicts every held-out record as well.
+fn predicts_as_well(anew: &Scored, kept: &Scored) -> bool {
+    let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
+    errors(anew).iter().zip(errors(kept)).all(|(anew, kept)| *anew <= AS_WELL * kept)
+}

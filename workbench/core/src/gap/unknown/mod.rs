@@ -1,0 +1,156 @@
+//! Numbers of a model that nobody knows: start values from the log, and a wide prior. Where a log cannot tell them apart the
+//! model becomes `first_order`.
+//!
+//! What is found is written into the text of the model file, which is then read as if a person had written it. So an extended
+//! model holds every number, with the reason beside it.
+
+mod line;
+mod split;
+mod text;
+
+pub use line::Line;
+pub use text::{GUESSED, START};
+
+use crate::gap::tables;
+use crate::system::log::{Dynamic, Input, Log};
+use crate::system::model::{self, DRIVEN_DIRECTLY, Draft, Kind, Model};
+use crate::text::figures::listing;
+use crate::text::input_error::InputError;
+use split::{Split, Winding};
+
+/// Relative tolerance (1 σ) of a number that is not known: a factor of e, which two of them let move by 7.4 either way. Start
+/// values from the linear fit lie within a factor of 2 wherever dry friction and dead zone take less than half of the input.
+pub const WIDE: f64 = 1.0;
+
+/// The same of resistance and motor constant where a measured current shows them. Kt and Ke are one number in SI units, but a fit moves them
+/// apart, and of Kt and J a log shows the ratio alone: with a wide prior both drift along it.
+pub const MEASURED: f64 = 0.1;
+
+/// The model of a draft, with what is unknown in it filled from a log. A model that lacks nothing stays as it is.
+pub fn completed(draft: Draft, log: &Log) -> Result<Model, InputError> {
+    if draft.unknown().is_empty() {
+        return draft.complete();
+    }
+    let line = line_of(log);
+    let evidence = Evidence { line: line.unwrap_or(Line::typical(log)), shown: line, log };
+    let split = evidence.split(&draft)?;
+    let text = text::completed(&draft, &split);
+    let mut model = model::parse(&draft.stated().source, &text)?;
+    // The lines in these are those of the file that the user has.
+    model.notes.clone_from(&draft.stated().notes);
+    model.notes.push(evidence.sentence(&draft, &split));
+    Ok(model)
+}
+
+/// The best linear model of a log; `None` if nothing moves.
+pub fn line_of(log: &Log) -> Option<Line> {
+    match log {
+        Log::Dynamic(record) => Line::of_record(record).map(|line| settled(record, line)),
+        Log::Table(table) => Line::of_table(table),
+    }
+}
+
+/// Rows closer than this, s, are no settled speeds of a motor: the time constant that stands in for one that does not show is a sixth of it.
+const APART_S: f64 = 0.65;
+
+/// The line of a record; without a time constant where each row shows a settled speed rather than a response.
+fn settled(record: &Dynamic, line: Line) -> Line {
+    let Some(run) = record.runs.first().filter(|run| run.sample_s() > APART_S) else { return line };
+    match tables::left_if_settled(run).is_some_and(|left| left < line.left) {
+        true => Line { time_constant_s: None, ..line },
+        false => line,
+    }
+}
+
+/// What a log says about the numbers of a model.
+pub(crate) struct Evidence<'l> {
+    /// The best linear model, or a typical one where nothing moves.
+    line: Line,
+    /// The best linear model, if anything moves.
+    shown: Option<Line>,
+    log: &'l Log,
+}
+
+impl Evidence<'_> {
+    fn split(&self, draft: &Draft) -> Result<Split, InputError> {
+        let input = match self.log {
+            Log::Dynamic(record) => record.input,
+            Log::Table(_) => Input::Voltage,
+        };
+        let linear = matches!(self.log, Log::Dynamic(record) if record.linear);
+        match draft.stated().kind {
+            Kind::DcMotor { .. } if linear => Ok(split::linear(&self.line)),
+            Kind::FirstOrder { .. } => Ok(split::first_order(draft, &self.line)),
+            Kind::Inertia { .. } => Ok(split::inertia(draft, &self.line)),
+            Kind::DcMotor { .. } if input == Input::Voltage => {
+                split::motor(draft, &self.line, self.winding())
+            }
+            Kind::DcMotor { .. } => split::held_current(draft, &self.line, input),
+        }
+    }
+
+    fn winding(&self) -> Option<Winding> {
+        match self.log {
+            Log::Dynamic(record) => Winding::of(record),
+            Log::Table(_) => None,
+        }
+    }
+
+    /// What was unknown, where its start value comes from, and what follows.
+    fn sentence(&self, draft: &Draft, split: &Split) -> String {
+        let keys: Vec<&str> = draft.unknown().iter().map(|unknown| unknown.key).collect();
+        let (list, is) = (listing(&keys), if keys.len() == 1 { "is" } else { "are" });
+        let seen = match (self.shown, split.measured_winding) {
+            (None, _) => "typical values, because the log does not move".to_owned(),
+            (Some(line), false) => line.sentence(self.log),
+            (Some(line), true) => format!("{} and the measured current", line.sentence(self.log)),
+        };
+        let mut said =
+            format!("{list} {is} not known: start values come from {seen}, and are fitted with a wide prior");
+        said += match split.kind {
+            Some(DRIVEN_DIRECTLY) => {
+                ". The axis is linear, so the model is an inertia here: mass and forces count per unit of the input"
+            }
+            Some(_) => {
+                ". Without a measured current (i_a) a log shows only products of resistance, torque constant and inertia, so the \
+                 model is first_order here: friction is stated in volts at the terminals and in rad/s²"
+            }
+            None => "",
+        };
+        if split.fit {
+            said += ". Every number is the log's own, as fitted_to_log = true says: names are judged by the share of the gap that they remove";
+        }
+        for more in &split.notes {
+            said += &format!(". {more}");
+        }
+        said
+    }
+}
+
+impl Line {
+    /// What stands in where nothing moves: the analysis will say so.
+    fn typical(log: &Log) -> Self {
+        let table = matches!(log, Log::Table(_));
+        Self { gain: 10.0, time_constant_s: (!table).then_some(0.1), left: 1.0 }
+    }
+
+    /// `the log's best linear fit (gain 16.0 rad/s per V, time constant 0.0899 s)`
+    fn sentence(&self, log: &Log) -> String {
+        let (unit, speed) = match log {
+            Log::Dynamic(Dynamic { input, linear, .. }) => {
+                (input.unit(), if *linear { "m/s" } else { "rad/s" })
+            }
+            Log::Table(_) => (Input::Voltage.unit(), "rad/s"),
+        };
+        let gain = crate::text::figures::figure(self.gain.abs());
+        match self.time_constant_s {
+            Some(seconds) => {
+                let seconds = crate::text::figures::figure(seconds);
+                format!(
+                    "the log's best linear fit (gain {gain} {speed} per {unit}, time constant {seconds} s)"
+                )
+            }
+            None => format!("the slope of the settled speeds (gain {gain} {speed} per {unit})"),
+        }
+    }
+}

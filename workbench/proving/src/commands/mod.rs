@@ -1,0 +1,8 @@
+//! One file a subcommand.
+
+pub mod bench;
+pub mod cases;
+pub mod demo;
+pub mod instructions;
+pub mod judge;
+pub mod paper;

@@ -1,0 +1,9 @@
+//! What a person sees: reports of a result, and the terminal.
+
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
+// First, for its macros.
+#[macro_use]
+pub mod console;
+
+pub mod report;

@@ -1,0 +1,270 @@
+//! `truing commission`: the firmware excites its motor and says what it is.
+
+use super::firmware::{Firmware, save_log};
+use super::profile;
+use crate::device::commission_report::{CommissionJson, Number, Params, Refused};
+use crate::device::motor::write_whole;
+use crate::device::run_log::RunLog;
+use crate::device::session::{Done, SessionResult, Task};
+use anyhow::Context;
+use clap::Args;
+use servo::commission::Outcome;
+use servo::config::Config;
+use servo::identify::estimate::Mechanism;
+use servo::motion::referencing::Referencing;
+use std::path::PathBuf;
+use truing_core::text::input_error::NotDone;
+use truing_report::console::files::Files;
+use truing_report::console::interrupt;
+
+/// A mark is found again within so many counts, or this share of a turn: a stop gives way.
+const MARK_COUNTS: i64 = 2;
+const MARK_SHARE: i64 = 400;
+
+/// Length of a commissioning when nothing else is asked for, s.
+pub const BUDGET_S: f64 = 5.0;
+
+/// Arguments of `truing commission`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// Which servo.
+    #[command(flatten)]
+    pub firmware: Firmware,
+    /// Length of the commissioning, s.
+    #[arg(long, default_value_t = BUDGET_S, allow_negative_numbers = true)]
+    pub budget_s: f64,
+    /// Keep the result for `truing track --params`.
+    #[arg(long)]
+    pub save: Option<PathBuf>,
+    /// Have the servo store the result, so that it survives a power cut.
+    #[arg(long)]
+    pub store: bool,
+    /// Write the result as JSON, schema truing-commission/1.
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Write every control tick as a log in format 1.
+    #[arg(long)]
+    pub log: Option<PathBuf>,
+}
+
+/// Runs and reports. What was found is printed and written before the servo stores it, which may fail.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let _hold = interrupt::hold();
+    let files = arguments.firmware.files();
+    files
+        .writes("--json", &arguments.json)
+        .writes("--log", &arguments.log)
+        .writes("--save", &arguments.save)
+        .check_ready()?;
+    let setup = arguments.firmware.axis()?;
+    let task =
+        Task::Commission { budget_s: budget(arguments.budget_s)?, seed: arguments.firmware.seed as u32 };
+    let tasks = [Some(task), arguments.store.then_some(Task::Store)];
+    let tasks: Vec<Task> = tasks.into_iter().flatten().collect();
+    let mut told = None;
+    let result = arguments.firmware.run_telling(&setup, &tasks, &mut |done, log| match done {
+        Done::Commissioned(outcome) => told = Some(tell(arguments, outcome, log)),
+        Done::Stored => outln!("{:21} by the servo", "stored"),
+        _ => {}
+    })?;
+    save_log(&result.log, arguments.log.as_ref())?;
+    let report = told.transpose()?;
+    if let Some(error) = result.broken {
+        return Err(error.into());
+    }
+    match report.and_then(|report| report.refused) {
+        Some(refused) => Err(refusal(&refused).into()),
+        None => Ok(()),
+    }
+}
+
+/// Prints what was found, and writes it; the log too, as far as it is.
+fn tell(arguments: &Arguments, outcome: &Outcome, log: &RunLog) -> anyhow::Result<CommissionJson> {
+    let report = CommissionJson::new(outcome, &log.config)?.beside(log);
+    print(&report);
+    if let Some(path) = &arguments.json {
+        write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
+    }
+    if let (Some(path), None) = (&arguments.save, &report.refused) {
+        Params::new(&report).save(path)?;
+    }
+    if arguments.store {
+        save_log(log, arguments.log.as_ref())?;
+    }
+    Ok(report)
+}
+
+/// The reason of exit status 1.
+pub fn refusal(refused: &Refused) -> NotDone {
+    NotDone(format!("the commissioning was refused: {}", refused.text))
+}
+
+/// Where the numbers of a motion come from.
+#[derive(Args, Debug)]
+pub struct Knowledge {
+    /// Use the result of an earlier commissioning instead of commissioning first.
+    #[arg(long)]
+    pub params: Option<PathBuf>,
+    /// Use what the servo has stored (`truing commission --store`) instead of commissioning first.
+    #[arg(long, conflicts_with = "params")]
+    pub stored: bool,
+    /// Find zero before the motion: `here:RAD`, or `stop:RAD_S,RAD,REACH_RAD[,AMPERE]`, or `index:RAD_S,RAD,REACH_RAD`,
+    /// where the sign of the speed is the direction and RAD is what the place is to be called.
+    #[arg(long, value_parser = referencing, allow_hyphen_values = true)]
+    pub reference: Option<Referencing>,
+}
+
+/// The argument of `--reference`.
+fn referencing(text: &str) -> Result<Referencing, String> {
+    let shape = "expected here:RAD, stop:RAD_S,RAD,REACH_RAD[,AMPERE] or index:RAD_S,RAD,REACH_RAD";
+    let (kind, rest) = text.split_once(':').ok_or(shape)?;
+    let numbers: Result<Vec<f32>, _> = rest.split(',').map(|part| part.trim().parse()).collect();
+    let numbers = numbers.map_err(|_| shape)?;
+    match (kind, numbers.as_slice()) {
+        ("here", &[position_rad]) => Ok(Referencing::Here { position_rad }),
+        ("stop", &[speed_rad_s, position_rad, reach_rad, ref current @ ..]) if current.len() < 2 => {
+            Ok(Referencing::EndStop {
+                speed_rad_s,
+                position_rad,
+                reach_rad,
+                current_a: current.first().copied(),
+            })
+        }
+        ("index", &[speed_rad_s, position_rad, reach_rad]) => {
+            Ok(Referencing::Index { speed_rad_s, position_rad, reach_rad })
+        }
+        _ => Err(shape.into()),
+    }
+}
+
+impl Knowledge {
+    /// The files of a command that lets this firmware follow this profile.
+    pub fn files(&self, firmware: &Firmware, profile: &str) -> Files {
+        let files = firmware.files().reads("--params", &self.params);
+        files.reads("--profile", profile.strip_prefix("file:"))
+    }
+
+    /// The tasks before the motion; none if the servo goes on with what it has stored. An excitation asks for no
+    /// commissioning.
+    pub fn tasks(
+        &self,
+        motion: &Task,
+        budget_s: f64,
+        seed: u64,
+        config: &Config,
+    ) -> anyhow::Result<Vec<Task>> {
+        let excites = matches!(motion, Task::Excite(_));
+        anyhow::ensure!(!(excites && self.stored), "an excitation begins from --config; leave out --stored");
+        let first = match &self.params {
+            _ if self.stored => None,
+            Some(path) => Some(Task::Adopt(Box::new(Params::read(path)?.estimates(config)))),
+            None if excites => None,
+            None => Some(Task::Commission { budget_s: budget(budget_s)?, seed: seed as u32 }),
+        };
+        let reference = self.reference.map(Task::Reference);
+        Ok(first.into_iter().chain(reference).collect())
+    }
+
+    /// An error if the motion cannot be, by the axis file alone. A servo that goes on with what it has stored knows better.
+    pub fn allows(&self, motion: &Task, config: &Config) -> anyhow::Result<()> {
+        if self.stored { Ok(()) } else { profile::possible(motion, config) }
+    }
+
+    /// Looks for the mark of `--reference` once more.
+    pub fn again(&self) -> Option<Task> {
+        self.reference.map(Task::Reference)
+    }
+
+    /// How far the mark is from where it was before the motion, if it was looked for again; an index is the same in every turn.
+    pub fn lost_counts(&self, result: &SessionResult) -> anyhow::Result<()> {
+        let mut places = result.done.iter().filter_map(|done| match done {
+            Done::Referenced(place) => Some(*place),
+            _ => None,
+        });
+        let (Some(before), Some(after)) = (places.next(), places.next()) else { return Ok(()) };
+        let turn = i64::from(result.log.config.counts_per_rev);
+        let lost = match self.reference {
+            Some(Referencing::Index { .. }) => (after - before + turn / 2).rem_euclid(turn) - turn / 2,
+            _ => after - before,
+        };
+        outln!("{:21} {lost}, by the mark that was found before and behind the motion", "counts lost");
+        if lost.abs() <= MARK_COUNTS.max(turn / MARK_SHARE) {
+            return Ok(());
+        }
+        let text = format!(
+            "{lost} counts were lost or invented during the motion: check the encoder's cable, shield and supply, and its coupling"
+        );
+        Err(NotDone(text).into())
+    }
+
+    /// Is there a commissioning first?
+    pub fn is_learned(&self) -> bool {
+        !self.stored && self.params.is_none()
+    }
+}
+
+/// Between 1 s and 10 minutes.
+pub fn budget(seconds: f64) -> anyhow::Result<f64> {
+    anyhow::ensure!(
+        (1.0..=600.0).contains(&seconds),
+        "--budget-s is {seconds}; it must lie between 1 and 600 s"
+    );
+    Ok(seconds)
+}
+
+/// The first commissioning of a session; printed, if it was refused.
+pub fn succeeded(result: &SessionResult) -> anyhow::Result<CommissionJson> {
+    let report = outcome(result)?;
+    if let Some(refused) = &report.refused {
+        print(&report);
+        return Err(refusal(refused).into());
+    }
+    Ok(report)
+}
+
+/// The first commissioning of a session.
+fn outcome(result: &SessionResult) -> anyhow::Result<CommissionJson> {
+    let outcome = result.done.iter().find_map(|done| match done {
+        Done::Commissioned(outcome) => Some(outcome),
+        _ => None,
+    });
+    let outcome = outcome.context("the session had no commissioning")?;
+    Ok(CommissionJson::new(outcome, &result.log.config)?.beside(&result.log))
+}
+
+/// One number, for people.
+pub fn print_number(name: &str, unit: &str, number: &Number) {
+    let trust = if number.trusted {
+        "trusted".to_owned()
+    } else {
+        number.reason.unwrap_or("not trusted").replace('_', " ")
+    };
+    match (number.value, number.interval(unit)) {
+        (Some(value), Some(interval)) => outln!("{name:21} {value:8.4}  {interval:33} {trust}"),
+        _ => outln!("{name:21} {:>8}  {:33} {trust}", "-", ""),
+    }
+}
+
+/// What makes the dead zone, for people.
+fn in_words(mechanism: Mechanism) -> &'static str {
+    match mechanism {
+        Mechanism::Unclear => "unclear: not tested, or neither friction nor the input",
+        Mechanism::Friction => "friction",
+        Mechanism::InputDeadZone => "dead zone at the input",
+    }
+}
+
+/// For people; a refusal first.
+pub fn print(report: &CommissionJson) {
+    if let Some(refused) = &report.refused {
+        outln!("refused: {} ({})", refused.text, refused.code);
+    }
+    for (name, unit, number) in report.numbers() {
+        print_number(name, unit, &number);
+    }
+    outln!("{:21} {}", "mechanism", in_words(report.mechanism));
+    outln!("{:21} {:.2} s, {:.2} turns", "took", report.duration_s, report.travel_rev);
+    for doubt in &report.doubts {
+        outln!("{:21} {doubt}", "not used");
+    }
+}

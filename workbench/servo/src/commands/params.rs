@@ -1,0 +1,163 @@
+//! `truing params`: the parameters of a servo, in force and stored; and from a model to parameters.
+
+use super::firmware::Firmware;
+use crate::device::commission_report::Params;
+use crate::device::link::{Client, found_text, store_text};
+use crate::device::motor::write_whole;
+use crate::device::{axis_file, compensation, parameters};
+use anyhow::Context;
+use clap::{Args, Subcommand};
+use servo::link::protocol::{Command, Message};
+use std::path::PathBuf;
+use truing_core::system::model;
+use truing_core::text::input_error::InputError;
+use truing_report::console::files::Files;
+
+/// Arguments of `truing params`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub action: Action,
+}
+
+/// What can be done with parameters.
+#[derive(Subcommand, Debug)]
+pub enum Action {
+    /// Print what is in force, one `key = value` a line.
+    Get(Get),
+    /// Put other values in force; what is not stored is lost with the power.
+    Set(Set),
+    /// Store what is in force on all axes.
+    Save(Get),
+    /// Forget everything about this axis, in force and stored.
+    Reset(Get),
+    /// Turn the effects of a model into the parameters of the compensation: a file for `--params`.
+    Export(Export),
+}
+
+/// Which servo.
+#[derive(Args, Debug)]
+pub struct Get {
+    /// Which servo.
+    #[command(flatten)]
+    pub firmware: Firmware,
+}
+
+/// What to change.
+#[derive(Args, Debug)]
+pub struct Set {
+    /// Which servo.
+    #[command(flatten)]
+    pub firmware: Firmware,
+    /// `key=value`, keys as `get` prints them; `none` unsets. Without any, an axis that knows nothing takes the axis file.
+    pub assignments: Vec<String>,
+    /// Take what an earlier commissioning or `truing params export` has found.
+    #[arg(long)]
+    pub params: Option<PathBuf>,
+    /// Store it too.
+    #[arg(long)]
+    pub save: bool,
+}
+
+/// Which model.
+#[derive(Args, Debug)]
+pub struct Export {
+    /// The extended model, as `truing gap --out` writes it: model.extended.toml.
+    pub model: PathBuf,
+    /// What the firmware may know: axis.toml.
+    #[arg(long)]
+    pub config: PathBuf,
+    /// Where to write the parameters; without it they are printed.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+}
+
+/// Does it.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    match &arguments.action {
+        Action::Get(get) => print(&mut open(&get.firmware)?),
+        Action::Set(set) => change(set),
+        Action::Save(get) => save(&mut open(&get.firmware)?),
+        Action::Reset(get) => reset(&mut open(&get.firmware)?),
+        Action::Export(export) => write(export),
+    }
+}
+
+fn open(firmware: &Firmware) -> anyhow::Result<Client> {
+    firmware.files().check()?;
+    firmware.client(&firmware.axis()?.config)
+}
+
+fn print(client: &mut Client) -> anyhow::Result<()> {
+    let hello = client.hello()?;
+    outln!("# {}; started by {}", found_text(hello.stored), format!("{:?}", hello.cause).to_lowercase());
+    match client.parameters()? {
+        Some(parameters) => out!("{}", parameters::print(&parameters)),
+        None => outln!("# this axis is not configured"),
+    }
+    Ok(())
+}
+
+fn change(set: &Set) -> anyhow::Result<()> {
+    set.firmware.files().reads("--params", &set.params).check()?;
+    let setup = set.firmware.axis()?;
+    let mut client = set.firmware.client(&setup.config)?;
+    let known = client.parameters()?;
+    if known.is_some() && set.assignments.is_empty() && set.params.is_none() {
+        return Err(InputError(
+            "nothing is set: write key=value, with a key that `truing params get` prints, or --params".into(),
+        )
+        .into());
+    }
+    let mut parameters = match known {
+        Some(known) => known,
+        None => setup.on(&client.board(&mut |_| {})?)?.parameters(None),
+    };
+    for assignment in &set.assignments {
+        parameters::set(&mut parameters, assignment)?;
+    }
+    if let Some(path) = &set.params {
+        let estimates = Params::read(path)?.estimates(&parameters.config);
+        parameters.estimates.merge(&estimates);
+    }
+    client.command(Command::Restore(parameters), &mut |_| {})?;
+    if set.save { save(&mut client) } else { Ok(()) }
+}
+
+fn save(client: &mut Client) -> anyhow::Result<()> {
+    client.save(&mut |message| {
+        if let Message::Store(event) = message {
+            outln!("{}", store_text(event));
+        }
+    })?;
+    outln!("{}", store_text(servo::store::StoreEvent::Saved));
+    Ok(())
+}
+
+fn reset(client: &mut Client) -> anyhow::Result<()> {
+    client.command(Command::Reset, &mut |_| {})?;
+    save(client)
+}
+
+fn write(export: &Export) -> anyhow::Result<()> {
+    Files::default()
+        .reads("MODEL", [&export.model])
+        .reads("--config", [&export.config])
+        .writes("--out", &export.out)
+        .check()?;
+    let config = axis_file::read(&export.config)?.config;
+    let model = model::read(&export.model)?;
+    let found = compensation::from_model(&model, &config)?;
+    for remark in found.remarks() {
+        errln!("{remark}");
+    }
+    match &export.out {
+        Some(path) => {
+            write_whole(path, &found.text()?)?;
+            outln!("written to {}", path.display());
+        }
+        None => out!("{}", found.text().context("the parameters cannot be written")?),
+    }
+    Ok(())
+}

@@ -1,0 +1,319 @@
+//! `truing-commission/1`: how a commissioning ended, in SI units, with a text for every reason. And `params.toml`: the
+//! same numbers, to be used again.
+
+use crate::device::aftermath::fault_text;
+use crate::device::commission_seen as seen;
+use crate::device::link::advice;
+use crate::device::run_log::RunLog;
+use serde::{Deserialize, Serialize};
+use servo::commission::Outcome;
+use servo::config::Config;
+use servo::identify::estimate::{
+    Estimate, Estimates, EstimatesReport, GAIN_FRAC, Mechanism, Reason, Reported, Standing, TIME_FRAC,
+    VOLTAGE_FRAC,
+};
+use servo::protect::Fault;
+use std::path::Path;
+use truing_core::text::input_error::InputError;
+
+/// A refusal.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Refused {
+    /// Stable code.
+    pub code: &'static str,
+    /// What to do.
+    pub text: String,
+}
+
+/// One number.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Number {
+    /// `null`: not seen.
+    pub value: Option<f64>,
+    /// Half width of the 95 % interval.
+    pub u95: Option<f64>,
+    /// May it be used?
+    pub trusted: bool,
+    /// Why it is missing or not trusted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<&'static str>,
+    /// What to do about that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub advice: Option<&'static str>,
+}
+
+impl From<Reported> for Number {
+    fn from(reported: Reported) -> Self {
+        Number {
+            value: reported.value.map(decimal),
+            u95: reported.u95.map(decimal),
+            trusted: reported.trusted,
+            reason: reported.reason.map(Reason::code),
+            advice: reported.reason.map(advice),
+        }
+    }
+}
+
+/// The numbers of a report, in their order.
+fn numbers(report: &EstimatesReport) -> [Number; 6] {
+    [
+        report.dead_zone_pos_v,
+        report.dead_zone_neg_v,
+        report.saturation_pos_v,
+        report.saturation_neg_v,
+        report.gain_rad_s_per_v,
+        report.time_constant_s,
+    ]
+    .map(Number::from)
+}
+
+/// The f64 that prints like the f32.
+fn decimal(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
+}
+
+/// `truing-commission/1`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CommissionJson {
+    /// `truing-commission/1`.
+    pub schema: &'static str,
+    /// V.
+    pub dead_zone_pos_v: Number,
+    /// V, positive magnitude.
+    pub dead_zone_neg_v: Number,
+    /// V.
+    pub saturation_pos_v: Number,
+    /// V, positive magnitude.
+    pub saturation_neg_v: Number,
+    /// rad/s/V.
+    pub gain_rad_s_per_v: Number,
+    /// s.
+    pub time_constant_s: Number,
+    /// `friction`, `input_dead_zone` or `unclear`.
+    pub mechanism: Mechanism,
+    /// s.
+    pub duration_s: f64,
+    /// Turns of the controlled shaft.
+    pub travel_rev: f64,
+    /// `null`: not refused.
+    pub refused: Option<Refused>,
+    /// For people: why numbers are not to be used.
+    #[serde(skip)]
+    pub doubts: Vec<String>,
+}
+
+impl CommissionJson {
+    /// From what the chip has said.
+    pub fn new(outcome: &Outcome, config: &Config) -> Result<Self, InputError> {
+        let scale =
+            config.build().map_err(|error| InputError(format!("{} is out of range", error.field.name())))?;
+        let report = outcome.report(&scale);
+        let [dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v, gain, time_constant_s] =
+            numbers(&report.estimates);
+        Ok(CommissionJson {
+            schema: "truing-commission/1",
+            dead_zone_pos_v,
+            dead_zone_neg_v,
+            saturation_pos_v,
+            saturation_neg_v,
+            gain_rad_s_per_v: gain,
+            time_constant_s,
+            mechanism: report.estimates.mechanism,
+            duration_s: decimal(report.duration_s),
+            travel_rev: decimal(report.travel_rev),
+            refused: report.refused.map(|reason| Refused {
+                code: reason.code(),
+                text: seen::refusal(reason, outcome, &report, config),
+            }),
+            doubts: seen::doubts(outcome, &report, config),
+        })
+    }
+
+    /// With what the log adds: the supply, and the latched fault where "stopped before the end" is no reason.
+    #[must_use]
+    pub fn beside(mut self, log: &RunLog) -> Self {
+        let fault = log.fault();
+        if let Some(refused) = &mut self.refused {
+            if refused.code == Reason::Aborted.code() && fault != Fault::None {
+                refused.text = format!("a fault stopped it: {}", fault_text(log));
+            } else if let Some(supply) = seen::supply(refused.code, log.last_supply_v(), &log.config) {
+                refused.text.insert_str(0, &supply);
+            }
+        }
+        self
+    }
+
+    /// The numbers with names and units, for people.
+    pub fn numbers(&self) -> [(&'static str, &'static str, Number); 6] {
+        [
+            ("dead zone, positive", "V", self.dead_zone_pos_v),
+            ("dead zone, negative", "V", self.dead_zone_neg_v),
+            ("saturation, positive", "V", self.saturation_pos_v),
+            ("saturation, negative", "V", self.saturation_neg_v),
+            ("gain", "rad/s/V", self.gain_rad_s_per_v),
+            ("time constant", "s", self.time_constant_s),
+        ]
+    }
+}
+
+impl Number {
+    /// The interval that covers the truth in 95 % of cases, as text: `1.5128 … 1.6400 V (95 %)`. A ± would be taken for the
+    /// standard deviation that it is in the workbench's own reports.
+    pub fn interval(&self, unit: &str) -> Option<String> {
+        interval(self.value?, self.u95?, unit)
+    }
+}
+
+/// The interval of a value with its half width, if both are finite.
+pub fn interval(value: f64, u95: f64, unit: &str) -> Option<String> {
+    let (low, high) = (value - u95, value + u95);
+    (low.is_finite() && high.is_finite()).then(|| format!("{low:.4} … {high:.4} {unit} (95 %)"))
+}
+
+/// One number of `params.toml`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Kept {
+    value: f64,
+    u95: f64,
+    trusted: bool,
+}
+
+impl Kept {
+    /// With the half width of its 95 % interval; `trusted`: to be used.
+    pub fn new(value: f64, u95: f64, trusted: bool) -> Self {
+        Kept { value, u95, trusted }
+    }
+
+    /// To be used?
+    pub fn is_trusted(&self) -> bool {
+        self.trusted
+    }
+
+    /// Chosen by a person.
+    pub fn by_hand(value: f64) -> Self {
+        Kept::new(value, 0.0, true)
+    }
+}
+
+/// `params.toml`, schema `truing-params/1`. A number that is missing there is missing on the chip.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Params {
+    /// `truing-params/1`.
+    pub schema: String,
+    /// Decides the sign source of the compensation.
+    pub mechanism: Mechanism,
+    /// V.
+    pub dead_zone_pos_v: Option<Kept>,
+    /// V, positive magnitude.
+    pub dead_zone_neg_v: Option<Kept>,
+    /// V.
+    pub saturation_pos_v: Option<Kept>,
+    /// V, positive magnitude.
+    pub saturation_neg_v: Option<Kept>,
+    /// rad/s/V.
+    pub gain_rad_s_per_v: Option<Kept>,
+    /// s.
+    pub time_constant_s: Option<Kept>,
+}
+
+const PARAMS_SCHEMA: &str = "truing-params/1";
+
+impl Params {
+    /// Nothing is known.
+    pub fn nothing() -> Self {
+        let number = Number { value: None, u95: None, trusted: false, reason: None, advice: None };
+        Params::holding(Mechanism::Unclear, [number; 6])
+    }
+
+    /// From a commissioning.
+    pub fn new(commission: &CommissionJson) -> Self {
+        Params::holding(commission.mechanism, commission.numbers().map(|(_, _, number)| number))
+    }
+
+    /// From the chip's report.
+    pub fn of(report: &EstimatesReport) -> Self {
+        Params::holding(report.mechanism, numbers(report))
+    }
+
+    fn holding(mechanism: Mechanism, numbers: [Number; 6]) -> Self {
+        let kept = |number: Number| Some(Kept::new(number.value?, number.u95?, number.trusted));
+        let [dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v, gain, time_constant_s] =
+            numbers.map(kept);
+        Params {
+            schema: PARAMS_SCHEMA.into(),
+            mechanism,
+            dead_zone_pos_v,
+            dead_zone_neg_v,
+            saturation_pos_v,
+            saturation_neg_v,
+            gain_rad_s_per_v: gain,
+            time_constant_s,
+        }
+    }
+
+    /// As text.
+    pub fn text(&self) -> Result<String, InputError> {
+        toml::to_string_pretty(self).map_err(|error| InputError(format!("params.toml: {error}")))
+    }
+
+    /// As a file.
+    pub fn save(&self, path: &Path) -> Result<(), InputError> {
+        crate::device::motor::write_whole(path, &self.text()?)
+    }
+
+    /// From a file.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let source = path.display();
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
+        let params: Params = toml::from_str(&text).map_err(|error| {
+            let line =
+                error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count());
+            InputError::line(&source, line as u64, error.message().replace('\n', " "))
+        })?;
+        if params.schema != PARAMS_SCHEMA {
+            let what = format!(
+                "schema is \"{}\", expected \"{PARAMS_SCHEMA}\"; write it with `truing commission --save`",
+                params.schema
+            );
+            return Err(InputError::file(&source, what));
+        }
+        if params == Params::nothing() {
+            let what = "it holds no number: the commissioning that wrote it was refused; commission again";
+            return Err(InputError::file(&source, what));
+        }
+        Ok(params)
+    }
+
+    /// In the chip's units.
+    pub fn estimates(&self, config: &Config) -> Estimates {
+        let nominal = f64::from(config.supply_nominal_v);
+        let volt = f64::from(1u32 << VOLTAGE_FRAC) / nominal;
+        let gain = f64::from(1u32 << GAIN_FRAC) * nominal / f64::from(config.rated_speed_rad_s);
+        let second = f64::from(1u32 << TIME_FRAC) * f64::from(config.tick_hz);
+        Estimates {
+            dead_zone: [estimate(self.dead_zone_pos_v, volt), estimate(self.dead_zone_neg_v, volt)],
+            saturation: [estimate(self.saturation_pos_v, volt), estimate(self.saturation_neg_v, volt)],
+            gain_skew: 0,
+            gain: estimate(self.gain_rad_s_per_v, gain),
+            time_constant: estimate(self.time_constant_s, second),
+            mechanism: self.mechanism,
+        }
+    }
+}
+
+fn estimate(kept: Option<Kept>, per_unit: f64) -> Estimate {
+    let Some(kept) = kept else {
+        return Estimate::missing(Reason::NotIdentified);
+    };
+    Estimate {
+        value: (kept.value * per_unit).round() as i32,
+        u95: (kept.u95 * per_unit).round() as i32,
+        standing: match kept.trusted {
+            true => Standing::Trusted,
+            false => Standing::Doubtful(Reason::NotIdentified),
+        },
+    }
+}

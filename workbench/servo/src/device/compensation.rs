@@ -1,0 +1,261 @@
+//! From a model with its effects to what the firmware's compensator and loops take: everything becomes a voltage at the
+//! terminals, as the chip sees it.
+//!
+//! In the order of the plant's input chain, v = gain·u + offset passes the dead zone, then the limit; the current then
+//! has to overcome the drop of the bridge, and its torque friction and load. So the terminal voltage at which the shaft
+//! is about to move, positive direction, is
+//!
+//! ```text
+//! u₊ = (zone₊ + drop + (friction₊ − load)·R/Kt − offset) / gain        u₋ likewise with load and offset the other way
+//! ```
+//!
+//! and the one beyond which more command brings no more speed is (limit + zone − offset)/gain.
+//!
+//! A number is trusted as on the chip: a dead zone or a saturation whose half width of 95 % is below 12 % of it, gain and
+//! time constant together with the dead zones. And no effect in it may be one name of a tie, or from a verdict that leaves
+//! something unexplained (`standing` in the extended model).
+
+use crate::device::commission_report::{Kept, Params};
+use servo::config::Config;
+use servo::identify::estimate::Mechanism;
+use truing_core::system::effects::{self, OnChip};
+use truing_core::system::model::{Known, Model, NAMED};
+use truing_core::system::plant::physics::{Drive, Physics};
+use truing_core::text::input_error::InputError;
+
+/// Half width of the 95 % interval, standard deviations.
+const U95: f64 = 1.96;
+
+/// Half width of 95 %, as a share of the value, from which on a number is not trusted: that of the chip for dead zones.
+const TRUST_LIMIT: f64 = 0.12;
+
+/// What the firmware can take of a model.
+pub struct Export {
+    /// For `--params`.
+    pub params: Params,
+    /// What it has no parameter for: effects, and parameters as `effect.parameter`.
+    pub left_out: Vec<String>,
+    /// Numbers that are not trusted, each with the reason.
+    pub doubts: Vec<String>,
+}
+
+impl Export {
+    /// The file, with what is missing in it as comments.
+    pub fn text(&self) -> Result<String, InputError> {
+        let comments: String = self.remarks().iter().map(|remark| format!("# {remark}\n")).collect();
+        Ok(comments + &self.params.text()?)
+    }
+
+    /// What a reader of the numbers has to know, a line each.
+    pub fn remarks(&self) -> Vec<String> {
+        let left_out = self.left_out.iter().map(|what| format!("not compensated by the firmware: {what}"));
+        let doubts = self.doubts.iter().map(|doubt| format!("not trusted: {doubt}"));
+        left_out.chain(doubts).collect()
+    }
+}
+
+/// The numbers for the firmware, and what it cannot take.
+pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> {
+    check(model, config)?;
+    let value = Terminal::of(model);
+    let below_supply = |volts: f64| volts < f64::from(config.supply_nominal_v);
+    let mut doubts = Vec::new();
+    let mut number = |name: &str, pick: Pick, u95: f64, doubt: Option<String>| {
+        doubts.extend(doubt.iter().map(|doubt| format!("{name}: {doubt}")));
+        Kept::new(pick(&value), u95, doubt.is_none())
+    };
+    let mut voltage = |name: &str, pick: Pick, sure: bool| {
+        let u95 = U95 * (from_effects(model, pick) + from_base(model, pick, true)).sqrt();
+        let doubt = doubtful(model, pick).or_else(|| too_wide(pick(&value), u95));
+        number(name, pick, u95, doubt.or_else(|| goes_along(sure)))
+    };
+    let mut zone = |name: &str, seen: bool, pick: Pick| seen.then(|| voltage(name, pick, true));
+    let dead_zone_pos_v = zone("dead_zone_pos_v", value.dead_zone[0] > 0.0, |t| t.dead_zone[0]);
+    let dead_zone_neg_v = zone("dead_zone_neg_v", value.dead_zone[1] > 0.0, |t| t.dead_zone[1]);
+    let sure = [dead_zone_pos_v, dead_zone_neg_v].iter().flatten().all(Kept::is_trusted);
+    let mut limit =
+        |name: &str, level: f64, pick: Pick| below_supply(level).then(|| voltage(name, pick, sure));
+    let saturation_pos_v = limit("saturation_pos_v", value.saturation[0], |t| t.saturation[0]);
+    let saturation_neg_v = limit("saturation_neg_v", value.saturation[1], |t| t.saturation[1]);
+    let mut linear = |name: &str, pick: Pick| {
+        let u95 = U95 * (from_effects(model, pick) + from_base(model, pick, false)).sqrt();
+        number(name, pick, u95, doubtful(model, pick).or_else(|| goes_along(sure)))
+    };
+    let params = Params {
+        mechanism: value.mechanism,
+        dead_zone_pos_v,
+        dead_zone_neg_v,
+        saturation_pos_v,
+        saturation_neg_v,
+        gain_rad_s_per_v: Some(linear("gain_rad_s_per_v", |t| t.gain)),
+        time_constant_s: Some(linear("time_constant_s", |t| t.time_constant)),
+        ..Params::nothing()
+    };
+    Ok(Export { params, left_out: left_out(model), doubts })
+}
+
+/// As on the chip, whose other numbers are trusted with the dead zones.
+fn goes_along(sure: bool) -> Option<String> {
+    (!sure).then(|| "a dead zone is not trusted".to_owned())
+}
+
+/// Takes one number.
+type Pick = fn(&Terminal) -> f64;
+
+/// The known effects that a number depends on, and how sure their names are.
+fn behind(model: &Model, pick: Pick) -> Vec<(&'static str, Option<&str>)> {
+    let whole = pick(&Terminal::of(model));
+    let moves = |place: usize| {
+        let mut without = model.clone();
+        without.known.remove(place);
+        (pick(&Terminal::of(&without)) - whole).abs() > 1e-9 * whole.abs()
+    };
+    let known = model.known.iter().enumerate().filter(|(place, _)| moves(*place));
+    let effects = known.map(|(_, known)| known.effect.name);
+    effects.map(|name| (name, model.standing(name))).collect()
+}
+
+/// Why the effects in a number are not to be trusted, if so.
+fn doubtful(model: &Model, pick: Pick) -> Option<String> {
+    behind(model, pick).into_iter().find_map(|(name, standing)| match standing? {
+        NAMED => None,
+        "tie" => Some(format!("{name} is one name of a tie; make the experiment that tells the names apart")),
+        _ => Some(format!("{name} comes from a verdict that leaves something unexplained")),
+    })
+}
+
+fn too_wide(value: f64, u95: f64) -> Option<String> {
+    let share = 100.0 * TRUST_LIMIT;
+    (u95 > TRUST_LIMIT * value)
+        .then(|| format!("{value:.4} V has a half width (95 %) of {u95:.4} V, more than {share:.0} % of it"))
+}
+
+/// Effects without a number on the chip, and parameters of the others of which it takes a part only.
+fn left_out(model: &Model) -> Vec<String> {
+    let unnamed = model.unnamed.iter().map(|unnamed| unnamed.name.clone());
+    model.known.iter().flat_map(dropped).chain(unnamed).collect()
+}
+
+fn dropped(known: &Known) -> Vec<String> {
+    let name = known.effect.name;
+    if known.effect.on_chip == OnChip::Unknown {
+        return vec![name.to_owned()];
+    }
+    let values = known.effect.parameters.iter().zip(&known.values);
+    values
+        .filter(|(parameter, value)| parameter.on_chip == OnChip::Unknown && **value != 0.0)
+        .map(|(parameter, _)| format!("{name}.{}", parameter.name))
+        .collect()
+}
+
+/// The model must be of the axis that the firmware drives.
+fn check(model: &Model, config: &Config) -> Result<(), InputError> {
+    let refuse = |what: String| Err(InputError::file(&model.source, what));
+    if model.physics().drive != Drive::Voltage || model.linear() {
+        return refuse(
+            "has no voltage at its input; the firmware drives a motor by its terminal voltage".into(),
+        );
+    }
+    if let Some(encoder) = model.encoder
+        && encoder.counts_per_rev != f64::from(config.counts_per_rev)
+    {
+        let (of_model, of_axis) = (encoder.counts_per_rev, config.counts_per_rev);
+        return refuse(format!(
+            "encoder.counts_per_rev is {of_model}, the axis file says {of_axis}; make them equal"
+        ));
+    }
+    Ok(())
+}
+
+/// What the chip would see of the model.
+struct Terminal {
+    /// Positive, negative; V, positive magnitudes.
+    dead_zone: [f64; 2],
+    saturation: [f64; 2],
+    /// rad/s/V at the encoder's shaft.
+    gain: f64,
+    /// s.
+    time_constant: f64,
+    mechanism: Mechanism,
+}
+
+impl Terminal {
+    fn of(model: &Model) -> Self {
+        let plant = model.physics();
+        let load: f64 = model
+            .known
+            .iter()
+            .filter(|known| known.effect == &effects::CONSTANT_LOAD)
+            .map(|known| known.values[0])
+            .sum();
+        let volts = |torque: f64| torque * plant.resistance / plant.kt;
+        let friction = [volts(plant.friction_pos), volts(plant.friction_neg)];
+        let zone = [plant.dead_pos, plant.dead_neg];
+        let limit = [plant.limit, plant.limit * plant.limit_skew];
+        let towards = [1.0, -1.0];
+        let side = |side: usize, level: f64| (level - towards[side] * plant.drive_offset) / plant.drive_gain;
+        Terminal {
+            dead_zone: [0, 1]
+                .map(|at| side(at, zone[at] + plant.drop_v + friction[at] - towards[at] * volts(load))),
+            saturation: [0, 1].map(|at| side(at, limit[at] + zone[at])),
+            gain: plant.drive_gain * plant.dc_gain(),
+            time_constant: plant.time_constant_s() + electrical(&plant),
+            mechanism: mechanism(zone, friction),
+        }
+    }
+}
+
+/// The sum of the two time constants of winding and inertia exceeds the mechanical one by this.
+fn electrical(plant: &Physics) -> f64 {
+    plant.inductance * plant.viscous / (plant.resistance * plant.total_damping())
+}
+
+/// The one that makes nearly all of it.
+fn mechanism(zone: [f64; 2], friction: [f64; 2]) -> Mechanism {
+    const MOST: f64 = 0.8;
+    let (zone, friction): (f64, f64) = (zone.iter().sum(), friction.iter().sum());
+    let all = zone + friction;
+    if all <= 0.0 {
+        Mechanism::Unclear
+    } else if friction >= MOST * all {
+        Mechanism::Friction
+    } else if zone >= MOST * all {
+        Mechanism::InputDeadZone
+    } else {
+        Mechanism::Unclear
+    }
+}
+
+/// Variance by first-order propagation of what the effects' parameters are known by.
+fn from_effects(model: &Model, pick: Pick) -> f64 {
+    let one = |place: usize, index: usize, std: f64| {
+        let mut changed = model.clone();
+        changed.known[place].values[index] += std;
+        squared_change(model, &changed, pick)
+    };
+    let stds = |place: usize| model.known[place].stds.iter().enumerate();
+    let places = 0..model.known.len();
+    places
+        .flat_map(|place| stds(place).filter_map(move |(index, std)| Some((place, index, (*std)?))))
+        .map(|(place, index, std)| one(place, index, std))
+        .sum()
+}
+
+/// The uncertainty that the tolerances of the base parameters bring. Of a voltage that only fitted effects make, the log has shown the voltage
+/// itself: an error of R or Kt is in the fitted torque as well and cancels.
+fn from_base(model: &Model, pick: Pick, voltage: bool) -> f64 {
+    if voltage && behind(model, pick).iter().all(|(_, standing)| standing.is_some()) {
+        return 0.0;
+    }
+    let one = |(key, value): (&str, f64)| {
+        let mut changed = model.clone();
+        changed.set_parameter(key, value * (1.0 + model.tolerance(key)));
+        squared_change(model, &changed, pick)
+    };
+    model.parameters().into_iter().map(one).sum()
+}
+
+fn squared_change(model: &Model, changed: &Model, pick: Pick) -> f64 {
+    let change = pick(&Terminal::of(changed)) - pick(&Terminal::of(model));
+    if change.is_finite() { change * change } else { 0.0 }
+}

@@ -1,0 +1,109 @@
+//! Tasks from which the servo knows more: commissioning, estimates of an earlier one, a reference; and storing it.
+
+use super::kept::Kept;
+use super::{Done, LONGEST_REST_S, Listener, Performed, Session};
+use crate::device::link::{Client, found_text};
+use servo::identify::estimate::Estimates;
+use servo::link::protocol::Command;
+use servo::motion::referencing::Referencing;
+use servo::record::Referenced;
+use servo::store::AxisParameters;
+use truing_core::text::input_error::InputError;
+
+/// No search for a reference takes longer, s.
+const LONGEST_SEARCH_S: f64 = 600.0;
+/// Who stores waits so long, s, for friction to end the motion; then the shaft is braked.
+const LONGEST_COAST_S: f64 = 2.0;
+/// A commissioning that takes longer than its budget by this factor and this time has hung.
+const OVERTIME: (f64, f64) = (2.0, 10.0);
+
+impl Session {
+    pub(super) fn commission(&mut self, budget_s: f64, seed: u32, progress: &mut Listener) -> Performed {
+        self.command(Command::Arm)?;
+        let budget_ms = (budget_s * 1000.0).round() as u32;
+        self.kept.get_mut().ended = None;
+        let start = self.command(Command::Commission { budget_ms, seed })?;
+        let limit = start + self.ticks(OVERTIME.0 * budget_s + OVERTIME.1);
+        self.run_to(limit, |kept| kept.ended.is_some(), "commissioning", progress)?;
+        let ended = self.kept.get_mut().ended.take();
+        let outcome =
+            ended.ok_or_else(|| InputError("the commissioning does not end; update the firmware".into()))?;
+        self.pause()?;
+        Ok(Done::Commissioned(Box::new(outcome)))
+    }
+
+    pub(super) fn adopt(&mut self, estimates: &Estimates) -> Performed {
+        self.command(Command::Adopt(*estimates))?;
+        self.kept.get_mut().known = *estimates;
+        Ok(Done::Adopted)
+    }
+
+    pub(super) fn reference(&mut self, how: Referencing, progress: &mut Listener) -> Performed {
+        self.command(Command::Arm)?;
+        let start = self.command(Command::Reference(how))?;
+        let state = |kept: &Kept| {
+            let last = kept.log.rows.last().filter(|row| row.tick > start);
+            last.map_or(Referenced::Searching, |row| row.record.referenced)
+        };
+        let end = start + self.ticks(LONGEST_SEARCH_S);
+        let over = |kept: &Kept| state(kept) != Referenced::Searching;
+        self.run_to(end, over, "referencing", progress)?;
+        let (found, place) = {
+            let kept = self.kept.borrow();
+            // The axis holds the place that it has found: the middle of a count.
+            let place = kept.log.rows.last().map_or(0.0, |row| kept.log.reference(&row.record));
+            (state(&kept), place.floor() as i64)
+        };
+        self.command(Command::Stop)?;
+        match found {
+            Referenced::Yes => Ok(Done::Referenced(place)),
+            _ => Err(InputError(
+                "no reference was found: start away from the stop, give a longer way, and check encoder and index".into(),
+            )),
+        }
+    }
+
+    /// An open bridge lets the shaft coast; only when it stands may the flash be written. What has hardly any friction is
+    /// braked.
+    pub(super) fn store(&mut self, progress: &mut Listener) -> Performed {
+        if !self.coast(LONGEST_COAST_S, progress)? {
+            self.brake(progress)?;
+            self.command(Command::Stop)?;
+            self.coast(LONGEST_REST_S, progress)?;
+        }
+        self.client.save(&mut |message| self.kept.borrow_mut().take(message))?;
+        Ok(Done::Stored)
+    }
+
+    /// No voltage at a driven bridge is a shorted winding and needs no loop. Between end stops only the loops may drive: they
+    /// hold the shaft where it is.
+    fn brake(&mut self, progress: &mut Listener) -> Result<(), InputError> {
+        self.command(Command::Arm)?;
+        self.command(match self.config().travel_limit_rad {
+            None => Command::Voltage(0.0),
+            Some(_) => Command::Position(self.here()),
+        })?;
+        self.coast(LONGEST_REST_S, progress)?;
+        Ok(())
+    }
+
+    /// Waits until the shaft stands, no longer than this; does it?
+    fn coast(&mut self, longest_s: f64, progress: &mut Listener) -> Result<bool, InputError> {
+        let still = self.standstill();
+        let end = self.kept.borrow().now() + self.ticks(longest_s);
+        self.run_to(end, |kept| kept.stands(still), "coming to rest", progress)?;
+        Ok(self.kept.borrow().stands(still))
+    }
+}
+
+/// What the servo has stored.
+pub(super) fn stored(client: &mut Client) -> Result<AxisParameters, InputError> {
+    let parameters = client.parameters()?;
+    let found = client.hello()?.stored;
+    parameters.ok_or_else(|| {
+        InputError(format!(
+            "this axis has no parameters to go on with ({}); run `truing commission --store` first",
+            found_text(found)
+        ))
+    })
+}
