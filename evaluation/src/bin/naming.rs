@@ -79,6 +79,7 @@ struct Arguments {
 const WITH_CURRENT: u32 = 1_000_000;
 
 fn main() {
+    truing::console::clock::install();
     let arguments = Arguments::parse();
     let jobs = rayon::ThreadPoolBuilder::new().num_threads(arguments.jobs).build().expect("threads");
     if arguments.next_experiments > 0 {

@@ -3,11 +3,9 @@
 //!
 //! A simulated run is added once, at its end. The counters belong to the process: of two searches at once they tell the sum.
 
-use nix::sys::resource::{UsageWho, getrusage};
 use std::ops::{Add, Sub};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
-use std::sync::{LazyLock, Mutex};
-use std::time::Instant;
+use std::sync::{LazyLock, Mutex, OnceLock};
 
 /// What the searches of this process computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -100,8 +98,29 @@ struct Tally {
 struct Counters {
     present: AtomicUsize,
     tallies: [Tally; Phase::ALL.len()],
-    /// When the phase last changed, and the CPU time by then, µs; `None` before the first time.
-    changed: Mutex<Option<(Instant, u64)>>,
+    /// When the phase last changed; `None` before the first time.
+    changed: Mutex<Option<Time>>,
+}
+
+/// What a clock shows, µs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Time {
+    /// Since some moment.
+    pub wall_us: u64,
+    /// CPU time of this process, all threads.
+    pub cpu_us: u64,
+}
+
+static CLOCK: OnceLock<fn() -> Time> = OnceLock::new();
+
+/// Gives the engine a clock; it has none of its own. The first one counts.
+pub fn time_by(clock: fn() -> Time) {
+    CLOCK.get_or_init(|| clock);
+}
+
+/// What the clock shows; nothing without one.
+pub(super) fn now() -> Time {
+    CLOCK.get().map_or(Time::default(), |clock| clock())
 }
 
 static COUNTERS: LazyLock<Counters> = LazyLock::new(Counters::default);
@@ -157,23 +176,13 @@ impl Counters {
     /// Adds the time since the last change to the present phase.
     fn charge(&self) {
         let Ok(mut changed) = self.changed.lock() else { return };
-        let now = (Instant::now(), cpu_us());
+        let now = now();
+        let then = changed.unwrap_or(Time { wall_us: now.wall_us, cpu_us: 0 });
         let tally = &self.tallies[self.present.load(Relaxed)];
-        let cpu_us = now.1.saturating_sub(changed.map_or(0, |then| then.1));
-        let wall_us = changed.map_or(0, |then| now.0.duration_since(then.0).as_micros() as u64);
-        tally.cpu_us.fetch_add(cpu_us, Relaxed);
-        tally.wall_us.fetch_add(wall_us, Relaxed);
+        tally.cpu_us.fetch_add(now.cpu_us.saturating_sub(then.cpu_us), Relaxed);
+        tally.wall_us.fetch_add(now.wall_us.saturating_sub(then.wall_us), Relaxed);
         *changed = Some(now);
     }
-}
-
-/// CPU time of this process so far, user and system, all threads, µs; 0 where the system does not tell.
-fn cpu_us() -> u64 {
-    getrusage(UsageWho::RUSAGE_SELF).map_or(0, |usage| {
-        let [user, system] = [usage.user_time(), usage.system_time()];
-        let micros = (user.tv_sec() + system.tv_sec()) * 1_000_000 + (user.tv_usec() + system.tv_usec());
-        micros.unsigned_abs()
-    })
 }
 
 #[cfg(test)]

@@ -47,7 +47,6 @@ use crate::system::log::{Dynamic, Log, Table};
 use crate::system::model::Model;
 use crate::text::input_error::InputError;
 use std::borrow::Cow;
-use std::time::Instant;
 
 pub use record::made_ready;
 pub use unknown::completed;
@@ -74,7 +73,8 @@ pub fn run<L: Recorded>(
     options: &Options,
     progress: Progress,
 ) -> Result<Outcome, InputError> {
-    let started = Instant::now();
+    let started = effort::now();
+    let passed = || 1e-6 * (effort::now().wall_us - started.wall_us) as f64;
     let (log, holdouts) = (L::log(log), L::logs(holdouts));
     let right =
         if options.accept_data { Right::default() } else { examine::put_right(model, &log, &holdouts) };
@@ -86,7 +86,7 @@ pub fn run<L: Recorded>(
     let notes = || examine::notes(model, &log);
     let (faults, notes) = rayon::join(|| examine::faults(model, &log, &holdouts), notes);
     if !faults.is_empty() && !options.accept_data {
-        return Ok(Outcome { runtime_s: started.elapsed().as_secs_f64(), ..examine::outcome(&log, faults) });
+        return Ok(Outcome { runtime_s: passed(), ..examine::outcome(&log, faults) });
     }
     let table = as_table(model, &log);
     // What is said of a sensor is said of motion.
@@ -103,7 +103,7 @@ pub fn run<L: Recorded>(
     outcome.notes.extend(right.notes);
     outcome.notes.extend(notes);
     outcome.notes.extend(faults.iter().map(|fault| format!("accepted although {}", fault.what)));
-    outcome.runtime_s = started.elapsed().as_secs_f64();
+    outcome.runtime_s = passed();
     Ok(outcome)
 }
 

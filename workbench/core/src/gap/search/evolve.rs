@@ -5,6 +5,7 @@
 //! the same log makes the same report.
 
 use super::Search;
+use super::adaptation::Adaptation;
 use super::promise::{Projector, Start, started};
 use super::score::Scored;
 use super::worth::VISIBLE;
@@ -13,7 +14,7 @@ use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::problem::dot;
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, Starts};
-use cmaes::{CMAESOptions, DVector, Individual};
+use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -41,7 +42,7 @@ const OTHERS: f64 = 0.02;
 const HOLLOWS: usize = 10;
 /// Members of a generation that one thread simulates in lock-step: as many as a pack holds.
 const TOGETHER_IN_LOCKSTEP: usize = 8;
-/// CMA-ES ends when the costs of a generation differ by less than this part.
+/// An evolution ends when the costs of a generation differ by less than this part.
 const TOGETHER: f64 = 1e-3;
 /// Evolutions of all numbers, one after the other, as multiples of those standard deviations: a narrow one ends in the
 /// nearest hollow, a wide one may find the next.
@@ -178,42 +179,23 @@ fn least(
     seed: u64,
     costs: impl Fn(&[DVector<f64>]) -> Vec<f64> + Sync,
 ) -> DVector<f64> {
-    let options = CMAESOptions::new(vec![0.0; dimensions], 1.0)
-        .population_size(POPULATION)
-        .max_function_evals(simulations)
-        .tol_fun(TOGETHER)
-        .seed(seed);
+    let mut adaptation = Adaptation::new(dimensions, POPULATION, seed);
     let begin = DVector::zeros(dimensions);
-    let at_begin = costs(std::slice::from_ref(&begin))[0];
-    let mut known: Vec<f64> = Vec::new();
-    loop {
-        let (asked, best) = asked(options.clone(), &known);
-        if asked.is_empty() {
-            return best.filter(|best| best.value < at_begin.ln()).map_or(begin, |best| best.point);
+    let mut best = (costs(std::slice::from_ref(&begin))[0], begin);
+    for _ in 0..simulations / POPULATION {
+        let members = adaptation.generation(POPULATION);
+        let found = members.par_chunks(TOGETHER_IN_LOCKSTEP).with_max_len(1).flat_map_iter(&costs);
+        let mut ranked: Vec<(f64, &DVector<f64>)> =
+            found.collect::<Vec<_>>().into_iter().zip(&members).collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let ((least, member), most) = (ranked[0], ranked[POPULATION - 1].0);
+        if least < best.0 {
+            best = (least, member.clone());
         }
-        let generation = asked.par_chunks(TOGETHER_IN_LOCKSTEP).with_max_len(1).flat_map_iter(&costs);
-        // Costs span decades, and only their order counts; the logarithm lets their differences be compared.
-        known.extend(generation.map(f64::ln).collect::<Vec<f64>>());
+        if most < least * (1.0 + TOGETHER) {
+            break;
+        }
+        adaptation.learn(&ranked.iter().map(|(_, member)| *member).collect::<Vec<_>>());
     }
-}
-
-/// The members of an evolution whose costs are not known yet: a generation, or none where it has ended. The crate asks for the cost of
-/// one member at a time, but the same seed and the same costs lead to the same members. So it is run anew up to the first that is
-/// not known, which takes microseconds, and a whole generation can be simulated in lock-step.
-fn asked(options: CMAESOptions, known: &[f64]) -> (Vec<DVector<f64>>, Option<Individual>) {
-    let mut asked = Vec::new();
-    let mut place = 0;
-    let answer = |z: &DVector<f64>| {
-        place += 1;
-        known.get(place - 1).copied().unwrap_or_else(|| {
-            asked.push(z.clone());
-            0.0
-        })
-    };
-    let best = options.build(answer).ok().and_then(|mut evolution| {
-        // One generation more than is known.
-        let generations = known.len() / POPULATION + 1;
-        (0..generations).find_map(|_| evolution.next())?.overall_best
-    });
-    (asked, best)
+    best.1
 }

@@ -7,6 +7,7 @@
 //!
 //! Where the log contradicts the data sheet, the same is done from the parameter put right, and the likelier end is kept.
 
+mod adaptation;
 mod conventions;
 mod evolve;
 mod exchange;
