@@ -4,8 +4,7 @@
 //! A simulated run is added once, at its end. The counters belong to the process: of two searches at once they tell the sum.
 
 use std::ops::{Add, Sub};
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
-use std::sync::{LazyLock, Mutex, OnceLock};
+use std::sync::{LazyLock, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// What the searches of this process computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -83,23 +82,13 @@ pub struct Spent {
     pub wall_s: f64,
 }
 
-/// What was counted in one phase.
-#[derive(Default)]
-struct Tally {
-    simulations: AtomicU64,
-    inner_steps: AtomicU64,
-    passes: AtomicU64,
-    cpu_us: AtomicU64,
-    wall_us: AtomicU64,
-}
-
-/// The phase that a search is in, and what was counted in each.
+/// The phase that a search is in, and what each has cost.
 #[derive(Default)]
 struct Counters {
-    present: AtomicUsize,
-    tallies: [Tally; Phase::ALL.len()],
+    present: usize,
+    phases: [Spent; Phase::ALL.len()],
     /// When the phase last changed; `None` before the first time.
-    changed: Mutex<Option<Time>>,
+    changed: Option<Time>,
 }
 
 /// What a clock shows, µs.
@@ -123,65 +112,61 @@ pub(super) fn now() -> Time {
     CLOCK.get().map_or(Time::default(), |clock| clock())
 }
 
-static COUNTERS: LazyLock<Counters> = LazyLock::new(Counters::default);
+static COUNTERS: LazyLock<Mutex<Counters>> = LazyLock::new(Mutex::default);
+
+fn counters() -> MutexGuard<'static, Counters> {
+    COUNTERS.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// Adds a pack of sets that advanced together by so many steps.
 pub fn simulated(sets: usize, steps: u64) {
-    COUNTERS.add(sets, steps);
+    counters().add(sets as u64, steps);
 }
 
 /// Does something and counts it as this phase. Inside of another phase it counts as that one.
 pub fn during<T>(phase: Phase, work: impl FnOnce() -> T) -> T {
-    COUNTERS.during(phase, work)
+    let began = counters().begin(phase);
+    let made = work();
+    if began {
+        counters().end();
+    }
+    made
 }
 
 /// What each phase cost so far.
 pub fn spent() -> [Spent; Phase::ALL.len()] {
-    COUNTERS.spent()
+    let mut counters = counters();
+    counters.charge();
+    counters.phases
 }
 
 impl Counters {
-    fn add(&self, sets: usize, steps: u64) {
-        let tally = &self.tallies[self.present.load(Relaxed)];
-        tally.simulations.fetch_add(sets as u64, Relaxed);
-        tally.inner_steps.fetch_add(sets as u64 * steps, Relaxed);
-        tally.passes.fetch_add(steps, Relaxed);
+    fn add(&mut self, sets: u64, steps: u64) {
+        let work = &mut self.phases[self.present].work;
+        *work = *work + Work { simulations: sets, inner_steps: sets * steps, passes: steps };
     }
 
-    fn during<T>(&self, phase: Phase, work: impl FnOnce() -> T) -> T {
+    fn begin(&mut self, phase: Phase) -> bool {
         self.charge();
-        let base = Phase::Base as usize;
-        let began = self.present.compare_exchange(base, phase as usize, Relaxed, Relaxed).is_ok();
-        let made = work();
-        if began {
-            self.charge();
-            self.present.store(base, Relaxed);
+        let base = self.present == Phase::Base as usize;
+        if base {
+            self.present = phase as usize;
         }
-        made
+        base
     }
 
-    fn spent(&self) -> [Spent; Phase::ALL.len()] {
+    fn end(&mut self) {
         self.charge();
-        self.tallies.each_ref().map(|tally| {
-            let work = Work {
-                simulations: tally.simulations.load(Relaxed),
-                inner_steps: tally.inner_steps.load(Relaxed),
-                passes: tally.passes.load(Relaxed),
-            };
-            let [cpu_s, wall_s] = [&tally.cpu_us, &tally.wall_us].map(|us| 1e-6 * us.load(Relaxed) as f64);
-            Spent { work, cpu_s, wall_s }
-        })
+        self.present = Phase::Base as usize;
     }
 
     /// Adds the time since the last change to the present phase.
-    fn charge(&self) {
-        let Ok(mut changed) = self.changed.lock() else { return };
+    fn charge(&mut self) {
         let now = now();
-        let then = changed.unwrap_or(Time { wall_us: now.wall_us, cpu_us: 0 });
-        let tally = &self.tallies[self.present.load(Relaxed)];
-        tally.cpu_us.fetch_add(now.cpu_us.saturating_sub(then.cpu_us), Relaxed);
-        tally.wall_us.fetch_add(now.wall_us.saturating_sub(then.wall_us), Relaxed);
-        *changed = Some(now);
+        let then = self.changed.replace(now).unwrap_or(Time { wall_us: now.wall_us, cpu_us: 0 });
+        let spent = &mut self.phases[self.present];
+        spent.cpu_s += 1e-6 * now.cpu_us.saturating_sub(then.cpu_us) as f64;
+        spent.wall_s += 1e-6 * now.wall_us.saturating_sub(then.wall_us) as f64;
     }
 }
 
@@ -192,13 +177,14 @@ mod tests {
     #[test]
     fn a_pack_of_sets_is_one_pass_a_step_and_the_outer_phase_counts() {
         assert!(Phase::ALL.iter().enumerate().all(|(place, phase)| *phase as usize == place));
-        let counters = Counters::default();
-        counters.during(Phase::Settled, || {
-            counters.add(4, 100);
-            counters.during(Phase::Conclude, || counters.add(1, 7));
-        });
+        let mut counters = Counters::default();
+        assert!(counters.begin(Phase::Settled));
+        counters.add(4, 100);
+        assert!(!counters.begin(Phase::Conclude));
+        counters.add(1, 7);
+        counters.end();
         counters.add(2, 5);
-        let spent = counters.spent();
+        let spent = counters.phases;
         let of = |phase: Phase| spent[phase as usize].work;
         assert_eq!(of(Phase::Settled), Work { simulations: 5, inner_steps: 407, passes: 107 });
         assert_eq!(of(Phase::Base), Work { simulations: 2, inner_steps: 10, passes: 5 });

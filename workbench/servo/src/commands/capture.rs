@@ -3,7 +3,6 @@
 use super::commission::{self, BUDGET_S, Knowledge};
 use super::firmware::Firmware;
 use super::profile;
-use crate::device::motor::write_whole;
 use crate::device::run_log::reference;
 use crate::device::session::{Captured, Task};
 use anyhow::Context;
@@ -15,6 +14,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use truing_core::text::input_error::NotDone;
 use truing_report::console::interrupt;
+use truing_report::report::write_atomically;
 
 /// What starts the end of the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -88,7 +88,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let tasks: Vec<Task> = first.into_iter().chain([capture, motion]).collect();
     let result = arguments.firmware.run(&setup, &tasks)?;
     if let Some(captured) = &result.captured {
-        write_whole(&arguments.out, &csv(captured, &config))?;
+        write_atomically(&arguments.out, &csv(captured, &config))?;
     }
     if let Some(error) = result.broken {
         return Err(error.into());

@@ -3,7 +3,6 @@
 use super::firmware::{Firmware, save_log};
 use super::profile;
 use crate::device::commission_report::{CommissionJson, Number, Params, Refused};
-use crate::device::motor::write_whole;
 use crate::device::run_log::RunLog;
 use crate::device::session::{Done, SessionResult, Task};
 use anyhow::Context;
@@ -16,6 +15,7 @@ use std::path::PathBuf;
 use truing_core::text::input_error::NotDone;
 use truing_report::console::files::Files;
 use truing_report::console::interrupt;
+use truing_report::report::write_atomically;
 
 /// A mark is found again within so many counts, or this share of a turn: a stop gives way.
 const MARK_COUNTS: i64 = 2;
@@ -83,7 +83,7 @@ fn tell(arguments: &Arguments, outcome: &Outcome, log: &RunLog) -> anyhow::Resul
     let report = CommissionJson::new(outcome, &log.config)?.beside(log);
     print(&report);
     if let Some(path) = &arguments.json {
-        write_whole(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
+        write_atomically(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
     if let (Some(path), None) = (&arguments.save, &report.refused) {
         Params::new(&report).save(path)?;

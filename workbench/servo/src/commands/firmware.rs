@@ -141,7 +141,7 @@ pub fn fault_ended(log: &RunLog) -> NotDone {
 /// Writes the log of a session as far as it came; an empty one says nothing.
 pub fn save_log(log: &RunLog, path: Option<&PathBuf>) -> anyhow::Result<()> {
     match path {
-        Some(path) if !log.rows.is_empty() => Ok(log.save(path)?),
+        Some(path) if !log.rows.is_empty() => log.save(path),
         _ => Ok(()),
     }
 }

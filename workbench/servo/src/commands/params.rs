@@ -3,7 +3,6 @@
 use super::firmware::Firmware;
 use crate::device::commission_report::Params;
 use crate::device::link::{Client, found_text, store_text};
-use crate::device::motor::write_whole;
 use crate::device::{axis_file, compensation, parameters};
 use anyhow::Context;
 use clap::{Args, Subcommand};
@@ -12,6 +11,7 @@ use std::path::PathBuf;
 use truing_core::system::model;
 use truing_core::text::input_error::InputError;
 use truing_report::console::files::Files;
+use truing_report::report::write_atomically;
 
 /// Arguments of `truing params`.
 #[derive(Args, Debug)]
@@ -154,7 +154,7 @@ fn write(export: &Export) -> anyhow::Result<()> {
     }
     match &export.out {
         Some(path) => {
-            write_whole(path, &found.text()?)?;
+            write_atomically(path, &found.text()?)?;
             outln!("written to {}", path.display());
         }
         None => out!("{}", found.text().context("the parameters cannot be written")?),

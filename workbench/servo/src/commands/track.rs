@@ -5,7 +5,6 @@ use super::firmware::{Firmware, fault_ended, save_log};
 use super::profile;
 use crate::device::link::advisory_text;
 use crate::device::loops::LoopShape;
-use crate::device::motor::write_whole;
 use crate::device::run_log::RunLog;
 use crate::device::session::{Done, SessionResult, Task};
 use crate::device::tracking::{Learned, TrackJson};
@@ -13,6 +12,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use truing_report::console::interrupt;
+use truing_report::report::write_atomically;
 
 /// On or off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -120,7 +120,7 @@ fn concluded(
     let fault = report.faulted.then(|| fault_ended(log));
     print();
     if let Some(path) = &arguments.json {
-        write_whole(path, &(serde_json::to_string_pretty(report)? + "\n"))?;
+        write_atomically(path, &(serde_json::to_string_pretty(report)? + "\n"))?;
     }
     fault.map_or(Ok(()), |fault| Err(fault.into()))
 }

@@ -259,8 +259,8 @@ impl Params {
     }
 
     /// As a file.
-    pub fn save(&self, path: &Path) -> Result<(), InputError> {
-        crate::device::motor::write_whole(path, &self.text()?)
+    pub fn save(&self, path: &Path) -> anyhow::Result<()> {
+        truing_report::report::write_atomically(path, &self.text()?)
     }
 
     /// From a file.

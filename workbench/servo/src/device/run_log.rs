@@ -155,8 +155,8 @@ impl RunLog {
     }
 
     /// Writes the file; through a neighbour, so that an earlier file stays whole if anything fails.
-    pub fn save(&self, path: &Path) -> Result<(), InputError> {
-        crate::device::motor::write_whole(path, &self.to_csv())
+    pub fn save(&self, path: &Path) -> anyhow::Result<()> {
+        truing_report::report::write_atomically(path, &self.to_csv())
     }
 
     /// The whole log as text.

@@ -106,8 +106,13 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         self.settle_load::<TWO>(state, &before, omega_load, h);
         self.plant.sense(&self.shape, state, &before, h, self.coefficients.lag);
         if self.shape.unnamed {
-            moment::remember(self.plant, &self.coefficients, state, &before, &driven, position);
+            self.terms(&driven, position).remember(state, &before);
         }
+    }
+
+    #[inline(always)]
+    fn terms<'s>(&'s self, driven: &'s Driven<F>, places: Places<F>) -> moment::Step<'s, F> {
+        moment::Step { plant: self.plant, coefficients: &self.coefficients, driven, places }
     }
 
     /// Makes sure that the coefficients are those of this step.
@@ -367,7 +372,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
             loads.motor = loads.motor + drag(&self.plant.torques, omega);
         }
         if self.shape.unnamed {
-            let torque = moment::torque(self.plant, &self.coefficients, state, omega, driven, places);
+            let torque = self.terms(driven, places).torque(state, omega);
             loads.motor = loads.motor + torque;
         }
         if self.shape.varying_friction() {

@@ -11,10 +11,9 @@ pub use builtin::Builtin;
 pub use exec::Exec;
 
 use servo::axis::Bridge;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 use truing_core::text::input_error::InputError;
-use truing_report::console::files::folder_of;
 
 /// What the bridge does for one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,21 +69,4 @@ impl FromStr for Door {
             _ => Err("expected builtin:FILE.toml, exec:COMMAND or serial:PORT".into()),
         }
     }
-}
-
-/// Writes a file by renaming a finished neighbour, so that an earlier one stays whole whatever happens.
-pub fn write_whole(path: &Path, text: &str) -> Result<(), InputError> {
-    if path == Path::new("-") {
-        out!("{text}");
-        return Ok(());
-    }
-    let broken = |error: std::io::Error| {
-        InputError::file(path.display(), format!("cannot be written ({error}); check folder and space"))
-    };
-    let readable = std::os::unix::fs::PermissionsExt::from_mode(0o644);
-    let mut file =
-        tempfile::Builder::new().permissions(readable).tempfile_in(folder_of(path)).map_err(broken)?;
-    std::io::Write::write_all(&mut file, text.as_bytes()).map_err(broken)?;
-    file.persist(path).map_err(|error| broken(error.error))?;
-    Ok(())
 }
