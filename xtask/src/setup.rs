@@ -1,4 +1,4 @@
-//! What the project needs beyond Rust itself: the chip's target and QEMU. Installs what it may, else says in one
+//! What the project needs beyond Rust itself: the targets of chip and browser, and QEMU. Installs what it may, else says in one
 //! sentence what to type.
 
 use crate::process::{find, run};
@@ -8,11 +8,14 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
+/// For what the workbench's engine is checked, beside the host.
+pub const BROWSER: &str = "wasm32-unknown-unknown";
 const QEMU: &str = "qemu-system-arm";
 
 /// Installs everything that is missing.
 pub fn everything() -> Result<()> {
     rust_targets()?;
+    rust_target(BROWSER)?;
     qemu()
 }
 

@@ -34,6 +34,8 @@ pub fn everything() -> Result<()> {
     run(image::example("clippy", "in_your_firmware").args(["--", "-D", "warnings"]))?;
     steps.next("lints, our parts beside published crates");
     run(image::bench("clippy").args(["--", "-D", "warnings"]))?;
+    steps.next("the engine in a browser");
+    run(&mut cargo(&["check", "--package", "truing-core", "--target", setup::BROWSER]))?;
     steps.next("documentation");
     for selection in selections() {
         let mut doc = cargo(&["doc", "--no-deps"]);
