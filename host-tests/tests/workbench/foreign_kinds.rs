@@ -59,6 +59,15 @@ fn grouped(value: f64, group: char, point: char) -> String {
     format!("{}{digits}{point}{rest}", if value < 0.0 { "-" } else { "" })
 }
 
+/// All of the voltage, then all of the speed.
+fn influx() -> String {
+    let series = |field: &str, value: fn(&Row) -> f64| {
+        table("", |_, r| format!(",,0,2023-05-04T{}Z,{:.3},{field},motor", clock(r.t_s), value(r)))
+    };
+    let head = "#datatype,string,long,dateTime:RFC3339,double,string,string\n,result,table,_time,_value,_field,_measurement\n";
+    head.to_owned() + &series("voltage", |r| r.u_v) + &series("rpm", rpm)
+}
+
 /// The name of a kind, the file, and what the user adds to what `look` proposes; empty: nothing.
 fn kinds() -> Vec<(&'static str, String, &'static str)> {
     let lvm = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDate\t2023/05/04\nTime\t14:02:11.123\n***End_of_Header***\t\n\t\n\
@@ -319,6 +328,29 @@ fn kinds() -> Vec<(&'static str, String, &'static str)> {
             }),
             "",
         ),
+        (
+            "one value a line, behind its topic",
+            table("timestamp,topic,value\n", |_, r| {
+                let t = 1.7e9 + r.t_s;
+                format!("{t:.4},/motor/voltage,{:.2}\n{t:.4},/motor/velocity,{:.3}", r.u_v, r.omega)
+            }),
+            "u_v=/motor/voltage,omega_rad_s=/motor/velocity",
+        ),
+        (
+            "a robot's log, one value a line, with words among them",
+            table("\"Timestamp\",\"Name\",\"Value\"\n", |_, r| {
+                let line =
+                    |name: &str, value: String| format!("\"{:.4}\",\"NT:/drive/{name}\",\"{value}\"", r.t_s);
+                [
+                    line("voltage (V)", format!("{:.2}", r.u_v)),
+                    line("mode", "auto".into()),
+                    line("velocity (rad/s)", format!("{:.3}", r.omega)),
+                ]
+                .join("\n")
+            }),
+            "",
+        ),
+        ("a database of time series, one signal behind the other", influx(), ""),
         (
             "no header",
             table("", |_, r| format!("{:.2},{:.2},{:.3}", r.t_s, r.u_v, r.omega)),

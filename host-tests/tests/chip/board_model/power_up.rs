@@ -167,7 +167,10 @@ fn follow(name: &str, board: &Board, up: &mut PowerUp, motor: &Motor) -> bool {
             let near = |value: Option<f32>, truth: f64, share: f64| {
                 value.is_some_and(|value| (f64::from(value) - truth).abs() < share * truth)
             };
-            return up.peak < 1.3
+            println!("{name}: in truth {friction_v:.3} V, {:.2} rad/s per V", 1.0 / motor.constant);
+            // What the sensor cannot tell the limit cannot keep: VESC's count is 81 mA.
+            let count = f64::from(SCALE.ampere_per_lsb(board.stage.volt_per_ampere));
+            return up.peak * limit < (1.3 * limit).max(limit + count)
                 && near(found.dead_zone_pos_v.value, friction_v, 0.1)
                 && near(found.gain_rad_s_per_v.value, 1.0 / motor.constant, 0.1);
         }

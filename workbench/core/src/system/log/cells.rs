@@ -97,6 +97,9 @@ impl Cells {
         };
         let mut cells =
             Rows { source, cells, last: Last::default(), damage: Vec::new() }.read(&mut records)?;
+        if cells.dialect.topics {
+            cells.sort_by_time();
+        }
         for (unit, column) in cells.units.iter_mut().zip(&cells.columns) {
             if let Some(Form::Unit(written)) = &column.form {
                 unit.get_or_insert_with(|| written.clone());
@@ -114,6 +117,19 @@ impl Cells {
     /// The numbers of a column, NaN where there is none.
     pub fn values(&self, index: usize) -> &[f64] {
         &self.columns[index].values
+    }
+
+    /// Signals may stand one behind the other, each from the first time to the last.
+    fn sort_by_time(&mut self) {
+        let time = &self.columns[0].values;
+        let mut order: Vec<usize> = (0..self.rows).collect();
+        order.sort_by(|a, b| time[*a].total_cmp(&time[*b]));
+        self.lines = order.iter().map(|row| self.line(*row)).enumerate().collect();
+        for column in &mut self.columns {
+            column.values = order.iter().map(|row| column.values[*row]).collect();
+            let found = column.hole.iter_mut().chain(&mut column.refused);
+            found.for_each(|found| found.0 = order.iter().position(|row| *row == found.0).unwrap_or(0));
+        }
     }
 
     fn push(&mut self, row: &Record) {

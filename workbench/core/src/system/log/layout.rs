@@ -7,6 +7,7 @@ use super::stream::{Joined, Text};
 use super::text::{
     SEPARATORS, comment, has_decimal_comma, has_point, is_value, labelled, names_between_blanks, split,
 };
+use super::topics::Topics;
 use super::words::unit;
 use crate::text::input_error::InputError;
 use std::borrow::Cow;
@@ -29,6 +30,8 @@ pub struct Layout {
     stamped: bool,
     /// The names that stand before the values, line by line.
     labels: Vec<String>,
+    /// Each line holds one value of one signal.
+    topics: Option<Topics>,
     /// Line of the first row.
     pub first: u64,
 }
@@ -93,9 +96,16 @@ impl Layout {
                 row.cells = names_between_blanks(&line.text, width);
             }
         }
-        let head = layout.head(source, &rows, &mut dialect)?;
+        let mut head = layout.head(source, &rows, &mut dialect)?;
         dialect.decimal_comma =
             layout.decimal_comma(&rows, text).map_err(|error| InputError::file(source, error))?;
+        let body = rows.iter().filter(|row| !row.comment && row.line >= layout.first);
+        let body = body.map(|row| row.cells.as_slice());
+        if let Some(topics) = Topics::of(&head.names, body, text, &layout) {
+            let names = topics.columns(&head.names);
+            head = Head { units: vec![None; names.len()], names, line: head.line };
+            (layout.topics, layout.separator, dialect.topics) = (Some(topics), '\t', true);
+        }
         Ok((layout, head, dialect))
     }
 
@@ -215,6 +225,9 @@ impl Layout {
     /// A line as it is parted: the clock of a monitor as a cell of its own, values without their names. Empty: a line without
     /// them.
     pub fn rewritten<'a>(&self, line: &'a str) -> Cow<'a, str> {
+        if let Some(topics) = &self.topics {
+            return topics.row(line).into();
+        }
         let (clock, rest) = self.behind_stamp(line);
         let rest: Cow<str> = match self.labels.is_empty() {
             true => rest.into(),

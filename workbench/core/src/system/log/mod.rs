@@ -31,6 +31,7 @@ mod strays;
 mod stream;
 mod text;
 mod time_line;
+mod topics;
 mod words;
 
 pub use columns::Columns;
