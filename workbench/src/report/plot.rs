@@ -16,7 +16,7 @@ const FRAME: [f64; 4] = [82.0, 10.0, 836.0, 326.0];
 
 const LETTERS: &str = "#334155";
 const GRID: &str = "#E2E8F0";
-const NOISE: &str = "#CBD5E1";
+const NOISE: &str = "#E5E9F0";
 /// Ground of what was held out.
 const HELD_OUT: &str = "#F1F5F9";
 /// Colours of measurement, given model, extended model, further curves; a page changes them by these letters where it is dark.
