@@ -30,13 +30,15 @@ pub struct Placed<'a> {
 }
 
 impl Placed<'_> {
-    /// Where the effect shows, in words; `units`: of input and speed.
-    pub fn words(&self, [input, speed]: [&str; 2]) -> Option<String> {
+    /// Where the effect shows, in words, with the units of input and speed. `both`: the data hold inputs of both signs.
+    pub fn words(&self, [input, speed]: [&str; 2], both: bool) -> Option<String> {
         let told = |value: f64| significant(value, 4);
         let edges = self.edges().map(|[low, high]| (told(low), told(high)));
         let (low, high) = edges.unwrap_or_default();
         Some(match self.effect.domain {
             Domain::Nowhere => return None,
+            Domain::SmallInputs if !both => format!("below {high} {input} of input"),
+            Domain::LargeInputs if !both => format!("above {high} {input} of input"),
             Domain::SmallInputs => format!("between {low} and {high} {input} of input"),
             Domain::LargeInputs => format!("below {low} and above {high} {input} of input"),
             Domain::Current => "wherever a current flows, against it".into(),

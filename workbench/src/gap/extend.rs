@@ -198,6 +198,7 @@ fn named(
 ) -> Vec<NamedEffect> {
     let (dataset, plant) = (kept.hypothesis.dataset, kept.plant());
     let linear = dataset.linear;
+    let both = dataset.runs.iter().any(|run| run.input.iter().any(|input| *input < 0.0));
     let units = [dataset.input.unit(), if linear { "m/s" } else { "rad/s" }];
     let told = |it: &Estimate| parameter(it.parameter, it.value, it.std, linear);
     let effect = |(k, (estimates, sides)): (usize, (Estimates, Option<String>))| {
@@ -217,7 +218,7 @@ fn named(
                 .chain(sides)
                 .collect::<Vec<String>>()
                 .join(" "),
-            place: Placed { effect, values: &values, plant: &plant }.words(units),
+            place: Placed { effect, values: &values, plant: &plant }.words(units, both),
             tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
             name,
             parameters: estimates.numbers.iter().map(told).collect(),

@@ -1,7 +1,7 @@
 //! A plot as the data of a chart that a page's script draws (`charts.js`).
 
 use super::plot::{Window, drawn, ink};
-use crate::outcome::{Plot, Series, Style};
+use crate::outcome::{Plot, Series};
 use serde_json::{Value, json};
 use std::ops::Range;
 
@@ -41,12 +41,7 @@ fn one(series: &Series, ink: usize, [x_step, y_step]: [f64; 2]) -> Value {
         x.extend(piece.iter().map(|point| point.0));
         y.extend(piece.iter().map(|point| Some(point.1)));
     }
-    let style = match series.style {
-        Style::Line => "line",
-        Style::Dashed => "dashed",
-        Style::Points => "points",
-        Style::Hollow => "hollow",
-    };
+    let style = format!("{:?}", series.style).to_lowercase();
     let x = differences(x.into_iter().map(Some), x_step);
     json!({ "label": series.label, "ink": ink, "style": style, "x": x, "y": differences(y.into_iter(), y_step) })
 }

@@ -41,7 +41,8 @@ impl Case<'_> {
                         crate::report::gap(after),
                         unit.name
                     ),
-                    place: Placed { effect, values: &values, plant: &found.plant }.words(["V", "rad/s"]),
+                    place: Placed { effect, values: &values, plant: &found.plant }
+                        .words(["V", "rad/s"], self.log.u_v.iter().any(|u| *u < 0.0)),
                     tie: found.ties.iter().position(|t| t.0 == k),
                 }
             })
