@@ -1,10 +1,8 @@
-
 // Makes a chart of each picture that has its data beside it: drag to zoom, double click to see all, values under the pointer.
 // What fails leaves the picture as it is.
 "use strict";
 const INKS = ["measured", "given", "extended", "third", "fourth", "fifth"];
 const ink = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
-const DASHES = { dashed: [7, 5] };
 // A value further from the pointer than this, pixels, is not told.
 const NEAR = 40;
 const charts = [];
@@ -91,7 +89,7 @@ function curve(series, unit) {
     label: series.label || "value",
     stroke: colour,
     width: 2,
-    dash: DASHES[series.style],
+    dash: series.style === "dashed" ? [7, 5] : [],
     ...(dots && { paths: () => null }),
     points: { show: dots, size: 6, width: 1, stroke: colour, fill },
     value: (_, value) => told(value, unit),
@@ -141,5 +139,11 @@ function chart(source) {
   charts.push(u);
 }
 
-document.querySelectorAll("figure > script[type='application/json']").forEach(chart);
+for (const source of document.querySelectorAll("figure > script[type='application/json']")) {
+  try {
+    chart(source);
+  } catch (error) {
+    console.error(error);
+  }
+}
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => charts.forEach((u) => u.redraw()));
