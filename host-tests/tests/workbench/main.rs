@@ -24,6 +24,7 @@ mod model_reading;
 mod model_table;
 mod next_experiment;
 mod paper;
+mod paper_servo;
 mod plant_motor;
 mod position;
 mod report;

@@ -24,6 +24,7 @@ fn effect(name: &str, parameter: (&str, Value), tie: Option<usize>) -> NamedEffe
         gap_before: 6.4,
         gap_after: 0.09,
         evidence: "82 % of the missing torque sits at |u| below 1.3 V, on both sides of zero and in both directions.".into(),
+        place: None,
         tie,
     }
 }
@@ -216,15 +217,51 @@ fn html_is_self_contained_escaped_and_tells_the_three_stages() {
     ] {
         assert!(page.contains(stage), "{stage}");
     }
-    assert_eq!(page.matches("<svg").count(), 4, "traces and bars, for a desk and for a telephone");
-    assert_eq!(page.matches("role=\"img\"").count(), 4, "each has words for those who cannot see it");
+    assert_eq!(page.matches("<svg").count(), 1, "the traces; the bars are text");
+    assert_eq!(page.matches("role=\"img\"").count(), 1, "with words for those who cannot see it");
     assert!(page.contains("<title>Tie: dead_zone and drive_gain</title>"));
     assert!(page.contains("<code>truing gap</code>") && page.contains("prefers-color-scheme: dark"));
     assert!(page.contains("acts in coast too &lt;b&gt;"));
-    for outside in ["<script", "<link", "<img", "src=", "url(", "@import"] {
+    for outside in ["<link", "<img", "src=", "url(", "@import", "fetch(", "XMLHttpRequest"] {
         assert!(!page.contains(outside), "{outside}");
     }
-    assert!(!page.replace("http://www.w3.org/2000/svg", "").contains("http"));
+    assert!(page.contains("Content-Security-Policy\" content=\"default-src 'none'; "));
+    // A name and the origin of the charts' library are no resources.
+    let known = ["http://www.w3.org/2000/svg", "https://github.com/leeoniya/uPlot", "http-equiv"];
+    assert!(!known.iter().fold(page, |page, name| page.replace(name, "")).contains("http"));
+}
+
+/// The data of a chart are those of its plot, a break in the line is one, and a name from a user's file does not end their element.
+#[test]
+fn a_chart_holds_the_data_of_its_plot_and_nothing_breaks_out_of_it() {
+    let mut plot = traces();
+    plot.series[1].label = "</script><b>".into();
+    plot.series[2].curve.y[7] = f64::NAN;
+    let page =
+        Document::new("Demo", "").gap("The case", &[], &Outcome { plots: vec![plot.clone()], ..outcome() });
+    let page = page.render();
+    let (_, data) = page.split_once("<script type=\"application/json\">").unwrap();
+    let (data, _) = data.split_once("</script>").unwrap();
+    let data: serde_json::Value = serde_json::from_str(data).unwrap();
+    assert_eq!(data["series"][1]["label"], "</script><b>");
+    let series = &data["series"][2];
+    let steps: [f64; 2] = serde_json::from_value(data["steps"].clone()).unwrap();
+    let summed = |axis: &str, step: f64| -> Vec<Option<f64>> {
+        let mut sum = 0;
+        let mut at = |less: &serde_json::Value| {
+            sum += less.as_i64()?;
+            Some(sum as f64 * step)
+        };
+        series[axis].as_array().unwrap().iter().map(&mut at).collect()
+    };
+    let (x, y) = (summed("x", steps[0]), summed("y", steps[1]));
+    assert_eq!((x.len(), y.len()), (400, 400));
+    for (k, (x, y)) in x.into_iter().zip(y).enumerate() {
+        let (at, value) = (plot.series[2].curve.x[k], plot.series[2].curve.y[k]);
+        assert!((x.unwrap() - at).abs() <= 0.51 * steps[0], "{k}");
+        assert!(y.map_or(k == 7, |y| (y - value).abs() <= 0.51 * steps[1]), "{k}");
+    }
+    assert!(data.to_string().len() < 12_000, "{}", data.to_string().len());
 }
 
 #[test]
@@ -394,6 +431,25 @@ fn a_plus_minus_is_explained_where_it_stands() {
     assert_eq!(text.matches("± is one standard deviation").count(), 1, "{text}");
     let without = Outcome { effects: Vec::new(), within_tolerance: Vec::new(), ..outcome() };
     assert!(!Terminal.export(&without).unwrap().contains('±'));
+}
+
+#[test]
+fn where_a_named_effect_acts_is_said_in_its_own_variable() {
+    let mut named = outcome();
+    assert!(
+        Terminal.export(&named).unwrap().contains("Where       83 % of the squared error: 0 < |u| < 1.2 V")
+    );
+    named.effects[0].place = Some("between -1.1 and 1.1 V of input".into());
+    let text = Terminal.export(&named).unwrap();
+    assert!(text.contains("Where       dead_zone: between -1.1 and 1.1 V of input\n\n"), "{text}");
+    let page = Html { subtitle: "", command: "truing gap" }.export(&named).unwrap();
+    assert!(
+        page.contains("</code> acts between -1.1 and 1.1 V of input.") && page.contains("1.2 V</td>"),
+        "{page}"
+    );
+    let json: serde_json::Value = serde_json::from_str(&Json.export(&named).unwrap()).unwrap();
+    assert_eq!(json["effects"][0]["place"], "between -1.1 and 1.1 V of input");
+    assert!(json["effects"][1].get("place").is_none());
 }
 
 /// The chip's half widths hold 95 %: they are told as intervals, so that ± has one meaning.

@@ -1,19 +1,20 @@
 //! The model of a record, extended by what was found, and what it predicts: the one result.
 
+use crate::gap::curve::{self, Placed};
 use crate::gap::dataset::{Dataset, Whole};
 use crate::gap::estimate::{self, Estimate, Estimates, Uncertainty};
 use crate::gap::fit::{FINAL, fit};
-use crate::gap::hypothesis::{Hypothesis, Item, Slot};
+use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::prediction::{HeldOut, compared};
 use crate::gap::rest::{self, Described};
 use crate::gap::samples::{Sample, seen};
 use crate::gap::search::{Found, Scored};
 use crate::gap::threads::each;
 use crate::gap::verdict::Judged;
-use crate::gap::{evidence, excitation, experiment, plots};
+use crate::gap::{evidence, excitation, experiment, plots, sides};
 use crate::outcome::volts;
 use crate::outcome::*;
-use crate::system::effects::{self, Effect, Parameter};
+use crate::system::effects::{self, Domain, Effect, Parameter};
 use crate::system::model::Model;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -70,8 +71,8 @@ pub(super) fn extended(
     let with_term = fitted.map(|fitted| rest::extended(&judged.kept, fitted));
     let kept = with_term.as_ref().unwrap_or(&judged.kept);
     let known = judged.uncertainty.take().filter(|_| with_term.is_none());
-    let (mut steps, ((after, seen_after), (uncertainty, rivals))) = rayon::join(
-        || steps(given, &judged.kept),
+    let ((mut steps, sides), ((after, seen_after), (uncertainty, rivals))) = rayon::join(
+        || rayon::join(|| steps(given, &judged.kept), || sides_of(given, kept)),
         || {
             let beside = || {
                 let rivals = || evidence::rivals(found, &judged.ties, |set| given.gap_of(set));
@@ -87,17 +88,17 @@ pub(super) fn extended(
         term
     });
     let shifts = shifts(kept, &uncertainty);
-    let notes = [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)];
     let later = match unnamed.is_some() || !kept.hypothesis.items.is_empty() {
         true => Some("extended model"),
         false => (after.gap < MOVED * given.held_out.gap).then_some("with its numbers moved"),
     };
-    let mut plots = plots::all(&given.hypothesis, &given.seen.0, &seen_after, later);
+    let mut plots = curves(given, kept, &seen_after);
+    plots.extend(plots::all(&given.hypothesis, &given.seen.0, &seen_after, later));
     plots.extend(described.map(|described| described.plot.clone()));
     Outcome {
         grade: judged.grade,
         small: [small(found), judged.tiny].concat(),
-        effects: named(kept, &uncertainty, &steps, &judged.ties),
+        effects: named(kept, &uncertainty, &steps, &judged.ties, sides),
         closest_known: judged.closest,
         final_records: last.map(|last| predicted(last, model, kept)),
         within_tolerance: shifts,
@@ -111,7 +112,7 @@ pub(super) fn extended(
         },
         next_experiment: judged.next.map(|next| experiment::with_needs(next, kept)),
         searched: dataset.searched,
-        notes: notes.concat(),
+        notes: [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)].concat(),
         rivals,
         plots,
         ties: judged.ties,
@@ -122,6 +123,23 @@ pub(super) fn extended(
             dataset.unit(),
         )
     }
+}
+
+/// What each even effect would be with two sides.
+fn sides_of(given: &Given, kept: &Scored) -> Vec<Option<String>> {
+    let places = each(0..kept.hypothesis.items.len());
+    places.map(|k| sides::told(kept, k, |set| given.gap_of(set))).collect()
+}
+
+/// The curves of the effects that are one over a variable.
+fn curves(given: &Given, kept: &Scored, with: &[Sample]) -> Vec<Plot> {
+    let items = &kept.hypothesis.items;
+    let places = (0..items.len()).filter(|k| items[*k].effect.domain != Domain::Nowhere);
+    let plot = |k: usize| {
+        let (without, x) = kept.hypothesis.only(&kept.fit.x, |other| other != k);
+        curve::plot(kept, k, with, (&without.plant(&x), &seen(given.whole, &without, &x).0))
+    };
+    each(places.collect::<Vec<usize>>()).filter_map(plot).collect()
 }
 
 fn small(found: &Found) -> Vec<Small> {
@@ -171,11 +189,22 @@ fn steps(given: &Given, best: &Scored) -> Vec<Step> {
 }
 
 /// The accepted effects with their parameters and uncertainties.
-fn named(kept: &Scored, uncertainty: &Uncertainty, steps: &[Step], ties: &[Tie]) -> Vec<NamedEffect> {
-    let linear = kept.hypothesis.dataset.linear;
+fn named(
+    kept: &Scored,
+    uncertainty: &Uncertainty,
+    steps: &[Step],
+    ties: &[Tie],
+    sides: Vec<Option<String>>,
+) -> Vec<NamedEffect> {
+    let (dataset, plant) = (kept.hypothesis.dataset, kept.plant());
+    let linear = dataset.linear;
+    let both = dataset.runs.iter().any(|run| run.input.iter().any(|input| *input < 0.0));
+    let units = [dataset.input.unit(), if linear { "m/s" } else { "rad/s" }];
     let told = |it: &Estimate| parameter(it.parameter, it.value, it.std, linear);
-    let effect = |(item, estimates): (&Item, Estimates)| {
-        let name = item.effect.name.to_owned();
+    let effect = |(k, (estimates, sides)): (usize, (Estimates, Option<String>))| {
+        let effect = kept.hypothesis.items[k].effect;
+        let name = effect.name.to_owned();
+        let values = kept.hypothesis.values(k, &kept.fit.x);
         let place = steps
             .iter()
             .position(|step| step.label.strip_prefix("+ ") == Some(&name))
@@ -184,20 +213,20 @@ fn named(kept: &Scored, uncertainty: &Uncertainty, steps: &[Step], ties: &[Tie])
         NamedEffect {
             gap_before: steps[place - 1].gap,
             gap_after: steps[place].gap,
-            evidence: evidence::sentence(
-                item.effect,
-                &steps[place - 1],
-                &steps[place],
-                kept.hypothesis.dataset.unit(),
-            ),
+            evidence: [evidence::sentence(effect, &steps[place - 1], &steps[place], dataset.unit())]
+                .into_iter()
+                .chain(sides)
+                .collect::<Vec<String>>()
+                .join(" "),
+            place: Placed { effect, values: &values, plant: &plant }.words(units, both),
             tie: ties.iter().position(|tie| tie.rivals[0].contains(&name)),
             name,
             parameters: estimates.numbers.iter().map(told).collect(),
-            derived: derived(item.effect, estimates, linear),
+            derived: derived(effect, estimates, linear),
         }
     };
-    let items = kept.hypothesis.items.iter();
-    items.zip(estimate::estimates(kept, uncertainty)).map(effect).collect()
+    let told = estimate::estimates(kept, uncertainty).into_iter().zip(sides);
+    told.enumerate().map(effect).collect()
 }
 
 /// Key and value of a parameter on a turning or a linear axis.

@@ -7,6 +7,7 @@
 
 pub mod acceptance;
 pub mod beam;
+mod curve;
 mod data_sheet;
 pub mod dataset;
 pub mod effort;
@@ -31,6 +32,7 @@ pub mod residual_tests;
 pub mod rest;
 pub mod samples;
 pub mod search;
+mod sides;
 pub mod solver;
 pub mod structure;
 pub mod tables;

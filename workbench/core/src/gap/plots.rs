@@ -17,18 +17,12 @@ const BINS: usize = 40;
 pub fn all(given: &Hypothesis, before: &[Sample], after: &[Sample], later: Option<&str>) -> Vec<Plot> {
     let name = later.unwrap_or_default();
     let linear = given.dataset.linear;
-    let (speed, input) = (
-        if linear { "speed, m/s" } else { "speed, rad/s" },
-        format!("input, {}", given.dataset.input.unit()),
-    );
+    let speed = if linear { "speed, m/s" } else { "speed, rad/s" };
     let compared = if given.dataset.of_position { &format!("way, {}", given.dataset.unit()) } else { speed };
     let band = Some(given.dataset.sigma);
     let mut plots = vec![
         traces(before, after, compared, name),
-        over([before, after], name, "Residual over the input", [&input, compared], band, &|s| s.input),
-        over([before, after], name, "Residual over the simulated speed", [speed, compared], band, &|s| {
-            s.omega
-        }),
+        over_speed([before, after], name, [speed, compared], band),
         in_time(before, after, compared, band, name),
     ];
     for plot in plots.iter_mut().filter(|_| later.is_none()) {
@@ -76,9 +70,11 @@ fn traces(before: &[Sample], after: &[Sample], speed: &str, later: &str) -> Plot
     let held_out = thinned(&before, |s| f64::from(u8::from(s.part == Part::HoldOut)));
     Plot {
         title: "Measured and simulated".into(),
-        caption: format!("Free run over measured points. What is shaded was held out{left_out}"),
+        caption: format!(
+            "Free run over measured points, the runs one after another. What is shaded was held out{left_out}"
+        ),
         stage: Stage::Overview,
-        x_label: "time, s; runs one after another".into(),
+        x_label: "time, s".into(),
         y_label: speed.into(),
         held_out: stretches(&held_out),
         series: vec![
@@ -118,40 +114,22 @@ fn stretches(held_out: &Curve) -> Vec<(f64, f64)> {
     found
 }
 
-fn over(
-    [before, after]: [&[Sample]; 2],
-    later: &str,
-    title: &str,
-    [x, y]: [&str; 2],
-    band: Option<f64>,
-    axis: &dyn Fn(&Sample) -> f64,
-) -> Plot {
+fn over_speed([before, after]: [&[Sample]; 2], later: &str, [x, y]: [&str; 2], band: Option<f64>) -> Plot {
+    // Means of the residual over quantile bins.
+    let binned =
+        |samples: &[Sample]| Curve::binned(samples.iter().map(|s| (s.omega, s.residual())).collect(), BINS);
     Plot {
-        title: title.into(),
+        title: "Residual over the simulated speed".into(),
         caption: "Means over bins of the simulation, never of the measurement; the band is the noise".into(),
         stage: Stage::Characterisation,
         x_label: x.into(),
         y_label: format!("measured − simulated {y}"),
         series: vec![
-            Series::new("model as given", binned(before, axis), Style::Points).of(Role::Given),
-            Series::new(later, binned(after, axis), Style::Line).of(Role::Extended),
+            Series::new("model as given", binned(before), Style::Points).of(Role::Given),
+            Series::new(later, binned(after), Style::Line).of(Role::Extended),
         ],
         noise_band: band,
         ..Plot::default()
-    }
-}
-
-/// Means of the residual over quantile bins of an axis.
-fn binned(samples: &[Sample], axis: &dyn Fn(&Sample) -> f64) -> Curve {
-    let mut order: Vec<&Sample> = samples.iter().collect();
-    order.sort_by(|a, b| axis(a).total_cmp(&axis(b)));
-    let mean = |bin: &[&Sample], value: &dyn Fn(&Sample) -> f64| {
-        bin.iter().map(|s| value(s)).sum::<f64>() / bin.len() as f64
-    };
-    let bins: Vec<&[&Sample]> = order.chunks(order.len().div_ceil(BINS).max(1)).collect();
-    Curve {
-        x: bins.iter().map(|bin| mean(bin, axis)).collect(),
-        y: bins.iter().map(|bin| mean(bin, &Sample::residual)).collect(),
     }
 }
 

@@ -128,6 +128,9 @@ pub struct NamedEffect {
     pub gap_after: f64,
     /// One sentence a person understands.
     pub evidence: String,
+    /// Where it shows, in its own variable; absent where it is no curve over one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place: Option<String>,
     /// Index into [`Outcome::ties`], if it is the first rival of a tie.
     pub tie: Option<usize>,
 }

@@ -9,6 +9,19 @@ pub struct Curve {
     pub y: Vec<f64>,
 }
 
+impl Curve {
+    /// Means of the points over so many bins, each of as many points.
+    pub fn binned(mut points: Vec<(f64, f64)>, bins: usize) -> Self {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let bins = points.chunks(points.len().div_ceil(bins).max(1));
+        let mean = |bin: &[(f64, f64)], value: fn(&(f64, f64)) -> f64| {
+            bin.iter().map(value).sum::<f64>() / bin.len() as f64
+        };
+        let (x, y) = bins.map(|bin| (mean(bin, |it| it.0), mean(bin, |it| it.1))).unzip();
+        Self { x, y }
+    }
+}
+
 /// The chapters of a report: what it comes to, and the three stages of nonlinear identification.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stage {

@@ -44,3 +44,9 @@ pub fn listing(names: &[impl Borrow<str>]) -> String {
         [first @ .., last] => format!("{} and {}", first.join(", "), last.borrow()),
     }
 }
+
+/// `48 %`; small shares keep a digit.
+pub fn percent(share: f64) -> String {
+    let p = 100.0 * share;
+    if p.abs() < 10.0 { format!("{} %", significant(p, 2)) } else { format!("{p:.0} %") }
+}

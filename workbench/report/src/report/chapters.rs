@@ -1,7 +1,6 @@
 //! The result of the gap workflow as three chapters of a page: detection, characterisation, parameter extraction.
 
-use super::format;
-use super::plot::{self, Screen};
+use super::{chart, format, plot};
 use crate::report::section::{Check, Section, Table};
 use maud::{Markup, PreEscaped, html};
 use truing_core::outcome::{Experiment, NamedEffect, Outcome, Plot, Rival, Stage, Style, Verdict};
@@ -65,9 +64,12 @@ fn detection(outcome: &Outcome) -> Markup {
     html! {
         article {
             h3 { "Detection" span.question { "Do simulation and data disagree, and where?" } }
+            @for effect in &outcome.effects { @if let Some(place) = &effect.place {
+                p { code.name { (effect.name) } " acts " (place) "." }
+            } }
             @if !outcome.places.is_empty() {
                 table.bars {
-                    thead { tr { th { "Where" } th { "Share of the squared error" } th {} } }
+                    thead { tr { th { "Where the model as given misses" } th.number { "Share of the squared error" } th {} } }
                     tbody { @for place in &outcome.places { tr {
                         td {
                             (place.region)
@@ -86,12 +88,15 @@ fn detection(outcome: &Outcome) -> Markup {
 
 fn steps(outcome: &Outcome) -> Markup {
     let held = &outcome.holdout;
-    let bars = |screen| plot::steps(&outcome.steps, held.noise_floor, &outcome.gap_unit, screen);
+    let bars = outcome.steps.iter().map(|step| (step.label.as_str(), step.gap));
+    let bars: Vec<(&str, f64)> = bars.chain([("noise floor", held.noise_floor)]).collect();
+    let largest = bars.iter().map(|bar| bar.1).filter(|gap| gap.is_finite()).fold(0.0, f64::max);
     html! {
-        @if let (Some(wide), Some(narrow)) = (bars(Screen::Wide), bars(Screen::Narrow)) {
+        @if !outcome.steps.is_empty() && largest > 0.0 {
             figure {
-                div.wide { (PreEscaped(wide)) }
-                div.narrow { (PreEscaped(narrow)) }
+                div.steps { @for (label, gap) in bars {
+                    span { (label) } b { (format::gap(gap)) " " (outcome.gap_unit) } (share_bar(gap / largest))
+                } }
                 figcaption {
                     strong { "Gap per step. " }
                     "Rms of " code { (held.signal) } " on data that were not fitted, after each added effect."
@@ -276,7 +281,10 @@ fn plain_table(table: &Table) -> Markup {
         h4 { (table.caption) }
         table.plain {
             thead { tr { @for head in &table.header { th { (head) } } } }
-            tbody { @for row in &table.rows { tr { @for cell in row { td { (cell) } } } } }
+            // A telephone shows a row as a list, each value behind its head.
+            tbody { @for row in &table.rows { tr {
+                @for (cell, head) in row.iter().zip(&table.header) { td data-head=(head) { (cell) } }
+            } } }
         }
     }
 }
@@ -299,13 +307,14 @@ fn figures(outcome: &Outcome, stage: Stage) -> Markup {
     html! { @for plot in outcome.plots.iter().filter(|p| p.stage == stage) { (drawn(plot)) } }
 }
 
+/// A picture, with the data from which a script makes a chart of it.
 fn drawn(plot: &Plot) -> Markup {
     html! {
-        @if let (Some(wide), Some(narrow)) = (plot::svg(plot, Screen::Wide), plot::svg(plot, Screen::Narrow)) {
+        @if let Some((picture, data)) = plot::svg(plot).zip(chart::data(plot)) {
             figure {
                 (legend(plot))
-                div.wide { (PreEscaped(wide)) }
-                div.narrow { (PreEscaped(narrow)) }
+                div.picture { (PreEscaped(picture)) }
+                script type="application/json" { (PreEscaped(data)) }
                 figcaption { strong { (plot.title) ". " } (plot.caption) }
             }
         }
@@ -316,7 +325,7 @@ fn legend(plot: &Plot) -> Markup {
     html! {
         div.legend {
             @for (k, series) in plot.series.iter().enumerate().filter(|(_, s)| !s.label.is_empty()) {
-                span { (swatch(series.style, &plot::colour(series, k))) (series.label) }
+                span.series { (swatch(series.style, plot::INKS[plot::ink(series, k)])) (series.label) }
             }
             @if plot.noise_band.is_some() { span { i.band {} "noise" } }
             @if !plot.held_out.is_empty() { span { i.held {} "held out" } }
@@ -324,12 +333,12 @@ fn legend(plot: &Plot) -> Markup {
     }
 }
 
-fn swatch(style: Style, colour: &str) -> Markup {
+fn swatch(style: Style, ink: &str) -> Markup {
     let css = match style {
-        Style::Line => format!("border-top:3px solid {colour}"),
-        Style::Dashed => format!("border-top:3px dashed {colour}"),
-        Style::Points => format!("background:{colour};width:8px;height:8px;border-radius:50%"),
-        Style::Hollow => format!("border:1.5px solid {colour};width:7px;height:7px;border-radius:50%"),
+        Style::Line => format!("border-top:3px solid var(--{ink})"),
+        Style::Dashed => format!("border-top:3px dashed var(--{ink})"),
+        Style::Points => format!("background:var(--{ink});width:8px;height:8px;border-radius:50%"),
+        Style::Hollow => format!("border:1.5px solid var(--{ink});width:7px;height:7px;border-radius:50%"),
     };
     html! { i style=(css) {} }
 }

@@ -7,7 +7,7 @@ use truing_core::outcome::{
     UnnamedTerm, Value, Verdict,
 };
 use truing_core::system::effects;
-pub use truing_core::text::figures::{figure, gap, listing, significant};
+pub use truing_core::text::figures::{figure, gap, listing, percent, significant};
 
 /// A fit in percent.
 pub fn fit(percent: f64) -> String {
@@ -312,10 +312,4 @@ fn segment(s: &Segment, unit: &str) -> String {
             format!("{sign}{} {unit} for {time}", significant(u, 3))
         }
     }
-}
-
-/// `48 %`; small shares keep a digit.
-pub fn percent(share: f64) -> String {
-    let p = 100.0 * share;
-    if p.abs() < 10.0 { format!("{} %", significant(p, 2)) } else { format!("{p:.0} %") }
 }

@@ -1,4 +1,5 @@
-//! A self-contained HTML page: no external resource, no script. A [`Document`] is a list of parts.
+//! A self-contained HTML page: what it needs is in it, and its policy forbids the browser to load anything. A [`Document`] is a list of
+//! parts. Without its scripts a page says the same: they turn pictures into charts that can be zoomed and read.
 
 use super::{Exporter, chapters, format};
 use crate::report::section::Section;
@@ -7,7 +8,17 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::path::Path;
 use truing_core::outcome::Outcome;
 
-const STYLE_SHEET: &str = include_str!("style.css");
+const STYLE_SHEETS: [&str; 2] = [include_str!("uplot/uPlot.min.css"), include_str!("style.css")];
+/// The charts: the library with its licence, and what makes a chart of a plot's data.
+const SCRIPTS: [&str; 5] = [
+    "/*\n",
+    include_str!("uplot/LICENSE"),
+    "*/\n",
+    include_str!("uplot/uPlot.iife.min.js"),
+    include_str!("charts.js"),
+];
+/// Nothing is loaded, nothing is sent.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
 /// One part of a document.
 #[derive(Clone, Debug)]
@@ -60,7 +71,8 @@ impl Document {
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     meta name="color-scheme" content="light dark";
                     title { (self.title) }
-                    style { (PreEscaped(STYLE_SHEET)) }
+                    meta http-equiv="Content-Security-Policy" content=(POLICY);
+                    style { (PreEscaped(STYLE_SHEETS.concat())) }
                 }
                 body {
                     header {
@@ -71,6 +83,7 @@ impl Document {
                     @if several { (self.contents()) }
                     main { @for (k, part) in self.parts.iter().enumerate() { (self.part(k, part, several)) } }
                     footer { "Written by truing " (env!("CARGO_PKG_VERSION")) "." }
+                    script { (PreEscaped(SCRIPTS.concat())) }
                 }
             }
         };

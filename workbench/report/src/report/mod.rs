@@ -4,6 +4,7 @@
 //! into place, so that an earlier report survives whatever goes wrong.
 
 mod chapters;
+mod chart;
 pub mod format;
 pub mod html;
 pub mod json;

@@ -1,77 +1,31 @@
-//! Plots as SVG text: curves on axes, and the gap per step as falling bars.
+//! Plots as SVG text: curves on axes, as a page shows them where no script runs, and on paper.
 
 use super::format;
-use plotters::coord::types::RangedCoordf64;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-use std::error::Error;
+use maud::{Markup, html};
 use std::ops::Range;
-use truing_core::outcome::{Curve, Plot, Role, Series, Step, Style};
+use truing_core::outcome::{Curve, Plot, Role, Series, Style};
 
-type Drawn = Result<(), Box<dyn Error + Send + Sync>>;
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-
-/// Units of a drawing to a pixel: plotters rounds to whole units, and a line that is rounded to whole pixels jitters.
-const FINE: i32 = 10;
 /// More samples than this are thinned for drawing: twice the pixels.
 const DRAWN_SAMPLES: usize = 1700;
 /// Points of a measurement that are drawn.
 const DRAWN_POINTS: usize = 390;
+/// Width and height, pixels.
+const SIZE: (u32, u32) = (860, 380);
+/// Left, top, right and bottom edge of the axes in it.
+const FRAME: [f64; 4] = [82.0, 10.0, 836.0, 326.0];
 
-/// For which screen a plot is drawn. Letters have the same size on both.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Screen {
-    /// A desk: 860 pixels.
-    Wide,
-    /// A telephone: 360 pixels.
-    Narrow,
-}
-
-impl Screen {
-    /// Width and height, pixels.
-    fn size(self) -> (u32, u32) {
-        match self {
-            Self::Wide => (860, 380),
-            Self::Narrow => (360, 300),
-        }
-    }
-
-    /// Labels on the abscissa and on the ordinate.
-    fn labels(self) -> (usize, usize) {
-        match self {
-            Self::Wide => (11, 9),
-            Self::Narrow => (6, 7),
-        }
-    }
-}
-
-/// A length in the units of a drawing.
-const fn fine(pixels: i32) -> i32 {
-    FINE * pixels
-}
-
-const INK: RGBColor = RGBColor(51, 65, 85);
-const GRID: RGBColor = RGBColor(226, 232, 240);
-const NOISE: RGBColor = RGBColor(203, 213, 225);
+const LETTERS: &str = "#334155";
+const GRID: &str = "#E2E8F0";
+const NOISE: &str = "#E5E9F0";
 /// Ground of what was held out.
-const HELD_OUT: RGBColor = RGBColor(241, 245, 249);
-/// Colours of measurement, given model, extended model, further curves.
-const PALETTE: [RGBColor; 6] = [
-    RGBColor(100, 116, 139),
-    RGBColor(234, 88, 12),
-    RGBColor(37, 99, 235),
-    RGBColor(5, 150, 105),
-    RGBColor(147, 51, 234),
-    RGBColor(190, 18, 60),
-];
+const HELD_OUT: &str = "#F1F5F9";
+/// Colours of measurement, given model, extended model, further curves; a page changes them by these letters where it is dark.
+const PALETTE: [&str; 6] = ["#64748B", "#EA580C", "#2563EB", "#059669", "#9333EA", "#BE123C"];
+/// What they are called in the style sheet of a page.
+pub const INKS: [&str; 6] = ["measured", "given", "extended", "third", "fourth", "fifth"];
 
-/// Colour of the series at `index`, `#rrggbb`.
-pub fn colour(series: &Series, index: usize) -> String {
-    let RGBColor(r, g, b) = paint(series, index);
-    format!("#{r:02x}{g:02x}{b:02x}")
-}
-
-fn paint(series: &Series, index: usize) -> RGBColor {
+/// Place of a series in the palette.
+pub fn ink(series: &Series, index: usize) -> usize {
     let place = match series.role {
         Some(Role::Measured) => 0,
         Some(Role::Given) => 1,
@@ -79,54 +33,52 @@ fn paint(series: &Series, index: usize) -> RGBColor {
         Some(Role::Further(k)) => 3 + k,
         None => index,
     };
-    PALETTE[place % PALETTE.len()]
+    place % PALETTE.len()
 }
 
-/// A plot as an SVG element; `None` if it holds no finite sample.
-pub fn svg(plot: &Plot, screen: Screen) -> Option<String> {
+/// A plot as an SVG element, with words for those who cannot see it; `None` if it holds no finite sample.
+pub fn svg(plot: &Plot) -> Option<String> {
     let window = Window::of(plot)?;
-    let mut text = String::new();
-    let (width, height) = screen.size();
-    let area = SVGBackend::with_string(&mut text, fine_size((width, height))).into_drawing_area();
-    draw(plot, &window, screen, area).ok()?;
+    let Window { x, y } = &window;
     let names: Vec<&str> = plot.series.iter().map(|series| series.label.as_str()).collect();
     let about =
         format!("{}: {} over {}. Curves: {}.", plot.title, plot.y_label, plot.x_label, names.join(", "));
-    Some(entitled(&text, (width, height), &about))
-}
-
-fn fine_size((width, height): (u32, u32)) -> (u32, u32) {
-    (FINE as u32 * width, FINE as u32 * height)
-}
-
-/// The element with its size in pixels and with words for those who cannot see it.
-fn entitled(svg: &str, (width, height): (u32, u32), about: &str) -> String {
-    let (fine_width, fine_height) = fine_size((width, height));
-    let about = about.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
-    let rest = svg.split_once('>').map_or("", |(_, rest)| rest);
-    format!(
-        "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {fine_width} {fine_height}\" role=\"img\" aria-label=\"{about}\" xmlns=\"http://www.w3.org/2000/svg\"><title>{about}</title>{rest}"
-    )
+    let picture = html! {
+        svg width=(SIZE.0) height=(SIZE.1) viewBox=(format!("0 0 {} {}", SIZE.0, SIZE.1)) role="img" aria-label=(about)
+            xmlns="http://www.w3.org/2000/svg" font-family="sans-serif" font-size="14" {
+            title { (about) }
+            @for (from, to) in &plot.held_out { (ground(&window, [*from, *to], [y.start, y.end], HELD_OUT)) }
+            @if let Some(half) = plot.noise_band { (ground(&window, [x.start, x.end], [-half, half], NOISE)) }
+            (axes(plot, &window))
+            @for (k, mark) in plot.marks.iter().enumerate() { (marked(&window, mark, k)) }
+            @for (k, series) in plot.series.iter().enumerate() { (curve(&window, series, PALETTE[ink(series, k)])) }
+        }
+    };
+    Some(picture.into_string())
 }
 
 /// The ranges of both axes.
-struct Window {
-    x: Range<f64>,
-    y: Range<f64>,
+pub(super) struct Window {
+    pub x: Range<f64>,
+    pub y: Range<f64>,
 }
 
 impl Window {
-    fn of(plot: &Plot) -> Option<Self> {
+    pub fn of(plot: &Plot) -> Option<Self> {
+        let samples = || plot.series.iter().flat_map(|s| finite(&s.curve));
         let marks = plot.marks.iter().map(|m| m.0);
         let band = plot.noise_band.into_iter().flat_map(|b| [-b, b]);
-        let x = spread(samples(plot).map(|(x, _)| x).chain(marks), 0.02)?;
-        let y = spread(samples(plot).map(|(_, y)| y).chain(band), 0.06)?;
+        let x = spread(samples().map(|(x, _)| x).chain(marks), 0.02)?;
+        let y = spread(samples().map(|(_, y)| y).chain(band), 0.06)?;
         Some(Window { x, y })
     }
-}
 
-fn samples(plot: &Plot) -> impl Iterator<Item = (f64, f64)> {
-    plot.series.iter().flat_map(|s| finite(&s.curve))
+    /// Pixels to the right and down.
+    fn at(&self, x: f64, y: f64) -> (f64, f64) {
+        let [left, top, right, bottom] = FRAME;
+        let share = |range: &Range<f64>, value: f64| (value - range.start) / (range.end - range.start);
+        (left + (right - left) * share(&self.x, x), bottom - (bottom - top) * share(&self.y, y))
+    }
 }
 
 fn finite(curve: &Curve) -> impl Iterator<Item = (f64, f64)> {
@@ -143,110 +95,95 @@ fn spread(values: impl Iterator<Item = f64>, margin: f64) -> Option<Range<f64>> 
     Some(low - margin * width..high + margin * width)
 }
 
-type Chart<'a, 'b> = ChartContext<'b, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-
-fn draw(plot: &Plot, window: &Window, screen: Screen, area: Area) -> Drawn {
-    let (columns, rows) = screen.labels();
-    let mut chart = ChartBuilder::on(&area)
-        .margin(fine(10))
-        .margin_right(fine(24))
-        .x_label_area_size(fine(44))
-        .y_label_area_size(fine(if screen == Screen::Wide { 72 } else { 62 }))
-        .build_cartesian_2d(window.x.clone(), window.y.clone())?;
-    held_out(&mut chart, plot, window)?;
-    noise_band(&mut chart, plot, window)?;
-    chart
-        .configure_mesh()
-        .x_labels(columns)
-        .y_labels(rows)
-        .x_label_formatter(&tick)
-        .y_label_formatter(&tick)
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID.stroke_width(FINE as u32))
-        .axis_style(GRID.stroke_width(FINE as u32))
-        .set_all_tick_mark_size(fine(5))
-        .label_style(letters(14))
-        .axis_desc_style(letters(15))
-        .x_desc(&plot.x_label)
-        .y_desc(&plot.y_label)
-        .draw()?;
-    marks(&mut chart, plot, window)?;
-    for (k, series) in plot.series.iter().enumerate() {
-        one_series(&mut chart, &series.curve, series.style, paint(series, k))?;
-    }
-    area.present()?;
-    Ok(())
+/// What was held out, and the noise, lie on grounds of their own.
+fn ground(window: &Window, [from, to]: [f64; 2], [low, high]: [f64; 2], colour: &str) -> Markup {
+    let ((left, top), (right, bottom)) = (window.at(from, high), window.at(to, low));
+    html! { rect x=(one(left)) y=(one(top)) width=(one(right - left)) height=(one(bottom - top)) fill=(colour) {} }
 }
 
-/// Sums of tick widths leave remainders such as 1e-17 where zero is meant.
-fn tick(value: &f64) -> String {
-    format::significant(if value.abs() < 1e-12 { 0.0 } else { *value }, 5)
+/// A length to a tenth of a pixel.
+fn one(pixels: f64) -> String {
+    format!("{pixels:.1}")
 }
 
-/// Letters of a size in pixels.
-fn letters(pixels: i32) -> TextStyle<'static> {
-    ("sans-serif", fine(pixels)).into_font().color(&INK)
+/// A path from point to point.
+fn path(points: impl Iterator<Item = (f64, f64)>, window: &Window, between: &str) -> String {
+    let pixels = points.map(|(x, y)| window.at(x, y));
+    pixels.map(|(x, y)| format!("{x:.1} {y:.1}")).collect::<Vec<String>>().join(between)
 }
 
-/// What was held out lies on a ground of its own.
-fn held_out(chart: &mut Chart, plot: &Plot, window: &Window) -> Drawn {
-    for (from, to) in &plot.held_out {
-        let corners = [(*from, window.y.start), (*to, window.y.end)];
-        chart.draw_series([Rectangle::new(corners, HELD_OUT.filled())])?;
-    }
-    Ok(())
-}
-
-fn noise_band(chart: &mut Chart, plot: &Plot, window: &Window) -> Drawn {
-    let Some(half) = plot.noise_band else {
-        return Ok(());
-    };
-    let corners = [(window.x.start, -half), (window.x.end, half)];
-    chart.draw_series([Rectangle::new(corners, NOISE.mix(0.45).filled())])?;
-    Ok(())
-}
-
-fn marks(chart: &mut Chart, plot: &Plot, window: &Window) -> Drawn {
-    let height = window.y.end - window.y.start;
-    for (k, (x, label)) in plot.marks.iter().enumerate() {
-        let line = [(*x, window.y.start), (*x, window.y.end)];
-        let style = INK.mix(0.7).stroke_width(FINE as u32);
-        chart.draw_series(DashedLineSeries::new(line, fine(3), fine(4), style))?;
-        let right_half = *x > 0.5 * (window.x.start + window.x.end);
-        let side = if right_half { HPos::Right } else { HPos::Left };
-        let style = letters(14).pos(Pos::new(side, VPos::Top));
-        // Neighbouring labels on different lines do not cover each other.
-        let y = window.y.end - height * (0.02 + 0.06 * (k % 3) as f64);
-        let padded = if right_half { format!("{label} ") } else { format!(" {label}") };
-        chart.draw_series([Text::new(padded, (*x, y), style)])?;
-    }
-    Ok(())
-}
-
-fn one_series(chart: &mut Chart, curve: &Curve, style: Style, colour: RGBColor) -> Drawn {
-    let line = colour.stroke_width(2 * FINE as u32);
-    match style {
-        Style::Points => points(chart, curve, colour.mix(0.85).filled(), fine(3))?,
-        Style::Hollow => points(chart, curve, colour.stroke_width(FINE as u32), fine(4))?,
-        Style::Line => {
-            for piece in pieces(curve) {
-                chart.draw_series(LineSeries::new(piece, line))?;
+/// Lines, figures and names.
+fn axes(plot: &Plot, window: &Window) -> Markup {
+    let [left, top, right, bottom] = FRAME;
+    let across = ticks(&window.x, 10.0).into_iter().map(|x| (window.at(x, 0.0).0, tick(x)));
+    let up = ticks(&window.y, 8.0).into_iter().map(|y| (window.at(0.0, y).1, tick(y)));
+    let (middle, turned) =
+        (0.5 * (left + right), format!("translate(18 {}) rotate(-90)", 0.5 * (top + bottom)));
+    html! {
+        g fill=(LETTERS) text-anchor="middle" {
+            @for (x, text) in across {
+                path d=(format!("M{x:.1} {top}V{bottom}")) stroke=(GRID) {} text x=(one(x)) y=(bottom + 18.0) { (text) }
             }
+            text x=(middle) y=(bottom + 42.0) { (plot.x_label) }
+            text transform=(turned) { (plot.y_label) }
         }
-        Style::Dashed => {
-            for piece in pieces(curve) {
-                chart.draw_series(DashedLineSeries::new(piece, fine(7), fine(5), line))?;
+        g fill=(LETTERS) text-anchor="end" {
+            @for (y, text) in up {
+                path d=(format!("M{left} {y:.1}H{right}")) stroke=(GRID) {} text x=(left - 6.0) y=(one(y + 5.0)) { (text) }
             }
         }
     }
-    Ok(())
 }
 
-fn points(chart: &mut Chart, curve: &Curve, style: ShapeStyle, radius: i32) -> Drawn {
-    let all: Vec<_> = finite(curve).collect();
+/// Round values inside a range, about so many.
+fn ticks(range: &Range<f64>, about: f64) -> Vec<f64> {
+    let rough = (range.end - range.start) / about;
+    let ten = 10f64.powf(rough.log10().floor());
+    let step = [1.0, 2.0, 5.0].map(|round| round * ten).into_iter().find(|step| *step >= rough);
+    let step = step.unwrap_or(10.0 * ten);
+    let (first, last) = ((range.start / step).ceil() as i64, (range.end / step).floor() as i64);
+    (first..=last).map(|k| k as f64 * step).collect()
+}
+
+/// Products of steps leave remainders where a round number is meant.
+fn tick(value: f64) -> String {
+    format::significant(if value.abs() < 1e-12 { 0.0 } else { value }, 5)
+}
+
+/// A vertical mark; the labels of neighbours are on different lines and do not cover each other.
+fn marked(window: &Window, (x, label): &(f64, String), k: usize) -> Markup {
+    let [left, top, right, bottom] = FRAME;
+    let at = window.at(*x, 0.0).0;
+    let (side, beside) = if at > 0.5 * (left + right) { ("end", -5.0) } else { ("start", 5.0) };
+    html! {
+        path d=(format!("M{at:.1} {top}V{bottom}")) stroke=(LETTERS) stroke-dasharray="3 4" {}
+        text x=(one(at + beside)) y=(top + 14.0 + 20.0 * (k % 3) as f64) fill=(LETTERS) text-anchor=(side) { (label) }
+    }
+}
+
+fn curve(window: &Window, series: &Series, colour: &str) -> Markup {
+    let dots = matches!(series.style, Style::Points | Style::Hollow);
+    let of = |piece: Vec<(f64, f64)>| path(piece.into_iter(), window, if dots { "h0M" } else { "L" });
+    let pieces: Vec<String> = drawn(series).into_iter().map(of).collect();
+    // A point is a line of no length with round ends.
+    let drawn = format!("M{}{}", pieces.join("M"), if dots { "h0" } else { "" });
+    let (width, dashes) = (if dots { 6 } else { 2 }, (series.style == Style::Dashed).then_some("7 5"));
+    html! {
+        @if pieces.iter().any(|piece| !piece.is_empty()) {
+            path d=(drawn) fill="none" stroke=(colour) stroke-width=(width) stroke-linecap=[dots.then_some("round")] stroke-dasharray=[dashes] {}
+            @if series.style == Style::Hollow { path d=(drawn) stroke="var(--page, #fff)" stroke-width="4" stroke-linecap="round" {} }
+        }
+    }
+}
+
+/// What is drawn of a series: its unbroken pieces, or some of its points.
+pub(super) fn drawn(series: &Series) -> Vec<Vec<(f64, f64)>> {
+    if matches!(series.style, Style::Line | Style::Dashed) {
+        return pieces(&series.curve);
+    }
+    let all: Vec<_> = finite(&series.curve).collect();
     let stride = all.len().div_ceil(DRAWN_POINTS).max(1);
-    chart.draw_series(all.into_iter().step_by(stride).map(|p| Circle::new(p, radius, style)))?;
-    Ok(())
+    vec![all.into_iter().step_by(stride).collect()]
 }
 
 /// The unbroken pieces of a curve, thinned to what can be seen.
@@ -271,79 +208,4 @@ fn extremes(chunk: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut kept = vec![low.min(high), low.max(high)];
     kept.dedup();
     kept.into_iter().map(|k| chunk[k]).collect()
-}
-
-const ROW: i32 = 34;
-/// Height below the bars, pixels.
-const FOOT: i32 = 26;
-
-/// The gap after each step as falling bars, with the noise floor as a vertical line. `None` if there is no positive gap.
-pub fn steps(steps: &[Step], floor: f64, unit: &str, screen: Screen) -> Option<String> {
-    let largest =
-        steps.iter().map(|s| s.gap).chain([floor]).filter(|gap| gap.is_finite()).reduce(f64::max)?;
-    if steps.is_empty() || largest <= 0.0 {
-        return None;
-    }
-    let size = (screen.size().0, ROW as u32 * steps.len() as u32 + FOOT as u32);
-    let bars = Bars { steps, floor, unit, largest, screen };
-    let mut text = String::new();
-    let area = SVGBackend::with_string(&mut text, fine_size(size)).into_drawing_area();
-    bars.draw(area).ok()?;
-    let told: Vec<String> =
-        steps.iter().map(|step| format!("{}: {}", step.label, format::gap(step.gap))).collect();
-    let about = format!("Gap per step in {unit}. {}. Noise floor: {}.", told.join("; "), format::gap(floor));
-    Some(entitled(&text, size, &about))
-}
-
-/// Bars from nothing to the gap after each step.
-struct Bars<'a> {
-    steps: &'a [Step],
-    floor: f64,
-    unit: &'a str,
-    largest: f64,
-    screen: Screen,
-}
-
-impl Bars<'_> {
-    /// Width of the labels and of the figures, pixels.
-    fn margins(&self) -> (i32, i32) {
-        match self.screen {
-            Screen::Wide => (250, 110),
-            Screen::Narrow => (140, 88),
-        }
-    }
-
-    /// The end of a bar, in the units of the drawing.
-    fn end(&self, gap: f64) -> i32 {
-        let (labels, figures) = self.margins();
-        let width = fine(self.screen.size().0 as i32 - labels - figures);
-        fine(labels) + ((gap / self.largest).clamp(0.0, 1.0) * f64::from(width)) as i32
-    }
-
-    fn draw(&self, area: Area) -> Drawn {
-        let text = |size: i32, side| letters(size).pos(Pos::new(side, VPos::Center));
-        let labels = fine(self.margins().0);
-        let bottom = fine(ROW * self.steps.len() as i32);
-        for (k, step) in self.steps.iter().enumerate() {
-            let y = fine(ROW * k as i32 + 4);
-            let middle = y + fine(ROW / 2 - 3);
-            let colour = if k == 0 { PALETTE[1] } else { PALETTE[2] };
-            let (end, height) = (self.end(step.gap), fine(ROW - 10));
-            area.draw(&Rectangle::new([(labels, y), (end, y + height)], colour.mix(0.85).filled()))?;
-            let label = format::shortened(&step.label, if self.screen == Screen::Wide { 34 } else { 19 });
-            area.draw(&Text::new(label, (labels - fine(10), middle), text(15, HPos::Right)))?;
-            let gap = format!("{} {}", format::gap(step.gap), self.unit);
-            let from = end.max(self.end(self.floor)) + fine(6);
-            area.draw(&Text::new(gap, (from, middle), text(14, HPos::Left)))?;
-        }
-        if self.floor > 0.0 {
-            let x = self.end(self.floor);
-            let line = PALETTE[5].stroke_width(2 * FINE as u32);
-            area.draw(&PathElement::new(vec![(x, 0), (x, bottom)], line))?;
-            let label = format!("noise floor {} {}", format::gap(self.floor), self.unit);
-            area.draw(&Text::new(label, (x + fine(4), bottom + fine(10)), text(14, HPos::Left)))?;
-        }
-        area.present()?;
-        Ok(())
-    }
 }

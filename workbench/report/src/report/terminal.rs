@@ -44,7 +44,14 @@ fn verdict(text: &mut String, outcome: &Outcome) {
     for (contradiction, head) in outcome.data_sheet.iter().zip(["Data sheet", "", ""]) {
         block(text, head, &format::mended(contradiction));
     }
-    for (place, head) in outcome.places.iter().zip(["Where", "", ""]) {
+    let told = outcome.effects.iter().filter_map(|effect| Some((&effect.name, effect.place.as_ref()?)));
+    let told: Vec<String> = told.map(|(name, place)| format!("{name}: {place}")).collect();
+    // A named effect says where it acts better than any region of the gap.
+    let places = outcome.places.iter().filter(|_| told.is_empty());
+    for (k, place) in told.iter().enumerate() {
+        block(text, if k == 0 { "Where" } else { "" }, place);
+    }
+    for (place, head) in places.zip(["Where", "", ""]) {
         let share = format::percent(place.share_of_squared_error);
         let also = match place.also.is_empty() {
             true => String::new(),

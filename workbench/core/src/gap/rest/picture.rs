@@ -42,8 +42,8 @@ pub fn of(bare: &Scored, tracks: &Tracks, compared: &[Compared], term: &Term) ->
         let mut add = |what: &str, curve: Curve, style, role| {
             series.push(Series::new(&format!("{what}{label}"), curve, style).of(of(role)));
         };
-        add("log", binned(points(false, direction)), Style::Points, Role::Measured);
-        add("held out", binned(points(true, direction)), Style::Hollow, Role::Measured);
+        add("log", Curve::binned(points(false, direction), BINS), Style::Points, Role::Measured);
+        add("held out", Curve::binned(points(true, direction), BINS), Style::Hollow, Role::Measured);
         add("table", line(term, direction), Style::Line, Role::Extended);
     }
     let unit = words::unit(variable, dataset.linear, dataset.input.unit());
@@ -78,16 +78,6 @@ fn missing(term: &Term, sample: &crate::gap::samples::Sample, moment: &Moment, p
         Acting::Reading => 0.0,
         _ => sample.torque / per_unit,
     }
-}
-
-fn binned(mut points: Vec<(f64, f64)>) -> Curve {
-    points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let bins = points.chunks(points.len().div_ceil(BINS).max(1));
-    let mean = |bin: &[(f64, f64)], value: fn(&(f64, f64)) -> f64| {
-        bin.iter().map(value).sum::<f64>() / bin.len() as f64
-    };
-    let (x, y) = bins.map(|bin| (mean(bin, |it| it.0), mean(bin, |it| it.1))).unzip();
-    Curve { x, y }
 }
 
 /// The table at its knots; over a second variable that is no direction, the mean of each row.

@@ -4,6 +4,7 @@ use super::case::{Case, Found};
 use super::rows::Rows;
 use super::speed_unit::SpeedUnit;
 use super::words;
+use crate::gap::curve::Placed;
 use crate::gap::hypothesis::Slot;
 use crate::gap::torque::{Torque, deviation};
 use crate::outcome::volts;
@@ -26,6 +27,7 @@ impl Case<'_> {
                 let shape = shape(effect);
                 let text = words::evidence(shape, &found.plant, self.given, unit);
                 let parameters = self.parameters(found, k);
+                let values = found.set.hypothesis.values(k, &found.set.fit.x);
                 NamedEffect {
                     name: effect.name.into(),
                     derived: derived(found, shape).chain(seen(found, k, &parameters)).collect(),
@@ -39,6 +41,8 @@ impl Case<'_> {
                         crate::text::figures::gap(after),
                         unit.name
                     ),
+                    place: Placed { effect, values: &values, plant: &found.plant }
+                        .words(["V", "rad/s"], self.log.u_v.iter().any(|u| *u < 0.0)),
                     tie: found.ties.iter().position(|t| t.0 == k),
                 }
             })

@@ -74,6 +74,7 @@ pub static VISCOUS_FRICTION: Effect = Effect {
     starts: Starts::Grid(&[&[0.1], &[0.5], &[2.0], &[5.0], &[15.0]]),
     axis: Axis::Any,
     family: Family::Viscous,
+    domain: Domain::FastMotion,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Slope).needs(Needs::Winding)),
     relations: Relations { multiplies: Some(Multiplies::base("b_nms_per_rad")), ..Relations::NONE },
     apply: |p, plant| plant.viscous *= p[0],

@@ -18,6 +18,7 @@ pub static COGGING: Effect = Effect {
         Parameter::new("phase_rad", "rad", Scale::One, -9.5, 9.5).meaning(Meaning::Phase),
     ],
     starts: Starts::PositionScan,
+    domain: Domain::Turn,
     form: Form::RichWithoutPosition,
     offered: Offered::Records(InTables::LeftOut),
     apply: |p, plant| plant.torques.push(TorqueLaw::new(Law::Cogging, [p[0], p[1], p[2]], Acts::Motor)),

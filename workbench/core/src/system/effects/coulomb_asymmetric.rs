@@ -17,6 +17,7 @@ pub static COULOMB_ASYMMETRIC: Effect = Effect {
     ],
     starts: Starts::Grid(&[&[0.01, 0.02], &[0.02, 0.01], &[0.05, 0.08], &[0.08, 0.05], &[0.2, 0.25]]),
     family: Family::DryFriction,
+    domain: Domain::Direction,
     form: Form::Rich,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Edges).needs(Needs::Reversal)),
     relations: Relations {

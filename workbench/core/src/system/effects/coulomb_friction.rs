@@ -14,6 +14,7 @@ pub static COULOMB_FRICTION: Effect = Effect {
     parameters: &[Parameter::new("level_nm", "N m", Scale::Torque, 0.0, 0.8)],
     starts: Starts::Grid(&[&[0.005], &[0.02], &[0.05], &[0.12], &[0.25], &[0.5]]),
     family: Family::DryFriction,
+    domain: Domain::Direction,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Edges)),
     relations: Relations { inseparable_from: &[&CONSTANT_LOAD], ..Relations::NONE },
     on_chip: OnChip::Known,

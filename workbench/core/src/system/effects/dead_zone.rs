@@ -25,6 +25,7 @@ pub static DEAD_ZONE: Effect = Effect {
         &[0.4, 0.0],
     ]),
     family: Family::DeadZone,
+    domain: Domain::SmallInputs,
     offered: Offered::Both(Steady::new(Role::Representative, Shape::Edges)),
     relations: Relations { inseparable_from: &[&VOLTAGE_OFFSET], ..Relations::NONE },
     on_chip: OnChip::Known,
@@ -59,6 +60,7 @@ pub static DEAD_ZONE_ASYMMETRIC: Effect = Effect {
         &[0.4, 0.4, 0.0],
     ]),
     family: Family::DeadZone,
+    domain: Domain::SmallInputs,
     form: Form::Rich,
     offered: Offered::Both(
         Steady::new(Role::Representative, Shape::Edges).needs(Needs::Reversal).never_beside(&SHIFTS),

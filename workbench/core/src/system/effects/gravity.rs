@@ -17,6 +17,7 @@ pub static GRAVITY: Effect = Effect {
         Parameter::new("phase_rad", "rad", Scale::One, -9.5, 9.5).meaning(Meaning::Phase),
     ],
     starts: Starts::GravityScan,
+    domain: Domain::Turn,
     axis: Axis::Rotary,
     offered: Offered::Records(InTables::LeftOut),
     apply: |p, plant| plant.torques.push(TorqueLaw::new(Law::Gravity, [p[0], p[1], 0.0], Acts::Load)),

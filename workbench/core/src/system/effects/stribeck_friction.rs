@@ -23,6 +23,7 @@ pub static STRIBECK_FRICTION: Effect = Effect {
         &[0.25, 0.4, 0.05],
     ]),
     family: Family::DryFriction,
+    domain: Domain::SlowMotion,
     form: Form::Rich,
     offered: Offered::Both(
         Steady::new(

@@ -17,6 +17,7 @@ pub static VISCOUS_ASYMMETRIC: Effect = Effect {
     ],
     starts: Starts::Grid(&[&[0.05, -0.05], &[-0.05, 0.05], &[0.2, 0.05], &[0.05, 0.2]]),
     family: Family::Viscous,
+    domain: Domain::FastMotion,
     form: Form::Rich,
     offered: Offered::Both(
         Steady::new(Role::Refinement, Shape::Told("the slope differs between the directions"))

@@ -14,6 +14,7 @@ pub static VOLTAGE_DROP: Effect = Effect {
     parameters: &[Parameter::new("drop_v", "V", Scale::Input, 0.0, 0.5)],
     starts: Starts::Grid(&[&[0.02], &[0.06], &[0.15], &[0.3]]),
     axis: Axis::Winding,
+    domain: Domain::Current,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Edges)),
     on_chip: OnChip::Known,
     apply: |p, plant| plant.drop_v += p[0],

@@ -18,6 +18,7 @@ pub static VOLTAGE_SATURATION: Effect = Effect {
     ],
     starts: Starts::Quantiles(Signal::Input, &[0.0]),
     family: Family::Limit,
+    domain: Domain::LargeInputs,
     offered: Offered::Both(Steady::new(Role::Representative, Shape::Limit)),
     on_chip: OnChip::Known,
     apply: |p, plant| {
@@ -44,6 +45,7 @@ pub static VOLTAGE_SATURATION_ASYMMETRIC: Effect = Effect {
     ],
     starts: Starts::Grid(&[]),
     family: Family::Limit,
+    domain: Domain::LargeInputs,
     form: Form::Rich,
     offered: Offered::Tables(Steady::new(Role::Representative, Shape::Limit).needs(Needs::Reversal)),
     relations: Relations {

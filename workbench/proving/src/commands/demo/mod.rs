@@ -125,7 +125,6 @@ fn write(
     .section(case.section())
     .gap("The gap workflow on the servo's log", &servo_case::INTRODUCTION, &summary.servo)
     .gap("The paper's table", &paper_case::INTRODUCTION, &summary.paper)
-    .section(paper::servo())
     .section(paper::claims())
     .write(&out.join("report.html"))
 }

@@ -1,8 +1,8 @@
 //! What the paper says, beside what its own numbers say. Every figure is computed from its tables and parameters.
 
-use super::servo::poles;
 use std::f64::consts::PI;
 use truing_core::gap::tables::map;
+use truing_core::system::plant::physics::Physics;
 use truing_report::report::figure;
 use truing_report::report::section::{Check, Section, Table};
 
@@ -130,6 +130,22 @@ fn recomputed() -> Table {
         header: vec!["quantity".into(), "figure".into()],
         rows: rows.into_iter().map(|(what, text)| vec![what.to_owned(), text]).collect(),
     }
+}
+
+/// Coefficients of J·L s² + (J·R + b·L) s + (b·R + Kt·Ke), the denominator of Kt/… from voltage to speed.
+pub fn denominator(p: &Physics) -> [f64; 3] {
+    [
+        p.inertia * p.inductance,
+        p.inertia * p.resistance + p.viscous * p.inductance,
+        p.viscous * p.resistance + p.kt * p.ke,
+    ]
+}
+
+/// The two real poles, 1/s, the slow one first.
+pub fn poles(p: &Physics) -> (f64, f64) {
+    let [a, b, c] = denominator(p);
+    let root = (b * b - 4.0 * a * c).sqrt();
+    ((-b + root) / (2.0 * a), (-b - root) / (2.0 * a))
 }
 
 fn top_speed() -> f64 {

@@ -1,20 +1,17 @@
 //! The paper's own case: "Identification of Non-Linearities in an Autonomous Robot".
 //!
 //! Its motor (Fig. 1), its measured table of steady speeds (Table 3.1) and the inputs of its servo model (Tables 3.2, 3.3).
-//! [`servo`] runs the servo model with its dead zone and checks the figures that follow; [`claims`] holds what the paper
-//! says beside what its own numbers say.
+//! [`claims`] holds what the paper says beside what its own numbers say.
 
 mod claims;
-mod servo;
 
-pub use claims::claims;
-pub use servo::DEAD_ZONE_V;
-pub use servo::Scopes;
-pub use servo::servo;
+pub use claims::{claims, denominator, poles};
 
 use truing_core::system::log::{self, Columns, Log, Table};
 use truing_core::system::model::{self, Model};
 
+/// Half-width of the paper's dead zone: 9 V in front of it, 7.8 V behind.
+pub const DEAD_ZONE_V: f64 = 1.2;
 /// The motor as published.
 pub const MOTOR: &str = include_str!("../../../../../data/paper/motor.toml");
 /// Table 3.1: voltage, V, and measured steady speed, rpm.
@@ -38,7 +35,7 @@ pub fn table() -> Table {
 }
 
 /// Time and voltage of one of the input tables; a blank voltage is 0.
-fn input(text: &str) -> Vec<(f64, f64)> {
+pub fn input(text: &str) -> Vec<(f64, f64)> {
     let row = |line: &str| {
         let (t, u) = line.split_once(',')?;
         Some((t.parse().ok()?, u.trim().parse().unwrap_or(0.0)))

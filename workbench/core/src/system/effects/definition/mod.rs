@@ -2,11 +2,13 @@
 //!
 //! Every other module asks these fields, and none asks for a name: a new effect that fills them is known everywhere.
 
+mod domain;
 mod offered;
 mod parameter;
 mod relations;
 mod starts;
 
+pub use domain::Domain;
 pub use offered::{Forms, InTables, Needs, Offered, Role, Shape, Steady};
 pub use parameter::{Meaning, Parameter, Scale};
 pub use relations::{Multiplies, Relations, Uneven};
@@ -39,6 +41,8 @@ pub struct Effect {
     pub axis: Axis,
     /// Effects of one family replace each other; they are never added to each other.
     pub family: Family,
+    /// Of which variable it is a curve, and where in it.
+    pub domain: Domain,
     /// How much it claims beside the plain form of the same thing.
     pub form: Form,
     /// Which kinds of logs may name it, and what a table of settled speeds shows of it.
@@ -139,6 +143,7 @@ impl Effect {
         starts: Starts::Grid(&[]),
         axis: Axis::Any,
         family: Family::Own,
+        domain: Domain::Nowhere,
         form: Form::Plain,
         offered: Offered::Records(InTables::Counts),
         relations: Relations::NONE,

@@ -7,14 +7,12 @@
 
 use servo::axis::Bridge;
 use std::f64::consts::PI;
-use truing_core::outcome::{Curve, Plot, Series, Style};
-use truing_core::system::plant::Motor;
-use truing_core::system::plant::physics::Physics;
-use truing_report::report::figure;
-use truing_report::report::section::{Check, Section};
+use truing::proving::commands::paper::{self, DEAD_ZONE_V, denominator, poles};
+use truing::report::figure;
+use truing::report::section::{Check, Section};
+use truing::system::plant::Motor;
+use truing::system::plant::physics::Physics;
 
-/// Half-width of the paper's dead zone: 9 V in front of it, 7.8 V behind.
-pub const DEAD_ZONE_V: f64 = 1.2;
 /// Sample of the scopes, s.
 const DT: f64 = 0.001;
 /// Length of a run, s, as in the paper.
@@ -26,21 +24,21 @@ const RPM: f64 = PI / 30.0;
 
 /// The three scopes of one run.
 #[derive(Clone, Debug, Default)]
-pub struct Scopes {
+struct Scopes {
     /// Time, s.
-    pub t_s: Vec<f64>,
+    t_s: Vec<f64>,
     /// Command before the dead zone, V.
-    pub before: Vec<f64>,
+    before: Vec<f64>,
     /// Behind the dead zone, V.
-    pub behind: Vec<f64>,
+    behind: Vec<f64>,
     /// Speed, rad/s.
-    pub speed: Vec<f64>,
+    speed: Vec<f64>,
 }
 
 impl Scopes {
     /// Runs the servo model from rest. Each command is the mean over its sample (its middle), as the paper's solver
     /// follows a continuous input.
-    pub fn run(plant: &Physics, input: impl Fn(f64) -> f64, seconds: f64) -> Self {
+    fn run(plant: &Physics, input: impl Fn(f64) -> f64, seconds: f64) -> Self {
         let mut motor = Motor::new(plant.clone(), 4096.0);
         let mut scopes = Scopes::default();
         for k in 0..(seconds / DT).round() as usize {
@@ -55,18 +53,18 @@ impl Scopes {
     }
 
     /// Largest magnitude behind the dead zone, V.
-    pub fn peak_behind(&self) -> f64 {
+    fn peak_behind(&self) -> f64 {
         self.behind.iter().fold(0.0, |m, v| m.max(v.abs()))
     }
 
     /// Times at which the signal behind the dead zone begins or ceases to be zero, s.
-    pub fn crossings(&self) -> Vec<f64> {
+    fn crossings(&self) -> Vec<f64> {
         let active = |k: usize| self.behind[k] != 0.0;
         (1..self.t_s.len()).filter(|k| active(*k) != active(k - 1)).map(|k| self.t_s[k]).collect()
     }
 
     /// Amplitude of the speed at one frequency over the last full periods, rad/s.
-    pub fn amplitude(&self, omega: f64, periods: usize) -> f64 {
+    fn amplitude(&self, omega: f64, periods: usize) -> f64 {
         let rows = (periods as f64 * 2.0 * PI / omega / DT).round() as usize;
         let from = self.t_s.len() - rows;
         let sum = |f: fn(f64) -> f64| {
@@ -79,7 +77,7 @@ impl Scopes {
 
 /// The paper's motor behind a dead zone.
 fn servo_model() -> Physics {
-    let mut plant = super::motor().physics();
+    let mut plant = paper::motor().physics();
     (plant.dead_pos, plant.dead_neg) = (DEAD_ZONE_V, DEAD_ZONE_V);
     plant
 }
@@ -102,31 +100,17 @@ fn step_of_the_table(rows: &[(f64, f64)], t: f64) -> f64 {
     if t >= t1 { u1 } else { u0 + (u1 - u0) * (t - t0) / (t1 - t0) }
 }
 
-/// The servo model under its three inputs, with plots and checked figures.
-pub fn servo() -> Section {
+/// The servo model under its three inputs, with checked figures.
+fn servo() -> Section {
     let plant = servo_model();
-    let rows = super::input(super::TABLE_3_3);
+    let rows = paper::input(paper::TABLE_3_3);
     let text = Scopes::run(&plant, sine_of_the_text, SECONDS);
     let table = Scopes::run(&plant, sine_of_the_table, SECONDS);
     let step = Scopes::run(&plant, |t| step_of_the_table(&rows, t), SECONDS);
-    let mut plots = scopes("sine of the text, 9 V and 6 rad/s", &text);
-    plots.extend(scopes("sine of Table 3.2, 10 V and 1 rad/s", &table));
-    plots.extend(scopes("step of Table 3.3, 9 V", &step));
     let mut checks = peaks(&text, &table, &step);
     checks.extend(crossings(&text, &table));
     checks.extend(speeds(&plant));
-    Section {
-        title: "The paper's servo model with its dead zone".into(),
-        text: vec![
-            "The motor of Fig. 1 behind a dead zone of ±1.2 V, driven by the inputs that the paper describes. The scopes \
-             stand before the dead zone, behind it, and at the output."
-                .into(),
-            "Each figure below is read from the simulation and compared with a closed form.".into(),
-        ],
-        plots,
-        tables: vec![],
-        checks,
-    }
+    Section { checks, ..Section::default() }
 }
 
 fn check(claim: impl Into<String>, found: f64, expected: f64, within: f64, unit: &str) -> Check {
@@ -199,22 +183,6 @@ fn behind_dead_zone(amplitude: f64) -> f64 {
     amplitude * (1.0 - 2.0 / PI * (k.asin() + k * (1.0 - k * k).sqrt()))
 }
 
-/// Coefficients of J·L s² + (J·R + b·L) s + (b·R + Kt·Ke), the denominator of Kt/… from voltage to speed.
-fn denominator(p: &Physics) -> [f64; 3] {
-    [
-        p.inertia * p.inductance,
-        p.inertia * p.resistance + p.viscous * p.inductance,
-        p.viscous * p.resistance + p.kt * p.ke,
-    ]
-}
-
-/// The two real poles, 1/s, the slow one first.
-pub fn poles(p: &Physics) -> (f64, f64) {
-    let [a, b, c] = denominator(p);
-    let root = (b * b - 4.0 * a * c).sqrt();
-    ((-b + root) / (2.0 * a), (-b - root) / (2.0 * a))
-}
-
 fn gain_at(p: &Physics, omega: f64) -> f64 {
     let [a, b, c] = denominator(p);
     p.kt / (c - a * omega * omega).hypot(b * omega)
@@ -226,34 +194,25 @@ fn step_response(p: &Physics, t: f64) -> f64 {
     p.dc_gain() * (1.0 + (fast * (slow * t).exp() - slow * (fast * t).exp()) / (slow - fast))
 }
 
-fn scopes(name: &str, s: &Scopes) -> Vec<Plot> {
-    let series =
-        |label: &str, y: &[f64], style| Series::new(label, Curve { x: s.t_s.clone(), y: y.to_vec() }, style);
-    let rpm: Vec<f64> = s.speed.iter().map(|w| w / RPM).collect();
-    vec![
-        Plot {
-            title: format!("Before and behind the dead zone: {name}"),
-            caption: format!("{} V are left of {} V.", figure(s.peak_behind()), peak(&s.before)),
-            x_label: "time, s".into(),
-            y_label: "voltage, V".into(),
-            series: vec![
-                series("before the dead zone", &s.before, Style::Line),
-                Series::default(),
-                series("behind the dead zone", &s.behind, Style::Line),
-            ],
-            ..Plot::default()
-        },
-        Plot {
-            title: format!("At the output: {name}"),
-            caption: "Speed of the motor.".into(),
-            x_label: "time, s".into(),
-            y_label: "speed, rpm".into(),
-            series: [vec![Series::default(); 3], vec![series("speed", &rpm, Style::Line)]].concat(),
-            ..Plot::default()
-        },
-    ]
+fn failing(section: &Section) -> Vec<&Check> {
+    section.checks.iter().filter(|c| !c.holds).collect()
 }
 
-fn peak(values: &[f64]) -> String {
-    figure(values.iter().fold(0.0_f64, |m, v| m.max(v.abs())))
+#[test]
+fn the_servo_model_shows_the_figures_that_closed_forms_demand() {
+    let servo = servo();
+    assert!(failing(&servo).is_empty(), "{:#?}", failing(&servo));
+    assert!(servo.checks.len() >= 13, "peaks, crossings, speeds");
+    let found = |claim: &str| &servo.checks.iter().find(|c| c.claim.contains(claim)).expect(claim).found;
+    assert_eq!(found("9 V sine, behind"), "7.8 V");
+    assert_eq!(found("9 V step, behind"), "7.8 V");
+    assert_eq!(found("Table 3.2's own 10 V"), "8.8 V");
+}
+
+#[test]
+fn a_zone_of_another_width_fails_the_checks() {
+    // The checks must be able to fail: without the dead zone 9 V stay 9 V.
+    let plain = paper::motor().physics();
+    let scopes = Scopes::run(&plain, |t| 9.0 * (6.0 * t).sin(), 2.0);
+    assert!((scopes.peak_behind() - (9.0 - DEAD_ZONE_V)).abs() > 1.0);
 }
