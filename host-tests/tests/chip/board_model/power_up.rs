@@ -3,6 +3,7 @@
 
 use super::chip::Drive;
 use super::chip::stm32f405::board::{Board, SCALE};
+use super::chip::stm32f405::stage::Outputs;
 use super::rig::{Rig, order};
 use super::{AXES, ROWS};
 use crate::board_model::motor::Motor;
@@ -155,6 +156,14 @@ fn a_motor_is_commissioned_by_the_recipe_of_the_page() {
     }
 }
 
+/// What a dead time takes of the voltage at 20 kHz and 12 V: a dead zone like that of friction.
+fn dead_time_v(board: &Board) -> f64 {
+    match board.stage.outputs {
+        Outputs::Complementary { dead_time_ns } => f64::from(dead_time_ns) * 1e-9 * 20e3 * Motor::SUPPLY_V,
+        Outputs::SingleEnded => 0.0,
+    }
+}
+
 /// The recipe on axis 0.
 fn follow(name: &str, board: &Board, up: &mut PowerUp, motor: &Motor) -> bool {
     loop {
@@ -163,7 +172,7 @@ fn follow(name: &str, board: &Board, up: &mut PowerUp, motor: &Motor) -> bool {
         let limit = up.limits_a[0];
         println!("{name}: {limit:.3} A, peak {:.2}, {:?}, {found:?}", up.peak, report.refused);
         if report.refused.is_none() && found.dead_zone_pos_v.trusted && found.gain_rad_s_per_v.trusted {
-            let friction_v = motor.friction[0] * motor.ohm / motor.constant;
+            let friction_v = motor.friction[0] * motor.ohm / motor.constant + dead_time_v(board);
             let near = |value: Option<f32>, truth: f64, share: f64| {
                 value.is_some_and(|value| (f64::from(value) - truth).abs() < share * truth)
             };
