@@ -5,8 +5,9 @@ use crate::outcome::DataFault;
 use crate::system::log::{Dynamic, Log};
 use crate::system::model::Model;
 
-/// A record that its own fit explains so well can be compared: at 0.91 a motor under a position loop was another one.
-const OWN: f64 = 0.97;
+/// A record that its own fit explains so well can be compared: at 0.91 a motor under a position loop was another one, at 0.975 one that
+/// stood for most of the record.
+const OWN: f64 = super::ENOUGH;
 /// And one of so many rows: a fit of seven forces explains any short record.
 const ROWS: usize = 300;
 /// What the fit of the log leaves of it is so many times what its own fit leaves.

@@ -16,7 +16,7 @@ mod suspects;
 mod table;
 mod timing;
 
-pub use timing::{earlier, notes};
+pub use timing::{earlier, early, notes};
 
 use crate::outcome::{DataFault, Outcome};
 use crate::system::log::{Dynamic, Log};

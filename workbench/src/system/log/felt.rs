@@ -14,6 +14,10 @@ const LEFT: f64 = 0.3;
 const STRANGE: f64 = 4.0;
 /// Fewer rows tell no line.
 const FEWEST: usize = 40;
+/// Where the input changes a reading is off by this part of the column's range: what friction and dead zones make of a change is less.
+const ANSWERING: f64 = 0.4;
+/// An input that changes by less than this part of itself is held.
+const STEADY: f64 = 0.05;
 /// Rows so many times as far apart as usual are not judged.
 const APART: f64 = 1.5;
 
@@ -114,19 +118,18 @@ impl Felt {
                 .into_iter()
                 .any(|by| by.abs() > (VISIBLE * span).max(SEEN * self.next.sigma) && left(by) < LEFT * before)
         };
-        self.inner(run).filter(|row| juts_out(&self.speed, *row) && alone(row)).collect()
+        self.inner(run).filter(|row| stands_out(&self.speed, &run.input, *row, span) && alone(row)).collect()
     }
 
     /// Inputs far from both neighbours that the speed has not answered.
     pub fn lone_inputs(&self, run: &Run, span: f64) -> Vec<usize> {
         let alone = |row: &usize| {
             let [before, logged, behind] = [row - 1, *row, row + 1].map(|row| run.input[row]);
-            let far = (logged - before).abs().min((logged - behind).abs()) > VISIBLE * span;
             let off = |input: f64| self.beyond(*row, input, self.speed[*row]).abs();
             let around = off(before).min(off(behind));
-            far && off(logged) - around > SEEN * self.next.sigma && around < LEFT * off(logged)
+            off(logged) - around > SEEN * self.next.sigma && around < LEFT * off(logged)
         };
-        self.inner(run).filter(|row| juts_out(&run.input, *row) && alone(row)).collect()
+        self.inner(run).filter(|row| juts_out(&run.input, *row, VISIBLE * span) && alone(row)).collect()
     }
 
     /// Currents that belong neither to the voltage nor to the speed of their row.
@@ -144,11 +147,20 @@ impl Felt {
             let far = steps.far_over(row - 1..=row + 1).max(VISIBLE * span).max(SEEN * line.sigma);
             off[*row].abs() > far && beside < LEFT * off[*row].abs()
         };
-        self.inner(run).filter(|row| juts_out(current, *row) && alone(row)).collect()
+        self.inner(run).filter(|row| stands_out(current, &run.input, *row, span) && alone(row)).collect()
     }
 }
 
-/// Lies outside of both neighbours: what lies between them may pass.
-fn juts_out(values: &[f64], row: usize) -> bool {
-    (values[row] - values[row - 1]) * (values[row] - values[row + 1]) > 0.0
+/// Lies so far outside of both neighbours: what lies between them may pass.
+fn juts_out(values: &[f64], row: usize, far: f64) -> bool {
+    let [before, behind] = [row - 1, row + 1].map(|other| values[row] - values[other]);
+    before * behind > 0.0 && before.abs().min(behind.abs()) > far
+}
+
+/// A reading that falls to rest where the input changes is no stray: friction and dead zones do that, and no line does.
+fn stands_out(values: &[f64], input: &[f64], row: usize, span: f64) -> bool {
+    let [before, own, behind] = [row - 1, row, row + 1].map(|row| values[row].abs());
+    let around = &input[row.saturating_sub(2)..=row + 1];
+    let held = around.windows(2).all(|pair| (pair[1] - pair[0]).abs() < STEADY * pair[1].abs());
+    juts_out(values, row, span * if held { VISIBLE } else { ANSWERING }) && (held || own > before.max(behind))
 }

@@ -39,6 +39,9 @@ const FEWEST: usize = 60;
 /// Lines that are told one by one.
 const TOLD: usize = 12;
 
+/// Stretches of rows.
+type Ranges = Vec<Range<usize>>;
+
 /// What was found in one column.
 pub struct Strays {
     /// Our name of the column.
@@ -147,7 +150,7 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
     strays(all)
 }
 
-fn strays(columns: Vec<(&'static str, Vec<Range<usize>>, usize, f64)>) -> Vec<Strays> {
+fn strays(columns: Vec<(&'static str, Ranges, usize, f64)>) -> Vec<Strays> {
     let found = columns.into_iter().map(|(column, rows, outside, _)| {
         let found = Strays { column, rows, outside: false };
         let outside = 2 * outside > found.count();
@@ -161,7 +164,7 @@ fn blank(values: &mut [f64], rows: &[Range<usize>]) {
 }
 
 /// Rows of their own, unless so many were meant.
-fn few(rows: Vec<usize>, run: &Run) -> Vec<Range<usize>> {
+fn few(rows: Vec<usize>, run: &Run) -> Ranges {
     let few = rows.len() <= most_meant(run);
     rows.into_iter().filter(|_| few).map(|row| row..row + 1).collect()
 }
@@ -171,7 +174,7 @@ fn most_meant(run: &Run) -> usize {
 }
 
 /// Those that are not among them yet.
-fn add(rows: &mut Vec<Range<usize>>, mut more: Vec<Range<usize>>) {
+fn add(rows: &mut Ranges, mut more: Ranges) {
     more.retain(|it| !rows.iter().any(|known| known.contains(&it.start)));
     rows.append(&mut more);
     rows.sort_unstable_by_key(|rows| rows.start);
@@ -179,12 +182,7 @@ fn add(rows: &mut Vec<Range<usize>>, mut more: Vec<Range<usize>>) {
 
 /// Of the inputs that stand out those that the motor has not answered. Where an answer would not be seen: those beyond the supply, and few
 /// short ones.
-fn never_felt(
-    run: &Run,
-    mut rows: Vec<Range<usize>>,
-    felt: Option<&Felt>,
-    supply_v: Option<f64>,
-) -> Vec<Range<usize>> {
+fn never_felt(run: &Run, mut rows: Ranges, felt: Option<&Felt>, supply_v: Option<f64>) -> Ranges {
     let few = rows.len() <= most_meant(run);
     let mut others: Vec<f64> = run.input.iter().map(|value| value.abs()).collect();
     rows.iter().for_each(|stray| others[stray.clone()].fill(0.0));
@@ -209,9 +207,8 @@ fn never_felt(
 
 /// Rows of a column that stand out, and how many of them lie outside of all others. At the edge of a record a jump must be so many times as
 /// far as the longest of the other steps, and at its start come from more than this part of the largest value.
-fn in_column(values: &[f64], steps: &Steps, [gap, start, times]: [f64; 3]) -> (Vec<Range<usize>>, usize) {
-    let rows =
-        |which: &dyn Fn(usize) -> bool| (0..values.len()).filter(|row| which(*row)).collect::<Vec<_>>();
+fn in_column(values: &[f64], steps: &Steps, [gap, start, times]: [f64; 3]) -> (Ranges, usize) {
+    let rows = |which: &dyn Fn(usize) -> bool| (0..values.len()).filter(|k| which(*k)).collect::<Vec<_>>();
     if rows(&|row| values[row].is_finite()).len() < FEWEST {
         return (Vec::new(), 0);
     }

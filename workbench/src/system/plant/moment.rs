@@ -59,20 +59,14 @@ fn moment<F: Lanes>(
 }
 
 /// Mean current of a step at a speed.
-fn current<F: Lanes>(
-    p: &Physics<F>,
-    c: &Coefficients<F>,
-    state: &State<F>,
-    omega: F,
-    driven: &Driven<F>,
-) -> F {
+fn current<F: Lanes>(p: &Physics<F>, c: &Coefficients<F>, at: &State<F>, omega: F, driven: &Driven<F>) -> F {
     let none = omega.like(0.0);
     match (driven.bridge, p.drive) {
         (Bridge::Open, _) => none,
         (_, Drive::Torque) => driven.net,
         (_, Drive::Voltage) => {
             let settled = (driven.net - p.ke * omega) * c.conductance;
-            let mean = (settled + (state.current - settled) * c.mean).within(p.current_limit);
+            let mean = (settled + (at.current - settled) * c.mean).within(p.current_limit);
             F::select(driven.blocked, none, mean)
         }
     }

@@ -44,10 +44,11 @@ impl<F: Lanes> Apart for TwoBodies<'_, F> {
         };
         let play = p.gap_rad * 0.5;
         let twist = state.theta - state.theta_load;
+        let bodies = Bodies { motor, load, loads, h };
         match shape.rungs.coupling {
-            Coupling::Spring => sprung(p, &motor, &load, twist - twist.within(play), loads, h),
-            Coupling::Contact => touched(p, &motor, &load, twist, play, loads, h),
-            _ => gapped(&motor, &load, twist, play, loads, h),
+            Coupling::Spring => bodies.sprung(p, twist - twist.within(play)),
+            Coupling::Contact => bodies.touched(p, twist, play),
+            _ => bodies.gapped(twist, play),
         }
     }
 }
@@ -72,107 +73,97 @@ impl<F: Lanes> Body<F> {
     }
 }
 
-/// Spring and damper, trapezoidal: T = k·(mean twist) + d·(mean rate).
-#[inline(always)]
-fn sprung<F: Lanes>(
-    p: &Physics<F>,
-    motor: &Body<F>,
-    load: &Body<F>,
-    twist: F,
-    loads: &Loads<F>,
+/// Motor and load under what is outside of their coupling, for `h` seconds.
+struct Bodies<'a, F> {
+    motor: Body<F>,
+    load: Body<F>,
+    loads: &'a Loads<F>,
     h: f64,
-) -> Speeds<F> {
-    let rate = motor.omega - load.omega;
-    let coupling = p.stiffness * (0.25 * h) + p.coupling_damping * 0.5;
-    let held = p.stiffness * twist + coupling * rate;
-    joined(motor, load, held, coupling, loads, h)
 }
 
-/// Both bodies under the torque `held` + `coupling`·(ω_motor − ω_load) between them.
-#[inline(always)]
-fn joined<F: Lanes>(
-    motor: &Body<F>,
-    load: &Body<F>,
-    held: F,
-    coupling: F,
-    loads: &Loads<F>,
-    h: f64,
-) -> Speeds<F> {
-    let (a, b) = (motor.stiffness(h) + coupling, load.stiffness(h) + coupling);
-    let (r1, r2) = (motor.momentum(h) - held, load.momentum(h) + held);
-    // One division for both bodies.
-    let determinant = a * b - coupling * coupling;
-    let over_both = a.like(1.0) / (determinant * b);
-    let over = over_both * b;
-    let free = (b * r1 + coupling * r2) * over;
-    let omega = slowed(free, b * over, loads);
-    (omega, (r2 + coupling * omega) * (over_both * determinant))
-}
-
-/// Teeth that touch with the torque k·x + c·ẋ at penetration x, from the moment they meet to the moment that torque would
-/// pull (Nordin, Galić, Gutman: Int. J. Adaptive Control and Signal Processing 11, 1997). k and c are those of the
-/// reduced inertia at the contact's rate and damping ratio.
-#[inline(always)]
-fn touched<F: Lanes>(
-    p: &Physics<F>,
-    motor: &Body<F>,
-    load: &Body<F>,
-    twist: F,
-    play: F,
-    loads: &Loads<F>,
-    h: f64,
-) -> Speeds<F> {
-    let one = twist.like(1.0);
-    let (m, l) = (one / motor.stiffness(h), one / load.stiffness(h));
-    let flight = (slowed(m * motor.momentum(h), m, loads), l * load.momentum(h));
-    let rate = motor.omega - load.omega;
-    let way = (rate + flight.0 - flight.1) * (0.5 * h);
-    let side = one.copysign(F::select(twist.abs().gt(play), twist, twist + way));
-    let depth = side * twist - play;
-    let none = twist.like(0.0);
-    let tiny = twist.like(1e-300);
-    // The part of the step in which the teeth touch.
-    let part = F::select(depth.ge(none), one, one + depth / (side * way).max(tiny));
-    let flies = part.le(none);
-    if flies.all() {
-        return flight;
+impl<F: Lanes> Bodies<'_, F> {
+    /// Neither feels the other.
+    #[inline(always)]
+    fn flight(&self) -> Speeds<F> {
+        let Self { motor, load, loads, h } = self;
+        let one = motor.omega.like(1.0);
+        let (m, l) = (one / motor.stiffness(*h), one / load.stiffness(*h));
+        (slowed(m * motor.momentum(*h), m, loads), l * load.momentum(*h))
     }
-    let reduced = motor.inertia * load.inertia / (motor.inertia + load.inertia);
-    let stiffness = reduced * p.contact_rad_s * p.contact_rad_s * part * part;
-    let damping = p.contact_damping * reduced * p.contact_rad_s * part * 2.0;
-    let coupling = stiffness * (0.25 * h) + damping * 0.5;
-    let held = side * stiffness * depth.max(none) + coupling * rate;
-    let (omega, omega_load) = joined(motor, load, held, coupling, loads, h);
-    let torque = held + coupling * (omega - omega_load);
-    let apart = flies | (side * torque).lt(none);
-    (F::select(apart, flight.0, omega), F::select(apart, flight.1, omega_load))
-}
 
-/// Free flight inside the gap; at its end the bodies go on together.
-#[inline(always)]
-fn gapped<F: Lanes>(
-    motor: &Body<F>,
-    load: &Body<F>,
-    twist: F,
-    play: F,
-    loads: &Loads<F>,
-    h: f64,
-) -> Speeds<F> {
-    let one = twist.like(1.0);
-    let (m, l) = (one / motor.stiffness(h), one / load.stiffness(h));
-    let omega = slowed(m * motor.momentum(h), m, loads);
-    let omega_load = l * load.momentum(h);
-    let reached = twist + (omega - omega_load) * h;
-    let flies = reached.abs().le(play);
-    if flies.all() {
-        return (omega, omega_load);
+    /// Spring and damper, trapezoidal: T = k·(mean twist) + d·(mean rate).
+    #[inline(always)]
+    fn sprung(&self, p: &Physics<F>, twist: F) -> Speeds<F> {
+        let Self { motor, load, .. } = self;
+        let rate = motor.omega - load.omega;
+        let coupling = p.stiffness * (0.25 * self.h) + p.coupling_damping * 0.5;
+        let held = p.stiffness * twist + coupling * rate;
+        self.joined(held, coupling)
     }
-    // In contact the two are one body; what is left of the gap is closed in this step.
-    let rate = (play.copysign(reached) - twist) * (1.0 / h);
-    let mobility = one / (motor.stiffness(h) + load.stiffness(h));
-    let together = mobility * (motor.momentum(h) + load.momentum(h) + rate * load.stiffness(h));
-    let joined = slowed(together, mobility, loads);
-    (F::select(flies, omega, joined), F::select(flies, omega_load, joined - rate))
+
+    /// Both bodies under the torque `held` + `coupling`·(ω_motor − ω_load) between them.
+    #[inline(always)]
+    fn joined(&self, held: F, coupling: F) -> Speeds<F> {
+        let Self { motor, load, loads, h } = self;
+        let (a, b) = (motor.stiffness(*h) + coupling, load.stiffness(*h) + coupling);
+        let (r1, r2) = (motor.momentum(*h) - held, load.momentum(*h) + held);
+        // One division for both bodies.
+        let determinant = a * b - coupling * coupling;
+        let over_both = a.like(1.0) / (determinant * b);
+        let over = over_both * b;
+        let free = (b * r1 + coupling * r2) * over;
+        let omega = slowed(free, b * over, loads);
+        (omega, (r2 + coupling * omega) * (over_both * determinant))
+    }
+
+    /// Teeth that touch with the torque k·x + c·ẋ at penetration x, from the moment they meet to the moment that torque would
+    /// pull (Nordin, Galić, Gutman: Int. J. Adaptive Control and Signal Processing 11, 1997). k and c are those of the
+    /// reduced inertia at the contact's rate and damping ratio.
+    #[inline(always)]
+    fn touched(&self, p: &Physics<F>, twist: F, play: F) -> Speeds<F> {
+        let Self { motor, load, h, .. } = self;
+        let one = twist.like(1.0);
+        let flight = self.flight();
+        let rate = motor.omega - load.omega;
+        let way = (rate + flight.0 - flight.1) * (0.5 * h);
+        let side = one.copysign(F::select(twist.abs().gt(play), twist, twist + way));
+        let depth = side * twist - play;
+        let none = twist.like(0.0);
+        let tiny = twist.like(1e-300);
+        // The part of the step in which the teeth touch.
+        let part = F::select(depth.ge(none), one, one + depth / (side * way).max(tiny));
+        let flies = part.le(none);
+        if flies.all() {
+            return flight;
+        }
+        let reduced = motor.inertia * load.inertia / (motor.inertia + load.inertia);
+        let stiffness = reduced * p.contact_rad_s * p.contact_rad_s * part * part;
+        let damping = p.contact_damping * reduced * p.contact_rad_s * part * 2.0;
+        let coupling = stiffness * (0.25 * self.h) + damping * 0.5;
+        let held = side * stiffness * depth.max(none) + coupling * rate;
+        let (omega, omega_load) = self.joined(held, coupling);
+        let torque = held + coupling * (omega - omega_load);
+        let apart = flies | (side * torque).lt(none);
+        (F::select(apart, flight.0, omega), F::select(apart, flight.1, omega_load))
+    }
+
+    /// Free flight inside the gap; at its end the bodies go on together.
+    #[inline(always)]
+    fn gapped(&self, twist: F, play: F) -> Speeds<F> {
+        let Self { motor, load, loads, h } = self;
+        let (omega, omega_load) = self.flight();
+        let reached = twist + (omega - omega_load) * *h;
+        let flies = reached.abs().le(play);
+        if flies.all() {
+            return (omega, omega_load);
+        }
+        // In contact the two are one body; what is left of the gap is closed in this step.
+        let rate = (play.copysign(reached) - twist) * (1.0 / h);
+        let mobility = twist.like(1.0) / (motor.stiffness(*h) + load.stiffness(*h));
+        let together = mobility * (motor.momentum(*h) + load.momentum(*h) + rate * load.stiffness(*h));
+        let joined = slowed(together, mobility, loads);
+        (F::select(flies, omega, joined), F::select(flies, omega_load, joined - rate))
+    }
 }
 
 /// Position of the load after the step.
