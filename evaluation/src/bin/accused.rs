@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 use truing::gap::{self, Options, examine};
 use truing::outcome::Verdict;
 use truing::system::effects;
-use truing::system::log::{self, Columns, Reading};
+use truing::system::log::{self, Columns, Log, Reading};
 use truing::system::model::{self, Model};
 
 #[derive(Parser)]
@@ -255,9 +255,17 @@ fn spoilt(random: &mut ChaCha8Rng, file: &mut File, row: usize) -> Option<(usize
     ((bad - before).abs() > 0.15 * (high - low)).then_some((row, column))
 }
 
+/// The names of a verdict, if it is one of names.
+fn named(case: &Case, log: &Log, holdout: &Log) -> Vec<String> {
+    let outcome =
+        gap::run(&parsed(case, false), log, std::slice::from_ref(holdout), &Options::default(), &|_| ());
+    let outcome = outcome.ok().filter(|outcome| outcome.verdict == Verdict::Named);
+    outcome.into_iter().flat_map(|outcome| outcome.effects).map(|effect| effect.name).collect()
+}
+
 /// What became of bad cells: those that can be seen, those that were told, a false name, and a line for the page.
 fn asked(seed: u64, read_only: bool) -> (usize, usize, bool, String) {
-    let mut case = drawn(seed);
+    let (mut case, right) = (drawn(seed), drawn(seed));
     let random = &mut ChaCha8Rng::seed_from_u64(seed ^ 0xBAD);
     let count = random.random_range(1..=10);
     let rows: BTreeSet<usize> = (0..count).map(|_| random.random_range(0..case.log.rows.len())).collect();
@@ -284,19 +292,18 @@ fn asked(seed: u64, read_only: bool) -> (usize, usize, bool, String) {
             format!("{}: {} {:?}", row + 2, case.log.header[*column], values.collect::<Vec<_>>())
         })
         .collect();
-    let (mut names, mut false_name) = (Vec::new(), false);
-    if !read_only {
-        let outcome = gap::run(&parsed(&case, false), &log.log, &[holdout.log], &Options::default(), &|_| ());
-        if let Ok(outcome) = outcome {
-            names = outcome.effects.iter().map(|effect| effect.name.clone()).collect();
-            let known = case.motor.names();
-            false_name =
-                outcome.verdict == Verdict::Named && names.iter().any(|name| !known.contains(&name.as_str()));
-            names.push(format!("{:?}", outcome.verdict));
-        }
-    }
+    let known = case.motor.names();
+    let is_false = |names: &[String]| names.iter().any(|name| !known.contains(&name.as_str()));
+    let names = if read_only { Vec::new() } else { named(&case, &log.log, &holdout.log) };
+    let false_name = is_false(&names);
+    let unspoilt = if false_name {
+        let right = opened("log.csv", &right, &right.log).expect("a right file");
+        format!("; unspoilt {:?}", named(&case, &right.log, &holdout.log))
+    } else {
+        String::new()
+    };
     let line = format!(
-        "- {seed}, {:?}: told {told} of {}, named {names:?}; untold {untold:?}",
+        "- {seed}, {:?}: told {told} of {}, named {names:?}{unspoilt}; untold {untold:?}",
         case.motor.names(),
         seen.len()
     );

@@ -21,12 +21,7 @@ pub trait Growth {
     fn winner(&mut self, current: &Self::Set, children: &mut Vec<Self::Set>) -> Option<Self::Set>;
 
     /// A winner as it is grown further, and whether it gained enough for the search to go on in any case.
-    fn accepted(
-        &mut self,
-        current: &Self::Set,
-        winner: Self::Set,
-        children: Vec<Self::Set>,
-    ) -> (Self::Set, bool);
+    fn accepted(&mut self, now: &Self::Set, winner: Self::Set, grown: Vec<Self::Set>) -> (Self::Set, bool);
 
     /// True if children of which none won may be halves of a pair.
     fn may_pair(&mut self, current: &Self::Set, children: Vec<Self::Set>) -> bool;

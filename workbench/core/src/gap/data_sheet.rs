@@ -13,21 +13,16 @@ pub fn contradicted(model: &Model, outcome: &Outcome) -> Vec<Contradiction> {
     named.filter_map(|(place, named)| contradiction(model, outcome, place, named)).collect()
 }
 
-fn contradiction(
-    model: &Model,
-    outcome: &Outcome,
-    place: usize,
-    named: &NamedEffect,
-) -> Option<Contradiction> {
+fn contradiction(model: &Model, found: &Outcome, place: usize, named: &NamedEffect) -> Option<Contradiction> {
     let effect = effects::find(&named.name).filter(|effect| effect.is_base_parameter())?;
     let given = named.parameters.get(effect.parameters[0].name)?;
     let (key, power) = key(model, effect)?;
     let (_, stated) = model.parameters().into_iter().find(|(name, _)| *name == key)?;
     let ratio = given.value.powf(power);
-    let shift = outcome.within_tolerance.iter().find(|shift| shift.parameter == key);
+    let shift = found.within_tolerance.iter().find(|shift| shift.parameter == key);
     let fitted = stated * ratio * (1.0 + shift.map_or(0.0, |shift| shift.shift_percent) / 100.0);
     // Before an effect of another kind is added, the gap is what the parameters alone leave.
-    let alone = outcome.effects[..=place].iter().all(is_base_parameter);
+    let alone = found.effects[..=place].iter().all(is_base_parameter);
     let section = if matches!(model.kind, Kind::FirstOrder { .. }) { "model" } else { "motor" };
     Some(Contradiction {
         parameter: key.to_owned(),
@@ -35,8 +30,8 @@ fn contradiction(
         std: given.std.map(|std| std * ratio / given.value),
         stated,
         fitted,
-        fit_percent: alone.then(|| fit_percent(outcome, named.gap_after)),
-        or: others(model, &outcome.ties, named),
+        fit_percent: alone.then(|| fit_percent(found, named.gap_after)),
+        or: others(model, &found.ties, named),
         mends: vec![
             format!("[{section}] {key} = {}", crate::text::figures::figure(fitted)),
             format!("[tolerance] {key} = 1.0"),

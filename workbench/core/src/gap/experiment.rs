@@ -68,8 +68,7 @@ pub fn with_needs(experiment: Experiment, kept: &Scored) -> Experiment {
     let mut traces = Traces::default();
     run.simulate(&kept.hypothesis.plant(&kept.fit.x), 0.0, FINE, &mut traces);
     let range = |values: &[f64]| {
-        let (low, high) =
-            values.iter().fold((0.0_f64, 0.0_f64), |(low, high), v| (low.min(*v), high.max(*v)));
+        let (low, high) = values.iter().fold((0.0_f64, 0.0_f64), |(a, b), v| (a.min(*v), b.max(*v)));
         high - low
     };
     let knows_current =

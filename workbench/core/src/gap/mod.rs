@@ -103,6 +103,7 @@ pub fn run<L: Recorded>(
     outcome.data_sheet = data_sheet::contradicted(model, &outcome);
     outcome.notes.splice(0..0, model.notes.iter().cloned());
     outcome.notes.extend(right.notes);
+    outcome.notes.extend(examine::early(&log, &outcome.effects));
     outcome.notes.extend(notes);
     outcome.notes.extend(faults.iter().map(|fault| format!("accepted although {}", fault.what)));
     outcome.runtime_s = passed();

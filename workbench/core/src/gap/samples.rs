@@ -96,29 +96,22 @@ fn since_reversal(samples: &[Sample]) -> Vec<f64> {
 }
 
 /// Adds the samples of a run.
-fn of_run(
-    all: &mut Vec<Sample>,
-    index: usize,
-    run: &BenchRun,
-    plant: &Physics,
-    traces: &Traces,
-    predicted: &[f64],
-) {
+fn of_run(all: &mut Vec<Sample>, index: usize, run: &BenchRun, plant: &Physics, seen: &Traces, told: &[f64]) {
     let first = all.len();
-    for (k, predicted) in predicted.iter().enumerate() {
+    for (k, told) in told.iter().enumerate() {
         let block = run.speed.block[k] as usize;
         let h = run.time[block + 1] - run.time[block];
         all.push(Sample {
             run: index,
             time: run.speed.time[k] - run.time[0] + run.since_s,
             measured: run.speed.measured[k],
-            predicted: *predicted,
+            predicted: *told,
             weight: run.speed.weight[k],
             input: run.input[run.first_row[block] as usize],
-            omega: traces.omega[block],
-            acceleration: (traces.omega[block + 1] - traces.omega[block]) / h,
-            current: traces.current[block + 1],
-            position: if run.position.is_empty() { traces.integral[block] } else { run.position[block] },
+            omega: seen.omega[block],
+            acceleration: (seen.omega[block + 1] - seen.omega[block]) / h,
+            current: seen.current[block + 1],
+            position: if run.position.is_empty() { seen.integral[block] } else { run.position[block] },
             open: run.bridge[block] == Bridge::Open,
             part: run.speed.part[k],
             torque: 0.0,

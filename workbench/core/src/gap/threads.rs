@@ -5,10 +5,8 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// Tasks of some milliseconds or more, in their order: each may go to another thread. Left to itself, the thread pool hands them out in
 /// bunches, and of a bunch with several long ones nobody can take any away.
-pub fn each<T: IntoParallelIterator<Iter: IndexedParallelIterator>>(
-    tasks: T,
-) -> rayon::iter::MaxLen<T::Iter> {
-    tasks.into_par_iter().with_max_len(1)
+pub fn each<T: IntoParallelIterator<Iter: IndexedParallelIterator>>(all: T) -> rayon::iter::MaxLen<T::Iter> {
+    all.into_par_iter().with_max_len(1)
 }
 
 /// Threads that simulate at this moment.

@@ -52,18 +52,11 @@ impl Drawn {
 
     /// Mean over the next piece, up to `end`, of a block. The pieces of a run follow one another.
     #[inline(always)]
-    pub(super) fn mean<F: Lanes>(
-        &mut self,
-        like: F,
-        run: &BenchRun,
-        block: usize,
-        end: f64,
-        length: f64,
-    ) -> F {
+    pub(super) fn mean<F: Lanes>(&mut self, like: F, run: &BenchRun, block: usize, end: f64, span: f64) -> F {
         match self {
             Self::Held(applied) => like.load(&applied[block * F::COUNT..]),
             Self::Integrals(sets) => {
-                let (per_second, last) = (1.0 / length, sets.len() - 1);
+                let (per_second, last) = (1.0 / span, sets.len() - 1);
                 let mut means = [0.0; MOST_SETS];
                 for (mean, set) in means.iter_mut().zip(sets) {
                     *mean = set.up_to(run, end) * per_second;

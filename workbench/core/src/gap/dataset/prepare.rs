@@ -19,19 +19,15 @@ use std::borrow::{Borrow, Cow};
 use std::f64::consts::TAU;
 
 /// Makes a log and its hold-outs ready.
-pub fn prepare(
-    model: &Model,
-    log: &Dynamic,
-    holdouts: &[impl Borrow<Dynamic>],
-) -> Result<Dataset, InputError> {
-    let holdouts: Vec<&Dynamic> = holdouts.iter().map(Borrow::borrow).collect();
-    agree(model, log, &holdouts)?;
+pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) -> Result<Dataset, InputError> {
+    let others: Vec<&Dynamic> = others.iter().map(Borrow::borrow).collect();
+    agree(model, log, &others)?;
     let plant = driven_by(&model.kind, model.physics(), log.input);
     let scales = scales(&plant, log)?;
     let view = View::choose(model, log, &scales);
     let mut dataset = empty(log, &view, scales);
     let mut notes = Vec::new();
-    let stretches = Stretches::of(log, &holdouts, &scales, &view, &mut notes);
+    let stretches = Stretches::of(log, &others, &scales, &view, &mut notes);
     let searched = stretches.searched();
     match &searched {
         Some(searched) => {
@@ -39,7 +35,7 @@ pub fn prepare(
             stretched(&mut dataset, &stretches, searched, &view);
         }
         None => {
-            for (index, source) in std::iter::once(&log).chain(&holdouts).enumerate() {
+            for (index, source) in std::iter::once(&log).chain(&others).enumerate() {
                 let notes = &mut dataset.notes;
                 let runs = source.runs.iter().flat_map(|run| unbroken(&on_its_grid(run), scales.time, notes));
                 dataset.runs.extend(runs.map(|run| bench_run(&run, index, &view)));
@@ -53,7 +49,7 @@ pub fn prepare(
     for (index, run) in dataset.runs.iter_mut().enumerate() {
         let stretch = searched.as_ref().map(|searched| searched[index]);
         if stretch.is_none() {
-            parts(run, !holdouts.is_empty());
+            parts(run, !others.is_empty());
         }
         started(run, &start, stretch.is_none_or(|stretch| stretches.begins(stretch)));
     }
@@ -61,7 +57,7 @@ pub fn prepare(
         dataset.twins = twins(&dataset).into_iter().collect();
     }
     suspect_units(&mut dataset, &start.plant);
-    say_holdout(&mut dataset, &holdouts);
+    say_holdout(&mut dataset, &others);
     Ok(dataset)
 }
 

@@ -107,19 +107,12 @@ impl Probes {
     /// What the sensor would have shown, from the reading and its integral at the grid's points; of several sets in lock-step
     /// side by side. `like`: any number, for its width. `predicted`: room for one number of each sample and set.
     #[inline(always)]
-    pub fn predict<F: Lanes>(
-        &self,
-        like: F,
-        time: &[f64],
-        reading: &[f64],
-        integral: &[f64],
-        predicted: &mut [f64],
-    ) {
+    pub fn predict<F: Lanes>(&self, like: F, time: &[f64], read: &[f64], integral: &[f64], to: &mut [f64]) {
         let mut first = 0;
-        for (end, place) in self.ends.iter().zip(predicted.chunks_exact_mut(F::COUNT)) {
+        for (end, place) in self.ends.iter().zip(to.chunks_exact_mut(F::COUNT)) {
             let mut sum = like.like(0.0);
             for term in first..*end as usize {
-                sum = sum + self.terms[term].value(like, time, reading, integral);
+                sum = sum + self.terms[term].value(like, time, read, integral);
             }
             sum.store(place);
             first = *end as usize;

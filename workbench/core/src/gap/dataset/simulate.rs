@@ -55,15 +55,9 @@ impl Simulation {
     }
 
     /// The same, with the number of inner steps, which it leaves to be counted.
-    pub(super) fn sensed(
-        &mut self,
-        run: &BenchRun,
-        plant: &Physics,
-        start: f64,
-        detail: Detail,
-    ) -> (&[f64], u64) {
+    pub(super) fn sensed(&mut self, run: &BenchRun, plant: &Physics, at: f64, kept: Detail) -> (&[f64], u64) {
         let Self { traces, predicted } = self;
-        let steps = run.simulated(plant, start, detail, traces);
+        let steps = run.simulated(plant, at, kept, traces);
         predicted.resize(run.speed.len(), 0.0);
         run.speed.predict(0.0, &run.time, &traces.reading, &traces.integral, predicted);
         (predicted, steps)

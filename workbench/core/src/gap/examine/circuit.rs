@@ -3,8 +3,8 @@
 //! Where it does not, the record is asked without it: if voltage and speed alone move as the data sheet says, the current's column is wrong
 //! and not the winding.
 
-use super::clearly;
 use super::motion::{Base, Motion};
+use super::{ENOUGH, clearly, shrinks};
 use crate::outcome::DataFault;
 use crate::system::log::{Dynamic, Input, Names, Theirs};
 use crate::system::model::{Kind, Model};
@@ -35,28 +35,23 @@ struct Row {
 /// What a column may hold in place of the current, what mends it, and what a row's drop then is.
 type Mistake = (String, String, Box<dyn Fn(&Row) -> f64>);
 
-/// A current that is not the winding's.
-pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
+/// A current that is not the winding's, in the log and in every held-out record that has one.
+pub fn fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Option<DataFault> {
     let Kind::DcMotor { r_ohm, .. } = model.kind else { return None };
     if record.input != Input::Voltage || model.fitted_to_log {
         return None;
     }
     let rows = rows(model, record);
-    let total: f64 = rows.iter().map(|row| row.across * row.across).sum();
-    if rows.len() < FEWEST || total <= 0.0 {
-        return None;
-    }
-    // Brushes and a dead zone of the drive take a constant part of the voltage.
-    let explained = |drop: &dyn Fn(&Row) -> f64| {
-        let left = |row: &Row| (row.across - drop(row)) * row.input.signum();
-        let taken = rows.iter().map(left).sum::<f64>() / rows.len() as f64;
-        let missed = rows.iter().map(|row| (left(row) - taken).powi(2));
-        1.0 - missed.sum::<f64>() / total
-    };
-    let as_it_stands = explained(&|row| row.drop);
+    let as_it_stands = explained(&rows, &|row| row.drop)?;
+    let others: Vec<Vec<Row>> = holdouts.iter().map(|other| self::rows(model, other)).collect();
     let told = |(what, remedy, drop): Mistake| {
-        let with_it = explained(&drop);
-        clearly(as_it_stands, with_it).then(|| super::fault("i_a", what, remedy, [as_it_stands, with_it]))
+        let better = |other: &Vec<Row>| {
+            let with_and_without = explained(other, &|row| row.drop).zip(explained(other, &drop));
+            with_and_without.is_none_or(|(before, after)| before > ENOUGH || shrinks(before, after))
+        };
+        let with_it = explained(&rows, &drop)?;
+        (clearly(as_it_stands, with_it) && others.iter().all(better))
+            .then(|| super::fault("i_a", what, remedy, [as_it_stands, with_it]))
     };
     let fits = Fits::of(&rows);
     let sheet = Sheet::of(model, record);
@@ -68,6 +63,15 @@ pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
         supply(&rows, sheet, model, &record.names),
     ];
     mistakes.into_iter().flatten().find_map(told)
+}
+
+/// The share of the voltage across the resistance that this drop explains. Brushes and a dead zone of the drive take a constant part of it.
+fn explained(rows: &[Row], drop: &dyn Fn(&Row) -> f64) -> Option<f64> {
+    let total: f64 = rows.iter().map(|row| row.across * row.across).sum();
+    let left = |row: &Row| (row.across - drop(row)) * row.input.signum();
+    let taken = rows.iter().map(left).sum::<f64>() / rows.len() as f64;
+    let missed = rows.iter().map(|row| (left(row) - taken).powi(2));
+    (rows.len() >= FEWEST && total > 0.0).then(|| 1.0 - missed.sum::<f64>() / total)
 }
 
 fn rows(model: &Model, record: &Dynamic) -> Vec<Row> {

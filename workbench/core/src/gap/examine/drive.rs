@@ -7,7 +7,7 @@ use crate::system::log::Dynamic;
 /// So much of the motion such a drive must explain: a sensor without a sign explains less, for it goes through 0 at each reversal.
 const MOST: f64 = 0.98;
 
-type Drive = (fn(f64) -> f64, &'static str, &'static str);
+type Drive = (Makes, &'static str, &'static str);
 
 /// What a drive may make of a command, in words and as an expression over it.
 const DRIVES: [Drive; 4] = [
@@ -17,8 +17,11 @@ const DRIVES: [Drive; 4] = [
     (|u| -u.abs(), "the drive rectifies: it drives one way whatever the sign of its command", "-abs({})"),
 ];
 
-/// The drive that explains most, if one explains the motion.
-pub fn fault(motion: &Motion, record: &Dynamic, base: &Base, fitted: bool) -> Option<(f64, Suspect)> {
+/// What a drive makes of a command.
+pub type Makes = fn(f64) -> f64;
+
+/// The drive that explains most, if one explains the motion, and what it makes of a command.
+pub fn fault(motion: &Motion, record: &Dynamic, base: &Base, fitted: bool) -> Option<(f64, Suspect, Makes)> {
     if !motion.is_driven_both_ways() {
         return None;
     }
@@ -29,8 +32,8 @@ pub fn fault(motion: &Motion, record: &Dynamic, base: &Base, fitted: bool) -> Op
         .filter(may)
         .map(|drive| (explained(drive), drive))
         .max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let (explained, (_, what, expression)) = best;
+    let (explained, (makes, what, expression)) = best;
     let column = record.input.column();
     let remedy = record.names.mended(&[(column, &|theirs| expression.replace("{}", &theirs.text))]);
-    (explained > MOST).then(|| (explained, Suspect::new(column, *what, remedy, 1.0, 1.0)))
+    (explained > MOST).then(|| (explained, Suspect::new(column, *what, remedy, 1.0, 1.0), *makes))
 }

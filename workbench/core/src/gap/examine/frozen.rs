@@ -9,6 +9,10 @@ use std::ops::Range;
 
 /// Readings that are equal to the last digit are looked at from so many rows on.
 const LONG: usize = 20;
+/// Under an input that varies by less than this part of what usually moves the shaft a speed settles, and leaps when the input does.
+const VARIES: f64 = 0.2;
+/// A shaft stands from so many equal rows on.
+const SHORT: usize = 4;
 /// In each direction so many rows of a stretch must drive harder than usual.
 const DRIVEN: usize = 5;
 /// A leap is so many times the longest step of the record.
@@ -71,13 +75,20 @@ fn stretches(run: &Run, usual: f64) -> Vec<Range<usize>> {
     let step = |row: usize| (values[row] - values[row - 1]).abs();
     let ends = |row: &usize| equal.iter().any(|it| it.start == *row || it.end == *row);
     let longest = (1..run.rows()).filter(|row| !ends(row)).map(step).fold(0.0, f64::max);
+    // What did not move the shaft at another time does not tell that the sensor has stopped.
+    let short = rows.chunk_by(|a, b| values[*a] == values[*b]).filter(|it| (SHORT..LONG).contains(&it.len()));
+    let standing = short.flatten().filter(|row| values[**row] == 0.0 && run.speed.is_some());
+    let stood = standing.map(|row| run.input[*row].abs()).fold(usual, f64::max);
     let frozen = |it: &Range<usize>| {
-        let hard = |sign: f64| run.input[it.clone()].iter().filter(|u| sign * **u > usual).count() >= DRIVEN;
+        let moves = if values[it.start] == 0.0 { stood } else { usual };
+        let hard = |sign: f64| run.input[it.clone()].iter().filter(|u| sign * **u > moves).count() >= DRIVEN;
         let leap = |row: usize| (1..run.rows()).contains(&row) && step(row) > LEAP * longest;
         // A shaft that breaks away leaps in speed, and stands before.
         let stands = run.speed.is_some() && values[it.start] == 0.0;
         let leaps = leap(it.end) && (!stands || leap(it.start) && (hard(1.0) || hard(-1.0)));
-        leaps || hard(1.0) && hard(-1.0)
+        let inputs = &run.input[it.start..it.end - DRIVEN];
+        let (low, high) = inputs.iter().fold((f64::MAX, f64::MIN), |(a, b), u| (u.min(a), u.max(b)));
+        leaps && high - low > VARIES * usual || hard(1.0) && hard(-1.0)
     };
     equal.iter().filter(|it| frozen(it)).cloned().collect()
 }

@@ -5,8 +5,9 @@ use crate::outcome::DataFault;
 use crate::system::log::{Dynamic, Log};
 use crate::system::model::Model;
 
-/// A record that its own fit explains so well can be compared: at 0.91 a motor under a position loop was another one.
-const OWN: f64 = 0.97;
+/// A record that its own fit explains so well can be compared: at 0.91 a motor under a position loop was another one, at 0.975 one that
+/// stood for most of the record.
+const OWN: f64 = super::ENOUGH;
 /// And one of so many rows: a fit of seven forces explains any short record.
 const ROWS: usize = 300;
 /// What the fit of the log leaves of it is so many times what its own fit leaves.
@@ -20,6 +21,8 @@ const MISSED_BY_BOTH: f64 = 0.15;
 const AGREES: f64 = 1.5;
 /// The gain differs by this factor: one motor warms up, its grease thickens, its battery sags.
 const GAIN_DIFFERS: f64 = 1.8;
+/// Beyond this factor a fit has left gain and time constant open: dry friction alone explains a record of two levels.
+const OPEN: f64 = 50.0;
 
 /// A held-out record that moves like another motor.
 pub fn fault(model: &Model, log: &Dynamic, other: &Log) -> Option<DataFault> {
@@ -39,7 +42,8 @@ pub fn fault(model: &Model, log: &Dynamic, other: &Log) -> Option<DataFault> {
     let by_log = theirs.explained_by(&fit);
     let gains = (own.slope / own.rate) / (fit.slope / fit.rate);
     let rates = own.rate / fit.rate;
-    let apart = gains <= 0.0 || gains.ln().abs() > GAIN_DIFFERS.ln();
+    let known = |factor: f64| factor.abs().ln().abs() < OPEN.ln();
+    let apart = known(gains) && known(rates) && (gains <= 0.0 || gains.ln().abs() > GAIN_DIFFERS.ln());
     let misses = |explained: f64| 1.0 - explained > WORSE * (1.0 - own.explained);
     // A log that moves as its model says leaves no doubt which record is the stranger.
     let near = |factor: f64| factor > 0.0 && factor.ln().abs() < AGREES.ln();

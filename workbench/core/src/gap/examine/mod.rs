@@ -16,7 +16,7 @@ mod suspects;
 mod table;
 mod timing;
 
-pub use timing::{earlier, notes};
+pub use timing::{earlier, early, notes};
 
 use crate::outcome::{DataFault, Outcome};
 use crate::system::log::{Dynamic, Log};
@@ -43,13 +43,14 @@ pub fn outcome(log: &Log, faults: Vec<DataFault>) -> Outcome {
 }
 
 fn of_record(model: &Model, record: &Dynamic, holdouts: &[Log]) -> Vec<DataFault> {
+    let others = records(holdouts);
     let found: Vec<DataFault> =
-        [place::fault(record), circuit::fault(model, record)].into_iter().flatten().collect();
+        [place::fault(record), circuit::fault(model, record, &others)].into_iter().flatten().collect();
     // What is derived from a wrong position or beside a wrong current would be accused twice.
     if !found.is_empty() {
         return found;
     }
-    match motion_fault(model, record, &records(holdouts)).or_else(|| rows::fault(model, record)) {
+    match motion_fault(model, record, &others).or_else(|| rows::fault(model, record)) {
         Some(fault) => vec![fault],
         None => holdouts.iter().filter_map(|other| held_out::fault(model, record, other)).collect(),
     }
@@ -75,7 +76,11 @@ fn motion_fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Optio
         };
         others.iter().all(better)
     };
-    let one_way = drive::fault(&motion, record, &base, model.fitted_to_log);
+    let by_drive = |makes: drive::Makes| {
+        move |other: &Motion| Some(other.driven_by(makes).explained_within(&base, model.fitted_to_log))
+    };
+    let one_way = drive::fault(&motion, record, &base, model.fitted_to_log)
+        .filter(|(explained, _, makes)| clearly(as_it_stands, *explained) && everywhere(&by_drive(*makes)));
     let suspects = suspects::all(model, record, &base);
     let mut seen: Vec<(f64, &Suspect)> = suspects
         .iter()
@@ -85,7 +90,7 @@ fn motion_fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Optio
         .collect();
     seen.sort_by(|a, b| b.0.total_cmp(&a.0));
     let best = seen.first().map_or(0.0, |best| best.0);
-    if let Some((with_it, suspect)) = one_way.filter(|it| it.0 > best && clearly(as_it_stands, it.0)) {
+    if let Some((with_it, suspect, _)) = one_way.filter(|it| it.0 > best) {
         return Some(told(&[(with_it, &suspect)], as_it_stands));
     }
     // A drive that clamps its input is no mistake of the file.

@@ -226,8 +226,7 @@ impl Motion {
         let plain = self.near(base, 1.0).filter(|fit| fit.slope > 0.0)?;
         let largest = self.largest_input();
         let zones = each(1..ZONES + 1).map(|k| largest * WIDEST * k as f64 / ZONES as f64);
-        let explained =
-            zones.map(|zone| self.driven_by(|u| u - u.clamp(-zone, zone)).fit(plain.rate).explained);
+        let explained = zones.map(|z| self.driven_by(|u| u - u.clamp(-z, z)).fit(plain.rate).explained);
         Some(explained.reduce(|| plain.explained, f64::max))
     }
 
@@ -247,9 +246,13 @@ impl Motion {
         self.inputs().fold(0.0, |most, u| most.max(u.abs()))
     }
 
-    /// Is a twentieth of the rows driven hard against the others?
+    /// Is a twentieth of the rows driven against the others, as hard as those that are fast?
     pub fn is_driven_both_ways(&self) -> bool {
-        let hard = 0.5 * self.largest_input();
+        let rows = self.stretches.iter().flat_map(|it| it.input.iter().zip(&it.speed));
+        let fast = rows.filter(|row| row.1.abs() > 0.5 * self.fastest);
+        let hard =
+            median(&mut fast.map(|row| row.0.abs()).collect::<Vec<_>>()).max(0.5 * self.largest_input());
+        let hard = hard.min(0.95 * self.largest_input());
         let rows = |sign: f64| self.inputs().filter(|u| sign * **u > hard).count();
         20 * rows(1.0).min(rows(-1.0)) > self.rows()
     }

@@ -142,8 +142,7 @@ fn ways(index: usize, run: &Run) -> Option<Vec<Step>> {
 
 /// Run, row and the rows that are missing behind it, in order.
 fn lost(steps: &[Step]) -> Option<Vec<(usize, usize, f64)>> {
-    let near =
-        |step: &&Step| [2.0, 3.0].into_iter().any(|rows| (step.ratio - rows).abs() < NEAR * rows / 2.0);
+    let near = |it: &&Step| [2.0, 3.0].into_iter().any(|rows| (it.ratio - rows).abs() < NEAR * rows / 2.0);
     let lost: Vec<_> =
         steps.iter().filter(near).map(|step| (step.run, step.row, step.ratio.round() - 1.0)).collect();
     let by_noise = steps.iter().filter(|step| BETWEEN.contains(&step.ratio)).count();

@@ -43,14 +43,8 @@ pub struct Suspect {
 }
 
 impl Suspect {
-    pub fn new(
-        place: &str,
-        what: impl Into<String>,
-        remedy: impl Into<String>,
-        slope: f64,
-        rate: f64,
-    ) -> Self {
-        let (what, remedy) = (what.into(), remedy.into());
+    pub fn new(place: &str, what: impl Into<String>, mend: impl Into<String>, slope: f64, rate: f64) -> Self {
+        let (what, remedy) = (what.into(), mend.into());
         Self { place: place.to_owned(), what, remedy, slope, rate, swapped: false, any_size: false }
     }
 

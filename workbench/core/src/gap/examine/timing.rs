@@ -5,6 +5,8 @@ use super::rows;
 use super::suspects::speed_column;
 use crate::gap::dataset::median;
 use crate::gap::threads::each;
+use crate::outcome::NamedEffect;
+use crate::system::effects::TRANSPORT_DELAY;
 use crate::system::log::{Dynamic, Log, Run};
 use crate::system::model::{Model, SpeedSensor};
 use rayon::prelude::*;
@@ -121,6 +123,17 @@ pub fn moved(record: &Dynamic, rows: usize) -> String {
          both at the same instant. To read it as it stands: --accept-data",
         crate::text::figures::figure(1e3 * rows as f64 * record.runs[0].sample_s())
     )
+}
+
+/// A delay that was named may stand in the file: an input that is logged before it acts looks the same.
+pub fn early(log: &Log, effects: &[NamedEffect]) -> Option<String> {
+    let Log::Dynamic(record) = log else { return None };
+    let delay = effects.iter().find(|effect| effect.name == TRANSPORT_DELAY.name)?;
+    let ms = crate::text::figures::figure(1e3 * delay.parameters.values().next()?.value);
+    let input = record.input.column();
+    Some(format!(
+        "{input} logged {ms} ms early would look like this delay: if nothing delays it, log both at the same instant"
+    ))
 }
 
 /// What may be said of the sensor before a compliance or a lag is: nothing of it stops anybody.

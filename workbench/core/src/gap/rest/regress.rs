@@ -140,13 +140,8 @@ impl<'s, 'a> Rest<'s, 'a> {
     }
 
     /// Squares before and after a table, beyond the noise.
-    fn left(
-        &self,
-        columns: &DMatrix<f64>,
-        x: &DVector<f64>,
-        counts: impl Fn(&Compared) -> bool,
-    ) -> (f64, f64) {
-        let (mut left, told) = ((0.0, 0.0), columns * x);
+    fn left(&self, table: &DMatrix<f64>, x: &DVector<f64>, counts: impl Fn(&Compared) -> bool) -> (f64, f64) {
+        let (mut left, told) = ((0.0, 0.0), table * x);
         for (k, it) in self.compared.iter().enumerate().filter(|(_, it)| counts(it)) {
             let noise = (self.sigma * it.weight).powi(2).min(1.0);
             let after = it.residual - told[k];

@@ -161,8 +161,7 @@ pub fn scatter(scored: &Scored) -> Vec<f64> {
 fn moved_by(hypothesis: &Hypothesis, slot: usize, x: f64, z: f64) -> f64 {
     let moved = match hypothesis.slots[slot] {
         Slot::Effect { item, parameter } => {
-            let spread =
-                spread(hypothesis.items[item].effect).map_or(OTHERS, |spread| NEAR * spread[parameter]);
+            let spread = spread(hypothesis.items[item].effect).map_or(OTHERS, |it| NEAR * it[parameter]);
             x * (spread * z).exp()
         }
         _ => x + NUISANCE * z,

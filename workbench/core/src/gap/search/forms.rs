@@ -49,8 +49,7 @@ impl<'a> Search<'a, '_> {
 
     /// Other forms of the effects of a set from a place on, with their places.
     pub(super) fn forms_of(&self, set: &Scored<'a>, from: usize) -> Vec<(usize, Item)> {
-        let variants =
-            |index| self.variants(&set.hypothesis, index).into_iter().map(move |item| (index, item));
+        let variants = |index| self.variants(&set.hypothesis, index).into_iter().map(move |it| (index, it));
         (from..set.hypothesis.items.len()).flat_map(variants).collect()
     }
 

@@ -8,18 +8,15 @@ const EVERY: usize = 3;
 const DENSE: usize = 12;
 
 /// What the starts of a grid promise. Starts with the same first parameter, a size, stand together, in the order of their sizes.
-pub(super) fn promised<'g>(
-    grid: &[&'g Vec<f64>],
-    look: impl Fn(&[&'g Vec<f64>]) -> Vec<Start>,
-) -> Vec<Start> {
+pub(super) fn promised<'g>(grid: &[&'g Vec<f64>], ask: impl Fn(&[&'g Vec<f64>]) -> Vec<Start>) -> Vec<Start> {
     let sizes: Vec<&[&Vec<f64>]> = grid.chunk_by(|a, b| a[0] == b[0]).collect();
     if sizes.len() < DENSE {
-        return look(grid);
+        return ask(grid);
     }
     let coarse: Vec<usize> = (EVERY / 2..sizes.len()).step_by(EVERY).collect();
     let of = |places: &[usize]| places.iter().flat_map(|place| sizes[*place]).copied().collect::<Vec<_>>();
     let rows = of(&coarse);
-    let mut starts = look(&rows);
+    let mut starts = ask(&rows);
     let best = starts.iter().zip(&rows).min_by(|a, b| a.0.promise.total_cmp(&b.0.promise));
     let Some(size) = best.and_then(|(_, row)| sizes.iter().position(|size| size[0][0] == row[0])) else {
         return starts;
@@ -28,7 +25,7 @@ pub(super) fn promised<'g>(
     let near: Vec<usize> = (size.saturating_sub(reach)..=(size + reach).min(sizes.len() - 1))
         .filter(|place| !coarse.contains(place))
         .collect();
-    starts.extend(look(&of(&near)));
+    starts.extend(ask(&of(&near)));
     starts
 }
 

@@ -58,18 +58,13 @@ pub struct Found<'a> {
 pub type Progress<'p> = &'p (dyn Fn(&str) + Sync);
 
 /// Searches the library for what the options offer.
-pub fn search<'a>(
-    dataset: &'a Dataset,
-    model: &'a Model,
-    options: &Options,
-    progress: Progress,
-) -> Found<'a> {
+pub fn search<'a>(dataset: &'a Dataset, model: &'a Model, given: &Options, progress: Progress) -> Found<'a> {
     let base = base_fit(dataset, model);
     let mut search = Search {
         dataset,
         model,
-        excluded: options.without.clone(),
-        limits: options.limits,
+        excluded: given.without.clone(),
+        limits: given.limits,
         offer: Offer::All,
         progress,
         first_gap: base.fit.chi2,

@@ -129,15 +129,10 @@ impl<'a> Search<'a, '_> {
     }
 
     /// Fits in three rounds, each longer and for fewer candidates; all of them are returned, best first.
-    fn raced(
-        &self,
-        screened: Vec<Screened<'a>>,
-        beam: &[Scored<'a>],
-        projectors: &[Projector],
-    ) -> Vec<Scored<'a>> {
+    fn raced(&self, screened: Vec<Screened<'a>>, beam: &[Scored<'a>], onto: &[Projector]) -> Vec<Scored<'a>> {
         let lasting = |iterations| Setting { iterations, ..SEARCH };
         let near = |it: &Screened<'a>, x: &[f64], setting: &Setting| {
-            let projector = &projectors[it.parent];
+            let projector = &onto[it.parent];
             let made = fit_near(&it.hypothesis, x, setting, &|slot| projector.column(slot));
             self.scored(it.hypothesis.clone(), made)
         };
@@ -159,7 +154,7 @@ impl<'a> Search<'a, '_> {
         let second_fits = each(&field[..second.min(field.len())]).map(again);
         let mut near_best: Vec<Scored<'a>> = during(Phase::LaterFits, || second_fits.collect());
         rank(&mut near_best);
-        let evolve = || self.evolved(&near_best, &field, beam, projectors);
+        let evolve = || self.evolved(&near_best, &field, beam, onto);
         for evolved in during(Phase::Evolution, evolve) {
             near_best.retain(|other| {
                 other.hypothesis.names() != evolved.hypothesis.names() || other.fit.cost < evolved.fit.cost
@@ -167,8 +162,7 @@ impl<'a> Search<'a, '_> {
             near_best.push(evolved);
         }
         rank(&mut near_best);
-        let third =
-            each(&near_best[..near_best.len().min(THIRD_ROUND)]).map(|child| self.refit(child, &SEARCH));
+        let third = each(&near_best[..near_best.len().min(THIRD_ROUND)]).map(|it| self.refit(it, &SEARCH));
         let full: Vec<Scored<'a>> = during(Phase::LaterFits, || third.collect());
         near_best.splice(0..full.len(), full);
         near_best.extend(field.into_iter().skip(second).map(|entered| entered.scored));
@@ -237,13 +231,7 @@ impl<'a> Search<'a, '_> {
     }
 
     /// One more effect in one form.
-    fn formed(
-        &self,
-        parent: &Scored<'a>,
-        projector: &Projector,
-        item: Item,
-        grid: &[&Vec<f64>],
-    ) -> Screened<'a> {
+    fn formed(&self, parent: &Scored<'a>, onto: &Projector, item: Item, grid: &[&Vec<f64>]) -> Screened<'a> {
         let mut items = parent.hypothesis.items.clone();
         items.push(item);
         let hypothesis = Hypothesis::new(self.dataset, self.model, items);
@@ -255,7 +243,7 @@ impl<'a> Search<'a, '_> {
                     some.iter().map(|start| started(&hypothesis, parent, start)).collect();
                 let residuals = evaluator.of_all(&places);
                 let projected = places.iter().zip(&residuals);
-                let starts = projected.map(|(x, residuals)| projector.projected(&hypothesis, x, residuals));
+                let starts = projected.map(|(x, residuals)| onto.projected(&hypothesis, x, residuals));
                 starts.collect::<Vec<_>>()
             });
             packs.collect()
@@ -266,8 +254,7 @@ impl<'a> Search<'a, '_> {
         starts.truncate(2);
         // Where the parent bends, what its numbers do at a whole start may lead them far away.
         let both: Vec<Vec<f64>> = starts.into_iter().flat_map(|start| [start.part, start.x]).collect();
-        let costs: Vec<f64> =
-            evaluator.of_kin(&both).iter().map(|residuals| dot(residuals, residuals)).collect();
+        let costs: Vec<f64> = evaluator.of_kin(&both).iter().map(|it| dot(it, it)).collect();
         let nearer = |(both, costs): (&[Vec<f64>], &[f64])| both[usize::from(costs[0] >= costs[1])].clone();
         let starts = both.chunks(2).zip(costs.chunks(2)).map(nearer).collect();
         Screened { promise, parent: 0, hypothesis, starts }

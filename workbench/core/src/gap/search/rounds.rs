@@ -71,14 +71,9 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
         during(Phase::Accept, || best.find(|child| self.search.accepts(current, &accepted, child)))
     }
 
-    fn accepted(
-        &mut self,
-        _: &Scored<'a>,
-        winner: Scored<'a>,
-        children: Vec<Scored<'a>>,
-    ) -> (Scored<'a>, bool) {
+    fn accepted(&mut self, _: &Scored<'a>, winner: Scored<'a>, grown: Vec<Scored<'a>>) -> (Scored<'a>, bool) {
         let names = winner.hypothesis.names();
-        let others = children.into_iter();
+        let others = grown.into_iter();
         let others = others.filter(|child| child.hypothesis.names() != names);
         self.path.others = others.take(RIVALS).collect();
         self.search.dispersion = dispersion(&winner);

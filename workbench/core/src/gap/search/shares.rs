@@ -113,8 +113,7 @@ impl<'a> Search<'a, '_> {
     /// The richer forms of each effect of a set, and the set with one rich effect more, best first.
     fn richer(&self, set: &Scored<'a>) -> Vec<Scored<'a>> {
         let alone = Search { offer: Offer::Rich, dispersion: dispersion(set), ..self.clone() };
-        let forms =
-            || each(self.forms_of(set, 0)).filter_map(|(index, item)| self.replaced(set, index, item));
+        let forms = || each(self.forms_of(set, 0)).filter_map(|(k, item)| self.replaced(set, k, item));
         let (mut richer, more): (Vec<Scored<'a>>, _) =
             rayon::join(|| forms().collect(), || alone.expand(std::slice::from_ref(set)));
         richer.extend(more.into_iter().take(BEAM));
@@ -143,16 +142,12 @@ impl<'a> Search<'a, '_> {
 
     /// The first child, in the order of the log, that removes its share there and that no held-out record refuses. Refused names
     /// are taken out of the offer and out of the round.
-    pub(super) fn chosen(
-        &mut self,
-        current: &Scored<'a>,
-        children: &mut Vec<Scored<'a>>,
-    ) -> Option<Scored<'a>> {
+    pub(super) fn chosen(&mut self, current: &Scored<'a>, grown: &mut Vec<Scored<'a>>) -> Option<Scored<'a>> {
         let asked = Asked::of(current);
         let mut vetoes = 0;
         let mut place = 0;
-        while place < children.len().min(BEAM + vetoes) {
-            let child = self.refit(&children[place], &SEARCH);
+        while place < grown.len().min(BEAM + vetoes) {
+            let child = self.refit(&grown[place], &SEARCH);
             if !self.removes(current, &child, self.limits.joins)
                 || !validates(current, asked.validated(), &child)
             {
@@ -170,7 +165,7 @@ impl<'a> Search<'a, '_> {
             }
             vetoes += 1;
             let name = child.hypothesis.names().pop().expect("a child has a name");
-            children.retain(|other| !other.hypothesis.names().contains(&name));
+            grown.retain(|other| !other.hypothesis.names().contains(&name));
             self.excluded.push(name);
         }
         None

@@ -94,8 +94,7 @@ fn mapping(item: &str) -> Result<Mapping, InputError> {
 
 /// A sentence about a name that no quantity has.
 fn unknown(name: &str) -> String {
-    let near =
-        nearest(name, names::ours()).map_or(String::new(), |near| format!("; the nearest is `{near}`"));
+    let near = nearest(name, names::ours()).map_or(String::new(), |it| format!("; the nearest is `{it}`"));
     format!(
         "`{name}` is no known column{near} (left of = stands a name with its unit, for example t_s, u_v, duty, theta_rad, omega_rad_s)"
     )

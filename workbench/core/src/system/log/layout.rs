@@ -63,19 +63,15 @@ struct Row {
 
 impl Layout {
     /// Looks through the beginning of a text.
-    pub fn of(
-        source: &str,
-        text: &Text,
-        encoding: &'static str,
-    ) -> Result<(Self, Head, Dialect), InputError> {
-        let sample = sample(text).map_err(|error| InputError::file(source, error))?;
+    pub fn of(file: &str, text: &Text, encoding: &'static str) -> Result<(Self, Head, Dialect), InputError> {
+        let sample = sample(text).map_err(|error| InputError::file(file, error))?;
         let Some(first) = sample.first() else {
             let what = "is empty; expected a header line such as t_s,u_v,theta_rad";
-            return Err(InputError::file(source, what));
+            return Err(InputError::file(file, what));
         };
         if first.text.starts_with('<') {
             let what = "is a page for a browser (HTML or XML), not a table; download the file itself, or export it as CSV";
-            return Err(InputError::file(source, what));
+            return Err(InputError::file(file, what));
         }
         let lines: Vec<&Line> = sample.iter().filter(|line| !line.comment).collect();
         let stamped = is_most(lines.iter().filter(|line| stamp(&line.text).is_some()).count(), lines.len());
@@ -96,9 +92,9 @@ impl Layout {
                 row.cells = names_between_blanks(&line.text, width);
             }
         }
-        let mut head = layout.head(source, &rows, &mut dialect)?;
+        let mut head = layout.head(file, &rows, &mut dialect)?;
         dialect.decimal_comma =
-            layout.decimal_comma(&rows, text).map_err(|error| InputError::file(source, error))?;
+            layout.decimal_comma(&rows, text).map_err(|error| InputError::file(file, error))?;
         let body = rows.iter().filter(|row| !row.comment && row.line >= layout.first);
         let body = body.map(|row| row.cells.as_slice());
         if let Some(topics) = Topics::of(&head.names, body, text, &layout) {
@@ -143,8 +139,7 @@ impl Layout {
         let scored = SEPARATORS.map(|known| (score(&known), known.0));
         let best = scored.into_iter().rev().max_by_key(|known| known.0).unwrap_or(((0, 0), ','));
         // No numbers: the separator that parts the header into most names.
-        let parts =
-            |known: &&(char, &str)| lines.first().map_or(0, |line| line.text.matches(known.0).count());
+        let parts = |it: &&(char, &str)| lines.first().map_or(0, |line| line.text.matches(it.0).count());
         match best.0 {
             (0, 0) => SEPARATORS[..3].iter().rev().max_by_key(parts).map_or(',', |known| known.0),
             _ => best.1,
@@ -233,8 +228,7 @@ impl Layout {
             true => rest.into(),
             false => {
                 let pairs = labelled(rest).unwrap_or_default();
-                let value =
-                    |name: &String| pairs.iter().find(|pair| pair.0 == name).map_or("", |pair| pair.1);
+                let value = |name: &String| pairs.iter().find(|it| it.0 == name).map_or("", |it| it.1);
                 let values: Vec<&str> = self.labels.iter().map(value).collect();
                 if values.iter().all(|value| value.is_empty()) {
                     return "".into();

@@ -9,6 +9,7 @@ mod clock;
 mod columns;
 mod dialect;
 mod extent;
+mod felt;
 mod folded;
 mod formula;
 mod layout;

@@ -41,8 +41,7 @@ fn about_answer(answer: Option<Answer>) -> Vec<(bool, String)> {
 fn about_motion(record: &Dynamic) -> Vec<(bool, String)> {
     let input = || record.runs.iter().flat_map(|run| run.input.iter().copied());
     let (one_way, levels) = (one_sided(input()), few_levels(input()));
-    let turns_one_way =
-        || one_sided(record.runs.iter().filter_map(speed).flat_map(|speed| speed.into_owned()));
+    let turns_one_way = || one_sided(record.runs.iter().filter_map(speed).flat_map(|it| it.into_owned()));
     vec![
         (one_way, format!("Drive both directions: {} has one sign only.", record.input.column())),
         (

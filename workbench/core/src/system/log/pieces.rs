@@ -14,8 +14,7 @@ impl Run {
         {
             return vec![Self { id: *id, ..self }];
         }
-        let mut runs: Vec<Self> =
-            pieces.iter().map(|piece| Self { id: piece.1, ..Self::default() }).collect();
+        let mut runs: Vec<Self> = pieces.iter().map(|it| Self { id: it.1, ..Self::default() }).collect();
         cut(&mut self.t_s, pieces, &mut runs, |run, values| run.t_s = values);
         cut(&mut self.input, pieces, &mut runs, |run, values| run.input = values);
         cut(&mut self.bridge, pieces, &mut runs, |run, values| run.bridge = values);

@@ -129,8 +129,7 @@ impl Desk<'_> {
     /// `name` with its range, and other columns of the same kind.
     fn seen(&self, found: &[(usize, Meaning, Extent)]) -> String {
         let (index, _, extent) = found[0];
-        let others: Vec<String> =
-            found[1..].iter().map(|other| format!("`{}`", self.name(other.0))).collect();
+        let others: Vec<String> = found[1..].iter().map(|it| format!("`{}`", self.name(it.0))).collect();
         let others = match others.is_empty() {
             true => String::new(),
             false => format!(", one of several beside {},", others.join(", ")),

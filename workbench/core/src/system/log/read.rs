@@ -40,15 +40,9 @@ impl<'a> Sheet<'a> {
         Self::of(source, cells, plan, columns, output_needed).reading()
     }
 
-    pub(super) fn of(
-        source: &'a str,
-        cells: Cells,
-        plan: Plan,
-        columns: &Columns,
-        output_needed: bool,
-    ) -> Self {
-        let time_stated = columns.mentions(Quantity::Time);
-        let Columns { supply_v, from_s, to_s, .. } = *columns;
+    pub(super) fn of(source: &'a str, cells: Cells, plan: Plan, said: &Columns, output_needed: bool) -> Self {
+        let time_stated = said.mentions(Quantity::Time);
+        let Columns { supply_v, from_s, to_s, .. } = *said;
         Self { source, cells, plan, supply_v, output_needed, time_stated, from_s, to_s }
     }
 
@@ -228,14 +222,8 @@ impl<'a> Sheet<'a> {
         rows
     }
 
-    /// Cells that cannot be, column by column; `lines`: which rows of the file they are. Many that lie among the others are the sensor's way; many outside of them are no log.
-    fn strays(
-        &self,
-        run: &Run,
-        lines: &[usize],
-        input: Input,
-        linear: bool,
-    ) -> Result<Vec<Strays>, InputError> {
+    /// Cells that cannot be, column by column; `at`: which rows of the file they are. Many that lie among the others are the sensor's way; many outside of them are no log.
+    fn strays(&self, run: &Run, at: &[usize], input: Input, linear: bool) -> Result<Vec<Strays>, InputError> {
         let most = bridging::MOST * run.rows() as f64;
         let mut found = strays::found(run, input.column(), linear, self.supply_v);
         if let Some(many) = found.iter().find(|it| it.outside && it.count() as f64 > most) {
@@ -246,7 +234,7 @@ impl<'a> Sheet<'a> {
                 run.rows(),
                 100.0 * bridging::MOST
             );
-            return Err(InputError::line(self.source, self.cells.line(lines[many.rows[0].start]), what));
+            return Err(InputError::line(self.source, self.cells.line(at[many.rows[0].start]), what));
         }
         found.retain(|it| it.count() as f64 <= most);
         Ok(found)
@@ -357,7 +345,7 @@ impl<'a> Sheet<'a> {
         values.iter().enumerate().map(code).collect()
     }
 
-    /// Cuts the rows where the run number changes or a row is left out. `lines`: which rows of the file they are.
+    /// Cuts the rows where the run number changes or a row is left out. `at`: which rows of the file they are.
     fn pieces(&self, lines: &[usize], id: &[f64], bridged: &Bridged) -> Result<Vec<Piece>, InputError> {
         let (mut pieces, mut shortest, mut start) = (Vec::new(), None, 0);
         for end in 1..=lines.len() {

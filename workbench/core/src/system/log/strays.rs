@@ -6,8 +6,8 @@
 
 use super::Run;
 use super::bridging::MOST;
-use nalgebra::{DMatrix, DVector};
-use std::ops::Range;
+use super::felt::Felt;
+use std::ops::{Range, RangeInclusive};
 
 /// A longer excursion is motion.
 const LONGEST: usize = 8;
@@ -17,7 +17,7 @@ const EDGE: usize = 5;
 const FAR: f64 = 4.0;
 const ORDINARY: f64 = 0.95;
 /// And this part of the column's range: what is less harms nobody.
-const VISIBLE: f64 = 0.12;
+pub const VISIBLE: f64 = 0.12;
 /// An input that steps by this part of its range is answered.
 const CHANGE: f64 = 0.25;
 /// It comes back to where it began within this part of its height.
@@ -27,8 +27,6 @@ const BACK: f64 = 0.35;
 const EDGE_STEPS: f64 = 3.0;
 /// A gap between values that is so many times all that lies on one side of it.
 const GAP: f64 = 2.0;
-/// An answer is seen if it is so many deviations of a step of the speed.
-const SEEN: f64 = 6.0;
 /// More pulses of the input than this, and than this share of the rows, were meant.
 const MEANT: (usize, f64) = (12, 2e-3);
 /// An input is beyond the supply, or beyond all others, from this factor on.
@@ -40,6 +38,9 @@ const FEWEST: usize = 60;
 
 /// Lines that are told one by one.
 const TOLD: usize = 12;
+
+/// Stretches of rows.
+type Ranges = Vec<Range<usize>>;
 
 /// What was found in one column.
 pub struct Strays {
@@ -59,19 +60,21 @@ impl Strays {
 }
 
 /// Steps of a column.
-struct Steps<'a> {
+pub struct Steps<'a> {
     /// Rows in which the input changes.
     changes: &'a [bool],
     /// An excursion goes farther.
     far: f64,
     /// And farther than this beside a change of the input.
     answering: f64,
-    span: f64,
+    /// From the 2nd to the 98th percentile.
+    pub span: f64,
     ordinary: f64,
 }
 
 impl<'a> Steps<'a> {
-    fn of(values: &[f64], changes: &'a [bool]) -> Option<Self> {
+    /// Of a column, with the rows in which the input changes.
+    pub fn of(values: &[f64], changes: &'a [bool]) -> Option<Self> {
         let sizes = |wanted: &dyn Fn(usize) -> bool| {
             let rows = looked_at(1, values.len()).filter(|row| wanted(*row));
             quantile(rows.map(|row| (values[row] - values[row - 1]).abs()).collect(), ORDINARY)
@@ -83,15 +86,21 @@ impl<'a> Steps<'a> {
         let far = (FAR * ordinary).max(VISIBLE * span);
         (span > 0.0).then_some(Self { changes, far, answering: far.max(2.5 * answers), span, ordinary })
     }
+
+    /// What an excursion over these rows exceeds.
+    pub fn far_over(&self, rows: RangeInclusive<usize>) -> f64 {
+        let near = self.changes[rows].iter().any(|change| *change);
+        if near { self.answering } else { self.far }
+    }
 }
 
 /// As many rows as tell what is ordinary.
-fn looked_at(from: usize, to: usize) -> impl Iterator<Item = usize> {
+pub fn looked_at(from: usize, to: usize) -> impl Iterator<Item = usize> {
     (from..to).step_by(to / ROWS + 1)
 }
 
 /// Of the values that are finite.
-fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+pub fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.retain(|value| value.is_finite());
     let rank = ((values.len().checked_sub(1)?) as f64 * share) as usize;
     Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
@@ -109,38 +118,72 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
         (0..run.rows()).map(|row| row > 0 && (run.input[row] - run.input[row - 1]).abs() > far).collect();
     let (place, speed) = if linear { ("q_m", "v_m_s") } else { ("theta_rad", "omega_rad_s") };
     // A record may start at rest, and with the current of a stall.
-    let columns = [
-        (place, &run.position, (0.0, GAP)),
-        (speed, &run.speed, (1.0, GAP)),
-        ("i_a", &run.current_a, (f64::INFINITY, 10.0 * GAP)),
-        ("vbus_v", &run.supply_v, (0.0, GAP)),
-    ];
-    let mut all = Vec::new();
-    for (column, values, (start, gap)) in columns {
-        let Some(values) = values else { continue };
+    let columns =
+        [(place, 0.0, GAP), (speed, 1.0, GAP), ("i_a", f64::INFINITY, 10.0 * GAP), ("vbus_v", 0.0, GAP)];
+    let (mut all, mut clean) = (Vec::new(), run.clone());
+    for (column, start, gap) in columns {
+        let Some(values) = clean.readings(column) else { continue };
         let Some(steps) = Steps::of(values, &changes) else { continue };
         let (bad, outside) = in_column(values, &steps, [gap, start, EDGE_STEPS]);
-        all.extend(strays(column, bad, outside));
+        blank(values, &bad);
+        all.push((column, bad, outside, steps.span));
     }
-    if let Some(steps) = drive {
-        let (bad, outside) = in_column(&run.input, &steps, [GAP, 0.0, 0.0]);
-        let wrong = never_felt(run, bad, supply_v);
-        all.extend(strays(input, wrong, outside));
+    let Some(drive) = drive else { return strays(all) };
+    let (mut bad, outside) = in_column(&run.input, &drive, [GAP, 0.0, 0.0]);
+    blank(&mut clean.input, &bad);
+    let felt = Felt::of(&clean);
+    bad = never_felt(run, bad, felt.as_ref(), supply_v);
+    if let Some(felt) = &felt {
+        let lone = few(felt.lone_inputs(run, drive.span), run);
+        blank(&mut clean.input, &lone);
+        add(&mut bad, lone);
+        for (column, bad, _, span) in &mut all {
+            let lone = match *column {
+                "omega_rad_s" | "v_m_s" => felt.lone_speeds(&clean, *span),
+                "i_a" => felt.lone_currents(&clean, &changes, *span),
+                _ => continue,
+            };
+            add(bad, few(lone, run));
+        }
     }
-    all
+    all.push((input, bad, outside, drive.span));
+    strays(all)
 }
 
-fn strays(column: &'static str, rows: Vec<Range<usize>>, outside: usize) -> Option<Strays> {
-    let found = Strays { column, rows, outside: false };
-    let outside = 2 * outside > found.count();
-    (!found.rows.is_empty()).then_some(Strays { outside, ..found })
+fn strays(columns: Vec<(&'static str, Ranges, usize, f64)>) -> Vec<Strays> {
+    let found = columns.into_iter().map(|(column, rows, outside, _)| {
+        let found = Strays { column, rows, outside: false };
+        let outside = 2 * outside > found.count();
+        Strays { outside, ..found }
+    });
+    found.filter(|found| !found.rows.is_empty()).collect()
+}
+
+fn blank(values: &mut [f64], rows: &[Range<usize>]) {
+    rows.iter().for_each(|rows| values[rows.clone()].fill(f64::NAN));
+}
+
+/// Rows of their own, unless so many were meant.
+fn few(rows: Vec<usize>, run: &Run) -> Ranges {
+    let few = rows.len() <= most_meant(run);
+    rows.into_iter().filter(|_| few).map(|row| row..row + 1).collect()
+}
+
+fn most_meant(run: &Run) -> usize {
+    ((MEANT.1 * run.rows() as f64) as usize).max(MEANT.0)
+}
+
+/// Those that are not among them yet.
+fn add(rows: &mut Ranges, mut more: Ranges) {
+    more.retain(|it| !rows.iter().any(|known| known.contains(&it.start)));
+    rows.append(&mut more);
+    rows.sort_unstable_by_key(|rows| rows.start);
 }
 
 /// Of the inputs that stand out those that the motor has not answered. Where an answer would not be seen: those beyond the supply, and few
 /// short ones.
-fn never_felt(run: &Run, mut rows: Vec<Range<usize>>, supply_v: Option<f64>) -> Vec<Range<usize>> {
-    let felt = Felt::of(run, &rows);
-    let few = rows.len() <= ((MEANT.1 * run.rows() as f64) as usize).max(MEANT.0);
+fn never_felt(run: &Run, mut rows: Ranges, felt: Option<&Felt>, supply_v: Option<f64>) -> Ranges {
+    let few = rows.len() <= most_meant(run);
     let mut others: Vec<f64> = run.input.iter().map(|value| value.abs()).collect();
     rows.iter().for_each(|stray| others[stray.clone()].fill(0.0));
     let most = others.into_iter().fold(0.0, f64::max);
@@ -148,7 +191,7 @@ fn never_felt(run: &Run, mut rows: Vec<Range<usize>>, supply_v: Option<f64>) -> 
     let beyond = |stray: &Range<usize>| run.input[stray.clone()].iter().any(|value| value.abs() > limit);
     let wrong = |stray: &Range<usize>| {
         let inside = stray.start >= EDGE && stray.end + EDGE <= run.rows();
-        let denied = felt.as_ref().and_then(|felt| felt.denies(run, stray));
+        let denied = felt.and_then(|felt| felt.denies(run, stray));
         // The first row of a run may still hold the command before it.
         let begins = stray.start == 0 || run.t_s[stray.start] < run.t_s[stray.start - 1];
         let unlike = denied.unwrap_or(beyond(stray) || few && inside) && !begins;
@@ -164,9 +207,8 @@ fn never_felt(run: &Run, mut rows: Vec<Range<usize>>, supply_v: Option<f64>) -> 
 
 /// Rows of a column that stand out, and how many of them lie outside of all others. At the edge of a record a jump must be so many times as
 /// far as the longest of the other steps, and at its start come from more than this part of the largest value.
-fn in_column(values: &[f64], steps: &Steps, [gap, start, times]: [f64; 3]) -> (Vec<Range<usize>>, usize) {
-    let rows =
-        |which: &dyn Fn(usize) -> bool| (0..values.len()).filter(|row| which(*row)).collect::<Vec<_>>();
+fn in_column(values: &[f64], steps: &Steps, [gap, start, times]: [f64; 3]) -> (Ranges, usize) {
+    let rows = |which: &dyn Fn(usize) -> bool| (0..values.len()).filter(|k| which(*k)).collect::<Vec<_>>();
     if rows(&|row| values[row].is_finite()).len() < FEWEST {
         return (Vec::new(), 0);
     }
@@ -215,10 +257,7 @@ fn excursions(values: &[f64], rows: &[usize], steps: &Steps) -> Vec<usize> {
 /// The end of an excursion behind the last good row.
 fn excursion(at: &dyn Fn(usize) -> f64, rows: &[usize], steps: &Steps, gap: Range<usize>) -> Option<usize> {
     let (before, from) = (at(gap.start), gap.end);
-    let far = |end: usize| {
-        let near = steps.changes[rows[gap.start]..=rows[end]].iter().any(|change| *change);
-        if near { steps.answering } else { steps.far }
-    };
+    let far = |end: usize| steps.far_over(rows[gap.start]..=rows[end]);
     let away = |end: &usize| (at(end - 1) - before).abs() > far(*end);
     let ends = (from + 1..(from + 1 + LONGEST).min(rows.len())).take_while(away);
     let ends: Vec<usize> = ends.filter(|end| (at(*end) - at(end - 1)).abs() > far(*end)).collect();
@@ -248,56 +287,18 @@ fn edges(values: &[f64], rows: &[usize], far: f64, start: f64, times: f64) -> Ve
     rows[..first].iter().chain(&rows[last..]).copied().collect()
 }
 
-/// How the speed answers the input from row to row.
-struct Felt {
-    speed: Vec<f64>,
-    weights: DVector<f64>,
-    sigma: f64,
-}
-
-impl Felt {
-    /// From all rows but these.
-    fn of(run: &Run, but: &[Range<usize>]) -> Option<Self> {
-        let mut speed = run.speeds()?;
-        speed.resize(run.rows(), *speed.last()?);
-        let near = |row: usize| but.iter().any(|stray| row + 2 >= stray.start && row <= stray.end + 1);
-        let finite = |row: usize| (speed[row] + speed[row + 1] + run.input[row]).is_finite();
-        let rows = looked_at(0, run.rows() - 1).filter(|row| finite(*row) && !near(*row));
-        let rows: Vec<usize> = rows.collect();
-        let matrix =
-            DMatrix::from_fn(rows.len(), 4, |k, force| forces(run.input[rows[k]], speed[rows[k]])[force]);
-        let wanted = DVector::from_fn(rows.len(), |k, _| speed[rows[k] + 1] - speed[rows[k]]);
-        let normal = matrix.tr_mul(&matrix) + DMatrix::identity(4, 4) * 1e-12;
-        let weights = normal.cholesky()?.solve(&matrix.tr_mul(&wanted));
-        let left = (&wanted - &matrix * &weights).abs();
-        let most = |share| quantile(left.as_slice().to_vec(), share);
-        let sigma = (1.4826 * most(0.5)?).max(0.25 * most(0.98)?);
-        Some(Self { speed, weights, sigma })
-    }
-
-    /// Has the speed answered these inputs, or those around them? `None` if neither would be seen.
-    fn denies(&self, run: &Run, rows: &Range<usize>) -> Option<bool> {
-        if rows.end + 1 >= run.rows() {
-            return None;
-        }
-        let step = |row: usize, input: f64| {
-            let forces = forces(input, self.speed[row]).into_iter().zip(&self.weights);
-            self.speed[row + 1] - self.speed[row] - forces.map(|(force, weight)| force * weight).sum::<f64>()
-        };
-        let as_logged = rows.clone().map(|row| step(row, run.input[row])).sum::<f64>().abs();
-        let with = |input: f64| rows.clone().map(|row| step(row, input)).sum::<f64>().abs();
-        let before = rows.start.checked_sub(1).unwrap_or(rows.end);
-        let as_around = with(run.input[before]).min(with(run.input[rows.end]));
-        let seen = (as_logged - as_around).abs() > SEEN * self.sigma;
-        seen.then_some(as_around < 0.5 * as_logged)
-    }
-}
-
-fn forces(input: f64, speed: f64) -> [f64; 4] {
-    [input, speed, speed.signum(), 1.0]
-}
-
 impl Run {
+    /// What was measured, by our name of the column.
+    fn readings(&mut self, column: &str) -> Option<&mut Vec<f64>> {
+        match column {
+            "i_a" => self.current_a.as_mut(),
+            "vbus_v" => self.supply_v.as_mut(),
+            "theta_rad" | "q_m" => self.position.as_mut(),
+            "omega_rad_s" | "v_m_s" => self.speed.as_mut(),
+            _ => None,
+        }
+    }
+
     /// Takes out what cannot be, and says which lines held it: a reading becomes a hole, an input is that of the rows around it where those
     /// agree, and otherwise its row is lost.
     pub(super) fn take_out(
@@ -309,16 +310,11 @@ impl Run {
         let mut told: Vec<(usize, String)> = Vec::new();
         for strays in found {
             for rows in &strays.rows {
-                let values = match strays.column {
-                    "i_a" => self.current_a.as_mut(),
-                    "vbus_v" => self.supply_v.as_mut(),
-                    "theta_rad" | "q_m" => self.position.as_mut(),
-                    "omega_rad_s" | "v_m_s" => self.speed.as_mut(),
-                    _ => None,
-                };
-                let held = values.as_ref().map_or(self.input[rows.start], |values| values[rows.start]);
+                let values = self.readings(strays.column);
+                let held = values.as_ref().map(|values| values[rows.start]);
+                let held = held.unwrap_or_else(|| self.input[rows.start]);
                 told.push((rows.start, said(rows, &line, strays.column, held)));
-                match values {
+                match self.readings(strays.column) {
                     Some(values) => values[rows.clone()].fill(f64::NAN),
                     None => bridge(&mut self.input, rows, lost),
                 }

@@ -192,8 +192,7 @@ pub fn moved() -> impl Iterator<Item = &'static str> {
 
 /// The sections of a file.
 pub fn sections() -> Vec<&'static str> {
-    let mut sections: Vec<&str> =
-        KEYS.iter().map(|key| key.section).filter(|name| !name.is_empty()).collect();
+    let mut sections: Vec<&str> = KEYS.iter().map(|key| key.section).filter(|it| !it.is_empty()).collect();
     sections.dedup();
     sections.extend(["tolerance", "known"]);
     let mut once = Vec::new();

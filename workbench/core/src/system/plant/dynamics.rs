@@ -51,16 +51,9 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     /// the shaft is known to be at start and end of the step (measured), for torques that depend on it. Returns the number of
     /// inner steps.
     #[inline(always)]
-    pub fn advance(
-        &mut self,
-        state: &mut State<F>,
-        applied: F,
-        bridge: Bridge,
-        h: f64,
-        position: Places<F>,
-    ) -> u64 {
+    pub fn advance(&mut self, state: &mut State<F>, input: F, bridge: Bridge, h: f64, at: Places<F>) -> u64 {
         if !self.shape.two_bodies() {
-            self.step::<false>(state, applied, bridge, h, position);
+            self.step::<false>(state, input, bridge, h, at);
             return 1;
         }
         let turned = h * self.shape.rate_rad_s();
@@ -69,14 +62,14 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
             Coupling::Spring => resonance_pieces(turned),
             _ => 1.0,
         };
-        let mut from = position;
+        let mut from = at;
         for piece in 0..pieces as usize {
             let part = (piece + 1) as f64 / pieces;
-            let places = match (position, from) {
+            let places = match (at, from) {
                 (Some((start, end)), Some((from, _))) => Some((from, start + (end - start) * part)),
                 _ => None,
             };
-            self.step::<true>(state, applied, bridge, h / pieces, places);
+            self.step::<true>(state, input, bridge, h / pieces, places);
             from = places.map(|(_, to)| (to, to));
         }
         pieces as u64
@@ -84,29 +77,22 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
 
     /// One inner step; `TWO`: of two bodies.
     #[inline(always)]
-    fn step<const TWO: bool>(
-        &mut self,
-        state: &mut State<F>,
-        applied: F,
-        bridge: Bridge,
-        h: f64,
-        position: Places<F>,
-    ) {
-        let before = Before::of(state);
-        self.renew(state, applied, bridge, h);
-        let driven = self.driven(state, applied, bridge, h);
-        let (omega, omega_load, mean) = self.moved_under_loads::<TWO>(state, &driven, position);
-        self.settle_current(state, &driven, omega, mean);
+    fn step<const TWO: bool>(&mut self, now: &mut State<F>, input: F, bridge: Bridge, h: f64, at: Places<F>) {
+        let before = Before::of(now);
+        self.renew(now, input, bridge, h);
+        let driven = self.driven(now, input, bridge, h);
+        let (omega, omega_load, mean) = self.moved_under_loads::<TWO>(now, &driven, at);
+        self.settle_current(now, &driven, omega, mean);
         if self.shape.source {
-            self.settle_supply(state, applied);
+            self.settle_supply(now, input);
         }
-        state.time_s += h;
-        state.theta = state.theta + (before.omega + mean * (omega - before.omega)) * h;
-        state.omega = omega;
-        self.settle_load::<TWO>(state, &before, omega_load, h);
-        self.plant.sense(&self.shape, state, &before, h, self.coefficients.lag);
+        now.time_s += h;
+        now.theta = now.theta + (before.omega + mean * (omega - before.omega)) * h;
+        now.omega = omega;
+        self.settle_load::<TWO>(now, &before, omega_load, h);
+        self.plant.sense(&self.shape, now, &before, h, self.coefficients.lag);
         if self.shape.unnamed {
-            self.terms(&driven, position).remember(state, &before);
+            self.terms(&driven, at).remember(now, &before);
         }
     }
 
@@ -331,20 +317,15 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     /// Speeds at the end of the step under torques and friction that depend on the speed: at first with those of its start, then with
     /// those of its middle.
     #[inline(always)]
-    fn moved_under_loads<const TWO: bool>(
-        &self,
-        state: &State<F>,
-        driven: &Driven<F>,
-        places: Places<F>,
-    ) -> Moved<F> {
-        let steady = self.held.unwrap_or_else(|| self.steady_loads(state, driven.h, places));
+    fn moved_under_loads<const TWO: bool>(&self, now: &State<F>, by: &Driven<F>, at: Places<F>) -> Moved<F> {
+        let steady = self.held.unwrap_or_else(|| self.steady_loads(now, by.h, at));
         let again = self.shape.varying_friction() || self.shape.drag || self.shape.unnamed;
-        let first = self.moved::<TWO>(state, driven, &self.loads(state, state.omega, driven, places, steady));
+        let first = self.moved::<TWO>(now, by, &self.loads(now, now.omega, by, at, steady));
         if !again {
             return first;
         }
-        let middle = (state.omega + first.0) * 0.5;
-        self.moved::<TWO>(state, driven, &self.loads(state, middle, driven, places, steady))
+        let middle = (now.omega + first.0) * 0.5;
+        self.moved::<TWO>(now, by, &self.loads(now, middle, by, at, steady))
     }
 
     /// What acts on the two sides of the gear, whatever the speed in the step.
@@ -359,24 +340,17 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
 
     /// What acts on the two sides of the gear at a speed.
     #[inline(always)]
-    fn loads(
-        &self,
-        state: &State<F>,
-        omega: F,
-        driven: &Driven<F>,
-        places: Places<F>,
-        steady: Loads<F>,
-    ) -> Loads<F> {
+    fn loads(&self, state: &State<F>, omega: F, by: &Driven<F>, at: Places<F>, steady: Loads<F>) -> Loads<F> {
         let mut loads = steady;
         if self.shape.drag {
             loads.motor = loads.motor + drag(&self.plant.torques, omega);
         }
         if self.shape.unnamed {
-            let torque = self.terms(driven, places).torque(state, omega);
+            let torque = self.terms(by, at).torque(state, omega);
             loads.motor = loads.motor + torque;
         }
         if self.shape.varying_friction() {
-            let extra = self.extra_friction(state, omega, driven, &loads);
+            let extra = self.extra_friction(state, omega, by, &loads);
             loads.friction_pos = loads.friction_pos + extra;
             loads.friction_neg = loads.friction_neg + extra;
         }
