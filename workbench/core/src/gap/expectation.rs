@@ -170,8 +170,7 @@ impl Rig {
 fn below(folder: &Path, file: &str, none: &str) -> Result<Vec<PathBuf>, InputError> {
     let entries = std::fs::read_dir(folder).map_err(|error| InputError::file(folder.display(), error))?;
     let is_rig = |path: &PathBuf| ["expect.toml", file].iter().any(|file| path.join(file).is_file());
-    let mut rigs: Vec<PathBuf> =
-        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_rig).collect();
+    let mut rigs: Vec<PathBuf> = entries.filter_map(|it| Some(it.ok()?.path())).filter(is_rig).collect();
     rigs.sort();
     if rigs.is_empty() {
         return Err(InputError::file(folder.display(), format!("holds no rig: {none}")));

@@ -204,8 +204,7 @@ fn noise(dataset: &mut Dataset, model: &Model, view: &View, evenly: Option<&[Ben
         return;
     }
     let runs = evenly.unwrap_or(&dataset.runs);
-    let mut each: Vec<f64> =
-        runs.iter().map(|run| hf_noise(&run.speed.measured, dataset.noise_lag)).collect();
+    let mut each: Vec<f64> = runs.iter().map(|it| hf_noise(&it.speed.measured, dataset.noise_lag)).collect();
     let mut of_currents: Vec<f64> = runs
         .iter()
         .filter(|run| !run.current.is_empty())

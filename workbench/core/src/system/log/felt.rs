@@ -16,6 +16,8 @@ const STRANGE: f64 = 4.0;
 const FEWEST: usize = 40;
 /// Where the input changes a reading is off by this part of the column's range: what friction and dead zones make of a change is less.
 const ANSWERING: f64 = 0.4;
+/// A column's range is at least so many steps of its sensor: one step is no stray.
+const STEPS: f64 = 12.0;
 /// An input that changes by less than this part of itself is held.
 const STEADY: f64 = 0.05;
 /// Rows so many times as far apart as usual are not judged.
@@ -106,6 +108,8 @@ impl Felt {
 
     /// Speeds that stand alone: with another one the motion goes on from the row before to the row behind.
     pub fn lone_speeds(&self, run: &Run, span: f64) -> Vec<usize> {
+        let steps = self.speed.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        let span = span.max(STEPS * steps.filter(|step| *step > 1e-9 * span).fold(f64::INFINITY, f64::min));
         let alone = |row: &usize| {
             let (input, logged) = (run.input[*row], self.speed[*row]);
             let off = self.beyond(row - 1, run.input[row - 1], self.speed[row - 1]);
@@ -158,7 +162,7 @@ fn juts_out(values: &[f64], row: usize, far: f64) -> bool {
 }
 
 /// A reading that falls to rest where the input changes is no stray: friction and dead zones do that, and no line does.
-fn stands_out(values: &[f64], input: &[f64], row: usize, span: f64) -> bool {
+pub fn stands_out(values: &[f64], input: &[f64], row: usize, span: f64) -> bool {
     let [before, own, behind] = [row - 1, row, row + 1].map(|row| values[row].abs());
     let around = &input[row.saturating_sub(2)..=row + 1];
     let held = around.windows(2).all(|pair| (pair[1] - pair[0]).abs() < STEADY * pair[1].abs());

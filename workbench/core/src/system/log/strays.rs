@@ -6,7 +6,7 @@
 
 use super::Run;
 use super::bridging::MOST;
-use super::felt::Felt;
+use super::felt::{Felt, stands_out};
 use std::ops::{Range, RangeInclusive};
 
 /// A longer excursion is motion.
@@ -124,7 +124,12 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
     for (column, start, gap) in columns {
         let Some(values) = clean.readings(column) else { continue };
         let Some(steps) = Steps::of(values, &changes) else { continue };
-        let (bad, outside) = in_column(values, &steps, [gap, start, EDGE_STEPS]);
+        let (mut bad, outside) = in_column(values, &steps, [gap, start, EDGE_STEPS]);
+        let inner = |rows: &Range<usize>| rows.len() == 1 && rows.start > 0 && rows.end < run.rows();
+        // A current is at rest at once.
+        if column == "i_a" {
+            bad.retain(|rows| !inner(rows) || stands_out(values, &run.input, rows.start, steps.span));
+        }
         blank(values, &bad);
         all.push((column, bad, outside, steps.span));
     }
