@@ -22,8 +22,8 @@ fn the_workbench_grows_no_further() {
     let [_, _, workbench] = figures().product;
     // 1,960 of them read logs in whatever dialect, propose `--columns` and are `truing look` (decision 0280); 2,230 came
     // with unknown numbers, `truing start`, the table of keys and its complaints (0290 to 0292); 850 with logs of any length (0300).
-    // The proving ground, 2,776 lines, has left it since then.
-    at_most("code lines of the workbench", workbench.code(), 29_457, 19_000);
+    // The limit was 32,233 until the proving ground left it.
+    at_most("code lines of the workbench", workbench.code(), 29_829, 19_000);
 }
 
 /// They left the workbench, not the project: their lines are counted on.
@@ -31,7 +31,7 @@ fn the_workbench_grows_no_further() {
 fn proving_ground_and_reference_plant_grow_no_further() {
     let [proving, plant, ..] = figures().rest;
     assert_eq!([proving.name, plant.name], ["proving ground", "reference plant"]);
-    at_most("code lines of the proving ground", proving.code(), 2_776, 2_776);
+    at_most("code lines of the proving ground", proving.code(), 2_584, 2_584);
     at_most("code lines of the reference plant", plant.code(), 1_700, 1_700);
 }
 

@@ -2,7 +2,7 @@
 //! felt, a current that belongs to neither voltage nor speed.
 
 use super::Run;
-use super::strays::{Steps, VISIBLE, looked_at, quantile};
+use super::steps::{Steps, VISIBLE, looked_at, quantile};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 

@@ -97,7 +97,7 @@ impl Layout {
             layout.decimal_comma(&rows, text).map_err(|error| InputError::file(file, error))?;
         let body = rows.iter().filter(|row| !row.comment && row.line >= layout.first);
         let body = body.map(|row| row.cells.as_slice());
-        if let Some(topics) = Topics::of(&head.names, body, text, &layout) {
+        if let Some(topics) = Topics::of(&head.names, body, text, (layout.separator, layout.first)) {
             let names = topics.columns(&head.names);
             head = Head { units: vec![None; names.len()], names, line: head.line };
             (layout.topics, layout.separator, dialect.topics) = (Some(topics), '\t', true);

@@ -28,6 +28,7 @@ mod read;
 mod records;
 mod settled;
 mod spelling;
+mod steps;
 mod strays;
 mod stream;
 mod text;

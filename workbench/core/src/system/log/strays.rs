@@ -7,17 +7,13 @@
 use super::Run;
 use super::bridging::MOST;
 use super::felt::{Felt, stands_out};
-use std::ops::{Range, RangeInclusive};
+use super::steps::Steps;
+use std::ops::Range;
 
 /// A longer excursion is motion.
 const LONGEST: usize = 8;
 /// Rows before the first and behind the last that may be bad together.
 const EDGE: usize = 5;
-/// An excursion is so many times as far as this share of a column's steps from row to row.
-const FAR: f64 = 4.0;
-const ORDINARY: f64 = 0.95;
-/// And this part of the column's range: what is less harms nobody.
-pub const VISIBLE: f64 = 0.12;
 /// An input that steps by this part of its range is answered.
 const CHANGE: f64 = 0.25;
 /// It comes back to where it began within this part of its height.
@@ -31,8 +27,6 @@ const GAP: f64 = 2.0;
 const MEANT: (usize, f64) = (12, 2e-3);
 /// An input is beyond the supply, or beyond all others, from this factor on.
 const BEYOND: (f64, f64) = (1.1, 1.5);
-/// More rows do not tell better what is ordinary.
-const ROWS: usize = 50_000;
 /// Records with fewer rows tell no ordinary step.
 const FEWEST: usize = 60;
 
@@ -57,53 +51,6 @@ impl Strays {
     pub fn count(&self) -> usize {
         self.rows.iter().map(Range::len).sum()
     }
-}
-
-/// Steps of a column.
-pub struct Steps<'a> {
-    /// Rows in which the input changes.
-    changes: &'a [bool],
-    /// An excursion goes farther.
-    far: f64,
-    /// And farther than this beside a change of the input.
-    answering: f64,
-    /// From the 2nd to the 98th percentile.
-    pub span: f64,
-    ordinary: f64,
-}
-
-impl<'a> Steps<'a> {
-    /// Of a column, with the rows in which the input changes.
-    pub fn of(values: &[f64], changes: &'a [bool]) -> Option<Self> {
-        let sizes = |wanted: &dyn Fn(usize) -> bool| {
-            let rows = looked_at(1, values.len()).filter(|row| wanted(*row));
-            quantile(rows.map(|row| (values[row] - values[row - 1]).abs()).collect(), ORDINARY)
-        };
-        let ordinary = sizes(&|_| true)?;
-        let answers = sizes(&|row| changes[row] || changes[row - 1]).unwrap_or(0.0);
-        let below = |share| quantile(looked_at(0, values.len()).map(|row| values[row]).collect(), share);
-        let span = below(0.98)? - below(0.02)?;
-        let far = (FAR * ordinary).max(VISIBLE * span);
-        (span > 0.0).then_some(Self { changes, far, answering: far.max(2.5 * answers), span, ordinary })
-    }
-
-    /// What an excursion over these rows exceeds.
-    pub fn far_over(&self, rows: RangeInclusive<usize>) -> f64 {
-        let near = self.changes[rows].iter().any(|change| *change);
-        if near { self.answering } else { self.far }
-    }
-}
-
-/// As many rows as tell what is ordinary.
-pub fn looked_at(from: usize, to: usize) -> impl Iterator<Item = usize> {
-    (from..to).step_by(to / ROWS + 1)
-}
-
-/// Of the values that are finite.
-pub fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
-    values.retain(|value| value.is_finite());
-    let rank = ((values.len().checked_sub(1)?) as f64 * share) as usize;
-    Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
 }
 
 /// Everything that cannot be in a run, column by column; the input last.

@@ -1,7 +1,6 @@
 //! One value a line, behind the name of its signal: `time, topic, value`, as recorders of several topics and databases of time
 //! series export it.
 
-use super::layout::Layout;
 use super::stream::Text;
 use super::text::{is_value, split};
 
@@ -29,7 +28,7 @@ impl Topics {
         header: &[String],
         rows: impl Iterator<Item = &'a [String]> + Clone,
         text: &Text,
-        layout: &Layout,
+        (separator, first): (char, u64),
     ) -> Option<Self> {
         let called = |names: &[&str]| {
             header.iter().position(|name| names.iter().any(|known| name.eq_ignore_ascii_case(known)))
@@ -49,13 +48,12 @@ impl Topics {
             && names.len() <= MOST
         {
             number += 1;
-            let cells = split(line, layout.separator);
-            let behind = number >= layout.first && cells.len() >= header.len();
+            let cells = split(line, separator);
+            let behind = number >= first && cells.len() >= header.len();
             let name = cells.get(signal).filter(|name| behind && !name.is_empty());
             let new = name.filter(|name| !names.iter().any(|known| known == *name));
             names.extend(new.map(|name| name.to_string()));
         }
-        let separator = layout.separator;
         (2..=MOST).contains(&names.len()).then_some(Self { separator, time, signal, value, names })
     }
 
