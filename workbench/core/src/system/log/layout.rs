@@ -7,7 +7,7 @@ use super::stream::{Joined, Text};
 use super::text::{
     SEPARATORS, comment, has_decimal_comma, has_point, is_value, labelled, names_between_blanks, split,
 };
-use super::topics::Topics;
+use super::topics::{Topics, is_head};
 use super::words::unit;
 use crate::text::input_error::InputError;
 use std::borrow::Cow;
@@ -175,6 +175,7 @@ impl Layout {
         };
         let best = candidates.iter().rev().max_by_key(|known| score(known)).copied();
         let best = best.filter(|known| score(known).0 > 0 || !rows[known.0].comment);
+        let best = candidates.iter().find(|known| is_head(&rows[known.0].cells)).copied().or(best);
         let Some((at, first)) = best else {
             self.first = rows[first].line;
             dialect.headless = true;

@@ -22,6 +22,16 @@ pub struct Topics {
     names: Vec<String>,
 }
 
+/// The column that is called so.
+fn called(header: &[String], names: &[&str]) -> Option<usize> {
+    header.iter().position(|name| names.iter().any(|known| name.eq_ignore_ascii_case(known)))
+}
+
+/// These are the names of such a table: words may stand among its values.
+pub fn is_head(cells: &[String]) -> bool {
+    called(cells, &SIGNALS).is_some() && called(cells, &VALUES).is_some()
+}
+
 impl Topics {
     /// The signals below a header, and how they stand in its first rows; `None`: the table is an ordinary one.
     pub fn of<'a>(
@@ -30,18 +40,14 @@ impl Topics {
         text: &Text,
         (separator, first): (char, u64),
     ) -> Option<Self> {
-        let called = |names: &[&str]| {
-            header.iter().position(|name| names.iter().any(|known| name.eq_ignore_ascii_case(known)))
-        };
-        let signal = called(&SIGNALS)?;
-        let value = called(&VALUES).unwrap_or(header.len() - 1);
+        let signal = called(header, &SIGNALS)?;
+        let value = called(header, &VALUES).unwrap_or(header.len() - 1);
         let is_time = |k: &usize| {
             let cell = |row: &[String]| row.get(*k).is_some_and(|cell| is_value(cell));
             *k != signal && *k != value && rows.clone().all(cell)
         };
         let timed = |k: &usize| header[*k].to_lowercase().trim_start_matches('_').starts_with("time");
-        let times: Vec<usize> = (0..header.len()).filter(is_time).collect();
-        let time = *times.iter().find(|k| timed(k)).or(times.first())?;
+        let time = (0..header.len()).rev().filter(is_time).max_by_key(timed)?;
         let (mut names, mut lines) = (Vec::<String>::new(), text.lines().ok()?);
         let mut number = 0;
         while let Ok(Some((line, _))) = lines.read()
@@ -67,13 +73,10 @@ impl Topics {
         let cells = split(line, self.separator);
         let cell = |k: usize| cells.get(k).copied().unwrap_or_default();
         match self.names.iter().position(|name| name == cell(self.signal)) {
-            Some(at) => format!(
-                "{}{}{}{}",
-                cell(self.time),
-                "\t".repeat(at + 1),
-                cell(self.value),
-                "\t".repeat(self.names.len() - 1 - at)
-            ),
+            Some(at) => {
+                let (before, behind) = ("\t".repeat(at + 1), "\t".repeat(self.names.len() - 1 - at));
+                format!("{}{before}{}{behind}", cell(self.time), cell(self.value))
+            }
             None => String::new(),
         }
     }
