@@ -243,6 +243,37 @@ fn bad_cells_are_taken_out_and_told_by_their_line() {
 }
 
 #[test]
+fn single_bad_cells_beside_a_motor_as_fast_as_its_rows_are_told_by_their_line() {
+    let right: Vec<Row> = many_rows(12_000, 52, 2.0, 0.05).into_iter().step_by(10).collect();
+    let notes = |rows: &[Row]| {
+        let lines = rows.iter().map(|row| format!("\n{:.3},{:.6},{:.6}", row[0], row[1], row[2]));
+        let text = std::iter::once("t_s,u_v,omega_rad_s".to_owned()).chain(lines).collect::<String>();
+        let columns = Columns::of("", &parsed(MODEL)).unwrap();
+        log::parse_bytes("log.csv", text.as_bytes(), &columns).unwrap().notes.join("; ")
+    };
+    assert!(!notes(&right).contains("cannot be"), "{}", notes(&right));
+    let largest = |column: usize| right.iter().fold(0.0_f64, |most, row| most.max(row[column].abs()));
+    for column in [1, 2] {
+        // Within a level: at its end a cell may lie between its neighbours, as what passes does.
+        for row in [201, 602, 1001] {
+            let mut bad = right.clone();
+            bad[row][column] -= 1.2 * largest(column) * right[row][column].signum();
+            let told = notes(&bad);
+            assert!(told.contains(&format!("line {}:", row + 2)), "{column} {row}: {told}");
+        }
+    }
+}
+
+#[test]
+fn a_speed_that_settles_at_once_is_no_frozen_encoder() {
+    let right = rows(53, 2.0, 0.05);
+    let settled = |k: usize| if k == 0 { 0.0 } else { (2.0 * right[k - 1][1]).round() };
+    let fast: Vec<Row> = (0..right.len()).map(|k| [right[k][0], right[k][1], settled(k), 0.0, 0.0]).collect();
+    let found = examine::put_right(&parsed(MODEL), &logged(SPEED, &fast, |_| ()), &[]);
+    assert!(found.notes.iter().all(|note| !note.contains("repeats")), "{:?}", found.notes);
+}
+
+#[test]
 fn each_mistake_is_told_with_its_place_and_goes_with_its_remedy() {
     let right = rows(1, 2.0, 0.05);
     let rpm = 60.0 / std::f64::consts::TAU;
