@@ -96,6 +96,14 @@ pub fn mutants() -> Command {
     cargo(&["mutants", "--package", "servo", "--package", Program::Firmware.package()])
 }
 
+/// The workbench's engine.
+const ENGINE: &str = "truing-core";
+
+/// Checks the engine for a target without a system.
+pub fn engine_check(target: &str) -> Command {
+    cargo(&["check", "--package", ENGINE, "--target", target])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,6 +120,11 @@ mod tests {
             let (package, name) = judge.names();
             targets.find(package, Some(("test", name))).unwrap();
         }
+    }
+
+    #[test]
+    fn the_engine_is_a_package() {
+        Targets::read().unwrap().find(ENGINE, None).unwrap();
     }
 
     /// A name that stands elsewhere would not be compared.

@@ -3,7 +3,7 @@
 use crate::documents;
 use crate::image::{self, Image};
 use crate::process::{cargo, root, run, text};
-use crate::programs::Program;
+use crate::programs::{self, Program};
 use crate::setup;
 use crate::steps::{self, Steps};
 use anyhow::{Context, Result, bail};
@@ -35,7 +35,7 @@ pub fn everything() -> Result<()> {
     steps.next("lints, our parts beside published crates");
     run(image::bench("clippy").args(["--", "-D", "warnings"]))?;
     steps.next("the engine in a browser");
-    run(&mut cargo(&["check", "--package", "truing-core", "--target", setup::BROWSER]))?;
+    run(&mut programs::engine_check(setup::BROWSER))?;
     steps.next("documentation");
     for selection in selections() {
         let mut doc = cargo(&["doc", "--no-deps"]);
