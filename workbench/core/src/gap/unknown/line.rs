@@ -1,14 +1,15 @@
 //! The linear model that fits a log best: gain, time constant and a dry friction, without a model to begin with.
 //!
 //! A run is the response of a first-order lag to its input: ω(t) = ω₀ e^(−t/T) + gain · (u − u_f·sign ω) ∗ e^(−t/T)/T. For a given T
-//! that is linear in gain, gain · u_f and a constant load, so T alone is searched for.
+//! that is linear in gain, gain · u_f and a constant load, so T alone is searched for; and a limit of the input, because a drive that
+//! clamps makes a response look quicker than it is.
 
 use crate::gap::residual::largest;
 use crate::system::log::{Dynamic, Run, Table};
 use nalgebra::{DMatrix, DVector};
 use servo::axis::Bridge;
 
-/// Time constants that are tried, evenly in the logarithm, before the best is refined.
+/// Time constants that are tried, evenly in the logarithm, and limits, before the best is refined.
 const TRIED: usize = 48;
 /// Steps of the refinement: each narrows the interval to 0.62 of itself (golden section).
 const REFINED: usize = 24;
@@ -16,6 +17,12 @@ const REFINED: usize = 24;
 /// integrator, of which gain and time constant are known as their ratio alone.
 const SHORTEST_ROWS: f64 = 0.3;
 const LONGEST: f64 = 10.0;
+/// A limit of the input is tried down to this share of its largest value, and must leave less than this share of what is left without it:
+/// noise alone makes no such difference.
+const LEAST_LIMIT: f64 = 0.3;
+const LIMITED: f64 = 0.7;
+/// Limit and time constant are searched for in turn: after two rounds both lie within a step of the search.
+const LIMIT_ROUNDS: usize = 2;
 /// A speed below this share of the largest one, at two rows in succession, is a standstill: friction holds what the input drives.
 const STANDS: f64 = 0.01;
 /// A piece of a run needs so many rows to show a time constant.
@@ -45,12 +52,21 @@ impl Line {
         if pieces.is_empty() || sample <= 0.0 {
             return None;
         }
-        let (low, high) = ((SHORTEST_ROWS * sample).ln(), (LONGEST * longest).ln());
-        let step = (high - low) / TRIED as f64;
-        let left = |ln_t: f64| fitted(&pieces, ln_t.exp()).map_or(f64::INFINITY, |line| line.left);
-        let tried = (0..=TRIED).map(|k| low + step * k as f64);
-        let best = tried.min_by(|a, b| left(*a).total_cmp(&left(*b)))?;
-        fitted(&pieces, golden(left, best - step, best + step).exp()).filter(|line| line.gain.abs() > 0.0)
+        let range = ((SHORTEST_ROWS * sample).ln(), (LONGEST * longest).ln());
+        let best = |limit: f64| {
+            let ln_t = least(|ln_t| left(&pieces, ln_t.exp(), limit), range);
+            fitted(&pieces, ln_t.exp(), limit)
+        };
+        let free = best(f64::INFINITY)?;
+        let largest = pieces.iter().map(|piece| largest(&piece.input)).fold(0.0, f64::max);
+        let mut limited = free;
+        for _ in 0..LIMIT_ROUNDS {
+            let seconds = limited.time_constant_s?;
+            let limit = least(|limit| left(&pieces, seconds, limit), (LEAST_LIMIT * largest, largest));
+            limited = best(limit)?;
+        }
+        let line = if limited.left < LIMITED * free.left { limited } else { free };
+        Some(line).filter(|line| line.gain.abs() > 0.0)
     }
 
     /// The line of a table of settled speeds.
@@ -158,11 +174,15 @@ impl Piece {
     }
 }
 
-/// The best gain for a time constant.
-fn fitted(pieces: &[Piece], time_constant_s: f64) -> Option<Line> {
+fn left(pieces: &[Piece], time_constant_s: f64, limit: f64) -> f64 {
+    fitted(pieces, time_constant_s, limit).map_or(f64::INFINITY, |line| line.left)
+}
+
+/// The best gain for a time constant and a limit of the input.
+fn fitted(pieces: &[Piece], time_constant_s: f64, limit: f64) -> Option<Line> {
     let all = |part: &dyn Fn(&Piece) -> Vec<f64>| pieces.iter().flat_map(part).collect::<Vec<f64>>();
     let columns = [
-        all(&|piece| piece.response(|k| piece.input[k], 0.0, time_constant_s)),
+        all(&|piece| piece.response(|k| piece.input[k].clamp(-limit, limit), 0.0, time_constant_s)),
         all(&|piece| piece.response(|k| -piece.direction[k], 0.0, time_constant_s)),
         all(&|piece| piece.response(|k| piece.direction[k].abs(), 0.0, time_constant_s)),
     ];
@@ -190,6 +210,14 @@ fn solved(columns: &[Vec<f64>], aim: &[f64]) -> Option<(DVector<f64>, f64)> {
     let weights = normal.clone().pseudo_inverse(1e-12 * normal.norm()).ok()? * matrix.tr_mul(&aim);
     let left = (aim - matrix * &weights).norm_squared() / square;
     left.is_finite().then_some((weights, left))
+}
+
+/// Where a function is least between two points: the best of [`TRIED`], refined.
+fn least(value: impl Fn(f64) -> f64, (low, high): (f64, f64)) -> f64 {
+    let step = (high - low) / TRIED as f64;
+    let tried = (0..=TRIED).map(|k| low + step * k as f64).map(|at| (value(at), at));
+    let best = tried.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(low, |best| best.1);
+    golden(value, best - step, (best + step).min(high))
 }
 
 /// The least value of a function between two points (Kiefer, Proceedings of the AMS 4, 1953).
