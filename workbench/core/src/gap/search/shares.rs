@@ -51,7 +51,7 @@ impl<'a> Search<'a, '_> {
         let mut kept = during(Phase::Forms, || self.enriched(plain, &mut path));
         if kept.fit.chi2 > MUCH * self.first_gap && !self.at_floor(&kept) {
             let anew = self.searched(Offer::Forms, &base, &mut path);
-            let replaces = self.replaces(&Asked::of(&kept), &anew);
+            let replaces = self.leaves_less(&Asked::of(&kept), &anew);
             if replaces {
                 path.others.push(std::mem::replace(&mut kept, anew));
             }
@@ -133,9 +133,12 @@ impl<'a> Search<'a, '_> {
     /// and on every held-out record.
     fn replaces(&self, plain: &Asked<'_, 'a>, rich: &Scored<'a>) -> bool {
         let is_rich = |item: &Item| item.is_full() || self.is_rich(item.effect.form);
+        rich.hypothesis.items.iter().any(is_rich) && self.leaves_less(plain, rich)
+    }
+
+    fn leaves_less(&self, plain: &Asked<'_, 'a>, rich: &Scored<'a>) -> bool {
         let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
-        rich.hypothesis.items.iter().any(is_rich)
-            && rich.fit.cost <= self.limits.richer * plain.set.fit.cost
+        rich.fit.cost <= self.limits.richer * plain.set.fit.cost
             && no_more(&errors(rich), plain.held_out(), self.limits.richer)
             && cross_validated(rich) <= self.limits.richer * plain.validated()
     }
