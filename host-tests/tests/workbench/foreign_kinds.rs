@@ -337,6 +337,16 @@ fn kinds() -> Vec<(&'static str, String, &'static str)> {
             "u_v=/motor/voltage,omega_rad_s=/motor/velocity",
         ),
         (
+            "all joints of a message in one cell",
+            table("stamp,name,velocity,effort\n", |_, r| {
+                format!(
+                    "{:.3},\"['left', 'right']\",\"[0.0, {:.3}]\",\"array('d', [{:.2}, 0.0])\"",
+                    r.t_s, r.omega, r.u_v
+                )
+            }),
+            "omega_rad_s=velocity_1,u_v=effort_0",
+        ),
+        (
             "a robot's log, one value a line, with words among them",
             table("\"Timestamp\",\"Name\",\"Value\"\n", |_, r| {
                 let line =

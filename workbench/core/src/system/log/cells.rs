@@ -144,6 +144,9 @@ impl Cells {
     }
 }
 
+/// A table has so many rows, or more of them than lines without a number.
+const LEAST: usize = 3;
+
 /// Rows as they are taken.
 struct Rows<'a> {
     source: &'a str,
@@ -176,6 +179,8 @@ impl Rows<'_> {
             std::mem::swap(&mut row, &mut next);
         }
         match self.damage.first() {
+            None if self.cells.rows >= LEAST => Ok(self.cells),
+            _ if self.cells.dialect.words + self.damage.len() > self.cells.rows => Err(self.no_table()),
             None => Ok(self.cells),
             Some(&(line, cells)) => Err(self.broken_rows(line, cells)),
         }
@@ -211,6 +216,15 @@ impl Rows<'_> {
             None => self.last.latest.is_some(),
             Some(own) => !self.last.differ && self.last.first.is_some_and(|first| first > own),
         }
+    }
+
+    /// A text with a few rows of numbers somewhere in it.
+    fn no_table(&self) -> InputError {
+        let (rows, others) = (self.cells.rows, self.cells.dialect.words + self.damage.len());
+        let what = format!(
+            "is no table: {rows} of its lines hold as many numbers as the first one, {others} do not; export the log as CSV"
+        );
+        InputError::file(self.source, what)
     }
 
     fn broken_rows(&self, line: u64, cells: usize) -> InputError {

@@ -22,6 +22,8 @@ pub struct Dialect {
     pub labelled: bool,
     /// Each line holds one value of one signal.
     pub topics: bool,
+    /// Cells hold several numbers.
+    pub lists: bool,
     /// Lines before the header that are neither it nor a comment.
     pub preamble: usize,
     /// Lines between the rows that hold no number.
@@ -45,6 +47,7 @@ impl Dialect {
         let told = [
             (self.labelled, "whose values stand behind their names".to_owned()),
             (self.topics, "with one value a line, behind the name of its signal".into()),
+            (self.lists, "with several numbers in a cell, which become columns of their own".into()),
             (self.decimal_comma, "with decimal commas".to_owned()),
             (self.units, "with a row of units".into()),
             (self.header_in_comment, "with the header in a comment".into()),

@@ -3,6 +3,7 @@
 
 use super::clock::Form;
 use super::dialect::Dialect;
+use super::lists::Lists;
 use super::stream::{Joined, Text};
 use super::text::{
     SEPARATORS, comment, has_decimal_comma, has_point, is_value, labelled, names_between_blanks, split,
@@ -32,6 +33,8 @@ pub struct Layout {
     labels: Vec<String>,
     /// Each line holds one value of one signal.
     topics: Option<Topics>,
+    /// Cells hold several numbers.
+    lists: Option<Lists>,
     /// Line of the first row.
     pub first: u64,
 }
@@ -85,6 +88,13 @@ impl Layout {
         layout.separator = layout.separator_of(&lines);
         dialect.separator = layout.separator;
         let mut rows: Vec<Row> = sample.iter().map(|line| layout.row(line)).collect();
+        layout.lists = Lists::of(rows.iter().map(|row| row.cells.as_slice()), layout.separator);
+        if let Some(lists) = &layout.lists {
+            for row in &mut rows {
+                row.cells = lists.spread(row.cells.iter().map(String::as_str));
+            }
+            (layout.separator, dialect.lists) = ('\t', true);
+        }
         if layout.separator == ' '
             && let Some(width) = rows.iter().find(|row| row.is_numeric()).map(Row::width)
         {
@@ -223,6 +233,9 @@ impl Layout {
     pub fn rewritten<'a>(&self, line: &'a str) -> Cow<'a, str> {
         if let Some(topics) = &self.topics {
             return topics.row(line).into();
+        }
+        if let Some(lists) = &self.lists {
+            return lists.row(line).into();
         }
         let (clock, rest) = self.behind_stamp(line);
         let rest: Cow<str> = match self.labels.is_empty() {

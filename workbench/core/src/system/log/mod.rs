@@ -13,6 +13,7 @@ mod felt;
 mod folded;
 mod formula;
 mod layout;
+mod lists;
 pub mod look;
 mod meaning;
 mod mend;
