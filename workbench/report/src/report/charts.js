@@ -1,4 +1,4 @@
-// Makes a chart of each picture that has its data beside it: drag to zoom, double click to see all, values under the pointer.
+// Makes a chart of each picture that has its data beside it: drag or pinch to zoom, double click to see all, values under the pointer.
 // What fails leaves the picture as it is.
 "use strict";
 const INKS = ["measured", "given", "extended", "third", "fourth", "fifth"];
@@ -126,6 +126,31 @@ function options(plot, data, width) {
   };
 }
 
+// Two fingers keep the values below them.
+function pinch(u) {
+  const fingers = new Map();
+  let held = null;
+  const places = () => [...fingers.values()].sort((a, b) => a - b);
+  const lift = ({ pointerId }) => (fingers.delete(pointerId), (held = null));
+  const put = ({ pointerId, clientX, pointerType }) => {
+    if (pointerType !== "touch") return;
+    fingers.set(pointerId, clientX - u.over.getBoundingClientRect().left);
+    held = fingers.size === 2 ? places().map((place) => u.posToVal(place, "x")) : null;
+  };
+  const move = ({ pointerId, clientX }) => {
+    if (!fingers.has(pointerId)) return;
+    fingers.set(pointerId, clientX - u.over.getBoundingClientRect().left);
+    const [a, b] = places();
+    if (!held || b - a < NEAR) return;
+    const per = (held[1] - held[0]) / (b - a);
+    const min = held[0] - a * per;
+    u.setScale("x", { min, max: min + per * u.over.clientWidth });
+  };
+  u.over.style.touchAction = "pan-y";
+  const told = { pointerdown: put, pointermove: move, pointerup: lift, pointercancel: lift, pointerleave: lift };
+  for (const [name, heard] of Object.entries(told)) u.over.addEventListener(name, heard);
+}
+
 function chart(source) {
   const [plot, figure, place] = [JSON.parse(source.textContent), source.parentElement, document.createElement("div")];
   const tables = plot.series.map((series) => rising(series, plot.steps));
@@ -136,6 +161,7 @@ function chart(source) {
   const u = new uPlot(options(plot, data, width()), data, place);
   figure.classList.add("live");
   new ResizeObserver(() => u.setSize(size(width()))).observe(place);
+  pinch(u);
   charts.push(u);
 }
 

@@ -180,7 +180,10 @@ impl Rows<'_> {
         }
         match self.damage.first() {
             None if self.cells.rows >= LEAST => Ok(self.cells),
-            _ if self.cells.dialect.words + self.damage.len() > self.cells.rows => Err(self.no_table()),
+            // Where no row fits the header, there is a table below a header that does not.
+            _ if self.cells.rows > 0 && self.cells.dialect.words + self.damage.len() > self.cells.rows => {
+                Err(self.no_table())
+            }
             None => Ok(self.cells),
             Some(&(line, cells)) => Err(self.broken_rows(line, cells)),
         }
