@@ -6,6 +6,7 @@ mod bad_inputs;
 mod bench;
 mod broken_outputs;
 mod cases;
+mod effect_curves;
 mod effects_library;
 mod effects_names;
 mod examine;

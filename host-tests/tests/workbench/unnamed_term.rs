@@ -20,16 +20,16 @@ const SIGMA: f64 = 0.4;
 const NOMINAL: &str = "schema = \"truing-model/1\"\n[motor]\nR_ohm = 2.05\nL_h = 0.002\nKt_nm_per_a = 0.0539\nKe_vs_per_rad = 0.0556\n\
     J_kgm2 = 1.03e-4\nb_nms_per_rad = 4.9e-5\n[supply]\nnominal_v = 12.0\n";
 
-fn motor() -> Motor {
+pub fn motor() -> Motor {
     Motor::linear(2.0, 2e-3, 0.055, 1.0e-4, 5e-5, 12.0)
 }
 
-fn nominal() -> Model {
+pub fn nominal() -> Model {
     model::parse("nominal.toml", NOMINAL).unwrap()
 }
 
 /// Levels of voltage in both directions, each held for a random time.
-fn recorded(motor: &Motor, seed: u64) -> Dynamic {
+pub fn recorded(motor: &Motor, seed: u64) -> Dynamic {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut volts, mut until) = (0.0, 0);
     let mut next = |k: usize| {
@@ -63,7 +63,7 @@ fn recorded(motor: &Motor, seed: u64) -> Dynamic {
     }
 }
 
-fn analysed(model: &Model, log: &Dynamic, holdout: &Dynamic) -> Outcome {
+pub fn analysed(model: &Model, log: &Dynamic, holdout: &Dynamic) -> Outcome {
     gap::run(model, log, std::slice::from_ref(holdout), &Options::default(), &|_| {}).unwrap()
 }
 
