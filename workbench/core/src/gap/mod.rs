@@ -100,6 +100,9 @@ pub fn run<L: Recorded>(
             record::run(model, record_of(&log)?, &holdouts?, options, progress)
         }
     }?;
+    if let Some(fault) = examine::scale(model, &log, &outcome).filter(|_| !options.accept_data) {
+        return Ok(Outcome { runtime_s: passed(), ..examine::outcome(&log, vec![fault]) });
+    }
     outcome.data_sheet = data_sheet::contradicted(model, &outcome);
     outcome.notes.splice(0..0, model.notes.iter().cloned());
     outcome.notes.extend(right.notes);

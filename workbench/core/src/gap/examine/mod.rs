@@ -19,6 +19,7 @@ mod timing;
 pub use timing::{earlier, early, notes};
 
 use crate::outcome::{DataFault, Outcome};
+use crate::system::effects;
 use crate::system::log::{Dynamic, Log};
 use crate::system::model::Model;
 use motion::Motion;
@@ -109,6 +110,20 @@ fn motion_fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Optio
     }
     seen.retain(|(explained, _)| 1.0 - explained < EQUAL * (1.0 - best));
     Some(told(&seen, as_it_stands))
+}
+
+/// What is wrong with the files where the analysis ends in a scale that no sensor and no drive has: friction and the like had to be
+/// known first.
+pub fn scale(model: &Model, log: &Log, outcome: &Outcome) -> Option<DataFault> {
+    let Log::Dynamic(record) = log else { return None };
+    let scales = [effects::ENCODER_SCALE.name, effects::DRIVE_GAIN.name];
+    let found = outcome.effects.iter().find(|effect| scales.contains(&effect.name.as_str()))?;
+    let ratio = found.parameters.values().next()?.value;
+    let share = |fit_percent: f64| 1.0 - (1.0 - fit_percent / 100.0).powi(2);
+    let explained = share(outcome.holdout.fit_percent_after);
+    let odd = !ODD.contains(&ratio) && !model.fitted_to_log && explained > MOST;
+    let suspect = suspects::of_any_size(record, ratio);
+    odd.then(|| told(&[(explained, &suspect)], share(outcome.holdout.fit_percent_before)))
 }
 
 /// A gain within these factors may be several effects together; a quarter is a count that was not multiplied by four.
