@@ -44,8 +44,8 @@ pub struct Line {
 }
 
 impl Line {
-    /// The line of a record; `None` if nothing moves in it.
-    pub fn of_record(log: &Dynamic) -> Option<Self> {
+    /// The line of a record, and the one with a limit of the input where that is clearly better; `None` if nothing moves in it.
+    pub fn of_record(log: &Dynamic) -> Option<[Self; 2]> {
         let pieces: Vec<Piece> = log.runs.iter().flat_map(pieces).collect();
         let longest = pieces.iter().map(Piece::duration).fold(0.0, f64::max);
         let sample = log.runs.first()?.sample_s();
@@ -65,8 +65,8 @@ impl Line {
             let limit = least(|limit| left(&pieces, seconds, limit), (LEAST_LIMIT * largest, largest));
             limited = best(limit)?;
         }
-        let line = if limited.left < LIMITED * free.left { limited } else { free };
-        Some(line).filter(|line| line.gain.abs() > 0.0)
+        let better = if limited.left < LIMITED * free.left { limited } else { free };
+        Some([free, better]).filter(|lines| lines.iter().all(|line| line.gain.abs() > 0.0))
     }
 
     /// The line of a table of settled speeds.

@@ -45,7 +45,7 @@ pub fn completed(draft: Draft, log: &Log) -> Result<Model, InputError> {
 /// The best linear model of a log; `None` if nothing moves.
 pub fn line_of(log: &Log) -> Option<Line> {
     match log {
-        Log::Dynamic(record) => Line::of_record(record).map(|line| settled(record, line)),
+        Log::Dynamic(record) => Line::of_record(record).map(|lines| settled(record, lines)),
         Log::Table(table) => Line::of_table(table),
     }
 }
@@ -53,12 +53,12 @@ pub fn line_of(log: &Log) -> Option<Line> {
 /// Rows closer than this, s, are no settled speeds of a motor: the time constant that stands in for one that does not show is a sixth of it.
 const APART_S: f64 = 0.65;
 
-/// The line of a record; without a time constant where each row shows a settled speed rather than a response.
-fn settled(record: &Dynamic, line: Line) -> Line {
-    let Some(run) = record.runs.first().filter(|run| run.sample_s() > APART_S) else { return line };
-    match tables::left_if_settled(run).is_some_and(|left| left < line.left) {
-        true => Line { time_constant_s: None, ..line },
-        false => line,
+/// The line of a record; without a time constant and a limit where each row shows a settled speed rather than a response.
+fn settled(record: &Dynamic, [free, limited]: [Line; 2]) -> Line {
+    let Some(run) = record.runs.first().filter(|run| run.sample_s() > APART_S) else { return limited };
+    match tables::left_if_settled(run).is_some_and(|left| left < free.left) {
+        true => Line { time_constant_s: None, ..free },
+        false => limited,
     }
 }
 
