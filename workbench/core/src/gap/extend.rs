@@ -1,12 +1,12 @@
 //! The model of a record, extended by what was found, and what it predicts: the one result.
 
 use crate::gap::curve::{self, Placed};
-use crate::gap::dataset::{Dataset, Whole};
+use crate::gap::dataset::{Dataset, FullPass};
 use crate::gap::estimate::{self, Estimate, Estimates, Uncertainty};
 use crate::gap::fit::{FINAL, fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::prediction::{HeldOut, compared};
-use crate::gap::rest::{self, Described};
+use crate::gap::remainder::{self, Described};
 use crate::gap::samples::{Sample, seen};
 use crate::gap::search::{Found, Scored};
 use crate::gap::threads::each;
@@ -33,11 +33,11 @@ pub(super) struct Given<'a> {
     /// What is measured and what it does, with the time since the last reversal.
     pub seen: (Vec<Sample>, Vec<f64>),
     /// All rows of a long log.
-    pub whole: Option<&'a Whole<'a>>,
+    pub whole: Option<&'a FullPass<'a>>,
 }
 
 impl<'a> Given<'a> {
-    pub(super) fn simulated(dataset: &'a Dataset, model: &'a Model, whole: Option<&'a Whole<'a>>) -> Self {
+    pub(super) fn simulated(dataset: &'a Dataset, model: &'a Model, whole: Option<&'a FullPass<'a>>) -> Self {
         let hypothesis = Hypothesis::new(dataset, model, Vec::new());
         let x = vec![0.0; hypothesis.slots.len()];
         let predicted = || HeldOut::of(whole, &hypothesis, &x);
@@ -68,7 +68,7 @@ pub(super) fn extended(
 ) -> Outcome {
     let (dataset, model) = (given.hypothesis.dataset, given.hypothesis.model);
     let fitted = described.and_then(|described| described.fitted.as_ref());
-    let with_term = fitted.map(|fitted| rest::extended(&judged.kept, fitted));
+    let with_term = fitted.map(|fitted| remainder::extended(&judged.kept, fitted));
     let kept = with_term.as_ref().unwrap_or(&judged.kept);
     let known = judged.uncertainty.take().filter(|_| with_term.is_none());
     let ((mut steps, sides), ((after, seen_after), (uncertainty, rivals))) = rayon::join(
@@ -83,7 +83,7 @@ pub(super) fn extended(
     );
     let unnamed = fitted.map(|fitted| {
         let gaps = (given.gap_of(&judged.kept), after.gap);
-        let term = rest::as_told(&judged.kept, fitted, gaps);
+        let term = remainder::as_told(&judged.kept, fitted, gaps);
         steps.push(Step { label: format!("+ {}", term.name), gap: term.gap_after });
         term
     });
@@ -152,7 +152,7 @@ pub(super) struct Last<'a> {
     /// Made ready.
     pub dataset: Dataset,
     /// All rows of them, where they are long.
-    pub whole: Option<Whole<'a>>,
+    pub whole: Option<FullPass<'a>>,
 }
 
 /// What the set predicts for the held-out part of another dataset of the same log.

@@ -1,6 +1,6 @@
 //! Measured values beside those that a hypothesis predicts.
 
-use crate::gap::dataset::{BenchRun, Dataset, Part, Whole};
+use crate::gap::dataset::{BenchRun, Dataset, FullPass, Part};
 use crate::gap::fit::FINE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::residual::{fit_percent, rms};
@@ -56,14 +56,14 @@ pub struct HeldOut {
 
 impl HeldOut {
     /// Of a hypothesis; on all rows of a long log.
-    pub fn of(whole: Option<&Whole>, hypothesis: &Hypothesis, x: &[f64]) -> Self {
+    pub fn of(whole: Option<&FullPass>, hypothesis: &Hypothesis, x: &[f64]) -> Self {
         match whole {
             Some(whole) => Self::of_all(whole, &hypothesis.plant(x)),
             None => Prediction::of(hypothesis, x, &[Part::HoldOut]).into(),
         }
     }
 
-    fn of_all(whole: &Whole, plant: &Physics) -> Self {
+    fn of_all(whole: &FullPass, plant: &Physics) -> Self {
         let sums = whole.each(true, |_, run, simulation| {
             let (_, predicted) = simulation.speed(run, plant, run.start_speed, FINE);
             let held_out = (0..predicted.len()).filter(|k| run.speed.part[*k] == Part::HoldOut);

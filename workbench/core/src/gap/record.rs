@@ -1,18 +1,18 @@
 //! A record over time against a model: prepare → simulate → localise → search → judge → extend.
 
-use crate::gap::dataset::{self, Dataset, Part, Whole, hf_noise, prepare};
+use crate::gap::dataset::{self, Dataset, FullPass, Part, hf_noise, prepare};
 use crate::gap::effort::{Phase, during};
 use crate::gap::extend::{Given, Last, extended};
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::{Prediction, held_out_errors};
+use crate::gap::remainder::look::{sensor_like, twin_pairs};
+use crate::gap::remainder::structure::Structure;
+use crate::gap::remainder::{self, Described, Scope, places};
 use crate::gap::residual::rms;
-use crate::gap::residual_tests::{sensor_like, twin_pairs};
-use crate::gap::rest::{self, Described, Scope};
 use crate::gap::samples::samples;
 use crate::gap::search::{Found, Progress, Scored, ShareLimits, base_fit, search};
-use crate::gap::structure::Structure;
 use crate::gap::verdict::Judged;
-use crate::gap::{Options, estimate, excitation, localise, verdict};
+use crate::gap::{Options, estimate, excitation, verdict};
 use crate::outcome::{Outcome, Verdict};
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
@@ -32,9 +32,9 @@ pub fn run(
         return Ok(outcome);
     }
     let last = only_predicted(model, log, holdouts, &options.finals)?;
-    let whole = Whole::of(model, log, holdouts, &dataset);
+    let whole = FullPass::of(model, log, holdouts, &dataset);
     let given = Given::simulated(&dataset, model, whole.as_ref());
-    let places = localise::places(&given.hypothesis, &given.seen);
+    let places = places::places(&given.hypothesis, &given.seen);
     // On a thread of the pool, which hands on what it can share without being woken first.
     let outcome = rayon::scope(|_| {
         let found = search(&dataset, model, options, progress);
@@ -68,9 +68,9 @@ fn rest_of(given: &Given, judged: &mut Judged) -> Option<Described> {
         _ => Scope::Everything,
     };
     let gaps = held_out_errors(&given.hypothesis, &given.x);
-    let described = rest::described(&judged.kept, &gaps, scope);
+    let described = remainder::described(&judged.kept, &gaps, scope);
     if scope == Scope::Everything || described.is_some() {
-        rest::tell(described.as_ref(), judged);
+        remainder::tell(described.as_ref(), judged);
     }
     described
 }
@@ -92,7 +92,7 @@ fn only_predicted<'a>(
     }
     let finals: Vec<&Dynamic> = finals.iter().collect();
     let dataset = made_ready(model, log, &finals)?;
-    let whole = Whole::of(model, log, &finals, &dataset);
+    let whole = FullPass::of(model, log, &finals, &dataset);
     Ok(Some(Last { dataset, whole }))
 }
 

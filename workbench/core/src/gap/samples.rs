@@ -1,6 +1,6 @@
 //! Measured, simulated and what the model does at each compared sample: what localisation, structure and plots look at.
 
-use crate::gap::dataset::{BenchRun, Part, Traces, Whole};
+use crate::gap::dataset::{BenchRun, FullPass, Part, Traces};
 use crate::gap::fit::FINE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::system::plant::physics::Physics;
@@ -57,7 +57,7 @@ pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample
 }
 
 /// Samples of every part that is compared, with the time since the last reversal of each; of a long log about so many of all rows.
-pub fn seen(whole: Option<&Whole>, hypothesis: &Hypothesis, x: &[f64]) -> (Vec<Sample>, Vec<f64>) {
+pub fn seen(whole: Option<&FullPass>, hypothesis: &Hypothesis, x: &[f64]) -> (Vec<Sample>, Vec<f64>) {
     const ALL: [Part; 3] = [Part::A, Part::B, Part::HoldOut];
     let Some(whole) = whole else {
         let samples = samples(hypothesis, x, &ALL);

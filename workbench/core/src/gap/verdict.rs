@@ -2,15 +2,15 @@
 
 use crate::gap::dataset::Part;
 use crate::gap::estimate::{self, Uncertainty};
+use crate::gap::experiment;
 use crate::gap::fit::{SEARCH, fit};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::{held_out_errors, held_out_variation};
-use crate::gap::residual_tests::Rest;
+use crate::gap::remainder::look::{self, Remainder};
+use crate::gap::remainder::structure::Structure;
 use crate::gap::samples::samples;
 use crate::gap::search::{Found, HELD_OUT, Scored, ShareLimits, chi2, tied};
-use crate::gap::structure::Structure;
 use crate::gap::threads::each;
-use crate::gap::{experiment, residual_tests};
 use crate::outcome::{Experiment, Grade, Small, Tie, Verdict};
 use crate::system::effects::{self, Effect};
 use crate::system::plant::physics::Drive;
@@ -64,7 +64,7 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits:
     // What small names explain alone is no gap.
     let trifle = found.best.hypothesis.items.is_empty() && !tiny.is_empty();
     let of = if trifle { whole } else { found };
-    let on_log = || rayon::join(|| residual_tests::rest(&of.best), || excess(given, nominal).max(1e-9));
+    let on_log = || rayon::join(|| look::look(&of.best), || excess(given, nominal).max(1e-9));
     let ((rest, first), held_out) = rayon::join(on_log, || held_out_share(&found.best, given, nominal));
     let share = (rest.excess / first).min(1.0);
     let nothing_named = found.best.hypothesis.items.is_empty();
@@ -223,7 +223,7 @@ fn by_shares<'a>(
     nominal: &[f64],
     limits: &ShareLimits,
 ) -> Judged<'a> {
-    let rest = residual_tests::rest(&found.best);
+    let rest = look::look(&found.best);
     let share = (rest.excess / excess(given, nominal).max(1e-9)).min(1.0);
     let left = share > SHARE;
     let most = most_is_removed(&found.best, given, nominal, limits);
@@ -275,7 +275,7 @@ fn strange(best: &Scored) -> bool {
 const LIKE_NOISE_POINTS: f64 = 0.1;
 
 /// True if what is left is worth a verdict of its own.
-fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
+fn is_left(found: &Found, rest: &Remainder, share: f64) -> bool {
     let visible = rest.excess.sqrt() > VISIBLE;
     let nothing_named = found.best.hypothesis.items.is_empty();
     let white = rest.structure == Structure::None;

@@ -1,12 +1,12 @@
 //! Names that explain nearly the same where a model is itself a fit to the log: which of them is said.
 
+use super::by_shares::no_more;
 use super::rounds::Path;
-use super::score::Scored;
-use super::shares::no_more;
 use super::{Offer, Search};
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Item;
 use crate::gap::prediction::held_out_errors;
+use crate::gap::scored::Scored;
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, Family, LAGS, PLAIN_FRICTIONS, RARE_LAG, SHIFTS};
 use rayon::prelude::*;

@@ -6,12 +6,12 @@
 
 use super::Search;
 use super::adaptation::Adaptation;
-use super::promise::{Projector, Start, started};
-use super::score::Scored;
+use super::screening::{Projector, Start, started};
 use super::worth::VISIBLE;
 use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::problem::dot;
+use crate::gap::scored::Scored;
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, Starts};
 use nalgebra::DVector;

@@ -2,11 +2,11 @@
 
 use super::Search;
 use super::race::looked_at;
-use super::score::{Scored, dispersion, score_with};
 use super::worth::VISIBLE;
 use crate::gap::acceptance::worth;
 use crate::gap::fit::{FINAL, SEARCH};
 use crate::gap::hypothesis::Item;
+use crate::gap::scored::{Scored, dispersion, score_with};
 use crate::gap::threads::each;
 use crate::system::effects::LIBRARY;
 use rayon::prelude::*;

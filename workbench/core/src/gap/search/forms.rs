@@ -2,11 +2,11 @@
 
 use super::Search;
 use super::race::looked_at;
-use super::score::{Scored, dispersion};
 use super::worth::SHARE_OF_GAP;
 use crate::gap::acceptance::worth;
 use crate::gap::fit::{FINAL, Fit, SEARCH, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
+use crate::gap::scored::{Scored, dispersion};
 use crate::gap::threads::each;
 use crate::outcome::DEVIATIONS;
 use crate::system::effects::{Effect, LIBRARY};

@@ -8,35 +8,34 @@
 //! Where the log contradicts the data sheet, the same is done from the parameter put right, and the likelier end is kept.
 
 mod adaptation;
+mod by_shares;
 mod conventions;
 mod evolve;
 mod exchange;
 mod forms;
 mod grid;
 mod limits;
-mod promise;
 mod race;
 mod rivals;
 mod rounds;
-mod score;
-mod shares;
+mod screening;
 mod sheet;
 mod worth;
 
+pub use crate::gap::scored::{HELD_OUT, Scored, chi2, dispersion};
 pub use evolve::scatter;
 pub use limits::ShareLimits;
 pub use rivals::tied;
-pub use score::{HELD_OUT, Scored, chi2, dispersion};
 
 use crate::gap::Options;
 use crate::gap::dataset::Dataset;
 use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{FINAL, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Item};
+use crate::gap::scored::penalty;
 use crate::system::effects::{Effect, Form};
 use crate::system::model::Model;
 use rounds::Path;
-use score::penalty;
 use std::collections::BTreeSet;
 
 /// What the search found.

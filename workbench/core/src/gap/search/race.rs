@@ -2,8 +2,7 @@
 
 use super::evolve::{evolved, spread};
 use super::grid::promised;
-use super::promise::{Projector, Start, started};
-use super::score::{Scored, rank};
+use super::screening::{Projector, Start, started};
 use super::worth::VISIBLE;
 use super::{Offer, Search};
 use crate::gap::acceptance::worth;
@@ -12,6 +11,7 @@ use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit, fit_near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::initial_guesses::Basis;
 use crate::gap::problem::dot;
+use crate::gap::scored::{Scored, rank};
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;

@@ -1,11 +1,11 @@
 //! Sets that come near the accepted one.
 
 use super::Search;
-use super::score::{Scored, dispersion};
-use super::shares::no_more;
+use super::by_shares::no_more;
 use crate::gap::acceptance;
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::held_out_errors;
+use crate::gap::scored::{Scored, dispersion};
 use crate::gap::threads::each;
 use crate::system::effects::Family;
 use rayon::prelude::*;

@@ -1,10 +1,10 @@
 //! The rounds of the beam over a record, whether its gap is measured by the noise or by shares.
 
-use super::score::{Scored, dispersion};
 use super::worth::Accepted;
 use super::{Offer, Search};
 use crate::gap::beam::{Growth, grown};
 use crate::gap::effort::{Phase, during};
+use crate::gap::scored::{Scored, dispersion};
 
 /// Sets that are grown side by side. Two effects that help only together need a second one; a third costs half as
 /// much again.

@@ -7,11 +7,11 @@
 use super::Search;
 use super::race::looked_at;
 use super::rounds::Path;
-use super::score::{Scored, dispersion, score_with};
 use super::worth::far;
 use crate::gap::acceptance;
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Slot;
+use crate::gap::scored::{Scored, dispersion, score_with};
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, INERTIA, MOTOR_GAIN, RESISTANCE};
 use rayon::prelude::*;

@@ -1,12 +1,12 @@
 //! Whether a larger set pays for itself.
 
 use super::Search;
-use super::score::{Scored, chi2, dispersion, dispersion_on};
 use crate::gap::acceptance::worth;
 use crate::gap::dataset::Part;
 use crate::gap::fit::{FINAL, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, tolerance};
 use crate::gap::initial_guesses::Basis;
+use crate::gap::scored::{Scored, chi2, dispersion, dispersion_on};
 use crate::gap::threads::each;
 use rayon::prelude::*;
 use std::sync::OnceLock;

@@ -39,7 +39,7 @@ impl Dependence {
 }
 
 /// The rest of a fit, ready for the regressions.
-pub struct Rest<'s, 'a> {
+pub struct Regression<'s, 'a> {
     scored: &'s Scored<'a>,
     tracks: &'s Tracks,
     compared: &'s [Compared],
@@ -58,7 +58,7 @@ struct Sums {
     projected: DVector<f64>,
 }
 
-impl<'s, 'a> Rest<'s, 'a> {
+impl<'s, 'a> Regression<'s, 'a> {
     /// Of a fitted set.
     pub fn new(scored: &'s Scored<'a>, tracks: &'s Tracks, compared: &'s [Compared], sigma: f64) -> Self {
         let residual = DVector::from_iterator(compared.len(), compared.iter().map(|it| it.residual));

@@ -9,13 +9,13 @@
 //! ```
 
 use super::rounds::{BEAM, Path};
-use super::score::{Scored, compared, dispersion};
 use super::worth::cross_validated;
 use super::{Found, Offer, Search};
 use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{Fit, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::{held_out_errors, held_out_variation};
+use crate::gap::scored::{Scored, compared, dispersion};
 use crate::gap::threads::each;
 use crate::system::effects::{Meaning, Starts};
 use rayon::prelude::*;

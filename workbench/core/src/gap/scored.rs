@@ -40,25 +40,25 @@ pub fn dispersion(scored: &Scored) -> f64 {
 }
 
 /// The same on a grid.
-pub(super) fn dispersion_on(scored: &Scored, setting: &Setting) -> f64 {
+pub fn dispersion_on(scored: &Scored, setting: &Setting) -> f64 {
     let residuals = compared(&scored.hypothesis, &scored.fit.x, setting);
     let mean_square = dot(&residuals, &residuals) / residuals.len() as f64;
     mean_square.max(1.0) * crate::gap::residual::inflation(&residuals)
 }
 
 /// What a set pays for its parameters (Schwarz, Annals of Statistics 6, 1978).
-pub(super) fn penalty(hypothesis: &Hypothesis, samples: usize) -> f64 {
+pub fn penalty(hypothesis: &Hypothesis, samples: usize) -> f64 {
     (2.0 * samples as f64).ln() * hypothesis.effect_slots() as f64
 }
 
 /// The score of a set, its penalty measured by another set's dispersion.
-pub(super) fn score_with(scored: &Scored, factor: f64) -> f64 {
+pub fn score_with(scored: &Scored, factor: f64) -> f64 {
     scored.fit.cost + factor * penalty(&scored.hypothesis, scored.fit.samples)
 }
 
 /// Sorts sets by score, best first, the penalty measured by the dispersion of the set that fits best: with the
 /// dispersion of a set that lacks an effect, a second parameter could never pay.
-pub(super) fn rank<'a, T: BorrowMut<Scored<'a>>>(sets: &mut [T]) {
+pub fn rank<'a, T: BorrowMut<Scored<'a>>>(sets: &mut [T]) {
     let costs = |set: &T| set.borrow().fit.cost;
     let Some(nearest) = sets.iter().min_by(|a, b| costs(a).total_cmp(&costs(b))) else {
         return;
@@ -77,7 +77,7 @@ pub fn chi2(hypothesis: &Hypothesis, x: &[f64], setting: &Setting) -> (f64, usiz
 }
 
 /// The residuals of the compared samples, without the priors.
-pub(super) fn compared(hypothesis: &Hypothesis, x: &[f64], setting: &Setting) -> Vec<f64> {
+pub fn compared(hypothesis: &Hypothesis, x: &[f64], setting: &Setting) -> Vec<f64> {
     let mut residuals = Vec::new();
     Evaluator::new(hypothesis, setting).residuals(x, &mut residuals);
     residuals.truncate(residuals.len() - hypothesis.priors(x).count());

@@ -1,12 +1,11 @@
 //! Is anything but noise left, and what does it look like?
 
-mod turn;
-
+use super::turn;
 use crate::gap::dataset::Part;
+use crate::gap::remainder::structure::Structure;
 use crate::gap::residual::inflation;
 use crate::gap::samples::{Sample, samples};
 use crate::gap::search::Scored;
-use crate::gap::structure::Structure;
 use std::f64::consts::{PI, TAU};
 
 /// Quantile bins of an axis.
@@ -26,7 +25,7 @@ const CERTAIN: f64 = 3.0;
 
 /// What is left of a fit.
 #[derive(Clone, Debug)]
-pub struct Rest {
+pub struct Remainder {
     /// Mean square beyond the noise, in units of the noise's variance. With a repeated input it needs no noise model.
     pub excess: f64,
     /// True if two runs with the same input measured it.
@@ -36,13 +35,13 @@ pub struct Rest {
 }
 
 /// Looks at what a fit leaves.
-pub fn rest(scored: &Scored) -> Rest {
+pub fn look(scored: &Scored) -> Remainder {
     let seen = samples(&scored.hypothesis, &scored.fit.x, &[Part::A, Part::B]);
     let residual: Vec<f64> = seen.iter().map(|s| s.residual() * s.weight).collect();
     let mean_square = residual.iter().map(|r| r * r).sum::<f64>() / residual.len().max(1) as f64;
     let common = common_square(scored, &seen);
     if let Some(differing) = unrepeated(scored, &seen) {
-        return Rest {
+        return Remainder {
             excess: (mean_square - 1.0).max(0.0),
             repeated: true,
             structure: Structure::Unrepeatable { times: differing },
@@ -54,7 +53,7 @@ pub fn rest(scored: &Scored) -> Rest {
     let structure = || described(&seen, &residual, scored.hypothesis.dataset.linear);
     // Below what a verdict calls left, nobody asks.
     let turning = (excess > WORTH_A_LOOK).then(|| turn::goes_with(scored, &seen, &residual)).flatten();
-    Rest { excess, repeated: common.is_some(), structure: turning.unwrap_or_else(structure) }
+    Remainder { excess, repeated: common.is_some(), structure: turning.unwrap_or_else(structure) }
 }
 
 /// Inflation from which the difference of two runs with the same input is no sensor noise: it has a cause that the input

@@ -2,9 +2,9 @@
 //! beside an effect that does not know the place, but it leaves it there; no imperfect form of another effect knows the turn.
 
 use crate::gap::dataset::Part;
+use crate::gap::remainder::structure::Structure;
 use crate::gap::samples::Sample;
 use crate::gap::search::Scored;
-use crate::gap::structure::Structure;
 use crate::system::plant::laws::{Acts, Law, TorqueLaw};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

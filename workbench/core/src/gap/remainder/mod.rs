@@ -1,16 +1,20 @@
 //! What is left when all names are given: what it depends on, and a term without a name that describes it.
 
 mod candidates;
+pub mod look;
 mod picture;
+pub mod places;
 mod refit;
-mod regress;
+mod regression;
+pub mod structure;
 mod track;
+mod turn;
 mod words;
 
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::held_out_errors;
+use crate::gap::remainder::structure::Structure;
 use crate::gap::search::Scored;
-use crate::gap::structure::Structure;
 use crate::gap::threads::each;
 use crate::gap::verdict::Judged;
 use crate::outcome::{Experiment, Plot, UnnamedTerm, Verdict};
@@ -19,7 +23,7 @@ use crate::system::plant::physics::Drive;
 use crate::system::plant::unnamed::{Acting, Term, Variable};
 use candidates::{Candidate, told};
 use rayon::prelude::*;
-use regress::{Dependence, Rest};
+use regression::{Dependence, Regression};
 use track::{Compared, Tracks};
 
 pub use refit::Fitted;
@@ -131,8 +135,8 @@ fn looked(scored: &Scored, with: Option<&Fitted>, scope: Scope) -> Look {
         all.retain(|it| it.simple && it.told()[0].is_periodic());
     }
     let noise = if scope == Scope::Turns { 0.0 } else { dataset.sigma };
-    let rest = Rest::new(scored, &tracks, &compared, noise);
-    let mut found: Vec<Dependence> = each(&all).filter_map(|candidate| rest.tried(candidate)).collect();
+    let regression = Regression::new(scored, &tracks, &compared, noise);
+    let mut found: Vec<Dependence> = each(&all).filter_map(|candidate| regression.tried(candidate)).collect();
     found.retain(|it| it.score() > TOLD);
     Look { ranked: ranked(found), tracks, compared }
 }

@@ -1,6 +1,6 @@
 //! The table of a term fitted in free run, together with the numbers of the model.
 
-use super::regress::{Dependence, bends};
+use super::regression::{Dependence, bends};
 use crate::gap::fit::{Evaluator, FINAL, Fit, SEARCH};
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::prediction::held_out_errors;
