@@ -1,5 +1,6 @@
 //! A record over time against a model: prepare → simulate → localise → search → judge → extend.
 
+use crate::gap::acceptance::shares::no_more;
 use crate::gap::dataset::{self, Dataset, FullPass, Part, hf_noise, prepare};
 use crate::gap::effort::{Phase, during};
 use crate::gap::extend::{Given, Last, extended};
@@ -136,6 +137,5 @@ const AS_WELL: f64 = 1.1;
 
 /// True if a set fitted with other weights predicts every held-out record as well.
 fn predicts_as_well(anew: &Scored, kept: &Scored) -> bool {
-    let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
-    errors(anew).iter().zip(errors(kept)).all(|(anew, kept)| *anew <= AS_WELL * kept)
+    no_more(&anew.held_out(), &kept.held_out(), AS_WELL)
 }

@@ -1,8 +1,9 @@
 //! A fitted set and its score.
 
 use crate::gap::dataset::{Dataset, Part};
-use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting};
+use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Data, Hypothesis};
+use crate::gap::prediction::held_out_errors;
 use crate::gap::problem::{Problem, dot};
 use crate::system::plant::physics::Physics;
 use std::borrow::BorrowMut;
@@ -31,6 +32,30 @@ impl<D: Data> Scored<'_, D> {
     /// The plant that was fitted.
     pub fn plant(&self) -> Physics {
         self.hypothesis.plant(&self.fit.x)
+    }
+}
+
+impl<'a> Scored<'a> {
+    /// A hypothesis fitted from some numbers, without a penalty.
+    pub fn fitted(hypothesis: Hypothesis<'a>, x: &[f64], setting: &Setting) -> Self {
+        let fit = fit(&hypothesis, x, setting);
+        Self { score: fit.cost, hypothesis, fit }
+    }
+
+    /// The same set fitted again, from its own numbers.
+    pub fn refitted(&self, setting: &Setting) -> Self {
+        Self::fitted(self.hypothesis.clone(), &self.fit.x, setting)
+    }
+
+    /// The set with some of its effects, fitted anew.
+    pub fn only(&self, keep: impl Fn(usize) -> bool, setting: &Setting) -> Self {
+        let (hypothesis, x) = self.hypothesis.only(&self.fit.x, keep);
+        Self::fitted(hypothesis, &x, setting)
+    }
+
+    /// Squared errors of the held-out records.
+    pub fn held_out(&self) -> Vec<f64> {
+        held_out_errors(&self.hypothesis, &self.fit.x)
     }
 }
 

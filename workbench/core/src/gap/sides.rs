@@ -1,7 +1,7 @@
 //! What it costs to give one number to two sides.
 
 use crate::gap::curve::torque_unit;
-use crate::gap::fit::{FINAL, fit};
+use crate::gap::fit::FINAL;
 use crate::gap::hypothesis::{Item, Slot};
 use crate::gap::search::{Scored, dispersion};
 use crate::outcome::DEVIATIONS;
@@ -23,8 +23,7 @@ pub fn told(kept: &Scored, index: usize, gap_of: impl Fn(&Scored) -> f64) -> Opt
         _ => 0.0,
     };
     let x = hypothesis.carried(&kept.hypothesis, &kept.fit.x, &from);
-    let fit = fit(&hypothesis, &x, &FINAL);
-    let set = Scored { score: fit.cost, hypothesis, fit };
+    let set = Scored::fitted(hypothesis, &x, &FINAL);
     let dataset = kept.hypothesis.dataset;
     let (unit, size) = match uneven.parameters[0].scale.is_torque() {
         true => torque_unit(kept),

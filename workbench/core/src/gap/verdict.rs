@@ -1,11 +1,12 @@
 //! What may be said: named, tie, nothing missing, unexplained.
 
+use crate::gap::acceptance::shares::left_open;
 use crate::gap::dataset::Part;
 use crate::gap::estimate::{self, Uncertainty};
 use crate::gap::experiment;
-use crate::gap::fit::{SEARCH, fit};
+use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::prediction::{held_out_errors, held_out_variation};
+use crate::gap::prediction::held_out_errors;
 use crate::gap::remainder::look::{self, Remainder};
 use crate::gap::remainder::structure::Structure;
 use crate::gap::samples::samples;
@@ -200,9 +201,7 @@ fn useless(best: &Scored) -> Option<(usize, f64)> {
 
 /// Points of fit, %, that a set leaves open on the held-out data.
 fn lost(set: &Scored) -> f64 {
-    let all = held_out_variation(set.hypothesis.dataset).max(f64::MIN_POSITIVE);
-    let error: f64 = held_out_errors(&set.hypothesis, &set.fit.x).iter().sum();
-    100.0 * (error / all).sqrt()
+    100.0 * left_open(set, &set.held_out())
 }
 
 /// True if an effect of a set is what the winding does that the model leaves out.
@@ -251,7 +250,7 @@ fn by_shares<'a>(
 /// True if a set leaves little enough of the squared error of the model as given, on the log and on every held-out record.
 fn most_is_removed(best: &Scored, given: &Hypothesis, nominal: &[f64], limits: &ShareLimits) -> bool {
     let before = held_out_errors(given, nominal);
-    let after = held_out_errors(&best.hypothesis, &best.fit.x);
+    let after = best.held_out();
     let log = best.fit.chi2 / chi2(given, nominal, &SEARCH).0.max(f64::MIN_POSITIVE);
     log <= limits.likely && after.iter().zip(&before).all(|(after, before)| *after <= limits.likely * before)
 }
@@ -333,9 +332,7 @@ fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
 
 /// The set with some of its effects, fitted anew.
 fn refitted<'a>(scored: &Scored<'a>, keep: impl Fn(usize) -> bool) -> Scored<'a> {
-    let (hypothesis, start) = scored.hypothesis.only(&scored.fit.x, keep);
-    let made = fit(&hypothesis, &start, &SEARCH);
-    Scored { score: made.cost, hypothesis, fit: made }
+    scored.only(keep, &SEARCH)
 }
 
 /// Rivals that the data cannot tell from the accepted set, and what would.

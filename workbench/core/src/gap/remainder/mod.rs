@@ -12,7 +12,6 @@ mod turn;
 mod words;
 
 use crate::gap::hypothesis::Hypothesis;
-use crate::gap::prediction::held_out_errors;
 use crate::gap::remainder::structure::Structure;
 use crate::gap::search::Scored;
 use crate::gap::threads::each;
@@ -155,7 +154,7 @@ impl Tried {
     fn new(scored: &Scored, dependence: &Dependence, given: &[f64]) -> Self {
         let fitted = refit::fitted(scored, dependence);
         let dataset = scored.hypothesis.dataset;
-        let without = held_out_errors(&scored.hypothesis, &scored.fit.x);
+        let without = scored.held_out();
         let with = fitted.held_out(scored);
         let noise =
             dataset.held_out_samples().into_iter().map(|count| count as f64 * dataset.sigma * dataset.sigma);

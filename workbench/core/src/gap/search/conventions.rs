@@ -1,11 +1,10 @@
 //! Names that explain nearly the same where a model is itself a fit to the log: which of them is said.
 
-use super::by_shares::no_more;
 use super::rounds::Path;
 use super::{Offer, Search};
+use crate::gap::acceptance::shares::near;
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Item;
-use crate::gap::prediction::held_out_errors;
 use crate::gap::scored::Scored;
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, Family, LAGS, PLAIN_FRICTIONS, RARE_LAG, SHIFTS};
@@ -104,15 +103,6 @@ impl<'a> Search<'a, '_> {
 /// The place of the first effect of a set that is such a one.
 fn place(scored: &Scored, such: impl Fn(&Effect) -> bool) -> Option<usize> {
     scored.hypothesis.items.iter().position(|item| such(item.effect))
-}
-
-/// Whether another set leaves at most so many times as much as this one on the log, and on every held-out record.
-fn near(scored: &Scored, log: f64, held_out: f64) -> impl Fn(&Scored) -> bool + use<> {
-    let (most, errors) = (log * scored.fit.cost, held_out_errors(&scored.hypothesis, &scored.fit.x));
-    move |other| {
-        other.fit.cost <= most
-            && no_more(&held_out_errors(&other.hypothesis, &other.fit.x), &errors, held_out)
-    }
 }
 
 /// The other set, if there is one; the first stays as a rival.

@@ -7,7 +7,7 @@
 use super::Search;
 use super::adaptation::Adaptation;
 use super::screening::{Projector, Start, started};
-use super::worth::VISIBLE;
+use crate::gap::acceptance::noise::{VISIBLE, at_floor};
 use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::problem::dot;
@@ -93,7 +93,7 @@ impl<'a> Search<'a, '_> {
     /// that helps.
     pub(super) fn settled(&self, mut scored: Scored<'a>) -> Scored<'a> {
         for (seed, width) in WIDTHS.into_iter().enumerate() {
-            if !rugged(&scored) || self.at_floor(&scored) {
+            if !rugged(&scored) || at_floor(&scored) {
                 break;
             }
             let made = evolved_whole(&scored, seed as u64, width);

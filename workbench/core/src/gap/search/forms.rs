@@ -2,8 +2,8 @@
 
 use super::Search;
 use super::race::looked_at;
-use super::worth::SHARE_OF_GAP;
-use crate::gap::acceptance::worth;
+use crate::gap::acceptance::noise::SHARE_OF_GAP;
+use crate::gap::acceptance::price;
 use crate::gap::fit::{FINAL, Fit, SEARCH, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::scored::{Scored, dispersion};
@@ -39,7 +39,7 @@ impl<'a> Search<'a, '_> {
         for (index, other) in tried {
             let (found, than) = best.as_ref().map_or((index, set), |(found, better)| (*found, better));
             let more = other.hypothesis.effect_slots() > than.hypothesis.effect_slots();
-            let margin = if more { worth(self.dispersion.min(dispersion(&other))) } else { 0.0 };
+            let margin = if more { price(self.dispersion.min(dispersion(&other))) } else { 0.0 };
             if index == found && other.score + margin < than.score {
                 best = Some((index, other));
             }

@@ -14,23 +14,21 @@ mod evolve;
 mod exchange;
 mod forms;
 mod grid;
-mod limits;
 mod race;
 mod rivals;
 mod rounds;
 mod screening;
 mod sheet;
-mod worth;
 
+pub use crate::gap::acceptance::ShareLimits;
 pub use crate::gap::scored::{HELD_OUT, Scored, chi2, dispersion};
 pub use evolve::scatter;
-pub use limits::ShareLimits;
 pub use rivals::tied;
 
 use crate::gap::Options;
 use crate::gap::dataset::Dataset;
 use crate::gap::effort::{Phase, during};
-use crate::gap::fit::{FINAL, Fit, SEARCH, Setting, fit};
+use crate::gap::fit::{FINAL, Fit, SEARCH, Setting};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::scored::penalty;
 use crate::system::effects::{Effect, Form};
@@ -86,8 +84,7 @@ pub fn search<'a>(dataset: &'a Dataset, model: &'a Model, given: &Options, progr
 pub fn base_fit<'a>(dataset: &'a Dataset, model: &'a Model) -> Scored<'a> {
     let hypothesis = Hypothesis::new(dataset, model, Vec::new());
     let start = vec![0.0; hypothesis.slots.len()];
-    let fit = fit(&hypothesis, &start, &SEARCH);
-    Scored { score: fit.cost, hypothesis, fit }
+    Scored::fitted(hypothesis, &start, &SEARCH)
 }
 
 /// Which effects a search offers.
@@ -173,8 +170,8 @@ impl<'a> Search<'a, '_> {
     }
 
     fn refit(&self, scored: &Scored<'a>, setting: &Setting) -> Scored<'a> {
-        let made = fit(&scored.hypothesis, &scored.fit.x, setting);
-        self.scored(scored.hypothesis.clone(), made)
+        let made = scored.refitted(setting);
+        self.scored(made.hypothesis, made.fit)
     }
 
     fn fine(&self, scored: &Scored<'a>) -> Scored<'a> {
@@ -183,8 +180,7 @@ impl<'a> Search<'a, '_> {
 
     /// The set without one effect, refitted from its own values and from the base's nominal ones.
     fn without(&self, scored: &Scored<'a>, index: usize, setting: &Setting) -> Scored<'a> {
-        let (hypothesis, x) = scored.hypothesis.only(&scored.fit.x, |k| k != index);
-        let made = fit(&hypothesis, &x, setting);
-        self.scored(hypothesis, made)
+        let made = scored.only(|k| k != index, setting);
+        self.scored(made.hypothesis, made.fit)
     }
 }

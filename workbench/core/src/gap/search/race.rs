@@ -3,9 +3,9 @@
 use super::evolve::{evolved, spread};
 use super::grid::promised;
 use super::screening::{Projector, Start, started};
-use super::worth::VISIBLE;
 use super::{Offer, Search};
-use crate::gap::acceptance::worth;
+use crate::gap::acceptance::noise::{VISIBLE, at_floor};
+use crate::gap::acceptance::price;
 use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit, fit_near};
 use crate::gap::hypothesis::{Hypothesis, Item};
@@ -115,11 +115,11 @@ impl<'a> Search<'a, '_> {
         let hoped = |it: &Screened| {
             let parent = &beam[it.parent].fit;
             // A promise holds near the parent alone. Far above the noise nothing is refused by it.
-            if self.offer != Offer::All && !self.at_floor(&beam[it.parent]) {
+            if self.offer != Offer::All && !at_floor(&beam[it.parent]) {
                 return true;
             }
             let visible = VISIBLE * VISIBLE * parent.samples as f64;
-            parent.cost - it.promise > LEAST_PROMISE * visible.max(worth(self.dispersion))
+            parent.cost - it.promise > LEAST_PROMISE * visible.max(price(self.dispersion))
         };
         if !screened.iter().any(hoped) {
             return Vec::new();
@@ -191,7 +191,7 @@ impl<'a> Search<'a, '_> {
         beam: &[Scored<'a>],
         projectors: &[Projector],
     ) -> Vec<Scored<'a>> {
-        if fitted.iter().any(|scored| self.at_floor(scored)) {
+        if fitted.iter().any(|scored| at_floor(scored)) {
             return Vec::new();
         }
         let mut promising: Vec<&Screened<'a>> = field.iter().map(|entered| &entered.it).collect();

@@ -1,10 +1,8 @@
 //! Sets that come near the accepted one.
 
 use super::Search;
-use super::by_shares::no_more;
-use crate::gap::acceptance;
+use crate::gap::acceptance::{self, shares::near};
 use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::prediction::held_out_errors;
 use crate::gap::scored::{Scored, dispersion};
 use crate::gap::threads::each;
 use crate::system::effects::Family;
@@ -70,22 +68,9 @@ const TIED_SHARE: f64 = 0.1;
 /// Sets that the data cannot tell from the best.
 pub fn tied<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>]) -> Vec<&'s Scored<'a>> {
     let margin = acceptance::tied(dispersion(best));
-    if best.hypothesis.model.fitted_to_log {
-        return tied_by_shares(best, others, margin);
-    }
-    others.iter().filter(|other| other.fit.cost - best.fit.cost < margin).collect()
-}
-
-/// The same by shares: as near on the log, and no worse on any held-out record.
-fn tied_by_shares<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>], margin: f64) -> Vec<&'s Scored<'a>> {
-    let held_out = held_out_errors(&best.hypothesis, &best.fit.x);
-    let predicts = |other: &Scored| {
-        let errors = held_out_errors(&other.hypothesis, &other.fit.x);
-        no_more(&errors, &held_out, 1.0 + TIED_SHARE)
+    let alike = best.hypothesis.model.fitted_to_log.then(|| near(best, 1.0 + TIED_SHARE, 1.0 + TIED_SHARE));
+    let tied = |other: &&Scored| {
+        other.fit.cost - best.fit.cost < margin && alike.as_ref().is_none_or(|alike| alike(other))
     };
-    let near = |other: &&Scored| {
-        let more = other.fit.cost - best.fit.cost;
-        more < margin && more < TIED_SHARE * best.fit.cost && predicts(other)
-    };
-    others.iter().filter(near).collect()
+    others.iter().filter(tied).collect()
 }

@@ -7,8 +7,8 @@
 use super::Search;
 use super::race::looked_at;
 use super::rounds::Path;
-use super::worth::far;
 use crate::gap::acceptance;
+use crate::gap::acceptance::noise::{at_floor, far, inside_tolerance};
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Slot;
 use crate::gap::scored::{Scored, dispersion, score_with};
@@ -32,12 +32,12 @@ impl<'a> Search<'a, '_> {
     /// The base with the parameter that the log contradicts, if it explains most of the gap alone. Two of them are left to the search:
     /// inertia and motor constant together follow an encoder's scale that is wrong.
     pub(super) fn contradicted(&self, base: &Scored<'a>) -> Option<Scored<'a>> {
-        if self.at_floor(base) || !strained(base) {
+        if at_floor(base) || !strained(base) {
             return None;
         }
         let enough = |set: &Scored<'a>| {
             let excess = |set: &Scored<'a>| (set.fit.chi2 - set.fit.samples as f64).max(0.0);
-            excess(set) < (1.0 - REMOVES) * excess(base) && !self.any_inside_tolerance(set)
+            excess(set) < (1.0 - REMOVES) * excess(base) && inside_tolerance(set).is_none()
         };
         let far = |set: &Scored<'a>| far(set.hypothesis.value(0, 0, &set.fit.x));
         likeliest(self.freed(base).into_iter().filter(enough).collect()).filter(far)

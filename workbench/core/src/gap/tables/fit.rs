@@ -94,6 +94,19 @@ impl Set<'_> {
         self.fit.chi2 / self.fit.samples.max(1) as f64
     }
 
+    /// How much less independent the residuals are than their number says: (1 + ρ)/(1 − ρ), ρ between neighbours.
+    pub fn inflation(&self) -> f64 {
+        let rows = self.hypothesis.dataset;
+        let residual = rows.fitted_only(&rows.residual(&self.plant()));
+        let power: f64 = residual.iter().map(|r| r * r).sum();
+        let pairs: f64 = residual.windows(2).map(|w| w[0] * w[1]).sum();
+        let correlation = (pairs / power.max(f64::MIN_POSITIVE)).clamp(0.0, 0.8);
+        // Independent residuals of n rows correlate by ±1/√n; only what exceeds that counts.
+        let chance = 1.0 / (residual.len() as f64).sqrt();
+        let correlation = (correlation - chance).max(0.0);
+        (1.0 + correlation) / (1.0 - correlation)
+    }
+
     /// Number of fitted effect parameters.
     pub fn size(&self) -> usize {
         self.hypothesis.effect_slots()
