@@ -9,7 +9,7 @@ use crate::gap::prediction::{HeldOut, compared};
 use crate::gap::remainder::{self, Described};
 use crate::gap::samples::{Sample, seen};
 use crate::gap::search::{Found, Scored};
-use crate::gap::threads::each;
+use crate::gap::threads::{each, of_each};
 use crate::gap::verdict::Judged;
 use crate::gap::{evidence, excitation, experiment, plots, sides};
 use crate::outcome::volts;
@@ -68,7 +68,7 @@ pub(super) fn extended(
 ) -> Outcome {
     let (dataset, model) = (given.hypothesis.dataset, given.hypothesis.model);
     let fitted = described.and_then(|described| described.fitted.as_ref());
-    let with_term = fitted.map(|fitted| remainder::extended(&judged.kept, fitted));
+    let with_term = fitted.map(|fitted| fitted.beside(&judged.kept));
     let kept = with_term.as_ref().unwrap_or(&judged.kept);
     let known = judged.uncertainty.take().filter(|_| with_term.is_none());
     let ((mut steps, sides), ((after, seen_after), (uncertainty, rivals))) = rayon::join(
@@ -127,8 +127,7 @@ pub(super) fn extended(
 
 /// What each even effect would be with two sides.
 fn sides_of(given: &Given, kept: &Scored) -> Vec<Option<String>> {
-    let places = each(0..kept.hypothesis.items.len());
-    places.map(|k| sides::told(kept, k, |set| given.gap_of(set))).collect()
+    of_each(0..kept.hypothesis.items.len(), |k| sides::told(kept, k, |set| given.gap_of(set)))
 }
 
 /// The curves of the effects that are one over a variable.
@@ -179,13 +178,13 @@ fn vetoed(model: &Model, found: &Found) -> Vec<String> {
 /// The held-out gap of the model as given, and after each effect in the order of naming.
 fn steps(given: &Given, best: &Scored) -> Vec<Step> {
     let first = Step { label: "the model as given".into(), gap: given.held_out.gap };
-    let further = each(1..best.hypothesis.items.len() + 1).map(|count| {
+    let further = of_each(1..best.hypothesis.items.len() + 1, |count| {
         let (hypothesis, start) = best.hypothesis.only(&best.fit.x, |k| k < count);
         let x = if count == best.hypothesis.items.len() { start } else { fit(&hypothesis, &start, &FINAL).x };
         let gap = HeldOut::of(given.whole, &hypothesis, &x).gap;
         Step { label: format!("+ {}", best.hypothesis.items[count - 1].effect.name), gap }
     });
-    std::iter::once(first).chain(further.collect::<Vec<Step>>()).collect()
+    std::iter::once(first).chain(further).collect()
 }
 
 /// The accepted effects with their parameters and uncertainties.

@@ -10,7 +10,7 @@ use crate::gap::remainder::look::{sensor_like, twin_pairs};
 use crate::gap::remainder::structure::Structure;
 use crate::gap::remainder::{self, Described, Scope, places};
 use crate::gap::residual::rms;
-use crate::gap::samples::samples;
+use crate::gap::samples::{Sample, samples};
 use crate::gap::search::{Found, Progress, Scored, ShareLimits, base_fit, search};
 use crate::gap::verdict::Judged;
 use crate::gap::{Options, estimate, excitation, verdict};
@@ -56,12 +56,12 @@ fn concluded(given: &Given, found: &Found, limits: &ShareLimits, last: Option<&L
             (judged.kept, judged.uncertainty) = (anew, None);
         }
     }
-    let described = rest_of(given, &mut judged);
+    let described = remainder_of(given, &mut judged);
     extended(given, found, judged, described.as_ref(), last)
 }
 
-/// Looks for what the rest depends on, and says so.
-fn rest_of(given: &Given, judged: &mut Judged) -> Option<Described> {
+/// Looks for what the remainder depends on, and says so.
+fn remainder_of(given: &Given, judged: &mut Judged) -> Option<Described> {
     let scope = match (&judged.structure, judged.verdict) {
         _ if judged.kept.fit.samples < verdict::FEW => return None,
         (Structure::None, Verdict::NothingMissing) => Scope::Turns,
@@ -71,7 +71,7 @@ fn rest_of(given: &Given, judged: &mut Judged) -> Option<Described> {
     let gaps = held_out_errors(&given.hypothesis, &given.x);
     let described = remainder::described(&judged.kept, &gaps, scope);
     if scope == Scope::Everything || described.is_some() {
-        remainder::tell(described.as_ref(), judged);
+        judged.depends(described.as_ref());
     }
     described
 }
@@ -124,12 +124,10 @@ fn settle_noise(dataset: &mut Dataset, model: &Model) {
 
 /// The noise from the difference of two runs with the same input: it needs no model of the noise.
 fn repeated_noise(base: &Scored) -> Option<f64> {
-    let dataset = base.hypothesis.dataset;
     let seen = samples(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
-    let differences: Vec<f64> =
-        twin_pairs(&seen, &dataset.twins, |s| s.residual()).map(|(a, b)| a - b).collect();
-    let enough = differences.len() > 200 && sensor_like(&differences);
-    enough.then(|| rms(&differences) / 2f64.sqrt())
+    let pairs = twin_pairs(&seen, base.hypothesis.dataset, Sample::residual);
+    let differences: Vec<f64> = pairs.into_iter().map(|(a, b)| a - b).collect();
+    sensor_like(&differences).then(|| rms(&differences) / 2f64.sqrt())
 }
 
 /// By how much more of a held-out record's squared error other weights may leave.

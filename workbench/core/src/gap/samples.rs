@@ -4,6 +4,7 @@ use crate::gap::dataset::{BenchRun, FullPass, Part, Traces};
 use crate::gap::fit::FINE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::system::plant::physics::Physics;
+use crate::system::plant::unnamed::Variable;
 use servo::axis::Bridge;
 
 /// One compared sample with the model quantities at its time. Bins are made over these, never over the measurement:
@@ -42,6 +43,19 @@ impl Sample {
     /// Measured minus simulated.
     pub fn residual(&self) -> f64 {
         self.measured - self.predicted
+    }
+
+    /// What the simulated motion is in a variable, a current without its sign; not a number where a sample alone does not know it.
+    pub fn of(&self, variable: Variable) -> f64 {
+        match variable {
+            Variable::Input => self.input,
+            Variable::Speed => self.omega,
+            Variable::Acceleration => self.acceleration,
+            Variable::Current => self.current.abs(),
+            Variable::Position => self.position,
+            Variable::Time => self.time,
+            _ => f64::NAN,
+        }
     }
 }
 

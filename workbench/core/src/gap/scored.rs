@@ -2,7 +2,7 @@
 
 use crate::gap::dataset::{Dataset, Part};
 use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting, fit};
-use crate::gap::hypothesis::{Data, Hypothesis};
+use crate::gap::hypothesis::{Data, Hypothesis, Item};
 use crate::gap::prediction::held_out_errors;
 use crate::gap::problem::{Problem, dot};
 use crate::system::plant::physics::Physics;
@@ -20,6 +20,19 @@ pub struct Scored<'a, D = Dataset> {
 }
 
 impl<D: Data> Scored<'_, D> {
+    /// Some of the effects in another order, not fitted again.
+    pub fn arranged(&self, items: Vec<Item>) -> Self {
+        let hypothesis = self.hypothesis.with(items);
+        let x = hypothesis.carried(&self.hypothesis, &self.fit.x, &|_| 0.0);
+        Self { hypothesis, fit: Fit { x, ..self.fit.clone() }, score: self.score }
+    }
+
+    /// The set without one effect, not fitted again.
+    pub fn lacking(&self, index: usize) -> Self {
+        let others = self.hypothesis.items.iter().enumerate().filter(|(k, _)| *k != index);
+        self.arranged(others.map(|(_, item)| *item).collect())
+    }
+
     /// The effects' names with plus signs.
     pub fn label(&self) -> String {
         if self.hypothesis.items.is_empty() {

@@ -14,9 +14,8 @@ pub fn told(kept: &Scored, index: usize, gap_of: impl Fn(&Scored) -> f64) -> Opt
     let even = kept.hypothesis.items[index];
     let of = |uneven: &&Effect| uneven.relations.uneven_of.is_some_and(|of| of.even == even.effect);
     let uneven = LIBRARY.iter().copied().find(of).filter(|uneven| uneven.on_records())?;
-    let mut items = kept.hypothesis.items.clone();
-    items[index] = if even.is_full() { Item::full(uneven) } else { Item::plain(uneven) };
-    let hypothesis = kept.hypothesis.with(items);
+    let apart = if even.is_full() { Item::full(uneven) } else { Item::plain(uneven) };
+    let hypothesis = kept.hypothesis.with_item(index, apart);
     let both = |parameter: usize| kept.hypothesis.slot(index, parameter).map_or(0.0, |slot| kept.fit.x[slot]);
     let from = |slot: &Slot| match slot {
         Slot::Effect { parameter, .. } => both(parameter.saturating_sub(1)),

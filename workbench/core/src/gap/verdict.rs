@@ -9,13 +9,13 @@ use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::held_out_errors;
 use crate::gap::remainder::look::{self, Remainder};
 use crate::gap::remainder::structure::Structure;
+use crate::gap::remainder::{self, Described};
 use crate::gap::samples::samples;
 use crate::gap::search::{Found, HELD_OUT, Scored, ShareLimits, chi2, tied};
-use crate::gap::threads::each;
+use crate::gap::threads::of_each;
 use crate::outcome::{Experiment, Grade, Small, Tie, Verdict};
 use crate::system::effects::{self, Effect};
 use crate::system::plant::physics::Drive;
-use rayon::prelude::*;
 
 /// The judgement on a search.
 pub struct Judged<'a> {
@@ -104,6 +104,34 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits:
     }
 }
 
+/// Beside a dependence that predicts more than this, a line in time or a trace of the turn is a part of it.
+const PART_OF_IT: f64 = 0.5;
+
+impl Judged<'_> {
+    /// Takes in what the remainder was found to depend on.
+    pub fn depends(&mut self, described: Option<&Described>) {
+        let seen = std::mem::take(&mut self.structure);
+        let differs = matches!(seen, Structure::Unrepeatable { .. });
+        self.noise_like = Some(differs || (described.is_none() && !seen.stays()));
+        let Some(found) = described else {
+            self.structure = seen;
+            if matches!(self.structure, Structure::FunctionOf { .. } | Structure::Correlated) {
+                self.structure = Structure::Unpredicted;
+                self.next.get_or_insert_with(|| remainder::repeat(self.kept.hypothesis.dataset));
+            }
+            return;
+        };
+        if self.verdict == Verdict::NothingMissing {
+            (self.verdict, self.share) = (Verdict::Unexplained, found.share);
+        }
+        let turns = found.over.iter().any(|variable| variable.is_periodic());
+        let also = differs || (seen.stays() && (turns || found.share < PART_OF_IT));
+        let beside = also.then(|| Box::new(seen));
+        self.structure = Structure::Predicted { by: remainder::sentence(&found.over, found.share), beside };
+        self.next.get_or_insert_with(|| found.next.clone());
+    }
+}
+
 /// What a report tells of what is left: below a share nobody asks.
 fn structure(left: bool, unpredicted: bool, nothing_named: bool, share: f64, seen: Structure) -> Structure {
     match (left, unpredicted) {
@@ -139,7 +167,7 @@ fn supported<'a>(found: &Found<'a>) -> Supported<'a> {
             let name = best.hypothesis.names()[index].clone();
             tiny.push(Small { name, fit_points: points });
         }
-        best = refitted(&best, |k| k != index);
+        best = best.only(|k| k != index, &SEARCH);
     };
     let all = found.best.hypothesis.names();
     let dropped = all.len() - best.hypothesis.items.len();
@@ -155,7 +183,7 @@ fn others<'a>(found: &Found<'a>, best: &Scored<'a>, small: &[Small]) -> Vec<Scor
         |item: &Item| small.iter().any(|it| it.name == item.effect.name) || (lag && item.effect.is_lag());
     let mut others: Vec<Scored<'a>> = Vec::new();
     for other in &found.others {
-        let fewer = refitted(other, |k| !gone(&other.hypothesis.items[k]));
+        let fewer = other.only(|k| !gone(&other.hypothesis.items[k]), &SEARCH);
         let known = |set: &Scored| set.hypothesis.items == fewer.hypothesis.items;
         if fewer.hypothesis.items.len() == best.hypothesis.items.len()
             && !others.iter().chain([best]).any(known)
@@ -193,8 +221,8 @@ fn useless(best: &Scored) -> Option<(usize, f64)> {
     let items = best.hypothesis.items.iter().enumerate();
     let others = items.filter(|(_, item)| !item.effect.is_base_parameter());
     let others: Vec<usize> = others.map(|(index, _)| index).collect();
-    let without = || each(&others).map(|index| lost(&refitted(best, |k| k != *index)));
-    let (with, without): (f64, Vec<f64>) = rayon::join(|| lost(best), || without().collect());
+    let without = || of_each(&others, |index| lost(&best.only(|k| k != *index, &SEARCH)));
+    let (with, without) = rayon::join(|| lost(best), without);
     let mut brought = others.into_iter().zip(without).map(|(index, without)| (index, without - with));
     brought.find(|(index, points)| *points < SEEN_POINTS || is_winding(best, *index))
 }
@@ -316,23 +344,17 @@ fn held_out_share(best: &Scored, given: &Hypothesis, nominal: &[f64]) -> f64 {
 fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
     let best = &found.best;
     let names = best.hypothesis.names();
-    let without = each(0..names.len()).map(|index| {
-        let without = refitted(best, |k| k != index);
+    let without = of_each(0..names.len(), |index| {
+        let without = best.only(|k| k != index, &SEARCH);
         excess(&without.hypothesis, &without.fit.x)
     });
-    let without: Vec<f64> = without.collect();
     let (keep, gone): (Vec<usize>, Vec<usize>) =
         (0..names.len()).partition(|index| without[*index] > CONFIRMED * left);
     if gone.is_empty() {
         return (best.clone(), Vec::new());
     }
     let closest = gone.into_iter().map(|index| names[index].clone()).collect();
-    (refitted(best, |k| keep.contains(&k)), closest)
-}
-
-/// The set with some of its effects, fitted anew.
-fn refitted<'a>(scored: &Scored<'a>, keep: impl Fn(usize) -> bool) -> Scored<'a> {
-    scored.only(keep, &SEARCH)
+    (best.only(|k| keep.contains(&k), &SEARCH), closest)
 }
 
 /// Rivals that the data cannot tell from the accepted set, and what would.

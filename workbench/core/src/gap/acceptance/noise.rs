@@ -6,9 +6,8 @@ use crate::gap::fit::{FINAL, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Item, tolerance};
 use crate::gap::initial_guesses::Basis;
 use crate::gap::scored::{Scored, chi2, dispersion, dispersion_on};
-use crate::gap::threads::each;
+use crate::gap::threads::of_each;
 use crate::system::effects::Effect;
-use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// Smallest visibility of an effect: the rms change of the prediction over the noise. At a tenth and less nothing can
@@ -206,10 +205,9 @@ pub fn at_floor(scored: &Scored) -> bool {
 pub fn cross_validated(scored: &Scored) -> f64 {
     const FIT_A: Setting = Setting { parts: &[Part::A], iterations: 6, ..SEARCH };
     const FIT_B: Setting = Setting { parts: &[Part::B], iterations: 6, ..SEARCH };
-    let folds = [(FIT_A, FIT_B), (FIT_B, FIT_A)];
-    let predicted = each(&folds).map(|(train, test)| {
+    let predicted = of_each(&[(FIT_A, FIT_B), (FIT_B, FIT_A)], |(train, test)| {
         let trained = fit(&scored.hypothesis, &scored.fit.x, train);
         chi2(&scored.hypothesis, &trained.x, test).0
     });
-    predicted.collect::<Vec<f64>>().iter().sum()
+    predicted.iter().sum()
 }

@@ -1,10 +1,10 @@
 //! What goes with the turn of a shaft. A torque that belongs to a place, or a friction that grips in one sector, leaves little
 //! beside an effect that does not know the place, but it leaves it there; no imperfect form of another effect knows the turn.
 
+use super::look::{Left, SAMPLES, explained};
+use super::regression::{Sums, predicted};
+use super::structure::Structure;
 use crate::gap::dataset::Part;
-use crate::gap::remainder::structure::Structure;
-use crate::gap::samples::Sample;
-use crate::gap::search::Scored;
 use crate::system::plant::laws::{Acts, Law, TorqueLaw};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -33,30 +33,19 @@ const TRIED: f64 = 1e-2;
 const WAVES: [f64; 2] = [0.0, FRAC_PI_2];
 
 /// What goes with the turn of the encoder's shaft or of the load.
-pub(super) fn goes_with(scored: &Scored, seen: &[Sample], residual: &[f64]) -> Option<Structure> {
-    if scored.hypothesis.dataset.linear || residual.len() < 200 {
+pub(super) fn goes_with(left: &Left) -> Option<Structure> {
+    if left.scored.hypothesis.dataset.linear || left.residual.len() < SAMPLES {
         return None;
     }
-    let plant = scored.hypothesis.plant(&scored.fit.x);
+    let plant = left.scored.plant();
     let level = 0.5 * (plant.friction_pos + plant.friction_neg);
-    let mut shafts = vec![1.0];
-    if plant.gear_ratio != 1.0 {
-        shafts.push(1.0 / plant.gear_ratio);
-    }
-    let looked = Looked { scored, seen, residual };
-    shafts.into_iter().find_map(|shaft| {
-        let gripping = (level > 0.0).then(|| looked.gripping(shaft, level)).flatten();
-        let pushing = || goes(|turns| looked.explained(Acts::Motor, turns).map_or(0.0, |it| it.share), shaft);
-        let read = || goes(|turns| looked.phases(turns), shaft);
+    let load = (plant.gear_ratio != 1.0).then_some(1.0 / plant.gear_ratio);
+    [1.0].into_iter().chain(load).find_map(|shaft| {
+        let gripping = (level > 0.0).then(|| gripping(left, shaft, level)).flatten();
+        let pushing = || goes(|turns| waves(left, Acts::Motor, turns).map_or(0.0, |it| it.share), shaft);
+        let read = || goes(|turns| phases(left, turns), shaft);
         gripping.or_else(pushing).or_else(read)
     })
-}
-
-/// Where is looked.
-struct Looked<'s> {
-    scored: &'s Scored<'s>,
-    seen: &'s [Sample],
-    residual: &'s [f64],
 }
 
 /// A torque or a reading that changes over the turn.
@@ -66,83 +55,60 @@ fn goes(share: impl Fn(f64) -> f64, shaft: f64) -> Option<Structure> {
     (found > SHARE && found > BEYOND_BEST * best()).then_some(Structure::Turn { share: found })
 }
 
-/// What waves of one kind explain.
-struct Explained {
+/// A friction whose level changes over the turn.
+fn gripping(left: &Left, shaft: f64, level: f64) -> Option<Structure> {
+    let found = waves(left, Acts::Friction, shaft)?;
+    if found.share < GRIP_SHARE || found.torque < CHANGE * level {
+        return None;
+    }
+    let others = NO_TURNS.iter().filter_map(|turns| waves(left, Acts::Friction, shaft * turns));
+    let chance: Vec<f64> = others.map(|waves| waves.share).collect();
+    let mean = chance.iter().sum::<f64>() / chance.len() as f64;
+    let square = chance.iter().map(|share| (share - mean).powi(2)).sum::<f64>() / chance.len() as f64;
+    let beyond = found.share > mean + BEYOND_CHANCE * square.sqrt();
+    beyond.then_some(Structure::FrictionOfTurn { share: found.share })
+}
+
+/// Share of the residual's square that its means over phases of a turn explain.
+fn phases(left: &Left, turns: f64) -> f64 {
+    let mean = left.residual.iter().sum::<f64>() / left.residual.len() as f64;
+    let centred: Vec<f64> = left.residual.iter().map(|residual| residual - mean).collect();
+    let phase = |position: f64| (position / (TAU / turns)).rem_euclid(1.0) * PHASES as f64;
+    explained(&centred, left.seen.iter().map(|sample| (phase(sample.position) as usize).min(PHASES - 1)))
+}
+
+/// What waves of one kind explain together.
+struct Waves {
     /// Share of the residual's square.
     share: f64,
     /// Their torque, N m.
     torque: f64,
 }
 
-impl Looked<'_> {
-    /// A friction whose level changes over the turn.
-    fn gripping(&self, shaft: f64, level: f64) -> Option<Structure> {
-        let found = self.explained(Acts::Friction, shaft)?;
-        if found.share < GRIP_SHARE || found.torque < CHANGE * level {
-            return None;
-        }
-        let chance: Vec<f64> = NO_TURNS
-            .iter()
-            .filter_map(|turns| self.explained(Acts::Friction, shaft * turns))
-            .map(|explained| explained.share)
-            .collect();
-        let mean = chance.iter().sum::<f64>() / chance.len() as f64;
-        let square = chance.iter().map(|share| (share - mean).powi(2)).sum::<f64>() / chance.len() as f64;
-        let beyond = found.share > mean + BEYOND_CHANCE * square.sqrt();
-        beyond.then_some(Structure::FrictionOfTurn { share: found.share })
-    }
-
-    /// Share of the residual's square that its means over phases of a turn explain.
-    fn phases(&self, turns: f64) -> f64 {
-        let period = TAU / turns;
-        let (mut sums, mut counts) = ([0.0; PHASES], [0.0; PHASES]);
-        let mean = self.residual.iter().sum::<f64>() / self.residual.len() as f64;
-        for (sample, residual) in self.seen.iter().zip(self.residual) {
-            let phase = (sample.position / period).rem_euclid(1.0) * PHASES as f64;
-            let bin = (phase as usize).min(PHASES - 1);
-            sums[bin] += residual - mean;
-            counts[bin] += 1.0;
-        }
-        let total: f64 = self.residual.iter().map(|residual| (residual - mean).powi(2)).sum();
-        let bins = sums.iter().zip(&counts).filter(|(_, count)| **count > 0.0);
-        bins.map(|(sum, count)| sum * sum / count).sum::<f64>() / total
-    }
-
-    /// What waves of a turn of the shaft explain together.
-    fn explained(&self, acts: Acts, turns: f64) -> Option<Explained> {
-        let waves: Vec<(usize, f64)> =
-            (1..=PERIODS).flat_map(|period| WAVES.map(|phase| (period, phase))).collect();
-        let columns: Vec<DVector<f64>> = waves
-            .par_iter()
-            .map(|(period, phase)| trace(self.scored, self.seen, *phase, acts, *period as f64 * turns))
-            .collect();
-        let matrix = DMatrix::from_columns(&columns);
-        let residual = DVector::from_column_slice(self.residual);
-        let projected = matrix.tr_mul(&residual);
-        let solved = matrix.tr_mul(&matrix).cholesky()?.solve(&projected);
-        Some(Explained {
-            share: solved.dot(&projected) / residual.norm_squared(),
-            torque: solved.norm() * TRIED * self.scored.hypothesis.dataset.scales.torque,
-        })
-    }
+/// What waves of a turn of the shaft explain together.
+fn waves(left: &Left, acts: Acts, turns: f64) -> Option<Waves> {
+    let waves: Vec<(usize, f64)> =
+        (1..=PERIODS).flat_map(|period| WAVES.map(|phase| (period, phase))).collect();
+    let columns: Vec<DVector<f64>> =
+        waves.par_iter().map(|(period, phase)| trace(left, *phase, acts, *period as f64 * turns)).collect();
+    let residual = DVector::from_column_slice(&left.residual);
+    let Sums { information, projected } = Sums::of(&DMatrix::from_columns(&columns), &residual);
+    let solved = information.cholesky()?.solve(&projected);
+    Some(Waves {
+        share: solved.dot(&projected) / residual.norm_squared(),
+        torque: solved.norm() * TRIED * left.scored.hypothesis.dataset.scales.torque,
+    })
 }
 
 /// What a small torque, or a little more friction, does to the prediction, in units of the noise.
-fn trace(scored: &Scored, seen: &[Sample], phase: f64, acts: Acts, periods: f64) -> DVector<f64> {
-    let scales = &scored.hypothesis.dataset.scales;
-    let mut plant = scored.hypothesis.plant(&scored.fit.x);
-    let parameters = [TRIED * scales.torque, periods, phase];
+fn trace(left: &Left, phase: f64, acts: Acts, periods: f64) -> DVector<f64> {
+    let hypothesis = &left.scored.hypothesis;
+    let mut plant = left.scored.plant();
+    let parameters = [TRIED * hypothesis.dataset.scales.torque, periods, phase];
     plant.torques.push(TorqueLaw { law: Law::Wave, parameters, acts });
-    let mut predicted = Vec::with_capacity(seen.len());
-    let hypothesis = &scored.hypothesis;
-    hypothesis.simulated(&scored.fit.x, &plant, |index, _, values| {
-        let run = &scored.hypothesis.dataset.runs[index];
-        let compared = values.iter().zip(&run.speed.part);
-        predicted.extend(compared.filter(|(_, part)| matches!(part, Part::A | Part::B)).map(|(v, _)| *v));
-    });
-    let changes = predicted.iter().zip(seen);
-    DVector::from_iterator(
-        seen.len(),
-        changes.map(|(value, sample)| (value - sample.predicted) * sample.weight),
-    )
+    let parts = hypothesis.dataset.runs.iter().flat_map(|run| &run.speed.part);
+    let all = predicted(hypothesis, &left.scored.fit.x, &plant).into_iter().zip(parts);
+    let log = all.filter(|(_, part)| matches!(part, Part::A | Part::B));
+    let change = log.zip(&left.seen).map(|((value, _), seen)| (value - seen.predicted) * seen.weight);
+    DVector::from_vec(change.collect())
 }

@@ -11,11 +11,11 @@ use crate::gap::acceptance::noise::{at_floor, cross_validated};
 use crate::gap::acceptance::shares::{Joining, Measure, Staying, agreed, near, no_more, sum};
 use crate::gap::acceptance::{Others, decided};
 use crate::gap::effort::{Phase, during};
-use crate::gap::fit::{Fit, SEARCH};
+use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::prediction::held_out_errors;
 use crate::gap::scored::{Scored, dispersion};
-use crate::gap::threads::each;
+use crate::gap::threads::{each, of_each};
 use rayon::prelude::*;
 use std::cell::OnceCell;
 
@@ -174,7 +174,7 @@ impl<'a> Search<'a, '_> {
 
     /// The set without each of its names, everything else fitted anew.
     fn smaller(&self, set: &Scored<'a>) -> Vec<Scored<'a>> {
-        each(0..set.hypothesis.items.len()).map(|index| self.without(set, index, &SEARCH)).collect()
+        of_each(0..set.hypothesis.items.len(), |index| self.without(set, index, &SEARCH))
     }
 
     /// The set without the names that hardly lift the held-out fit, the smallest first. Where the noise is reached, it is the measure
@@ -206,9 +206,7 @@ impl<'a> Search<'a, '_> {
         let mut order: Vec<usize> = (0..smaller.len()).collect();
         order.sort_by(|a, b| smaller[*b].fit.cost.total_cmp(&smaller[*a].fit.cost));
         let items = order.into_iter().map(|k| scored.hypothesis.items[k]).collect();
-        let hypothesis = scored.hypothesis.with(items);
-        let x = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &|_| 0.0);
-        self.scored(hypothesis, Fit { x, ..scored.fit })
+        scored.arranged(items)
     }
 
     /// True if a set leaves clearly less than the model as given on every held-out record.

@@ -12,7 +12,7 @@ use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::problem::dot;
 use crate::gap::scored::Scored;
-use crate::gap::threads::each;
+use crate::gap::threads::of_each;
 use crate::system::effects::{Effect, Starts};
 use nalgebra::DVector;
 use rand::SeedableRng;
@@ -145,7 +145,7 @@ pub fn scatter(scored: &Scored) -> Vec<f64> {
     let begins: Vec<Vec<f64>> = (0..HOLLOWS).map(|_| begin()).collect();
     let nearest = Setting { iterations: SEARCH.iterations / 2, ..SEARCH };
     let centre = fit(hypothesis, &scored.fit.x, &nearest);
-    let fits: Vec<Fit> = each(&begins).map(|x| fit(hypothesis, x, &nearest)).collect();
+    let fits = of_each(&begins, |x| fit(hypothesis, x, &nearest));
     let samples = centre.samples as f64;
     let alike_within = (VISIBLE * VISIBLE * samples).max(centre.chi2 - samples);
     let alike = |it: &&Fit| it.cost < centre.cost + alike_within;

@@ -7,7 +7,7 @@ use crate::gap::acceptance::{Others, decided, price};
 use crate::gap::fit::{FINAL, SEARCH};
 use crate::gap::hypothesis::Item;
 use crate::gap::scored::{Scored, dispersion, score_with};
-use crate::gap::threads::each;
+use crate::gap::threads::{each, of_each};
 use crate::system::effects::LIBRARY;
 use rayon::prelude::*;
 
@@ -71,8 +71,8 @@ impl<'a> Search<'a, '_> {
         let mut best = scored;
         while best.hypothesis.items.len() > 1 {
             let noise = FineNoise { dispersion: dispersion(&best) };
-            let smaller = each(0..best.hypothesis.items.len()).map(|k| self.without(&best, k, &FINAL));
-            match decided(&noise, &best, Others::Smaller, smaller.collect::<Vec<Scored<'a>>>()) {
+            let smaller = of_each(0..best.hypothesis.items.len(), |k| self.without(&best, k, &FINAL));
+            match decided(&noise, &best, Others::Smaller, smaller) {
                 Some((fewer, _)) => best = fewer,
                 None => break,
             }

@@ -4,9 +4,8 @@ use super::Search;
 use crate::gap::acceptance::{self, shares::near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::scored::{Scored, dispersion};
-use crate::gap::threads::each;
+use crate::gap::threads::of_each;
 use crate::system::effects::Family;
-use rayon::prelude::*;
 
 /// Sets within so many times the limit of a tie are fitted on the fine grid, which then decides.
 const NEAR: f64 = 5.0;
@@ -35,7 +34,7 @@ impl<'a> Search<'a, '_> {
         let margin = NEAR * acceptance::tied(dispersion(best));
         near.retain(|other| other.fit.cost - best.fit.cost < margin);
         near.truncate(6);
-        let mut fine: Vec<Scored<'a>> = each(&near).map(|other| self.fine(other)).collect();
+        let mut fine = of_each(&near, |other| self.fine(other));
         fine.sort_by(|a, b| a.score.total_cmp(&b.score));
         fine
     }

@@ -12,9 +12,8 @@ use crate::gap::acceptance::noise::{at_floor, far, inside_tolerance};
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Slot;
 use crate::gap::scored::{Scored, dispersion, score_with};
-use crate::gap::threads::each;
+use crate::gap::threads::of_each;
 use crate::system::effects::{Effect, INERTIA, MOTOR_GAIN, RESISTANCE};
-use rayon::prelude::*;
 
 /// Base parameters, the least known first: no label states the inertia, to which the load belongs, while a resistance and a no-load
 /// speed are measured in a minute. Where two of them explain a log equally well the first one is said, and the other is its rival. A
@@ -50,7 +49,7 @@ impl<'a> Search<'a, '_> {
         let (basis, projector) = looked_at(parent);
         let count = tasks.len();
         let raced = self.fitted(std::slice::from_ref(parent), &[basis], &[projector], tasks, count);
-        each(&raced).map(|set| self.refit(set, &SEARCH)).collect()
+        of_each(&raced, |set| self.refit(set, &SEARCH))
     }
 }
 

@@ -53,7 +53,7 @@ impl<'a> Search<'a> {
             if let Some(other) = equals.next() {
                 let mut items = other.hypothesis.items.clone();
                 items[k..].rotate_right(1);
-                set = self.arranged(&other, items);
+                set = other.arranged(items);
             }
         }
         set
@@ -117,7 +117,7 @@ impl<'a> Search<'a> {
     /// Effect k exchanged for others: once with the rest where it was, once grown anew, because a gain that moves to
     /// another place of the chain moves every threshold behind it.
     fn exchanged(&self, set: &Set<'a>, k: usize, new: &[Item]) -> Vec<Set<'a>> {
-        let rest = self.others(set, k);
+        let rest = set.lacking(k);
         let extend = |parent: Option<Set<'a>>, item: &Item| {
             let parent = parent.filter(|parent| self.compatible(parent, item.effect))?;
             self.extended(&parent, item)

@@ -37,8 +37,7 @@ impl<'a> Search<'a> {
         let Some((even, constant, uneven)) = even_and_constant(&set) else {
             return set;
         };
-        let without = self.others(&set, even.max(constant));
-        let others = self.others(&without, even.min(constant));
+        let others = set.lacking(even.max(constant)).lacking(even.min(constant));
         let united = forms(uneven).into_iter().filter_map(|item| self.extended(&others, &item));
         best(united).filter(|best| best.score < set.score + 1.0).unwrap_or(set)
     }
