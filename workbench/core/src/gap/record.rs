@@ -4,8 +4,7 @@ use crate::gap::acceptance::shares::no_more;
 use crate::gap::dataset::{self, Dataset, FullPass, Part, hf_noise, prepare};
 use crate::gap::effort::{Phase, during};
 use crate::gap::extend::{Given, Last, extended};
-use crate::gap::hypothesis::Hypothesis;
-use crate::gap::prediction::{Prediction, held_out_errors};
+use crate::gap::prediction::Prediction;
 use crate::gap::remainder::look::{sensor_like, twin_pairs};
 use crate::gap::remainder::structure::Structure;
 use crate::gap::remainder::{self, Described, Scope, places};
@@ -35,7 +34,7 @@ pub fn run(
     let last = only_predicted(model, log, holdouts, &options.finals)?;
     let whole = FullPass::of(model, log, holdouts, &dataset);
     let given = Given::simulated(&dataset, model, whole.as_ref());
-    let places = places::places(&given.hypothesis, &given.seen);
+    let places = places::places(&given.set.hypothesis, &given.seen);
     // On a thread of the pool, which hands on what it can share without being woken first.
     let outcome = rayon::scope(|_| {
         let found = search(&dataset, model, options, progress);
@@ -47,8 +46,8 @@ pub fn run(
 
 /// What is said of what was found.
 fn concluded(given: &Given, found: &Found, limits: &ShareLimits, last: Option<&Last>) -> Outcome {
-    let model = given.hypothesis.model;
-    let mut judged = verdict::judge(found, &given.hypothesis, &given.x, limits);
+    let model = given.set.hypothesis.model;
+    let mut judged = verdict::judge(found, &given.set, limits);
     let eased = estimate::eased(&judged.kept);
     if let Some(eased) = &eased {
         let anew = estimate::refitted(eased, &judged.kept);
@@ -68,8 +67,7 @@ fn remainder_of(given: &Given, judged: &mut Judged) -> Option<Described> {
         (Structure::None, _) => return None,
         _ => Scope::Everything,
     };
-    let gaps = held_out_errors(&given.hypothesis, &given.x);
-    let described = remainder::described(&judged.kept, &gaps, scope);
+    let described = remainder::described(&judged.kept, &given.set.held_out(), scope);
     if scope == Scope::Everything || described.is_some() {
         judged.depends(described.as_ref());
     }
@@ -110,21 +108,20 @@ pub fn made_ready(
 
 /// The noise from the base's residual, in which the motion no longer hides it, and the weights.
 fn settle_noise(dataset: &mut Dataset, model: &Model) {
-    let nominal = Hypothesis::new(dataset, model, Vec::new());
-    let plant = nominal.plant(&vec![0.0; nominal.slots.len()]);
+    let plant = Scored::given(dataset, model).plant();
     dataset.weigh(&plant);
     let base = base_fit(dataset, model);
     let view = Prediction::of(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
     let high = hf_noise(&view.residual(), dataset.noise_lag).clamp(0.5 * dataset.sigma, 1.05 * dataset.sigma);
     let repeated = repeated_noise(&base);
-    let plant = base.hypothesis.plant(&base.fit.x);
+    let plant = base.plant();
     dataset.sigma = repeated.map_or(high, |sigma| sigma.max(high));
     dataset.weigh(&plant);
 }
 
 /// The noise from the difference of two runs with the same input: it needs no model of the noise.
 fn repeated_noise(base: &Scored) -> Option<f64> {
-    let seen = samples(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
+    let seen = samples(base, &[Part::A, Part::B]);
     let pairs = twin_pairs(&seen, base.hypothesis.dataset, Sample::residual);
     let differences: Vec<f64> = pairs.into_iter().map(|(a, b)| a - b).collect();
     sensor_like(&differences).then(|| rms(&differences) / 2f64.sqrt())

@@ -1,10 +1,10 @@
 //! A fitted set and its score.
 
-use crate::gap::dataset::{Dataset, Part};
+use crate::gap::dataset::{BenchRun, Dataset, Part};
 use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Data, Hypothesis, Item};
-use crate::gap::prediction::held_out_errors;
 use crate::gap::problem::{Problem, dot};
+use crate::system::model::Model;
 use crate::system::plant::physics::Physics;
 use std::borrow::BorrowMut;
 
@@ -49,6 +49,13 @@ impl<D: Data> Scored<'_, D> {
 }
 
 impl<'a> Scored<'a> {
+    /// The model as given, not fitted: its cost is not asked for.
+    pub fn given(dataset: &'a Dataset, model: &'a Model) -> Self {
+        let hypothesis = Hypothesis::new(dataset, model, Vec::new());
+        let x = vec![0.0; hypothesis.slots.len()];
+        Self { hypothesis, fit: Fit { x, cost: f64::NAN, chi2: f64::NAN, samples: 0 }, score: f64::NAN }
+    }
+
     /// A hypothesis fitted from some numbers, without a penalty.
     pub fn fitted(hypothesis: Hypothesis<'a>, x: &[f64], setting: &Setting) -> Self {
         let fit = fit(&hypothesis, x, setting);
@@ -66,9 +73,19 @@ impl<'a> Scored<'a> {
         Self::fitted(hypothesis, &x, setting)
     }
 
-    /// Squared errors of the held-out records.
+    /// Sums of squared residuals of each held-out record, in the order of the records: what a person sees of a prediction, without
+    /// weights. Where no record was given, the held-out part of the log is the one.
     pub fn held_out(&self) -> Vec<f64> {
-        held_out_errors(&self.hypothesis, &self.fit.x)
+        let mut sums = std::collections::BTreeMap::new();
+        let held_out = |run: &BenchRun| run.speed.part.contains(&Part::HoldOut);
+        self.hypothesis.simulated_some(&self.fit.x, &self.plant(), held_out, |index, _, predicted| {
+            let run = &self.hypothesis.dataset.runs[index];
+            let held_out = (0..predicted.len()).filter(|k| run.speed.part[*k] == Part::HoldOut);
+            let square = |k: usize| (run.speed.measured[k] - predicted[k]).powi(2);
+            *sums.entry(run.log).or_insert(0.0) += held_out.map(square).sum::<f64>();
+        });
+        // A simulation that ran away is as wrong as can be.
+        sums.into_values().map(|sum: f64| if sum.is_nan() { f64::INFINITY } else { sum }).collect()
     }
 }
 

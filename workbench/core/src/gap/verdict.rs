@@ -1,12 +1,11 @@
 //! What may be said: named, tie, nothing missing, unexplained.
 
-use crate::gap::acceptance::shares::left_open;
+use crate::gap::acceptance::shares::{left_open, no_more};
 use crate::gap::dataset::Part;
 use crate::gap::estimate::{self, Uncertainty};
 use crate::gap::experiment;
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::prediction::held_out_errors;
 use crate::gap::remainder::look::{self, Remainder};
 use crate::gap::remainder::structure::Structure;
 use crate::gap::remainder::{self, Described};
@@ -56,17 +55,17 @@ const HELD_OUT_SHARE: f64 = 0.15;
 const CONFIRMED: f64 = 10.0;
 
 /// Judges what was found.
-pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits: &ShareLimits) -> Judged<'a> {
+pub fn judge<'a>(found: &Found<'a>, given: &Scored, limits: &ShareLimits) -> Judged<'a> {
     let (whole, Supported { found: supported, uncertainty, tiny }) = (found, supported(found));
     let found = supported.as_ref().unwrap_or(found);
-    if given.model.fitted_to_log && !found.best.hypothesis.items.is_empty() {
-        return Judged { tiny, ..by_shares(found, uncertainty, given, nominal, limits) };
+    if given.hypothesis.model.fitted_to_log && !found.best.hypothesis.items.is_empty() {
+        return Judged { tiny, ..by_shares(found, uncertainty, given, limits) };
     }
     // What small names explain alone is no gap.
     let trifle = found.best.hypothesis.items.is_empty() && !tiny.is_empty();
     let of = if trifle { whole } else { found };
-    let on_log = || rayon::join(|| look::look(&of.best), || excess(given, nominal).max(1e-9));
-    let ((rest, first), held_out) = rayon::join(on_log, || held_out_share(&found.best, given, nominal));
+    let on_log = || rayon::join(|| look::look(&of.best), || excess(given).max(1e-9));
+    let ((rest, first), held_out) = rayon::join(on_log, || held_out_share(&found.best, given));
     let share = (rest.excess / first).min(1.0);
     let nothing_named = found.best.hypothesis.items.is_empty();
     let unpredicted = match nothing_named {
@@ -246,14 +245,13 @@ fn is_winding(best: &Scored, index: usize) -> bool {
 fn by_shares<'a>(
     found: &Found<'a>,
     uncertainty: Option<Uncertainty>,
-    given: &Hypothesis,
-    nominal: &[f64],
+    given: &Scored,
     limits: &ShareLimits,
 ) -> Judged<'a> {
     let rest = look::look(&found.best);
-    let share = (rest.excess / excess(given, nominal).max(1e-9)).min(1.0);
+    let share = (rest.excess / excess(given).max(1e-9)).min(1.0);
     let left = share > SHARE;
-    let most = most_is_removed(&found.best, given, nominal, limits);
+    let most = most_is_removed(&found.best, given, limits);
     // A lag that removes less than half and stands alone is what almost anything else looks like that acts on the current or
     // the sensor: it is no name.
     let lags_alone = found.best.hypothesis.items.iter().all(|item| item.effect.is_lag());
@@ -276,11 +274,9 @@ fn by_shares<'a>(
 }
 
 /// True if a set leaves little enough of the squared error of the model as given, on the log and on every held-out record.
-fn most_is_removed(best: &Scored, given: &Hypothesis, nominal: &[f64], limits: &ShareLimits) -> bool {
-    let before = held_out_errors(given, nominal);
-    let after = best.held_out();
-    let log = best.fit.chi2 / chi2(given, nominal, &SEARCH).0.max(f64::MIN_POSITIVE);
-    log <= limits.likely && after.iter().zip(&before).all(|(after, before)| *after <= limits.likely * before)
+fn most_is_removed(best: &Scored, given: &Scored, limits: &ShareLimits) -> bool {
+    let log = best.fit.chi2 / chi2(&given.hypothesis, &given.fit.x, &SEARCH).0.max(f64::MIN_POSITIVE);
+    log <= limits.likely && no_more(&best.held_out(), &given.held_out(), limits.likely)
 }
 
 /// A held-out record that is missed by this many times the noise, where the log is not, is of another motor.
@@ -293,9 +289,14 @@ const DISAGREE: f64 = 9.0;
 
 /// True if the model misses a held-out record although it fits the log.
 fn strange(best: &Scored) -> bool {
-    let (held_out, samples) = chi2(&best.hypothesis, &best.fit.x, &HELD_OUT);
     let log = best.fit.chi2 / best.fit.samples.max(1) as f64;
-    held_out / samples.max(1) as f64 > STRANGE * STRANGE * log.max(1.0)
+    held_out_square(best) > STRANGE * STRANGE * log.max(1.0)
+}
+
+/// χ² a sample of the held-out data.
+fn held_out_square(set: &Scored) -> f64 {
+    let (held_out, samples) = chi2(&set.hypothesis, &set.fit.x, &HELD_OUT);
+    held_out / samples.max(1) as f64
 }
 
 /// What looks like noise and opens fewer points of the fit is noise: of a coarse reading that a slow motion hides from the estimate.
@@ -323,19 +324,15 @@ fn is_left(found: &Found, rest: &Remainder, share: f64) -> bool {
 
 /// Mean square of the speed's residuals beyond the noise, in units of the noise's variance. Of the speed alone: a gap in
 /// a logged current, which may be far quieter, would dwarf it.
-fn excess(hypothesis: &Hypothesis, x: &[f64]) -> f64 {
-    let seen = samples(hypothesis, x, &[Part::A, Part::B]);
+fn excess(set: &Scored) -> f64 {
+    let seen = samples(set, &[Part::A, Part::B]);
     let sum: f64 = seen.iter().map(|s| (s.residual() * s.weight).powi(2)).sum();
     sum / seen.len().max(1) as f64 - 1.0
 }
 
 /// What a set leaves of the hold-out's gap (squared, above the noise).
-fn held_out_share(best: &Scored, given: &Hypothesis, nominal: &[f64]) -> f64 {
-    let excess = |hypothesis: &Hypothesis, x: &[f64]| {
-        let (chi2, samples) = chi2(hypothesis, x, &HELD_OUT);
-        chi2 / samples.max(1) as f64 - 1.0
-    };
-    let (before, after) = (excess(given, nominal), excess(&best.hypothesis, &best.fit.x));
+fn held_out_share(best: &Scored, given: &Scored) -> f64 {
+    let (before, after) = (held_out_square(given) - 1.0, held_out_square(best) - 1.0);
     // A gap that hardly shows in the hold-out says nothing.
     if before > 1.0 { after / before } else { 0.0 }
 }
@@ -344,10 +341,7 @@ fn held_out_share(best: &Scored, given: &Hypothesis, nominal: &[f64]) -> f64 {
 fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
     let best = &found.best;
     let names = best.hypothesis.names();
-    let without = of_each(0..names.len(), |index| {
-        let without = best.only(|k| k != index, &SEARCH);
-        excess(&without.hypothesis, &without.fit.x)
-    });
+    let without = of_each(0..names.len(), |index| excess(&best.only(|k| k != index, &SEARCH)));
     let (keep, gone): (Vec<usize>, Vec<usize>) =
         (0..names.len()).partition(|index| without[*index] > CONFIRMED * left);
     if gone.is_empty() {

@@ -18,7 +18,7 @@ use crate::gap::scored::Scored;
 /// Gain that a name must bring, in twice the logarithm of the likelihood: χ² over a record, n·ln(mean square) over a table,
 /// whose noise is unknown. The evidence of 2 in the log-likelihood that Kass and Raftery (J. Am. Stat. Assoc. 90, 1995)
 /// call very strong is 10; with a dozen candidates the chance of one false name stays below 1 %.
-const NAME: f64 = 12.0;
+pub const NAME: f64 = 12.0;
 /// Sets within this of the best explain the data as well, in the same unit.
 const TIED: f64 = 10.0;
 

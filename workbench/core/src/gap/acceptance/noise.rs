@@ -84,24 +84,20 @@ impl<'a> Noise<'a> {
         let remainder = (smaller.fit.chi2 - samples).max(1e-9);
         let bare = smaller.hypothesis.items.is_empty();
         let scanned = newest_scanned(larger).is_some();
-        let needed = if scanned {
-            NEARLY_ALL_SCANNED
-        } else if dispersion < NOISE_ALONE {
-            MOST
-        } else {
-            NEARLY_ALL
+        let needed = match (scanned, dispersion < NOISE_ALONE) {
+            (true, _) => NEARLY_ALL_SCANNED,
+            (false, true) => MOST,
+            (false, false) => NEARLY_ALL,
         };
         let a_share = gain > SHARE_OF_REMAINDER * remainder;
         let large = a_share && (bare || gain > SHARE_OF_GAP * (self.first_gap - samples));
         // Where the noise itself is reached, its own uncertainty of some per cent must not be named.
         let at_noise = (!bare && smaller.fit.chi2 < samples)
             || (!smaller.hypothesis.model.known.is_empty() && at_floor(smaller));
-        let visible = if scanned && !bare {
-            VISIBLE_LINE
-        } else if at_noise {
-            VISIBLE_IN_NOISE
-        } else {
-            VISIBLE
+        let visible = match (scanned && !bare, at_noise) {
+            (true, _) => VISIBLE_LINE,
+            (false, true) => VISIBLE_IN_NOISE,
+            (false, false) => VISIBLE,
         };
         gain / samples > visible * visible && (large || gain > needed * remainder)
     }

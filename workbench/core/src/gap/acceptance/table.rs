@@ -25,8 +25,3 @@ impl<'a> Evidence<'a> for OverTable<'a> {
         }
     }
 }
-
-/// How much of what a name must gain an effect gains.
-pub fn share_of_name(gain: f64) -> f64 {
-    gain / super::NAME
-}

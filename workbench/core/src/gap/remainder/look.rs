@@ -116,7 +116,7 @@ pub(super) struct Left<'s, 'a> {
 
 impl<'s, 'a> Left<'s, 'a> {
     fn of(scored: &'s Scored<'a>) -> Self {
-        let seen = samples(&scored.hypothesis, &scored.fit.x, &[Part::A, Part::B]);
+        let seen = samples(scored, &[Part::A, Part::B]);
         let residual = seen.iter().map(|s| s.residual() * s.weight).collect();
         Self { scored, seen, residual }
     }

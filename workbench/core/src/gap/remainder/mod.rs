@@ -111,11 +111,8 @@ fn looked(scored: &Scored, with: Option<&Fitted>, scope: Scope) -> Look {
     let dataset = hypothesis.dataset;
     let plant = scored.plant();
     let standstill = candidates::standstill(dataset);
-    let (bare, compared) = Tracks::of(hypothesis, &scored.fit.x, &plant, standstill);
-    let tracks = with.map_or(bare, |fitted| {
-        let extended = fitted.beside(scored);
-        Tracks::of(&extended.hypothesis, &fitted.fit.x, &extended.plant(), standstill).0
-    });
+    let (bare, compared) = Tracks::of(scored, standstill);
+    let tracks = with.map_or(bare, |fitted| Tracks::of(&fitted.beside(scored), standstill).0);
     let there: Vec<Variable> = hypothesis.model.unnamed.iter().flat_map(|it| told(&it.term)).collect();
     let mut all = candidates::all(dataset, &plant, &tracks, acting(hypothesis.model, plant.drive));
     all.retain(|it| !it.told().iter().any(|variable| there.contains(variable)));

@@ -17,7 +17,7 @@ pub fn of(bare: &Scored, tracks: &Tracks, compared: &[Compared], term: &Term) ->
     let variable = term.over[0].variable;
     let moments: Vec<&Moment> = tracks.moments(&bare.hypothesis).collect();
     let all = [Part::A, Part::B, Part::HoldOut, Part::Masked];
-    let seen = samples(&bare.hypothesis, &bare.fit.x, &all);
+    let seen = samples(bare, &all);
     let per_unit = match term.acts {
         Acting::Input => bare.hypothesis.plant(&bare.fit.x).torque_per_input(),
         _ => 1.0,

@@ -230,8 +230,6 @@ fn solved(sums: &Sums, term: &Term, unit: f64, stiffness: f64, held: &[Option<f6
         matrix.row_mut(k).fill(0.0);
         matrix.column_mut(k).fill(0.0);
         matrix[(k, k)] = 1.0;
-    }
-    for (k, value) in held.iter().enumerate().filter_map(|(k, value)| Some((k, (*value)?))) {
         right[k] = value;
     }
     matrix.cholesky().map(|factor| factor.solve(&right))

@@ -6,6 +6,7 @@
 
 use crate::gap::dataset::{Part, Traces};
 use crate::gap::hypothesis::Hypothesis;
+use crate::gap::scored::Scored;
 use crate::system::plant::physics::{Drive, Physics};
 use crate::system::plant::unnamed::{Acting, Moment, Reversal, Term, Variable};
 use nalgebra::DMatrix;
@@ -47,11 +48,12 @@ pub struct Compared {
 }
 
 impl Tracks {
-    /// Follows a plant over all runs. `standstill`: speed below which no direction is certain.
-    pub fn of(hypothesis: &Hypothesis, x: &[f64], plant: &Physics, standstill: f64) -> (Self, Vec<Compared>) {
+    /// Follows a set over all runs. `standstill`: speed below which no direction is certain.
+    pub fn of(set: &Scored, standstill: f64) -> (Self, Vec<Compared>) {
+        let (hypothesis, plant) = (&set.hypothesis, set.plant());
         let (mut tracks, mut compared) = (Vec::new(), Vec::new());
-        hypothesis.simulated(x, plant, |index, traces, predicted| {
-            tracks.push(track(hypothesis, plant, index, traces, standstill));
+        hypothesis.simulated(&set.fit.x, &plant, |index, traces, predicted| {
+            tracks.push(track(hypothesis, &plant, index, traces, standstill));
             let run = &hypothesis.dataset.runs[index];
             compared.extend(predicted.iter().enumerate().map(|(k, predicted)| {
                 let weight = run.speed.weight[k];

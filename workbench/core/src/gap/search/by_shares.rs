@@ -12,8 +12,7 @@ use crate::gap::acceptance::shares::{Joining, Measure, Staying, agreed, near, no
 use crate::gap::acceptance::{Others, decided};
 use crate::gap::effort::{Phase, during};
 use crate::gap::fit::SEARCH;
-use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::prediction::held_out_errors;
+use crate::gap::hypothesis::Item;
 use crate::gap::scored::{Scored, dispersion};
 use crate::gap::threads::{each, of_each};
 use rayon::prelude::*;
@@ -211,8 +210,7 @@ impl<'a> Search<'a, '_> {
 
     /// True if a set leaves clearly less than the model as given on every held-out record.
     fn beats_given(&self, scored: &Scored<'a>) -> bool {
-        let given = Hypothesis::new(self.dataset, self.model, Vec::new());
-        let before = held_out_errors(&given, &vec![0.0; given.slots.len()]);
+        let before = Scored::given(self.dataset, self.model).held_out();
         let after = scored.held_out();
         no_more(&after, &before, 1.0) && sum(&after) <= self.limits.against_given * sum(&before)
     }

@@ -41,11 +41,10 @@ impl<'a> Search<'a, '_> {
         held_out_share: f64,
         path: &mut Path<'a>,
     ) -> Scored<'a> {
-        let names = scored.hypothesis.names();
         let likely = common
             .iter()
             .copied()
-            .filter(|effect| !self.excluded.iter().chain(&names).any(|name| name == effect.name))
+            .filter(|effect| !self.excludes(effect) && place(&scored, |other| other == *effect).is_none())
             .filter_map(|effect| self.replaced(&scored, index, Item::plain(effect)))
             .map(|other| self.refit(&other, &SEARCH))
             .filter(near(&scored, 1.0 + self.limits.stays, held_out_share))

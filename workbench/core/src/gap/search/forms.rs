@@ -62,9 +62,7 @@ impl<'a> Search<'a, '_> {
         if item.effect.family.is_ladder() {
             let library = LIBRARY.iter().copied();
             let twins = library.filter(|other| other.same_family(item.effect) && *other != item.effect);
-            let allowed = twins.filter(|other| {
-                self.offers_form(other.form) && !self.excluded.iter().any(|name| name == other.name)
-            });
+            let allowed = twins.filter(|other| self.offers_form(other.form) && !self.excludes(other));
             variants.extend(allowed.map(Item::plain));
         }
         variants
@@ -94,7 +92,7 @@ impl<'a> Search<'a, '_> {
         let side = |side: usize| scored.hypothesis.slot(index, side).map(|slot| scored.fit.x[slot]);
         let (one, other) = (side(0)?, side(1)?);
         let mean = 0.5 * (one + other);
-        if self.excluded.iter().any(|name| name == form.name) {
+        if self.excludes(form) {
             return None;
         }
         let even = if uneven.is_full() { Item::full(form) } else { Item::plain(form) };

@@ -82,9 +82,7 @@ pub fn search<'a>(dataset: &'a Dataset, model: &'a Model, given: &Options, progr
 
 /// The base inside its tolerances.
 pub fn base_fit<'a>(dataset: &'a Dataset, model: &'a Model) -> Scored<'a> {
-    let hypothesis = Hypothesis::new(dataset, model, Vec::new());
-    let start = vec![0.0; hypothesis.slots.len()];
-    Scored::fitted(hypothesis, &start, &SEARCH)
+    Scored::given(dataset, model).refitted(&SEARCH)
 }
 
 /// Which effects a search offers.
@@ -141,9 +139,13 @@ impl<'a> Search<'a, '_> {
         small.into_iter().filter(|(name, _)| told.insert(name.clone())).collect()
     }
 
+    fn excludes(&self, effect: &Effect) -> bool {
+        self.excluded.iter().any(|name| name == effect.name)
+    }
+
     fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {
         effect.on_records()
-            && !self.excluded.iter().any(|name| name == effect.name)
+            && !self.excludes(effect)
             && self.offers_form(effect.form)
             && parent.hypothesis.admits(effect)
     }

@@ -4,7 +4,7 @@ use super::candidates::forms;
 use super::fit::Set;
 use super::search::best;
 use super::sets::Search;
-use crate::gap::acceptance::{table::share_of_name, tied};
+use crate::gap::acceptance::{NAME, tied};
 use crate::gap::hypothesis::Item;
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, MOTOR_GAIN, RESISTANCE, VISCOUS_FRICTION};
@@ -161,7 +161,7 @@ fn one_form(a: &Effect, b: &Effect) -> bool {
 /// What an effect gains that does not earn a name.
 fn earned(gain: f64) -> String {
     if gain > 0.5 {
-        let share = 100.0 * share_of_name(gain);
+        let share = 100.0 * gain / NAME;
         format!("added, it explains a little more, {share:.0} % of what a name must")
     } else {
         "added, it explains nothing more".into()
