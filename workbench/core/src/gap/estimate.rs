@@ -3,7 +3,8 @@
 use crate::gap::dataset::Dataset;
 use crate::gap::fit::{FINAL, SEARCH, Setting, covariance};
 use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::search::{Scored, dispersion, scatter};
+use crate::gap::scored::{Scored, dispersion};
+use crate::gap::search::scatter;
 use crate::gap::threads::each;
 use crate::gap::torque::Torque;
 use crate::outcome::volts;
@@ -200,7 +201,7 @@ pub fn eased(kept: &Scored) -> Option<Dataset> {
     let hypothesis = &kept.hypothesis;
     let coarse = kept.fit.chi2 > BEYOND_NOISE * kept.fit.samples as f64;
     let start = |run: usize| hypothesis.start_speed(run, &kept.fit.x);
-    coarse.then(|| hypothesis.dataset.eased(&hypothesis.plant(&kept.fit.x), start))
+    coarse.then(|| hypothesis.dataset.eased(&kept.plant(), start))
 }
 
 /// The same set, fitted with the weights of another dataset.

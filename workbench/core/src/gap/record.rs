@@ -1,6 +1,6 @@
 //! A record over time against a model: prepare → simulate → localise → search → judge → extend.
 
-use crate::gap::acceptance::shares::no_more;
+use crate::gap::acceptance::residual_share::no_more;
 use crate::gap::dataset::{self, Dataset, FullPass, Part, hf_noise, prepare};
 use crate::gap::effort::{Phase, during};
 use crate::gap::extend::{Given, Last, extended};

@@ -102,7 +102,7 @@ pub fn dispersion_on(scored: &Scored, setting: &Setting) -> f64 {
 }
 
 /// What a set pays for its parameters (Schwarz, Annals of Statistics 6, 1978).
-pub fn penalty(hypothesis: &Hypothesis, samples: usize) -> f64 {
+fn penalty(hypothesis: &Hypothesis, samples: usize) -> f64 {
     (2.0 * samples as f64).ln() * hypothesis.effect_slots() as f64
 }
 

@@ -3,7 +3,7 @@
 use crate::gap::curve::torque_unit;
 use crate::gap::fit::FINAL;
 use crate::gap::hypothesis::{Item, Slot};
-use crate::gap::search::{Scored, dispersion};
+use crate::gap::scored::{Scored, dispersion};
 use crate::outcome::DEVIATIONS;
 use crate::system::effects::{Effect, LIBRARY};
 use crate::text::figures::percent;

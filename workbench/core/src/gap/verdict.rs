@@ -1,11 +1,11 @@
 //! What may be said: named, tie, nothing missing, unexplained.
 
-use crate::gap::acceptance::shares::{left_open, no_more};
+use crate::gap::acceptance::residual_share::{left_open, no_more};
 use crate::gap::dataset::Part;
 use crate::gap::estimate::{self, Uncertainty};
 use crate::gap::experiment;
 use crate::gap::fit::SEARCH;
-use crate::gap::hypothesis::{Hypothesis, Item};
+use crate::gap::hypothesis::Item;
 use crate::gap::remainder::look::{self, Remainder};
 use crate::gap::remainder::structure::Structure;
 use crate::gap::remainder::{self, Described};
@@ -65,14 +65,14 @@ pub fn judge<'a>(found: &Found<'a>, given: &Scored, limits: &ShareLimits) -> Jud
     let trifle = found.best.hypothesis.items.is_empty() && !tiny.is_empty();
     let of = if trifle { whole } else { found };
     let on_log = || rayon::join(|| look::look(&of.best), || excess(given).max(1e-9));
-    let ((rest, first), held_out) = rayon::join(on_log, || held_out_share(&found.best, given));
-    let share = (rest.excess / first).min(1.0);
+    let ((remainder, first), held_out) = rayon::join(on_log, || held_out_share(&found.best, given));
+    let share = (remainder.excess / first).min(1.0);
     let nothing_named = found.best.hypothesis.items.is_empty();
     let unpredicted = match nothing_named {
         false => held_out > HELD_OUT_SHARE,
         true => strange(&found.best),
     };
-    let left = is_left(of, &rest, share) || (unpredicted && !trifle);
+    let left = is_left(of, &remainder, share) || (unpredicted && !trifle);
     let share = match (unpredicted, nothing_named) {
         (true, true) => 1.0,
         (true, false) => share.max(held_out.min(1.0)),
@@ -87,7 +87,7 @@ pub fn judge<'a>(found: &Found<'a>, given: &Scored, limits: &ShareLimits) -> Jud
     let uncertainty = uncertainty.filter(|_| kept.hypothesis.items == found.best.hypothesis.items);
     let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
     let grade = Grade::of(verdict, left, true);
-    let structure = structure(left, unpredicted, nothing_named, share, rest.structure);
+    let structure = structure(left, unpredicted, nothing_named, share, remainder.structure);
     Judged {
         verdict,
         grade,
@@ -200,9 +200,7 @@ fn indistinct(best: &Scored) -> (Option<usize>, Option<Uncertainty>) {
         let uncertainty = Uncertainty::of(best);
         return (estimate::indistinct(best, &uncertainty), Some(uncertainty));
     };
-    let eased = Hypothesis::new(&dataset, best.hypothesis.model, best.hypothesis.items.clone());
-    let eased = Scored { hypothesis: eased, fit: best.fit.clone(), score: best.score };
-    let anew = estimate::refitted(&dataset, &eased);
+    let anew = estimate::refitted(&dataset, best);
     (estimate::indistinct(&anew, &Uncertainty::of(&anew)), None)
 }
 
@@ -248,8 +246,8 @@ fn by_shares<'a>(
     given: &Scored,
     limits: &ShareLimits,
 ) -> Judged<'a> {
-    let rest = look::look(&found.best);
-    let share = (rest.excess / excess(given).max(1e-9)).min(1.0);
+    let remainder = look::look(&found.best);
+    let share = (remainder.excess / excess(given).max(1e-9)).min(1.0);
     let left = share > SHARE;
     let most = most_is_removed(&found.best, given, limits);
     // A lag that removes less than half and stands alone is what almost anything else looks like that acts on the current or
@@ -266,7 +264,7 @@ fn by_shares<'a>(
         closest: if mimics { found.best.hypothesis.names() } else { Vec::new() },
         ties,
         share,
-        structure: if left { rest.structure } else { Structure::None },
+        structure: if left { remainder.structure } else { Structure::None },
         noise_like: None,
         next,
         tiny: Vec::new(),
@@ -303,21 +301,21 @@ fn held_out_square(set: &Scored) -> f64 {
 const LIKE_NOISE_POINTS: f64 = 0.1;
 
 /// True if what is left is worth a verdict of its own.
-fn is_left(found: &Found, rest: &Remainder, share: f64) -> bool {
-    let visible = rest.excess.sqrt() > VISIBLE;
+fn is_left(found: &Found, remainder: &Remainder, share: f64) -> bool {
+    let visible = remainder.excess.sqrt() > VISIBLE;
     let nothing_named = found.best.hypothesis.items.is_empty();
-    let white = rest.structure == Structure::None;
-    if nothing_named && found.best.fit.samples < FEW && rest.excess > DISAGREE {
+    let white = remainder.structure == Structure::None;
+    if nothing_named && found.best.fit.samples < FEW && remainder.excess > DISAGREE {
         return true;
     }
     match (visible && !white, nothing_named) {
         (false, _) => false,
         (true, true) => {
-            rest.structure.explains()
-                || rest.repeated
-                || (rest.excess > 1.0 && lost(&found.best) > LIKE_NOISE_POINTS)
+            remainder.structure.explains()
+                || remainder.repeated
+                || (remainder.excess > 1.0 && lost(&found.best) > LIKE_NOISE_POINTS)
         }
-        (true, false) if rest.structure.turns() => share > SHARE_TURNING,
+        (true, false) if remainder.structure.turns() => share > SHARE_TURNING,
         (true, false) => share > SHARE,
     }
 }

@@ -2,12 +2,12 @@
 //!
 //! A set of names earns its place beside a smaller one if it explains more than its further names cost, if that is large
 //! enough to be a physical effect, and if it is confirmed where it was not fitted. What explaining means depends on the
-//! data: over a record it is measured by the [noise], for a model that is itself a fit to the log by [shares] of the
+//! data: over a record it is measured by the [noise], for a model that is itself a fit to the log by [shares](residual_share) of the
 //! residual, and over a table of settled speeds by the [table]'s own scatter.
 
 mod limits;
 pub mod noise;
-pub mod shares;
+pub mod residual_share;
 pub mod table;
 
 pub use limits::ShareLimits;

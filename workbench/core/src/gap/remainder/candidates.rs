@@ -1,4 +1,4 @@
-//! What the rest may depend on: one variable at a time, and a few pairs.
+//! What the remainder may depend on: one variable at a time, and a few pairs.
 
 use super::track::Tracks;
 use crate::gap::dataset::Dataset;

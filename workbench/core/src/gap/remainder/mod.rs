@@ -1,6 +1,7 @@
 //! What is left when all names are given: what it depends on, and a term without a name that describes it.
 
 mod candidates;
+mod left;
 pub mod look;
 mod picture;
 pub mod places;
@@ -11,7 +12,7 @@ mod track;
 mod turn;
 mod words;
 
-use crate::gap::acceptance::shares::{no_more, sum};
+use crate::gap::acceptance::residual_share::{no_more, sum};
 use crate::gap::scored::Scored;
 use crate::gap::threads::each;
 use crate::outcome::{Experiment, Plot, UnnamedTerm};

@@ -5,7 +5,7 @@ use crate::gap::fit::{Evaluator, FINAL, Fit, SEARCH};
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::problem::{Problem, dot};
 use crate::gap::residual::inflation;
-use crate::gap::search::Scored;
+use crate::gap::scored::Scored;
 use crate::gap::solver::{Schedule, Solution, covariance, solve};
 use crate::gap::threads::each;
 use crate::system::model::{Model, UNNAMED, Unnamed};

@@ -5,7 +5,7 @@ use super::track::{Compared, Tracks};
 use crate::gap::dataset::Part;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::problem::dot;
-use crate::gap::search::Scored;
+use crate::gap::scored::Scored;
 use crate::gap::threads::each;
 use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::Term;

@@ -1,7 +1,7 @@
 //! What the simulated motion does in each block, and what a small torque there would do to each compared sample.
 //!
 //! The response is that of the linear part, along the motion as it is simulated: a torque φ(t) moves the speed by y with
-//! J·ẏ + D·y = φ. That is exact for a rigid linear motor and close enough to rank what the rest depends on; the table that is
+//! J·ẏ + D·y = φ. That is exact for a rigid linear motor and close enough to rank what the remainder depends on; the table that is
 //! added to the model is fitted in free run afterwards.
 
 use crate::gap::dataset::{Part, Traces};

@@ -1,7 +1,7 @@
 //! What goes with the turn of a shaft. A torque that belongs to a place, or a friction that grips in one sector, leaves little
 //! beside an effect that does not know the place, but it leaves it there; no imperfect form of another effect knows the turn.
 
-use super::look::{Left, SAMPLES, explained};
+use super::left::{Left, SAMPLES, explained};
 use super::regression::{Sums, predicted};
 use super::structure::Structure;
 use crate::gap::dataset::Part;

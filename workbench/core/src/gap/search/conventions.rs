@@ -2,7 +2,7 @@
 
 use super::rounds::Path;
 use super::{Offer, Search};
-use crate::gap::acceptance::shares::near;
+use crate::gap::acceptance::residual_share::near;
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Item;
 use crate::gap::scored::Scored;
@@ -85,14 +85,11 @@ impl<'a> Search<'a, '_> {
             return scored;
         };
         let search = Search { offer: Offer::Forms, ..self.clone() };
-        let rest = self.without(&scored, shift, &SEARCH);
-        let two_sided = (0..rest.hypothesis.items.len()).flat_map(|index| {
-            let variants = search.variants(&rest.hypothesis, index);
-            variants.into_iter().map(move |item| (index, item))
-        });
+        let others = self.without(&scored, shift, &SEARCH);
+        let two_sided = search.forms_of(&others, 0).into_iter();
         let (near, size) = (near(&scored, THE_SAME, THE_SAME), scored.hypothesis.effect_slots());
         let found = two_sided
-            .filter_map(|(index, item)| search.replaced(&rest, index, item))
+            .filter_map(|(index, item)| search.replaced(&others, index, item))
             .map(|other| self.refit(&other, &SEARCH))
             .find(|other| other.hypothesis.effect_slots() <= size && near(other));
         instead(scored, found, path)

@@ -104,8 +104,8 @@ impl<'a> Search<'a, '_> {
             _ => 0.0,
         };
         let x = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &from_sides);
-        let made = fit(&hypothesis, &x, &FINAL);
-        Some((self.scored(hypothesis, made), (one - other).abs() <= EVEN * mean.abs()))
+        let even = self.priced(Scored::fitted(hypothesis, &x, &FINAL));
+        Some((even, (one - other).abs() <= EVEN * mean.abs()))
     }
 
     /// The same set with one effect in another form.

@@ -8,10 +8,10 @@
 //! Where the log contradicts the data sheet, the same is done from the parameter put right, and the likelier end is kept.
 
 mod adaptation;
-mod by_shares;
 mod conventions;
 mod evolve;
 mod exchange;
+mod fitted_to_log;
 mod forms;
 mod grid;
 mod race;
@@ -30,7 +30,7 @@ use crate::gap::dataset::Dataset;
 use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{FINAL, Fit, SEARCH, Setting};
 use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::scored::penalty;
+use crate::gap::scored::score_with;
 use crate::system::effects::{Effect, Form};
 use crate::system::model::Model;
 use rounds::Path;
@@ -71,9 +71,9 @@ pub fn search<'a>(dataset: &'a Dataset, model: &'a Model, given: &Options, progr
     if model.fitted_to_log {
         return search.by_shares(base);
     }
-    let usual = search.clone().whole(base.clone());
+    let usual = search.clone().full_search(base.clone());
     let (best, path) = match search.contradicted(&base) {
-        Some(from) => sheet::likelier(search.whole(from), usual),
+        Some(from) => sheet::likelier(search.full_search(from), usual),
         None => usual,
     };
     search.dispersion = dispersion(&best);
@@ -116,14 +116,14 @@ struct Search<'a, 'p> {
 
 impl<'a> Search<'a, '_> {
     /// Grows a set as long as effects pay for themselves, exchanges and eliminates; finely fitted, with its path.
-    fn whole(&mut self, from: Scored<'a>) -> (Scored<'a>, Path<'a>) {
+    fn full_search(&mut self, from: Scored<'a>) -> (Scored<'a>, Path<'a>) {
         (self.first_gap, self.dispersion) = (from.fit.chi2, dispersion(&from));
         let mut path = Path::default();
         let current = self.grown(from, &mut path);
         let (current, exchanged) = during(Phase::Exchange, || self.exchanged(current));
         path.others.extend(exchanged);
-        let whole = || self.evened(self.eliminated(self.fine(&current)));
-        (during(Phase::Rivals, whole), path)
+        let finished = || self.evened(self.eliminated(self.fine(&current)));
+        (during(Phase::Rivals, finished), path)
     }
 
     /// What a search leaves: the set that it kept, and its rivals among the sets on its path.
@@ -168,12 +168,16 @@ impl<'a> Search<'a, '_> {
     }
 
     fn scored(&self, hypothesis: Hypothesis<'a>, fit: Fit) -> Scored<'a> {
-        Scored { score: fit.cost + self.dispersion * penalty(&hypothesis, fit.samples), hypothesis, fit }
+        self.priced(Scored { hypothesis, fit, score: f64::NAN })
+    }
+
+    /// A set with its score.
+    fn priced(&self, set: Scored<'a>) -> Scored<'a> {
+        Scored { score: score_with(&set, self.dispersion), ..set }
     }
 
     fn refit(&self, scored: &Scored<'a>, setting: &Setting) -> Scored<'a> {
-        let made = scored.refitted(setting);
-        self.scored(made.hypothesis, made.fit)
+        self.priced(scored.refitted(setting))
     }
 
     fn fine(&self, scored: &Scored<'a>) -> Scored<'a> {
@@ -182,7 +186,6 @@ impl<'a> Search<'a, '_> {
 
     /// The set without one effect, refitted from its own values and from the base's nominal ones.
     fn without(&self, scored: &Scored<'a>, index: usize, setting: &Setting) -> Scored<'a> {
-        let made = scored.only(|k| k != index, setting);
-        self.scored(made.hypothesis, made.fit)
+        self.priced(scored.only(|k| k != index, setting))
     }
 }

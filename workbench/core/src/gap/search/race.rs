@@ -7,7 +7,7 @@ use super::{Offer, Search};
 use crate::gap::acceptance::noise::{VISIBLE, at_floor};
 use crate::gap::acceptance::price;
 use crate::gap::effort::{Phase, during};
-use crate::gap::fit::{Evaluator, SEARCH, Setting, fit, fit_near};
+use crate::gap::fit::{Evaluator, SEARCH, Setting, fit_near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::initial_guesses::Basis;
 use crate::gap::problem::dot;
@@ -204,8 +204,7 @@ impl<'a> Search<'a, '_> {
         of_each(&rugged, |it| {
             let (parent, projector) = (&beam[it.parent], &projectors[it.parent]);
             let x = evolved(&it.hypothesis, parent, projector, &it.starts[0]);
-            let made = fit(&it.hypothesis, &x, &SEARCH);
-            self.scored(it.hypothesis.clone(), made)
+            self.priced(Scored::fitted(it.hypothesis.clone(), &x, &SEARCH))
         })
     }
 

@@ -1,7 +1,7 @@
 //! Sets that come near the accepted one.
 
 use super::Search;
-use crate::gap::acceptance::{self, shares::near};
+use crate::gap::acceptance::{self, residual_share::near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::scored::{Scored, dispersion};
 use crate::gap::threads::of_each;
@@ -24,7 +24,6 @@ impl<'a> Search<'a, '_> {
         for other in pool.filter(|other| other.hypothesis.items.len() == size && size > 0) {
             let names = sorted_names(&other);
             if !same_family_set(&other.hypothesis, &best.hypothesis)
-                && names != sorted_names(best)
                 && !near.iter().any(|known| sorted_names(known) == names)
             {
                 near.push(other);

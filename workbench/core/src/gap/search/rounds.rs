@@ -86,8 +86,7 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
 
     fn accepted(&mut self, _: &Scored<'a>, winner: Scored<'a>, grown: Vec<Scored<'a>>) -> (Scored<'a>, bool) {
         let names = winner.hypothesis.names();
-        let others = grown.into_iter();
-        let others = others.filter(|child| child.hypothesis.names() != names);
+        let others = grown.into_iter().filter(|child| child.hypothesis.names() != names);
         self.path.others = others.take(RIVALS).collect();
         self.search.dispersion = dispersion(&winner);
         let settled = during(Phase::Settled, || self.search.settled(winner));

@@ -9,7 +9,7 @@ use super::rows::Rows;
 use crate::gap::fit::Fit;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::problem::{Problem, clipped, dot};
-use crate::gap::search::Scored;
+use crate::gap::scored::Scored;
 use crate::gap::solver::{self, Schedule, solve};
 use nalgebra::DMatrix;
 

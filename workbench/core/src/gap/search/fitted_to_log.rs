@@ -1,5 +1,5 @@
 //! The search for a model that is itself a fit to the log of a real rig: nothing is measured by the noise here, names are
-//! accepted by [shares](crate::gap::acceptance::shares).
+//! accepted by [shares](crate::gap::acceptance::residual_share).
 //!
 //! ```text
 //! plain forms: round → share of the log → veto … → elimination → richer forms, if they remove a share more → rivals
@@ -8,7 +8,7 @@
 use super::rounds::{BEAM, Path};
 use super::{Found, Offer, Search};
 use crate::gap::acceptance::noise::{at_floor, cross_validated};
-use crate::gap::acceptance::shares::{Joining, Measure, Staying, agreed, near, no_more, sum};
+use crate::gap::acceptance::residual_share::{Joining, Measure, Staying, agreed, near, no_more, sum};
 use crate::gap::acceptance::{Others, decided};
 use crate::gap::effort::{Phase, during};
 use crate::gap::fit::SEARCH;
@@ -131,8 +131,8 @@ impl<'a> Search<'a, '_> {
         loop {
             let end = grown.len().min(BEAM + vetoes);
             let mut tried = place;
-            let children = grown.iter().take(end).skip(place).map(|child| self.refit(child, &SEARCH));
-            let children = children.inspect(|_| tried += 1);
+            let children = grown.iter().take(end).skip(place).inspect(|_| tried += 1);
+            let children = children.map(|child| self.refit(child, &SEARCH));
             let (child, _) = decided(&joining, current, Others::Larger, children)?;
             if agreed(before.get_or_init(|| current.held_out()), &child) {
                 return Some(child);
@@ -163,10 +163,9 @@ impl<'a> Search<'a, '_> {
         }
         let names = best.hypothesis.names();
         dropped.retain(|name| !names.contains(name));
-        if !best.hypothesis.items.is_empty() && !self.beats_given(&best) {
-            while !best.hypothesis.items.is_empty() {
-                best = self.without(&best, 0, &SEARCH);
-            }
+        let bare = !best.hypothesis.items.is_empty() && !self.beats_given(&best);
+        while bare && !best.hypothesis.items.is_empty() {
+            best = self.without(&best, 0, &SEARCH);
         }
         (best, dropped)
     }
