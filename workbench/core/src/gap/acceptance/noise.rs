@@ -57,8 +57,8 @@ pub fn far(ratio: f64) -> bool {
     ratio.ln().abs() > CONTRADICTED.ln()
 }
 
-/// Part of a gain that must show on folds that were not fitted. Of freed base parameters alone so much may be lost there: they
-/// are bent by everything that is still missing.
+/// Part of a gain that must show on folds that were not fitted. Where base parameters alone are freed, so much may be lost there.
+/// Its sensitivity was not measured.
 pub(super) const VALIDATED: f64 = 0.25;
 
 /// What is known of the noise beside one set, which larger ones are weighed against.
