@@ -3,7 +3,7 @@
 
 use crate::gap::hypothesis::is_open;
 use crate::gap::samples::Sample;
-use crate::gap::search::Scored;
+use crate::gap::scored::Scored;
 use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 use crate::system::effects::{Domain, Effect, Meaning};
 use crate::system::model::Kind;

@@ -1,9 +1,10 @@
 //! The numbers of a set's effects with their standard deviations, and whether they stand out from nothing.
 
 use crate::gap::dataset::Dataset;
-use crate::gap::fit::{FINAL, SEARCH, Setting, covariance, fit};
+use crate::gap::fit::{FINAL, SEARCH, Setting, covariance};
 use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::search::{Scored, dispersion, scatter};
+use crate::gap::scored::{Scored, dispersion};
+use crate::gap::search::scatter;
 use crate::gap::threads::each;
 use crate::gap::torque::Torque;
 use crate::outcome::volts;
@@ -200,23 +201,21 @@ pub fn eased(kept: &Scored) -> Option<Dataset> {
     let hypothesis = &kept.hypothesis;
     let coarse = kept.fit.chi2 > BEYOND_NOISE * kept.fit.samples as f64;
     let start = |run: usize| hypothesis.start_speed(run, &kept.fit.x);
-    coarse.then(|| hypothesis.dataset.eased(&hypothesis.plant(&kept.fit.x), start))
+    coarse.then(|| hypothesis.dataset.eased(&kept.plant(), start))
 }
 
 /// The same set, fitted with the weights of another dataset.
 pub fn refitted<'a>(dataset: &'a Dataset, kept: &Scored<'a>) -> Scored<'a> {
     let hypothesis = Hypothesis::new(dataset, kept.hypothesis.model, kept.hypothesis.items.clone());
     let setting = Setting { iterations: SEARCH.iterations, ..FINAL };
-    let fit = fit(&hypothesis, &kept.fit.x, &setting);
-    Scored { score: fit.cost, hypothesis, fit }
+    Scored::fitted(hypothesis, &kept.fit.x, &setting)
 }
 
 /// The largest standard deviation that the only size of an effect can have for a model that is a fit to the log: how much the
 /// cost grows without the effect tells how far its value is from nothing (likelihood ratio; Wilks, Annals of Mathematical
 /// Statistics 9, 1938). Where two lags can be traded for each other the covariance alone knows only the ridge between them.
 fn largest(kept: &Scored, index: usize, slot: usize, factor: f64) -> f64 {
-    let (without, start) = kept.hypothesis.only(&kept.fit.x, |k| k != index);
-    let growth = (fit(&without, &start, &SEARCH).cost - kept.fit.cost) / factor;
+    let growth = (kept.only(|k| k != index, &SEARCH).fit.cost - kept.fit.cost) / factor;
     if growth > 1.0 { kept.fit.x[slot].abs() / growth.sqrt() } else { f64::INFINITY }
 }
 

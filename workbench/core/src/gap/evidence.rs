@@ -1,11 +1,10 @@
 //! Sentences for people.
 
 use crate::gap::search::{Found, Scored};
-use crate::gap::threads::each;
+use crate::gap::threads::of_each;
 use crate::outcome::{Rival, Step, Tie};
 use crate::system::effects::Effect;
 use crate::text::figures::gap;
-use rayon::prelude::*;
 
 /// Why an effect is named.
 pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> String {
@@ -28,7 +27,7 @@ pub fn rivals(found: &Found, ties: &[Tie], gap_of: impl Fn(&Scored) -> f64 + Syn
         gap: gap_of(other),
         reason: reason(other, &found.best),
     };
-    each(lost.collect::<Vec<_>>()).map(rival).collect()
+    of_each(lost.collect::<Vec<_>>(), rival)
 }
 
 /// Why a set lost against the accepted one: what it leaves, and the trace of the effect that it has instead.

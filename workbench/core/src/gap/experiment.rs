@@ -4,7 +4,7 @@
 use crate::gap::dataset::{BenchRun, Dataset, Traces};
 use crate::gap::fit::FINE;
 use crate::gap::residual::rms;
-use crate::gap::search::Scored;
+use crate::gap::scored::Scored;
 use crate::gap::threads::each;
 use crate::outcome::{Experiment, Segment};
 use crate::system::log::Input;
@@ -66,7 +66,7 @@ pub fn with_needs(experiment: Experiment, kept: &Scored) -> Experiment {
     }
     let run = bench_run(dataset, &experiment.profile);
     let mut traces = Traces::default();
-    run.simulate(&kept.hypothesis.plant(&kept.fit.x), 0.0, FINE, &mut traces);
+    run.simulate(&kept.plant(), 0.0, FINE, &mut traces);
     let range = |values: &[f64]| {
         let (low, high) = values.iter().fold((0.0_f64, 0.0_f64), |(a, b), v| (a.min(*v), b.max(*v)));
         high - low
@@ -91,8 +91,8 @@ fn amperes(scored: &Scored) -> bool {
 fn difference(dataset: &Dataset, profile: &[Segment], a: &Scored, b: &Scored) -> (f64, f64, f64) {
     let run = bench_run(dataset, profile);
     let (mut left, mut right) = (Traces::default(), Traces::default());
-    run.simulate(&a.hypothesis.plant(&a.fit.x), 0.0, FINE, &mut left);
-    run.simulate(&b.hypothesis.plant(&b.fit.x), 0.0, FINE, &mut right);
+    run.simulate(&a.plant(), 0.0, FINE, &mut left);
+    run.simulate(&b.plant(), 0.0, FINE, &mut right);
     let apart = |x: &[f64], y: &[f64]| rms(&x.iter().zip(y).map(|(p, q)| p - q).collect::<Vec<f64>>());
     let (one, other) =
         if dataset.of_position { (&left.integral, &right.integral) } else { (&left.reading, &right.reading) };

@@ -1,15 +1,15 @@
 //! The model of a record, extended by what was found, and what it predicts: the one result.
 
 use crate::gap::curve::{self, Placed};
-use crate::gap::dataset::{Dataset, Whole};
+use crate::gap::dataset::{Dataset, FullPass};
 use crate::gap::estimate::{self, Estimate, Estimates, Uncertainty};
-use crate::gap::fit::{FINAL, fit};
+use crate::gap::fit::{FINAL, Fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::prediction::{HeldOut, compared};
-use crate::gap::rest::{self, Described};
+use crate::gap::remainder::{self, Described};
 use crate::gap::samples::{Sample, seen};
 use crate::gap::search::{Found, Scored};
-use crate::gap::threads::each;
+use crate::gap::threads::{each, of_each};
 use crate::gap::verdict::Judged;
 use crate::gap::{evidence, excitation, experiment, plots, sides};
 use crate::outcome::volts;
@@ -25,36 +25,30 @@ const MOVED: f64 = 0.9;
 /// The model as given beside the data.
 pub(super) struct Given<'a> {
     /// The model without any effect.
-    pub hypothesis: Hypothesis<'a>,
-    /// Its nominal numbers.
-    pub x: Vec<f64>,
+    pub set: Scored<'a>,
     /// What it predicts of the held-out data.
     pub held_out: HeldOut,
     /// What is measured and what it does, with the time since the last reversal.
     pub seen: (Vec<Sample>, Vec<f64>),
     /// All rows of a long log.
-    pub whole: Option<&'a Whole<'a>>,
+    pub whole: Option<&'a FullPass<'a>>,
 }
 
 impl<'a> Given<'a> {
-    pub(super) fn simulated(dataset: &'a Dataset, model: &'a Model, whole: Option<&'a Whole<'a>>) -> Self {
-        let hypothesis = Hypothesis::new(dataset, model, Vec::new());
-        let x = vec![0.0; hypothesis.slots.len()];
-        let predicted = || HeldOut::of(whole, &hypothesis, &x);
-        let (held_out, seen) = rayon::join(predicted, || seen(whole, &hypothesis, &x));
-        Self { hypothesis, x, held_out, seen, whole }
+    pub(super) fn simulated(dataset: &'a Dataset, model: &'a Model, whole: Option<&'a FullPass<'a>>) -> Self {
+        let set = Scored::given(dataset, model);
+        let (held_out, seen) = rayon::join(|| HeldOut::of(whole, &set), || seen(whole, &set));
+        Self { set, held_out, seen, whole }
     }
 
     /// What a set predicts of the held-out data, and what is measured and what it does.
     fn simulated_with(&self, set: &Scored) -> (HeldOut, Vec<Sample>) {
-        let (hypothesis, x) = (&set.hypothesis, &set.fit.x);
-        let seen = || seen(self.whole, hypothesis, x).0;
-        rayon::join(|| HeldOut::of(self.whole, hypothesis, x), seen)
+        rayon::join(|| HeldOut::of(self.whole, set), || seen(self.whole, set).0)
     }
 
     /// The held-out gap of a set.
     fn gap_of(&self, set: &Scored) -> f64 {
-        HeldOut::of(self.whole, &set.hypothesis, &set.fit.x).gap
+        HeldOut::of(self.whole, set).gap
     }
 }
 
@@ -66,9 +60,9 @@ pub(super) fn extended(
     described: Option<&Described>,
     last: Option<&Last>,
 ) -> Outcome {
-    let (dataset, model) = (given.hypothesis.dataset, given.hypothesis.model);
+    let (dataset, model) = (given.set.hypothesis.dataset, given.set.hypothesis.model);
     let fitted = described.and_then(|described| described.fitted.as_ref());
-    let with_term = fitted.map(|fitted| rest::extended(&judged.kept, fitted));
+    let with_term = fitted.map(|fitted| fitted.beside(&judged.kept));
     let kept = with_term.as_ref().unwrap_or(&judged.kept);
     let known = judged.uncertainty.take().filter(|_| with_term.is_none());
     let ((mut steps, sides), ((after, seen_after), (uncertainty, rivals))) = rayon::join(
@@ -83,7 +77,7 @@ pub(super) fn extended(
     );
     let unnamed = fitted.map(|fitted| {
         let gaps = (given.gap_of(&judged.kept), after.gap);
-        let term = rest::as_told(&judged.kept, fitted, gaps);
+        let term = remainder::as_told(&judged.kept, fitted, gaps);
         steps.push(Step { label: format!("+ {}", term.name), gap: term.gap_after });
         term
     });
@@ -93,7 +87,7 @@ pub(super) fn extended(
         false => (after.gap < MOVED * given.held_out.gap).then_some("with its numbers moved"),
     };
     let mut plots = curves(given, kept, &seen_after);
-    plots.extend(plots::all(&given.hypothesis, &given.seen.0, &seen_after, later));
+    plots.extend(plots::all(&given.set.hypothesis, &given.seen.0, &seen_after, later));
     plots.extend(described.map(|described| described.plot.clone()));
     Outcome {
         grade: judged.grade,
@@ -127,8 +121,7 @@ pub(super) fn extended(
 
 /// What each even effect would be with two sides.
 fn sides_of(given: &Given, kept: &Scored) -> Vec<Option<String>> {
-    let places = each(0..kept.hypothesis.items.len());
-    places.map(|k| sides::told(kept, k, |set| given.gap_of(set))).collect()
+    of_each(0..kept.hypothesis.items.len(), |k| sides::told(kept, k, |set| given.gap_of(set)))
 }
 
 /// The curves of the effects that are one over a variable.
@@ -136,8 +129,8 @@ fn curves(given: &Given, kept: &Scored, with: &[Sample]) -> Vec<Plot> {
     let items = &kept.hypothesis.items;
     let places = (0..items.len()).filter(|k| items[*k].effect.domain != Domain::Nowhere);
     let plot = |k: usize| {
-        let (without, x) = kept.hypothesis.only(&kept.fit.x, |other| other != k);
-        curve::plot(kept, k, with, (&without.plant(&x), &seen(given.whole, &without, &x).0))
+        let without = kept.lacking(k);
+        curve::plot(kept, k, with, (&without.plant(), &seen(given.whole, &without).0))
     };
     each(places.collect::<Vec<usize>>()).filter_map(plot).collect()
 }
@@ -152,17 +145,17 @@ pub(super) struct Last<'a> {
     /// Made ready.
     pub dataset: Dataset,
     /// All rows of them, where they are long.
-    pub whole: Option<Whole<'a>>,
+    pub whole: Option<FullPass<'a>>,
 }
 
 /// What the set predicts for the held-out part of another dataset of the same log.
 fn predicted(last: &Last, model: &Model, kept: &Scored) -> HoldOut {
     let (dataset, whole) = (&last.dataset, last.whole.as_ref());
-    let given = Hypothesis::new(dataset, model, Vec::new());
-    let extended = Hypothesis::new(dataset, kept.hypothesis.model, kept.hypothesis.items.clone());
-    let x = extended.carried(&kept.hypothesis, &kept.fit.x, &|_| 0.0);
-    let before = HeldOut::of(whole, &given, &vec![0.0; given.slots.len()]);
-    compared(dataset.signal, dataset.sigma, before, HeldOut::of(whole, &extended, &x))
+    let hypothesis = Hypothesis::new(dataset, kept.hypothesis.model, kept.hypothesis.items.clone());
+    let x = hypothesis.carried(&kept.hypothesis, &kept.fit.x, &|_| 0.0);
+    let extended = Scored { hypothesis, fit: Fit { x, ..kept.fit.clone() }, score: kept.score };
+    let before = HeldOut::of(whole, &Scored::given(dataset, model));
+    compared(dataset.signal, dataset.sigma, before, HeldOut::of(whole, &extended))
 }
 
 /// What the held-out records had to say about the names of a model that is a fit to the log.
@@ -179,13 +172,13 @@ fn vetoed(model: &Model, found: &Found) -> Vec<String> {
 /// The held-out gap of the model as given, and after each effect in the order of naming.
 fn steps(given: &Given, best: &Scored) -> Vec<Step> {
     let first = Step { label: "the model as given".into(), gap: given.held_out.gap };
-    let further = each(1..best.hypothesis.items.len() + 1).map(|count| {
-        let (hypothesis, start) = best.hypothesis.only(&best.fit.x, |k| k < count);
-        let x = if count == best.hypothesis.items.len() { start } else { fit(&hypothesis, &start, &FINAL).x };
-        let gap = HeldOut::of(given.whole, &hypothesis, &x).gap;
-        Step { label: format!("+ {}", best.hypothesis.items[count - 1].effect.name), gap }
+    let items = &best.hypothesis.items;
+    let further = of_each(1..items.len() + 1, |count| {
+        let set = (count < items.len()).then(|| best.only(|k| k < count, &FINAL));
+        let gap = given.gap_of(set.as_ref().unwrap_or(best));
+        Step { label: format!("+ {}", items[count - 1].effect.name), gap }
     });
-    std::iter::once(first).chain(further.collect::<Vec<Step>>()).collect()
+    std::iter::once(first).chain(further).collect()
 }
 
 /// The accepted effects with their parameters and uncertainties.

@@ -1,9 +1,10 @@
 //! Measured values beside those that a hypothesis predicts.
 
-use crate::gap::dataset::{BenchRun, Dataset, Part, Whole};
+use crate::gap::dataset::{BenchRun, Dataset, FullPass, Part};
 use crate::gap::fit::FINE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::residual::{fit_percent, rms};
+use crate::gap::scored::Scored;
 use crate::outcome::HoldOut;
 use crate::system::plant::physics::Physics;
 
@@ -55,15 +56,15 @@ pub struct HeldOut {
 }
 
 impl HeldOut {
-    /// Of a hypothesis; on all rows of a long log.
-    pub fn of(whole: Option<&Whole>, hypothesis: &Hypothesis, x: &[f64]) -> Self {
-        match whole {
-            Some(whole) => Self::of_all(whole, &hypothesis.plant(x)),
-            None => Prediction::of(hypothesis, x, &[Part::HoldOut]).into(),
+    /// Of a set; on all rows of a long log.
+    pub fn of(full: Option<&FullPass>, set: &Scored) -> Self {
+        match full {
+            Some(full) => Self::of_all(full, &set.plant()),
+            None => Prediction::of(&set.hypothesis, &set.fit.x, &[Part::HoldOut]).into(),
         }
     }
 
-    fn of_all(whole: &Whole, plant: &Physics) -> Self {
+    fn of_all(whole: &FullPass, plant: &Physics) -> Self {
         let sums = whole.each(true, |_, run, simulation| {
             let (_, predicted) = simulation.speed(run, plant, run.start_speed, FINE);
             let held_out = (0..predicted.len()).filter(|k| run.speed.part[*k] == Part::HoldOut);
@@ -96,21 +97,6 @@ pub fn compared(signal: &str, noise_floor: f64, before: HeldOut, after: HeldOut)
         fit_percent_before: before.fit_percent,
         fit_percent_after: after.fit_percent,
     }
-}
-
-/// Sums of squared residuals of each held-out record, in the order of the records: what a person sees of a prediction, without
-/// weights. Where no record was given, the held-out part of the log is the one.
-pub fn held_out_errors(hypothesis: &Hypothesis, x: &[f64]) -> Vec<f64> {
-    let mut sums = std::collections::BTreeMap::new();
-    let held_out = |run: &BenchRun| run.speed.part.contains(&Part::HoldOut);
-    hypothesis.simulated_some(x, &hypothesis.plant(x), held_out, |index, _, predicted| {
-        let run = &hypothesis.dataset.runs[index];
-        let held_out = (0..predicted.len()).filter(|k| run.speed.part[*k] == Part::HoldOut);
-        let square = |k: usize| (run.speed.measured[k] - predicted[k]).powi(2);
-        *sums.entry(run.log).or_insert(0.0) += held_out.map(square).sum::<f64>();
-    });
-    // A simulation that ran away is as wrong as can be.
-    sums.into_values().map(|sum: f64| if sum.is_nan() { f64::INFINITY } else { sum }).collect()
 }
 
 /// The measured variation of all held-out samples: the sum of squares about their mean, from which the fit in percent is counted.

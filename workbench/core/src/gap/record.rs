@@ -1,18 +1,18 @@
 //! A record over time against a model: prepare → simulate → localise → search → judge → extend.
 
-use crate::gap::dataset::{self, Dataset, Part, Whole, hf_noise, prepare};
+use crate::gap::acceptance::residual_share::no_more;
+use crate::gap::dataset::{self, Dataset, FullPass, Part, hf_noise, prepare};
 use crate::gap::effort::{Phase, during};
 use crate::gap::extend::{Given, Last, extended};
-use crate::gap::hypothesis::Hypothesis;
-use crate::gap::prediction::{Prediction, held_out_errors};
+use crate::gap::prediction::Prediction;
+use crate::gap::remainder::look::{sensor_like, twin_pairs};
+use crate::gap::remainder::structure::Structure;
+use crate::gap::remainder::{self, Described, Scope, places};
 use crate::gap::residual::rms;
-use crate::gap::residual_tests::{sensor_like, twin_pairs};
-use crate::gap::rest::{self, Described, Scope};
-use crate::gap::samples::samples;
+use crate::gap::samples::{Sample, samples};
 use crate::gap::search::{Found, Progress, Scored, ShareLimits, base_fit, search};
-use crate::gap::structure::Structure;
 use crate::gap::verdict::Judged;
-use crate::gap::{Options, estimate, excitation, localise, verdict};
+use crate::gap::{Options, estimate, excitation, verdict};
 use crate::outcome::{Outcome, Verdict};
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
@@ -32,9 +32,9 @@ pub fn run(
         return Ok(outcome);
     }
     let last = only_predicted(model, log, holdouts, &options.finals)?;
-    let whole = Whole::of(model, log, holdouts, &dataset);
+    let whole = FullPass::of(model, log, holdouts, &dataset);
     let given = Given::simulated(&dataset, model, whole.as_ref());
-    let places = localise::places(&given.hypothesis, &given.seen);
+    let places = places::places(&given.set.hypothesis, &given.seen);
     // On a thread of the pool, which hands on what it can share without being woken first.
     let outcome = rayon::scope(|_| {
         let found = search(&dataset, model, options, progress);
@@ -46,8 +46,8 @@ pub fn run(
 
 /// What is said of what was found.
 fn concluded(given: &Given, found: &Found, limits: &ShareLimits, last: Option<&Last>) -> Outcome {
-    let model = given.hypothesis.model;
-    let mut judged = verdict::judge(found, &given.hypothesis, &given.x, limits);
+    let model = given.set.hypothesis.model;
+    let mut judged = verdict::judge(found, &given.set, limits);
     let eased = estimate::eased(&judged.kept);
     if let Some(eased) = &eased {
         let anew = estimate::refitted(eased, &judged.kept);
@@ -55,22 +55,21 @@ fn concluded(given: &Given, found: &Found, limits: &ShareLimits, last: Option<&L
             (judged.kept, judged.uncertainty) = (anew, None);
         }
     }
-    let described = rest_of(given, &mut judged);
+    let described = remainder_of(given, &mut judged);
     extended(given, found, judged, described.as_ref(), last)
 }
 
-/// Looks for what the rest depends on, and says so.
-fn rest_of(given: &Given, judged: &mut Judged) -> Option<Described> {
+/// Looks for what the remainder depends on, and says so.
+fn remainder_of(given: &Given, judged: &mut Judged) -> Option<Described> {
     let scope = match (&judged.structure, judged.verdict) {
         _ if judged.kept.fit.samples < verdict::FEW => return None,
         (Structure::None, Verdict::NothingMissing) => Scope::Turns,
         (Structure::None, _) => return None,
         _ => Scope::Everything,
     };
-    let gaps = held_out_errors(&given.hypothesis, &given.x);
-    let described = rest::described(&judged.kept, &gaps, scope);
+    let described = remainder::described(&judged.kept, &given.set.held_out(), scope);
     if scope == Scope::Everything || described.is_some() {
-        rest::tell(described.as_ref(), judged);
+        judged.depends(described.as_ref());
     }
     described
 }
@@ -92,7 +91,7 @@ fn only_predicted<'a>(
     }
     let finals: Vec<&Dynamic> = finals.iter().collect();
     let dataset = made_ready(model, log, &finals)?;
-    let whole = Whole::of(model, log, &finals, &dataset);
+    let whole = FullPass::of(model, log, &finals, &dataset);
     Ok(Some(Last { dataset, whole }))
 }
 
@@ -109,26 +108,23 @@ pub fn made_ready(
 
 /// The noise from the base's residual, in which the motion no longer hides it, and the weights.
 fn settle_noise(dataset: &mut Dataset, model: &Model) {
-    let nominal = Hypothesis::new(dataset, model, Vec::new());
-    let plant = nominal.plant(&vec![0.0; nominal.slots.len()]);
+    let plant = Scored::given(dataset, model).plant();
     dataset.weigh(&plant);
     let base = base_fit(dataset, model);
     let view = Prediction::of(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
     let high = hf_noise(&view.residual(), dataset.noise_lag).clamp(0.5 * dataset.sigma, 1.05 * dataset.sigma);
     let repeated = repeated_noise(&base);
-    let plant = base.hypothesis.plant(&base.fit.x);
+    let plant = base.plant();
     dataset.sigma = repeated.map_or(high, |sigma| sigma.max(high));
     dataset.weigh(&plant);
 }
 
 /// The noise from the difference of two runs with the same input: it needs no model of the noise.
 fn repeated_noise(base: &Scored) -> Option<f64> {
-    let dataset = base.hypothesis.dataset;
-    let seen = samples(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
-    let differences: Vec<f64> =
-        twin_pairs(&seen, &dataset.twins, |s| s.residual()).map(|(a, b)| a - b).collect();
-    let enough = differences.len() > 200 && sensor_like(&differences);
-    enough.then(|| rms(&differences) / 2f64.sqrt())
+    let seen = samples(base, &[Part::A, Part::B]);
+    let pairs = twin_pairs(&seen, base.hypothesis.dataset, Sample::residual);
+    let differences: Vec<f64> = pairs.into_iter().map(|(a, b)| a - b).collect();
+    sensor_like(&differences).then(|| rms(&differences) / 2f64.sqrt())
 }
 
 /// By how much more of a held-out record's squared error other weights may leave.
@@ -136,6 +132,5 @@ const AS_WELL: f64 = 1.1;
 
 /// True if a set fitted with other weights predicts every held-out record as well.
 fn predicts_as_well(anew: &Scored, kept: &Scored) -> bool {
-    let errors = |set: &Scored| held_out_errors(&set.hypothesis, &set.fit.x);
-    errors(anew).iter().zip(errors(kept)).all(|(anew, kept)| *anew <= AS_WELL * kept)
+    no_more(&anew.held_out(), &kept.held_out(), AS_WELL)
 }

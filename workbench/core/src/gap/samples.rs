@@ -1,9 +1,10 @@
 //! Measured, simulated and what the model does at each compared sample: what localisation, structure and plots look at.
 
-use crate::gap::dataset::{BenchRun, Part, Traces, Whole};
+use crate::gap::dataset::{BenchRun, FullPass, Part, Traces};
 use crate::gap::fit::FINE;
-use crate::gap::hypothesis::Hypothesis;
+use crate::gap::scored::Scored;
 use crate::system::plant::physics::Physics;
+use crate::system::plant::unnamed::Variable;
 use servo::axis::Bridge;
 
 /// One compared sample with the model quantities at its time. Bins are made over these, never over the measurement:
@@ -43,13 +44,26 @@ impl Sample {
     pub fn residual(&self) -> f64 {
         self.measured - self.predicted
     }
+
+    /// What the simulated motion is in a variable, a current without its sign; not a number where a sample alone does not know it.
+    pub fn of(&self, variable: Variable) -> f64 {
+        match variable {
+            Variable::Input => self.input,
+            Variable::Speed => self.omega,
+            Variable::Acceleration => self.acceleration,
+            Variable::Current => self.current.abs(),
+            Variable::Position => self.position,
+            Variable::Time => self.time,
+            _ => f64::NAN,
+        }
+    }
 }
 
 /// All compared samples of the given parts, run after run.
-pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample> {
-    let plant = hypothesis.plant(x);
+pub fn samples(set: &Scored, parts: &[Part]) -> Vec<Sample> {
+    let (hypothesis, plant) = (&set.hypothesis, set.plant());
     let mut all = Vec::new();
-    hypothesis.simulated(x, &plant, |index, traces, predicted| {
+    hypothesis.simulated(&set.fit.x, &plant, |index, traces, predicted| {
         of_run(&mut all, index, &hypothesis.dataset.runs[index], &plant, traces, predicted);
     });
     all.retain(|sample| parts.contains(&sample.part));
@@ -57,14 +71,14 @@ pub fn samples(hypothesis: &Hypothesis, x: &[f64], parts: &[Part]) -> Vec<Sample
 }
 
 /// Samples of every part that is compared, with the time since the last reversal of each; of a long log about so many of all rows.
-pub fn seen(whole: Option<&Whole>, hypothesis: &Hypothesis, x: &[f64]) -> (Vec<Sample>, Vec<f64>) {
+pub fn seen(whole: Option<&FullPass>, set: &Scored) -> (Vec<Sample>, Vec<f64>) {
     const ALL: [Part; 3] = [Part::A, Part::B, Part::HoldOut];
     let Some(whole) = whole else {
-        let samples = samples(hypothesis, x, &ALL);
+        let samples = samples(set, &ALL);
         let since = since_reversal(&samples);
         return (samples, since);
     };
-    let (plant, most) = (hypothesis.plant(x), (ENOUGH / whole.len()).max(1));
+    let (plant, most) = (set.plant(), (ENOUGH / whole.len()).max(1));
     let thinned = whole.each(false, |index, run, simulation| {
         let (traces, predicted) = simulation.speed(run, &plant, run.start_speed, FINE);
         let mut all = Vec::with_capacity(predicted.len());

@@ -1,9 +1,9 @@
 //! What it costs to give one number to two sides.
 
 use crate::gap::curve::torque_unit;
-use crate::gap::fit::{FINAL, fit};
+use crate::gap::fit::FINAL;
 use crate::gap::hypothesis::{Item, Slot};
-use crate::gap::search::{Scored, dispersion};
+use crate::gap::scored::{Scored, dispersion};
 use crate::outcome::DEVIATIONS;
 use crate::system::effects::{Effect, LIBRARY};
 use crate::text::figures::percent;
@@ -14,17 +14,15 @@ pub fn told(kept: &Scored, index: usize, gap_of: impl Fn(&Scored) -> f64) -> Opt
     let even = kept.hypothesis.items[index];
     let of = |uneven: &&Effect| uneven.relations.uneven_of.is_some_and(|of| of.even == even.effect);
     let uneven = LIBRARY.iter().copied().find(of).filter(|uneven| uneven.on_records())?;
-    let mut items = kept.hypothesis.items.clone();
-    items[index] = if even.is_full() { Item::full(uneven) } else { Item::plain(uneven) };
-    let hypothesis = kept.hypothesis.with(items);
+    let apart = if even.is_full() { Item::full(uneven) } else { Item::plain(uneven) };
+    let hypothesis = kept.hypothesis.with_item(index, apart);
     let both = |parameter: usize| kept.hypothesis.slot(index, parameter).map_or(0.0, |slot| kept.fit.x[slot]);
     let from = |slot: &Slot| match slot {
         Slot::Effect { parameter, .. } => both(parameter.saturating_sub(1)),
         _ => 0.0,
     };
     let x = hypothesis.carried(&kept.hypothesis, &kept.fit.x, &from);
-    let fit = fit(&hypothesis, &x, &FINAL);
-    let set = Scored { score: fit.cost, hypothesis, fit };
+    let set = Scored::fitted(hypothesis, &x, &FINAL);
     let dataset = kept.hypothesis.dataset;
     let (unit, size) = match uneven.parameters[0].scale.is_torque() {
         true => torque_unit(kept),

@@ -9,6 +9,15 @@ pub fn each<T: IntoParallelIterator<Iter: IndexedParallelIterator>>(all: T) -> r
     all.into_par_iter().with_max_len(1)
 }
 
+/// What such tasks give, in their order.
+pub fn of_each<T, R>(all: T, task: impl Fn(T::Item) -> R + Sync + Send) -> Vec<R>
+where
+    T: IntoParallelIterator<Iter: IndexedParallelIterator>,
+    R: Send,
+{
+    each(all).map(task).collect()
+}
+
 /// Threads that simulate at this moment.
 static BUSY: AtomicUsize = AtomicUsize::new(0);
 

@@ -4,7 +4,7 @@
 //! follows from what the model file says of R, Kt and J, and is as uncertain as they are.
 
 use crate::gap::hypothesis::{Data, is_open};
-use crate::gap::search::Scored;
+use crate::gap::scored::Scored;
 use crate::outcome::Value;
 use crate::outcome::volts;
 use crate::system::model::Kind;

@@ -1,20 +1,20 @@
 //! What may be said: named, tie, nothing missing, unexplained.
 
+use crate::gap::acceptance::residual_share::{left_open, no_more};
 use crate::gap::dataset::Part;
 use crate::gap::estimate::{self, Uncertainty};
-use crate::gap::fit::{SEARCH, fit};
-use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::prediction::{held_out_errors, held_out_variation};
-use crate::gap::residual_tests::Rest;
+use crate::gap::experiment;
+use crate::gap::fit::SEARCH;
+use crate::gap::hypothesis::Item;
+use crate::gap::remainder::look::{self, Remainder};
+use crate::gap::remainder::structure::Structure;
+use crate::gap::remainder::{self, Described};
 use crate::gap::samples::samples;
 use crate::gap::search::{Found, HELD_OUT, Scored, ShareLimits, chi2, tied};
-use crate::gap::structure::Structure;
-use crate::gap::threads::each;
-use crate::gap::{experiment, residual_tests};
+use crate::gap::threads::of_each;
 use crate::outcome::{Experiment, Grade, Small, Tie, Verdict};
 use crate::system::effects::{self, Effect};
 use crate::system::plant::physics::Drive;
-use rayon::prelude::*;
 
 /// The judgement on a search.
 pub struct Judged<'a> {
@@ -55,24 +55,24 @@ const HELD_OUT_SHARE: f64 = 0.15;
 const CONFIRMED: f64 = 10.0;
 
 /// Judges what was found.
-pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits: &ShareLimits) -> Judged<'a> {
+pub fn judge<'a>(found: &Found<'a>, given: &Scored, limits: &ShareLimits) -> Judged<'a> {
     let (whole, Supported { found: supported, uncertainty, tiny }) = (found, supported(found));
     let found = supported.as_ref().unwrap_or(found);
-    if given.model.fitted_to_log && !found.best.hypothesis.items.is_empty() {
-        return Judged { tiny, ..by_shares(found, uncertainty, given, nominal, limits) };
+    if given.hypothesis.model.fitted_to_log && !found.best.hypothesis.items.is_empty() {
+        return Judged { tiny, ..by_shares(found, uncertainty, given, limits) };
     }
     // What small names explain alone is no gap.
     let trifle = found.best.hypothesis.items.is_empty() && !tiny.is_empty();
     let of = if trifle { whole } else { found };
-    let on_log = || rayon::join(|| residual_tests::rest(&of.best), || excess(given, nominal).max(1e-9));
-    let ((rest, first), held_out) = rayon::join(on_log, || held_out_share(&found.best, given, nominal));
-    let share = (rest.excess / first).min(1.0);
+    let on_log = || rayon::join(|| look::look(&of.best), || excess(given).max(1e-9));
+    let ((remainder, first), held_out) = rayon::join(on_log, || held_out_share(&found.best, given));
+    let share = (remainder.excess / first).min(1.0);
     let nothing_named = found.best.hypothesis.items.is_empty();
     let unpredicted = match nothing_named {
         false => held_out > HELD_OUT_SHARE,
         true => strange(&found.best),
     };
-    let left = is_left(of, &rest, share) || (unpredicted && !trifle);
+    let left = is_left(of, &remainder, share) || (unpredicted && !trifle);
     let share = match (unpredicted, nothing_named) {
         (true, true) => 1.0,
         (true, false) => share.max(held_out.min(1.0)),
@@ -87,7 +87,7 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits:
     let uncertainty = uncertainty.filter(|_| kept.hypothesis.items == found.best.hypothesis.items);
     let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
     let grade = Grade::of(verdict, left, true);
-    let structure = structure(left, unpredicted, nothing_named, share, rest.structure);
+    let structure = structure(left, unpredicted, nothing_named, share, remainder.structure);
     Judged {
         verdict,
         grade,
@@ -100,6 +100,34 @@ pub fn judge<'a>(found: &Found<'a>, given: &Hypothesis, nominal: &[f64], limits:
         noise_like: None,
         next,
         tiny,
+    }
+}
+
+/// Beside a dependence that predicts more than this, a line in time or a trace of the turn is a part of it.
+const PART_OF_IT: f64 = 0.5;
+
+impl Judged<'_> {
+    /// Takes in what the remainder was found to depend on.
+    pub fn depends(&mut self, described: Option<&Described>) {
+        let seen = std::mem::take(&mut self.structure);
+        let differs = matches!(seen, Structure::Unrepeatable { .. });
+        self.noise_like = Some(differs || (described.is_none() && !seen.stays()));
+        let Some(found) = described else {
+            self.structure = seen;
+            if matches!(self.structure, Structure::FunctionOf { .. } | Structure::Correlated) {
+                self.structure = Structure::Unpredicted;
+                self.next.get_or_insert_with(|| remainder::repeat(self.kept.hypothesis.dataset));
+            }
+            return;
+        };
+        if self.verdict == Verdict::NothingMissing {
+            (self.verdict, self.share) = (Verdict::Unexplained, found.share);
+        }
+        let turns = found.over.iter().any(|variable| variable.is_periodic());
+        let also = differs || (seen.stays() && (turns || found.share < PART_OF_IT));
+        let beside = also.then(|| Box::new(seen));
+        self.structure = Structure::Predicted { by: remainder::sentence(&found.over, found.share), beside };
+        self.next.get_or_insert_with(|| found.next.clone());
     }
 }
 
@@ -138,7 +166,7 @@ fn supported<'a>(found: &Found<'a>) -> Supported<'a> {
             let name = best.hypothesis.names()[index].clone();
             tiny.push(Small { name, fit_points: points });
         }
-        best = refitted(&best, |k| k != index);
+        best = best.only(|k| k != index, &SEARCH);
     };
     let all = found.best.hypothesis.names();
     let dropped = all.len() - best.hypothesis.items.len();
@@ -154,7 +182,7 @@ fn others<'a>(found: &Found<'a>, best: &Scored<'a>, small: &[Small]) -> Vec<Scor
         |item: &Item| small.iter().any(|it| it.name == item.effect.name) || (lag && item.effect.is_lag());
     let mut others: Vec<Scored<'a>> = Vec::new();
     for other in &found.others {
-        let fewer = refitted(other, |k| !gone(&other.hypothesis.items[k]));
+        let fewer = other.only(|k| !gone(&other.hypothesis.items[k]), &SEARCH);
         let known = |set: &Scored| set.hypothesis.items == fewer.hypothesis.items;
         if fewer.hypothesis.items.len() == best.hypothesis.items.len()
             && !others.iter().chain([best]).any(known)
@@ -172,9 +200,7 @@ fn indistinct(best: &Scored) -> (Option<usize>, Option<Uncertainty>) {
         let uncertainty = Uncertainty::of(best);
         return (estimate::indistinct(best, &uncertainty), Some(uncertainty));
     };
-    let eased = Hypothesis::new(&dataset, best.hypothesis.model, best.hypothesis.items.clone());
-    let eased = Scored { hypothesis: eased, fit: best.fit.clone(), score: best.score };
-    let anew = estimate::refitted(&dataset, &eased);
+    let anew = estimate::refitted(&dataset, best);
     (estimate::indistinct(&anew, &Uncertainty::of(&anew)), None)
 }
 
@@ -192,17 +218,15 @@ fn useless(best: &Scored) -> Option<(usize, f64)> {
     let items = best.hypothesis.items.iter().enumerate();
     let others = items.filter(|(_, item)| !item.effect.is_base_parameter());
     let others: Vec<usize> = others.map(|(index, _)| index).collect();
-    let without = || each(&others).map(|index| lost(&refitted(best, |k| k != *index)));
-    let (with, without): (f64, Vec<f64>) = rayon::join(|| lost(best), || without().collect());
+    let without = || of_each(&others, |index| lost(&best.only(|k| k != *index, &SEARCH)));
+    let (with, without) = rayon::join(|| lost(best), without);
     let mut brought = others.into_iter().zip(without).map(|(index, without)| (index, without - with));
     brought.find(|(index, points)| *points < SEEN_POINTS || is_winding(best, *index))
 }
 
 /// Points of fit, %, that a set leaves open on the held-out data.
 fn lost(set: &Scored) -> f64 {
-    let all = held_out_variation(set.hypothesis.dataset).max(f64::MIN_POSITIVE);
-    let error: f64 = held_out_errors(&set.hypothesis, &set.fit.x).iter().sum();
-    100.0 * (error / all).sqrt()
+    100.0 * left_open(set, &set.held_out())
 }
 
 /// True if an effect of a set is what the winding does that the model leaves out.
@@ -219,14 +243,13 @@ fn is_winding(best: &Scored, index: usize) -> bool {
 fn by_shares<'a>(
     found: &Found<'a>,
     uncertainty: Option<Uncertainty>,
-    given: &Hypothesis,
-    nominal: &[f64],
+    given: &Scored,
     limits: &ShareLimits,
 ) -> Judged<'a> {
-    let rest = residual_tests::rest(&found.best);
-    let share = (rest.excess / excess(given, nominal).max(1e-9)).min(1.0);
+    let remainder = look::look(&found.best);
+    let share = (remainder.excess / excess(given).max(1e-9)).min(1.0);
     let left = share > SHARE;
-    let most = most_is_removed(&found.best, given, nominal, limits);
+    let most = most_is_removed(&found.best, given, limits);
     // A lag that removes less than half and stands alone is what almost anything else looks like that acts on the current or
     // the sensor: it is no name.
     let lags_alone = found.best.hypothesis.items.iter().all(|item| item.effect.is_lag());
@@ -241,7 +264,7 @@ fn by_shares<'a>(
         closest: if mimics { found.best.hypothesis.names() } else { Vec::new() },
         ties,
         share,
-        structure: if left { rest.structure } else { Structure::None },
+        structure: if left { remainder.structure } else { Structure::None },
         noise_like: None,
         next,
         tiny: Vec::new(),
@@ -249,11 +272,9 @@ fn by_shares<'a>(
 }
 
 /// True if a set leaves little enough of the squared error of the model as given, on the log and on every held-out record.
-fn most_is_removed(best: &Scored, given: &Hypothesis, nominal: &[f64], limits: &ShareLimits) -> bool {
-    let before = held_out_errors(given, nominal);
-    let after = held_out_errors(&best.hypothesis, &best.fit.x);
-    let log = best.fit.chi2 / chi2(given, nominal, &SEARCH).0.max(f64::MIN_POSITIVE);
-    log <= limits.likely && after.iter().zip(&before).all(|(after, before)| *after <= limits.likely * before)
+fn most_is_removed(best: &Scored, given: &Scored, limits: &ShareLimits) -> bool {
+    let log = best.fit.chi2 / chi2(&given.hypothesis, &given.fit.x, &SEARCH).0.max(f64::MIN_POSITIVE);
+    log <= limits.likely && no_more(&best.held_out(), &given.held_out(), limits.likely)
 }
 
 /// A held-out record that is missed by this many times the noise, where the log is not, is of another motor.
@@ -266,49 +287,50 @@ const DISAGREE: f64 = 9.0;
 
 /// True if the model misses a held-out record although it fits the log.
 fn strange(best: &Scored) -> bool {
-    let (held_out, samples) = chi2(&best.hypothesis, &best.fit.x, &HELD_OUT);
     let log = best.fit.chi2 / best.fit.samples.max(1) as f64;
-    held_out / samples.max(1) as f64 > STRANGE * STRANGE * log.max(1.0)
+    held_out_square(best) > STRANGE * STRANGE * log.max(1.0)
+}
+
+/// χ² a sample of the held-out data.
+fn held_out_square(set: &Scored) -> f64 {
+    let (held_out, samples) = chi2(&set.hypothesis, &set.fit.x, &HELD_OUT);
+    held_out / samples.max(1) as f64
 }
 
 /// What looks like noise and opens fewer points of the fit is noise: of a coarse reading that a slow motion hides from the estimate.
 const LIKE_NOISE_POINTS: f64 = 0.1;
 
 /// True if what is left is worth a verdict of its own.
-fn is_left(found: &Found, rest: &Rest, share: f64) -> bool {
-    let visible = rest.excess.sqrt() > VISIBLE;
+fn is_left(found: &Found, remainder: &Remainder, share: f64) -> bool {
+    let visible = remainder.excess.sqrt() > VISIBLE;
     let nothing_named = found.best.hypothesis.items.is_empty();
-    let white = rest.structure == Structure::None;
-    if nothing_named && found.best.fit.samples < FEW && rest.excess > DISAGREE {
+    let white = remainder.structure == Structure::None;
+    if nothing_named && found.best.fit.samples < FEW && remainder.excess > DISAGREE {
         return true;
     }
     match (visible && !white, nothing_named) {
         (false, _) => false,
         (true, true) => {
-            rest.structure.explains()
-                || rest.repeated
-                || (rest.excess > 1.0 && lost(&found.best) > LIKE_NOISE_POINTS)
+            remainder.structure.explains()
+                || remainder.repeated
+                || (remainder.excess > 1.0 && lost(&found.best) > LIKE_NOISE_POINTS)
         }
-        (true, false) if rest.structure.turns() => share > SHARE_TURNING,
+        (true, false) if remainder.structure.turns() => share > SHARE_TURNING,
         (true, false) => share > SHARE,
     }
 }
 
 /// Mean square of the speed's residuals beyond the noise, in units of the noise's variance. Of the speed alone: a gap in
 /// a logged current, which may be far quieter, would dwarf it.
-fn excess(hypothesis: &Hypothesis, x: &[f64]) -> f64 {
-    let seen = samples(hypothesis, x, &[Part::A, Part::B]);
+fn excess(set: &Scored) -> f64 {
+    let seen = samples(set, &[Part::A, Part::B]);
     let sum: f64 = seen.iter().map(|s| (s.residual() * s.weight).powi(2)).sum();
     sum / seen.len().max(1) as f64 - 1.0
 }
 
 /// What a set leaves of the hold-out's gap (squared, above the noise).
-fn held_out_share(best: &Scored, given: &Hypothesis, nominal: &[f64]) -> f64 {
-    let excess = |hypothesis: &Hypothesis, x: &[f64]| {
-        let (chi2, samples) = chi2(hypothesis, x, &HELD_OUT);
-        chi2 / samples.max(1) as f64 - 1.0
-    };
-    let (before, after) = (excess(given, nominal), excess(&best.hypothesis, &best.fit.x));
+fn held_out_share(best: &Scored, given: &Scored) -> f64 {
+    let (before, after) = (held_out_square(given) - 1.0, held_out_square(best) - 1.0);
     // A gap that hardly shows in the hold-out says nothing.
     if before > 1.0 { after / before } else { 0.0 }
 }
@@ -317,25 +339,14 @@ fn held_out_share(best: &Scored, given: &Hypothesis, nominal: &[f64]) -> f64 {
 fn confirmed<'a>(found: &Found<'a>, left: f64) -> (Scored<'a>, Vec<String>) {
     let best = &found.best;
     let names = best.hypothesis.names();
-    let without = each(0..names.len()).map(|index| {
-        let without = refitted(best, |k| k != index);
-        excess(&without.hypothesis, &without.fit.x)
-    });
-    let without: Vec<f64> = without.collect();
+    let without = of_each(0..names.len(), |index| excess(&best.only(|k| k != index, &SEARCH)));
     let (keep, gone): (Vec<usize>, Vec<usize>) =
         (0..names.len()).partition(|index| without[*index] > CONFIRMED * left);
     if gone.is_empty() {
         return (best.clone(), Vec::new());
     }
     let closest = gone.into_iter().map(|index| names[index].clone()).collect();
-    (refitted(best, |k| keep.contains(&k)), closest)
-}
-
-/// The set with some of its effects, fitted anew.
-fn refitted<'a>(scored: &Scored<'a>, keep: impl Fn(usize) -> bool) -> Scored<'a> {
-    let (hypothesis, start) = scored.hypothesis.only(&scored.fit.x, keep);
-    let made = fit(&hypothesis, &start, &SEARCH);
-    Scored { score: made.cost, hypothesis, fit: made }
+    (best.only(|k| keep.contains(&k), &SEARCH), closest)
 }
 
 /// Rivals that the data cannot tell from the accepted set, and what would.

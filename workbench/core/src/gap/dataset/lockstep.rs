@@ -1,6 +1,6 @@
 //! Several plants through the same runs in lock-step.
 
-use super::drawn::Drawn;
+use super::applied_input::AppliedInput;
 use super::run::BenchRun;
 use super::simulate::{Detail, Keep, Simulation};
 use super::{Part, Probes};
@@ -139,7 +139,7 @@ impl Pack<'_, '_> {
             let states: Vec<State> =
                 sets.iter().zip(starts).map(|(plant, start)| run.start(plant, start)).collect();
             let state = State::side_by_side(&states, like);
-            let mut input = Drawn::new(run, &sets, &plant);
+            let mut input = AppliedInput::new(run, &sets, &plant);
             let detail = Detail { finest: self.finest, keep: Keep::sensed(run) };
             steps += run.advance(&plant, shape, &mut input, state, detail, &mut traces);
             let seen = first(&mut predicted, run.speed.len() * F::COUNT);

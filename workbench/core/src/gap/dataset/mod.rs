@@ -5,8 +5,9 @@
 //! averaged; on the output side the sensor's window is applied to simulation and measurement alike.
 
 mod agree;
+mod applied_input;
 mod coverage;
-mod drawn;
+mod full_pass;
 mod lockstep;
 mod noise;
 mod parts;
@@ -21,9 +22,9 @@ mod start;
 mod stretches;
 mod view;
 mod weigh;
-mod whole;
 
 pub use agree::same;
+pub use full_pass::FullPass;
 pub use lockstep::{Compared, lockstep};
 pub use noise::{hf_noise, median};
 pub use past::Past;
@@ -32,7 +33,6 @@ pub use prepare::prepare;
 pub use probe::Probes;
 pub use run::BenchRun;
 pub use simulate::{Simulation, Traces};
-pub use whole::Whole;
 
 use crate::outcome::Searched;
 use crate::system::log::Input;

@@ -1,6 +1,6 @@
 //! The simulation of one run.
 
-use super::drawn::Drawn;
+use super::applied_input::AppliedInput;
 use super::run::BenchRun;
 use crate::gap::effort;
 use crate::system::plant::dynamics::Dynamics;
@@ -80,7 +80,7 @@ impl BenchRun {
     }
 
     fn simulated(&self, plant: &Physics, start: f64, detail: Detail, traces: &mut Traces) -> u64 {
-        let mut input = Drawn::new(self, std::slice::from_ref(plant), plant);
+        let mut input = AppliedInput::new(self, std::slice::from_ref(plant), plant);
         let state = self.start(plant, start);
         self.advance(plant, Shape::of(plant), &mut input, state, detail, traces)
     }
@@ -91,7 +91,7 @@ impl BenchRun {
         &self,
         plant: &Physics<F>,
         shape: Shape,
-        input: &mut Drawn,
+        input: &mut AppliedInput,
         mut state: State<F>,
         Detail { finest, keep }: Detail,
         traces: &mut Traces,

@@ -100,6 +100,18 @@ impl<'a, D: Data> Hypothesis<'a, D> {
         Self::new(self.dataset, self.model, items)
     }
 
+    /// The same with another item in the place of one.
+    pub fn with_item(&self, index: usize, item: Item) -> Self {
+        let mut items = self.items.clone();
+        items[index] = item;
+        self.with(items)
+    }
+
+    /// The same with one item more.
+    pub fn with_more(&self, item: Item) -> Self {
+        self.with([&self.items[..], &[item]].concat())
+    }
+
     /// Number of effect parameters: they come first.
     pub fn effect_slots(&self) -> usize {
         self.slots.iter().filter(|slot| matches!(slot, Slot::Effect { .. })).count()

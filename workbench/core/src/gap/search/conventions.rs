@@ -1,12 +1,11 @@
 //! Names that explain nearly the same where a model is itself a fit to the log: which of them is said.
 
 use super::rounds::Path;
-use super::score::Scored;
-use super::shares::no_more;
 use super::{Offer, Search};
+use crate::gap::acceptance::residual_share::near;
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Item;
-use crate::gap::prediction::held_out_errors;
+use crate::gap::scored::Scored;
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, Family, LAGS, PLAIN_FRICTIONS, RARE_LAG, SHIFTS};
 use rayon::prelude::*;
@@ -42,11 +41,10 @@ impl<'a> Search<'a, '_> {
         held_out_share: f64,
         path: &mut Path<'a>,
     ) -> Scored<'a> {
-        let names = scored.hypothesis.names();
         let likely = common
             .iter()
             .copied()
-            .filter(|effect| !self.excluded.iter().chain(&names).any(|name| name == effect.name))
+            .filter(|effect| !self.excludes(effect) && place(&scored, |other| other == *effect).is_none())
             .filter_map(|effect| self.replaced(&scored, index, Item::plain(effect)))
             .map(|other| self.refit(&other, &SEARCH))
             .filter(near(&scored, 1.0 + self.limits.stays, held_out_share))
@@ -87,14 +85,11 @@ impl<'a> Search<'a, '_> {
             return scored;
         };
         let search = Search { offer: Offer::Forms, ..self.clone() };
-        let rest = self.without(&scored, shift, &SEARCH);
-        let two_sided = (0..rest.hypothesis.items.len()).flat_map(|index| {
-            let variants = search.variants(&rest.hypothesis, index);
-            variants.into_iter().map(move |item| (index, item))
-        });
+        let others = self.without(&scored, shift, &SEARCH);
+        let two_sided = search.forms_of(&others, 0).into_iter();
         let (near, size) = (near(&scored, THE_SAME, THE_SAME), scored.hypothesis.effect_slots());
         let found = two_sided
-            .filter_map(|(index, item)| search.replaced(&rest, index, item))
+            .filter_map(|(index, item)| search.replaced(&others, index, item))
             .map(|other| self.refit(&other, &SEARCH))
             .find(|other| other.hypothesis.effect_slots() <= size && near(other));
         instead(scored, found, path)
@@ -104,15 +99,6 @@ impl<'a> Search<'a, '_> {
 /// The place of the first effect of a set that is such a one.
 fn place(scored: &Scored, such: impl Fn(&Effect) -> bool) -> Option<usize> {
     scored.hypothesis.items.iter().position(|item| such(item.effect))
-}
-
-/// Whether another set leaves at most so many times as much as this one on the log, and on every held-out record.
-fn near(scored: &Scored, log: f64, held_out: f64) -> impl Fn(&Scored) -> bool + use<> {
-    let (most, errors) = (log * scored.fit.cost, held_out_errors(&scored.hypothesis, &scored.fit.x));
-    move |other| {
-        other.fit.cost <= most
-            && no_more(&held_out_errors(&other.hypothesis, &other.fit.x), &errors, held_out)
-    }
 }
 
 /// The other set, if there is one; the first stays as a rival.

@@ -6,13 +6,13 @@
 
 use super::Search;
 use super::adaptation::Adaptation;
-use super::promise::{Projector, Start, started};
-use super::score::Scored;
-use super::worth::VISIBLE;
+use super::screening::{Projector, Start, started};
+use crate::gap::acceptance::noise::{VISIBLE, at_floor};
 use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::problem::dot;
-use crate::gap::threads::each;
+use crate::gap::scored::Scored;
+use crate::gap::threads::of_each;
 use crate::system::effects::{Effect, Starts};
 use nalgebra::DVector;
 use rand::SeedableRng;
@@ -93,7 +93,7 @@ impl<'a> Search<'a, '_> {
     /// that helps.
     pub(super) fn settled(&self, mut scored: Scored<'a>) -> Scored<'a> {
         for (seed, width) in WIDTHS.into_iter().enumerate() {
-            if !rugged(&scored) || self.at_floor(&scored) {
+            if !rugged(&scored) || at_floor(&scored) {
                 break;
             }
             let made = evolved_whole(&scored, seed as u64, width);
@@ -145,7 +145,7 @@ pub fn scatter(scored: &Scored) -> Vec<f64> {
     let begins: Vec<Vec<f64>> = (0..HOLLOWS).map(|_| begin()).collect();
     let nearest = Setting { iterations: SEARCH.iterations / 2, ..SEARCH };
     let centre = fit(hypothesis, &scored.fit.x, &nearest);
-    let fits: Vec<Fit> = each(&begins).map(|x| fit(hypothesis, x, &nearest)).collect();
+    let fits = of_each(&begins, |x| fit(hypothesis, x, &nearest));
     let samples = centre.samples as f64;
     let alike_within = (VISIBLE * VISIBLE * samples).max(centre.chi2 - samples);
     let alike = |it: &&Fit| it.cost < centre.cost + alike_within;

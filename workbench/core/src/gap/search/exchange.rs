@@ -2,12 +2,12 @@
 
 use super::Search;
 use super::race::looked_at;
-use super::score::{Scored, dispersion, score_with};
-use super::worth::VISIBLE;
-use crate::gap::acceptance::worth;
+use crate::gap::acceptance::noise::{FineNoise, inside_tolerance};
+use crate::gap::acceptance::{Others, decided, price};
 use crate::gap::fit::{FINAL, SEARCH};
 use crate::gap::hypothesis::Item;
-use crate::gap::threads::each;
+use crate::gap::scored::{Scored, dispersion, score_with};
+use crate::gap::threads::{each, of_each};
 use crate::system::effects::LIBRARY;
 use rayon::prelude::*;
 
@@ -32,8 +32,8 @@ impl<'a> Search<'a, '_> {
             let factor = dispersion(&best);
             let better = |child: &&Scored<'a>| {
                 child.hypothesis.items.len() == best.hypothesis.items.len()
-                    && score_with(child, factor) + worth(factor) < score_with(&best, factor)
-                    && !self.any_inside_tolerance(child)
+                    && score_with(child, factor) + price(factor) < score_with(&best, factor)
+                    && inside_tolerance(child).is_none()
             };
             let least =
                 |a: &&Scored<'a>, b: &&Scored<'a>| score_with(a, factor).total_cmp(&score_with(b, factor));
@@ -69,23 +69,14 @@ impl<'a> Search<'a, '_> {
     /// Drops every effect whose removal costs too little, on the fine grid.
     pub(super) fn eliminated(&self, scored: Scored<'a>) -> Scored<'a> {
         let mut best = scored;
-        loop {
-            if best.hypothesis.items.len() < 2 {
-                return best;
+        while best.hypothesis.items.len() > 1 {
+            let noise = FineNoise { dispersion: dispersion(&best) };
+            let smaller = of_each(0..best.hypothesis.items.len(), |k| self.without(&best, k, &FINAL));
+            match decided(&noise, &best, Others::Smaller, smaller) {
+                Some((fewer, _)) => best = fewer,
+                None => break,
             }
-            let factor = dispersion(&best);
-            let smaller: Vec<Scored<'a>> = each(0..best.hypothesis.items.len())
-                .map(|index| self.without(&best, index, &FINAL))
-                .collect();
-            let cheapest =
-                smaller.into_iter().min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost)).expect("two or more");
-            let samples = best.fit.samples as f64;
-            let cost = cheapest.fit.cost - best.fit.cost;
-            let too_little = cost < worth(factor) || cost / samples < VISIBLE * VISIBLE;
-            if !too_little && !self.any_inside_tolerance(&best) {
-                return best;
-            }
-            best = cheapest;
         }
+        best
     }
 }

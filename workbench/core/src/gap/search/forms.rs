@@ -2,12 +2,12 @@
 
 use super::Search;
 use super::race::looked_at;
-use super::score::{Scored, dispersion};
-use super::worth::SHARE_OF_GAP;
-use crate::gap::acceptance::worth;
-use crate::gap::fit::{FINAL, Fit, SEARCH, fit};
+use crate::gap::acceptance::noise::SHARE_OF_GAP;
+use crate::gap::acceptance::price;
+use crate::gap::fit::{FINAL, SEARCH, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
-use crate::gap::threads::each;
+use crate::gap::scored::{Scored, dispersion};
+use crate::gap::threads::{each, of_each};
 use crate::outcome::DEVIATIONS;
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
@@ -39,7 +39,7 @@ impl<'a> Search<'a, '_> {
         for (index, other) in tried {
             let (found, than) = best.as_ref().map_or((index, set), |(found, better)| (*found, better));
             let more = other.hypothesis.effect_slots() > than.hypothesis.effect_slots();
-            let margin = if more { worth(self.dispersion.min(dispersion(&other))) } else { 0.0 };
+            let margin = if more { price(self.dispersion.min(dispersion(&other))) } else { 0.0 };
             if index == found && other.score + margin < than.score {
                 best = Some((index, other));
             }
@@ -62,9 +62,7 @@ impl<'a> Search<'a, '_> {
         if item.effect.family.is_ladder() {
             let library = LIBRARY.iter().copied();
             let twins = library.filter(|other| other.same_family(item.effect) && *other != item.effect);
-            let allowed = twins.filter(|other| {
-                self.offers_form(other.form) && !self.excluded.iter().any(|name| name == other.name)
-            });
+            let allowed = twins.filter(|other| self.offers_form(other.form) && !self.excludes(other));
             variants.extend(allowed.map(Item::plain));
         }
         variants
@@ -94,12 +92,11 @@ impl<'a> Search<'a, '_> {
         let side = |side: usize| scored.hypothesis.slot(index, side).map(|slot| scored.fit.x[slot]);
         let (one, other) = (side(0)?, side(1)?);
         let mean = 0.5 * (one + other);
-        if self.excluded.iter().any(|name| name == form.name) {
+        if self.excludes(form) {
             return None;
         }
-        let mut items = scored.hypothesis.items.clone();
-        items[index] = if uneven.is_full() { Item::full(form) } else { Item::plain(form) };
-        let hypothesis = Hypothesis::new(self.dataset, self.model, items);
+        let even = if uneven.is_full() { Item::full(form) } else { Item::plain(form) };
+        let hypothesis = scored.hypothesis.with_item(index, even);
         // What follows the two sides is a softness, which the symmetric form has as well.
         let from_sides = |slot: &Slot| match slot {
             Slot::Effect { parameter: 0, .. } => mean,
@@ -107,34 +104,29 @@ impl<'a> Search<'a, '_> {
             _ => 0.0,
         };
         let x = hypothesis.carried(&scored.hypothesis, &scored.fit.x, &from_sides);
-        let made = fit(&hypothesis, &x, &FINAL);
-        Some((self.scored(hypothesis, made), (one - other).abs() <= EVEN * mean.abs()))
+        let even = self.priced(Scored::fitted(hypothesis, &x, &FINAL));
+        Some((even, (one - other).abs() <= EVEN * mean.abs()))
     }
 
     /// The same set with one effect in another form.
     pub(super) fn replaced(&self, scored: &Scored<'a>, index: usize, item: Item) -> Option<Scored<'a>> {
-        let mut items = scored.hypothesis.items.clone();
-        items[index] = item;
-        let hypothesis = Hypothesis::new(self.dataset, self.model, items);
+        let hypothesis = scored.hypothesis.with_item(index, item);
         if item.effect == scored.hypothesis.items[index].effect {
-            let fits = each(richer(item.effect)).map(|start| {
+            let fits = of_each(richer(item.effect), |start| {
                 let default = |slot: &Slot| match slot {
                     Slot::Effect { parameter, .. } => start[*parameter],
                     _ => 0.0,
                 };
                 fit(&hypothesis, &hypothesis.carried(&scored.hypothesis, &scored.fit.x, &default), &SEARCH)
             });
-            let fits: Vec<Fit> = fits.collect();
             let best = fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
             return Some(self.scored(hypothesis, best));
         }
-        let (without, x) = scored.hypothesis.only(&scored.fit.x, |k| k != index);
-        let parent = self.scored(without, Fit { x, ..scored.fit.clone() });
+        let parent = scored.lacking(index);
         let (basis, projector) = looked_at(&parent);
         let child = self.child(&parent, &basis, &projector, item.effect)?;
         // Back to the order of naming.
-        let reordered = hypothesis.carried(&child.hypothesis, &child.fit.x, &|_| 0.0);
-        Some(self.scored(hypothesis, Fit { x: reordered, ..child.fit }))
+        Some(child.arranged(hypothesis.items))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which starts of a dense grid are looked at: coarse first, then round the best.
 
-use super::promise::Start;
+use super::screening::Start;
 
 /// Of so many neighbouring sizes one is looked at first.
 const EVERY: usize = 3;

@@ -11,32 +11,29 @@ mod adaptation;
 mod conventions;
 mod evolve;
 mod exchange;
+mod fitted_to_log;
 mod forms;
 mod grid;
-mod limits;
-mod promise;
 mod race;
 mod rivals;
 mod rounds;
-mod score;
-mod shares;
+mod screening;
 mod sheet;
-mod worth;
 
+pub use crate::gap::acceptance::ShareLimits;
+pub use crate::gap::scored::{HELD_OUT, Scored, chi2, dispersion};
 pub use evolve::scatter;
-pub use limits::ShareLimits;
 pub use rivals::tied;
-pub use score::{HELD_OUT, Scored, chi2, dispersion};
 
 use crate::gap::Options;
 use crate::gap::dataset::Dataset;
 use crate::gap::effort::{Phase, during};
-use crate::gap::fit::{FINAL, Fit, SEARCH, Setting, fit};
+use crate::gap::fit::{FINAL, Fit, SEARCH, Setting};
 use crate::gap::hypothesis::{Hypothesis, Item};
+use crate::gap::scored::score_with;
 use crate::system::effects::{Effect, Form};
 use crate::system::model::Model;
 use rounds::Path;
-use score::penalty;
 use std::collections::BTreeSet;
 
 /// What the search found.
@@ -74,9 +71,9 @@ pub fn search<'a>(dataset: &'a Dataset, model: &'a Model, given: &Options, progr
     if model.fitted_to_log {
         return search.by_shares(base);
     }
-    let usual = search.clone().whole(base.clone());
+    let usual = search.clone().full_search(base.clone());
     let (best, path) = match search.contradicted(&base) {
-        Some(from) => sheet::likelier(search.whole(from), usual),
+        Some(from) => sheet::likelier(search.full_search(from), usual),
         None => usual,
     };
     search.dispersion = dispersion(&best);
@@ -85,10 +82,7 @@ pub fn search<'a>(dataset: &'a Dataset, model: &'a Model, given: &Options, progr
 
 /// The base inside its tolerances.
 pub fn base_fit<'a>(dataset: &'a Dataset, model: &'a Model) -> Scored<'a> {
-    let hypothesis = Hypothesis::new(dataset, model, Vec::new());
-    let start = vec![0.0; hypothesis.slots.len()];
-    let fit = fit(&hypothesis, &start, &SEARCH);
-    Scored { score: fit.cost, hypothesis, fit }
+    Scored::given(dataset, model).refitted(&SEARCH)
 }
 
 /// Which effects a search offers.
@@ -122,14 +116,14 @@ struct Search<'a, 'p> {
 
 impl<'a> Search<'a, '_> {
     /// Grows a set as long as effects pay for themselves, exchanges and eliminates; finely fitted, with its path.
-    fn whole(&mut self, from: Scored<'a>) -> (Scored<'a>, Path<'a>) {
+    fn full_search(&mut self, from: Scored<'a>) -> (Scored<'a>, Path<'a>) {
         (self.first_gap, self.dispersion) = (from.fit.chi2, dispersion(&from));
         let mut path = Path::default();
         let current = self.grown(from, &mut path);
         let (current, exchanged) = during(Phase::Exchange, || self.exchanged(current));
         path.others.extend(exchanged);
-        let whole = || self.evened(self.eliminated(self.fine(&current)));
-        (during(Phase::Rivals, whole), path)
+        let finished = || self.evened(self.eliminated(self.fine(&current)));
+        (during(Phase::Rivals, finished), path)
     }
 
     /// What a search leaves: the set that it kept, and its rivals among the sets on its path.
@@ -145,9 +139,13 @@ impl<'a> Search<'a, '_> {
         small.into_iter().filter(|(name, _)| told.insert(name.clone())).collect()
     }
 
+    fn excludes(&self, effect: &Effect) -> bool {
+        self.excluded.iter().any(|name| name == effect.name)
+    }
+
     fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {
         effect.on_records()
-            && !self.excluded.iter().any(|name| name == effect.name)
+            && !self.excludes(effect)
             && self.offers_form(effect.form)
             && parent.hypothesis.admits(effect)
     }
@@ -170,12 +168,16 @@ impl<'a> Search<'a, '_> {
     }
 
     fn scored(&self, hypothesis: Hypothesis<'a>, fit: Fit) -> Scored<'a> {
-        Scored { score: fit.cost + self.dispersion * penalty(&hypothesis, fit.samples), hypothesis, fit }
+        self.priced(Scored { hypothesis, fit, score: f64::NAN })
+    }
+
+    /// A set with its score.
+    fn priced(&self, set: Scored<'a>) -> Scored<'a> {
+        Scored { score: score_with(&set, self.dispersion), ..set }
     }
 
     fn refit(&self, scored: &Scored<'a>, setting: &Setting) -> Scored<'a> {
-        let made = fit(&scored.hypothesis, &scored.fit.x, setting);
-        self.scored(scored.hypothesis.clone(), made)
+        self.priced(scored.refitted(setting))
     }
 
     fn fine(&self, scored: &Scored<'a>) -> Scored<'a> {
@@ -184,8 +186,6 @@ impl<'a> Search<'a, '_> {
 
     /// The set without one effect, refitted from its own values and from the base's nominal ones.
     fn without(&self, scored: &Scored<'a>, index: usize, setting: &Setting) -> Scored<'a> {
-        let (hypothesis, x) = scored.hypothesis.only(&scored.fit.x, |k| k != index);
-        let made = fit(&hypothesis, &x, setting);
-        self.scored(hypothesis, made)
+        self.priced(scored.only(|k| k != index, setting))
     }
 }

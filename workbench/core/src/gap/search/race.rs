@@ -2,17 +2,17 @@
 
 use super::evolve::{evolved, spread};
 use super::grid::promised;
-use super::promise::{Projector, Start, started};
-use super::score::{Scored, rank};
-use super::worth::VISIBLE;
+use super::screening::{Projector, Start, started};
 use super::{Offer, Search};
-use crate::gap::acceptance::worth;
+use crate::gap::acceptance::noise::{VISIBLE, at_floor};
+use crate::gap::acceptance::price;
 use crate::gap::effort::{Phase, during};
-use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit, fit_near};
+use crate::gap::fit::{Evaluator, SEARCH, Setting, fit_near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::initial_guesses::Basis;
 use crate::gap::problem::dot;
-use crate::gap::threads::each;
+use crate::gap::scored::{Scored, rank};
+use crate::gap::threads::{each, of_each};
 use crate::system::effects::{Effect, LIBRARY};
 use rayon::prelude::*;
 use std::borrow::{Borrow, BorrowMut};
@@ -103,23 +103,23 @@ impl<'a> Search<'a, '_> {
         tasks: Vec<(usize, &'static Effect)>,
         most: usize,
     ) -> Vec<Scored<'a>> {
-        let screened = each(&tasks).map(|(index, effect)| {
+        let screen = |(index, effect): &(usize, &'static Effect)| {
             (self.progress)("");
             Screened {
                 parent: *index,
                 ..self.screened(&beam[*index], &bases[*index], &projectors[*index], effect)
             }
-        });
-        let mut screened: Vec<Screened<'a>> = during(Phase::Screen, || screened.collect());
+        };
+        let mut screened = during(Phase::Screen, || of_each(&tasks, screen));
         screened.sort_by(|a, b| a.promise.total_cmp(&b.promise));
         let hoped = |it: &Screened| {
             let parent = &beam[it.parent].fit;
             // A promise holds near the parent alone. Far above the noise nothing is refused by it.
-            if self.offer != Offer::All && !self.at_floor(&beam[it.parent]) {
+            if self.offer != Offer::All && !at_floor(&beam[it.parent]) {
                 return true;
             }
             let visible = VISIBLE * VISIBLE * parent.samples as f64;
-            parent.cost - it.promise > LEAST_PROMISE * visible.max(worth(self.dispersion))
+            parent.cost - it.promise > LEAST_PROMISE * visible.max(price(self.dispersion))
         };
         if !screened.iter().any(hoped) {
             return Vec::new();
@@ -151,8 +151,8 @@ impl<'a> Search<'a, '_> {
             };
             self.refit(&on, &lasting(5))
         };
-        let second_fits = each(&field[..second.min(field.len())]).map(again);
-        let mut near_best: Vec<Scored<'a>> = during(Phase::LaterFits, || second_fits.collect());
+        let second_fits = || of_each(&field[..second.min(field.len())], again);
+        let mut near_best: Vec<Scored<'a>> = during(Phase::LaterFits, second_fits);
         rank(&mut near_best);
         let evolve = || self.evolved(&near_best, &field, beam, onto);
         for evolved in during(Phase::Evolution, evolve) {
@@ -162,8 +162,8 @@ impl<'a> Search<'a, '_> {
             near_best.push(evolved);
         }
         rank(&mut near_best);
-        let third = each(&near_best[..near_best.len().min(THIRD_ROUND)]).map(|it| self.refit(it, &SEARCH));
-        let full: Vec<Scored<'a>> = during(Phase::LaterFits, || third.collect());
+        let third = &near_best[..near_best.len().min(THIRD_ROUND)];
+        let full = during(Phase::LaterFits, || of_each(third, |it| self.refit(it, &SEARCH)));
         near_best.splice(0..full.len(), full);
         near_best.extend(field.into_iter().skip(second).map(|entered| entered.scored));
         rank(&mut near_best);
@@ -191,7 +191,7 @@ impl<'a> Search<'a, '_> {
         beam: &[Scored<'a>],
         projectors: &[Projector],
     ) -> Vec<Scored<'a>> {
-        if fitted.iter().any(|scored| self.at_floor(scored)) {
+        if fitted.iter().any(|scored| at_floor(scored)) {
             return Vec::new();
         }
         let mut promising: Vec<&Screened<'a>> = field.iter().map(|entered| &entered.it).collect();
@@ -201,13 +201,11 @@ impl<'a> Search<'a, '_> {
             newest.is_some_and(|item| item.is_full() && spread(item.effect).is_some())
         };
         let rugged: Vec<&&Screened<'a>> = promising.iter().take(EVOLVED).filter(rugged).collect();
-        let evolved = each(&rugged).map(|it| {
+        of_each(&rugged, |it| {
             let (parent, projector) = (&beam[it.parent], &projectors[it.parent]);
             let x = evolved(&it.hypothesis, parent, projector, &it.starts[0]);
-            let made = fit(&it.hypothesis, &x, &SEARCH);
-            self.scored(it.hypothesis.clone(), made)
-        });
-        evolved.collect()
+            self.priced(Scored::fitted(it.hypothesis.clone(), &x, &SEARCH))
+        })
     }
 
     /// One more effect: its starts, best first, the parent's numbers projected out. Starts that move an optional
@@ -232,9 +230,7 @@ impl<'a> Search<'a, '_> {
 
     /// One more effect in one form.
     fn formed(&self, parent: &Scored<'a>, onto: &Projector, item: Item, grid: &[&Vec<f64>]) -> Screened<'a> {
-        let mut items = parent.hypothesis.items.clone();
-        items.push(item);
-        let hypothesis = Hypothesis::new(self.dataset, self.model, items);
+        let hypothesis = parent.hypothesis.with_more(item);
         let evaluator = Evaluator::new(&hypothesis, &SEARCH);
         // The longest grid is a large part of a screen: its starts are shared among the threads, a pack at a time.
         let look = |grid: &[&Vec<f64>]| -> Vec<Start> {
@@ -269,9 +265,9 @@ impl<'a> Search<'a, '_> {
         effect: &'static Effect,
     ) -> Option<Scored<'a>> {
         let screened = self.screened(parent, basis, projector, effect);
-        let fits = each(&screened.starts)
-            .map(|x| fit_near(&screened.hypothesis, x, &SEARCH, &|slot| projector.column(slot)));
-        let fits: Vec<Fit> = fits.collect();
+        let fits = of_each(&screened.starts, |x| {
+            fit_near(&screened.hypothesis, x, &SEARCH, &|slot| projector.column(slot))
+        });
         let best = fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         Some(self.scored(screened.hypothesis, best))
     }

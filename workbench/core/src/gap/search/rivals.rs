@@ -1,14 +1,11 @@
 //! Sets that come near the accepted one.
 
 use super::Search;
-use super::score::{Scored, dispersion};
-use super::shares::no_more;
-use crate::gap::acceptance;
+use crate::gap::acceptance::{self, residual_share::near};
 use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::prediction::held_out_errors;
-use crate::gap::threads::each;
+use crate::gap::scored::{Scored, dispersion};
+use crate::gap::threads::of_each;
 use crate::system::effects::Family;
-use rayon::prelude::*;
 
 /// Sets within so many times the limit of a tie are fitted on the fine grid, which then decides.
 const NEAR: f64 = 5.0;
@@ -27,7 +24,6 @@ impl<'a> Search<'a, '_> {
         for other in pool.filter(|other| other.hypothesis.items.len() == size && size > 0) {
             let names = sorted_names(&other);
             if !same_family_set(&other.hypothesis, &best.hypothesis)
-                && names != sorted_names(best)
                 && !near.iter().any(|known| sorted_names(known) == names)
             {
                 near.push(other);
@@ -37,7 +33,7 @@ impl<'a> Search<'a, '_> {
         let margin = NEAR * acceptance::tied(dispersion(best));
         near.retain(|other| other.fit.cost - best.fit.cost < margin);
         near.truncate(6);
-        let mut fine: Vec<Scored<'a>> = each(&near).map(|other| self.fine(other)).collect();
+        let mut fine = of_each(&near, |other| self.fine(other));
         fine.sort_by(|a, b| a.score.total_cmp(&b.score));
         fine
     }
@@ -70,22 +66,9 @@ const TIED_SHARE: f64 = 0.1;
 /// Sets that the data cannot tell from the best.
 pub fn tied<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>]) -> Vec<&'s Scored<'a>> {
     let margin = acceptance::tied(dispersion(best));
-    if best.hypothesis.model.fitted_to_log {
-        return tied_by_shares(best, others, margin);
-    }
-    others.iter().filter(|other| other.fit.cost - best.fit.cost < margin).collect()
-}
-
-/// The same by shares: as near on the log, and no worse on any held-out record.
-fn tied_by_shares<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>], margin: f64) -> Vec<&'s Scored<'a>> {
-    let held_out = held_out_errors(&best.hypothesis, &best.fit.x);
-    let predicts = |other: &Scored| {
-        let errors = held_out_errors(&other.hypothesis, &other.fit.x);
-        no_more(&errors, &held_out, 1.0 + TIED_SHARE)
+    let alike = best.hypothesis.model.fitted_to_log.then(|| near(best, 1.0 + TIED_SHARE, 1.0 + TIED_SHARE));
+    let tied = |other: &&Scored| {
+        other.fit.cost - best.fit.cost < margin && alike.as_ref().is_none_or(|alike| alike(other))
     };
-    let near = |other: &&Scored| {
-        let more = other.fit.cost - best.fit.cost;
-        more < margin && more < TIED_SHARE * best.fit.cost && predicts(other)
-    };
-    others.iter().filter(near).collect()
+    others.iter().filter(tied).collect()
 }

@@ -1,10 +1,12 @@
 //! The rounds of the beam over a record, whether its gap is measured by the noise or by shares.
 
-use super::score::{Scored, dispersion};
-use super::worth::Accepted;
 use super::{Offer, Search};
+use crate::gap::acceptance::noise::{Noise, at_floor, inside_tolerance};
+use crate::gap::acceptance::{Others, decided};
 use crate::gap::beam::{Growth, grown};
 use crate::gap::effort::{Phase, during};
+use crate::gap::fit::SEARCH;
+use crate::gap::scored::{Scored, dispersion};
 
 /// Sets that are grown side by side. Two effects that help only together need a second one; a third costs half as
 /// much again.
@@ -35,6 +37,16 @@ impl<'a> Search<'a, '_> {
         let effects = from.hypothesis.items.len();
         grown(&mut Rounds { search: self, path }, from, effects)
     }
+
+    /// A set without its effects that stay inside their tolerance: what was named for want of a better may be put right by the
+    /// newest effect.
+    fn pruned(&self, child: &Scored<'a>) -> Scored<'a> {
+        let mut best = child.clone();
+        while let Some(index) = inside_tolerance(&best) {
+            best = self.without(&best, index, &SEARCH);
+        }
+        best
+    }
 }
 
 struct Rounds<'s, 'a, 'p> {
@@ -52,7 +64,7 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
     fn children(&mut self, round: usize, current: &Scored<'a>, beam: &[Scored<'a>]) -> Vec<Scored<'a>> {
         (self.search.progress)(&format!("round {round}: {}", current.label()));
         // At the floor nothing is left that another one and a half of a pair could explain together.
-        let floor = self.search.offer == Offer::All && self.search.at_floor(current);
+        let floor = self.search.offer == Offer::All && at_floor(current);
         let beam = if floor { &beam[..1] } else { beam };
         let children = self.search.expand(beam);
         self.search.expanded.extend(beam.iter().map(|parent| parent.hypothesis.items.clone()));
@@ -66,15 +78,15 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
         if self.search.offer != Offer::All {
             return during(Phase::Accept, || self.search.chosen(current, children));
         }
-        let accepted = Accepted::default();
-        let mut best = children.iter().take(BEAM).map(|child| self.search.pruned(child));
-        during(Phase::Accept, || best.find(|child| self.search.accepts(current, &accepted, child)))
+        let noise = Noise::new(self.search.first_gap);
+        let best = children.iter().take(BEAM).map(|child| self.search.pruned(child));
+        let winner = during(Phase::Accept, || decided(&noise, current, Others::Larger, best));
+        winner.map(|(winner, _)| winner)
     }
 
     fn accepted(&mut self, _: &Scored<'a>, winner: Scored<'a>, grown: Vec<Scored<'a>>) -> (Scored<'a>, bool) {
         let names = winner.hypothesis.names();
-        let others = grown.into_iter();
-        let others = others.filter(|child| child.hypothesis.names() != names);
+        let others = grown.into_iter().filter(|child| child.hypothesis.names() != names);
         self.path.others = others.take(RIVALS).collect();
         self.search.dispersion = dispersion(&winner);
         let settled = during(Phase::Settled, || self.search.settled(winner));
@@ -86,7 +98,7 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
     fn may_pair(&mut self, current: &Scored<'a>, children: Vec<Scored<'a>>) -> bool {
         let lower = |child: &Scored<'a>, part: f64| child.fit.cost < (1.0 - part) * current.fit.cost;
         children.first().is_some_and(|child| match self.search.offer {
-            Offer::All => lower(child, HALF_OF_A_PAIR) && !self.search.at_floor(current),
+            Offer::All => lower(child, HALF_OF_A_PAIR) && !at_floor(current),
             _ => lower(child, HALF_OF_A_SHARE * self.search.limits.joins),
         })
     }

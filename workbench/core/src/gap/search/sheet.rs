@@ -7,14 +7,13 @@
 use super::Search;
 use super::race::looked_at;
 use super::rounds::Path;
-use super::score::{Scored, dispersion, score_with};
-use super::worth::far;
 use crate::gap::acceptance;
+use crate::gap::acceptance::noise::{at_floor, far, inside_tolerance};
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Slot;
-use crate::gap::threads::each;
+use crate::gap::scored::{Scored, dispersion, score_with};
+use crate::gap::threads::of_each;
 use crate::system::effects::{Effect, INERTIA, MOTOR_GAIN, RESISTANCE};
-use rayon::prelude::*;
 
 /// Base parameters, the least known first: no label states the inertia, to which the load belongs, while a resistance and a no-load
 /// speed are measured in a minute. Where two of them explain a log equally well the first one is said, and the other is its rival. A
@@ -32,12 +31,12 @@ impl<'a> Search<'a, '_> {
     /// The base with the parameter that the log contradicts, if it explains most of the gap alone. Two of them are left to the search:
     /// inertia and motor constant together follow an encoder's scale that is wrong.
     pub(super) fn contradicted(&self, base: &Scored<'a>) -> Option<Scored<'a>> {
-        if self.at_floor(base) || !strained(base) {
+        if at_floor(base) || !strained(base) {
             return None;
         }
         let enough = |set: &Scored<'a>| {
             let excess = |set: &Scored<'a>| (set.fit.chi2 - set.fit.samples as f64).max(0.0);
-            excess(set) < (1.0 - REMOVES) * excess(base) && !self.any_inside_tolerance(set)
+            excess(set) < (1.0 - REMOVES) * excess(base) && inside_tolerance(set).is_none()
         };
         let far = |set: &Scored<'a>| far(set.hypothesis.value(0, 0, &set.fit.x));
         likeliest(self.freed(base).into_iter().filter(enough).collect()).filter(far)
@@ -50,7 +49,7 @@ impl<'a> Search<'a, '_> {
         let (basis, projector) = looked_at(parent);
         let count = tasks.len();
         let raced = self.fitted(std::slice::from_ref(parent), &[basis], &[projector], tasks, count);
-        each(&raced).map(|set| self.refit(set, &SEARCH)).collect()
+        of_each(&raced, |set| self.refit(set, &SEARCH))
     }
 }
 

@@ -9,7 +9,7 @@ use super::rows::Rows;
 use crate::gap::fit::Fit;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::problem::{Problem, clipped, dot};
-use crate::gap::search::Scored;
+use crate::gap::scored::Scored;
 use crate::gap::solver::{self, Schedule, solve};
 use nalgebra::DMatrix;
 
@@ -92,6 +92,19 @@ impl Set<'_> {
     /// Mean squared residual of the fitted rows, (rad/s)².
     pub fn mean_square(&self) -> f64 {
         self.fit.chi2 / self.fit.samples.max(1) as f64
+    }
+
+    /// How much less independent the residuals are than their number says: (1 + ρ)/(1 − ρ), ρ between neighbours.
+    pub fn inflation(&self) -> f64 {
+        let rows = self.hypothesis.dataset;
+        let residual = rows.fitted_only(&rows.residual(&self.plant()));
+        let power: f64 = residual.iter().map(|r| r * r).sum();
+        let pairs: f64 = residual.windows(2).map(|w| w[0] * w[1]).sum();
+        let correlation = (pairs / power.max(f64::MIN_POSITIVE)).clamp(0.0, 0.8);
+        // Independent residuals of n rows correlate by ±1/√n; only what exceeds that counts.
+        let chance = 1.0 / (residual.len() as f64).sqrt();
+        let correlation = (correlation - chance).max(0.0);
+        (1.0 + correlation) / (1.0 - correlation)
     }
 
     /// Number of fitted effect parameters.

@@ -15,7 +15,7 @@ mod named;
 mod plots;
 mod rejected;
 mod rivals;
-mod rows;
+pub(in crate::gap) mod rows;
 mod search;
 mod separate;
 mod sets;

@@ -4,7 +4,7 @@ use super::candidates::forms;
 use super::fit::Set;
 use super::search::best;
 use super::sets::Search;
-use crate::gap::acceptance::{WORTH, tied};
+use crate::gap::acceptance::{NAME, tied};
 use crate::gap::hypothesis::Item;
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, MOTOR_GAIN, RESISTANCE, VISCOUS_FRICTION};
@@ -53,7 +53,7 @@ impl<'a> Search<'a> {
             if let Some(other) = equals.next() {
                 let mut items = other.hypothesis.items.clone();
                 items[k..].rotate_right(1);
-                set = self.arranged(&other, items);
+                set = other.arranged(items);
             }
         }
         set
@@ -88,7 +88,7 @@ impl<'a> Search<'a> {
     /// steady speed sees only the motor constant and the product of resistance and damping: the first of [`PAIRS`] stands
     /// for it.
     fn base_pairs(&self, set: &Set<'a>, k: usize, singles: &[Replacement<'a>]) -> Vec<Replacement<'a>> {
-        let inflation = self.inflation(set);
+        let inflation = set.inflation();
         let base = |r: &&Replacement| r.effects[0].is_base_parameter();
         if singles.iter().filter(base).any(|r| r.ties(inflation)) {
             return vec![];
@@ -117,7 +117,7 @@ impl<'a> Search<'a> {
     /// Effect k exchanged for others: once with the rest where it was, once grown anew, because a gain that moves to
     /// another place of the chain moves every threshold behind it.
     fn exchanged(&self, set: &Set<'a>, k: usize, new: &[Item]) -> Vec<Set<'a>> {
-        let rest = self.others(set, k);
+        let rest = set.lacking(k);
         let extend = |parent: Option<Set<'a>>, item: &Item| {
             let parent = parent.filter(|parent| self.compatible(parent, item.effect))?;
             self.extended(&parent, item)
@@ -161,7 +161,7 @@ fn one_form(a: &Effect, b: &Effect) -> bool {
 /// What an effect gains that does not earn a name.
 fn earned(gain: f64) -> String {
     if gain > 0.5 {
-        let share = 100.0 * gain / WORTH;
+        let share = 100.0 * gain / NAME;
         format!("added, it explains a little more, {share:.0} % of what a name must")
     } else {
         "added, it explains nothing more".into()

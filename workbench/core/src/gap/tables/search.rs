@@ -2,12 +2,13 @@
 //!
 //! The score of a set is n·ln(mean square) + Σ(δ/tolerance)² + k·ln n (Schwarz, Annals of Statistics 6, 1978, with the
 //! noise unknown). A beam keeps sets that do not help yet, because some effects help only together. An effect stays only
-//! if dropping it costs more than [`worth`] says where neighbouring residuals are alike, and if it is material.
+//! if it [earns its place](crate::gap::acceptance).
 
 use super::candidates::forms;
 use super::fit::Set;
 use super::sets::Search;
-use crate::gap::acceptance::worth;
+use crate::gap::acceptance::table::OverTable;
+use crate::gap::acceptance::{Others, decided};
 use crate::gap::beam::{Growth, grown};
 use crate::gap::hypothesis::{Data, Item};
 use crate::gap::threads::each;
@@ -22,10 +23,6 @@ const CLEAR: f64 = 2.0;
 const NARROWED: [f64; 6] = [0.95, 0.9, 0.85, 0.8, 0.7, 0.6];
 /// Speed above which breakaway friction is gone, at the start of a fit: this part of the largest.
 const SLOW: f64 = 0.02;
-/// The mean square has to fall by this factor, or the effect is not worth a name.
-const MATERIAL: f64 = 1.15;
-/// The part of an effect in the residual has to be larger than this share of the largest reading: the error budget of a map.
-const VISIBLE: f64 = 3e-4;
 
 impl<'a> Search<'a> {
     /// The set that explains the fitted rows.
@@ -40,8 +37,7 @@ impl<'a> Search<'a> {
         let Some((even, constant, uneven)) = even_and_constant(&set) else {
             return set;
         };
-        let without = self.others(&set, even.max(constant));
-        let others = self.others(&without, even.min(constant));
+        let others = set.lacking(even.max(constant)).lacking(even.min(constant));
         let united = forms(uneven).into_iter().filter_map(|item| self.extended(&others, &item));
         best(united).filter(|best| best.score < set.score + 1.0).unwrap_or(set)
     }
@@ -61,9 +57,9 @@ impl<'a> Search<'a> {
             Some(Forms::FromRest(_)) => self.with_breakaway(set, item),
             _ => self.extended(set, item),
         };
-        let larger: Vec<Set<'a>> = each(&offered).filter_map(refined).collect();
-        let earns = |larger: &Set<'a>| self.earns(larger, set, self.inflation(larger));
-        best(larger.into_iter().filter(earns))
+        let mut larger: Vec<Set<'a>> = each(&offered).filter_map(refined).collect();
+        larger.sort_by(|a, b| a.score.total_cmp(&b.score));
+        Some(decided(&OverTable(self.rows), set, Others::Larger, larger)?.0)
     }
 
     /// A set with breakaway friction. Without it the dead zone was drawn towards the voltage at which the motor starts, and
@@ -95,19 +91,9 @@ impl<'a> Search<'a> {
     }
 
     fn least_missed(&self, set: &Set<'a>) -> Option<Set<'a>> {
-        let inflation = self.inflation(set);
         let reduced = each(0..set.hypothesis.items.len()).flat_map_iter(|k| self.reductions(set, k));
-        let superfluous = reduced.filter(|smaller| !self.earns(set, smaller, inflation));
-        best(superfluous.collect::<Vec<Set<'a>>>())
-    }
-
-    /// True if the larger set earns its place beside the smaller one.
-    pub fn earns(&self, larger: &Set, smaller: &Set, inflation: f64) -> bool {
-        let floor = self.rows.resolution.powi(2);
-        let (before, after) = (smaller.mean_square() + floor, larger.mean_square() + floor);
-        smaller.score - larger.score > worth(inflation)
-            && before > MATERIAL * after
-            && (before - after).sqrt() > VISIBLE * self.rows.largest_speed()
+        let reduced: Vec<Set<'a>> = reduced.collect();
+        Some(decided(&OverTable(self.rows), set, Others::Smaller, reduced)?.0)
     }
 
     /// Effect k dropped, or in its simpler form.
@@ -115,18 +101,6 @@ impl<'a> Search<'a> {
         let simpler = simpler(&set.hypothesis.items[k]).into_iter();
         let substituted = simpler.filter_map(|item| self.substituted(set, k, &item));
         self.without(set, k).into_iter().chain(substituted).collect()
-    }
-
-    /// How much less independent the residuals are than their number says: (1 + ρ)/(1 − ρ), ρ between neighbours.
-    pub fn inflation(&self, set: &Set) -> f64 {
-        let residual = self.rows.fitted_only(&self.rows.residual(&set.plant()));
-        let power: f64 = residual.iter().map(|r| r * r).sum();
-        let pairs: f64 = residual.windows(2).map(|w| w[0] * w[1]).sum();
-        let correlation = (pairs / power.max(f64::MIN_POSITIVE)).clamp(0.0, 0.8);
-        // Independent residuals of n rows correlate by ±1/√n; only what exceeds that counts.
-        let chance = 1.0 / (residual.len() as f64).sqrt();
-        let correlation = (correlation - chance).max(0.0);
-        (1.0 + correlation) / (1.0 - correlation)
     }
 }
 

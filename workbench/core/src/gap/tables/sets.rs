@@ -78,9 +78,7 @@ impl<'a> Search<'a> {
         values: &[Vec<f64>],
         from_nominal: bool,
     ) -> Option<Set<'a>> {
-        let mut items = parent.hypothesis.items.clone();
-        items.push(*item);
-        let hypothesis = self.hypothesis(items);
+        let hypothesis = parent.hypothesis.with_more(*item);
         let mut starts = Vec::new();
         for values in values {
             let own = |slot: &Slot| match slot {
@@ -96,30 +94,16 @@ impl<'a> Search<'a> {
 
     /// The set without effect k, refitted.
     pub fn without(&self, set: &Set<'a>, k: usize) -> Option<Set<'a>> {
-        let rest = self.others(set, k);
-        let starts = vec![rest.fit.x.clone(), nominal(&rest.hypothesis, &rest.fit.x)];
-        self.fitted(rest.hypothesis, starts)
+        let others = set.lacking(k);
+        let starts = vec![others.fit.x.clone(), nominal(&others.hypothesis, &others.fit.x)];
+        self.fitted(others.hypothesis, starts)
     }
 
     /// The set with another form in the place of effect k, refitted.
     pub fn substituted(&self, set: &Set<'a>, k: usize, item: &Item) -> Option<Set<'a>> {
-        let others = self.others(set, k);
+        let others = set.lacking(k);
         let allowed = self.compatible(&others, item.effect);
         allowed.then(|| self.extended(&others, item)).flatten()
-    }
-
-    /// The set without effect k, not refitted.
-    pub fn others(&self, set: &Set<'a>, k: usize) -> Set<'a> {
-        let (hypothesis, x) = set.hypothesis.only(&set.fit.x, |other| other != k);
-        let fit = Fit { x, ..set.fit.clone() };
-        self.scored(hypothesis, fit)
-    }
-
-    /// Some of the effects of a set in another order, not refitted.
-    pub fn arranged(&self, set: &Set<'a>, items: Vec<Item>) -> Set<'a> {
-        let hypothesis = self.hypothesis(items);
-        let x = hypothesis.carried(&set.hypothesis, &set.fit.x, &|_| 0.0);
-        self.scored(hypothesis, Fit { x, ..set.fit.clone() })
     }
 }
 

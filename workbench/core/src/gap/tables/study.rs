@@ -48,7 +48,7 @@ pub fn grow<'a>(search: &Search<'a>, accepted: &Set<'a>) -> Vec<Set<'a>> {
     }
     // The last set may sit in another minimum than the accepted one: the better of both stands.
     if let Some(last) = sets.last_mut().filter(|last| last.mean_square() > accepted.mean_square()) {
-        *last = search.arranged(accepted, last.hypothesis.items.clone());
+        *last = accepted.arranged(last.hypothesis.items.clone());
     }
     sets
 }

@@ -84,7 +84,7 @@ impl Case<'_> {
         let growth = grow(&self.search, accepted);
         let chosen = growth.last().unwrap_or(accepted).clone();
         let set = everything.again(&chosen).unwrap_or_else(|| chosen.clone());
-        let inflation = self.search.inflation(&chosen);
+        let inflation = chosen.inflation();
         let mut found = Found {
             growth,
             covariance: set.covariance().map(|c| c * inflation),

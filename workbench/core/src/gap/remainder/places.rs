@@ -4,15 +4,29 @@
 //! The missing torque J·ė + D·e of a linear base is exact (superposition), and unlike the residual it is not smeared
 //! over a time constant. A region is worth telling when it holds much more of the squared torque than of the samples.
 
+use super::words::unit;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::samples::Sample;
 use crate::outcome::Where;
+use crate::system::log::Input;
 use crate::system::model::Kind;
+use crate::system::plant::unnamed::Variable;
+use crate::text::figures::figure;
 
 /// Regions that are told.
 const TOLD: usize = 3;
 /// A region must hold this much more of the error than of the samples.
 const CONCENTRATED: f64 = 0.15;
+
+/// The quantities over which it is looked at, as a reader knows their magnitudes.
+const AXES: [(Variable, &str); 6] = [
+    (Variable::Input, "|u|"),
+    (Variable::Speed, "|speed|"),
+    (Variable::Acceleration, "|acceleration|"),
+    (Variable::TimeSinceReversal, "time since reversal"),
+    (Variable::Time, "time"),
+    (Variable::Current, "|current|"),
+];
 
 /// A quantity over which the missing torque is looked at.
 struct Axis {
@@ -35,6 +49,14 @@ struct Region {
 }
 
 impl Region {
+    fn new(text: String, inside: impl Iterator<Item = bool>, squares: &[f64]) -> Self {
+        let inside: Vec<bool> = inside.collect();
+        let held = inside.iter().zip(squares).filter(|(inside, _)| **inside);
+        let share: f64 = held.map(|(_, square)| square).sum();
+        let part = inside.iter().filter(|inside| **inside).count() as f64 / inside.len() as f64;
+        Self { text, share, concentration: share - part, inside, also: Vec::new() }
+    }
+
     fn same(&self, other: &Self, squares: &[f64]) -> bool {
         let (mut both, mut either) = (0.0, 0.0);
         for ((a, b), square) in self.inside.iter().zip(&other.inside).zip(squares) {
@@ -74,25 +96,17 @@ pub fn places(given: &Hypothesis, (samples, since_reversal): &(Vec<Sample>, Vec<
 }
 
 fn axes(given: &Hypothesis, samples: &[Sample], since_reversal: &[f64]) -> Vec<Axis> {
-    let (speed, acceleration) = if given.dataset.linear { ("m/s", "m/s²") } else { ("rad/s", "rad/s²") };
-    let over = |name, unit, value: &dyn Fn(&Sample) -> f64| Axis {
+    let (dataset, input) = (given.dataset, given.dataset.input);
+    let has_current = input == Input::Voltage && matches!(given.model.kind, Kind::DcMotor { .. });
+    let axis = |(variable, name)| Axis {
         name,
-        unit,
-        values: samples.iter().map(value).collect(),
+        unit: unit(variable, dataset.linear, input.unit()),
+        values: match variable {
+            Variable::TimeSinceReversal => since_reversal.to_vec(),
+            _ => samples.iter().map(|s| s.of(variable).abs()).collect(),
+        },
     };
-    let mut axes = vec![
-        over("|u|", given.dataset.input.unit(), &|s| s.input.abs()),
-        over("|speed|", speed, &|s| s.omega.abs()),
-        over("|acceleration|", acceleration, &|s| s.acceleration.abs()),
-        Axis { name: "time since reversal", unit: "s", values: since_reversal.to_vec() },
-        over("time", "s", &|s| s.time),
-    ];
-    if given.dataset.input == crate::system::log::Input::Voltage
-        && matches!(given.model.kind, Kind::DcMotor { .. })
-    {
-        axes.push(over("|current|", "A", &|s| s.current.abs()));
-    }
-    axes
+    AXES.into_iter().filter(|it| it.0 != Variable::Current || has_current).map(axis).collect()
 }
 
 /// The stretch below or above a quantile that holds most more than its part of the squared torque.
@@ -118,25 +132,18 @@ fn densest(axis: &Axis, squares: &[f64]) -> Option<Region> {
     }
     let (concentration, share, edge, up_to) = best?;
     let sign = if up_to { "<" } else { ">" };
-    Some(Region {
-        text: format!("{} {sign} {} {}", axis.name, crate::text::figures::figure(edge), axis.unit),
-        share,
-        concentration,
-        inside: axis.values.iter().map(|value| (*value <= edge) == up_to).collect(),
-        also: Vec::new(),
-    })
+    let text = format!("{} {sign} {} {}", axis.name, figure(edge), axis.unit);
+    let inside = axis.values.iter().map(|value| (*value <= edge) == up_to);
+    Some(Region { share, concentration, ..Region::new(text, inside, squares) })
 }
 
-fn direction(samples: &[Sample], squares: &[f64]) -> Vec<Region> {
-    let region = |text: &str, inside: &dyn Fn(&Sample) -> bool| {
-        let inside: Vec<bool> = samples.iter().map(inside).collect();
-        let share: f64 = inside.iter().zip(squares).filter(|(inside, _)| **inside).map(|(_, q)| q).sum();
-        let part = inside.iter().filter(|inside| **inside).count() as f64 / samples.len() as f64;
-        Region { text: text.into(), share, concentration: share - part, inside, also: Vec::new() }
+fn direction(samples: &[Sample], squares: &[f64]) -> [Region; 3] {
+    let region = |text: &str, inside: fn(&Sample) -> bool| {
+        Region::new(text.to_owned(), samples.iter().map(inside), squares)
     };
-    vec![
-        region("speed > 0", &|s| s.omega > 0.0),
-        region("speed < 0", &|s| s.omega < 0.0),
-        region("bridge open", &|s| s.open),
+    [
+        region("speed > 0", |s| s.omega > 0.0),
+        region("speed < 0", |s| s.omega < 0.0),
+        region("bridge open", |s| s.open),
     ]
 }

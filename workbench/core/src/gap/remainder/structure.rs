@@ -1,5 +1,7 @@
 //! What the remainder of a fit looks like. Verdicts ask the kind, reports take the words.
 
+use super::words::name;
+use crate::system::plant::unnamed::Variable;
 use std::fmt;
 
 /// What is left of a fit. `share`: what it explains of the residual's square, 0 … 1.
@@ -22,7 +24,7 @@ pub enum Structure {
     /// A friction that changes over the turn of a shaft.
     FrictionOfTurn { share: f64 },
     /// A quantity of the motion, as a reader knows it, explains a part of it.
-    FunctionOf { quantity: &'static str, share: f64 },
+    FunctionOf { quantity: Variable, share: f64 },
     /// Two runs with the same input differ by so many times the noise, and slowly.
     Unrepeatable { times: f64 },
     /// The log is too short to say.
@@ -77,7 +79,9 @@ impl fmt::Display for Structure {
             Self::FrictionOfTurn { share } => {
                 write!(text, "a friction that goes with the turn {}", of(share))
             }
-            Self::FunctionOf { quantity, share } => write!(text, "a function of {quantity} {}", of(share)),
+            Self::FunctionOf { quantity, share } => {
+                write!(text, "a function of {} {}", name(*quantity), of(share))
+            },
             Self::Unrepeatable { times } => write!(
                 text,
                 "not repeatable: two runs with the same input differ by {times:.1} times the noise, and slowly"

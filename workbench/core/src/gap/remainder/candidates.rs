@@ -1,4 +1,4 @@
-//! What the rest may depend on: one variable at a time, and a few pairs.
+//! What the remainder may depend on: one variable at a time, and a few pairs.
 
 use super::track::Tracks;
 use crate::gap::dataset::Dataset;
@@ -89,24 +89,23 @@ struct Maker<'t> {
 
 impl Maker<'_> {
     fn one(&self, variable: Variable) -> Candidate {
-        self.made(vec![self.knots(variable, KNOTS)], self.acts, true)
+        self.made(&[(variable, KNOTS)], self.acts, true)
     }
 
     fn reading(&self, turn: Variable) -> Candidate {
-        self.made(vec![self.knots(turn, KNOTS)], Acting::Reading, true)
+        self.made(&[(turn, KNOTS)], Acting::Reading, true)
     }
 
     fn since(&self, variable: Variable) -> Candidate {
-        let over = vec![self.knots(variable, KNOTS_OF_PAIR.0), self.knots(Variable::Direction, 2)];
-        self.made(over, self.acts, true)
+        self.made(&[(variable, KNOTS_OF_PAIR.0), (Variable::Direction, 2)], self.acts, true)
     }
 
     fn pair(&self, first: Variable, second: Variable) -> Candidate {
-        let over = vec![self.knots(first, KNOTS_OF_PAIR.0), self.knots(second, KNOTS_OF_PAIR.1)];
-        self.made(over, self.acts, false)
+        self.made(&[(first, KNOTS_OF_PAIR.0), (second, KNOTS_OF_PAIR.1)], self.acts, false)
     }
 
-    fn made(&self, over: Vec<Knots>, acts: Acting, simple: bool) -> Candidate {
+    fn made(&self, over: &[(Variable, usize)], acts: Acting, simple: bool) -> Candidate {
+        let over: Vec<Knots> = over.iter().map(|(variable, count)| self.knots(*variable, *count)).collect();
         let values = vec![0.0; Term::size(&over)];
         Candidate { term: Term { over, values, acts, standstill: self.standstill }, simple }
     }

@@ -4,7 +4,7 @@ use super::track::{Compared, Tracks};
 use super::words;
 use crate::gap::dataset::Part;
 use crate::gap::samples::samples;
-use crate::gap::search::Scored;
+use crate::gap::scored::Scored;
 use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 use crate::system::plant::unnamed::{Acting, Moment, Term, Variable};
 
@@ -17,9 +17,9 @@ pub fn of(bare: &Scored, tracks: &Tracks, compared: &[Compared], term: &Term) ->
     let variable = term.over[0].variable;
     let moments: Vec<&Moment> = tracks.moments(&bare.hypothesis).collect();
     let all = [Part::A, Part::B, Part::HoldOut, Part::Masked];
-    let seen = samples(&bare.hypothesis, &bare.fit.x, &all);
+    let seen = samples(bare, &all);
     let per_unit = match term.acts {
-        Acting::Input => bare.hypothesis.plant(&bare.fit.x).torque_per_input(),
+        Acting::Input => bare.plant().torque_per_input(),
         _ => 1.0,
     };
     let points = |held_out: bool, direction: f64| -> Vec<(f64, f64)> {

@@ -9,14 +9,14 @@ use crate::system::model::Model;
 use rayon::prelude::*;
 
 /// The records behind a dataset that holds stretches of them.
-pub struct Whole<'a> {
+pub struct FullPass<'a> {
     stretches: Stretches<'a>,
     positions: Vec<f64>,
     view: View,
     start: Start,
 }
 
-impl<'a> Whole<'a> {
+impl<'a> FullPass<'a> {
     /// The records that a dataset was made of; `None` if it holds them as a whole.
     pub fn of(model: &Model, log: &'a Dynamic, holdouts: &[&'a Dynamic], dataset: &Dataset) -> Option<Self> {
         dataset.searched.as_ref()?;

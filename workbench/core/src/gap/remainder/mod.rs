@@ -1,47 +1,49 @@
 //! What is left when all names are given: what it depends on, and a term without a name that describes it.
 
 mod candidates;
+mod left;
+pub mod look;
 mod picture;
+pub mod places;
 mod refit;
-mod regress;
+mod regression;
+pub mod structure;
 mod track;
+mod turn;
 mod words;
 
-use crate::gap::hypothesis::Hypothesis;
-use crate::gap::prediction::held_out_errors;
-use crate::gap::search::Scored;
-use crate::gap::structure::Structure;
+use crate::gap::acceptance::residual_share::{no_more, sum};
+use crate::gap::scored::Scored;
 use crate::gap::threads::each;
-use crate::gap::verdict::Judged;
-use crate::outcome::{Experiment, Plot, UnnamedTerm, Verdict};
+use crate::outcome::{Experiment, Plot, UnnamedTerm};
 use crate::system::model::{Kind, Model};
 use crate::system::plant::physics::Drive;
 use crate::system::plant::unnamed::{Acting, Term, Variable};
 use candidates::{Candidate, told};
 use rayon::prelude::*;
-use regress::{Dependence, Rest};
+use regression::{Dependence, Regression};
 use track::{Compared, Tracks};
 
 pub use refit::Fitted;
-pub use words::{name, repeat, unit};
+pub use words::{name, repeat, sentence, unit};
 
-/// A dependence is told from this share of the rest on, in the other fold and in every held-out record.
+/// A dependence is told from this share of it on, in the other fold and in every held-out record.
 const TOLD: f64 = 0.1;
-/// A simpler table is preferred to one that predicts so much more of the rest.
+/// A simpler table is preferred to one that predicts so much more of what is left.
 const MARGIN: f64 = 0.05;
 /// The same as a part of what it predicts.
 const MARGIN_RELATIVE: f64 = 0.1;
 /// Tables that are fitted in free run: the best of them is told.
 const TRIED: usize = 4;
 /// A term lowers the squared held-out gap to this part, all records together.
-const WORTH: f64 = 0.95;
+const LOWERED: f64 = 0.95;
 
-/// What the rest depends on.
+/// What is left depends on.
 #[derive(Clone, Debug)]
 pub struct Described {
     /// The variables.
     pub over: Vec<Variable>,
-    /// The share of the held-out rest that they predict, of the record for which it is smallest.
+    /// The share of the held-out remainder that they predict, of the record for which it is smallest.
     pub share: f64,
     /// A picture of it.
     pub plot: Plot,
@@ -58,10 +60,10 @@ impl Described {
     }
 }
 
-/// Looks for what the rest of a set depends on. `given`: squared held-out gaps of the model as given, which no term may exceed.
+/// Looks for what the remainder of a set depends on. `given`: squared held-out gaps of the model as given, which no term may exceed.
 ///
 /// The motion that the set simulates may be far from the true one. So the best table is fitted in free run first, and the look is
-/// repeated along the motion that the set simulates with it; no look is along a measured motion, which holds the rest itself.
+/// repeated along the motion that the set simulates with it; no look is along a measured motion, which holds the remainder itself.
 pub fn described(scored: &Scored, given: &[f64], scope: Scope) -> Option<Described> {
     let first = looked(scored, None, scope);
     let fitted = refit::fitted(scored, first.ranked.first()?);
@@ -70,8 +72,9 @@ pub fn described(scored: &Scored, given: &[f64], scope: Scope) -> Option<Describ
     // One term a model: what a second table would add is the error of the first one's form.
     let most = if scored.hypothesis.model.unnamed.is_empty() { TRIED } else { 0 };
     let first = &look.ranked[..most.min(look.ranked.len())];
-    let mut tried: Vec<Tried> = each(first).map(|dependence| Tried::new(scored, dependence, given)).collect();
-    let (candidate, share, fitted) = match chosen(&tried).map(|k| tried.swap_remove(k)) {
+    let tried = each(first).filter_map(|dependence| Tried::improving(scored, dependence, given)).collect();
+    let (candidate, share, fitted) = match ranked(tried, |it| it.share, |it| &it.candidate).into_iter().next()
+    {
         Some(it) => (it.candidate, it.share, Some(it.fitted)),
         None => (look.ranked[0].candidate.clone(), look.ranked[0].held_out, None),
     };
@@ -86,19 +89,10 @@ pub fn described(scored: &Scored, given: &[f64], scope: Scope) -> Option<Describ
     })
 }
 
-/// The best of those that improve: a simple table, unless another is better by a margin.
-fn chosen(tried: &[Tried]) -> Option<usize> {
-    let improving = || tried.iter().enumerate().filter(|(_, it)| it.improves);
-    let best = improving().max_by(|a, b| a.1.share.total_cmp(&b.1.share))?;
-    let simple = improving().filter(|(_, it)| it.candidate.simple);
-    let simple = simple.max_by(|a, b| a.1.share.total_cmp(&b.1.share));
-    Some(simple.filter(|(_, it)| near(it.share, best.1.share)).map_or(best.0, |(k, _)| k))
-}
-
 /// What is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
-    /// Everything, in a rest that is visible beyond the noise.
+    /// Everything, in a remainder that is visible beyond the noise.
     Everything,
     /// The place within a turn, in residuals that pass for noise: what ripples from sample to sample is part of the noise that is
     /// estimated from them.
@@ -116,14 +110,10 @@ struct Look {
 fn looked(scored: &Scored, with: Option<&Fitted>, scope: Scope) -> Look {
     let hypothesis = &scored.hypothesis;
     let dataset = hypothesis.dataset;
-    let plant = hypothesis.plant(&scored.fit.x);
+    let plant = scored.plant();
     let standstill = candidates::standstill(dataset);
-    let (bare, compared) = Tracks::of(hypothesis, &scored.fit.x, &plant, standstill);
-    let tracks = with.map_or(bare, |fitted| {
-        let extended = extended(scored, fitted);
-        let plant = extended.hypothesis.plant(&fitted.fit.x);
-        Tracks::of(&extended.hypothesis, &fitted.fit.x, &plant, standstill).0
-    });
+    let (bare, compared) = Tracks::of(scored, standstill);
+    let tracks = with.map_or(bare, |fitted| Tracks::of(&fitted.beside(scored), standstill).0);
     let there: Vec<Variable> = hypothesis.model.unnamed.iter().flat_map(|it| told(&it.term)).collect();
     let mut all = candidates::all(dataset, &plant, &tracks, acting(hypothesis.model, plant.drive));
     all.retain(|it| !it.told().iter().any(|variable| there.contains(variable)));
@@ -131,67 +121,39 @@ fn looked(scored: &Scored, with: Option<&Fitted>, scope: Scope) -> Look {
         all.retain(|it| it.simple && it.told()[0].is_periodic());
     }
     let noise = if scope == Scope::Turns { 0.0 } else { dataset.sigma };
-    let rest = Rest::new(scored, &tracks, &compared, noise);
-    let mut found: Vec<Dependence> = each(&all).filter_map(|candidate| rest.tried(candidate)).collect();
+    let regression = Regression::new(scored, &tracks, &compared, noise);
+    let mut found: Vec<Dependence> = each(&all).filter_map(|candidate| regression.tried(candidate)).collect();
     found.retain(|it| it.score() > TOLD);
-    Look { ranked: ranked(found), tracks, compared }
+    Look { ranked: ranked(found, Dependence::score, |it| &it.candidate), tracks, compared }
 }
 
 /// A dependence whose table was fitted in free run.
 struct Tried {
     candidate: Candidate,
     fitted: Fitted,
-    /// The share of the held-out rest that the simulation with the term predicts, in the record for which it is smallest.
+    /// The share of the held-out remainder that the simulation with the term predicts, in the record for which it is smallest.
     share: f64,
-    /// True if the term lowers the gap of every held-out record, below what the model as given leaves, too.
-    improves: bool,
 }
 
 impl Tried {
-    fn new(scored: &Scored, dependence: &Dependence, given: &[f64]) -> Self {
+    /// Only if the term lowers the gap of every held-out record, below what the model as given leaves, too.
+    fn improving(scored: &Scored, dependence: &Dependence, given: &[f64]) -> Option<Self> {
         let fitted = refit::fitted(scored, dependence);
         let dataset = scored.hypothesis.dataset;
-        let without = held_out_errors(&scored.hypothesis, &scored.fit.x);
-        let with = fitted.held_out(scored);
-        let noise =
-            dataset.held_out_samples().into_iter().map(|count| count as f64 * dataset.sigma * dataset.sigma);
-        let every = || with.iter().zip(&without);
-        let shares = every().zip(noise).map(|((with, without), noise)| {
-            let left = (without - noise).max(0.1 * without);
-            (without - with) / left
+        let (without, with) = (scored.held_out(), fitted.beside(scored).held_out());
+        let mut every = with.iter().zip(&without);
+        let lower = every.all(|(with, without)| with < without) && no_more(&with, given, 1.0);
+        if !lower || sum(&with) >= LOWERED * sum(&without) {
+            return None;
+        }
+        let every = with.iter().zip(&without).zip(dataset.held_out_samples());
+        let shares = every.map(|((with, without), samples)| {
+            let noise = samples as f64 * dataset.sigma * dataset.sigma;
+            (without - with) / (without - noise).max(0.1 * without)
         });
         let share = shares.fold(1.0, f64::min);
-        let lower = every().all(|(with, without)| with < without)
-            && with.iter().zip(given).all(|(with, given)| with <= given);
-        let improves = lower && with.iter().sum::<f64>() < WORTH * without.iter().sum::<f64>();
-        Self { candidate: dependence.candidate.clone(), fitted, share, improves }
+        Some(Self { candidate: dependence.candidate.clone(), fitted, share })
     }
-}
-
-/// Beside a dependence that predicts more than this, a line in time or a trace of the turn is a part of it.
-const MOST: f64 = 0.5;
-
-/// Puts what was found into a judgement.
-pub fn tell(described: Option<&Described>, judged: &mut Judged) {
-    let seen = std::mem::take(&mut judged.structure);
-    let differs = matches!(seen, Structure::Unrepeatable { .. });
-    judged.noise_like = Some(differs || (described.is_none() && !seen.stays()));
-    let Some(found) = described else {
-        judged.structure = seen;
-        if matches!(judged.structure, Structure::FunctionOf { .. } | Structure::Correlated) {
-            judged.structure = Structure::Unpredicted;
-            judged.next.get_or_insert_with(|| words::repeat(judged.kept.hypothesis.dataset));
-        }
-        return;
-    };
-    if judged.verdict == Verdict::NothingMissing {
-        (judged.verdict, judged.share) = (Verdict::Unexplained, found.share);
-    }
-    let turns = found.over.iter().any(|variable| variable.is_periodic());
-    let also = differs || (seen.stays() && (turns || found.share < MOST));
-    let beside = also.then(|| Box::new(seen));
-    judged.structure = Structure::Predicted { by: words::sentence(&found.over, found.share), beside };
-    judged.next.get_or_insert_with(|| found.next.clone());
 }
 
 /// On what the table of a term acts: a model that does not know torques counts in the unit of its input.
@@ -203,14 +165,14 @@ fn acting(model: &Model, drive: Drive) -> Acting {
 }
 
 /// The best first; a simple one stands before those that are better by a margin alone.
-fn ranked(mut found: Vec<Dependence>) -> Vec<Dependence> {
+fn ranked<T>(mut all: Vec<T>, share: impl Fn(&T) -> f64, candidate: impl Fn(&T) -> &Candidate) -> Vec<T> {
     let mut ranked = Vec::new();
-    while !found.is_empty() {
-        let best = found.iter().map(Dependence::score).fold(0.0, f64::max);
-        let simple = found.iter().any(|it| near(it.score(), best) && it.candidate.simple);
-        let same = found.iter().enumerate().filter(|(_, it)| it.candidate.simple == simple);
-        let next = same.max_by(|a, b| a.1.score().total_cmp(&b.1.score())).map(|(k, _)| k);
-        ranked.push(found.remove(next.unwrap_or(0)));
+    while !all.is_empty() {
+        let best = all.iter().map(&share).fold(0.0, f64::max);
+        let simple = all.iter().any(|it| near(share(it), best) && candidate(it).simple);
+        let same = all.iter().enumerate().filter(|(_, it)| candidate(it).simple == simple);
+        let next = same.max_by(|a, b| share(a.1).total_cmp(&share(b.1))).map(|(k, _)| k);
+        ranked.push(all.remove(next.unwrap_or(0)));
     }
     ranked
 }
@@ -218,13 +180,6 @@ fn ranked(mut found: Vec<Dependence>) -> Vec<Dependence> {
 /// True if a share is the best within the margin that a simpler table is worth.
 fn near(share: f64, best: f64) -> bool {
     share >= best - (MARGIN + MARGIN_RELATIVE * best)
-}
-
-/// The set with the term, as a fitted hypothesis of the extended model.
-pub fn extended<'a>(scored: &Scored<'a>, fitted: &'a Fitted) -> Scored<'a> {
-    let items = scored.hypothesis.items.clone();
-    let hypothesis = Hypothesis::new(scored.hypothesis.dataset, &fitted.model, items);
-    Scored { hypothesis, fit: fitted.fit.clone(), score: fitted.fit.cost }
 }
 
 /// The term as a report tells it; `gaps`: of the held-out data without and with it.

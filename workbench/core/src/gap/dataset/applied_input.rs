@@ -9,7 +9,7 @@ use crate::system::plant::physics::Physics;
 const MOST_SETS: usize = 32;
 
 /// The mean of the input over any stretch of time, of one plant or of several in lock-step.
-pub(super) enum Drawn {
+pub(super) enum AppliedInput {
     /// No delay: the mean of each block, the numbers of the sets side by side. (A block is shorter than what a motor could
     /// resolve.)
     Held(Vec<f64>),
@@ -30,7 +30,7 @@ pub(super) struct Integral {
     reached: f64,
 }
 
-impl Drawn {
+impl AppliedInput {
     /// Of plants of one shape: one by one, and side by side.
     #[inline(always)]
     pub(super) fn new<F: Lanes>(run: &BenchRun, sets: &[Physics], plant: &Physics<F>) -> Self {

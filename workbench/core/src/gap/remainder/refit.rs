@@ -1,12 +1,11 @@
 //! The table of a term fitted in free run, together with the numbers of the model.
 
-use super::regress::{Dependence, bends};
+use super::regression::{Dependence, bends};
 use crate::gap::fit::{Evaluator, FINAL, Fit, SEARCH};
 use crate::gap::hypothesis::Hypothesis;
-use crate::gap::prediction::held_out_errors;
 use crate::gap::problem::{Problem, dot};
 use crate::gap::residual::inflation;
-use crate::gap::search::Scored;
+use crate::gap::scored::Scored;
 use crate::gap::solver::{Schedule, Solution, covariance, solve};
 use crate::gap::threads::each;
 use crate::system::model::{Model, UNNAMED, Unnamed};
@@ -175,10 +174,10 @@ fn told(hypothesis: &Hypothesis, term: &Term, unit: f64, solution: Solution, std
 }
 
 impl Fitted {
-    /// The squared gaps of the held-out records with the term.
-    pub fn held_out(&self, scored: &Scored) -> Vec<f64> {
+    /// A set with the term, as a fitted hypothesis of the extended model.
+    pub fn beside<'a>(&'a self, scored: &Scored<'a>) -> Scored<'a> {
         let items = scored.hypothesis.items.clone();
         let hypothesis = Hypothesis::new(scored.hypothesis.dataset, &self.model, items);
-        held_out_errors(&hypothesis, &self.fit.x)
+        Scored { hypothesis, fit: self.fit.clone(), score: self.fit.cost }
     }
 }

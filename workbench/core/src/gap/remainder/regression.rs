@@ -1,11 +1,13 @@
-//! How much of the rest a table over some variables predicts on data to which it was not fitted.
+//! The one regression on what is left: how much of it a table over some variables predicts on data to which it was not fitted.
 
 use super::candidates::Candidate;
 use super::track::{Compared, Tracks};
 use crate::gap::dataset::Part;
+use crate::gap::hypothesis::Hypothesis;
 use crate::gap::problem::dot;
-use crate::gap::search::Scored;
+use crate::gap::scored::Scored;
 use crate::gap::threads::each;
+use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::Term;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -23,9 +25,9 @@ const PRIOR: f64 = 1.0;
 pub struct Dependence {
     /// What is tried, with the values of its table.
     pub candidate: Candidate,
-    /// Share of the other fold's rest that a table fitted to one fold predicts.
+    /// Share of the other fold's remainder that a table fitted to one fold predicts.
     pub crossed: f64,
-    /// Share of the held-out rest that the table predicts, in the record for which it is smallest.
+    /// Share of the held-out remainder that the table predicts, in the record for which it is smallest.
     pub held_out: f64,
     /// Stiffness that was taken, in absolute units.
     pub stiffness: f64,
@@ -38,8 +40,8 @@ impl Dependence {
     }
 }
 
-/// The rest of a fit, ready for the regressions.
-pub struct Rest<'s, 'a> {
+/// The remainder of a fit, ready for the regressions.
+pub struct Regression<'s, 'a> {
     scored: &'s Scored<'a>,
     tracks: &'s Tracks,
     compared: &'s [Compared],
@@ -52,13 +54,24 @@ pub struct Rest<'s, 'a> {
     sigma: f64,
 }
 
-/// Sums over some samples.
-struct Sums {
-    information: DMatrix<f64>,
-    projected: DVector<f64>,
+/// Sums of a regression over some samples.
+pub struct Sums {
+    /// Products of its columns.
+    pub information: DMatrix<f64>,
+    /// Products of the columns with what is left.
+    pub projected: DVector<f64>,
 }
 
-impl<'s, 'a> Rest<'s, 'a> {
+impl Sums {
+    /// Over all rows of the columns.
+    pub fn of(columns: &DMatrix<f64>, residual: &DVector<f64>) -> Self {
+        let product = |i: usize, j: usize| dot(columns.column(i).as_slice(), columns.column(j).as_slice());
+        let information = DMatrix::from_fn(columns.ncols(), columns.ncols(), product);
+        Self { information, projected: columns.tr_mul(residual) }
+    }
+}
+
+impl<'s, 'a> Regression<'s, 'a> {
     /// Of a fitted set.
     pub fn new(scored: &'s Scored<'a>, tracks: &'s Tracks, compared: &'s [Compared], sigma: f64) -> Self {
         let residual = DVector::from_iterator(compared.len(), compared.iter().map(|it| it.residual));
@@ -133,10 +146,7 @@ impl<'s, 'a> Rest<'s, 'a> {
 
     fn sums(&self, columns: &DMatrix<f64>, counts: impl Fn(&Compared) -> bool) -> Sums {
         let rows: Vec<usize> = (0..self.compared.len()).filter(|k| counts(&self.compared[*k])).collect();
-        let (some, residual) = (columns.select_rows(&rows), self.residual.select_rows(&rows));
-        let product = |i: usize, j: usize| dot(some.column(i).as_slice(), some.column(j).as_slice());
-        let information = DMatrix::from_fn(some.ncols(), some.ncols(), product);
-        Sums { information, projected: some.tr_mul(&residual) }
+        Sums::of(&columns.select_rows(&rows), &self.residual.select_rows(&rows))
     }
 
     /// Squares before and after a table, beyond the noise.
@@ -177,21 +187,24 @@ fn joined(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     all
 }
 
+/// What a plant predicts of every compared sample.
+pub fn predicted(hypothesis: &Hypothesis, x: &[f64], plant: &Physics) -> Vec<f64> {
+    let mut values = Vec::new();
+    hypothesis.simulated(x, plant, |_, _, predicted| values.extend_from_slice(predicted));
+    values
+}
+
 /// What the numbers of the model do to each compared sample, in its standard deviations.
 fn nuisances(scored: &Scored, compared: &[Compared]) -> DMatrix<f64> {
     let hypothesis = &scored.hypothesis;
-    let weighted = |x: &[f64]| {
-        let mut values = Vec::with_capacity(compared.len());
-        hypothesis.simulated(x, &hypothesis.plant(x), |_, _, predicted| values.extend_from_slice(predicted));
-        values
-    };
-    let here = weighted(&scored.fit.x);
+    let at = |x: &[f64]| predicted(hypothesis, x, &hypothesis.plant(x));
+    let here = at(&scored.fit.x);
     let column = |slot: usize| {
         let mut x = scored.fit.x.clone();
         let step = hypothesis.step(slot);
         let step = if x[slot] + step > hypothesis.bounds(slot).1 { -step } else { step };
         x[slot] += step;
-        let moved = weighted(&x).into_iter().zip(&here).zip(compared);
+        let moved = at(&x).into_iter().zip(&here).zip(compared);
         moved.map(|((moved, here), it)| (moved - here) / step * it.weight).collect::<Vec<f64>>()
     };
     let columns = each(0..hypothesis.slots.len()).flat_map_iter(column);
@@ -217,8 +230,6 @@ fn solved(sums: &Sums, term: &Term, unit: f64, stiffness: f64, held: &[Option<f6
         matrix.row_mut(k).fill(0.0);
         matrix.column_mut(k).fill(0.0);
         matrix[(k, k)] = 1.0;
-    }
-    for (k, value) in held.iter().enumerate().filter_map(|(k, value)| Some((k, (*value)?))) {
         right[k] = value;
     }
     matrix.cholesky().map(|factor| factor.solve(&right))

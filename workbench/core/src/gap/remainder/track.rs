@@ -1,11 +1,12 @@
 //! What the simulated motion does in each block, and what a small torque there would do to each compared sample.
 //!
 //! The response is that of the linear part, along the motion as it is simulated: a torque φ(t) moves the speed by y with
-//! J·ẏ + D·y = φ. That is exact for a rigid linear motor and close enough to rank what the rest depends on; the table that is
+//! J·ẏ + D·y = φ. That is exact for a rigid linear motor and close enough to rank what the remainder depends on; the table that is
 //! added to the model is fitted in free run afterwards.
 
 use crate::gap::dataset::{Part, Traces};
 use crate::gap::hypothesis::Hypothesis;
+use crate::gap::scored::Scored;
 use crate::system::plant::physics::{Drive, Physics};
 use crate::system::plant::unnamed::{Acting, Moment, Reversal, Term, Variable};
 use nalgebra::DMatrix;
@@ -47,11 +48,12 @@ pub struct Compared {
 }
 
 impl Tracks {
-    /// Follows a plant over all runs. `standstill`: speed below which no direction is certain.
-    pub fn of(hypothesis: &Hypothesis, x: &[f64], plant: &Physics, standstill: f64) -> (Self, Vec<Compared>) {
+    /// Follows a set over all runs. `standstill`: speed below which no direction is certain.
+    pub fn of(set: &Scored, standstill: f64) -> (Self, Vec<Compared>) {
+        let (hypothesis, plant) = (&set.hypothesis, set.plant());
         let (mut tracks, mut compared) = (Vec::new(), Vec::new());
-        hypothesis.simulated(x, plant, |index, traces, predicted| {
-            tracks.push(track(hypothesis, plant, index, traces, standstill));
+        hypothesis.simulated(&set.fit.x, &plant, |index, traces, predicted| {
+            tracks.push(track(hypothesis, &plant, index, traces, standstill));
             let run = &hypothesis.dataset.runs[index];
             compared.extend(predicted.iter().enumerate().map(|(k, predicted)| {
                 let weight = run.speed.weight[k];

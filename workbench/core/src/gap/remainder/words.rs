@@ -43,7 +43,7 @@ pub fn names(variables: &[Variable]) -> String {
     variables.iter().map(|variable| name(*variable)).collect::<Vec<_>>().join(" and ")
 }
 
-/// What the rest depends on, in a sentence without its end.
+/// What the remainder depends on, in a sentence without its end.
 pub fn sentence(variables: &[Variable], share: f64) -> String {
     let verb = format!("predicts {:.0} % of what is left on held-out data", 100.0 * share);
     match variables {
@@ -63,7 +63,7 @@ pub fn experiment(variables: &[Variable], dataset: &Dataset) -> Experiment {
     Experiment::new(why, profile, dataset.input.unit())
 }
 
-/// What to measure where the rest looks like noise.
+/// What to measure where the remainder looks like noise.
 pub fn repeat(dataset: &Dataset) -> Experiment {
     let once = Inputs::of(dataset).levels(&[0.3, 0.7, -0.3, -0.7], 4.0);
     let why =
