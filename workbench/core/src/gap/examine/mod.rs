@@ -9,7 +9,7 @@ mod drive;
 mod excerpt;
 mod frozen;
 mod held_out;
-mod motion;
+pub mod motion;
 mod place;
 mod rows;
 mod suspects;

@@ -83,6 +83,10 @@ struct Stretch {
 
 /// What acts: the input, friction, a constant load, gravity in two directions, a spring, and what a dead zone takes from the input.
 const FORCES: usize = 7;
+/// What a dead zone takes, among them.
+const TAKEN: usize = FORCES - 1;
+/// Input, friction and a constant load, the first of them.
+pub const PLAIN_FORCES: usize = 3;
 
 /// The driven stretches of a record.
 pub struct Motion {
@@ -164,6 +168,29 @@ impl Motion {
         })
     }
 
+    /// The record without the inputs of rows in which the shaft stands, and still stands in the next one: friction holds them.
+    pub fn while_moving(&self) -> Self {
+        let moves = |speed: &f64| speed.abs() > STANDS * self.fastest;
+        let moving = |stretch: &Stretch| {
+            let driven = |k: usize| stretch.speed[k..].iter().take(2).any(moves);
+            let input = (0..stretch.input.len()).map(|k| if driven(k) { stretch.input[k] } else { 0.0 });
+            Stretch { input: input.collect(), ..stretch.clone() }
+        };
+        Self { stretches: self.stretches.iter().map(moving).collect(), ..*self }
+    }
+
+    /// Length of the longest stretch, s.
+    pub fn longest_s(&self) -> f64 {
+        let length = |stretch: &Stretch| stretch.time[stretch.time.len() - 1] - stretch.time[0];
+        self.stretches.iter().map(length).fold(0.0, f64::max)
+    }
+
+    /// Share of the square of the speeds that a fit leaves.
+    pub fn left(&self, fit: &Fitted) -> f64 {
+        let speeds = self.stretches.iter().flat_map(|stretch| &stretch.speed);
+        (1.0 - fit.explained) * self.variation / speeds.map(|speed| speed * speed).sum::<f64>()
+    }
+
     /// Both records as one, each with a variation of its own.
     pub fn joined(&self, other: &Self) -> Self {
         Self {
@@ -242,7 +269,8 @@ impl Motion {
         self.stretches.iter().flat_map(|stretch| &stretch.input)
     }
 
-    fn largest_input(&self) -> f64 {
+    /// The largest input.
+    pub fn largest_input(&self) -> f64 {
         self.inputs().fold(0.0, |most, u| most.max(u.abs()))
     }
 
@@ -282,12 +310,17 @@ impl Motion {
 
     /// The forces that explain most at a rate.
     pub fn fit(&self, rate: f64) -> Fitted {
+        self.fit_of(rate, FORCES)
+    }
+
+    /// The same of the first so many forces alone.
+    pub fn fit_of(&self, rate: f64, forces: usize) -> Fitted {
         let rows = self.rows();
-        let mut matrix = DMatrix::zeros(rows, FORCES);
+        let mut matrix = DMatrix::zeros(rows, forces);
         let mut wanted = DVector::zeros(rows);
         let mut row = 0;
         self.responses(rate, |response, free| {
-            for (column, value) in response.iter().enumerate() {
+            for (column, value) in response.iter().take(forces).enumerate() {
                 matrix[(row, column)] = *value;
             }
             wanted[row] = free;
@@ -298,16 +331,17 @@ impl Motion {
             matrix.column_mut(column).scale_mut(1.0 / scale);
         }
         // Under inputs of two levels what a dead zone takes is the input itself.
-        if matrix.column(0).dot(&matrix.column(FORCES - 1)) > ALIKE {
-            matrix.column_mut(FORCES - 1).fill(0.0);
+        if forces == FORCES && matrix.column(0).dot(&matrix.column(TAKEN)) > ALIKE {
+            matrix.column_mut(TAKEN).fill(0.0);
         }
-        let normal = matrix.tr_mul(&matrix) + DMatrix::identity(FORCES, FORCES) * 1e-10;
+        let normal = matrix.tr_mul(&matrix) + DMatrix::identity(forces, forces) * 1e-10;
         let solved = normal.cholesky().map(|factor| factor.solve(&matrix.tr_mul(&wanted)));
         let Some(solved) = solved else {
             return Fitted { slope: 0.0, rate, forces: [0.0; FORCES], explained: 0.0 };
         };
         let left = (&wanted - &matrix * &solved).norm_squared();
-        let forces: [f64; FORCES] = std::array::from_fn(|column| solved[column] / scales[column]);
+        let mut forces = [0.0; FORCES];
+        forces.iter_mut().zip(solved.iter().zip(&scales)).for_each(|(force, (size, scale))| *force = size / scale);
         let explained = 1.0 - left / self.variation;
         Fitted { slope: forces[0], rate, forces, explained }
     }
