@@ -19,14 +19,16 @@ use crate::protect::SettingsError;
 use crate::record::Record;
 use crate::store::StoreEvent;
 use crate::store::checksum::CHECKSUM;
-use crate::store::{AxisParameters, Found};
+use crate::store::{AxisParameters, Found, LAYOUT};
 use core::marker::PhantomData;
 use crc::{Digest, NoTable};
 use postcard::ser_flavors::{Cobs, Flavor, Slice};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-/// Version of the frames; first byte of every frame.
-pub const VERSION: u8 = 4;
+/// Changes of the frames that changed nothing that is stored.
+const OF_FRAMES_ALONE: u16 = 0;
+/// Version of the frames; first byte of every frame. What is stored travels, too: a new layout is a new version.
+pub const VERSION: u8 = (LAYOUT + OF_FRAMES_ALONE) as u8;
 
 /// Room for the longest frame on the wire, bytes: 254 of content fit into one COBS group.
 pub const FRAME_CAPACITY: usize = 256;
