@@ -8,8 +8,8 @@ mod setting;
 mod table;
 
 use crate::units::VoltageQ14;
-pub use field::ConfigError;
 pub(crate) use field::within;
+pub use field::{ConfigError, ScaleError};
 pub use setting::{Setting, Value};
 pub(crate) use table::LATEST;
 pub use table::{Config, Field, SETTINGS};
