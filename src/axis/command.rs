@@ -101,6 +101,13 @@ pub enum Command {
 }
 
 impl Command {
+    /// Telemetry, capture and store listen to the axis and do not touch it.
+    #[must_use]
+    pub const fn listens(&self) -> bool {
+        use Command::{CaptureArm, CaptureRead, Hello, Parameters, Save, Subscribe};
+        matches!(self, Subscribe { .. } | CaptureArm { .. } | CaptureRead { .. } | Hello | Parameters | Save)
+    }
+
     /// Does it need the gains and limits of what is known by now?
     pub(super) const fn plans(&self) -> bool {
         use Command::{Excite, GoTo, Position, Reference, Speed, Stream, TrackSine, Voltage};
@@ -161,15 +168,8 @@ impl Axis {
             Command::GoTo(rad) => self.go_to(state, rad),
             Command::Excite(ref waveform) => self.excite(state, waveform),
             Command::Stream(ref point) => self.stream(state, point),
-            Command::Configure(_)
-            | Command::Restore(_)
-            | Command::Reset
-            | Command::Subscribe { .. }
-            | Command::CaptureArm { .. }
-            | Command::CaptureRead { .. }
-            | Command::Hello
-            | Command::Parameters
-            | Command::Save => Err(Refusal::NotForAxis),
+            // What a restart brings, and what the image answers.
+            _ => Err(Refusal::NotForAxis),
         }
     }
 

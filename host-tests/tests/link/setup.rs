@@ -161,7 +161,8 @@ fn wire(flash: &Path) -> Lockstep {
 
 fn run(flash: &Path, setup: Setup, tasks: &[Task]) -> SessionResult {
     let listening = Listening { axis: 0, every: 1 };
-    session::run_from(Box::new(wire(flash)), Start::Configure(setup), listening, tasks, &mut |_| {})
+    session::run_kept(Box::new(wire(flash)), Start::Configure(setup), listening, tasks, &mut |_| {})
+        .and_then(session::SessionResult::whole)
         .expect("a session")
 }
 

@@ -189,20 +189,13 @@ fn consecutive(last: Option<u32>, tick: u32) -> Result<(), InputError> {
     }
 }
 
-/// Executes a command of the log. Telemetry, capture and store listen to the axis and do not touch it.
+/// Executes a command of the log, if it touches the axis.
 fn execute(axis: &mut ServoAxis, command: &Command) -> Result<(), InputError> {
-    let listens = matches!(
-        command,
-        Command::Subscribe { .. }
-            | Command::CaptureArm { .. }
-            | Command::CaptureRead { .. }
-            | Command::Hello
-            | Command::Parameters
-            | Command::Save
-    );
-    let carried_out =
-        if listens { Ok(()) } else { Order::of(command).and_then(|order| axis.execute(&order)) };
-    carried_out
+    if command.listens() {
+        return Ok(());
+    }
+    Order::of(command)
+        .and_then(|order| axis.execute(&order))
         .map_err(|reason| InputError(format!("the log holds a command that the library refuses: {reason:?}")))
 }
 
