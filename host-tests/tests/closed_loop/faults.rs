@@ -12,9 +12,8 @@ use servo::axis::Command;
 use servo::axis::{Axis, Bridge};
 use servo::config::Scale;
 use servo::protect::{
-    Action, Actions, Averages, Expectation, Fault, Input, Params, Settings, SettingsError, State, Thermal,
+    Action, Actions, Expectation, Fault, Input, Params, Settings, SettingsError, State, Thermal,
 };
-use servo::units::{Speed, Voltage};
 use truing::device::link::Lockstep;
 use truing::device::motor::{Drive, Motor, Reading};
 use truing::device::replay::replay;

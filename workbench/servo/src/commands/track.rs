@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     files.writes("--json", &arguments.json).writes("--log", &arguments.log.log).check_ready()?;
     let setup = firmware.axis()?;
     let config = setup.config;
-    let chosen = setup.choices.compensation.unwrap_or(true);
+    let chosen = setup.choices.loops.compensation.unwrap_or(true);
     let compensation = arguments.compensation.map_or(chosen, |switch| switch == Switch::On);
     let motion = profile::task(&arguments.profile, compensation, &config)?;
     if !arguments.fit {

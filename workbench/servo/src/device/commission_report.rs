@@ -264,8 +264,7 @@ impl Params {
     /// From a file.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let source = path.display();
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
+        let text = InputError::read(path)?;
         let params: Params = toml::from_str(&text).map_err(|error| {
             let line =
                 error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count());

@@ -271,10 +271,7 @@ fn comment(text: &mut String, kind: &str, tick: u32, content: &impl serde::Seria
 impl Tape {
     /// Reads a log that [`RunLog::save`] has written.
     pub fn read(path: &Path, config: &Config) -> Result<Self, InputError> {
-        let source = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
-        Self::parse(&source, &text, config)
+        Self::parse(&path.display().to_string(), &InputError::read(path)?, config)
     }
 
     /// Reads a text; `source` names it in messages.
