@@ -173,3 +173,16 @@ impl Record {
 pub const fn ahead_q8(reference_q8: i32, count: i32, zero: i32) -> i32 {
     reference_q8.wrapping_sub(count.wrapping_sub(zero).wrapping_shl(8))
 }
+
+/// What starts the end of the recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Trigger {
+    /// The next tick.
+    Now,
+    /// A fault is latched.
+    Fault,
+    /// A limit acts.
+    Limit,
+    /// The axis begins to do this.
+    Activity(Activity),
+}

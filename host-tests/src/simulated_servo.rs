@@ -4,11 +4,10 @@
 //! speed follows the voltage beyond a dead zone with one time constant (exact for a constant voltage), an open bridge
 //! lets it coast, the encoder counts whole counts.
 
-use servo::axis::servo_axis::ServoAxis;
+use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::{Bridge, Output, Sample};
 use servo::config::Config;
 use servo::link::inbox::{Inbox, Incoming};
-use servo::link::order::Order;
 use servo::link::protocol::{Command, Message, Refusal, Request};
 use servo::optional::Optional;
 use servo::protect::Condition;
@@ -140,7 +139,7 @@ impl SimulatedServo {
         if let Command::Subscribe { .. } | Command::Hello | Command::Parameters | Command::Save = command {
             return Ok(());
         }
-        self.joint.execute(&Order::from_command(&command)?.for_axis()?)?;
+        self.joint.execute(&Order::of(&command)?)?;
         match command {
             Command::Arm => self.armed = true,
             Command::Stop => self.armed = false,

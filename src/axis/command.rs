@@ -5,32 +5,39 @@
 
 use crate::axis::answer::{Refusal, Report};
 use crate::axis::design::{self, Design};
-use crate::axis::track_sine::{Ahead, Asked, Units};
+use crate::axis::track_sine::{Ahead, Asked};
 use crate::axis::{Axis, Listener, Mode, Start, State};
 use crate::commission::Request;
-
+use crate::config::Config;
 use crate::identify::estimate::{Estimates, Reason};
 use crate::motion::excitation::Waveform;
 use crate::motion::referencing::Referencing;
 use crate::motion::stream::{Knot, Plan, Point, Stream};
 use crate::motion::trajectory::{Cruise, Move};
 use crate::protect::Fault;
-use crate::record::Source;
+use crate::record::{Source, Trigger};
 use crate::store::AxisParameters;
 use crate::units::{Position, SPEED_BITS, Speed, Voltage, to_fixed};
+use serde::{Deserialize, Serialize};
 
 /// A shaft that has not moved for 50 ms stands.
 pub(super) const STANDING_HZ: u32 = 20;
 
-/// What an axis can be asked to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What the host may ask of an axis, as it travels: `postcard` numbers the variants in order, so new ones are appended.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Command {
+    /// Set the axis up. Refused while the bridge is not open.
+    ///
+    /// Replaced: the configuration, as a whole. Forgotten: what was identified, the reference, `Arm`. Kept: what was
+    /// chosen about loops, compensation and protection; limits of current, energy and speed where the new configuration
+    /// has none; a latched fault. [`Command::Reset`] before it forgets these choices, [`Command::Restore`] replaces them.
+    Configure(Config),
     /// Allow the bridge to be driven.
     Arm,
     /// Switch the bridge off, from any state.
     Stop,
-    /// Excite, identify, verify.
+    /// Excite, identify, verify. `seed` orders the excitation.
     Commission {
         /// Length of the excitation, ms.
         budget_ms: u32,
@@ -48,43 +55,65 @@ pub enum Command {
         /// Duration, ms.
         duration_ms: u32,
     },
-    /// [`Command::TrackSine`], computed ahead of the tick: see [`Command::ahead`].
-    Sine(Ahead),
     /// Hold this position from now on, rad relative to the position at power-up.
     Position(f32),
-    /// Hold this absolute position from now on, rad from the reference's zero. Refused until there is one.
-    GoTo(f32),
+    /// Send one record in `every` ticks; 0: none.
+    Subscribe {
+        /// Decimation, ticks.
+        every: u32,
+    },
+    /// Take over what an earlier commissioning has found.
+    Adopt(Estimates),
     /// Turn at this speed from now on, rad/s at the controlled shaft.
     Speed(f32),
     /// Apply this voltage behind the dead zone from now on, V; no loop is closed.
     Voltage(f32),
-    /// Take over what an earlier commissioning has found.
-    Adopt(Estimates),
+    /// Start a capture at full control rate.
+    CaptureArm {
+        /// What to wait for.
+        trigger: Trigger,
+        /// Ticks to keep from before it.
+        before: u16,
+    },
+    /// Answered with [`crate::link::protocol::Message::Captured`] too.
+    CaptureRead {
+        /// First tick wanted, oldest 0.
+        from: u16,
+    },
+    /// Answered with [`crate::link::protocol::Message::Hello`] too.
+    Hello,
+    /// Answered with [`crate::link::protocol::Message::Parameters`] too.
+    Parameters,
+    /// Put this whole set in force, as after power-up. Refused while the bridge is not open.
+    Restore(AxisParameters),
+    /// Back to an axis that was never configured. What is stored stays as it is until [`Command::Save`].
+    Reset,
+    /// Store what is in force, of all axes. Refused while anything moves; [`crate::link::protocol::Message::Store`] tells how it goes on.
+    Save,
     /// Find out where zero is.
     Reference(Referencing),
+    /// Hold this absolute position from now on, rad from the reference's zero. Refused until there is one.
+    GoTo(f32),
     /// Apply a sine or a chirp of voltage at the terminals, then open the bridge; no loop is closed.
     Excite(Waveform),
-    /// The next point of a streamed motion, ahead of its time; the first one begins the stream.
-    /// See [`crate::motion::stream`].
+    /// The next point of a streamed motion, ahead of its time; the first one begins the stream. See [`crate::motion::stream`].
     Stream(Point),
 }
 
 impl Command {
-    /// Computes what the units of the axis decide. The command comes to the same, with the same bits, and takes less of its
-    /// tick; if the axis has other units by then, it takes as long as if nothing had been computed.
-    pub fn ahead(&mut self, units: &Units) {
-        if let Command::TrackSine { amplitude_rad, frequency_hz, duration_ms } = *self {
-            *self = Command::Sine(Ahead::new(units, Asked { amplitude_rad, frequency_hz, duration_ms }));
-        }
+    /// Telemetry, capture and store listen to the axis and do not touch it.
+    #[must_use]
+    pub const fn listens(&self) -> bool {
+        use Command::{CaptureArm, CaptureRead, Hello, Parameters, Save, Subscribe};
+        matches!(self, Subscribe { .. } | CaptureArm { .. } | CaptureRead { .. } | Hello | Parameters | Save)
     }
 
     /// Does it need the gains and limits of what is known by now?
     pub(super) const fn plans(&self) -> bool {
-        use Command::{Excite, GoTo, Position, Reference, Sine, Speed, Stream, TrackSine, Voltage};
+        use Command::{Excite, GoTo, Position, Reference, Speed, Stream, TrackSine, Voltage};
         matches!(
             self,
             TrackSine { .. }
-                | Sine(_)
                 | Position(_)
                 | GoTo(_)
                 | Speed(_)
@@ -99,14 +128,27 @@ impl Command {
 impl Axis {
     /// Carries out a command, or says why not.
     pub fn command(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
-        state.ordered = true;
-        state.held = None;
-        if command.plans() {
-            self.design(state);
-        }
+        self.hear(state, command.plans());
         self.carry_out(state, command)?;
         state.protect.heard();
         Ok(())
+    }
+
+    /// [`Command::TrackSine`], computed ahead of the tick.
+    pub fn command_ahead(&self, state: &mut State, sine: &Ahead) -> Result<(), Refusal> {
+        self.hear(state, true);
+        self.sine(state, sine)?;
+        state.protect.heard();
+        Ok(())
+    }
+
+    /// A command has come; a motion needs all gains.
+    fn hear(&self, state: &mut State, plans: bool) {
+        state.ordered = true;
+        state.held = None;
+        if plans {
+            self.design(state);
+        }
     }
 
     fn carry_out(&self, state: &mut State, command: &Command) -> Result<(), Refusal> {
@@ -118,7 +160,6 @@ impl Axis {
             Command::TrackSine { amplitude_rad, frequency_hz, duration_ms } => {
                 self.track_sine(state, &Asked { amplitude_rad, frequency_hz, duration_ms })
             }
-            Command::Sine(ref ahead) => self.sine(state, ahead),
             Command::Position(rad) => self.position(state, rad),
             Command::Speed(rad_s) => self.speed(state, rad_s),
             Command::Voltage(volts) => self.voltage(state, volts),
@@ -127,6 +168,8 @@ impl Axis {
             Command::GoTo(rad) => self.go_to(state, rad),
             Command::Excite(ref waveform) => self.excite(state, waveform),
             Command::Stream(ref point) => self.stream(state, point),
+            // What a restart brings, and what the image answers.
+            _ => Err(Refusal::NotForAxis),
         }
     }
 

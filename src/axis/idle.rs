@@ -11,7 +11,7 @@ use crate::protect;
 use crate::pwm::Drive;
 use crate::record::Limit;
 use crate::sample::Bridge;
-use crate::units::{Speed, Voltage};
+use crate::units::Voltage;
 
 impl Axis {
     /// Is there nothing to be done but to watch? `acting`: the drive from now to the next tick.
@@ -76,8 +76,10 @@ impl Axis {
     #[inline]
     fn look_at_rest(&self, state: &mut State, sample: &Sample, supply: Voltage) {
         let input = protect::Input {
+            count: sample.count,
             supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply),
-            ..protect::Input::at_rest(sample.count, Sample::sensed(sample.current_raw))
+            current: Sample::sensed(sample.current_raw),
+            ..protect::Input::default()
         };
         self.protect.look_at_rest(&mut state.protect, &state.design.expectation, &input);
         if let Listener::Passive(passive) = &mut state.listener
@@ -92,25 +94,4 @@ impl Axis {
 #[inline]
 pub(super) fn standing(tick_hz: u32) -> u32 {
     tick_hz / STANDING_HZ
-}
-
-impl protect::Input {
-    /// Of a shaft at rest with the bridge open, its supply apart.
-    #[inline]
-    const fn at_rest(count: i32, current: Option<i16>) -> Self {
-        Self {
-            count,
-            supply: None,
-            current,
-            averages: protect::Averages { voltage: None, current: 0 },
-            speed: Speed(0),
-            edge_speed: Speed(0),
-            winding: Voltage::ZERO,
-            input_dead_zone: false,
-            load: Voltage::ZERO,
-            holding: false,
-            endless: false,
-            commissioning: false,
-        }
-    }
 }

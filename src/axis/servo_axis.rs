@@ -3,27 +3,29 @@
 //! The control interrupt of the image and the replay on the host both run exactly this, so that commands and samples
 //! in the same order give the same bits.
 
-use crate::axis::{Axis, Bridge, Command, Output, Refusal, Sample, State};
+use crate::axis::track_sine::{Ahead, Asked, Units};
+use crate::axis::{self, Axis, Bridge, Command, Output, Sample, State};
 use crate::commission::Outcome;
-use crate::config::{Config, ConfigError, Scale};
+use crate::config::{Config, ConfigError, Scale, ScaleError};
 use crate::identify::estimate::Estimates;
 use crate::protect::{Condition, Fault, SettingsError};
 use crate::pwm::Drive;
 use crate::record::{Activity, Record};
 use crate::store::{AtRest, AxisParameters};
+use serde::{Deserialize, Serialize};
 
-/// What is done with an axis at the start of a tick. Building an [`Axis`] divides in floating point, so whoever takes
-/// commands builds it, and the control interrupt only puts it in place. `P` holds the constants: the axis itself, or a
-/// pointer to it.
+/// What is done at the start of a tick: a command, or what was computed of it ahead. Building an [`Axis`] divides in floating
+/// point, so whoever takes commands builds it, and the control interrupt only puts it in place. `P` holds the constants: the
+/// axis itself, or a pointer to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Order<P = Axis> {
     /// Put this axis in place and start anew; with what an earlier life has found and chosen, if it comes along. Without,
     /// the choices of the axis that was there before stay ([`Axis::keeping`]).
     Install(P, Option<Restored>),
-    /// Forget everything.
-    Reset,
-    /// Pass on to the axis.
+    /// [`Command::TrackSine`], computed ahead of the tick.
+    Sine(Ahead),
+    /// As it came.
     Run(Command),
 }
 
@@ -44,19 +46,36 @@ impl Restored {
     }
 }
 
-/// Why an order was not carried out. Nothing has changed then.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum OrderRefusal {
+/// Why a command was not executed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Refusal {
     /// The configuration cannot be.
     Config(ConfigError),
-    /// A set of parameters cannot be.
-    Parameters(SettingsError),
-    /// There is no axis yet.
+    /// The board's timer cannot make this control rate from this PWM scale.
+    TickRate,
+    /// No configuration has arrived yet.
     NotConfigured,
     /// Allowed only while the bridge is open.
     BridgeDriven,
     /// The axis says why.
-    Axis(Refusal),
+    Axis(axis::Refusal),
+    /// Its sequence number is older than one already executed; the next one expected is given.
+    Stale {
+        /// The next number.
+        expected: u16,
+    },
+    /// This image has fewer axes.
+    NoSuchAxis,
+    /// The axes of one chip share control rate, PWM scale and PWM delay, and another axis has others.
+    SharedTick,
+    /// Parameters are being stored: nothing but `Stop` and questions until [`crate::link::protocol::Message::Store`] tells the end.
+    Storing,
+    /// Parameters are stored only while every bridge is open and every shaft stands.
+    NotAtRest,
+    /// A set of parameters cannot be.
+    Parameters(SettingsError),
+    /// The configuration has another scale of current or supply than the board.
+    Scale(ScaleError),
 }
 
 impl Order {
@@ -65,9 +84,68 @@ impl Order {
         Axis::new(config).map(|axis| Order::Install(axis, None))
     }
 
+    /// Checks what a command brings, and builds its axis.
+    ///
+    /// # Errors
+    /// It brings values that cannot be.
+    pub fn of(command: &Command) -> Result<Order, Refusal> {
+        Order::built(command, |axis, _| Ok(axis))
+    }
+
     /// Puts stored parameters in force.
     pub fn restore(parameters: &AxisParameters) -> Result<Order, SettingsError> {
         Axis::from_parameters(parameters).map(|axis| Order::Install(axis, Some(Restored::of(parameters))))
+    }
+}
+
+impl From<ConfigError> for Refusal {
+    fn from(error: ConfigError) -> Self {
+        Refusal::Config(error)
+    }
+}
+
+impl From<ScaleError> for Refusal {
+    fn from(error: ScaleError) -> Self {
+        Refusal::Scale(error)
+    }
+}
+
+/// Where constants come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Origin {
+    /// A configuration. It keeps what was chosen before.
+    Bare,
+    /// A set of parameters. It brings everything along.
+    Whole,
+}
+
+impl<P> Order<P> {
+    /// Checks what a command brings. `place` gets the constants of an axis that is configured.
+    pub(crate) fn built(
+        command: &Command,
+        place: impl FnOnce(Axis, Origin) -> Result<P, Refusal>,
+    ) -> Result<Self, Refusal> {
+        match command {
+            Command::Configure(config) => Ok(Order::Install(place(Axis::new(config)?, Origin::Bare)?, None)),
+            Command::Restore(parameters) => {
+                let axis = Axis::from_parameters(parameters).map_err(Refusal::Parameters)?;
+                Ok(Order::Install(place(axis, Origin::Whole)?, Some(Restored::of(parameters))))
+            }
+            other => {
+                if let Command::Adopt(estimates) = other {
+                    estimates.check()?;
+                }
+                Ok(Order::Run(*other))
+            }
+        }
+    }
+
+    /// Computes what the units of the axis decide. The order comes to the same, with the same bits, and takes less of its
+    /// tick; if the axis has other units by then, it takes as long as if nothing had been computed.
+    pub fn ahead(&mut self, units: &Units) {
+        if let Order::Run(Command::TrackSine { amplitude_rad, frequency_hz, duration_ms }) = *self {
+            *self = Order::Sine(Ahead::new(units, Asked { amplitude_rad, frequency_hz, duration_ms }));
+        }
     }
 }
 
@@ -142,10 +220,10 @@ impl ServoAxis {
     ///
     /// # Errors
     /// Why not. Nothing has changed then.
-    pub fn execute(&mut self, order: &Order) -> Result<(), OrderRefusal> {
+    pub fn execute(&mut self, order: &Order) -> Result<(), Refusal> {
         match (order, &self.axis) {
             (Order::Install(axis, None), Some(earlier)) if !self.driven => {
-                let axis = axis.keeping(earlier).map_err(OrderRefusal::Parameters)?;
+                let axis = axis.keeping(earlier).map_err(Refusal::Parameters)?;
                 self.carry_out(&Order::Install(axis, None))
             }
             _ => self.carry_out(order),
@@ -159,19 +237,28 @@ impl<P: AsRef<Axis> + Clone> ServoAxis<P> {
     ///
     /// # Errors
     /// Why not. Nothing has changed then.
-    pub fn carry_out(&mut self, order: &Order<P>) -> Result<(), OrderRefusal> {
+    pub fn carry_out(&mut self, order: &Order<P>) -> Result<(), Refusal> {
         match order {
-            Order::Install(..) | Order::Reset if self.driven => Err(OrderRefusal::BridgeDriven),
+            Order::Install(..) | Order::Run(Command::Reset) if self.driven => Err(Refusal::BridgeDriven),
             Order::Install(axis, restored) => {
                 self.install(axis, restored.as_ref());
                 Ok(())
             }
-            Order::Reset => {
+            Order::Run(Command::Reset) => {
                 self.waiting = self.fault();
                 self.axis = None;
                 Ok(())
             }
-            Order::Run(command) => self.run(command),
+            Order::Sine(sine) => self.run(|axis, state| axis.command_ahead(state, sine)),
+            Order::Run(Command::Stop) if self.axis.is_none() => {
+                self.waiting = Fault::None;
+                Ok(())
+            }
+            Order::Run(Command::Arm) if self.axis.is_some() && self.seeks_zero() => {
+                Err(Refusal::Axis(axis::Refusal::CurrentZeroSought))
+            }
+            Order::Run(Command::Adopt(estimates)) => self.run(|axis, state| axis.adopt(state, estimates)),
+            Order::Run(command) => self.run(|axis, state| axis.command(state, command)),
         }
     }
 
@@ -199,32 +286,23 @@ impl<P: AsRef<Axis>> ServoAxis<P> {
     /// Whoever can wait asks before [`ServoAxis::execute`].
     #[must_use]
     pub fn is_ready(&self, order: &Order<P>) -> bool {
-        match order {
-            Order::Run(command) if command.plans() => self.constants().is_none_or(|axis| {
-                self.state.is_designed() && !axis.is_look_due(&self.state) && !axis.is_crowded(&self.state)
-            }),
-            Order::Run(_) => true,
-            Order::Install(..) | Order::Reset => true,
-        }
+        let plans = match order {
+            Order::Install(..) => false,
+            Order::Sine(_) => true,
+            Order::Run(command) => command.plans(),
+        };
+        let free = |axis: &Axis| {
+            self.state.is_designed() && !axis.is_look_due(&self.state) && !axis.is_crowded(&self.state)
+        };
+        !plans || self.constants().is_none_or(free)
     }
 
-    fn run(&mut self, command: &Command) -> Result<(), OrderRefusal> {
-        let seeks_zero = self.seeks_zero();
-        let Some(axis) = self.axis.as_ref().map(P::as_ref) else {
-            return match command {
-                Command::Stop => {
-                    self.waiting = Fault::None;
-                    Ok(())
-                }
-                _ => Err(OrderRefusal::NotConfigured),
-            };
-        };
-        match command {
-            Command::Arm if seeks_zero => Err(Refusal::CurrentZeroSought),
-            Command::Adopt(estimates) => axis.adopt(&mut self.state, estimates),
-            other => axis.command(&mut self.state, other),
-        }
-        .map_err(OrderRefusal::Axis)
+    fn run(
+        &mut self,
+        command: impl FnOnce(&Axis, &mut State) -> Result<(), axis::Refusal>,
+    ) -> Result<(), Refusal> {
+        let axis = self.axis.as_ref().ok_or(Refusal::NotConfigured)?;
+        command(axis.as_ref(), &mut self.state).map_err(Refusal::Axis)
     }
 
     /// Did the last sample tell that the zero of the current sensor is still looked for? A fault is told first.

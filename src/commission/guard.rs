@@ -3,7 +3,6 @@
 use super::{Input, Params, Phase, State};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
-use crate::protect::Fault;
 use crate::units::{Direction, VoltageQ14};
 
 /// Voltage at which every motor that has broken away keeps turning, Q14: 0.5.
@@ -161,25 +160,6 @@ impl Params {
             state.course.step(self.limits.steps, input.count, state.travel);
             state.last_step = input.count.wrapping_sub(state.step_count).unsigned_abs();
             state.step_count = input.count;
-        }
-    }
-}
-
-/// What a commissioning that a fault has ended tells.
-impl From<Fault> for Reason {
-    #[inline]
-    fn from(fault: Fault) -> Self {
-        match fault {
-            Fault::NoMotion => Reason::MotionLost,
-            Fault::Stalled => Reason::Stalled,
-            Fault::EncoderUnplugged => Reason::EncoderUnplugged,
-            Fault::MotorDisconnected => Reason::MotorDisconnected,
-            Fault::WrongDirection => Reason::Reversed,
-            Fault::Overspeed => Reason::Overspeed,
-            Fault::Runaway => Reason::SpeedContradicts,
-            Fault::SupplyLow => Reason::SupplyTooLow,
-            Fault::SupplyHigh => Reason::SupplyNotNominal,
-            _ => Reason::Aborted,
         }
     }
 }

@@ -9,9 +9,10 @@ mod table;
 
 use crate::units::VoltageQ14;
 pub(crate) use field::within;
-pub use field::{ConfigError, Field};
+pub use field::{ConfigError, ScaleError};
 pub use setting::{Setting, Value};
-pub use table::{Config, SETTINGS};
+pub(crate) use table::LATEST;
+pub use table::{Config, Field, SETTINGS};
 
 /// Machine units of one axis. Voltages inside the tick are shares of the nominal supply (see [`crate::units`]).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,9 +3,9 @@
 //! A limit in amperes or volts acts at a count of the converter. Were the configuration's scale another one than the board's,
 //! every limit would act somewhere else.
 
+pub use crate::config::ScaleError;
 use crate::config::{Config, Field};
 use crate::optional::Optional;
-use serde::{Deserialize, Serialize};
 
 /// A configuration may differ by this share: what shunts, dividers and amplifiers of a board differ by, so that a board
 /// may be calibrated. Shunts of 1 %, dividers of 1 % and amplifiers of a few per cent stay below.
@@ -18,17 +18,6 @@ pub struct Scales {
     pub supply: Optional,
     /// Amperes of winding current.
     pub current: Optional,
-}
-
-/// A scale that is not the board's.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ScaleError {
-    /// [`Field::VbusPerLsb`] or [`Field::CurrentPerLsb`].
-    pub field: Field,
-    /// What the configuration says.
-    pub given: f32,
-    /// What the board has.
-    pub board: f32,
 }
 
 impl Scales {

@@ -4,11 +4,11 @@ use super::board::{AXES, Board, Line};
 use super::tick::{Parcel, Telemetry};
 use fast_tick::constants::{self, Constants, NoPlace};
 use heapless::spsc::{Consumer, Producer};
+use servo::axis::servo_axis::Order;
 use servo::axis::{self, Axis};
 use servo::link::in_force::InForce;
 use servo::link::inbox::{Inbox, Incoming, refusal};
-use servo::link::order::{Order, Service};
-use servo::link::protocol::{FRAME_CAPACITY, Message, Refusal, Request, encode};
+use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Refusal, Request, encode};
 
 /// Bytes that one run takes from the line. The rest waits for the next tick.
 const BYTES_AT_ONCE: usize = 2 * FRAME_CAPACITY;
@@ -139,7 +139,7 @@ impl<B: Board> Link<B> {
             if parcel.done {
                 self.in_force.note(parcel.axis, &parcel.order);
             }
-            parcel.order = Order::Service(Service::Hello);
+            parcel.order = Order::Run(Command::Hello);
             self.parcel = Some(parcel);
         }
         self.parcel.is_some()

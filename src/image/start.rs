@@ -14,8 +14,7 @@ use servo::drivers::flash::ParameterFlash;
 use servo::drivers::saving::{Archive, Job, Report};
 use servo::link::capture::{EMPTY, Ring};
 use servo::link::in_force::InForce;
-use servo::link::order::Service;
-use servo::link::protocol::Message;
+use servo::link::protocol::{Command, Message};
 use servo::store::MAX_AXES;
 
 const _: () = assert!(AXES <= MAX_AXES, "a stored record has no room for that many axes");
@@ -80,7 +79,7 @@ pub fn start<B: Board>(
     let (filled, waiting) = places.filled.split();
     let (mut done, empty) = places.empty.split();
     let parcel =
-        places.parcel.write(Parcel { to: 0, axis: 0, order: Order::Service(Service::Hello), done: false });
+        places.parcel.write(Parcel { to: 0, axis: 0, order: Order::Run(Command::Hello), done: false });
     let _ = done.enqueue(parcel);
     let (answers, answers_in) = places.answers.split();
     let (records, records_in) = places.records.split();

@@ -5,18 +5,16 @@ use fast_tick::ServoAxis;
 use fast_tick::constants::Constants;
 use heapless::spsc::{Consumer, Producer};
 use servo::axis::servo_axis;
-use servo::config::Config;
 use servo::drivers::saving::{Job, Report, Saving, Step};
 use servo::link::board::Board;
 use servo::link::capture::{Capture, Ring};
-use servo::link::order::{self, Service};
-use servo::link::protocol::{CAPTURE_PIECE, Message, Refusal};
+use servo::link::protocol::{CAPTURE_PIECE, Command, Message, Refusal};
 use servo::protect::{Condition, Interlock};
 use servo::record::Record;
 use servo::store::{AtRest, Found};
 
 /// An order whose constants lie in a place of their own.
-pub type Order = order::Order<Constants>;
+pub type Order = servo_axis::Order<Constants>;
 
 /// Control rate until an axis is configured, Hz: the one with which the boards start.
 const START_TICK_HZ: u32 = 10_000;
@@ -199,10 +197,7 @@ impl Control {
 
     /// An axis that was just configured computes its gains a stage a tick. A motion waits for them, half a dozen ticks.
     fn is_ready(&self, axis: u8, order: &Order) -> bool {
-        match (order, self.axes.get(usize::from(axis))) {
-            (Order::Axis(order), Some(axis)) => axis.is_ready(order),
-            _ => true,
-        }
+        self.axes.get(usize::from(axis)).is_none_or(|axis| axis.is_ready(order))
     }
 
     /// Carries out the order that waits, where it lies, because an order is hundreds of bytes. This function is
@@ -217,7 +212,7 @@ impl Control {
             return false;
         }
         let (result, tick) = (self.execute(*axis, order, drive), self.tick);
-        let config = configuration(order).filter(|_| result.is_ok());
+        let config = order.configuration().filter(|_| result.is_ok());
         if let Some(config) = config {
             drive.configure(usize::from(*axis), config);
         }
@@ -237,45 +232,42 @@ impl Control {
         if place >= self.axes.len() {
             return Err(Refusal::NoSuchAxis);
         }
-        match order {
-            Order::Service(service) => self.serve(axis, service, drive),
-            Order::Axis(order) => self.order(place, order),
-        }
-    }
-
-    fn serve(&mut self, axis: u8, service: &Service, drive: &impl Drive) -> Result<(), Refusal> {
-        match *service {
-            Service::Subscribe { every } => self.telemetry_every[usize::from(axis)] = every,
-            Service::CaptureRead { from } => self.read_capture(from),
-            Service::Hello => self.hello(drive),
-            Service::Parameters => self.tell_parameters(axis),
-            _ if self.saving.is_active() => return Err(Refusal::Storing),
-            Service::CaptureArm { trigger, before } => {
+        let Order::Run(command) = order else { return self.order(place, order) };
+        match *command {
+            Command::Subscribe { every } => self.telemetry_every[place] = every,
+            Command::CaptureRead { from } => self.read_capture(from),
+            Command::Hello => self.hello(drive),
+            Command::Parameters => self.tell_parameters(axis),
+            Command::CaptureArm { .. } | Command::Save if self.saving.is_active() => {
+                return Err(Refusal::Storing);
+            }
+            Command::CaptureArm { trigger, before } => {
                 self.captured = axis;
                 self.capture.arm(trigger, before);
             }
-            Service::Save => {
+            Command::Save => {
                 let rest = self.rest().ok_or(Refusal::NotAtRest)?;
                 self.saving.begin(rest);
             }
+            _ => return self.order(place, order),
         }
         Ok(())
     }
 
     /// While parameters are stored nothing but a stop is carried out.
-    fn order(&mut self, place: usize, order: &servo_axis::Order<Constants>) -> Result<(), Refusal> {
-        let stops = matches!(order, servo_axis::Order::Run(servo::axis::Command::Stop));
+    fn order(&mut self, place: usize, order: &Order) -> Result<(), Refusal> {
+        let stops = matches!(order, Order::Run(Command::Stop));
         if !stops && self.saving.is_active() {
             return Err(Refusal::Storing);
         }
         if !self.shares_tick(place, order) {
             return Err(Refusal::SharedTick);
         }
-        Ok(self.axes[place].carry_out(order)?)
+        self.axes[place].carry_out(order)
     }
 
     /// True if the order leaves the control rate and the PWM of the other axes as they are: one timer paces all axes.
-    fn shares_tick(&self, place: usize, order: &servo_axis::Order<Constants>) -> bool {
+    fn shares_tick(&self, place: usize, order: &Order) -> bool {
         let Some(new) = order.configuration() else {
             return true;
         };
@@ -360,13 +352,5 @@ impl Control {
     /// it has room for what comes back.
     fn tell(&mut self, message: Message) {
         let _ = self.ends.answers.enqueue(message);
-    }
-}
-
-/// The configuration that the board has to take over, if there is one.
-fn configuration(order: &Order) -> Option<&Config> {
-    match order {
-        Order::Axis(order) => order.configuration(),
-        Order::Service(_) => None,
     }
 }

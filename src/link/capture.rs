@@ -5,25 +5,13 @@
 //! read out and armed again.
 
 use crate::protect::Fault;
+pub use crate::record::Trigger;
 use crate::record::{Activity, Limit, Record};
 use crate::sample::Bridge;
 use serde::{Deserialize, Serialize};
 
 /// Ticks in the ring.
 pub const LENGTH: usize = 1024;
-
-/// What starts the end of the recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Trigger {
-    /// The next tick.
-    Now,
-    /// A fault is latched.
-    Fault,
-    /// A limit acts.
-    Limit,
-    /// The axis begins to do this.
-    Activity(Activity),
-}
 
 impl Trigger {
     fn fires(self, before: &Shot, now: &Shot) -> bool {

@@ -1,10 +1,10 @@
 //! What the link knows of the axes, so that an order is prepared where it is made: all that it needs besides the state of its axis
 //! is computed here, and the control tick puts constants in force by exchanging pointers.
 
-use super::order::{Order, Origin};
-use super::protocol::{Refusal, Request};
+use super::protocol::{Command, Refusal, Request};
+use crate::axis::Axis;
+use crate::axis::servo_axis::{Order, Origin};
 use crate::axis::track_sine::Units;
-use crate::axis::{Axis, servo_axis};
 
 /// The constants in force, one entry an axis; `None`: not configured. `P` points to them, and the control tick has the same pointer.
 ///
@@ -32,7 +32,7 @@ impl<P: AsRef<Axis> + Clone, const AXES: usize> InForce<P, AXES> {
         place: impl FnOnce(Axis) -> Result<P, Refusal>,
     ) -> Result<Order<P>, Refusal> {
         let in_force = self.axes.get(usize::from(*axis)).and_then(Option::as_ref).map(P::as_ref);
-        let mut order = Order::unpacked(command, |mut axis, origin| {
+        let mut order = Order::built(command, |mut axis, origin| {
             supports(&axis)?;
             if let (Origin::Bare, Some(earlier)) = (origin, in_force) {
                 axis = axis.keeping(earlier).map_err(Refusal::Parameters)?;
@@ -40,8 +40,8 @@ impl<P: AsRef<Axis> + Clone, const AXES: usize> InForce<P, AXES> {
             }
             place(axis)
         })?;
-        if let (Order::Axis(servo_axis::Order::Run(command)), Some(axis)) = (&mut order, in_force) {
-            command.ahead(&Units::of(axis.scale()));
+        if let Some(axis) = in_force {
+            order.ahead(&Units::of(axis.scale()));
         }
         Ok(order)
     }
@@ -50,9 +50,9 @@ impl<P: AsRef<Axis> + Clone, const AXES: usize> InForce<P, AXES> {
     pub fn note(&mut self, axis: u8, order: &Order<P>) {
         let Some(in_force) = self.axes.get_mut(usize::from(axis)) else { return };
         match order {
-            Order::Axis(servo_axis::Order::Install(axis, _)) => *in_force = Some(axis.clone()),
-            Order::Axis(servo_axis::Order::Reset) => *in_force = None,
-            Order::Axis(servo_axis::Order::Run(_)) | Order::Service(_) => {}
+            Order::Install(axis, _) => *in_force = Some(axis.clone()),
+            Order::Run(Command::Reset) => *in_force = None,
+            Order::Sine(_) | Order::Run(_) => {}
         }
     }
 }

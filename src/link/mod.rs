@@ -4,5 +4,4 @@ pub mod board;
 pub mod capture;
 pub mod in_force;
 pub mod inbox;
-pub mod order;
 pub mod protocol;

@@ -5,28 +5,24 @@
 //! damaged frame is dropped as a whole. `postcard` numbers the variants of an enum in order, so new variants are
 //! appended and published ones stay where they are; a change that breaks this raises [`VERSION`].
 
-use crate::axis;
+pub use crate::axis::Command;
+pub use crate::axis::servo_axis::Refusal;
 use crate::commission::Outcome;
-use crate::config::{Config, ConfigError};
-use crate::drivers::scales::ScaleError;
-use crate::identify::estimate::Estimates;
 use crate::link::board::Board;
-use crate::link::capture::{Extent, Shot, Stage, Trigger};
-use crate::motion::excitation::Waveform;
-use crate::motion::referencing::Referencing;
-use crate::motion::stream::Point;
-use crate::protect::SettingsError;
+use crate::link::capture::{Extent, Shot, Stage};
 use crate::record::Record;
 use crate::store::StoreEvent;
 use crate::store::checksum::CHECKSUM;
-use crate::store::{AxisParameters, Found};
+use crate::store::{AxisParameters, Found, LAYOUT};
 use core::marker::PhantomData;
 use crc::{Digest, NoTable};
 use postcard::ser_flavors::{Cobs, Flavor, Slice};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-/// Version of the frames; first byte of every frame.
-pub const VERSION: u8 = 4;
+/// Changes of the frames that changed nothing that is stored.
+const OF_FRAMES_ALONE: u16 = 0;
+/// Version of the frames; first byte of every frame. What is stored travels, too: a new layout is a new version.
+pub const VERSION: u8 = (LAYOUT + OF_FRAMES_ALONE) as u8;
 
 /// Room for the longest frame on the wire, bytes: 254 of content fit into one COBS group.
 pub const FRAME_CAPACITY: usize = 256;
@@ -40,115 +36,6 @@ pub struct Request {
     pub axis: u8,
     /// What it shall do.
     pub command: Command,
-}
-
-/// What the host may ask of an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
-pub enum Command {
-    /// Set the axis up. Refused while the bridge is not open.
-    ///
-    /// Replaced: the configuration, as a whole. Forgotten: what was identified, the reference, `Arm`. Kept: what was
-    /// chosen about loops, compensation and protection; limits of current, energy and speed where the new configuration
-    /// has none; a latched fault. [`Command::Reset`] before it forgets these choices, [`Command::Restore`] replaces them.
-    Configure(Config),
-    /// Allow the bridge to be driven.
-    Arm,
-    /// Switch the bridge off, from any state.
-    Stop,
-    /// Excite, identify, verify. `seed` orders the excitation.
-    Commission {
-        /// Length of the excitation, ms.
-        budget_ms: u32,
-        /// Orders the excitation.
-        seed: u32,
-    },
-    /// Use the inverse dead zone in the loops, or do not.
-    Compensation(bool),
-    /// Track `amplitude · sin(2π f t)` in position, for a time; smooth start.
-    TrackSine {
-        /// Amplitude, rad at the controlled shaft.
-        amplitude_rad: f32,
-        /// Frequency, Hz.
-        frequency_hz: f32,
-        /// Duration, ms.
-        duration_ms: u32,
-    },
-    /// Hold this position from now on, rad relative to the position at power-up.
-    Position(f32),
-    /// Send one record in `every` ticks; 0: none.
-    Subscribe {
-        /// Decimation, ticks.
-        every: u32,
-    },
-    /// Take over what an earlier commissioning has found.
-    Adopt(Estimates),
-    /// Turn at this speed from now on, rad/s at the controlled shaft.
-    Speed(f32),
-    /// Apply this voltage behind the dead zone from now on, V; no loop is closed.
-    Voltage(f32),
-    /// Start a capture at full control rate.
-    CaptureArm {
-        /// What to wait for.
-        trigger: Trigger,
-        /// Ticks to keep from before it.
-        before: u16,
-    },
-    /// Answered with [`Message::Captured`] too.
-    CaptureRead {
-        /// First tick wanted, oldest 0.
-        from: u16,
-    },
-    /// Answered with [`Message::Hello`] too.
-    Hello,
-    /// Answered with [`Message::Parameters`] too.
-    Parameters,
-    /// Put this whole set in force, as after power-up. Refused while the bridge is not open.
-    Restore(AxisParameters),
-    /// Back to an axis that was never configured. What is stored stays as it is until [`Command::Save`].
-    Reset,
-    /// Store what is in force, of all axes. Refused while anything moves; [`Message::Store`] tells how it goes on.
-    Save,
-    /// Find out where zero is.
-    Reference(Referencing),
-    /// Hold this absolute position from now on, rad from the reference's zero. Refused until there is one.
-    GoTo(f32),
-    /// Apply a sine or a chirp of voltage at the terminals, then open the bridge; no loop is closed.
-    Excite(Waveform),
-    /// The next point of a streamed motion, ahead of its time; the first one begins the stream. See [`crate::motion::stream`].
-    Stream(Point),
-}
-
-/// Why a command was not executed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Refusal {
-    /// The configuration cannot be.
-    Config(ConfigError),
-    /// The board's timer cannot make this control rate from this PWM scale.
-    TickRate,
-    /// No configuration has arrived yet.
-    NotConfigured,
-    /// Allowed only while the bridge is open.
-    BridgeDriven,
-    /// The axis says why.
-    Axis(axis::Refusal),
-    /// Its sequence number is older than one already executed; the next one expected is given.
-    Stale {
-        /// The next number.
-        expected: u16,
-    },
-    /// This image has fewer axes.
-    NoSuchAxis,
-    /// The axes of one chip share control rate, PWM scale and PWM delay, and another axis has others.
-    SharedTick,
-    /// Parameters are being stored: nothing but `Stop` and questions until [`Message::Store`] tells the end.
-    Storing,
-    /// Parameters are stored only while every bridge is open and every shaft stands.
-    NotAtRest,
-    /// A set of parameters cannot be.
-    Parameters(SettingsError),
-    /// The configuration has another scale of current or supply than the board.
-    Scale(ScaleError),
 }
 
 /// Why the chip has started.

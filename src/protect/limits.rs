@@ -27,9 +27,33 @@ pub fn highest_supply_v(config: &Config) -> f32 {
     config.supply_high_v.get().unwrap_or(HIGHEST_SUPPLY * config.supply_nominal_v)
 }
 
-/// Conditions in the order in which they are named.
-const LASTING: [Fault; 5] =
-    [Fault::SupplyLow, Fault::SupplyHigh, Fault::SupplyNotMeasured, Fault::Overspeed, Fault::Runaway];
+/// One row a condition that must last, in the order in which they are named: its fault, and whether it holds. Its bit in
+/// [`State::holds`] is its place.
+macro_rules! lasting {
+    ($params:ident, $state:ident, $expectation:ident, $input:ident; $($fault:ident: $holds:expr,)+) => {
+        const LASTING: [Fault; [$(Fault::$fault),+].len()] = [$(Fault::$fault),+];
+
+        enum Place {
+            $($fault,)+
+        }
+
+        impl Params {
+            #[inline]
+            fn conditions(&self, $state: &State, $expectation: &Expectation, $input: &Input) -> u8 {
+                let $params = self;
+                0 $(| u8::from($holds) << Place::$fault as u8)+
+            }
+        }
+    };
+}
+
+lasting! { params, state, expectation, input;
+    SupplyLow: input.supply.is_some_and(|supply| supply < params.lowest_supply),
+    SupplyHigh: input.supply.is_some_and(|supply| supply > params.highest_supply),
+    SupplyNotMeasured: state.supply_seen && input.supply.is_none(),
+    Overspeed: params.highest_speed.is_some_and(|limit| input.speed.0.saturating_abs() > limit.0),
+    Runaway: input.speed.0.saturating_abs() > expectation.runaway().0,
+}
 
 /// Thresholds of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,6 +129,7 @@ impl Params {
         if self.exceeds(state, input) {
             return Fault::OverCurrent;
         }
+        state.supply_seen |= input.supply.is_some();
         let now = self.conditions(state, expectation, input);
         let before = core::mem::replace(&mut state.holds, now);
         if now == 0 {
@@ -117,19 +142,6 @@ impl Params {
         }
         let lasting = (now & before).trailing_zeros() as usize;
         LASTING.get(lasting).copied().unwrap_or_default()
-    }
-
-    #[inline]
-    fn conditions(&self, state: &mut State, expectation: &Expectation, input: &Input) -> u8 {
-        let speed = input.speed.0.saturating_abs();
-        let supply = input.supply.unwrap_or(Voltage::NOMINAL);
-        state.supply_seen |= input.supply.is_some();
-        let lost = state.supply_seen && input.supply.is_none();
-        u8::from(supply < self.lowest_supply)
-            | u8::from(supply > self.highest_supply) << 1
-            | u8::from(lost) << 2
-            | u8::from(self.highest_speed.is_some_and(|limit| speed > limit.0)) << 3
-            | u8::from(speed > expectation.runaway().0) << 4
     }
 
     /// Is the current above its limit although the voltage gives way?

@@ -61,8 +61,8 @@ pub struct State {
     winding: winding::State,
 }
 
-/// What protection looks at, now and then.
-#[derive(Clone, Copy, Debug)]
+/// What protection looks at, now and then. By default nothing is sensed, and the shaft stands with the bridge open.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Input {
     /// Raw counter.
     pub count: i32,

@@ -20,7 +20,7 @@ mod layouts;
 
 pub use event::{SaveError, StoreEvent};
 
-use crate::config::{Config, ConfigError, Field, within};
+use crate::config::{Config, ConfigError, Field, LATEST, within};
 use crate::control::Tuning;
 use crate::identify::estimate::Estimates;
 use crate::protect::{self, Settings, SettingsError};
@@ -32,8 +32,8 @@ use serde::{Deserialize, Serialize};
 pub const MAX_AXES: usize = 4;
 /// Bytes of a record. Four axes take up to 609 bytes in postcard ([`Estimates::to_store`] sees to it).
 pub const RECORD_LEN: usize = 640;
-/// Layout that this image writes.
-pub const LAYOUT: u16 = 4;
+/// Layout that this image writes: that of the latest setting, since nothing else has changed after it.
+pub const LAYOUT: u16 = LATEST;
 
 const HEADER_LEN: usize = 8;
 const PAYLOAD_END: usize = RECORD_LEN - 4;

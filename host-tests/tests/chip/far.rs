@@ -27,7 +27,7 @@ proptest! {
 fn run(axis: &mut ServoAxis, command: Command) -> Result<(), Refusal> {
     match axis.execute(&Order::Run(command)) {
         Ok(()) => Ok(()),
-        Err(servo::axis::servo_axis::OrderRefusal::Axis(refusal)) => Err(refusal),
+        Err(servo::axis::servo_axis::Refusal::Axis(refusal)) => Err(refusal),
         Err(other) => panic!("{other:?}"),
     }
 }

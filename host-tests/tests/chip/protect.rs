@@ -1,10 +1,9 @@
 //! Protection beside the motor: the table of actions, and what the image tells the joint.
 
 use host_tests::simulated_servo::config;
-use servo::axis::servo_axis::ServoAxis;
+use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::{self, Bridge, Sample};
 use servo::config::Config;
-use servo::link::order::Order;
 use servo::link::protocol::{Command, Refusal};
 use servo::optional::Optional;
 use servo::protect::{Action, Actions, Condition, Fault, Forbidden, Interlock};
@@ -14,7 +13,7 @@ use std::ops::RangeInclusive;
 const STANDING: Sample = Sample { count: 7, vbus_raw: 1200, current_raw: Sample::CURRENT_NOT_SENSED };
 
 fn order(axis: &mut ServoAxis, command: Command) -> Result<(), Refusal> {
-    Ok(axis.execute(&Order::from_command(&command)?.for_axis()?)?)
+    axis.execute(&Order::of(&command)?)
 }
 
 /// A joint that applies one volt.

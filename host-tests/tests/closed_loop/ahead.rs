@@ -25,11 +25,12 @@ fn sine(amplitude_rad: f32, frequency_hz: f32, duration_ms: u32) -> Command {
 
 /// Both answers, and whether both axes did the same for so many ticks.
 fn compared(plant: &Plant, command: Command, units: &Units, ticks: u32) -> [Result<(), Refusal>; 2] {
-    let mut ahead = command;
-    ahead.ahead(units);
-    assert_ne!(ahead, command, "nothing was computed");
+    let mut order: Order = Order::Run(command);
+    order.ahead(units);
+    let Order::Sine(ahead) = order else { panic!("nothing was computed") };
     let mut benches = [knowing(plant), knowing(plant)];
-    let answers = [benches[0].ask(command), benches[1].ask(ahead)];
+    let [plain, other] = &mut benches;
+    let answers = [plain.ask(command), other.axis.command_ahead(&mut other.state, &ahead)];
     for tick in 0..ticks {
         let [plain, other] = benches.each_mut().map(Bench::tick);
         assert_eq!(plain, other, "{command:?}, tick {tick}");

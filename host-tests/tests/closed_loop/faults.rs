@@ -12,9 +12,8 @@ use servo::axis::Command;
 use servo::axis::{Axis, Bridge};
 use servo::config::Scale;
 use servo::protect::{
-    Action, Actions, Averages, Expectation, Fault, Input, Params, Settings, SettingsError, State, Thermal,
+    Action, Actions, Expectation, Fault, Input, Params, Settings, SettingsError, State, Thermal,
 };
-use servo::units::{Speed, Voltage};
 use truing::device::link::Lockstep;
 use truing::device::motor::{Drive, Motor, Reading};
 use truing::device::replay::replay;
@@ -157,20 +156,7 @@ fn constant(raw: i16, settings: &Settings, seconds: f64) -> Option<f64> {
     let scale: Scale = plant.config.build().expect("valid");
     let params = Params::new(&scale, settings).expect("valid");
     let mut state = State::default();
-    let input = Input {
-        count: 0,
-        supply: None,
-        current: Some(raw),
-        averages: Averages::default(),
-        speed: Speed(0),
-        edge_speed: Speed(0),
-        load: Voltage::ZERO,
-        holding: false,
-        endless: false,
-        commissioning: false,
-        winding: Voltage::ZERO,
-        input_dead_zone: false,
-    };
+    let input = Input { current: Some(raw), ..Input::default() };
     // At 2 kHz every tick is a look.
     let tick = (0..(seconds * 2000.0) as u32).find(|_| {
         params.look(&mut state, &Expectation::default(), &input);

@@ -135,11 +135,11 @@ fn a_python_program_as_the_motor_is_identified_and_follows() {
     };
     let report = CommissionJson::new(outcome, &config()).expect("a report");
     assert_eq!(report.refused, None);
-    for dead_zone in [report.dead_zone_pos_v, report.dead_zone_neg_v] {
+    for dead_zone in [report.found.dead_zone_pos_v, report.found.dead_zone_neg_v] {
         assert!((dead_zone.value.expect("seen") - 1.0).abs() < 0.02, "{dead_zone:?}");
         assert!(dead_zone.trusted, "{dead_zone:?}");
     }
-    for saturation in [report.saturation_pos_v, report.saturation_neg_v] {
+    for saturation in [report.found.saturation_pos_v, report.found.saturation_neg_v] {
         assert!((saturation.value.expect("seen") - 9.5).abs() < 0.1, "{saturation:?}");
     }
     let with = TrackJson::new(&result.log, span);

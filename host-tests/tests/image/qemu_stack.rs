@@ -39,13 +39,14 @@ fn the_stack_is_as_deep_as_documented() {
 
     let wire = power_up(&flash, &plant);
     let tasks = [commission, Task::Store, sine];
-    let first = session::run_from(
+    let first = session::run_kept(
         Box::new(wire),
         Start::Configure(plant.config.into()),
         listening,
         &tasks,
         &mut |_| {},
-    );
+    )
+    .and_then(session::SessionResult::whole);
     let first = depth(&first.expect("a session").firmware_log);
 
     let wire = power_up(&flash, &plant);

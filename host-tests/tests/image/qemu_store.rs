@@ -44,7 +44,9 @@ fn client(flash: &Path) -> Client {
 }
 
 fn run(flash: &Path, start: Start, tasks: &[Task]) -> SessionResult {
-    session::run_from(Box::new(wire(flash)), start, LISTENING, tasks, &mut |_| {}).expect("a session")
+    session::run_kept(Box::new(wire(flash)), start, LISTENING, tasks, &mut |_| {})
+        .and_then(session::SessionResult::whole)
+        .expect("a session")
 }
 
 /// Sends a command; what the telemetry says while its answer is awaited goes to `last`.
@@ -252,7 +254,8 @@ fn a_replay_gives_the_notice_behind_a_fault_and_names_it() {
     };
     let start = Start::Configure(plant.config.into());
     let tasks = [COMMISSION, sine()];
-    let result = session::run_from(Box::new(wire), start, LISTENING, &tasks, &mut open_contact);
+    let result = session::run_kept(Box::new(wire), start, LISTENING, &tasks, &mut open_contact)
+        .and_then(session::SessionResult::whole);
     let result = result.expect("a session");
     let Some(Done::Tracked(span)) = result.done.last() else {
         panic!("{:?}", result.done);

@@ -5,11 +5,10 @@ use host_tests::power_cut::sets;
 use host_tests::simulated_servo::config;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use servo::axis::servo_axis::ServoAxis;
+use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::{Axis, Sample};
 use servo::config::Config;
 use servo::link::in_force::InForce;
-use servo::link::order::Order;
 use servo::link::protocol::{Command, Refusal, Request};
 use servo::optional::Optional;
 use servo::protect::Thermal;
@@ -63,8 +62,7 @@ impl Image {
             Ok(Handle(Rc::new(Held { axis, free: Rc::clone(&self.free) })))
         };
         let order = self.in_force.prepare(&Request { axis, command }, |_| Ok(()), place)?;
-        let Order::Axis(to_axis) = &order else { panic!("not for the axis: {command:?}") };
-        self.axes[usize::from(axis)].carry_out(to_axis)?;
+        self.axes[usize::from(axis)].carry_out(&order)?;
         self.in_force.note(axis, &order);
         Ok(())
     }
@@ -170,10 +168,7 @@ fn hundreds_of_orders_come_to_the_same_as_without_a_link_and_lose_no_place() {
     for turn in 0..3_000 {
         let (axis, command) = (random.random_range(0..AXES as u8), draw(&mut random));
         let owner = &mut owners[usize::from(axis)];
-        let alone = Order::from_command(&command)
-            .and_then(Order::for_axis)
-            .and_then(|order| Ok(owner.execute(&order)?))
-            .is_ok();
+        let alone = Order::of(&command).and_then(|order| owner.execute(&order)).is_ok();
         assert_eq!(image.command(axis, command).is_ok(), alone, "{turn}: {command:?}");
         carried_out += usize::from(alone);
         for (owner, axis) in owners.iter_mut().zip(&mut image.axes) {

@@ -10,4 +10,5 @@ mod scales;
 mod settings_table;
 mod setup;
 mod store;
+mod wire_bytes;
 mod wrap;

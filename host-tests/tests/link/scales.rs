@@ -2,6 +2,7 @@
 //! an axis file that leaves the scales out takes those of the board it meets.
 
 use host_tests::simulated_servo::config;
+use servo::axis::servo_axis::Order;
 use servo::axis::{Axis, Sample};
 use servo::config::{Config, ConfigError, Field};
 use servo::drivers::drv8301::{Faults, Register, Trouble};
@@ -10,7 +11,6 @@ use servo::drivers::reach::Reach;
 use servo::drivers::scales::{ScaleError, Scales};
 use servo::link::board::{Board, Clock, GateTrouble, Gates, Name};
 use servo::link::in_force::InForce;
-use servo::link::order::Order;
 use servo::link::protocol::{
     Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode,
 };

@@ -4,9 +4,8 @@
 use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
 use host_tests::firmware::power_up;
 use host_tests::simulated_servo::{self, SimulatedServo};
-use servo::axis::servo_axis::ServoAxis;
+use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::drivers::scales::Scales;
-use servo::link::order::Order;
 use servo::link::protocol::{Command, Refusal};
 use servo::optional::Optional;
 use servo::protect::{Action, Fault, Thermal};
@@ -105,7 +104,7 @@ fn a_choice_that_cannot_be_is_named_with_what_to_do() {
 }
 
 fn order(axis: &mut ServoAxis, command: Command) -> Result<(), Refusal> {
-    Ok(axis.execute(&Order::from_command(&command)?.for_axis()?)?)
+    axis.execute(&Order::of(&command)?)
 }
 
 fn in_force(joint: &ServoAxis) -> AxisParameters {
@@ -162,7 +161,8 @@ fn wire(flash: &Path) -> Lockstep {
 
 fn run(flash: &Path, setup: Setup, tasks: &[Task]) -> SessionResult {
     let listening = Listening { axis: 0, every: 1 };
-    session::run_from(Box::new(wire(flash)), Start::Configure(setup), listening, tasks, &mut |_| {})
+    session::run_kept(Box::new(wire(flash)), Start::Configure(setup), listening, tasks, &mut |_| {})
+        .and_then(session::SessionResult::whole)
         .expect("a session")
 }
 

@@ -12,7 +12,6 @@ use servo::drivers::saving::{Job, Report};
 use servo::drivers::scales::Scales;
 use servo::link::board::{Clock, Gates};
 use servo::link::capture::EMPTY;
-use servo::link::order::Service;
 use servo::link::protocol::{Message, Refusal, ResetCause};
 use servo::optional::Optional;
 use servo::protect::{Interlock, Settings};
@@ -250,7 +249,7 @@ impl Task {
         let (records, records_in) = queue::<_, 8>();
         let (jobs, jobs_in) = queue::<_, 2>();
         let (reports, reports_in) = queue::<_, 2>();
-        let parcel = Parcel { to: 0, axis: 0, order: Order::Service(Service::Hello), done: false };
+        let parcel = Parcel { to: 0, axis: 0, order: Order::Run(Command::Hello), done: false };
         assert!(done.enqueue(leak(parcel)).is_ok());
         let ends = Ends { answers, records, jobs, reports: reports_in };
         let axes = [(); AXES].map(|()| leak(ServoAxis::default()));
@@ -312,15 +311,11 @@ impl Task {
     }
 
     pub fn run(&mut self, axis: u8, command: Command) -> Result<(), Refusal> {
-        self.order(axis, Order::Axis(servo::axis::servo_axis::Order::Run(command)))
-    }
-
-    pub fn serve(&mut self, axis: u8, service: Service) -> Result<(), Refusal> {
-        self.order(axis, Order::Service(service))
+        self.order(axis, Order::Run(command))
     }
 
     pub fn configure(&mut self, axis: u8, config: &Config) -> Result<(), Refusal> {
         let constants = servo::axis::Axis::new(config).expect("a good configuration").into();
-        self.order(axis, Order::Axis(servo::axis::servo_axis::Order::Install(constants, None)))
+        self.order(axis, Order::Install(constants, None))
     }
 }

@@ -9,7 +9,6 @@ use servo::drivers::saving::{Job, Report};
 use servo::identify::estimate::{Estimate, Estimates, Standing};
 use servo::link::board::{Board, Clock, GateTrouble, Gates};
 use servo::link::capture::{Stage, Trigger};
-use servo::link::order::Service;
 use servo::link::protocol::{Message, Refusal, ResetCause};
 use servo::motion::referencing::Referencing;
 use servo::protect::{Fault, Interlock};
@@ -45,13 +44,13 @@ fn ready() -> Task {
 /// The records of both axes in the next tick.
 fn records(task: &mut Task) -> [Record; AXES] {
     for axis in 0..AXES as u8 {
-        task.serve(axis, Service::Subscribe { every: 1 }).expect("a service");
+        task.run(axis, Command::Subscribe { every: 1 }).expect("a service");
     }
     while task.records.dequeue().is_some() {}
     task.tick();
     let told: Vec<Message> = std::iter::from_fn(|| task.records.dequeue()).map(Message::from).collect();
     for axis in 0..AXES as u8 {
-        task.serve(axis, Service::Subscribe { every: 0 }).expect("a service");
+        task.run(axis, Command::Subscribe { every: 0 }).expect("a service");
     }
     std::array::from_fn(|number| match told[number] {
         Message::Telemetry { axis, record, .. } if usize::from(axis) == number => record,
@@ -128,7 +127,7 @@ fn an_axis_cannot_have_another_control_rate_or_pwm_than_the_others() {
     ] {
         assert_eq!(task.configure(1, &other), Err(Refusal::SharedTick));
     }
-    task.order(0, Order::Axis(servo::axis::servo_axis::Order::Reset)).expect("at rest");
+    task.order(0, Order::Run(Command::Reset)).expect("at rest");
     task.configure(1, &Config { tick_hz: 5_000, ..config() }).expect("the other one has none");
 }
 
@@ -136,7 +135,7 @@ fn an_axis_cannot_have_another_control_rate_or_pwm_than_the_others() {
 fn an_order_for_an_axis_that_is_not_there_is_refused() {
     let mut task = ready();
     assert_eq!(task.run(AXES as u8, Command::Stop), Err(Refusal::NoSuchAxis));
-    assert_eq!(task.serve(AXES as u8, Service::Hello), Err(Refusal::NoSuchAxis));
+    assert_eq!(task.run(AXES as u8, Command::Hello), Err(Refusal::NoSuchAxis));
 }
 
 /// The gains follow from a configuration one stage a tick.
@@ -151,13 +150,13 @@ fn a_motion_waits_until_the_axis_has_its_gains_and_a_stop_does_not() {
     assert!(task.is_back());
     let mut task = Task::new(STARTED, Found::Blank);
     task.configure(0, &config()).expect("a good configuration");
-    task.send(1, 0, Order::Axis(servo::axis::servo_axis::Order::Run(Command::Stop)));
+    task.send(1, 0, Order::Run(Command::Stop));
     task.tick();
     assert!(task.is_back());
 }
 
 fn motion() -> Order {
-    Order::Axis(servo::axis::servo_axis::Order::Run(Command::Position(1.0)))
+    Order::Run(Command::Position(1.0))
 }
 
 /// A pulse ends the search.
@@ -196,7 +195,7 @@ fn referenced(task: &mut Task, index: [bool; AXES]) {
 #[test]
 fn telemetry_comes_every_so_many_ticks_with_what_the_step_of_its_axis_took() {
     let mut task = ready();
-    task.serve(1, Service::Subscribe { every: 5 }).expect("a service");
+    task.run(1, Command::Subscribe { every: 5 }).expect("a service");
     while task.records.dequeue().is_some() {}
     task.ticks(25);
     let told: Vec<Message> = std::iter::from_fn(|| task.records.dequeue()).map(Message::from).collect();
@@ -215,10 +214,10 @@ fn telemetry_comes_every_so_many_ticks_with_what_the_step_of_its_axis_took() {
 #[test]
 fn a_capture_records_the_axis_for_which_it_was_armed_and_is_read_piece_by_piece() {
     let mut task = ready();
-    task.serve(1, Service::CaptureArm { trigger: Trigger::Now, before: 0 }).expect("no save is under way");
+    task.run(1, Command::CaptureArm { trigger: Trigger::Now, before: 0 }).expect("no save is under way");
     task.world.samples[1].count = 40;
     task.ticks(1_100);
-    task.send(9, 0, Order::Service(Service::CaptureRead { from: 7 }));
+    task.send(9, 0, Order::Run(Command::CaptureRead { from: 7 }));
     task.tick();
     let told = task.told();
     match &told[0] {
@@ -249,10 +248,10 @@ fn what_was_found_at_power_up_is_told_at_once_and_again_when_asked() {
     board.gates = Some(Gates { state: State::Failed, trouble });
     board.zeros[1] = [2_050, Sample::CURRENT_ZERO_UNSTEADY];
     (task.world.gates, task.world.zeros[1]) = (board.gates, board.zeros[1]);
-    task.send(5, 1, Order::Service(Service::Hello));
+    task.send(5, 1, Order::Run(Command::Hello));
     task.tick();
     assert_eq!(task.told()[0], Message::Hello { axes: AXES as u8, cause, stored, board });
-    task.send(6, 0, Order::Service(Service::Parameters));
+    task.send(6, 0, Order::Run(Command::Parameters));
     task.tick();
     assert_eq!(task.told()[0], Message::Parameters { axis: 0, parameters: None });
 }
@@ -263,7 +262,7 @@ fn the_end_of_a_commissioning_is_told_for_its_axis() {
     task.run(1, Command::Arm).expect("at rest");
     task.run(1, Command::Commission { budget_ms: 5_000, seed: 1 }).expect("armed");
     task.ticks(50);
-    task.send(1, 1, Order::Axis(servo::axis::servo_axis::Order::Run(Command::Stop)));
+    task.send(1, 1, Order::Run(Command::Stop));
     task.ticks(5);
     let ended = task.told().into_iter().filter(|told| matches!(told, Message::Commissioned { axis: 1, .. }));
     assert_eq!(ended.count(), 1);
@@ -288,7 +287,7 @@ fn saving() -> Task {
 }
 
 fn saving_of(mut task: Task) -> Task {
-    task.serve(0, Service::Save).expect("everything rests");
+    task.run(0, Command::Save).expect("everything rests");
     // The first job may be there already.
     let mut parameters: Vec<Option<AxisParameters>> = Vec::new();
     loop {
@@ -313,13 +312,13 @@ fn a_save_needs_every_bridge_open_and_every_shaft_at_rest() {
         task.run(axis as u8, Command::Arm).expect("at rest");
         task.run(axis as u8, Command::Voltage(2.0)).expect("armed");
         task.ticks(5);
-        assert_eq!(task.serve(0, Service::Save), Err(Refusal::NotAtRest), "axis {axis} drives");
+        assert_eq!(task.run(0, Command::Save), Err(Refusal::NotAtRest), "axis {axis} drives");
         let mut task = ready();
         for _ in 0..200 {
             task.world.samples[axis].count += 3;
             task.tick();
         }
-        assert_eq!(task.serve(0, Service::Save), Err(Refusal::NotAtRest), "shaft {axis} turns");
+        assert_eq!(task.run(0, Command::Save), Err(Refusal::NotAtRest), "shaft {axis} turns");
         assert!(!task.jobs.ready());
     }
 }
@@ -332,11 +331,11 @@ fn while_parameters_are_stored_ticks_may_be_late_and_nothing_but_a_stop_is_carri
         assert_eq!(task.run(1, command), Err(Refusal::Storing));
     }
     assert_eq!(task.configure(1, &config()), Err(Refusal::Storing));
-    for service in [Service::Save, Service::CaptureArm { trigger: Trigger::Now, before: 0 }] {
-        assert_eq!(task.serve(1, service), Err(Refusal::Storing));
+    for command in [Command::Save, Command::CaptureArm { trigger: Trigger::Now, before: 0 }] {
+        assert_eq!(task.run(1, command), Err(Refusal::Storing));
     }
     task.run(1, Command::Stop).expect("always");
-    task.serve(1, Service::Hello).expect("always");
+    task.run(1, Command::Hello).expect("always");
     assert!(task.reports.enqueue(Report::Saved).is_ok());
     task.tick();
     assert!(task.told().contains(&Message::Store(StoreEvent::Saved)));
@@ -371,7 +370,7 @@ fn an_erase_is_announced_25_ms_ahead_and_counters_that_go_round_lose_their_refer
 fn without_a_configuration_the_rate_of_the_start_paces_the_announcement() {
     let mut task = Task::new(STARTED, Found::Blank);
     task.ticks(10);
-    task.serve(0, Service::Save).expect("everything rests");
+    task.run(0, Command::Save).expect("everything rests");
     while !matches!(task.jobs.dequeue(), Some(Job::Write(_))) {
         task.tick();
     }

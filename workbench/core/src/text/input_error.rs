@@ -2,6 +2,7 @@
 //! field or cause, and the remedy.
 
 use std::fmt::Display;
+use std::path::Path;
 use strsim::{normalized_damerau_levenshtein, osa_distance};
 
 /// Why an input is unusable.
@@ -18,6 +19,12 @@ impl InputError {
     /// A whole file is unusable.
     pub fn file(path: impl Display, what: impl Display) -> Self {
         Self(format!("{path}: {what}"))
+    }
+
+    /// The text of a file, or that there is none.
+    pub fn read(path: &Path) -> Result<String, Self> {
+        std::fs::read_to_string(path)
+            .map_err(|e| Self::file(path.display(), format!("cannot be read ({e}); check the path")))
     }
 
     /// One line of a file is unusable. Lines count from 1, the header included.
@@ -59,6 +66,11 @@ pub fn nearest<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
         known.into_iter().map(|name| (normalized_damerau_levenshtein(&wrong, &name.to_lowercase()), name));
     let most = similar.max_by(|a, b| a.0.total_cmp(&b.0))?;
     (most.0 >= NEAR).then_some(most.1)
+}
+
+/// The same as the end of a sentence; empty if no known name is near.
+pub fn nearest_hint<'a>(wrong: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(wrong, known).map(|near| format!("; the nearest is `{near}`")).unwrap_or_default()
 }
 
 /// Looks a word like a typing error of another: within one letter, in a long word two or three, changed, missing, too much

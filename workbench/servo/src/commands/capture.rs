@@ -1,8 +1,6 @@
 //! `truing capture`: 1,024 control ticks around an event, at full rate, whatever the link carries.
 
-use super::commission::{self, BUDGET_S, Knowledge};
-use super::firmware::Firmware;
-use super::profile;
+use super::commission::{self, Motion};
 use crate::device::run_log::reference;
 use crate::device::session::{Captured, Task};
 use anyhow::Context;
@@ -51,12 +49,9 @@ impl Event {
 /// Arguments of `truing capture`.
 #[derive(Args, Debug)]
 pub struct Arguments {
-    /// Which servo.
+    /// Which servo, and what is known about its motor.
     #[command(flatten)]
-    pub firmware: Firmware,
-    /// What is known about the motor.
-    #[command(flatten)]
-    pub knowledge: Knowledge,
+    pub motion: Motion,
     /// The motion, as in `truing track`.
     #[arg(long)]
     pub profile: String,
@@ -74,26 +69,17 @@ pub struct Arguments {
 /// Runs and writes.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
-    arguments
-        .knowledge
-        .files(&arguments.firmware, &arguments.profile)
-        .writes("--out", [&arguments.out])
-        .check_ready()?;
-    let setup = arguments.firmware.axis()?;
-    let config = setup.config;
-    let motion = profile::task(&arguments.profile, true, &config)?;
-    arguments.knowledge.allows(&motion, &config)?;
-    let first = arguments.knowledge.tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
+    let Arguments { motion: asked, profile, out, .. } = arguments;
+    asked.files(profile).writes("--out", [out]).check_ready()?;
+    let (setup, first, motion) = asked.follows(profile)?;
     let capture = Task::Capture { trigger: arguments.trigger.of(&motion), before: arguments.before };
     let tasks: Vec<Task> = first.into_iter().chain([capture, motion]).collect();
-    let result = arguments.firmware.run(&setup, &tasks)?;
+    let result = asked.firmware.run(&setup, &tasks)?;
     if let Some(captured) = &result.captured {
-        write_atomically(&arguments.out, &csv(captured, &config))?;
+        write_atomically(out, &csv(captured, &setup.config))?;
     }
-    if let Some(error) = result.broken {
-        return Err(error.into());
-    }
-    if arguments.knowledge.is_learned() && !matches!(tasks.last(), Some(Task::Excite(_))) {
+    let result = result.whole()?;
+    if asked.knowledge.is_learned() && !matches!(tasks.last(), Some(Task::Excite(_))) {
         commission::succeeded(&result)?;
     }
     let captured = result.captured.context("the servo has not captured anything; update its firmware")?;

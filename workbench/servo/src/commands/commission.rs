@@ -1,10 +1,11 @@
 //! `truing commission`: the firmware excites its motor and says what it is.
 
-use super::firmware::{Firmware, save_log};
+use super::firmware::{Firmware, Log};
 use super::profile;
 use crate::device::commission_report::{CommissionJson, Number, Params, Refused};
 use crate::device::run_log::RunLog;
 use crate::device::session::{Done, SessionResult, Task};
+use crate::device::setup::Setup;
 use anyhow::Context;
 use clap::Args;
 use servo::commission::Outcome;
@@ -30,9 +31,9 @@ pub struct Arguments {
     /// Which servo.
     #[command(flatten)]
     pub firmware: Firmware,
-    /// Length of the commissioning, s.
-    #[arg(long, default_value_t = BUDGET_S, allow_negative_numbers = true)]
-    pub budget_s: f64,
+    /// How long.
+    #[command(flatten)]
+    pub budget: Budget,
     /// Keep the result for `truing track --params`.
     #[arg(long)]
     pub save: Option<PathBuf>,
@@ -42,9 +43,17 @@ pub struct Arguments {
     /// Write the result as JSON, schema truing-commission/1.
     #[arg(long)]
     pub json: Option<PathBuf>,
-    /// Write every control tick as a log in format 1.
-    #[arg(long)]
-    pub log: Option<PathBuf>,
+    /// Where the log goes.
+    #[command(flatten)]
+    pub log: Log,
+}
+
+/// How long a commissioning takes.
+#[derive(Args, Debug)]
+pub struct Budget {
+    /// Length of the commissioning, s.
+    #[arg(long, default_value_t = BUDGET_S, allow_negative_numbers = true)]
+    pub budget_s: f64,
 }
 
 /// Runs and reports. What was found is printed and written before the servo stores it, which may fail.
@@ -53,25 +62,21 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let files = arguments.firmware.files();
     files
         .writes("--json", &arguments.json)
-        .writes("--log", &arguments.log)
+        .writes("--log", &arguments.log.log)
         .writes("--save", &arguments.save)
         .check_ready()?;
     let setup = arguments.firmware.axis()?;
-    let task =
-        Task::Commission { budget_s: budget(arguments.budget_s)?, seed: arguments.firmware.seed as u32 };
-    let tasks = [Some(task), arguments.store.then_some(Task::Store)];
-    let tasks: Vec<Task> = tasks.into_iter().flatten().collect();
+    let task = commission(arguments.budget.budget_s, arguments.firmware.seed)?;
+    let tasks: Vec<Task> = [task].into_iter().chain(arguments.store.then_some(Task::Store)).collect();
     let mut told = None;
     let result = arguments.firmware.run_telling(&setup, &tasks, &mut |done, log| match done {
         Done::Commissioned(outcome) => told = Some(tell(arguments, outcome, log)),
         Done::Stored => outln!("{:21} by the servo", "stored"),
         _ => {}
     })?;
-    save_log(&result.log, arguments.log.as_ref())?;
+    arguments.log.save(&result.log)?;
     let report = told.transpose()?;
-    if let Some(error) = result.broken {
-        return Err(error.into());
-    }
+    result.whole()?;
     match report.and_then(|report| report.refused) {
         Some(refused) => Err(refusal(&refused).into()),
         None => Ok(()),
@@ -89,7 +94,7 @@ fn tell(arguments: &Arguments, outcome: &Outcome, log: &RunLog) -> anyhow::Resul
         Params::new(&report).save(path)?;
     }
     if arguments.store {
-        save_log(log, arguments.log.as_ref())?;
+        arguments.log.save(log)?;
     }
     Ok(report)
 }
@@ -97,6 +102,49 @@ fn tell(arguments: &Arguments, outcome: &Outcome, log: &RunLog) -> anyhow::Resul
 /// The reason of exit status 1.
 pub fn refusal(refused: &Refused) -> NotDone {
     NotDone(format!("the commissioning was refused: {}", refused.text))
+}
+
+/// Which servo is to move, and what is known about its motor.
+#[derive(Args, Debug)]
+pub struct Motion {
+    /// Which servo.
+    #[command(flatten)]
+    pub firmware: Firmware,
+    /// What is known about the motor.
+    #[command(flatten)]
+    pub knowledge: Knowledge,
+}
+
+impl Motion {
+    /// The files of a command that lets this servo follow this profile.
+    pub fn files(&self, profile: &str) -> Files {
+        let files = self.firmware.files().reads("--params", &self.knowledge.params);
+        files.reads("--profile", profile.strip_prefix("file:"))
+    }
+
+    /// The axis, the tasks before the motion, and the motion; an error if it cannot be.
+    pub fn follows(&self, profile: &str) -> anyhow::Result<(Setup, Vec<Task>, Task)> {
+        let setup = self.firmware.axis()?;
+        let motion = profile::task(profile, true, &setup.config)?;
+        self.knowledge.allows(&motion, &setup.config)?;
+        let first = self.tasks(&motion, BUDGET_S, &setup.config)?;
+        Ok((setup, first, motion))
+    }
+
+    /// The tasks before the motion; none if the servo goes on with what it has stored. An excitation asks for no
+    /// commissioning.
+    pub fn tasks(&self, motion: &Task, budget_s: f64, config: &Config) -> anyhow::Result<Vec<Task>> {
+        let Knowledge { params, stored, reference } = &self.knowledge;
+        let excites = matches!(motion, Task::Excite(_));
+        anyhow::ensure!(!(excites && *stored), "an excitation begins from --config; leave out --stored");
+        let first = match params {
+            _ if *stored => None,
+            Some(path) => Some(Task::Adopt(Box::new(Params::read(path)?.estimates(config)))),
+            None if excites => None,
+            None => Some(commission(budget_s, self.firmware.seed)?),
+        };
+        Ok(first.into_iter().chain(reference.map(Task::Reference)).collect())
+    }
 }
 
 /// Where the numbers of a motion come from.
@@ -138,33 +186,6 @@ fn referencing(text: &str) -> Result<Referencing, String> {
 }
 
 impl Knowledge {
-    /// The files of a command that lets this firmware follow this profile.
-    pub fn files(&self, firmware: &Firmware, profile: &str) -> Files {
-        let files = firmware.files().reads("--params", &self.params);
-        files.reads("--profile", profile.strip_prefix("file:"))
-    }
-
-    /// The tasks before the motion; none if the servo goes on with what it has stored. An excitation asks for no
-    /// commissioning.
-    pub fn tasks(
-        &self,
-        motion: &Task,
-        budget_s: f64,
-        seed: u64,
-        config: &Config,
-    ) -> anyhow::Result<Vec<Task>> {
-        let excites = matches!(motion, Task::Excite(_));
-        anyhow::ensure!(!(excites && self.stored), "an excitation begins from --config; leave out --stored");
-        let first = match &self.params {
-            _ if self.stored => None,
-            Some(path) => Some(Task::Adopt(Box::new(Params::read(path)?.estimates(config)))),
-            None if excites => None,
-            None => Some(Task::Commission { budget_s: budget(budget_s)?, seed: seed as u32 }),
-        };
-        let reference = self.reference.map(Task::Reference);
-        Ok(first.into_iter().chain(reference).collect())
-    }
-
     /// An error if the motion cannot be, by the axis file alone. A servo that goes on with what it has stored knows better.
     pub fn allows(&self, motion: &Task, config: &Config) -> anyhow::Result<()> {
         if self.stored { Ok(()) } else { profile::possible(motion, config) }
@@ -203,13 +224,13 @@ impl Knowledge {
     }
 }
 
-/// Between 1 s and 10 minutes.
-pub fn budget(seconds: f64) -> anyhow::Result<f64> {
+/// The task, if it takes between 1 s and 10 minutes.
+fn commission(budget_s: f64, seed: u64) -> anyhow::Result<Task> {
     anyhow::ensure!(
-        (1.0..=600.0).contains(&seconds),
-        "--budget-s is {seconds}; it must lie between 1 and 600 s"
+        (1.0..=600.0).contains(&budget_s),
+        "--budget-s is {budget_s}; it must lie between 1 and 600 s"
     );
-    Ok(seconds)
+    Ok(Task::Commission { budget_s, seed: seed as u32 })
 }
 
 /// The first commissioning of a session; printed, if it was refused.
@@ -259,7 +280,7 @@ pub fn print(report: &CommissionJson) {
     if let Some(refused) = &report.refused {
         outln!("refused: {} ({})", refused.text, refused.code);
     }
-    for (name, unit, number) in report.numbers() {
+    for (name, unit, number) in report.found.numbers() {
         print_number(name, unit, &number);
     }
     outln!("{:21} {}", "mechanism", in_words(report.mechanism));

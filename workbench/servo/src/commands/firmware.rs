@@ -15,15 +15,30 @@ use std::path::{Path, PathBuf};
 use truing_core::text::input_error::NotDone;
 use truing_report::console::files::Files;
 
+/// The axis, as a file tells it.
+#[derive(Args, Debug)]
+pub struct AxisFile {
+    /// What the firmware may know: axis.toml.
+    #[arg(long)]
+    pub config: PathBuf,
+}
+
+impl AxisFile {
+    /// Reads it.
+    pub fn read(&self) -> anyhow::Result<Setup> {
+        Ok(axis_file::read(&self.config)?)
+    }
+}
+
 /// Which servo.
 #[derive(Args, Debug)]
 pub struct Firmware {
     /// The motor: builtin:FILE.toml, exec:COMMAND or serial:PORT.
     #[arg(long)]
     pub motor: Door,
-    /// What the firmware may know: axis.toml.
-    #[arg(long)]
-    pub config: PathBuf,
+    /// The axis.
+    #[command(flatten)]
+    pub axis_file: AxisFile,
     /// Orders the excitation, and feeds the builtin motor's noise.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -45,7 +60,7 @@ impl Firmware {
     /// The files that these options name; the flash is written, too.
     pub fn files(&self) -> Files {
         Files::default()
-            .reads("--config", [&self.config])
+            .reads("--config", [&self.axis_file.config])
             .reads("--image", [&self.image])
             .reads("--motor", motor_files(&self.motor))
             .writes("--flash", &self.flash)
@@ -53,7 +68,7 @@ impl Firmware {
 
     /// Reads the axis file.
     pub fn axis(&self) -> anyhow::Result<Setup> {
-        Ok(axis_file::read(&self.config)?)
+        self.axis_file.read()
     }
 
     /// Opens the way to the servo.
@@ -76,6 +91,13 @@ impl Firmware {
     /// Runs the tasks with a progress bar. What was recorded before an error is kept; it stands in the result.
     pub fn run(&self, setup: &Setup, tasks: &[Task]) -> anyhow::Result<SessionResult> {
         self.run_telling(setup, tasks, &mut |_, _| {})
+    }
+
+    /// The same with the log written; an error that has ended the session is one here.
+    pub fn run_logged(&self, setup: &Setup, tasks: &[Task], log: &Log) -> anyhow::Result<SessionResult> {
+        let result = self.run(setup, tasks)?;
+        log.save(&result.log)?;
+        Ok(result.whole()?)
     }
 
     /// The same; `done` is told as soon as a task is done, with the log so far.
@@ -138,11 +160,21 @@ pub fn fault_ended(log: &RunLog) -> NotDone {
     NotDone(text)
 }
 
-/// Writes the log of a session as far as it came; an empty one says nothing.
-pub fn save_log(log: &RunLog, path: Option<&PathBuf>) -> anyhow::Result<()> {
-    match path {
-        Some(path) if !log.rows.is_empty() => log.save(path),
-        _ => Ok(()),
+/// Where the log goes.
+#[derive(Args, Debug)]
+pub struct Log {
+    /// Write every control tick as a log in format 1.
+    #[arg(long)]
+    pub log: Option<PathBuf>,
+}
+
+impl Log {
+    /// Writes the log of a session as far as it came; an empty one says nothing.
+    pub fn save(&self, log: &RunLog) -> anyhow::Result<()> {
+        match &self.log {
+            Some(path) if !log.rows.is_empty() => log.save(path),
+            _ => Ok(()),
+        }
     }
 }
 

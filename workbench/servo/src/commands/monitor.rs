@@ -1,8 +1,7 @@
 //! `truing monitor`: a live view of the servo in the terminal while it commissions and tracks.
 
-use super::commission::{self, BUDGET_S, Knowledge};
-use super::firmware::{Firmware, fault_ended};
-use super::profile;
+use super::commission::{self, Motion};
+use super::firmware::fault_ended;
 use crate::device::board;
 use crate::device::link::{advisory_text, fault_advice};
 use crate::device::run_log::RunLog;
@@ -26,12 +25,9 @@ const LINE: Duration = Duration::from_secs(1);
 /// Arguments of `truing monitor`.
 #[derive(Args, Debug)]
 pub struct Arguments {
-    /// Which servo.
+    /// Which servo, and what is known about its motor.
     #[command(flatten)]
-    pub firmware: Firmware,
-    /// What is known about the motor.
-    #[command(flatten)]
-    pub knowledge: Knowledge,
+    pub motion: Motion,
     /// The motion, as in `truing track`.
     #[arg(long, required_unless_present = "board")]
     pub profile: Option<String>,
@@ -49,30 +45,27 @@ pub struct Arguments {
 /// Runs and shows.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
+    let Motion { firmware, knowledge } = &arguments.motion;
     if arguments.board {
-        arguments.firmware.files().check()?;
-        let mut client = arguments.firmware.client(&arguments.firmware.axis()?.config)?;
+        firmware.files().check()?;
+        let mut client = firmware.client(&firmware.axis()?.config)?;
         out!("{}", board::text(&client.hello()?));
         return Ok(());
     }
     let text = arguments.profile.as_deref().unwrap_or_default();
-    arguments.knowledge.files(&arguments.firmware, text).check_ready()?;
-    let setup = arguments.firmware.axis()?;
-    let config = setup.config;
-    let motion = profile::task(text, true, &config)?;
-    arguments.knowledge.allows(&motion, &config)?;
-    let first = arguments.knowledge.tasks(&motion, BUDGET_S, arguments.firmware.seed, &config)?;
-    let again = arguments.check.then(|| arguments.knowledge.again()).flatten();
+    arguments.motion.files(text).check_ready()?;
+    let (setup, first, motion) = arguments.motion.follows(text)?;
+    let again = arguments.check.then(|| knowledge.again()).flatten();
     let tasks: Vec<Task> = first.into_iter().chain([motion]).chain(again).collect();
     let mut view = View::new(arguments.fast);
-    let result = arguments.firmware.run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
-    match (&result.broken, result.done.last()) {
-        (Some(error), _) => Err(error.clone().into()),
-        (None, Some(Done::Tracked(span) | Done::Excited(span, _))) if span.faulted => {
+    let result = firmware.run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
+    let result = result.whole()?;
+    match result.done.last() {
+        Some(Done::Tracked(span) | Done::Excited(span, _)) if span.faulted => {
             Err(fault_ended(&result.log).into())
         }
-        (None, Some(Done::Commissioned(_))) => commission::succeeded(&result).map(|_| ()),
-        _ => arguments.knowledge.lost_counts(&result),
+        Some(Done::Commissioned(_)) => commission::succeeded(&result).map(|_| ()),
+        _ => knowledge.lost_counts(&result),
     }
 }
 
@@ -203,11 +196,7 @@ fn motion(log: &RunLog, record: &Record) -> String {
 
 fn drive(log: &RunLog, record: &Record) -> String {
     let config = &log.config;
-    let speed = log.rad(f64::from(record.speed_q20) / f64::from(1 << 20)) * f64::from(config.tick_hz);
-    let supply = match record.vbus_raw {
-        Sample::VBUS_NOT_MEASURED => f64::from(config.supply_nominal_v),
-        raw => f64::from(raw) * f64::from(config.vbus_v_per_lsb),
-    };
+    let (speed, supply) = (log.rad_s(record.speed_q20), log.supply_v(record));
     let volts = f64::from(record.duty) / f64::from(config.pwm_full_scale) * supply;
     let current = match Sample::sensed(record.current_raw) {
         None => String::new(),

@@ -1,33 +1,29 @@
 //! `truing move`: the firmware goes to a place and holds it.
 
-use super::commission::{self, Knowledge};
-use super::firmware::{Firmware, fault_ended, save_log};
+use super::commission::{self, Budget, Motion};
+use super::firmware::{Log, fault_ended};
 use crate::device::session::{Done, Target, Task};
 use anyhow::{bail, ensure};
 use clap::Args;
 use servo::protect::Fault;
-use std::path::PathBuf;
 use truing_core::text::input_error::NotDone;
 use truing_report::console::interrupt;
 
 /// Arguments of `truing move`.
 #[derive(Args, Debug)]
 pub struct Arguments {
-    /// Which servo.
+    /// Which servo, and what is known about its motor.
     #[command(flatten)]
-    pub firmware: Firmware,
-    /// What is known about the motor.
+    pub motion: Motion,
+    /// How long a commissioning takes.
     #[command(flatten)]
-    pub knowledge: Knowledge,
-    /// Length of the commissioning, s.
-    #[arg(long, default_value_t = commission::BUDGET_S, allow_negative_numbers = true)]
-    pub budget_s: f64,
+    pub budget: Budget,
     /// Where to.
     #[command(flatten)]
     pub place: Place,
-    /// Write every control tick as a log in format 1.
-    #[arg(long)]
-    pub log: Option<PathBuf>,
+    /// Where the log goes.
+    #[command(flatten)]
+    pub log: Log,
 }
 
 /// One of both.
@@ -57,20 +53,14 @@ impl Place {
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
-    let files = arguments.knowledge.files(&arguments.firmware, "");
-    files.writes("--log", &arguments.log).check_ready()?;
-    let setup = arguments.firmware.axis()?;
-    let config = setup.config;
+    let Arguments { motion: asked, log, .. } = arguments;
+    asked.files("").writes("--log", &log.log).check_ready()?;
+    let setup = asked.firmware.axis()?;
     let motion = Task::Move(arguments.place.target()?);
-    let mut tasks =
-        arguments.knowledge.tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
+    let mut tasks = asked.tasks(&motion, arguments.budget.budget_s, &setup.config)?;
     tasks.push(motion);
-    let result = arguments.firmware.run(&setup, &tasks)?;
-    save_log(&result.log, arguments.log.as_ref())?;
-    if let Some(error) = result.broken {
-        return Err(error.into());
-    }
-    if arguments.knowledge.is_learned() {
+    let result = asked.firmware.run_logged(&setup, &tasks, log)?;
+    if asked.knowledge.is_learned() {
         commission::succeeded(&result)?;
     }
     let Some(Done::Moved(arrival)) = result.done.last() else {

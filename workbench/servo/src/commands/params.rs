@@ -1,9 +1,9 @@
 //! `truing params`: the parameters of a servo, in force and stored; and from a model to parameters.
 
-use super::firmware::Firmware;
+use super::firmware::{AxisFile, Firmware};
 use crate::device::commission_report::Params;
 use crate::device::link::{Client, found_text, store_text};
-use crate::device::{axis_file, compensation, parameters};
+use crate::device::{compensation, parameters};
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use servo::link::protocol::{Command, Message};
@@ -25,23 +25,15 @@ pub struct Arguments {
 #[derive(Subcommand, Debug)]
 pub enum Action {
     /// Print what is in force, one `key = value` a line.
-    Get(Get),
+    Get(Firmware),
     /// Put other values in force; what is not stored is lost with the power.
     Set(Set),
     /// Store what is in force on all axes.
-    Save(Get),
+    Save(Firmware),
     /// Forget everything about this axis, in force and stored.
-    Reset(Get),
+    Reset(Firmware),
     /// Turn the effects of a model into the parameters of the compensation: a file for `--params`.
     Export(Export),
-}
-
-/// Which servo.
-#[derive(Args, Debug)]
-pub struct Get {
-    /// Which servo.
-    #[command(flatten)]
-    pub firmware: Firmware,
 }
 
 /// What to change.
@@ -65,9 +57,9 @@ pub struct Set {
 pub struct Export {
     /// The extended model, as `truing gap --out` writes it: model.extended.toml.
     pub model: PathBuf,
-    /// What the firmware may know: axis.toml.
-    #[arg(long)]
-    pub config: PathBuf,
+    /// The axis.
+    #[command(flatten)]
+    pub axis: AxisFile,
     /// Where to write the parameters; without it they are printed.
     #[arg(long)]
     pub out: Option<PathBuf>,
@@ -76,10 +68,10 @@ pub struct Export {
 /// Does it.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     match &arguments.action {
-        Action::Get(get) => print(&mut open(&get.firmware)?),
+        Action::Get(firmware) => print(&mut open(firmware)?),
         Action::Set(set) => change(set),
-        Action::Save(get) => save(&mut open(&get.firmware)?),
-        Action::Reset(get) => reset(&mut open(&get.firmware)?),
+        Action::Save(firmware) => save(&mut open(firmware)?),
+        Action::Reset(firmware) => reset(&mut open(firmware)?),
         Action::Export(export) => write(export),
     }
 }
@@ -118,8 +110,7 @@ fn change(set: &Set) -> anyhow::Result<()> {
         parameters::set(&mut parameters, assignment)?;
     }
     if let Some(path) = &set.params {
-        let estimates = Params::read(path)?.estimates(&parameters.config);
-        parameters.estimates.merge(&estimates);
+        parameters::adopt(&mut parameters, &Params::read(path)?);
     }
     client.command(Command::Restore(parameters), &mut |_| {})?;
     if set.save { save(&mut client) } else { Ok(()) }
@@ -143,10 +134,10 @@ fn reset(client: &mut Client) -> anyhow::Result<()> {
 fn write(export: &Export) -> anyhow::Result<()> {
     Files::default()
         .reads("MODEL", [&export.model])
-        .reads("--config", [&export.config])
+        .reads("--config", [&export.axis.config])
         .writes("--out", &export.out)
         .check()?;
-    let config = axis_file::read(&export.config)?.config;
+    let config = export.axis.read()?.config;
     let model = model::read(&export.model)?;
     let found = compensation::from_model(&model, &config)?;
     for remark in found.remarks() {

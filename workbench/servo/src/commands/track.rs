@@ -1,7 +1,7 @@
 //! `truing track`: the firmware follows a profile; how well?
 
-use super::commission::{self, Knowledge};
-use super::firmware::{Firmware, fault_ended, save_log};
+use super::commission::{self, Budget, Motion};
+use super::firmware::{Log, fault_ended};
 use super::profile;
 use crate::device::link::advisory_text;
 use crate::device::loops::LoopShape;
@@ -26,15 +26,12 @@ pub enum Switch {
 /// Arguments of `truing track`.
 #[derive(Args, Debug)]
 pub struct Arguments {
-    /// Which servo.
+    /// Which servo, and what is known about its motor.
     #[command(flatten)]
-    pub firmware: Firmware,
-    /// What is known about the motor.
+    pub motion: Motion,
+    /// How long a commissioning takes.
     #[command(flatten)]
-    pub knowledge: Knowledge,
-    /// Length of the commissioning, s.
-    #[arg(long, default_value_t = 5.0, allow_negative_numbers = true)]
-    pub budget_s: f64,
+    pub budget: Budget,
     /// A motion: sine:amp_rad,hz,seconds or step:amp_rad,seconds or file:CSV with the columns t_s and theta_ref_rad, and,
     /// where they are known, omega_ref_rad_s and alpha_ref_rad_s2; the points are streamed and joined smoothly.
     /// Or a voltage at the terminals, with which nothing is commissioned first and no loop is closed:
@@ -53,37 +50,30 @@ pub struct Arguments {
     /// Write the result as JSON, schema truing-track/1.
     #[arg(long)]
     pub json: Option<PathBuf>,
-    /// Write every control tick as a log in format 1.
-    #[arg(long)]
-    pub log: Option<PathBuf>,
+    /// Where the log goes.
+    #[command(flatten)]
+    pub log: Log,
 }
 
 /// Runs and reports.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
-    arguments
-        .knowledge
-        .files(&arguments.firmware, &arguments.profile)
-        .writes("--json", &arguments.json)
-        .writes("--log", &arguments.log)
-        .check_ready()?;
-    let setup = arguments.firmware.axis()?;
+    let Motion { firmware, knowledge } = &arguments.motion;
+    let files = arguments.motion.files(&arguments.profile);
+    files.writes("--json", &arguments.json).writes("--log", &arguments.log.log).check_ready()?;
+    let setup = firmware.axis()?;
     let config = setup.config;
-    let chosen = setup.choices.compensation.unwrap_or(true);
+    let chosen = setup.choices.loops.compensation.unwrap_or(true);
     let compensation = arguments.compensation.map_or(chosen, |switch| switch == Switch::On);
     let motion = profile::task(&arguments.profile, compensation, &config)?;
     if !arguments.fit {
-        arguments.knowledge.allows(&motion, &config)?;
+        knowledge.allows(&motion, &config)?;
     }
-    let first = arguments.knowledge.tasks(&motion, arguments.budget_s, arguments.firmware.seed, &config)?;
+    let first = arguments.motion.tasks(&motion, arguments.budget.budget_s, &config)?;
     let fit = arguments.fit.then_some(Task::Fit);
-    let again = arguments.check.then(|| arguments.knowledge.again()).flatten();
+    let again = arguments.check.then(|| knowledge.again()).flatten();
     let tasks: Vec<Task> = first.into_iter().chain(fit).chain([motion]).chain(again).collect();
-    let result = arguments.firmware.run(&setup, &tasks)?;
-    save_log(&result.log, arguments.log.as_ref())?;
-    if let Some(error) = result.broken {
-        return Err(error.into());
-    }
+    let result = firmware.run_logged(&setup, &tasks, &arguments.log)?;
     let moved = result.done.iter().rfind(|done| !matches!(done, Done::Referenced(_)));
     match moved {
         Some(Done::Excited(span, learned)) => {
@@ -91,9 +81,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             concluded(arguments, &result.log, &report, &|| print_learned(&report))
         }
         Some(Done::Tracked(span)) => {
-            let report =
-                TrackJson { fitted: result.fitted.map(Into::into), ..TrackJson::new(&result.log, span) };
-            let learned = arguments.knowledge.is_learned().then(|| commission::succeeded(&result));
+            let fitted = result.fitted.map(|short| short.fitted);
+            let report = TrackJson { fitted, ..TrackJson::new(&result.log, span) };
+            let learned = knowledge.is_learned().then(|| commission::succeeded(&result));
             let learned = learned.transpose()?;
             concluded(arguments, &result.log, &report, &|| {
                 learned.iter().for_each(commission::print);
@@ -101,7 +91,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
                 print_fitted(&result);
                 print_tracked(&result.log, &report);
             })?;
-            arguments.knowledge.lost_counts(&result)
+            knowledge.lost_counts(&result)
         }
         _ => {
             commission::succeeded(&result)?;

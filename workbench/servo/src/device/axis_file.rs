@@ -1,7 +1,7 @@
 //! `axis.toml` → [`Setup`]: what the firmware may know about its axis before it has moved, and what its user chooses.
 
 use crate::device::link::{range_text, scale_text};
-use crate::device::setup::{Choices, Setup, Wiring};
+use crate::device::setup::{Choices, Loops, Setup, Wiring};
 use crate::device::{board, parameters};
 use serde::{Deserialize, de::DeserializeOwned};
 use servo::config::{Config, SETTINGS, Setting, Value as Number};
@@ -9,7 +9,7 @@ use servo::protect::{Action, Fault, SettingsError, Thermal};
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::{Spanned, Value};
-use truing_core::text::input_error::{InputError, nearest};
+use truing_core::text::input_error::{InputError, nearest_hint};
 
 /// Keys and values of a section.
 type Section = BTreeMap<Spanned<String>, Spanned<Value>>;
@@ -33,38 +33,21 @@ struct File {
 const PROTECTION_LIMITS: [&str; 3] =
     ["continuous_current_a", "thermal_time_constant_s", "command_timeout_ms"];
 
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Loops {
-    bandwidth: Option<f32>,
-    integral: Option<bool>,
-    compensation: Option<bool>,
-}
-
 /// Reads and checks the file.
 pub fn read(path: &Path) -> Result<Setup, InputError> {
     let source = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
-    parse(&source.to_string(), &text)
+    parse(&source.to_string(), &InputError::read(path)?)
 }
 
 /// Checks a text; `source` names it in messages.
 pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
     let file: File = toml::from_str(text).map_err(|error| syntax(source, text, &error))?;
     let reader = Reader { source, text };
-    let actions = reader.actions(&file)?;
-    let thermal = reader.thermal(&file)?;
+    let (actions, thermal) = (reader.actions(&file)?, reader.thermal(&file)?);
+    let command_timeout_ms = reader.limit(&file, "command_timeout_ms");
     let setup = Setup {
         wiring: reader.wiring(&file)?,
-        choices: Choices {
-            thermal,
-            command_timeout_ms: reader.limit(&file, "command_timeout_ms")?,
-            bandwidth: file.loops.bandwidth,
-            integral: file.loops.integral,
-            compensation: file.loops.compensation,
-            actions,
-        },
+        choices: Choices { thermal, command_timeout_ms: command_timeout_ms?, loops: file.loops, actions },
         config: reader.config(&file)?,
     };
     let setup = reader.on_its_board(setup)?;
@@ -114,9 +97,7 @@ fn syntax(source: &str, text: &str, error: &toml::de::Error) -> InputError {
     let key = line.split_once('=').map_or("", |(key, _)| key.trim());
     let mut quoted = message.split('`').skip(1).step_by(2);
     let hint = match quoted.next() {
-        Some(wrong) if message.starts_with("unknown field") => {
-            nearest(wrong, quoted).map(|near| format!("; the nearest is `{near}`")).unwrap_or_default()
-        }
+        Some(wrong) if message.starts_with("unknown field") => nearest_hint(wrong, quoted),
         _ => String::new(),
     };
     let place = match (table.is_empty() || header(&line).is_some(), key.is_empty()) {
@@ -252,9 +233,7 @@ impl Reader<'_> {
             let name = key.get_ref().as_str();
             if !known.contains(&name) {
                 let all = known.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
-                let near = nearest(name, known.iter().copied())
-                    .map(|near| format!("; the nearest is `{near}`"))
-                    .unwrap_or_default();
+                let near = nearest_hint(name, known.iter().copied());
                 let what = format!("[{section}] {name}: unknown field `{name}`, expected one of {all}{near}");
                 return Err(self.here(key, what));
             }

@@ -5,15 +5,14 @@ use servo::axis::Sample;
 use servo::drivers::scales::Scales;
 use servo::link::board::{Clock, GateTrouble, Gates};
 use servo::optional::Optional;
-use truing_core::text::input_error::{InputError, nearest};
+use truing_core::text::input_error::{InputError, nearest_hint};
 
 /// A board of the table.
 pub fn named(name: &str) -> Result<&'static boards::Board, InputError> {
     let names = || boards::BOARDS.iter().map(|board| board.name);
     boards::BOARDS.into_iter().find(|board| board.name == name).ok_or_else(|| {
-        let near = nearest(name, names()).map(|near| format!("; the nearest is `{near}`"));
         let all = names().collect::<Vec<_>>().join(", ");
-        InputError(format!("`{name}` is no board{}; the boards are {all}", near.unwrap_or_default()))
+        InputError(format!("`{name}` is no board{}; the boards are {all}", nearest_hint(name, names())))
     })
 }
 

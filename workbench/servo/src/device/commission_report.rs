@@ -54,17 +54,46 @@ impl From<Reported> for Number {
     }
 }
 
-/// The numbers of a report, in their order.
-fn numbers(report: &EstimatesReport) -> [Number; 6] {
-    [
-        report.dead_zone_pos_v,
-        report.dead_zone_neg_v,
-        report.saturation_pos_v,
-        report.saturation_neg_v,
-        report.gain_rad_s_per_v,
-        report.time_constant_s,
-    ]
-    .map(Number::from)
+/// Numbers of a report under their own names, one row each: field, and name and unit for people.
+macro_rules! numbers {
+    ($(#[$about:meta])+ $group:ident: $($(#[$doc:meta])+ $field:ident, $name:literal, $unit:literal;)+) => {
+        $(#[$about])+
+        #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+        pub struct $group {
+            $($(#[$doc])+ pub $field: Number,)+
+        }
+
+        impl $group {
+            /// The numbers with names and units, for people.
+            pub fn numbers(&self) -> [(&'static str, &'static str, Number); [$($name),+].len()] {
+                [$(($name, $unit, self.$field)),+]
+            }
+        }
+
+        impl From<&EstimatesReport> for $group {
+            fn from(report: &EstimatesReport) -> Self {
+                $group { $($field: report.$field.into(),)+ }
+            }
+        }
+    };
+}
+pub(crate) use numbers;
+
+numbers! {
+    /// What a commissioning finds.
+    Found:
+    /// V.
+    dead_zone_pos_v, "dead zone, positive", "V";
+    /// V, positive magnitude.
+    dead_zone_neg_v, "dead zone, negative", "V";
+    /// V.
+    saturation_pos_v, "saturation, positive", "V";
+    /// V, positive magnitude.
+    saturation_neg_v, "saturation, negative", "V";
+    /// rad/s/V.
+    gain_rad_s_per_v, "gain", "rad/s/V";
+    /// s.
+    time_constant_s, "time constant", "s";
 }
 
 /// The f64 that prints like the f32.
@@ -77,18 +106,9 @@ fn decimal(value: f32) -> f64 {
 pub struct CommissionJson {
     /// `truing-commission/1`.
     pub schema: &'static str,
-    /// V.
-    pub dead_zone_pos_v: Number,
-    /// V, positive magnitude.
-    pub dead_zone_neg_v: Number,
-    /// V.
-    pub saturation_pos_v: Number,
-    /// V, positive magnitude.
-    pub saturation_neg_v: Number,
-    /// rad/s/V.
-    pub gain_rad_s_per_v: Number,
-    /// s.
-    pub time_constant_s: Number,
+    /// What was found.
+    #[serde(flatten)]
+    pub found: Found,
     /// `friction`, `input_dead_zone` or `unclear`.
     pub mechanism: Mechanism,
     /// s.
@@ -108,16 +128,9 @@ impl CommissionJson {
         let scale =
             config.build().map_err(|error| InputError(format!("{} is out of range", error.field.name())))?;
         let report = outcome.report(&scale);
-        let [dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v, gain, time_constant_s] =
-            numbers(&report.estimates);
         Ok(CommissionJson {
             schema: "truing-commission/1",
-            dead_zone_pos_v,
-            dead_zone_neg_v,
-            saturation_pos_v,
-            saturation_neg_v,
-            gain_rad_s_per_v: gain,
-            time_constant_s,
+            found: (&report.estimates).into(),
             mechanism: report.estimates.mechanism,
             duration_s: decimal(report.duration_s),
             travel_rev: decimal(report.travel_rev),
@@ -141,18 +154,6 @@ impl CommissionJson {
             }
         }
         self
-    }
-
-    /// The numbers with names and units, for people.
-    pub fn numbers(&self) -> [(&'static str, &'static str, Number); 6] {
-        [
-            ("dead zone, positive", "V", self.dead_zone_pos_v),
-            ("dead zone, negative", "V", self.dead_zone_neg_v),
-            ("saturation, positive", "V", self.saturation_pos_v),
-            ("saturation, negative", "V", self.saturation_neg_v),
-            ("gain", "rad/s/V", self.gain_rad_s_per_v),
-            ("time constant", "s", self.time_constant_s),
-        ]
     }
 }
 
@@ -223,33 +224,30 @@ const PARAMS_SCHEMA: &str = "truing-params/1";
 impl Params {
     /// Nothing is known.
     pub fn nothing() -> Self {
-        let number = Number { value: None, u95: None, trusted: false, reason: None, advice: None };
-        Params::holding(Mechanism::Unclear, [number; 6])
+        Params { schema: PARAMS_SCHEMA.into(), ..Params::default() }
     }
 
     /// From a commissioning.
     pub fn new(commission: &CommissionJson) -> Self {
-        Params::holding(commission.mechanism, commission.numbers().map(|(_, _, number)| number))
+        Params::holding(commission.mechanism, &commission.found)
     }
 
     /// From the chip's report.
     pub fn of(report: &EstimatesReport) -> Self {
-        Params::holding(report.mechanism, numbers(report))
+        Params::holding(report.mechanism, &report.into())
     }
 
-    fn holding(mechanism: Mechanism, numbers: [Number; 6]) -> Self {
+    fn holding(mechanism: Mechanism, found: &Found) -> Self {
         let kept = |number: Number| Some(Kept::new(number.value?, number.u95?, number.trusted));
-        let [dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v, gain, time_constant_s] =
-            numbers.map(kept);
         Params {
             schema: PARAMS_SCHEMA.into(),
             mechanism,
-            dead_zone_pos_v,
-            dead_zone_neg_v,
-            saturation_pos_v,
-            saturation_neg_v,
-            gain_rad_s_per_v: gain,
-            time_constant_s,
+            dead_zone_pos_v: kept(found.dead_zone_pos_v),
+            dead_zone_neg_v: kept(found.dead_zone_neg_v),
+            saturation_pos_v: kept(found.saturation_pos_v),
+            saturation_neg_v: kept(found.saturation_neg_v),
+            gain_rad_s_per_v: kept(found.gain_rad_s_per_v),
+            time_constant_s: kept(found.time_constant_s),
         }
     }
 
@@ -266,8 +264,7 @@ impl Params {
     /// From a file.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let source = path.display();
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
+        let text = InputError::read(path)?;
         let params: Params = toml::from_str(&text).map_err(|error| {
             let line =
                 error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count());

@@ -16,6 +16,7 @@
 //! something unexplained (`standing` in the extended model).
 
 use crate::device::commission_report::{Kept, Params};
+use crate::device::motor::builtin;
 use servo::config::Config;
 use servo::identify::estimate::Mechanism;
 use truing_core::system::effects::{self, OnChip};
@@ -150,21 +151,11 @@ fn dropped(known: &Known) -> Vec<String> {
 
 /// The model must be of the axis that the firmware drives.
 fn check(model: &Model, config: &Config) -> Result<(), InputError> {
-    let refuse = |what: String| Err(InputError::file(&model.source, what));
     if model.physics().drive != Drive::Voltage || model.linear() {
-        return refuse(
-            "has no voltage at its input; the firmware drives a motor by its terminal voltage".into(),
-        );
+        let what = "has no voltage at its input; the firmware drives a motor by its terminal voltage";
+        return Err(InputError::file(&model.source, what));
     }
-    if let Some(encoder) = model.encoder
-        && encoder.counts_per_rev != f64::from(config.counts_per_rev)
-    {
-        let (of_model, of_axis) = (encoder.counts_per_rev, config.counts_per_rev);
-        return refuse(format!(
-            "encoder.counts_per_rev is {of_model}, the axis file says {of_axis}; make them equal"
-        ));
-    }
-    Ok(())
+    builtin::check(&model.source, model, config)
 }
 
 /// What the chip would see of the model.

@@ -4,6 +4,7 @@
 
 use crate::device::motion_profile::Profile;
 use crate::device::waypoints::{self, Knot};
+use serde::Serialize;
 use servo::axis::Axis;
 use servo::axis::design::FEASIBLE;
 use servo::config::Config;
@@ -50,18 +51,23 @@ pub struct Shortfall {
     pub fitted: Fitted,
 }
 
-/// How a profile is scaled.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How a profile is scaled; in JSON the number that takes the place of what was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 pub enum Fitted {
     /// A sine: another amplitude. The frequency would do as well.
     Sine {
         /// rad, at the frequency that was asked for.
         amplitude_rad: f64,
         /// Hz, at the amplitude that was asked for.
+        #[serde(skip)]
         frequency_hz: f64,
     },
-    /// Points: all times multiplied.
-    Slower(f64),
+    /// Points.
+    Slower {
+        /// All times are multiplied by this.
+        time_factor: f64,
+    },
 }
 
 impl Ability {
@@ -155,7 +161,12 @@ impl Ability {
             let middle = 0.5 * (quick + slow);
             *(if takes(middle) > aim { &mut quick } else { &mut slow }) = middle;
         }
-        Some(Shortfall { needed, available: self.streamed_v, unit: "V", fitted: Fitted::Slower(slow) })
+        Some(Shortfall {
+            needed,
+            available: self.streamed_v,
+            unit: "V",
+            fitted: Fitted::Slower { time_factor: slow },
+        })
     }
 
     /// Voltage behind the dead zone that is exceeded for [`CLIPPED_SHARE`] of the time in motion, V, if all times are
@@ -203,7 +214,7 @@ impl Shortfall {
                 frequency_hz: *frequency_hz,
                 seconds: *seconds,
             },
-            (Profile::Points(points), Fitted::Slower(factor)) => {
+            (Profile::Points(points), Fitted::Slower { time_factor: factor }) => {
                 Profile::Points(waypoints::slower(points, factor))
             }
             _ => profile.clone(),
@@ -216,7 +227,7 @@ impl Shortfall {
             Fitted::Sine { amplitude_rad, .. } => {
                 format!("amplitude {amplitude_rad:.6} rad ({})", self.lack())
             }
-            Fitted::Slower(factor) => format!("all times × {factor:.3} ({})", self.lack()),
+            Fitted::Slower { time_factor: factor } => format!("all times × {factor:.3} ({})", self.lack()),
         }
     }
 
@@ -236,7 +247,7 @@ impl std::fmt::Display for Shortfall {
                 f,
                 "choose at most {amplitude_rad:.4} rad or {frequency_hz:.4} Hz, or give --fit to scale the amplitude"
             ),
-            Fitted::Slower(factor) => {
+            Fitted::Slower { time_factor: factor } => {
                 write!(f, "make it {factor:.3} times slower, or give --fit to stretch its times")
             }
         }
@@ -303,7 +314,10 @@ mod tests {
         assert!((7.2..7.5).contains(&short.needed), "{short}");
         let fitted = short.fit(&profile);
         assert_eq!(MOTOR.shortfall(&fitted), None);
-        assert!(matches!(short.fitted, Fitted::Slower(factor) if (1.3..1.6).contains(&factor)), "{short}");
+        assert!(
+            matches!(short.fitted, Fitted::Slower { time_factor: factor } if (1.3..1.6).contains(&factor)),
+            "{short}"
+        );
     }
 
     #[test]

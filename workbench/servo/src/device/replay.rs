@@ -6,10 +6,9 @@
 
 use crate::device::link::{advisory_text, fault_advice};
 use crate::device::run_log::{Tape, Trace, digest};
-use servo::axis::servo_axis::ServoAxis;
+use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::commission::Outcome;
-use servo::link::order::Order;
-use servo::link::protocol::{Command, Refusal};
+use servo::link::protocol::Command;
 use servo::protect::{Condition, Fault};
 use servo::record::{Advisory, Record, Referenced};
 use std::fmt;
@@ -190,14 +189,13 @@ fn consecutive(last: Option<u32>, tick: u32) -> Result<(), InputError> {
     }
 }
 
-/// Executes a command of the log. Telemetry, capture and store listen to the axis and do not touch it.
+/// Executes a command of the log, if it touches the axis.
 fn execute(axis: &mut ServoAxis, command: &Command) -> Result<(), InputError> {
-    let carried_out = match Order::from_command(command) {
-        Ok(Order::Service(_)) => Ok(()),
-        Ok(Order::Axis(order)) => axis.execute(&order).map_err(Refusal::from),
-        Err(reason) => Err(reason),
-    };
-    carried_out
+    if command.listens() {
+        return Ok(());
+    }
+    Order::of(command)
+        .and_then(|order| axis.execute(&order))
         .map_err(|reason| InputError(format!("the log holds a command that the library refuses: {reason:?}")))
 }
 

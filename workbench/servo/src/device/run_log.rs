@@ -149,6 +149,19 @@ impl RunLog {
         (raw != Sample::VBUS_NOT_MEASURED).then(|| f32::from(raw) * self.config.vbus_v_per_lsb)
     }
 
+    /// The supply in a record, the nominal one where none was measured, V.
+    pub fn supply_v(&self, record: &Record) -> f64 {
+        match record.vbus_raw {
+            Sample::VBUS_NOT_MEASURED => f64::from(self.config.supply_nominal_v),
+            raw => f64::from(raw) * f64::from(self.config.vbus_v_per_lsb),
+        }
+    }
+
+    /// Counts per tick, Q20 → rad/s.
+    pub fn rad_s(&self, speed_q20: i32) -> f64 {
+        self.rad(f64::from(speed_q20) / f64::from(1 << 20)) * f64::from(self.config.tick_hz)
+    }
+
     /// Counts → rad at the controlled shaft.
     pub fn rad(&self, counts: f64) -> f64 {
         counts * TAU / f64::from(self.config.counts_per_rev)
@@ -181,10 +194,7 @@ impl RunLog {
 
     fn line(&self, text: &mut String, row: &Row, sensed: &Sensed) {
         let (config, record) = (&self.config, &row.record);
-        let supply = match record.vbus_raw {
-            Sample::VBUS_NOT_MEASURED => f64::from(config.supply_nominal_v),
-            raw => f64::from(raw) * f64::from(config.vbus_v_per_lsb),
-        };
+        let supply = self.supply_v(record);
         let share = match record.bridge {
             Bridge::Driven => f64::from(record.duty) / f64::from(config.pwm_full_scale),
             _ => 0.0,
@@ -200,7 +210,7 @@ impl RunLog {
             let _ = write!(text, "{supply:.5},");
         }
         let reference = self.rad(self.reference(record));
-        let speed = self.rad(f64::from(record.speed_q20) / f64::from(1 << 20)) * f64::from(config.tick_hz);
+        let speed = self.rad_s(record.speed_q20);
         let _ = writeln!(
             text,
             "{},{},{},{},{},{reference:.7},{speed:.5},{},{},{},{},{},{}{}",
@@ -261,10 +271,7 @@ fn comment(text: &mut String, kind: &str, tick: u32, content: &impl serde::Seria
 impl Tape {
     /// Reads a log that [`RunLog::save`] has written.
     pub fn read(path: &Path, config: &Config) -> Result<Self, InputError> {
-        let source = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| InputError::file(&source, format!("cannot be read ({e}); check the path")))?;
-        Self::parse(&source, &text, config)
+        Self::parse(&path.display().to_string(), &InputError::read(path)?, config)
     }
 
     /// Reads a text; `source` names it in messages.

@@ -9,6 +9,7 @@
 //! The same rule as on the chip (see [`servo::link::protocol::Command::Configure`]).
 
 use crate::device::link::scale_text;
+use serde::Deserialize;
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::drivers::scales::Scales;
@@ -48,14 +49,22 @@ pub struct Choices {
     pub thermal: Option<Thermal>,
     /// `limits.command_timeout_ms`.
     pub command_timeout_ms: Option<u16>,
+    /// `[loops]`.
+    pub loops: Loops,
+    /// `protection.FAULT`, in the order of [`Fault::ALL`].
+    pub actions: [Option<Action>; Fault::ALL.len()],
+}
+
+/// `[loops]`; `None`: as it is on the servo.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Loops {
     /// `loops.bandwidth`.
     pub bandwidth: Option<f32>,
     /// `loops.integral`.
     pub integral: Option<bool>,
     /// `loops.compensation`.
     pub compensation: Option<bool>,
-    /// `protection.FAULT`, in the order of [`Fault::ALL`].
-    pub actions: [Option<Action>; Fault::ALL.len()],
 }
 
 impl From<Config> for Setup {
@@ -131,10 +140,10 @@ impl Choices {
             .fold(protection.actions, |table, (fault, action)| table.with(fault, action).unwrap_or(table));
         AxisParameters {
             tuning: Tuning {
-                bandwidth: self.bandwidth.unwrap_or(tuning.bandwidth),
-                integral: self.integral.unwrap_or(tuning.integral),
+                bandwidth: self.loops.bandwidth.unwrap_or(tuning.bandwidth),
+                integral: self.loops.integral.unwrap_or(tuning.integral),
             },
-            compensation: self.compensation.unwrap_or(parameters.compensation),
+            compensation: self.loops.compensation.unwrap_or(parameters.compensation),
             protection: Settings {
                 actions,
                 thermal: self.thermal.or(protection.thermal),

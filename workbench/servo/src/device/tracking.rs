@@ -1,7 +1,7 @@
 //! `truing-track/1`: how well a motion followed its set-point.
 
-use crate::device::commission_report::Number;
-use crate::device::feasible::{Fitted, Shortfall};
+use crate::device::commission_report::{Number, numbers};
+use crate::device::feasible::Fitted;
 use crate::device::run_log::{Row, RunLog};
 use crate::device::session::Span;
 use serde::Serialize;
@@ -44,71 +44,23 @@ pub struct TrackJson {
     pub faulted: bool,
     /// How the motion was scaled, if it was for `--fit`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub fitted: Option<Scaled>,
+    pub fitted: Option<Fitted>,
     /// What the servo knew behind an excitation. It has no set-point, so that the errors above are `null`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<Learned>,
 }
 
-/// What of a motion was scaled so that it fits, and to what.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum Scaled {
-    /// A sine.
-    Amplitude {
-        /// rad.
-        amplitude_rad: f64,
-    },
-    /// Points.
-    Times {
-        /// All times were multiplied by this.
-        time_factor: f64,
-    },
-}
-
-impl From<Shortfall> for Scaled {
-    fn from(short: Shortfall) -> Self {
-        match short.fitted {
-            Fitted::Sine { amplitude_rad, .. } => Scaled::Amplitude { amplitude_rad },
-            Fitted::Slower(time_factor) => Scaled::Times { time_factor },
-        }
-    }
-}
-
-/// What ordinary motion tells.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Learned {
+numbers! {
+    /// What ordinary motion tells.
+    Learned:
     /// V.
-    pub dead_zone_pos_v: Number,
+    dead_zone_pos_v, "dead zone, positive", "V";
     /// V, positive magnitude.
-    pub dead_zone_neg_v: Number,
+    dead_zone_neg_v, "dead zone, negative", "V";
     /// rad/s/V.
-    pub gain_rad_s_per_v: Number,
+    gain_rad_s_per_v, "gain", "rad/s/V";
     /// s.
-    pub time_constant_s: Number,
-}
-
-impl Learned {
-    /// The numbers with names and units, for people.
-    pub fn numbers(&self) -> [(&'static str, &'static str, Number); 4] {
-        [
-            ("dead zone, positive", "V", self.dead_zone_pos_v),
-            ("dead zone, negative", "V", self.dead_zone_neg_v),
-            ("gain", "rad/s/V", self.gain_rad_s_per_v),
-            ("time constant", "s", self.time_constant_s),
-        ]
-    }
-}
-
-impl From<&EstimatesReport> for Learned {
-    fn from(report: &EstimatesReport) -> Self {
-        Learned {
-            dead_zone_pos_v: report.dead_zone_pos_v.into(),
-            dead_zone_neg_v: report.dead_zone_neg_v.into(),
-            gain_rad_s_per_v: report.gain_rad_s_per_v.into(),
-            time_constant_s: report.time_constant_s.into(),
-        }
-    }
+    time_constant_s, "time constant", "s";
 }
 
 impl TrackJson {
@@ -156,9 +108,7 @@ pub fn position_error(log: &RunLog, row: &Row) -> f64 {
 
 /// rad/s.
 fn speed_error(log: &RunLog, row: &Row) -> f64 {
-    let per_tick =
-        f64::from(row.record.reference_speed_q20.saturating_sub(row.record.speed_q20)) / f64::from(1 << 20);
-    log.rad(per_tick) * f64::from(log.config.tick_hz)
+    log.rad_s(row.record.reference_speed_q20.saturating_sub(row.record.speed_q20))
 }
 
 fn norms(errors: impl Iterator<Item = f64>) -> (f64, f64) {

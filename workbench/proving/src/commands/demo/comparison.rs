@@ -54,7 +54,7 @@ impl Comparison {
             Some(found.gain),
             Some(found.time_constant),
         ];
-        let lines = chip.numbers().into_iter().zip(truth.into_iter().zip(workbench)).map(
+        let lines = chip.found.numbers().into_iter().zip(truth.into_iter().zip(workbench)).map(
             |((quantity, unit, chip), (truth, workbench))| {
                 let error = |value: f64| 100.0 * (value / truth - 1.0);
                 Line {

@@ -100,7 +100,7 @@ impl ServoCase {
     /// One paragraph for the terminal.
     pub fn describe(&self) -> String {
         let mut text = String::new();
-        for (name, unit, number) in self.commission.numbers() {
+        for (name, unit, number) in self.commission.found.numbers() {
             let value = number.value.map_or("not seen".into(), |value| format!("{value:.4} {unit}"));
             let interval = number.interval(unit).map_or(String::new(), |text| format!(", {text}"));
             let trust = if number.trusted { "trusted" } else { "not trusted" };
@@ -182,7 +182,7 @@ impl ServoCase {
             header: ["quantity", "unit", "estimate", "half width, 95 %", "trusted"]
                 .map(String::from)
                 .to_vec(),
-            rows: self.commission.numbers().into_iter().map(row).collect(),
+            rows: self.commission.found.numbers().into_iter().map(row).collect(),
         }
     }
 

@@ -36,19 +36,7 @@ pub fn refusal_text(refusal: &Refusal) -> String {
         }
         Refusal::NotConfigured => "the servo has no configuration yet; send one first".into(),
         Refusal::BridgeDriven => "the servo can be configured only while its bridge is open; stop it first".into(),
-        Refusal::Axis(axis::Refusal::Value(error)) => {
-            format!("the servo refuses the command: {}", range_text(error))
-        }
-        Refusal::Axis(axis::Refusal::BeyondVoltage { needed_v, available_v }) => format!(
-            "the motion takes {needed_v:.2} V beyond the dead zone and {available_v:.2} V are left: choose an amplitude of \
-             at most {:.3} times, or a lower frequency",
-            available_v / needed_v
-        ),
-        Refusal::Axis(axis::Refusal::BeyondSpeed { needed_rad_s, available_rad_s }) => format!(
-            "the motion takes {needed_rad_s:.2} rad/s and limits.speed_rad_s leaves {available_rad_s:.2} rad/s: choose a \
-             slower or smaller one, or raise the limit"
-        ),
-        Refusal::Axis(reason) => axis_text(*reason).into(),
+        Refusal::Axis(reason) => axis_text(*reason),
         Refusal::NoSuchAxis => "this firmware has fewer axes; choose a smaller --axis, or build an image with more".into(),
         Refusal::SharedTick => {
             "the axes of one chip share axis.tick_hz, axis.pwm_full_scale and axis.pwm_delay_ticks, and another axis \
@@ -118,8 +106,8 @@ pub fn found_text(found: Found) -> String {
     }
 }
 
-fn axis_text(refusal: axis::Refusal) -> &'static str {
-    sentences! { refusal;
+fn axis_text(refusal: axis::Refusal) -> String {
+    let text = sentences! { refusal;
         axis::Refusal::NotArmed => "the servo is not armed; arm it before asking for torque",
         axis::Refusal::Faulted => "a fault is latched; remove its cause and stop the servo to clear it",
         axis::Refusal::NotIdentified => "gain and time constant are not known; commission first, or give axis.time_constant_hint_s",
@@ -129,11 +117,19 @@ fn axis_text(refusal: axis::Refusal) -> &'static str {
         axis::Refusal::NotReferenced => "absolute targets need a reference: find one with `--reference`",
         axis::Refusal::CurrentZeroSought => "the zero of the current sensor is still looked for, with the bridge open; try again in a second",
         axis::Refusal::StreamFull => "so many streamed points wait already; send this one again when one has been reached",
-        axis::Refusal::BeyondVoltage { .. } => "the motion takes more voltage than is left; choose a slower or smaller one",
-        axis::Refusal::BeyondSpeed { .. } => "the motion is faster than limits.speed_rad_s; choose a slower or smaller one",
-        axis::Refusal::Value(_) => "a number of the command is out of its range",
         axis::Refusal::NotForAxis => "the servo does not know this command; update its firmware",
-    }
+        axis::Refusal::Value(error) => return format!("the servo refuses the command: {}", range_text(&error)),
+        axis::Refusal::BeyondVoltage { needed_v, available_v } => return format!(
+            "the motion takes {needed_v:.2} V beyond the dead zone and {available_v:.2} V are left: choose an amplitude of \
+             at most {:.3} times, or a lower frequency",
+            available_v / needed_v
+        ),
+        axis::Refusal::BeyondSpeed { needed_rad_s, available_rad_s } => return format!(
+            "the motion takes {needed_rad_s:.2} rad/s and limits.speed_rad_s leaves {available_rad_s:.2} rad/s: choose a \
+             slower or smaller one, or raise the limit"
+        ),
+    };
+    text.into()
 }
 
 /// Why a current sensor delivers nothing, and the remedy; `None`: it delivers, or there is none.

@@ -30,7 +30,7 @@ impl Builtin {
     /// From a model file; it must agree with the configuration on encoder and supply.
     pub fn open(path: &Path, config: &Config, seed: u64) -> Result<Self, InputError> {
         let model = model::read(path)?;
-        check(path, &model, config)?;
+        check(path.display(), &model, config)?;
         Ok(Self::new(&model, config, seed))
     }
 
@@ -56,8 +56,11 @@ impl Builtin {
 }
 
 /// The chip is told less than the motor is, but not something else.
-fn check(path: &Path, model: &Model, config: &Config) -> Result<(), InputError> {
-    let source = path.display();
+pub(crate) fn check(
+    source: impl std::fmt::Display,
+    model: &Model,
+    config: &Config,
+) -> Result<(), InputError> {
     if let Some(encoder) = model.encoder
         && encoder.counts_per_rev != f64::from(config.counts_per_rev)
     {

@@ -124,8 +124,15 @@ pub struct Listening {
     pub every: u32,
 }
 
-/// Does all tasks in order on the first axis. A refused commissioning ends it early, so `done` may be shorter than
-/// `tasks`.
+impl SessionResult {
+    /// An error if it ended before all tasks were done. A refused commissioning is none, so `done` may be shorter than the
+    /// tasks.
+    pub fn whole(mut self) -> Result<Self, InputError> {
+        self.broken.take().map_or(Ok(self), Err)
+    }
+}
+
+/// Does all tasks in order on the first axis.
 pub fn run(
     wire: Box<dyn Wire>,
     config: Config,
@@ -133,24 +140,12 @@ pub fn run(
     tasks: &[Task],
     progress: &mut Listener,
 ) -> Result<SessionResult, InputError> {
-    let listening = Listening { axis: 0, every };
-    run_from(wire, Start::Configure(config.into()), listening, tasks, progress)
+    let start = Start::Configure(config.into());
+    run_kept(wire, start, Listening { axis: 0, every }, tasks, progress)?.whole()
 }
 
-/// The same on any axis, and from what it has stored if need be.
-pub fn run_from(
-    wire: Box<dyn Wire>,
-    start: Start,
-    listening: Listening,
-    tasks: &[Task],
-    progress: &mut Listener,
-) -> Result<SessionResult, InputError> {
-    let mut result = run_kept(wire, start, listening, tasks, progress)?;
-    result.broken.take().map_or(Ok(result), Err)
-}
-
-/// The same; what was recorded and done before an error or an interruption is kept. In every case the servo is stopped
-/// as long as it can be reached.
+/// The same on any axis, and from what it has stored if need be. What was recorded and done before an error or an
+/// interruption is kept. In every case the servo is stopped as long as it can be reached.
 pub fn run_kept(
     wire: Box<dyn Wire>,
     start: Start,
