@@ -12,6 +12,7 @@ mod held_out;
 pub mod motion;
 mod place;
 mod rows;
+pub mod stretch;
 mod suspects;
 mod table;
 mod timing;

@@ -4,7 +4,8 @@
 //! that is linear in gain, gain · u_f and a constant load ([`Motion`]), so T alone is searched for; and a limit of the input, because a
 //! drive that clamps makes a response look quicker than it is.
 
-use crate::gap::examine::motion::{Motion, PLAIN_FORCES};
+use crate::gap::examine::motion::Motion;
+use crate::gap::examine::stretch::PLAIN_FORCES;
 use crate::gap::residual::largest;
 use crate::system::log::{Dynamic, Table};
 use nalgebra::{DMatrix, DVector};
@@ -41,7 +42,8 @@ impl Line {
     /// The line of a record, and the one with a limit of the input where that is clearly better; `None` if nothing moves in it.
     pub fn of_record(log: &Dynamic) -> Option<[Self; 2]> {
         let motion = Motion::of(log)?.while_moving();
-        let range = ((SHORTEST_ROWS * log.runs.first()?.sample_s()).ln(), (LONGEST * motion.longest_s()).ln());
+        let range =
+            ((SHORTEST_ROWS * log.runs.first()?.sample_s()).ln(), (LONGEST * motion.longest_s()).ln());
         let at = |motion: &Motion, seconds: f64| {
             let fit = motion.fit_of(1.0 / seconds, PLAIN_FORCES);
             Self { gain: fit.slope * seconds, time_constant_s: Some(seconds), left: motion.left(&fit) }
