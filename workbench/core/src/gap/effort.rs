@@ -3,11 +3,11 @@
 //!
 //! A simulated run is added once, at its end. The counters belong to the process: of two searches at once they tell the sum.
 
-use std::ops::{Add, Sub};
+use derive_more::{Add, Sub};
 use std::sync::{LazyLock, Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// What the searches of this process computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Add, Sub, serde::Serialize)]
 pub struct Work {
     /// Sets of parameters that were simulated, each run of a record for itself.
     pub simulations: u64,
@@ -16,30 +16,6 @@ pub struct Work {
     /// Steps of a pack of sets that advance together. A pack of one set makes as many passes as inner steps.
     pub passes: u64,
 }
-
-/// Sums and differences, field by field.
-macro_rules! field_by_field {
-    ($type:ident: $($field:ident),+) => {
-        impl Add for $type {
-            type Output = Self;
-
-            fn add(self, other: Self) -> Self {
-                Self { $($field: self.$field + other.$field),+ }
-            }
-        }
-
-        impl Sub for $type {
-            type Output = Self;
-
-            fn sub(self, earlier: Self) -> Self {
-                Self { $($field: self.$field - earlier.$field),+ }
-            }
-        }
-    };
-}
-
-field_by_field!(Work: simulations, inner_steps, passes);
-field_by_field!(Spent: work, cpu_s, wall_s);
 
 worded! {
     /// Part of a search.
@@ -71,7 +47,7 @@ worded! {
 }
 
 /// What a phase, a search or several of them cost.
-#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, Add, Sub, serde::Serialize)]
 pub struct Spent {
     /// What was computed.
     #[serde(flatten)]
