@@ -18,6 +18,8 @@ const HSE_READY: u32 = 1 << 17;
 const CSS_ON: u32 = 1 << 19;
 const PLL_ON: u32 = 1 << 24;
 const PLL_READY: u32 = 1 << 25;
+/// RMVF of RCC_CSR.
+const CLEARS_CAUSES: u32 = 1 << 24;
 
 /// What runs, and around what crystal.
 pub struct Clocks {
@@ -34,6 +36,8 @@ pub struct Clocks {
     /// Ports A to D with a clock, one bit each.
     pub ports: u32,
     acr: u32,
+    /// Causes of the last reset, in the bits of RCC_CSR (RM0090 section 7.3.21).
+    pub causes: u32,
     timer: [u32; 32],
     /// When TIM11 began to count, and the last capture that was read.
     counting: Option<u64>,
@@ -56,6 +60,7 @@ impl Clocks {
             apb2enr: 0,
             ports: 0,
             acr: 0,
+            causes: 0,
             timer: [0; 32],
             counting: None,
             seen: 0,
@@ -137,6 +142,7 @@ impl Clocks {
             // SWS follows SW.
             (RCC, 0x08) => self.cfgr & !0b1100 | (self.cfgr & 3) << 2,
             (RCC, 0x44) => self.apb2enr,
+            (RCC, 0x74) => self.causes,
             (RCC, _) => 0,
             (FLASH, _) => self.acr,
             (DBGMCU, _) => self.revision << 16 | 0x6413,
@@ -169,6 +175,7 @@ impl Clocks {
             (RCC, 0x08) => self.switch(value),
             (RCC, 0x30) => self.ports = value & 0xF,
             (RCC, 0x44) => self.apb2enr = value,
+            (RCC, 0x74) if value & CLEARS_CAUSES != 0 => self.causes = 0,
             (RCC, _) => {}
             (FLASH, _) => self.acr = value,
             (TIM11, 0x00) => {

@@ -15,6 +15,7 @@ use servo::axis::Bridge;
 use servo::axis::Command;
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::config::Config;
+use servo::link::protocol::ResetCause;
 use servo::optional::Optional;
 use servo::protect::{Fault, Interlock};
 use servo::record::Activity;
@@ -135,6 +136,28 @@ fn started(clocks: Clocks) -> (Source, Clocks) {
     let device = unsafe { Peripherals::steal() };
     let source = clock::start(&device.RCC, &device.FLASH, &device.DBGMCU, &device.TIM11);
     (source, bench.chip(|chip| std::mem::replace(&mut chip.clocks, Clocks::new(0.0, 1.0))))
+}
+
+#[test]
+fn every_cause_of_a_reset_is_told_once() {
+    // RM0090 section 7.3.21: each cause sets the flag of the pin, too.
+    let causes = [
+        (30, ResetCause::Watchdog),
+        (29, ResetCause::Watchdog),
+        (28, ResetCause::Software),
+        (27, ResetCause::Power),
+        (25, ResetCause::Power),
+        (26, ResetCause::Pin),
+    ];
+    for (bit, cause) in causes {
+        let mut chip = Chip::new(Vec::new(), Wires::carrier(), false);
+        chip.clocks.causes = 1 << bit | 1 << 26;
+        let _bench = Bench::new(chip);
+        // SAFETY: as above.
+        let device = unsafe { Peripherals::steal() };
+        assert_eq!(clock::take_reset_cause(&device.RCC), cause, "bit {bit}");
+        assert_eq!(clock::take_reset_cause(&device.RCC), ResetCause::Pin, "bit {bit} is told twice");
+    }
 }
 
 #[test]
