@@ -66,6 +66,7 @@ pub enum Limit {
 
 /// Where the numbers that the loops use come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 #[repr(u8)]
 pub enum Source {
     /// Nothing is known: not used.

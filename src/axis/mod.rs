@@ -25,6 +25,7 @@ pub mod design;
 mod find_zero;
 mod idle;
 mod last_trusted;
+pub(crate) mod order;
 mod report;
 pub mod servo_axis;
 mod state;

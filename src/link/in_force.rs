@@ -3,7 +3,7 @@
 
 use super::protocol::{Command, Refusal, Request};
 use crate::axis::Axis;
-use crate::axis::servo_axis::{Order, Origin};
+use crate::axis::order::{Order, Origin};
 use crate::axis::track_sine::Units;
 
 /// The constants in force, one entry an axis; `None`: not configured. `P` points to them, and the control tick has the same pointer.

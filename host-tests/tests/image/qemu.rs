@@ -9,7 +9,7 @@ use servo::config::Config;
 use servo::link::capture::{LENGTH, Shot, Stage, Trigger};
 use servo::link::protocol::Command;
 use servo::optional::Optional;
-use servo::record::Activity;
+use servo::record::{Activity, Source};
 use std::path::Path;
 use truing::cli::Cli;
 use truing::device::axis_file;
@@ -157,7 +157,7 @@ fn a_python_program_as_the_motor_is_identified_and_follows() {
     };
     let without = TrackJson::new(&second.log, span);
     assert_eq!((with.faulted, without.faulted), (false, false));
-    assert_eq!(with.used_parameters.gain, "trusted");
+    assert_eq!(with.used_parameters.gain, Source::Trusted);
     assert!(
         with.position_rms_rad < without.position_rms_rad / 3.0,
         "{} with, {} without compensation",

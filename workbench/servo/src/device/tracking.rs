@@ -11,12 +11,12 @@ use servo::record::{Limit, Source};
 /// Where the numbers came from that the loops used.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct UsedParameters {
-    /// Gain and time constant: `none`, `configured`, `last_trusted`, `trusted`.
-    pub gain: &'static str,
+    /// Gain and time constant: `none`, `configured`, `last_trusted`, `trusted`, `stored`.
+    pub gain: Source,
     /// Dead zone, positive.
-    pub dead_zone_pos: &'static str,
+    pub dead_zone_pos: Source,
     /// Dead zone, negative.
-    pub dead_zone_neg: &'static str,
+    pub dead_zone_neg: Source,
     /// Was the inverse dead zone in use?
     pub compensation: bool,
 }
@@ -138,18 +138,11 @@ fn chatter(log: &RunLog, span: &Span) -> f64 {
 }
 
 fn used(row: Option<&Row>) -> UsedParameters {
-    let name = |source: Source| match source {
-        Source::None => "none",
-        Source::Configured => "configured",
-        Source::LastTrusted => "last_trusted",
-        Source::Trusted => "trusted",
-        Source::Stored => "stored",
-    };
     let record = row.map(|row| row.record).unwrap_or_default();
     UsedParameters {
-        gain: name(record.gain_source),
-        dead_zone_pos: name(record.dead_zone_source[0]),
-        dead_zone_neg: name(record.dead_zone_source[1]),
+        gain: record.gain_source,
+        dead_zone_pos: record.dead_zone_source[0],
+        dead_zone_neg: record.dead_zone_source[1],
         compensation: record.compensation,
     }
 }
