@@ -25,15 +25,17 @@ const PAUSE: i32 = 100;
 /// taken again: 40 %.
 const QUIET: core::ops::Range<i32> = 655..1_311;
 const LOUD: i32 = 6_554;
+/// The middle of the first: a current that does not grow with the voltage from half to half has an offset.
+const QUIET_MIDDLE: i32 = 983;
 /// Share of the early conductance that is left at the top of the ramp, in quarters: at least three, and the motor stands;
 /// back-EMF leaves the break-away voltage over the ramp's, at most 0.6.
 const STALLED_QUARTERS: i64 = 3;
 
 /// Share of the voltage that does not count as back-EMF, as a shift: 1/16; the early conductance is right within 3 %.
 const DOUBT_SHIFT: u32 = 5;
-/// Share of the quiet part's current that may be an offset, as a shift: a quarter. A current that is sampled behind the middle of a
-/// pulse is `U/L · (1 − d) · Δt` too high: 18 % at a duty `d` of 6 %, a `Δt` of 1.3 µs and an `L/R` of 0.12 ms.
-const OFFSET_SHIFT: u32 = 2;
+/// Share of the quiet part's current that may be an offset. A current that is sampled behind the middle of a pulse is
+/// `U/L · (1 − d) · Δt` too high: 18 % at a duty `d` of 6 %, a `Δt` of 1.3 µs and an `L/R` of 0.12 ms.
+const MOST_OFFSET: f32 = 0.25;
 /// Counts of a motion that the current shows, at least, before the counter must have shown it.
 const LEAST_UNSEEN: f32 = 4.0;
 /// Counts, between two of which the counter shows no motion.
@@ -71,6 +73,20 @@ impl Conductance {
             self.ticks += 1;
         }
     }
+
+    fn and(&self, other: &Self) -> Self {
+        Self {
+            current: self.current + other.current,
+            voltage: self.voltage + other.voltage,
+            ticks: self.ticks + other.ticks,
+        }
+    }
+
+    /// Mean current and voltage.
+    fn means(&self) -> (f32, f32) {
+        let ticks = self.ticks.max(1) as f32;
+        (self.current as f32 / ticks, self.voltage as f32 / ticks)
+    }
 }
 
 /// One ramp.
@@ -78,8 +94,8 @@ impl Conductance {
 pub(super) struct Ramp {
     /// Voltage of the last tick, Q14.
     pub(super) level: i32,
-    /// Before anything moves.
-    quiet: Conductance,
+    /// Before anything moves, at its lower and its higher voltages.
+    quiet: [Conductance; 2],
     /// At the top of the ramp.
     loud: Conductance,
     /// The shaft did not stand in the quiet part: it tells nothing about the winding.
@@ -116,7 +132,7 @@ impl Ramp {
         let Some(raw) = raw else { return };
         let current = i32::from(raw) * sign;
         if QUIET.contains(&level) {
-            self.quiet.note(current, level);
+            self.quiet[usize::from(level >= QUIET_MIDDLE)].note(current, level);
         } else if level >= LOUD {
             self.loud.note(current, level);
         }
@@ -125,7 +141,7 @@ impl Ramp {
     /// Does the current show a motion of so many Q14 · ticks of back-EMF? Winding and voltage: `v = R·i + emf`, with the R of
     /// the quiet part. A winding whose current lags looks more conductive later on, which hides a motion and invents none.
     fn turns(&mut self, raw: Option<i16>, sign: i32, level: i32, most: i64) -> bool {
-        let quiet = &self.quiet;
+        let quiet = self.quiet[0].and(&self.quiet[1]);
         let Some(raw) = raw else { return false };
         if self.unquiet || level < QUIET.end || quiet.current <= NO_CURRENT.saturating_mul(quiet.ticks) {
             return false;
@@ -139,12 +155,20 @@ impl Ramp {
         let product = |a: i32, b: i32| i64::from(a).wrapping_mul(i64::from(b));
         let driven = product(level, quiet.current);
         let resistive = product(current, quiet.voltage);
-        // The current that a rising voltage adds need not hold the offset.
+        // The current that a rising voltage adds does not hold the offset.
         let risen = driven.wrapping_sub(product(quiet.voltage, quiet.current / quiet.ticks.max(1)));
-        let doubt = (driven >> DOUBT_SHIFT).wrapping_add(risen >> OFFSET_SHIFT);
+        let doubt = (driven >> DOUBT_SHIFT).wrapping_add((self.offset() * risen as f32) as i64);
         let beyond = driven.wrapping_sub(doubt).wrapping_sub(resistive);
         self.emf = self.emf.saturating_add(beyond).max(0);
         self.emf > 0 && self.emf >= most.saturating_mul(i64::from(quiet.current))
+    }
+
+    /// The part of the quiet current that does not grow with the voltage.
+    fn offset(&self) -> f32 {
+        let [(low, low_v), (high, high_v)] = [self.quiet[0].means(), self.quiet[1].means()];
+        let grown = (high - low) * (high_v + low_v) / ((high_v - low_v) * (high + low));
+        // Not a number where a half is empty: then nothing is known of it.
+        if grown.is_nan() { MOST_OFFSET } else { (1.0 - grown).clamp(0.0, MOST_OFFSET) }
     }
 
     /// Voltage at which a shaft broke away that has now made its [`MOTION`] counts, Q14. It rose on while the shaft made its first
@@ -167,7 +191,7 @@ impl Ramp {
 
     /// Why nothing was counted. Without a current sensor a stall and an unplugged encoder are the same data.
     fn silence(&self, no_current: i32) -> Reason {
-        let (quiet, loud) = (&self.quiet, &self.loud);
+        let (quiet, loud) = (self.quiet[0].and(&self.quiet[1]), &self.loud);
         if loud.ticks == 0 {
             return Reason::NoMotion;
         }
