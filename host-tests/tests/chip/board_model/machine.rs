@@ -34,6 +34,10 @@ pub const D: usize = 3;
 /// Numbers of MODER, AFRL and AFRH in a port, and MODER's code of alternate functions.
 const MODER: usize = 0;
 const AFR: usize = 8;
+/// MODER, OTYPER, OSPEEDR and PUPDR of the ports with the pins of the probe (section 8.4).
+const A_AFTER_RESET: [u32; 16] =
+    [0xA800_0000, 0, 0x0C00_0000, 0x6400_0000, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+const B_AFTER_RESET: [u32; 16] = [0x280, 0, 0xC0, 0x100, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
 const OUTPUT: u32 = 1;
 const ALTERNATE: u32 = 2;
 const ANALOGUE: u32 = 3;
@@ -124,7 +128,7 @@ impl Chip {
             converters: [Converter::default(); 2],
             outputs: [0; 4],
             inputs: [0; 4],
-            setup: [[0; 16]; 4],
+            setup: [A_AFTER_RESET, B_AFTER_RESET, [0; 16], [0; 16]],
             clocks: Clocks::new(8e6, 1.0),
             drivers: drivers.collect(),
             wires,
@@ -142,6 +146,11 @@ impl Chip {
             chip.level(fault.0, fault.1, true);
         }
         chip
+    }
+
+    /// MODER, OSPEEDR and PUPDR of the two pins of the probe, PA13 and PA14.
+    pub fn probe_pins(&self) -> [u32; 3] {
+        [0, 2, 3].map(|register| self.setup[A][register] >> 26 & 0xF)
     }
 
     /// Opens or closes the enable contact.

@@ -56,6 +56,15 @@ fn motor(rig: &Rig<AXES>, number: usize) -> Motor {
 }
 
 #[test]
+fn the_pins_of_the_probe_stay_as_they_are_after_a_reset() {
+    for (name, board, wires) in ROWS {
+        let rig = Rig::<AXES>::new(board, wires(), false);
+        // An alternate function each; the data line fast; pulled up and pulled down.
+        assert_eq!(rig.bench.chip(|chip| chip.probe_pins()), [0b1010, 0b0011, 0b1001], "{name}");
+    }
+}
+
+#[test]
 fn motors_move_where_they_are_told_and_their_currents_and_supply_come_back() {
     for (name, board, wires) in ROWS {
         let (mut rig, mut axes) = configured(board, wires());
