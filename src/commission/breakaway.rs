@@ -33,9 +33,9 @@ const STALLED_QUARTERS: i64 = 3;
 
 /// Share of the voltage that does not count as back-EMF, as a shift: 1/16; the early conductance is right within 3 %.
 const DOUBT_SHIFT: u32 = 5;
-/// Share of the quiet part's current that may be an offset. A current that is sampled behind the middle of a pulse is
+/// The part of the quiet part's current that may be an offset, of 256: a quarter. A current that is sampled behind the middle of a pulse is
 /// `U/L · (1 − d) · Δt` too high: 18 % at a duty `d` of 6 %, a `Δt` of 1.3 µs and an `L/R` of 0.12 ms.
-const MOST_OFFSET: f32 = 0.25;
+const MOST_OFFSET: f32 = 64.0;
 /// Counts of a motion that the current shows, at least, before the counter must have shown it.
 const LEAST_UNSEEN: f32 = 4.0;
 /// Counts, between two of which the counter shows no motion.
@@ -96,6 +96,8 @@ pub(super) struct Ramp {
     pub(super) level: i32,
     /// Before anything moves, at its lower and its higher voltages.
     quiet: [Conductance; 2],
+    /// The part of the quiet current that does not grow with the voltage, of 256; `None`: not known yet.
+    offset: Option<u8>,
     /// At the top of the ramp.
     loud: Conductance,
     /// The shaft did not stand in the quiet part: it tells nothing about the winding.
@@ -135,6 +137,8 @@ impl Ramp {
             self.quiet[usize::from(level >= QUIET_MIDDLE)].note(current, level);
         } else if level >= LOUD {
             self.loud.note(current, level);
+        } else if level >= QUIET.end && self.offset.is_none() {
+            self.offset = Some(self.offset());
         }
     }
 
@@ -157,18 +161,19 @@ impl Ramp {
         let resistive = product(current, quiet.voltage);
         // The current that a rising voltage adds does not hold the offset.
         let risen = driven.wrapping_sub(product(quiet.voltage, quiet.current / quiet.ticks.max(1)));
-        let doubt = (driven >> DOUBT_SHIFT).wrapping_add((self.offset() * risen as f32) as i64);
+        let offset = i64::from(self.offset.unwrap_or(MOST_OFFSET as u8));
+        let doubt = (driven >> DOUBT_SHIFT).wrapping_add((risen >> 8).wrapping_mul(offset));
         let beyond = driven.wrapping_sub(doubt).wrapping_sub(resistive);
         self.emf = self.emf.saturating_add(beyond).max(0);
         self.emf > 0 && self.emf >= most.saturating_mul(i64::from(quiet.current))
     }
 
-    /// The part of the quiet current that does not grow with the voltage.
-    fn offset(&self) -> f32 {
+    /// The part of the quiet current that does not grow with the voltage, of 256.
+    fn offset(&self) -> u8 {
         let [(low, low_v), (high, high_v)] = [self.quiet[0].means(), self.quiet[1].means()];
         let grown = (high - low) * (high_v + low_v) / ((high_v - low_v) * (high + low));
         // Not a number where a half is empty: then nothing is known of it.
-        if grown.is_nan() { MOST_OFFSET } else { (1.0 - grown).clamp(0.0, MOST_OFFSET) }
+        if grown.is_nan() { MOST_OFFSET as u8 } else { (256.0 * (1.0 - grown)).clamp(0.0, MOST_OFFSET) as u8 }
     }
 
     /// Voltage at which a shaft broke away that has now made its [`MOTION`] counts, Q14. It rose on while the shaft made its first
