@@ -8,7 +8,7 @@ use truing::system::effects::{Effect, LIBRARY};
 use truing::system::log::{Input, Run};
 use truing::system::model::Model;
 use truing::system::plant::physics::Physics;
-use truing::system::plant::shape::alike;
+use truing::system::plant::features::alike;
 
 /// Sets beside each other: more than two registers of any processor hold, and not a multiple.
 const SETS: usize = 11;

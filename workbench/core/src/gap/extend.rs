@@ -11,7 +11,7 @@ use crate::gap::samples::{Sample, seen};
 use crate::gap::search::{Found, Scored};
 use crate::gap::threads::{each, of_each};
 use crate::gap::verdict::Judged;
-use crate::gap::{evidence, excitation, experiment, plots, sides};
+use crate::gap::{excitation, experiment, plots, sentences, sides};
 use crate::outcome::volts;
 use crate::outcome::*;
 use crate::system::effects::{self, Domain, Effect, Parameter};
@@ -69,7 +69,7 @@ pub(super) fn extended(
         || rayon::join(|| steps(given, &judged.kept), || sides_of(given, kept)),
         || {
             let beside = || {
-                let rivals = || evidence::rivals(found, &judged.ties, |set| given.gap_of(set));
+                let rivals = || sentences::rivals(found, &judged.ties, |set| given.gap_of(set));
                 rayon::join(|| known.unwrap_or_else(|| Uncertainty::of(kept)), rivals)
             };
             rayon::join(|| given.simulated_with(kept), beside)
@@ -206,7 +206,7 @@ fn named(
         NamedEffect {
             gap_before: steps[place - 1].gap,
             gap_after: steps[place].gap,
-            evidence: [evidence::sentence(effect, &steps[place - 1], &steps[place], dataset.unit())]
+            evidence: [sentences::sentence(effect, &steps[place - 1], &steps[place], dataset.unit())]
                 .into_iter()
                 .chain(sides)
                 .collect::<Vec<String>>()

@@ -1,6 +1,6 @@
 //! From where the fits of a candidate start: its grid, quantiles of a signal, or a scan for a periodic torque.
 
-use crate::gap::dataset::{BenchRun, Dataset, Part, Simulation, Traces};
+use crate::gap::dataset::{Dataset, Part, PreparedRun, Simulation, Traces};
 use crate::gap::fit::COARSE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::problem::in_registers;
@@ -178,7 +178,7 @@ impl Basis {
     }
 
     /// The linear motor's response to waves of k·`unit` periods, ready for the first harmonics.
-    fn response<'a>(&'a self, index: usize, run: &'a BenchRun, axis: Axis, unit: f64) -> Response<'a> {
+    fn response<'a>(&'a self, index: usize, run: &'a PreparedRun, axis: Axis, unit: f64) -> Response<'a> {
         let (plant, trace) = (&self.plant, &self.traces[index]);
         let at = |point: usize| match axis {
             Axis::Position if run.position.is_empty() => trace.integral[point] / plant.sensor_scale,
@@ -212,7 +212,7 @@ impl Basis {
 }
 
 /// The runs of the log, without those of held-out records.
-fn own_runs(dataset: &Dataset) -> impl Iterator<Item = &BenchRun> {
+fn own_runs(dataset: &Dataset) -> impl Iterator<Item = &PreparedRun> {
     dataset.runs.iter().filter(|run| run.log == 0)
 }
 
@@ -272,7 +272,7 @@ impl Phasor {
 
 /// The linear motor's response to a torque, block by block, and the samples that see it.
 struct Response<'a> {
-    run: &'a BenchRun,
+    run: &'a PreparedRun,
     residual: &'a [f64],
     /// What is left of the speed at the end of each block, what a torque adds to it, and how long the block lasts.
     blocks: Vec<(f64, f64, f64)>,

@@ -12,7 +12,6 @@ mod data_sheet;
 pub mod dataset;
 pub mod effort;
 pub mod estimate;
-pub mod evidence;
 pub mod examine;
 pub mod excitation;
 pub mod expectation;
@@ -31,13 +30,14 @@ pub mod residual;
 pub mod samples;
 pub mod scored;
 pub mod search;
+pub mod sentences;
 mod sides;
 pub mod solver;
+pub mod start_values;
 pub mod tables;
 mod threads;
 pub mod time_base;
 mod torque;
-pub mod unknown;
 pub mod verdict;
 
 use crate::gap::examine::Right;
@@ -49,7 +49,7 @@ use crate::text::input_error::InputError;
 use std::borrow::Cow;
 
 pub use record::made_ready;
-pub use unknown::completed;
+pub use start_values::completed;
 
 /// What the user may choose.
 #[derive(Clone, Debug, Default)]

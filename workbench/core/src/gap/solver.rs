@@ -172,12 +172,12 @@ impl<'p, P: Problem> Descent<'p, P> {
         let negligible = self.schedule.negligible * (self.cost / self.residuals.len() as f64).max(1.0);
         // Where numbers can be traded against each other, only their priors pull along the valley, and the least
         // damping hides that: whether there is anything to gain is asked without.
-        if (normal.step(LEAST_DAMPING)).is_some_and(|step| normal.promise(&step) < negligible) {
+        if (normal.step(LEAST_DAMPING)).is_some_and(|step| normal.predicted_decrease(&step) < negligible) {
             return false;
         }
         for _ in 0..TRIES {
             if let Some(step) = normal.step(self.damping) {
-                if normal.promise(&step) < negligible && self.damping > LEAST_DAMPING {
+                if normal.predicted_decrease(&step) < negligible && self.damping > LEAST_DAMPING {
                     self.damping = (self.damping / 1e3).max(LEAST_DAMPING);
                     continue;
                 }
@@ -236,7 +236,7 @@ impl Normal {
     }
 
     /// By how much a step lowers the cost where the residuals are linear.
-    fn promise(&self, step: &DVector<f64>) -> f64 {
+    fn predicted_decrease(&self, step: &DVector<f64>) -> f64 {
         -(2.0 * self.gradient.dot(step) + step.dot(&(&self.matrix * step)))
     }
 

@@ -12,7 +12,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use template::Found;
 use truing_core::gap::completed;
-use truing_core::gap::unknown::line_of;
+use truing_core::gap::start_values::line_of;
 use truing_core::system::log::{self, Dynamic, Input, Log};
 use truing_core::system::model;
 use truing_core::text::input_error::InputError;

@@ -2,7 +2,7 @@
 
 use super::sheet::{KE, Number, Sheet};
 use std::fmt::Write;
-use truing_core::gap::unknown::{GUESSED, START as ESTIMATED};
+use truing_core::gap::start_values::{GUESSED, START as ESTIMATED};
 use truing_core::system::model::{Kind, Model};
 
 /// What stands behind a number that nobody knows.

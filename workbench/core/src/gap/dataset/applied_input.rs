@@ -1,9 +1,9 @@
 //! The input of a run behind delay, lag and the memoryless chain.
 
-use super::run::BenchRun;
+use super::run::PreparedRun;
 use crate::system::plant::input::Chain;
-use crate::system::plant::lanes::Lanes;
 use crate::system::plant::physics::Physics;
+use crate::system::plant::simd::Lanes;
 
 /// Sets that any processor's registers can hold side by side.
 const MOST_SETS: usize = 32;
@@ -31,9 +31,9 @@ pub(super) struct Integral {
 }
 
 impl AppliedInput {
-    /// Of plants of one shape: one by one, and side by side.
+    /// Of plants with the same features: one by one, and side by side.
     #[inline(always)]
-    pub(super) fn new<F: Lanes>(run: &BenchRun, sets: &[Physics], plant: &Physics<F>) -> Self {
+    pub(super) fn new<F: Lanes>(run: &PreparedRun, sets: &[Physics], plant: &Physics<F>) -> Self {
         let (delayed, lagging) = (sets.iter().any(|p| p.delay_s > 0.0), sets.iter().any(|p| p.lag_s > 0.0));
         if delayed || lagging && run.blocks() != run.input.len() {
             return Self::Integrals(sets.iter().map(|plant| Integral::new(run, plant)).collect());
@@ -52,7 +52,14 @@ impl AppliedInput {
 
     /// Mean over the next piece, up to `end`, of a block. The pieces of a run follow one another.
     #[inline(always)]
-    pub(super) fn mean<F: Lanes>(&mut self, like: F, run: &BenchRun, block: usize, end: f64, span: f64) -> F {
+    pub(super) fn mean<F: Lanes>(
+        &mut self,
+        like: F,
+        run: &PreparedRun,
+        block: usize,
+        end: f64,
+        span: f64,
+    ) -> F {
         match self {
             Self::Held(applied) => like.load(&applied[block * F::COUNT..]),
             Self::Integrals(sets) => {
@@ -68,7 +75,7 @@ impl AppliedInput {
 }
 
 impl Integral {
-    fn new(run: &BenchRun, plant: &Physics) -> Self {
+    fn new(run: &PreparedRun, plant: &Physics) -> Self {
         let applied = behind_lag(run, plant);
         let mut area = Vec::with_capacity(applied.len());
         let mut sum = 0.0;
@@ -82,7 +89,7 @@ impl Integral {
 
     /// What was added since the last piece ended.
     #[inline(always)]
-    fn up_to(&mut self, run: &BenchRun, end: f64) -> f64 {
+    fn up_to(&mut self, run: &PreparedRun, end: f64) -> f64 {
         let time = end - self.delay;
         while self.row + 1 < self.applied.len() && run.row_time[self.row + 1] < time {
             self.row += 1;
@@ -96,7 +103,7 @@ impl Integral {
 
 /// Without lag and delay: the mean of each block, its rows weighted by their duration.
 #[inline(always)]
-fn held<F: Lanes>(run: &BenchRun, plant: &Physics<F>, chain: &Chain) -> Vec<f64> {
+fn held<F: Lanes>(run: &PreparedRun, plant: &Physics<F>, chain: &Chain) -> Vec<f64> {
     let like = plant.drive_gain;
     let mut means = Vec::with_capacity(run.blocks() * F::COUNT);
     for block in 0..run.blocks() {
@@ -116,7 +123,7 @@ fn held<F: Lanes>(run: &BenchRun, plant: &Physics<F>, chain: &Chain) -> Vec<f64>
 }
 
 /// First-order lag of the command, if there is one, then the memoryless chain, on every row.
-fn behind_lag(run: &BenchRun, plant: &Physics) -> Vec<f64> {
+fn behind_lag(run: &PreparedRun, plant: &Physics) -> Vec<f64> {
     let chain = Chain::of(plant);
     if plant.lag_s <= 0.0 {
         return run.input.iter().map(|u| plant.applied_to(&chain, *u)).collect();

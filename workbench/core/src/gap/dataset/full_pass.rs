@@ -1,9 +1,9 @@
 //! All rows of a long log and of its hold-outs, simulated one stretch after another, never all at once in memory.
 
+use super::observation::Observation;
 use super::prepare::{Start, started};
 use super::stretches::Stretches;
-use super::view::View;
-use super::{BenchRun, Dataset, Simulation, driven_by};
+use super::{Dataset, PreparedRun, Simulation, driven_by};
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 pub struct FullPass<'a> {
     stretches: Stretches<'a>,
     positions: Vec<f64>,
-    view: View,
+    observation: Observation,
     start: Start,
 }
 
@@ -20,12 +20,12 @@ impl<'a> FullPass<'a> {
     /// The records that a dataset was made of; `None` if it holds them as a whole.
     pub fn of(model: &Model, log: &'a Dynamic, holdouts: &[&'a Dynamic], dataset: &Dataset) -> Option<Self> {
         dataset.searched.as_ref()?;
-        let view = View::choose(model, log, &dataset.scales);
-        let stretches = Stretches::of(log, holdouts, &dataset.scales, &view, &mut Vec::new());
+        let observation = Observation::choose(model, log, &dataset.scales);
+        let stretches = Stretches::of(log, holdouts, &dataset.scales, &observation, &mut Vec::new());
         let plant = driven_by(&model.kind, model.physics(), log.input);
         let start =
             Start { plant, sigma: dataset.sigma, scales: dataset.scales, of_position: dataset.of_position };
-        Some(Self { positions: stretches.positions(), stretches, view, start })
+        Some(Self { positions: stretches.positions(), stretches, observation, start })
     }
 
     /// Simulates what `each` asks for, stretch by stretch, and returns what it made of each, in order. `held_out`: only stretches
@@ -33,12 +33,12 @@ impl<'a> FullPass<'a> {
     pub fn each<T: Send>(
         &self,
         held_out: bool,
-        each: impl Fn(usize, &BenchRun, &mut Simulation) -> T + Sync,
+        each: impl Fn(usize, &PreparedRun, &mut Simulation) -> T + Sync,
     ) -> Vec<T> {
         let wanted: Vec<usize> =
             (0..self.stretches.len()).filter(|k| !held_out || self.stretches.holds_out(*k)).collect();
         let made = wanted.par_iter().map_init(Simulation::default, |simulation, k| {
-            let mut run = self.stretches.made(*k, &self.view, self.positions[*k]);
+            let mut run = self.stretches.made(*k, &self.observation, self.positions[*k]);
             started(&mut run, &self.start, self.stretches.begins(*k));
             each(self.stretches.piece(*k), &run, simulation)
         });

@@ -1,14 +1,14 @@
 //! Several plants through the same runs in lock-step.
 
 use super::applied_input::AppliedInput;
-use super::run::BenchRun;
+use super::run::PreparedRun;
 use super::simulate::{Detail, Keep, Simulation};
 use super::{Part, Probes};
 use crate::gap::effort;
 use crate::gap::threads::{Busy, each};
-use crate::system::plant::lanes::{Lanes, Pair, Register};
+use crate::system::plant::features::{Features, alike};
 use crate::system::plant::physics::Physics;
-use crate::system::plant::shape::{Shape, alike};
+use crate::system::plant::simd::{Lanes, Pair, Register};
 use crate::system::plant::state::State;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -28,7 +28,7 @@ thread_local! {
 /// A run with the start speed of each set.
 pub struct Compared<'a> {
     /// The run.
-    pub run: &'a BenchRun,
+    pub run: &'a PreparedRun,
     /// Reading of the speed from which each set goes on.
     pub starts: Vec<f64>,
 }
@@ -132,7 +132,7 @@ impl Pack<'_, '_> {
     #[inline(always)]
     fn together<F: Lanes>(&self, like: F, group: &mut [(usize, &mut Vec<f64>)]) -> u64 {
         let sets: Vec<Physics> = group.iter().map(|(set, _)| self.plants[*set].clone()).collect();
-        let (shape, plant) = (Shape::of(&sets[0]), Physics::side_by_side(&sets, like));
+        let (features, plant) = (Features::of(&sets[0]), Physics::side_by_side(&sets, like));
         let (mut steps, Simulation { mut traces, mut predicted }) = (0, BUFFERS.take());
         for Compared { run, starts } in self.runs {
             let starts = group.iter().map(|(set, _)| starts[*set]);
@@ -141,7 +141,7 @@ impl Pack<'_, '_> {
             let state = State::side_by_side(&states, like);
             let mut input = AppliedInput::new(run, &sets, &plant);
             let detail = Detail { finest: self.finest, keep: Keep::sensed(run) };
-            steps += run.advance(&plant, shape, &mut input, state, detail, &mut traces);
+            steps += run.advance(&plant, features, &mut input, state, detail, &mut traces);
             let seen = first(&mut predicted, run.speed.len() * F::COUNT);
             run.speed.predict(like, &run.time, &traces.reading, &traces.integral, seen);
             let compare = Compare::new(self.parts, &run.speed);

@@ -7,12 +7,13 @@
 mod agree;
 mod applied_input;
 mod coverage;
+mod folds;
 mod full_pass;
 mod lockstep;
 mod noise;
-mod parts;
-mod past;
+mod observation;
 mod position;
+mod preheat;
 mod prepare;
 mod probe;
 mod rows;
@@ -20,18 +21,17 @@ mod run;
 mod simulate;
 mod start;
 mod stretches;
-mod view;
 mod weigh;
 
 pub use agree::same;
 pub use full_pass::FullPass;
 pub use lockstep::{Compared, lockstep};
 pub use noise::{hf_noise, median};
-pub use past::Past;
 pub use position::speeds;
+pub use preheat::Preheat;
 pub use prepare::prepare;
 pub use probe::Probes;
-pub use run::BenchRun;
+pub use run::PreparedRun;
 pub use simulate::{Simulation, Traces};
 
 use crate::outcome::Searched;
@@ -60,7 +60,7 @@ pub struct Dataset {
     /// True on a linear axis.
     pub linear: bool,
     /// The runs.
-    pub runs: Vec<BenchRun>,
+    pub runs: Vec<PreparedRun>,
     /// Natural magnitudes of motor and log.
     pub scales: Scales,
     /// Name of the compared column.
@@ -155,7 +155,7 @@ impl Dataset {
 
     /// The longest way between two positions of one run of the log, rad or m.
     pub fn travel(&self) -> f64 {
-        let range = |run: &BenchRun| {
+        let range = |run: &PreparedRun| {
             let low = run.position.iter().copied().fold(f64::INFINITY, f64::min);
             let high = run.position.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             (high - low).max(0.0)

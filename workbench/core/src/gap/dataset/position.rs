@@ -5,7 +5,7 @@
 
 use super::noise::{hf_noise, median};
 use super::probe::{Grid, Probes};
-use super::{BenchRun, Dataset, Scales};
+use super::{Dataset, PreparedRun, Scales};
 use crate::system::model::Encoder;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -23,7 +23,7 @@ const CURVED: f64 = 0.05;
 const REACH: usize = 5;
 
 /// The ways of the shaft from the start of each window.
-pub(super) fn ways(run: &BenchRun, window_s: f64) -> Probes {
+pub(super) fn ways(run: &PreparedRun, window_s: f64) -> Probes {
     let (grid, mut probes) = (Grid(&run.time), Probes::default());
     let duration = run.time[run.blocks()] - run.time[0];
     let count = (duration / window_s).round().max(1.0);
@@ -39,7 +39,7 @@ pub(super) fn ways(run: &BenchRun, window_s: f64) -> Probes {
 }
 
 /// Place and speed at a point of the grid, from a parabola through the positions around it.
-fn local(run: &BenchRun, point: usize) -> (f64, f64) {
+fn local(run: &PreparedRun, point: usize) -> (f64, f64) {
     let (first, last) = (point.saturating_sub(REACH), (point + REACH).min(run.position.len() - 1));
     let rows = last - first + 1;
     if rows < 4 {
@@ -84,7 +84,7 @@ fn seen_step(dataset: &Dataset) -> f64 {
 }
 
 /// Speeds at the middle of each sample of a run, from the measured positions.
-pub fn speeds(run: &BenchRun) -> Vec<f64> {
+pub fn speeds(run: &PreparedRun) -> Vec<f64> {
     let speed = |block: &u32| {
         let (before, after) = ((*block as usize).saturating_sub(1), (*block as usize + 1).min(run.blocks()));
         (run.position[after] - run.position[before]) / (run.time[after] - run.time[before])
@@ -93,7 +93,7 @@ pub fn speeds(run: &BenchRun) -> Vec<f64> {
 }
 
 /// Speed at the start of a run, and how uncertain it is, from the first positions.
-pub(super) fn start_from_position(run: &mut BenchRun, sigma: f64, scales: &Scales) {
+pub(super) fn start_from_position(run: &mut PreparedRun, sigma: f64, scales: &Scales) {
     let (_, speed) = local(run, 0);
     let reach = REACH.min(run.blocks());
     let length = (run.time[reach] - run.time[0]).max(1e-9);

@@ -1,15 +1,15 @@
 //! From model and logs to a [`Dataset`].
 
 use super::agree::{agree, same_input};
+use super::folds::{self, mask_spikes, say_holdout};
 use super::noise::{hf_noise, median};
-use super::parts::{mask_spikes, parts, say_holdout};
+use super::observation::{Observation, bench_run};
 use super::position::{self, start_from_position};
 use super::probe::Probes;
 use super::rows::{on_its_grid, unbroken};
 use super::start::start_speed;
 use super::stretches::Stretches;
-use super::view::{View, bench_run};
-use super::{BenchRun, Dataset, Scales, driven_by};
+use super::{Dataset, PreparedRun, Scales, driven_by};
 use crate::outcome::Searched;
 use crate::system::log::{Dynamic, Input, Run};
 use crate::system::model::{Kind, Model};
@@ -24,32 +24,32 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
     agree(model, log, &others)?;
     let plant = driven_by(&model.kind, model.physics(), log.input);
     let scales = scales(&plant, log)?;
-    let view = View::choose(model, log, &scales);
-    let mut dataset = empty(log, &view, scales);
+    let observation = Observation::choose(model, log, &scales);
+    let mut dataset = empty(log, &observation, scales);
     let mut notes = Vec::new();
-    let stretches = Stretches::of(log, &others, &scales, &view, &mut notes);
+    let stretches = Stretches::of(log, &others, &scales, &observation, &mut notes);
     let searched = stretches.searched();
     match &searched {
         Some(searched) => {
             dataset.notes.append(&mut notes);
-            stretched(&mut dataset, &stretches, searched, &view);
+            stretched(&mut dataset, &stretches, searched, &observation);
         }
         None => {
             for (index, source) in std::iter::once(&log).chain(&others).enumerate() {
                 let notes = &mut dataset.notes;
                 let runs = source.runs.iter().flat_map(|run| unbroken(&on_its_grid(run), scales.time, notes));
-                dataset.runs.extend(runs.map(|run| bench_run(&run, index, &view)));
+                dataset.runs.extend(runs.map(|run| bench_run(&run, index, &observation)));
             }
         }
     }
-    dataset.noise_lag = view.noise_lag;
-    let quiet = searched.as_ref().map(|_| stretches.evenly(&view));
-    noise(&mut dataset, model, &view, quiet.as_deref());
+    dataset.noise_lag = observation.noise_lag;
+    let quiet = searched.as_ref().map(|_| stretches.evenly(&observation));
+    noise(&mut dataset, model, &observation, quiet.as_deref());
     let start = Start { plant, sigma: dataset.sigma, scales, of_position: dataset.of_position };
     for (index, run) in dataset.runs.iter_mut().enumerate() {
         let stretch = searched.as_ref().map(|searched| searched[index]);
         if stretch.is_none() {
-            parts(run, !others.is_empty());
+            folds::assign(run, !others.is_empty());
         }
         started(run, &start, stretch.is_none_or(|stretch| stretches.begins(stretch)));
     }
@@ -62,13 +62,13 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
 }
 
 /// A dataset without runs.
-fn empty(log: &Dynamic, view: &View, scales: Scales) -> Dataset {
+fn empty(log: &Dynamic, observation: &Observation, scales: Scales) -> Dataset {
     Dataset {
         input: log.input,
         linear: log.linear,
         runs: Vec::new(),
         scales,
-        signal: match (view.of_position(), log.linear) {
+        signal: match (observation.of_position(), log.linear) {
             (false, true) => "v_m_s",
             (false, false) => "omega_rad_s",
             (true, true) => "q_m",
@@ -78,17 +78,17 @@ fn empty(log: &Dynamic, view: &View, scales: Scales) -> Dataset {
         sigma: 0.0,
         sigma_current: None,
         twins: Vec::new(),
-        of_position: view.of_position(),
+        of_position: observation.of_position(),
         position_logged: log.runs.iter().all(|run| run.position.is_some()),
-        notes: view.notes.clone(),
+        notes: observation.notes.clone(),
         searched: None,
     }
 }
 
 /// Takes stretches of a long log, and says so.
-fn stretched(dataset: &mut Dataset, stretches: &Stretches, searched: &[usize], view: &View) {
+fn stretched(dataset: &mut Dataset, stretches: &Stretches, searched: &[usize], observation: &Observation) {
     let positions = stretches.positions();
-    let made = searched.iter().map(|k| stretches.made(*k, view, positions[*k]));
+    let made = searched.iter().map(|k| stretches.made(*k, observation, positions[*k]));
     dataset.runs = made.collect();
     dataset.twins = stretches.twins(searched);
     let own: Vec<usize> = searched.iter().copied().filter(|k| stretches.fitted(*k)).collect();
@@ -108,7 +108,7 @@ pub(super) struct Start {
 
 /// Masks spikes and finds the speed from which a run goes on. `begins`: nothing is simulated before its first compared row, so
 /// that an error of that speed would be compared.
-pub(super) fn started(run: &mut BenchRun, start: &Start, begins: bool) {
+pub(super) fn started(run: &mut PreparedRun, start: &Start, begins: bool) {
     mask_spikes(&mut run.speed, start.sigma);
     if !begins {
         // Its measured speed, which is forgotten before anything is compared.
@@ -198,8 +198,8 @@ fn suspect_units(dataset: &mut Dataset, plant: &Physics) {
 
 /// The noise of speed and current: from the signals' high frequencies, and not below the declared encoder's steps. `evenly`: runs
 /// in place of those of the dataset, which were chosen because much happens in them.
-fn noise(dataset: &mut Dataset, model: &Model, view: &View, evenly: Option<&[BenchRun]>) {
-    if view.of_position() {
+fn noise(dataset: &mut Dataset, model: &Model, observation: &Observation, evenly: Option<&[PreparedRun]>) {
+    if observation.of_position() {
         dataset.sigma = position::noise(dataset, model.encoder);
         return;
     }
@@ -212,8 +212,8 @@ fn noise(dataset: &mut Dataset, model: &Model, view: &View, evenly: Option<&[Ben
         .collect();
     let all_currents = of_currents.len() == runs.len();
     let step = match model.encoder {
-        Some(encoder) if view.window_s > 0.0 && !dataset.linear => {
-            TAU / encoder.counts_per_rev / (6f64.sqrt() * view.window_s)
+        Some(encoder) if observation.window_s > 0.0 && !dataset.linear => {
+            TAU / encoder.counts_per_rev / (6f64.sqrt() * observation.window_s)
         }
         _ => 0.0,
     };

@@ -1,7 +1,7 @@
 //! What a sensor sees of a simulated run: weighted sums of the reading's integral at given times.
 
 use super::Part;
-use crate::system::plant::lanes::Lanes;
+use crate::system::plant::simd::Lanes;
 
 /// The samples of one compared signal of one run.
 #[derive(Clone, Debug, Default)]

@@ -1,12 +1,12 @@
 //! One run on its grid.
 
-use super::past::Past;
+use super::preheat::Preheat;
 use super::probe::Probes;
 use servo::axis::Bridge;
 
 /// One run made ready.
 #[derive(Clone, Debug, Default)]
-pub struct BenchRun {
+pub struct PreparedRun {
     /// Number of the run in the log.
     pub id: i64,
     /// Index of the log: 0 the log itself, 1 … the hold-outs.
@@ -30,14 +30,14 @@ pub struct BenchRun {
     /// Time from the start of the run in the log to the start of this one, s: of a stretch of a long log.
     pub since_s: f64,
     /// What happened in that time.
-    pub past: Option<Past>,
+    pub preheat: Option<Preheat>,
     /// The compared speed.
     pub speed: Probes,
     /// The compared current; empty if there is none.
     pub current: Probes,
 }
 
-impl BenchRun {
+impl PreparedRun {
     /// Number of blocks.
     pub fn blocks(&self) -> usize {
         self.bridge.len()

@@ -1,12 +1,12 @@
 //! The simulation of one run.
 
 use super::applied_input::AppliedInput;
-use super::run::BenchRun;
+use super::run::PreparedRun;
 use crate::gap::effort;
 use crate::system::plant::dynamics::Dynamics;
-use crate::system::plant::lanes::Lanes;
+use crate::system::plant::features::Features;
 use crate::system::plant::physics::{Drive, Physics};
-use crate::system::plant::shape::Shape;
+use crate::system::plant::simd::Lanes;
 use crate::system::plant::state::State;
 use servo::axis::Bridge;
 
@@ -37,8 +37,14 @@ pub struct Simulation {
 
 impl Simulation {
     /// A run in free run, and what the sensor of its speed would have shown; the arguments are those of
-    /// [`BenchRun::simulate`].
-    pub fn speed(&mut self, run: &BenchRun, plant: &Physics, start: f64, finest: f64) -> (&Traces, &[f64]) {
+    /// [`PreparedRun::simulate`].
+    pub fn speed(
+        &mut self,
+        run: &PreparedRun,
+        plant: &Physics,
+        start: f64,
+        finest: f64,
+    ) -> (&Traces, &[f64]) {
         let (_, steps) = self.sensed(run, plant, start, Detail { finest, keep: Keep::All });
         effort::simulated(1, steps);
         (&self.traces, &self.predicted)
@@ -55,7 +61,13 @@ impl Simulation {
     }
 
     /// The same, with the number of inner steps, which it leaves to be counted.
-    pub(super) fn sensed(&mut self, run: &BenchRun, plant: &Physics, at: f64, kept: Detail) -> (&[f64], u64) {
+    pub(super) fn sensed(
+        &mut self,
+        run: &PreparedRun,
+        plant: &Physics,
+        at: f64,
+        kept: Detail,
+    ) -> (&[f64], u64) {
         let Self { traces, predicted } = self;
         let steps = run.simulated(plant, at, kept, traces);
         predicted.resize(run.speed.len(), 0.0);
@@ -64,7 +76,7 @@ impl Simulation {
     }
 
     /// What the sensor of the current would have shown in the run that was simulated last.
-    pub fn current(&mut self, run: &BenchRun) -> &[f64] {
+    pub fn current(&mut self, run: &PreparedRun) -> &[f64] {
         let Self { traces, predicted } = self;
         predicted.resize(run.current.len(), 0.0);
         run.current.predict(0.0, &run.time, &traces.current, &traces.charge, predicted);
@@ -72,7 +84,7 @@ impl Simulation {
     }
 }
 
-impl BenchRun {
+impl PreparedRun {
     /// Simulates the run in free run. `start`: reading of the speed from which it goes on; 0: it rests. `finest`: longest inner step
     /// as a part of the time constant.
     pub fn simulate(&self, plant: &Physics, start: f64, finest: f64, traces: &mut Traces) {
@@ -82,7 +94,7 @@ impl BenchRun {
     fn simulated(&self, plant: &Physics, start: f64, detail: Detail, traces: &mut Traces) -> u64 {
         let mut input = AppliedInput::new(self, std::slice::from_ref(plant), plant);
         let state = self.start(plant, start);
-        self.advance(plant, Shape::of(plant), &mut input, state, detail, traces)
+        self.advance(plant, Features::of(plant), &mut input, state, detail, traces)
     }
 
     /// The same for one plant or several in lock-step, from a state. Returns the number of inner steps.
@@ -90,15 +102,15 @@ impl BenchRun {
     pub(super) fn advance<F: Lanes>(
         &self,
         plant: &Physics<F>,
-        shape: Shape,
+        features: Features,
         input: &mut AppliedInput,
         mut state: State<F>,
         Detail { finest, keep }: Detail,
         traces: &mut Traces,
     ) -> u64 {
         traces.make_room(self.blocks(), F::COUNT, keep);
-        let longest = shape.longest_step(finest);
-        let mut dynamics = Dynamics::new(plant, shape);
+        let longest = features.longest_step(finest);
+        let mut dynamics = Dynamics::new(plant, features);
         let placed = !plant.torques.is_empty() || !plant.unnamed.is_empty();
         let with_position = placed && !self.position.is_empty();
         let none = state.theta.like(0.0);
@@ -134,7 +146,7 @@ impl BenchRun {
         let start = if self.position.is_empty() { 0.0 } else { self.shaft(plant, 0) };
         let mut state = State::moving(plant, start, speed);
         state.time_s = self.since_s;
-        state.heat_w = self.past.as_ref().map_or(0.0, |past| past.heat_w(plant));
+        state.heat_w = self.preheat.as_ref().map_or(0.0, |preheat| preheat.heat_w(plant));
         let driven = self.bridge.first() == Some(&Bridge::Driven);
         if self.goes_on() && driven {
             // What drives lies against the load.
@@ -185,7 +197,7 @@ pub(super) enum Keep {
 
 impl Keep {
     /// What the sensors of a run need.
-    pub(super) fn sensed(run: &BenchRun) -> Self {
+    pub(super) fn sensed(run: &PreparedRun) -> Self {
         Self::Sensed { current: !run.current.is_empty() }
     }
 }

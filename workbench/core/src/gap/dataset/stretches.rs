@@ -5,10 +5,10 @@
 
 use super::agree::same_input;
 use super::coverage::{Coverage, Measure, chosen};
-use super::past::{Losses, Past};
+use super::observation::{MOST_BLOCKS, Observation, bench_run};
+use super::preheat::{Losses, Preheat};
 use super::rows::{even_rows, unbroken_rows};
-use super::view::{MOST_BLOCKS, View, bench_run};
-use super::{BenchRun, Part, Scales, parts};
+use super::{Part, PreparedRun, Scales, folds};
 use crate::system::log::{Dynamic, Run};
 use std::ops::Range;
 use std::sync::Arc;
@@ -64,7 +64,7 @@ impl<'a> Stretches<'a> {
         log: &'a Dynamic,
         holdouts: &[&'a Dynamic],
         scales: &Scales,
-        view: &View,
+        observation: &Observation,
         notes: &mut Vec<String>,
     ) -> Self {
         let mut pieces = Vec::new();
@@ -82,14 +82,21 @@ impl<'a> Stretches<'a> {
         }
         let sample = log.runs[0].sample_s();
         let rows = |seconds: f64| (seconds / sample).ceil() as usize;
-        let length = (BLOCKS * view.thinning).max(rows(TIMES * scales.time));
-        let length = length.max(rows(WINDOWS * view.way_s.unwrap_or(0.0)));
-        let lead = rows(LEAD * scales.time + view.window_s).clamp(20, length);
+        let length = (BLOCKS * observation.thinning).max(rows(TIMES * scales.time));
+        let length = length.max(rows(WINDOWS * observation.way_s.unwrap_or(0.0)));
+        let lead = rows(LEAD * scales.time + observation.window_s).clamp(20, length);
         let measure =
             Measure { input: scales.input, speed: scales.speed, rows: rows(0.1 * scales.time).max(1) };
         let all = pieces.iter().enumerate().flat_map(|(k, piece)| tiled(k, piece, length, lead)).collect();
         let alike = alike(&pieces, scales.input);
-        Self { pieces, all, measure, thinning: view.thinning, holdout_given: !holdouts.is_empty(), alike }
+        Self {
+            pieces,
+            all,
+            measure,
+            thinning: observation.thinning,
+            holdout_given: !holdouts.is_empty(),
+            alike,
+        }
     }
 
     /// The stretches that the search runs on: of each of fitted and held-out rows as many as it may have. `None`: the records are short.
@@ -184,24 +191,24 @@ impl<'a> Stretches<'a> {
         let t_s = &piece.run.t_s;
         let (start, end) = (t_s[piece.rows.start], t_s[piece.rows.end - 1]);
         let middle = t_s[(stretch.rows.start + stretch.rows.end) / 2];
-        Some(parts::at((middle - start) / (end - start), 0, self.holdout_given))
+        Some(folds::at((middle - start) / (end - start), 0, self.holdout_given))
     }
 
     /// A stretch made ready, but for noise and start. `position`: place of its first row, where it is an integral.
-    pub(super) fn made(&self, stretch: usize, view: &View, position: f64) -> BenchRun {
+    pub(super) fn made(&self, stretch: usize, observation: &Observation, position: f64) -> PreparedRun {
         let it = &self.all[stretch];
         let piece = &self.pieces[it.piece];
         let last = (it.rows.end + 1).min(piece.rows.end);
         let run = even_rows(piece.run.rows_between(it.lead, last, piece.run.id));
-        let mut made = bench_run(&run, piece.log, view);
+        let mut made = bench_run(&run, piece.log, observation);
         made.since_s = piece.run.t_s[it.lead] - piece.run.t_s[0];
-        made.past = Some(Past::new(&piece.losses, made.since_s));
+        made.preheat = Some(Preheat::new(&piece.losses, made.since_s));
         if it.lead > piece.rows.start {
             made.start_speed = self.measure.mean_speed(piece.run, it.lead);
         }
         made.position.iter_mut().for_each(|at| *at += position);
         match self.part(it) {
-            None => parts::parts(&mut made, self.holdout_given),
+            None => folds::assign(&mut made, self.holdout_given),
             Some(part) => {
                 let first = run.t_s[it.rows.start - it.lead] - 1e-9;
                 let point = made.time.partition_point(|time| *time < first) as u32;
@@ -218,9 +225,9 @@ impl<'a> Stretches<'a> {
     }
 
     /// Stretches that lie evenly over log and hold-outs.
-    pub(super) fn evenly(&self, view: &View) -> Vec<BenchRun> {
+    pub(super) fn evenly(&self, observation: &Observation) -> Vec<PreparedRun> {
         let count = EVENLY.min(self.all.len());
-        (0..count).map(|k| self.made((2 * k + 1) * self.all.len() / (2 * count), view, 0.0)).collect()
+        (0..count).map(|k| self.made((2 * k + 1) * self.all.len() / (2 * count), observation, 0.0)).collect()
     }
 
     /// True if a stretch begins where its run does.

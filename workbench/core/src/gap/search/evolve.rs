@@ -83,8 +83,9 @@ pub(super) fn evolved(child: &Hypothesis, parent: &Scored, projector: &Projector
         let both = places.iter().zip(&residuals);
         both.map(|(x, residuals)| projector.projected(child, x, residuals)).collect()
     };
-    let promises = |members: &[DVector<f64>]| followed(members).iter().map(|start| start.promise).collect();
-    let best = least(begin.len(), FOR_ONE, 0, promises);
+    let predicted =
+        |members: &[DVector<f64>]| followed(members).iter().map(|start| start.predicted_cost).collect();
+    let best = least(begin.len(), FOR_ONE, 0, predicted);
     followed(&[best]).swap_remove(0).x
 }
 

@@ -17,7 +17,7 @@ pub(super) fn promised<'g>(grid: &[&'g Vec<f64>], ask: impl Fn(&[&'g Vec<f64>]) 
     let of = |places: &[usize]| places.iter().flat_map(|place| sizes[*place]).copied().collect::<Vec<_>>();
     let rows = of(&coarse);
     let mut starts = ask(&rows);
-    let best = starts.iter().zip(&rows).min_by(|a, b| a.0.promise.total_cmp(&b.0.promise));
+    let best = starts.iter().zip(&rows).min_by(|a, b| a.0.predicted_cost.total_cmp(&b.0.predicted_cost));
     let Some(size) = best.and_then(|(_, row)| sizes.iter().position(|size| size[0][0] == row[0])) else {
         return starts;
     };
@@ -33,8 +33,8 @@ pub(super) fn promised<'g>(grid: &[&'g Vec<f64>], ask: impl Fn(&[&'g Vec<f64>]) 
 mod tests {
     use super::*;
 
-    fn start(promise: f64, x: &[f64]) -> Start {
-        Start { promise, optimistic_cost: promise, x: x.to_vec(), part: x.to_vec() }
+    fn start(predicted_cost: f64, x: &[f64]) -> Start {
+        Start { predicted_cost, optimistic_cost: predicted_cost, x: x.to_vec(), part: x.to_vec() }
     }
 
     /// Sizes that are looked at, where the promise is best at one of twenty.

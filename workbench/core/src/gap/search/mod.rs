@@ -2,7 +2,7 @@
 //! for itself on the log (fit and cross-validation), be visible, and survive backward elimination.
 //!
 //! ```text
-//! base → promise of every candidate → race (→ evolution) → worth → forms → next round … → exchange → elimination → rivals
+//! base → predicted cost of every candidate → race (→ evolution) → acceptance → forms → next round … → exchange → elimination → rivals
 //! ```
 //!
 //! Where the log contradicts the data sheet, the same is done from the parameter put right, and the likelier end is kept.
@@ -13,12 +13,12 @@ mod evolve;
 mod exchange;
 mod fitted_to_log;
 mod forms;
+mod from_data_sheet;
 mod grid;
 mod race;
 mod rivals;
 mod rounds;
 mod screening;
-mod sheet;
 
 pub use crate::gap::acceptance::ShareLimits;
 pub use crate::gap::scored::{HELD_OUT, Scored, chi2, dispersion};
@@ -73,7 +73,7 @@ pub fn search<'a>(dataset: &'a Dataset, model: &'a Model, given: &Options, progr
     }
     let usual = search.clone().full_search(base.clone());
     let (best, path) = match search.contradicted(&base) {
-        Some(from) => sheet::likelier(search.full_search(from), usual),
+        Some(from) => from_data_sheet::likelier(search.full_search(from), usual),
         None => usual,
     };
     search.dispersion = dispersion(&best);

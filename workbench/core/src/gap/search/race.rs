@@ -1,4 +1,4 @@
-//! The candidates of a round: screened by promise, then raced in three fits, each longer and for fewer of them.
+//! The candidates of a round: screened by their predicted cost, then raced in three fits, each longer and for fewer of them.
 
 use super::evolve::{evolved, spread};
 use super::grid::promised;
@@ -31,7 +31,7 @@ const THIRD_ROUND: usize = 4;
 const EVOLVED: usize = 3;
 /// A round is fitted only if a start promises this part of what a name must gain. The linear
 /// prediction of a gain is often several times too low; its sensitivity was not measured.
-const LEAST_PROMISE: f64 = 0.3;
+const LEAST_PREDICTED_GAIN: f64 = 0.3;
 /// Candidates beyond [`SECOND_ROUND`] that are fitted on all the same where the gap is measured by shares: those that still
 /// promise more than the best has reached. Two iterations are too few for a phase.
 const PROMISING: usize = 7;
@@ -42,10 +42,10 @@ const TOGETHER: usize = 16;
 /// A candidate before its fits.
 struct Screened<'a> {
     hypothesis: Hypothesis<'a>,
-    /// The most promising starts, best first.
+    /// The starts with the lowest predicted cost, best first.
     starts: Vec<Vec<f64>>,
-    /// The cost that the best of them promises.
-    promise: f64,
+    /// The predicted cost of the best of them.
+    predicted_cost: f64,
     /// Which set of the beam it grew from.
     parent: usize,
 }
@@ -111,7 +111,7 @@ impl<'a> Search<'a, '_> {
             }
         };
         let mut screened = during(Phase::Screen, || of_each(&tasks, screen));
-        screened.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+        screened.sort_by(|a, b| a.predicted_cost.total_cmp(&b.predicted_cost));
         let hoped = |it: &Screened| {
             let parent = &beam[it.parent].fit;
             // A promise holds near the parent alone. Far above the noise nothing is refused by it.
@@ -119,7 +119,7 @@ impl<'a> Search<'a, '_> {
                 return true;
             }
             let visible = VISIBLE * VISIBLE * parent.samples as f64;
-            parent.cost - it.promise > LEAST_PROMISE * visible.max(price(self.dispersion))
+            parent.cost - it.predicted_cost > LEAST_PREDICTED_GAIN * visible.max(price(self.dispersion))
         };
         if !screened.iter().any(hoped) {
             return Vec::new();
@@ -177,7 +177,7 @@ impl<'a> Search<'a, '_> {
             return SECOND_ROUND;
         }
         let reached = field[0].scored.fit.cost;
-        let promising = |entered: &Entered| entered.it.promise < reached;
+        let promising = |entered: &Entered| entered.it.predicted_cost < reached;
         field[SECOND_ROUND..].sort_by_key(|entered| !promising(entered));
         let more = field[SECOND_ROUND..].iter().take(PROMISING);
         SECOND_ROUND + more.filter(|entered| promising(entered)).count()
@@ -195,7 +195,7 @@ impl<'a> Search<'a, '_> {
             return Vec::new();
         }
         let mut promising: Vec<&Screened<'a>> = field.iter().map(|entered| &entered.it).collect();
-        promising.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+        promising.sort_by(|a, b| a.predicted_cost.total_cmp(&b.predicted_cost));
         let rugged = |it: &&&Screened<'a>| {
             let newest = it.hypothesis.items.last();
             newest.is_some_and(|item| item.is_full() && spread(item.effect).is_some())
@@ -225,7 +225,7 @@ impl<'a> Search<'a, '_> {
             return plain;
         }
         let full = self.formed(parent, projector, Item::full(effect), &full);
-        if full.promise < plain.promise { full } else { plain }
+        if full.predicted_cost < plain.predicted_cost { full } else { plain }
     }
 
     /// One more effect in one form.
@@ -245,15 +245,15 @@ impl<'a> Search<'a, '_> {
             packs.collect()
         };
         let mut starts = if spread(item.effect).is_some() { promised(grid, look) } else { look(grid) };
-        starts.sort_by(|a, b| a.promise.total_cmp(&b.promise));
-        let promise = starts.iter().map(|start| start.optimistic_cost).fold(f64::INFINITY, f64::min);
+        starts.sort_by(|a, b| a.predicted_cost.total_cmp(&b.predicted_cost));
+        let predicted_cost = starts.iter().map(|start| start.optimistic_cost).fold(f64::INFINITY, f64::min);
         starts.truncate(2);
         // Where the parent bends, what its numbers do at a whole start may lead them far away.
         let both: Vec<Vec<f64>> = starts.into_iter().flat_map(|start| [start.part, start.x]).collect();
         let costs: Vec<f64> = evaluator.of_kin(&both).iter().map(|it| dot(it, it)).collect();
         let nearer = |(both, costs): (&[Vec<f64>], &[f64])| both[usize::from(costs[0] >= costs[1])].clone();
         let starts = both.chunks(2).zip(costs.chunks(2)).map(nearer).collect();
-        Screened { promise, parent: 0, hypothesis, starts }
+        Screened { predicted_cost, parent: 0, hypothesis, starts }
     }
 
     /// One more effect, fitted from its best two starts.

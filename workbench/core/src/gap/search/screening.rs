@@ -1,4 +1,4 @@
-//! What a start promises before it is fitted: the parent's numbers follow it linearly.
+//! The predicted cost of a start, before it is fitted: the parent's numbers follow it linearly.
 
 use crate::gap::fit::{Evaluator, SEARCH};
 use crate::gap::hypothesis::{Hypothesis, Slot};
@@ -17,8 +17,8 @@ const SMALLEST_SHARE: f64 = 0.02;
 
 /// A start after the parent's numbers followed.
 pub(super) struct Start {
-    /// The cost that it promises.
-    pub promise: f64,
+    /// Its predicted cost.
+    pub predicted_cost: f64,
     /// The same if its size is left open.
     pub optimistic_cost: f64,
     /// Numbers at the whole start, the parent's followed.
@@ -67,7 +67,7 @@ impl Projector {
         slot.has_prior().then(|| self.jacobian.columns[place].clone())
     }
 
-    /// The cost that a start promises, and the start, after the parent's numbers followed. The promise holds for the
+    /// The predicted cost of a start, and the start, after the parent's numbers followed. The prediction holds for the
     /// best multiple of the change, because the grid of starts is coarse.
     pub(super) fn projected(&self, child: &Hypothesis, x: &[f64], residuals: &[f64]) -> Start {
         let gradient: DVector<f64> = self.jacobian.gradient(residuals);
@@ -89,7 +89,7 @@ impl Projector {
         let share = |least: f64| (-slope / bend.max(1e-300)).clamp(least, MOST_SHARE);
         let along = |share: f64| whole + share * (2.0 * slope + share * bend);
         Start {
-            promise: along(share(LEAST_SHARE)),
+            predicted_cost: along(share(LEAST_SHARE)),
             optimistic_cost: along(share(SMALLEST_SHARE)),
             part: part(child, x, &followed, share(SMALLEST_SHARE)),
             x: followed,

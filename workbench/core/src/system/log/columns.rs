@@ -2,12 +2,12 @@
 
 use super::cells::Cells;
 use super::clock::Form;
+use super::column_plan::{INPUTS, OUTPUTS, Plan, Source, is_column};
 use super::extent::{Extent, is_too_fast};
 use super::formula::{Formula, Unreadable};
 use super::meaning;
 use super::mend::Names;
 use super::names::{self, Quantity, name_of, quantity_of};
-use super::plan::{INPUTS, OUTPUTS, Plan, Source, is_column};
 use super::propose::{self, Known};
 use super::words::Topic;
 use crate::system::model::Model;

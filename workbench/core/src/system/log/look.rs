@@ -3,13 +3,13 @@
 
 use super::answer::{Answer, Time, answer, smallest_step};
 use super::cells::Cells;
+use super::column_plan::Plan;
 use super::columns::Columns;
 use super::extent::Extent;
 use super::meaning::{Meaning, Sure};
 use super::names::name_of;
 use super::next_time::ask;
 use super::open::cells;
-use super::plan::Plan;
 use super::read::Sheet;
 use super::stream::source_of;
 use super::{Log, Reading};

@@ -1,7 +1,7 @@
 //! What would make the next record better, in sentences for the person who logs.
 
 use super::answer::{Answer, Time, smallest_step, speed};
-use super::plan::{Plan, Proposal};
+use super::column_plan::{Plan, Proposal};
 use super::spelling::short;
 use super::{Dynamic, Quantity, Run};
 

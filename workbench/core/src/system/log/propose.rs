@@ -2,11 +2,11 @@
 //! guessed and from which range of values.
 
 use super::cells::Cells;
+use super::column_plan::{INPUTS, OUTPUTS, Plan, Proposal};
 use super::extent::{Extent, is_too_fast};
 use super::folded;
 use super::meaning::{Meaning, Sure, words};
 use super::names::{Quantity, name_of, quantity_of};
-use super::plan::{INPUTS, OUTPUTS, Plan, Proposal};
 use super::spelling::short;
 use super::words::{Measure, Topic};
 

@@ -1,8 +1,8 @@
 //! The columns of a sheet as quantities in SI units.
 
+use super::column_plan::Source;
 use super::formula::Formula;
 use super::names::Quantity;
-use super::plan::Source;
 use super::read::Sheet;
 use crate::text::input_error::InputError;
 

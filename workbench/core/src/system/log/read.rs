@@ -2,11 +2,11 @@
 
 use super::bridging::{self, Bridged};
 use super::cells::Cells;
+use super::column_plan::{OUTPUTS, Plan, Source};
 use super::columns::Columns;
 use super::formula::Formula;
 use super::names::Quantity;
 use super::pieces::Piece;
-use super::plan::{OUTPUTS, Plan, Source};
 use super::strays::{self, Strays};
 use super::{Dynamic, Input, Reading, Run, folded, rates, time_line};
 use crate::text::input_error::InputError;

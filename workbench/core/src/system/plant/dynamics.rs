@@ -4,20 +4,20 @@
 //! viscous friction costs small steps; speed and back-EMF are coupled implicitly, so that no motor is too fast; friction acts as a
 //! proximal step (Acary, Brogliato: Numerical Methods for Nonsmooth Dynamical Systems, 2008): true sticking without switching logic.
 //!
-//! Sets in lock-step have one [`Shape`]: what it says is asked once for all of them. What differs from set to set is computed both
+//! Sets in lock-step have the same [`Features`]: what it says is asked once for all of them. What differs from set to set is computed both
 //! ways and selected.
 
 use super::external::{Torques, drag};
+use super::features::Features;
 use super::formulas::{Moved, contact_pieces, halfway, resonance_pieces, select, softened};
-use super::lanes::{Lanes, Mask, decayed};
 use super::laws::Law;
-use super::moment;
 use super::physics::{Drive, Physics};
-use super::rungs::Coupling;
-use super::shape::Shape;
+use super::simd::{Lanes, Mask, decayed};
 use super::state::State;
 use super::step::{Before, Driven, Loads, Places, slowed_from};
+use super::step_size::Coupling;
 use super::two_bodies::{self, TwoBodies};
+use super::unnamed_step;
 use super::winding::{Coefficients, Shaft};
 use servo::axis::Bridge;
 
@@ -25,18 +25,18 @@ use servo::axis::Bridge;
 #[derive(Clone, Debug)]
 pub struct Dynamics<'a, F = f64> {
     plant: &'a Physics<F>,
-    shape: Shape,
+    features: Features,
     coefficients: Coefficients<F>,
     /// External torques over the block that the steps are parts of, where they do not depend on the state.
     held: Option<Loads<F>>,
 }
 
 impl<'a, F: Lanes> Dynamics<'a, F> {
-    /// For a plant of a shape.
+    /// For a plant with these features.
     #[inline(always)]
-    pub fn new(plant: &'a Physics<F>, shape: Shape) -> Self {
-        let coefficients = Coefficients::new(plant, &shape, plant.resistance, plant.kt, 1.0);
-        Self { plant, shape, coefficients, held: None }
+    pub fn new(plant: &'a Physics<F>, features: Features) -> Self {
+        let coefficients = Coefficients::new(plant, &features, plant.resistance, plant.kt, 1.0);
+        Self { plant, features, coefficients, held: None }
     }
 
     /// Begins a block of `length` seconds on a known way: what depends on the place alone is the same for all steps within it. (Their
@@ -52,12 +52,12 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     /// inner steps.
     #[inline(always)]
     pub fn advance(&mut self, state: &mut State<F>, input: F, bridge: Bridge, h: f64, at: Places<F>) -> u64 {
-        if !self.shape.two_bodies() {
+        if !self.features.two_bodies() {
             self.step::<false>(state, input, bridge, h, at);
             return 1;
         }
-        let turned = h * self.shape.rate_rad_s();
-        let pieces = match self.shape.rungs.coupling {
+        let turned = h * self.features.rate_rad_s();
+        let pieces = match self.features.step_size.coupling {
             Coupling::Contact => contact_pieces(turned),
             Coupling::Spring => resonance_pieces(turned),
             _ => 1.0,
@@ -83,29 +83,29 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         let driven = self.driven(now, input, bridge, h);
         let (omega, omega_load, mean) = self.moved_under_loads::<TWO>(now, &driven, at);
         self.settle_current(now, &driven, omega, mean);
-        if self.shape.source {
+        if self.features.source {
             self.settle_supply(now, input);
         }
         now.time_s += h;
         now.theta = now.theta + (before.omega + mean * (omega - before.omega)) * h;
         now.omega = omega;
         self.settle_load::<TWO>(now, &before, omega_load, h);
-        self.plant.sense(&self.shape, now, &before, h, self.coefficients.lag);
-        if self.shape.unnamed {
+        self.plant.sense(&self.features, now, &before, h, self.coefficients.lag);
+        if self.features.unnamed {
             self.terms(&driven, at).remember(now, &before);
         }
     }
 
     #[inline(always)]
-    fn terms<'s>(&'s self, driven: &'s Driven<F>, places: Places<F>) -> moment::Step<'s, F> {
-        moment::Step { plant: self.plant, coefficients: &self.coefficients, driven, places }
+    fn terms<'s>(&'s self, driven: &'s Driven<F>, places: Places<F>) -> unnamed_step::Step<'s, F> {
+        unnamed_step::Step { plant: self.plant, coefficients: &self.coefficients, driven, places }
     }
 
     /// Makes sure that the coefficients are those of this step.
     #[inline(always)]
     fn renew(&mut self, state: &State<F>, applied: F, bridge: Bridge, h: f64) {
         let p = self.plant;
-        let (resistance, kt) = if self.shape.varying_winding() {
+        let (resistance, kt) = if self.features.varying_winding() {
             (self.resistance(state, applied, h), self.weakened(state, applied, bridge))
         } else {
             (p.resistance, p.kt)
@@ -114,9 +114,9 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
             return;
         }
         if self.coefficients.step_is(h) {
-            self.coefficients.vary(p, &self.shape, resistance, kt);
+            self.coefficients.vary(p, &self.features, resistance, kt);
         } else {
-            self.coefficients.step_by(p, &self.shape, resistance, kt, h);
+            self.coefficients.step_by(p, &self.features, resistance, kt, h);
         }
     }
 
@@ -125,7 +125,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     #[inline(always)]
     fn weakened(&self, state: &State<F>, applied: F, bridge: Bridge) -> F {
         let (p, c) = (self.plant, &self.coefficients);
-        if !self.shape.knee {
+        if !self.features.knee {
             return p.kt;
         }
         let mean = if bridge != Bridge::Open && p.drive == Drive::Voltage {
@@ -143,12 +143,12 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     fn resistance(&self, state: &State<F>, applied: F, h: f64) -> F {
         let p = self.plant;
         let mut resistance = p.resistance;
-        if self.shape.heat {
+        if self.features.heat {
             let loss = state.current * state.current * self.coefficients.resistance;
             let heat_w = halfway(state.heat_w, loss, h, p.heat_time_s);
             resistance = p.resistance * (p.heat_rise_per_w * heat_w + 1.0);
         }
-        if self.shape.source && !self.shape.slow_rail {
+        if self.features.source && !self.features.slow_rail {
             let duty = applied / p.supply_v;
             resistance = resistance + p.source_ohm * duty * duty;
         }
@@ -169,14 +169,14 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         }
         let terminal = if bridge == Bridge::Shorted {
             none
-        } else if self.shape.slow_rail {
+        } else if self.features.slow_rail {
             let drawn = applied / p.supply_v * state.current;
             let settled = p.supply_v - p.source_ohm * drawn;
             applied * halfway(state.supply_v, settled, h, p.source_ohm * p.bus_farad) / p.supply_v
         } else {
             applied
         };
-        if self.shape.brushes {
+        if self.features.brushes {
             self.behind_brushes(state, terminal, free)
         } else {
             Driven { net: terminal, ..free }
@@ -196,7 +196,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     /// The shaft of one direction or the other.
     #[inline(always)]
     fn side(&self, state: &State<F>, shafts: &[Shaft<F>; 2]) -> Shaft<F> {
-        if !self.shape.uneven {
+        if !self.features.uneven {
             return shafts[0];
         }
         Shaft::select(state.omega.lt(state.omega.like(0.0)), &shafts[1], &shafts[0])
@@ -211,12 +211,12 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         }
         if p.drive == Drive::Torque {
             let held = p.force_gain * driven.net;
-            let softened = if self.shape.knee { held * softened(driven.net, p.kt_knee_a) } else { held };
+            let softened = if self.features.knee { held * softened(driven.net, p.kt_knee_a) } else { held };
             return (softened, self.side(state, &c.open));
         }
         let held = c.per_ampere * state.current;
         let (torque, closed) = (c.per_volt * driven.net + held, self.side(state, &c.closed));
-        if !self.shape.brushes {
+        if !self.features.brushes {
             return (torque, closed);
         }
         let shaft = Shaft::select(driven.blocked, &self.side(state, &c.open), &closed);
@@ -228,7 +228,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     fn moved<const TWO: bool>(&self, state: &State<F>, driven: &Driven<F>, loads: &Loads<F>) -> Moved<F> {
         let (torque, shaft) = self.torque(state, driven);
         let open = driven.bridge == Bridge::Open || self.plant.drive == Drive::Torque;
-        let limited = self.shape.current_limit && !open;
+        let limited = self.features.current_limit && !open;
         let limit = self.plant.current_limit;
         let free = self.pushed::<TWO>(state, torque, &shaft, loads, driven.h);
         if !limited {
@@ -239,7 +239,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         if !beyond.any() {
             return free;
         }
-        let knee = if self.shape.knee { softened(limit, self.plant.kt_knee_a) } else { limit.like(1.0) };
+        let knee = if self.features.knee { softened(limit, self.plant.kt_knee_a) } else { limit.like(1.0) };
         let torque = self.plant.kt * knee * limit.copysign(mean);
         let shaft = self.side(state, &self.coefficients.open);
         select(beyond, self.pushed::<TWO>(state, torque, &shaft, loads, driven.h), free)
@@ -255,15 +255,15 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         h: f64,
     ) -> Moved<F> {
         if TWO {
-            let (plant, shape, damping) = (self.plant, &self.shape, shaft.damping);
+            let (plant, features, damping) = (self.plant, &self.features, shaft.damping);
             let (omega, omega_load) =
-                torque.apart(TwoBodies { plant, shape, state, torque, damping, loads, h });
+                torque.apart(TwoBodies { plant, features, state, torque, damping, loads, h });
             return (omega, omega_load, omega.like(0.5));
         }
         let pushed = shaft.mobility * (torque + loads.motor + loads.load);
         let free = shaft.keep * state.omega + pushed;
         let none = free.like(0.0);
-        if !self.shape.dry {
+        if !self.features.dry {
             return (free, none, shaft.mean);
         }
         (slowed_from(state.omega, free, pushed, shaft.mobility, loads), none, shaft.mean)
@@ -277,7 +277,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         let settled = (driven.net - self.plant.ke * mean) * c.conductance;
         let rest = state.current - settled;
         let (end, mean) = (settled + rest * c.end, settled + rest * c.mean);
-        if !self.shape.brushes {
+        if !self.features.brushes {
             return (end, mean);
         }
         let blocked = driven.blocked;
@@ -294,13 +294,13 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         } else {
             self.currents(state, driven, omega, weight)
         };
-        if self.shape.current_limit {
+        if self.features.current_limit {
             let limit = self.plant.current_limit;
             (state.current, state.mean_current) = (end.within(limit), mean.within(limit));
         } else {
             (state.current, state.mean_current) = (end, mean);
         }
-        if self.shape.heat {
+        if self.features.heat {
             let loss = state.mean_current * state.mean_current * self.coefficients.resistance;
             state.heat_w = loss + (state.heat_w - loss) * self.coefficients.cooling;
         }
@@ -319,7 +319,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     #[inline(always)]
     fn moved_under_loads<const TWO: bool>(&self, now: &State<F>, by: &Driven<F>, at: Places<F>) -> Moved<F> {
         let steady = self.held.unwrap_or_else(|| self.steady_loads(now, by.h, at));
-        let again = self.shape.varying_friction() || self.shape.drag || self.shape.unnamed;
+        let again = self.features.varying_friction() || self.features.drag || self.features.unnamed;
         let first = self.moved::<TWO>(now, by, &self.loads(now, now.omega, by, at, steady));
         if !again {
             return first;
@@ -342,14 +342,14 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     #[inline(always)]
     fn loads(&self, state: &State<F>, omega: F, by: &Driven<F>, at: Places<F>, steady: Loads<F>) -> Loads<F> {
         let mut loads = steady;
-        if self.shape.drag {
+        if self.features.drag {
             loads.motor = loads.motor + drag(&self.plant.torques, omega);
         }
-        if self.shape.unnamed {
+        if self.features.unnamed {
             let torque = self.terms(by, at).torque(state, omega);
             loads.motor = loads.motor + torque;
         }
-        if self.shape.varying_friction() {
+        if self.features.varying_friction() {
             let extra = self.extra_friction(state, omega, by, &loads);
             loads.friction_pos = loads.friction_pos + extra;
             loads.friction_neg = loads.friction_neg + extra;
@@ -362,11 +362,11 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     fn extra_friction(&self, state: &State<F>, omega: F, driven: &Driven<F>, loads: &Loads<F>) -> F {
         let p = self.plant;
         let mut extra = omega.like(0.0);
-        if self.shape.breakaway {
+        if self.features.breakaway {
             let ratio = omega / p.stribeck_speed;
             extra = p.breakaway_extra * (ratio * ratio).map(decayed);
         }
-        if self.shape.gear_friction {
+        if self.features.gear_friction {
             let (torque, shaft) = self.torque(state, driven);
             let motor = torque - (shaft.damping - p.viscous) * omega;
             extra = extra + p.friction_per_motor * motor.abs() + p.friction_per_load * loads.load.abs();
@@ -377,9 +377,9 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     #[inline(always)]
     fn settle_load<const TWO: bool>(&self, state: &mut State<F>, before: &Before<F>, omega_load: F, h: f64) {
         if TWO {
-            return two_bodies::settle(self.plant, &self.shape, state, before, omega_load, h);
+            return two_bodies::settle(self.plant, &self.features, state, before, omega_load, h);
         }
-        match self.shape.rungs.coupling {
+        match self.features.step_size.coupling {
             Coupling::Rigid => (state.theta_load, state.omega_load) = (state.theta, state.omega),
             _ => {
                 let half = self.plant.gap_rad * 0.5;

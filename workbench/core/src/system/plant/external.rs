@@ -1,8 +1,8 @@
 //! External torques within a step.
 
-use super::lanes::{Apart, Lanes};
 use super::laws::{Acts, Law, Motion, TorqueLaw};
 use super::physics::Physics;
+use super::simd::{Apart, Lanes};
 use super::state::State;
 use super::step::{Loads, Places};
 

@@ -1,6 +1,6 @@
 //! Small formulas of a step.
 
-use super::lanes::Lanes;
+use super::simd::Lanes;
 use std::f64::consts::PI;
 
 /// A contact that is over within such a part of a step is inelastic for every log.

@@ -1,7 +1,7 @@
 //! Input chain behind delay and lag: gain → offset → dead zone → limit. Memoryless.
 
-use super::lanes::Lanes;
 use super::physics::Physics;
+use super::simd::Lanes;
 
 /// Which of its parts the chain has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! External torques: one equation an effect.
 
-use super::lanes::Lanes;
+use super::simd::Lanes;
 use std::f64::consts::TAU;
 
 /// Where an external torque is evaluated.

@@ -5,25 +5,25 @@
 
 pub mod dynamics;
 mod external;
+pub mod features;
 mod formulas;
 pub mod input;
-pub mod lanes;
 pub mod laws;
-mod moment;
 pub mod physics;
-mod rungs;
 mod sensor;
-pub mod shape;
+pub mod simd;
 pub mod state;
 mod step;
+mod step_size;
 mod two_bodies;
 pub mod unnamed;
+mod unnamed_step;
 mod winding;
 
 use dynamics::Dynamics;
+use features::Features;
 use physics::Physics;
 use servo::axis::Bridge;
-use shape::Shape;
 use state::State;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -89,10 +89,10 @@ impl Motor {
     pub fn step(&mut self, command: f64, bridge: Bridge, dt: f64) -> Answer {
         let applied = self.behind_delay(command, dt);
         let applied = self.behind_lag(applied, dt);
-        let shape = Shape::of(&self.plant);
-        let applied = self.plant.applied_to(shape.chain(), applied);
+        let features = Features::of(&self.plant);
+        let applied = self.plant.applied_to(features.chain(), applied);
         let pieces = (dt / (LONGEST_STEP * self.plant.time_constant_s())).ceil().clamp(1.0, 100.0) as usize;
-        let mut dynamics = Dynamics::new(&self.plant, shape);
+        let mut dynamics = Dynamics::new(&self.plant, features);
         let mut charge = 0.0;
         for _ in 0..pieces {
             advanced(&mut dynamics, &mut self.state, applied, bridge, dt / pieces as f64);

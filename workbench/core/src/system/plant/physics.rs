@@ -5,9 +5,9 @@
 //!         → Kt·i → friction, external torques → inertia [→ gap or spring → load] → sensor
 //! ```
 
-use super::lanes::Lanes;
 use super::laws::TorqueLaw;
-use super::rungs::Rungs;
+use super::simd::Lanes;
+use super::step_size::StepSize;
 use super::unnamed::Term;
 
 /// What the input of the plant is.
@@ -38,7 +38,7 @@ macro_rules! numbers {
             /// True: the sensor reports the magnitude.
             pub sensor_rectified: bool,
             /// The steps of another plant, if it advances by those; otherwise by its own.
-            pub rungs: Option<Rungs>,
+            pub step_size: Option<StepSize>,
         }
 
         impl Physics {
@@ -50,13 +50,13 @@ macro_rules! numbers {
                     unnamed: Vec::new(),
                     encoder_at_load: false,
                     sensor_rectified: false,
-                    rungs: None,
+                    step_size: None,
                 }
             }
         }
 
         impl<L: Lanes> Physics<L> {
-            /// Plants of one shape side by side; the last one fills what is left. `like`: any number, for its width.
+            /// plants with the same features side by side; the last one fills what is left. `like`: any number, for its width.
             pub fn side_by_side(sets: &[Physics], like: L) -> Self {
                 Self {
                     $($number: like.of(|set| sets[set.min(sets.len() - 1)].$number),)+
@@ -65,7 +65,7 @@ macro_rules! numbers {
                     unnamed: sets[0].unnamed.clone(),
                     encoder_at_load: sets[0].encoder_at_load,
                     sensor_rectified: sets[0].sensor_rectified,
-                    rungs: sets[0].rungs,
+                    step_size: sets[0].step_size,
                 }
             }
         }

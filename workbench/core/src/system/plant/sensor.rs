@@ -1,9 +1,9 @@
 //! Output chain: true speed → scale → rectification → lag → clamp → offset. The position reading is its integral. The offset is
 //! that of the reading: what converts it adds it, behind all that the sensor does.
 
-use super::lanes::Lanes;
+use super::features::Features;
 use super::physics::Physics;
-use super::shape::Shape;
+use super::simd::Lanes;
 use super::state::State;
 use super::step::Before;
 
@@ -42,13 +42,20 @@ impl<F: Lanes> Physics<F> {
 
     /// Advances the reading over one step. `decay`: rest of the sensor's lag after it.
     #[inline(always)]
-    pub(super) fn sense(&self, shape: &Shape, state: &mut State<F>, before: &Before<F>, h: f64, decay: F) {
-        let at_load = shape.at_load;
+    pub(super) fn sense(
+        &self,
+        features: &Features,
+        state: &mut State<F>,
+        before: &Before<F>,
+        h: f64,
+        decay: F,
+    ) {
+        let at_load = features.at_load;
         let (theta, omega) =
             if at_load { (state.theta_load, state.omega_load) } else { (state.theta, state.omega) };
         let (was, omega_before) =
             if at_load { (before.theta_load, before.omega_load) } else { (before.theta, before.omega) };
-        if shape.plain_sensor() {
+        if features.plain_sensor() {
             state.reading = self.sensor_scale * omega + self.sensor_offset;
             state.lagged = state.reading;
             let way = self.sensor_scale * (theta - was) + self.sensor_offset * h;
@@ -56,7 +63,7 @@ impl<F: Lanes> Physics<F> {
             return;
         }
         let mean = self.mean(omega_before, omega, (theta - was) * (1.0 / h));
-        if !shape.sensor_lag {
+        if !features.sensor_lag {
             state.lagged = self.scaled(omega);
             state.reading = self.reading_of(state.lagged);
             state.reading_integral = state.reading_integral + self.reading_of(mean) * h;

@@ -1,7 +1,7 @@
 //! What the plant remembers.
 
-use super::lanes::Lanes;
 use super::physics::Physics;
+use super::simd::Lanes;
 use super::unnamed::Reversal;
 
 /// The plant's state, or the states of several in lock-step. SI units; on a linear axis read m for rad.

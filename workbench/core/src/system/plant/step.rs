@@ -1,6 +1,6 @@
 //! What one step of the plant hands from the rotor to a second body, the sensor and back.
 
-use super::lanes::{Lanes, Mask};
+use super::simd::{Lanes, Mask};
 use super::state::State;
 use servo::axis::Bridge;
 

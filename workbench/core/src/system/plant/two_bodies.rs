@@ -2,12 +2,12 @@
 //! compliant contact.
 //! Viscous and dry friction act on the motor's side, external loads on the load's.
 
-use super::lanes::{Apart, Lanes, Mask};
+use super::features::Features;
 use super::physics::Physics;
-use super::rungs::Coupling;
-use super::shape::Shape;
+use super::simd::{Apart, Lanes, Mask};
 use super::state::State;
 use super::step::{Before, Loads, slowed};
+use super::step_size::Coupling;
 
 /// Speeds of motor and load.
 type Speeds<F> = (F, F);
@@ -15,7 +15,7 @@ type Speeds<F> = (F, F);
 /// A step of two bodies under a torque on the motor.
 pub(super) struct TwoBodies<'a, F> {
     pub plant: &'a Physics<F>,
-    pub shape: &'a Shape,
+    pub features: &'a Features,
     pub state: &'a State<F>,
     pub torque: F,
     pub damping: F,
@@ -29,7 +29,7 @@ impl<F: Lanes> Apart for TwoBodies<'_, F> {
     /// Speeds of motor and load after `h` seconds.
     #[inline(always)]
     fn run(self) -> Speeds<F> {
-        let Self { plant: p, shape, state, torque, damping, loads, h } = self;
+        let Self { plant: p, features, state, torque, damping, loads, h } = self;
         let motor = Body {
             inertia: p.inertia * (-p.load_share + 1.0),
             damping,
@@ -45,7 +45,7 @@ impl<F: Lanes> Apart for TwoBodies<'_, F> {
         let play = p.gap_rad * 0.5;
         let twist = state.theta - state.theta_load;
         let pair = Pair { motor, load, twist, loads, h };
-        match shape.rungs.coupling {
+        match features.step_size.coupling {
             Coupling::Spring => pair.sprung(p, twist - twist.within(play)),
             Coupling::Contact => pair.touched(p, play),
             _ => pair.gapped(play),
@@ -166,7 +166,7 @@ impl<F: Lanes> Pair<'_, F> {
 #[inline(always)]
 pub(super) fn settle<F: Lanes>(
     p: &Physics<F>,
-    shape: &Shape,
+    features: &Features,
     state: &mut State<F>,
     before: &Before<F>,
     omega_load: F,
@@ -174,7 +174,7 @@ pub(super) fn settle<F: Lanes>(
 ) {
     state.omega_load = omega_load;
     state.theta_load = before.theta_load + (before.omega_load + omega_load) * (0.5 * h);
-    if shape.rungs.coupling == Coupling::Gap {
+    if features.step_size.coupling == Coupling::Gap {
         let half = p.gap_rad * 0.5;
         state.theta_load = state.theta_load.max(state.theta - half).min(state.theta + half);
     }

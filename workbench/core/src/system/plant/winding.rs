@@ -1,8 +1,8 @@
 //! What a step needs of winding, inertia and viscous friction, computed once for a step length and a resistance.
 
-use super::lanes::{Lanes, Mask, alternating, decayed};
+use super::features::Features;
 use super::physics::{Drive, Physics};
-use super::shape::Shape;
+use super::simd::{Lanes, Mask, alternating, decayed};
 
 /// Steps whose lengths differ by less than this (relative) are the same step: time stamps are rounded in every file.
 const SAME_STEP: f64 = 1e-5;
@@ -104,7 +104,7 @@ fn lost_share<F: Lanes>(x: F) -> F {
 impl<F: Lanes> Coefficients<F> {
     /// For a resistance, a torque constant and a step length.
     #[inline(always)]
-    pub fn new(p: &Physics<F>, shape: &Shape, resistance: F, kt: F, h: f64) -> Self {
+    pub fn new(p: &Physics<F>, features: &Features, resistance: F, kt: F, h: f64) -> Self {
         let (none, far) = (kt.like(0.0), kt.like(f64::INFINITY));
         let still = Shaft { damping: none, keep: none, mobility: none, mean: none };
         let mut made = Self {
@@ -126,36 +126,36 @@ impl<F: Lanes> Coefficients<F> {
             rail: none,
             lag: none,
         };
-        made.step_by(p, shape, resistance, kt, h);
+        made.step_by(p, features, resistance, kt, h);
         made
     }
 
     /// Takes on another step length, too. In its place: a copy of them all would cost as much as they do.
     #[inline(always)]
-    pub fn step_by(&mut self, p: &Physics<F>, shape: &Shape, resistance: F, kt: F, h: f64) {
+    pub fn step_by(&mut self, p: &Physics<F>, features: &Features, resistance: F, kt: F, h: f64) {
         self.step = h;
         self.per_ohm = kt.like(h) / p.inductance.max(kt.like(1e-12));
         self.open[0] = Shaft::new(self.per_inertia, p.viscous + p.viscous_pos, h);
-        self.open[1] = if shape.uneven {
+        self.open[1] = if features.uneven {
             Shaft::new(self.per_inertia, p.viscous + p.viscous_neg, h)
         } else {
             self.open[0]
         };
-        if shape.heat {
+        if features.heat {
             self.cooling = left(h, p.heat_time_s);
         }
-        if shape.slow_rail {
+        if features.slow_rail {
             self.rail = left(h, p.source_ohm * p.bus_farad);
         }
-        if shape.sensor_lag {
+        if features.sensor_lag {
             self.lag = left(h, p.sensor_lag_s);
         }
-        self.vary(p, shape, resistance, kt);
+        self.vary(p, features, resistance, kt);
     }
 
     /// Takes on another resistance and torque constant; the step stays.
     #[inline(always)]
-    pub fn vary(&mut self, p: &Physics<F>, shape: &Shape, resistance: F, kt: F) {
+    pub fn vary(&mut self, p: &Physics<F>, features: &Features, resistance: F, kt: F) {
         let h = self.step;
         let x = resistance * self.per_ohm;
         let far = (x - self.exact.0).abs().gt(x.like(LITTLE));
@@ -174,9 +174,9 @@ impl<F: Lanes> Coefficients<F> {
         let share = (-self.mean + 1.0) * self.conductance;
         self.per_volt = kt * share;
         self.per_ampere = kt * self.mean;
-        self.back_emf = if shape.drive == Drive::Torque { kt.like(0.0) } else { kt * p.ke * share };
+        self.back_emf = if features.drive == Drive::Torque { kt.like(0.0) } else { kt * p.ke * share };
         self.closed[0] = Shaft::new(self.per_inertia, self.open[0].damping + self.back_emf, h);
-        self.closed[1] = if shape.uneven {
+        self.closed[1] = if features.uneven {
             Shaft::new(self.per_inertia, self.open[1].damping + self.back_emf, h)
         } else {
             self.closed[0]

@@ -20,7 +20,7 @@ pub(super) struct Losses {
 
 /// The pieces of a run before a stretch.
 #[derive(Clone, Debug)]
-pub struct Past {
+pub struct Preheat {
     losses: Arc<Losses>,
     /// Time from the start of the run, s.
     since_s: f64,
@@ -51,7 +51,7 @@ impl Losses {
     }
 }
 
-impl Past {
+impl Preheat {
     pub(super) fn new(losses: &Arc<Losses>, since_s: f64) -> Self {
         Self { losses: Arc::clone(losses), since_s }
     }

@@ -1,4 +1,4 @@
-//! How finely a plant is simulated: its places on the ladders of step lengths.
+//! How finely a plant is simulated: step lengths and rates are rounded, so that plants that differ little advance together.
 
 /// How motor and load hang together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,18 +15,18 @@ pub enum Coupling {
     Gap,
 }
 
-/// The places of a plant.
+/// The rounded step length of a plant, and the rate that parts a step further.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rungs {
-    /// How motor and load hang together: another coupling has another ladder.
+pub struct StepSize {
+    /// How motor and load hang together: another coupling has other rates.
     pub coupling: Coupling,
-    /// Place of the time constant.
+    /// Rounded logarithm of the time constant.
     pub time: i32,
-    /// Place of the rate of spring or teeth.
+    /// Rounded logarithm of the rate of spring or teeth.
     pub rate: i32,
 }
 
-impl Rungs {
+impl StepSize {
     /// As fine as each of two needs to be.
     pub fn finer(self, other: Self) -> Self {
         if self.coupling != other.coupling {

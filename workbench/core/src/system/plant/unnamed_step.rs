@@ -2,8 +2,8 @@
 //!
 //! A term is a table of one plant: plants with terms are advanced one by one, never in lock-step.
 
-use super::lanes::Lanes;
 use super::physics::{Drive, Physics};
+use super::simd::Lanes;
 use super::state::State;
 use super::step::{Before, Driven, Places};
 use super::unnamed::{Acting, Moment};

@@ -2,7 +2,7 @@
 
 use super::noise::hf_noise;
 use super::probe::{Grid, Probes};
-use super::{BenchRun, Scales, position};
+use super::{PreparedRun, Scales, position};
 use crate::system::log::{Dynamic, Run};
 use crate::system::model::{Model, SpeedSensor};
 use std::f64::consts::TAU;
@@ -13,7 +13,7 @@ pub(super) const MOST_BLOCKS: usize = 12_000;
 const LONGEST_BLOCK: f64 = 1.0 / 40.0;
 
 /// How the outputs are looked at.
-pub(super) struct View {
+pub(super) struct Observation {
     sensor: SpeedSensor,
     pub(super) window_s: f64,
     /// Rows per block.
@@ -26,12 +26,12 @@ pub(super) struct View {
     pub(super) notes: Vec<String>,
 }
 
-impl View {
+impl Observation {
     pub(super) fn choose(model: &Model, log: &Dynamic, scales: &Scales) -> Self {
         let sample = log.runs[0].sample_s();
         let most = (LONGEST_BLOCK * scales.time / sample).floor().max(1.0) as usize;
         let thinning = log.rows().div_ceil(MOST_BLOCKS).clamp(1, most);
-        let mut view = Self {
+        let mut observation = Self {
             sensor: model.sensors.speed,
             window_s: model.sensors.speed_window_s,
             thinning,
@@ -41,16 +41,17 @@ impl View {
             notes: Vec::new(),
         };
         if thinning > 1 {
-            view.notes
+            observation
+                .notes
                 .push(format!("{} rows are taken together in blocks of {thinning} for the fits", log.rows()));
         }
         if log.runs.iter().any(|run| run.speed.is_none()) {
-            view.derive(model, log, scales, sample);
-        } else if view.windowed() {
-            let rows = (view.window_s / sample).round() as usize;
-            view.noise_lag = if thinning == 1 { rows } else { 0 };
+            observation.derive(model, log, scales, sample);
+        } else if observation.windowed() {
+            let rows = (observation.window_s / sample).round() as usize;
+            observation.noise_lag = if thinning == 1 { rows } else { 0 };
         }
-        view
+        observation
     }
 
     fn windowed(&self) -> bool {
@@ -110,11 +111,11 @@ impl View {
     }
 }
 
-pub(super) fn bench_run(run: &Run, log: usize, view: &View) -> BenchRun {
-    let first_row = blocks(run, view.thinning);
+pub(super) fn bench_run(run: &Run, log: usize, observation: &Observation) -> PreparedRun {
+    let first_row = blocks(run, observation.thinning);
     let time: Vec<f64> = first_row.iter().map(|row| run.t_s[*row as usize]).collect();
     let rows = run.rows() - 1;
-    let mut made = BenchRun {
+    let mut made = PreparedRun {
         id: run.id,
         log,
         bridge: first_row[..first_row.len() - 1].iter().map(|row| run.bridge[*row as usize]).collect(),
@@ -123,12 +124,12 @@ pub(super) fn bench_run(run: &Run, log: usize, view: &View) -> BenchRun {
         input: run.input[..rows].to_vec(),
         first_row,
         time,
-        ..BenchRun::default()
+        ..PreparedRun::default()
     };
-    made.speed = match (view.way_s, view.derived_rows) {
+    made.speed = match (observation.way_s, observation.derived_rows) {
         (Some(window), _) => position::ways(&made, window),
         (_, Some(rows)) => derived(run, &made.time, rows),
-        _ => logged(run, &made, view),
+        _ => logged(run, &made, observation),
     };
     if let Some(current) = &run.current_a {
         made.current = currents(current, &made);
@@ -178,7 +179,7 @@ fn derived(run: &Run, time: &[f64], rows: usize) -> Probes {
     probes
 }
 
-fn logged(run: &Run, made: &BenchRun, view: &View) -> Probes {
+fn logged(run: &Run, made: &PreparedRun, observation: &Observation) -> Probes {
     let speed = run.speed.as_ref().expect("logged");
     let (grid, mut probes) = (Grid(&made.time), Probes::default());
     let end = made.time[made.time.len() - 1];
@@ -190,8 +191,8 @@ fn logged(run: &Run, made: &BenchRun, view: &View) -> Probes {
         let measured =
             if b - a == 1 { speed[a] } else { (inner + 0.5 * (speed[a] + speed[b])) / (b - a) as f64 };
         let span = if b - a == 1 { 0.0 } else { stop - start };
-        let at = |share: f64| view.window_at(start + share * span);
-        if view.windowed() {
+        let at = |share: f64| observation.window_at(start + share * span);
+        if observation.windowed() {
             // Two-point Gauss quadrature of the moving window over the block.
             let windows =
                 if span == 0.0 { vec![at(0.0)] } else { vec![at(0.211_324_865), at(0.788_675_135)] };
@@ -208,7 +209,7 @@ fn logged(run: &Run, made: &BenchRun, view: &View) -> Probes {
 }
 
 /// Currents at their rows' own time; in blocks of several rows, means over the block.
-fn currents(current: &[f64], made: &BenchRun) -> Probes {
+fn currents(current: &[f64], made: &PreparedRun) -> Probes {
     let (grid, mut probes) = (Grid(&made.time), Probes::default());
     for block in 0..made.blocks() {
         let (a, b) = (made.first_row[block] as usize, made.first_row[block + 1] as usize);

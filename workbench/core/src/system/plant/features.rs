@@ -3,20 +3,20 @@
 use super::input::Chain;
 use super::laws::{Acts, Law};
 use super::physics::{Drive, Physics};
-use super::rungs::{Coupling, Rungs};
+use super::step_size::{Coupling, StepSize};
 
-/// Rungs to an octave on the ladder of step lengths. Sets whose time constants differ by a few per cent mostly take the same steps;
-/// a rung costs at most 9 % of the steps.
-const RUNGS: f64 = 8.0;
-/// Rungs to an octave on the ladder of the rates of springs and teeth. An evolution draws rates that differ by a quarter, and only what is
-/// on one rung advances together; a rung costs at most 41 % of the pieces of a step, a fifth on average.
-const RATE_RUNGS: f64 = 2.0;
+/// Step lengths to an octave. Sets whose time constants differ by a few per cent mostly take the same steps;
+/// rounding down to one costs at most 9 % of the steps.
+const STEPS_PER_OCTAVE: f64 = 8.0;
+/// Rates of springs and teeth to an octave. An evolution draws rates that differ by a quarter, and only what is
+/// rounded to one rate advances together; that costs at most 41 % of the pieces of a step, a fifth on average.
+const RATES_PER_OCTAVE: f64 = 2.0;
 /// Two bodies are joined by a trapezoid that is not exact: their step is at most this part of the time constant.
 const LONGEST_OF_TWO: f64 = 1.0 / 45.0;
 
 /// Which kinds of effects are there: the others cost nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shape {
+pub struct Features {
     pub(super) drive: Drive,
     pub(super) at_load: bool,
     pub(super) heat: bool,
@@ -35,15 +35,15 @@ pub struct Shape {
     pub(super) sensor_lag: bool,
     pub(super) sensor_limit: bool,
     pub(super) unnamed: bool,
-    pub(super) rungs: Rungs,
+    pub(super) step_size: StepSize,
 }
 
-impl Rungs {
+impl StepSize {
     /// Those of a plant.
     pub fn of(p: &Physics) -> Self {
         let coupling = coupling(p);
         // Another coupling has other rates.
-        let given = p.rungs.filter(|rungs| rungs.coupling == coupling);
+        let given = p.step_size.filter(|step_size| step_size.coupling == coupling);
         given.unwrap_or_else(|| Self { coupling, time: below(p.time_constant_s()), rate: rate(p) })
     }
 }
@@ -52,18 +52,18 @@ impl Physics {
     /// The same plant, to be advanced by the steps of another one. What is compared with that other one, for a derivative, must not
     /// differ by its steps too.
     pub fn in_steps_of(self, other: &Self) -> Self {
-        Self { rungs: Some(Rungs::of(other)), ..self }
+        Self { step_size: Some(StepSize::of(other)), ..self }
     }
 
     /// Plants that differ little, all to be advanced by the steps of those that need the shortest.
     pub fn in_step(mut plants: Vec<Self>) -> Vec<Self> {
-        let finest = plants.iter().map(Rungs::of).reduce(Rungs::finer);
-        plants.iter_mut().for_each(|plant| plant.rungs = finest);
+        let finest = plants.iter().map(StepSize::of).reduce(StepSize::finer);
+        plants.iter_mut().for_each(|plant| plant.step_size = finest);
         plants
     }
 }
 
-impl Shape {
+impl Features {
     /// That of a plant.
     pub fn of(p: &Physics) -> Self {
         let gear_friction = p.friction_per_motor > 0.0 || p.friction_per_load > 0.0;
@@ -88,7 +88,7 @@ impl Shape {
             sensor_lag: p.sensor_lag_s > 0.0,
             sensor_limit: p.sensor_limit.is_finite(),
             unnamed: !p.unnamed.is_empty(),
-            rungs: Rungs::of(p),
+            step_size: StepSize::of(p),
         }
     }
 
@@ -100,16 +100,16 @@ impl Shape {
     /// Longest inner step, s, where it may be `finest` of the time constant.
     pub fn longest_step(&self, finest: f64) -> f64 {
         let finest = if self.two_bodies() { finest.min(LONGEST_OF_TWO) } else { finest };
-        (rung(self.rungs.time) * finest).max(1e-7)
+        (rounded_s(self.step_size.time) * finest).max(1e-7)
     }
 
     /// Rate of spring or teeth, rad/s, rounded up.
     pub(super) fn rate_rad_s(&self) -> f64 {
-        (f64::from(self.rungs.rate) / RATE_RUNGS).exp2()
+        (f64::from(self.step_size.rate) / RATES_PER_OCTAVE).exp2()
     }
 
     pub(super) fn two_bodies(&self) -> bool {
-        !matches!(self.rungs.coupling, Coupling::Rigid | Coupling::Play)
+        !matches!(self.step_size.coupling, Coupling::Rigid | Coupling::Play)
     }
 
     /// True if resistance or torque constant change on the way.
@@ -131,7 +131,7 @@ impl Shape {
 /// True if two plants can be advanced in lock-step.
 pub fn alike(a: &Physics, b: &Physics) -> bool {
     let laws = a.torques.iter().zip(&b.torques);
-    Shape::of(a) == Shape::of(b)
+    Features::of(a) == Features::of(b)
         && a.torques.len() == b.torques.len()
         && laws.into_iter().all(|(a, b)| a.acts == b.acts && a.law == b.law)
         && a.unnamed.is_empty()
@@ -157,15 +157,15 @@ fn rate(p: &Physics) -> i32 {
 }
 
 fn below(value: f64) -> i32 {
-    (RUNGS * value.log2()).floor() as i32
+    (STEPS_PER_OCTAVE * value.log2()).floor() as i32
 }
 
 fn above(value: f64) -> i32 {
-    (RATE_RUNGS * value.log2()).ceil() as i32
+    (RATES_PER_OCTAVE * value.log2()).ceil() as i32
 }
 
-fn rung(place: i32) -> f64 {
-    (f64::from(place) / RUNGS).exp2()
+fn rounded_s(place: i32) -> f64 {
+    (f64::from(place) / STEPS_PER_OCTAVE).exp2()
 }
 
 #[cfg(test)]
@@ -176,7 +176,7 @@ mod tests {
     fn a_step_is_at_most_nine_per_cent_shorter_than_it_may_be() {
         for k in 0..100 {
             let plant = Physics::inertia(0.3 * 1.1f64.powi(k), 0.7, 1.0);
-            let ratio = Shape::of(&plant).longest_step(0.1) / (0.1 * plant.time_constant_s());
+            let ratio = Features::of(&plant).longest_step(0.1) / (0.1 * plant.time_constant_s());
             assert!((0.916..=1.000_001).contains(&ratio), "{ratio}");
         }
     }
@@ -197,10 +197,10 @@ mod tests {
         assert!(alike(&plain, &slower.clone().in_steps_of(&plain)));
         let sprung = Physics { load_share: 0.5, stiffness: 1.0, ..slower.clone() };
         assert_eq!(
-            Rungs::of(&sprung.clone().in_steps_of(&plain)),
-            Rungs::of(&sprung),
+            StepSize::of(&sprung.clone().in_steps_of(&plain)),
+            StepSize::of(&sprung),
             "its spring is its own"
         );
-        assert_eq!(Rungs::of(&slower).finer(Rungs::of(&plain)), Rungs::of(&plain));
+        assert_eq!(StepSize::of(&slower).finer(StepSize::of(&plain)), StepSize::of(&plain));
     }
 }
