@@ -13,6 +13,12 @@ pub fn root() -> PathBuf {
 pub fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments).current_dir(root());
+    // A QEMU that could not be installed lies beside what is built.
+    if let (None, None, Some(qemu)) =
+        (find("qemu-system-arm"), std::env::var_os("TRUING_QEMU"), crate::setup::unpacked())
+    {
+        command.env("TRUING_QEMU", qemu);
+    }
     command
 }
 

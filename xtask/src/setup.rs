@@ -1,11 +1,11 @@
 //! What the project needs beyond Rust itself: the targets of chip and browser, and QEMU. Installs what it may, else says in one
 //! sentence what to type.
 
-use crate::process::{find, run};
+use crate::process::{find, root, run};
 use anyhow::{Context, Result, bail};
 use boards::BOARDS;
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// For what the workbench's engine is checked, beside the host.
@@ -30,8 +30,7 @@ fn rust_target(target: &str) -> Result<()> {
         return Ok(());
     }
     println!("set-up: installing the Rust target {target}");
-    let added =
-        run(Command::new("rustup").args(["target", "add", target]).current_dir(crate::process::root()));
+    let added = run(Command::new("rustup").args(["target", "add", target]).current_dir(root()));
     if added.is_err() || !is_installed(target)? {
         bail!(
             "the Rust target {target} is missing and could not be installed: type `rustup target add {target}` (rustup: https://rustup.rs)"
@@ -44,7 +43,7 @@ fn rust_target(target: &str) -> Result<()> {
 fn is_installed(target: &str) -> Result<bool> {
     let output = Command::new("rustc")
         .args(["--print", "target-libdir", "--target", target])
-        .current_dir(crate::process::root())
+        .current_dir(root())
         .output()
         .context("`rustc` cannot be started: install Rust from https://rustup.rs")?;
     let folder = String::from_utf8_lossy(&output.stdout).trim().to_string();
@@ -52,7 +51,7 @@ fn is_installed(target: &str) -> Result<bool> {
 }
 
 fn qemu() -> Result<()> {
-    if find(QEMU).is_some() {
+    if find(QEMU).is_some() || unpacked().is_some() {
         return Ok(());
     }
     if find("apt-get").is_none() {
@@ -60,26 +59,77 @@ fn qemu() -> Result<()> {
             "{QEMU} is missing: install QEMU for Arm with your system's package manager (https://www.qemu.org/download)"
         );
     }
-    if !is_root() {
-        bail!(
-            "{QEMU} is missing: type `sudo apt-get install --yes qemu-system-arm` and run this command again"
-        );
-    }
     println!("set-up: installing {QEMU}");
-    apt(&["update", "--quiet=2"])?;
-    apt(&["install", "--yes", "--quiet=2", "--no-install-recommends", "--no-remove", "qemu-system-arm"])?;
-    if find(QEMU).is_none() {
-        bail!(
-            "{QEMU} is missing although apt-get reported success: install the package qemu-system-arm by hand"
-        );
+    if is_root() {
+        apt(&["update", "--quiet=2"])?;
+        if !asked()?.lines().any(|line| line.starts_with("Remv ")) {
+            apt(&["install", "--yes", "--quiet=2", "--no-install-recommends", "--no-remove", QEMU])?;
+            return Ok(());
+        }
     }
+    unpack()
+}
+
+/// QEMU as it was unpacked, if it was.
+pub fn unpacked() -> Option<PathBuf> {
+    Some(folder().join(QEMU)).filter(|program| program.is_file())
+}
+
+fn folder() -> PathBuf {
+    root().join("target").join("qemu")
+}
+
+/// What apt-get would do to install QEMU, line by line.
+fn asked() -> Result<String> {
+    let mut command = Command::new("apt-get");
+    command.args(["install", "--simulate", "--no-install-recommends", QEMU]);
+    let output = command.output().context("`apt-get` cannot be started")?;
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// Unpacks the system's own packages into `target/qemu`: where nobody may install, or where an installation would remove what
+/// is there (another QEMU's tools).
+fn unpack() -> Result<()> {
+    let (folder, script) = (folder(), folder().join(QEMU));
+    std::fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    let plan = asked()?;
+    let packages: Vec<&str> =
+        plan.lines().filter_map(|line| line.strip_prefix("Inst ")?.split(' ').next()).collect();
+    if packages.is_empty() {
+        bail!(ADVICE);
+    }
+    run(Command::new("apt-get").args(["download", "--quiet=2"]).args(&packages).current_dir(&folder))
+        .context(ADVICE)?;
+    for entry in std::fs::read_dir(&folder)? {
+        let package = entry?.path();
+        if package.extension().is_some_and(|ending| ending == "deb") {
+            run(Command::new("dpkg-deb").arg("--extract").arg(&package).arg(&folder)).context(ADVICE)?;
+            std::fs::remove_file(&package)?;
+        }
+    }
+    // The libraries lie below folders that are named after the processor.
+    let text = format!(
+        "#!/bin/sh\nhere=$(dirname \"$0\")\nfor folder in \"$here\"/usr/lib/*-linux-gnu* \"$here\"/lib/*-linux-gnu*; do libraries=$folder:$libraries; done\n\
+         LD_LIBRARY_PATH=$libraries$LD_LIBRARY_PATH exec \"$here/usr/bin/{QEMU}\" -L \"$here/usr/share/qemu\" \"$@\"\n"
+    );
+    std::fs::write(&script, text)?;
+    run(Command::new("chmod").arg("+x").arg(&script))?;
+    if let Err(error) = run(Command::new(&script).arg("--version").stdout(std::process::Stdio::null())) {
+        std::fs::remove_file(&script)?;
+        return Err(error.context(ADVICE));
+    }
+    println!(
+        "set-up: {QEMU} is unpacked; commands of your own find it by `export TRUING_QEMU={}`",
+        script.display()
+    );
     Ok(())
 }
 
+const ADVICE: &str =
+    "QEMU could not be installed: type `sudo apt-get install --yes qemu-system-arm` and see what it says";
+
 fn apt(arguments: &[&str]) -> Result<()> {
-    run(Command::new("apt-get").args(arguments).env("DEBIAN_FRONTEND", "noninteractive")).context(
-        "QEMU could not be installed: type `apt-get install --yes qemu-system-arm` and see what it says",
-    )
+    run(Command::new("apt-get").args(arguments).env("DEBIAN_FRONTEND", "noninteractive")).context(ADVICE)
 }
 
 fn is_root() -> bool {
