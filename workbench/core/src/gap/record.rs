@@ -16,6 +16,7 @@ use crate::gap::{Options, estimate, excitation, verdict};
 use crate::outcome::{Outcome, Verdict};
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
+use crate::system::plant::physics::Physics;
 use crate::text::input_error::InputError;
 use std::borrow::Borrow;
 
@@ -101,22 +102,20 @@ pub fn made_ready(
     log: &Dynamic,
     holdouts: &[impl Borrow<Dynamic>],
 ) -> Result<Dataset, InputError> {
-    let mut dataset = prepare(model, log, holdouts)?;
-    settle_noise(&mut dataset, model);
-    Ok(dataset)
+    let dataset = prepare(model, log, holdouts)?;
+    let (plant, sigma) = (Scored::given(&dataset, model).plant(), dataset.sigma);
+    let rough = dataset.weighed(&plant, sigma);
+    let (plant, sigma) = settled(&rough, model);
+    Ok(rough.weighed(&plant, sigma))
 }
 
-/// The noise from the base's residual, in which the motion no longer hides it, and the weights.
-fn settle_noise(dataset: &mut Dataset, model: &Model) {
-    let plant = Scored::given(dataset, model).plant();
-    dataset.weigh(&plant);
+/// The base's fit, and the noise from its residual, in which the motion no longer hides it.
+fn settled(dataset: &Dataset, model: &Model) -> (Physics, f64) {
     let base = base_fit(dataset, model);
-    let view = Prediction::of(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
-    let high = hf_noise(&view.residual(), dataset.noise_lag).clamp(0.5 * dataset.sigma, 1.05 * dataset.sigma);
-    let repeated = repeated_noise(&base);
-    let plant = base.plant();
-    dataset.sigma = repeated.map_or(high, |sigma| sigma.max(high));
-    dataset.weigh(&plant);
+    let fitted = Prediction::of(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
+    let high = hf_noise(&fitted.residual(), dataset.noise_lag);
+    let high = high.clamp(0.5 * dataset.sigma, 1.05 * dataset.sigma);
+    (base.plant(), repeated_noise(&base).map_or(high, |sigma| sigma.max(high)))
 }
 
 /// The noise from the difference of two runs with the same input: it needs no model of the noise.

@@ -2,20 +2,21 @@
 
 use super::noise::median;
 use super::probe::Probes;
-use super::{Dataset, Part, PreparedRun};
+use super::{Part, PreparedRun};
 use crate::system::log::Dynamic;
 
 /// Pieces into which a run is cut for fitting, choosing and holding out.
 const PIECES: usize = 16;
 
 /// Alternating pieces of a run: fit, choose, and, without hold-out logs, every fourth one held out.
-pub(super) fn assign(run: &mut PreparedRun, holdout_given: bool) {
+pub(super) fn assigned(mut run: PreparedRun, holdout_given: bool) -> PreparedRun {
     let (start, end) = (run.time[0], run.time[run.time.len() - 1]);
     for probes in [&mut run.speed, &mut run.current] {
         for (time, served) in probes.time.iter().zip(&mut probes.part) {
             *served = at((time - start) / (end - start), run.log, holdout_given);
         }
     }
+    run
 }
 
 /// What a place in a run serves for, 0 … 1.
@@ -50,11 +51,10 @@ pub(super) fn mask_spikes(probes: &mut Probes, sigma: f64) {
     }
 }
 
-pub(super) fn say_holdout(dataset: &mut Dataset, holdouts: &[&Dynamic]) {
-    let text = if holdouts.is_empty() {
-        format!("held out: every fourth of {PIECES} equal pieces of each run")
-    } else {
-        format!("held out: {}", holdouts.iter().map(|log| log.source.as_str()).collect::<Vec<_>>().join(", "))
-    };
-    dataset.notes.push(text);
+/// What is held out, in words.
+pub(super) fn said(holdouts: &[&Dynamic]) -> String {
+    if holdouts.is_empty() {
+        return format!("held out: every fourth of {PIECES} equal pieces of each run");
+    }
+    format!("held out: {}", holdouts.iter().map(|log| log.source.as_str()).collect::<Vec<_>>().join(", "))
 }

@@ -38,8 +38,8 @@ impl<'a> FullPass<'a> {
         let wanted: Vec<usize> =
             (0..self.stretches.len()).filter(|k| !held_out || self.stretches.holds_out(*k)).collect();
         let made = wanted.par_iter().map_init(Simulation::default, |simulation, k| {
-            let mut run = self.stretches.made(*k, &self.observation, self.positions[*k]);
-            started(&mut run, &self.start, self.stretches.begins(*k));
+            let run = self.stretches.made(*k, &self.observation, self.positions[*k]);
+            let run = started(run, &self.start, self.stretches.begins(*k));
             each(self.stretches.piece(*k), &run, simulation)
         });
         made.collect()

@@ -155,12 +155,7 @@ impl Dataset {
 
     /// The longest way between two positions of one run of the log, rad or m.
     pub fn travel(&self) -> f64 {
-        let range = |run: &PreparedRun| {
-            let low = run.position.iter().copied().fold(f64::INFINITY, f64::min);
-            let high = run.position.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            (high - low).max(0.0)
-        };
-        self.runs.iter().filter(|run| run.log == 0).map(range).fold(0.0, f64::max)
+        run::travel(&self.runs)
     }
 
     /// Number of held-out samples of each record that has some, in the order of the records.

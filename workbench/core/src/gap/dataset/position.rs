@@ -5,7 +5,8 @@
 
 use super::noise::{hf_noise, median};
 use super::probe::{Grid, Probes};
-use super::{Dataset, PreparedRun, Scales};
+use super::run::travel;
+use super::{PreparedRun, Scales};
 use crate::system::model::Encoder;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -57,17 +58,16 @@ fn local(run: &PreparedRun, point: usize) -> (f64, f64) {
 
 /// Standard deviation of a measured position: what its third differences show, and not below the encoder's steps, as they are declared
 /// or as they are seen.
-pub(super) fn noise(dataset: &Dataset, encoder: Option<Encoder>) -> f64 {
-    let mut each: Vec<f64> = dataset.runs.iter().map(|run| hf_noise(&run.position, 0)).collect();
-    let declared = encoder.filter(|_| !dataset.linear).map_or(0.0, |encoder| TAU / encoder.counts_per_rev);
-    let step = declared.max(seen_step(dataset));
-    median(&mut each).max(step / 12f64.sqrt()).max(1e-5 * dataset.travel())
+pub(super) fn noise(runs: &[PreparedRun], encoder: Option<Encoder>) -> f64 {
+    let mut each: Vec<f64> = runs.iter().map(|run| hf_noise(&run.position, 0)).collect();
+    let declared = encoder.map_or(0.0, |encoder| TAU / encoder.counts_per_rev);
+    let step = declared.max(seen_step(runs));
+    median(&mut each).max(step / 12f64.sqrt()).max(1e-5 * travel(runs))
 }
 
 /// The smallest step between neighbours that is common: of a quantised position all steps are multiples of it.
-fn seen_step(dataset: &Dataset) -> f64 {
-    let mut steps: Vec<f64> = dataset
-        .runs
+fn seen_step(runs: &[PreparedRun]) -> f64 {
+    let mut steps: Vec<f64> = runs
         .iter()
         .flat_map(|run| run.position.windows(2).map(|pair| (pair[1] - pair[0]).abs()))
         .filter(|step| *step > 1e-9)

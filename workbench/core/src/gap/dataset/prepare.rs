@@ -1,101 +1,108 @@
 //! From model and logs to a [`Dataset`].
 
 use super::agree::{agree, same_input};
-use super::folds::{self, mask_spikes, say_holdout};
+use super::folds::{self, mask_spikes};
 use super::noise::{hf_noise, median};
 use super::observation::{Observation, bench_run};
 use super::position::{self, start_from_position};
-use super::probe::Probes;
 use super::rows::{on_its_grid, unbroken};
 use super::start::start_speed;
 use super::stretches::Stretches;
 use super::{Dataset, PreparedRun, Scales, driven_by};
 use crate::outcome::Searched;
 use crate::system::log::{Dynamic, Input, Run};
-use crate::system::model::{Kind, Model};
+use crate::system::model::{Encoder, Kind, Model};
 use crate::system::plant::physics::{Drive, Physics};
 use crate::text::input_error::InputError;
 use std::borrow::{Borrow, Cow};
 use std::f64::consts::TAU;
 
-/// Makes a log and its hold-outs ready.
+/// Makes a log and its hold-outs ready: grid, noise, folds. The weights follow from a simulation ([`Dataset::weighed`]).
 pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) -> Result<Dataset, InputError> {
     let others: Vec<&Dynamic> = others.iter().map(Borrow::borrow).collect();
     agree(model, log, &others)?;
     let plant = driven_by(&model.kind, model.physics(), log.input);
     let scales = scales(&plant, log)?;
     let observation = Observation::choose(model, log, &scales);
-    let mut dataset = empty(log, &observation, scales);
-    let mut notes = Vec::new();
-    let stretches = Stretches::of(log, &others, &scales, &observation, &mut notes);
-    let searched = stretches.searched();
-    match &searched {
-        Some(searched) => {
-            dataset.notes.append(&mut notes);
-            stretched(&mut dataset, &stretches, searched, &observation);
+    let gridded = Gridded::of(log, &others, &scales, &observation);
+    let noise = Noise::of(&gridded, model, &observation, log, &scales);
+    let start = Start { plant, sigma: noise.speed, scales, of_position: observation.of_position() };
+    let Gridded { runs, stretches, searched, notes, .. } = gridded;
+    let folded = |(index, run): (usize, PreparedRun)| {
+        let run = if noise.current.is_some() { run } else { run.without_current() };
+        match &searched {
+            Some(searched) => started(run, &start, stretches.begins(searched.some[index])),
+            None => started(folds::assigned(run, !others.is_empty()), &start, true),
         }
-        None => {
-            for (index, source) in std::iter::once(&log).chain(&others).enumerate() {
-                let notes = &mut dataset.notes;
-                let runs = source.runs.iter().flat_map(|run| unbroken(&on_its_grid(run), scales.time, notes));
-                dataset.runs.extend(runs.map(|run| bench_run(&run, index, &observation)));
-            }
-        }
-    }
-    dataset.noise_lag = observation.noise_lag;
-    let quiet = searched.as_ref().map(|_| stretches.evenly(&observation));
-    noise(&mut dataset, model, &observation, quiet.as_deref());
-    let start = Start { plant, sigma: dataset.sigma, scales, of_position: dataset.of_position };
-    for (index, run) in dataset.runs.iter_mut().enumerate() {
-        let stretch = searched.as_ref().map(|searched| searched[index]);
-        if stretch.is_none() {
-            folds::assign(run, !others.is_empty());
-        }
-        started(run, &start, stretch.is_none_or(|stretch| stretches.begins(stretch)));
-    }
-    if searched.is_none() {
-        dataset.twins = twins(&dataset).into_iter().collect();
-    }
-    suspect_units(&mut dataset, &start.plant);
-    say_holdout(&mut dataset, &others);
-    Ok(dataset)
-}
-
-/// A dataset without runs.
-fn empty(log: &Dynamic, observation: &Observation, scales: Scales) -> Dataset {
-    Dataset {
+    };
+    let runs: Vec<PreparedRun> = runs.into_iter().enumerate().map(folded).collect();
+    let doubts = suspect_units(&scales, &start.plant);
+    Ok(Dataset {
         input: log.input,
         linear: log.linear,
-        runs: Vec::new(),
-        scales,
         signal: match (observation.of_position(), log.linear) {
             (false, true) => "v_m_s",
             (false, false) => "omega_rad_s",
             (true, true) => "q_m",
             (true, false) => "theta_rad",
         },
-        noise_lag: 0,
-        sigma: 0.0,
-        sigma_current: None,
-        twins: Vec::new(),
+        noise_lag: observation.noise_lag,
+        sigma: noise.speed,
+        sigma_current: noise.current,
+        twins: match &searched {
+            Some(searched) => stretches.twins(&searched.some),
+            None => twins(&runs, scales.input).into_iter().collect(),
+        },
+        runs,
+        scales,
         of_position: observation.of_position(),
         position_logged: log.runs.iter().all(|run| run.position.is_some()),
-        notes: observation.notes.clone(),
-        searched: None,
-    }
+        notes: notes.into_iter().chain(doubts).chain([folds::said(&others)]).collect(),
+        searched: searched.map(|searched| searched.found),
+    })
 }
 
-/// Takes stretches of a long log, and says so.
-fn stretched(dataset: &mut Dataset, stretches: &Stretches, searched: &[usize], observation: &Observation) {
-    let positions = stretches.positions();
-    let made = searched.iter().map(|k| stretches.made(*k, observation, positions[*k]));
-    dataset.runs = made.collect();
-    dataset.twins = stretches.twins(searched);
-    let own: Vec<usize> = searched.iter().copied().filter(|k| stretches.fitted(*k)).collect();
-    let all: Vec<usize> = (0..stretches.len()).filter(|k| stretches.of_log(*k)).collect();
-    let found = Searched { rows: stretches.rows(&own), of_rows: stretches.rows(&all), stretches: own.len() };
-    dataset.notes.push(found.sentence());
-    dataset.searched = Some(found);
+/// Log and hold-outs on their grids: short ones as a whole, of long ones some stretches.
+struct Gridded<'a> {
+    runs: Vec<PreparedRun>,
+    stretches: Stretches<'a>,
+    searched: Option<Chosen>,
+    /// Runs from which the noise is estimated where others are searched: those were chosen because much happens in them.
+    evenly: Option<Vec<PreparedRun>>,
+    notes: Vec<String>,
+}
+
+/// The stretches that the search runs on.
+struct Chosen {
+    some: Vec<usize>,
+    found: Searched,
+}
+
+impl<'a> Gridded<'a> {
+    fn of(log: &'a Dynamic, others: &[&'a Dynamic], scales: &Scales, observation: &Observation) -> Self {
+        let (mut notes, mut gaps) = (observation.notes.clone(), Vec::new());
+        let stretches = Stretches::of(log, others, scales, observation, &mut gaps);
+        let Some(some) = stretches.searched() else {
+            let logs = std::iter::once(&log).chain(others).enumerate();
+            let mut runs = Vec::new();
+            for (index, source) in logs {
+                let whole =
+                    source.runs.iter().flat_map(|run| unbroken(&on_its_grid(run), scales.time, &mut notes));
+                runs.extend(whole.map(|run| bench_run(&run, index, observation)));
+            }
+            return Self { runs, stretches, searched: None, evenly: None, notes };
+        };
+        let positions = stretches.positions();
+        let runs = some.iter().map(|k| stretches.made(*k, observation, positions[*k])).collect();
+        let own: Vec<usize> = some.iter().copied().filter(|k| stretches.fitted(*k)).collect();
+        let all: Vec<usize> = (0..stretches.len()).filter(|k| stretches.of_log(*k)).collect();
+        let found =
+            Searched { rows: stretches.rows(&own), of_rows: stretches.rows(&all), stretches: own.len() };
+        notes.append(&mut gaps);
+        notes.push(found.sentence());
+        let evenly = Some(stretches.evenly(observation));
+        Self { runs, stretches, searched: Some(Chosen { some, found }), evenly, notes }
+    }
 }
 
 /// By what the start of a run is found.
@@ -108,19 +115,16 @@ pub(super) struct Start {
 
 /// Masks spikes and finds the speed from which a run goes on. `begins`: nothing is simulated before its first compared row, so
 /// that an error of that speed would be compared.
-pub(super) fn started(run: &mut PreparedRun, start: &Start, begins: bool) {
+pub(super) fn started(mut run: PreparedRun, start: &Start, begins: bool) -> PreparedRun {
     mask_spikes(&mut run.speed, start.sigma);
-    if !begins {
+    match (begins, start.of_position) {
+        (true, true) => start_from_position(&mut run, start.sigma, &start.scales),
+        (true, false) => start_speed(&mut run, &start.plant, start.sigma, start.scales.speed),
         // Its measured speed, which is forgotten before anything is compared.
-        if run.start_speed.abs() <= start.sigma && !start.of_position {
-            run.start_speed = 0.0;
-        }
-        return;
+        (false, false) if run.start_speed.abs() <= start.sigma => run.start_speed = 0.0,
+        (false, _) => {}
     }
-    match start.of_position {
-        true => start_from_position(run, start.sigma, &start.scales),
-        false => start_speed(run, &start.plant, start.sigma, start.scales.speed),
-    }
+    run
 }
 
 fn scales(plant: &Physics, log: &Dynamic) -> Result<Scales, InputError> {
@@ -186,51 +190,62 @@ fn rough_speed(run: &Run) -> Cow<'_, [f64]> {
 const RPM: std::ops::Range<f64> = 5.0..14.0;
 
 /// Calls out units that cannot be.
-fn suspect_units(dataset: &mut Dataset, plant: &Physics) {
-    let reachable = plant.dc_gain() * dataset.scales.input;
-    let factor = dataset.scales.speed / reachable;
-    if plant.drive == Drive::Voltage && RPM.contains(&factor) {
-        dataset.notes.push(format!(
+fn suspect_units(scales: &Scales, plant: &Physics) -> Option<String> {
+    let reachable = plant.dc_gain() * scales.input;
+    let factor = scales.speed / reachable;
+    (plant.drive == Drive::Voltage && RPM.contains(&factor)).then(|| {
+        format!(
             "the speeds lie {factor:.1} times above the no-load speed of {reachable:.0} rad/s: is the column in rpm? (then: --columns \"omega_rad_s=NAME*0.104720\")"
-        ));
-    }
+        )
+    })
 }
 
-/// The noise of speed and current: from the signals' high frequencies, and not below the declared encoder's steps. `evenly`: runs
-/// in place of those of the dataset, which were chosen because much happens in them.
-fn noise(dataset: &mut Dataset, model: &Model, observation: &Observation, evenly: Option<&[PreparedRun]>) {
-    if observation.of_position() {
-        dataset.sigma = position::noise(dataset, model.encoder);
-        return;
-    }
-    let runs = evenly.unwrap_or(&dataset.runs);
-    let mut each: Vec<f64> = runs.iter().map(|it| hf_noise(&it.speed.measured, dataset.noise_lag)).collect();
-    let mut of_currents: Vec<f64> = runs
-        .iter()
-        .filter(|run| !run.current.is_empty())
-        .map(|run| hf_noise(&run.current.measured, 0))
-        .collect();
-    let all_currents = of_currents.len() == runs.len();
-    let step = match model.encoder {
-        Some(encoder) if observation.window_s > 0.0 && !dataset.linear => {
-            TAU / encoder.counts_per_rev / (6f64.sqrt() * observation.window_s)
+/// Standard deviations of the sensors' noise.
+struct Noise {
+    /// Of the compared speed or position.
+    speed: f64,
+    /// Of the current, where every run has one and a winding is driven.
+    current: Option<f64>,
+}
+
+impl Noise {
+    /// From the signals' high frequencies, and not below the declared encoder's steps.
+    fn of(
+        gridded: &Gridded,
+        model: &Model,
+        observation: &Observation,
+        log: &Dynamic,
+        scales: &Scales,
+    ) -> Self {
+        let encoder = model.encoder.filter(|_| !log.linear);
+        let runs = gridded.evenly.as_ref().unwrap_or(&gridded.runs);
+        let currents = runs.iter().filter(|run| !run.current.is_empty());
+        let mut currents: Vec<f64> = currents.map(|run| hf_noise(&run.current.measured, 0)).collect();
+        let compared = currents.len() == runs.len()
+            && log.input == Input::Voltage
+            && matches!(model.kind, Kind::DcMotor { .. });
+        Self {
+            speed: match observation.of_position() {
+                true => position::noise(&gridded.runs, encoder),
+                false => Self::of_speed(runs, encoder, observation).max(1e-5 * scales.speed),
+            },
+            current: compared.then(|| median(&mut currents).max(1e-4 * scales.current)),
         }
-        _ => 0.0,
-    };
-    dataset.sigma = median(&mut each).max(step).max(1e-5 * dataset.scales.speed);
-    if all_currents && dataset.input == Input::Voltage && matches!(model.kind, Kind::DcMotor { .. }) {
-        dataset.sigma_current = Some(median(&mut of_currents).max(1e-4 * dataset.scales.current));
-    } else {
-        dataset.runs.iter_mut().for_each(|run| run.current = Probes::default());
+    }
+
+    fn of_speed(runs: &[PreparedRun], encoder: Option<Encoder>, observation: &Observation) -> f64 {
+        let noise = |run: &PreparedRun| hf_noise(&run.speed.measured, observation.noise_lag);
+        let window_s = observation.window_s;
+        // Both ends of a window are rounded to a count.
+        let step = |encoder: Encoder| TAU / encoder.counts_per_rev / (6f64.sqrt() * window_s);
+        let step = encoder.filter(|_| window_s > 0.0).map_or(0.0, step);
+        median(&mut runs.iter().map(noise).collect::<Vec<_>>()).max(step)
     }
 }
 
 /// The first two runs of the log that have the same input.
-fn twins(dataset: &Dataset) -> Option<(usize, usize)> {
-    let runs = &dataset.runs;
-    let alike = |a: usize, b: usize| {
-        runs[b].log == 0 && same_input(&runs[a].input, &runs[b].input, dataset.scales.input)
-    };
+fn twins(runs: &[PreparedRun], largest: f64) -> Option<(usize, usize)> {
+    let alike = |a: usize, b: usize| runs[b].log == 0 && same_input(&runs[a].input, &runs[b].input, largest);
     let own = runs.iter().filter(|run| run.log == 0).count();
     let mut pairs = (0..own).flat_map(|a| (a + 1..own).map(move |b| (a, b)));
     pairs.find(|(a, b)| alike(*a, *b))

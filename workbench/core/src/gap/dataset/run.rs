@@ -47,4 +47,19 @@ impl PreparedRun {
     pub(super) fn goes_on(&self) -> bool {
         self.since_s > 0.0
     }
+
+    /// The same run, whose current is not compared.
+    pub(super) fn without_current(self) -> Self {
+        Self { current: Probes::default(), ..self }
+    }
+}
+
+/// The longest way between two positions of one run of the log, rad or m.
+pub(super) fn travel(runs: &[PreparedRun]) -> f64 {
+    let range = |run: &PreparedRun| {
+        let low = run.position.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = run.position.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        (high - low).max(0.0)
+    };
+    runs.iter().filter(|run| run.log == 0).map(range).fold(0.0, f64::max)
 }

@@ -208,7 +208,7 @@ impl<'a> Stretches<'a> {
         }
         made.position.iter_mut().for_each(|at| *at += position);
         match self.part(it) {
-            None => folds::assign(&mut made, self.holdout_given),
+            None => return folds::assigned(made, self.holdout_given),
             Some(part) => {
                 let first = run.t_s[it.rows.start - it.lead] - 1e-9;
                 let point = made.time.partition_point(|time| *time < first) as u32;

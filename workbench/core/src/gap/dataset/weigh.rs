@@ -13,9 +13,10 @@ const TIMING: f64 = 0.02;
 const VALUE: f64 = 3e-4;
 
 impl Dataset {
-    /// Sets the weights from the noise and from a simulation's slopes (never the measurement's: they are noisy).
-    pub fn weigh(&mut self, plant: &Physics) {
-        let (sigma, sigma_current) = (self.sigma, self.sigma_current);
+    /// The same dataset, weighed by a noise and by a simulation's slopes (never the measurement's: they are noisy).
+    pub fn weighed(mut self, plant: &Physics, sigma: f64) -> Self {
+        let sigma_current = self.sigma_current;
+        self.sigma = sigma;
         let mut simulation = Simulation::default();
         for run in &mut self.runs {
             let sample = (run.row_time[run.row_time.len() - 1] - run.row_time[0]) / run.row_time.len() as f64;
@@ -26,6 +27,7 @@ impl Dataset {
                 budget(&mut run.current, predicted, sigma, sample);
             }
         }
+        self
     }
 
     /// The same dataset with the error of a model in the weights. Weights by noise alone let a model that is wrong by many
