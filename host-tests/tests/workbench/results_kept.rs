@@ -70,6 +70,26 @@ fn a_track_that_a_fault_ends_says_so_first_and_exits_with_1() {
     }
 }
 
+/// The mark is looked for before and behind the motion.
+#[test]
+fn counts_that_are_lost_on_the_way_are_told_by_an_end_stop() {
+    for command in ["track", "monitor"] {
+        let words = [command, "--profile", "step:30,2", "--reference", "stop:-8,0,40", "--check"];
+        let fast: &[&str] = if command == "monitor" { &["--fast"] } else { &[] };
+        let said = |motor: &str| ExecBench::default().run(&[&words, fast].concat(), motor);
+        let well = said("0.2 9000 wall");
+        assert_eq!(well.status, Some(0), "{well:?}");
+        assert!(well.out.contains("by the mark that was found before and behind the motion"), "{well:?}");
+        let badly = said("0.2 9000 lose");
+        assert_eq!(badly.status, Some(1), "{badly:?}");
+        let told = format!("{}{}", badly.out, badly.err);
+        assert!(
+            told.contains("counts were lost or invented during the motion: check the encoder's"),
+            "{badly:?}"
+        );
+    }
+}
+
 #[test]
 fn a_commissioning_that_a_fault_ends_names_the_fault() {
     let bench = ExecBench::default();

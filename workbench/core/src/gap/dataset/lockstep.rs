@@ -87,11 +87,17 @@ impl Pack<'_, '_> {
     fn shared(mut self) -> u64 {
         let busy = Busy::begin();
         if self.sets.len() <= HALF || !busy.helper_is_free() {
-            return Arch::new().dispatch(&mut self);
+            return self.in_registers();
         }
         let half = Self { sets: self.sets.split_off(HALF), ..self };
-        let (steps, _) = rayon::join(|| Arch::new().dispatch(&mut self), || half.shared());
+        let (steps, _) = rayon::join(|| self.in_registers(), || half.shared());
         steps
+    }
+
+    /// The one place where the plant is compiled for the processor's registers: in line, each caller would have a copy of all of it.
+    #[inline(never)]
+    fn in_registers(&mut self) -> u64 {
+        Arch::new().dispatch(self)
     }
 
     /// Advances the pack in registers as wide as the processor's, two at a time.

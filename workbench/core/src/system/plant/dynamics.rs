@@ -35,8 +35,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     /// For a plant with these features.
     #[inline(always)]
     pub fn new(plant: &'a Physics<F>, features: Features) -> Self {
-        let coefficients = Coefficients::new(plant, &features, plant.resistance, plant.kt, 1.0);
-        Self { plant, features, coefficients, held: None }
+        Self { plant, features, coefficients: Coefficients::new(plant), held: None }
     }
 
     /// Begins a block of `length` seconds on a known way: what depends on the place alone is the same for all steps within it. (Their
@@ -113,11 +112,10 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         if self.coefficients.serve(resistance, kt, h) {
             return;
         }
-        if self.coefficients.step_is(h) {
-            self.coefficients.vary(p, &self.features, resistance, kt);
-        } else {
-            self.coefficients.step_by(p, &self.features, resistance, kt, h);
+        if !self.coefficients.step_is(h) {
+            self.coefficients.step_by(p, &self.features, h);
         }
+        self.coefficients.vary(p, &self.features, resistance, kt);
     }
 
     /// The torque constant at the mean current of the step, as the last step's winding predicts it: with the current at the start,
@@ -320,12 +318,13 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     fn moved_under_loads<const TWO: bool>(&self, now: &State<F>, by: &Driven<F>, at: Places<F>) -> Moved<F> {
         let steady = self.held.unwrap_or_else(|| self.steady_loads(now, by.h, at));
         let again = self.features.varying_friction() || self.features.drag || self.features.unnamed;
-        let first = self.moved::<TWO>(now, by, &self.loads(now, now.omega, by, at, steady));
-        if !again {
-            return first;
+        let mut moved = (now.omega, now.omega_load, now.omega);
+        // A loop, not two calls: each would be compiled into every step.
+        for _ in 0..1 + usize::from(again) {
+            let middle = (now.omega + moved.0) * 0.5;
+            moved = self.moved::<TWO>(now, by, &self.loads(now, middle, by, at, steady));
         }
-        let middle = (now.omega + first.0) * 0.5;
-        self.moved::<TWO>(now, by, &self.loads(now, middle, by, at, steady))
+        moved
     }
 
     /// What acts on the two sides of the gear, whatever the speed in the step.

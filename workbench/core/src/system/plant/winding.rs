@@ -102,14 +102,15 @@ fn lost_share<F: Lanes>(x: F) -> F {
 }
 
 impl<F: Lanes> Coefficients<F> {
-    /// For a resistance, a torque constant and a step length.
+    /// Of a plant; they hold for no step yet.
     #[inline(always)]
-    pub fn new(p: &Physics<F>, features: &Features, resistance: F, kt: F, h: f64) -> Self {
+    pub fn new(p: &Physics<F>) -> Self {
+        let (kt, resistance) = (p.kt, p.resistance);
         let (none, far) = (kt.like(0.0), kt.like(f64::INFINITY));
         let still = Shaft { damping: none, keep: none, mobility: none, mean: none };
-        let mut made = Self {
+        Self {
             resistance,
-            step: h,
+            step: f64::NAN,
             kt,
             exact: (far, none),
             per_ohm: none,
@@ -125,16 +126,15 @@ impl<F: Lanes> Coefficients<F> {
             cooling: none,
             rail: none,
             lag: none,
-        };
-        made.step_by(p, features, resistance, kt, h);
-        made
+        }
     }
 
-    /// Takes on another step length, too. In its place: a copy of them all would cost as much as they do.
+    /// Takes on another step length; the winding must be taken on again ([`Self::vary`]). In its place: a copy of them all would cost as
+    /// much as they do.
     #[inline(always)]
-    pub fn step_by(&mut self, p: &Physics<F>, features: &Features, resistance: F, kt: F, h: f64) {
+    pub fn step_by(&mut self, p: &Physics<F>, features: &Features, h: f64) {
         self.step = h;
-        self.per_ohm = kt.like(h) / p.inductance.max(kt.like(1e-12));
+        self.per_ohm = self.kt.like(h) / p.inductance.max(self.kt.like(1e-12));
         self.open[0] = Shaft::new(self.per_inertia, p.viscous + p.viscous_pos, h);
         self.open[1] = if features.uneven {
             Shaft::new(self.per_inertia, p.viscous + p.viscous_neg, h)
@@ -150,7 +150,6 @@ impl<F: Lanes> Coefficients<F> {
         if features.sensor_lag {
             self.lag = left(h, p.sensor_lag_s);
         }
-        self.vary(p, features, resistance, kt);
     }
 
     /// Takes on another resistance and torque constant; the step stays.
