@@ -3,6 +3,7 @@
 use crate::gap::dataset::{Dataset, Part, PreparedRun, Simulation, Traces};
 use crate::gap::fit::COARSE;
 use crate::gap::hypothesis::Hypothesis;
+use crate::gap::order::by_least;
 use crate::gap::problem::in_registers;
 use crate::system::effects::{Effect, Scale, Signal, Starts};
 use crate::system::plant::physics::Physics;
@@ -173,7 +174,7 @@ impl Basis {
         let lower = |k: usize, other: Option<&Line>| other.is_none_or(|other| other.gain <= lines[k].gain);
         let peak = |k: &usize| lower(*k, lines[..*k].last()) && lower(*k, lines.get(k + 1));
         let mut peaks: Vec<Line> = (0..lines.len()).filter(peak).map(|k| lines[k]).collect();
-        peaks.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        by_least(&mut peaks, |it| -it.gain);
         peaks
     }
 

@@ -21,6 +21,7 @@ pub mod fit;
 pub mod hypothesis;
 pub mod initial_guesses;
 pub mod jacobian;
+mod order;
 pub mod plots;
 pub mod prediction;
 pub mod problem;

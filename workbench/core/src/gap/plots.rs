@@ -2,6 +2,7 @@
 
 use crate::gap::dataset::Part;
 use crate::gap::hypothesis::Hypothesis;
+use crate::gap::order::by_least;
 use crate::gap::samples::Sample;
 use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 use std::collections::BTreeMap;
@@ -94,7 +95,7 @@ fn shown_runs(samples: &[Sample]) -> (Vec<usize>, usize) {
     }
     let mut runs: Vec<(usize, f64)> = missed.into_iter().collect();
     let all = runs.len();
-    runs.sort_by(|a, b| b.1.total_cmp(&a.1));
+    by_least(&mut runs, |it| -it.1);
     runs.truncate(SHOWN_RUNS);
     (runs.into_iter().map(|(run, _)| run).collect(), all)
 }

@@ -13,6 +13,7 @@ pub mod table;
 pub use limits::ShareLimits;
 
 use crate::gap::hypothesis::Data;
+use crate::gap::order::by_least;
 use crate::gap::scored::Scored;
 
 /// Gain that a name must bring, in twice the logarithm of the likelihood: χ² over a record, n·ln(mean square) over a table,
@@ -86,7 +87,7 @@ pub fn decided<'a, E: Evidence<'a>>(
     }
     let weigh = |smaller| (evidence.weighed(&smaller, standing), smaller);
     let mut weighed: Vec<(Weighed, Scored<'a, E::Data>)> = others.into_iter().map(weigh).collect();
-    weighed.sort_by(|a, b| a.0.gain.total_cmp(&b.0.gain));
+    by_least(&mut weighed, |it| it.0.gain);
     let missed = weighed.into_iter().find(|(weighed, smaller)| !earns(smaller, standing, weighed));
     missed.map(|(weighed, smaller)| (smaller, weighed.gain))
 }

@@ -19,6 +19,7 @@ mod timing;
 
 pub use timing::{earlier, early, notes};
 
+use crate::gap::order::by_least;
 use crate::outcome::{DataFault, Outcome};
 use crate::system::effects;
 use crate::system::log::{Dynamic, Log};
@@ -90,7 +91,7 @@ fn motion_fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Optio
         .filter(|(explained, _)| clearly(as_it_stands, *explained))
         .filter(|(_, suspect)| everywhere(&|other| suspect.explains(other, &base, model)))
         .collect();
-    seen.sort_by(|a, b| b.0.total_cmp(&a.0));
+    by_least(&mut seen, |it| -it.0);
     let best = seen.first().map_or(0.0, |best| best.0);
     if let Some((with_it, suspect, _)) = one_way.filter(|it| it.0 > best) {
         return Some(told(&[(with_it, &suspect)], as_it_stands));

@@ -6,6 +6,7 @@
 
 use super::words::unit;
 use crate::gap::hypothesis::Hypothesis;
+use crate::gap::order::by_least;
 use crate::gap::samples::Sample;
 use crate::outcome::Where;
 use crate::system::log::Input;
@@ -78,7 +79,7 @@ pub fn places(given: &Hypothesis, (samples, since_reversal): &(Vec<Sample>, Vec<
         axes(given, samples, since_reversal).iter().filter_map(|axis| densest(axis, &squares)).collect();
     regions.extend(direction(samples, &squares));
     regions.retain(|region| region.concentration > CONCENTRATED);
-    regions.sort_by(|a, b| b.concentration.total_cmp(&a.concentration));
+    by_least(&mut regions, |it| -it.concentration);
     let mut told: Vec<Region> = Vec::new();
     for region in regions {
         match told.iter_mut().find(|known| known.same(&region, &squares)) {

@@ -10,6 +10,7 @@ use super::screening::{Projector, Start, started};
 use crate::gap::acceptance::noise::{VISIBLE, at_floor};
 use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
+use crate::gap::order::by_least;
 use crate::gap::problem::dot;
 use crate::gap::scored::Scored;
 use crate::gap::threads::of_each;
@@ -187,7 +188,7 @@ fn least(
         let found = members.par_chunks(TOGETHER_IN_LOCKSTEP).with_max_len(1).flat_map_iter(&costs);
         let mut ranked: Vec<(f64, &DVector<f64>)> =
             found.collect::<Vec<_>>().into_iter().zip(&members).collect();
-        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        by_least(&mut ranked, |it| it.0);
         let ((least, member), most) = (ranked[0], ranked[POPULATION - 1].0);
         if least < best.0 {
             best = (least, member.clone());

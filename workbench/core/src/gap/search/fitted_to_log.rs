@@ -13,6 +13,7 @@ use crate::gap::acceptance::{Others, decided};
 use crate::gap::effort::{Phase, during};
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Item;
+use crate::gap::order::by_least;
 use crate::gap::scored::{Scored, dispersion};
 use crate::gap::threads::{each, of_each};
 use rayon::prelude::*;
@@ -104,7 +105,7 @@ impl<'a> Search<'a, '_> {
         let (mut richer, more): (Vec<Scored<'a>>, _) =
             rayon::join(|| forms().collect(), || alone.expand(std::slice::from_ref(set)));
         richer.extend(more.into_iter().take(BEAM));
-        richer.sort_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost));
+        by_least(&mut richer, |it| it.fit.cost);
         richer
     }
 

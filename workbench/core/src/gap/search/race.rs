@@ -10,6 +10,7 @@ use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{Evaluator, SEARCH, Setting, fit_near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::initial_guesses::Basis;
+use crate::gap::order::by_least;
 use crate::gap::problem::dot;
 use crate::gap::scored::{Scored, rank};
 use crate::gap::threads::{each, of_each};
@@ -111,7 +112,7 @@ impl<'a> Search<'a, '_> {
             }
         };
         let mut screened = during(Phase::Screen, || of_each(&tasks, screen));
-        screened.sort_by(|a, b| a.predicted_cost.total_cmp(&b.predicted_cost));
+        by_least(&mut screened, |it| it.predicted_cost);
         let hoped = |it: &Screened| {
             let parent = &beam[it.parent].fit;
             // A promise holds near the parent alone. Far above the noise nothing is refused by it.
@@ -195,7 +196,7 @@ impl<'a> Search<'a, '_> {
             return Vec::new();
         }
         let mut promising: Vec<&Screened<'a>> = field.iter().map(|entered| &entered.it).collect();
-        promising.sort_by(|a, b| a.predicted_cost.total_cmp(&b.predicted_cost));
+        by_least(&mut promising, |it| it.predicted_cost);
         let rugged = |it: &&&Screened<'a>| {
             let newest = it.hypothesis.items.last();
             newest.is_some_and(|item| item.is_full() && spread(item.effect).is_some())
@@ -245,7 +246,7 @@ impl<'a> Search<'a, '_> {
             packs.collect()
         };
         let mut starts = if spread(item.effect).is_some() { promised(grid, look) } else { look(grid) };
-        starts.sort_by(|a, b| a.predicted_cost.total_cmp(&b.predicted_cost));
+        by_least(&mut starts, |it| it.predicted_cost);
         let predicted_cost = starts.iter().map(|start| start.optimistic_cost).fold(f64::INFINITY, f64::min);
         starts.truncate(2);
         // Where the parent bends, what its numbers do at a whole start may lead them far away.

@@ -3,6 +3,7 @@
 use super::Search;
 use crate::gap::acceptance::{self, residual_share::near};
 use crate::gap::hypothesis::{Hypothesis, Item};
+use crate::gap::order::by_least;
 use crate::gap::scored::{Scored, dispersion};
 use crate::gap::threads::of_each;
 use crate::system::effects::Family;
@@ -29,12 +30,12 @@ impl<'a> Search<'a, '_> {
                 near.push(other);
             }
         }
-        near.sort_by(|a, b| a.score.total_cmp(&b.score));
+        by_least(&mut near, |it| it.score);
         let margin = NEAR * acceptance::tied(dispersion(best));
         near.retain(|other| other.fit.cost - best.fit.cost < margin);
         near.truncate(6);
         let mut fine = of_each(&near, |other| self.fine(other));
-        fine.sort_by(|a, b| a.score.total_cmp(&b.score));
+        by_least(&mut fine, |it| it.score);
         fine
     }
 }

@@ -6,6 +6,7 @@ use super::search::best;
 use super::sets::Search;
 use crate::gap::acceptance::{NAME, tied};
 use crate::gap::hypothesis::Item;
+use crate::gap::order::by_least;
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, MOTOR_GAIN, RESISTANCE, VISCOUS_FRICTION};
 use rayon::prelude::*;
@@ -69,7 +70,7 @@ impl<'a> Search<'a> {
         if replaced.is_scale() {
             all.extend(self.base_pairs(set, k, &all));
         }
-        all.sort_by(|a, b| a.worse_by.total_cmp(&b.worse_by));
+        by_least(&mut all, |it| it.worse_by);
         all
     }
 
@@ -142,7 +143,7 @@ impl<'a> Search<'a> {
             Some(Replacement { objection, ..added })
         };
         let mut all: Vec<Replacement<'a>> = offered.into_iter().filter_map(added).collect();
-        all.sort_by(|a, b| a.worse_by.total_cmp(&b.worse_by));
+        by_least(&mut all, |it| it.worse_by);
         all
     }
 }

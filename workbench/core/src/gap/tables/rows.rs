@@ -4,6 +4,7 @@
 use super::map;
 use crate::gap::dataset::Scales;
 use crate::gap::hypothesis::{Data, Item, Slot};
+use crate::gap::order::by_least;
 use crate::gap::residual::largest;
 use crate::system::effects::{Effect, Family, Parameter, Signal, Starts};
 use crate::system::log::Table;
@@ -242,7 +243,7 @@ fn minus(measured: &[f64], predicted: &[f64]) -> Vec<f64> {
 /// The steepest slope of a table over at least a tenth of its span, rad/s/V.
 fn steepest(volts: &[f64], omega: &[f64]) -> f64 {
     let mut rows: Vec<(f64, f64)> = volts.iter().copied().zip(omega.iter().copied()).collect();
-    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    by_least(&mut rows, |it| it.0);
     let span = rows.last().map_or(0.0, |l| l.0 - rows[0].0);
     let far = |k: usize| {
         let mut further = rows[k..].iter();

@@ -11,6 +11,7 @@ use crate::gap::acceptance::table::OverTable;
 use crate::gap::acceptance::{Others, decided};
 use crate::gap::beam::{Growth, grown};
 use crate::gap::hypothesis::{Data, Item};
+use crate::gap::order::by_least;
 use crate::gap::threads::each;
 use crate::system::effects::{Effect, Family, Forms, LIBRARY};
 use rayon::prelude::*;
@@ -58,7 +59,7 @@ impl<'a> Search<'a> {
             _ => self.extended(set, item),
         };
         let mut larger: Vec<Set<'a>> = each(&offered).filter_map(refined).collect();
-        larger.sort_by(|a, b| a.score.total_cmp(&b.score));
+        by_least(&mut larger, |it| it.score);
         Some(decided(&OverTable(self.rows), set, Others::Larger, larger)?.0)
     }
 
@@ -121,7 +122,7 @@ impl<'a> Growth for Rounds<'_, 'a> {
         let jobs: Vec<(&Set<'a>, &Item)> = allowed.collect();
         let extended = |(parent, item): &(&Set<'a>, &Item)| self.0.extended(parent, item);
         let mut sets: Vec<Set<'a>> = each(&jobs).filter_map(extended).collect();
-        sets.sort_by(|a, b| a.score.total_cmp(&b.score));
+        by_least(&mut sets, |it| it.score);
         let mut seen = std::collections::BTreeSet::new();
         sets.retain(|set| seen.insert(identity(set)));
         sets

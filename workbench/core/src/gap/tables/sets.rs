@@ -5,6 +5,7 @@ use super::fit::{Set, best, mean_square};
 use super::rows::Rows;
 use crate::gap::fit::Fit;
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
+use crate::gap::order::by_least;
 use crate::system::effects::Effect;
 use crate::system::model::Model;
 
@@ -51,7 +52,7 @@ impl<'a> Search<'a> {
         if starts.len() > DESCENTS {
             let misfit = |x: Vec<f64>| (mean_square(&hypothesis, &x), x);
             let mut promising: Vec<(f64, Vec<f64>)> = starts.into_iter().map(misfit).collect();
-            promising.sort_by(|a, b| a.0.total_cmp(&b.0));
+            by_least(&mut promising, |it| it.0);
             starts = promising.into_iter().take(DESCENTS).map(|it| it.1).collect();
         }
         let fit = best(&hypothesis, &starts)?;

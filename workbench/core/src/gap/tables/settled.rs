@@ -1,6 +1,7 @@
 //! Records over time whose rows are so far apart that each shows a settled speed.
 
 use super::time_constant_s;
+use crate::gap::order::by_least;
 use crate::system::log::{Dynamic, Input, Run, Table};
 use crate::system::model::Model;
 use servo::axis::Bridge;
@@ -71,7 +72,7 @@ fn scatter(input: &[f64], speed: &[f64], turned: bool) -> f64 {
     if turned {
         pairs.extend((0..input.len()).map(|k| (-input[k], -speed[k], k)));
     }
-    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    by_least(&mut pairs, |it| it.0);
     let mut squares = Vec::new();
     for place in 1..pairs.len() - 1 {
         let (u, omega, row) = pairs[place];

@@ -6,6 +6,7 @@ use super::rows::Rows;
 use super::sets::Search;
 use super::speed_unit::SpeedUnit;
 use crate::gap::hypothesis::Item;
+use crate::gap::order::by_least;
 use crate::gap::prediction::Prediction;
 use crate::gap::residual::rms;
 use crate::system::plant::physics::Physics;
@@ -65,7 +66,7 @@ impl Residual {
     /// Of a fitted set on every row.
     pub fn of(table: &Rows, plant: &Physics) -> Self {
         let mut rows: Vec<(f64, f64)> = table.volts.iter().copied().zip(table.residual(plant)).collect();
-        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        by_least(&mut rows, |it| it.0);
         Residual { volts: rows.iter().map(|r| r.0).collect(), error: rows.iter().map(|r| r.1).collect() }
     }
 

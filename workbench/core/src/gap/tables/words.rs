@@ -2,6 +2,7 @@
 
 use super::speed_unit::SpeedUnit;
 use super::study::Residual;
+use crate::gap::order::by_least;
 use crate::system::effects::Shape;
 use crate::system::plant::physics::Physics;
 use crate::text::figures::figure;
@@ -158,6 +159,6 @@ pub fn shares(residual: &Residual, regions: &[(String, f64, f64)]) -> Vec<(Strin
     };
     let mut all: Vec<_> =
         regions.iter().map(|(label, from, to)| (label.clone(), inside(*from, *to))).collect();
-    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    by_least(&mut all, |it| -it.1);
     all
 }
