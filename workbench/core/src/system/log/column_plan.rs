@@ -9,7 +9,7 @@ use crate::text::input_error::InputError;
 
 /// Where one quantity comes from.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct Origin {
     /// The quantity.
     pub quantity: Quantity,
     /// What it is computed from; the column behind the last one is the number of the row.
@@ -20,7 +20,7 @@ pub struct Source {
     pub name: String,
 }
 
-impl Source {
+impl Origin {
     /// The factor from a column to the SI unit. 1 for an expression.
     pub fn factor(&self) -> f64 {
         match self.formula {
@@ -45,7 +45,7 @@ pub struct Proposal {
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
     /// The quantities that are there.
-    pub sources: Vec<Source>,
+    pub origins: Vec<Origin>,
     /// What each column seems to be.
     pub meanings: Vec<Option<Meaning>>,
     /// Columns that are taken by name and unit, with our name.
@@ -63,7 +63,7 @@ pub struct Plan {
 impl Plan {
     /// Is this quantity there?
     pub fn has(&self, quantity: Quantity) -> bool {
-        self.sources.iter().any(|source| source.quantity == quantity)
+        self.origins.iter().any(|origin| origin.quantity == quantity)
     }
 
     /// Is one of these there?
@@ -106,7 +106,7 @@ impl Plan {
         let stated = all.filter_map(|(index, meaning)| {
             let meaning = meaning.filter(|meaning| meaning.sure == Sure::Stated)?;
             let (quantity, unit) = meaning.quantity?;
-            let used = self.sources.iter().any(|known| is_column(known, index));
+            let used = self.origins.iter().any(|known| is_column(known, index));
             (!used && wanted(quantity)).then_some((index, quantity, unit))
         });
         stated.collect()
@@ -114,6 +114,6 @@ impl Plan {
 }
 
 /// Is a quantity this column as it is?
-pub(super) fn is_column(source: &Source, index: usize) -> bool {
-    matches!(source.formula, Formula::Scaled { index: own, .. } if own == index)
+pub(super) fn is_column(origin: &Origin, index: usize) -> bool {
+    matches!(origin.formula, Formula::Scaled { index: own, .. } if own == index)
 }

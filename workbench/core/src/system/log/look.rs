@@ -129,10 +129,10 @@ pub fn look(path: &Path, columns: &Columns) -> Result<Look, InputError> {
 
 impl Column {
     fn of(cells: &Cells, plan: &Plan, index: usize) -> Self {
-        let used = plan.sources.iter().find(|source| source.formula.indices().contains(&index));
+        let used = plan.origins.iter().find(|origin| origin.formula.indices().contains(&index));
         let proposed = plan.proposals.iter().find(|proposal| proposal.column == Some(index));
         let extent = Extent::of(cells, index);
-        let seems = used.map(|source| name_of(source.quantity, source.unit).to_owned());
+        let seems = used.map(|origin| name_of(origin.quantity, origin.unit).to_owned());
         let seems = seems
             .or_else(|| proposed.and_then(|proposal| proposal.item.split('=').next()).map(str::to_owned));
         Self {

@@ -2,7 +2,7 @@
 
 use super::bridging::{self, Bridged};
 use super::cells::Cells;
-use super::column_plan::{OUTPUTS, Plan, Source};
+use super::column_plan::{OUTPUTS, Origin, Plan};
 use super::columns::Columns;
 use super::formula::Formula;
 use super::names::Quantity;
@@ -65,26 +65,26 @@ impl<'a> Sheet<'a> {
 
     /// A column that is there and holds nothing is not there. One that nothing is computed from is not kept.
     fn leave_out_empty_columns(&mut self) -> Option<String> {
-        let empty = |source: &Source| match source.formula {
+        let empty = |origin: &Origin| match origin.formula {
             Formula::Scaled { index, .. } => {
                 self.cells.columns.get(index).is_some_and(|column| column.empty == self.cells.rows)
             }
             Formula::Expression { .. } => false,
         };
-        let (gone, kept): (Vec<Source>, Vec<Source>) = self.plan.sources.drain(..).partition(empty);
-        self.plan.sources = kept;
+        let (gone, kept): (Vec<Origin>, Vec<Origin>) = self.plan.origins.drain(..).partition(empty);
+        self.plan.origins = kept;
         for index in 0..self.cells.columns.len() {
             if self.uses(index) == 0 {
                 self.cells.columns[index].values = Vec::new();
             }
         }
-        let names: Vec<String> = gone.iter().map(|source| format!("`{}`", source.name)).collect();
+        let names: Vec<String> = gone.iter().map(|origin| format!("`{}`", origin.name)).collect();
         (!names.is_empty()).then(|| format!("Columns without a value are left out: {}.", names.join(", ")))
     }
 
     /// How many quantities are computed from a column.
     pub(super) fn uses(&self, index: usize) -> usize {
-        self.plan.sources.iter().filter(|source| source.formula.indices().contains(&index)).count()
+        self.plan.origins.iter().filter(|origin| origin.formula.indices().contains(&index)).count()
     }
 
     /// Said where a duty is multiplied by a supply that the log does not have.
@@ -139,12 +139,12 @@ impl<'a> Sheet<'a> {
         }
         if let Some(row) = duty.iter().position(|d| d.abs() > 1.0 + 1e-6) {
             let most = duty.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
-            let source = self.plan.sources.iter().find(|source| source.quantity == Quantity::Duty);
+            let origin = self.plan.origins.iter().find(|origin| origin.quantity == Quantity::Duty);
             let what = format!(
                 "column duty: {} lies outside −1 … 1, as others do up to {most}; map it with its full scale, for example \
                  --columns \"duty={}/{}\"",
                 duty[row],
-                source.map_or("duty", |source| &source.name),
+                origin.map_or("duty", |origin| &origin.name),
                 super::propose::full_scale(most)
             );
             return Err(InputError::line(self.source, self.cells.line(row), what));
@@ -155,7 +155,7 @@ impl<'a> Sheet<'a> {
 
     /// Factor from the file's column to the SI unit.
     pub(super) fn factor(&self, quantity: Quantity) -> f64 {
-        self.plan.sources.iter().find(|source| source.quantity == quantity).map_or(1.0, Source::factor)
+        self.plan.origins.iter().find(|origin| origin.quantity == quantity).map_or(1.0, Origin::factor)
     }
 
     fn dynamic(&mut self, notes: &mut Vec<String>) -> Result<Dynamic, InputError> {
@@ -243,11 +243,11 @@ impl<'a> Sheet<'a> {
     /// Positions that fold, and signs in a bit of their own.
     fn unfold(&mut self) -> Vec<String> {
         let mut notes = Vec::new();
-        for source in self.plan.sources.iter().filter(|source| OUTPUTS.contains(&source.quantity)) {
-            let position = source.quantity == Quantity::Angle;
-            let scaled = position && matches!(source.formula, Formula::Scaled { .. });
-            let turn = scaled.then(|| std::f64::consts::TAU / source.factor().abs());
-            for index in source.formula.indices() {
+        for origin in self.plan.origins.iter().filter(|origin| OUTPUTS.contains(&origin.quantity)) {
+            let position = origin.quantity == Quantity::Angle;
+            let scaled = position && matches!(origin.formula, Formula::Scaled { .. });
+            let turn = scaled.then(|| std::f64::consts::TAU / origin.factor().abs());
+            for index in origin.formula.indices() {
                 if let Some(column) = self.cells.columns.get_mut(*index) {
                     notes.extend(folded::unfold(
                         &mut column.values,
@@ -294,7 +294,7 @@ impl<'a> Sheet<'a> {
             return Ok(());
         };
         let first = &lines[*first];
-        let indices = self.plan.sources.iter().flat_map(|source| source.formula.indices());
+        let indices = self.plan.origins.iter().flat_map(|origin| origin.formula.indices());
         let hole = |index: &usize| {
             let hole = self.cells.columns.get(*index)?.hole.as_ref()?;
             (hole.0 == *first).then_some((*index, &hole.1))
