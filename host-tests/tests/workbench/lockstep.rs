@@ -7,8 +7,8 @@ use truing::gap::fit::{COARSE, FINE};
 use truing::system::effects::{Effect, LIBRARY};
 use truing::system::log::{Input, Run};
 use truing::system::model::Model;
-use truing::system::plant::physics::Physics;
 use truing::system::plant::features::alike;
+use truing::system::plant::physics::Physics;
 
 /// Sets beside each other: more than two registers of any processor hold, and not a multiple.
 const SETS: usize = 11;

@@ -4,9 +4,9 @@ use super::observation::Observation;
 use super::prepare::{Start, started};
 use super::stretches::Stretches;
 use super::{Dataset, PreparedRun, Simulation, driven_by};
+use crate::gap::threads::*;
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
-use rayon::prelude::*;
 
 /// The records behind a dataset that holds stretches of them.
 pub struct FullPass<'a> {
@@ -37,7 +37,7 @@ impl<'a> FullPass<'a> {
     ) -> Vec<T> {
         let wanted: Vec<usize> =
             (0..self.stretches.len()).filter(|k| !held_out || self.stretches.holds_out(*k)).collect();
-        let made = wanted.par_iter().map_init(Simulation::default, |simulation, k| {
+        let made = bunched(&wanted).map_init(Simulation::default, |simulation, k| {
             let mut run = self.stretches.made(*k, &self.observation, self.positions[*k]);
             started(&mut run, &self.start, self.stretches.begins(*k));
             each(self.stretches.piece(*k), &run, simulation)

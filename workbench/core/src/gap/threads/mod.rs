@@ -1,22 +1,15 @@
-//! What several threads share.
+//! What several threads share. Without the feature `threads` one thread does it all, in the same order and with the same bits.
 
-use rayon::prelude::*;
+#[cfg(not(feature = "threads"))]
+mod alone;
+#[cfg(feature = "threads")]
+mod pool;
+
+#[cfg(not(feature = "threads"))]
+pub use alone::*;
+#[cfg(feature = "threads")]
+pub use pool::*;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-
-/// Tasks of some milliseconds or more, in their order: each may go to another thread. Left to itself, the thread pool hands them out in
-/// bunches, and of a bunch with several long ones nobody can take any away.
-pub fn each<T: IntoParallelIterator<Iter: IndexedParallelIterator>>(all: T) -> rayon::iter::MaxLen<T::Iter> {
-    all.into_par_iter().with_max_len(1)
-}
-
-/// What such tasks give, in their order.
-pub fn of_each<T, R>(all: T, task: impl Fn(T::Item) -> R + Sync + Send) -> Vec<R>
-where
-    T: IntoParallelIterator<Iter: IndexedParallelIterator>,
-    R: Send,
-{
-    each(all).map(task).collect()
-}
 
 /// Threads that simulate at this moment.
 static BUSY: AtomicUsize = AtomicUsize::new(0);
@@ -33,7 +26,7 @@ impl Busy {
 
     /// True if not all threads simulate: another one may have nothing to do. It may be wrong; nothing but time may depend on it.
     pub fn helper_is_free(&self) -> bool {
-        BUSY.load(Relaxed) < rayon::current_num_threads()
+        BUSY.load(Relaxed) < count()
     }
 }
 
