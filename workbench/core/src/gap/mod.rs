@@ -14,7 +14,6 @@ pub mod effort;
 pub mod estimate;
 pub mod examine;
 pub mod excitation;
-pub mod expectation;
 pub mod experiment;
 mod extend;
 pub mod fit;

@@ -8,8 +8,8 @@ use anyhow::Context;
 use clap::{Args, Subcommand};
 use servo::link::protocol::{Command, Message};
 use std::path::PathBuf;
-use truing_core::system::model;
 use truing_core::text::input_error::InputError;
+use truing_files::model;
 use truing_report::console::files::Files;
 use truing_report::report::write_atomically;
 

@@ -1,5 +1,6 @@
 //! What is known of a file's columns, what is proposed and what lacks.
 
+use super::cells::Cells;
 use super::formula::Formula;
 use super::meaning::{Meaning, Sure};
 use super::mend::Names;
@@ -78,8 +79,8 @@ impl Plan {
         (!said.is_empty()).then(|| format!("Columns read by name and unit: {}.", said.join(", ")))
     }
 
-    /// Refuses a file that lacks something, with the line that mends it.
-    pub fn complete(&self, source: &str, line: u64) -> Result<(), InputError> {
+    /// Refuses a file that lacks something, with the option that mends it.
+    pub fn complete(&self, source: &str, cells: &Cells) -> Result<(), InputError> {
         let reasons: Vec<&str> = self.proposals.iter().map(|proposal| proposal.why.as_str()).collect();
         let ready = format!("--columns {}", in_shell(&self.items));
         let what = match (&self.missing, reasons.is_empty()) {
@@ -88,7 +89,7 @@ impl Plan {
             (Some(missing), true) => missing.clone(),
             (Some(missing), false) => format!("{missing}; besides, {}: {ready}", reasons.join("; ")),
         };
-        Err(InputError::line(source, line, what))
+        Err(cells.wrong_names(source, what))
     }
 }
 

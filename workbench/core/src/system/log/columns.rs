@@ -176,7 +176,7 @@ impl Columns {
                     twice.name,
                     name_of(quantity, unit)
                 );
-                return Err(InputError::line(source, cells.header_line, what));
+                return Err(cells.wrong_names(source, what));
             }
             plan.origins.push(column(index, name, quantity, unit));
         }
@@ -253,7 +253,7 @@ impl Mapping {
                     format!("--columns, `{}={}`: cannot be computed ({why})", self.ours, self.theirs)
                 }
             };
-            InputError::line(source, cells.header_line, what)
+            cells.wrong_names(source, what)
         })?;
         let name = match formula.indices() {
             [index] => names[*index].clone(),

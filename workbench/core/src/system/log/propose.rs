@@ -364,7 +364,11 @@ impl Desk<'_> {
             let begins = stems.iter().any(|stem| name.to_lowercase().starts_with(stem));
             begins && quantity_of(name).is_none() && !used(*index)
         });
-        let headless = if self.cells.dialect.headless { "the file has no header line; " } else { "" };
+        let headless = if self.cells.dialect.as_ref().is_some_and(|dialect| dialect.headless) {
+            "the file has no header line; "
+        } else {
+            ""
+        };
         let listed = self.cells.header.join(", ");
         match near {
             Some((_, name)) => format!(

@@ -56,7 +56,7 @@ impl Sheet<'_> {
         let name = origin.map_or("", |origin| &origin.name);
         let what =
             format!("--columns, `{name}` gives {value} here; correct the expression or remove the row");
-        InputError::line(self.source, self.cells.line(row), what)
+        self.wrong(row, what)
     }
 
     /// Index and row of the first cell that an origin cannot be computed from.
@@ -68,12 +68,12 @@ impl Sheet<'_> {
     fn check_words(&self, origin: &Origin) -> Result<(), InputError> {
         let Some((index, row)) = self.refused(origin) else { return Ok(()) };
         let cell = self.cells.columns[index].refused.as_ref().map_or("", |known| &known.1);
-        let why = match self.cells.dialect.number(cell) {
+        let why = match self.cells.number(cell) {
             Some(_) => format!("`{cell}` is not a finite number; remove the row"),
             None => self.no_number(cell),
         };
         let what = format!("column {}: {why}", self.cells.header[index]);
-        Err(InputError::line(self.source, self.cells.line(row), what))
+        Err(self.wrong(row, what))
     }
 
     fn no_number(&self, cell: &str) -> String {
@@ -83,7 +83,7 @@ impl Sheet<'_> {
                 "`{cell}` is a time of day; write seconds, or leave the column out and map t_s=row*SECONDS"
             );
         }
-        let comma = self.cells.dialect.decimal_comma;
+        let comma = self.cells.dialect.as_ref().is_some_and(|dialect| dialect.decimal_comma);
         match (comma, cell.contains('.'), cell.contains(',')) {
             (true, true, _) => {
                 format!(
