@@ -4,7 +4,7 @@ pub use truing_core::system::log::*;
 
 use look::Look;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufReader, Read};
 use std::path::Path;
 use truing_core::text::input_error::InputError;
 
@@ -12,22 +12,6 @@ use truing_core::text::input_error::InputError;
 const STANDARD: &str = "-";
 /// Bytes that are read at once.
 const CHUNK: usize = 1 << 16;
-
-/// A file that is opened as often as it is read: it is never in memory as a whole.
-struct OnDisk<'a> {
-    name: &'a str,
-    path: &'a Path,
-}
-
-impl Bytes for OnDisk<'_> {
-    fn name(&self) -> &str {
-        self.name
-    }
-
-    fn open(&self) -> std::io::Result<Box<dyn BufRead + '_>> {
-        Ok(Box::new(BufReader::with_capacity(CHUNK, File::open(self.path)?)))
-    }
-}
 
 /// Reads a log from a file.
 pub fn read(path: &Path, columns: &Columns) -> Result<Log, InputError> {
@@ -49,13 +33,14 @@ pub fn look(path: &Path, columns: &Columns) -> Result<Look, InputError> {
     opened(path, |bytes| look::look(bytes, columns))
 }
 
-/// Reads the bytes of a file. A pipe can be read but once, and is held in memory.
-fn opened<T>(path: &Path, read: impl Fn(&dyn Bytes) -> Result<T, InputError>) -> Result<T, InputError> {
+/// Reads the bytes of a file, which is never in memory as a whole. A pipe can be read but once, and is held.
+fn opened<T>(path: &Path, read: impl Fn(Bytes) -> Result<T, InputError>) -> Result<T, InputError> {
     let standard = path == Path::new(STANDARD);
     let name = if standard { "standard input".into() } else { path.display().to_string() };
     let failed = |error| InputError::unreadable(&name, error);
     if !standard && std::fs::metadata(path).map_err(failed)?.is_file() {
-        return read(&OnDisk { name: &name, path });
+        let open = || File::open(path).map(|file| BufReader::with_capacity(CHUNK, file));
+        return read(Bytes { name: &name, open: &|| Ok(Box::new(open()?)) });
     }
     let mut bytes = Vec::new();
     let all = match standard {
@@ -63,5 +48,5 @@ fn opened<T>(path: &Path, read: impl Fn(&dyn Bytes) -> Result<T, InputError>) ->
         false => File::open(path).and_then(|mut file| file.read_to_end(&mut bytes)),
     };
     all.map_err(failed)?;
-    read(&Held { name: &name, bytes: &bytes })
+    read(Bytes { name: &name, open: &|| Ok(Box::new(bytes.as_slice())) })
 }

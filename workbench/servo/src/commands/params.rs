@@ -97,10 +97,8 @@ fn change(set: &Set) -> anyhow::Result<()> {
     let mut client = set.firmware.client(&setup.config)?;
     let known = client.parameters()?;
     if known.is_some() && set.assignments.is_empty() && set.params.is_none() {
-        return Err(InputError(
-            "nothing is set: write key=value, with a key that `truing params get` prints, or --params".into(),
-        )
-        .into());
+        let what = "nothing is set: write key=value, with a key that `truing params get` prints, or --params";
+        return Err(InputError(what.into()).into());
     }
     let mut parameters = match known {
         Some(known) => known,

@@ -4,7 +4,7 @@ use super::observation::Observation;
 use super::prepare::{Start, started};
 use super::stretches::Stretches;
 use super::{Dataset, PreparedRun, Simulation, driven_by};
-use crate::gap::threads::*;
+use crate::gap::threads::of_each;
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
 
@@ -37,12 +37,11 @@ impl<'a> FullPass<'a> {
     ) -> Vec<T> {
         let wanted: Vec<usize> =
             (0..self.stretches.len()).filter(|k| !held_out || self.stretches.holds_out(*k)).collect();
-        let made = bunched(&wanted).map_init(Simulation::default, |simulation, k| {
-            let mut run = self.stretches.made(*k, &self.observation, self.positions[*k]);
-            started(&mut run, &self.start, self.stretches.begins(*k));
-            each(self.stretches.piece(*k), &run, simulation)
-        });
-        made.collect()
+        of_each(wanted, |k| {
+            let mut run = self.stretches.made(k, &self.observation, self.positions[k]);
+            started(&mut run, &self.start, self.stretches.begins(k));
+            each(self.stretches.piece(k), &run, &mut Simulation::default())
+        })
     }
 
     /// Number of stretches.

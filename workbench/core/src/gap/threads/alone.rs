@@ -6,16 +6,6 @@ pub trait OneByOne: Iterator + Sized {
     fn flat_map_iter<I: IntoIterator>(self, task: impl Fn(Self::Item) -> I) -> impl Iterator<Item = I::Item> {
         self.flat_map(task)
     }
-
-    /// What tasks give that share something to work with.
-    fn map_init<S, R>(
-        self,
-        begin: impl Fn() -> S,
-        task: impl Fn(&mut S, Self::Item) -> R,
-    ) -> impl Iterator<Item = R> {
-        let mut shared = begin();
-        self.map(move |it| task(&mut shared, it))
-    }
 }
 
 impl<I: Iterator> OneByOne for I {}
@@ -35,14 +25,7 @@ pub fn each<T: IntoIterator>(all: T) -> T::IntoIter {
     all.into_iter()
 }
 
-pub use each as bunched;
-
 /// What tasks give, in their order.
 pub fn of_each<T: IntoIterator, R>(all: T, task: impl Fn(T::Item) -> R) -> Vec<R> {
     each(all).map(task).collect()
-}
-
-/// Here.
-pub fn on_pool<R>(task: impl FnOnce() -> R) -> R {
-    task()
 }

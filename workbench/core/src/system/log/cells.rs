@@ -4,21 +4,16 @@ use super::clock::Form;
 use super::dialect::Dialect;
 use super::text::{missing, number};
 use crate::text::input_error::InputError;
-use std::fmt::{Display, Formatter};
+use std::fmt::Display;
 
 /// A place in a file: `line 12`.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, derive_more::Display)]
+#[display("{what} {number}")]
 pub struct Place {
     /// What the file has many of.
     pub what: &'static str,
     /// Which of them, from 1.
     pub number: u64,
-}
-
-impl Display for Place {
-    fn fmt(&self, f: &mut Formatter) -> std::fmt::Result {
-        write!(f, "{} {}", self.what, self.number)
-    }
 }
 
 /// The cells of a file with their places.

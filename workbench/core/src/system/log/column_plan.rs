@@ -62,9 +62,14 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Where a quantity comes from, if it is there.
+    pub fn origin(&self, quantity: Quantity) -> Option<&Origin> {
+        self.origins.iter().find(|origin| origin.quantity == quantity)
+    }
+
     /// Is this quantity there?
     pub fn has(&self, quantity: Quantity) -> bool {
-        self.origins.iter().any(|origin| origin.quantity == quantity)
+        self.origin(quantity).is_some()
     }
 
     /// Is one of these there?

@@ -107,8 +107,9 @@ impl Columns {
         let header = &cells.header;
         let meanings = (0..header.len()).map(|k| match cells.columns[k].form {
             Some(Form::Clock { .. }) => Some(meaning::of_time(1.0)),
-            _ => meaning::recognise(&header[k], cells.units[k].as_deref())
-                .map(|meaning| meaning.since_1970(|| Extent::of(cells, k).map_or(0.0, |extent| extent.min))),
+            _ => meaning::recognise(&header[k], cells.units[k].as_deref()).map(|meaning| {
+                meaning.since_1970(|| Extent::of(cells.values(k)).map_or(0.0, |extent| extent.min))
+            }),
         });
         let mut plan = Plan { meanings: meanings.collect(), ..Plan::default() };
         for mapping in self.mappings.iter().filter(|mapping| mapping.theirs != "none") {
@@ -170,7 +171,7 @@ impl Columns {
             if too_fast || plan.origins.iter().any(|known| is_column(known, index)) {
                 continue;
             }
-            if let Some(twice) = plan.origins.iter().find(|known| known.quantity == quantity) {
+            if let Some(twice) = plan.origin(quantity) {
                 let what = format!(
                     "columns `{}` and `{name}` hold the same quantity; choose one with --columns \"{}={name}\"",
                     twice.name,

@@ -91,8 +91,8 @@ pub enum State {
 }
 
 /// Looks at the bytes of a file.
-pub fn look(bytes: &dyn Bytes, columns: &Columns) -> Result<Look, InputError> {
-    let (source, cells) = (bytes.name(), cells(bytes)?);
+pub fn look(bytes: Bytes, columns: &Columns) -> Result<Look, InputError> {
+    let (source, cells) = (bytes.name, cells(bytes)?);
     let plan = columns.plan(source, &cells, true)?;
     let assumed = columns.with(&plan.items)?;
     let seen = (0..cells.header.len()).map(|index| Column::of(&cells, &plan, index)).collect();
@@ -109,10 +109,7 @@ pub fn look(bytes: &dyn Bytes, columns: &Columns) -> Result<Look, InputError> {
         Ok(Reading { log, notes }) => (Some(log), notes, None),
         Err(error) => (None, told.into_iter().collect(), Some(error.0)),
     };
-    let record = log.as_ref().and_then(|log| match log {
-        Log::Dynamic(record) => Some(record),
-        Log::Table(_) => None,
-    });
+    let record = if let Some(Log::Dynamic(record)) = &log { Some(record) } else { None };
     let (time, answer) = (record.map(Time::of), record.and_then(answer));
     Ok(Look {
         schema: "truing-look/1",
@@ -138,7 +135,7 @@ impl Column {
     fn of(cells: &Cells, plan: &Plan, index: usize) -> Self {
         let used = plan.origins.iter().find(|origin| origin.formula.indices().contains(&index));
         let proposed = plan.proposals.iter().find(|proposal| proposal.column == Some(index));
-        let extent = Extent::of(cells, index);
+        let extent = Extent::of(cells.values(index));
         let seems = used.map(|origin| name_of(origin.quantity, origin.unit).to_owned());
         let seems = seems
             .or_else(|| proposed.and_then(|proposal| proposal.item.split('=').next()).map(str::to_owned));

@@ -5,7 +5,7 @@ use super::clock::Form;
 use super::columns::Columns;
 use super::json::Json;
 use super::read::Sheet;
-use super::source::{Bytes, Held, Source};
+use super::source::{Bytes, Source};
 use super::text_table::TextTable;
 use super::{Log, Reading};
 use crate::text::input_error::InputError;
@@ -17,13 +17,13 @@ const SOURCES: [&dyn Source; 1] = [&Json];
 const HEAD: u64 = 4096;
 
 /// Reads a log, and says how it was read.
-pub fn reading(bytes: &dyn Bytes, columns: &Columns) -> Result<Reading, InputError> {
-    Sheet::open(bytes.name(), cells(bytes)?, columns, true)
+pub fn reading(bytes: Bytes, columns: &Columns) -> Result<Reading, InputError> {
+    Sheet::open(bytes.name, cells(bytes)?, columns, true)
 }
 
 /// Reads a record that need not have an output: what a simulation is driven by.
-pub fn input(bytes: &dyn Bytes, columns: &Columns) -> Result<Reading, InputError> {
-    Sheet::open(bytes.name(), cells(bytes)?, columns, false)
+pub fn input(bytes: Bytes, columns: &Columns) -> Result<Reading, InputError> {
+    Sheet::open(bytes.name, cells(bytes)?, columns, false)
 }
 
 /// Reads a log from a text; `source` names it in messages.
@@ -33,15 +33,15 @@ pub fn parse(source: &str, text: &str, columns: &Columns) -> Result<Log, InputEr
 
 /// Reads a log from the bytes of a file; `source` names it in messages.
 pub fn parse_bytes(source: &str, bytes: &[u8], columns: &Columns) -> Result<Reading, InputError> {
-    reading(&Held { name: source, bytes }, columns)
+    reading(Bytes { name: source, open: &|| Ok(Box::new(bytes)) }, columns)
 }
 
 /// The table that the bytes hold.
-pub(super) fn cells(bytes: &dyn Bytes) -> Result<Cells, InputError> {
+pub(super) fn cells(bytes: Bytes) -> Result<Cells, InputError> {
     let mut head = Vec::new();
-    let read = bytes.open().and_then(|reader| reader.take(HEAD).read_to_end(&mut head));
-    read.map_err(|error| InputError::unreadable(bytes.name(), error))?;
-    let taken = SOURCES.into_iter().find(|source| source.takes(bytes.name(), &head));
+    let read = (bytes.open)().and_then(|reader| reader.take(HEAD).read_to_end(&mut head));
+    read.map_err(|error| InputError::unreadable(bytes.name, error))?;
+    let taken = SOURCES.into_iter().find(|source| source.takes(bytes.name, &head));
     let mut cells = taken.unwrap_or(&TextTable).table(bytes)?;
     for (unit, column) in cells.units.iter_mut().zip(&cells.columns) {
         if let Some(Form::Unit(written)) = &column.form {

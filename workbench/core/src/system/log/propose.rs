@@ -96,7 +96,7 @@ impl Desk<'_> {
         let all = self.plan.meanings.iter().enumerate();
         let of_it = all.filter_map(|(index, meaning)| {
             let meaning = meaning.filter(|meaning| meaning.topic == topic && !meaning.strange())?;
-            let extent = Extent::of(self.cells, index)?;
+            let extent = Extent::of(self.cells.values(index))?;
             // What never changes drives nothing and shows nothing; a supply may.
             let changes = extent.min < extent.max || topic == Topic::Supply || self.cells.rows < 2;
             Some((index, meaning, extent)).filter(|_| changes && !used.contains(&index))
@@ -364,11 +364,8 @@ impl Desk<'_> {
             let begins = stems.iter().any(|stem| name.to_lowercase().starts_with(stem));
             begins && quantity_of(name).is_none() && !used(*index)
         });
-        let headless = if self.cells.dialect.as_ref().is_some_and(|dialect| dialect.headless) {
-            "the file has no header line; "
-        } else {
-            ""
-        };
+        let headless = self.cells.dialect.as_ref().filter(|dialect| dialect.headless);
+        let headless = headless.map_or("", |_| "the file has no header line; ");
         let listed = self.cells.header.join(", ");
         match near {
             Some((_, name)) => format!(

@@ -9,9 +9,7 @@ use crate::text::input_error::InputError;
 impl Sheet<'_> {
     /// A column in SI units, if the file has it; NaN where a cell is empty. What only this quantity needs is taken.
     pub(super) fn column(&mut self, quantity: Quantity) -> Result<Option<Vec<f64>>, InputError> {
-        let Some(origin) = self.plan.origins.iter().find(|origin| origin.quantity == quantity) else {
-            return Ok(None);
-        };
+        let Some(origin) = self.plan.origin(quantity) else { return Ok(None) };
         match origin.formula {
             Formula::Scaled { index, factor }
                 if index < self.cells.columns.len() && self.uses(index) == 1 =>
@@ -31,9 +29,7 @@ impl Sheet<'_> {
 
     /// The same, and the cells stay.
     pub(super) fn copy(&self, quantity: Quantity) -> Result<Option<Vec<f64>>, InputError> {
-        let Some(origin) = self.plan.origins.iter().find(|origin| origin.quantity == quantity) else {
-            return Ok(None);
-        };
+        let Some(origin) = self.plan.origin(quantity) else { return Ok(None) };
         let (indices, mut cells) = (origin.formula.indices(), Vec::new());
         let refused = self.refused(origin).map_or(self.cells.rows, |(_, row)| row);
         let mut values = Vec::with_capacity(refused);
@@ -52,7 +48,7 @@ impl Sheet<'_> {
     }
 
     fn infinite(&self, row: usize, value: f64, quantity: Quantity) -> InputError {
-        let origin = self.plan.origins.iter().find(|origin| origin.quantity == quantity);
+        let origin = self.plan.origin(quantity);
         let name = origin.map_or("", |origin| &origin.name);
         let what =
             format!("--columns, `{name}` gives {value} here; correct the expression or remove the row");
@@ -84,18 +80,11 @@ impl Sheet<'_> {
             );
         }
         let comma = self.cells.dialect.as_ref().is_some_and(|dialect| dialect.decimal_comma);
-        match (comma, cell.contains('.'), cell.contains(',')) {
-            (true, true, _) => {
-                format!(
-                    "`{cell}` has a point where the file has decimal commas; write all numbers in one way"
-                )
-            }
-            (false, _, true) => {
-                format!(
-                    "`{cell}` has a comma where the file has decimal points; write all numbers in one way"
-                )
-            }
-            _ => format!("`{cell}` is not a number; correct the cell or remove the row"),
-        }
+        let (sign, others) = match (comma, cell.contains('.'), cell.contains(',')) {
+            (true, true, _) => ("point", "commas"),
+            (false, _, true) => ("comma", "points"),
+            _ => return format!("`{cell}` is not a number; correct the cell or remove the row"),
+        };
+        format!("`{cell}` has a {sign} where the file has decimal {others}; write all numbers in one way")
     }
 }

@@ -145,7 +145,7 @@ impl<'a> Sheet<'a> {
         }
         if let Some(row) = duty.iter().position(|d| d.abs() > 1.0 + 1e-6) {
             let most = duty.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
-            let origin = self.plan.origins.iter().find(|origin| origin.quantity == Quantity::Duty);
+            let origin = self.plan.origin(Quantity::Duty);
             let what = format!(
                 "column duty: {} lies outside −1 … 1, as others do up to {most}; map it with its full scale, for example \
                  --columns \"duty={}/{}\"",
@@ -161,7 +161,7 @@ impl<'a> Sheet<'a> {
 
     /// Factor from the file's column to the SI unit.
     pub(super) fn factor(&self, quantity: Quantity) -> f64 {
-        self.plan.origins.iter().find(|origin| origin.quantity == quantity).map_or(1.0, Origin::factor)
+        self.plan.origin(quantity).map_or(1.0, Origin::factor)
     }
 
     fn dynamic(&mut self, notes: &mut Vec<String>) -> Result<Dynamic, InputError> {

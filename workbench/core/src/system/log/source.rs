@@ -4,31 +4,13 @@ use super::cells::Cells;
 use crate::text::input_error::InputError;
 use std::io::{BufRead, Result};
 
-/// The bytes of a log, which are read as often as it is needed.
-pub trait Bytes {
-    /// What messages call them.
-    fn name(&self) -> &str;
-
-    /// From the first one on.
-    fn open(&self) -> Result<Box<dyn BufRead + '_>>;
-}
-
-/// Bytes in memory.
-pub struct Held<'a> {
+/// The bytes of a log, which are opened as often as they are read.
+#[derive(Clone, Copy)]
+pub struct Bytes<'a> {
     /// What messages call them.
     pub name: &'a str,
-    /// All of them.
-    pub bytes: &'a [u8],
-}
-
-impl Bytes for Held<'_> {
-    fn name(&self) -> &str {
-        self.name
-    }
-
-    fn open(&self) -> Result<Box<dyn BufRead + '_>> {
-        Ok(Box::new(self.bytes))
-    }
+    /// Opens them, from the first one on.
+    pub open: &'a dyn Fn() -> Result<Box<dyn BufRead + 'a>>,
 }
 
 /// A format of logs.
@@ -37,5 +19,5 @@ pub trait Source: Sync {
     fn takes(&self, name: &str, head: &[u8]) -> bool;
 
     /// The table that the bytes hold.
-    fn table(&self, bytes: &dyn Bytes) -> std::result::Result<Cells, InputError>;
+    fn table(&self, bytes: Bytes) -> std::result::Result<Cells, InputError>;
 }

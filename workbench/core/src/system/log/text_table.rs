@@ -17,8 +17,8 @@ impl Source for TextTable {
         true
     }
 
-    fn table(&self, bytes: &dyn Bytes) -> Result<Cells, InputError> {
-        let (source, (text, encoding)) = (bytes.name(), Text::of(bytes)?);
+    fn table(&self, bytes: Bytes) -> Result<Cells, InputError> {
+        let (source, (text, encoding)) = (bytes.name, Text::of(bytes)?);
         let (layout, head, dialect) = Layout::of(source, &text, encoding)?;
         let mut records = Records::of(source, &text, &layout)?;
         let cells = Cells {
@@ -86,21 +86,28 @@ impl Rows<'_> {
 
     fn take(&mut self, row: &mut Record, last: bool) {
         let width = self.cells.header.len();
-        let fits = |row: &Record| row.len() == width || row.len() == width + 1 && row.cell(width).is_empty();
-        if row.len() > width && !fits(row) && self.dialect.separator == ',' && join_thousands(row, width) {
+        let fits = |row: &Record| {
+            row.cells.len() == width || row.cells.len() == width + 1 && row.cell(width).is_empty()
+        };
+        if row.cells.len() > width
+            && !fits(row)
+            && self.dialect.separator == ','
+            && join_thousands(row, width)
+        {
             self.dialect.thousands += 1;
         }
-        if row.cells().eq(self.cells.header.iter().map(String::as_str)) {
+        if row.cells == self.cells.header {
             self.cells.restarts.push(self.cells.rows);
-        } else if !row.cells().any(is_value) && !row.cells().all(missing) {
+        } else if !row.cells.iter().any(|cell| is_value(cell)) && !row.cells.iter().all(|cell| missing(cell))
+        {
             self.dialect.words += 1;
-        } else if last && (row.len() < width || !row.ended && self.is_cut(row)) {
+        } else if last && (row.cells.len() < width || !row.ended && self.is_cut(row)) {
             self.dialect.cut = Some(row.line);
         } else if fits(row) {
             self.last.see(self.dialect.decimals(row.cell(width - 1)), self.cells.rows == 0);
             self.cells.push(row.line, |index| row.cell(index), &self.dialect);
         } else {
-            self.damage.push((row.line, row.len()));
+            self.damage.push((row.line, row.cells.len()));
         }
     }
 
@@ -152,7 +159,7 @@ impl Rows<'_> {
 
 /// Puts numbers together that were parted at their thousands, where that can be done in one way alone: `1,234.50`.
 fn join_thousands(row: &mut Record, width: usize) -> bool {
-    let cells: Vec<String> = row.cells().map(str::to_owned).collect();
+    let cells = &row.cells;
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let goes_on = |k: usize| {
         let (before, whole) =
@@ -170,7 +177,7 @@ fn join_thousands(row: &mut Record, width: usize) -> bool {
             None => joined.push(cell.clone()),
         }
     }
-    row.set(joined.iter().map(String::as_str));
+    row.cells = joined;
     true
 }
 
