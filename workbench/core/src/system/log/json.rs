@@ -6,7 +6,7 @@ use super::text::number;
 use crate::text::input_error::InputError;
 use indexmap::IndexMap;
 use serde::Deserialize;
-use serde_json::Deserializer;
+use serde_json::{Deserializer, Number};
 
 /// How the names of such files end.
 const ENDINGS: [&str; 3] = [".json", ".jsonl", ".ndjson"];
@@ -18,11 +18,12 @@ const NO_TABLE: &str = "holds no table; expected records, or lists of equal leng
 /// Tables as JSON.
 pub struct Json;
 
-/// A value of JSON. Names stay in the order of the file.
+/// A value of JSON. Names stay in the order of the file. A number is of a type of `serde_json`: with its feature
+/// `arbitrary_precision`, which other crates may switch on, `f64` is not found among several types.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Value {
-    Number(f64),
+    Number(Number),
     Word(Option<String>),
     Flag(bool),
     List(Vec<Value>),
