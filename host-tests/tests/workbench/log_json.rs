@@ -90,15 +90,13 @@ fn every_layout_is_seen_as_the_same_table_as_text_is() {
     assert_eq!(of_text["separator"], "commas");
     for (layout, text) in layouts() {
         let mut seen = seen("log.json", &text);
-        assert_eq!(seen["refused"].as_str().unwrap().split_once(": ").unwrap().0, "log.json, record 1");
-        assert!(seen["notes"][0].as_str().unwrap().contains(layout), "{seen}");
+        let how = seen["notes"].as_array_mut().unwrap().remove(0);
+        assert_eq!(how, format!("The log is read as JSON, {layout}."));
         for key in ["encoding", "separator", "decimal_comma"] {
             assert_eq!(seen.get(key), None, "{layout}");
             seen[key] = of_text[key].clone();
         }
-        for key in ["file", "notes", "refused"] {
-            seen[key] = of_text[key].clone();
-        }
+        seen["file"] = of_text["file"].clone();
         assert_eq!(seen, of_text, "{layout}");
     }
 }
