@@ -2,10 +2,10 @@
 
 use std::error::Error;
 use std::path::Path;
+use truing::files::log::{self, Columns, Dynamic, Log};
+use truing::files::model::{self, Model};
 use truing::synthetic::cases::Case;
 use truing::synthetic::cases::sheet::Sheet;
-use truing::system::log::{self, Columns, Dynamic, Log};
-use truing::system::model::{self, Model};
 
 /// What the analysis gets of a case.
 pub struct Opened {

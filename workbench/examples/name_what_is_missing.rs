@@ -5,11 +5,11 @@
 //! ```
 
 use std::path::Path;
+use truing::files::log::{self, Columns, Dynamic, Log};
+use truing::files::model;
 use truing::gap::{self, Options};
 use truing::outcome::Outcome;
 use truing::report;
-use truing::system::log::{self, Columns, Dynamic, Log};
-use truing::system::model;
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -99,9 +99,9 @@ pub fn mutants() -> Command {
 /// The workbench's engine.
 const ENGINE: &str = "truing-core";
 
-/// Checks the engine for a target without a system.
+/// Checks the engine for a target without a system and without threads.
 pub fn engine_check(target: &str) -> Command {
-    cargo(&["check", "--package", ENGINE, "--target", target])
+    cargo(&["check", "--package", ENGINE, "--no-default-features", "--target", target])
 }
 
 #[cfg(test)]

@@ -9,9 +9,9 @@ use clap::Parser;
 use evaluation::Results;
 use std::path::PathBuf;
 use truing::gap::Options;
-use truing::gap::expectation::Rig;
 use truing::gap::search::ShareLimits;
 use truing::proving::commands::judge::answer;
+use truing::proving::commands::rig::Rig;
 
 #[derive(Parser)]
 struct Arguments {

@@ -31,7 +31,8 @@ fn the_workbench_grows_no_further() {
 fn proving_ground_and_reference_plant_grow_no_further() {
     let [proving, plant, ..] = figures().rest;
     assert_eq!([proving.name, plant.name], ["proving ground", "reference plant"]);
-    at_most("code lines of the proving ground", proving.code(), 2_584, 2_584);
+    // 134 of them came from the workbench with the rigs and what is expected of them: who judges opens their files.
+    at_most("code lines of the proving ground", proving.code(), 2_718, 2_584);
     at_most("code lines of the reference plant", plant.code(), 1_700, 1_700);
 }
 

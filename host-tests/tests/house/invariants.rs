@@ -60,6 +60,17 @@ fn the_workbench_prints_in_one_place() {
 }
 
 #[test]
+fn the_core_opens_no_file() {
+    for (path, text) in sources("workbench/core/src") {
+        let opens =
+            ["std::fs", "std::path", "std::env", "stdin"].into_iter().find(|word| text.contains(word));
+        assert_eq!(opens, None, "{}", path.display());
+        let pool = path.ends_with("gap/threads/pool.rs");
+        assert!(pool || !text.contains("rayon::"), "{} needs a pool of threads", path.display());
+    }
+}
+
+#[test]
 fn the_reference_plant_shares_no_code_with_the_plant_that_fits() {
     let manifest = std::fs::read_to_string(root().join("workbench/reference_plant/Cargo.toml")).unwrap();
     let manifest: toml::Table = manifest.parse().unwrap();

@@ -86,7 +86,7 @@ fn what_is_written_can_be_read_and_the_answer_stays_apart() {
         <cli::Cli as clap::Parser>::try_parse_from(all).expect("arguments").run()
     };
     run(&answers).expect("cases");
-    let model = truing::system::model::read(&out.join("case-00001/model.toml")).expect("model");
+    let model = truing::files::model::read(&out.join("case-00001/model.toml")).expect("model");
     assert!(model.known.is_empty());
     assert!(!std::fs::read_to_string(out.join("case-00001/model.toml")).expect("text").contains("hidden"));
     assert!(answers.join("case-00002.json").exists());

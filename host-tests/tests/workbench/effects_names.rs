@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use truing::system::effects::LIBRARY;
 
 /// Product code.
-const ROOMS: [&str; 9] = [
+const ROOMS: [&str; 10] = [
     "src",
     "workbench/src",
     "workbench/core/src",
+    "workbench/files/src",
     "workbench/report/src",
     "workbench/servo/src",
     "workbench/proving/src",

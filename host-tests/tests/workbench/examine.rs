@@ -1,11 +1,11 @@
 //! Wrong units, signs, columns, keys and held-out records are told before any effect is searched for, and right files are not accused.
 
 use std::path::Path;
+use truing::files::log::{self, Columns, Log};
+use truing::files::model::{self, Model};
 use truing::gap::{self, Options, examine};
 use truing::outcome::{DataFault, Verdict};
 use truing::synthetic::cases::{Set, Spec, draw};
-use truing::system::log::{self, Columns, Log};
-use truing::system::model::{self, Model};
 
 const MODEL: &str = "schema = \"truing-model/1\"\n[model]\nkind = \"dc_motor\"\n[motor]\nR_ohm = 2.0\nKt_nm_per_a = 0.05\n\
                      Ke_vs_per_rad = 0.05\nJ_kgm2 = 1e-4\nb_nms_per_rad = 1e-5\n[supply]\nnominal_v = 12.0\n";

@@ -1,8 +1,8 @@
 //! Logs of other people's kinds: each reads to the truth as it is, or with the columns that `look` proposes for it.
 
 use std::f64::consts::TAU;
-use truing::system::log::look::{Look, look};
-use truing::system::log::{Columns, Dynamic, Log};
+use truing::files::log::look::Look;
+use truing::files::log::{self, Columns, Dynamic, Log};
 
 /// One row of the truth: a motor of 16 rad/s per V and 90 ms, which has 12 V.
 #[derive(Clone, Copy)]
@@ -376,7 +376,7 @@ fn seen(text: &str, added: &str) -> Result<Look, String> {
     std::fs::write(&path, text).unwrap();
     let look = |columns: &str| {
         let columns = columns.parse::<Columns>().map_err(|error| error.0)?;
-        look(&path, &columns).map_err(|error| error.0)
+        log::look(&path, &columns).map_err(|error| error.0)
     };
     let first = look(added)?;
     match first.columns_argument.clone() {

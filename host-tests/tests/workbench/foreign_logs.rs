@@ -5,10 +5,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use std::f64::consts::TAU;
+use truing::files::log::look;
+use truing::files::log::{self, Columns};
 use truing::gap::{self, Options};
 use truing::outcome::{Outcome, Verdict};
-use truing::system::log::look::look;
-use truing::system::log::{self, Columns};
 use truing::system::model::{self, Model};
 
 /// Gain, rad/s per V, and time constant, s, of all three motors: what their model files say.

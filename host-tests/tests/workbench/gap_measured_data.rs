@@ -2,9 +2,9 @@
 
 use host_tests::measured::measured;
 use std::path::Path;
+use truing::files::log::{self, Columns, Dynamic, Log, Run};
 use truing::gap::{self, Options};
 use truing::outcome::{Outcome, Verdict};
-use truing::system::log::{self, Columns, Dynamic, Log, Run};
 use truing::system::model::{self, Model};
 
 fn record(path: &Path, columns: &str) -> Dynamic {

@@ -1,7 +1,7 @@
 //! Reading logs: units, aliases, foreign headers, and every defect named by line, column and remedy.
 
 use servo::axis::Bridge;
-use truing::system::log::{self, Columns, Dynamic, Input, Log};
+use truing::files::log::{self, Columns, Dynamic, Input, Log};
 
 fn dynamic(text: &str, columns: &str) -> Dynamic {
     match log::parse("log.csv", text, &columns.parse().unwrap()).unwrap() {

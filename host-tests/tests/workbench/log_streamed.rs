@@ -1,7 +1,7 @@
 //! A log is read without holding its text: lines keep their numbers, and a file reads as its bytes do.
 
 use std::io::Write;
-use truing::system::log::{self, Columns, Dynamic, Log};
+use truing::files::log::{self, Columns, Dynamic, Log};
 
 fn record(log: Log) -> Dynamic {
     match log {

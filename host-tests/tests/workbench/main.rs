@@ -17,6 +17,7 @@ mod gap_measured_data;
 mod interruption;
 mod lockstep;
 mod log_dialects;
+mod log_json;
 mod log_reading;
 mod log_streamed;
 mod long_logs;

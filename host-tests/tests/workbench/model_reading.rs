@@ -1,6 +1,6 @@
 //! Reading models: every key of the format, and every defect named by section, key, line and remedy.
 
-use truing::system::model::{self, Kind, Side, SpeedSensor};
+use truing::files::model::{self, Kind, Side, SpeedSensor};
 
 const MOTOR: &str = r#"
 schema = "truing-model/1"

@@ -4,13 +4,13 @@
 use host_tests::measured;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-use truing::gap::expectation::Rig;
+use truing::files::log::{self, Columns, Dynamic, Log};
+use truing::files::model::{self, Model};
 use truing::gap::{self, Options};
 use truing::outcome::{Grade, Outcome, Verdict};
 use truing::proving::commands::judge::answer;
+use truing::proving::commands::rig::Rig;
 use truing::system::effects;
-use truing::system::log::{self, Columns, Dynamic, Log};
-use truing::system::model::{self, Model};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/rigs")
@@ -157,7 +157,7 @@ fn friction_in_volts_follows_the_fitted_gain() {
     let torque = friction.parameters["level_nm"].value;
     let shift = outcome.within_tolerance.iter().find(|shift| shift.parameter == "gain_rad_s_per_v").unwrap();
     let given = match model.kind {
-        truing::system::model::Kind::FirstOrder { gain_rad_s_per_v, .. } => gain_rad_s_per_v,
+        truing::files::model::Kind::FirstOrder { gain_rad_s_per_v, .. } => gain_rad_s_per_v,
         _ => panic!("a first-order model"),
     };
     let expected = torque * given * (1.0 + shift.shift_percent / 100.0);

@@ -150,7 +150,7 @@ fn resistance_and_constant_are_printed_and_the_load_is_unknown() {
     let outcome = desk.gap("");
     assert_eq!((outcome["verdict"].as_str(), names(&outcome)), (Some("named"), vec!["dead_zone"]));
     near(&outcome["effects"][0]["parameters"]["half_width_v"]["value"], 1.2, 0.03);
-    let extended = truing::system::model::read(&desk.path("result/model.extended.toml")).unwrap();
+    let extended = truing::files::model::read(&desk.path("result/model.extended.toml")).unwrap();
     near(&extended.parameters()[4].1.into(), J_KGM2, 0.1);
 }
 
@@ -305,7 +305,7 @@ fn every_line_of_the_written_file_has_its_reason() {
     for pair in lines.windows(2).filter(|pair| entry(pair[1])) {
         assert!(pair[1].contains('#') || pair[0].starts_with('#'), "{}\n{text}", pair[1]);
     }
-    let model = truing::system::model::read(&desk.path("model.toml")).unwrap();
+    let model = truing::files::model::read(&desk.path("model.toml")).unwrap();
     assert!(model.notes.is_empty(), "{:?}", model.notes);
 }
 
@@ -343,7 +343,7 @@ fn friction_is_told_in_volts_and_its_torque_is_as_uncertain_as_the_label() {
     // Kt and Ke are one number, which the log shows.
     let text = std::fs::read_to_string(desk.path("result/model.extended.toml")).unwrap();
     assert!(text.contains("stands for level_v: 0.6"), "{text}");
-    let extended = truing::system::model::read(&desk.path("result/model.extended.toml")).unwrap();
+    let extended = truing::files::model::read(&desk.path("result/model.extended.toml")).unwrap();
     near(&extended.parameters()[2].1.into(), KT, 0.01);
 }
 

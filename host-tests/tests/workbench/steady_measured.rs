@@ -2,8 +2,8 @@
 
 use host_tests::measured::measured;
 use std::path::Path;
+use truing::files::log::{self, Columns, Log, Table};
 use truing::outcome::{Outcome, Verdict};
-use truing::system::log::{self, Columns, Log, Table};
 use truing::system::model::{self, Model};
 
 fn first_order() -> Model {

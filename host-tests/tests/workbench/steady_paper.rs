@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
+use truing::files::log::{self, Columns, Log, Table};
+use truing::files::model::{self, Model};
 use truing::outcome::{NamedEffect, Outcome, Verdict};
 use truing::report::Exporter;
 use truing::report::model_file::ModelFile;
-use truing::system::log::{self, Columns, Log, Table};
-use truing::system::model::{self, Model};
 
 const RPM: f64 = std::f64::consts::PI / 30.0;
 

@@ -3,10 +3,10 @@
 use host_tests::case_files::opened;
 use host_tests::measured::measured;
 use std::path::Path;
+use truing::files::log::{self, Columns, Dynamic, Log};
+use truing::files::model::{self, Model};
 use truing::gap::time_base::check;
 use truing::synthetic::cases::{Set, Spec, draw};
-use truing::system::log::{self, Columns, Dynamic, Log};
-use truing::system::model::{self, Model};
 
 const MODEL: &str = "schema = \"truing-model/1\"\n[model]\nkind = \"first_order\"\ngain_rad_s_per_v = 10\ntime_constant_s = 0.1\n";
 const FILES: [&str; 2] = ["log.csv", "holdout.csv"];

@@ -8,9 +8,10 @@ use crate::arrows::Package;
 pub type Floors = &'static [&'static [&'static str]];
 
 /// The packages with rooms: folder, name, floors. Of the packages each may use those above it in this list; cargo sees to that.
-pub const PACKAGES: [(&str, &str, Floors); 6] = [
+pub const PACKAGES: [(&str, &str, Floors); 7] = [
     ("src", "servo", CHIP),
     ("workbench/core/src", "truing_core", &[&["text"], &["outcome"], &["system"], &["gap"]]),
+    ("workbench/files/src", "truing_files", &[&["log", "model"]]),
     ("workbench/report/src", "truing_report", &[&["console"], &["report"]]),
     ("workbench/servo/src", "truing_servo", &[&["device"], &["commands"]]),
     ("workbench/proving/src", "proving", &[&["synthetic"], &["commands"]]),

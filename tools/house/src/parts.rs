@@ -19,9 +19,14 @@ impl Part {
     }
 }
 
-/// Folders of the workbench's crates: engine, reports, the servo's host side, command line.
-const WORKBENCH: [&str; 4] =
-    ["workbench/core/src", "workbench/report/src", "workbench/servo/src", "workbench/src"];
+/// Folders of the workbench's crates: engine, files, reports, the servo's host side, command line.
+const WORKBENCH: [&str; 5] = [
+    "workbench/core/src",
+    "workbench/files/src",
+    "workbench/report/src",
+    "workbench/servo/src",
+    "workbench/src",
+];
 
 /// What users run: library, image and workbench.
 pub fn product(root: &Path) -> Result<[Part; 3]> {

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use textplots::{Chart, LabelBuilder, LabelFormat, Plot, Shape};
 use truing_core::system::log::answer::{Answer, Time, speed};
-use truing_core::system::log::look::{Column, Look, State, look};
-use truing_core::system::log::{Log, in_digits, in_shell, short};
-use truing_core::system::model;
 use truing_core::text::input_error::InputError;
+use truing_files::log::look::{Column, Look, State};
+use truing_files::log::{self, Log, in_digits, in_shell, short};
+use truing_files::model;
 use truing_report::console::files::Files;
 use truing_report::console::rows::Rows;
 use truing_report::report::format::shortened;
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .check()?;
     let draft = arguments.model.as_deref().map(model::read_draft).transpose()?;
     let columns = arguments.rows.read(draft.as_ref().map(model::Draft::stated))?;
-    let look = look(&arguments.file, &columns)?;
+    let look = log::look(&arguments.file, &columns)?;
     let json = serde_json::to_string_pretty(&look)? + "\n";
     if arguments.json.as_deref() != Some(Path::new("-")) {
         out!("{}", told(&look)?);
@@ -109,8 +109,7 @@ fn block(head: &str, body: &str) -> String {
 }
 
 fn file(look: &Look) -> String {
-    let decimals = if look.decimal_comma { " with decimal commas" } else { "" };
-    format!("{}: {} rows, separated by {}{decimals}, {}", look.file, look.rows, look.separator, look.encoding)
+    format!("{}: {} rows, {}", look.file, look.rows, look.written)
 }
 
 fn columns(text: &mut String, columns: &[Column]) -> std::fmt::Result {

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use truing_core::gap::dataset::{PreparedRun, Traces, driven_by};
 use truing_core::gap::fit::FINE;
-use truing_core::system::log::{self, Columns, Dynamic, Log};
-use truing_core::system::model::{self, Model};
+use truing_files::log::{self, Columns, Dynamic, Log};
+use truing_files::model::{self, Model};
 use truing_report::console::files::Files;
 use truing_report::report::write_atomically;
 

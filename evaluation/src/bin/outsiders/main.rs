@@ -13,10 +13,10 @@ use kinds::{KINDS, Kind};
 use rayon::prelude::*;
 use std::error::Error;
 use std::time::Instant;
+use truing::files::log::{self, Columns, Log};
 use truing::gap::{self, Options};
 use truing::outcome::{Outcome, Verdict};
 use truing::report::{Exporter, model_file::ModelFile};
-use truing::system::log::{self, Columns, Log};
 use truing::system::model::{self, Model};
 
 #[derive(Parser)]

@@ -5,13 +5,12 @@ use crate::gap::fit::{FINAL, SEARCH, Setting, covariance};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::scored::{Scored, dispersion};
 use crate::gap::search::scatter;
-use crate::gap::threads::each;
+use crate::gap::threads::*;
 use crate::gap::torque::Torque;
 use crate::outcome::volts;
 use crate::outcome::{DEVIATIONS, Value};
 use crate::system::effects::{Meaning, Parameter, Starts};
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// The same for the squared distance of two or three numbers together: the 99.73 % quantile of χ² with three degrees of freedom.
 const TOGETHER: f64 = 14.16;
@@ -70,7 +69,7 @@ impl Uncertainty {
             let factor = dispersion(kept);
             (factor, spread(kept, factor))
         };
-        let ((factor, mut covariance), scatter) = rayon::join(covariance, || scatter(kept));
+        let ((factor, mut covariance), scatter) = join(covariance, || scatter(kept));
         for (slot, scatter) in scatter.iter().enumerate().take(kept.hypothesis.effect_slots()) {
             covariance[(slot, slot)] += scatter;
         }

@@ -5,11 +5,10 @@ use crate::gap::dataset::{Dataset, PreparedRun, Traces};
 use crate::gap::fit::FINE;
 use crate::gap::residual::rms;
 use crate::gap::scored::Scored;
-use crate::gap::threads::each;
+use crate::gap::threads::*;
 use crate::outcome::{Experiment, Segment};
 use crate::system::log::Input;
 use crate::system::model::Kind;
-use rayon::prelude::*;
 
 /// Samples per time constant of a simulated experiment.
 const SAMPLES: f64 = 50.0;

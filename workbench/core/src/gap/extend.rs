@@ -9,14 +9,13 @@ use crate::gap::prediction::{HeldOut, compared};
 use crate::gap::remainder::{self, Described};
 use crate::gap::samples::{Sample, seen};
 use crate::gap::search::{Found, Scored};
-use crate::gap::threads::{each, of_each};
+use crate::gap::threads::*;
 use crate::gap::verdict::Judged;
 use crate::gap::{excitation, experiment, plots, sentences, sides};
 use crate::outcome::volts;
 use crate::outcome::*;
 use crate::system::effects::{self, Domain, Effect, Parameter};
 use crate::system::model::Model;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Numbers that moved get a curve of their own where they make the held-out gap so many times smaller: less is not seen.
@@ -37,13 +36,13 @@ pub(super) struct Given<'a> {
 impl<'a> Given<'a> {
     pub(super) fn simulated(dataset: &'a Dataset, model: &'a Model, whole: Option<&'a FullPass<'a>>) -> Self {
         let set = Scored::given(dataset, model);
-        let (held_out, seen) = rayon::join(|| HeldOut::of(whole, &set), || seen(whole, &set));
+        let (held_out, seen) = join(|| HeldOut::of(whole, &set), || seen(whole, &set));
         Self { set, held_out, seen, whole }
     }
 
     /// What a set predicts of the held-out data, and what is measured and what it does.
     fn simulated_with(&self, set: &Scored) -> (HeldOut, Vec<Sample>) {
-        rayon::join(|| HeldOut::of(self.whole, set), || seen(self.whole, set).0)
+        join(|| HeldOut::of(self.whole, set), || seen(self.whole, set).0)
     }
 
     /// The held-out gap of a set.
@@ -65,14 +64,14 @@ pub(super) fn extended(
     let with_term = fitted.map(|fitted| fitted.beside(&judged.kept));
     let kept = with_term.as_ref().unwrap_or(&judged.kept);
     let known = judged.uncertainty.take().filter(|_| with_term.is_none());
-    let ((mut steps, sides), ((after, seen_after), (uncertainty, rivals))) = rayon::join(
-        || rayon::join(|| steps(given, &judged.kept), || sides_of(given, kept)),
+    let ((mut steps, sides), ((after, seen_after), (uncertainty, rivals))) = join(
+        || join(|| steps(given, &judged.kept), || sides_of(given, kept)),
         || {
             let beside = || {
                 let rivals = || sentences::rivals(found, &judged.ties, |set| given.gap_of(set));
-                rayon::join(|| known.unwrap_or_else(|| Uncertainty::of(kept)), rivals)
+                join(|| known.unwrap_or_else(|| Uncertainty::of(kept)), rivals)
             };
-            rayon::join(|| given.simulated_with(kept), beside)
+            join(|| given.simulated_with(kept), beside)
         },
     );
     let unnamed = fitted.map(|fitted| {

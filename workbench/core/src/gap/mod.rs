@@ -14,7 +14,6 @@ pub mod effort;
 pub mod estimate;
 pub mod examine;
 pub mod excitation;
-pub mod expectation;
 pub mod experiment;
 mod extend;
 pub mod fit;
@@ -48,6 +47,7 @@ use crate::system::log::{Dynamic, Log, Table};
 use crate::system::model::Model;
 use crate::text::input_error::InputError;
 use std::borrow::Cow;
+use threads::join;
 
 pub use record::made_ready;
 pub use start_values::completed;
@@ -85,7 +85,7 @@ pub fn run<L: Recorded>(
     let finals = options.finals.iter().map(moved).collect();
     let options = &Options { finals, ..options.clone() };
     let notes = || examine::notes(model, &log);
-    let (faults, notes) = rayon::join(|| examine::faults(model, &log, &holdouts), notes);
+    let (faults, notes) = join(|| examine::faults(model, &log, &holdouts), notes);
     if !faults.is_empty() && !options.accept_data {
         return Ok(Outcome { runtime_s: passed(), ..examine::outcome(&log, faults) });
     }

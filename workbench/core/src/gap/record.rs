@@ -11,6 +11,7 @@ use crate::gap::remainder::{self, Described, Scope, places};
 use crate::gap::residual::rms;
 use crate::gap::samples::{Sample, samples};
 use crate::gap::search::{Found, Progress, Scored, ShareLimits, base_fit, search};
+use crate::gap::threads::join;
 use crate::gap::verdict::Judged;
 use crate::gap::{Options, estimate, excitation, verdict};
 use crate::outcome::{Outcome, Verdict};
@@ -37,12 +38,12 @@ pub fn run(
     let given = Given::simulated(&dataset, model, whole.as_ref());
     let places = places::places(&given.set.hypothesis, &given.seen);
     // On a thread of the pool, which hands on what it can share without being woken first.
-    let outcome = rayon::scope(|_| {
+    let searched = || {
         let found = search(&dataset, model, options, progress);
         let conclude = || concluded(&given, &found, &options.limits, last.as_ref());
         during(Phase::Conclude, conclude)
-    });
-    Ok(Outcome { places, ..outcome })
+    };
+    Ok(Outcome { places, ..join(searched, || ()).0 })
 }
 
 /// What is said of what was found.

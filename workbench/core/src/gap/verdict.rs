@@ -11,7 +11,7 @@ use crate::gap::remainder::structure::Structure;
 use crate::gap::remainder::{self, Described};
 use crate::gap::samples::samples;
 use crate::gap::search::{Found, HELD_OUT, Scored, ShareLimits, chi2, tied};
-use crate::gap::threads::of_each;
+use crate::gap::threads::{join, of_each};
 use crate::outcome::{Experiment, Grade, Small, Tie, Verdict};
 use crate::system::effects::{self, Effect};
 use crate::system::plant::physics::Drive;
@@ -64,8 +64,8 @@ pub fn judge<'a>(found: &Found<'a>, given: &Scored, limits: &ShareLimits) -> Jud
     // What small names explain alone is no gap.
     let trifle = found.best.hypothesis.items.is_empty() && !tiny.is_empty();
     let of = if trifle { whole } else { found };
-    let on_log = || rayon::join(|| look::look(&of.best), || excess(given).max(1e-9));
-    let ((remainder, first), held_out) = rayon::join(on_log, || held_out_share(&found.best, given));
+    let on_log = || join(|| look::look(&of.best), || excess(given).max(1e-9));
+    let ((remainder, first), held_out) = join(on_log, || held_out_share(&found.best, given));
     let share = (remainder.excess / first).min(1.0);
     let nothing_named = found.best.hypothesis.items.is_empty();
     let unpredicted = match nothing_named {
@@ -158,7 +158,7 @@ struct Supported<'a> {
 fn supported<'a>(found: &Found<'a>) -> Supported<'a> {
     let (mut best, mut tiny) = (found.best.clone(), Vec::new());
     let uncertainty = loop {
-        let ((indistinct, uncertainty), useless) = rayon::join(|| indistinct(&best), || useless(&best));
+        let ((indistinct, uncertainty), useless) = join(|| indistinct(&best), || useless(&best));
         let Some((index, points)) = indistinct.map(|index| (index, 0.0)).or(useless) else {
             break uncertainty;
         };
@@ -219,7 +219,7 @@ fn useless(best: &Scored) -> Option<(usize, f64)> {
     let others = items.filter(|(_, item)| !item.effect.is_base_parameter());
     let others: Vec<usize> = others.map(|(index, _)| index).collect();
     let without = || of_each(&others, |index| lost(&best.only(|k| k != *index, &SEARCH)));
-    let (with, without) = rayon::join(|| lost(best), without);
+    let (with, without) = join(|| lost(best), without);
     let mut brought = others.into_iter().zip(without).map(|(index, without)| (index, without - with));
     brought.find(|(index, points)| *points < SEEN_POINTS || is_winding(best, *index))
 }

@@ -2,7 +2,6 @@
 //! field or cause, and the remedy.
 
 use std::fmt::Display;
-use std::path::Path;
 use strsim::{normalized_damerau_levenshtein, osa_distance};
 
 /// Why an input is unusable.
@@ -21,15 +20,19 @@ impl InputError {
         Self(format!("{path}: {what}"))
     }
 
-    /// The text of a file, or that there is none.
-    pub fn read(path: &Path) -> Result<String, Self> {
-        std::fs::read_to_string(path)
-            .map_err(|e| Self::file(path.display(), format!("cannot be read ({e}); check the path")))
+    /// A file cannot be opened, or not be read to its end.
+    pub fn unreadable(path: impl Display, why: impl Display) -> Self {
+        Self::file(path, format!("cannot be read ({why}); check the path"))
+    }
+
+    /// One place in a file is unusable.
+    pub fn at(path: impl Display, place: impl Display, what: impl Display) -> Self {
+        Self(format!("{path}, {place}: {what}"))
     }
 
     /// One line of a file is unusable. Lines count from 1, the header included.
     pub fn line(path: impl Display, line: u64, what: impl Display) -> Self {
-        Self(format!("{path}, line {line}: {what}"))
+        Self::at(path, format!("line {line}"), what)
     }
 
     /// All of these at once, a line each, if there are any.

@@ -1,14 +1,14 @@
 //! `truing judge`: are the answers on rigs whose effects are known right?
 
+use crate::commands::rig::Rig;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use truing_core::gap::expectation::Rig;
 use truing_core::gap::{Options, completed};
 use truing_core::outcome::Outcome;
-use truing_core::system::log::{self, Columns, Dynamic, Log};
-use truing_core::system::model;
 use truing_core::text::input_error::NotDone;
+use truing_files::log::{self, Columns, Dynamic, Log};
+use truing_files::model;
 use truing_report::console::watched::watched;
 use truing_report::report::Exporter;
 use truing_report::report::json::Json;

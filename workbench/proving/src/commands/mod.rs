@@ -6,3 +6,4 @@ pub mod demo;
 pub mod instructions;
 pub mod judge;
 pub mod paper;
+pub mod rig;

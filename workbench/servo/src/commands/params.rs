@@ -8,8 +8,8 @@ use anyhow::Context;
 use clap::{Args, Subcommand};
 use servo::link::protocol::{Command, Message};
 use std::path::PathBuf;
-use truing_core::system::model;
 use truing_core::text::input_error::InputError;
+use truing_files::model;
 use truing_report::console::files::Files;
 use truing_report::report::write_atomically;
 
@@ -97,10 +97,8 @@ fn change(set: &Set) -> anyhow::Result<()> {
     let mut client = set.firmware.client(&setup.config)?;
     let known = client.parameters()?;
     if known.is_some() && set.assignments.is_empty() && set.params.is_none() {
-        return Err(InputError(
-            "nothing is set: write key=value, with a key that `truing params get` prints, or --params".into(),
-        )
-        .into());
+        let what = "nothing is set: write key=value, with a key that `truing params get` prints, or --params";
+        return Err(InputError(what.into()).into());
     }
     let mut parameters = match known {
         Some(known) => known,

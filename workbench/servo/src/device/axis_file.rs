@@ -36,7 +36,7 @@ const PROTECTION_LIMITS: [&str; 3] =
 /// Reads and checks the file.
 pub fn read(path: &Path) -> Result<Setup, InputError> {
     let source = path.display();
-    parse(&source.to_string(), &InputError::read(path)?)
+    parse(&source.to_string(), &truing_files::text(path)?)
 }
 
 /// Checks a text; `source` names it in messages.

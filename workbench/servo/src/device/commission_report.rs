@@ -264,7 +264,7 @@ impl Params {
     /// From a file.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let source = path.display();
-        let text = InputError::read(path)?;
+        let text = truing_files::text(path)?;
         let params: Params = toml::from_str(&text).map_err(|error| {
             let line =
                 error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count());

@@ -271,7 +271,7 @@ fn comment(text: &mut String, kind: &str, tick: u32, content: &impl serde::Seria
 impl Tape {
     /// Reads a log that [`RunLog::save`] has written.
     pub fn read(path: &Path, config: &Config) -> Result<Self, InputError> {
-        Self::parse(&path.display().to_string(), &InputError::read(path)?, config)
+        Self::parse(&path.display().to_string(), &truing_files::text(path)?, config)
     }
 
     /// Reads a text; `source` names it in messages.

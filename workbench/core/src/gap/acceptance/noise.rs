@@ -6,7 +6,7 @@ use crate::gap::fit::{FINAL, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Item, tolerance};
 use crate::gap::initial_guesses::Basis;
 use crate::gap::scored::{Scored, chi2, dispersion, dispersion_on};
-use crate::gap::threads::of_each;
+use crate::gap::threads::{join, of_each};
 use crate::system::effects::Effect;
 use std::sync::OnceLock;
 
@@ -119,7 +119,7 @@ impl<'a> Evidence<'a> for Noise<'a> {
             return weighed(smaller, larger, dispersion(larger));
         }
         let (smaller, larger) =
-            rayon::join(|| self.fine.get_or_init(|| smaller.refitted(&FINAL)), || larger.refitted(&FINAL));
+            join(|| self.fine.get_or_init(|| smaller.refitted(&FINAL)), || larger.refitted(&FINAL));
         weighed(smaller, &larger, dispersion_on(&larger, &FINAL))
     }
 
@@ -127,10 +127,8 @@ impl<'a> Evidence<'a> for Noise<'a> {
         if inside_tolerance(larger).is_some() || !stands_out(smaller, larger) {
             return false;
         }
-        let (before, after) = rayon::join(
-            || *self.validated.get_or_init(|| cross_validated(smaller)),
-            || cross_validated(larger),
-        );
+        let (before, after) =
+            join(|| *self.validated.get_or_init(|| cross_validated(smaller)), || cross_validated(larger));
         let base_only = larger.hypothesis.items.iter().all(|item| item.effect.is_base_parameter());
         let least = if base_only { -gain } else { gain.min(smaller.fit.chi2 - larger.fit.chi2) };
         before - after > VALIDATED * least

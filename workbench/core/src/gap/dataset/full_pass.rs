@@ -4,9 +4,9 @@ use super::observation::Observation;
 use super::prepare::{Start, started};
 use super::stretches::Stretches;
 use super::{Dataset, PreparedRun, Simulation, driven_by};
+use crate::gap::threads::of_each;
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
-use rayon::prelude::*;
 
 /// The records behind a dataset that holds stretches of them.
 pub struct FullPass<'a> {
@@ -37,12 +37,11 @@ impl<'a> FullPass<'a> {
     ) -> Vec<T> {
         let wanted: Vec<usize> =
             (0..self.stretches.len()).filter(|k| !held_out || self.stretches.holds_out(*k)).collect();
-        let made = wanted.par_iter().map_init(Simulation::default, |simulation, k| {
-            let run = self.stretches.made(*k, &self.observation, self.positions[*k]);
-            let run = started(run, &self.start, self.stretches.begins(*k));
-            each(self.stretches.piece(*k), &run, simulation)
-        });
-        made.collect()
+        of_each(wanted, |k| {
+            let run = self.stretches.made(k, &self.observation, self.positions[k]);
+            let run = started(run, &self.start, self.stretches.begins(k));
+            each(self.stretches.piece(k), &run, &mut Simulation::default())
+        })
     }
 
     /// Number of stretches.

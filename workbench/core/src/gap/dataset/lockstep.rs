@@ -5,13 +5,12 @@ use super::run::PreparedRun;
 use super::simulate::{Detail, Keep, Simulation};
 use super::{Part, Probes};
 use crate::gap::effort;
-use crate::gap::threads::{Busy, each};
+use crate::gap::threads::*;
 use crate::system::plant::features::{Features, alike};
 use crate::system::plant::physics::Physics;
 use crate::system::plant::simd::{Lanes, Pair, Register};
 use crate::system::plant::state::State;
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 use std::cell::Cell;
 
 /// Sets that count as one pack: what two registers of the commonest processors hold. Narrower ones take a pack in parts, so that
@@ -90,7 +89,7 @@ impl Pack<'_, '_> {
             return self.in_registers();
         }
         let half = Self { sets: self.sets.split_off(HALF), ..self };
-        let (steps, _) = rayon::join(|| self.in_registers(), || half.shared());
+        let (steps, _) = join(|| self.in_registers(), || half.shared());
         steps
     }
 

@@ -2,11 +2,10 @@
 
 use super::stretch::{FORCES, Stretch, TAKEN, driven};
 use crate::gap::dataset::median;
-use crate::gap::threads::each;
+use crate::gap::threads::*;
 use crate::system::log::{Dynamic, Input};
 use crate::system::model::Kind;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// Rows that are looked at.
 const ROWS: usize = 20_000;
@@ -187,8 +186,8 @@ impl Motion {
             let gain = fit.gain_over(base);
             gain > 0.0 && (fitted || (1.0 / GAIN..=GAIN).contains(&gain))
         };
-        let fits = each(&AROUND).map(|times| self.fit(times * base.rate));
-        fits.filter(allowed).map(|fit| fit.explained).reduce(|| 0.0, f64::max)
+        let fits = of_each(&AROUND, |times| self.fit(times * base.rate)).into_iter();
+        fits.filter(allowed).map(|fit| fit.explained).fold(0.0, f64::max)
     }
 
     /// The best fit at time constants around the model's, itself `times` as fast.
@@ -221,17 +220,19 @@ impl Motion {
     pub fn explained_with_a_dead_zone(&self, base: &Base) -> Option<f64> {
         let plain = self.near(base, 1.0).filter(|fit| fit.slope > 0.0)?;
         let largest = self.largest_input();
-        let zones = each(1..ZONES + 1).map(|k| largest * WIDEST * k as f64 / ZONES as f64);
-        let explained = zones.map(|z| self.driven_by(|u| u - u.clamp(-z, z)).fit(plain.rate).explained);
-        Some(explained.reduce(|| plain.explained, f64::max))
+        let explained = of_each(1..ZONES + 1, |k| {
+            let z = largest * WIDEST * k as f64 / ZONES as f64;
+            self.driven_by(|u| u - u.clamp(-z, z)).fit(plain.rate).explained
+        });
+        Some(explained.into_iter().fold(plain.explained, f64::max))
     }
 
     /// The share that is explained with a gain within a factor of three where the drive clamps its input: a low limit looks like a small gain.
     pub fn explained_with_a_limit(&self, base: &Base, fitted: bool) -> f64 {
         let largest = self.largest_input();
         let clamped = |limit: f64| self.driven_by(|u| u.clamp(-limit, limit));
-        let limits = each(&LIMITS).map(|share| clamped(share * largest).explained_within(base, fitted));
-        limits.reduce(|| 0.0, f64::max)
+        let limits = of_each(&LIMITS, |share| clamped(share * largest).explained_within(base, fitted));
+        limits.into_iter().fold(0.0, f64::max)
     }
 
     fn inputs(&self) -> impl Iterator<Item = &f64> {

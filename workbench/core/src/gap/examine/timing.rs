@@ -4,12 +4,11 @@ use super::motion::{Base, Motion};
 use super::rows;
 use super::suspects::speed_column;
 use crate::gap::dataset::median;
-use crate::gap::threads::each;
+use crate::gap::threads::*;
 use crate::outcome::NamedEffect;
 use crate::system::effects::TRANSPORT_DELAY;
 use crate::system::log::{Dynamic, Log, Run};
 use crate::system::model::{Model, SpeedSensor};
-use rayon::prelude::*;
 
 /// An input that stands later than this is another record, s and rows.
 const LATEST_S: f64 = 0.2;

@@ -3,12 +3,11 @@
 use super::{Data, Hypothesis, NUISANCE_BOUND, Slot};
 use crate::gap::dataset::{Dataset, PreparedRun, Scales, Simulation, Traces, driven_by};
 use crate::gap::fit::FINE;
-use crate::gap::threads;
+use crate::gap::threads::of_each;
 use crate::system::effects::{Effect, Meaning, Parameter, Scale};
 use crate::system::log::Input;
 use crate::system::model::{DRIVE_GAIN, KE, KT, Kind, Model};
 use crate::system::plant::physics::{Drive, Physics};
-use rayon::prelude::*;
 
 /// How far a base parameter may move, in its tolerances, when the model is the best linear fit to the log and absorbs what
 /// is missing. The gain of a linear fit to a joint that lifts a weight is eight times too small (`xl330_pwm`); at half this bound
@@ -41,12 +40,12 @@ impl Hypothesis<'_> {
     ) {
         let runs = self.dataset.runs.iter().enumerate().filter(|(_, run)| chosen(run));
         let runs: Vec<(usize, &PreparedRun)> = runs.collect();
-        let simulated = threads::each(&runs).map(|(index, run)| {
+        let simulated = of_each(&runs, |(index, run)| {
             let mut simulation = Simulation::default();
             simulation.speed(run, plant, self.start_speed(*index, x), FINE);
             simulation
         });
-        for ((index, _), simulation) in runs.iter().zip(simulated.collect::<Vec<_>>()) {
+        for ((index, _), simulation) in runs.iter().zip(simulated) {
             each(*index, simulation.traces(), simulation.predicted());
         }
     }

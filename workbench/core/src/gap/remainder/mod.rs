@@ -14,13 +14,12 @@ mod words;
 
 use crate::gap::acceptance::residual_share::{no_more, sum};
 use crate::gap::scored::Scored;
-use crate::gap::threads::each;
+use crate::gap::threads::*;
 use crate::outcome::{Experiment, Plot, UnnamedTerm};
 use crate::system::model::{Kind, Model};
 use crate::system::plant::physics::Drive;
 use crate::system::plant::unnamed::{Acting, Term, Variable};
 use candidates::{Candidate, told};
-use rayon::prelude::*;
 use regression::{Dependence, Regression};
 use track::{Compared, Tracks};
 

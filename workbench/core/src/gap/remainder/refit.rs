@@ -7,11 +7,10 @@ use crate::gap::problem::{Problem, dot};
 use crate::gap::residual::inflation;
 use crate::gap::scored::Scored;
 use crate::gap::solver::{Schedule, Solution, covariance, solve};
-use crate::gap::threads::each;
+use crate::gap::threads::*;
 use crate::system::model::{Model, UNNAMED, Unnamed};
 use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::{Acting, Term};
-use rayon::prelude::*;
 
 /// Steps of the descent on the coarse grid and, from there, on the fine one.
 const STEPS: [usize; 2] = [8, 3];
@@ -71,7 +70,7 @@ impl Problem for Together<'_, '_> {
 
     fn probed_near(&mut self, _: &[f64], many: &[&[f64]], out: &mut [Vec<f64>]) {
         let this = &*self;
-        each(many.par_iter().zip(out)).for_each(|(x, out)| {
+        each(many).zip(out).for_each(|(x, out)| {
             let plant = this.plant(x);
             this.coarse.of_plant(&plant, &x[this.term.values.len()..], out);
             this.bent(x, out);

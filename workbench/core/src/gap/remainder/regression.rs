@@ -6,11 +6,10 @@ use crate::gap::dataset::Part;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::problem::dot;
 use crate::gap::scored::Scored;
-use crate::gap::threads::each;
+use crate::gap::threads::*;
 use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::Term;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 /// How much a bend of the table costs beside the data, in units of the mean information of a value: the one that predicts the
 /// other fold best is taken.

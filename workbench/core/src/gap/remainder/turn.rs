@@ -5,9 +5,9 @@ use super::left::{Left, SAMPLES, explained};
 use super::regression::{Sums, predicted};
 use super::structure::Structure;
 use crate::gap::dataset::Part;
+use crate::gap::threads::of_each;
 use crate::system::plant::laws::{Acts, Law, TorqueLaw};
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Periods per turn that are looked for together: an unround shaft, a bent one, a sector of a third.
@@ -89,8 +89,7 @@ struct Waves {
 fn waves(left: &Left, acts: Acts, turns: f64) -> Option<Waves> {
     let waves: Vec<(usize, f64)> =
         (1..=PERIODS).flat_map(|period| WAVES.map(|phase| (period, phase))).collect();
-    let columns: Vec<DVector<f64>> =
-        waves.par_iter().map(|(period, phase)| trace(left, *phase, acts, *period as f64 * turns)).collect();
+    let columns = of_each(&waves, |(period, phase)| trace(left, *phase, acts, *period as f64 * turns));
     let residual = DVector::from_column_slice(&left.residual);
     let Sums { information, projected } = Sums::of(&DMatrix::from_columns(&columns), &residual);
     let solved = information.cholesky()?.solve(&projected);

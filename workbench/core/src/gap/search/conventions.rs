@@ -6,9 +6,8 @@ use crate::gap::acceptance::residual_share::near;
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Item;
 use crate::gap::scored::Scored;
-use crate::gap::threads::each;
+use crate::gap::threads::*;
 use crate::system::effects::{Effect, Family, LAGS, PLAIN_FRICTIONS, RARE_LAG, SHIFTS};
-use rayon::prelude::*;
 
 /// Two descriptions leave the same if one leaves at most so many times the squared error of the other.
 const THE_SAME: f64 = 1.02;

@@ -13,13 +13,12 @@ use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::order::by_least;
 use crate::gap::problem::dot;
 use crate::gap::scored::Scored;
-use crate::gap::threads::of_each;
+use crate::gap::threads::*;
 use crate::system::effects::{Effect, Starts};
 use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 /// Simulations that CMA-ES may spend on the parameters of one effect, those of the base following linearly: a hundred
 /// for each of its up to three parameters.
@@ -185,7 +184,7 @@ fn least(
     let mut best = (costs(std::slice::from_ref(&begin))[0], begin);
     for _ in 0..simulations / POPULATION {
         let members = adaptation.generation(POPULATION);
-        let found = members.par_chunks(TOGETHER_IN_LOCKSTEP).with_max_len(1).flat_map_iter(&costs);
+        let found = each(members.chunks(TOGETHER_IN_LOCKSTEP).collect::<Vec<_>>()).flat_map_iter(&costs);
         let mut ranked: Vec<(f64, &DVector<f64>)> =
             found.collect::<Vec<_>>().into_iter().zip(&members).collect();
         by_least(&mut ranked, |it| it.0);

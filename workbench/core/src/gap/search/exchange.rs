@@ -7,9 +7,8 @@ use crate::gap::acceptance::{Others, decided, price};
 use crate::gap::fit::{FINAL, SEARCH};
 use crate::gap::hypothesis::Item;
 use crate::gap::scored::{Scored, dispersion, score_with};
-use crate::gap::threads::{each, of_each};
+use crate::gap::threads::*;
 use crate::system::effects::LIBRARY;
-use rayon::prelude::*;
 
 /// Candidates that are fitted in each exchange of one accepted effect for another: twice as many as a round fits to
 /// the end. A budget of computing time.

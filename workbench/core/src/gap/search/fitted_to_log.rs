@@ -15,8 +15,7 @@ use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Item;
 use crate::gap::order::by_least;
 use crate::gap::scored::{Scored, dispersion};
-use crate::gap::threads::{each, of_each};
-use rayon::prelude::*;
+use crate::gap::threads::*;
 use std::cell::OnceCell;
 
 /// Richer forms that one after the other may join.
@@ -103,7 +102,7 @@ impl<'a> Search<'a, '_> {
         let alone = Search { offer: Offer::Rich, dispersion: dispersion(set), ..self.clone() };
         let forms = || each(self.forms_of(set, 0)).filter_map(|(k, item)| self.replaced(set, k, item));
         let (mut richer, more): (Vec<Scored<'a>>, _) =
-            rayon::join(|| forms().collect(), || alone.expand(std::slice::from_ref(set)));
+            join(|| forms().collect(), || alone.expand(std::slice::from_ref(set)));
         richer.extend(more.into_iter().take(BEAM));
         by_least(&mut richer, |it| it.fit.cost);
         richer

@@ -7,10 +7,9 @@ use crate::gap::acceptance::price;
 use crate::gap::fit::{FINAL, SEARCH, fit};
 use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::scored::{Scored, dispersion};
-use crate::gap::threads::{each, of_each};
+use crate::gap::threads::*;
 use crate::outcome::DEVIATIONS;
 use crate::system::effects::{Effect, LIBRARY};
-use rayon::prelude::*;
 
 /// Two sides are called different where their difference is more than this part of their mean: hidden cases draw a sixth and more, and
 /// nobody would put less into a machine.

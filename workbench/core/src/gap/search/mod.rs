@@ -31,6 +31,7 @@ use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{FINAL, Fit, SEARCH, Setting};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::scored::score_with;
+use crate::gap::threads::join;
 use crate::system::effects::{Effect, Form};
 use crate::system::model::Model;
 use rounds::Path;
@@ -129,7 +130,7 @@ impl<'a> Search<'a, '_> {
     /// What a search leaves: the set that it kept, and its rivals among the sets on its path.
     fn found(&self, base: &Scored<'a>, best: Scored<'a>, path: Path<'a>) -> Found<'a> {
         let (others, singles) = (path.others, &path.singles);
-        let (base, others) = rayon::join(|| self.fine(base), || self.rivals(&best, others, singles));
+        let (base, others) = join(|| self.fine(base), || self.rivals(&best, others, singles));
         Found { base, others, dropped: path.dropped, small: self.still_small(path.small, &best), best }
     }
 

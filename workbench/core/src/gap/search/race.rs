@@ -13,9 +13,8 @@ use crate::gap::initial_guesses::Basis;
 use crate::gap::order::by_least;
 use crate::gap::problem::dot;
 use crate::gap::scored::{Scored, rank};
-use crate::gap::threads::{each, of_each};
+use crate::gap::threads::*;
 use crate::system::effects::{Effect, LIBRARY};
-use rayon::prelude::*;
 use std::borrow::{Borrow, BorrowMut};
 
 /// Candidates that are fitted for two iterations, of those with the lowest predicted cost. A budget
@@ -71,7 +70,7 @@ impl<'a> BorrowMut<Scored<'a>> for Entered<'a> {
 
 /// What starts of further effects are drawn from, and what follows them.
 pub(super) fn looked_at(parent: &Scored) -> (Basis, Projector) {
-    rayon::join(|| Basis::new(&parent.hypothesis, &parent.fit.x), || Projector::new(parent))
+    join(|| Basis::new(&parent.hypothesis, &parent.fit.x), || Projector::new(parent))
 }
 
 impl<'a> Search<'a, '_> {
@@ -235,7 +234,7 @@ impl<'a> Search<'a, '_> {
         let evaluator = Evaluator::new(&hypothesis, &SEARCH);
         // The longest grid is a large part of a screen: its starts are shared among the threads, a pack at a time.
         let look = |grid: &[&Vec<f64>]| -> Vec<Start> {
-            let packs = grid.par_chunks(TOGETHER).with_max_len(1).flat_map_iter(|some| {
+            let packs = each(grid.chunks(TOGETHER).collect::<Vec<_>>()).flat_map_iter(|some| {
                 let places: Vec<Vec<f64>> =
                     some.iter().map(|start| started(&hypothesis, parent, start)).collect();
                 let residuals = evaluator.of_all(&places);

@@ -7,9 +7,8 @@ use super::sets::Search;
 use crate::gap::acceptance::{NAME, tied};
 use crate::gap::hypothesis::Item;
 use crate::gap::order::by_least;
-use crate::gap::threads::each;
+use crate::gap::threads::*;
 use crate::system::effects::{Effect, MOTOR_GAIN, RESISTANCE, VISCOUS_FRICTION};
-use rayon::prelude::*;
 
 /// Parameters of the motor that can imitate a gain only together; damping, which a data sheet knows least, first.
 static PAIRS: [[&Effect; 2]; 3] =

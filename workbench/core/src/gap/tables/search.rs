@@ -12,9 +12,8 @@ use crate::gap::acceptance::{Others, decided};
 use crate::gap::beam::{Growth, grown};
 use crate::gap::hypothesis::{Data, Item};
 use crate::gap::order::by_least;
-use crate::gap::threads::each;
+use crate::gap::threads::*;
 use crate::system::effects::{Effect, Family, Forms, LIBRARY};
-use rayon::prelude::*;
 
 /// Sets kept at each depth: many, because a table of some dozen rows is fitted at once.
 const BEAM: usize = 10;

@@ -33,14 +33,16 @@ impl Bridged {
     }
 }
 
-/// What may be interpolated.
-fn measured(run: &Run) -> impl Iterator<Item = &Vec<f64>> {
-    [&run.position, &run.speed, &run.current_a, &run.supply_v].into_iter().flatten()
+/// The time, and what may be interpolated over it.
+pub fn measured(run: &mut Run) -> (&[f64], impl Iterator<Item = &mut Vec<f64>>) {
+    let Run { t_s, position, speed, current_a, supply_v, .. } = run;
+    (t_s, [position, speed, current_a, supply_v].into_iter().flatten())
 }
 
 /// The rows with a hole; `lost` are those without time, input, bridge or run.
 pub fn holes(run: &Run, lost: &[bool]) -> Vec<usize> {
-    let hole = |row: &usize| lost[*row] || measured(run).any(|column| column[*row].is_nan());
+    let measured = || [&run.position, &run.speed, &run.current_a, &run.supply_v].into_iter().flatten();
+    let hole = |row: &usize| lost[*row] || measured().any(|column| column[*row].is_nan());
     (0..run.rows()).filter(hole).collect()
 }
 
@@ -52,7 +54,8 @@ pub fn bridge(run: &mut Run, lost: &[bool], id: impl Fn(usize) -> f64) -> Bridge
         let (from, to) = (block[0], block[block.len() - 1]);
         let inside = from > 0 && to + 1 < run.rows() && id(from - 1) == id(to + 1);
         if inside && block.len() <= LONGEST && !lost[from..=to].contains(&true) {
-            interpolate(run, from, to);
+            let (t_s, measured) = measured(run);
+            measured.for_each(|column| fill(t_s, column, from - 1, to + 1));
             bridged.interpolated += block.len();
         } else {
             bridged.kept[from..=to].fill(false);
@@ -62,15 +65,12 @@ pub fn bridge(run: &mut Run, lost: &[bool], id: impl Fn(usize) -> f64) -> Bridge
     bridged
 }
 
-fn interpolate(run: &mut Run, from: usize, to: usize) {
-    let t_s = &run.t_s;
-    for column in
-        [&mut run.position, &mut run.speed, &mut run.current_a, &mut run.supply_v].into_iter().flatten()
-    {
-        let (before, after) = (column[from - 1], column[to + 1]);
-        for row in (from..=to).filter(|row| column[*row].is_nan()).collect::<Vec<_>>() {
-            let share = (t_s[row] - t_s[from - 1]) / (t_s[to + 1] - t_s[from - 1]);
-            column[row] = before + share * (after - before);
+/// Fills what lacks between two rows, evenly over time.
+pub fn fill(t_s: &[f64], column: &mut [f64], from: usize, to: usize) {
+    for row in from + 1..to {
+        if column[row].is_nan() {
+            let share = (t_s[row] - t_s[from]) / (t_s[to] - t_s[from]);
+            column[row] = column[from] + share * (column[to] - column[from]);
         }
     }
 }

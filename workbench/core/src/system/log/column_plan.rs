@@ -1,5 +1,6 @@
 //! What is known of a file's columns, what is proposed and what lacks.
 
+use super::cells::Cells;
 use super::formula::Formula;
 use super::meaning::{Meaning, Sure};
 use super::mend::Names;
@@ -9,7 +10,7 @@ use crate::text::input_error::InputError;
 
 /// Where one quantity comes from.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct Origin {
     /// The quantity.
     pub quantity: Quantity,
     /// What it is computed from; the column behind the last one is the number of the row.
@@ -20,7 +21,7 @@ pub struct Source {
     pub name: String,
 }
 
-impl Source {
+impl Origin {
     /// The factor from a column to the SI unit. 1 for an expression.
     pub fn factor(&self) -> f64 {
         match self.formula {
@@ -45,7 +46,7 @@ pub struct Proposal {
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
     /// The quantities that are there.
-    pub sources: Vec<Source>,
+    pub origins: Vec<Origin>,
     /// What each column seems to be.
     pub meanings: Vec<Option<Meaning>>,
     /// Columns that are taken by name and unit, with our name.
@@ -61,9 +62,14 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Where a quantity comes from, if it is there.
+    pub fn origin(&self, quantity: Quantity) -> Option<&Origin> {
+        self.origins.iter().find(|origin| origin.quantity == quantity)
+    }
+
     /// Is this quantity there?
     pub fn has(&self, quantity: Quantity) -> bool {
-        self.sources.iter().any(|source| source.quantity == quantity)
+        self.origin(quantity).is_some()
     }
 
     /// Is one of these there?
@@ -78,8 +84,8 @@ impl Plan {
         (!said.is_empty()).then(|| format!("Columns read by name and unit: {}.", said.join(", ")))
     }
 
-    /// Refuses a file that lacks something, with the line that mends it.
-    pub fn complete(&self, source: &str, line: u64) -> Result<(), InputError> {
+    /// Refuses a file that lacks something, with the option that mends it.
+    pub fn complete(&self, source: &str, cells: &Cells) -> Result<(), InputError> {
         let reasons: Vec<&str> = self.proposals.iter().map(|proposal| proposal.why.as_str()).collect();
         let ready = format!("--columns {}", in_shell(&self.items));
         let what = match (&self.missing, reasons.is_empty()) {
@@ -88,7 +94,7 @@ impl Plan {
             (Some(missing), true) => missing.clone(),
             (Some(missing), false) => format!("{missing}; besides, {}: {ready}", reasons.join("; ")),
         };
-        Err(InputError::line(source, line, what))
+        Err(cells.wrong_names(source, what))
     }
 }
 
@@ -106,7 +112,7 @@ impl Plan {
         let stated = all.filter_map(|(index, meaning)| {
             let meaning = meaning.filter(|meaning| meaning.sure == Sure::Stated)?;
             let (quantity, unit) = meaning.quantity?;
-            let used = self.sources.iter().any(|known| is_column(known, index));
+            let used = self.origins.iter().any(|known| is_column(known, index));
             (!used && wanted(quantity)).then_some((index, quantity, unit))
         });
         stated.collect()
@@ -114,6 +120,6 @@ impl Plan {
 }
 
 /// Is a quantity this column as it is?
-pub(super) fn is_column(source: &Source, index: usize) -> bool {
-    matches!(source.formula, Formula::Scaled { index: own, .. } if own == index)
+pub(super) fn is_column(origin: &Origin, index: usize) -> bool {
+    matches!(origin.formula, Formula::Scaled { index: own, .. } if own == index)
 }

@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use super::clock::Form;
-use super::column_plan::{INPUTS, OUTPUTS, Plan, Source, is_column};
+use super::column_plan::{INPUTS, OUTPUTS, Origin, Plan, is_column};
 use super::extent::{Extent, is_too_fast};
 use super::formula::{Formula, Unreadable};
 use super::meaning;
@@ -107,12 +107,13 @@ impl Columns {
         let header = &cells.header;
         let meanings = (0..header.len()).map(|k| match cells.columns[k].form {
             Some(Form::Clock { .. }) => Some(meaning::of_time(1.0)),
-            _ => meaning::recognise(&header[k], cells.units[k].as_deref())
-                .map(|meaning| meaning.since_1970(|| Extent::of(cells, k).map_or(0.0, |extent| extent.min))),
+            _ => meaning::recognise(&header[k], cells.units[k].as_deref()).map(|meaning| {
+                meaning.since_1970(|| Extent::of(cells.values(k)).map_or(0.0, |extent| extent.min))
+            }),
         });
         let mut plan = Plan { meanings: meanings.collect(), ..Plan::default() };
         for mapping in self.mappings.iter().filter(|mapping| mapping.theirs != "none") {
-            plan.sources.push(mapping.source(source, cells)?);
+            plan.origins.push(mapping.origin(source, cells)?);
         }
         self.exact(source, cells, &mut plan)?;
         self.stated(cells, &mut plan);
@@ -128,7 +129,7 @@ impl Columns {
         let typed = self.mappings.iter().map(|mapping| (mapping.ours.clone(), mapping.theirs.clone()));
         let typed: Vec<(String, String)> = typed.collect();
         let mapped = typed.iter().filter(|item| item.1 != "none").count();
-        let read = plan.sources.iter().skip(mapped).map(|it| (it.quantity, it.unit, it.name.clone()));
+        let read = plan.origins.iter().skip(mapped).map(|it| (it.quantity, it.unit, it.name.clone()));
         plan.names = Names::of(typed, read.collect(), header);
         Ok(plan)
     }
@@ -167,18 +168,18 @@ impl Columns {
             let is_clock = matches!(cells.columns[index].form, Some(Form::Clock { .. }));
             let unit = if is_clock { 1.0 } else { unit };
             let too_fast = quantity == Quantity::Time && is_too_fast(cells, index, unit);
-            if too_fast || plan.sources.iter().any(|known| is_column(known, index)) {
+            if too_fast || plan.origins.iter().any(|known| is_column(known, index)) {
                 continue;
             }
-            if let Some(twice) = plan.sources.iter().find(|known| known.quantity == quantity) {
+            if let Some(twice) = plan.origin(quantity) {
                 let what = format!(
                     "columns `{}` and `{name}` hold the same quantity; choose one with --columns \"{}={name}\"",
                     twice.name,
                     name_of(quantity, unit)
                 );
-                return Err(InputError::line(source, cells.header_line, what));
+                return Err(cells.wrong_names(source, what));
             }
-            plan.sources.push(column(index, name, quantity, unit));
+            plan.origins.push(column(index, name, quantity, unit));
         }
         Ok(())
     }
@@ -195,7 +196,7 @@ impl Columns {
         let both_axes = [true, false].iter().all(|linear| {
             let on_it = |quantity: &Quantity| OUTPUTS.contains(quantity) && is_linear(*quantity) == *linear;
             stated.iter().any(|known| on_it(&known.1))
-                || plan.sources.iter().any(|known| on_it(&known.quantity))
+                || plan.origins.iter().any(|known| on_it(&known.quantity))
         });
         let driven = plan.any(&INPUTS);
         let is_input = |known: &(usize, Quantity, f64)| INPUTS.contains(&known.1);
@@ -212,11 +213,11 @@ impl Columns {
                 Quantity::Current => !driven && !duty && !stated.iter().any(is_input),
                 _ => false,
             };
-            if ambiguous || plan.has(quantity) || plan.sources.iter().any(|known| is_column(known, index)) {
+            if ambiguous || plan.has(quantity) || plan.origins.iter().any(|known| is_column(known, index)) {
                 continue;
             }
             input |= INPUTS.contains(&quantity);
-            plan.sources.push(column(index, &cells.header[index], quantity, unit));
+            plan.origins.push(column(index, &cells.header[index], quantity, unit));
             plan.taken.push((index, name_of(quantity, unit)));
         }
     }
@@ -237,7 +238,7 @@ impl Columns {
 }
 
 impl Mapping {
-    fn source(&self, source: &str, cells: &Cells) -> Result<Source, InputError> {
+    fn origin(&self, source: &str, cells: &Cells) -> Result<Origin, InputError> {
         let (quantity, unit) = quantity_of(&self.ours).expect("checked when parsed");
         let mut names = cells.header.clone();
         if !names.iter().any(|name| name == ROW) {
@@ -253,16 +254,16 @@ impl Mapping {
                     format!("--columns, `{}={}`: cannot be computed ({why})", self.ours, self.theirs)
                 }
             };
-            InputError::line(source, cells.header_line, what)
+            cells.wrong_names(source, what)
         })?;
         let name = match formula.indices() {
             [index] => names[*index].clone(),
             _ => self.theirs.clone(),
         };
-        Ok(Source { quantity, formula, unit, name })
+        Ok(Origin { quantity, formula, unit, name })
     }
 }
 
-fn column(index: usize, name: &str, quantity: Quantity, unit: f64) -> Source {
-    Source { quantity, formula: Formula::Scaled { index, factor: 1.0 }, unit, name: name.to_owned() }
+fn column(index: usize, name: &str, quantity: Quantity, unit: f64) -> Origin {
+    Origin { quantity, formula: Formula::Scaled { index, factor: 1.0 }, unit, name: name.to_owned() }
 }

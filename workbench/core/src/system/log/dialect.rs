@@ -64,6 +64,12 @@ impl Dialect {
         (!parts.is_empty()).then(|| format!("The log is read as a table {}.", parts.join(", ")))
     }
 
+    /// Separator, decimal sign and encoding in words.
+    pub fn written(&self) -> String {
+        let decimals = if self.decimal_comma { " with decimal commas" } else { "" };
+        format!("separated by {}{decimals}, {}", self.separated_by(), self.encoding)
+    }
+
     /// The separator in words.
     pub fn separated_by(&self) -> &'static str {
         SEPARATORS.iter().find(|known| known.0 == self.separator).map_or("", |known| known.1)

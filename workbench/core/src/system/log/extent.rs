@@ -22,11 +22,7 @@ pub struct Extent {
 
 impl Extent {
     /// Of one column; `None` if it holds no number.
-    pub fn of(cells: &Cells, index: usize) -> Option<Self> {
-        Self::of_values(cells.values(index))
-    }
-
-    fn of_values(values: &[f64]) -> Option<Self> {
+    pub fn of(values: &[f64]) -> Option<Self> {
         let (mut steps, mut before) = (Vec::new(), None);
         let none = Self { min: f64::INFINITY, max: f64::NEG_INFINITY, whole: true, step: f64::NAN };
         let seen = |extent: Self, value: &f64| {
@@ -38,10 +34,8 @@ impl Extent {
         };
         let extent = values.iter().filter(|value| value.is_finite()).fold(none, seen);
         let middle = steps.len() / 2;
-        let step = match steps.is_empty() {
-            true => f64::NAN,
-            false => *steps.select_nth_unstable_by(middle, f64::total_cmp).1,
-        };
+        let median = |steps: &mut [f64]| *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let step = if steps.is_empty() { f64::NAN } else { median(&mut steps) };
         before.map(|_| Self { step, ..extent })
     }
 
@@ -54,6 +48,6 @@ impl Extent {
 /// A time in this unit has impossibly many rows a second.
 pub fn is_too_fast(cells: &Cells, index: usize, unit: f64) -> bool {
     let values = cells.values(index);
-    let extent = Extent::of_values(&values[..values.len().min(SAMPLE)]);
+    let extent = Extent::of(&values[..values.len().min(SAMPLE)]);
     extent.is_some_and(|extent| extent.step * unit < CLOSEST_S)
 }

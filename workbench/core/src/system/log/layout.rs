@@ -332,19 +332,13 @@ fn first_below(rows: &[Row], at: usize) -> Option<usize> {
 }
 
 fn check_names(source: &str, line: u64, names: &[String]) -> Result<(), InputError> {
-    if names.iter().all(String::is_empty) {
-        return Err(InputError::line(
-            source,
-            line,
-            "the header has no names; expected a header line such as t_s,u_v,theta_rad",
-        ));
-    }
     let twice = |k: &usize| !names[*k].is_empty() && names[..*k].contains(&names[*k]);
-    match (0..names.len()).find(twice) {
-        None => Ok(()),
-        Some(k) => {
-            let what = format!("two columns are named `{}`; rename one", names[k]);
-            Err(InputError::line(source, line, what))
+    let what = match (0..names.len()).find(twice) {
+        Some(k) => format!("two columns are named `{}`; rename one", names[k]),
+        None if names.iter().all(String::is_empty) => {
+            "the header has no names; expected a header line such as t_s,u_v,theta_rad".into()
         }
-    }
+        None => return Ok(()),
+    };
+    Err(InputError::line(source, line, what))
 }

@@ -5,17 +5,17 @@ use super::answer::{Answer, Time, answer, smallest_step};
 use super::cells::Cells;
 use super::column_plan::Plan;
 use super::columns::Columns;
+use super::dialect::Dialect;
 use super::extent::Extent;
 use super::meaning::{Meaning, Sure};
 use super::names::name_of;
 use super::next_time::ask;
 use super::open::cells;
 use super::read::Sheet;
-use super::stream::source_of;
+use super::source::Bytes;
 use super::{Log, Reading};
 use crate::text::input_error::InputError;
 use serde::Serialize;
-use std::path::Path;
 
 /// What is seen in a file.
 #[derive(Clone, Debug, Serialize)]
@@ -24,12 +24,18 @@ pub struct Look {
     pub schema: &'static str,
     /// The file.
     pub file: String,
-    /// Name of the encoding.
-    pub encoding: &'static str,
-    /// What parts the cells.
-    pub separator: &'static str,
+    /// Name of the encoding of a text.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub encoding: Option<&'static str>,
+    /// What parts the cells of a text.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub separator: Option<&'static str>,
     /// True: `0,5` is a half.
-    pub decimal_comma: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub decimal_comma: Option<bool>,
+    /// How the file is written, in some words.
+    #[serde(skip)]
+    pub written: String,
     /// Rows of the table.
     pub rows: usize,
     /// Its columns.
@@ -84,36 +90,34 @@ pub enum State {
     Unused,
 }
 
-/// Looks at a file.
-pub fn look(path: &Path, columns: &Columns) -> Result<Look, InputError> {
-    let cells = cells(path)?;
-    let source = source_of(path);
-    let plan = columns.plan(&source, &cells, true)?;
+/// Looks at the bytes of a file.
+pub fn look(bytes: Bytes, columns: &Columns) -> Result<Look, InputError> {
+    let (source, cells) = (bytes.name, cells(bytes)?);
+    let plan = columns.plan(source, &cells, true)?;
     let assumed = columns.with(&plan.items)?;
     let seen = (0..cells.header.len()).map(|index| Column::of(&cells, &plan, index)).collect();
     let (rows, dialect) = (cells.rows, cells.dialect.clone());
+    let (written, told) = (cells.written.clone(), cells.told.clone());
     let read = || {
         if plan.missing.is_some() {
-            plan.complete(&source, cells.header_line)?;
+            plan.complete(source, &cells)?;
         }
-        let plan = assumed.plan(&source, &cells, true)?;
-        Sheet::of(&source, cells, plan, &assumed, true).reading()
+        let plan = assumed.plan(source, &cells, true)?;
+        Sheet::of(source, cells, plan, &assumed, true).reading()
     };
     let (log, notes, refused) = match read() {
         Ok(Reading { log, notes }) => (Some(log), notes, None),
-        Err(error) => (None, dialect.sentence().into_iter().collect(), Some(error.0)),
+        Err(error) => (None, told.into_iter().collect(), Some(error.0)),
     };
-    let record = log.as_ref().and_then(|log| match log {
-        Log::Dynamic(record) => Some(record),
-        Log::Table(_) => None,
-    });
+    let record = if let Some(Log::Dynamic(record)) = &log { Some(record) } else { None };
     let (time, answer) = (record.map(Time::of), record.and_then(answer));
     Ok(Look {
         schema: "truing-look/1",
-        file: source,
-        encoding: dialect.encoding,
-        separator: dialect.separated_by(),
-        decimal_comma: dialect.decimal_comma,
+        file: source.to_owned(),
+        encoding: dialect.as_ref().map(|dialect| dialect.encoding),
+        separator: dialect.as_ref().map(Dialect::separated_by),
+        decimal_comma: dialect.map(|dialect| dialect.decimal_comma),
+        written,
         rows,
         columns: seen,
         guessed: plan.proposals.iter().map(|proposal| proposal.why.clone()).collect(),
@@ -129,10 +133,10 @@ pub fn look(path: &Path, columns: &Columns) -> Result<Look, InputError> {
 
 impl Column {
     fn of(cells: &Cells, plan: &Plan, index: usize) -> Self {
-        let used = plan.sources.iter().find(|source| source.formula.indices().contains(&index));
+        let used = plan.origins.iter().find(|origin| origin.formula.indices().contains(&index));
         let proposed = plan.proposals.iter().find(|proposal| proposal.column == Some(index));
-        let extent = Extent::of(cells, index);
-        let seems = used.map(|source| name_of(source.quantity, source.unit).to_owned());
+        let extent = Extent::of(cells.values(index));
+        let seems = used.map(|origin| name_of(origin.quantity, origin.unit).to_owned());
         let seems = seems
             .or_else(|| proposed.and_then(|proposal| proposal.item.split('=').next()).map(str::to_owned));
         Self {

@@ -13,6 +13,7 @@ mod extent;
 mod felt;
 mod folded;
 mod formula;
+mod json;
 mod layout;
 mod lists;
 pub mod look;
@@ -28,11 +29,13 @@ mod rates;
 mod read;
 mod records;
 mod settled;
+mod source;
 mod spelling;
 mod steps;
 mod strays;
 mod stream;
 mod text;
+mod text_table;
 mod time_line;
 mod topics;
 mod words;
@@ -40,8 +43,9 @@ mod words;
 pub use columns::Columns;
 pub use mend::{Names, Theirs};
 pub use names::Quantity;
-pub use open::{open, parse, parse_bytes, read, read_input};
+pub use open::{input, parse, parse_bytes, reading};
 use servo::axis::Bridge;
+pub use source::Bytes;
 pub use spelling::{in_digits, in_shell, short};
 
 /// What drives the axis.
@@ -89,7 +93,7 @@ pub struct Reading {
 }
 
 /// A log of either shape.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, derive_more::From)]
 pub enum Log {
     /// A record over time.
     Dynamic(Dynamic),
@@ -166,17 +170,5 @@ impl Run {
         let mut steps: Vec<f64> = self.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let middle = steps.len() / 2;
         if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
-    }
-}
-
-impl From<Dynamic> for Log {
-    fn from(record: Dynamic) -> Self {
-        Self::Dynamic(record)
-    }
-}
-
-impl From<Table> for Log {
-    fn from(table: Table) -> Self {
-        Self::Table(table)
     }
 }

@@ -66,9 +66,9 @@ fn about_time(time: Time) -> Vec<(bool, String)> {
 fn about_columns(record: &Dynamic, plan: &Plan) -> Vec<(bool, String)> {
     let proposed = plan.proposals.iter().any(|proposal| proposal.item.starts_with("duty"));
     let duty = proposed || plan.has(Quantity::Duty) && !plan.has(Quantity::Voltage);
-    let supply = plan.sources.iter().find(|source| source.quantity == Quantity::Supply);
+    let supply = plan.origin(Quantity::Supply);
     let is_supply = |proposal: &Proposal| proposal.item.starts_with("vbus") && proposal.column.is_some();
-    let supply = supply.is_some_and(|source| !source.formula.indices().is_empty())
+    let supply = supply.is_some_and(|origin| !origin.formula.indices().is_empty())
         || plan.proposals.iter().any(is_supply);
     let current =
         record.input != super::Input::Voltage || record.runs.iter().all(|run| run.current_a.is_some());

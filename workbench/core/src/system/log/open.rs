@@ -1,28 +1,29 @@
-//! Opens a log: from a file, a text or bytes.
+//! Opens a log: the list of formats, and the way from bytes to a log.
 
 use super::cells::Cells;
+use super::clock::Form;
 use super::columns::Columns;
+use super::json::Json;
 use super::read::Sheet;
-use super::stream::{Text, source_of};
+use super::source::{Bytes, Source};
+use super::text_table::TextTable;
 use super::{Log, Reading};
 use crate::text::input_error::InputError;
-use std::path::Path;
+use std::io::Read;
 
-/// Reads a log from a file.
-pub fn read(path: &Path, columns: &Columns) -> Result<Log, InputError> {
-    open(path, columns).map(|reading| reading.log)
-}
+/// The formats. The first one that takes a file reads it; what none takes is a text.
+const SOURCES: [&dyn Source; 1] = [&Json];
+/// Bytes by which a format is recognised.
+const HEAD: u64 = 4096;
 
-/// Reads a log from a file, and says how it was read.
-pub fn open(path: &Path, columns: &Columns) -> Result<Reading, InputError> {
-    let source = source_of(path);
-    Sheet::open(&source, cells(path)?, columns, true)
+/// Reads a log, and says how it was read.
+pub fn reading(bytes: Bytes, columns: &Columns) -> Result<Reading, InputError> {
+    Sheet::open(bytes.name, cells(bytes)?, columns, true)
 }
 
 /// Reads a record that need not have an output: what a simulation is driven by.
-pub fn read_input(path: &Path, columns: &Columns) -> Result<Log, InputError> {
-    let source = source_of(path);
-    Sheet::open(&source, cells(path)?, columns, false).map(|reading| reading.log)
+pub fn input(bytes: Bytes, columns: &Columns) -> Result<Reading, InputError> {
+    Sheet::open(bytes.name, cells(bytes)?, columns, false)
 }
 
 /// Reads a log from a text; `source` names it in messages.
@@ -32,13 +33,20 @@ pub fn parse(source: &str, text: &str, columns: &Columns) -> Result<Log, InputEr
 
 /// Reads a log from the bytes of a file; `source` names it in messages.
 pub fn parse_bytes(source: &str, bytes: &[u8], columns: &Columns) -> Result<Reading, InputError> {
-    let (text, encoding) = Text::of_bytes(source, bytes)?;
-    Sheet::open(source, Cells::read(source, &text, encoding)?, columns, true)
+    reading(Bytes { name: source, open: &|| Ok(Box::new(bytes)) }, columns)
 }
 
-/// The table that a file holds.
-pub(super) fn cells(path: &Path) -> Result<Cells, InputError> {
-    let source = source_of(path);
-    let (text, encoding) = Text::of_file(&source, path)?;
-    Cells::read(&source, &text, encoding)
+/// The table that the bytes hold.
+pub(super) fn cells(bytes: Bytes) -> Result<Cells, InputError> {
+    let mut head = Vec::new();
+    let read = (bytes.open)().and_then(|reader| reader.take(HEAD).read_to_end(&mut head));
+    read.map_err(|error| InputError::unreadable(bytes.name, error))?;
+    let taken = SOURCES.into_iter().find(|source| source.takes(bytes.name, &head));
+    let mut cells = taken.unwrap_or(&TextTable).table(bytes)?;
+    for (unit, column) in cells.units.iter_mut().zip(&cells.columns) {
+        if let Some(Form::Unit(written)) = &column.form {
+            unit.get_or_insert_with(|| written.clone());
+        }
+    }
+    Ok(cells)
 }

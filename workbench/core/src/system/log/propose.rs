@@ -68,8 +68,8 @@ pub fn complete(known: &Known, cells: &Cells, plan: &mut Plan, output_needed: bo
     proposals.extend(input.unwrap_or_default());
     let needed = if timed { &OUTPUTS[..] } else { &[Quantity::AngularSpeed] };
     if output_needed && !plan.any(needed) {
-        let of_plan = plan.sources.iter().filter(|source| INPUTS.contains(&source.quantity));
-        let driven = of_plan.flat_map(|source| source.formula.indices()).copied().next();
+        let of_plan = plan.origins.iter().filter(|origin| INPUTS.contains(&origin.quantity));
+        let driven = of_plan.flat_map(|origin| origin.formula.indices()).copied().next();
         let proposed = proposals.iter().skip(usize::from(!plan.has(Quantity::Time) && timed));
         match desk.output(timed, driven.or(proposed.filter_map(|proposal| proposal.column).next())) {
             Some(proposal) => proposals.push(proposal),
@@ -92,11 +92,11 @@ impl Desk<'_> {
     /// Columns that speak of a topic and are not used, likelier ones first.
     fn about(&self, topic: Topic) -> Vec<(usize, Meaning, Extent)> {
         let used: Vec<usize> =
-            self.plan.sources.iter().flat_map(|source| source.formula.indices().to_vec()).collect();
+            self.plan.origins.iter().flat_map(|origin| origin.formula.indices().to_vec()).collect();
         let all = self.plan.meanings.iter().enumerate();
         let of_it = all.filter_map(|(index, meaning)| {
             let meaning = meaning.filter(|meaning| meaning.topic == topic && !meaning.strange())?;
-            let extent = Extent::of(self.cells, index)?;
+            let extent = Extent::of(self.cells.values(index))?;
             // What never changes drives nothing and shows nothing; a supply may.
             let changes = extent.min < extent.max || topic == Topic::Supply || self.cells.rows < 2;
             Some((index, meaning, extent)).filter(|_| changes && !used.contains(&index))
@@ -359,12 +359,13 @@ impl Desk<'_> {
     /// What to say when nothing can be proposed: the likeliest mistyped column, if there is one.
     fn missing(&self, wanted: &str, stems: &[&str]) -> String {
         let used =
-            |index: usize| self.plan.sources.iter().any(|source| source.formula.indices().contains(&index));
+            |index: usize| self.plan.origins.iter().any(|origin| origin.formula.indices().contains(&index));
         let near = self.cells.header.iter().enumerate().find(|(index, name)| {
             let begins = stems.iter().any(|stem| name.to_lowercase().starts_with(stem));
             begins && quantity_of(name).is_none() && !used(*index)
         });
-        let headless = if self.cells.dialect.headless { "the file has no header line; " } else { "" };
+        let headless = self.cells.dialect.as_ref().filter(|dialect| dialect.headless);
+        let headless = headless.map_or("", |_| "the file has no header line; ");
         let listed = self.cells.header.join(", ");
         match near {
             Some((_, name)) => format!(

@@ -1,6 +1,7 @@
 //! Several topics in one file, each at its own rate: a row holds one of them, and the other cells are empty.
 
 use super::Run;
+use super::bridging::{fill, measured};
 
 /// Share of the rows with an empty cell from which on the signals have their own rates.
 const OWN: f64 = 0.3;
@@ -42,11 +43,10 @@ pub fn joined(run: &mut Run, same: impl Fn(usize, usize) -> bool) -> Option<(Vec
     let rows: Vec<usize> =
         (0..run.rows()).filter(|row| output[*row].is_finite() && run.t_s[*row].is_finite()).collect();
     run.input = held(run, &rows, &same);
-    let t_s = run.t_s.clone();
-    for column in
-        [&mut run.position, &mut run.speed, &mut run.current_a, &mut run.supply_v].into_iter().flatten()
-    {
-        fill(&t_s, column);
+    let (t_s, measured) = measured(run);
+    for column in measured {
+        let there: Vec<usize> = (0..column.len()).filter(|row| column[*row].is_finite()).collect();
+        there.windows(2).for_each(|pair| fill(t_s, column, pair[0], pair[1]));
     }
     Some((rows, note))
 }
@@ -72,16 +72,4 @@ fn held(run: &Run, rows: &[usize], same: &impl Fn(usize, usize) -> bool) -> Vec<
         };
     }
     means
-}
-
-/// Interpolates between the values that are there.
-fn fill(t_s: &[f64], column: &mut [f64]) {
-    let there: Vec<usize> = (0..column.len()).filter(|row| column[*row].is_finite()).collect();
-    for pair in there.windows(2) {
-        let (from, to) = (pair[0], pair[1]);
-        for row in from + 1..to {
-            let share = (t_s[row] - t_s[from]) / (t_s[to] - t_s[from]);
-            column[row] = column[from] + share * (column[to] - column[from]);
-        }
-    }
 }

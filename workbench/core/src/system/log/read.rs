@@ -1,8 +1,8 @@
 //! Reading a log from a table of numbers, with every defect reported by line and column.
 
 use super::bridging::{self, Bridged};
-use super::cells::Cells;
-use super::column_plan::{OUTPUTS, Plan, Source};
+use super::cells::{Cells, Place};
+use super::column_plan::{OUTPUTS, Origin, Plan};
 use super::columns::Columns;
 use super::formula::Formula;
 use super::names::Quantity;
@@ -11,6 +11,7 @@ use super::strays::{self, Strays};
 use super::{Dynamic, Input, Reading, Run, folded, rates, time_line};
 use crate::text::input_error::InputError;
 use servo::axis::Bridge;
+use std::fmt::Display;
 
 /// Fewer rows than this in a run say nothing about dynamics.
 pub(super) const FEWEST_ROWS: usize = 20;
@@ -36,7 +37,7 @@ impl<'a> Sheet<'a> {
         output_needed: bool,
     ) -> Result<Reading, InputError> {
         let plan = columns.plan(source, &cells, output_needed)?;
-        plan.complete(source, cells.header_line)?;
+        plan.complete(source, &cells)?;
         Self::of(source, cells, plan, columns, output_needed).reading()
     }
 
@@ -48,7 +49,7 @@ impl<'a> Sheet<'a> {
 
     /// The log, and how it was read.
     pub(super) fn reading(mut self) -> Result<Reading, InputError> {
-        let mut notes: Vec<String> = self.cells.dialect.sentence().into_iter().collect();
+        let mut notes: Vec<String> = self.cells.told.clone().into_iter().collect();
         notes.extend(self.plan.note(&self.cells.header));
         notes.extend(self.leave_out_empty_columns());
         notes.extend(self.supply_note());
@@ -65,26 +66,26 @@ impl<'a> Sheet<'a> {
 
     /// A column that is there and holds nothing is not there. One that nothing is computed from is not kept.
     fn leave_out_empty_columns(&mut self) -> Option<String> {
-        let empty = |source: &Source| match source.formula {
+        let empty = |origin: &Origin| match origin.formula {
             Formula::Scaled { index, .. } => {
                 self.cells.columns.get(index).is_some_and(|column| column.empty == self.cells.rows)
             }
             Formula::Expression { .. } => false,
         };
-        let (gone, kept): (Vec<Source>, Vec<Source>) = self.plan.sources.drain(..).partition(empty);
-        self.plan.sources = kept;
+        let (gone, kept): (Vec<Origin>, Vec<Origin>) = self.plan.origins.drain(..).partition(empty);
+        self.plan.origins = kept;
         for index in 0..self.cells.columns.len() {
             if self.uses(index) == 0 {
                 self.cells.columns[index].values = Vec::new();
             }
         }
-        let names: Vec<String> = gone.iter().map(|source| format!("`{}`", source.name)).collect();
+        let names: Vec<String> = gone.iter().map(|origin| format!("`{}`", origin.name)).collect();
         (!names.is_empty()).then(|| format!("Columns without a value are left out: {}.", names.join(", ")))
     }
 
     /// How many quantities are computed from a column.
     pub(super) fn uses(&self, index: usize) -> usize {
-        self.plan.sources.iter().filter(|source| source.formula.indices().contains(&index)).count()
+        self.plan.origins.iter().filter(|origin| origin.formula.indices().contains(&index)).count()
     }
 
     /// Said where a duty is multiplied by a supply that the log does not have.
@@ -120,10 +121,15 @@ impl<'a> Sheet<'a> {
         }
     }
 
+    /// A row cannot be used.
+    pub(super) fn wrong(&self, row: usize, what: impl Display) -> InputError {
+        InputError::at(self.source, self.cells.place(row), what)
+    }
+
     pub(super) fn lacks(&self, wanted: &str) -> InputError {
         let listed = self.cells.header.join(", ");
         let what = format!("no column {wanted} holds a value; map one with --columns (header: {listed})");
-        InputError::line(self.source, self.cells.header_line, what)
+        self.cells.wrong_names(self.source, what)
     }
 
     fn volts_from_duty(&self, mut duty: Vec<f64>) -> Result<Vec<f64>, InputError> {
@@ -135,19 +141,19 @@ impl<'a> Sheet<'a> {
                 "column vbus_v: {} V is no supply, which `duty` needs; state it in volts",
                 supply[row]
             );
-            return Err(InputError::line(self.source, self.cells.line(row), what));
+            return Err(self.wrong(row, what));
         }
         if let Some(row) = duty.iter().position(|d| d.abs() > 1.0 + 1e-6) {
             let most = duty.iter().fold(0.0_f64, |most, d| most.max(d.abs()));
-            let source = self.plan.sources.iter().find(|source| source.quantity == Quantity::Duty);
+            let origin = self.plan.origin(Quantity::Duty);
             let what = format!(
                 "column duty: {} lies outside −1 … 1, as others do up to {most}; map it with its full scale, for example \
                  --columns \"duty={}/{}\"",
                 duty[row],
-                source.map_or("duty", |source| &source.name),
+                origin.map_or("duty", |origin| &origin.name),
                 super::propose::full_scale(most)
             );
-            return Err(InputError::line(self.source, self.cells.line(row), what));
+            return Err(self.wrong(row, what));
         }
         duty.iter_mut().zip(&supply).for_each(|(d, v)| *d *= v);
         Ok(duty)
@@ -155,7 +161,7 @@ impl<'a> Sheet<'a> {
 
     /// Factor from the file's column to the SI unit.
     pub(super) fn factor(&self, quantity: Quantity) -> f64 {
-        self.plan.sources.iter().find(|source| source.quantity == quantity).map_or(1.0, Source::factor)
+        self.plan.origin(quantity).map_or(1.0, Origin::factor)
     }
 
     fn dynamic(&mut self, notes: &mut Vec<String>) -> Result<Dynamic, InputError> {
@@ -185,7 +191,7 @@ impl<'a> Sheet<'a> {
         let merged = rates::merge(&mut whole, |row, other| id[row] == id[other]);
         let same = |row: usize| id[row] == id[row - 1] || id[row].is_nan();
         let mended =
-            time_line::mend(&mut whole.t_s, self.factor(Quantity::Time), same, |row| self.cells.line(row));
+            time_line::mend(&mut whole.t_s, self.factor(Quantity::Time), same, |row| self.cells.place(row));
         let mut mended = mended.map_err(|what| InputError::file(self.source, what))?;
         mended.dropped.extend(merged);
         mended.dropped.sort_unstable();
@@ -200,7 +206,7 @@ impl<'a> Sheet<'a> {
         let mut lost: Vec<bool> =
             (0..rows.len()).map(|row| whole.t_s[row].is_nan() || whole.input[row].is_nan()).collect();
         let strays = self.strays(&whole, &rows, input, linear)?;
-        let bad = whole.take_out(&strays, &mut lost, |row| self.cells.line(rows[row]));
+        let bad = whole.take_out(&strays, &mut lost, |row| self.cells.place(rows[row]));
         self.check_share(&bridging::holes(&whole, &lost), &rows)?;
         let bridged = bridging::bridge(&mut whole, &lost, |row| id[row]);
         let all = whole.rows();
@@ -234,7 +240,7 @@ impl<'a> Sheet<'a> {
                 run.rows(),
                 100.0 * bridging::MOST
             );
-            return Err(InputError::line(self.source, self.cells.line(at[many.rows[0].start]), what));
+            return Err(self.wrong(at[many.rows[0].start], what));
         }
         found.retain(|it| it.count() as f64 <= most);
         Ok(found)
@@ -243,11 +249,11 @@ impl<'a> Sheet<'a> {
     /// Positions that fold, and signs in a bit of their own.
     fn unfold(&mut self) -> Vec<String> {
         let mut notes = Vec::new();
-        for source in self.plan.sources.iter().filter(|source| OUTPUTS.contains(&source.quantity)) {
-            let position = source.quantity == Quantity::Angle;
-            let scaled = position && matches!(source.formula, Formula::Scaled { .. });
-            let turn = scaled.then(|| std::f64::consts::TAU / source.factor().abs());
-            for index in source.formula.indices() {
+        for origin in self.plan.origins.iter().filter(|origin| OUTPUTS.contains(&origin.quantity)) {
+            let position = origin.quantity == Quantity::Angle;
+            let scaled = position && matches!(origin.formula, Formula::Scaled { .. });
+            let turn = scaled.then(|| std::f64::consts::TAU / origin.factor().abs());
+            for index in origin.formula.indices() {
                 if let Some(column) = self.cells.columns.get_mut(*index) {
                     notes.extend(folded::unfold(
                         &mut column.values,
@@ -294,7 +300,7 @@ impl<'a> Sheet<'a> {
             return Ok(());
         };
         let first = &lines[*first];
-        let indices = self.plan.sources.iter().flat_map(|source| source.formula.indices());
+        let indices = self.plan.origins.iter().flat_map(|origin| origin.formula.indices());
         let hole = |index: &usize| {
             let hole = self.cells.columns.get(*index)?.hole.as_ref()?;
             (hole.0 == *first).then_some((*index, &hole.1))
@@ -307,7 +313,7 @@ impl<'a> Sheet<'a> {
             holes.len(),
             100.0 * bridging::MOST
         );
-        Err(InputError::line(self.source, self.cells.line(*first), what))
+        Err(self.wrong(*first, what))
     }
 
     /// True if the axis is linear; an output must be there, and position and speed must agree.
@@ -319,11 +325,11 @@ impl<'a> Sheet<'a> {
         match (position.map(|p| p.0 == Quantity::Position), speed.map(|s| s.0 == Quantity::LinearSpeed)) {
             (None, None) if !self.output_needed => Ok(false),
             (None, None) => Err(self.lacks("for the output")),
-            (Some(a), Some(b)) if a != b => Err(InputError::line(
-                self.source,
-                1,
-                "position and speed belong to different axes (rad and m); map one of them with --columns",
-            )),
+            (Some(a), Some(b)) if a != b => {
+                let what =
+                    "position and speed belong to different axes (rad and m); map one of them with --columns";
+                Err(InputError::at(self.source, Place { number: 1, ..self.cells.head }, what))
+            }
             (a, b) => Ok(a.or(b) == Some(true)),
         }
     }
@@ -336,11 +342,8 @@ impl<'a> Sheet<'a> {
             2.0 => Ok(Bridge::Shorted),
             // Such a row is left out.
             value if value.is_nan() => Ok(Bridge::Driven),
-            _ => Err(InputError::line(
-                self.source,
-                self.cells.line(row),
-                format!("column bridge: {value} is none of 0 (open), 1 (driven), 2 (shorted)"),
-            )),
+            _ => Err(self
+                .wrong(row, format!("column bridge: {value} is none of 0 (open), 1 (driven), 2 (shorted)"))),
         };
         values.iter().enumerate().map(code).collect()
     }
@@ -364,7 +367,7 @@ impl<'a> Sheet<'a> {
             Some((start, end)) if bridged.removed == 0 || pieces.is_empty() => {
                 let (id, rows) = (id[start], end - start);
                 let what = format!("run {id} has {rows} rows; at least {FEWEST_ROWS} are needed");
-                Err(InputError::line(self.source, self.cells.line(lines[start]), what))
+                Err(self.wrong(lines[start], what))
             }
             _ => Ok(pieces),
         }

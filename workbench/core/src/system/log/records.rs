@@ -19,29 +19,14 @@ pub struct Record {
     pub line: u64,
     /// The line has its end.
     pub ended: bool,
-    cells: Vec<String>,
+    /// All cells, without the blanks around them.
+    pub cells: Vec<String>,
 }
 
 impl Record {
-    /// Number of cells.
-    pub fn len(&self) -> usize {
-        self.cells.len()
-    }
-
     /// A cell without the blanks around it; empty where the row has fewer.
     pub fn cell(&self, index: usize) -> &str {
         self.cells.get(index).map_or("", String::as_str)
-    }
-
-    /// All cells, without the blanks around them.
-    pub fn cells(&self) -> impl DoubleEndedIterator<Item = &str> {
-        self.cells.iter().map(String::as_str)
-    }
-
-    /// Other cells.
-    pub fn set<'c>(&mut self, cells: impl Iterator<Item = &'c str>) {
-        self.cells.clear();
-        self.cells.extend(cells.map(str::to_owned));
     }
 }
 
@@ -58,9 +43,11 @@ impl<'a> Records<'a> {
             if line.trim().is_empty() || comment(line).is_some() {
                 continue;
             }
-            row.set(split(&self.layout.rewritten(line), self.layout.separator).into_iter());
+            row.cells.clear();
+            let cells = self.layout.rewritten(line);
+            row.cells.extend(split(&cells, self.layout.separator).into_iter().map(str::to_owned));
             (row.line, row.ended) = (self.lines.number, self.lines.ended);
-            if row.line >= self.layout.first && row.cells().any(|cell| !cell.is_empty()) {
+            if row.line >= self.layout.first && !row.cells.iter().all(String::is_empty) {
                 return Ok(true);
             }
         }

@@ -6,6 +6,7 @@
 
 use super::Run;
 use super::bridging::MOST;
+use super::cells::Place;
 use super::felt::{Felt, stands_out};
 use super::steps::Steps;
 use std::ops::Range;
@@ -251,13 +252,13 @@ impl Run {
         }
     }
 
-    /// Takes out what cannot be, and says which lines held it: a reading becomes a hole, an input is that of the rows around it where those
+    /// Takes out what cannot be, and says where it stood: a reading becomes a hole, an input is that of the rows around it where those
     /// agree, and otherwise its row is lost.
     pub(super) fn take_out(
         &mut self,
         found: &[Strays],
         lost: &mut [bool],
-        line: impl Fn(usize) -> u64,
+        place: impl Fn(usize) -> Place,
     ) -> Option<String> {
         let mut told: Vec<(usize, String)> = Vec::new();
         for strays in found {
@@ -265,7 +266,7 @@ impl Run {
                 let values = self.readings(strays.column);
                 let held = values.as_ref().map(|values| values[rows.start]);
                 let held = held.unwrap_or_else(|| self.input[rows.start]);
-                told.push((rows.start, said(rows, &line, strays.column, held)));
+                told.push((rows.start, said(rows, &place, strays.column, held)));
                 match self.readings(strays.column) {
                     Some(values) => values[rows.clone()].fill(f64::NAN),
                     None => bridge(&mut self.input, rows, lost),
@@ -284,11 +285,11 @@ impl Run {
     }
 }
 
-fn said(rows: &Range<usize>, line: impl Fn(usize) -> u64, column: &str, held: f64) -> String {
-    let held = super::short(held);
+fn said(rows: &Range<usize>, place: impl Fn(usize) -> Place, column: &str, held: f64) -> String {
+    let (held, from) = (super::short(held), place(rows.start));
     match rows.len() {
-        1 => format!("line {}: {column} {held}", line(rows.start)),
-        _ => format!("lines {} to {}: {column} {held} …", line(rows.start), line(rows.end - 1)),
+        1 => format!("{from}: {column} {held}"),
+        _ => format!("{}s {} to {}: {column} {held} …", from.what, from.number, place(rows.end - 1).number),
     }
 }
 

@@ -1,78 +1,46 @@
 //! The text of a log, read line by line as often as it is needed, without holding a file in memory.
 
+use super::source::Bytes;
 use crate::text::input_error::InputError;
 use encoding_rs::{Encoding, UTF_8, UTF_16LE, WINDOWS_1252};
 use std::borrow::Cow;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
+use std::io::{BufRead, Read};
 
-/// The name of standard input.
-const STANDARD: &str = "-";
-/// Bytes that are read at once.
-pub const CHUNK: usize = 1 << 16;
 /// What some programs write before a text.
 const MARK: char = '\u{feff}';
 
 /// A text that can be read several times.
 pub enum Text<'a> {
-    /// A file in UTF-8 whose lines end with line feeds; what a logger appends meanwhile is not read.
-    File {
-        /// The file.
-        path: &'a Path,
-        /// Its length, bytes.
+    /// One in UTF-8 whose lines end with line feeds; what a logger appends meanwhile is not read.
+    Streamed {
+        /// Its bytes.
+        bytes: Bytes<'a>,
+        /// How many there are.
         length: u64,
     },
     /// Any other text.
-    Held(Cow<'a, str>),
-}
-
-/// What messages call a file.
-pub fn source_of(path: &Path) -> String {
-    if path == Path::new(STANDARD) { "standard input".into() } else { path.display().to_string() }
+    Held(String),
 }
 
 impl<'a> Text<'a> {
-    /// The text of a file, and the name of its encoding.
-    pub fn of_file(source: &str, path: &'a Path) -> Result<(Self, &'static str), InputError> {
-        let failed = |e| InputError::file(source, format!("cannot be read ({e}); check the path"));
-        // A pipe can be read but once.
-        if path != Path::new(STANDARD)
-            && std::fs::metadata(path).map_err(failed)?.is_file()
-            && let Some(length) = plain_length(path).map_err(failed)?
-        {
-            return Ok((Self::File { path, length }, UTF_8.name()));
-        }
-        let mut bytes = Vec::new();
-        let read = match path == Path::new(STANDARD) {
-            true => std::io::stdin().read_to_end(&mut bytes),
-            false => File::open(path).and_then(|mut file| file.read_to_end(&mut bytes)),
-        };
-        read.map_err(failed)?;
-        let (text, encoding) = decoded(source, &bytes)?;
-        Ok((Self::held(text.into_owned().into()), encoding))
-    }
-
     /// The text in the bytes of a file, and the name of its encoding.
-    pub fn of_bytes(source: &str, bytes: &'a [u8]) -> Result<(Self, &'static str), InputError> {
-        let (text, encoding) = decoded(source, bytes)?;
-        Ok((Self::held(text), encoding))
-    }
-
-    /// Lines that end with a carriage return alone get a line feed.
-    fn held(text: Cow<'a, str>) -> Self {
-        Self::Held(match text.contains('\n') {
-            true => text,
-            false => text.replace('\r', "\n").into(),
-        })
+    pub fn of(bytes: Bytes<'a>) -> Result<(Self, &'static str), InputError> {
+        let failed = |error| InputError::unreadable(bytes.name, error);
+        if let Some(length) = (bytes.open)().and_then(plain_length).map_err(failed)? {
+            return Ok((Self::Streamed { bytes, length }, UTF_8.name()));
+        }
+        let mut all = Vec::new();
+        (bytes.open)().and_then(|mut reader| reader.read_to_end(&mut all)).map_err(failed)?;
+        let (text, encoding) = decoded(bytes.name, &all)?;
+        // Lines that end with a carriage return alone get a line feed.
+        let text = if text.contains('\n') { text.into_owned() } else { text.replace('\r', "\n") };
+        Ok((Self::Held(text), encoding))
     }
 
     /// From the first line on.
     pub fn lines(&self) -> std::io::Result<Lines<'_>> {
         let reader: Box<dyn BufRead> = match self {
-            Self::File { path, length } => {
-                Box::new(BufReader::with_capacity(CHUNK, File::open(path)?).take(*length))
-            }
+            Self::Streamed { bytes, length } => Box::new((bytes.open)()?.take(*length)),
             Self::Held(text) => Box::new(text.as_bytes()),
         };
         Ok(Lines { reader, line: Vec::new(), number: 0 })
@@ -82,13 +50,10 @@ impl<'a> Text<'a> {
 /// The text of a file, and the name of its encoding.
 fn decoded<'a>(source: &str, bytes: &'a [u8]) -> Result<(Cow<'a, str>, &'static str), InputError> {
     let no_text = || InputError::file(source, "is not a text file; export the log as CSV");
-    if let Some((encoding, length)) = Encoding::for_bom(bytes) {
+    let unmarked = bytes.len() > 3 && bytes[0] != 0 && bytes[1] == 0 && bytes[3] == 0;
+    if let Some((encoding, length)) = Encoding::for_bom(bytes).or(unmarked.then_some((UTF_16LE, 0))) {
         let text = encoding.decode_without_bom_handling_and_without_replacement(&bytes[length..]);
         return Ok((text.ok_or_else(no_text)?, encoding.name()));
-    }
-    if bytes.len() > 3 && bytes[0] != 0 && bytes[1] == 0 && bytes[3] == 0 {
-        let text = UTF_16LE.decode_without_bom_handling_and_without_replacement(bytes);
-        return Ok((text.ok_or_else(no_text)?, UTF_16LE.name()));
     }
     if bytes.contains(&0) {
         return Err(no_text());
@@ -101,37 +66,18 @@ fn decoded<'a>(source: &str, bytes: &'a [u8]) -> Result<(Cow<'a, str>, &'static 
     }
 }
 
-/// The length of a file that is UTF-8 with line feeds. `None`: it is something else.
-fn plain_length(path: &Path) -> std::io::Result<Option<u64>> {
-    let mut reader = BufReader::with_capacity(CHUNK, File::open(path)?);
-    let (mut length, mut line_feed, mut rest) = (0, false, Vec::new());
-    loop {
-        let bytes = reader.fill_buf()?;
-        if bytes.is_empty() {
-            return Ok((rest.is_empty() && line_feed).then_some(length));
-        }
-        let count = bytes.len();
-        if length == 0 && (bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])) {
+/// The length of a text that is UTF-8 with line feeds. `None`: it is something else.
+fn plain_length(mut reader: Box<dyn BufRead + '_>) -> std::io::Result<Option<u64>> {
+    let (mut length, mut line_feed, mut line) = (0, false, Vec::new());
+    while reader.read_until(b'\n', &mut line)? > 0 {
+        if line.contains(&0) || std::str::from_utf8(&line).is_err() {
             return Ok(None);
         }
-        // A letter of several bytes may be parted by the end of a chunk.
-        let whole: Cow<[u8]> = match rest.is_empty() {
-            true => Cow::Borrowed(bytes),
-            false => Cow::Owned([&rest[..], bytes].concat()),
-        };
-        let left = match std::str::from_utf8(&whole) {
-            Ok(_) => Vec::new(),
-            Err(error) if error.error_len().is_none() => whole[error.valid_up_to()..].to_vec(),
-            Err(_) => return Ok(None),
-        };
-        if whole.contains(&0) {
-            return Ok(None);
-        }
-        line_feed |= whole.contains(&b'\n');
-        rest = left;
-        reader.consume(count);
-        length += count as u64;
+        line_feed |= line.ends_with(b"\n");
+        length += line.len() as u64;
+        line.clear();
     }
+    Ok(line_feed.then_some(length))
 }
 
 /// The lines of a text, one at a time.

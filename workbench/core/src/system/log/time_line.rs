@@ -1,6 +1,7 @@
 //! The time of a record where it does not simply increase: a counter that wraps, stamps that repeat, one that is wrong, a
 //! logger that was started anew.
 
+use super::cells::Place;
 use super::spelling::short;
 
 /// What a counter may count to before it begins at 0 again, in its own units: 16, 24, 31 and 32 bits.
@@ -27,12 +28,12 @@ pub struct Mended {
 }
 
 /// Makes a time increase as far as that can be known. `unit`: one of the file's units, s; `same`: a
-/// row continues the run of the row before; `line`: where a row stands. An error is a sentence.
+/// row continues the run of the row before; `place`: where a row stands. An error is a sentence.
 pub fn mend(
     time: &mut [f64],
     unit: f64,
     same: impl Fn(usize) -> bool,
-    line: impl Fn(usize) -> u64,
+    place: impl Fn(usize) -> Place,
 ) -> Result<Mended, String> {
     let mut mended = Mended::default();
     if (1..time.len()).all(|row| time[row] > time[row - 1] || !same(row)) {
@@ -42,7 +43,7 @@ pub fn mend(
     if rows.len() < 2 {
         return Ok(mended);
     }
-    mended.notes.extend(unwrapped(time, &rows, unit, &same, &line));
+    mended.notes.extend(unwrapped(time, &rows, unit, &same, &place));
     let twice: Vec<usize> = rows
         .windows(2)
         .filter(|pair| same(pair[1]) && time[pair[1]] == time[pair[0]])
@@ -59,25 +60,23 @@ pub fn mend(
         ));
     }
     mended.notes.extend(twice.first().map(|first| {
-        let (count, line) = (twice.len(), line(*first));
-        format!(
-            "Of rows with the same time the last one is read ({count} left out, the first in line {line})."
-        )
+        let (count, place) = (twice.len(), place(*first));
+        format!("Of rows with the same time the last one is read ({count} left out, the first in {place}).")
     }));
     let rows: Vec<usize> = rows.into_iter().filter(|row| twice.binary_search(row).is_err()).collect();
     mended.dropped = twice;
-    parted(time, &rows, &same, &line, &mut mended);
+    parted(time, &rows, &same, &place, &mut mended);
     if mended.restarts.len() as f64 > PARTS * rows.len() as f64 {
         return Err(format!(
-            "time does not increase in {} rows (line {} is the first): is another column the time? Else number the runs in a column \
+            "time does not increase in {} rows ({} is the first): is another column the time? Else number the runs in a column \
              `run`, or give the step of the rows with --columns \"t_s=row*SECONDS\"",
             mended.restarts.len(),
-            line(mended.restarts[0])
+            place(mended.restarts[0])
         ));
     }
     mended.notes.extend(mended.restarts.first().map(|first| {
         let count = mended.restarts.len() + 1;
-        format!("The time begins anew in line {}: the log is read as {count} records.", line(*first))
+        format!("The time begins anew in {}: the log is read as {count} records.", place(*first))
     }));
     Ok(mended)
 }
@@ -88,7 +87,7 @@ fn unwrapped(
     rows: &[usize],
     unit: f64,
     same: &impl Fn(usize) -> bool,
-    line: &impl Fn(usize) -> u64,
+    place: &impl Fn(usize) -> Place,
 ) -> Option<String> {
     let mut steps: Vec<f64> = rows.windows(2).map(|pair| (time[pair[1]] - time[pair[0]]).abs()).collect();
     let middle = steps.len() / 2;
@@ -101,7 +100,7 @@ fn unwrapped(
         if let Some((counts, name)) = full.clone().find(over).filter(|_| raw < before && same(row)) {
             added += counts;
             told.get_or_insert_with(|| {
-                format!("The clock wraps at {name}, first in line {}; its time goes on there.", line(row))
+                format!("The clock wraps at {name}, first in {}; its time goes on there.", place(row))
             });
         }
         before = raw;
@@ -115,7 +114,7 @@ fn parted(
     time: &[f64],
     rows: &[usize],
     same: &impl Fn(usize) -> bool,
-    line: &impl Fn(usize) -> u64,
+    place: &impl Fn(usize) -> Place,
     mended: &mut Mended,
 ) {
     let mut kept: Vec<usize> = Vec::new();
@@ -143,8 +142,8 @@ fn parted(
         }
     }
     mended.notes.extend(wrong.first().map(|row| {
-        let (count, line, seconds) = (wrong.len(), line(*row), short(time[*row]));
-        format!("Times that do not fit between their neighbours are left out ({count}, the first in line {line}: {seconds} s).")
+        let (count, place, seconds) = (wrong.len(), place(*row), short(time[*row]));
+        format!("Times that do not fit between their neighbours are left out ({count}, the first in {place}: {seconds} s).")
     }));
     mended.dropped.extend(wrong);
     mended.dropped.sort_unstable();

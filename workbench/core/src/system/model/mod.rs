@@ -11,7 +11,7 @@ mod unnamed;
 
 pub use draft::{Draft, Unknown};
 pub use keys::{ACTS, NAMED, OVER, STANDING, STANDSTILL, UNNAMED, VALUES, VALUES_STD};
-pub use read::{parse, parse_draft, read, read_draft};
+pub use read::{parse, parse_draft};
 pub use unnamed::Unnamed;
 
 use crate::system::effects::Effect;

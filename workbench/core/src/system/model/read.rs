@@ -11,29 +11,11 @@ use super::{DEFAULT_TOLERANCE, Encoder, KE, KT, Kind, Known, Model, Sensors, Sid
 use crate::system::effects::{self, LIBRARY};
 use crate::text::input_error::{InputError, nearest};
 use std::collections::BTreeMap;
-use std::path::Path;
 use toml::{Table, Value};
-
-/// Reads a model from a file.
-pub fn read(path: &Path) -> Result<Model, InputError> {
-    read_draft(path)?.complete()
-}
 
 /// Reads a model from a text; `source` names it in messages.
 pub fn parse(source: &str, text: &str) -> Result<Model, InputError> {
     parse_draft(source, text)?.complete()
-}
-
-/// Reads a model of which numbers may be unknown from a file.
-pub fn read_draft(path: &Path) -> Result<Draft, InputError> {
-    let source = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|e| {
-        InputError::file(
-            &source,
-            format!("cannot be read ({e}); check the path, or write one with `truing start`"),
-        )
-    })?;
-    parse_draft(&source, &text)
 }
 
 /// Reads a model of which numbers may be unknown from a text.

@@ -1,11 +1,11 @@
 //! The fixed set: drawn cases with their seeds, the paper's table, rigs.
 
+use crate::commands::rig::Rig;
 use crate::commands::{judge, paper};
 use crate::synthetic::cases::Set::{self, Nothing, Outside, Pair, Single, Triple};
 use crate::synthetic::cases::{self, Spec, draw};
 use clap::ValueEnum;
 use std::path::Path;
-use truing_core::gap::expectation::Rig;
 use truing_core::gap::{Options, tables};
 use truing_core::outcome::Outcome;
 use truing_core::system::log::{self, Columns, Log};

@@ -43,6 +43,9 @@ const LONGEST_SAVE: Duration = Duration::from_secs(6);
 /// Takes the messages that arrive.
 pub type Sink<'a> = dyn FnMut(Message) + 'a;
 
+/// The tick in which a command was judged, and how.
+type Answer = (u32, Result<(), Refusal>);
+
 /// Carries bytes to the servo and back.
 pub trait Wire {
     /// One turn: takes what it can of `outgoing`, adds what has arrived to `incoming`. In lock-step a turn is one
@@ -175,11 +178,7 @@ impl Client {
     }
 
     /// Sends a command and waits for its answer. A servo that has counted farther with another client is followed.
-    fn request(
-        &mut self,
-        command: Command,
-        sink: &mut Sink,
-    ) -> Result<(u32, Result<(), Refusal>), InputError> {
+    fn request(&mut self, command: Command, sink: &mut Sink) -> Result<Answer, InputError> {
         match self.exchange(command, sink)? {
             (_, Err(Refusal::Stale { expected })) => {
                 self.sequence = expected.wrapping_sub(1);
@@ -189,11 +188,7 @@ impl Client {
         }
     }
 
-    fn exchange(
-        &mut self,
-        command: Command,
-        sink: &mut Sink,
-    ) -> Result<(u32, Result<(), Refusal>), InputError> {
+    fn exchange(&mut self, command: Command, sink: &mut Sink) -> Result<Answer, InputError> {
         self.sequence = self.sequence.wrapping_add(1);
         let number = self.sequence;
         let mut buffer = [0; FRAME_CAPACITY];
@@ -217,10 +212,9 @@ impl Client {
             }
             turns += 1;
             if turns > patient_turns && Instant::now() > deadline {
-                return Err(InputError(
-                    "the servo does not answer; check port, wiring and that the firmware speaks this version"
-                        .into(),
-                ));
+                let what =
+                    "the servo does not answer; check port, wiring and that the firmware speaks this version";
+                return Err(InputError(what.into()));
             }
         }
     }

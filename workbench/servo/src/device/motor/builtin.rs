@@ -7,9 +7,9 @@ use rand_distr::{Distribution, Normal, Uniform};
 use servo::config::Config;
 use std::f64::consts::TAU;
 use std::path::Path;
-use truing_core::system::model::{self, Model};
 use truing_core::system::plant;
 use truing_core::text::input_error::InputError;
+use truing_files::model::{self, Model};
 
 /// Noise of the supply reading, relative, one sigma: a resistive divider and a 12-bit converter.
 const SUPPLY_NOISE: f64 = 0.003;

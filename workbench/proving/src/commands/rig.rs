@@ -4,10 +4,11 @@
 //! A rig is a folder with a model, a log, held-out records and an `expect.toml`. The expectation is written from what is
 //! known of the rig, never from an answer of this program.
 
-use crate::outcome::{Outcome, Verdict};
-use crate::text::input_error::InputError;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
+use truing_core::outcome::{Outcome, Verdict};
+use truing_core::system::effects;
+use truing_core::text::input_error::InputError;
 
 /// What is known of a rig: `expect.toml`.
 #[derive(Clone, Debug, Deserialize)]
@@ -73,7 +74,7 @@ impl Expectation {
         }
         let names = read.first.iter().chain(read.needed.iter().flatten()).chain(&read.wrong);
         for name in names {
-            crate::system::effects::known(name).map_err(|text| InputError::file(path.display(), text))?;
+            effects::known(name).map_err(|text| InputError::file(path.display(), text))?;
         }
         Ok(read)
     }
