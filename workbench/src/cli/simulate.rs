@@ -3,7 +3,7 @@
 use clap::Args;
 use std::fmt::Write;
 use std::path::PathBuf;
-use truing_core::gap::dataset::{PreparedRun, Traces, driven_by};
+use truing_core::gap::dataset::{GridRun, Traces, driven_by};
 use truing_core::gap::fit::FINE;
 use truing_files::log::{self, Columns, Dynamic, Log};
 use truing_files::model::{self, Model};
@@ -61,13 +61,13 @@ fn simulated(model: &Model, input: &Dynamic) -> String {
     let mut traces = Traces::default();
     for run in &input.runs {
         let rows = run.rows() - 1;
-        let grid = PreparedRun {
+        let grid = GridRun {
             time: run.t_s.clone(),
             row_time: run.t_s.clone(),
             bridge: run.bridge[..rows].to_vec(),
             input: run.input[..rows].to_vec(),
             first_row: (0..=rows as u32).collect(),
-            ..PreparedRun::default()
+            ..GridRun::default()
         };
         grid.simulate(&plant, 0.0, FINE, &mut traces);
         for k in 0..run.rows() {

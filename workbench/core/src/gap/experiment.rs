@@ -1,7 +1,7 @@
 //! What to measure next: both rivals are simulated on a catalogue of runs, and the run on which they differ most is
 //! recommended.
 
-use crate::gap::dataset::{Dataset, PreparedRun, Traces};
+use crate::gap::dataset::{Dataset, GridRun, Traces};
 use crate::gap::fit::FINE;
 use crate::gap::residual::rms;
 use crate::gap::scored::Scored;
@@ -99,9 +99,9 @@ fn difference(dataset: &Dataset, profile: &[Segment], a: &Scored, b: &Scored) ->
 }
 
 /// A profile on a grid.
-fn bench_run(dataset: &Dataset, profile: &[Segment]) -> PreparedRun {
+fn bench_run(dataset: &Dataset, profile: &[Segment]) -> GridRun {
     let step = dataset.scales.time / SAMPLES;
-    let mut run = PreparedRun { time: vec![0.0], ..PreparedRun::default() };
+    let mut run = GridRun { time: vec![0.0], ..GridRun::default() };
     for segment in profile {
         for _ in 0..(segment.seconds / step).round().max(1.0) as usize {
             run.time.push(run.time[run.time.len() - 1] + step);

@@ -1,6 +1,6 @@
 //! From where the fits of a candidate start: its grid, quantiles of a signal, or a scan for a periodic torque.
 
-use crate::gap::dataset::{Dataset, Part, PreparedRun, Simulation, Traces};
+use crate::gap::dataset::{Dataset, GridRun, Part, Simulation, Traces};
 use crate::gap::fit::COARSE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::order::by_least;
@@ -179,7 +179,7 @@ impl Basis {
     }
 
     /// The linear motor's response to waves of k·`unit` periods, ready for the first harmonics.
-    fn response<'a>(&'a self, index: usize, run: &'a PreparedRun, axis: Axis, unit: f64) -> Response<'a> {
+    fn response<'a>(&'a self, index: usize, run: &'a GridRun, axis: Axis, unit: f64) -> Response<'a> {
         let (plant, trace) = (&self.plant, &self.traces[index]);
         let at = |point: usize| match axis {
             Axis::Position if run.position.is_empty() => trace.integral[point] / plant.sensor_scale,
@@ -213,7 +213,7 @@ impl Basis {
 }
 
 /// The runs of the log, without those of held-out records.
-fn own_runs(dataset: &Dataset) -> impl Iterator<Item = &PreparedRun> {
+fn own_runs(dataset: &Dataset) -> impl Iterator<Item = &GridRun> {
     dataset.runs.iter().filter(|run| run.log == 0)
 }
 
@@ -273,7 +273,7 @@ impl Phasor {
 
 /// The linear motor's response to a torque, block by block, and the samples that see it.
 struct Response<'a> {
-    run: &'a PreparedRun,
+    run: &'a GridRun,
     residual: &'a [f64],
     /// What is left of the speed at the end of each block, what a torque adds to it, and how long the block lasts.
     blocks: Vec<(f64, f64, f64)>,

@@ -1,6 +1,6 @@
 //! Measured values beside those that a hypothesis predicts.
 
-use crate::gap::dataset::{Dataset, FullPass, Part, PreparedRun};
+use crate::gap::dataset::{Dataset, FullPass, GridRun, Part};
 use crate::gap::fit::FINE;
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::residual::{fit_percent, rms};
@@ -101,7 +101,7 @@ pub fn compared(signal: &str, noise_floor: f64, before: HeldOut, after: HeldOut)
 
 /// The measured variation of all held-out samples: the sum of squares about their mean, from which the fit in percent is counted.
 pub fn held_out_variation(dataset: &Dataset) -> f64 {
-    let held_out = |run: &PreparedRun| {
+    let held_out = |run: &GridRun| {
         let parts = run.speed.part.iter().zip(&run.speed.measured);
         parts.filter(|(part, _)| **part == Part::HoldOut).map(|(_, y)| *y).collect::<Vec<f64>>()
     };

@@ -1,6 +1,6 @@
 //! Measured, simulated and what the model does at each compared sample: what localisation, structure and plots look at.
 
-use crate::gap::dataset::{FullPass, Part, PreparedRun, Traces};
+use crate::gap::dataset::{FullPass, GridRun, Part, Traces};
 use crate::gap::fit::FINE;
 use crate::gap::scored::Scored;
 use crate::system::plant::physics::Physics;
@@ -110,14 +110,7 @@ fn since_reversal(samples: &[Sample]) -> Vec<f64> {
 }
 
 /// Adds the samples of a run.
-fn of_run(
-    all: &mut Vec<Sample>,
-    index: usize,
-    run: &PreparedRun,
-    plant: &Physics,
-    seen: &Traces,
-    told: &[f64],
-) {
+fn of_run(all: &mut Vec<Sample>, index: usize, run: &GridRun, plant: &Physics, seen: &Traces, told: &[f64]) {
     let first = all.len();
     for (k, told) in told.iter().enumerate() {
         let block = run.speed.block[k] as usize;

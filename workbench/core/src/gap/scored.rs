@@ -1,6 +1,6 @@
 //! A fitted set and its score.
 
-use crate::gap::dataset::{Dataset, Part, PreparedRun};
+use crate::gap::dataset::{Dataset, GridRun, Part};
 use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Data, Hypothesis, Item};
 use crate::gap::problem::{Problem, dot};
@@ -77,7 +77,7 @@ impl<'a> Scored<'a> {
     /// weights. Where no record was given, the held-out part of the log is the one.
     pub fn held_out(&self) -> Vec<f64> {
         let mut sums = std::collections::BTreeMap::new();
-        let held_out = |run: &PreparedRun| run.speed.part.contains(&Part::HoldOut);
+        let held_out = |run: &GridRun| run.speed.part.contains(&Part::HoldOut);
         self.hypothesis.simulated_some(&self.fit.x, &self.plant(), held_out, |index, _, predicted| {
             let run = &self.hypothesis.dataset.runs[index];
             let held_out = (0..predicted.len()).filter(|k| run.speed.part[*k] == Part::HoldOut);

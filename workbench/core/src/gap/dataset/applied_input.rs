@@ -1,6 +1,6 @@
 //! The input of a run behind delay, lag and the memoryless chain.
 
-use super::run::PreparedRun;
+use super::run::GridRun;
 use crate::system::plant::input::Chain;
 use crate::system::plant::physics::Physics;
 use crate::system::plant::simd::Lanes;
@@ -33,7 +33,7 @@ pub(super) struct Integral {
 impl AppliedInput {
     /// Of plants with the same features: one by one, and side by side.
     #[inline(always)]
-    pub(super) fn new<F: Lanes>(run: &PreparedRun, sets: &[Physics], plant: &Physics<F>) -> Self {
+    pub(super) fn new<F: Lanes>(run: &GridRun, sets: &[Physics], plant: &Physics<F>) -> Self {
         let (delayed, lagging) = (sets.iter().any(|p| p.delay_s > 0.0), sets.iter().any(|p| p.lag_s > 0.0));
         if delayed || lagging && run.blocks() != run.input.len() {
             return Self::Integrals(sets.iter().map(|plant| Integral::new(run, plant)).collect());
@@ -52,14 +52,7 @@ impl AppliedInput {
 
     /// Mean over the next piece, up to `end`, of a block. The pieces of a run follow one another.
     #[inline(always)]
-    pub(super) fn mean<F: Lanes>(
-        &mut self,
-        like: F,
-        run: &PreparedRun,
-        block: usize,
-        end: f64,
-        span: f64,
-    ) -> F {
+    pub(super) fn mean<F: Lanes>(&mut self, like: F, run: &GridRun, block: usize, end: f64, span: f64) -> F {
         match self {
             Self::Held(applied) => like.load(&applied[block * F::COUNT..]),
             Self::Integrals(sets) => {
@@ -75,7 +68,7 @@ impl AppliedInput {
 }
 
 impl Integral {
-    fn new(run: &PreparedRun, plant: &Physics) -> Self {
+    fn new(run: &GridRun, plant: &Physics) -> Self {
         let applied = behind_lag(run, plant);
         let mut area = Vec::with_capacity(applied.len());
         let mut sum = 0.0;
@@ -89,7 +82,7 @@ impl Integral {
 
     /// What was added since the last piece ended.
     #[inline(always)]
-    fn up_to(&mut self, run: &PreparedRun, end: f64) -> f64 {
+    fn up_to(&mut self, run: &GridRun, end: f64) -> f64 {
         let time = end - self.delay;
         while self.row + 1 < self.applied.len() && run.row_time[self.row + 1] < time {
             self.row += 1;
@@ -103,7 +96,7 @@ impl Integral {
 
 /// Without lag and delay: the mean of each block, its rows weighted by their duration.
 #[inline(always)]
-fn held<F: Lanes>(run: &PreparedRun, plant: &Physics<F>, chain: &Chain) -> Vec<f64> {
+fn held<F: Lanes>(run: &GridRun, plant: &Physics<F>, chain: &Chain) -> Vec<f64> {
     let like = plant.drive_gain;
     let mut means = Vec::with_capacity(run.blocks() * F::COUNT);
     for block in 0..run.blocks() {
@@ -123,7 +116,7 @@ fn held<F: Lanes>(run: &PreparedRun, plant: &Physics<F>, chain: &Chain) -> Vec<f
 }
 
 /// First-order lag of the command, if there is one, then the memoryless chain, on every row.
-fn behind_lag(run: &PreparedRun, plant: &Physics) -> Vec<f64> {
+fn behind_lag(run: &GridRun, plant: &Physics) -> Vec<f64> {
     let chain = Chain::of(plant);
     if plant.lag_s <= 0.0 {
         return run.input.iter().map(|u| plant.applied_to(&chain, *u)).collect();

@@ -2,14 +2,14 @@
 
 use super::noise::median;
 use super::probe::Probes;
-use super::{Part, PreparedRun};
+use super::{GridRun, Part};
 use crate::system::log::Dynamic;
 
 /// Pieces into which a run is cut for fitting, choosing and holding out.
 const PIECES: usize = 16;
 
 /// Alternating pieces of a run: fit, choose, and, without hold-out logs, every fourth one held out.
-pub(super) fn assigned(mut run: PreparedRun, holdout_given: bool) -> PreparedRun {
+pub(super) fn assigned(mut run: GridRun, holdout_given: bool) -> GridRun {
     let (start, end) = (run.time[0], run.time[run.time.len() - 1]);
     for probes in [&mut run.speed, &mut run.current] {
         for (time, served) in probes.time.iter().zip(&mut probes.part) {

@@ -3,7 +3,7 @@
 use super::observation::Observation;
 use super::prepare::{Start, started};
 use super::stretches::Stretches;
-use super::{Dataset, PreparedRun, Simulation, driven_by};
+use super::{Dataset, GridRun, Simulation, driven_by};
 use crate::gap::threads::of_each;
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
@@ -33,7 +33,7 @@ impl<'a> FullPass<'a> {
     pub fn each<T: Send>(
         &self,
         held_out: bool,
-        each: impl Fn(usize, &PreparedRun, &mut Simulation) -> T + Sync,
+        each: impl Fn(usize, &GridRun, &mut Simulation) -> T + Sync,
     ) -> Vec<T> {
         let wanted: Vec<usize> =
             (0..self.stretches.len()).filter(|k| !held_out || self.stretches.holds_out(*k)).collect();

@@ -1,7 +1,7 @@
 //! Several plants through the same runs in lock-step.
 
 use super::applied_input::AppliedInput;
-use super::run::PreparedRun;
+use super::run::GridRun;
 use super::simulate::{Detail, Keep, Simulation};
 use super::{Part, Probes};
 use crate::gap::effort;
@@ -27,7 +27,7 @@ thread_local! {
 /// A run with the start speed of each set.
 pub struct Compared<'a> {
     /// The run.
-    pub run: &'a PreparedRun,
+    pub run: &'a GridRun,
     /// Reading of the speed from which each set goes on.
     pub starts: Vec<f64>,
 }

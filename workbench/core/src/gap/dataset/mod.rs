@@ -31,7 +31,7 @@ pub use position::speeds;
 pub use preheat::Preheat;
 pub use prepare::prepare;
 pub use probe::Probes;
-pub use run::PreparedRun;
+pub use run::GridRun;
 pub use simulate::{Simulation, Traces};
 
 use crate::outcome::Searched;
@@ -60,7 +60,7 @@ pub struct Dataset {
     /// True on a linear axis.
     pub linear: bool,
     /// The runs.
-    pub runs: Vec<PreparedRun>,
+    pub runs: Vec<GridRun>,
     /// Natural magnitudes of motor and log.
     pub scales: Scales,
     /// Name of the compared column.

@@ -2,7 +2,7 @@
 
 use super::noise::hf_noise;
 use super::probe::{Grid, Probes};
-use super::{PreparedRun, Scales, position};
+use super::{GridRun, Scales, position};
 use crate::system::log::{Dynamic, Run};
 use crate::system::model::{Model, SpeedSensor};
 use std::f64::consts::TAU;
@@ -111,11 +111,11 @@ impl Observation {
     }
 }
 
-pub(super) fn bench_run(run: &Run, log: usize, observation: &Observation) -> PreparedRun {
+pub(super) fn bench_run(run: &Run, log: usize, observation: &Observation) -> GridRun {
     let first_row = blocks(run, observation.thinning);
     let time: Vec<f64> = first_row.iter().map(|row| run.t_s[*row as usize]).collect();
     let rows = run.rows() - 1;
-    let mut made = PreparedRun {
+    let mut made = GridRun {
         id: run.id,
         log,
         bridge: first_row[..first_row.len() - 1].iter().map(|row| run.bridge[*row as usize]).collect(),
@@ -124,7 +124,7 @@ pub(super) fn bench_run(run: &Run, log: usize, observation: &Observation) -> Pre
         input: run.input[..rows].to_vec(),
         first_row,
         time,
-        ..PreparedRun::default()
+        ..GridRun::default()
     };
     made.speed = match (observation.way_s, observation.derived_rows) {
         (Some(window), _) => position::ways(&made, window),
@@ -179,7 +179,7 @@ fn derived(run: &Run, time: &[f64], rows: usize) -> Probes {
     probes
 }
 
-fn logged(run: &Run, made: &PreparedRun, observation: &Observation) -> Probes {
+fn logged(run: &Run, made: &GridRun, observation: &Observation) -> Probes {
     let speed = run.speed.as_ref().expect("logged");
     let (grid, mut probes) = (Grid(&made.time), Probes::default());
     let end = made.time[made.time.len() - 1];
@@ -209,7 +209,7 @@ fn logged(run: &Run, made: &PreparedRun, observation: &Observation) -> Probes {
 }
 
 /// Currents at their rows' own time; in blocks of several rows, means over the block.
-fn currents(current: &[f64], made: &PreparedRun) -> Probes {
+fn currents(current: &[f64], made: &GridRun) -> Probes {
     let (grid, mut probes) = (Grid(&made.time), Probes::default());
     for block in 0..made.blocks() {
         let (a, b) = (made.first_row[block] as usize, made.first_row[block + 1] as usize);

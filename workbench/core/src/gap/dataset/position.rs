@@ -6,7 +6,7 @@
 use super::noise::{hf_noise, median};
 use super::probe::{Grid, Probes};
 use super::run::travel;
-use super::{PreparedRun, Scales};
+use super::{GridRun, Scales};
 use crate::system::model::Encoder;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -24,7 +24,7 @@ const CURVED: f64 = 0.05;
 const REACH: usize = 5;
 
 /// The ways of the shaft from the start of each window.
-pub(super) fn ways(run: &PreparedRun, window_s: f64) -> Probes {
+pub(super) fn ways(run: &GridRun, window_s: f64) -> Probes {
     let (grid, mut probes) = (Grid(&run.time), Probes::default());
     let duration = run.time[run.blocks()] - run.time[0];
     let count = (duration / window_s).round().max(1.0);
@@ -40,7 +40,7 @@ pub(super) fn ways(run: &PreparedRun, window_s: f64) -> Probes {
 }
 
 /// Place and speed at a point of the grid, from a parabola through the positions around it.
-fn local(run: &PreparedRun, point: usize) -> (f64, f64) {
+fn local(run: &GridRun, point: usize) -> (f64, f64) {
     let (first, last) = (point.saturating_sub(REACH), (point + REACH).min(run.position.len() - 1));
     let rows = last - first + 1;
     if rows < 4 {
@@ -58,7 +58,7 @@ fn local(run: &PreparedRun, point: usize) -> (f64, f64) {
 
 /// Standard deviation of a measured position: what its third differences show, and not below the encoder's steps, as they are declared
 /// or as they are seen.
-pub(super) fn noise(runs: &[PreparedRun], encoder: Option<Encoder>) -> f64 {
+pub(super) fn noise(runs: &[GridRun], encoder: Option<Encoder>) -> f64 {
     let mut each: Vec<f64> = runs.iter().map(|run| hf_noise(&run.position, 0)).collect();
     let declared = encoder.map_or(0.0, |encoder| TAU / encoder.counts_per_rev);
     let step = declared.max(seen_step(runs));
@@ -66,7 +66,7 @@ pub(super) fn noise(runs: &[PreparedRun], encoder: Option<Encoder>) -> f64 {
 }
 
 /// The smallest step between neighbours that is common: of a quantised position all steps are multiples of it.
-fn seen_step(runs: &[PreparedRun]) -> f64 {
+fn seen_step(runs: &[GridRun]) -> f64 {
     let mut steps: Vec<f64> = runs
         .iter()
         .flat_map(|run| run.position.windows(2).map(|pair| (pair[1] - pair[0]).abs()))
@@ -84,7 +84,7 @@ fn seen_step(runs: &[PreparedRun]) -> f64 {
 }
 
 /// Speeds at the middle of each sample of a run, from the measured positions.
-pub fn speeds(run: &PreparedRun) -> Vec<f64> {
+pub fn speeds(run: &GridRun) -> Vec<f64> {
     let speed = |block: &u32| {
         let (before, after) = ((*block as usize).saturating_sub(1), (*block as usize + 1).min(run.blocks()));
         (run.position[after] - run.position[before]) / (run.time[after] - run.time[before])
@@ -93,7 +93,7 @@ pub fn speeds(run: &PreparedRun) -> Vec<f64> {
 }
 
 /// Speed at the start of a run, and how uncertain it is, from the first positions.
-pub(super) fn start_from_position(run: &mut PreparedRun, sigma: f64, scales: &Scales) {
+pub(super) fn start_from_position(run: &mut GridRun, sigma: f64, scales: &Scales) {
     let (_, speed) = local(run, 0);
     let reach = REACH.min(run.blocks());
     let length = (run.time[reach] - run.time[0]).max(1e-9);

@@ -8,7 +8,7 @@ use super::position::{self, start_from_position};
 use super::rows::{on_its_grid, unbroken};
 use super::start::start_speed;
 use super::stretches::Stretches;
-use super::{Dataset, PreparedRun, Scales, driven_by};
+use super::{Dataset, GridRun, Scales, driven_by};
 use crate::outcome::Searched;
 use crate::system::log::{Dynamic, Input, Run};
 use crate::system::model::{Encoder, Kind, Model};
@@ -28,14 +28,14 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
     let noise = Noise::of(&gridded, model, &observation, log, &scales);
     let start = Start { plant, sigma: noise.speed, scales, of_position: observation.of_position() };
     let Gridded { runs, stretches, searched, notes, .. } = gridded;
-    let folded = |(index, run): (usize, PreparedRun)| {
+    let folded = |(index, run): (usize, GridRun)| {
         let run = if noise.current.is_some() { run } else { run.without_current() };
         match &searched {
             Some(searched) => started(run, &start, stretches.begins(searched.some[index])),
             None => started(folds::assigned(run, !others.is_empty()), &start, true),
         }
     };
-    let runs: Vec<PreparedRun> = runs.into_iter().enumerate().map(folded).collect();
+    let runs: Vec<GridRun> = runs.into_iter().enumerate().map(folded).collect();
     let doubts = suspect_units(&scales, &start.plant);
     Ok(Dataset {
         input: log.input,
@@ -64,11 +64,11 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
 
 /// Log and hold-outs on their grids: short ones as a whole, of long ones some stretches.
 struct Gridded<'a> {
-    runs: Vec<PreparedRun>,
+    runs: Vec<GridRun>,
     stretches: Stretches<'a>,
     searched: Option<Chosen>,
     /// Runs from which the noise is estimated where others are searched: those were chosen because much happens in them.
-    evenly: Option<Vec<PreparedRun>>,
+    evenly: Option<Vec<GridRun>>,
     notes: Vec<String>,
 }
 
@@ -115,7 +115,7 @@ pub(super) struct Start {
 
 /// Masks spikes and finds the speed from which a run goes on. `begins`: nothing is simulated before its first compared row, so
 /// that an error of that speed would be compared.
-pub(super) fn started(mut run: PreparedRun, start: &Start, begins: bool) -> PreparedRun {
+pub(super) fn started(mut run: GridRun, start: &Start, begins: bool) -> GridRun {
     mask_spikes(&mut run.speed, start.sigma);
     match (begins, start.of_position) {
         (true, true) => start_from_position(&mut run, start.sigma, &start.scales),
@@ -233,8 +233,8 @@ impl Noise {
         }
     }
 
-    fn of_speed(runs: &[PreparedRun], encoder: Option<Encoder>, observation: &Observation) -> f64 {
-        let noise = |run: &PreparedRun| hf_noise(&run.speed.measured, observation.noise_lag);
+    fn of_speed(runs: &[GridRun], encoder: Option<Encoder>, observation: &Observation) -> f64 {
+        let noise = |run: &GridRun| hf_noise(&run.speed.measured, observation.noise_lag);
         let window_s = observation.window_s;
         // Both ends of a window are rounded to a count.
         let step = |encoder: Encoder| TAU / encoder.counts_per_rev / (6f64.sqrt() * window_s);
@@ -244,7 +244,7 @@ impl Noise {
 }
 
 /// The first two runs of the log that have the same input.
-fn twins(runs: &[PreparedRun], largest: f64) -> Option<(usize, usize)> {
+fn twins(runs: &[GridRun], largest: f64) -> Option<(usize, usize)> {
     let alike = |a: usize, b: usize| runs[b].log == 0 && same_input(&runs[a].input, &runs[b].input, largest);
     let own = runs.iter().filter(|run| run.log == 0).count();
     let mut pairs = (0..own).flat_map(|a| (a + 1..own).map(move |b| (a, b)));

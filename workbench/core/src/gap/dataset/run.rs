@@ -6,7 +6,7 @@ use servo::axis::Bridge;
 
 /// One run made ready.
 #[derive(Clone, Debug, Default)]
-pub struct PreparedRun {
+pub struct GridRun {
     /// Number of the run in the log.
     pub id: i64,
     /// Index of the log: 0 the log itself, 1 … the hold-outs.
@@ -37,7 +37,7 @@ pub struct PreparedRun {
     pub current: Probes,
 }
 
-impl PreparedRun {
+impl GridRun {
     /// Number of blocks.
     pub fn blocks(&self) -> usize {
         self.bridge.len()
@@ -55,8 +55,8 @@ impl PreparedRun {
 }
 
 /// The longest way between two positions of one run of the log, rad or m.
-pub(super) fn travel(runs: &[PreparedRun]) -> f64 {
-    let range = |run: &PreparedRun| {
+pub(super) fn travel(runs: &[GridRun]) -> f64 {
+    let range = |run: &GridRun| {
         let low = run.position.iter().copied().fold(f64::INFINITY, f64::min);
         let high = run.position.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         (high - low).max(0.0)

@@ -1,7 +1,7 @@
 //! The simulation of one run.
 
 use super::applied_input::AppliedInput;
-use super::run::PreparedRun;
+use super::run::GridRun;
 use crate::gap::effort;
 use crate::system::plant::dynamics::Dynamics;
 use crate::system::plant::features::Features;
@@ -37,14 +37,8 @@ pub struct Simulation {
 
 impl Simulation {
     /// A run in free run, and what the sensor of its speed would have shown; the arguments are those of
-    /// [`PreparedRun::simulate`].
-    pub fn speed(
-        &mut self,
-        run: &PreparedRun,
-        plant: &Physics,
-        start: f64,
-        finest: f64,
-    ) -> (&Traces, &[f64]) {
+    /// [`GridRun::simulate`].
+    pub fn speed(&mut self, run: &GridRun, plant: &Physics, start: f64, finest: f64) -> (&Traces, &[f64]) {
         let (_, steps) = self.sensed(run, plant, start, Detail { finest, keep: Keep::All });
         effort::simulated(1, steps);
         (&self.traces, &self.predicted)
@@ -61,13 +55,7 @@ impl Simulation {
     }
 
     /// The same, with the number of inner steps, which it leaves to be counted.
-    pub(super) fn sensed(
-        &mut self,
-        run: &PreparedRun,
-        plant: &Physics,
-        at: f64,
-        kept: Detail,
-    ) -> (&[f64], u64) {
+    pub(super) fn sensed(&mut self, run: &GridRun, plant: &Physics, at: f64, kept: Detail) -> (&[f64], u64) {
         let Self { traces, predicted } = self;
         let steps = run.simulated(plant, at, kept, traces);
         predicted.resize(run.speed.len(), 0.0);
@@ -76,7 +64,7 @@ impl Simulation {
     }
 
     /// What the sensor of the current would have shown in the run that was simulated last.
-    pub fn current(&mut self, run: &PreparedRun) -> &[f64] {
+    pub fn current(&mut self, run: &GridRun) -> &[f64] {
         let Self { traces, predicted } = self;
         predicted.resize(run.current.len(), 0.0);
         run.current.predict(0.0, &run.time, &traces.current, &traces.charge, predicted);
@@ -84,7 +72,7 @@ impl Simulation {
     }
 }
 
-impl PreparedRun {
+impl GridRun {
     /// Simulates the run in free run. `start`: reading of the speed from which it goes on; 0: it rests. `finest`: longest inner step
     /// as a part of the time constant.
     pub fn simulate(&self, plant: &Physics, start: f64, finest: f64, traces: &mut Traces) {
@@ -197,7 +185,7 @@ pub(super) enum Keep {
 
 impl Keep {
     /// What the sensors of a run need.
-    pub(super) fn sensed(run: &PreparedRun) -> Self {
+    pub(super) fn sensed(run: &GridRun) -> Self {
         Self::Sensed { current: !run.current.is_empty() }
     }
 }

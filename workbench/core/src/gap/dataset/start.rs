@@ -1,12 +1,12 @@
 //! Whether a run was in motion when its record began.
 
-use super::{PreparedRun, Simulation};
+use super::{GridRun, Simulation};
 use crate::gap::fit::COARSE;
 use crate::system::plant::physics::Physics;
 
 /// Speed at the start from a line through the first samples. A run moves at its start only if its first sample does, and
 /// if the plant predicts the first time constant better with that speed than from rest.
-pub(super) fn start_speed(run: &mut PreparedRun, plant: &Physics, sigma: f64, full_speed: f64) {
+pub(super) fn start_speed(run: &mut GridRun, plant: &Physics, sigma: f64, full_speed: f64) {
     let samples = run.speed.len().min(6);
     if samples < 3 {
         return;
@@ -28,7 +28,7 @@ pub(super) fn start_speed(run: &mut PreparedRun, plant: &Physics, sigma: f64, fu
 }
 
 /// True if the plant is nearer to the first time constant of a run from this speed than from rest.
-fn predicts_better(run: &PreparedRun, plant: &Physics, start: f64) -> bool {
+fn predicts_better(run: &GridRun, plant: &Physics, start: f64) -> bool {
     let end = run.time[0] + plant.time_constant_s();
     let samples = run.speed.time.partition_point(|time| *time < end).max(6);
     let mut simulation = Simulation::default();

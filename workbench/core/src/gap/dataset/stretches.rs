@@ -8,7 +8,7 @@ use super::coverage::{Coverage, Measure, chosen};
 use super::observation::{MOST_BLOCKS, Observation, bench_run};
 use super::preheat::{Losses, Preheat};
 use super::rows::{even_rows, unbroken_rows};
-use super::{Part, PreparedRun, Scales, folds};
+use super::{GridRun, Part, Scales, folds};
 use crate::system::log::{Dynamic, Run};
 use std::ops::Range;
 use std::sync::Arc;
@@ -195,7 +195,7 @@ impl<'a> Stretches<'a> {
     }
 
     /// A stretch made ready, but for noise and start. `position`: place of its first row, where it is an integral.
-    pub(super) fn made(&self, stretch: usize, observation: &Observation, position: f64) -> PreparedRun {
+    pub(super) fn made(&self, stretch: usize, observation: &Observation, position: f64) -> GridRun {
         let it = &self.all[stretch];
         let piece = &self.pieces[it.piece];
         let last = (it.rows.end + 1).min(piece.rows.end);
@@ -225,7 +225,7 @@ impl<'a> Stretches<'a> {
     }
 
     /// Stretches that lie evenly over log and hold-outs.
-    pub(super) fn evenly(&self, observation: &Observation) -> Vec<PreparedRun> {
+    pub(super) fn evenly(&self, observation: &Observation) -> Vec<GridRun> {
         let count = EVENLY.min(self.all.len());
         (0..count).map(|k| self.made((2 * k + 1) * self.all.len() / (2 * count), observation, 0.0)).collect()
     }

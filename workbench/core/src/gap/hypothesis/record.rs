@@ -1,7 +1,7 @@
 //! A record over time as the data of a hypothesis: its nuisances, its base, and the simulation of its runs.
 
 use super::{Data, Hypothesis, NUISANCE_BOUND, Slot};
-use crate::gap::dataset::{Dataset, PreparedRun, Scales, Simulation, Traces, driven_by};
+use crate::gap::dataset::{Dataset, GridRun, Scales, Simulation, Traces, driven_by};
 use crate::gap::fit::FINE;
 use crate::gap::threads::of_each;
 use crate::system::effects::{Effect, Meaning, Parameter, Scale};
@@ -35,11 +35,11 @@ impl Hypothesis<'_> {
         &self,
         x: &[f64],
         plant: &Physics,
-        chosen: impl Fn(&PreparedRun) -> bool,
+        chosen: impl Fn(&GridRun) -> bool,
         mut each: impl FnMut(usize, &Traces, &[f64]),
     ) {
         let runs = self.dataset.runs.iter().enumerate().filter(|(_, run)| chosen(run));
-        let runs: Vec<(usize, &PreparedRun)> = runs.collect();
+        let runs: Vec<(usize, &GridRun)> = runs.collect();
         let simulated = of_each(&runs, |(index, run)| {
             let mut simulation = Simulation::default();
             simulation.speed(run, plant, self.start_speed(*index, x), FINE);
