@@ -11,12 +11,11 @@
 
 use std::process::ExitCode;
 use truing::cli::Cli;
-use truing::console::{clock, interrupt, screen};
+use truing::console::{interrupt, screen};
 use truing::text::input_error::NotDone;
 use truing_report::errln;
 
 fn main() -> ExitCode {
-    clock::install();
     let cli = Cli::read();
     if let Err(error) = interrupt::watch() {
         errln!("warning: Ctrl-C will not stop the servo ({error})");

@@ -34,7 +34,7 @@ pub fn print(accept: bool) -> Result<()> {
         println!("{name}: {count}");
     }
     figures::settle("search", &figures, accept)
-        .context("the search for names does more work; `truing bench --phases` tells where")
+        .context("the search for names does more work; `truing bench` tells in which case")
 }
 
 fn figures(json: &str) -> Result<Figures> {

@@ -15,6 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 use truing::gap::dataset::{Part, prepare};
 use truing::gap::hypothesis::Hypothesis;
 use truing::gap::prediction::Prediction;
@@ -79,7 +80,6 @@ struct Arguments {
 const WITH_CURRENT: u32 = 1_000_000;
 
 fn main() {
-    truing::console::clock::install();
     let arguments = Arguments::parse();
     let jobs = rayon::ThreadPoolBuilder::new().num_threads(arguments.jobs).build().expect("threads");
     if arguments.next_experiments > 0 {
@@ -192,8 +192,9 @@ fn record(arguments: &Arguments, spec: &Spec, seed: u32) {
 /// Writes the case, reads it as a user's, analyses it, scores it.
 fn analyse(case: &Case) -> Result<Line, Box<dyn std::error::Error>> {
     let Opened { model, log, holdout } = opened(case)?;
-    let started = cpu_s();
-    let outcome = gap::run(&model, &log, std::slice::from_ref(&holdout), &Options::default(), &|_| ())?;
+    let (started, begin) = (cpu_s(), Instant::now());
+    let mut outcome = gap::run(&model, &log, std::slice::from_ref(&holdout), &Options::default(), &|_| ())?;
+    outcome.runtime_s = begin.elapsed().as_secs_f64();
     let cpu_s = cpu_s().zip(started).map(|(end, start)| end - start);
     let extended = ModelFile { original: &model.source_text, origin: "log.csv" }.export(&outcome)?;
     let extended = model::parse("extended.toml", &extended)?;

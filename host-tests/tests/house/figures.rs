@@ -23,7 +23,7 @@ fn the_workbench_grows_no_further() {
     // 1,960 of them read logs in whatever dialect, propose `--columns` and are `truing look` (decision 0280); 2,230 came
     // with unknown numbers, `truing start`, the table of keys and its complaints (0290 to 0292); 850 with logs of any length (0300).
     // The limit was 32,233 until the proving ground left it.
-    at_most("code lines of the workbench", workbench.code(), 29_777, 19_000);
+    at_most("code lines of the workbench", workbench.code(), 29_711, 19_000);
 }
 
 /// They left the workbench, not the project: their lines are counted on.
@@ -31,8 +31,9 @@ fn the_workbench_grows_no_further() {
 fn proving_ground_and_reference_plant_grow_no_further() {
     let [proving, plant, ..] = figures().rest;
     assert_eq!([proving.name, plant.name], ["proving ground", "reference plant"]);
-    // 134 of them came from the workbench with the rigs and what is expected of them: who judges opens their files.
-    at_most("code lines of the proving ground", proving.code(), 2_718, 2_584);
+    // 134 of them came from the workbench with the rigs and what is expected of them: who judges opens their files. Of both together the
+    // limit fell from 32,361 to 32,359.
+    at_most("code lines of the proving ground", proving.code(), 2_648, 2_584);
     at_most("code lines of the reference plant", plant.code(), 1_700, 1_700);
 }
 

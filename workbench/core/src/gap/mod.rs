@@ -74,8 +74,6 @@ pub fn run<L: Recorded>(
     options: &Options,
     progress: Progress,
 ) -> Result<Outcome, InputError> {
-    let started = effort::now();
-    let passed = || 1e-6 * (effort::now().wall_us - started.wall_us) as f64;
     let (log, holdouts) = (L::log(log), L::logs(holdouts));
     let right =
         if options.accept_data { Right::default() } else { examine::put_right(model, &log, &holdouts) };
@@ -87,7 +85,7 @@ pub fn run<L: Recorded>(
     let notes = || examine::notes(model, &log);
     let (faults, notes) = join(|| examine::faults(model, &log, &holdouts), notes);
     if !faults.is_empty() && !options.accept_data {
-        return Ok(Outcome { runtime_s: passed(), ..examine::outcome(&log, faults) });
+        return Ok(examine::outcome(&log, faults));
     }
     let table = as_table(model, &log);
     // What is said of a sensor is said of motion.
@@ -100,7 +98,7 @@ pub fn run<L: Recorded>(
         }
     }?;
     if let Some(fault) = examine::scale(model, &log, &outcome).filter(|_| !options.accept_data) {
-        return Ok(Outcome { runtime_s: passed(), ..examine::outcome(&log, vec![fault]) });
+        return Ok(examine::outcome(&log, vec![fault]));
     }
     outcome.data_sheet = data_sheet::contradicted(model, &outcome);
     outcome.notes.splice(0..0, model.notes.iter().cloned());
@@ -108,7 +106,6 @@ pub fn run<L: Recorded>(
     outcome.notes.extend(examine::early(&log, &outcome.effects));
     outcome.notes.extend(notes);
     outcome.notes.extend(faults.iter().map(|fault| format!("accepted although {}", fault.what)));
-    outcome.runtime_s = passed();
     Ok(outcome)
 }
 

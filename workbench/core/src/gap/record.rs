@@ -2,7 +2,6 @@
 
 use crate::gap::acceptance::residual_share::no_more;
 use crate::gap::dataset::{self, Dataset, FullPass, Part, hf_noise, prepare};
-use crate::gap::effort::{Phase, during};
 use crate::gap::extend::{Given, Last, extended};
 use crate::gap::prediction::Prediction;
 use crate::gap::remainder::look::{sensor_like, twin_pairs};
@@ -40,8 +39,7 @@ pub fn run(
     // On a thread of the pool, which hands on what it can share without being woken first.
     let searched = || {
         let found = search(&dataset, model, options, progress);
-        let conclude = || concluded(&given, &found, &options.limits, last.as_ref());
-        during(Phase::Conclude, conclude)
+        concluded(&given, &found, &options.limits, last.as_ref())
     };
     Ok(Outcome { places, ..join(searched, || ()).0 })
 }

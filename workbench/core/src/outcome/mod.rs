@@ -318,7 +318,7 @@ pub struct Outcome {
     pub unexplained: Unexplained,
     /// What to measure next.
     pub next_experiment: Option<Experiment>,
-    /// Wall time, s.
+    /// Wall time, s; 0 where nobody took it. The engine has no clock.
     pub runtime_s: f64,
     /// On how much of a long log effects were searched for; absent where it was all of it.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -3,7 +3,6 @@
 #[macro_use]
 pub mod screen;
 
-pub mod clock;
 pub mod files;
 pub mod interrupt;
 pub mod rows;

@@ -24,7 +24,7 @@ pub fn watched(model: &Model, log: &Log, holdouts: &[Log], options: &Options) ->
         }
     });
     bar.finish_and_clear();
-    outcome
+    outcome.map(|outcome| Outcome { runtime_s: bar.elapsed().as_secs_f64(), ..outcome })
 }
 
 fn progress_bar() -> ProgressBar {

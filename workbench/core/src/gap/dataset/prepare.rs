@@ -8,7 +8,7 @@ use super::position::{self, start_from_position};
 use super::rows::{on_its_grid, unbroken};
 use super::start::start_speed;
 use super::stretches::Stretches;
-use super::{Dataset, GridRun, Scales, driven_by};
+use super::{Dataset, GridRun, Probes, Scales, driven_by};
 use crate::outcome::Searched;
 use crate::system::log::{Dynamic, Input, Run};
 use crate::system::model::{Encoder, Kind, Model};
@@ -29,9 +29,10 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
     let start = Start { plant, sigma: noise.speed, scales, of_position: observation.of_position() };
     let Gridded { runs, stretches, searched, notes, .. } = gridded;
     let folded = |(index, run): (usize, GridRun)| {
-        let run = if noise.current.is_some() { run } else { run.without_current() };
+        let current = if noise.current.is_some() { run.current } else { Probes::default() };
+        let run = GridRun { current, ..run };
         match &searched {
-            Some(searched) => started(run, &start, stretches.begins(searched.some[index])),
+            Some((some, _)) => started(run, &start, stretches.begins(some[index])),
             None => started(folds::assigned(run, !others.is_empty()), &start, true),
         }
     };
@@ -50,7 +51,7 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
         sigma: noise.speed,
         sigma_current: noise.current,
         twins: match &searched {
-            Some(searched) => stretches.twins(&searched.some),
+            Some((some, _)) => stretches.twins(some),
             None => twins(&runs, scales.input).into_iter().collect(),
         },
         runs,
@@ -58,7 +59,7 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
         of_position: observation.of_position(),
         position_logged: log.runs.iter().all(|run| run.position.is_some()),
         notes: notes.into_iter().chain(doubts).chain([folds::said(&others)]).collect(),
-        searched: searched.map(|searched| searched.found),
+        searched: searched.map(|(_, found)| found),
     })
 }
 
@@ -66,16 +67,11 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
 struct Gridded<'a> {
     runs: Vec<GridRun>,
     stretches: Stretches<'a>,
-    searched: Option<Chosen>,
+    /// The stretches that the search runs on.
+    searched: Option<(Vec<usize>, Searched)>,
     /// Runs from which the noise is estimated where others are searched: those were chosen because much happens in them.
     evenly: Option<Vec<GridRun>>,
     notes: Vec<String>,
-}
-
-/// The stretches that the search runs on.
-struct Chosen {
-    some: Vec<usize>,
-    found: Searched,
 }
 
 impl<'a> Gridded<'a> {
@@ -101,7 +97,7 @@ impl<'a> Gridded<'a> {
         notes.append(&mut gaps);
         notes.push(found.sentence());
         let evenly = Some(stretches.evenly(observation));
-        Self { runs, stretches, searched: Some(Chosen { some, found }), evenly, notes }
+        Self { runs, stretches, searched: Some((some, found)), evenly, notes }
     }
 }
 

@@ -47,11 +47,6 @@ impl GridRun {
     pub(super) fn goes_on(&self) -> bool {
         self.since_s > 0.0
     }
-
-    /// The same run, whose current is not compared.
-    pub(super) fn without_current(self) -> Self {
-        Self { current: Probes::default(), ..self }
-    }
 }
 
 /// The longest way between two positions of one run of the log, rad or m.

@@ -10,7 +10,6 @@ use super::{Found, Offer, Search};
 use crate::gap::acceptance::noise::{at_floor, cross_validated};
 use crate::gap::acceptance::residual_share::{Joining, Measure, Staying, agreed, near, no_more, sum};
 use crate::gap::acceptance::{Others, decided};
-use crate::gap::effort::{Phase, during};
 use crate::gap::fit::SEARCH;
 use crate::gap::hypothesis::Item;
 use crate::gap::order::by_least;
@@ -33,14 +32,14 @@ impl<'a> Search<'a, '_> {
     pub(super) fn by_shares(self, base: Scored<'a>) -> Found<'a> {
         let mut path = Path::default();
         let plain = self.searched(Offer::Plain, &base, &mut path);
-        let mut kept = during(Phase::Forms, || self.enriched(plain, &mut path));
+        let mut kept = self.enriched(plain, &mut path);
         if kept.fit.chi2 > MUCH * self.first_gap && !at_floor(&kept) {
             let anew = self.searched(Offer::Forms, &base, &mut path);
             if self.leaves_less(&kept)(&anew) {
                 path.others.push(std::mem::replace(&mut kept, anew));
             }
         }
-        during(Phase::Rivals, || self.weeded(&base, kept, path))
+        self.weeded(&base, kept, path)
     }
 
     /// What is left of a set when conventions, doubles and small names are through.
@@ -64,7 +63,7 @@ impl<'a> Search<'a, '_> {
             if tried.len() > path.dropped.len() {
                 path.dropped = tried;
             }
-            let (left, dropped) = during(Phase::Accept, || search.retained(grown));
+            let (left, dropped) = search.retained(grown);
             kept = left;
             if dropped.is_empty() {
                 break;

@@ -27,7 +27,6 @@ pub use rivals::tied;
 
 use crate::gap::Options;
 use crate::gap::dataset::Dataset;
-use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{FINAL, Fit, SEARCH, Setting};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::scored::score_with;
@@ -78,7 +77,7 @@ pub fn search<'a>(dataset: &'a Dataset, model: &'a Model, given: &Options, progr
         None => usual,
     };
     search.dispersion = dispersion(&best);
-    during(Phase::Rivals, || search.found(&base, best, path))
+    search.found(&base, best, path)
 }
 
 /// The base inside its tolerances.
@@ -121,10 +120,9 @@ impl<'a> Search<'a, '_> {
         (self.first_gap, self.dispersion) = (from.fit.chi2, dispersion(&from));
         let mut path = Path::default();
         let current = self.grown(from, &mut path);
-        let (current, exchanged) = during(Phase::Exchange, || self.exchanged(current));
+        let (current, exchanged) = self.exchanged(current);
         path.others.extend(exchanged);
-        let finished = || self.evened(self.eliminated(self.fine(&current)));
-        (during(Phase::Rivals, finished), path)
+        (self.evened(self.eliminated(self.fine(&current))), path)
     }
 
     /// What a search leaves: the set that it kept, and its rivals among the sets on its path.

@@ -6,7 +6,6 @@ use super::screening::{Projector, Start, started};
 use super::{Offer, Search};
 use crate::gap::acceptance::noise::{VISIBLE, at_floor};
 use crate::gap::acceptance::price;
-use crate::gap::effort::{Phase, during};
 use crate::gap::fit::{Evaluator, SEARCH, Setting, fit_near};
 use crate::gap::hypothesis::{Hypothesis, Item};
 use crate::gap::initial_guesses::Basis;
@@ -76,8 +75,7 @@ pub(super) fn looked_at(parent: &Scored) -> (Basis, Projector) {
 impl<'a> Search<'a, '_> {
     /// All sets that have one effect more than a set of the beam, best first.
     pub(super) fn expand(&self, beam: &[Scored<'a>]) -> Vec<Scored<'a>> {
-        let looked = || each(beam).map(looked_at).unzip();
-        let (bases, projectors): (Vec<Basis>, Vec<Projector>) = during(Phase::Screen, looked);
+        let (bases, projectors): (Vec<Basis>, Vec<Projector>) = each(beam).map(looked_at).unzip();
         let mut tasks: Vec<(usize, &'static Effect)> = Vec::new();
         let mut seen: Vec<Vec<String>> = Vec::new();
         for (index, parent) in beam.iter().enumerate() {
@@ -110,7 +108,7 @@ impl<'a> Search<'a, '_> {
                 ..self.screened(&beam[*index], &bases[*index], &projectors[*index], effect)
             }
         };
-        let mut screened = during(Phase::Screen, || of_each(&tasks, screen));
+        let mut screened = of_each(&tasks, screen);
         by_least(&mut screened, |it| it.predicted_cost);
         let hoped = |it: &Screened| {
             let parent = &beam[it.parent].fit;
@@ -140,7 +138,7 @@ impl<'a> Search<'a, '_> {
             let scored = near(&it, it.starts.first()?, &lasting(2));
             Some(Entered { it, scored })
         });
-        let mut field: Vec<Entered<'a>> = during(Phase::FirstFits, || first.collect());
+        let mut field: Vec<Entered<'a>> = first.collect();
         rank(&mut field);
         let second = self.second_round(&mut field);
         let again = |Entered { it, scored }: &Entered<'a>| {
@@ -151,11 +149,9 @@ impl<'a> Search<'a, '_> {
             };
             self.refit(&on, &lasting(5))
         };
-        let second_fits = || of_each(&field[..second.min(field.len())], again);
-        let mut near_best: Vec<Scored<'a>> = during(Phase::LaterFits, second_fits);
+        let mut near_best: Vec<Scored<'a>> = of_each(&field[..second.min(field.len())], again);
         rank(&mut near_best);
-        let evolve = || self.evolved(&near_best, &field, beam, onto);
-        for evolved in during(Phase::Evolution, evolve) {
+        for evolved in self.evolved(&near_best, &field, beam, onto) {
             near_best.retain(|other| {
                 other.hypothesis.names() != evolved.hypothesis.names() || other.fit.cost < evolved.fit.cost
             });
@@ -163,7 +159,7 @@ impl<'a> Search<'a, '_> {
         }
         rank(&mut near_best);
         let third = &near_best[..near_best.len().min(THIRD_ROUND)];
-        let full = during(Phase::LaterFits, || of_each(third, |it| self.refit(it, &SEARCH)));
+        let full = of_each(third, |it| self.refit(it, &SEARCH));
         near_best.splice(0..full.len(), full);
         near_best.extend(field.into_iter().skip(second).map(|entered| entered.scored));
         rank(&mut near_best);

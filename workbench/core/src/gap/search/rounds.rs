@@ -4,7 +4,6 @@ use super::{Offer, Search};
 use crate::gap::acceptance::noise::{Noise, at_floor, inside_tolerance};
 use crate::gap::acceptance::{Others, decided};
 use crate::gap::beam::{Growth, grown};
-use crate::gap::effort::{Phase, during};
 use crate::gap::fit::SEARCH;
 use crate::gap::scored::{Scored, dispersion};
 
@@ -76,12 +75,11 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
 
     fn winner(&mut self, current: &Scored<'a>, children: &mut Vec<Scored<'a>>) -> Option<Scored<'a>> {
         if self.search.offer != Offer::All {
-            return during(Phase::Accept, || self.search.chosen(current, children));
+            return self.search.chosen(current, children);
         }
         let noise = Noise::new(self.search.first_gap);
         let best = children.iter().take(BEAM).map(|child| self.search.pruned(child));
-        let winner = during(Phase::Accept, || decided(&noise, current, Others::Larger, best));
-        winner.map(|(winner, _)| winner)
+        decided(&noise, current, Others::Larger, best).map(|(winner, _)| winner)
     }
 
     fn accepted(&mut self, _: &Scored<'a>, winner: Scored<'a>, grown: Vec<Scored<'a>>) -> (Scored<'a>, bool) {
@@ -89,9 +87,9 @@ impl<'a> Growth for Rounds<'_, 'a, '_> {
         let others = grown.into_iter().filter(|child| child.hypothesis.names() != names);
         self.path.others = others.take(RIVALS).collect();
         self.search.dispersion = dispersion(&winner);
-        let settled = during(Phase::Settled, || self.search.settled(winner));
+        let settled = self.search.settled(winner);
         let richer = matches!(self.search.offer, Offer::All | Offer::Forms);
-        let refined = if richer { during(Phase::Forms, || self.search.refined(settled)) } else { settled };
+        let refined = if richer { self.search.refined(settled) } else { settled };
         (refined, true)
     }
 

@@ -1,5 +1,6 @@
 //! The threads of a pool.
 
+pub use rayon::prelude::*;
 pub use rayon::{current_num_threads as count, join};
 
 /// Tasks of some milliseconds or more, in their order: each may go to another thread. Left to itself, the thread pool hands them out in

@@ -129,30 +129,24 @@ impl Rows<'_> {
     }
 
     fn broken_rows(&self, line: u64, cells: usize) -> InputError {
-        let width = self.cells.header.len();
-        let others = self.damage.len() - 1;
-        if self.dialect.separator == ',' && others >= self.cells.rows && cells > width {
-            let what = format!(
-                "has {cells} cells where the header has {width}; if commas are decimal signs here, export the table with \
-                 semicolons or tabs between the cells"
-            );
-            return InputError::line(self.source, line, what);
-        }
-        if self.dialect.separator == ',' && cells > width && self.dialect.thousands > 0 {
-            let what = format!(
-                "has {cells} cells where the header has {width}: a comma between thousands is also what parts the cells, and this \
-                 row can be read in several ways; export the table without signs between the thousands, or with semicolons"
-            );
-            return InputError::line(self.source, line, what);
-        }
+        let (width, others) = (self.cells.header.len(), self.damage.len() - 1);
+        let commas = self.dialect.separator == ',' && cells > width;
         let more = match (others, self.damage.get(1)) {
             (1, Some((other, _))) => format!(" (line {other} too)"),
             (_, Some((next, _))) => format!(" ({others} further rows too, the next is line {next})"),
             _ => String::new(),
         };
-        let what = format!(
-            "has {cells} cells where the header has {width}{more}; the file is truncated or damaged, remove the row"
-        );
+        let why = if commas && others >= self.cells.rows {
+            "; if commas are decimal signs here, export the table with semicolons or tabs between the cells"
+                .into()
+        } else if commas && self.dialect.thousands > 0 {
+            ": a comma between thousands is also what parts the cells, and this row can be read in several ways; export the table \
+             without signs between the thousands, or with semicolons"
+                .into()
+        } else {
+            format!("{more}; the file is truncated or damaged, remove the row")
+        };
+        let what = format!("has {cells} cells where the header has {width}{why}");
         InputError::line(self.source, line, what)
     }
 }

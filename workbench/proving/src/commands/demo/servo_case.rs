@@ -7,6 +7,7 @@ use servo::config::Config;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::sync::Mutex;
+use std::time::Instant;
 use truing_core::gap;
 use truing_core::outcome::{Curve, Outcome, Plot, Role, Series, Style};
 use truing_core::system::model;
@@ -134,7 +135,9 @@ impl ServoCase {
                 say(Event::Progress(what, None));
             }
         };
+        let begin = Instant::now();
         let outcome = gap::run(&model, &fit, &[holdout], &gap::Options::default(), &progress)?;
+        let outcome = Outcome { runtime_s: begin.elapsed().as_secs_f64(), ..outcome };
         let extended = ModelFile { original: &source, origin: LOG }.export(&outcome)?;
         Ok((outcome, extended))
     }
