@@ -56,7 +56,7 @@ macro_rules! numbers {
         }
 
         impl<L: Lanes> Physics<L> {
-            /// plants with the same features side by side; the last one fills what is left. `like`: any number, for its width.
+            /// Plants with the same features side by side; the last one fills what is left. `like`: any number, for its width.
             pub fn side_by_side(sets: &[Physics], like: L) -> Self {
                 Self {
                     $($number: like.of(|set| sets[set.min(sets.len() - 1)].$number),)+

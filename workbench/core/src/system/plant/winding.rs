@@ -102,7 +102,7 @@ fn lost_share<F: Lanes>(x: F) -> F {
 }
 
 impl<F: Lanes> Coefficients<F> {
-    /// Of a plant; they hold for no step yet.
+    /// Of a plant. They hold for no step yet; conductance and mean, from which a varying winding is predicted, are those of a long one.
     #[inline(always)]
     pub fn new(p: &Physics<F>) -> Self {
         let (kt, resistance) = (p.kt, p.resistance);
@@ -115,9 +115,9 @@ impl<F: Lanes> Coefficients<F> {
             exact: (far, none),
             per_ohm: none,
             per_inertia: kt.like(1.0) / p.inertia,
-            conductance: none,
+            conductance: kt.like(1.0) / resistance,
             end: none,
-            mean: none,
+            mean: p.inductance / resistance,
             per_volt: none,
             per_ampere: none,
             back_emf: none,
