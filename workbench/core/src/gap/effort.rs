@@ -21,9 +21,8 @@ static DONE: Mutex<Work> = Mutex::new(Work { simulations: 0, inner_steps: 0, pas
 
 /// Adds a pack of sets that advanced together by so many steps.
 pub fn simulated(sets: usize, steps: u64) {
-    let sets = sets as u64;
     let mut done = DONE.lock().unwrap_or_else(PoisonError::into_inner);
-    *done = *done + Work { simulations: sets, inner_steps: sets * steps, passes: steps };
+    *done = *done + Work { simulations: sets as u64, inner_steps: sets as u64 * steps, passes: steps };
 }
 
 /// What was computed so far.

@@ -78,7 +78,7 @@ pub fn seen(whole: Option<&FullPass>, set: &Scored) -> (Vec<Sample>, Vec<f64>) {
         let since = since_reversal(&samples);
         return (samples, since);
     };
-    let (plant, most) = (set.plant(), (ENOUGH / whole.len()).max(1));
+    let (plant, most) = (set.plant(), (ENOUGH / whole.count()).max(1));
     let thinned = whole.each(false, |index, run, simulation| {
         let (traces, predicted) = simulation.speed(run, &plant, run.start_speed, FINE);
         let mut all = Vec::with_capacity(predicted.len());

@@ -76,7 +76,7 @@ impl Integral {
             area.push(sum);
             sum += value * (run.row_time[row + 1] - run.row_time[row]);
         }
-        let (delay, before) = (plant.delay_s.max(0.0), if run.goes_on() { applied[0] } else { 0.0 });
+        let (delay, before) = (plant.delay_s.max(0.0), if run.since_s > 0.0 { applied[0] } else { 0.0 });
         Self { applied, area, delay, before, row: 0, reached: -before * delay }
     }
 
@@ -121,7 +121,7 @@ fn behind_lag(run: &GridRun, plant: &Physics) -> Vec<f64> {
     if plant.lag_s <= 0.0 {
         return run.input.iter().map(|u| plant.applied_to(&chain, *u)).collect();
     }
-    let settled = run.goes_on() || run.start_speed != 0.0;
+    let settled = run.since_s > 0.0 || run.start_speed != 0.0;
     let mut state = if settled { run.input[0] } else { 0.0 };
     let pair = |(row, command): (usize, &f64)| {
         let x = (run.row_time[row + 1] - run.row_time[row]) / plant.lag_s;

@@ -45,12 +45,7 @@ impl<'a> FullPass<'a> {
     }
 
     /// Number of stretches.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.stretches.len()
-    }
-
-    /// True without any.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }

@@ -42,11 +42,6 @@ impl GridRun {
     pub fn blocks(&self) -> usize {
         self.bridge.len()
     }
-
-    /// True if it is a stretch of a run, which was driven before.
-    pub(super) fn goes_on(&self) -> bool {
-        self.since_s > 0.0
-    }
 }
 
 /// The longest way between two positions of one run of the log, rad or m.

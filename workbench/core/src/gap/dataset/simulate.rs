@@ -136,8 +136,8 @@ impl GridRun {
         state.time_s = self.since_s;
         state.heat_w = self.preheat.as_ref().map_or(0.0, |preheat| preheat.heat_w(plant));
         let driven = self.bridge.first() == Some(&Bridge::Driven);
-        if self.goes_on() && driven {
-            // What drives lies against the load.
+        if self.since_s > 0.0 && driven {
+            // It was driven before: what drives lies against the load.
             let push = plant.applied(self.input[0]) - plant.ke * speed;
             state.theta_load -= 0.5 * plant.gap_rad * push.signum();
         }

@@ -15,6 +15,7 @@ use crate::gap::hypothesis::Item;
 use crate::gap::order::by_least;
 use crate::gap::scored::{Scored, dispersion};
 use crate::gap::threads::*;
+use crate::system::effects::{Effect, QUADRATIC_DRAG};
 use std::cell::OnceCell;
 
 /// Richer forms that one after the other may join.
@@ -137,7 +138,10 @@ impl<'a> Search<'a, '_> {
             let children = grown.iter().take(end).skip(place).inspect(|_| tried += 1);
             let children = children.map(|child| self.refit(child, &SEARCH));
             let (child, _) = decided(&joining, current, Others::Larger, children)?;
-            if agreed(before.get_or_init(|| current.held_out()), &child) {
+            let earned = current.hypothesis.items.is_empty()
+                || !fills(child.hypothesis.items.last()?.effect)
+                || self.leaves_less(current)(&child);
+            if earned && agreed(before.get_or_init(|| current.held_out()), &child) {
                 return Some(child);
             }
             if vetoes == VETOES {
@@ -216,4 +220,9 @@ impl<'a> Search<'a, '_> {
         let after = scored.held_out();
         no_more(&after, &before, 1.0) && sum(&after) <= self.limits.against_given * sum(&before)
     }
+}
+
+/// Effects that take up a part of whatever is left: as later names they must earn what a richer form earns.
+fn fills(effect: &Effect) -> bool {
+    effect.starts.scans() || *effect == QUADRATIC_DRAG
 }
