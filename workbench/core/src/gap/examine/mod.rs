@@ -96,9 +96,9 @@ fn motion_fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Optio
     if let Some((with_it, suspect, _)) = one_way.filter(|it| it.0 > best) {
         return Some(told(&[(with_it, &suspect)], as_it_stands));
     }
-    // A drive that clamps its input is no mistake of the file.
-    let clamped = motion.explained_with_a_limit(&base, model.fitted_to_log);
-    let as_well = |explained: f64| 1.0 - clamped < EQUAL * (1.0 - explained);
+    // A drive that clamps its input or has a threshold is no mistake of the file.
+    let by_a_drive = motion.explained_by_a_drive(&base, model.fitted_to_log);
+    let as_well = |explained: f64| 1.0 - by_a_drive < EQUAL * (1.0 - explained);
     if seen.is_empty() {
         // A gain that is far off, by a factor that is in no list.
         let own = |other: &Motion| other.gain(&base).map(|gain| gain.1);

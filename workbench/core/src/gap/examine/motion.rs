@@ -15,7 +15,7 @@ const AROUND: [f64; 9] = [0.25, 0.35, 0.5, 0.71, 1.0, 1.4, 2.0, 2.8, 4.0];
 const FINER: [f64; 3] = [1.19, 1.09, 1.045];
 /// A gain within this factor of the model's is an effect, not a mistake. A published motor is off by 2.3.
 const GAIN: f64 = 3.0;
-/// Limits of the input that are tried, as parts of the largest one.
+/// Limits and thresholds of the input that are tried, as parts of the largest one.
 const LIMITS: [f64; 8] = [0.06, 0.09, 0.13, 0.19, 0.27, 0.38, 0.53, 0.75];
 /// Dead zones that are tried, up to this part of the largest input.
 const ZONES: usize = 8;
@@ -227,12 +227,13 @@ impl Motion {
         Some(explained.into_iter().fold(plain.explained, f64::max))
     }
 
-    /// The share that is explained with a gain within a factor of three where the drive clamps its input: a low limit looks like a small gain.
-    pub fn explained_with_a_limit(&self, base: &Base, fitted: bool) -> f64 {
-        let largest = self.largest_input();
-        let clamped = |limit: f64| self.driven_by(|u| u.clamp(-limit, limit));
-        let limits = of_each(&LIMITS, |share| clamped(share * largest).explained_within(base, fitted));
-        limits.into_iter().fold(0.0, f64::max)
+    /// The share that is explained with a gain within a factor of three where the drive clamps its input, or gives nothing below a
+    /// threshold: a low limit and a wide dead zone look like a small gain.
+    pub fn explained_by_a_drive(&self, base: &Base, fitted: bool) -> f64 {
+        let within = |drive: &dyn Fn(f64) -> f64| self.driven_by(drive).explained_within(base, fitted);
+        let tried =
+            |level: f64| within(&|u| u.clamp(-level, level)).max(within(&|u| u - u.clamp(-level, level)));
+        each(&LIMITS).map(|share| tried(share * self.largest_input())).reduce(|| 0.0, f64::max)
     }
 
     fn inputs(&self) -> impl Iterator<Item = &f64> {
