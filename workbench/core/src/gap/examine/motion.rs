@@ -233,7 +233,7 @@ impl Motion {
         let within = |drive: &dyn Fn(f64) -> f64| self.driven_by(drive).explained_within(base, fitted);
         let tried =
             |level: f64| within(&|u| u.clamp(-level, level)).max(within(&|u| u - u.clamp(-level, level)));
-        each(&LIMITS).map(|share| tried(share * self.largest_input())).reduce(|| 0.0, f64::max)
+        each(&LIMITS).map(|share| tried(share * self.largest_input())).max_by(f64::total_cmp).unwrap_or(0.0)
     }
 
     fn inputs(&self) -> impl Iterator<Item = &f64> {
