@@ -4,6 +4,9 @@ use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+/// The emulator of the chip.
+pub const QEMU: &str = "qemu-system-arm";
+
 /// The project's folder.
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("xtask lies in the project").to_path_buf()
@@ -15,7 +18,7 @@ pub fn cargo(arguments: &[&str]) -> Command {
     command.args(arguments).current_dir(root());
     // A QEMU that could not be installed lies beside what is built.
     if let (None, None, Some(qemu)) =
-        (find("qemu-system-arm"), std::env::var_os("TRUING_QEMU"), crate::setup::unpacked())
+        (find(QEMU), std::env::var_os("TRUING_QEMU"), unpacked_qemu())
     {
         command.env("TRUING_QEMU", qemu);
     }
@@ -46,4 +49,14 @@ pub fn find(program: &str) -> Option<PathBuf> {
     std::env::split_paths(&std::env::var_os("PATH")?)
         .map(|folder| folder.join(program))
         .find(|path| path.is_file())
+}
+
+/// Where QEMU is unpacked when it cannot be installed.
+pub fn qemu_folder() -> PathBuf {
+    root().join("target").join("qemu")
+}
+
+/// QEMU as it was unpacked, if it was.
+pub fn unpacked_qemu() -> Option<PathBuf> {
+    Some(qemu_folder().join(QEMU)).filter(|program| program.is_file())
 }

@@ -1,16 +1,15 @@
 //! What the project needs beyond Rust itself: the targets of chip and browser, and QEMU. Installs what it may, else says in one
 //! sentence what to type.
 
-use crate::process::{find, root, run};
+use crate::process::{QEMU, find, qemu_folder, root, run, unpacked_qemu};
 use anyhow::{Context, Result, bail};
 use boards::BOARDS;
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 /// For what the workbench's engine is checked, beside the host.
 pub const BROWSER: &str = "wasm32-unknown-unknown";
-const QEMU: &str = "qemu-system-arm";
 
 /// Installs everything that is missing.
 pub fn everything() -> Result<()> {
@@ -51,7 +50,7 @@ fn is_installed(target: &str) -> Result<bool> {
 }
 
 fn qemu() -> Result<()> {
-    if find(QEMU).is_some() || unpacked().is_some() {
+    if find(QEMU).is_some() || unpacked_qemu().is_some() {
         return Ok(());
     }
     if find("apt-get").is_none() {
@@ -70,15 +69,6 @@ fn qemu() -> Result<()> {
     unpack()
 }
 
-/// QEMU as it was unpacked, if it was.
-pub fn unpacked() -> Option<PathBuf> {
-    Some(folder().join(QEMU)).filter(|program| program.is_file())
-}
-
-fn folder() -> PathBuf {
-    root().join("target").join("qemu")
-}
-
 /// What apt-get would do to install QEMU, line by line.
 fn asked() -> Result<String> {
     let mut command = Command::new("apt-get");
@@ -90,7 +80,7 @@ fn asked() -> Result<String> {
 /// Unpacks the system's own packages into `target/qemu`: where nobody may install, or where an installation would remove what
 /// is there (another QEMU's tools).
 fn unpack() -> Result<()> {
-    let (folder, script) = (folder(), folder().join(QEMU));
+    let (folder, script) = (qemu_folder(), qemu_folder().join(QEMU));
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
     let plan = asked()?;
     let packages: Vec<&str> =

@@ -2,8 +2,8 @@
 
 use clap::{Parser, ValueEnum};
 use evaluation::{Page, Results};
-use host_tests::commissioning::{Score, commission, quantiles};
-use host_tests::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
+use trials::commissioning::{Score, commission, quantiles};
+use trials::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

@@ -4,7 +4,7 @@
 
 use clap::Parser;
 use evaluation::Results;
-use host_tests::counts;
+use trials::counts;
 
 /// Subject → arithmetic, what it delivers.
 const WHAT: [(&str, &str, &str); 10] = [

@@ -2,8 +2,8 @@
 
 use clap::Parser;
 use evaluation::Results;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::faults::commissioning::{Flaw, Trial, commission, commission_image};
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::faults::commissioning::{Flaw, Trial, commission, commission_image};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;

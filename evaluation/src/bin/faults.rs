@@ -2,12 +2,12 @@
 
 use clap::Parser;
 use evaluation::{Page, Results};
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::faults::calm;
-use host_tests::faults::first_motion::{self, Travels};
-use host_tests::faults::report::Tally;
-use host_tests::faults::trial::{Trial, When};
-use host_tests::faults::world::Injury;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::faults::calm;
+use trials::faults::first_motion::{self, Travels};
+use trials::faults::report::Tally;
+use trials::faults::trial::{Trial, When};
+use trials::faults::world::Injury;
 use servo::protect::{Fault, Settings};
 use std::collections::BTreeMap;
 

@@ -6,7 +6,7 @@
 
 use clap::Parser;
 use evaluation::Results;
-use host_tests::exec_bench::{ExecBench, Said, send};
+use trials::exec_bench::{ExecBench, Said, send};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::axis::Bridge;

@@ -7,9 +7,9 @@
 
 use clap::Parser;
 use evaluation::Results;
-use host_tests::case_files::{Opened, opened};
-use host_tests::naming::{Line, group, report};
-use host_tests::next_experiment::{self, Found, examine};
+use trials::case_files::{Opened, opened};
+use trials::naming::{Line, group, report};
+use trials::next_experiment::{self, Found, examine};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::OpenOptions;

@@ -5,9 +5,9 @@
 
 use clap::Parser;
 use evaluation::{Page, Results};
-use host_tests::families::{Family, Seeds, Severity};
-use host_tests::passive::{Followed, Following, Learned, Learning, Motion};
-use host_tests::tracking::quantile;
+use trials::families::{Family, Seeds, Severity};
+use trials::passive::{Followed, Following, Learned, Learning, Motion};
+use trials::tracking::quantile;
 use rayon::prelude::*;
 use servo::protect::Fault;
 use std::collections::BTreeMap;

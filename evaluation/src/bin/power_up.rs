@@ -1,9 +1,9 @@
 //! First power-ups under a current limit: `cargo run -p evaluation --bin power_up -- --plants 20`.
 
 use clap::Parser;
-use host_tests::commissioning::quantiles;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::power_up::{Outcome, PowerUp, Recipe};
+use trials::commissioning::quantiles;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::power_up::{Outcome, PowerUp, Recipe};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

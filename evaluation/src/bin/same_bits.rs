@@ -5,8 +5,8 @@
 
 use clap::Parser;
 use evaluation::Results;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::firmware::compare;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::firmware::compare;
 use servo::motion::excitation::{Sweep, Waveform};
 use servo::optional::Optional;
 use std::process::ExitCode;

@@ -4,7 +4,7 @@
 
 use clap::Parser;
 use evaluation::{Page, Results};
-use host_tests::sets::{middle, motor, ready, reversing};
+use trials::sets::{middle, motor, ready, reversing};
 use std::time::Instant;
 use truing::gap::dataset::{Compared, Dataset, Part, driven_by, lockstep};
 use truing::gap::effort;

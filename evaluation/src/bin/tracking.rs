@@ -5,8 +5,8 @@
 
 use clap::Parser;
 use evaluation::{Page, Results};
-use host_tests::families::{Family, Seeds, Severity};
-use host_tests::tracking::{Experiment, Knowledge, Left, Run, quantile};
+use trials::families::{Family, Seeds, Severity};
+use trials::tracking::{Experiment, Knowledge, Left, Run, quantile};
 use rayon::prelude::*;
 use servo::axis::HOLD_BAND;
 use servo::control::Tuning;

@@ -1,6 +1,6 @@
 //! Far from power-up, and after counts may have been lost.
 
-use host_tests::simulated_servo::config;
+use trials::simulated_servo::config;
 use proptest::prelude::*;
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::{Command, Refusal, Sample};

@@ -1,8 +1,8 @@
 //! The integer identifier against a twin in double precision that shares no arithmetic with it: windows by direct
 //! convolution with the spline instead of running sums, normal equations by Gaussian elimination instead of LDLᵀ.
 
-use host_tests::commissioning::commission;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
+use trials::commissioning::commission;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
 use servo::commission::Phase;
 use servo::identify::regression::Row;
 use servo::identify::solve::{Progress, Solver, Structure};

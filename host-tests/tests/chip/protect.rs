@@ -1,6 +1,6 @@
 //! Protection beside the motor: the table of actions, and what the image tells the joint.
 
-use host_tests::simulated_servo::config;
+use trials::simulated_servo::config;
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::{self, Bridge, Sample};
 use servo::config::Config;

@@ -1,8 +1,8 @@
 //! A sine that was computed ahead of its tick, as the link task of the image does: the same bits as one that was not.
 
-use host_tests::bench::{Bench, Board};
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::tracking::knowing;
+use trials::bench::{Bench, Board};
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::tracking::knowing;
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::track_sine::Units;
 use servo::axis::{Axis, Command, Refusal};

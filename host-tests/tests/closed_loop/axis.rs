@@ -1,7 +1,7 @@
 //! One joint as a whole: what it accepts, what it refuses, and that it is a value that repeats itself bit by bit.
 
-use host_tests::bench::Bench;
-use host_tests::families::{Plant, Sensing, Truth};
+use trials::bench::Bench;
+use trials::families::{Plant, Sensing, Truth};
 use servo::axis::Command;
 use servo::axis::{Axis, Bridge, Output, Refusal, Sample};
 use servo::config::Config;

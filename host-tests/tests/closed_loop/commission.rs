@@ -1,7 +1,7 @@
 //! Commissioning end to end on drawn plants, reduced; the full suites are `cargo run -p evaluation --bin accuracy`.
 
-use host_tests::commissioning::{Score, commission, quantiles};
-use host_tests::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
+use trials::commissioning::{Score, commission, quantiles};
+use trials::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
 use rayon::prelude::*;
 use servo::optional::Optional;
 

@@ -1,7 +1,7 @@
 //! Motors that are wired, described or driven wrongly, reduced; the full suite is `cargo run -p evaluation --bin commission_faults`.
 
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::faults::commissioning::{Flaw, Trial, commission};
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::faults::commissioning::{Flaw, Trial, commission};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::axis::{Axis, Bridge, Command, Sample};

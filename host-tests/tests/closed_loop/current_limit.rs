@@ -1,9 +1,9 @@
 //! The current limit: the voltage gives way, nothing trips, and a first run under it says what it could not learn.
 
-use host_tests::bench::Bench;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::power_up::PowerUp;
-use host_tests::tracking::knowing;
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::power_up::PowerUp;
+use trials::tracking::knowing;
 use rayon::prelude::*;
 use servo::axis::{Axis, Bridge, Command, Sample};
 use servo::identify::estimate::Reason;

@@ -1,7 +1,7 @@
 //! Excitation by sine and chirp: what comes out, what is refused, and what the identification learns from it.
 
-use host_tests::bench::Bench;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
 use servo::axis::Command;
 use servo::axis::{Bridge, Refusal};
 use servo::config::{ConfigError, Field};

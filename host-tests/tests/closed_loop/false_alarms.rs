@@ -1,10 +1,10 @@
 //! What long runs of ordinary motion once mistook for a fault, each with its cause.
 
-use host_tests::families::{Cause, Family, Imperfection, Options, Plant, Seeds, Severity};
-use host_tests::faults::calm;
-use host_tests::faults::trial::Trial;
-use host_tests::faults::world::Injury;
-use host_tests::tracking::knowing;
+use trials::families::{Cause, Family, Imperfection, Options, Plant, Seeds, Severity};
+use trials::faults::calm;
+use trials::faults::trial::Trial;
+use trials::faults::world::Injury;
+use trials::tracking::knowing;
 use servo::axis::Command;
 use servo::encoder::Standstill;
 use servo::protect::{Fault, Settings};

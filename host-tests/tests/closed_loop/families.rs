@@ -1,7 +1,7 @@
 //! The truth that the families promise is what their motors do.
 
-use host_tests::bench::{Bench, Board};
-use host_tests::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
+use trials::bench::{Bench, Board};
+use trials::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
 use servo::axis::Bridge;
 use truing::synthetic::reference_plant::{Command, Motor, Simulator};
 

@@ -1,13 +1,13 @@
 //! Protection in a broken world, reduced: the whole suite is `cargo run -p evaluation --bin faults`.
 
-use host_tests::bench::{Bench, Board};
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::faults::calm;
-use host_tests::faults::trial::{Trial, When};
-use host_tests::faults::world::{Injury, World};
-use host_tests::firmware::qemu;
-use host_tests::tracking::exact;
-use host_tests::virtual_motor::VirtualMotor;
+use trials::bench::{Bench, Board};
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::faults::calm;
+use trials::faults::trial::{Trial, When};
+use trials::faults::world::{Injury, World};
+use trials::firmware::qemu;
+use trials::tracking::exact;
+use trials::virtual_motor::VirtualMotor;
 use servo::axis::Command;
 use servo::axis::{Axis, Bridge};
 use servo::config::Scale;

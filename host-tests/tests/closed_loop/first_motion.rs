@@ -1,9 +1,9 @@
 //! The first motion of a joint that nobody knows, reduced: `cargo run -p evaluation --bin faults -- --first-motion`.
 
-use host_tests::families::{Cause, Family, Options, Plant, Seeds, Severity};
-use host_tests::faults::first_motion::{FirstMotion, MOST_DEGREES, commission, plant};
-use host_tests::faults::world::Injury;
-use host_tests::tracking::quantile;
+use trials::families::{Cause, Family, Options, Plant, Seeds, Severity};
+use trials::faults::first_motion::{FirstMotion, MOST_DEGREES, commission, plant};
+use trials::faults::world::Injury;
+use trials::tracking::quantile;
 use servo::identify::estimate::Reason;
 use servo::protect::Fault;
 

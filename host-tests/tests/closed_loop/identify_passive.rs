@@ -1,10 +1,10 @@
 //! Identification in ordinary motion: learning from it, tracking in it, and standing still.
 
-use host_tests::bench::{Bench, Board};
-use host_tests::commissioning::commission_outcome;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::passive::{Following, Learning, Motion};
-use host_tests::tracking::quantile;
+use trials::bench::{Bench, Board};
+use trials::commissioning::commission_outcome;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::passive::{Following, Learning, Motion};
+use trials::tracking::quantile;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use servo::axis::Command;

@@ -1,8 +1,8 @@
 //! The loops on a true motor, imperfections one by one.
 
-use host_tests::bench::Bench;
-use host_tests::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
-use host_tests::tracking::{Experiment, Knowledge, knowing};
+use trials::bench::Bench;
+use trials::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
+use trials::tracking::{Experiment, Knowledge, knowing};
 use servo::axis::Command;
 use servo::axis::Output;
 use servo::control::{self, Tuning};

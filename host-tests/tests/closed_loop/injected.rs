@@ -1,8 +1,8 @@
 //! Faults injected into a running loop: found, named as far as the data allow, bridge open in time.
 
-use host_tests::bench::Bench;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::tracking::exact;
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::tracking::exact;
 use servo::axis::Command;
 use servo::axis::{Bridge, Refusal, Sample};
 use servo::protect::Fault;

@@ -1,10 +1,10 @@
 //! The limits that a user asks for: set-points keep acceleration and jerk, terminals the voltage, protection the thresholds
 //! of the supply.
 
-use host_tests::bench::Bench;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::simulated_servo::{self, SimulatedServo};
-use host_tests::tracking::{feed_forward, knowing};
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::simulated_servo::{self, SimulatedServo};
+use trials::tracking::{feed_forward, knowing};
 use servo::axis::Command;
 use servo::axis::{Output, Refusal};
 use servo::config::{Config, ConfigError, Field};

@@ -1,8 +1,8 @@
 //! The commissioning at control rates of 1, 10 and 20 kHz on motors of 20 ms to 2.4 s: the sums must neither starve nor
 //! overflow, whatever the ratio of time constant to tick.
 
-use host_tests::commissioning::{Score, commission};
-use host_tests::families::{Cause, Family, Options, Plant, Seeds, Severity, Truth};
+use trials::commissioning::{Score, commission};
+use trials::families::{Cause, Family, Options, Plant, Seeds, Severity, Truth};
 use servo::optional::Optional;
 
 /// A plant of family G1 whose inertia makes this time constant.

@@ -1,9 +1,9 @@
 //! Referencing in closed loop, on motors with friction, ripple and a stop: by the stop, by the index, and by hand.
 
-use host_tests::bench::Bench;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::stops::{STOP_TURNS, between_stops};
-use host_tests::tracking::exact;
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::stops::{STOP_TURNS, between_stops};
+use trials::tracking::exact;
 use servo::axis::Command;
 use servo::axis::{Bridge, Refusal};
 use servo::config::Config;

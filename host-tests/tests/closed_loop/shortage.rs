@@ -3,9 +3,9 @@
 //!
 //! `cargo test -p host-tests --test closed_loop shortage:: -- --nocapture` prints the table behind docs/results/README.md.
 
-use host_tests::bench::Bench;
-use host_tests::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
-use host_tests::tracking::{Shortage, exact, feed_forward};
+use trials::bench::Bench;
+use trials::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
+use trials::tracking::{Shortage, exact, feed_forward};
 use servo::axis::Command;
 
 /// Voltage that a paper-like motor's drive has while all is well, shares of the nominal 9 V.

@@ -1,10 +1,10 @@
 //! What protection learns from the starts of a healthy shaft, and what it does not.
 
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::faults::calm;
-use host_tests::faults::report::right;
-use host_tests::faults::trial::{Trial, When};
-use host_tests::faults::world::Injury;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::faults::calm;
+use trials::faults::report::right;
+use trials::faults::trial::{Trial, When};
+use trials::faults::world::Injury;
 use servo::axis::Command;
 use servo::commission::Phase;
 use servo::protect::{Fault, Settings};

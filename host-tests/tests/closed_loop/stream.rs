@@ -1,9 +1,9 @@
 //! Streamed set-points: as good as a motion that the chip knows by itself, never beyond the limits, safe when the stream
 //! ends or stalls.
 
-use host_tests::bench::Bench;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::tracking::knowing;
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::tracking::knowing;
 use proptest::prelude::*;
 use servo::axis::Command;
 use servo::axis::{Bridge, Output, Refusal};

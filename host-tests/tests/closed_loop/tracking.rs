@@ -1,8 +1,8 @@
 //! Reduced tracking suite: the figures of docs/results/README.md, two-sided, on few plants. The full one is the program
 //! `tracking` of `evaluation`.
 
-use host_tests::families::{Family, Seeds, Severity};
-use host_tests::tracking::{Experiment, Knowledge, Run, quantile};
+use trials::families::{Family, Seeds, Severity};
+use trials::tracking::{Experiment, Knowledge, Run, quantile};
 use servo::control::Tuning;
 use servo::protect::Fault;
 

@@ -5,7 +5,7 @@
 //! differ by [`TOLERANCE`]. A block under a comment `<!-- not run: REASON -->` is listed and left out. A block marked
 //! `toml file=NAME` is written to NAME first, so that the commands use what the reader sees.
 
-use host_tests::firmware::{qemu, truing};
+use trials::firmware::{qemu, truing};
 use regex::Regex;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

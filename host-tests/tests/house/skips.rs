@@ -1,6 +1,6 @@
 //! Skips of tests are counted by `cargo xtask test`, each under the name of its test.
 
-use host_tests::measured::skip;
+use trials::measured::skip;
 use std::process::Command;
 
 /// Set for the child process alone.

@@ -1,7 +1,7 @@
 //! What the bench image counts, near the figures of docs/results/cost.md. Two-sided: a count far below means that the subject did
 //! not do its work.
 
-use host_tests::counts::{self, Count};
+use trials::counts::{self, Count};
 
 /// Subject, control rate → average, worst, share by which a count may differ. The crates that are compared with are fixed;
 /// ours changes with what it does.

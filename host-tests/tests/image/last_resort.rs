@@ -1,6 +1,6 @@
 //! A panic or fault below the control interrupt: the image's own handlers on QEMU's core, while control drives the bridge.
 
-use host_tests::test_image::{built, qemu};
+use trials::test_image::{built, qemu};
 
 #[test]
 fn the_bridge_stays_off_after_a_panic_or_fault_although_control_drives_it() {

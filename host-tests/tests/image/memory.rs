@@ -1,6 +1,6 @@
 //! The image's own functions that copy and clear memory, with every alignment, on QEMU's core.
 
-use host_tests::test_image::{built, qemu};
+use trials::test_image::{built, qemu};
 
 #[test]
 fn copies_and_clears_are_right_with_every_alignment_and_length() {

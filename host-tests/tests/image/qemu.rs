@@ -2,9 +2,9 @@
 //! missing.
 
 use clap::Parser;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::faults::commissioning::{Flaw, FlawedMotor};
-use host_tests::firmware::{compare, qemu, session};
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::faults::commissioning::{Flaw, FlawedMotor};
+use trials::firmware::{compare, qemu, session};
 use servo::config::Config;
 use servo::link::capture::{LENGTH, Shot, Stage, Trigger};
 use servo::link::protocol::Command;

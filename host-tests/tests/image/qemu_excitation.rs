@@ -1,7 +1,7 @@
 //! A chirp from the command line through the image in QEMU: the same bits, and a log that `truing gap` reads.
 
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::firmware::{compare, qemu, truing};
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::firmware::{compare, qemu, truing};
 use serde_json::Value;
 use servo::motion::excitation::{Sweep, Waveform};
 use servo::record::Activity;

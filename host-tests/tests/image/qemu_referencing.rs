@@ -1,10 +1,10 @@
 //! Referencing and absolute moves through the image in QEMU, as `truing move --reference stop:… --to …` does them.
 
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::firmware::qemu;
-use host_tests::stops::{STOP_TURNS, between_stops};
-use host_tests::tracking::exact;
-use host_tests::virtual_motor::VirtualMotor;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::firmware::qemu;
+use trials::stops::{STOP_TURNS, between_stops};
+use trials::tracking::exact;
+use trials::virtual_motor::VirtualMotor;
 use servo::motion::referencing::Referencing;
 use servo::record::Limit;
 use servo::record::Referenced;

@@ -4,8 +4,8 @@
 //! Idle pends the control interrupt itself here, always from the same shallow place, so control on top of link on top of a
 //! save is not in it. The bound that `cargo xtask size` works out from the calls is. What was measured must stay below it.
 
-use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use host_tests::firmware::power_up;
+use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
+use trials::firmware::power_up;
 use servo::protect::Interlock;
 use servo::record::Activity;
 use truing::device::link::Client;

@@ -1,11 +1,11 @@
 //! The image's life beyond one session, in QEMU: parameters that survive, the erase that is announced, and the faults
 //! that only the image can see.
 
-use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use host_tests::firmware::{power_up, qemu};
-use host_tests::power_cut::flash::Flash;
-use host_tests::power_cut::suite::Store;
-use host_tests::virtual_motor::VirtualMotor;
+use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
+use trials::firmware::{power_up, qemu};
+use trials::power_cut::flash::Flash;
+use trials::power_cut::suite::Store;
+use trials::virtual_motor::VirtualMotor;
 use servo::axis::Bridge;
 use servo::link::protocol::{Command, Message, ResetCause};
 use servo::protect::{Fault, Interlock};

@@ -1,9 +1,9 @@
 //! A profile from a file, streamed through the image in QEMU: as good as the chip's own sine, the same bits on the host, and
 //! safe when the host dies.
 
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::firmware::{compare, qemu};
-use host_tests::virtual_motor::VirtualMotor;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::firmware::{compare, qemu};
+use trials::virtual_motor::VirtualMotor;
 use servo::link::protocol::{Command, Message};
 use servo::motion::stream::Point;
 use servo::optional::Optional;

@@ -1,8 +1,8 @@
 //! Two axes in one image, each with a motor of its own.
 
-use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use host_tests::firmware::qemu_two_axes;
-use host_tests::virtual_motor::VirtualMotor;
+use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
+use trials::firmware::qemu_two_axes;
+use trials::virtual_motor::VirtualMotor;
 use servo::axis::Bridge;
 use servo::commission::Outcome;
 use servo::link::capture::Trigger;

@@ -1,9 +1,9 @@
 //! `serial:PORT`, end to end: the command line on one end of a pseudo terminal, the image in QEMU on the other, in real time.
 
-use host_tests::exec_bench::send;
-use host_tests::families::{Family, Options, Plant, Seeds, Severity};
-use host_tests::firmware::truing;
-use host_tests::serial_line::SerialServo;
+use trials::exec_bench::send;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::firmware::truing;
+use trials::serial_line::SerialServo;
 use servo::axis::Bridge;
 use servo::link::protocol::Command as Order;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! The zero of the current sensor, as joint and host meet it: nothing is armed before it is known or the wait is over.
 
-use host_tests::simulated_servo::{self, SimulatedServo};
+use trials::simulated_servo::{self, SimulatedServo};
 use servo::axis::{self, Sample};
 use servo::config::{ConfigError, Field};
 use servo::link::protocol::{Command, FRAME_CAPACITY, Refusal, encode};

@@ -1,8 +1,8 @@
 //! Constants that the link prepares and the control tick puts in force by pointer: they come to the same as in an axis that works
 //! them out itself, whatever is refused on the way, and no place for them is ever lost.
 
-use host_tests::power_cut::sets;
-use host_tests::simulated_servo::config;
+use trials::power_cut::sets;
+use trials::simulated_servo::config;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::axis::servo_axis::{Order, ServoAxis};

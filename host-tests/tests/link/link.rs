@@ -1,8 +1,8 @@
 //! Invariants of the link. What a frame is, is written down here once more and differently (`oracle`), so that the
 //! decoder of the library is held against something other than itself.
 
-use host_tests::power_cut::sets::set;
-use host_tests::simulated_servo::{SimulatedServo, config};
+use trials::power_cut::sets::set;
+use trials::simulated_servo::{SimulatedServo, config};
 use proptest::prelude::*;
 use servo::axis::{Bridge, Output};
 use servo::config::Config;

@@ -1,6 +1,6 @@
 //! Optional numbers of a configuration: on the wire, in text, and when they are no numbers.
 
-use host_tests::simulated_servo::config;
+use trials::simulated_servo::config;
 use servo::config::{Config, Field};
 use servo::optional::Optional;
 

@@ -1,6 +1,6 @@
 //! Parameters key by key, and from a model to the numbers of the firmware.
 
-use host_tests::simulated_servo::config;
+use trials::simulated_servo::config;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimates, Mechanism};
 use servo::protect::{Action, Fault, Settings};

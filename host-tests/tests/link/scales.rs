@@ -1,7 +1,7 @@
 //! What one count is worth belongs to the board: chip and host refuse a configuration of another board, with both numbers, and
 //! an axis file that leaves the scales out takes those of the board it meets.
 
-use host_tests::simulated_servo::config;
+use trials::simulated_servo::config;
 use servo::axis::servo_axis::Order;
 use servo::axis::{Axis, Sample};
 use servo::config::{Config, ConfigError, Field};

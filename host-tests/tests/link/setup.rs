@@ -1,9 +1,9 @@
 //! What an axis file chooses about loops, limits and protection: read with errors that tell what to do, put in force over
 //! the link, and kept where a later file is silent.
 
-use host_tests::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use host_tests::firmware::power_up;
-use host_tests::simulated_servo::{self, SimulatedServo};
+use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
+use trials::firmware::power_up;
+use trials::simulated_servo::{self, SimulatedServo};
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::drivers::scales::Scales;
 use servo::link::protocol::{Command, Refusal};
@@ -114,7 +114,7 @@ fn in_force(joint: &ServoAxis) -> AxisParameters {
 #[test]
 fn a_new_configuration_keeps_choices_and_forgets_what_was_learned() {
     let mut chosen = parse(&[MACHINE, CHOICES].concat()).parameters(None);
-    chosen.estimates.gain = host_tests::power_cut::sets::set(1).axes[0].expect("an axis").estimates.gain;
+    chosen.estimates.gain = trials::power_cut::sets::set(1).axes[0].expect("an axis").estimates.gain;
     let mut joint = ServoAxis::new();
     order(&mut joint, Command::Restore(chosen)).expect("accepted");
     assert_chosen(&in_force(&joint));

@@ -2,10 +2,10 @@
 //! from `cargo run --package evaluation --bin power_cuts`).
 
 use embedded_storage::nor_flash::NorFlash;
-use host_tests::power_cut::flash::Flash;
-use host_tests::power_cut::library;
-use host_tests::power_cut::sets::{SetLayout1, SetLayout2, SetLayout3, limited_as_layout_3, migrated, set};
-use host_tests::power_cut::suite::{
+use trials::power_cut::flash::Flash;
+use trials::power_cut::library;
+use trials::power_cut::sets::{SetLayout1, SetLayout2, SetLayout3, limited_as_layout_3, migrated, set};
+use trials::power_cut::suite::{
     Situation, Store, Tally, cut_erase, cut_everywhere, life, loaded, operations, save,
 };
 use servo::axis::Bridge;

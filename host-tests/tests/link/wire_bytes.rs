@@ -1,7 +1,7 @@
 //! The bytes of every command, refusal and fault, as they were first published: hosts and servos of different ages understand
 //! each other by them.
 
-use host_tests::power_cut::sets::set;
+use trials::power_cut::sets::set;
 use servo::axis;
 use servo::config::{Config, ConfigError, Field};
 use servo::drivers::scales::ScaleError;

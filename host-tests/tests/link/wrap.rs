@@ -1,6 +1,6 @@
 //! A session with a servo whose tick counter wraps meanwhile.
 
-use host_tests::simulated_servo::SimulatedServo;
+use trials::simulated_servo::SimulatedServo;
 use servo::link::protocol::{Command, FRAME_CAPACITY, Message, encode};
 use truing::device::link::{Client, Wire};
 use truing::text::input_error::InputError;

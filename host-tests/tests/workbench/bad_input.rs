@@ -1,6 +1,6 @@
 //! `truing gap` on input that cannot be right: what it says, file by file, and that an extended model misses nothing more.
 
-use host_tests::case_files::{Opened, opened};
+use trials::case_files::{Opened, opened};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;

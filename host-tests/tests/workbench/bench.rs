@@ -1,6 +1,6 @@
 //! `truing bench`: what it counts is the search's and nothing of the machine's.
 
-use host_tests::firmware::truing;
+use trials::firmware::truing;
 use serde_json::Value;
 
 /// A play between motor and load, whose cost is rugged and evolves, and a case with nothing hidden.

@@ -1,8 +1,8 @@
 //! Every output under faults: a full disk, a folder that takes no file, two instances at once, a signal at any instant. What was there
 //! before stays or is replaced as a whole, nothing is left behind, and the complaint names the file.
 
-use host_tests::exec_bench::{ExecBench, send};
-use host_tests::firmware::truing;
+use trials::exec_bench::{ExecBench, send};
+use trials::firmware::truing;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use truing::synthetic::cases::{Case, Set, Spec, draw};

@@ -16,7 +16,7 @@ const ROOMS: [&str; 10] = [
     "workbench/servo/src",
     "workbench/proving/src",
     "xtask/src",
-    "host-tests/src",
+    "trials/src",
     "evaluation/src",
 ];
 

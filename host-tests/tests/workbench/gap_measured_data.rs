@@ -1,6 +1,6 @@
 //! Measured rigs of other people: expected answers with limits on both sides.
 
-use host_tests::measured::measured;
+use trials::measured::measured;
 use std::path::Path;
 use truing::files::log::{self, Columns, Dynamic, Log, Run};
 use truing::gap::{self, Options};

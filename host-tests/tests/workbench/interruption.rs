@@ -1,7 +1,7 @@
 //! Ctrl-C, a termination and a hang-up while a motor moves: the servo is stopped, what was recorded is written, nothing
 //! stays behind.
 
-use host_tests::exec_bench::{ExecBench, Said, send};
+use trials::exec_bench::{ExecBench, Said, send};
 use servo::link::protocol::Command;
 use std::time::{Duration, Instant};
 use truing::device::axis_file;

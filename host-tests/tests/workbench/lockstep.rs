@@ -1,6 +1,6 @@
 //! Parameter sets that are simulated in lock-step get the bits that each of them gets alone.
 
-use host_tests::sets::{middle, motor, ready, reversing};
+use trials::sets::{middle, motor, ready, reversing};
 use servo::axis::Bridge;
 use truing::gap::dataset::{Compared, Dataset, Part, driven_by, lockstep};
 use truing::gap::fit::{COARSE, FINE};

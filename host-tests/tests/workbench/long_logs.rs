@@ -1,6 +1,6 @@
 //! Long logs: the search runs on stretches of them, and the report says on which part.
 
-use host_tests::case_files::{Opened, opened};
+use trials::case_files::{Opened, opened};
 use truing::gap::{self, Options};
 use truing::outcome::{Outcome, Verdict};
 use truing::report::{Exporter, html::Html, json::Json, terminal::Terminal};

@@ -1,7 +1,7 @@
 //! The suggested next experiment on a few design seeds; the evaluation is a command of its own (docs/naming.md).
 
-use host_tests::naming::quantile;
-use host_tests::next_experiment::{Found, Trial, examine, report, spec};
+use trials::naming::quantile;
+use trials::next_experiment::{Found, Trial, examine, report, spec};
 
 #[test]
 fn suggested_experiments_tell_rivals_apart_better_than_random_ones() {

@@ -1,7 +1,7 @@
 //! What a servo has found or recorded is on the screen and in the files, however the session ends; and the exit status
 //! says whether it did what it was asked for.
 
-use host_tests::exec_bench::ExecBench;
+use trials::exec_bench::ExecBench;
 use std::path::Path;
 use truing::device::axis_file;
 use truing::device::run_log::Tape;

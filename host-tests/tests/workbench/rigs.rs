@@ -1,7 +1,7 @@
 //! Rigs of other people whose effects are known: what `truing judge` says of them, as a test. Expectations stand in
 //! `data/rigs/*/expect.toml` and are written from what is known of the rig.
 
-use host_tests::measured;
+use trials::measured;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use truing::files::log::{self, Columns, Dynamic, Log};
@@ -188,7 +188,7 @@ fn a_final_record_is_only_predicted() {
 /// Another motor's record, which the model misses by many times the noise, is no proof that nothing is missing.
 #[test]
 fn a_held_out_record_of_another_motor_is_not_nothing_missing() {
-    use host_tests::case_files::opened;
+    use trials::case_files::opened;
     use truing::synthetic::cases::{Set, Spec, draw};
     let spec = Spec { rows: 1500, ..Spec::new(Set::Nothing) };
     // The same drive and the same rates, so that the files fit together.

@@ -1,7 +1,7 @@
 //! What the command line prints, and what it does when nobody reads it or the disk is full.
 
-use host_tests::exec_bench::Said;
-use host_tests::firmware::truing;
+use trials::exec_bench::Said;
+use trials::firmware::truing;
 use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};

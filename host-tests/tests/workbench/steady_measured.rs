@@ -1,6 +1,6 @@
 //! Steady tables that were measured elsewhere, and tables with a known answer.
 
-use host_tests::measured::measured;
+use trials::measured::measured;
 use std::path::Path;
 use truing::files::log::{self, Columns, Log, Table};
 use truing::outcome::{Outcome, Verdict};

@@ -1,7 +1,7 @@
 //! The time of a record: milliseconds under `t_s` are asked about, slow records in seconds are not.
 
-use host_tests::case_files::opened;
-use host_tests::measured::measured;
+use trials::case_files::opened;
+use trials::measured::measured;
 use std::path::Path;
 use truing::files::log::{self, Columns, Dynamic, Log};
 use truing::files::model::{self, Model};

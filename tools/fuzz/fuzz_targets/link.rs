@@ -19,7 +19,7 @@ use servo::link::protocol::{Command, FRAME_CAPACITY, Request, VERSION, encode};
 use servo::store::AxisParameters;
 use servo::motion::stream::Point;
 
-#[path = "../../../host-tests/src/simulated_servo.rs"]
+#[path = "../../../trials/src/simulated_servo.rs"]
 mod simulated_servo;
 use simulated_servo::SimulatedServo;
 

@@ -42,7 +42,7 @@ pub fn rest(root: &Path) -> Result<[Part; 7]> {
         whole(root, "proving ground", "workbench/proving/src")?,
         whole(root, "reference plant", "workbench/reference_plant/src")?,
         whole(root, "tests", "host-tests/tests")?,
-        whole(root, "helpers of the tests", "host-tests/src")?,
+        whole(root, "trials", "trials/src")?,
         whole(root, "evaluation", "evaluation")?,
         whole(root, "tools", "tools")?,
         whole(root, "xtask", "xtask/src")?,

@@ -4,7 +4,7 @@
 // What the room and the image's modules call by these names.
 extern crate self as defmt;
 extern crate self as fast_tick;
-extern crate self as host_tests;
+extern crate self as trials;
 
 #[allow(clippy::duplicate_mod, reason = "the pin table is tested by itself and as part of the chip's code")]
 #[path = "../../../host-tests/tests/chip"]
@@ -21,7 +21,7 @@ mod chip {
     mod units;
 }
 #[allow(dead_code, unreachable_pub, reason = "the narrow room needs the configuration alone")]
-#[path = "../../../host-tests/src/simulated_servo.rs"]
+#[path = "../../../trials/src/simulated_servo.rs"]
 mod simulated_servo;
 
 use chip::board_model;

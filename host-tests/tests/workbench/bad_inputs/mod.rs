@@ -3,7 +3,7 @@
 //! A case changes the files of a good desk and runs a command line. Its answer is good if it ends with the stated exit status, says every
 //! stated word (the file or option, the place, the remedy), does not panic, leaves every input as it was, and leaves no file behind.
 
-use host_tests::firmware::{qemu, truing};
+use trials::firmware::{qemu, truing};
 use rayon::prelude::*;
 use serde::Deserialize;
 use std::collections::BTreeMap;
