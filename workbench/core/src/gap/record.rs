@@ -105,7 +105,8 @@ pub fn made_ready(
     let (plant, sigma) = (Scored::given(&dataset, model).plant(), dataset.sigma);
     let rough = dataset.weighed(&plant, sigma);
     let (plant, sigma) = settled(&rough, model);
-    Ok(rough.weighed(&plant, sigma))
+    let dataset = rough.weighed(&plant, sigma);
+    Ok(if model.fitted_to_log { dataset.evenly_weighed() } else { dataset })
 }
 
 /// The base's fit, and the noise from its residual, in which the motion no longer hides it.

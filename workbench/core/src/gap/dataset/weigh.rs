@@ -3,7 +3,7 @@
 //! At ten thousand samples everything is significant. A few per cent of a sample of timing and some 1e-4 of the value
 //! are wrong in every log, so they belong to the weights.
 
-use super::{Dataset, Part, Probes, Simulation};
+use super::{Dataset, GridRun, Part, Probes, Simulation};
 use crate::gap::fit::{COARSE, FINE};
 use crate::system::plant::physics::Physics;
 
@@ -26,6 +26,22 @@ impl Dataset {
                 let predicted = simulation.current(run);
                 budget(&mut run.current, predicted, sigma, sample);
             }
+        }
+        self
+    }
+
+    /// The same dataset with one weight for all samples of a signal, by their mean variance: for a model that no log is near to.
+    pub fn evenly_weighed(mut self) -> Self {
+        let signals: [fn(&mut GridRun) -> &mut Probes; 2] = [|run| &mut run.speed, |run| &mut run.current];
+        for signal in signals {
+            let (mut variance, mut count) = (0f64, 0f64);
+            for probes in self.runs.iter_mut().map(signal) {
+                for k in (0..probes.part.len()).filter(|k| matches!(probes.part[*k], Part::A | Part::B)) {
+                    (variance, count) = (variance + probes.weight[k].powi(-2), count + 1.0);
+                }
+            }
+            let weight = (count / variance).sqrt();
+            self.runs.iter_mut().map(signal).for_each(|probes| probes.weight.fill(weight));
         }
         self
     }

@@ -155,25 +155,27 @@ impl<'a> Search<'a, '_> {
     }
 
     /// The set by elimination, the weakest name first, and the names that did not stay. As a whole the set must leave less than the
-    /// model as given on every held-out record.
+    /// model as given on every held-out record: where only names that hardly stay do that together, they stay together.
     fn retained(&self, scored: Scored<'a>) -> (Scored<'a>, Vec<String>) {
         let mut dropped = scored.hypothesis.names();
-        let mut best = scored;
+        let (mut best, mut kept) = (scored, None);
         while !best.hypothesis.items.is_empty() {
             let staying = Staying::new(&best, Measure::Growth, self.limits.stays);
-            let smaller = self.smaller(&best);
-            best = match decided(&staying, &best, Others::Smaller, smaller.iter().cloned()) {
-                Some((fewer, _)) => fewer,
-                None if best.hypothesis.items.len() > 1 || self.beats_given(&best) => break,
-                None => smaller.into_iter().next().expect("a set with a name"),
-            };
+            let left = decided(&staying, &best, Others::Smaller, self.smaller(&best));
+            let nearly = left.as_ref().is_none_or(|(_, growth)| *growth >= self.limits.joins);
+            if nearly && self.beats_given(&best) {
+                kept = Some(best.clone());
+            }
+            let Some((fewer, _)) = left else { break };
+            best = fewer;
         }
-        let names = best.hypothesis.names();
-        dropped.retain(|name| !names.contains(name));
-        let bare = !best.hypothesis.items.is_empty() && !self.beats_given(&best);
+        let bare = kept.is_none();
+        let mut best = kept.unwrap_or(best);
         while bare && !best.hypothesis.items.is_empty() {
             best = self.without(&best, 0, &SEARCH);
         }
+        let names = best.hypothesis.names();
+        dropped.retain(|name| !names.contains(name));
         (best, dropped)
     }
 

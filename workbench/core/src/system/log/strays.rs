@@ -28,6 +28,8 @@ const GAP: f64 = 2.0;
 const MEANT: (usize, f64) = (12, 2e-3);
 /// An input is beyond the supply, or beyond all others, from this factor on.
 const BEYOND: (f64, f64) = (1.1, 1.5);
+/// A supply may leave its value by this part of it for some rows, and may be read right.
+const SAG: f64 = 0.15;
 /// Records with fewer rows tell no ordinary step.
 const FEWEST: usize = 60;
 
@@ -77,6 +79,12 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
         // A current is at rest at once.
         if column == "i_a" {
             bad.retain(|rows| !inner(rows) || stands_out(values, &run.input, rows.start, steps.span));
+        }
+        // A supply gives way to what a step draws.
+        if column == "vbus_v" {
+            let beside = |rows: &Range<usize>| values.get(rows.start.wrapping_sub(1)).or(values.get(rows.end));
+            let beyond = |row: usize, usual: &f64| (values[row] / usual - 1.0).abs() > SAG;
+            bad.retain(|rows| beside(rows).is_none_or(|usual| rows.clone().any(|row| beyond(row, usual))));
         }
         blank(values, &bad);
         all.push((column, bad, outside, steps.span));
