@@ -17,9 +17,7 @@ pub fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments).current_dir(root());
     // A QEMU that could not be installed lies beside what is built.
-    if let (None, None, Some(qemu)) =
-        (find(QEMU), std::env::var_os("TRUING_QEMU"), unpacked_qemu())
-    {
+    if let (None, None, Some(qemu)) = (find(QEMU), std::env::var_os("TRUING_QEMU"), unpacked_qemu()) {
         command.env("TRUING_QEMU", qemu);
     }
     command

@@ -2,10 +2,10 @@
 
 use clap::{Parser, ValueEnum};
 use evaluation::{Page, Results};
-use trials::commissioning::{Score, commission, quantiles};
-use trials::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use trials::commissioning::{Score, commission, quantiles};
+use trials::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum FamilyName {

@@ -2,8 +2,6 @@
 
 use clap::Parser;
 use evaluation::Results;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::faults::commissioning::{Flaw, Trial, commission, commission_image};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -11,6 +9,8 @@ use servo::commission::CommissionReport;
 use servo::identify::estimate::{Reason, Reported};
 use servo::protect::Fault;
 use std::collections::BTreeMap;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::faults::commissioning::{Flaw, Trial, commission, commission_image};
 
 /// Commissions flawed motors and prints what was made of them.
 #[derive(Parser, Debug)]

@@ -2,14 +2,14 @@
 
 use clap::Parser;
 use evaluation::{Page, Results};
+use servo::protect::{Fault, Settings};
+use std::collections::BTreeMap;
 use trials::families::{Family, Options, Plant, Seeds, Severity};
 use trials::faults::calm;
 use trials::faults::first_motion::{self, Travels};
 use trials::faults::report::Tally;
 use trials::faults::trial::{Trial, When};
 use trials::faults::world::Injury;
-use servo::protect::{Fault, Settings};
-use std::collections::BTreeMap;
 
 /// Injects faults into virtual motors and prints what protection made of them.
 #[derive(Parser, Debug)]

@@ -6,13 +6,13 @@
 
 use clap::Parser;
 use evaluation::Results;
-use trials::exec_bench::{ExecBench, Said, send};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::axis::Bridge;
 use servo::link::protocol::Command;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
+use trials::exec_bench::{ExecBench, Said, send};
 use truing::device::axis_file;
 use truing::device::run_log::Tape;
 

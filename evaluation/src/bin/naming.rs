@@ -7,15 +7,15 @@
 
 use clap::Parser;
 use evaluation::Results;
-use trials::case_files::{Opened, opened};
-use trials::naming::{Line, group, report};
-use trials::next_experiment::{self, Found, examine};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use trials::case_files::{Opened, opened};
+use trials::naming::{Line, group, report};
+use trials::next_experiment::{self, Found, examine};
 use truing::gap::dataset::{Part, prepare};
 use truing::gap::hypothesis::Hypothesis;
 use truing::gap::prediction::Prediction;

@@ -5,12 +5,12 @@
 
 use clap::Parser;
 use evaluation::{Page, Results};
-use trials::families::{Family, Seeds, Severity};
-use trials::passive::{Followed, Following, Learned, Learning, Motion};
-use trials::tracking::quantile;
 use rayon::prelude::*;
 use servo::protect::Fault;
 use std::collections::BTreeMap;
+use trials::families::{Family, Seeds, Severity};
+use trials::passive::{Followed, Following, Learned, Learning, Motion};
+use trials::tracking::quantile;
 
 /// Arguments.
 #[derive(Parser)]

@@ -2,9 +2,9 @@
 
 use clap::Parser;
 use evaluation::{Page, Results};
+use rayon::prelude::*;
 use trials::power_cut::suite::{Situation, Tally, cut_everywhere, life, operations};
 use trials::power_cut::{library, suite};
-use rayon::prelude::*;
 
 /// Cuts the power at every flash operation of save, update and erase, and counts what is read afterwards.
 #[derive(Parser)]

@@ -1,11 +1,11 @@
 //! First power-ups under a current limit: `cargo run -p evaluation --bin power_up -- --plants 20`.
 
 use clap::Parser;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
 use trials::commissioning::quantiles;
 use trials::families::{Family, Options, Plant, Seeds, Severity};
 use trials::power_up::{Outcome, PowerUp, Recipe};
-use rayon::prelude::*;
-use std::collections::BTreeMap;
 
 /// Arguments.
 #[derive(Parser)]

@@ -5,11 +5,11 @@
 
 use clap::Parser;
 use evaluation::Results;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::firmware::compare;
 use servo::motion::excitation::{Sweep, Waveform};
 use servo::optional::Optional;
 use std::process::ExitCode;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::firmware::compare;
 use truing::device::session::{Profile, Task};
 
 /// Commissions, tracks and excites sampled plants in QEMU and replays every session on the host.

@@ -4,8 +4,8 @@
 
 use clap::Parser;
 use evaluation::{Page, Results};
-use trials::sets::{middle, motor, ready, reversing};
 use std::time::Instant;
+use trials::sets::{middle, motor, ready, reversing};
 use truing::gap::dataset::{Compared, Dataset, Part, driven_by, lockstep};
 use truing::gap::effort;
 use truing::gap::fit::COARSE;

@@ -5,12 +5,12 @@
 
 use clap::Parser;
 use evaluation::{Page, Results};
-use trials::families::{Family, Seeds, Severity};
-use trials::tracking::{Experiment, Knowledge, Left, Run, quantile};
 use rayon::prelude::*;
 use servo::axis::HOLD_BAND;
 use servo::control::Tuning;
 use servo::protect::Fault;
+use trials::families::{Family, Seeds, Severity};
+use trials::tracking::{Experiment, Knowledge, Left, Run, quantile};
 
 /// Arguments.
 #[derive(Parser)]

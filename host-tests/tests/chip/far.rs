@@ -1,12 +1,12 @@
 //! Far from power-up, and after counts may have been lost.
 
-use trials::simulated_servo::config;
 use proptest::prelude::*;
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::{Command, Refusal, Sample};
 use servo::motion::referencing::Referencing;
 use servo::record::{Record, Referenced};
 use servo::units::Position;
+use trials::simulated_servo::config;
 use truing::device::run_log::reference;
 
 proptest! {

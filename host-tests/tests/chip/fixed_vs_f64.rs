@@ -1,14 +1,14 @@
 //! The integer identifier against a twin in double precision that shares no arithmetic with it: windows by direct
 //! convolution with the spline instead of running sums, normal equations by Gaussian elimination instead of LDLᵀ.
 
-use trials::commissioning::commission;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
 use servo::commission::Phase;
 use servo::identify::regression::Row;
 use servo::identify::solve::{Progress, Solver, Structure};
 use servo::identify::spline::Lengths;
 use servo::identify::{Params, State};
 use servo::units::VoltageQ14;
+use trials::commissioning::commission;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
 
 /// One tick of a recorded commissioning.
 struct Tick {

@@ -1,13 +1,13 @@
 //! The core in small doses, for the interpreter that finds undefined behaviour: `servo` itself forbids `unsafe`, what it
 //! builds on does not. Under Miri: `cargo +nightly miri test --package host-tests --test chip miri::`.
 
+use servo::axis::Bridge;
+use servo::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Standing, TIME_FRAC, VOLTAGE_FRAC};
+use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Request, encode};
 use trials::power_cut::flash::Flash;
 use trials::power_cut::sets::set;
 use trials::power_cut::suite::{Store, loaded, save};
 use trials::simulated_servo::{SimulatedServo, config};
-use servo::axis::Bridge;
-use servo::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Standing, TIME_FRAC, VOLTAGE_FRAC};
-use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Receiver, Request, encode};
 
 /// Miri takes some thousand times as long.
 const SHARE: u32 = if cfg!(miri) { 1 } else { 20 };

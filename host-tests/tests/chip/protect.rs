@@ -1,6 +1,5 @@
 //! Protection beside the motor: the table of actions, and what the image tells the joint.
 
-use trials::simulated_servo::config;
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::{self, Bridge, Sample};
 use servo::config::Config;
@@ -9,6 +8,7 @@ use servo::optional::Optional;
 use servo::protect::{Action, Actions, Condition, Fault, Forbidden, Interlock};
 use servo::record::Activity;
 use std::ops::RangeInclusive;
+use trials::simulated_servo::config;
 
 const STANDING: Sample = Sample { count: 7, vbus_raw: 1200, current_raw: Sample::CURRENT_NOT_SENSED };
 

@@ -1,13 +1,13 @@
 //! A sine that was computed ahead of its tick, as the link task of the image does: the same bits as one that was not.
 
-use trials::bench::{Bench, Board};
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::tracking::knowing;
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::axis::track_sine::Units;
 use servo::axis::{Axis, Command, Refusal};
 use servo::config::Config;
 use servo::optional::Optional;
+use trials::bench::{Bench, Board};
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::tracking::knowing;
 
 fn plant(limits: impl Fn(&mut Config)) -> Plant {
     let mut plant = Plant::draw(Family::G2, Severity::Nominal, Seeds::Design(43), &Options::default());

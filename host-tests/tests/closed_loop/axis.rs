@@ -1,7 +1,5 @@
 //! One joint as a whole: what it accepts, what it refuses, and that it is a value that repeats itself bit by bit.
 
-use trials::bench::Bench;
-use trials::families::{Plant, Sensing, Truth};
 use servo::axis::Command;
 use servo::axis::{Axis, Bridge, Output, Refusal, Sample};
 use servo::config::Config;
@@ -9,6 +7,8 @@ use servo::identify::estimate::Reason;
 use servo::optional::Optional;
 use servo::record::{Activity, Source};
 use std::f64::consts::TAU;
+use trials::bench::Bench;
+use trials::families::{Plant, Sensing, Truth};
 use truing::synthetic::reference_plant::{Friction, Motor};
 
 /// A small geared motor: 12 V, 20 rad/s/V, 40 ms, 1.2 V of friction, 500 counts.

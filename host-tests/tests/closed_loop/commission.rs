@@ -1,9 +1,9 @@
 //! Commissioning end to end on drawn plants, reduced; the full suites are `cargo run -p evaluation --bin accuracy`.
 
-use trials::commissioning::{Score, commission, quantiles};
-use trials::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
 use rayon::prelude::*;
 use servo::optional::Optional;
+use trials::commissioning::{Score, commission, quantiles};
+use trials::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
 
 /// Evaluation plants far from those that the documented suites use first.
 const FIRST: u32 = 700_000;

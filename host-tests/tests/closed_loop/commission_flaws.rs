@@ -1,12 +1,12 @@
 //! Motors that are wired, described or driven wrongly, reduced; the full suite is `cargo run -p evaluation --bin commission_faults`.
 
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::faults::commissioning::{Flaw, Trial, commission};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::axis::{Axis, Bridge, Command, Sample};
 use servo::config::Config;
 use servo::identify::estimate::Reason;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::faults::commissioning::{Flaw, Trial, commission};
 
 const BUDGET_S: f64 = 5.0;
 

@@ -1,15 +1,15 @@
 //! The current limit: the voltage gives way, nothing trips, and a first run under it says what it could not learn.
 
-use trials::bench::Bench;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::power_up::PowerUp;
-use trials::tracking::knowing;
 use rayon::prelude::*;
 use servo::axis::{Axis, Bridge, Command, Sample};
 use servo::identify::estimate::Reason;
 use servo::optional::Optional;
 use servo::protect::Fault;
 use servo::record::Limit;
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::power_up::PowerUp;
+use trials::tracking::knowing;
 
 /// Design plants apart from those of the evaluation.
 const FIRST: u32 = 310;

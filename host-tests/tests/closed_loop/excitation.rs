@@ -1,7 +1,5 @@
 //! Excitation by sine and chirp: what comes out, what is refused, and what the identification learns from it.
 
-use trials::bench::Bench;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
 use servo::axis::Command;
 use servo::axis::{Bridge, Refusal};
 use servo::config::{ConfigError, Field};
@@ -9,6 +7,8 @@ use servo::motion::excitation::{SINE_ERROR, Sweep, Waveform};
 use servo::record::{Activity, Source};
 use servo::units::Voltage;
 use std::f64::consts::TAU;
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
 
 const CHIRP: Waveform =
     Waveform { amplitude_v: 6.0, from_hz: 0.5, to_hz: 40.0, sweep: Sweep::Linear, duration_ms: 8_000 };

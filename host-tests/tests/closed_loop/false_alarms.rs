@@ -1,14 +1,14 @@
 //! What long runs of ordinary motion once mistook for a fault, each with its cause.
 
+use servo::axis::Command;
+use servo::encoder::Standstill;
+use servo::protect::{Fault, Settings};
+use servo::units::Speed;
 use trials::families::{Cause, Family, Imperfection, Options, Plant, Seeds, Severity};
 use trials::faults::calm;
 use trials::faults::trial::Trial;
 use trials::faults::world::Injury;
 use trials::tracking::knowing;
-use servo::axis::Command;
-use servo::encoder::Standstill;
-use servo::protect::{Fault, Settings};
-use servo::units::Speed;
 use truing::synthetic::reference_plant::Train;
 
 fn commissioned(family: Family, number: u32, sensed: bool, budget_ms: u32) -> (Plant, Trial) {

@@ -1,8 +1,8 @@
 //! The truth that the families promise is what their motors do.
 
+use servo::axis::Bridge;
 use trials::bench::{Bench, Board};
 use trials::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
-use servo::axis::Bridge;
 use truing::synthetic::reference_plant::{Command, Motor, Simulator};
 
 const FAMILIES: [Family; 4] = [Family::G1, Family::G2, Family::G3, Family::Paper];

@@ -1,5 +1,11 @@
 //! Protection in a broken world, reduced: the whole suite is `cargo run -p evaluation --bin faults`.
 
+use servo::axis::Command;
+use servo::axis::{Axis, Bridge};
+use servo::config::Scale;
+use servo::protect::{
+    Action, Actions, Expectation, Fault, Input, Params, Settings, SettingsError, State, Thermal,
+};
 use trials::bench::{Bench, Board};
 use trials::families::{Family, Options, Plant, Seeds, Severity};
 use trials::faults::calm;
@@ -8,12 +14,6 @@ use trials::faults::world::{Injury, World};
 use trials::firmware::qemu;
 use trials::tracking::exact;
 use trials::virtual_motor::VirtualMotor;
-use servo::axis::Command;
-use servo::axis::{Axis, Bridge};
-use servo::config::Scale;
-use servo::protect::{
-    Action, Actions, Expectation, Fault, Input, Params, Settings, SettingsError, State, Thermal,
-};
 use truing::device::link::Lockstep;
 use truing::device::motor::{Drive, Motor, Reading};
 use truing::device::replay::replay;

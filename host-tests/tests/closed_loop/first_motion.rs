@@ -1,11 +1,11 @@
 //! The first motion of a joint that nobody knows, reduced: `cargo run -p evaluation --bin faults -- --first-motion`.
 
+use servo::identify::estimate::Reason;
+use servo::protect::Fault;
 use trials::families::{Cause, Family, Options, Plant, Seeds, Severity};
 use trials::faults::first_motion::{FirstMotion, MOST_DEGREES, commission, plant};
 use trials::faults::world::Injury;
 use trials::tracking::quantile;
-use servo::identify::estimate::Reason;
-use servo::protect::Fault;
 
 /// Harsh plants of the design seeds whose joint holds enough counts, and of which enough is told.
 fn bounded(family: Family, sensed: bool) -> impl Iterator<Item = Plant> {

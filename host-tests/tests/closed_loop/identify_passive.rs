@@ -1,10 +1,5 @@
 //! Identification in ordinary motion: learning from it, tracking in it, and standing still.
 
-use trials::bench::{Bench, Board};
-use trials::commissioning::commission_outcome;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::passive::{Following, Learning, Motion};
-use trials::tracking::quantile;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use servo::axis::Command;
@@ -16,6 +11,11 @@ use servo::identify::estimate::{Estimates, Reason, Standing};
 use servo::identify::passive::{Params, State};
 use servo::record::{Advisory, Record, Source};
 use servo::units::VoltageQ14;
+use trials::bench::{Bench, Board};
+use trials::commissioning::commission_outcome;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::passive::{Following, Learning, Motion};
+use trials::tracking::quantile;
 
 /// A board that is told voltages, with the passive identification listening.
 struct Listening {

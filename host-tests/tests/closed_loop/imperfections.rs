@@ -1,8 +1,5 @@
 //! The loops on a true motor, imperfections one by one.
 
-use trials::bench::Bench;
-use trials::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
-use trials::tracking::{Experiment, Knowledge, knowing};
 use servo::axis::Command;
 use servo::axis::Output;
 use servo::control::{self, Tuning};
@@ -10,6 +7,9 @@ use servo::encoder::Motor;
 use servo::protect::Fault;
 use servo::record::{Activity, Limit};
 use std::f64::consts::TAU;
+use trials::bench::Bench;
+use trials::families::{Cause, Ceiling, Family, Imperfection, Options, Plant, Seeds, Severity};
+use trials::tracking::{Experiment, Knowledge, knowing};
 use truing::device::loops::LoopShape;
 use truing::synthetic::reference_plant::Friction;
 

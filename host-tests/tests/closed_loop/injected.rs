@@ -1,12 +1,12 @@
 //! Faults injected into a running loop: found, named as far as the data allow, bridge open in time.
 
-use trials::bench::Bench;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::tracking::exact;
 use servo::axis::Command;
 use servo::axis::{Bridge, Refusal, Sample};
 use servo::protect::Fault;
 use std::f64::consts::TAU;
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::tracking::exact;
 
 const TICK_HZ: u32 = 10_000;
 

@@ -1,10 +1,6 @@
 //! The limits that a user asks for: set-points keep acceleration and jerk, terminals the voltage, protection the thresholds
 //! of the supply.
 
-use trials::bench::Bench;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::simulated_servo::{self, SimulatedServo};
-use trials::tracking::{feed_forward, knowing};
 use servo::axis::Command;
 use servo::axis::{Output, Refusal};
 use servo::config::{Config, ConfigError, Field};
@@ -14,6 +10,10 @@ use servo::optional::Optional;
 use servo::protect::Fault;
 use servo::record::{Activity, Limit};
 use std::f64::consts::TAU;
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::simulated_servo::{self, SimulatedServo};
+use trials::tracking::{feed_forward, knowing};
 
 const ACCELERATION: f32 = 150.0;
 const JERK: f32 = 3_000.0;

@@ -1,9 +1,9 @@
 //! The commissioning at control rates of 1, 10 and 20 kHz on motors of 20 ms to 2.4 s: the sums must neither starve nor
 //! overflow, whatever the ratio of time constant to tick.
 
+use servo::optional::Optional;
 use trials::commissioning::{Score, commission};
 use trials::families::{Cause, Family, Options, Plant, Seeds, Severity, Truth};
-use servo::optional::Optional;
 
 /// A plant of family G1 whose inertia makes this time constant.
 fn plant(tick_hz: u32, time_constant_s: f64, seed: u32) -> Plant {

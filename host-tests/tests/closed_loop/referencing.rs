@@ -1,9 +1,5 @@
 //! Referencing in closed loop, on motors with friction, ripple and a stop: by the stop, by the index, and by hand.
 
-use trials::bench::Bench;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::stops::{STOP_TURNS, between_stops};
-use trials::tracking::exact;
 use servo::axis::Command;
 use servo::axis::{Bridge, Refusal};
 use servo::config::Config;
@@ -13,6 +9,10 @@ use servo::protect::Fault;
 use servo::record::Referenced;
 use servo::record::{Activity, Limit};
 use std::f64::consts::TAU;
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::stops::{STOP_TURNS, between_stops};
+use trials::tracking::exact;
 
 fn bench(plant: &Plant, estimates: Option<Estimates>) -> Bench {
     let mut bench = Bench::new(plant);

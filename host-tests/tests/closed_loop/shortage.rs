@@ -3,10 +3,10 @@
 //!
 //! `cargo test -p host-tests --test closed_loop shortage:: -- --nocapture` prints the table behind docs/results/README.md.
 
+use servo::axis::Command;
 use trials::bench::Bench;
 use trials::families::{Ceiling, Family, Options, Plant, Seeds, Severity};
 use trials::tracking::{Shortage, exact, feed_forward};
-use servo::axis::Command;
 
 /// Voltage that a paper-like motor's drive has while all is well, shares of the nominal 9 V.
 const AMPLE: f64 = 1.4;

@@ -1,13 +1,13 @@
 //! What protection learns from the starts of a healthy shaft, and what it does not.
 
+use servo::axis::Command;
+use servo::commission::Phase;
+use servo::protect::{Fault, Settings};
 use trials::families::{Family, Options, Plant, Seeds, Severity};
 use trials::faults::calm;
 use trials::faults::report::right;
 use trials::faults::trial::{Trial, When};
 use trials::faults::world::Injury;
-use servo::axis::Command;
-use servo::commission::Phase;
-use servo::protect::{Fault, Settings};
 
 /// Least dead zone of the motors here, V: an eighth of the supply, of which nothing is demanded, is less than 1.3 times that.
 const LEAST_WIDTH_V: f64 = 1.2;

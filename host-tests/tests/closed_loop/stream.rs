@@ -1,9 +1,6 @@
 //! Streamed set-points: as good as a motion that the chip knows by itself, never beyond the limits, safe when the stream
 //! ends or stalls.
 
-use trials::bench::Bench;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::tracking::knowing;
 use proptest::prelude::*;
 use servo::axis::Command;
 use servo::axis::{Bridge, Output, Refusal};
@@ -12,6 +9,9 @@ use servo::motion::trajectory::Limits;
 use servo::protect::Fault;
 use servo::record::{Activity, Advisory, Limit};
 use std::f64::consts::TAU;
+use trials::bench::Bench;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::tracking::knowing;
 use truing::device::waypoints::{self, Knot, Waypoint};
 
 fn point(knot: &Knot, before: u32) -> Command {

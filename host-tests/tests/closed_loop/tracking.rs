@@ -1,10 +1,10 @@
 //! Reduced tracking suite: the figures of docs/results/README.md, two-sided, on few plants. The full one is the program
 //! `tracking` of `evaluation`.
 
-use trials::families::{Family, Seeds, Severity};
-use trials::tracking::{Experiment, Knowledge, Run, quantile};
 use servo::control::Tuning;
 use servo::protect::Fault;
+use trials::families::{Family, Seeds, Severity};
+use trials::tracking::{Experiment, Knowledge, Run, quantile};
 
 fn runs(family: Family) -> Vec<Run> {
     let experiment = Experiment {

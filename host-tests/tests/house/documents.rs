@@ -5,12 +5,12 @@
 //! differ by [`TOLERANCE`]. A block under a comment `<!-- not run: REASON -->` is listed and left out. A block marked
 //! `toml file=NAME` is written to NAME first, so that the commands use what the reader sees.
 
-use trials::firmware::{qemu, truing};
 use regex::Regex;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
+use trials::firmware::{qemu, truing};
 
 /// Relative difference that a shown number may have. Results repeat to the bit on one machine; another mathematical
 /// library moves the last digits of a fit.

@@ -1,7 +1,7 @@
 //! Skips of tests are counted by `cargo xtask test`, each under the name of its test.
 
-use trials::measured::skip;
 use std::process::Command;
+use trials::measured::skip;
 
 /// Set for the child process alone.
 const CHILD: &str = "TRUING_SKIPS_ON_PURPOSE";

@@ -6,11 +6,11 @@
 //! (RM0090), each with its reason; none is copied from a run. The sequences are complete: a write that is not expected
 //! fails, and so does one in the wrong place.
 
-use trials::test_image::{built, qemu};
 use servo::axis::Sample;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::OnceLock;
+use trials::test_image::{built, qemu};
 
 /// One recorded write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

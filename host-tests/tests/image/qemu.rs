@@ -2,15 +2,15 @@
 //! missing.
 
 use clap::Parser;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::faults::commissioning::{Flaw, FlawedMotor};
-use trials::firmware::{compare, qemu, session};
 use servo::config::Config;
 use servo::link::capture::{LENGTH, Shot, Stage, Trigger};
 use servo::link::protocol::Command;
 use servo::optional::Optional;
 use servo::record::{Activity, Source};
 use std::path::Path;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::faults::commissioning::{Flaw, FlawedMotor};
+use trials::firmware::{compare, qemu, session};
 use truing::cli::Cli;
 use truing::device::axis_file;
 use truing::device::commission_report::{CommissionJson, Params};

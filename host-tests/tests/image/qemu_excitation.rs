@@ -1,11 +1,11 @@
 //! A chirp from the command line through the image in QEMU: the same bits, and a log that `truing gap` reads.
 
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::firmware::{compare, qemu, truing};
 use serde_json::Value;
 use servo::motion::excitation::{Sweep, Waveform};
 use servo::record::Activity;
 use std::path::Path;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::firmware::{compare, qemu, truing};
 use truing::device::session::{Done, Task};
 
 #[test]

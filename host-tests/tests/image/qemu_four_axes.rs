@@ -1,12 +1,12 @@
 //! As many axes in one image as the chip can drive, each with a motor of its own: nobody gets another one's command,
 //! sample or telemetry.
 
-use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use trials::firmware::qemu_four_axes;
-use trials::virtual_motor::VirtualMotor;
 use servo::axis::Bridge;
 use servo::link::protocol::{Command, Message};
 use servo::record::{Activity, Record};
+use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
+use trials::firmware::qemu_four_axes;
+use trials::virtual_motor::VirtualMotor;
 use truing::device::link::{Client, Lockstep};
 use truing::device::motor::Motor;
 

@@ -1,16 +1,16 @@
 //! Referencing and absolute moves through the image in QEMU, as `truing move --reference stop:… --to …` does them.
 
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::firmware::qemu;
-use trials::stops::{STOP_TURNS, between_stops};
-use trials::tracking::exact;
-use trials::virtual_motor::VirtualMotor;
 use servo::motion::referencing::Referencing;
 use servo::record::Limit;
 use servo::record::Referenced;
 use std::cell::{Cell, OnceCell};
 use std::f64::consts::TAU;
 use std::rc::Rc;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::firmware::qemu;
+use trials::stops::{STOP_TURNS, between_stops};
+use trials::tracking::exact;
+use trials::virtual_motor::VirtualMotor;
 use truing::device::link::Lockstep;
 use truing::device::motor::qemu::Lines;
 use truing::device::motor::{Drive, Motor, Reading};

@@ -4,10 +4,10 @@
 //! Idle pends the control interrupt itself here, always from the same shallow place, so control on top of link on top of a
 //! save is not in it. The bound that `cargo xtask size` works out from the calls is. What was measured must stay below it.
 
-use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use trials::firmware::power_up;
 use servo::protect::Interlock;
 use servo::record::Activity;
+use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
+use trials::firmware::power_up;
 use truing::device::link::Client;
 use truing::device::motor::qemu::Lines;
 use truing::device::session::{self, Listening, Profile, Start, Task};

@@ -1,11 +1,6 @@
 //! The image's life beyond one session, in QEMU: parameters that survive, the erase that is announced, and the faults
 //! that only the image can see.
 
-use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use trials::firmware::{power_up, qemu};
-use trials::power_cut::flash::Flash;
-use trials::power_cut::suite::Store;
-use trials::virtual_motor::VirtualMotor;
 use servo::axis::Bridge;
 use servo::link::protocol::{Command, Message, ResetCause};
 use servo::protect::{Fault, Interlock};
@@ -13,6 +8,11 @@ use servo::record::{Activity, Record, Source};
 use servo::store::StoreEvent;
 use servo::store::{AtRest, AxisParameters, Found, LAYOUT};
 use std::path::Path;
+use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
+use trials::firmware::{power_up, qemu};
+use trials::power_cut::flash::Flash;
+use trials::power_cut::suite::Store;
+use trials::virtual_motor::VirtualMotor;
 use truing::device::link::{Client, Lockstep, fault_advice};
 use truing::device::motor::qemu::{Lines, Options};
 use truing::device::replay::{self, Telling};

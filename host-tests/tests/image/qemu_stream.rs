@@ -1,14 +1,14 @@
 //! A profile from a file, streamed through the image in QEMU: as good as the chip's own sine, the same bits on the host, and
 //! safe when the host dies.
 
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::firmware::{compare, qemu};
-use trials::virtual_motor::VirtualMotor;
 use servo::link::protocol::{Command, Message};
 use servo::motion::stream::Point;
 use servo::optional::Optional;
 use servo::record::{Activity, Advisory, Record};
 use std::f64::consts::TAU;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::firmware::{compare, qemu};
+use trials::virtual_motor::VirtualMotor;
 use truing::device::link::{Client, Lockstep};
 use truing::device::session::{Done, Profile, Task};
 use truing::device::tracking::TrackJson;

@@ -1,8 +1,5 @@
 //! Two axes in one image, each with a motor of its own.
 
-use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use trials::firmware::qemu_two_axes;
-use trials::virtual_motor::VirtualMotor;
 use servo::axis::Bridge;
 use servo::commission::Outcome;
 use servo::link::capture::Trigger;
@@ -10,6 +7,9 @@ use servo::link::protocol::{Command, Message};
 use servo::record::{Activity, Record};
 use servo::store::{Found, LAYOUT};
 use std::path::Path;
+use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
+use trials::firmware::qemu_two_axes;
+use trials::virtual_motor::VirtualMotor;
 use truing::device::link::{Client, Lockstep};
 use truing::device::motor::qemu::Options;
 

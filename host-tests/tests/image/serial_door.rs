@@ -1,14 +1,14 @@
 //! `serial:PORT`, end to end: the command line on one end of a pseudo terminal, the image in QEMU on the other, in real time.
 
-use trials::exec_bench::send;
-use trials::families::{Family, Options, Plant, Seeds, Severity};
-use trials::firmware::truing;
-use trials::serial_line::SerialServo;
 use servo::axis::Bridge;
 use servo::link::protocol::Command as Order;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
+use trials::exec_bench::send;
+use trials::families::{Family, Options, Plant, Seeds, Severity};
+use trials::firmware::truing;
+use trials::serial_line::SerialServo;
 use truing::device::axis_file;
 use truing::device::run_log::Tape;
 

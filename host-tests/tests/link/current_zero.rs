@@ -1,9 +1,9 @@
 //! The zero of the current sensor, as joint and host meet it: nothing is armed before it is known or the wait is over.
 
-use trials::simulated_servo::{self, SimulatedServo};
 use servo::axis::{self, Sample};
 use servo::config::{ConfigError, Field};
 use servo::link::protocol::{Command, FRAME_CAPACITY, Refusal, encode};
+use trials::simulated_servo::{self, SimulatedServo};
 use truing::device::link::{Client, Wire, current_text, range_text};
 use truing::text::input_error::InputError;
 

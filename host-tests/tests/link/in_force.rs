@@ -1,8 +1,6 @@
 //! Constants that the link prepares and the control tick puts in force by pointer: they come to the same as in an axis that works
 //! them out itself, whatever is refused on the way, and no place for them is ever lost.
 
-use trials::power_cut::sets;
-use trials::simulated_servo::config;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::axis::servo_axis::{Order, ServoAxis};
@@ -15,6 +13,8 @@ use servo::protect::Thermal;
 use servo::store::AxisParameters;
 use std::cell::Cell;
 use std::rc::Rc;
+use trials::power_cut::sets;
+use trials::simulated_servo::config;
 
 const AXES: usize = 2;
 

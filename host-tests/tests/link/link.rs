@@ -1,8 +1,6 @@
 //! Invariants of the link. What a frame is, is written down here once more and differently (`oracle`), so that the
 //! decoder of the library is held against something other than itself.
 
-use trials::power_cut::sets::set;
-use trials::simulated_servo::{SimulatedServo, config};
 use proptest::prelude::*;
 use servo::axis::{Bridge, Output};
 use servo::config::Config;
@@ -14,6 +12,8 @@ use servo::motion::stream::Point;
 use servo::optional::Optional;
 use servo::protect::Settings;
 use servo::store::AxisParameters;
+use trials::power_cut::sets::set;
+use trials::simulated_servo::{SimulatedServo, config};
 
 /// Frames by the book: split at zeros, undo COBS, divide the polynomial bit by bit, look at version and content.
 mod oracle {

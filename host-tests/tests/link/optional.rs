@@ -1,8 +1,8 @@
 //! Optional numbers of a configuration: on the wire, in text, and when they are no numbers.
 
-use trials::simulated_servo::config;
 use servo::config::{Config, Field};
 use servo::optional::Optional;
+use trials::simulated_servo::config;
 
 #[test]
 fn it_takes_the_room_of_a_number() {

@@ -1,10 +1,10 @@
 //! Parameters key by key, and from a model to the numbers of the firmware.
 
-use trials::simulated_servo::config;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimates, Mechanism};
 use servo::protect::{Action, Fault, Settings};
 use servo::store::AxisParameters;
+use trials::simulated_servo::config;
 use truing::device::commission_report::Params;
 use truing::device::compensation;
 use truing::device::parameters;

@@ -1,7 +1,6 @@
 //! What one count is worth belongs to the board: chip and host refuse a configuration of another board, with both numbers, and
 //! an axis file that leaves the scales out takes those of the board it meets.
 
-use trials::simulated_servo::config;
 use servo::axis::servo_axis::Order;
 use servo::axis::{Axis, Sample};
 use servo::config::{Config, ConfigError, Field};
@@ -17,6 +16,7 @@ use servo::link::protocol::{
 use servo::optional::Optional;
 use servo::store::{Found, MAX_AXES};
 use std::rc::Rc;
+use trials::simulated_servo::config;
 use truing::device::link::{Client, Hello, Wire, refusal_text};
 use truing::device::setup::Setup;
 use truing::device::{axis_file, board};

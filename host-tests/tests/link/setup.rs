@@ -1,9 +1,6 @@
 //! What an axis file chooses about loops, limits and protection: read with errors that tell what to do, put in force over
 //! the link, and kept where a later file is silent.
 
-use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
-use trials::firmware::power_up;
-use trials::simulated_servo::{self, SimulatedServo};
 use servo::axis::servo_axis::{Order, ServoAxis};
 use servo::drivers::scales::Scales;
 use servo::link::protocol::{Command, Refusal};
@@ -11,6 +8,9 @@ use servo::optional::Optional;
 use servo::protect::{Action, Fault, Thermal};
 use servo::store::AxisParameters;
 use std::path::Path;
+use trials::families::{Family, Options as PlantOptions, Plant, Seeds, Severity};
+use trials::firmware::power_up;
+use trials::simulated_servo::{self, SimulatedServo};
 use truing::device::axis_file;
 use truing::device::link::{Client, Lockstep};
 use truing::device::replay;

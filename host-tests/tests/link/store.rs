@@ -2,12 +2,6 @@
 //! from `cargo run --package evaluation --bin power_cuts`).
 
 use embedded_storage::nor_flash::NorFlash;
-use trials::power_cut::flash::Flash;
-use trials::power_cut::library;
-use trials::power_cut::sets::{SetLayout1, SetLayout2, SetLayout3, limited_as_layout_3, migrated, set};
-use trials::power_cut::suite::{
-    Situation, Store, Tally, cut_erase, cut_everywhere, life, loaded, operations, save,
-};
 use servo::axis::Bridge;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Standing};
@@ -16,6 +10,12 @@ use servo::protect::{Action, Actions, Fault, Settings, Thermal};
 use servo::store::SaveError;
 use servo::store::{
     AtRest, AxisParameters, Found, LAYOUT, Loaded, RECORD_LEN, Record, StoredParameters, encode,
+};
+use trials::power_cut::flash::Flash;
+use trials::power_cut::library;
+use trials::power_cut::sets::{SetLayout1, SetLayout2, SetLayout3, limited_as_layout_3, migrated, set};
+use trials::power_cut::suite::{
+    Situation, Store, Tally, cut_erase, cut_everywhere, life, loaded, operations, save,
 };
 
 const SMALL: usize = 4096;

@@ -1,7 +1,6 @@
 //! The bytes of every command, refusal and fault, as they were first published: hosts and servos of different ages understand
 //! each other by them.
 
-use trials::power_cut::sets::set;
 use servo::axis;
 use servo::config::{Config, ConfigError, Field};
 use servo::drivers::scales::ScaleError;
@@ -12,6 +11,7 @@ use servo::motion::referencing::Referencing;
 use servo::motion::stream::Point;
 use servo::protect::{Action, Fault, Forbidden, SettingsError};
 use servo::record::Activity;
+use trials::power_cut::sets::set;
 
 fn commands() -> Vec<Command> {
     let parameters = set(1).axes[0].expect("an axis");

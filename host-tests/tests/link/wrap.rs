@@ -1,7 +1,7 @@
 //! A session with a servo whose tick counter wraps meanwhile.
 
-use trials::simulated_servo::SimulatedServo;
 use servo::link::protocol::{Command, FRAME_CAPACITY, Message, encode};
+use trials::simulated_servo::SimulatedServo;
 use truing::device::link::{Client, Wire};
 use truing::text::input_error::InputError;
 

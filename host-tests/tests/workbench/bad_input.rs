@@ -1,9 +1,9 @@
 //! `truing gap` on input that cannot be right: what it says, file by file, and that an extended model misses nothing more.
 
-use trials::case_files::{Opened, opened};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
+use trials::case_files::{Opened, opened};
 use truing::cli::gap::{Arguments, run};
 use truing::gap::{self, Options};
 use truing::outcome::{Outcome, Verdict};

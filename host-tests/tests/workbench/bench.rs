@@ -1,7 +1,7 @@
 //! `truing bench`: what it counts is the search's and nothing of the machine's.
 
-use trials::firmware::truing;
 use serde_json::Value;
+use trials::firmware::truing;
 
 /// A play between motor and load, whose cost is rugged and evolves, and a case with nothing hidden.
 const CASES: [&str; 2] = ["single-7801", "nothing-7801"];

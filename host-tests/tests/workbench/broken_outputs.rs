@@ -1,10 +1,10 @@
 //! Every output under faults: a full disk, a folder that takes no file, two instances at once, a signal at any instant. What was there
 //! before stays or is replaced as a whole, nothing is left behind, and the complaint names the file.
 
-use trials::exec_bench::{ExecBench, send};
-use trials::firmware::truing;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use trials::exec_bench::{ExecBench, send};
+use trials::firmware::truing;
 use truing::synthetic::cases::{Case, Set, Spec, draw};
 
 /// What stands at every output before the command runs.

@@ -36,7 +36,13 @@ fn driven(count: usize, seed: u32, resistance: f64, constant: f64, volts: f64, n
                 u = 2.0 * volts * drawn();
             }
             let beyond = f64::signum(u) * (u.abs() - 1.0).max(0.0);
-            let row = [k as f64 * 0.005, u, omega + 2.0 * noise * drawn(), theta, (beyond - constant * omega) / resistance];
+            let row = [
+                k as f64 * 0.005,
+                u,
+                omega + 2.0 * noise * drawn(),
+                theta,
+                (beyond - constant * omega) / resistance,
+            ];
             for _ in 0..50 {
                 let current = (beyond - constant * omega) / resistance;
                 omega += 1e-4 * (constant * current - 1e-5 * omega) / 1e-4;

@@ -1,7 +1,7 @@
 //! Measured rigs of other people: expected answers with limits on both sides.
 
-use trials::measured::measured;
 use std::path::Path;
+use trials::measured::measured;
 use truing::files::log::{self, Columns, Dynamic, Log, Run};
 use truing::gap::{self, Options};
 use truing::outcome::{Outcome, Verdict};

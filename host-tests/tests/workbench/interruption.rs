@@ -1,9 +1,9 @@
 //! Ctrl-C, a termination and a hang-up while a motor moves: the servo is stopped, what was recorded is written, nothing
 //! stays behind.
 
-use trials::exec_bench::{ExecBench, Said, send};
 use servo::link::protocol::Command;
 use std::time::{Duration, Instant};
+use trials::exec_bench::{ExecBench, Said, send};
 use truing::device::axis_file;
 use truing::device::run_log::Tape;
 

@@ -1,7 +1,7 @@
 //! Parameter sets that are simulated in lock-step get the bits that each of them gets alone.
 
-use trials::sets::{middle, motor, ready, reversing};
 use servo::axis::Bridge;
+use trials::sets::{middle, motor, ready, reversing};
 use truing::gap::dataset::{Compared, Dataset, Part, driven_by, lockstep};
 use truing::gap::fit::{COARSE, FINE};
 use truing::system::effects::{Effect, LIBRARY};

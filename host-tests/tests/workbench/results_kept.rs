@@ -1,8 +1,8 @@
 //! What a servo has found or recorded is on the screen and in the files, however the session ends; and the exit status
 //! says whether it did what it was asked for.
 
-use trials::exec_bench::ExecBench;
 use std::path::Path;
+use trials::exec_bench::ExecBench;
 use truing::device::axis_file;
 use truing::device::run_log::Tape;
 

@@ -1,9 +1,9 @@
 //! Rigs of other people whose effects are known: what `truing judge` says of them, as a test. Expectations stand in
 //! `data/rigs/*/expect.toml` and are written from what is known of the rig.
 
-use trials::measured;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
+use trials::measured;
 use truing::files::log::{self, Columns, Dynamic, Log};
 use truing::files::model::{self, Model};
 use truing::gap::{self, Options};

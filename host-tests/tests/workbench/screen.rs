@@ -1,10 +1,10 @@
 //! What the command line prints, and what it does when nobody reads it or the disk is full.
 
-use trials::exec_bench::Said;
-use trials::firmware::truing;
 use std::fs::File;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use trials::exec_bench::Said;
+use trials::firmware::truing;
 use truing::synthetic::cases::{Case, Set, Spec, draw};
 
 /// A pipe whose reader has gone, as behind `| head`.

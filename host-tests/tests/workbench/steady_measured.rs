@@ -1,7 +1,7 @@
 //! Steady tables that were measured elsewhere, and tables with a known answer.
 
-use trials::measured::measured;
 use std::path::Path;
+use trials::measured::measured;
 use truing::files::log::{self, Columns, Log, Table};
 use truing::outcome::{Outcome, Verdict};
 use truing::system::model::{self, Model};

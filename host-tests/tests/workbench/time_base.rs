@@ -1,8 +1,8 @@
 //! The time of a record: milliseconds under `t_s` are asked about, slow records in seconds are not.
 
+use std::path::Path;
 use trials::case_files::opened;
 use trials::measured::measured;
-use std::path::Path;
 use truing::files::log::{self, Columns, Dynamic, Log};
 use truing::files::model::{self, Model};
 use truing::gap::time_base::check;

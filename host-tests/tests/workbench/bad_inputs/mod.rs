@@ -3,12 +3,12 @@
 //! A case changes the files of a good desk and runs a command line. Its answer is good if it ends with the stated exit status, says every
 //! stated word (the file or option, the place, the remedy), does not panic, leaves every input as it was, and leaves no file behind.
 
-use trials::firmware::{qemu, truing};
 use rayon::prelude::*;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
+use trials::firmware::{qemu, truing};
 
 /// Lists, one a room.
 const LISTS: &[(&str, &str)] = &[

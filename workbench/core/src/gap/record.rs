@@ -1,15 +1,16 @@
 //! A record over time against a model: prepare → simulate → localise → search → judge → extend.
 
-use crate::gap::acceptance::residual_share::no_more;
 use crate::gap::dataset::{self, Dataset, FullPass, Part, hf_noise, prepare};
 use crate::gap::extend::{Given, Last, extended};
+use crate::gap::fit::SEARCH;
+use crate::gap::hypothesis::Slot;
 use crate::gap::prediction::Prediction;
 use crate::gap::remainder::look::{sensor_like, twin_pairs};
 use crate::gap::remainder::structure::Structure;
 use crate::gap::remainder::{self, Described, Scope, places};
 use crate::gap::residual::rms;
 use crate::gap::samples::{Sample, samples};
-use crate::gap::search::{Found, Progress, Scored, ShareLimits, base_fit, search};
+use crate::gap::search::{Found, Progress, Scored, ShareLimits, base_fit, chi2, search};
 use crate::gap::threads::join;
 use crate::gap::verdict::Judged;
 use crate::gap::{Options, estimate, excitation, verdict};
@@ -20,8 +21,50 @@ use crate::system::plant::physics::Physics;
 use crate::text::input_error::InputError;
 use std::borrow::Borrow;
 
-/// Finds where model and record disagree, names what is missing and predicts the held-out data with it.
+/// Finds where model and record disagree, names what is missing and predicts the held-out data with it. Where nothing explains the log
+/// and the model turns out to be a fit to it, it is read as one.
 pub fn run(
+    model: &Model,
+    log: &Dynamic,
+    holdouts: &[&Dynamic],
+    options: &Options,
+    progress: Progress,
+) -> Result<Outcome, InputError> {
+    let outcome = searched(model, log, holdouts, options, progress)?;
+    let fitted = Model { fitted_to_log: true, ..model.clone() };
+    let as_told = model.fitted_to_log || outcome.verdict != Verdict::Unexplained;
+    if as_told || !is_a_fit(&made_ready(&fitted, log, holdouts)?, &fitted) {
+        return Ok(outcome);
+    }
+    let mut outcome = searched(&fitted, log, holdouts, options, progress)?;
+    outcome.notes.push(A_FIT.into());
+    Ok(outcome)
+}
+
+/// Said of a model whose numbers the log moves nowhere.
+const A_FIT: &str = "No numbers of the model fit this log better than those that it has: it is a fit to the log, and names are judged as for \
+                     one. Write fitted_to_log = true in its [model]";
+/// The numbers of a fit are moved by less than this part when they are fitted again: another integrator and another start of a run do
+/// that. In 60 drawn logs with an effect outside of the library at least one number of a data sheet moved by 6 % and more, and of 17
+/// fitted rigs none by more than 3.3 %.
+const MOVES: f64 = 0.035;
+/// And they lower the squared error by less than this part: 4.5 % of it on one of those rigs, below 2 % on the others.
+const LOWERS: f64 = 0.05;
+
+/// True if the numbers of a model are already the best ones for a log, whatever its file says.
+fn is_a_fit(dataset: &Dataset, model: &Model) -> bool {
+    let (given, base) = (Scored::given(dataset, model), base_fit(dataset, model));
+    let before = chi2(&given.hypothesis, &given.fit.x, &SEARCH).0;
+    let mut numbers = base.hypothesis.slots.iter().zip(&base.fit.x);
+    let stays = |(slot, x): (&Slot, &f64)| match slot {
+        Slot::Base { tolerance, .. } => (tolerance * x).abs() < MOVES,
+        _ => true,
+    };
+    base.fit.chi2 > (1.0 - LOWERS) * before && numbers.all(stays)
+}
+
+/// Prepare → search → judge → extend, with a model as it says that it is.
+fn searched(
     model: &Model,
     log: &Dynamic,
     holdouts: &[&Dynamic],
@@ -37,23 +80,19 @@ pub fn run(
     let given = Given::simulated(&dataset, model, whole.as_ref());
     let places = places::places(&given.set.hypothesis, &given.seen);
     // On a thread of the pool, which hands on what it can share without being woken first.
-    let searched = || {
+    let searching = || {
         let found = search(&dataset, model, options, progress);
         concluded(&given, &found, &options.limits, last.as_ref())
     };
-    Ok(Outcome { places, ..join(searched, || ()).0 })
+    Ok(Outcome { places, ..join(searching, || ()).0 })
 }
 
 /// What is said of what was found.
 fn concluded(given: &Given, found: &Found, limits: &ShareLimits, last: Option<&Last>) -> Outcome {
-    let model = given.set.hypothesis.model;
     let mut judged = verdict::judge(found, &given.set, limits);
     let eased = estimate::eased(&judged.kept);
     if let Some(eased) = &eased {
-        let anew = estimate::refitted(eased, &judged.kept);
-        if !model.fitted_to_log || predicts_as_well(&anew, &judged.kept) {
-            (judged.kept, judged.uncertainty) = (anew, None);
-        }
+        (judged.kept, judged.uncertainty) = (estimate::refitted(eased, &judged.kept), None);
     }
     let described = remainder_of(given, &mut judged);
     extended(given, found, judged, described.as_ref(), last)
@@ -124,12 +163,4 @@ fn repeated_noise(base: &Scored) -> Option<f64> {
     let pairs = twin_pairs(&seen, base.hypothesis.dataset, Sample::residual);
     let differences: Vec<f64> = pairs.into_iter().map(|(a, b)| a - b).collect();
     sensor_like(&differences).then(|| rms(&differences) / 2f64.sqrt())
-}
-
-/// By how much more of a held-out record's squared error other weights may leave.
-const AS_WELL: f64 = 1.1;
-
-/// True if a set fitted with other weights predicts every held-out record as well.
-fn predicts_as_well(anew: &Scored, kept: &Scored) -> bool {
-    no_more(&anew.held_out(), &kept.held_out(), AS_WELL)
 }

@@ -48,7 +48,12 @@ impl<'a> Search<'a, '_> {
         let kept = self.by_convention(kept, &mut path);
         let kept = self.one_friction(kept, &mut path);
         let kept = self.one_name_for_two(kept, &mut path);
-        let (kept, smaller) = self.without_small(kept, &mut path);
+        let small = path.small.len();
+        let (mut kept, mut smaller) = self.without_small(kept, &mut path);
+        if path.small.len() > small {
+            // A small name may have stood in the place of a richer form.
+            (kept, smaller) = (self.enriched(kept, &mut path), None);
+        }
         let best = self.evened(self.fine(&self.by_weight(kept, smaller)));
         self.found(base, best, path)
     }
@@ -140,7 +145,7 @@ impl<'a> Search<'a, '_> {
             let (child, _) = decided(&joining, current, Others::Larger, children)?;
             let earned = current.hypothesis.items.is_empty()
                 || !fills(child.hypothesis.items.last()?.effect)
-                || self.leaves_less(current)(&child);
+                || self.earns_as_filler(current, &child);
             if earned && agreed(before.get_or_init(|| current.held_out()), &child) {
                 return Some(child);
             }
@@ -152,6 +157,14 @@ impl<'a> Search<'a, '_> {
             grown.retain(|other| !other.hypothesis.names().contains(&name));
             self.excluded.push(name);
         }
+    }
+
+    /// Whether what takes up a part of any remainder may join: it must leave what a richer form must, and less than the richer forms of
+    /// what is there.
+    fn earns_as_filler(&self, current: &Scored<'a>, child: &Scored<'a>) -> bool {
+        let less = self.leaves_less(current);
+        let rich = || self.richer(current).into_iter().next();
+        less(child) && rich().is_none_or(|rich| rich.fit.cost > child.fit.cost || !less(&rich))
     }
 
     /// The set by elimination, the weakest name first, and the names that did not stay. As a whole the set must leave less than the

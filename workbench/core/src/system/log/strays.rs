@@ -82,7 +82,8 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
         }
         // A supply gives way to what a step draws.
         if column == "vbus_v" {
-            let beside = |rows: &Range<usize>| values.get(rows.start.wrapping_sub(1)).or(values.get(rows.end));
+            let beside =
+                |rows: &Range<usize>| values.get(rows.start.wrapping_sub(1)).or(values.get(rows.end));
             let beyond = |row: usize, usual: &f64| (values[row] / usual - 1.0).abs() > SAG;
             bad.retain(|rows| beside(rows).is_none_or(|usual| rows.clone().any(|row| beyond(row, usual))));
         }
