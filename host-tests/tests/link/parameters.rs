@@ -163,7 +163,7 @@ fn trusted(export: &compensation::Export) -> [bool; 4] {
     let params = &export.params;
     let numbers =
         [params.dead_zone_pos_v, params.dead_zone_neg_v, params.gain_rad_s_per_v, params.time_constant_s];
-    numbers.map(|kept| kept.is_some_and(|kept| kept.is_trusted()))
+    numbers.map(|kept| kept.is_some_and(|kept| kept.trusted))
 }
 
 #[test]

@@ -149,11 +149,9 @@ fn concluded(arguments: &Arguments, outcome: &Outcome) -> anyhow::Result<()> {
     if outcome.verdict == Verdict::Data {
         let each: Vec<String> =
             outcome.data.iter().map(|fault| format!("{}: {}", fault.what, fault.remedy)).collect();
-        return Err(NotDone(format!(
-            "nothing was simulated, because it looks as if {}; or --accept-data",
-            each.join("; ")
-        ))
-        .into());
+        let each = each.join("; ");
+        let what = format!("nothing was simulated, because it looks as if {each}; or --accept-data");
+        return Err(NotDone(what).into());
     }
     if arguments.check && outcome.verdict != Verdict::NothingMissing {
         return Err(NotDone(format!("--check: the verdict is `{}`", grade(outcome))).into());

@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// Everything in at most 80 columns.
 fn told(look: &Look) -> Result<String, std::fmt::Error> {
     let mut text = String::new();
-    text += &block("File", &file(look));
+    text += &block("File", &format!("{}: {} rows, {}", look.file, look.rows, look.written));
     text.push('\n');
     columns(&mut text, &look.columns)?;
     if let Some(time) = &look.time {
@@ -87,29 +87,25 @@ fn told(look: &Look) -> Result<String, std::fmt::Error> {
     if let Some(refused) = &look.refused {
         text += &block("\nRefused", refused);
     }
-    for (k, guessed) in look.guessed.iter().enumerate() {
-        text += &block(if k == 0 { "\nGuessed" } else { "" }, guessed);
-    }
+    text += &blocks("\nGuessed", &look.guessed);
     if !look.columns_argument.is_empty() {
         // One line, to be copied, however long.
         writeln!(text, "\n{:INDENT$}--columns {}", "Add", in_shell(&look.columns_argument))?;
     }
-    for (k, note) in look.notes.iter().enumerate() {
-        text += &block(if k == 0 { "\nNotes" } else { "" }, note);
-    }
-    for (k, ask) in look.ask.iter().enumerate() {
-        text += &block(if k == 0 { "\nNext time" } else { "" }, ask);
-    }
+    text += &blocks("\nNotes", &look.notes);
+    text += &blocks("\nNext time", &look.ask);
     Ok(text)
+}
+
+/// Several bodies under one heading, which stands beside the first.
+fn blocks(head: &str, bodies: &[String]) -> String {
+    let block = |(k, body): (usize, &String)| block(if k == 0 { head } else { "" }, body);
+    bodies.iter().enumerate().map(block).collect()
 }
 
 fn block(head: &str, body: &str) -> String {
     let (gap, head) = head.split_at(head.len() - head.trim_start().len());
     format!("{gap}{}", beside(&format!("{head:INDENT$}"), body))
-}
-
-fn file(look: &Look) -> String {
-    format!("{}: {} rows, {}", look.file, look.rows, look.written)
 }
 
 fn columns(text: &mut String, columns: &[Column]) -> std::fmt::Result {

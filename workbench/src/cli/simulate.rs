@@ -2,7 +2,7 @@
 
 use clap::Args;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use truing_core::gap::dataset::{GridRun, Traces, driven_by};
 use truing_core::gap::fit::FINE;
 use truing_files::log::{self, Columns, Dynamic, Log};
@@ -39,14 +39,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Log::Dynamic(input) = log::read_input(&arguments.input, &columns)? else {
         anyhow::bail!("{}: has no time column; a simulation needs t_s", arguments.input.display());
     };
-    let text = simulated(&model, &input);
-    match &arguments.out {
-        Some(path) => write_atomically(path, &text),
-        None => {
-            out!("{text}");
-            Ok(())
-        }
-    }
+    let out = arguments.out.as_deref().unwrap_or(Path::new("-"));
+    write_atomically(out, &simulated(&model, &input))
 }
 
 /// The simulated record as CSV.

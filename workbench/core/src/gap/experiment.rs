@@ -9,6 +9,7 @@ use crate::gap::threads::*;
 use crate::outcome::{Experiment, Segment};
 use crate::system::log::Input;
 use crate::system::model::Kind;
+use crate::text::figures::figure;
 
 /// Samples per time constant of a simulated experiment.
 const SAMPLES: f64 = 50.0;
@@ -39,16 +40,13 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
     let (left, right) = (a.label(), b.label());
     let unit = dataset.unit();
     let text = if chi2 > SEPARABLE {
-        format!(
-            "{name}: {left} and {right} then differ by {} {unit} rms",
-            crate::text::figures::figure(speed)
-        )
+        format!("{name}: {left} and {right} then differ by {} {unit} rms", figure(speed))
     } else if current > 0.0 && !amperes(a) {
         format!("{name} with the winding current logged: {left} and {right} differ there, but not in speed")
     } else if current > 0.0 {
         format!(
             "{name} with the winding current logged: {left} and {right} differ by {} A rms there, but not in speed",
-            crate::text::figures::figure(current)
+            figure(current)
         )
     } else {
         format!("{left} and {right} cannot be separated with these sensors")

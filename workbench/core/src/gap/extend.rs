@@ -40,11 +40,6 @@ impl<'a> Given<'a> {
         Self { set, held_out, seen, whole }
     }
 
-    /// What a set predicts of the held-out data, and what is measured and what it does.
-    fn simulated_with(&self, set: &Scored) -> (HeldOut, Vec<Sample>) {
-        join(|| HeldOut::of(self.whole, set), || seen(self.whole, set).0)
-    }
-
     /// The held-out gap of a set.
     fn gap_of(&self, set: &Scored) -> f64 {
         HeldOut::of(self.whole, set).gap
@@ -71,7 +66,8 @@ pub(super) fn extended(
                 let rivals = || sentences::rivals(found, &judged.ties, |set| given.gap_of(set));
                 join(|| known.unwrap_or_else(|| Uncertainty::of(kept)), rivals)
             };
-            join(|| given.simulated_with(kept), beside)
+            let simulated = || join(|| HeldOut::of(given.whole, kept), || seen(given.whole, kept).0);
+            join(simulated, beside)
         },
     );
     let unnamed = fitted.map(|fitted| {
@@ -160,12 +156,8 @@ fn predicted(last: &Last, model: &Model, kept: &Scored) -> HoldOut {
 /// What the held-out records had to say about the names of a model that is a fit to the log.
 fn vetoed(model: &Model, found: &Found) -> Vec<String> {
     let chosen = model.fitted_to_log && !found.best.hypothesis.items.is_empty();
-    chosen
-        .then(|| {
-            "the held-out records had a veto: a name stays only if every one of them is predicted better with it. A further record given with --final is only predicted".to_owned()
-        })
-        .into_iter()
-        .collect()
+    let told = "the held-out records had a veto: a name stays only if every one of them is predicted better with it. A further record given with --final is only predicted";
+    chosen.then(|| told.to_owned()).into_iter().collect()
 }
 
 /// The held-out gap of the model as given, and after each effect in the order of naming.

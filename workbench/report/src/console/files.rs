@@ -45,9 +45,7 @@ impl Files {
         }
         Ok(())
     }
-}
 
-impl Files {
     /// The same for a command that moves a motor: besides, every output can be written, so that nothing is lost at the end.
     pub fn check_ready(&self) -> Result<(), InputError> {
         self.check()?;
@@ -82,12 +80,10 @@ impl File {
         if self.path.exists() && !self.path.is_file() {
             return refused("is no file that can be replaced; name another one".into());
         }
-        match tempfile::tempfile_in(folder) {
-            Ok(_) => Ok(()),
-            Err(error) => {
-                refused(format!("cannot be written ({error}); check the folder's permissions and space"))
-            }
+        if let Err(error) = tempfile::tempfile_in(folder) {
+            return refused(format!("cannot be written ({error}); check the folder's permissions and space"));
         }
+        Ok(())
     }
 
     fn refused(&self, why: &str) -> InputError {

@@ -16,9 +16,12 @@ pub mod terminal;
 
 pub use format::{figure, gap, grade, verdict};
 
+use crate::console::files::folder_of;
 use crate::console::interrupt;
 use anyhow::{Context, Result};
+use std::fs::Permissions;
 use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use truing_core::outcome::Outcome;
 
@@ -47,7 +50,7 @@ pub fn write_atomically(path: &Path, text: &str) -> Result<()> {
             .and_then(|mut place| place.write_all(text.as_bytes()))
             .with_context(|| format!("{}: cannot be written", path.display()));
     }
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = folder_of(path);
     let complaint = || format!("{}: cannot be written; check the folder and its permissions", path.display());
     // A signal ends the program before or after, so that no draft stays.
     let hold = interrupt::hold();
@@ -61,19 +64,8 @@ pub fn write_atomically(path: &Path, text: &str) -> Result<()> {
 fn replace(path: &Path, folder: &Path, text: &str) -> std::io::Result<()> {
     let mut draft = tempfile::Builder::new().prefix(".truing-").tempfile_in(folder)?;
     draft.write_all(text.as_bytes())?;
-    readable_by_all(draft.as_file())?;
+    // A temporary file is private to its owner; a report is not.
+    draft.as_file().set_permissions(Permissions::from_mode(0o644))?;
     // The error of `persist` owns the draft; only its cause is passed on, so that the draft is removed.
     draft.persist(path).map(|_| ()).map_err(|error| error.error)
-}
-
-/// A temporary file is private to its owner; a report is not.
-#[cfg(unix)]
-fn readable_by_all(file: &std::fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn readable_by_all(_file: &std::fs::File) -> std::io::Result<()> {
-    Ok(())
 }

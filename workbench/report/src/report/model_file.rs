@@ -29,52 +29,50 @@ impl Exporter for ModelFile<'_> {
         let known = known
             .as_table_mut()
             .ok_or_else(|| anyhow!("model: `known` is not a table; write [known.<effect>]"))?;
+        let mut add = |name: &str, mut table: Table, standing: &str| {
+            table.insert("origin", value(self.origin));
+            table.insert(STANDING, value(standing));
+            known.insert(name, Item::Table(table));
+        };
         for effect in &outcome.effects {
-            let mut table = self.table(effect);
-            table.insert(STANDING, value(standing(outcome, &effect.name)));
-            known.insert(&effect.name, Item::Table(table));
+            add(&effect.name, table(effect), standing(outcome, &effect.name));
         }
         if let Some(term) = &outcome.unexplained.unnamed {
-            known.insert(&term.name, Item::Table(self.unnamed(term)));
+            add(&term.name, unnamed(term), "unnamed");
         }
         Ok(document.to_string())
     }
 }
 
-impl ModelFile<'_> {
-    /// A term without a name: variables, knots, values with their standard deviations. Outside its knots it is constant.
-    fn unnamed(&self, term: &UnnamedTerm) -> Table {
-        let mut table = Table::new();
-        table.insert(OVER, value(term.over.iter().copied().collect::<Array>()));
-        table.insert(ACTS, value(term.acts));
-        table.insert(STANDSTILL, value(term.standstill_speed));
-        for ((variable, knots), unit) in term.over.iter().zip(&term.knots).zip(&term.knot_units) {
-            table.insert(variable, numbers(knots.iter().copied(), unit));
-        }
-        table.insert(VALUES, numbers(term.values.iter().copied(), &term.unit));
-        if let Some(stds) = term.values_std.iter().copied().collect::<Option<Vec<f64>>>() {
-            table.insert(VALUES_STD, numbers(stds.into_iter(), &term.unit));
-        }
-        table.insert("origin", value(self.origin));
-        table.insert(STANDING, value("unnamed"));
-        table
+/// A term without a name: variables, knots, values with their standard deviations. Outside its knots it is constant.
+fn unnamed(term: &UnnamedTerm) -> Table {
+    let mut table = Table::new();
+    table.insert(OVER, value(term.over.iter().copied().collect::<Array>()));
+    table.insert(ACTS, value(term.acts));
+    table.insert(STANDSTILL, value(term.standstill_speed));
+    for ((variable, knots), unit) in term.over.iter().zip(&term.knots).zip(&term.knot_units) {
+        table.insert(variable, numbers(knots.iter().copied(), unit));
     }
+    table.insert(VALUES, numbers(term.values.iter().copied(), &term.unit));
+    if let Some(stds) = term.values_std.iter().copied().collect::<Option<Vec<f64>>>() {
+        table.insert(VALUES_STD, numbers(stds.into_iter(), &term.unit));
+    }
+    table
+}
 
-    fn table(&self, effect: &NamedEffect) -> Table {
-        let mut table = Table::new();
-        for (name, v) in &effect.parameters {
-            let mut number = value(v.value);
-            if let Some((name, volts)) = volts::of(effect, name) {
-                comment(&mut number, &format!("{name}: {}", super::format::value(volts)));
-            }
-            table.insert(name, number);
-            if let Some(std) = v.std.filter(|s| s.is_finite()) {
-                table.insert(&format!("{name}_std"), value(std));
-            }
+fn table(effect: &NamedEffect) -> Table {
+    let mut table = Table::new();
+    for (name, v) in &effect.parameters {
+        let mut number = value(v.value);
+        if let Some((name, volts)) = volts::of(effect, name) {
+            comment(&mut number, &format!("{name}: {}", super::format::value(volts)));
         }
-        table.insert("origin", value(self.origin));
-        table
+        table.insert(name, number);
+        if let Some(std) = v.std.filter(|s| s.is_finite()) {
+            table.insert(&format!("{name}_std"), value(std));
+        }
     }
+    table
 }
 
 /// How sure the name is: `named`, `tie` (other names explain the data, too) or `unexplained` (something else is left).

@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .writes("--log", &arguments.log.log)
         .writes("--save", &arguments.save)
         .check_ready()?;
-    let setup = arguments.firmware.axis()?;
+    let setup = arguments.firmware.axis_file.read()?;
     let task = commission(arguments.budget.budget_s, arguments.firmware.seed)?;
     let tasks: Vec<Task> = [task].into_iter().chain(arguments.store.then_some(Task::Store)).collect();
     let mut told = None;
@@ -77,10 +77,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.log.save(&result.log)?;
     let report = told.transpose()?;
     result.whole()?;
-    match report.and_then(|report| report.refused) {
-        Some(refused) => Err(refusal(&refused).into()),
-        None => Ok(()),
-    }
+    let refused = report.and_then(|report| report.refused);
+    refused.map_or(Ok(()), |refused| Err(refusal(&refused).into()))
 }
 
 /// Prints what was found, and writes it; the log too, as far as it is.
@@ -124,7 +122,7 @@ impl Motion {
 
     /// The axis, the tasks before the motion, and the motion; an error if it cannot be.
     pub fn follows(&self, profile: &str) -> anyhow::Result<(Setup, Vec<Task>, Task)> {
-        let setup = self.firmware.axis()?;
+        let setup = self.firmware.axis_file.read()?;
         let motion = profile::task(profile, true, &setup.config)?;
         self.knowledge.allows(&motion, &setup.config)?;
         let first = self.tasks(&motion, BUDGET_S, &setup.config)?;
@@ -191,11 +189,6 @@ impl Knowledge {
         if self.stored { Ok(()) } else { profile::possible(motion, config) }
     }
 
-    /// Looks for the mark of `--reference` once more.
-    pub fn again(&self) -> Option<Task> {
-        self.reference.map(Task::Reference)
-    }
-
     /// How far the mark is from where it was before the motion, if it was looked for again; an index is the same in every turn.
     pub fn lost_counts(&self, result: &SessionResult) -> anyhow::Result<()> {
         let mut places = result.done.iter().filter_map(|done| match done {
@@ -235,22 +228,17 @@ fn commission(budget_s: f64, seed: u64) -> anyhow::Result<Task> {
 
 /// The first commissioning of a session; printed, if it was refused.
 pub fn succeeded(result: &SessionResult) -> anyhow::Result<CommissionJson> {
-    let report = outcome(result)?;
-    if let Some(refused) = &report.refused {
-        print(&report);
-        return Err(refusal(refused).into());
-    }
-    Ok(report)
-}
-
-/// The first commissioning of a session.
-fn outcome(result: &SessionResult) -> anyhow::Result<CommissionJson> {
     let outcome = result.done.iter().find_map(|done| match done {
         Done::Commissioned(outcome) => Some(outcome),
         _ => None,
     });
     let outcome = outcome.context("the session had no commissioning")?;
-    Ok(CommissionJson::new(outcome, &result.log.config)?.beside(&result.log))
+    let report = CommissionJson::new(outcome, &result.log.config)?.beside(&result.log);
+    if let Some(refused) = &report.refused {
+        print(&report);
+        return Err(refusal(refused).into());
+    }
+    Ok(report)
 }
 
 /// One number, for people.

@@ -66,11 +66,6 @@ impl Firmware {
             .writes("--flash", &self.flash)
     }
 
-    /// Reads the axis file.
-    pub fn axis(&self) -> anyhow::Result<Setup> {
-        self.axis_file.read()
-    }
-
     /// Opens the way to the servo.
     pub fn connect(&self, config: &Config) -> anyhow::Result<Box<dyn Wire>> {
         let qemu = qemu::Options {
@@ -129,8 +124,7 @@ impl Firmware {
     ) -> anyhow::Result<SessionResult> {
         // A servo that is to use what it has stored is not configured anew.
         let excites = matches!(tasks.last(), Some(Task::Excite(_)));
-        let start = match tasks.first() {
-            Some(_) if excites => session::Start::Configure(*setup),
+        let start = match tasks.first().filter(|_| !excites) {
             Some(
                 Task::Track { .. } | Task::Capture { .. } | Task::Fit | Task::Reference(_) | Task::Move(_),
             ) => session::Start::Stored,

@@ -48,14 +48,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Motion { firmware, knowledge } = &arguments.motion;
     if arguments.board {
         firmware.files().check()?;
-        let mut client = firmware.client(&firmware.axis()?.config)?;
+        let mut client = firmware.client(&firmware.axis_file.read()?.config)?;
         out!("{}", board::text(&client.hello()?));
         return Ok(());
     }
     let text = arguments.profile.as_deref().unwrap_or_default();
     arguments.motion.files(text).check_ready()?;
     let (setup, first, motion) = arguments.motion.follows(text)?;
-    let again = arguments.check.then(|| knowledge.again()).flatten();
+    // The mark of `--reference`, once more.
+    let again = knowledge.reference.filter(|_| arguments.check).map(Task::Reference);
     let tasks: Vec<Task> = first.into_iter().chain([motion]).chain(again).collect();
     let mut view = View::new(arguments.fast);
     let result = firmware.run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
@@ -108,7 +109,8 @@ impl View {
         }
         // A picture that is wider or higher than the terminal would scroll.
         let (rows, columns) = screen::size().unwrap_or((usize::MAX, WIDTH));
-        let lines: Vec<String> = lines.iter().flat_map(|line| wrapped(line, columns)).collect();
+        let options = textwrap::Options::new(columns).subsequent_indent("      ");
+        let lines: Vec<_> = lines.iter().flat_map(|line| textwrap::wrap(line, &options)).collect();
         let lines = &lines[..lines.len().min(rows.saturating_sub(1))];
         // Back to the first line of the last picture, and clear what is below.
         let up = match self.lines {
@@ -119,9 +121,7 @@ impl View {
         screen::flush();
         self.lines = lines.len();
     }
-}
 
-impl View {
     /// Slows a simulated motor down to real time. Time counts from the first row, because a servo on a line may have been
     /// switched on long before.
     fn pace(&mut self, servo_time: Duration) {
@@ -171,12 +171,6 @@ fn lines(progress: &Progress) -> Vec<String> {
 /// The variant's name in small letters.
 fn word(code: impl std::fmt::Debug) -> String {
     format!("{code:?}").to_lowercase()
-}
-
-fn wrapped(text: &str, width: usize) -> Vec<String> {
-    let options = textwrap::Options::new(width).subsequent_indent("      ");
-    let lines = textwrap::wrap(text, options);
-    lines.into_iter().map(|line| line.into_owned()).collect()
 }
 
 /// Where it is to be and where it is. While no loop is closed there is no set-point.

@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let _hold = interrupt::hold();
     let Arguments { motion: asked, log, .. } = arguments;
     asked.files("").writes("--log", &log.log).check_ready()?;
-    let setup = asked.firmware.axis()?;
+    let setup = asked.firmware.axis_file.read()?;
     let motion = Task::Move(arguments.place.target()?);
     let mut tasks = asked.tasks(&motion, arguments.budget.budget_s, &setup.config)?;
     tasks.push(motion);

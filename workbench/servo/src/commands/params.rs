@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn open(firmware: &Firmware) -> anyhow::Result<Client> {
     firmware.files().check()?;
-    firmware.client(&firmware.axis()?.config)
+    firmware.client(&firmware.axis_file.read()?.config)
 }
 
 fn print(client: &mut Client) -> anyhow::Result<()> {
@@ -93,7 +93,7 @@ fn print(client: &mut Client) -> anyhow::Result<()> {
 
 fn change(set: &Set) -> anyhow::Result<()> {
     set.firmware.files().reads("--params", &set.params).check()?;
-    let setup = set.firmware.axis()?;
+    let setup = set.firmware.axis_file.read()?;
     let mut client = set.firmware.client(&setup.config)?;
     let known = client.parameters()?;
     if known.is_some() && set.assignments.is_empty() && set.params.is_none() {

@@ -18,9 +18,9 @@ pub const SHAPES: &str = "sine:amp_rad,hz,seconds or step:amp_rad,seconds or fil
 /// Reads the argument; a voltage is checked against the axis. `compensation`: of a motion that is followed.
 pub fn task(text: &str, compensation: bool, config: &Config) -> anyhow::Result<Task> {
     let (kind, rest) = text.split_once(':').with_context(shape)?;
+    let track = |profile| Ok(Task::Track { profile, compensation });
     if kind == "file" {
-        let profile = points(Path::new(rest))?;
-        return Ok(Task::Track { profile, compensation });
+        return track(points(Path::new(rest))?);
     }
     let numbers: Vec<f32> = rest
         .split(',')
@@ -38,12 +38,10 @@ pub fn task(text: &str, compensation: bool, config: &Config) -> anyhow::Result<T
     };
     match (kind, numbers.as_slice()) {
         ("sine", &[amplitude_rad, frequency_hz, seconds]) => {
-            let profile = Profile::Sine { amplitude_rad, frequency_hz, seconds: lasting(seconds)? };
-            Ok(Task::Track { profile, compensation })
+            track(Profile::Sine { amplitude_rad, frequency_hz, seconds: lasting(seconds)? })
         }
         ("step", &[amplitude_rad, seconds]) => {
-            let profile = Profile::Step { amplitude_rad, seconds: lasting(seconds)? };
-            Ok(Task::Track { profile, compensation })
+            track(Profile::Step { amplitude_rad, seconds: lasting(seconds)? })
         }
         ("voltage_sine", &[volts, hz, seconds]) => excite(volts, hz, hz, Sweep::Linear, seconds),
         ("chirp", &[volts, from, to, seconds]) => excite(volts, from, to, Sweep::Linear, seconds),

@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Motion { firmware, knowledge } = &arguments.motion;
     let files = arguments.motion.files(&arguments.profile);
     files.writes("--json", &arguments.json).writes("--log", &arguments.log.log).check_ready()?;
-    let setup = firmware.axis()?;
+    let setup = firmware.axis_file.read()?;
     let config = setup.config;
     let chosen = setup.choices.loops.compensation.unwrap_or(true);
     let compensation = arguments.compensation.map_or(chosen, |switch| switch == Switch::On);
@@ -71,7 +71,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let first = arguments.motion.tasks(&motion, arguments.budget.budget_s, &config)?;
     let fit = arguments.fit.then_some(Task::Fit);
-    let again = arguments.check.then(|| knowledge.again()).flatten();
+    // The mark of `--reference`, once more.
+    let again = knowledge.reference.filter(|_| arguments.check).map(Task::Reference);
     let tasks: Vec<Task> = first.into_iter().chain(fit).chain([motion]).chain(again).collect();
     let result = firmware.run_logged(&setup, &tasks, &arguments.log)?;
     let moved = result.done.iter().rfind(|done| !matches!(done, Done::Referenced(_)));

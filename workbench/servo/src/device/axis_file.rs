@@ -63,7 +63,8 @@ pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
     Ok(setup)
 }
 
-fn line_of(text: &str, place: usize) -> u64 {
+/// Number of the line in which a byte of a text stands.
+pub(super) fn line_of(text: &str, place: usize) -> u64 {
     1 + text[..place.min(text.len())].matches('\n').count() as u64
 }
 
@@ -226,19 +227,13 @@ impl Reader<'_> {
         if section == "limits" {
             known.extend(PROTECTION_LIMITS);
         }
-        let Some(table) = file.section(section) else {
-            return Ok(());
-        };
-        for key in table.get_ref().keys() {
-            let name = key.get_ref().as_str();
-            if !known.contains(&name) {
-                let all = known.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
-                let near = nearest_hint(name, known.iter().copied());
-                let what = format!("[{section}] {name}: unknown field `{name}`, expected one of {all}{near}");
-                return Err(self.here(key, what));
-            }
-        }
-        Ok(())
+        let mut keys = file.section(section).into_iter().flat_map(|table| table.get_ref().keys());
+        let Some(key) = keys.find(|key| !known.contains(&key.get_ref().as_str())) else { return Ok(()) };
+        let name = key.get_ref();
+        let all = known.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
+        let near = nearest_hint(name, known.iter().copied());
+        let what = format!("[{section}] {name}: unknown field `{name}`, expected one of {all}{near}");
+        Err(self.here(key, what))
     }
 
     /// A key of `[limits]` that is no setting of [`Config`].
@@ -269,10 +264,8 @@ impl Reader<'_> {
         for (fault, action) in &file.protection {
             let (fault, action) = parameters::entry(fault.get_ref(), action.get_ref())
                 .map_err(|error| self.here(fault, error))?;
-            for (known, slot) in Fault::ALL.into_iter().zip(&mut actions) {
-                if known == fault {
-                    *slot = Some(action);
-                }
+            if let Some(place) = Fault::ALL.iter().position(|known| *known == fault) {
+                actions[place] = Some(action);
             }
         }
         Ok(actions)

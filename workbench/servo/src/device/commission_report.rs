@@ -2,6 +2,7 @@
 //! same numbers, to be used again.
 
 use crate::device::aftermath::fault_text;
+use crate::device::axis_file::line_of;
 use crate::device::commission_seen as seen;
 use crate::device::link::advice;
 use crate::device::run_log::RunLog;
@@ -161,40 +162,21 @@ impl Number {
     /// The interval that covers the truth in 95 % of cases, as text: `1.5128 … 1.6400 V (95 %)`. A ± would be taken for the
     /// standard deviation that it is in the workbench's own reports.
     pub fn interval(&self, unit: &str) -> Option<String> {
-        interval(self.value?, self.u95?, unit)
+        let (low, high) = (self.value? - self.u95?, self.value? + self.u95?);
+        (low.is_finite() && high.is_finite()).then(|| format!("{low:.4} … {high:.4} {unit} (95 %)"))
     }
-}
-
-/// The interval of a value with its half width, if both are finite.
-pub fn interval(value: f64, u95: f64, unit: &str) -> Option<String> {
-    let (low, high) = (value - u95, value + u95);
-    (low.is_finite() && high.is_finite()).then(|| format!("{low:.4} … {high:.4} {unit} (95 %)"))
 }
 
 /// One number of `params.toml`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Kept {
-    value: f64,
-    u95: f64,
-    trusted: bool,
-}
-
-impl Kept {
-    /// With the half width of its 95 % interval; `trusted`: to be used.
-    pub fn new(value: f64, u95: f64, trusted: bool) -> Self {
-        Kept { value, u95, trusted }
-    }
-
+    /// In the unit of its name.
+    pub value: f64,
+    /// Half width of its 95 % interval; 0: chosen by a person.
+    pub u95: f64,
     /// To be used?
-    pub fn is_trusted(&self) -> bool {
-        self.trusted
-    }
-
-    /// Chosen by a person.
-    pub fn by_hand(value: f64) -> Self {
-        Kept::new(value, 0.0, true)
-    }
+    pub trusted: bool,
 }
 
 /// `params.toml`, schema `truing-params/1`. A number that is missing there is missing on the chip.
@@ -238,7 +220,7 @@ impl Params {
     }
 
     fn holding(mechanism: Mechanism, found: &Found) -> Self {
-        let kept = |number: Number| Some(Kept::new(number.value?, number.u95?, number.trusted));
+        let kept = |Number { value, u95, trusted, .. }| Some(Kept { value: value?, u95: u95?, trusted });
         Params {
             schema: PARAMS_SCHEMA.into(),
             mechanism,
@@ -266,9 +248,8 @@ impl Params {
         let source = path.display();
         let text = truing_files::text(path)?;
         let params: Params = toml::from_str(&text).map_err(|error| {
-            let line =
-                error.span().map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count());
-            InputError::line(&source, line as u64, error.message().replace('\n', " "))
+            let line = error.span().map_or(1, |span| line_of(&text, span.start));
+            InputError::line(&source, line, error.message().replace('\n', " "))
         })?;
         if params.schema != PARAMS_SCHEMA {
             let what = format!(

@@ -63,7 +63,7 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
     let mut doubts = Vec::new();
     let mut number = |name: &str, pick: Pick, u95: f64, doubt: Option<String>| {
         doubts.extend(doubt.iter().map(|doubt| format!("{name}: {doubt}")));
-        Kept::new(pick(&value), u95, doubt.is_none())
+        Kept { value: pick(&value), u95, trusted: doubt.is_none() }
     };
     let mut voltage = |name: &str, pick: Pick, sure: bool| {
         let u95 = U95 * (from_effects(model, pick) + from_base(model, pick, true)).sqrt();
@@ -73,7 +73,7 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
     let mut zone = |name: &str, seen: bool, pick: Pick| seen.then(|| voltage(name, pick, true));
     let dead_zone_pos_v = zone("dead_zone_pos_v", value.dead_zone[0] > 0.0, |t| t.dead_zone[0]);
     let dead_zone_neg_v = zone("dead_zone_neg_v", value.dead_zone[1] > 0.0, |t| t.dead_zone[1]);
-    let sure = [dead_zone_pos_v, dead_zone_neg_v].iter().flatten().all(Kept::is_trusted);
+    let sure = [dead_zone_pos_v, dead_zone_neg_v].iter().flatten().all(|kept| kept.trusted);
     let mut limit =
         |name: &str, level: f64, pick: Pick| below_supply(level).then(|| voltage(name, pick, sure));
     let saturation_pos_v = limit("saturation_pos_v", value.saturation[0], |t| t.saturation[0]);
@@ -206,11 +206,9 @@ fn mechanism(zone: [f64; 2], friction: [f64; 2]) -> Mechanism {
     const MOST: f64 = 0.8;
     let (zone, friction): (f64, f64) = (zone.iter().sum(), friction.iter().sum());
     let all = zone + friction;
-    if all <= 0.0 {
-        Mechanism::Unclear
-    } else if friction >= MOST * all {
+    if all > 0.0 && friction >= MOST * all {
         Mechanism::Friction
-    } else if zone >= MOST * all {
+    } else if all > 0.0 && zone >= MOST * all {
         Mechanism::InputDeadZone
     } else {
         Mechanism::Unclear

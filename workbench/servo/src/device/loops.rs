@@ -40,7 +40,8 @@ impl LoopShape {
         let design = axis.design(&mut state);
         let delay = f64::from(config.pwm_delay_ticks);
         let shape = Self::new(&design.motor, &design.loops.gains(), delay);
-        Ok(shape.map(|shape| shape.per_second(f64::from(config.tick_hz))))
+        let tick_hz = f64::from(config.tick_hz);
+        Ok(shape.map(|shape| Self { crossover_rad_s: shape.crossover_rad_s * tick_hz, ..shape }))
     }
 
     /// In units of the control tick.
@@ -61,10 +62,6 @@ impl LoopShape {
         }
         let phase = (-open_loop(motor, gains, delay_ticks, low)).arg();
         Some(Self { crossover_rad_s: low, phase_margin_deg: phase.to_degrees() })
-    }
-
-    fn per_second(self, tick_hz: f64) -> Self {
-        Self { crossover_rad_s: self.crossover_rad_s * tick_hz, ..self }
     }
 }
 

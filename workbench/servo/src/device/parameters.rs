@@ -58,7 +58,7 @@ macro_rules! identified {
             set: |p, text| {
                 let value = text.parse().ok()?;
                 let params = Params {
-                    $field: Some(Kept::by_hand(value)),
+                    $field: Some(Kept { value, u95: 0.0, trusted: true }),
                     ..Params::nothing()
                 };
                 p.estimates.$($estimate)+ = params.estimates(&p.config).$($estimate)+;
@@ -152,7 +152,8 @@ fn pair(text: &str) -> Option<[f32; 2]> {
 /// One line a key, in TOML; what is not set is left out.
 pub fn print(parameters: &AxisParameters) -> String {
     let mut text = String::new();
-    for (name, value) in settings(parameters).chain(others(parameters)) {
+    let others = KEYS.iter().filter_map(|key| Some((key.name, (key.get)(parameters)?)));
+    for (name, value) in settings(parameters).chain(others) {
         let _ = writeln!(text, "{name} = {value}");
     }
     for fault in Fault::ALL {
@@ -175,10 +176,6 @@ fn settings(parameters: &AxisParameters) -> impl Iterator<Item = (&'static str, 
 
 fn section(row: &Setting) -> &'static str {
     row.field.name().split('.').next().unwrap_or_default()
-}
-
-fn others(parameters: &AxisParameters) -> impl Iterator<Item = (&'static str, String)> {
-    KEYS.iter().filter_map(|key| Some((key.name, (key.get)(parameters)?)))
 }
 
 /// As TOML; `None`: not set.
@@ -224,8 +221,11 @@ pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), Inpu
     done.ok_or_else(|| {
         InputError(format!("`{value}` is no value of {name}; write a number, true or false"))
     })?;
-    if units(&before.config) != units(&parameters.config) {
-        convert(parameters, &before);
+    if units(&before.config) != units(&parameters.config)
+        && let Some(report) = estimates(&before)
+    {
+        // A volt stays a volt when the units of the estimates change.
+        parameters.estimates = Params::of(&report).estimates(&parameters.config);
     }
     Ok(())
 }
@@ -240,13 +240,6 @@ fn no_key(name: &str) -> InputError {
 /// What the chip's estimates count in.
 fn units(config: &Config) -> (f32, f32, u32) {
     (config.supply_nominal_v, config.rated_speed_rad_s, config.tick_hz)
-}
-
-/// A volt stays a volt when the units of the estimates change.
-fn convert(parameters: &mut AxisParameters, before: &AxisParameters) {
-    if let Some(report) = estimates(before) {
-        parameters.estimates = Params::of(&report).estimates(&parameters.config);
-    }
 }
 
 /// Numbers of `params.toml` put in force.

@@ -18,6 +18,7 @@ use servo::record::{Record, Referenced, ahead_q8};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::Path;
+use std::str::FromStr;
 use truing_core::text::input_error::InputError;
 
 /// One control tick.
@@ -333,22 +334,21 @@ impl Columns {
 
     fn trace(&self, source: &str, number: u64, line: &str, config: &Config) -> Result<Trace, InputError> {
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        let [time, count, vbus, current, bridge, duty, digest, fault] = self.0;
-        let fault: usize = cell(source, number, &cells, fault, 7)?;
-        let bridge = match cell::<u8>(source, number, &cells, bridge, 4)? {
+        let fault: usize = self.cell(source, number, &cells, 7)?;
+        let bridge = match self.cell::<u8>(source, number, &cells, 4)? {
             0 => Bridge::Open,
             1 => Bridge::Driven,
             _ => Bridge::Shorted,
         };
         Ok(Trace {
-            tick: (cell::<f64>(source, number, &cells, time, 0)? * f64::from(config.tick_hz)).round() as u32,
+            tick: (self.cell::<f64>(source, number, &cells, 0)? * f64::from(config.tick_hz)).round() as u32,
             sample: Sample {
-                count: cell(source, number, &cells, count, 1)?,
-                vbus_raw: cell(source, number, &cells, vbus, 2)?,
-                current_raw: cell(source, number, &cells, current, 3)?,
+                count: self.cell(source, number, &cells, 1)?,
+                vbus_raw: self.cell(source, number, &cells, 2)?,
+                current_raw: self.cell(source, number, &cells, 3)?,
             },
             bridge,
-            duty: cell(source, number, &cells, duty, 5)?,
+            duty: self.cell(source, number, &cells, 5)?,
             // Numbers count from 1; 0 and what this version does not know are none.
             fault: fault.checked_sub(1).and_then(|place| Fault::ALL.get(place).copied()).unwrap_or_default(),
             referenced: match self.1.and_then(|place| cells.get(place).copied()) {
@@ -357,20 +357,22 @@ impl Columns {
                 Some("3") => Referenced::Missed,
                 _ => Referenced::No,
             },
-            digest: cell(source, number, &cells, digest, 6)?,
+            digest: self.cell(source, number, &cells, 6)?,
         })
     }
-}
 
-fn cell<T: std::str::FromStr>(
-    source: &str,
-    number: u64,
-    cells: &[&str],
-    place: usize,
-    name: usize,
-) -> Result<T, InputError> {
-    cells.get(place).and_then(|cell| cell.parse().ok()).ok_or_else(|| {
-        let what = format!("column {} is not the number it was written as; make the log anew", NAMES[name]);
-        InputError::line(source, number, what)
-    })
+    /// The number of a row in the column that is `column`th of [`NAMES`].
+    fn cell<T: FromStr>(
+        &self,
+        source: &str,
+        line: u64,
+        cells: &[&str],
+        column: usize,
+    ) -> Result<T, InputError> {
+        cells.get(self.0[column]).and_then(|cell| cell.parse().ok()).ok_or_else(|| {
+            let name = NAMES[column];
+            let what = format!("column {name} is not the number it was written as; make the log anew");
+            InputError::line(source, line, what)
+        })
+    }
 }

@@ -95,8 +95,7 @@ impl Made {
         let (window, line) = (window(sheet, log), log.and_then(line_of));
         let mut found = Found {
             model: None,
-            held: log
-                .is_some_and(|log| matches!(log, Log::Dynamic(record) if record.input != Input::Voltage)),
+            held: matches!(log, Some(Log::Dynamic(record)) if record.input != Input::Voltage),
             settled: line.is_some_and(|line| line.time_constant_s.is_none()),
             window,
             log: arguments.log.as_ref().map(|path| path.display().to_string()),
@@ -142,15 +141,12 @@ fn indented(text: &str) -> String {
 
 /// The window of the logged speed: given, or found from its steps.
 fn window(sheet: &Sheet, log: Option<&Log>) -> Option<(f64, &'static str)> {
-    let Some(Log::Dynamic(Dynamic { runs, .. })) = log else {
-        return sheet.speed_window_s.map(|seconds| (seconds, "given"));
+    let found = || {
+        let Some(Log::Dynamic(Dynamic { runs, .. })) = log else { return None };
+        let seconds = window::of_speed(runs.first()?, sheet.counts_per_rev?)?;
+        Some((seconds, "found: the logged speed rises in steps of one count over this time"))
     };
-    let found = || window::of_speed(runs.first()?, sheet.counts_per_rev?);
-    match sheet.speed_window_s {
-        Some(seconds) => Some((seconds, "given")),
-        None => found()
-            .map(|seconds| (seconds, "found: the logged speed rises in steps of one count over this time")),
-    }
+    sheet.speed_window_s.map(|seconds| (seconds, "given")).or_else(found)
 }
 
 /// The log turns faster or slower than this times what is printed: something is in another unit, or on the other side of a gear.

@@ -209,10 +209,9 @@ impl Sheet {
 
     /// What is stated is the rotor's inertia: the load is on no label.
     fn rotor(&self) -> Option<Number> {
-        let turns = self.turns();
+        let value = self.inertia? * self.turns() * self.turns();
         let origin = format!("printed on the motor{}; the load adds to it", self.at_the_encoder());
-        let number = |value| Number { key: "J_kgm2", value, origin, tolerance: ROTOR_ALONE };
-        self.inertia.map(|inertia| number(inertia * turns * turns))
+        Some(Number { key: "J_kgm2", value, origin, tolerance: ROTOR_ALONE })
     }
 
     fn at_the_encoder(&self) -> &'static str {

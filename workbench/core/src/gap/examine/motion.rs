@@ -270,8 +270,7 @@ impl Motion {
 
     fn with_inputs(&self, of: impl Fn(&[f64]) -> Vec<f64>) -> Self {
         let driven = |stretch: &Stretch| Stretch { input: of(&stretch.input), ..stretch.clone() };
-        let stretches = self.stretches.iter().map(driven).collect();
-        Self { stretches, variation: self.variation, fastest: self.fastest }
+        Self { stretches: self.stretches.iter().map(driven).collect(), ..*self }
     }
 
     /// The best fit at any rate around a first guess.
@@ -312,10 +311,9 @@ impl Motion {
         };
         let left = (&wanted - &matrix * &solved).norm_squared();
         let mut forces = [0.0; FORCES];
-        forces
-            .iter_mut()
-            .zip(solved.iter().zip(&scales))
-            .for_each(|(force, (size, scale))| *force = size / scale);
+        for (force, (size, scale)) in forces.iter_mut().zip(solved.iter().zip(&scales)) {
+            *force = size / scale;
+        }
         let explained = 1.0 - left / self.variation;
         Fitted { slope: forces[0], rate, forces, explained }
     }

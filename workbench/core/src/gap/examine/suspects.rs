@@ -3,6 +3,7 @@
 use super::motion::{Base, Motion};
 use crate::system::log::{Dynamic, Input};
 use crate::system::model::{Kind, Model};
+use crate::text::figures::figure;
 use std::f64::consts::{PI, TAU};
 
 /// rad/s in one rpm.
@@ -120,15 +121,14 @@ fn of_speed(record: &Dynamic) -> Vec<Suspect> {
 pub fn of_any_size(record: &Dynamic, found: f64) -> Suspect {
     let column = speed_column(record);
     let cause = if found < 1.0 {
-        let gear = crate::text::figures::figure(1.0 / found);
+        let gear = figure(1.0 / found);
         format!(
             "an encoder on the slow side of a gear of {gear}:1, or counts that were not multiplied by four"
         )
     } else {
         "electrical turns of a motor with pole pairs, an encoder on the fast side of a gear, counts of an encoder for radians, or another unit".into()
     };
-    let what =
-        format!("{column} is {} times what the model says: {cause}", crate::text::figures::figure(found));
+    let what = format!("{column} is {} times what the model says: {cause}", figure(found));
     let remedy = format!(
         "{} if so; else check the units of {} and of the model's keys",
         record.names.times(column, 1.0 / found),
@@ -207,8 +207,7 @@ fn of_keys(model: &Model, input: Input, base: &Base) -> Vec<Suspect> {
             kind.set("Ke_vs_per_rad", value * factor);
         }
         if let Some(meant) = Base::of(&kind, input) {
-            let remedy =
-                format!("{key} = {} in the model file", crate::text::figures::figure(value * factor));
+            let remedy = format!("{key} = {} in the model file", figure(value * factor));
             let rate = if base.rate > 0.0 { meant.rate / base.rate } else { 1.0 };
             let what = format!("{key} is in {unit}");
             all.push(Suspect::new(key, what, remedy, meant.slope / base.slope, rate));

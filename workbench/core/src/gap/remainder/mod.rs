@@ -17,7 +17,6 @@ use crate::gap::scored::Scored;
 use crate::gap::threads::*;
 use crate::outcome::{Experiment, Plot, UnnamedTerm};
 use crate::system::model::{Kind, Model};
-use crate::system::plant::physics::Drive;
 use crate::system::plant::unnamed::{Acting, Term, Variable};
 use candidates::{Candidate, told};
 use regression::{Dependence, Regression};
@@ -114,7 +113,7 @@ fn looked(scored: &Scored, with: Option<&Fitted>, scope: Scope) -> Look {
     let (bare, compared) = Tracks::of(scored, standstill);
     let tracks = with.map_or(bare, |fitted| Tracks::of(&fitted.beside(scored), standstill).0);
     let there: Vec<Variable> = hypothesis.model.unnamed.iter().flat_map(|it| told(&it.term)).collect();
-    let mut all = candidates::all(dataset, &plant, &tracks, acting(hypothesis.model, plant.drive));
+    let mut all = candidates::all(dataset, &plant, &tracks, acting(hypothesis.model));
     all.retain(|it| !it.told().iter().any(|variable| there.contains(variable)));
     if scope == Scope::Turns {
         all.retain(|it| it.simple && it.told()[0].is_periodic());
@@ -156,10 +155,10 @@ impl Tried {
 }
 
 /// On what the table of a term acts: a model that does not know torques counts in the unit of its input.
-fn acting(model: &Model, drive: Drive) -> Acting {
-    match (model.kind, drive) {
-        (Kind::FirstOrder { .. } | Kind::Inertia { .. }, _) => Acting::Input,
-        (Kind::DcMotor { .. }, _) => Acting::Torque,
+fn acting(model: &Model) -> Acting {
+    match model.kind {
+        Kind::FirstOrder { .. } | Kind::Inertia { .. } => Acting::Input,
+        Kind::DcMotor { .. } => Acting::Torque,
     }
 }
 

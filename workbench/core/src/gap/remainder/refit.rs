@@ -105,6 +105,7 @@ pub fn fitted(scored: &Scored, dependence: &Dependence) -> Fitted {
     let term = &dependence.candidate.term;
     let mut x: Vec<f64> = term.values.iter().map(|value| value / unit).collect();
     x.extend(&scored.fit.x);
+    let schedule = |iterations| Schedule { iterations, slow: 1e-3, negligible: 0.02 };
     let mut problem = together(hypothesis, dependence, unit, true);
     let mut solution = solve(&mut problem, &x, &schedule(STEPS[0]));
     problem = together(hypothesis, dependence, unit, false);
@@ -129,10 +130,6 @@ fn together<'h, 'a>(
         bends: bends(&dependence.candidate.term),
         alike: coarse,
     }
-}
-
-fn schedule(iterations: usize) -> Schedule {
-    Schedule { iterations, slow: 1e-3, negligible: 0.02 }
 }
 
 /// What the values of a table are measured by.

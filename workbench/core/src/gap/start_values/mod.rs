@@ -14,7 +14,7 @@ pub use text::{GUESSED, START};
 use crate::gap::tables;
 use crate::system::log::{Dynamic, Input, Log};
 use crate::system::model::{self, DRIVEN_DIRECTLY, Draft, Kind, Model};
-use crate::text::figures::listing;
+use crate::text::figures::{figure, listing};
 use crate::text::input_error::InputError;
 use split::{Split, Winding};
 
@@ -73,11 +73,7 @@ pub(crate) struct Evidence<'l> {
 
 impl Evidence<'_> {
     fn split(&self, draft: &Draft) -> Result<Split, InputError> {
-        let input = match self.log {
-            Log::Dynamic(record) => record.input,
-            Log::Table(_) => Input::Voltage,
-        };
-        let linear = matches!(self.log, Log::Dynamic(record) if record.linear);
+        let (input, linear) = axis(self.log);
         match draft.stated().kind {
             Kind::DcMotor { .. } if linear => Ok(split::linear(&self.line)),
             Kind::FirstOrder { .. } => Ok(split::first_order(draft, &self.line)),
@@ -127,6 +123,14 @@ impl Evidence<'_> {
     }
 }
 
+/// What drives the axis of a log, and whether it is linear.
+fn axis(log: &Log) -> (Input, bool) {
+    match log {
+        Log::Dynamic(record) => (record.input, record.linear),
+        Log::Table(_) => (Input::Voltage, false),
+    }
+}
+
 impl Line {
     /// What stands in where nothing moves: the analysis will say so.
     fn typical(log: &Log) -> Self {
@@ -136,21 +140,12 @@ impl Line {
 
     /// `the log's best linear fit (gain 16.0 rad/s per V, time constant 0.0899 s)`
     fn sentence(&self, log: &Log) -> String {
-        let (unit, speed) = match log {
-            Log::Dynamic(Dynamic { input, linear, .. }) => {
-                (input.unit(), if *linear { "m/s" } else { "rad/s" })
-            }
-            Log::Table(_) => (Input::Voltage.unit(), "rad/s"),
-        };
-        let gain = crate::text::figures::figure(self.gain.abs());
-        match self.time_constant_s {
-            Some(seconds) => {
-                let seconds = crate::text::figures::figure(seconds);
-                format!(
-                    "the log's best linear fit (gain {gain} {speed} per {unit}, time constant {seconds} s)"
-                )
-            }
-            None => format!("the slope of the settled speeds (gain {gain} {speed} per {unit})"),
+        let (input, linear) = axis(log);
+        let (unit, speed) = (input.unit(), if linear { "m/s" } else { "rad/s" });
+        let gain = format!("gain {} {speed} per {unit}", figure(self.gain.abs()));
+        match self.time_constant_s.map(figure) {
+            Some(seconds) => format!("the log's best linear fit ({gain}, time constant {seconds} s)"),
+            None => format!("the slope of the settled speeds ({gain})"),
         }
     }
 }

@@ -132,14 +132,7 @@ fn as_first_order(draft: &Draft, line: &Line) -> Result<Split, InputError> {
         );
         return Err(InputError::file(&model.source, what));
     }
-    let seconds = line.time_constant_s.unwrap_or(TIME_CONSTANT_S);
-    Ok(Split {
-        numbers: vec![("gain_rad_s_per_v", line.gain.abs()), ("time_constant_s", seconds)],
-        kind: Some("first_order"),
-        guessed: line.time_constant_s.is_none(),
-        fit: true,
-        ..Split::default()
-    })
+    Ok(Split { kind: Some("first_order"), ..first_order(draft, line) })
 }
 
 /// A motor whose current or torque is held: its winding does not show, and the acceleration is Kt i/J.

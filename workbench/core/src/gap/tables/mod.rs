@@ -47,12 +47,8 @@ pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
 }
 
 fn unsuitable(model: &Model) -> Option<String> {
-    match model.kind {
-        Kind::Inertia { .. } => {
-            Some("a table of voltages needs a model with a winding: dc_motor or first_order".into())
-        }
-        _ => None,
-    }
+    let inertia = matches!(model.kind, Kind::Inertia { .. });
+    inertia.then(|| "a table of voltages needs a model with a winding: dc_motor or first_order".into())
 }
 
 fn analyse(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {

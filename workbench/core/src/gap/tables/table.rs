@@ -30,9 +30,9 @@ pub fn too_poor(log: &Table) -> Option<String> {
 /// What the table cannot show, in words.
 pub fn blind_spots(log: &Table) -> Vec<String> {
     let lowest = log.u_v.iter().fold(f64::INFINITY, |m, u| m.min(u.abs()));
-    let (low, high) = (minimum(&log.u_v), -minimum(&log.u_v.iter().map(|u| -u).collect::<Vec<_>>()));
+    let one_way = log.u_v.iter().all(|u| *u >= 0.0) || log.u_v.iter().all(|u| *u <= 0.0);
     let mut spots = Vec::new();
-    if low >= 0.0 || high <= 0.0 {
+    if one_way {
         spots.push(
             "The table holds one direction only: a difference between the directions would not be seen."
                 .into(),
@@ -45,8 +45,4 @@ pub fn blind_spots(log: &Table) -> Vec<String> {
         ));
     }
     spots
-}
-
-fn minimum(values: &[f64]) -> f64 {
-    values.iter().copied().fold(f64::INFINITY, f64::min)
 }

@@ -101,10 +101,6 @@ impl Case<'_> {
         found
     }
 
-    pub(super) fn display(&self, unit: SpeedUnit, omega: f64) -> f64 {
-        omega / unit.rad_s
-    }
-
     pub(super) fn steps(&self, found: &Found, unit: SpeedUnit) -> Vec<Step> {
         let step =
             |label: String, plant: &Physics| Step { label, gap: self.held_out.predicted(plant, unit).gap() };
@@ -123,7 +119,7 @@ impl Case<'_> {
     fn holdout(&self, found: &Found, residual: &Residual, unit: SpeedUnit) -> HoldOut {
         let (before, after) = (self.given, &found.chosen.plant());
         let predicted = |plant| self.held_out.predicted(plant, unit);
-        let noise = self.display(unit, residual.noise());
+        let noise = residual.noise() / unit.rad_s;
         compared(unit.column, noise, predicted(before).into(), predicted(after).into())
     }
 
@@ -131,15 +127,8 @@ impl Case<'_> {
         let residual = Residual::of(self.search.rows, self.given);
         let positions: Vec<f64> = marks.iter().map(|m| m.0).collect();
         let regions = words::regions(&positions, self.search.rows.top_v());
-        let shares = words::shares(&residual, &regions);
-        shares
-            .into_iter()
-            .map(|(region, share_of_squared_error)| Where {
-                region,
-                share_of_squared_error,
-                also: Vec::new(),
-            })
-            .collect()
+        let place = |(region, share)| Where { region, share_of_squared_error: share, also: Vec::new() };
+        words::shares(&residual, &regions).into_iter().map(place).collect()
     }
 
     fn unexplained(&self, residual: &Residual) -> Unexplained {

@@ -144,10 +144,8 @@ pub fn regions(marks: &[f64], largest: f64) -> Vec<(String, f64, f64)> {
         edges.windows(2).map(|w| (format!("{} V < |u| < {} V", figure(w[0]), figure(w[1])), w[0], w[1]));
     let first = (format!("|u| < {} V", figure(edges[0])), -1.0, edges[0]);
     let top = edges[edges.len() - 1];
-    std::iter::once(first)
-        .chain(inner)
-        .chain([(format!("|u| > {} V", figure(top)), top, f64::INFINITY)])
-        .collect()
+    let last = (format!("|u| > {} V", figure(top)), top, f64::INFINITY);
+    [first].into_iter().chain(inner).chain([last]).collect()
 }
 
 /// Shares of the squared error over regions of |u|, the largest first.

@@ -5,7 +5,7 @@
 //! may name it, how a table of settled speeds shows it, and whether the firmware has a number for it. It turns its
 //! parameters into [`Physics`](crate::system::plant::physics::Physics); it knows nothing of the search.
 
-use crate::text::input_error::nearest;
+use crate::text::input_error::nearest_hint;
 
 mod actuator_lag;
 mod backlash;
@@ -114,8 +114,7 @@ pub fn find(name: &str) -> Option<&'static Effect> {
 /// The effect of that name, or a sentence that says which one is near.
 pub fn known(name: &str) -> Result<&'static Effect, String> {
     find(name).ok_or_else(|| {
-        let near = nearest(name, LIBRARY.iter().map(|effect| effect.name));
-        let near = near.map_or(String::new(), |near| format!("; the nearest is `{near}`"));
+        let near = nearest_hint(name, LIBRARY.iter().map(|effect| effect.name));
         format!("`{name}` is no effect of the library{near}; `truing effects` lists them")
     })
 }

@@ -233,15 +233,11 @@ impl Desk<'_> {
             return Proposal { item, why, column: Some(index) };
         }
         let full = full_scale(extent.most());
-        match full == 1.0 {
-            true => self.proposal("duty", index, "", why("of full scale 1")),
-            false => self.proposal(
-                "duty",
-                index,
-                &format!("/{full}"),
-                why(&format!("its full scale guessed as {full}")),
-            ),
+        if full == 1.0 {
+            return self.proposal("duty", index, "", why("of full scale 1"));
         }
+        let why = why(&format!("its full scale guessed as {full}"));
+        self.proposal("duty", index, &format!("/{full}"), why)
     }
 
     /// The supply that a duty needs and that nothing states.
@@ -285,7 +281,7 @@ impl Desk<'_> {
                     self.proposal("omega_rpm", *index, &format!("/{USUAL_POLE_PAIRS}"), why)
                 }
                 (None, Some((Measure::Counts, _))) => {
-                    self.counts("omega_rev_s", *index, &self.seen(&speed), "a second")
+                    self.counts("omega_rev_s", *index, &self.seen(&speed), " a second")
                 }
                 _ => {
                     let rpm = extent.most() > RATHER_RPM;
@@ -339,7 +335,6 @@ impl Desk<'_> {
                 format!("put the counts of a turn, after x4 decoding, in place of {USUAL_COUNTS}"),
             ),
         };
-        let per = if per.is_empty() { String::new() } else { format!(" {per}") };
         self.proposal(ours, index, &format!("/{counts}"), format!("{seen} counts an encoder{per} ({said})"))
     }
 

@@ -255,12 +255,8 @@ impl<'a> Sheet<'a> {
             let turn = scaled.then(|| std::f64::consts::TAU / origin.factor().abs());
             for index in origin.formula.indices() {
                 if let Some(column) = self.cells.columns.get_mut(*index) {
-                    notes.extend(folded::unfold(
-                        &mut column.values,
-                        &self.cells.header[*index],
-                        turn,
-                        position,
-                    ));
+                    let name = &self.cells.header[*index];
+                    notes.extend(folded::unfold(&mut column.values, name, turn, position));
                 }
             }
         }

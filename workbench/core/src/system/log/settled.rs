@@ -27,10 +27,8 @@ impl Sheet<'_> {
         );
         let (u_v, omega_rad_s): (Vec<f64>, Vec<f64>) = kept.into_iter().map(|point| point.1).unzip();
         if input != Input::Voltage {
-            return Err(InputError::file(
-                self.source,
-                "a steady-state table needs a voltage (u_v); add t_s for other inputs",
-            ));
+            let what = "a steady-state table needs a voltage (u_v); add t_s for other inputs";
+            return Err(InputError::file(self.source, what));
         }
         if !self.time_stated {
             let what = "No column is the time: the rows are read as settled speeds. If they are a record, add t_s=row*SECONDS to --columns.";

@@ -264,7 +264,11 @@ impl Client {
 
     /// Number of axes, cause of the last start, and what the store holds.
     pub fn hello(&mut self) -> Result<Hello, InputError> {
-        self.ask(Command::Hello, &mut |_| {}, |message| match *message {
+        self.introduced(&mut |_| {})
+    }
+
+    fn introduced(&mut self, sink: &mut Sink) -> Result<Hello, InputError> {
+        self.ask(Command::Hello, sink, |message| match *message {
             Message::Hello { axes, cause, stored, board } => Some(Hello { axes, cause, stored, board }),
             _ => None,
         })
@@ -274,10 +278,7 @@ impl Client {
     pub fn board(&mut self, sink: &mut Sink) -> Result<Board, InputError> {
         match self.board {
             Some(board) => Ok(board),
-            None => self.ask(Command::Hello, sink, |message| match message {
-                Message::Hello { board, .. } => Some(*board),
-                _ => None,
-            }),
+            None => Ok(self.introduced(sink)?.board),
         }
     }
 

@@ -11,7 +11,7 @@ pub use task::{Arrival, Captured, Done, Span, Target, Task};
 
 use crate::device::feasible::Shortfall;
 use crate::device::link::{Client, Farewell, Lockstep, Serial, Wire, fault_advice};
-use crate::device::motor::{Builtin, Door, Exec, qemu};
+use crate::device::motor::{Builtin, Door, Exec, Motor, qemu};
 use crate::device::run_log::RunLog;
 use crate::device::setup::Setup;
 use kept::Kept;
@@ -84,17 +84,12 @@ pub fn connect(
     seed: u64,
     qemu: &qemu::Options,
 ) -> Result<Box<dyn Wire>, InputError> {
-    Ok(match door {
-        Door::Builtin(path) => {
-            let motor = Box::new(Builtin::open(path, config, seed)?);
-            Box::new(Lockstep::start(qemu, motor, *config)?)
-        }
-        Door::Exec(command) => {
-            let motor = Box::new(Exec::start(command)?);
-            Box::new(Lockstep::start(qemu, motor, *config)?)
-        }
-        Door::Serial(port) => Box::new(Serial::open(port)?),
-    })
+    let motor: Box<dyn Motor> = match door {
+        Door::Builtin(path) => Box::new(Builtin::open(path, config, seed)?),
+        Door::Exec(command) => Box::new(Exec::start(command)?),
+        Door::Serial(port) => return Ok(Box::new(Serial::open(port)?)),
+    };
+    Ok(Box::new(Lockstep::start(qemu, motor, *config)?))
 }
 
 /// One record in how many ticks the way to the servo carries.
@@ -156,10 +151,7 @@ pub fn run_kept(
     let _hold = interrupt::hold();
     let mut session = Session::open(wire, start, listening)?;
     let mut done = Vec::new();
-    let broken = match session.all(tasks, &mut done, progress) {
-        Ok(()) => None,
-        Err(error) => Some(session.halt(error)),
-    };
+    let broken = session.all(tasks, &mut done, progress).err().map(|error| session.halt(error));
     Ok(session.close(done, broken))
 }
 
@@ -226,10 +218,8 @@ impl Session {
         if let Some(known) = &known {
             session.kept.get_mut().learn(&known.estimates);
         }
-        match session.begin(start) {
-            Ok(()) => Ok(session),
-            Err(error) => Err(session.halt(error)),
-        }
+        session.begin(start).map_err(|error| session.halt(error))?;
+        Ok(session)
     }
 
     fn begin(&mut self, start: Start) -> Result<(), InputError> {
