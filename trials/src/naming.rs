@@ -22,6 +22,9 @@ pub struct Line {
     pub dirty: bool,
     /// Verdict.
     pub verdict: String,
+    /// How sure it is.
+    #[serde(default)]
+    pub grade: String,
     /// Accepted names.
     pub named: Vec<String>,
     /// Rival sets of the ties.
@@ -132,7 +135,8 @@ pub fn report(lines: &[Line]) -> String {
     for (name, measured, aim) in figures(lines) {
         let _ = writeln!(text, "| {name} | {measured} | {aim} |");
     }
-    let _ = write!(text, "\n{}\n{}\n{}", by_kind(lines), coverage(lines), outsiders(lines));
+    let _ =
+        write!(text, "\n{}\n{}\n{}\n{}", by_grade(lines), by_kind(lines), coverage(lines), outsiders(lines));
     text
 }
 
@@ -250,6 +254,21 @@ fn coverage(lines: &[Line]) -> String {
     let mut text = String::from("| parameter | within 2 σ | median deviation / σ |\n|---|---|---|\n");
     for (name, z) in table {
         let _ = writeln!(text, "| {name} | {} | {:+.2} |", within(&z, 2.0), quantile(&z, 0.5));
+    }
+    text
+}
+
+/// What the names of each grade are worth: how many of them are hidden.
+fn by_grade(lines: &[Line]) -> String {
+    let mut grades: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
+    for line in lines.iter().filter(|line| !line.named.is_empty()) {
+        let (given, right) = line.precision();
+        let sum = grades.entry(&line.grade).or_default();
+        *sum = (sum.0 + given, sum.1 + right);
+    }
+    let mut text = String::from("| grade | names given that are right |\n|---|---|\n");
+    for (grade, (given, right)) in grades {
+        let _ = writeln!(text, "| {grade} | {} |", share(right, given));
     }
     text
 }

@@ -234,6 +234,7 @@ fn score(answer: &Answer, outcome: &Outcome, before: Option<f64>, after: Option<
         current: answer.current_logged,
         dirty: answer.dirty,
         verdict: text(serde_json::json!(outcome.verdict)),
+        grade: text(serde_json::json!(outcome.grade)),
         named: outcome.effects.iter().map(|effect| effect.name.clone()).collect(),
         rivals: outcome.ties.iter().flat_map(|tie| tie.rivals.clone()).collect(),
         closest: outcome.closest_known.clone(),

@@ -78,6 +78,7 @@ fn outcome() -> Outcome {
             fit_percent_before: 80.1,
             fit_percent_after: 99.7,
         },
+        position: Some(PositionGap { rmse_before: 1.25, rmse_after: 0.03, unit: "rad" }),
         final_records: None,
         within_tolerance: vec![Shift {
             parameter: "J_kgm2".into(),

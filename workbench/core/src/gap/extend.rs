@@ -5,7 +5,7 @@ use crate::gap::dataset::{Dataset, FullPass};
 use crate::gap::estimate::{self, Estimate, Estimates, Uncertainty};
 use crate::gap::fit::{FINAL, Fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
-use crate::gap::prediction::{HeldOut, compared};
+use crate::gap::prediction::{HeldOut, compared, position_gap};
 use crate::gap::remainder::{self, Described};
 use crate::gap::samples::{Sample, seen};
 use crate::gap::search::{Found, Scored};
@@ -54,7 +54,7 @@ pub(super) fn extended(
     described: Option<&Described>,
     last: Option<&Last>,
 ) -> Outcome {
-    let (dataset, model) = (given.set.hypothesis.dataset, given.set.hypothesis.model);
+    let dataset = given.set.hypothesis.dataset;
     let fitted = described.and_then(|described| described.fitted.as_ref());
     let with_term = fitted.map(|fitted| fitted.beside(&judged.kept));
     let kept = with_term.as_ref().unwrap_or(&judged.kept);
@@ -81,15 +81,15 @@ pub(super) fn extended(
         true => Some("extended model"),
         false => (after.gap < MOVED * given.held_out.gap).then_some("with its numbers moved"),
     };
-    let mut plots = curves(given, kept, &seen_after);
-    plots.extend(plots::all(&given.set.hypothesis, &given.seen.0, &seen_after, later));
-    plots.extend(described.map(|described| described.plot.clone()));
+    let position = position(given, kept);
     Outcome {
         grade: judged.grade,
         small: [small(found), judged.tiny].concat(),
         effects: named(kept, &uncertainty, &steps, &judged.ties, sides),
         closest_known: judged.closest,
-        final_records: last.map(|last| predicted(last, model, kept)),
+        notes: notes(given, found, position.as_ref()),
+        position,
+        final_records: last.map(|last| predicted(last, given.set.hypothesis.model, kept)),
         within_tolerance: shifts,
         unexplained: Unexplained {
             share_of_gap: judged.share,
@@ -101,9 +101,8 @@ pub(super) fn extended(
         },
         next_experiment: judged.next.map(|next| experiment::with_needs(next, kept)),
         searched: dataset.searched,
-        notes: [dataset.notes.clone(), vetoed(model, found), excitation::missing(dataset)].concat(),
         rivals,
-        plots,
+        plots: all_plots(given, kept, &seen_after, later, described),
         ties: judged.ties,
         steps,
         ..Outcome::new(
@@ -112,6 +111,37 @@ pub(super) fn extended(
             dataset.unit(),
         )
     }
+}
+
+/// The curves of the effects, data with both models, and what is left over what it depends on.
+fn all_plots(
+    given: &Given,
+    kept: &Scored,
+    with: &[Sample],
+    later: Option<&str>,
+    described: Option<&Described>,
+) -> Vec<Plot> {
+    let data = plots::all(&given.set.hypothesis, &given.seen.0, with, later);
+    let curves = curves(given, kept, with).into_iter();
+    curves.chain(data).chain(described.map(|described| described.plot.clone())).collect()
+}
+
+/// What the reader must know.
+fn notes(given: &Given, found: &Found, position: Option<&PositionGap>) -> Vec<String> {
+    let (dataset, model) = (given.set.hypothesis.dataset, given.set.hypothesis.model);
+    let lost = position.filter(|it| it.rmse_after > it.rmse_before).map(|_| LOSES.to_owned());
+    let of_log = dataset.notes.iter().cloned().chain(vetoed(model, found));
+    of_log.chain(excitation::missing(dataset)).chain(lost).collect()
+}
+
+/// Said where the second judge disagrees.
+const LOSES: &str = "the extended model predicts the speed better and the position worse: do not trust where it says that the shaft is";
+
+/// How far the model as given and the extended one miss the logged position.
+fn position(given: &Given, kept: &Scored) -> Option<PositionGap> {
+    let (rmse_before, rmse_after) = (position_gap(&given.set)?, position_gap(kept)?);
+    let unit = if kept.hypothesis.dataset.linear { "m" } else { "rad" };
+    Some(PositionGap { rmse_before, rmse_after, unit })
 }
 
 /// What each even effect would be with two sides.

@@ -87,6 +87,26 @@ impl From<Prediction> for HeldOut {
     }
 }
 
+/// Root mean square by which a set misses the logged position of the held-out records in free run, each run from its first row; `None`
+/// where no position is logged, where it is what is compared anyhow, and of a long log.
+pub fn position_gap(set: &Scored) -> Option<f64> {
+    let dataset = set.hypothesis.dataset;
+    if !dataset.position_logged || dataset.of_position || dataset.searched.is_some() {
+        return None;
+    }
+    let mut misses = Vec::new();
+    set.hypothesis.simulated_some(
+        &set.fit.x,
+        &set.plant(),
+        |run| run.log > 0,
+        |index, traces, _| {
+            let position = &dataset.runs[index].position;
+            misses.extend(traces.integral.iter().zip(position).map(|(way, at)| at - position[0] - way));
+        },
+    );
+    (!misses.is_empty()).then(|| rms(&misses))
+}
+
 /// How well measured values are predicted before and after.
 pub fn compared(signal: &str, noise_floor: f64, before: HeldOut, after: HeldOut) -> HoldOut {
     HoldOut {

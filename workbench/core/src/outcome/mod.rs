@@ -161,6 +161,18 @@ pub struct HoldOut {
     pub fit_percent_after: f64,
 }
 
+/// The second judge beside a speed: where the shaft is, in free run from the first row of each held-out record. A friction that differs
+/// by direction may win the speed and lose the position.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PositionGap {
+    /// RMSE of the model as given.
+    pub rmse_before: f64,
+    /// RMSE of the extended model.
+    pub rmse_after: f64,
+    /// rad, or m on a linear axis.
+    pub unit: &'static str,
+}
+
 /// A base parameter that moved within its tolerance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shift {
@@ -306,6 +318,9 @@ pub struct Outcome {
     pub closest_known: Vec<String>,
     /// Prediction of data that were not fitted.
     pub holdout: HoldOut,
+    /// Prediction of the logged position of the held-out records; absent where none is logged, or where it is what is compared anyhow.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<PositionGap>,
     /// Prediction of records that nobody chose by, given with `--final`; absent without them.
     #[serde(rename = "final", skip_serializing_if = "Option::is_none")]
     pub final_records: Option<HoldOut>,

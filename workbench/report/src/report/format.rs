@@ -3,8 +3,8 @@
 use servo::axis::Bridge;
 use truing_core::outcome::volts;
 use truing_core::outcome::{
-    Contradiction, DEVIATIONS, DataFault, Experiment, Grade, NamedEffect, Outcome, Segment, Shift, Tie,
-    UnnamedTerm, Value, Verdict,
+    Contradiction, DEVIATIONS, DataFault, Experiment, Grade, NamedEffect, Outcome, PositionGap, Segment,
+    Shift, Tie, UnnamedTerm, Value, Verdict,
 };
 use truing_core::system::effects;
 pub use truing_core::text::figures::{figure, gap, listing, percent, significant};
@@ -12,6 +12,14 @@ pub use truing_core::text::figures::{figure, gap, listing, percent, significant}
 /// A fit in percent.
 pub fn fit(percent: f64) -> String {
     format!("{percent:.2} %")
+}
+
+/// The second judge beside a speed.
+pub const POSITION: &str = "rms of the position in free run, held out";
+
+/// How far the position is missed before and after.
+pub fn position(missed: &PositionGap) -> String {
+    format!("{} → {} {}", gap(missed.rmse_before), gap(missed.rmse_after), missed.unit)
 }
 
 /// Is there a ± to be explained?

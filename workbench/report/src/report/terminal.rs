@@ -97,6 +97,9 @@ fn gap(text: &mut String, outcome: &Outcome) {
     let named = named.unwrap_or_default();
     let fits = format!("fit {} → {named}{}{term}", format::fit(before), format::fit(after));
     block(text, "", &fits);
+    if let Some(position) = &outcome.position {
+        block(text, "", &format!("{}: {}", format::POSITION, format::position(position)));
+    }
     if let Some(last) = &outcome.final_records {
         let (before, after) = (last.fit_percent_before, last.fit_percent_after);
         let (before, after) = (format::fit(before), format::fit(after));

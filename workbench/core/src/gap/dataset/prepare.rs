@@ -37,7 +37,7 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
         }
     };
     let runs: Vec<GridRun> = runs.into_iter().enumerate().map(folded).collect();
-    let doubts = suspect_units(&scales, &start.plant);
+    let doubts = suspect_units(&scales, &start.plant).filter(|_| !model.fitted_to_log);
     Ok(Dataset {
         input: log.input,
         linear: log.linear,

@@ -80,12 +80,8 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
         if column == "i_a" {
             bad.retain(|rows| !inner(rows) || stands_out(values, &run.input, rows.start, steps.span));
         }
-        // A supply gives way to what a step draws.
         if column == "vbus_v" {
-            let beside =
-                |rows: &Range<usize>| values.get(rows.start.wrapping_sub(1)).or(values.get(rows.end));
-            let beyond = |row: usize, usual: &f64| (values[row] / usual - 1.0).abs() > SAG;
-            bad.retain(|rows| beside(rows).is_none_or(|usual| rows.clone().any(|row| beyond(row, usual))));
+            bad.retain(|rows| beyond_sag(values, rows));
         }
         blank(values, &bad);
         all.push((column, bad, outside, steps.span));
@@ -110,6 +106,12 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
     }
     all.push((input, bad, outside, drive.span));
     strays(all)
+}
+
+/// True if a supply leaves its value by more than what a step draws makes it give way.
+fn beyond_sag(values: &[f64], rows: &Range<usize>) -> bool {
+    let beside = values.get(rows.start.wrapping_sub(1)).or(values.get(rows.end));
+    beside.is_none_or(|usual| values[rows.clone()].iter().any(|value| (value / usual - 1.0).abs() > SAG))
 }
 
 fn strays(columns: Vec<(&'static str, Ranges, usize, f64)>) -> Vec<Strays> {
