@@ -259,6 +259,22 @@ fn bad_cells_are_taken_out_and_told_by_their_line() {
 }
 
 #[test]
+fn a_supply_that_gives_way_to_a_step_is_read_and_one_that_is_gone_is_not() {
+    let lines = |dip: f64| {
+        let text = rows(61, 2.0, 0.05).iter().enumerate().fold(
+            "t_s,u_v,omega_rad_s,vbus_v".to_owned(),
+            |text, (k, row)| {
+                let supply = if k % 240 == 1 { dip } else { 12.0 + 0.002 * row[1] };
+                text + &format!("\n{:.4},{:.6},{:.6},{supply:.4}", row[0], row[1], row[2])
+            },
+        );
+        log::parse_bytes("log.csv", text.as_bytes(), &Columns::default()).unwrap().notes
+    };
+    let told = |notes: &[String]| notes.iter().any(|note| note.contains("vbus_v"));
+    assert!(!told(&lines(11.0)) && told(&lines(3.0)));
+}
+
+#[test]
 fn single_bad_cells_beside_a_motor_as_fast_as_its_rows_are_told_by_their_line() {
     let right: Vec<Row> = many_rows(12_000, 52, 2.0, 0.05).into_iter().step_by(10).collect();
     let notes = |rows: &[Row]| {

@@ -61,6 +61,7 @@ fn a_coarse_position_is_compared_itself_and_friction_is_named() {
     let volts = outcome.effects[0].derived.get("level_v").unwrap_or(value);
     assert!((volts.value / MOTOR.2 - 1.0).abs() < 0.05, "{volts:?}");
     assert!(outcome.holdout.fit_percent_after > 98.0, "{:?}", outcome.holdout);
+    assert_eq!(outcome.position, None, "it is what is compared anyhow");
     assert!(
         outcome.notes.iter().any(|note| note.contains("within windows of 0.60 s")),
         "{:?}",
@@ -73,4 +74,7 @@ fn a_fine_position_is_differenced_to_a_speed() {
     let outcome = said(40_000.0);
     assert_eq!(outcome.holdout.signal, "omega_rad_s");
     assert!(!outcome.effects.is_empty());
+    // The second judge: where the shaft is after ten seconds in free run.
+    let position = outcome.position.expect("a logged position is compared beside the speed");
+    assert!(position.unit == "rad" && position.rmse_after < 0.2 * position.rmse_before, "{position:?}");
 }

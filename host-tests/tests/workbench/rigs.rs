@@ -40,7 +40,7 @@ fn indistinct(outcome: &Outcome) -> Vec<&str> {
 #[test]
 fn the_rigs_of_other_people_are_named_as_is_known_of_them() {
     let rigs = Rig::all(&folder()).unwrap();
-    assert!(rigs.len() >= 22, "{} rigs", rigs.len());
+    assert!(rigs.len() >= 26, "{} rigs", rigs.len());
     let shared = measured::root();
     let wrong: Vec<String> = rigs
         .par_iter()
@@ -113,7 +113,7 @@ fn the_grade_says_how_much_the_names_explain() {
         let (model, log, holdout) = opened(name);
         gap::run(&model, &log, &[holdout], &Options::default(), &|_| {}).unwrap()
     };
-    let drive = said("eagle_swerve");
+    let drive = said("frc5409_drive");
     assert_eq!(drive.grade, Grade::NamedAndSomethingIsLeft);
     assert!(drive.small.iter().all(|small| small.fit_points < 0.5), "{:?}", drive.small);
     let small: Vec<&str> = drive.small.iter().map(|small| small.name.as_str()).collect();
@@ -122,6 +122,30 @@ fn the_grade_says_how_much_the_names_explain() {
     assert_eq!((outrunner.verdict, outrunner.grade), (Verdict::Named, Grade::Likely));
     let left = |outcome: &Outcome| (outcome.holdout.rmse_after / outcome.holdout.rmse_before).powi(2);
     assert!(left(&outrunner) > 0.5 && left(&drive) < 0.5);
+}
+
+/// A model that is the best linear fit to its log is judged as one although its file does not say so; one that is not, is not.
+#[test]
+fn a_model_that_its_log_moves_nowhere_is_read_as_a_fit() {
+    let said = |name: &str, change: &dyn Fn(String) -> String| {
+        let (_, log, holdout) = opened(name);
+        let text = std::fs::read_to_string(folder().join(name).join("model.toml")).unwrap();
+        let model = model::parse("model.toml", &change(text)).unwrap();
+        let outcome = gap::run(&model, &log, &[holdout], &Options::default(), &|_| {}).unwrap();
+        (names(&outcome), outcome.notes.iter().any(|note| note.contains("it is a fit to the log")))
+    };
+    let unsaid = |text: String| text.replace("fitted_to_log = true\n", "");
+    for rig in ["frc501_drive", "thomas_drive"] {
+        let (told, note) = said(rig, &|text| text);
+        assert!(!told.is_empty() && !note);
+        assert_eq!(said(rig, &unsaid), (told, true), "{rig}");
+    }
+    let quicker = |text: String| {
+        let line = text.lines().find(|line| line.starts_with("time_constant_s = ")).unwrap();
+        let value: f64 = line.split(" = ").nth(1).unwrap().parse().unwrap();
+        unsaid(text.replace(line, &format!("time_constant_s = {}", 0.8 * value)))
+    };
+    assert!(!said("frc501_drive", &quicker).1);
 }
 
 /// Friction of the shaft and dead zone of the drive are one question: where one richer name leaves as little, it is said alone.

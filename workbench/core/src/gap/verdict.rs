@@ -1,6 +1,6 @@
 //! What may be said: named, tie, nothing missing, unexplained.
 
-use crate::gap::acceptance::residual_share::{left_open, no_more};
+use crate::gap::acceptance::residual_share::{left_open, no_more, sum};
 use crate::gap::dataset::Part;
 use crate::gap::estimate::{self, Uncertainty};
 use crate::gap::experiment;
@@ -248,7 +248,9 @@ fn by_shares<'a>(
 ) -> Judged<'a> {
     let remainder = look::look(&found.best);
     let share = (remainder.excess / excess(given).max(1e-9)).min(1.0);
-    let left = share > SHARE;
+    // What the log hides may show in a prediction.
+    let held_out = sum(&found.best.held_out()) / sum(&given.held_out()).max(f64::MIN_POSITIVE);
+    let left = share.max(held_out) > SHARE;
     let most = most_is_removed(&found.best, given, limits);
     // A lag that removes less than half and stands alone is what almost anything else looks like that acts on the current or
     // the sensor: it is no name.
