@@ -106,6 +106,10 @@ pub fn run<L: Recorded>(
     outcome.notes.extend(examine::early(&log, &outcome.effects));
     outcome.notes.extend(notes);
     outcome.notes.extend(faults.iter().map(|fault| format!("accepted although {}", fault.what)));
+    let rate = outcome.grade.false_names().filter(|_| !outcome.effects.is_empty());
+    outcome.notes.extend(rate.map(|[wrong, of]| {
+        format!("of {of} names that were given with this verdict in drawn cases {wrong} were wrong")
+    }));
     Ok(outcome)
 }
 
