@@ -114,7 +114,7 @@ fn what_is_broken_is_told_with_its_place() {
     let [(_, list), (_, lines), ..] = layouts();
     let said = refused(&list[..list.len() / 2]);
     assert!(
-        said.starts_with("log.json: is broken as JSON: ") && said.contains(" at line 1 column "),
+        said.starts_with("log.json: is no JSON: ") && said.contains(" at line 1 column "),
         "{said}"
     );
     let said = refused(&lines.replacen("\"time_ms\":300,", "\"time_ms\":300;", 1));

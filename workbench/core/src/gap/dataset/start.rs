@@ -28,25 +28,21 @@ pub(super) fn start_speed(run: &mut GridRun, plant: &Physics, sigma: f64, full_s
     if !moves || sy.abs() / n <= 0.01 * full_speed {
         return;
     }
-    let from = error_from(run, plant);
+    let from = |speed: f64| error_from(run, plant, speed);
     // The line misses a start in the middle of a jump, the first sample has more noise.
     let start = if from(first) < CLEARLY * from(start) { first } else { start };
-    let (moving, at_rest) = (from(start), from(0.0));
-    drop(from);
-    if moving < at_rest {
+    if from(start) < from(0.0) {
         run.start_speed = start;
         run.start_sigma = 2.0 * uncertain;
     }
 }
 
 /// The squared error of the plant over the first time constant of a run, from a speed on.
-fn error_from(run: &GridRun, plant: &Physics) -> impl Fn(f64) -> f64 {
+fn error_from(run: &GridRun, plant: &Physics, speed: f64) -> f64 {
     let end = run.time[0] + plant.time_constant_s();
     let samples = run.speed.time.partition_point(|time| *time < end).max(6);
-    move |speed| {
-        let mut simulation = Simulation::default();
-        let (_, predicted) = simulation.speed(run, plant, speed, COARSE);
-        let pairs = run.speed.measured.iter().zip(predicted).take(samples);
-        pairs.map(|(y, p)| (y - p) * (y - p)).sum::<f64>()
-    }
+    let mut simulation = Simulation::default();
+    let (_, predicted) = simulation.speed(run, plant, speed, COARSE);
+    let pairs = run.speed.measured.iter().zip(predicted).take(samples);
+    pairs.map(|(y, p)| (y - p) * (y - p)).sum()
 }
