@@ -113,10 +113,7 @@ fn a_text_stays_a_text_whatever_its_name_and_lines_of_json_do_in_any_other_file(
 fn what_is_broken_is_told_with_its_place() {
     let [(_, list), (_, lines), ..] = layouts();
     let said = refused(&list[..list.len() / 2]);
-    assert!(
-        said.starts_with("log.json: is no JSON: ") && said.contains(" at line 1 column "),
-        "{said}"
-    );
+    assert!(said.starts_with("log.json: is no JSON: ") && said.contains(" at line 1 column "), "{said}");
     let said = refused(&lines.replacen("\"time_ms\":300,", "\"time_ms\":300;", 1));
     assert!(said.contains("at line 31 column 1"), "{said}");
     let said = log::parse(

@@ -73,7 +73,7 @@ impl Source for Json {
                 Ok(document) if table.rows == 0 => layout = table.take(document).map_err(wrong)?,
                 Ok(_) => return Err(wrong("holds more than one table; keep one a file".into())),
                 Err(error) if error.is_eof() && table.rows > 0 => cut = ", without a last record that is cut",
-                Err(error) => return Err(wrong(format!("is no JSON: {error}; mend that line, or export the table once more"))),
+                Err(error) => return Err(wrong(format!("is no JSON: {error}; export it once more"))),
             }
         }
         if table.rows < 2 {
