@@ -45,6 +45,11 @@ impl InputError {
     }
 }
 
+/// Number of the line in which a byte of a text stands.
+pub fn line_of(text: &str, place: usize) -> u64 {
+    1 + text[..place.min(text.len())].matches('\n').count() as u64
+}
+
 /// Names at least so similar are near (1: equal, 0: nothing in common; Damerau's distance over the longer length). Of the known
 /// keys and effects no two different ones are misspelled into each other by a letter in six, while words of other meaning
 /// (`no_load_rpm` and `R_ohm`: 0.36, `frictoin` and `drive_gain`: 0.2) lie far below.

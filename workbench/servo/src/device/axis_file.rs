@@ -9,7 +9,7 @@ use servo::protect::{Action, Fault, SettingsError, Thermal};
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::{Spanned, Value};
-use truing_core::text::input_error::{InputError, nearest_hint};
+use truing_core::text::input_error::{InputError, line_of, nearest_hint};
 
 /// Keys and values of a section.
 type Section = BTreeMap<Spanned<String>, Spanned<Value>>;
@@ -61,11 +61,6 @@ pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
         }
     })?;
     Ok(setup)
-}
-
-/// Number of the line in which a byte of a text stands.
-pub(super) fn line_of(text: &str, place: usize) -> u64 {
-    1 + text[..place.min(text.len())].matches('\n').count() as u64
 }
 
 /// The line of `table.key`, if the file has it; the file is known to be TOML with a header for every table.

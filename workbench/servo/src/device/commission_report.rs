@@ -2,7 +2,6 @@
 //! same numbers, to be used again.
 
 use crate::device::aftermath::fault_text;
-use crate::device::axis_file::line_of;
 use crate::device::commission_seen as seen;
 use crate::device::link::advice;
 use crate::device::run_log::RunLog;
@@ -15,7 +14,7 @@ use servo::identify::estimate::{
 };
 use servo::protect::Fault;
 use std::path::Path;
-use truing_core::text::input_error::InputError;
+use truing_core::text::input_error::{InputError, line_of};
 
 /// A refusal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
