@@ -185,6 +185,7 @@ fn json_has_exactly_the_keys_of_the_schema() {
         "ties",
         "closest_known",
         "holdout",
+        "position",
         "within_tolerance",
         "where",
         "unexplained",

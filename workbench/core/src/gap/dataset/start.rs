@@ -29,10 +29,9 @@ pub(super) fn start_speed(run: &mut GridRun, plant: &Physics, sigma: f64, full_s
         return;
     }
     let from = |speed: f64| error_from(run, plant, speed);
-    // The line misses a start in the middle of a jump, the first sample has more noise.
-    let start = if from(first) < CLEARLY * from(start) { first } else { start };
     if from(start) < from(0.0) {
-        run.start_speed = start;
+        // The line misses a start in the middle of a jump, the first sample has more noise.
+        run.start_speed = if from(first) < CLEARLY * from(start) { first } else { start };
         run.start_sigma = 2.0 * uncertain;
     }
 }
