@@ -4,10 +4,6 @@ use super::{GridRun, Simulation};
 use crate::gap::fit::COARSE;
 use crate::system::plant::physics::Physics;
 
-/// A first sample is taken for the start if it leaves less than this part of what the line through the first ones leaves: beyond what the
-/// noise of one sample does.
-const CLEARLY: f64 = 0.5;
-
 /// Speed at the start from a line through the first samples. A run moves at its start only if its first sample does, and
 /// if the plant predicts the first time constant better with that speed than from rest.
 pub(super) fn start_speed(run: &mut GridRun, plant: &Physics, sigma: f64, full_speed: f64) {
@@ -25,23 +21,21 @@ pub(super) fn start_speed(run: &mut GridRun, plant: &Physics, sigma: f64, full_s
     let start = (sy - slope * st) / n;
     let (first, uncertain) = (run.speed.measured[0], 1.2 * sigma);
     let moves = first * start > 0.0 && first.abs().min(start.abs()) > 4.0 * uncertain;
-    if !moves || sy.abs() / n <= 0.01 * full_speed {
-        return;
-    }
-    let from = |speed: f64| error_from(run, plant, speed);
-    if from(start) < from(0.0) {
-        // The line misses a start in the middle of a jump, the first sample has more noise.
-        run.start_speed = if from(first) < CLEARLY * from(start) { first } else { start };
+    if moves && sy.abs() / n > 0.01 * full_speed && predicts_better(run, plant, start) {
+        run.start_speed = start;
         run.start_sigma = 2.0 * uncertain;
     }
 }
 
-/// The squared error of the plant over the first time constant of a run, from a speed on.
-fn error_from(run: &GridRun, plant: &Physics, speed: f64) -> f64 {
+/// True if the plant is nearer to the first time constant of a run from this speed than from rest.
+fn predicts_better(run: &GridRun, plant: &Physics, start: f64) -> bool {
     let end = run.time[0] + plant.time_constant_s();
     let samples = run.speed.time.partition_point(|time| *time < end).max(6);
     let mut simulation = Simulation::default();
-    let (_, predicted) = simulation.speed(run, plant, speed, COARSE);
-    let pairs = run.speed.measured.iter().zip(predicted).take(samples);
-    pairs.map(|(y, p)| (y - p) * (y - p)).sum()
+    let mut error = |speed: f64| {
+        let (_, predicted) = simulation.speed(run, plant, speed, COARSE);
+        let pairs = run.speed.measured.iter().zip(predicted).take(samples);
+        pairs.map(|(y, p)| (y - p) * (y - p)).sum::<f64>()
+    };
+    error(start) < error(0.0)
 }
