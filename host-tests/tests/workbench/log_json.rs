@@ -57,7 +57,7 @@ fn as_csv() -> String {
 
 /// What `truing look --json` writes.
 fn seen(name: &str, text: &str) -> Value {
-    let bytes = Bytes { name, open: &|| Ok(Box::new(text.as_bytes())) };
+    let bytes = Bytes { name, open: &|| Ok(Box::new(text.as_bytes())), sources: &[] };
     serde_json::to_value(look(bytes, &Columns::default()).unwrap()).unwrap()
 }
 

@@ -10,6 +10,8 @@ use truing_core::text::input_error::InputError;
 
 /// The name of standard input.
 const STANDARD: &str = "-";
+/// The formats besides text and JSON.
+const SOURCES: &[&dyn Source] = &[];
 /// Bytes that are read at once.
 const CHUNK: usize = 1 << 16;
 
@@ -40,7 +42,7 @@ fn opened<T>(path: &Path, read: impl Fn(Bytes) -> Result<T, InputError>) -> Resu
     let failed = |error| InputError::unreadable(&name, error);
     if !standard && std::fs::metadata(path).map_err(failed)?.is_file() {
         let open = || File::open(path).map(|file| BufReader::with_capacity(CHUNK, file));
-        return read(Bytes { name: &name, open: &|| Ok(Box::new(open()?)) });
+        return read(Bytes { name: &name, open: &|| Ok(Box::new(open()?)), sources: SOURCES });
     }
     let mut bytes = Vec::new();
     let all = match standard {
@@ -48,5 +50,5 @@ fn opened<T>(path: &Path, read: impl Fn(Bytes) -> Result<T, InputError>) -> Resu
         false => File::open(path).and_then(|mut file| file.read_to_end(&mut bytes)),
     };
     all.map_err(failed)?;
-    read(Bytes { name: &name, open: &|| Ok(Box::new(bytes.as_slice())) })
+    read(Bytes { name: &name, open: &|| Ok(Box::new(bytes.as_slice())), sources: SOURCES })
 }

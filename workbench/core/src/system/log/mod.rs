@@ -4,7 +4,7 @@
 
 pub mod answer;
 mod bridging;
-mod cells;
+pub mod cells;
 mod clock;
 mod column_plan;
 mod columns;
@@ -45,7 +45,7 @@ pub use mend::{Names, Theirs};
 pub use names::Quantity;
 pub use open::{input, parse, parse_bytes, reading};
 use servo::axis::Bridge;
-pub use source::Bytes;
+pub use source::{Bytes, Source};
 pub use spelling::{in_digits, in_shell, short};
 
 /// What drives the axis.

@@ -11,7 +11,7 @@ use super::{Log, Reading};
 use crate::text::input_error::InputError;
 use std::io::Read;
 
-/// The formats. The first one that takes a file reads it; what none takes is a text.
+/// The formats that need nothing. The first one that takes a file reads it; what none takes is a text.
 const SOURCES: [&dyn Source; 1] = [&Json];
 /// Bytes by which a format is recognised.
 const HEAD: u64 = 4096;
@@ -33,7 +33,7 @@ pub fn parse(source: &str, text: &str, columns: &Columns) -> Result<Log, InputEr
 
 /// Reads a log from the bytes of a file; `source` names it in messages.
 pub fn parse_bytes(source: &str, bytes: &[u8], columns: &Columns) -> Result<Reading, InputError> {
-    reading(Bytes { name: source, open: &|| Ok(Box::new(bytes)) }, columns)
+    reading(Bytes { name: source, open: &|| Ok(Box::new(bytes)), sources: &[] }, columns)
 }
 
 /// The table that the bytes hold.
@@ -41,8 +41,8 @@ pub(super) fn cells(bytes: Bytes) -> Result<Cells, InputError> {
     let mut head = Vec::new();
     let read = (bytes.open)().and_then(|reader| reader.take(HEAD).read_to_end(&mut head));
     read.map_err(|error| InputError::unreadable(bytes.name, error))?;
-    let taken = SOURCES.into_iter().find(|source| source.takes(bytes.name, &head));
-    let mut cells = taken.unwrap_or(&TextTable).table(bytes)?;
+    let taken = bytes.sources.iter().chain(&SOURCES).find(|source| source.takes(bytes.name, &head));
+    let mut cells = taken.map_or_else(|| TextTable.table(bytes), |source| source.table(bytes))?;
     for (unit, column) in cells.units.iter_mut().zip(&cells.columns) {
         if let Some(Form::Unit(written)) = &column.form {
             unit.get_or_insert_with(|| written.clone());

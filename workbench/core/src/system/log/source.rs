@@ -11,6 +11,8 @@ pub struct Bytes<'a> {
     pub name: &'a str,
     /// Opens them, from the first one on.
     pub open: &'a dyn Fn() -> Result<Box<dyn BufRead + 'a>>,
+    /// Formats besides those that the engine knows.
+    pub sources: &'a [&'a dyn Source],
 }
 
 /// A format of logs.
