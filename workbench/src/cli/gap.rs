@@ -1,13 +1,14 @@
 //! `truing gap`: where do model and log disagree, and what is missing?
 
+use anyhow::anyhow;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use truing_core::gap::{self, Options, examine, time_base};
 use truing_core::outcome::{DataFault, Outcome, Verdict};
-use truing_core::system::effects::{self, Effect};
+use truing_core::system::effects;
 use truing_core::text::input_error::{InputError, NotDone};
-use truing_files::log::{self, Log};
-use truing_files::model::{self, Model};
+use truing_files::log::{self, Columns, Log};
+use truing_files::model::{self, Draft, Model};
 use truing_report::console::files::Files;
 use truing_report::console::rows::Rows;
 use truing_report::console::watched::watched;
@@ -106,42 +107,54 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.files().check()?;
     let draft = model::read_draft(&arguments.model)?;
-    let columns = arguments.rows.read(Some(draft.stated()))?;
-    let log::Reading { log, mut notes } = log::open(&arguments.log, &columns)?;
-    let model = gap::completed(draft, &log)?;
-    // The crop is that of the log that is fitted.
-    let whole = columns.clone().cropped(None, None);
-    let mut read = |path: &PathBuf| -> Result<Log, InputError> {
-        let reading = log::open(path, &whole)?;
-        let source = path.display().to_string();
-        notes.extend(reading.notes.into_iter().filter(|note| note.starts_with(&source)));
-        Ok(reading.log)
-    };
-    let holdouts: Vec<Log> = arguments.holdout.iter().map(&mut read).collect::<Result<_, _>>()?;
-    let without = arguments.without.iter().map(|name| effects::known(name));
-    let without: Result<Vec<&Effect>, String> = without.collect();
-    let named = |effect: &&Effect| effect.name.to_owned();
-    let finals = arguments.finals.iter().map(read).map(|log| gap::as_record(log?));
-    let options = Options {
-        finals: finals.collect::<Result<_, InputError>>()?,
-        without: without.map_err(|text| anyhow::anyhow!("--without: {text}"))?.iter().map(named).collect(),
-        accept_data: arguments.accept_data,
-        ..Options::default()
-    };
-    // A time constant that is a millionth of itself makes any time look wrong: a key that is at fault goes first.
-    let elsewhere = |fault: &DataFault| fault.place != "t_s";
-    if let Log::Dynamic(record) = &log
-        && !examine::faults(&model, &log, &[]).iter().any(elsewhere)
-    {
-        time_base::check(&model, record, &columns)?;
-    }
-    let mut outcome = watched(&model, &log, &holdouts, &options)?;
-    outcome.notes.splice(0..0, notes);
+    let (model, outcome) = arguments.analysed(draft, &|path, columns| log::open(path, columns), &watched)?;
     if !arguments.to_stdout() {
         out!("{}", Terminal.export(&outcome)?);
     }
     write(arguments, &model, &outcome)?;
     concluded(arguments, &outcome)
+}
+
+/// How a log is opened: what is called a path may be a table in memory.
+pub type Open<'a> = &'a dyn Fn(&Path, &Columns) -> Result<log::Reading, InputError>;
+/// How a search is watched.
+pub type Watched<'a> = &'a dyn Fn(&Model, &Log, &[Log], &Options) -> Result<Outcome, InputError>;
+
+impl Arguments {
+    /// The completed model, and what is found.
+    pub fn analysed(&self, draft: Draft, open: Open, watched: Watched) -> anyhow::Result<(Model, Outcome)> {
+        let columns = self.rows.read(Some(draft.stated()))?;
+        let log::Reading { log, mut notes } = open(&self.log, &columns)?;
+        let model = gap::completed(draft, &log)?;
+        // The crop is that of the log that is fitted.
+        let whole = columns.clone().cropped(None, None);
+        let mut read = |path: &PathBuf| -> Result<Log, InputError> {
+            let reading = open(path, &whole)?;
+            let source = path.display().to_string();
+            notes.extend(reading.notes.into_iter().filter(|note| note.starts_with(&source)));
+            Ok(reading.log)
+        };
+        let holdouts: Vec<Log> = self.holdout.iter().map(&mut read).collect::<Result<_, _>>()?;
+        let known = |name: &String| effects::known(name).map(|effect| effect.name.to_owned());
+        let without: Result<Vec<String>, String> = self.without.iter().map(known).collect();
+        let finals = self.finals.iter().map(read).map(|log| gap::as_record(log?));
+        let options = Options {
+            finals: finals.collect::<Result<_, InputError>>()?,
+            without: without.map_err(|text| anyhow!("--without: {text}"))?,
+            accept_data: self.accept_data,
+            ..Options::default()
+        };
+        // A time constant that is a millionth of itself makes any time look wrong: a key that is at fault goes first.
+        let elsewhere = |fault: &DataFault| fault.place != "t_s";
+        if let Log::Dynamic(record) = &log
+            && !examine::faults(&model, &log, &[]).iter().any(elsewhere)
+        {
+            time_base::check(&model, record, &columns)?;
+        }
+        let mut outcome = watched(&model, &log, &holdouts, &options)?;
+        outcome.notes.splice(0..0, notes);
+        Ok((model, outcome))
+    }
 }
 
 /// The exit status: an error if nothing was simulated, or if something is missing and `--check` asks.

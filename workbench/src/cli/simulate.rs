@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// The simulated record as CSV.
-fn simulated(model: &Model, input: &Dynamic) -> String {
+pub fn simulated(model: &Model, input: &Dynamic) -> String {
     let mut plant = driven_by(&model.kind, model.physics(), input.input);
     if !plant.supply_v.is_finite() {
         plant.supply_v =

@@ -83,13 +83,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// The file, and what a person must know of it.
-struct Made {
-    text: String,
-    notes: Vec<String>,
+pub struct Made {
+    /// The file's text.
+    pub text: String,
+    /// What was found on the way, in sentences.
+    pub notes: Vec<String>,
 }
 
 impl Made {
-    fn from(arguments: &Arguments, log: Option<&Log>) -> anyhow::Result<Self> {
+    /// Estimates and writes; without a log, what is printed alone.
+    pub fn from(arguments: &Arguments, log: Option<&Log>) -> anyhow::Result<Self> {
         let sheet = &arguments.sheet;
         let name = arguments.out.display().to_string();
         let (window, line) = (window(sheet, log), log.and_then(line_of));
