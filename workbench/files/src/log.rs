@@ -7,11 +7,10 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 use truing_core::text::input_error::InputError;
+use truing_formats::SOURCES;
 
 /// The name of standard input.
 const STANDARD: &str = "-";
-/// The formats besides text and JSON.
-const SOURCES: &[&dyn Source] = &[];
 /// Bytes that are read at once.
 const CHUNK: usize = 1 << 16;
 

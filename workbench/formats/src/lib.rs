@@ -1,0 +1,51 @@
+//! Logs that are no text: each format makes a table of named columns from the bytes of a file.
+//!
+//! A format looks at the first bytes of a file, and at the end of its name where these say too little. What is cut is read up
+//! to the cut where that is safe; what is broken is told with the byte or the row.
+
+pub mod arrow;
+mod cdr;
+mod ipc;
+mod ipc_frames;
+mod json_message;
+mod mat;
+mod mat5;
+mod mat73;
+mod mcap;
+mod naming;
+mod parquet;
+mod ros_schema;
+mod streams;
+mod sysid;
+mod taken;
+mod ulog;
+mod wpilog;
+
+use std::io::Read;
+use truing_core::system::log::{Bytes, Source};
+use truing_core::text::input_error::InputError;
+
+/// The formats of this package.
+pub const SOURCES: &[&dyn Source] = &[
+    &parquet::Parquet,
+    &ipc::Ipc,
+    &mcap::Mcap,
+    &ulog::Ulog,
+    &mat5::Mat5,
+    &mat73::Mat73,
+    &wpilog::Wpilog,
+    &sysid::SysId,
+];
+
+/// All bytes of a file, where a format has its table of contents at the end.
+fn held(bytes: Bytes) -> Result<Vec<u8>, InputError> {
+    let mut all = Vec::new();
+    let read = (bytes.open)().and_then(|mut reader| reader.read_to_end(&mut all));
+    read.map_err(|error| InputError::unreadable(bytes.name, error)).map(|_| all)
+}
+
+/// What a library reads, where it stops the program on bytes that are broken.
+fn unbroken<T>(read: impl FnOnce() -> T) -> Result<T, String> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(read))
+        .map_err(|_| "is broken so badly that it cannot be read; write the file anew".to_owned())
+}
