@@ -1,6 +1,7 @@
 //! `cargo xtask …`: what a newcomer types. Sets up what is missing, then runs the main job or every test.
 
 mod bench;
+mod dist;
 mod documents;
 mod figures;
 mod flash;
@@ -17,6 +18,7 @@ mod size;
 mod steps;
 mod targets;
 mod test;
+mod wheel;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -83,6 +85,14 @@ enum Command {
     },
     /// Print the figures of the code base: code lines, lengths of functions and files, rooms, arrows between them, circles.
     House,
+    /// Build the Python package into target/wheel/out/.
+    Wheel {
+        /// Test it in a fresh environment as well: types, tests, notebooks, and the command line's bytes.
+        #[arg(long)]
+        check: bool,
+    },
+    /// Pack a static program and the wheel into target/dist/.
+    Dist,
     /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
     Test,
 }
@@ -112,6 +122,8 @@ fn run(command: Command) -> Result<()> {
         Command::Panics => setup::everything().and_then(|()| panics::check(false)),
         Command::Mutants { choice } => mutants::check(&choice),
         Command::House => process::run(&mut Program::House.run()),
+        Command::Wheel { check } => wheel::wheel(check),
+        Command::Dist => dist::dist(),
         Command::Test => test::everything(),
     }
 }

@@ -96,6 +96,20 @@ pub fn mutants() -> Command {
     cargo(&["mutants", "--package", "servo", "--package", Program::Firmware.package()])
 }
 
+/// The crates of the command line, and those that they stand on.
+pub const PUBLISHED: [&str; 10] = [
+    "servo",
+    "boards",
+    "reference-plant",
+    ENGINE,
+    "truing-files",
+    "truing-formats",
+    "truing-report",
+    "truing-servo",
+    "proving",
+    "truing",
+];
+
 /// The workbench's engine.
 const ENGINE: &str = "truing-core";
 

@@ -339,6 +339,23 @@ fn each_mistake_is_told_with_its_place_and_goes_with_its_remedy() {
     }
 }
 
+/// What explains all of it leaves nothing that others could be compared with.
+#[test]
+fn a_speed_without_noise_in_rpm_is_told() {
+    let model = parsed(
+        "schema = \"truing-model/1\"\n[model]\nkind = \"first_order\"\ngain_rad_s_per_v = 10.0\ntime_constant_s = 0.1\n\
+         [supply]\nnominal_v = 12.0\n",
+    );
+    let row = |k: u32| {
+        let (time, wave) = (0.01 * f64::from(k), (0.01 * f64::from(k)).sin());
+        format!("{time},{},{}\n", 6.0 * wave, 60.0 * 9.5493 * wave)
+    };
+    let text: String = std::iter::once("t_s,u_v,omega_rad_s\n".to_owned()).chain((0..800).map(row)).collect();
+    let log = log::parse("log.csv", &text, &Columns::default()).unwrap();
+    let faults = examine::faults(&model, &log, &[]);
+    assert!(faults.len() == 1 && faults[0].remedy.contains("omega_rpm"), "{faults:?}");
+}
+
 #[test]
 fn a_key_in_another_unit_is_told_with_the_number_that_was_meant() {
     let log = logged(SPEED, &rows(2, 2.0, 0.05), |_| ());

@@ -16,7 +16,7 @@ const NONE: usize = usize::MAX;
 /// # Errors
 /// A sentence where the batches are no table of at least two rows.
 pub fn cells(batches: &[RecordBatch]) -> Result<Cells, String> {
-    written(batches, "an Arrow table", Vec::new())
+    written(batches, naming::IN_MEMORY, Vec::new())
 }
 
 /// The same, from a file of this format.

@@ -22,6 +22,7 @@ mod ulog;
 mod wpilog;
 
 use std::io::Read;
+use truing_core::system::log::cells::Cells;
 use truing_core::system::log::{Bytes, Source};
 use truing_core::text::input_error::InputError;
 
@@ -36,6 +37,22 @@ pub const SOURCES: &[&dyn Source] = &[
     &wpilog::Wpilog,
     &sysid::SysId,
 ];
+
+/// Columns of numbers in memory as a table.
+///
+/// # Errors
+/// A sentence where they do not have as many rows each, or fewer than two.
+pub fn columns(columns: Vec<(String, Vec<f64>)>) -> Result<Cells, String> {
+    let rows = columns.first().map_or(0, |column| column.1.len());
+    if let Some((name, values)) = columns.iter().find(|column| column.1.len() != rows) {
+        let (first, own) = (&columns[0].0, values.len());
+        return Err(format!(
+            "column `{name}` has {own} rows, `{first}` has {rows}; a table has as many in each"
+        ));
+    }
+    let columns = columns.into_iter().map(|(name, values)| (name, naming::column(values)));
+    naming::table(columns.collect(), naming::IN_MEMORY, &[])
+}
 
 /// All bytes of a file, where a format has its table of contents at the end.
 fn held(bytes: Bytes) -> Result<Vec<u8>, InputError> {

@@ -8,6 +8,9 @@ pub const MOST_MEMBERS: usize = 64;
 /// More columns than this are no log.
 pub const MOST_COLUMNS: usize = 4096;
 
+/// What no file holds: nothing is said of how it was read.
+pub const IN_MEMORY: &str = "a table in memory";
+
 /// A column of numbers: NaN where there is none.
 pub fn column(values: Vec<f64>) -> Column {
     let text = |row: usize, name: &str| Some((row, name.to_owned()));
@@ -58,15 +61,15 @@ pub fn table(columns: Vec<(String, Column)>, written: &str, told: &[String]) -> 
     }
     let (mut header, columns): (Vec<String>, Vec<Column>) = columns.into_iter().unzip();
     distinct(&mut header);
-    let mut sentences = vec![format!("The log is read as {written}.")];
-    sentences.extend(told.iter().cloned());
+    let read = (written != IN_MEMORY).then(|| format!("The log is read as {written}."));
+    let sentences: Vec<String> = read.into_iter().chain(told.iter().cloned()).collect();
     Ok(Cells {
         units: vec![None; header.len()],
         header,
         head: Place { what: "row", number: 1 },
         rows,
         written: written.to_owned(),
-        told: Some(sentences.join(" ")),
+        told: (!sentences.is_empty()).then(|| sentences.join(" ")),
         columns,
         ..Cells::default()
     })

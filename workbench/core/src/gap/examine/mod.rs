@@ -110,7 +110,7 @@ fn motion_fault(model: &Model, record: &Dynamic, holdouts: &[&Dynamic]) -> Optio
     if as_well(best) {
         return None;
     }
-    seen.retain(|(explained, _)| 1.0 - explained < EQUAL * (1.0 - best));
+    seen.retain(|(explained, _)| 1.0 - explained <= EQUAL * (1.0 - best));
     Some(told(&seen, as_it_stands))
 }
 

@@ -1,0 +1,74 @@
+//! What is handed to people who build nothing: a program that stands alone, and the Python package.
+
+use crate::process::{cargo, root, run};
+use crate::programs::{self, Program};
+use crate::wheel;
+use anyhow::{Context, Result, bail};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Links the C library into the program: it runs on any Linux of its processor.
+const STATIC: &str = "-C target-feature=+crt-static";
+
+/// Packs the program and the wheel into `target/dist`, with their checksums.
+pub fn dist() -> Result<()> {
+    let out = root().join("target").join("dist");
+    let _ = fs::remove_dir_all(&out);
+    let packed = packed(&program()?, &out)?;
+    let wheel = wheel::build()?;
+    let copied = out.join(wheel.file_name().context("a wheel has a name")?);
+    fs::copy(&wheel, &copied).with_context(|| format!("cannot write {}", copied.display()))?;
+    let names = [&packed, &copied].map(|path| path.file_name().unwrap_or_default());
+    let sums = Command::new("sha256sum").args(names).current_dir(&out).output().context("sha256sum")?;
+    fs::write(out.join("SHA256SUMS"), &sums.stdout)?;
+    print!("{}", String::from_utf8_lossy(&sums.stdout));
+    Ok(())
+}
+
+/// Builds the program without what it would ask of a system.
+fn program() -> Result<PathBuf> {
+    let host = host()?;
+    let variable = format!("CARGO_TARGET_{}_RUSTFLAGS", host.to_uppercase().replace('-', "_"));
+    let mut build = Program::Truing.cargo("build");
+    build.args(["--release", "--locked", "--target", &host, "--config", "profile.release.strip=true"]);
+    run(build.env(variable, STATIC))?;
+    let program = root().join("target").join(&host).join("release").join("truing");
+    let needs = Command::new("ldd").arg(&program).output().context("ldd")?;
+    let needs = [needs.stdout, needs.stderr].concat();
+    if !["statically linked", "not a dynamic executable"]
+        .iter()
+        .any(|says| String::from_utf8_lossy(&needs).contains(says))
+    {
+        bail!("the program still needs libraries: {}", String::from_utf8_lossy(&needs));
+    }
+    run(Command::new(&program).arg("--version")).map(|()| program)
+}
+
+/// What this machine is to the compiler.
+fn host() -> Result<String> {
+    let told = Command::new("rustc").arg("-vV").output().context("rustc cannot be started")?;
+    let told = String::from_utf8_lossy(&told.stdout);
+    let host = told.lines().find_map(|line| line.strip_prefix("host: "));
+    host.map(str::to_owned).context("rustc does not say for what it compiles")
+}
+
+/// The program with its licence, in an archive that carries its name.
+fn packed(program: &Path, out: &Path) -> Result<PathBuf> {
+    let name = format!("truing-{}-{}", env!("CARGO_PKG_VERSION"), host()?);
+    let folder = out.join(&name);
+    fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    for file in [program, &root().join("LICENSE"), &root().join("README.md")] {
+        fs::copy(file, folder.join(file.file_name().unwrap_or_default()))?;
+    }
+    let archive = out.join(format!("{name}.tar.gz"));
+    run(Command::new("tar").arg("-czf").arg(&archive).arg("-C").arg(out).arg(&name))?;
+    fs::remove_dir_all(folder)?;
+    Ok(archive)
+}
+
+/// Can the crates of the command line be packed, each with all that it needs?
+pub fn packages() -> Result<()> {
+    let mut package = cargo(&["package", "--quiet", "--no-verify", "--allow-dirty"]);
+    run(package.args(programs::PUBLISHED.iter().flat_map(|name| ["--package", name])))
+}
