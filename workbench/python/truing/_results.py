@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -89,7 +90,9 @@ class Result:
     outcome: dict[str, Any]
 
     def __init__(self, outcome: str, page: str, model: str, told: str) -> None:
-        self.json, self.html, self.model, self._told = outcome, page, model, told
+        self.json, self.html, self.model = outcome, page, model
+        # Colours are for a terminal.
+        self._told = re.sub(r"\x1b\[[0-9;]*m", "", told)
         self.outcome = json.loads(outcome)
         self.verdict, self.grade = self.outcome["verdict"], self.outcome["grade"]
         self.effects = [Named.of(effect) for effect in self.outcome["effects"]]
