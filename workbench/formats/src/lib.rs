@@ -21,7 +21,10 @@ mod taken;
 mod ulog;
 mod wpilog;
 
+use std::cell::Cell;
 use std::io::Read;
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::Once;
 use truing_core::system::log::cells::Cells;
 use truing_core::system::log::{Bytes, Source};
 use truing_core::text::input_error::InputError;
@@ -61,8 +64,24 @@ fn held(bytes: Bytes) -> Result<Vec<u8>, InputError> {
     read.map_err(|error| InputError::unreadable(bytes.name, error)).map(|_| all)
 }
 
-/// What a library reads, where it stops the program on bytes that are broken.
+thread_local! {
+    /// A panic of this thread is caught and told as an error.
+    static CAUGHT: Cell<bool> = const { Cell::new(false) };
+}
+
+/// What a library reads, where it stops the program on bytes that are broken: those of Parquet and Arrow do.
 fn unbroken<T>(read: impl FnOnce() -> T) -> Result<T, String> {
-    std::panic::catch_unwind(std::panic::AssertUnwindSafe(read))
-        .map_err(|_| "is broken so badly that it cannot be read; write the file anew".to_owned())
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let told = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !CAUGHT.get() {
+                told(info)
+            }
+        }));
+    });
+    CAUGHT.set(true);
+    let read = panic::catch_unwind(AssertUnwindSafe(read));
+    CAUGHT.set(false);
+    read.map_err(|_| "is broken so badly that it cannot be read; write the file anew".to_owned())
 }

@@ -81,15 +81,15 @@ enum Value {
 }
 
 fn table(file: &IndexMap<String, Value>) -> Result<Cells, String> {
-    let tests: Vec<(&String, &Vec<Vec<Number>>)> = file
+    let tests: Vec<Test> = file
         .iter()
         .filter_map(|(name, value)| match value {
-            Value::Rows(rows) if !rows.is_empty() => Some((name, rows)),
+            Value::Rows(rows) if !rows.is_empty() => Some((name.as_str(), rows.as_slice())),
             _ => None,
         })
         .collect();
-    let width = tests.first().map_or(0, |test| test.1[0].len());
     let scale = Scale::of(file)?;
+    let width = tests.first().map_or(0, |test| test.1[0].len());
     let names: Vec<&str> = match width {
         4 => vec!["t_s", "u_v", scale.position, scale.speed],
         9 => DRIVE.to_vec(),
@@ -100,6 +100,28 @@ fn table(file: &IndexMap<String, Value>) -> Result<Cells, String> {
             ));
         }
     };
+    let mut columns = columns(&tests, width)?;
+    for column in
+        names.iter().zip(&mut columns[1..]).filter(|pair| scale.holds_for(pair.0)).map(|pair| pair.1)
+    {
+        column.iter_mut().for_each(|value| *value *= scale.factor);
+    }
+    let listed: Vec<String> = tests.iter().enumerate().map(|(k, test)| format!("{k} {}", test.0)).collect();
+    let told = [format!("Runs: {}. {}", listed.join(", "), scale.told)];
+    let named = std::iter::once("run").chain(names).map(str::to_owned);
+    let columns = named.zip(columns.into_iter().map(naming::column)).collect();
+    let mut cells = naming::table(columns, "SysId JSON", &told)?;
+    for (unit, name) in cells.units.iter_mut().zip(&cells.header) {
+        *unit = unit_of(name, &scale).map(str::to_owned);
+    }
+    Ok(cells)
+}
+
+/// A test: its name and its rows.
+type Test<'a> = (&'a str, &'a [Vec<Number>]);
+
+/// The number of the test, and the numbers of its rows.
+fn columns(tests: &[Test], width: usize) -> Result<Vec<Vec<f64>>, String> {
     let mut columns = vec![Vec::new(); width + 1];
     for (run, (name, rows)) in tests.iter().enumerate() {
         for (k, row) in rows.iter().enumerate() {
@@ -107,28 +129,11 @@ fn table(file: &IndexMap<String, Value>) -> Result<Cells, String> {
                 return Err(format!("row {} of `{name}` holds {} numbers, others {width}", k + 1, row.len()));
             }
             columns[0].push(run as f64);
-            columns[1..]
-                .iter_mut()
-                .zip(row)
-                .for_each(|(column, value)| column.push(value.as_f64().unwrap_or(f64::NAN)));
+            let numbers = row.iter().map(|value| value.as_f64().unwrap_or(f64::NAN));
+            columns[1..].iter_mut().zip(numbers).for_each(|(column, value)| column.push(value));
         }
     }
-    let moves = |name: &str| name.contains("position") || name.contains("velocity");
-    for (name, column) in names.iter().zip(&mut columns[1..]) {
-        if scale.factor != 1.0 && (moves(name) || width == 4 && [scale.position, scale.speed].contains(name))
-        {
-            column.iter_mut().for_each(|value| *value *= scale.factor);
-        }
-    }
-    let listed: Vec<String> = tests.iter().enumerate().map(|(k, test)| format!("{k} {}", test.0)).collect();
-    let told = [format!("Runs: {}. {}", listed.join(", "), scale.told)];
-    let named = std::iter::once("run").chain(names.iter().copied()).map(str::to_owned);
-    let mut cells =
-        naming::table(named.zip(columns.into_iter().map(naming::column)).collect(), "SysId JSON", &told)?;
-    for (unit, name) in cells.units.iter_mut().zip(&cells.header) {
-        *unit = unit_of(name, &scale).map(str::to_owned);
-    }
-    Ok(cells)
+    Ok(columns)
 }
 
 /// What stands below the names of a drivetrain.
@@ -151,6 +156,13 @@ struct Scale {
 }
 
 impl Scale {
+    /// The column counts turns.
+    fn holds_for(&self, name: &str) -> bool {
+        [self.position, self.speed].contains(&name)
+            || name.ends_with("position")
+            || name.ends_with("velocity")
+    }
+
     fn of(file: &IndexMap<String, Value>) -> Result<Self, String> {
         let a_turn = match file.get("unitsPerRotation") {
             Some(Value::Number(factor)) => factor.as_f64().unwrap_or(1.0),
