@@ -25,7 +25,7 @@ pub fn read(schema: &Schema, message: &[u8], stream: &mut Stream) -> Option<()> 
         _ => return None,
     };
     let bytes = Taken::of(&message[HEADER..]);
-    let mut cdr = Cdr { bytes, big_endian: header[1] % 2 == 0, widest };
+    let mut cdr = Cdr { bytes, big_endian: header[1].is_multiple_of(2), widest };
     cdr.message(schema, 0, Some(stream))
 }
 
