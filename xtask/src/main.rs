@@ -9,6 +9,7 @@ mod image;
 mod instructions;
 mod mutants;
 mod panics;
+mod peers;
 mod process;
 mod programs;
 mod raw;
@@ -93,6 +94,8 @@ enum Command {
     },
     /// Pack a static program and the wheel into target/dist/.
     Dist,
+    /// Run other programs for system identification on the same data, and write docs/results/peers.md.
+    Peers(peers::Choice),
     /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
     Test,
 }
@@ -121,6 +124,7 @@ fn run(command: Command) -> Result<()> {
         Command::Bench => setup::everything().and_then(|()| bench::print()),
         Command::Panics => setup::everything().and_then(|()| panics::check(false)),
         Command::Mutants { choice } => mutants::check(&choice),
+        Command::Peers(choice) => peers::compare(&choice),
         Command::House => process::run(&mut Program::House.run()),
         Command::Wheel { check } => wheel::wheel(check),
         Command::Dist => dist::dist(),
