@@ -227,18 +227,19 @@ FAMILY = {"encoder_scale": "drive_gain", "stribeck_friction": "coulomb_friction"
 
 
 def main(peer: str, version: str, answer: Callable[[Case], dict[str, Any]], warm_up: bool = True) -> None:
-    """Runs one peer over the list of cases and writes its results. A case that a peer cannot do is written with its reason."""
+    """Runs one peer over the list of cases and writes its results. Cases that stand there are not run again; one that a
+    peer cannot do is written with its reason."""
     parser = argparse.ArgumentParser(description=f"{peer} over the cases")
     parser.add_argument("--cases", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--only", default="", help="part of a case's name")
     arguments = parser.parse_args()
-    results: dict[str, Any] = {}
+    results: dict[str, Any] = json.loads(arguments.out.read_text())["results"] if arguments.out.is_file() else {}
     cases = [Case(**entry) for entry in json.loads(arguments.cases.read_text())]
     if warm_up:  # what is compiled at the first call is no work on a case
         answer(cases[0])
     for case in cases:
-        if arguments.only in case.name:
+        if arguments.only in case.name and case.name not in results:
             begin = time.process_time()
             try:
                 result = answer(case)
@@ -249,7 +250,7 @@ def main(peer: str, version: str, answer: Callable[[Case], dict[str, Any]], warm
                 result["right"] = judged(case, result["names"])
             results[case.name] = result
             print(f"{peer}: {case.name}: {json.dumps(result)}", flush=True)
-    arguments.out.write_text(json.dumps({"peer": peer, "version": version, "results": results}, indent=1) + "\n")
+            arguments.out.write_text(json.dumps({"peer": peer, "version": version, "results": results}, indent=1) + "\n")
 
 
 class NotOffered(Exception):

@@ -15,7 +15,7 @@ from mujoco import sysid
 from common import Array, Case, Model, NotOffered, Record, aligned, as_sensed, held_out_fit, main
 
 #: Steps a time constant at least; MuJoCo integrates damping implicitly.
-FINE = 20
+FINE = 10
 #: m/s².
 GRAVITY = 9.81
 
