@@ -177,7 +177,7 @@ def answer(case: Case) -> dict[str, Any]:
 
 def in_our_words(found: dict[str, tuple[float, float]]) -> dict[str, list[float]]:
     """95 % intervals of the numbers that the library has too."""
-    words = {"frictionloss": "level_nm", "delay": "seconds"}
+    words = {"frictionloss": "coulomb_friction.level_nm", "delay": "transport_delay.seconds"}
     return {words[name]: [value - half, value + half] for name, (value, half) in found.items() if name in words}
 
 

@@ -206,4 +206,4 @@ def sizes(model: Model, terms: list[Term], found: Array, covariance: Array, name
 
 
 if __name__ == "__main__":
-    main("stepwise regression", f"numpy {np.__version__}", answer)
+    main("Stepwise regression", f"numpy {np.__version__}", answer)

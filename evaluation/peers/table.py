@@ -24,10 +24,12 @@ def held(cases: list[dict[str, Any]], results: Results) -> str:
         result = results.get(case["name"], {})
         if truth["form_in_library"] and result.get("right", True):
             intervals = result.get("intervals", {})
-            pairs = [(intervals[name], value) for name, value in truth["parameters"].items() if name in intervals]
+            named = {name: f"{truth['hidden'][0]}.{name}" for name in truth["parameters"]}
+            found = {name: intervals.get(named[name], intervals.get(name)) for name in named}
+            pairs = [(found[name], value) for name, value in truth["parameters"].items() if found[name]]
             if pairs:
                 hits.append(all(low <= value <= high for (low, high), value in pairs))
-    return f"{sum(hits)} of {len(hits)}" if hits else "none"
+    return f"{sum(hits)}/{len(hits)}" if hits else "none"
 
 
 def fits(cases: list[dict[str, Any]], results: Results) -> str:
@@ -38,7 +40,7 @@ def fits(cases: list[dict[str, Any]], results: Results) -> str:
 
 def right(cases: list[dict[str, Any]], results: Results) -> str:
     given = [results.get(case["name"], {}).get("right") for case in cases]
-    return f"{sum(bool(answer) for answer in given)} of {len(given)}" if any(a is not None for a in given) else "–"
+    return f"{sum(bool(answer) for answer in given)}" if any(a is not None for a in given) else "–"
 
 
 def row(peer: dict[str, Any], cases: list[dict[str, Any]]) -> str:
@@ -51,7 +53,7 @@ def row(peer: dict[str, Any], cases: list[dict[str, Any]]) -> str:
     seconds = sum(result["cpu_s"] for result in results.values())
     cells = [
         f"{peer['peer']} ({peer['version'].split()[-1]})", right(hidden, results), right(nothing, results),
-        fits(hidden + nothing, results), held(hidden, results), right(known, results), fits(moving, results), f"{seconds:.0f} s",
+        fits(hidden + nothing, results), held(hidden, results), right(known, results), fits(moving, results), f"{seconds:.0f}",
     ]  # fmt: skip
     return "| " + " | ".join(cells) + " |"
 
@@ -69,8 +71,8 @@ def better(peers: list[dict[str, Any]], cases: list[dict[str, Any]]) -> str:
         rigs = [f"`{name}`" for name in names if not name.startswith("case-")]
         drawn = len(names) - len(rigs)
         words = rigs + ([f"{drawn} drawn cases" if drawn > 1 else "a drawn case"] if drawn else [])
-        found.append(f"{peer['peer']}: {', '.join(words) or 'nowhere'}")
-    return "Predicts better than Truing by 0.5 % or more. " + "; ".join(found) + "."
+        found.append(f"{peer['peer']} {', '.join(words) or 'nowhere'}")
+    return "Better than Truing by 0.5 % of fit: " + "; ".join(found) + "."
 
 
 def written(peers: list[dict[str, Any]], cases: list[dict[str, Any]]) -> str:
@@ -79,8 +81,7 @@ def written(peers: list[dict[str, Any]], cases: list[dict[str, Any]]) -> str:
     moving = sum(case["group"] == "rig" and not case["static"] for case in cases)
     known = sum(bool(case["accepted"]) for case in cases)
     head = [
-        f"| peer | right name of {hidden} | nothing hidden: no name of {nothing} | fit, drawn | intervals that hold | "
-        f"right names of {known} rigs | fit, {moving} moving rigs | CPU |",
+        f"| peer | right of {hidden} | none of {nothing} | fit | hold | rigs right of {known} | fit, {moving} rigs | CPU s |",
         "|---|---|---|---|---|---|---|---|",
     ]
     return "\n".join([*head, *(row(peer, cases) for peer in peers), "", better(peers, cases)])
