@@ -18,13 +18,14 @@ NEUTRAL: dict[str, float] = {
     "softness": 0.0, "lag_s": 0.0, "drop_v": 0.0, "source_ohm": 0.0, "limit_a": math.inf, "rise_per_w": 0.0,
     "heat_s": 1.0, "knee_a": math.inf, "dry_pos": 0.0, "dry_neg": 0.0, "breakaway": 0.0, "stribeck": 1.0,
     "per_motor": 0.0, "per_load": 0.0, "slope_pos": 0.0, "slope_neg": 0.0, "drag": 0.0, "torque": 0.0, "mgl": 0.0,
-    "phase": 0.0, "spring": 0.0, "rest": 0.0, "cogging": 0.0, "periods": 1.0, "cogging_phase": 0.0, "shake": 0.0,
+    "phase": 0.0, "spring": 0.0, "rest": 0.0, "spring_cubic": 0.0, "cogging": 0.0, "periods": 1.0, "cogging_phase": 0.0,
+    "shake": 0.0,
     "shake_hz": 1.0, "shake_phase": 0.0, "load_share": 0.0, "coupling": 0.0, "coupling_damping": 0.0,
     "limit_speed": math.inf, "scale": 1.0, "reading_lag_s": 0.0, "rectified": 0.0, "reading_offset": 0.0, "delay_s": 0.0,
 }  # fmt: skip
 PLACE = {name: place for place, name in enumerate(NEUTRAL)}
 (R, L, KT, KE, J, B, GEAR, SUPPLY, GAIN, OFFSET, ZP, ZN, LP, LN, SOFT, LAG, DROP, SOURCE, AMPS, RISE, HEAT, KNEE, DP, DN,
- BREAK, STRIBECK, PER_MOTOR, PER_LOAD, SP, SN, DRAG, TORQUE, MGL, PHASE, SPRING, REST, COG, PERIODS, COG_PHASE, SHAKE,
+ BREAK, STRIBECK, PER_MOTOR, PER_LOAD, SP, SN, DRAG, TORQUE, MGL, PHASE, SPRING, REST, CUBIC, COG, PERIODS, COG_PHASE, SHAKE,
  SHAKE_HZ, SHAKE_PHASE, SHARE, COUPLING, C_DAMPING, SPEED_LIMIT, SCALE, READING_LAG, RECTIFIED, READING_OFFSET,
  DELAY) = range(len(NEUTRAL))  # fmt: skip
 
@@ -47,6 +48,7 @@ def _load(q, t, th):  # type: ignore[no-untyped-def]
         q[TORQUE]
         - q[MGL] / q[GEAR] * math.sin(th / q[GEAR] + q[PHASE])
         - q[SPRING] * (th - q[REST])
+        - q[CUBIC] * (th - q[REST]) ** 3
         - q[COG] * math.sin(q[PERIODS] * th + q[COG_PHASE])
         + q[SHAKE] * math.sin(2 * math.pi * q[SHAKE_HZ] * t + q[SHAKE_PHASE])
     )
@@ -96,9 +98,11 @@ def _run(q, t, u, driven, th, w, inner, speed, position, amps):  # type: ignore[
                 v += (target - v) * (1 - math.exp(-h / q[LAG]))
             r = q[R] * (1 + q[RISE] * heat)
             sagged = v * (1 - q[SOURCE] * abs(v) / q[SUPPLY] * abs(i) / q[SUPPLY])
+            before = i
             i = _current(q, sagged, w, i, r, h) if driven[k] > 0.5 else 0.0
+            mean = (before + i) / 2 if q[L] > 0.0 else i
             heat += h / q[HEAT] * (i * i * r - heat)
-            torque = q[KT] * i / (1 + (i / q[KNEE]) ** 2)
+            torque = q[KT] * mean / (1 + (mean / q[KNEE]) ** 2)
             twist = q[COUPLING] * (th - thl) + q[C_DAMPING] * (w - wl)
             load = _load(q, t[k] + m * h, thl if q[SHARE] > 0.0 else th)
             if q[SHARE] > 0.0:

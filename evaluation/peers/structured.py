@@ -16,7 +16,8 @@ from plant import PLACE, parameters, simulate
 
 #: Evaluations for each start, and for the best of them.
 SHORT, LONG = 20, 60
-#: Starts of a spring: three of its rest for each.
+#: Starts of a coupling's stiffness, and of a spring's, which has three of its rest for each.
+COUPLINGS = (0.5, 5.0, 50.0, 500.0, 5e3)
 SPRINGS = (0.05, 0.05, 0.05, 0.5, 0.5, 0.5, 2.0, 2.0, 2.0)
 
 
@@ -81,12 +82,13 @@ def numbers(effect: str, record: Record, model: Model) -> list[Number]:
         "gravity": [level("mgl", "mgl_nm", torque * model.gear),
                     Number(("phase",), "phase_rad", 1.0, phase, -7.0, 7.0)],
         "torsional_spring": [Number(("spring",), "stiffness_nm_per_rad", torque / turn(record), SPRINGS, -1.0, 10.0),
-                             Number(("rest",), "rest_rad", turn(record), (-0.5, 0.0, 0.5), -5.0, 5.0)],
+                             Number(("rest",), "rest_rad", turn(record), (-0.5, 0.0, 0.5), -5.0, 5.0),
+            Number(("spring_cubic",), "cubic_nm_per_rad3", torque / turn(record) ** 3, (0.05,), -1.0, 10.0)],
         "cogging": [level("cogging", "amplitude_nm", torque), Number(("periods",), "periods_per_rev", 1.0, (), 0.5, 100.0),
                     Number(("cogging_phase",), "phase_rad", 1.0, phase, -7.0, 7.0)],
         "periodic_load": [level("shake", "amplitude_nm", torque), Number(("shake_hz",), "frequency_hz", 1.0, (), 0.01, 200.0),
                           Number(("shake_phase",), "phase_rad", 1.0, phase, -7.0, 7.0)],
-        "flexible_coupling": [Number(("coupling",), "stiffness_nm_per_rad", model.j / tau**2, (30.0, 300.0, 3e3, 3e4), 1.0, 1e6),
+        "flexible_coupling": [Number(("coupling",), "stiffness_nm_per_rad", model.j / tau**2, COUPLINGS, 0.01, 1e6),
                               Number(("coupling_damping",), "damping", model.j / tau, (0.3,), 0.0, 100.0),
                               Number(("load_share",), "load_share", 1.0, (0.5,), 0.05, 0.95)],
         "speed_saturation": [Number(("limit_speed",), "limit_rad_s", speed, (0.9, 1.0), 0.1, 2.0)],
