@@ -3,6 +3,7 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 // First, for its macros.
+#[cfg(feature = "console")]
 #[macro_use]
 pub mod console;
 

@@ -7,3 +7,4 @@ pub mod files;
 pub mod interrupt;
 pub mod rows;
 pub mod watched;
+pub mod written;

@@ -5,7 +5,6 @@ use super::{Exporter, chapters, format};
 use crate::report::section::Section;
 use anyhow::Result;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use std::path::Path;
 use truing_core::outcome::Outcome;
 
 const STYLE_SHEETS: [&str; 2] = [include_str!("uplot/uPlot.min.css"), include_str!("style.css")];
@@ -91,7 +90,8 @@ impl Document {
     }
 
     /// Writes the page; an earlier file stays until it is complete.
-    pub fn write(&self, path: &Path) -> Result<()> {
+    #[cfg(feature = "console")]
+    pub fn write(&self, path: &std::path::Path) -> Result<()> {
         super::write_atomically(path, &self.render())
     }
 
