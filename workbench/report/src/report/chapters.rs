@@ -70,7 +70,7 @@ fn detection(outcome: &Outcome) -> Markup {
             } }
             @if !outcome.places.is_empty() {
                 table.bars {
-                    thead { tr { th { "Where the model as given misses" } th.number { "Share of the squared error" } th {} } }
+                    thead { tr { th { "Where the model as given misses" } th.number { "Share of the squared error" } td {} } }
                     tbody { @for place in &outcome.places { tr {
                         td {
                             (place.region)
@@ -294,7 +294,7 @@ fn checks(checks: &[Check]) -> Markup {
     html! {
         @if !checks.is_empty() {
             table.checks {
-                thead { tr { th { "Claim" } th { "Found" } th {} } }
+                thead { tr { th { "Claim" } th { "Found" } td {} } }
                 tbody { @for check in checks { tr {
                     td { (check.claim) } td { (check.found) }
                     td { @if check.holds { span.yes { "holds" } } @else { span.no { "does not hold" } } }

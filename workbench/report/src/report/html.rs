@@ -106,7 +106,7 @@ impl Document {
     fn part(&self, k: usize, part: &Part, numbered: bool) -> Markup {
         html! {
             section id=(format!("part-{}", k + 1)) {
-                @if numbered { h2 { span.number { (k + 1) } (part.title()) } }
+                @if numbered { h2 { span.number { (k + 1) } (part.title()) } } @else { h2.unseen { "Result" } }
                 @match part {
                     Part::Gap { text, outcome, .. } => { (chapters::paragraphs(text)) (chapters::gap(outcome)) }
                     Part::Section(section) => (chapters::section(section)),
