@@ -8,6 +8,7 @@ mod flash;
 mod image;
 mod instructions;
 mod mutants;
+mod page;
 mod panics;
 mod peers;
 mod process;
@@ -84,6 +85,11 @@ enum Command {
         #[command(flatten)]
         choice: mutants::Choice,
     },
+    /// Build the page in the browser into target/page/.
+    Page {
+        #[command(flatten)]
+        choice: page::Choice,
+    },
     /// Print the figures of the code base: code lines, lengths of functions and files, rooms, arrows between them, circles.
     House,
     /// Build the Python package into target/wheel/out/.
@@ -125,6 +131,7 @@ fn run(command: Command) -> Result<()> {
         Command::Panics => setup::everything().and_then(|()| panics::check(false)),
         Command::Mutants { choice } => mutants::check(&choice),
         Command::Peers(choice) => peers::compare(&choice),
+        Command::Page { choice } => page::page(&choice),
         Command::House => process::run(&mut Program::House.run()),
         Command::Wheel { check } => wheel::wheel(check),
         Command::Dist => dist::dist(),

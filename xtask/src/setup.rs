@@ -24,7 +24,8 @@ pub fn rust_targets() -> Result<()> {
     targets.into_iter().try_for_each(rust_target)
 }
 
-fn rust_target(target: &str) -> Result<()> {
+/// Installs one target.
+pub fn rust_target(target: &str) -> Result<()> {
     if is_installed(target)? {
         return Ok(());
     }
