@@ -117,6 +117,20 @@ test("what is no log is refused in the engine's words, with its place", async ()
   await close();
 });
 
+test("files that look wrong are told with what mends them, and one may go on", async () => {
+  const { page, close } = await open(world);
+  await page.click("#example");
+  await page.waitForSelector("#run:enabled");
+  await page.fill("#columns", "u_v=u_v*-1");
+  await page.waitForFunction(() => document.getElementById("column-1").value === "eu_v*-1");
+  await verdict(page);
+  assert.match(await page.textContent("#verdict"), /looks as if.*To mend it/s);
+  assert.ok(await page.isVisible("#accept-data") && (await page.isHidden("#get-model")));
+  await page.click("#accept-data");
+  await page.click("#stop");
+  await close();
+});
+
 test("a model that is none is refused, and unknown numbers are told", async () => {
   const { page, close } = await open(world);
   await page.fill("#model-text", "schema = \"truing-model/1\"\n[motor]\nR_ohms = 2\n");
