@@ -1,9 +1,8 @@
 //! What the samples of a run serve for.
 
-use super::noise::median;
 use super::probe::Probes;
 use super::{GridRun, Part};
-use crate::system::log::Dynamic;
+use crate::system::log::{Dynamic, median};
 
 /// Pieces into which a run is cut for fitting, choosing and holding out.
 const PIECES: usize = 16;

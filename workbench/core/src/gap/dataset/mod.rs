@@ -26,7 +26,7 @@ mod weigh;
 pub use agree::same;
 pub use full_pass::FullPass;
 pub use lockstep::{Compared, lockstep};
-pub use noise::{hf_noise, median};
+pub use noise::hf_noise;
 pub use position::speeds;
 pub use preheat::Preheat;
 pub use prepare::prepare;

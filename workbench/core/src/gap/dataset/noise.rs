@@ -1,5 +1,7 @@
 //! The sensor's noise, from the high-frequency part of a signal.
 
+use crate::system::log::median;
+
 /// Standard deviation of the noise in `values` from the median of their third differences, which a smooth signal
 /// hardly touches. `lag`: the noise is the difference of white noise over `lag` samples (an encoder difference over a
 /// window of that many samples); 0: it is white.
@@ -21,13 +23,4 @@ pub fn hf_noise(values: &[f64], lag: usize) -> f64 {
     let inside: Vec<f64> = differences.into_iter().filter(|d| *d <= 3.0 * rough).collect();
     let mean_square = inside.iter().map(|d| d * d).sum::<f64>() / inside.len().max(1) as f64;
     (mean_square / 0.9733).sqrt() / factor.sqrt()
-}
-
-/// The median; 0 without values.
-pub fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

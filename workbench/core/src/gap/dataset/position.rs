@@ -3,10 +3,11 @@
 //! A coarse encoder at a slow rate, differenced to a speed, is mostly steps: 1° at 14 ms has a floor of 0.62 rad/s. The way from a
 //! place that was measured to where the shaft is later loses nothing of what was measured.
 
-use super::noise::{hf_noise, median};
+use super::noise::hf_noise;
 use super::probe::{Grid, Probes};
 use super::run::travel;
 use super::{GridRun, Scales};
+use crate::system::log::median;
 use crate::system::model::Encoder;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;

@@ -2,7 +2,7 @@
 
 use super::agree::{agree, same_input};
 use super::folds::{self, mask_spikes};
-use super::noise::{hf_noise, median};
+use super::noise::hf_noise;
 use super::observation::{Observation, bench_run};
 use super::position::{self, start_from_position};
 use super::rows::{on_its_grid, unbroken};
@@ -10,7 +10,7 @@ use super::start::start_speed;
 use super::stretches::Stretches;
 use super::{Dataset, GridRun, Probes, Scales, driven_by};
 use crate::outcome::Searched;
-use crate::system::log::{Dynamic, Input, Run};
+use crate::system::log::{Dynamic, Input, Run, median};
 use crate::system::model::{Encoder, Kind, Model};
 use crate::system::plant::physics::{Drive, Physics};
 use crate::text::input_error::InputError;

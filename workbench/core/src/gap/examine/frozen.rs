@@ -3,8 +3,7 @@
 //! A shaft may stand under a small voltage, at an end stop or under a load, but then not against both directions at voltages that move it
 //! elsewhere; and no shaft goes on behind a standstill with a leap that is longer than any of its steps.
 
-use crate::gap::dataset::median;
-use crate::system::log::{Dynamic, Run};
+use crate::system::log::{Dynamic, Run, median};
 use std::ops::Range;
 
 /// Readings that are equal to the last digit are looked at from so many rows on.

@@ -1,9 +1,8 @@
 //! What a first-order motion explains of a record, with friction, a constant load, gravity and a spring left free.
 
 use super::stretch::{FORCES, Stretch, TAKEN, driven};
-use crate::gap::dataset::median;
 use crate::gap::threads::*;
-use crate::system::log::{Dynamic, Input};
+use crate::system::log::{Dynamic, Input, median};
 use crate::system::model::Kind;
 use nalgebra::{DMatrix, DVector};
 

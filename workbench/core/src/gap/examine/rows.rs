@@ -6,9 +6,8 @@
 use super::motion::{Base, Motion};
 use super::suspects::speed_column;
 use super::{clearly, excerpt};
-use crate::gap::dataset::median;
 use crate::outcome::DataFault;
-use crate::system::log::{Dynamic, Run};
+use crate::system::log::{Dynamic, Run, median};
 use crate::system::model::Model;
 use std::ops::Range;
 

@@ -1,8 +1,7 @@
 //! Driven stretches of a run, and how a first-order motion answers what acts in them.
 
 use super::excerpt::{integrated, looked_at};
-use crate::gap::dataset::median;
-use crate::system::log::Run;
+use crate::system::log::{Run, median};
 use servo::axis::Bridge;
 use std::ops::Range;
 

@@ -3,11 +3,10 @@
 use super::motion::{Base, Motion};
 use super::rows;
 use super::suspects::speed_column;
-use crate::gap::dataset::median;
 use crate::gap::threads::*;
 use crate::outcome::NamedEffect;
 use crate::system::effects::TRANSPORT_DELAY;
-use crate::system::log::{Dynamic, Log, Run};
+use crate::system::log::{Dynamic, Log, Run, median};
 use crate::system::model::{Model, SpeedSensor};
 
 /// An input that stands later than this is another record, s and rows.

@@ -1,6 +1,7 @@
 //! What the numbers of a column tell.
 
 use super::cells::Cells;
+use super::steps::median;
 
 /// Rows that are closer than this, s, are in another unit than their column says: no log of a motor has 500,000 a second.
 const CLOSEST_S: f64 = 2e-6;
@@ -33,8 +34,6 @@ impl Extent {
             Self { min, max, whole: extent.whole && value.fract() == 0.0, step: f64::NAN }
         };
         let extent = values.iter().filter(|value| value.is_finite()).fold(none, seen);
-        let middle = steps.len() / 2;
-        let median = |steps: &mut [f64]| *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
         let step = if steps.is_empty() { f64::NAN } else { median(&mut steps) };
         before.map(|_| Self { step, ..extent })
     }

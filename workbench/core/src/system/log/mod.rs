@@ -47,6 +47,7 @@ pub use open::{input, parse, parse_bytes, reading};
 use servo::axis::Bridge;
 pub use source::{Bytes, Source};
 pub use spelling::{in_digits, in_shell, short};
+pub use steps::median;
 
 /// What drives the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -165,10 +166,9 @@ impl Run {
         self.t_s.len()
     }
 
-    /// The usual time between rows: the median.
+    /// The usual time between rows: the median; 0 without two rows.
     pub fn sample_s(&self) -> f64 {
         let mut steps: Vec<f64> = self.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let middle = steps.len() / 2;
-        if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 }
+        median(&mut steps)
     }
 }

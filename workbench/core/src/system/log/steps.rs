@@ -51,6 +51,15 @@ pub fn looked_at(from: usize, to: usize) -> impl Iterator<Item = usize> {
     (from..to).step_by(to / ROWS + 1)
 }
 
+/// The median; 0 without values.
+pub fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
 /// Of the values that are finite.
 pub fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.retain(|value| value.is_finite());

@@ -3,6 +3,7 @@
 
 use super::cells::Place;
 use super::spelling::short;
+use super::steps::median;
 
 /// What a counter may count to before it begins at 0 again, in its own units: 16, 24, 31 and 32 bits.
 const WRAPS: [(f64, &str); 4] =
@@ -90,8 +91,7 @@ fn unwrapped(
     place: &impl Fn(usize) -> Place,
 ) -> Option<String> {
     let mut steps: Vec<f64> = rows.windows(2).map(|pair| (time[pair[1]] - time[pair[0]]).abs()).collect();
-    let middle = steps.len() / 2;
-    let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let usual = median(&mut steps);
     let full = WRAPS.iter().map(|known| (known.0 * unit, known.1)).chain(CLOCKS);
     let (mut added, mut before, mut told) = (0.0, f64::NAN, None);
     for &row in rows {
