@@ -30,9 +30,12 @@ impl InputError {
         Self(format!("{path}, {place}: {what}"))
     }
 
-    /// One line of a file is unusable. Lines count from 1, the header included.
+    /// One line of a file is unusable. Lines count from 1, the header included; 0: the line is not known.
     pub fn line(path: impl Display, line: u64, what: impl Display) -> Self {
-        Self::at(path, format!("line {line}"), what)
+        match line {
+            0 => Self::file(path, what),
+            line => Self::at(path, format!("line {line}"), what),
+        }
     }
 
     /// All of these at once, a line each, if there are any.
@@ -48,6 +51,24 @@ impl InputError {
 /// Number of the line in which a byte of a text stands.
 pub fn line_of(text: &str, place: usize) -> u64 {
     1 + text[..place.min(text.len())].matches('\n').count() as u64
+}
+
+/// Line of `key` in `[section]` of a TOML text; of the section where the key is empty; 0 where it is not there.
+pub fn line_of_key(text: &str, section: &str, key: &str) -> u64 {
+    let mut current = "";
+    for (line, number) in text.lines().map(str::trim).zip(1..) {
+        if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.split(']').next()) {
+            current = name.trim();
+            if current == section && key.is_empty() {
+                return number;
+            }
+        }
+        let name = line.split('=').next().unwrap_or("").trim().trim_matches('"');
+        if current == section && name == key && !key.is_empty() {
+            return number;
+        }
+    }
+    0
 }
 
 /// Names at least so similar are near (1: equal, 0: nothing in common; Damerau's distance over the longer length). Of the known

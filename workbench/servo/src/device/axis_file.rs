@@ -9,7 +9,7 @@ use servo::protect::{Action, Fault, SettingsError, Thermal};
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::{Spanned, Value};
-use truing_core::text::input_error::{InputError, line_of, nearest_hint};
+use truing_core::text::input_error::{InputError, line_of, line_of_key, nearest_hint};
 
 /// Keys and values of a section.
 type Section = BTreeMap<Spanned<String>, Spanned<Value>>;
@@ -61,20 +61,6 @@ pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
         }
     })?;
     Ok(setup)
-}
-
-/// The line of `table.key`, if the file has it; the file is known to be TOML with a header for every table.
-fn line_of_key(text: &str, name: &str) -> Option<u64> {
-    let (table, key) = name.split_once('.')?;
-    let mut inside = false;
-    for (line, number) in text.lines().map(str::trim).zip(1..) {
-        if let Some(header) = line.strip_prefix('[') {
-            inside = header.split(']').next().map(str::trim) == Some(table);
-        } else if inside && line.split('=').next().map(str::trim) == Some(key) {
-            return Some(number);
-        }
-    }
-    None
 }
 
 /// Names table and key, which the parser's own words leave out, and the nearest known key.
@@ -135,10 +121,8 @@ struct Reader<'a> {
 impl Reader<'_> {
     /// A complaint about `table.key`.
     fn at(&self, name: &str, words: String) -> InputError {
-        match line_of_key(self.text, name) {
-            Some(line) => InputError::line(self.source, line, words),
-            None => InputError::file(self.source, words),
-        }
+        let (table, key) = name.split_once('.').unwrap_or_default();
+        InputError::line(self.source, line_of_key(self.text, table, key), words)
     }
 
     /// A complaint about what stands here.

@@ -1,6 +1,6 @@
 //! Everything that is wrong with a model file, and everything in it that is not used, collected while it is read.
 
-use crate::text::input_error::InputError;
+use crate::text::input_error::{InputError, line_of, line_of_key};
 use std::cell::RefCell;
 use toml::Table;
 
@@ -55,28 +55,14 @@ impl<'a> File<'a> {
 
     fn syntax(&self, error: &toml::de::Error) {
         let before = error.span().map_or(0, |span| span.start.min(self.text.len()));
-        let line = self.text[..before].matches('\n').count() as u64 + 1;
         let here = self.text[before..].lines().next().unwrap_or_default().trim();
         let what = format!("is not valid TOML: {} (at `{here}`)", error.message().replace('\n', " "));
-        self.complain(false, line, what);
+        self.complain(false, line_of(self.text, before), what);
     }
 
     /// The line of `key` in `[section]`, from the text; of the section where the key is empty; 0 when it is not there.
     pub(super) fn line_of(&self, section: &str, key: &str) -> u64 {
-        let mut current = String::new();
-        for (index, line) in self.text.lines().map(str::trim).enumerate() {
-            if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.split(']').next()) {
-                current = name.trim().to_owned();
-                if current == section && key.is_empty() {
-                    return index as u64 + 1;
-                }
-            }
-            let name = line.split('=').next().unwrap_or("").trim().trim_matches('"');
-            if current == section && name == key && !key.is_empty() {
-                return index as u64 + 1;
-            }
-        }
-        0
+        line_of_key(self.text, section, key)
     }
 
     /// Something is wrong with a key; with the section where the key is empty.
@@ -101,21 +87,15 @@ impl<'a> File<'a> {
     }
 
     fn complain(&self, of_the_kind: bool, line: u64, what: String) {
-        let error = match line {
-            0 => InputError::file(self.source, what),
-            line => InputError::line(self.source, line, what),
-        };
+        let error = InputError::line(self.source, line, what);
         self.complaints.borrow_mut().push(Complaint { of_the_kind, line, error });
     }
 
     /// Something that does not stop a run, and that the reader must know.
     pub(super) fn note(&self, section: &str, key: &str, what: &str) {
         let line = self.line_of(section, key);
-        let said = match line {
-            0 => format!("{}: {} {what}", self.source, place(section, key)),
-            line => format!("{}, line {line}: {} {what}", self.source, place(section, key)),
-        };
-        self.notes.borrow_mut().push((line, said));
+        let said = InputError::line(self.source, line, format!("{} {what}", place(section, key)));
+        self.notes.borrow_mut().push((line, said.0));
     }
 
     /// All complaints together, that about the kind first and the others by line.

@@ -55,10 +55,7 @@ impl Draft {
                 "[{section}] {}{beside} {state}; add it with its SI value (`truing gap` fits it to the log)",
                 unknown.key
             );
-            match unknown.line {
-                0 => InputError::file(&self.model.source, what),
-                line => InputError::line(&self.model.source, line, what),
-            }
+            InputError::line(&self.model.source, unknown.line, what)
         };
         InputError::all(self.unknown.iter().map(complaint).collect())?;
         Ok(self.model)
