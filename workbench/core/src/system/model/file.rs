@@ -43,13 +43,12 @@ impl File<'_> {
     /// A section of one's own holds texts alone.
     fn other_section(&self, name: &str, table: &Table) {
         let sections = table::sections();
-        let near = match table.values().all(Value::is_str) {
-            true => match keys::meant(name, sections.iter().copied()) {
-                Some(near) => Some(near),
-                None => return,
-            },
-            false => nearest(name, sections.iter().copied()),
-        };
+        let texts = table.values().all(Value::is_str);
+        let meant = keys::meant(name, sections.iter().copied());
+        if texts && meant.is_none() {
+            return;
+        }
+        let near = if texts { meant } else { nearest(name, sections.iter().copied()) };
         let known = sections.iter().map(|name| format!("[{name}]")).collect::<Vec<_>>().join(", ");
         let remedy =
             near.map_or(format!("the known ones are {known}"), |near| format!("the nearest is [{near}]"));
@@ -128,13 +127,17 @@ impl File<'_> {
         if let Some(kind) = kind.filter(|kind| !row.read_by(kind)) {
             self.note(section, row.name, &format!("is not used by kind = \"{kind}\""));
         }
-        match row.takes {
-            Takes::Positive | Takes::NotNegative => self.check_number(section, row, value),
-            Takes::Flag => self.check_flag(section, row, value),
-            Takes::Text if !value.is_str() => self.wrong(section, row.name, "must be a text in quotes"),
-            Takes::Text => {}
-            Takes::Choice(values) => self.check_choice(section, row, value, values),
-            Takes::ChoiceOrWords(values) => self.check_words(section, row, value, values),
+        match (row.takes, value) {
+            (Takes::Positive | Takes::NotNegative, _) => self.check_number(section, row, value),
+            (Takes::Flag, _) => self.check_flag(section, row, value),
+            (Takes::Text, Value::String(_)) => {}
+            (Takes::Choice(values), Value::String(text)) => self.check_choice(section, row, text, values),
+            (Takes::ChoiceOrWords(values), Value::String(text)) => {
+                self.check_words(section, row, text, values)
+            }
+            (Takes::Text | Takes::Choice(_) | Takes::ChoiceOrWords(_), _) => {
+                self.wrong(section, row.name, "must be a text in quotes")
+            }
         }
     }
 
@@ -177,11 +180,8 @@ impl File<'_> {
         }
     }
 
-    fn check_choice(&self, section: &str, row: &Key, value: &Value, values: &[&str]) {
-        let Value::String(text) = value else {
-            return self.wrong(section, row.name, "must be a text in quotes");
-        };
-        if values.contains(&text.as_str()) {
+    fn check_choice(&self, section: &str, row: &Key, text: &str, values: &[&str]) {
+        if values.contains(&text) {
             return;
         }
         let listed = values.iter().map(|it| format!("\"{it}\"")).collect::<Vec<_>>().join(", ");
@@ -195,10 +195,7 @@ impl File<'_> {
         self.wrong(section, row.name, &what);
     }
 
-    fn check_words(&self, section: &str, row: &Key, value: &Value, values: &[&str]) {
-        let Value::String(text) = value else {
-            return self.wrong(section, row.name, "must be a text in quotes");
-        };
+    fn check_words(&self, section: &str, row: &Key, text: &str, values: &[&str]) {
         if let Some(near) = keys::value_meant(text, values) {
             let known = values.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
             self.wrong(section, row.name, &format!(

@@ -49,7 +49,7 @@ pub fn parse_draft(source: &str, text: &str) -> Result<Draft, InputError> {
         known: file.known(&root, linear),
         unnamed: file.all_unnamed(&root),
         fitted_to_log: fitted_to_log(&file, &root),
-        texts: texts(&root),
+        texts: texts("", &root),
         notes: Vec::new(),
     };
     file.judged()?;
@@ -127,20 +127,13 @@ impl<'a> Base<'a> {
         let r_ohm = self.needed("R_ohm", unknown);
         let l_h = self.or("L_h", 0.0, unknown);
         // In SI units the two constants of a brushed motor are the same number.
-        let given = (self.number("Kt_nm_per_a"), self.number("Ke_vs_per_rad"));
-        let (kt, ke) = match given {
-            (None, None) => {
-                let kt = self.needed("Kt_nm_per_a", unknown);
-                (kt, kt)
-            }
-            (Some(k), None) | (None, Some(k)) => (k, k),
-            (Some(kt), Some(ke)) => (kt, ke),
-        };
+        let (kt, ke) = (self.number(KT), self.number(KE));
+        let either = kt.or(ke).unwrap_or_else(|| self.needed(KT, unknown));
         Kind::DcMotor {
             r_ohm,
             l_h,
-            kt_nm_per_a: kt,
-            ke_vs_per_rad: ke,
+            kt_nm_per_a: kt.unwrap_or(either),
+            ke_vs_per_rad: ke.unwrap_or(either),
             j_kgm2: self.needed("J_kgm2", unknown),
             b_nms_per_rad: self.or("b_nms_per_rad", 0.0, unknown),
         }
@@ -187,15 +180,12 @@ impl<'a> File<'a> {
                 .filter_map(|key| table::KEYS.iter().find(|row| row.name == *key && row.has_tolerance()))
         };
         let other = rows().find(|row| !row.read_by("dc_motor"));
-        match other.filter(|_| !rows().any(|row| row.read_by("dc_motor"))) {
-            Some(row) => {
-                let what =
-                    format!("{} belongs to kind = \"{}\": write it under [model]", row.name, row.kinds[0]);
-                self.missing("model", "kind", &what);
-                None
-            }
-            None => Some("dc_motor"),
-        }
+        let Some(row) = other.filter(|_| !rows().any(|row| row.read_by("dc_motor"))) else {
+            return Some("dc_motor");
+        };
+        let what = format!("{} belongs to kind = \"{}\": write it under [model]", row.name, row.kinds[0]);
+        self.missing("model", "kind", &what);
+        None
     }
 
     fn encoder(&'a self, root: &Table) -> Option<Encoder> {
@@ -280,22 +270,13 @@ fn tolerances(section: &Section) -> (f64, BTreeMap<String, f64>) {
     (default, by_key)
 }
 
-/// Every text of the file with its section.
-fn texts(root: &Table) -> Vec<(String, String, String)> {
-    let mut found = Vec::new();
-    collect_texts("", root, &mut found);
-    found
-}
-
-fn collect_texts(section: &str, table: &Table, found: &mut Vec<(String, String, String)>) {
-    for (key, value) in table {
-        match value {
-            Value::String(text) => found.push((section.to_owned(), key.clone(), text.clone())),
-            Value::Table(inner) => {
-                let name = if section.is_empty() { key.clone() } else { format!("{section}.{key}") };
-                collect_texts(&name, inner, found);
-            }
-            _ => {}
-        }
-    }
+/// Every text of a table and of those in it, each with its section.
+fn texts(section: &str, table: &Table) -> Vec<(String, String, String)> {
+    let of_key = |(key, value): (&String, &Value)| match value {
+        Value::String(text) => vec![(section.to_owned(), key.clone(), text.clone())],
+        Value::Table(inner) if section.is_empty() => texts(key, inner),
+        Value::Table(inner) => texts(&format!("{section}.{key}"), inner),
+        _ => Vec::new(),
+    };
+    table.iter().flat_map(of_key).collect()
 }

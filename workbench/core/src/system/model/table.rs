@@ -1,6 +1,8 @@
 //! The keys of a model file, one row each: the one place that names section, key, kind of model, value, unit, range, default,
 //! meaning and an example. The reader, its messages and `docs/model.md` follow from the rows.
 
+use indexmap::IndexSet;
+
 /// What a value may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Takes {
@@ -192,16 +194,9 @@ pub fn moved() -> impl Iterator<Item = &'static str> {
 
 /// The sections of a file.
 pub fn sections() -> Vec<&'static str> {
-    let mut sections: Vec<&str> = KEYS.iter().map(|key| key.section).filter(|it| !it.is_empty()).collect();
-    sections.dedup();
-    sections.extend(["tolerance", "known"]);
-    let mut once = Vec::new();
-    for name in sections {
-        if !once.contains(&name) {
-            once.push(name);
-        }
-    }
-    once
+    let of_keys = KEYS.iter().map(|key| key.section).filter(|name| !name.is_empty());
+    let once: IndexSet<&str> = of_keys.chain(["tolerance", "known"]).collect();
+    once.into_iter().collect()
 }
 
 /// A larger tolerance is probably meant in per cent: 1.0 is a number that is not known.
