@@ -57,6 +57,12 @@ impl Section<'_> {
         self.file.wrong(&self.name, key, what);
     }
 
+    /// The same, where nothing can be made of the key.
+    pub(super) fn refused<T>(&self, key: &str, what: &str) -> Option<T> {
+        self.wrong(key, what);
+        None
+    }
+
     /// A number of at least 0.
     fn not_negative(&self, key: &str) -> Option<f64> {
         let value = self.table.get(key)?;

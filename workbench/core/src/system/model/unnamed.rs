@@ -44,26 +44,22 @@ impl Section<'_> {
     fn variables(&self) -> Option<Vec<Variable>> {
         let known = || Variable::ALL.map(Variable::key).join(", ");
         let Some(Value::Array(names)) = self.table.get(OVER) else {
-            self.wrong(OVER, &format!("must be an array of one or two of {}", known()));
-            return None;
+            return self.refused(OVER, &format!("must be an array of one or two of {}", known()));
         };
         let variable = |name: &Value| {
             let text = name.as_str().unwrap_or_default();
-            let found = Variable::find(text);
-            if found.is_none() {
+            Variable::find(text).or_else(|| {
                 let near = nearest(text, Variable::ALL.map(Variable::key));
                 let remedy = near.map_or(format!("the known ones are {}", known()), |near| {
                     format!("the nearest is \"{near}\"")
                 });
-                self.wrong(OVER, &format!("names {name}, which is no variable; {remedy}"));
-            }
-            found
+                self.refused(OVER, &format!("names {name}, which is no variable; {remedy}"))
+            })
         };
         match names.len() {
             1 | 2 => names.iter().map(variable).collect(),
             count => {
-                self.wrong(OVER, &format!("has {count} entries; a table is over one or two variables"));
-                None
+                self.refused(OVER, &format!("has {count} entries; a table is over one or two variables"))
             }
         }
     }
@@ -71,50 +67,39 @@ impl Section<'_> {
     fn knots(&self, variable: Variable) -> Option<Knots> {
         let key = variable.key();
         let Some(Value::Array(given)) = self.table.get(key) else {
-            self.wrong(key, "is missing; give the values at which the table has its knots");
-            return None;
+            return self.refused(key, "is missing; give the values at which the table has its knots");
         };
         let at = self.numbers(key, given.len())?;
         match at.len() < 2 || at.windows(2).any(|pair| pair[1] <= pair[0]) {
-            true => {
-                self.wrong(key, "must hold at least two knots that rise");
-                None
-            }
+            true => self.refused(key, "must hold at least two knots that rise"),
             false => Some(Knots { variable, at }),
         }
     }
 
     fn acting(&self) -> Option<Acting> {
         let text = self.text(ACTS).unwrap_or_else(|| Acting::Torque.key().to_owned());
-        let found = Acting::ALL.into_iter().find(|acting| acting.key() == text);
-        if found.is_none() {
+        Acting::ALL.into_iter().find(|acting| acting.key() == text).or_else(|| {
             let known = Acting::ALL.map(Acting::key);
             let remedy = match nearest(&text, known) {
                 Some(near) => format!("the nearest is \"{near}\""),
                 None => format!("write one of {}", known.join(", ")),
             };
-            self.wrong(ACTS, &format!("\"{text}\" is unknown; {remedy}"));
-        }
-        found
+            self.refused(ACTS, &format!("\"{text}\" is unknown; {remedy}"))
+        })
     }
 
     /// An array of so many finite numbers.
     fn numbers(&self, key: &str, count: usize) -> Option<Vec<f64>> {
         let Some(Value::Array(given)) = self.table.get(key) else {
-            self.wrong(key, &format!("must be an array of {count} numbers"));
-            return None;
+            return self.refused(key, &format!("must be an array of {count} numbers"));
         };
         let numbers: Option<Vec<f64>> = given.iter().map(number).collect();
         match numbers.filter(|numbers| numbers.iter().all(|it| it.is_finite())) {
             Some(numbers) if numbers.len() == count => Some(numbers),
             Some(numbers) => {
-                self.wrong(key, &format!("holds {} numbers; the knots ask for {count}", numbers.len()));
-                None
+                self.refused(key, &format!("holds {} numbers; the knots ask for {count}", numbers.len()))
             }
-            None => {
-                self.wrong(key, "must hold finite numbers alone");
-                None
-            }
+            None => self.refused(key, "must hold finite numbers alone"),
         }
     }
 }
