@@ -42,13 +42,13 @@ pub fn read(path: &Path) -> Result<Setup, InputError> {
 /// Checks a text; `source` names it in messages.
 pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
     let file: File = toml::from_str(text).map_err(|error| syntax(source, text, &error))?;
-    let reader = Reader { source, text };
-    let (actions, thermal) = (reader.actions(&file)?, reader.thermal(&file)?);
-    let command_timeout_ms = reader.limit(&file, "command_timeout_ms");
+    let reader = Reader { source, text, file };
+    let (actions, thermal) = (reader.actions()?, reader.thermal()?);
+    let (loops, command_timeout_ms) = (reader.file.loops, reader.limit("command_timeout_ms"));
     let setup = Setup {
-        wiring: reader.wiring(&file)?,
-        choices: Choices { thermal, command_timeout_ms: command_timeout_ms?, loops: file.loops, actions },
-        config: reader.config(&file)?,
+        wiring: reader.wiring()?,
+        choices: Choices { thermal, command_timeout_ms: command_timeout_ms?, loops, actions },
+        config: reader.config()?,
     };
     let setup = reader.on_its_board(setup)?;
     setup.parameters(None).check().map_err(|error| match error {
@@ -112,10 +112,11 @@ fn in_words(message: &str) -> String {
     format!("the section [{section}] is missing; it must hold {}", keys.join(" and "))
 }
 
-/// The file's text, for messages.
+/// The file, and its text for messages.
 struct Reader<'a> {
     source: &'a str,
     text: &'a str,
+    file: File,
 }
 
 impl Reader<'_> {
@@ -138,13 +139,13 @@ impl Reader<'_> {
     }
 
     /// The board that the file names, and which scales it leaves to a board.
-    fn wiring(&self, file: &File) -> Result<Wiring, InputError> {
+    fn wiring(&self) -> Result<Wiring, InputError> {
         let named =
             |name: &Spanned<String>| board::named(name.get_ref()).map_err(|error| self.here(name, error));
         Ok(Wiring {
-            board: file.board.as_ref().map(named).transpose()?.map(|board| board.name),
-            supply: file.value("supply", "vbus_v_per_lsb").is_none(),
-            current: file.value("limits", "current_a_per_lsb").is_none(),
+            board: self.file.board.as_ref().map(named).transpose()?.map(|board| board.name),
+            supply: self.file.value("supply", "vbus_v_per_lsb").is_none(),
+            current: self.file.value("limits", "current_a_per_lsb").is_none(),
         })
     }
 
@@ -158,32 +159,26 @@ impl Reader<'_> {
     }
 
     /// Every setting: from the file, else its default.
-    fn config(&self, file: &File) -> Result<Config, InputError> {
+    fn config(&self) -> Result<Config, InputError> {
         let mut config = Config::EXAMPLE;
         for section in ["supply", "encoder", "axis", "limits"] {
-            self.known(section, file)?;
+            self.known(section)?;
             let rows = SETTINGS.iter().filter(|row| row.field.name().split('.').next() == Some(section));
             for row in rows {
-                self.setting(&mut config, row, section, file)?;
+                self.setting(&mut config, row, section)?;
             }
         }
         Ok(config)
     }
 
-    fn setting(
-        &self,
-        config: &mut Config,
-        row: &Setting,
-        section: &str,
-        file: &File,
-    ) -> Result<(), InputError> {
+    fn setting(&self, config: &mut Config, row: &Setting, section: &str) -> Result<(), InputError> {
         let key = row.field.name().split('.').nth(1).unwrap_or_default();
-        let value = match file.value(section, key) {
+        let value = match self.file.value(section, key) {
             Some(value) => self.value(&format!("[{section}] {key}"), value, (row.get)(&Config::EXAMPLE))?,
             None => (row.fallback)(config).ok_or_else(|| {
                 let what = format!("[{section}] {key} is missing; it must be {}", row.range);
-                file.section(section)
-                    .map_or_else(|| InputError::line(self.source, 1, &what), |s| self.here(s, &what))
+                let section = self.file.section(section);
+                section.map_or_else(|| InputError::line(self.source, 1, &what), |s| self.here(s, &what))
             })?,
         };
         let what = || format!("[{section}] {key} must be {}", row.range);
@@ -200,13 +195,13 @@ impl Reader<'_> {
     }
 
     /// Refuses unknown keys, and names the nearest one.
-    fn known(&self, section: &str, file: &File) -> Result<(), InputError> {
+    fn known(&self, section: &str) -> Result<(), InputError> {
         let settings = SETTINGS.iter().filter_map(|row| row.field.name().split_once('.'));
         let mut known: Vec<&str> = settings.filter(|(of, _)| *of == section).map(|(_, key)| key).collect();
         if section == "limits" {
             known.extend(PROTECTION_LIMITS);
         }
-        let mut keys = file.section(section).into_iter().flat_map(|table| table.get_ref().keys());
+        let mut keys = self.file.section(section).into_iter().flat_map(|table| table.get_ref().keys());
         let Some(key) = keys.find(|key| !known.contains(&key.get_ref().as_str())) else { return Ok(()) };
         let name = key.get_ref();
         let all = known.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
@@ -216,15 +211,15 @@ impl Reader<'_> {
     }
 
     /// A key of `[limits]` that is no setting of [`Config`].
-    fn limit<T: DeserializeOwned>(&self, file: &File, key: &str) -> Result<Option<T>, InputError> {
-        let value = file.value("limits", key);
+    fn limit<T: DeserializeOwned>(&self, key: &str) -> Result<Option<T>, InputError> {
+        let value = self.file.value("limits", key);
         value.map(|value| self.typed(&format!("[limits] {key}"), value)).transpose()
     }
 
     /// Both numbers make the thermal limit; the time constant alone is none.
-    fn thermal(&self, file: &File) -> Result<Option<Thermal>, InputError> {
-        let continuous: Option<f32> = self.limit(file, "continuous_current_a")?;
-        match (continuous, self.limit(file, "thermal_time_constant_s")?) {
+    fn thermal(&self) -> Result<Option<Thermal>, InputError> {
+        let continuous: Option<f32> = self.limit("continuous_current_a")?;
+        match (continuous, self.limit("thermal_time_constant_s")?) {
             (None, Some::<u16>(_)) => Err(InputError::file(
                 self.source,
                 "limits.thermal_time_constant_s needs limits.continuous_current_a beside it: the current that the \
@@ -238,9 +233,9 @@ impl Reader<'_> {
     }
 
     /// The table *fault × action*.
-    fn actions(&self, file: &File) -> Result<[Option<Action>; Fault::ALL.len()], InputError> {
+    fn actions(&self) -> Result<[Option<Action>; Fault::ALL.len()], InputError> {
         let mut actions = [None; Fault::ALL.len()];
-        for (fault, action) in &file.protection {
+        for (fault, action) in &self.file.protection {
             let (fault, action) = parameters::entry(fault.get_ref(), action.get_ref())
                 .map_err(|error| self.here(fault, error))?;
             if let Some(place) = Fault::ALL.iter().position(|known| *known == fault) {
