@@ -126,16 +126,10 @@ impl Ability {
             };
             return Some(Shortfall { needed: speed, available: self.fastest_rad_s, unit: "rad/s", fitted });
         }
+        let amplitude_rad = amplitude * self.available_v / needed_v;
+        let fitted = Fitted::Sine { amplitude_rad, frequency_hz: self.frequency(amplitude) };
         let short = needed_v > f64::from(FEASIBLE) * self.available_v;
-        short.then(|| Shortfall {
-            needed: needed_v,
-            available: self.available_v,
-            unit: "V",
-            fitted: Fitted::Sine {
-                amplitude_rad: amplitude * self.available_v / needed_v,
-                frequency_hz: self.frequency(amplitude),
-            },
-        })
+        short.then_some(Shortfall { needed: needed_v, available: self.available_v, unit: "V", fitted })
     }
 
     /// Frequency, Hz, at which a sine of this amplitude takes what there is: `A·Ω·√(1 + (Ωτ)²) = K·V`, solved for Ω.
@@ -161,12 +155,8 @@ impl Ability {
             let middle = 0.5 * (quick + slow);
             *(if takes(middle) > aim { &mut quick } else { &mut slow }) = middle;
         }
-        Some(Shortfall {
-            needed,
-            available: self.streamed_v,
-            unit: "V",
-            fitted: Fitted::Slower { time_factor: slow },
-        })
+        let fitted = Fitted::Slower { time_factor: slow };
+        Some(Shortfall { needed, available: self.streamed_v, unit: "V", fitted })
     }
 
     /// Voltage behind the dead zone that is exceeded for [`CLIPPED_SHARE`] of the time in motion, V, if all times are
@@ -223,17 +213,12 @@ impl Shortfall {
 
     /// What was scaled, one line.
     pub fn fitted_text(&self) -> String {
-        match self.fitted {
-            Fitted::Sine { amplitude_rad, .. } => {
-                format!("amplitude {amplitude_rad:.6} rad ({})", self.lack())
-            }
-            Fitted::Slower { time_factor: factor } => format!("all times × {factor:.3} ({})", self.lack()),
-        }
-    }
-
-    fn lack(&self) -> String {
-        let Self { needed, available, unit, .. } = self;
-        format!("it takes {needed:.2} {unit} where {available:.2} {unit} are left")
+        let Self { needed, available, unit, fitted } = self;
+        let scaled = match fitted {
+            Fitted::Sine { amplitude_rad, .. } => format!("amplitude {amplitude_rad:.6} rad"),
+            Fitted::Slower { time_factor } => format!("all times × {time_factor:.3}"),
+        };
+        format!("{scaled} (it takes {needed:.2} {unit} where {available:.2} {unit} are left)")
     }
 }
 

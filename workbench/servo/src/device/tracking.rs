@@ -66,21 +66,19 @@ numbers! {
 impl TrackJson {
     /// Computes the figures from the log.
     pub fn new(log: &RunLog, span: &Span) -> Self {
-        let within = |from: u32, to: u32| log.rows.iter().filter(move |row| (from..to).contains(&row.tick));
-        let (position_rms, position_peak) =
-            norms(within(span.start, span.hold).map(|row| position_error(log, row)));
-        let (speed_rms, speed_peak) = norms(within(span.start, span.hold).map(|row| speed_error(log, row)));
-        let ticks = within(span.start, span.hold).count().max(1);
-        let limited = within(span.start, span.hold).filter(|row| row.record.limit != Limit::None).count();
+        let moving = || log.rows.iter().filter(|row| (span.start..span.hold).contains(&row.tick));
+        let (position_rms_rad, position_peak_rad) = norms(moving().map(|row| position_error(log, row)));
+        let (speed_rms_rad_s, speed_peak_rad_s) = norms(moving().map(|row| speed_error(log, row)));
+        let limited = moving().filter(|row| row.record.limit != Limit::None).count();
         TrackJson {
             schema: "truing-track/1",
-            position_rms_rad: position_rms,
-            position_peak_rad: position_peak,
-            speed_rms_rad_s: speed_rms,
-            speed_peak_rad_s: speed_peak,
-            saturated_share: limited as f64 / ticks as f64,
+            position_rms_rad,
+            position_peak_rad,
+            speed_rms_rad_s,
+            speed_peak_rad_s,
+            saturated_share: limited as f64 / moving().count().max(1) as f64,
             hold_chatter_per_s: chatter(log, span),
-            used_parameters: used(within(span.start, span.hold).next_back()),
+            used_parameters: used(moving().next_back()),
             faulted: span.faulted,
             fitted: None,
             learned: None,
