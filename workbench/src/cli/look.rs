@@ -12,11 +12,9 @@ use truing_files::model;
 use truing_report::console::files::Files;
 use truing_report::console::rows::Rows;
 use truing_report::report::format::shortened;
-use truing_report::report::terminal::{WIDTH, beside, width};
+use truing_report::report::terminal::{INDENT, WIDTH, block, blocks, width};
 use truing_report::report::write_atomically;
 
-/// Column at which the text beside a heading starts.
-const INDENT: usize = 12;
 /// Characters of the name of a column, and of a whole row of the table.
 const NAME: usize = 21;
 const TABLE: usize = NAME + 45;
@@ -72,40 +70,29 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// Everything in at most 80 columns.
 fn told(look: &Look) -> Result<String, std::fmt::Error> {
     let mut text = String::new();
-    text += &block("File", &format!("{}: {} rows, {}", look.file, look.rows, look.written));
+    block(&mut text, "File", &format!("{}: {} rows, {}", look.file, look.rows, look.written));
     text.push('\n');
     columns(&mut text, &look.columns)?;
     if let Some(time) = &look.time {
-        text += &block("\nTime", &of_time(time));
+        block(&mut text, "\nTime", &of_time(time));
     }
     if let Some(answer) = &look.answer {
-        text += &block("Answer", &of_answer(answer));
+        block(&mut text, "Answer", &of_answer(answer));
     }
     if let Some(log) = &look.log {
         plots(&mut text, log)?;
     }
     if let Some(refused) = &look.refused {
-        text += &block("\nRefused", refused);
+        block(&mut text, "\nRefused", refused);
     }
-    text += &blocks("\nGuessed", &look.guessed);
+    blocks(&mut text, "\nGuessed", &look.guessed);
     if !look.columns_argument.is_empty() {
         // One line, to be copied, however long.
         writeln!(text, "\n{:INDENT$}--columns {}", "Add", in_shell(&look.columns_argument))?;
     }
-    text += &blocks("\nNotes", &look.notes);
-    text += &blocks("\nNext time", &look.ask);
+    blocks(&mut text, "\nNotes", &look.notes);
+    blocks(&mut text, "\nNext time", &look.ask);
     Ok(text)
-}
-
-/// Several bodies under one heading, which stands beside the first.
-fn blocks(head: &str, bodies: &[String]) -> String {
-    let block = |(k, body): (usize, &String)| block(if k == 0 { head } else { "" }, body);
-    bodies.iter().enumerate().map(block).collect()
-}
-
-fn block(head: &str, body: &str) -> String {
-    let (gap, head) = head.split_at(head.len() - head.trim_start().len());
-    format!("{gap}{}", beside(&format!("{head:INDENT$}"), body))
 }
 
 fn columns(text: &mut String, columns: &[Column]) -> std::fmt::Result {

@@ -4,14 +4,14 @@ use super::{Exporter, format};
 use crate::console::screen;
 use anyhow::Result;
 use dialoguer::console::style;
-use truing_core::outcome::{Outcome, Verdict};
+use truing_core::outcome::{Outcome, Verdict, Where};
 
 /// Width of every line, characters.
 pub const WIDTH: usize = 80;
 /// A line is no shorter, however narrow the terminal is.
 const NARROWEST: usize = 40;
 /// Column at which the text beside a heading starts.
-const INDENT: usize = 12;
+pub const INDENT: usize = 12;
 /// Length of the longest bar, characters.
 const BAR: usize = 26;
 
@@ -28,7 +28,7 @@ impl Exporter for Terminal {
         ties(&mut text, outcome);
         rest(&mut text, outcome);
         next(&mut text, outcome);
-        notes(&mut text, outcome);
+        blocks(&mut text, "\nNotes", &outcome.notes);
         Ok(text)
     }
 }
@@ -41,30 +41,27 @@ fn verdict(text: &mut String, outcome: &Outcome) {
         _ => grade.yellow(),
     };
     block(text, "Verdict", &format!("{grade}. {}", format::headline(outcome)));
-    for (contradiction, head) in outcome.data_sheet.iter().zip(["Data sheet", "", ""]) {
-        block(text, head, &format::mended(contradiction));
-    }
+    blocks(text, "Data sheet", outcome.data_sheet.iter().take(3).map(format::mended));
     let told = outcome.effects.iter().filter_map(|effect| Some((&effect.name, effect.place.as_ref()?)));
     let told: Vec<String> = told.map(|(name, place)| format!("{name}: {place}")).collect();
     // A named effect says where it acts better than any region of the gap.
-    let places = outcome.places.iter().filter(|_| told.is_empty());
-    for (k, place) in told.iter().enumerate() {
-        block(text, if k == 0 { "Where" } else { "" }, place);
-    }
-    for (place, head) in places.zip(["Where", "", ""]) {
-        let share = format::percent(place.share_of_squared_error);
-        let also = match place.also.is_empty() {
-            true => String::new(),
-            false => format!("; nearly the same rows: {}", place.also.join("; ")),
-        };
-        block(text, head, &format!("{share} of the squared error: {}{also}", place.region));
-    }
+    let places = outcome.places.iter().take(3).map(missed).collect();
+    blocks(text, "Where", if told.is_empty() { places } else { told });
+}
+
+/// A region of the gap and what of it lies there.
+fn missed(place: &Where) -> String {
+    let share = format::percent(place.share_of_squared_error);
+    let also = match place.also.is_empty() {
+        true => String::new(),
+        false => format!("; nearly the same rows: {}", place.also.join("; ")),
+    };
+    format!("{share} of the squared error: {}{also}", place.region)
 }
 
 fn faults(text: &mut String, outcome: &Outcome) {
     for fault in &outcome.data {
-        text.push('\n');
-        block(text, "Data", &format::fault(fault));
+        block(text, "\nData", &format::fault(fault));
         text.push_str(&to_type("Mend", &fault.remedy));
     }
     if !outcome.data.is_empty() {
@@ -122,14 +119,14 @@ fn effects(text: &mut String, outcome: &Outcome) {
     for (k, effect) in outcome.effects.iter().enumerate() {
         let tie = effect.tie.map_or(String::new(), |t| format!(" (tie {})", t + 1));
         let named = format!("{}. {}{tie}: {}", k + 1, effect.name, format::parameters(effect));
-        entry(text, "Effects", k, &named);
+        entry(text, "\nEffects", k, &named);
         block(text, "", &effect.evidence);
     }
 }
 
 fn ties(text: &mut String, outcome: &Outcome) {
     for (k, tie) in outcome.ties.iter().enumerate() {
-        entry(text, "Ties", k, &format!("{}. {}", k + 1, format::rivals(tie)));
+        entry(text, "\nTies", k, &format!("{}. {}", k + 1, format::rivals(tie)));
         block(text, "", &format!("told apart: {}", tie.separated_by));
     }
 }
@@ -174,8 +171,7 @@ fn next(text: &mut String, outcome: &Outcome) {
     let Some(experiment) = &outcome.next_experiment else {
         return;
     };
-    text.push('\n');
-    block(text, "Next", &experiment.why);
+    block(text, "\nNext", &experiment.why);
     let (times, pieces) = format::profile(experiment);
     match (pieces.is_empty(), times) {
         (true, _) => {}
@@ -187,23 +183,21 @@ fn next(text: &mut String, outcome: &Outcome) {
     }
 }
 
-fn notes(text: &mut String, outcome: &Outcome) {
-    for (k, note) in outcome.notes.iter().enumerate() {
-        entry(text, "Notes", k, note);
-    }
+/// Several bodies under one heading, which stands beside the first.
+pub fn blocks(text: &mut String, head: &str, bodies: impl IntoIterator<Item: AsRef<str>>) {
+    bodies.into_iter().enumerate().for_each(|(k, body)| entry(text, head, k, body.as_ref()));
 }
 
-/// One of several bodies under a heading: the first has it, and an empty line in front.
+/// One of several bodies under a heading.
 fn entry(text: &mut String, head: &str, place: usize, body: &str) {
-    if place == 0 {
-        text.push('\n');
-    }
     block(text, if place == 0 { head } else { "" }, body);
 }
 
-/// A heading in the margin and its text beside it, wrapped.
-fn block(text: &mut String, head: &str, body: &str) {
-    text.push_str(&beside(&format!("{head:INDENT$}"), body));
+/// A heading in the margin and its text beside it, wrapped. A line feed before the heading is an empty line above it.
+pub fn block(text: &mut String, head: &str, body: &str) {
+    let (above, head) = head.split_at(head.len() - head.trim_start().len());
+    *text += above;
+    *text += &beside(&format!("{head:INDENT$}"), body);
 }
 
 /// The columns of the terminal, at most [`WIDTH`].
