@@ -90,27 +90,22 @@ impl Sheet {
 
     /// Figures that say nothing without another one, and figures that contradict each other; each with what to do.
     pub fn complaints(&self) -> Vec<String> {
-        let lone = |given: bool, option: &str, needs: &str| {
-            given.then(|| format!("{option} needs {needs} beside it"))
-        };
+        let lone = |given: bool, needs: &str| given.then(|| format!("{needs} beside it"));
         let (volts, constant) = (self.voltage.is_some(), self.torque_constant.or(self.back_emf).is_some());
         let torque = self.stall_current.is_some() || volts && (constant || self.no_load_rad_s.is_some());
         let idle = self.no_load_current.zip(self.stall_current).filter(|(idle, stall)| idle >= stall);
         [
             lone(
                 self.no_load_rad_s.is_some() && !volts,
-                "--no-load-rpm",
-                "--voltage, at which it was measured",
+                "--no-load-rpm needs --voltage, at which it was measured",
             ),
             lone(
                 self.stall_current.is_some() && !volts && self.stall_torque.is_none(),
-                "--stall-current",
-                "--voltage, at which it was measured,",
+                "--stall-current needs --voltage, at which it was measured,",
             ),
             lone(
                 self.stall_torque.is_some() && !torque,
-                "--stall-torque",
-                "--stall-current, or --voltage and --kt,",
+                "--stall-torque needs --stall-current, or --voltage and --kt,",
             ),
             idle.map(|(idle, stall)| {
                 format!(
