@@ -1,7 +1,7 @@
 //! Tasks from which the servo knows more: commissioning, estimates of an earlier one, a reference; and storing it.
 
 use super::kept::Kept;
-use super::{Done, LONGEST_REST_S, Listener, Performed, Session};
+use super::{Done, LONGEST_REST_S, Listener, PAUSE_S, Performed, Session};
 use crate::device::link::{Client, found_text};
 use servo::identify::estimate::Estimates;
 use servo::link::protocol::Command;
@@ -28,7 +28,7 @@ impl Session {
         let ended = self.kept.get_mut().ended.take();
         let outcome =
             ended.ok_or_else(|| InputError("the commissioning does not end; update the firmware".into()))?;
-        self.pause()?;
+        self.pause(PAUSE_S)?;
         Ok(Done::Commissioned(Box::new(outcome)))
     }
 

@@ -363,11 +363,7 @@ impl Session {
         (seconds * f64::from(self.config().tick_hz)).round() as u32
     }
 
-    fn pause(&mut self) -> Result<(), InputError> {
-        self.pause_for(PAUSE_S)
-    }
-
-    fn pause_for(&mut self, seconds: f64) -> Result<(), InputError> {
+    fn pause(&mut self, seconds: f64) -> Result<(), InputError> {
         let end = self.kept.borrow().now() + self.ticks(seconds).max(2);
         self.run_to(end, |_| false, "pause", &mut |_| {})?;
         Ok(())

@@ -2,7 +2,8 @@
 
 use super::kept::Kept;
 use super::{
-    Arrival, Captured, Done, LONGEST_REST_S, Listener, Performed, Profile, STILL_S, Session, Span, Target,
+    Arrival, Captured, Done, LONGEST_REST_S, Listener, PAUSE_S, Performed, Profile, STILL_S, Session, Span,
+    Target,
 };
 use crate::device::feasible::Ability;
 use crate::device::waypoints::{self, Waypoint};
@@ -111,7 +112,7 @@ impl Session {
             held: self.kept.borrow().activity() == Activity::Holding,
         };
         self.command(Command::Stop)?;
-        self.pause()?;
+        self.pause(PAUSE_S)?;
         Ok(Done::Moved(arrival))
     }
 
@@ -218,7 +219,7 @@ impl Session {
         };
         self.command(Command::CaptureArm { trigger, before })?;
         // So that there is something from before the motion.
-        self.pause()?;
+        self.pause(PAUSE_S)?;
         Ok(true)
     }
 
@@ -226,7 +227,7 @@ impl Session {
     fn stop_motion(&mut self, captures: bool) -> Result<bool, InputError> {
         let faulted = self.kept.borrow().activity() == Activity::Faulted;
         self.command(Command::Stop)?;
-        self.pause()?;
+        self.pause(PAUSE_S)?;
         if captures {
             self.read_capture()?;
         }
@@ -241,7 +242,7 @@ impl Session {
             let from = held(&self.kept.borrow());
             self.command(Command::CaptureRead { from: from as u16 })?;
             // The piece follows its answer.
-            self.pause_for(READ_S)?;
+            self.pause(READ_S)?;
             if held(&self.kept.borrow()) == from {
                 return Ok(());
             }
