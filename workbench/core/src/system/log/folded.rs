@@ -1,5 +1,6 @@
 //! Positions that begin anew after a turn, counters that wrap, and signs in a bit of their own.
 
+use super::extent::Extent;
 use super::spelling::short;
 
 /// What whole numbers fold at: degrees, counts of usual encoders, and the widths of counters, bits.
@@ -20,10 +21,7 @@ const SIGNS: [f64; 2] = [32_768.0, 2_147_483_648.0];
 /// Where a column folds. `None`: it does not. `turn`: one turn in its unit, where that is known.
 pub fn full(values: &[f64], turn: Option<f64>) -> Option<f64> {
     let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-    let (min, max) = finite
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), value| (min.min(*value), max.max(*value)));
-    let whole = finite.iter().all(|value| value.fract() == 0.0);
+    let Extent { min, max, whole, .. } = Extent::of(&finite)?;
     // A whole number never reaches the full turn, another one may by rounding.
     let most = |full: f64| if whole { full - 1.0 } else { full * (1.0 + 1e-3) };
     let fits = |full: &f64| {
