@@ -173,12 +173,8 @@ struct Terminal {
 impl Terminal {
     fn of(model: &Model) -> Self {
         let plant = model.physics();
-        let load: f64 = model
-            .known
-            .iter()
-            .filter(|known| known.effect == &effects::CONSTANT_LOAD)
-            .map(|known| known.values[0])
-            .sum();
+        let loads = model.known.iter().filter(|known| known.effect == &effects::CONSTANT_LOAD);
+        let load: f64 = loads.map(|known| known.values[0]).sum();
         let volts = |torque: f64| torque * plant.resistance / plant.kt;
         let friction = [volts(plant.friction_pos), volts(plant.friction_neg)];
         let zone = [plant.dead_pos, plant.dead_neg];

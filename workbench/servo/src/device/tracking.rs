@@ -120,12 +120,8 @@ fn norms(errors: impl Iterator<Item = f64>) -> (f64, f64) {
 }
 
 fn chatter(log: &RunLog, span: &Span) -> f64 {
-    let signs = log
-        .rows
-        .iter()
-        .filter(|row| (span.hold..span.end).contains(&row.tick))
-        .map(|row| row.record.command_duty.signum())
-        .filter(|sign| *sign != 0);
+    let holding = log.rows.iter().filter(|row| (span.hold..span.end).contains(&row.tick));
+    let signs = holding.map(|row| row.record.command_duty.signum()).filter(|sign| *sign != 0);
     let (mut changes, mut last) = (0u32, 0);
     for sign in signs {
         changes += u32::from(last != 0 && sign != last);
