@@ -42,5 +42,6 @@ pub mod cli;
 pub use proving::{self, synthetic};
 pub use truing_core::{gap, outcome, system, text};
 pub use truing_files as files;
+pub use truing_fleet as fleet;
 pub use truing_report::{console, report};
 pub use truing_servo::{self as servo_host, device};

@@ -3,6 +3,7 @@
 
 pub mod completions;
 pub mod effects;
+pub mod fleet;
 pub mod gap;
 pub mod look;
 pub mod simulate;
@@ -42,6 +43,8 @@ pub enum Command {
     Judge(judge::Arguments),
     /// Count what a fixed set of searches costs: simulations, steps, time, memory.
     Bench(bench::Arguments),
+    /// Judge many logs of many motors; tell how they differ and what changes.
+    Fleet(fleet::Arguments),
     /// Run any model on any input.
     Simulate(simulate::Arguments),
     /// List the library of physical effects with their equations.
@@ -97,6 +100,7 @@ impl Cli {
             Command::Start(arguments) => start::run(&arguments),
             Command::Judge(arguments) => judge::run(&arguments),
             Command::Bench(arguments) => bench::run(&arguments),
+            Command::Fleet(arguments) => fleet::run(&arguments),
             Command::Simulate(arguments) => simulate::run(&arguments),
             Command::Effects(arguments) => effects::run(&arguments),
             Command::Commission(arguments) => commission::run(&arguments),

@@ -1,0 +1,248 @@
+//! Evaluation of fleets: `cargo run -p evaluation --bin fleet`.
+//!
+//! Two parts, because 200 units × 20 days are 4,000 logs. The statistics are measured on drawn results whose errors are what they are said
+//! to be. Names, and whether errors are what results say, are measured end to end on a smaller fleet: drawn motors, logs, searches.
+
+use clap::Parser;
+use evaluation::{Page, Results};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use truing::fleet::drawn::{FRICTION_SPREAD, Fate, Fleet};
+use truing::fleet::findings::{Changed, Findings, RATE};
+use truing::fleet::ingest::{self, Summary};
+use truing::fleet::manifest;
+use truing::fleet::moment::Moment;
+use truing::fleet::stats::spread::Method;
+use truing::fleet::store::{Effect, Kept, Key, Number, Store, Told};
+
+#[derive(Parser)]
+struct Arguments {
+    /// Drawn fleets of results.
+    #[arg(long, default_value_t = 40)]
+    fleets: u64,
+    /// Units of each.
+    #[arg(long, default_value_t = 200)]
+    units: u32,
+    /// Days, a log each.
+    #[arg(long, default_value_t = 20)]
+    days: u32,
+    /// Kinds of motor that are drawn end to end.
+    #[arg(long, default_value_t = 10)]
+    kinds: u32,
+    /// Units of each kind; half of them get a new effect.
+    #[arg(long, default_value_t = 6)]
+    units_end_to_end: u32,
+    /// Rows of an end-to-end log.
+    #[arg(long, default_value_t = 900)]
+    rows: usize,
+    /// First seed.
+    #[arg(long, default_value_t = 1)]
+    first: u32,
+    /// Folder of the end-to-end logs and results: what is there is not done again.
+    #[arg(long, default_value = "target/fleet-evaluation")]
+    folder: PathBuf,
+    #[command(flatten)]
+    results: Results,
+}
+
+/// Numbers of a drawn unit: one of an effect, three of the model file.
+const NUMBERS: [&str; 4] = ["coulomb_friction.level_nm", "R_ohm", "K_nm_per_a", "J_kgm2"];
+/// One standard deviation of a drawn number; that between units is twice it.
+const SIGMA: f64 = 1.0;
+const BETWEEN: f64 = 2.0;
+/// Days of an end-to-end log: two before a new effect, two with it.
+const END_TO_END_DAYS: u32 = 4;
+const NEW_ON: u32 = 2;
+
+fn main() {
+    let arguments = Arguments::parse();
+    let mut page = arguments.results.page();
+    quiet(&arguments, &mut page);
+    for (part, size) in [(0.1, 3.0), (0.25, 3.0), (0.1, 4.0), (0.1, 5.0)] {
+        changing(&arguments, &mut page, part, size);
+    }
+    if arguments.kinds > 0 {
+        end_to_end(&arguments, &mut page);
+    }
+    let (first, fleets) = (u64::from(arguments.first), arguments.fleets);
+    page.close(&format!("fleets {first} to {}, kinds {first} to {}", first + fleets - 1, arguments.first + arguments.kinds));
+}
+
+/// What becomes of a number of a drawn unit, in standard deviations of one log.
+#[derive(Clone, Copy, PartialEq)]
+enum Drawn {
+    Quiet,
+    Drift(f64),
+    Step(f64),
+}
+
+/// The results of a unit, as a store would hand them out. The change is in number `unit % 4`.
+fn unit(rng: &mut ChaCha8Rng, unit: u32, days: u32, drawn: Drawn) -> (String, Vec<Kept>) {
+    let first: Moment = "2026-03-01".parse().expect("a date");
+    let mut normal = || -> f64 { StandardNormal.sample(rng) };
+    let levels: [f64; 4] = std::array::from_fn(|_| 10.0 + BETWEEN * normal());
+    let step = 5 + unit % (days - 10);
+    let name = format!("{unit:04}");
+    let kept = |day: u32| {
+        // Logs are not equally good: their sigmas differ by half.
+        let sigmas: [f64; 4] = std::array::from_fn(|_| SIGMA * (0.4 * normal()).exp());
+        let values: [f64; 4] = std::array::from_fn(|k| {
+            let moved = match drawn {
+                _ if k != (unit % 4) as usize => 0.0,
+                Drawn::Quiet => 0.0,
+                Drawn::Drift(size) => size * SIGMA * f64::from(day) / f64::from(days - 1),
+                Drawn::Step(size) => size * SIGMA * f64::from(u8::from(day >= step)),
+            };
+            levels[k] + moved + sigmas[k] * normal()
+        });
+        result(&name, first + day, values, sigmas)
+    };
+    let results = (0..days).map(kept).collect();
+    (name, results)
+}
+
+fn result(unit: &str, at: Moment, values: [f64; 4], sigmas: [f64; 4]) -> Kept {
+    let number = |k: usize| Number { value: Some(values[k]), std: Some(sigmas[k]), unit: "N m".into() };
+    let effect = |k: usize| {
+        let (name, parameter) = NUMBERS[k].split_once('.').unwrap_or((NUMBERS[k], "value"));
+        Effect { name: name.into(), parameters: BTreeMap::from([(parameter.to_owned(), number(k))]) }
+    };
+    let key = Key { schema: String::new(), unit: unit.into(), at, log: at.to_string(), model: String::new(), after: None };
+    let effects = (0..4).map(effect).collect();
+    Kept { key, unchanged: true, outcome: Told { verdict: "named".into(), effects, ..Told::default() } }
+}
+
+fn fleet(seed: u64, arguments: &Arguments, drawn: impl Fn(u32) -> Drawn) -> Vec<(String, Vec<Kept>)> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..arguments.units).map(|k| unit(&mut rng, k, arguments.days, drawn(k))).collect()
+}
+
+fn seeds(arguments: &Arguments) -> std::ops::Range<u64> {
+    u64::from(arguments.first)..u64::from(arguments.first) + arguments.fleets
+}
+
+/// Fleets in which nothing changes: spread, its intervals, alarms.
+fn quiet(arguments: &Arguments, page: &mut Page) {
+    let of = |seed| Findings::of(&fleet(seed, arguments, |_| Drawn::Quiet), Method::Reml, RATE);
+    let all: Vec<Findings> = seeds(arguments).into_par_iter().map(of).collect();
+    let spreads: Vec<_> = all.iter().flat_map(|findings| &findings.spread).map(|it| it.spread).collect();
+    let holds = |[low, high]: [f64; 2], truth: f64| low <= truth && truth <= high;
+    let near = spreads.iter().filter(|it| (it.between / BETWEEN - 1.0).abs() <= 0.1).count();
+    let between = spreads.iter().filter(|it| holds(it.between_interval, BETWEEN)).count();
+    let mean = spreads.iter().filter(|it| holds(it.mean_interval, 10.0)).count();
+    let alarmed = all.iter().filter(|findings| !findings.changed.is_empty()).count();
+    let alarms: usize = all.iter().map(|findings| findings.changed.len()).sum();
+    let tests: usize = all.iter().map(|findings| findings.tests).sum();
+    let part = |count: usize| format!("{:.1} %", 100.0 * count as f64 / spreads.len() as f64);
+    page.line(format!("Drawn results, {} fleets of {} units × {} days, nothing changes:", all.len(), arguments.units, arguments.days));
+    page.line(format!("\n- spread within 10 % of the truth: {} of {} numbers", part(near), spreads.len()));
+    page.line(format!("- 95 % intervals that hold: spread {}, mean {}", part(between), part(mean)));
+    page.line(format!("- fleets with any alarm: {alarmed} of {}; alarms: {alarms} in {tests} tests\n", all.len()));
+}
+
+/// Fleets in which a part of the units drifts and another of the same size steps.
+fn changing(arguments: &Arguments, page: &mut Page, part: f64, size: f64) {
+    let changed = (part * f64::from(arguments.units)).round() as u32;
+    let drawn = |unit: u32| match unit {
+        _ if unit < changed => Drawn::Drift(size),
+        _ if unit < 2 * changed => Drawn::Step(size),
+        _ => Drawn::Quiet,
+    };
+    let of = |seed| Findings::of(&fleet(seed ^ 1 << 32, arguments, drawn), Method::Reml, RATE).changed;
+    let all: Vec<Changed> = seeds(arguments).into_par_iter().flat_map_iter(of).collect();
+    let truth = |it: &Changed| {
+        let unit: u32 = it.unit.parse().expect("a number");
+        let own = it.quantity.starts_with(NUMBERS[(unit % 4) as usize]);
+        if own { drawn(unit) } else { Drawn::Quiet }
+    };
+    let count = |of: &dyn Fn(&Changed) -> bool| all.iter().filter(|it| of(it)).count() as f64;
+    let total = f64::from(changed) * arguments.fleets as f64;
+    let drifts = count(&|it| matches!(truth(it), Drawn::Drift(_)));
+    let steps = count(&|it| matches!(truth(it), Drawn::Step(_)));
+    let called = |it: &Changed| {
+        matches!((truth(it), format!("{:?}", it.kind).as_str()), (Drawn::Drift(_), "Drift") | (Drawn::Step(_), "Step"))
+    };
+    page.line(format!(
+        "- {:.0} % of the units drift by {size} σ of one log from the first to the last day, as many step by it: drifts found {:.1} %, steps \
+         found {:.1} %, false among all alarms {:.1} %, called by the right kind {:.1} %",
+        100.0 * part,
+        100.0 * drifts / total,
+        100.0 * steps / total,
+        100.0 * count(&|it| truth(it) == Drawn::Quiet) / all.len().max(1) as f64,
+        100.0 * count(&called) / (drifts + steps).max(1.0)
+    ));
+}
+
+/// Motors, logs and searches: new effects, and how well results tell their own errors.
+fn end_to_end(arguments: &Arguments, page: &mut Page) {
+    let (mut named, mut rivals, mut drawn, mut others, mut quiet) = (0, 0, 0, 0, 0);
+    let (mut all, mut off) = (Summary::default(), Vec::new());
+    for seed in arguments.first..arguments.first + arguments.kinds {
+        let fleet = Fleet::draw(seed, END_TO_END_DAYS, arguments.rows);
+        let fate = |unit: u32| if unit % 2 == 0 { fleet.new_effect(unit, NEW_ON) } else { Fate::Quiet };
+        let fates: Vec<Fate> = (1..=arguments.units_end_to_end).map(fate).collect();
+        let (summary, results) = run(&fleet, &fates, &arguments.folder.join(format!("{seed}"))).expect("it runs");
+        all.searched += summary.searched;
+        all.unchanged += summary.unchanged;
+        all.there += summary.there;
+        let findings = Findings::of(&results, Method::Reml, RATE);
+        for (unit, fate) in (1..).zip(&fates) {
+            let told = findings.appeared.iter().filter(|it| it.unit == format!("{unit:03}") && it.confirmed);
+            let told: Vec<&str> = told.map(|it| it.effect.as_str()).collect();
+            let Fate::Gets(effect, ..) = fate else {
+                quiet += 1;
+                others += usize::from(!told.is_empty());
+                continue;
+            };
+            drawn += 1;
+            let last = &results[unit as usize - 1].1[END_TO_END_DAYS as usize - 1].outcome;
+            let tied = last.ties.iter().flat_map(|tie| tie.rivals.iter().flatten()).any(|name| name == effect.name);
+            named += usize::from(told.contains(&effect.name));
+            rivals += usize::from(!told.contains(&effect.name) && tied);
+            if !told.contains(&effect.name) {
+                page.line(format!("- kind {seed}, unit {unit:03}: {} told as {told:?}, last log {:?}, {}", effect.name, last.names(), last.verdict));
+            }
+        }
+        off.extend(scatter(&fleet, &fates, &results));
+    }
+    let rms = (off.iter().map(|z| z * z).sum::<f64>() / off.len().max(1) as f64).sqrt();
+    let held = off.iter().filter(|z| z.abs() <= 1.96).count();
+    page.line(format!(
+        "\nEnd to end, {} kinds of motor × {} units × {END_TO_END_DAYS} days of {} rows ({} searched, {} unchanged, {} there):\n",
+        arguments.kinds, arguments.units_end_to_end, arguments.rows, all.searched, all.unchanged, all.there
+    ));
+    page.line(format!("- new effects named on the unit and confirmed: {named} of {drawn}; {rivals} more stand as a rival of a tie"));
+    page.line(format!("- quiet units with a confirmed new effect: {others} of {quiet}"));
+    page.line(format!(
+        "- friction of quiet units against the truth (spread {FRICTION_SPREAD}), over its sigma: rms {rms:.2}, within 1.96: {:.1} % of {}",
+        100.0 * held as f64 / off.len().max(1) as f64,
+        off.len()
+    ));
+}
+
+fn run(fleet: &Fleet, fates: &[Fate], folder: &Path) -> anyhow::Result<(Summary, Vec<(String, Vec<Kept>)>)> {
+    fleet.write(folder, fates)?;
+    let store = Store::new(&folder.join("results"));
+    let summary = ingest::run(&manifest::read(&folder.join("manifest.csv"))?, &store, 0, &|_, _| ())?;
+    anyhow::ensure!(summary.failed.is_empty(), "{}", summary.failed.join("; "));
+    Ok((summary, store.all()?))
+}
+
+/// Errors of the friction of quiet units over their sigmas.
+fn scatter(fleet: &Fleet, fates: &[Fate], results: &[(String, Vec<Kept>)]) -> Vec<f64> {
+    let quiet = (1..).zip(fates).zip(results).filter(|((_, fate), _)| **fate == Fate::Quiet);
+    let errors = quiet.flat_map(|((unit, _), (_, kept))| {
+        let truth = fleet.friction_nm(unit);
+        let number = |kept: &Kept| {
+            let effect = kept.outcome.effects.iter().find(|effect| effect.name == "coulomb_friction")?;
+            let number = effect.parameters.get("level_nm")?;
+            Some((number.value? - truth) / number.std?)
+        };
+        kept.iter().filter_map(number).collect::<Vec<f64>>()
+    });
+    errors.collect()
+}

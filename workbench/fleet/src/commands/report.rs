@@ -1,0 +1,93 @@
+//! `truing fleet report`: what the results come to.
+
+use crate::findings::{Findings, RATE};
+use crate::page::page;
+use crate::stats::spread::Method;
+use crate::store::Store;
+use anyhow::{Result, ensure};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use truing_report::report::write_atomically;
+
+/// Arguments of `truing fleet report`.
+#[derive(Args, Debug)]
+pub struct Arguments {
+    /// Folder of the results.
+    folder: PathBuf,
+    /// Write the page, HTML; `-` is standard output.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Write the findings as JSON; `-` is standard output.
+    #[arg(long)]
+    json: Option<PathBuf>,
+    /// How the spread between units is estimated.
+    #[arg(long, value_enum, default_value_t)]
+    method: Method,
+    /// The share of false ones that is allowed among the drifts and steps that are told, above 0 and below 1.
+    #[arg(long, default_value_t = RATE)]
+    rate: f64,
+}
+
+/// Reads, counts, reports.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let Arguments { folder, rate, .. } = arguments;
+    ensure!(*rate > 0.0 && *rate < 1.0, "--rate {rate}: write a share above 0 and below 1, e.g. 0.05");
+    let findings =
+        write(folder, arguments.out.as_deref(), arguments.json.as_deref(), (arguments.method, *rate))?;
+    if [&arguments.out, &arguments.json].into_iter().flatten().all(|path| path != Path::new("-")) {
+        tell(&findings);
+    }
+    Ok(())
+}
+
+/// Writes the page and the JSON of a folder.
+pub(super) fn write(
+    folder: &Path,
+    out: Option<&Path>,
+    json: Option<&Path>,
+    how: (Method, f64),
+) -> Result<Findings> {
+    let fleet = Store::new(folder).all()?;
+    ensure!(
+        !fleet.is_empty(),
+        "{}: holds no results; run `truing fleet ingest` into it first",
+        folder.display()
+    );
+    let findings = Findings::of(&fleet, how.0, how.1);
+    if let Some(path) = json {
+        write_atomically(path, &(serde_json::to_string_pretty(&findings)? + "\n"))?;
+    }
+    if let Some(path) = out {
+        page(&fleet, &findings, &format!("truing fleet report {}", folder.display())).write(path)?;
+    }
+    Ok(findings)
+}
+
+/// A line for each finding.
+pub(super) fn tell(findings: &Findings) {
+    outln!("{} units, {} logs, {} of them not judged", findings.units, findings.logs, findings.not_judged);
+    for it in &findings.appeared {
+        let sure = if it.confirmed { "" } else { ", not confirmed" };
+        outln!(
+            "unit {}: {} since {} ({} of {} logs{sure})",
+            it.unit,
+            it.effect,
+            it.at,
+            it.logs.len(),
+            it.of_logs
+        );
+    }
+    for it in &findings.changed {
+        let kind = format!("{:?}", it.kind).to_lowercase();
+        outln!(
+            "unit {}: {kind} of {}, {:+.3e} ± {:.1e} {} since {}, q = {:.1e}",
+            it.unit,
+            it.quantity,
+            it.change,
+            it.sigma,
+            it.of,
+            it.at,
+            it.q
+        );
+    }
+}
