@@ -1,7 +1,7 @@
 //! Evaluation of fleets: `cargo run -p evaluation --bin fleet`.
 //!
-//! Two parts, because 200 units × 20 days are 4,000 logs. The statistics are measured on drawn results whose errors are what they are said
-//! to be. Names, and whether errors are what results say, are measured end to end on a smaller fleet: drawn motors, logs, searches.
+//! Two parts. The statistics are measured on many fleets of drawn results whose errors are what they are said to be. Names, alarms and spread
+//! are measured end to end besides, on fewer fleets: drawn motors, logs of them, a check each.
 
 use clap::Parser;
 use evaluation::{Page, Results};
@@ -11,7 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use truing::fleet::drawn::{FRICTION_SPREAD, Fate, Fleet};
+use truing::fleet::drawn::{Fate, Fleet};
 use truing::fleet::findings::{Changed, Findings, RATE};
 use truing::fleet::ingest::{self, Summary};
 use truing::fleet::manifest;
@@ -30,12 +30,9 @@ struct Arguments {
     /// Days, a log each.
     #[arg(long, default_value_t = 20)]
     days: u32,
-    /// Kinds of motor that are drawn end to end.
-    #[arg(long, default_value_t = 10)]
+    /// Kinds of motor that are drawn end to end, each a fleet of as many units and days.
+    #[arg(long, default_value_t = 1)]
     kinds: u32,
-    /// Units of each kind; half of them get a new effect.
-    #[arg(long, default_value_t = 6)]
-    units_end_to_end: u32,
     /// Rows of an end-to-end log.
     #[arg(long, default_value_t = 900)]
     rows: usize,
@@ -54,9 +51,10 @@ const NUMBERS: [&str; 4] = ["coulomb_friction.level_nm", "R_ohm", "K_nm_per_a", 
 /// One standard deviation of a drawn number; that between units is twice it.
 const SIGMA: f64 = 1.0;
 const BETWEEN: f64 = 2.0;
-/// Days of an end-to-end log: two before a new effect, two with it.
-const END_TO_END_DAYS: u32 = 4;
-const NEW_ON: u32 = 2;
+/// Of ten units one drifts, one steps, and three get an effect. From the day on that is this part of all.
+const MIDDLE: f64 = 0.6;
+/// Drifts and steps, in standard deviations by which the friction of a unit scatters from log to log.
+const SIZE: f64 = 3.0;
 
 fn main() {
     let arguments = Arguments::parse();
@@ -69,7 +67,11 @@ fn main() {
         end_to_end(&arguments, &mut page);
     }
     let (first, fleets) = (u64::from(arguments.first), arguments.fleets);
-    page.close(&format!("fleets {first} to {}, kinds {first} to {}", first + fleets - 1, arguments.first + arguments.kinds));
+    page.close(&format!(
+        "fleets {first} to {}, kinds {first} to {}",
+        first + fleets - 1,
+        arguments.first + arguments.kinds
+    ));
 }
 
 /// What becomes of a number of a drawn unit, in standard deviations of one log.
@@ -111,7 +113,14 @@ fn result(unit: &str, at: Moment, values: [f64; 4], sigmas: [f64; 4]) -> Kept {
         let (name, parameter) = NUMBERS[k].split_once('.').unwrap_or((NUMBERS[k], "value"));
         Effect { name: name.into(), parameters: BTreeMap::from([(parameter.to_owned(), number(k))]) }
     };
-    let key = Key { schema: String::new(), unit: unit.into(), at, log: at.to_string(), model: String::new(), after: None };
+    let key = Key {
+        schema: String::new(),
+        unit: unit.into(),
+        at,
+        log: at.to_string(),
+        model: String::new(),
+        after: None,
+    };
     let effects = (0..4).map(effect).collect();
     Kept { key, unchanged: true, outcome: Told { verdict: "named".into(), effects, ..Told::default() } }
 }
@@ -138,10 +147,18 @@ fn quiet(arguments: &Arguments, page: &mut Page) {
     let alarms: usize = all.iter().map(|findings| findings.changed.len()).sum();
     let tests: usize = all.iter().map(|findings| findings.tests).sum();
     let part = |count: usize| format!("{:.1} %", 100.0 * count as f64 / spreads.len() as f64);
-    page.line(format!("Drawn results, {} fleets of {} units × {} days, nothing changes:", all.len(), arguments.units, arguments.days));
+    page.line(format!(
+        "Drawn results, {} fleets of {} units × {} days, nothing changes:",
+        all.len(),
+        arguments.units,
+        arguments.days
+    ));
     page.line(format!("\n- spread within 10 % of the truth: {} of {} numbers", part(near), spreads.len()));
     page.line(format!("- 95 % intervals that hold: spread {}, mean {}", part(between), part(mean)));
-    page.line(format!("- fleets with any alarm: {alarmed} of {}; alarms: {alarms} in {tests} tests\n", all.len()));
+    page.line(format!(
+        "- fleets with any alarm: {alarmed} of {}; alarms: {alarms} in {tests} tests\n",
+        all.len()
+    ));
 }
 
 /// Fleets in which a part of the units drifts and another of the same size steps.
@@ -164,7 +181,10 @@ fn changing(arguments: &Arguments, page: &mut Page, part: f64, size: f64) {
     let drifts = count(&|it| matches!(truth(it), Drawn::Drift(_)));
     let steps = count(&|it| matches!(truth(it), Drawn::Step(_)));
     let called = |it: &Changed| {
-        matches!((truth(it), format!("{:?}", it.kind).as_str()), (Drawn::Drift(_), "Drift") | (Drawn::Step(_), "Step"))
+        matches!(
+            (truth(it), format!("{:?}", it.kind).as_str()),
+            (Drawn::Drift(_), "Drift") | (Drawn::Step(_), "Step")
+        )
     };
     page.line(format!(
         "- {:.0} % of the units drift by {size} σ of one log from the first to the last day, as many step by it: drifts found {:.1} %, steps \
@@ -177,50 +197,139 @@ fn changing(arguments: &Arguments, page: &mut Page, part: f64, size: f64) {
     ));
 }
 
-/// Motors, logs and searches: new effects, and how well results tell their own errors.
+/// Motors, logs and checks.
 fn end_to_end(arguments: &Arguments, page: &mut Page) {
-    let (mut named, mut rivals, mut drawn, mut others, mut quiet) = (0, 0, 0, 0, 0);
-    let (mut all, mut off) = (Summary::default(), Vec::new());
     for seed in arguments.first..arguments.first + arguments.kinds {
-        let fleet = Fleet::draw(seed, END_TO_END_DAYS, arguments.rows);
-        let fate = |unit: u32| if unit % 2 == 0 { fleet.new_effect(unit, NEW_ON) } else { Fate::Quiet };
-        let fates: Vec<Fate> = (1..=arguments.units_end_to_end).map(fate).collect();
-        let (summary, results) = run(&fleet, &fates, &arguments.folder.join(format!("{seed}"))).expect("it runs");
-        all.searched += summary.searched;
-        all.unchanged += summary.unchanged;
-        all.there += summary.there;
+        let fleet = Fleet::draw(seed, arguments.days, arguments.rows);
+        let folder = arguments.folder.join(seed.to_string());
+        let pilot =
+            run(&fleet, &[const { Fate::Quiet }; 4], &folder.join("pilot")).expect("the pilot runs").1;
+        let part = SIZE * scatter(&pilot);
+        let fates = fates(&fleet, arguments.units, part);
+        let (summary, results) = run(&fleet, &fates, &folder.join("fleet")).expect("the fleet runs");
         let findings = Findings::of(&results, Method::Reml, RATE);
-        for (unit, fate) in (1..).zip(&fates) {
-            let told = findings.appeared.iter().filter(|it| it.unit == format!("{unit:03}") && it.confirmed);
-            let told: Vec<&str> = told.map(|it| it.effect.as_str()).collect();
-            let Fate::Gets(effect, ..) = fate else {
-                quiet += 1;
-                others += usize::from(!told.is_empty());
-                continue;
-            };
-            drawn += 1;
-            let last = &results[unit as usize - 1].1[END_TO_END_DAYS as usize - 1].outcome;
-            let tied = last.ties.iter().flat_map(|tie| tie.rivals.iter().flatten()).any(|name| name == effect.name);
-            named += usize::from(told.contains(&effect.name));
-            rivals += usize::from(!told.contains(&effect.name) && tied);
-            if !told.contains(&effect.name) {
-                page.line(format!("- kind {seed}, unit {unit:03}: {} told as {told:?}, last log {:?}, {}", effect.name, last.names(), last.verdict));
-            }
-        }
-        off.extend(scatter(&fleet, &fates, &results));
+        page.line(format!(
+            "\nEnd to end, kind {seed}: {} units × {} days of {} rows; {} searched, {} unchanged, {} there. A friction drifts or steps by \
+             {SIZE} σ, which is {:.2} % of it:\n",
+            arguments.units, arguments.days, arguments.rows, summary.searched, summary.unchanged, summary.there, 100.0 * part
+        ));
+        names(page, &fates, &results, &findings);
+        alarms(page, &fates, &findings);
+        truths(page, &fleet, &fates, &results, &findings);
     }
-    let rms = (off.iter().map(|z| z * z).sum::<f64>() / off.len().max(1) as f64).sqrt();
-    let held = off.iter().filter(|z| z.abs() <= 1.96).count();
+}
+
+fn fates(fleet: &Fleet, units: u32, part: f64) -> Vec<Fate> {
+    let middle = (MIDDLE * f64::from(fleet.days)) as u32;
+    let fate = |unit: u32| match unit % 10 {
+        1 => Fate::Drifts(part),
+        2 => Fate::Steps(part, middle),
+        3..=5 => fleet.new_effect(unit, middle),
+        _ => Fate::Quiet,
+    };
+    (1..=units).into_par_iter().map(fate).collect()
+}
+
+/// Relative scatter of the friction of a unit from log to log.
+fn scatter(pilot: &[(String, Vec<Kept>)]) -> f64 {
+    let of = |results: &Vec<Kept>| {
+        let values: Vec<f64> = results.iter().filter_map(friction).map(|number| number[0]).collect();
+        let (n, mean) = (values.len() as f64, values.iter().sum::<f64>() / values.len() as f64);
+        values.iter().map(|value| (value / mean - 1.0).powi(2)).sum::<f64>() / (n - 1.0)
+    };
+    (pilot.iter().map(|(_, results)| of(results)).sum::<f64>() / pilot.len() as f64).sqrt()
+}
+
+/// Value and sigma of a log's friction.
+fn friction(kept: &Kept) -> Option<[f64; 2]> {
+    let effect = kept.outcome.effects.iter().find(|effect| effect.name == "coulomb_friction")?;
+    let number = effect.parameters.get("level_nm")?;
+    Some([number.value?, number.std?])
+}
+
+/// Are new effects named on the unit, and none on others?
+fn names(page: &mut Page, fates: &[Fate], results: &[(String, Vec<Kept>)], findings: &Findings) {
+    let (mut named, mut tied, mut drawn, mut others, mut quiet) = (0, 0, 0, 0, 0);
+    for (fate, (unit, kept)) in fates.iter().zip(results) {
+        let told = findings.appeared.iter().filter(|it| it.unit == *unit && it.confirmed);
+        let told: Vec<&str> = told.map(|it| it.effect.as_str()).collect();
+        let Fate::Gets(effect, ..) = fate else {
+            quiet += 1;
+            others += usize::from(!told.is_empty());
+            continue;
+        };
+        drawn += 1;
+        if told.contains(&effect.name) {
+            named += 1;
+            continue;
+        }
+        let last = &kept[kept.len() - 1].outcome;
+        tied += usize::from(
+            last.ties.iter().flat_map(|tie| tie.rivals.iter().flatten()).any(|it| it == effect.name),
+        );
+        eprintln!("{unit}: {} told as {told:?}, last log {:?}, {}", effect.name, last.names(), last.verdict);
+    }
     page.line(format!(
-        "\nEnd to end, {} kinds of motor × {} units × {END_TO_END_DAYS} days of {} rows ({} searched, {} unchanged, {} there):\n",
-        arguments.kinds, arguments.units_end_to_end, arguments.rows, all.searched, all.unchanged, all.there
+        "- new effects named on their unit and confirmed: {named} of {drawn} ({:.1} %); {tied} more stand as a rival of a tie in the last log",
+        100.0 * f64::from(named) / f64::from(drawn.max(1))
     ));
-    page.line(format!("- new effects named on the unit and confirmed: {named} of {drawn}; {rivals} more stand as a rival of a tie"));
-    page.line(format!("- quiet units with a confirmed new effect: {others} of {quiet}"));
+    page.line(format!("- other units with a confirmed new effect: {others} of {quiet}"));
+}
+
+/// Are drifts and steps found, and no others?
+fn alarms(page: &mut Page, fates: &[Fate], findings: &Findings) {
+    let fate = |it: &Changed| &fates[it.unit.parse::<usize>().expect("a number") - 1];
+    let friction = |it: &Changed| it.quantity == "coulomb_friction.level_nm";
+    let count = |of: &dyn Fn(&Changed) -> bool| findings.changed.iter().filter(|it| of(it)).count();
+    let drawn = |of: fn(&Fate) -> bool| fates.iter().filter(|fate| of(fate)).count();
+    let (drifts, steps) =
+        (|it: &Fate| matches!(it, Fate::Drifts(_)), |it: &Fate| matches!(it, Fate::Steps(..)));
     page.line(format!(
-        "- friction of quiet units against the truth (spread {FRICTION_SPREAD}), over its sigma: rms {rms:.2}, within 1.96: {:.1} % of {}",
-        100.0 * held as f64 / off.len().max(1) as f64,
-        off.len()
+        "- friction found to change: {} of {} that drift, {} of {} that step; alarms on quiet units: {} of {} in {} tests; on units with a \
+         new effect, which moves other numbers: {}; of other numbers of units whose friction changes: {}",
+        count(&|it| friction(it) && drifts(fate(it))),
+        drawn(drifts),
+        count(&|it| friction(it) && steps(fate(it))),
+        drawn(steps),
+        count(&|it| *fate(it) == Fate::Quiet),
+        findings.changed.len(),
+        findings.tests,
+        count(&|it| matches!(fate(it), Fate::Gets(..))),
+        count(&|it| !friction(it) && (drifts(fate(it)) || steps(fate(it)))),
+    ));
+}
+
+/// Is the spread what was drawn, and are the errors what they are said to be?
+fn truths(
+    page: &mut Page,
+    fleet: &Fleet,
+    fates: &[Fate],
+    results: &[(String, Vec<Kept>)],
+    findings: &Findings,
+) {
+    let truths: Vec<f64> = (1..=fates.len() as u32).map(|unit| fleet.friction_nm(unit)).collect();
+    let (n, mean) = (truths.len() as f64, truths.iter().sum::<f64>() / truths.len() as f64);
+    let drawn = (truths.iter().map(|it| (it - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    if let Some(it) = findings.spread.iter().find(|it| it.quantity == "coulomb_friction.level_nm") {
+        page.line(format!(
+            "- spread of the friction: {:.4e} N m, drawn {drawn:.4e} ({:+.1} %); 95 % {:.4e} … {:.4e}; logs scatter by {:.2} of what they tell",
+            it.spread.between,
+            100.0 * (it.spread.between / drawn - 1.0),
+            it.spread.between_interval[0],
+            it.spread.between_interval[1],
+            it.scatter
+        ));
+    }
+    let quiet = fates.iter().zip(&truths).zip(results).filter(|((fate, _), _)| **fate == Fate::Quiet);
+    let errors = quiet.flat_map(|((_, truth), (_, kept))| {
+        kept.iter().filter_map(friction).map(move |[value, sigma]| (value - truth) / sigma)
+    });
+    let errors: Vec<f64> = errors.collect();
+    let held = errors.iter().filter(|z| z.abs() <= 1.96).count();
+    page.line(format!(
+        "- friction of single logs of quiet units against the truth: within 1.96 of its sigmas in {:.1} % of {}",
+        100.0 * held as f64 / errors.len().max(1) as f64,
+        errors.len()
     ));
 }
 
@@ -230,19 +339,4 @@ fn run(fleet: &Fleet, fates: &[Fate], folder: &Path) -> anyhow::Result<(Summary,
     let summary = ingest::run(&manifest::read(&folder.join("manifest.csv"))?, &store, 0, &|_, _| ())?;
     anyhow::ensure!(summary.failed.is_empty(), "{}", summary.failed.join("; "));
     Ok((summary, store.all()?))
-}
-
-/// Errors of the friction of quiet units over their sigmas.
-fn scatter(fleet: &Fleet, fates: &[Fate], results: &[(String, Vec<Kept>)]) -> Vec<f64> {
-    let quiet = (1..).zip(fates).zip(results).filter(|((_, fate), _)| **fate == Fate::Quiet);
-    let errors = quiet.flat_map(|((unit, _), (_, kept))| {
-        let truth = fleet.friction_nm(unit);
-        let number = |kept: &Kept| {
-            let effect = kept.outcome.effects.iter().find(|effect| effect.name == "coulomb_friction")?;
-            let number = effect.parameters.get("level_nm")?;
-            Some((number.value? - truth) / number.std?)
-        };
-        kept.iter().filter_map(number).collect::<Vec<f64>>()
-    });
-    errors.collect()
 }

@@ -47,7 +47,7 @@ pub struct Changed {
     pub change: f64,
     /// One standard deviation of that.
     pub sigma: f64,
-    /// p value.
+    /// p value of no change.
     pub p: f64,
     /// The share of false ones expected among alarms up to this one.
     pub q: f64,
@@ -97,7 +97,7 @@ impl Findings {
             logs: results().count(),
             not_judged: results().filter(|kept| !kept.outcome.judged()).count(),
             rate,
-            tests: 2 * tests.len(),
+            tests: tests.len(),
             changed: changed(&tests, rate),
             appeared: fleet.iter().flat_map(|(unit, results)| appeared::of_unit(unit, results)).collect(),
             spread: quantities.iter().filter_map(|quantity| spread_of(quantity, method)).collect(),
@@ -111,20 +111,12 @@ fn tests(quantity: &Quantity) -> Vec<Test<'_>> {
     tested.filter_map(|(tested, series)| Some(Test { quantity, series, tested: tested? })).collect()
 }
 
-/// The alarms. A series that alarms twice is told once, as what describes it better.
+/// The alarms. A series is one test, of no change at all: counted as two, a true change would bring two alarms, and leave room for twice the
+/// false ones. It is told as what describes it better.
 fn changed(tests: &[Test], rate: f64) -> Vec<Changed> {
-    let p: Vec<f64> = tests.iter().flat_map(|test| [test.tested.p_drift, test.tested.p_step]).collect();
-    let q = q_values(&p);
-    let alarm = |(test, q): (&Test, &[f64])| {
-        let kind = match [q[0] <= rate, q[1] <= rate] {
-            [false, false] => return None,
-            [true, true] => test.tested.better(),
-            [true, false] => Kind::Drift,
-            [false, true] => Kind::Step,
-        };
-        Some(test.told(kind, q[kind as usize]))
-    };
-    let mut changed: Vec<Changed> = tests.iter().zip(q.chunks(2)).filter_map(alarm).collect();
+    let p: Vec<f64> = tests.iter().map(|test| test.tested.p()).collect();
+    let alarms = tests.iter().zip(q_values(&p)).filter(|(_, q)| *q <= rate);
+    let mut changed: Vec<Changed> = alarms.map(|(test, q)| test.told(test.tested.better(), q)).collect();
     changed.sort_by(|a, b| a.p.total_cmp(&b.p));
     changed
 }
@@ -133,11 +125,11 @@ impl Test<'_> {
     fn told(&self, kind: Kind, q: f64) -> Changed {
         let (tested, readings) = (&self.tested, &self.series.readings);
         let days = readings[readings.len() - 1].point.day - readings[0].point.day;
-        let (first, change, sigma, p) = match kind {
-            Kind::Drift => (0, tested.line.slope * days, tested.slope_sigma * days, tested.p_drift),
+        let (first, change, sigma) = match kind {
+            Kind::Drift => (0, tested.line.slope * days, tested.slope_sigma * days),
             Kind::Step => {
                 let [before, after] = tested.step.levels;
-                (tested.step.first, after - before, tested.step_sigma, tested.p_step)
+                (tested.step.first, after - before, tested.step_sigma)
             }
         };
         Changed {
@@ -148,7 +140,7 @@ impl Test<'_> {
             at: readings[first].at,
             change,
             sigma,
-            p,
+            p: tested.p(),
             q,
             logs: readings.iter().map(|reading| reading.log.clone()).collect(),
         }

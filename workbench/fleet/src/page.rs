@@ -1,11 +1,12 @@
 //! The page of a fleet.
 
+use crate::appeared::Appeared;
 use crate::findings::{Changed, Findings, SpreadOf};
 use crate::moment::Moment;
 use crate::series::{Quantity, Series, quantities};
 use crate::stats::change::{Kind, Line};
-use crate::stats::mean;
 use crate::stats::step::Step;
+use crate::stats::{Point, mean};
 use crate::store::Kept;
 use truing_core::outcome::{self, Curve, Plot, Role, Style};
 use truing_report::report::figure;
@@ -58,7 +59,7 @@ fn shortened(logs: &[String]) -> String {
 }
 
 fn appeared(fleet: &[(String, Vec<Kept>)], findings: &Findings) -> Section {
-    let row = |it: &crate::appeared::Appeared| {
+    let row = |it: &Appeared| {
         let seen = format!("{} of {} logs since", it.logs.len(), it.of_logs);
         let sure = match (it.confirmed, it.of_logs) {
             (true, _) => seen,
@@ -135,17 +136,13 @@ fn when(quantities: &[Quantity], it: &Changed) -> String {
     found.map_or_else(String::new, |reading| format!("day {}", figure(reading.point.day)))
 }
 
-/// The unit's logs, what is fitted to them, and the other units behind them.
+/// The unit's logs, what is fitted to them, and the other units behind them, each about its own mean: what does not change scatters about 0.
 fn picture(quantities: &[Quantity], it: &Changed) -> Option<Plot> {
     let (quantity, series) = series(quantities, it)?;
-    let points = series.points();
-    let xy = |points: &[crate::stats::Point]| points.iter().map(|it| (it.day, it.value)).unzip();
-    let others = quantity
-        .series
-        .iter()
-        .filter(|other| other.unit != it.unit)
-        .flat_map(Series::points)
-        .collect::<Vec<_>>();
+    let points = about_mean(series);
+    let xy = |points: &[Point]| points.iter().map(|it| (it.day, it.value)).unzip();
+    let others =
+        quantity.series.iter().filter(|other| other.unit != it.unit).flat_map(about_mean).collect::<Vec<_>>();
     let fitted: (Vec<f64>, Vec<f64>) = match it.kind {
         Kind::Drift => points.iter().map(|point| (point.day, Line::of(&points).at(point.day))).unzip(),
         Kind::Step => {
@@ -163,7 +160,7 @@ fn picture(quantities: &[Quantity], it: &Changed) -> Option<Plot> {
         title: format!("Unit {}: {} {kind}", it.unit, it.quantity),
         caption: format!("{} ± {} {}, q = {:.1e}.", signed(it.change), figure(it.sigma), it.of, it.q),
         x_label: "time since the first log, days".into(),
-        y_label: labelled(&it.quantity, &it.of),
+        y_label: format!("{} about the unit's mean, {}", it.quantity, it.of),
         series: vec![
             curve("other units", xy(&others), Style::Hollow, Role::Measured),
             curve(&format!("unit {}", it.unit), xy(&points), Style::Points, Role::Extended),
@@ -171,6 +168,13 @@ fn picture(quantities: &[Quantity], it: &Changed) -> Option<Plot> {
         ],
         ..Plot::default()
     })
+}
+
+/// The points of a unit less their mean.
+fn about_mean(series: &Series) -> Vec<Point> {
+    let points = series.points();
+    let middle = mean(&points).0;
+    points.into_iter().map(|it| Point { value: it.value - middle, ..it }).collect()
 }
 
 /// A number of the model file is told against what the file says.

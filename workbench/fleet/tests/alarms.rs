@@ -69,7 +69,7 @@ fn a_drift_and_a_step_are_told_once_each_with_unit_day_and_logs() {
     assert!((drift.change - 12.0).abs() < 4.0 * drift.sigma && drift.sigma < 1.0, "{drift:?}");
     assert!((step.change - 8.0).abs() < 4.0 * step.sigma && step.sigma < 1.0, "{step:?}");
     assert_eq!((step.logs.len(), step.logs[9].as_str()), (DAYS as usize, "u7-9"));
-    assert_eq!(found.tests, 60);
+    assert_eq!(found.tests, 30);
 }
 
 #[test]

@@ -21,7 +21,6 @@ time_constant_s = 0.1
 [supply]
 nominal_v = 12.0
 """
-UNITS, DAYS = 6, 8
 KILLS = 20
 # Starts the job; its arguments are the file of the module, manifest, folder and command.
 DRIVER = """
@@ -32,7 +31,7 @@ sys.modules["fleet"] = fleet
 spec.loader.exec_module(fleet)
 import ray
 ray.cloudpickle.register_pickle_by_value(fleet)
-print(fleet.run(sys.argv[2], sys.argv[3], workers=2, command=[sys.argv[4]]))
+assert fleet.run(sys.argv[2], sys.argv[3], workers=2, command=[sys.argv[4]]) == []
 """
 
 
@@ -60,12 +59,12 @@ def table(unit, day):
     return "\n".join(rows) + "\n"
 
 
-@pytest.fixture
-def manifest(tmp_path):
+def drawn(tmp_path, units, days):
+    """Logs of a small fleet, and its manifest."""
     (tmp_path / "sheet.toml").write_text(SHEET)
     rows = ["unit,time,model,log"]
-    for unit in range(UNITS):
-        for day in range(DAYS):
+    for unit in range(units):
+        for day in range(days):
             (tmp_path / f"{unit}-{day}.csv").write_text(table(unit, day))
             rows.append(f"u{unit},2026-03-{day + 1:02},sheet.toml,{unit}-{day}.csv")
     # The rows need not stand in the order of time.
@@ -88,7 +87,7 @@ def bytes_of(folder):
 def undisturbed(manifest, into):
     subprocess.run([truing(), "fleet", "ingest", manifest, "--into", into], check=True, capture_output=True)
     whole = bytes_of(into)
-    assert len(whole) == UNITS * DAYS + 1
+    assert len(whole) == manifest.read_text().count("\n")  # A result a row, and one model file for the head.
     return whole
 
 
@@ -119,7 +118,7 @@ def started(manifest, into, command):
 
 def kill_workers(job, times):
     """Kills workers at work, one after the other; returns how many."""
-    killed, until = 0, time.monotonic() + 400
+    killed, until = 0, time.monotonic() + 600
     while killed < times and job.poll() is None and time.monotonic() < until:
         at_work = [pid for pid in descendants(job.pid) if command_of(pid).startswith("ray::judge")]
         if at_work:
@@ -137,32 +136,37 @@ def kill_head(job):
     job.communicate()
 
 
-def test_without_ray_the_cores_of_this_machine_write_the_same_bytes(manifest, tmp_path, monkeypatch):
+def test_without_ray_the_cores_of_this_machine_write_the_same_bytes(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
+    manifest = drawn(tmp_path, 3, 3)
     failed = module().run(manifest, tmp_path / "alone", workers=2, command=[truing()])
     assert failed == []
     assert bytes_of(tmp_path / "alone") == undisturbed(manifest, tmp_path / "whole")
 
 
-def test_a_log_that_cannot_be_judged_is_told_and_keeps_no_other_from_it(manifest, tmp_path, monkeypatch):
+def test_a_log_that_cannot_be_judged_is_told_and_keeps_no_other_from_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
-    (tmp_path / "2-3.csv").write_text("u_v,omega_rad_s\n1,two\n")
+    manifest = drawn(tmp_path, 2, 2)
+    (tmp_path / "1-0.csv").write_text("u_v,omega_rad_s\n1,two\n")
     (told,) = module().run(manifest, tmp_path / "alone", workers=2, command=[truing()])
-    assert told.startswith("u2 at 2026-03-04") and "2-3.csv" in told
-    assert len(bytes_of(tmp_path / "alone")) == UNITS * DAYS
+    assert told.startswith("u1 at 2026-03-01") and "1-0.csv" in told
+    assert len(bytes_of(tmp_path / "alone")) == 4
 
 
-def test_twenty_killed_workers_and_a_killed_head_leave_the_same_bytes(manifest, tmp_path):
+def test_twenty_killed_workers_and_a_killed_head_leave_the_same_bytes(tmp_path):
     pytest.importorskip("ray", reason="Ray is not installed")
+    manifest = drawn(tmp_path, 6, 4)
     whole, into, command = undisturbed(manifest, tmp_path / "whole"), tmp_path / "on-ray", slow(tmp_path)
     job = started(manifest, into, command)
     killed = kill_workers(job, KILLS // 2)
+    while not list(into.rglob("*.json")) and job.poll() is None:
+        time.sleep(0.2)  # Some results are there when the head dies, and some are not.
     kill_head(job)
     before = len(bytes_of(into))
     job = started(manifest, into, command)
     killed += kill_workers(job, KILLS - killed)
-    said, complaints = job.communicate(timeout=400)
-    assert job.returncode == 0 and said.strip().endswith("[]"), complaints
+    _, complaints = job.communicate(timeout=1200)
+    assert job.returncode == 0, complaints
     assert killed == KILLS and 0 < before < len(whole)
     drafts = {name for name in bytes_of(into) if "/.truing-" in name}
     assert {name: text for name, text in bytes_of(into).items() if name not in drafts} == whole

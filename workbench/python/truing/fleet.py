@@ -71,7 +71,6 @@ def run(manifest, into, workers=None, address=None, command=None):
     if not ray.is_initialized():
         alone = {}
         if address is None:  # Ray listens on this machine only, and its token does not go into a file of the home folder.
-            os.environ.setdefault("RAY_AUTH_MODE", "token")
             os.environ.setdefault("RAY_AUTH_TOKEN", secrets.token_hex(32))
             alone = dict(num_cpus=workers, _node_ip_address="127.0.0.1", include_dashboard=False)
         ray.init(address=address, log_to_driver=False, **alone)

@@ -78,32 +78,37 @@ pub fn tested(series: &[Vec<Point>]) -> Vec<Option<Tested>> {
             && Line::of(points).left > 0.0
     };
     let usable = || series.iter().filter(moves);
-    let about = |left: fn(&[Point]) -> f64, taken: f64| {
-        let of =
-            |points: &Vec<Point>| (left(points) / (points.len() as f64 - taken), points.len() as f64 - taken);
-        Common::of(&usable().map(of).collect::<Vec<_>>())
+    let of = |points: &Vec<Point>| {
+        let freedom = points.len() as f64 - 2.0;
+        (Line::of(points).left / freedom, freedom)
     };
-    let commons = [about(|points| Line::of(points).left, 2.0), about(|points| Step::of(points).left, 2.0)];
+    // Of lines, for the steps too: what the best of many steps leaves is less than the scatter.
+    let common = Common::of(&usable().map(of).collect::<Vec<_>>());
     use rayon::prelude::*;
-    let one = |points: &Vec<Point>| moves(&points).then(|| Tested::of(points, commons));
+    let one = |points: &Vec<Point>| moves(&points).then(|| Tested::of(points, common));
     series.par_iter().map(one).collect()
 }
 
 impl Tested {
-    fn of(points: &[Point], [of_line, of_step]: [Common; 2]) -> Self {
+    fn of(points: &[Point], common: Common) -> Self {
         let (line, step, n) = (Line::of(points), Step::of(points), points.len() as f64);
-        let (scatter, freedom) = of_line.moderated(line.left / (n - 2.0), n - 2.0);
+        let (scatter, freedom) = common.moderated(line.left / (n - 2.0), n - 2.0);
         let slope_sigma = (scatter / line.information).sqrt();
         Self {
             p_drift: p_of_t(line.slope / slope_sigma, freedom),
-            p_step: step::p_value(points, &step, of_step),
+            p_step: step::p_value(points, &step, common),
             slope_sigma,
-            step_sigma: (of_step.moderated(step.left / (n - 2.0), n - 2.0).0 / step.information).sqrt(),
+            step_sigma: (common.moderated(step.left / (n - 2.0), n - 2.0).0 / step.information).sqrt(),
             scatter,
             line,
             step,
             logs: points.len(),
         }
+    }
+
+    /// p value of no change: the smaller of both, twice (Bonferroni).
+    pub fn p(&self) -> f64 {
+        (2.0 * self.p_drift.min(self.p_step)).min(1.0)
     }
 
     /// What describes the series better, of two that may both be significant: a drift looks like a step and a step like a drift. By

@@ -1,8 +1,8 @@
 //! Many tests at once: the rate of false alarms among all alarms.
 
 /// The q value of each p value, in their order (Benjamini and Hochberg, J. Royal Statistical Society B 57, 1995): an alarm wherever q ≤ α
-/// keeps the expected share of false ones below α for independent tests, and for those that depend on each other as the drift and the step
-/// of one series do, positively (Benjamini and Yekutieli, Annals of Statistics 29, 2001).
+/// keeps the expected share of false ones below α for independent tests, and for positively dependent ones (Benjamini and Yekutieli, Annals of
+/// Statistics 29, 2001).
 pub fn q_values(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|a, b| p[*b].total_cmp(&p[*a]));

@@ -13,7 +13,7 @@ use rand_distr::{ChiSquared, Distribution, StandardNormal};
 /// Logs on either side of a step at least: one log alone may be an accident.
 pub const SIDE: usize = 2;
 /// Series that are drawn at once.
-const ROUND: usize = 100;
+const ROUND: usize = 1_000;
 /// Below this bound it is taken itself: within a factor of three, where the largest fleets still need a p value.
 const FAR: f64 = 3e-4;
 /// Drawn series that exceed the statistic, from which on a p value is known to a fifth of itself.
@@ -128,7 +128,7 @@ mod tests {
             let sigma = w.powf(-0.5);
             Point { day: k as f64, value: sigma * z + if k < 8 { 0.0 } else { step }, sigma }
         };
-        drawn.weights.to_vec().into_iter().enumerate().map(point).collect()
+        drawn.weights.iter().copied().enumerate().map(point).collect()
     }
 
     #[test]
@@ -140,8 +140,8 @@ mod tests {
         let p: Vec<f64> = quiet.iter().map(|it| p_value(it, &Step::of(it), common)).collect();
         for level in [0.05, 0.2, 0.5, 0.8] {
             let below = p.iter().filter(|p| **p <= level).count() as f64 / 1000.0;
-            // Three standard deviations of a share of a thousand.
-            assert!((below - level).abs() < 0.047, "{below} at {level}");
+            // Three standard deviations of the difference of two shares of a thousand: all series meet the same draws.
+            assert!((below - level).abs() < 0.067, "{below} at {level}");
         }
         let moved = series(&mut drawn, 8.0);
         let step = Step::of(&moved);
