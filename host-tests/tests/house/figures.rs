@@ -23,18 +23,23 @@ fn the_workbench_grows_no_further() {
     // 1,960 of them read logs in whatever dialect, propose `--columns` and are `truing look` (decision 0280); 2,230 came
     // with unknown numbers, `truing start`, the table of keys and its complaints (0290 to 0292); 850 with logs of any length (0300).
     // The limit was 32,233 until the proving ground left it.
-    at_most("code lines of the workbench", workbench.code(), 29_692, 19_000);
+    at_most("code lines of the workbench", workbench.code(), 29_600, 19_000);
 }
 
 /// They left the workbench, not the project: their lines are counted on.
 #[test]
-fn proving_ground_and_reference_plant_grow_no_further() {
-    let [proving, plant, ..] = figures().rest;
+fn proving_ground_reference_plant_and_doors_grow_no_further() {
+    let [proving, plant, formats, fleet, python, page, ..] = figures().rest;
     assert_eq!([proving.name, plant.name], ["proving ground", "reference plant"]);
     // 134 of them came from the workbench with the rigs and what is expected of them: who judges opens their files. Of both together the
     // limit fell from 32,361 to 32,359.
     at_most("code lines of the proving ground", proving.code(), 2_648, 2_584);
     at_most("code lines of the reference plant", plant.code(), 1_700, 1_700);
+    // The doors came after the goals of the workbench, with what they do; each has a limit of its own.
+    at_most("code lines of the formats", formats.code(), 2_210, 2_210);
+    at_most("code lines of the fleet", fleet.code(), 1_560, 1_560);
+    at_most("code lines of the Python package", python.code(), 300, 300);
+    at_most("code lines of the page", page.code(), 300, 300);
 }
 
 /// Part, then limit and goal of median, 90 % and longest.

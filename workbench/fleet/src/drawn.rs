@@ -3,9 +3,8 @@
 
 use crate::moment::Moment;
 use anyhow::{Context, Result};
-use proving::synthetic::cases::base::Natural;
-use proving::synthetic::cases::hidden::{KINDS, Kind, Subject};
-use proving::synthetic::cases::{self, Case, Set, Spec};
+use proving::synthetic::cases::hidden::{KINDS, Kind};
+use proving::synthetic::cases::{self, Case, Rig, Set, Spec};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -66,7 +65,7 @@ impl Fleet {
 
     /// What a unit measures on a day.
     pub fn log(&self, unit: u32, day: u32, fate: &Fate) -> String {
-        let rig = self.case.rig.changed(|subject, natural| self.put(unit, day, fate, (subject, natural)));
+        let rig = self.rig(unit, day, fate);
         rig.excite(self.rows, self.number(unit, day)).to_csv()
     }
 
@@ -78,7 +77,7 @@ impl Fleet {
     /// A unit's resistance, constant, inertia and friction over those of the mean unit.
     pub fn factors(&self, unit: u32) -> [f64; 4] {
         let mut rng = ChaCha8Rng::seed_from_u64(self.number(unit, u32::from(u16::MAX)));
-        let base = BASE_SPREAD * self.case.rig.natural().tolerance;
+        let base = BASE_SPREAD * self.case.rig.natural.tolerance;
         [base, base, base, FRICTION_SPREAD].map(|spread| {
             let z: f64 = StandardNormal.sample(&mut rng);
             1.0 + spread * z.clamp(-2.0, 2.0)
@@ -87,11 +86,13 @@ impl Fleet {
 
     /// A unit's Coulomb friction on its first day, N m.
     pub fn friction_nm(&self, unit: u32) -> f64 {
-        FRICTION * self.case.rig.natural().torque * self.factors(unit)[3]
+        FRICTION * self.case.rig.natural.torque * self.factors(unit)[3]
     }
 
-    fn put(&self, unit: u32, day: u32, fate: &Fate, (subject, natural): (&mut Subject, &Natural)) {
-        let motor = &mut subject.motor;
+    /// A unit on a day.
+    fn rig(&self, unit: u32, day: u32, fate: &Fate) -> Rig {
+        let mut rig = self.case.rig.clone();
+        let motor = &mut rig.subject.motor;
         let [resistance, constant, inertia, _] = self.factors(unit);
         motor.resistance_ohm *= resistance;
         motor.torque_constant *= constant;
@@ -107,8 +108,9 @@ impl Fleet {
             && day >= *from
             && let Some(kind) = KINDS.iter().find(|kind| kind.effect == *effect)
         {
-            (kind.put)(values, None, natural, subject);
+            (kind.put)(values, None, &rig.natural, &mut rig.subject);
         }
+        rig
     }
 
     /// An effect that a unit may get on a day, plainly visible there, which friction neither excludes nor hides.
@@ -120,7 +122,7 @@ impl Fleet {
         let kinds: Vec<&&Kind> = KINDS.iter().filter(may).collect();
         loop {
             let kind = kinds[rng.random_range(0..kinds.len())];
-            let fate = Fate::Gets(kind.effect, (kind.draw)(&mut rng, self.case.rig.natural()), day);
+            let fate = Fate::Gets(kind.effect, (kind.draw)(&mut rng, &self.case.rig.natural), day);
             if self.visible(unit, day, &fate) > VISIBLE {
                 return fate;
             }
@@ -130,7 +132,7 @@ impl Fleet {
     /// Rms change of the speed by a fate on a day, over the noise.
     fn visible(&self, unit: u32, day: u32, fate: &Fate) -> f64 {
         let speed = |fate: &Fate| {
-            let rig = self.case.rig.changed(|subject, natural| self.put(unit, day, fate, (subject, natural)));
+            let rig = self.rig(unit, day, fate);
             rig.excite(self.rows, self.number(unit, day)).column("omega_rad_s").to_vec()
         };
         let noise = NOISE * self.case.answer.full_speed;

@@ -148,25 +148,14 @@ pub struct Case {
 /// The motor of a case with its sensors.
 #[derive(Clone, Debug)]
 pub struct Rig {
-    subject: Subject,
+    /// The motor, and what hides in it.
+    pub subject: Subject,
     sensors: Sensors,
-    natural: Natural,
+    /// The motor's natural scales.
+    pub natural: Natural,
 }
 
 impl Rig {
-    /// The same rig with something changed: another motor of its kind, or the same one on a later day.
-    #[must_use]
-    pub fn changed(&self, change: impl FnOnce(&mut Subject, &Natural)) -> Self {
-        let mut rig = self.clone();
-        change(&mut rig.subject, &self.natural);
-        rig
-    }
-
-    /// The motor's natural scales.
-    pub fn natural(&self) -> &Natural {
-        &self.natural
-    }
-
     /// Runs a suggested experiment.
     pub fn follow(&self, profile: &[Segment], seed: u64) -> Sheet {
         let input = Input::of_profile(profile, self.natural.volts, self.sensors.interval_s);
