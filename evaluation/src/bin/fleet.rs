@@ -333,7 +333,10 @@ fn truths(
     ));
 }
 
-fn run(fleet: &Fleet, fates: &[Fate], folder: &Path) -> anyhow::Result<(Summary, Vec<(String, Vec<Kept>)>)> {
+/// Each unit with its results.
+type Units = Vec<(String, Vec<Kept>)>;
+
+fn run(fleet: &Fleet, fates: &[Fate], folder: &Path) -> anyhow::Result<(Summary, Units)> {
     fleet.write(folder, fates)?;
     let store = Store::new(&folder.join("results"));
     let summary = ingest::run(&manifest::read(&folder.join("manifest.csv"))?, &store, 0, &|_, _| ())?;
