@@ -41,12 +41,24 @@ const TOGETHER: usize = 16;
 /// A candidate before its fits.
 struct Screened<'a> {
     hypothesis: Hypothesis<'a>,
-    /// The starts with the lowest predicted cost, best first.
+    /// The starts with the lowest predicted cost, best first; each as a part and as a whole until it is [placed](Self::placed).
     starts: Vec<Vec<f64>>,
     /// The predicted cost of the best of them.
     predicted_cost: f64,
     /// Which set of the beam it grew from.
     parent: usize,
+}
+
+impl Screened<'_> {
+    /// Only for those that are fitted: of each start the part or the whole. Where the parent bends, what its numbers do at a whole
+    /// start may lead them far away.
+    fn placed(mut self) -> Self {
+        let both = Evaluator::new(&self.hypothesis, &SEARCH).of_kin(&self.starts);
+        let costs: Vec<f64> = both.iter().map(|it| dot(it, it)).collect();
+        let nearer = |(both, costs): (&[Vec<f64>], &[f64])| both[usize::from(costs[0] >= costs[1])].clone();
+        self.starts = self.starts.chunks(2).zip(costs.chunks(2)).map(nearer).collect();
+        self
+    }
 }
 
 /// A candidate after its first fit.
@@ -134,7 +146,7 @@ impl<'a> Search<'a, '_> {
             let made = fit_near(&it.hypothesis, x, setting, &|slot| projector.column(slot));
             self.scored(it.hypothesis.clone(), made)
         };
-        let first = each(screened).filter_map(|it| {
+        let first = each(screened).map(Screened::placed).filter_map(|it| {
             let scored = near(&it, it.starts.first()?, &lasting(2));
             Some(Entered { it, scored })
         });
@@ -244,11 +256,7 @@ impl<'a> Search<'a, '_> {
         by_least(&mut starts, |it| it.predicted_cost);
         let predicted_cost = starts.iter().map(|start| start.optimistic_cost).fold(f64::INFINITY, f64::min);
         starts.truncate(2);
-        // Where the parent bends, what its numbers do at a whole start may lead them far away.
-        let both: Vec<Vec<f64>> = starts.into_iter().flat_map(|start| [start.part, start.x]).collect();
-        let costs: Vec<f64> = evaluator.of_kin(&both).iter().map(|it| dot(it, it)).collect();
-        let nearer = |(both, costs): (&[Vec<f64>], &[f64])| both[usize::from(costs[0] >= costs[1])].clone();
-        let starts = both.chunks(2).zip(costs.chunks(2)).map(nearer).collect();
+        let starts = starts.into_iter().flat_map(|start| [start.part, start.x]).collect();
         Screened { predicted_cost, parent: 0, hypothesis, starts }
     }
 
@@ -260,7 +268,7 @@ impl<'a> Search<'a, '_> {
         projector: &Projector,
         effect: &'static Effect,
     ) -> Option<Scored<'a>> {
-        let screened = self.screened(parent, basis, projector, effect);
+        let screened = self.screened(parent, basis, projector, effect).placed();
         let fits = of_each(&screened.starts, |x| {
             fit_near(&screened.hypothesis, x, &SEARCH, &|slot| projector.column(slot))
         });
